@@ -1,0 +1,101 @@
+"""Generated modules: written once into the user's cache directory under the hash of what made them, then imported."""
+
+import hashlib
+import importlib.util
+import os
+import sys
+import tempfile
+import types
+import warnings
+from collections.abc import Callable
+from functools import cache
+from importlib.metadata import version
+from pathlib import Path
+
+from daebench.errors import DaebenchError
+
+
+class CacheWarning(UserWarning):
+    """The cache directory cannot be used, so everything is compiled again in this process."""
+
+
+def cache_directory() -> Path:
+    """Return the directory of generated modules: DAEBENCH_CACHE, or the platform's cache directory for this user."""
+    chosen = os.environ.get("DAEBENCH_CACHE")
+    if chosen:
+        return Path(chosen)
+    import platformdirs
+
+    return platformdirs.user_cache_path("daebench")
+
+
+@cache
+def toolchain() -> str:
+    """Return the text that stands for everything that turns definitions into source: this package's own code and SymPy's version."""
+    package = Path(__file__).parent
+    files = [package / f"{name}.py" for name in ("algebra", "cache", "codegen", "derive", "link", "pose", "problem", "sheet")]
+    digest = hashlib.sha256()
+    for file in [*files, *sorted((package / "kernels").glob("*.py"))]:
+        digest.update(file.read_bytes())
+    return f"{digest.hexdigest()} sympy {version('sympy')} python {sys.version_info[:2]}"
+
+
+def generated(stem: str, key: str, build: Callable[[bool], str]) -> types.ModuleType:
+    """Return the module made by ``build``, from this process, from the cache directory, or newly written there.
+
+    Parameters
+    ----------
+    stem : str
+        First part of the module's name, for people.
+    key : str
+        Text that decides the content, together with :func:`toolchain`; hashed before anything is derived.
+    build : callable
+        ``build(cached)`` returns the source; ``cached`` says whether numba may keep its machine code beside the file.
+    """
+    hashed = hashlib.sha256(f"{key}\n{toolchain()}".encode()).hexdigest()[:16]
+    name = "daebench_generated_" + "".join(c if c.isalnum() else "_" for c in stem) + f"_{hashed}"
+    if name in sys.modules:
+        return sys.modules[name]
+    path = cache_directory() / f"{name}.py"
+    try:
+        if not path.exists():
+            _write(path, build(True))
+    except OSError as error:
+        message = f"cannot write to the cache directory {path.parent} ({error.strerror}); compiling in memory, set DAEBENCH_CACHE."
+        warnings.warn(message, CacheWarning, stacklevel=2)
+        return _execute(name, compile(build(False), name, "exec"))
+    return _load(name, path)
+
+
+def _write(path: Path, source: str) -> None:
+    """Write the file so that no other process ever sees a part of it, and only where numba can write beside it too."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    handle, scratch = tempfile.mkstemp(dir=path.parent, prefix=path.stem, suffix=".tmp")
+    try:
+        with os.fdopen(handle, "w", encoding="utf-8") as file:
+            file.write(source)
+        Path(scratch).replace(path)
+    except BaseException:
+        Path(scratch).unlink(missing_ok=True)
+        raise
+
+
+def _load(name: str, path: Path) -> types.ModuleType:
+    spec = importlib.util.spec_from_file_location(name, path)
+    if spec is None or spec.loader is None:
+        raise DaebenchError(f"cannot import the generated module {path}; delete it and run again.")
+    module = importlib.util.module_from_spec(spec)
+    sys.modules[name] = module
+    try:
+        spec.loader.exec_module(module)
+    except BaseException:
+        del sys.modules[name]
+        raise
+    return module
+
+
+def _execute(name: str, code: types.CodeType) -> types.ModuleType:
+    module = types.ModuleType(name)
+    sys.modules[name] = module
+    exec(code, module.__dict__)
+    return module

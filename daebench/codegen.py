@@ -1,0 +1,101 @@
+"""SymPy expressions as source text: straight-line functions on tuples, common subexpressions shared."""
+
+from collections.abc import Iterable, Mapping, Sequence
+
+import sympy as sp
+from sympy.printing.codeprinter import PrintMethodNotImplementedError
+from sympy.printing.numpy import NumPyPrinter
+
+from daebench.errors import InvalidProblem
+
+
+class _Printer(NumPyPrinter):  # type: ignore[misc]
+    """Print scalars for float and complex types alike; whole powers become products, integers become floats."""
+
+    def __init__(self) -> None:
+        super().__init__({"fully_qualified_modules": False, "allow_unknown_functions": False})
+
+    def _print_Integer(self, expr: sp.Integer) -> str:
+        return f"{int(expr)}.0"
+
+    def _print_Rational(self, expr: sp.Rational) -> str:
+        return repr(float(expr)) if expr > 0 else f"({float(expr)!r})"
+
+    def _print_Float(self, expr: sp.Float) -> str:
+        return repr(float(expr))
+
+    def _print_NumberSymbol(self, expr: sp.NumberSymbol) -> str:
+        return repr(float(expr))
+
+    def _print_Pi(self, expr: sp.NumberSymbol) -> str:
+        return repr(float(expr))
+
+    def _print_Pow(self, expr: sp.Pow, rational: bool = False) -> str:
+        base, exponent = expr.as_base_exp()
+        if exponent.is_Integer and 2 <= abs(exponent) <= 8:
+            product = "*".join([self.parenthesize(base, 55)] * abs(int(exponent)))
+            return f"({product})" if exponent > 0 else f"(1.0/({product}))"
+        if exponent == -1:
+            return f"(1.0/({self._print(base)}))"
+        return str(super()._print_Pow(expr, rational=rational))
+
+
+def pack(items: Iterable[str]) -> str:
+    """Return the source of a tuple of these items."""
+    inner = ", ".join(items)
+    return f"({inner},)" if inner else "()"
+
+
+def function(signature: str, *lines: str) -> str:
+    """Return the source of a function with these lines as its body."""
+    return f"def {signature}:\n    " + "\n    ".join(lines) + "\n"
+
+
+def shaped(items: Sequence[str], shape: tuple[int, ...]) -> str:
+    """Return the source of a scalar, a tuple, or a tuple of rows, as the shape says."""
+    if shape == ():
+        return items[0]
+    if len(shape) == 1:
+        return pack(items)
+    return pack(pack(items[row * shape[1] : (row + 1) * shape[1]]) for row in range(shape[0]))
+
+
+def expressions(
+    name: str,
+    arguments: Mapping[str, Sequence[sp.Symbol]],
+    values: Sequence[sp.Expr],
+    shape: tuple[int, ...],
+    parameters: Sequence[sp.Symbol],
+) -> str:
+    """Return the source of ``name(*arguments, par)``, a function of tuples.
+
+    Parameters
+    ----------
+    name : str
+        Name of the function.
+    arguments : mapping of str to sequence of Symbol
+        Arguments in order, each a tuple of scalars.
+    values : sequence of Expr
+        What it returns, row by row.
+    shape : tuple of int
+        Shape of the result.
+    parameters : sequence of Symbol
+        The problem's parameters, in the order in which ``par`` holds them.
+
+    Raises
+    ------
+    InvalidProblem
+        If an expression has a function that has no numerical counterpart.
+    """
+    temporaries = sp.numbered_symbols("t_")
+    shared, reduced = sp.cse([sp.sympify(value) for value in values], symbols=temporaries, list=True)
+    used = set().union(*(e.free_symbols for e in [*reduced, *(e for _, e in shared)]))
+    printer = _Printer()
+    try:
+        lines = [f"{s} = {printer.doprint(e)}" for s, e in shared]
+        result = shaped([printer.doprint(e) for e in reduced], shape)
+    except (NotImplementedError, PrintMethodNotImplementedError, TypeError, ValueError) as error:
+        raise InvalidProblem(f"{name} cannot be written as a numerical function: {str(error).splitlines()[0]}.") from error
+    load = [f"{s} = {argument}[{i}]" for argument, symbols in arguments.items() for i, s in enumerate(symbols) if s in used]
+    load += [f"{s} = par[{i}]" for i, s in enumerate(parameters) if s in used]
+    return function(f"{name}({', '.join([*arguments, 'par'])})", *load, *lines, f"return {result}")

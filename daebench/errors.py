@@ -1,0 +1,32 @@
+"""What can go wrong, as a small tree: every message says what, where, and what to do."""
+
+from collections.abc import Iterable
+from difflib import get_close_matches
+
+
+class DaebenchError(Exception):
+    """Anything daebench refuses or cannot finish; its text is one sentence for the person at the keyboard."""
+
+
+class BadInput(DaebenchError):
+    """The request itself cannot be met: unknown names, values out of range, files that are not what they should be."""
+
+
+class InconsistentStart(BadInput):
+    """Initial values that are off the constraint manifold."""
+
+
+class InvalidProblem(BadInput):
+    """A problem definition that contradicts itself."""
+
+
+class RunFailed(DaebenchError):
+    """A run that stopped before its end, raised where a whole trajectory is required."""
+
+
+def unknown(kind: str, name: str, known: Iterable[str]) -> BadInput:
+    """Return the error for a name that is not among the known ones, with the nearest of them."""
+    names = sorted(known)
+    near = get_close_matches(name, names, n=3, cutoff=0.5)
+    hint = f"did you mean {' or '.join(near)}?" if near else f"known: {', '.join(names) or 'none'}."
+    return BadInput(f"unknown {kind} {name!r}; {hint}")

@@ -1,0 +1,64 @@
+"""Newton's iteration, written once: until the increment of the state is at round-off."""
+
+from collections.abc import Callable
+from typing import Any
+
+from daebench.kernels.hole import AGAIN, EPS, INF, Report, no_work, plus_work, tally
+
+OK = 0
+NOT_CONVERGED = 1
+SINGULAR = 2
+NOT_FINITE = 3
+SWEEPS = 40
+
+
+def newton(improve: Callable[..., Any], x: Any, data: Any) -> tuple[Any, Report]:
+    """Return the x at which ``improve`` has nothing left to do, and a report.
+
+    ``improve(x, data)`` returns the next iterate, the size of the increment of the state part, the size of the state, the
+    residual at x, and the smallest relative pivot of the iteration matrix, and has no branches or loops. The iteration ends when::
+
+        |dx| <= 4 eps max(1, |x|)      or      |dx| no longer shrinks and is within 1e4 eps max(1, |x|),
+
+    never because the residual is small: that leaves a bias, and the energy a linear drift. Where the imaginary part carries a
+    derivative it goes on for as many sweeps again, so that the derivative is as converged as the value. A relative pivot at
+    round-off, anything that is not finite, or 40 sweeps without an end stop it with a status that says so.
+    """
+    last = INF
+    until = 0
+    residual = INF
+    pivot = INF
+    for sweep in range(1, 2 * SWEEPS + 1):
+        x, size, scale, residual, pivot = improve(x, data)
+        if not residual < INF:
+            return x, (NOT_FINITE, residual, pivot, tally(improve, sweep))
+        if not pivot > 4.0 * EPS:
+            return x, (SINGULAR, residual, pivot, tally(improve, sweep))
+        if not size < INF:
+            return x, (NOT_FINITE, residual, pivot, tally(improve, sweep))
+        if until == 0:
+            bound = EPS * max(1.0, scale)
+            if size <= 4.0 * bound or (size >= last and size <= 10000.0 * bound):
+                until = AGAIN * sweep
+            elif sweep == SWEEPS:
+                return x, (NOT_CONVERGED, residual, pivot, tally(improve, sweep))
+            last = size
+        if sweep == until:
+            return x, (OK, residual, pivot, tally(improve, sweep))
+    return x, (NOT_CONVERGED, residual, pivot, tally(improve, 2 * SWEEPS))
+
+
+def linear(pivot: Any, residual: Any) -> Report:
+    """Return the report of a single linear solve."""
+    if not residual < INF:
+        return (NOT_FINITE, residual, pivot, no_work())
+    if not pivot > 4.0 * EPS:
+        return (SINGULAR, residual, pivot, no_work())
+    return (OK, residual, pivot, no_work())
+
+
+def both(first: Report, second: Report) -> Report:
+    """Return the report of two solutions in a row: the first that failed, the smaller pivot, the work of both."""
+    if first[0] != OK:
+        return first[0], first[1], first[2], plus_work(first[3], second[3])
+    return second[0], second[1], min(first[2], second[2]), plus_work(first[3], second[3])

@@ -1,0 +1,322 @@
+"""The linker: joins a scheme's file with one problem's functions and algebra into the source of one module.
+
+Scheme files and the files in ``kernels/`` are read as syntax, never run. From the functions that are asked for, the linker follows
+every call; for each function it settles the constants of the hole, threads the problem's parameters through, specialises functions
+that are passed by name, and asks the derivation or the algebra for exactly the names that are left.
+"""
+
+import ast
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+
+from daebench import codegen
+from daebench.algebra import Values
+from daebench.derive import Derivation
+from daebench.errors import InvalidProblem
+
+PACKAGE = Path(__file__).parent
+HOLE = "daebench.kernels.hole"
+WORK = ("H_p", "H_q", "g", "G", "second", "solve", "newton")
+"""What is counted as work, in this order: evaluations of H_p, H_q, g, G, second derivatives, linear solves, Newton sweeps."""
+_WORK = {name: name for name in ("H_p", "H_q", "g", "G")}
+_WORK |= dict.fromkeys(("H_pp", "H_qp", "H_qq", "Gv_p", "Gv_q", "curvature", "a_p"), "second")
+_WORK |= dict.fromkeys(("solve", "solve_d", "solve_dm", "solve_dd", "solve_2m"), "solve")
+_UNCOUNTED = ("rows",)  # M^-1 on rows of G: part of the algebra, whatever it is composed of
+_PLAIN = ("worst", "store", "no_work", "plus_work")
+PRECISIONS = {"float64": "2.220446049250313e-16", "float32": "numpy.float32(1.1920929e-07)", "complex128": "2.220446049250313e-16"}
+HEADER = """\"\"\"{title}\"\"\"
+
+import numpy
+from numpy import *
+from builtins import abs, max, min
+"""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Options:
+    """What a module is linked for.
+
+    Parameters
+    ----------
+    precision : str
+        "float64", "float32" or "complex128".
+    watch : tuple of str
+        Any of "energy", "manifold", "integrals": what the loop takes the maximum error of.
+    count : bool
+        Whether evaluations, solves and sweeps are counted.
+    compiled : bool
+        Whether functions are handed to numba; otherwise they run as they are.
+    """
+
+    precision: str = "float64"
+    watch: tuple[str, ...] = ()
+    count: bool = False
+    compiled: bool = True
+
+
+class _File:
+    """One source file as syntax, with its constant ``if`` statements settled."""
+
+    def __init__(self, name: str, text: str, constants: Mapping[str, bool]) -> None:
+        self.name = name
+        self.functions: dict[str, ast.FunctionDef] = {}
+        self.literals: dict[str, ast.Constant] = {}
+        self.imports: dict[str, tuple[str, str]] = {}
+        self._read(ast.parse(text).body, constants)
+
+    def _read(self, body: Sequence[ast.stmt], constants: Mapping[str, bool]) -> None:
+        for node in body:
+            if isinstance(node, ast.FunctionDef):
+                self.functions[node.name] = node
+            elif isinstance(node, ast.ImportFrom) and (node.module or "").startswith(("daebench.kernels", "daebench.schemes")):
+                self.imports |= {alias.asname or alias.name: (str(node.module), alias.name) for alias in node.names}
+            elif isinstance(node, ast.If) and isinstance(node.test, ast.Name) and node.test.id in constants:
+                self._read(node.body if constants[node.test.id] else node.orelse, constants)
+            elif isinstance(node, ast.Assign) and isinstance(node.value, ast.Constant) and isinstance(node.targets[0], ast.Name):
+                self.literals[node.targets[0].id] = node.value
+
+
+@cache
+def _text(module: str) -> str:
+    return PACKAGE.joinpath(*module.split(".")[1:]).with_suffix(".py").read_text(encoding="utf-8")
+
+
+class Linker:
+    """Collects the source of everything that the functions asked for need.
+
+    Parameters
+    ----------
+    derivation : Derivation
+        The problem.
+    options : Options
+        Number type, what to watch, whether to count and to compile.
+    scheme : str, optional
+        Module name of the scheme that fills the holes ``step`` and ``start``.
+    """
+
+    def __init__(self, derivation: Derivation, options: Options, scheme: str | None = None) -> None:
+        self.derivation, self.options, self.scheme = derivation, options, scheme
+        self.algebra = Values(derivation.d, derivation.m, derivation.structure, derivation.inverse_mass)
+        self.constants = {"SEPARABLE": derivation.separable, "QUADRATIC": derivation.quadratic, "MULTISTEP": False}
+        self.files: dict[str, _File] = {}
+        if scheme:
+            self.constants["MULTISTEP"] = "start" in self.file(scheme).functions
+        self.emitted: dict[str, str] = {}
+        self.work: dict[str, list[int]] = {}
+
+    def module(self, title: str, roots: Sequence[tuple[str, str]], cached: bool) -> str:
+        """Return the source of a module with these functions, each given as (file, name), and all that they need."""
+        names = [self.resolve(file, name) for file, name in roots]
+        body = "\n\n".join(self.emitted.values())
+        if self.options.precision == "float32":
+            body = ast.unparse(_TypedLiterals().visit(ast.parse(body)))
+        lines = [HEADER.format(title=title), f"EPS = {PRECISIONS[self.options.precision]}"]
+        lines.append("INF = " + ("numpy.float32(numpy.inf)" if self.options.precision == "float32" else "numpy.inf"))
+        if self.scheme:
+            lines += [f"EACH_{name.upper()} = {self.work.get(self._emitted(self.scheme, name), [])}" for name in ("step", "start")]
+        lines.append(f"ELEMENTWISE = {'def solve' not in body and 'def _solve' not in body}")
+        if self.options.compiled:
+            lines.insert(1, "from numba import njit\n")
+            body = _decorated(body, names, cached)
+        return "\n".join([*lines, "\n", body, ""])
+
+    def file(self, module: str) -> _File:
+        """Return a source file as syntax."""
+        if module not in self.files:
+            self.files[module] = _File(module, _text(module), self.constants)
+        return self.files[module]
+
+    @staticmethod
+    def _emitted(module: str, name: str) -> str:
+        """Return the name that a file's function has in the generated module."""
+        own = module.rsplit(".", 1)[1]
+        return name if own in ("loop", "composed", "mechanical") else f"{own}_{name}"
+
+    def function(self, module: str, name: str, bound: Mapping[str, str]) -> str:
+        """Emit the function of this name in this file, with these functions in place of its callable parameters; return its name."""
+        emitted = self._emitted(module, name) + "".join(f"__{function}" for function in bound.values())
+        if emitted not in self.emitted and emitted not in self.work:
+            self.work[emitted] = [0] * len(WORK)
+            specialise = _Specialise(self, self.file(module), bound)
+            self.emitted[emitted] = ast.unparse(specialise.linked(self.file(module).functions[name], emitted))
+            self.work[emitted] = specialise.work
+        return emitted
+
+    def resolve(self, module: str, name: str) -> str:
+        """Return the emitted name of what a file's imported name stands for, emitting it first where it is new."""
+        if module != HOLE:
+            return self.function(module, name, {})
+        if name in ("step", "start"):
+            return self.function(str(self.scheme), name, {})
+        if name not in self.emitted:
+            source = self.derivation.source(name) or self.algebra.source(name) or self._loop_source(name)
+            if source is None:
+                return self._composed(name)
+            self.emitted[name] = source
+        return name
+
+    def _composed(self, name: str) -> str:
+        for part in ("mechanical", "composed"):
+            file = self.file(f"daebench.kernels.{part}")
+            if name in file.functions and not (part == "mechanical" and self.derivation.explicit):
+                return self.function(file.name, name, {})
+        raise InvalidProblem(f"a scheme asks for {name}, which is not known for this problem.")
+
+    def takes_par(self, module: str, name: str) -> bool:
+        """Whether calls of this function hand on the problem's parameters."""
+        return module != HOLE or (self.algebra.source(name) is None and name not in _PLAIN)
+
+    def work_of(self, emitted: str, name: str) -> list[int]:
+        """Return what one call of this function counts for, Newton's sweeps apart."""
+        if name in _UNCOUNTED:
+            return [0] * len(WORK)
+        if name in _WORK:
+            return [int(kind == _WORK[name]) for kind in WORK]
+        return self.work.get(emitted, [0] * len(WORK))
+
+    def tally(self, improve: str) -> str:
+        """Emit the function that turns a number of sweeps of ``improve`` into work; return its name."""
+        emitted = f"tally__{improve}"
+        sweep = [n + (kind == "newton") for n, kind in zip(self.work[improve], WORK, strict=True)]
+        result = codegen.pack(f"{n} * sweeps" for n in sweep) if self.options.count else "()"
+        self.emitted[emitted] = codegen.function(f"{emitted}(sweeps)", f"return {result}")
+        return emitted
+
+    def _loop_source(self, name: str) -> str | None:
+        k = range(len(WORK) if self.options.count else 0)
+        if name == "no_work":
+            return codegen.function("no_work()", "return " + codegen.pack("0" for _ in k))
+        if name == "plus_work":
+            return codegen.function("plus_work(x, y)", "return " + codegen.pack(f"x[{i}] + y[{i}]" for i in k))
+        return self._watch_source(name) if name in ("watched", "watch", "worst", "store") else None
+
+    def _watch_source(self, name: str) -> str:
+        """Source of what the loop watches: energy, manifold and integrals, each only where asked for."""
+        watch, integrals = self.options.watch, list(self.derivation.problem.integrals)
+        conserved: list[str] = ["H(p, q, par)"] if "energy" in watch else []
+        errors = [f"abs({conserved[0]} - first[0])"] if conserved else []
+        if "manifold" in watch:
+            for function in ("g(q, par)", "Gv(p, q, par)"):
+                errors.append(self._largest(function))
+        if "integrals" in watch:
+            first = len(conserved)
+            errors += [f"abs(integrals(p, q, par)[{i}] - first[{first + i}])" for i in range(len(integrals))]
+            conserved += [f"integrals(p, q, par)[{i}]" for i in range(len(integrals))]
+        k = range(len(errors))
+        if name == "worst":
+            return codegen.function(
+                "worst(x, y)", "return " + codegen.pack(f"x[{i}] if x[{i}] != x[{i}] or x[{i}] >= y[{i}] else y[{i}]" for i in k)
+            )
+        if name == "store":
+            lines = [f"{array}[row, {i}] = {array.lower()}[{i}]" for array in "PQ" for i in range(self.derivation.d)]
+            return codegen.function("store(P, Q, row, p, q)", *lines)
+        for needed in ("H", "g", "Gv", "integrals"):
+            if any(f"{needed}(" in text for text in [*errors, *conserved]):
+                self.resolve(HOLE, needed)
+        if name == "watched":
+            return codegen.function("watched(p, q, par)", "return " + codegen.pack(conserved))
+        return codegen.function("watch(p, q, first, par)", "return " + codegen.pack(errors))
+
+    def _largest(self, call: str) -> str:
+        """Source of the largest modulus of the m values of a call."""
+        moduli = [f"abs({call}[{i}])" for i in range(self.derivation.m)]
+        text = moduli[0]
+        for modulus in moduli[1:]:
+            text = f"max({text}, {modulus})"
+        return text
+
+
+class _Specialise(ast.NodeTransformer):
+    """Rewrites one function: names resolved, parameters threaded, constants settled, annotations gone; and counts its calls."""
+
+    def __init__(self, linker: Linker, file: _File, bound: Mapping[str, str]) -> None:
+        self.linker, self.file, self.bound = linker, file, bound
+        self.work = [0] * len(WORK)
+
+    def linked(self, node: ast.FunctionDef, emitted: str) -> ast.FunctionDef:
+        """Return the function under its emitted name, callable parameters replaced by what they are bound to."""
+        arguments = [a for a in _parameters(node) if a not in self.bound] + ["par"]
+        signature = ast.parse(f"def {emitted}({', '.join(arguments)}): pass").body[0]
+        copy = ast.parse(ast.unparse(node)).body[0]
+        assert isinstance(signature, ast.FunctionDef) and isinstance(copy, ast.FunctionDef)
+        signature.body = [self.visit(statement) for statement in copy.body]
+        return ast.fix_missing_locations(signature)
+
+    def visit_Name(self, node: ast.Name) -> ast.expr:
+        """Put values in place of the hole's constants and of a file's literals."""
+        module, name = self._target(node.id)
+        if module == HOLE and name in self.linker.constants:
+            return ast.Constant(self.linker.constants[name])
+        if module == HOLE and name == "AGAIN":
+            return ast.Constant(2 if self.linker.options.precision == "complex128" else 1)
+        return node if module == HOLE else self.linker.file(module).literals.get(name, node)
+
+    def visit_Call(self, node: ast.Call) -> ast.Call:
+        """Resolve the function that is called and hand the parameters on."""
+        assert isinstance(node.func, ast.Name)
+        name = node.func.id
+        module, target = self._target(name)
+        if module == HOLE and target == "tally":
+            assert isinstance(node.args[0], ast.Name)
+            return _call(self.linker.tally(self.bound[node.args[0].id]), [self.visit(node.args[1])])
+        if name in self.bound:
+            return _call(self.bound[name], [*map(self.visit, node.args), ast.Name("par", ast.Load())])
+        if name not in self.file.imports and name not in self.file.functions:
+            return _call(name, [self.visit(a) for a in node.args])
+        bound, handed = self._split(module, target, node.args)
+        emitted = self.linker.function(module, target, bound) if bound else self.linker.resolve(module, target)
+        if not bound:
+            self.work = [mine + more for mine, more in zip(self.work, self.linker.work_of(emitted, target), strict=True)]
+        if self.linker.takes_par(module, target):
+            handed.append(ast.Name("par", ast.Load()))
+        return _call(emitted, handed)
+
+    def _target(self, name: str) -> tuple[str, str]:
+        return self.file.imports.get(name, (self.file.name, name))
+
+    def _split(self, module: str, target: str, arguments: Sequence[ast.expr]) -> tuple[dict[str, str], list[ast.expr]]:
+        """Split a call's arguments into functions passed by name, emitted and bound to their parameters, and the others."""
+        function = None if module == HOLE else self.linker.file(module).functions[target]
+        slots = [] if function is None else _called(function)
+        bound, handed = {}, []
+        for position, argument in enumerate(arguments):
+            if function is not None and (parameter := _parameters(function)[position]) in slots:
+                assert isinstance(argument, ast.Name)
+                bound[parameter] = self.linker.resolve(*self._target(argument.id))
+            else:
+                handed.append(self.visit(argument))
+        return bound, handed
+
+
+class _TypedLiterals(ast.NodeTransformer):
+    """Give every float literal the type float32, so that none promotes a result."""
+
+    def visit_Constant(self, node: ast.Constant) -> ast.expr:
+        """Wrap a float."""
+        return ast.parse(f"numpy.float32({node.value!r})", mode="eval").body if isinstance(node.value, float) else node
+
+
+def _call(name: str, arguments: Sequence[ast.expr]) -> ast.Call:
+    return ast.Call(ast.Name(name, ast.Load()), list(arguments), [])
+
+
+def _decorated(body: str, roots: Sequence[str], cached: bool) -> str:
+    """Hand each function to numba; only the roots are kept on disk, with everything else inside them."""
+    tree = ast.parse(body)
+    for node in tree.body:
+        if isinstance(node, ast.FunctionDef):
+            keep = ", cache=True" if cached and node.name in roots else ""
+            node.decorator_list = [ast.parse(f"njit(error_model='numpy'{keep})", mode="eval").body]
+    return ast.unparse(tree)
+
+
+def _parameters(node: ast.FunctionDef) -> list[str]:
+    return [argument.arg for argument in node.args.args]
+
+
+def _called(node: ast.FunctionDef) -> list[str]:
+    """Return the parameters of a function that it calls."""
+    calls = {n.func.id for n in ast.walk(node) if isinstance(n, ast.Call) and isinstance(n.func, ast.Name)}
+    return [parameter for parameter in _parameters(node) if parameter in calls]

@@ -1,0 +1,76 @@
+"""What a method is: a name, one knob, and a way from a scene to a trajectory."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import Protocol
+
+from daebench.scene import Scene
+from daebench.trajectory import Trajectory
+
+Progress = Callable[[float], None]
+"""Called now and then with the fraction of the run that is done."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Request:
+    """What a method is asked to do with a scene.
+
+    Parameters
+    ----------
+    value : float
+        Value of the method's knob, h or tol.
+    t_end : float, optional
+        End of the run; a fixed-step method takes floor(t_end / h + 1e-9) steps of exactly h.
+    steps : int, optional
+        Number of steps of a fixed-step method, in place of t_end.
+    every : int, optional
+        A fixed-step method stores a state after every so many steps; 0 stores the end alone. The default is 1.
+    points : int, optional
+        A tolerance-driven method gives output at so many equidistant times, the start included. The default is 201.
+    watch : tuple of str
+        Any of "energy", "manifold", "integrals".
+    count : bool
+        Whether work is counted.
+    precision : str
+        "float64" or "float32".
+    multipliers : bool
+        Whether lam(p, q) is wanted at the output times.
+    progress : callable, optional
+        Told the fraction done.
+    seconds_limit : float, optional
+        Wall-clock limit, s.
+    """
+
+    value: float
+    t_end: float | None = None
+    steps: int | None = None
+    every: int | None = None
+    points: int | None = None
+    watch: tuple[str, ...] = ("energy", "manifold")
+    count: bool = True
+    precision: str = "float64"
+    multipliers: bool = False
+    progress: Progress | None = field(default=None, compare=False)
+    seconds_limit: float | None = None
+
+
+class Method(Protocol):
+    """Anything that solves a scene and is steered by one number."""
+
+    @property
+    def name(self) -> str:
+        """Name in the grammar of methods."""
+
+    @property
+    def knob(self) -> str:
+        """What it is steered by: "h" or "tol"."""
+
+    def refusal(self, scene: Scene) -> str | None:
+        """Return why the method cannot be used on this problem, as a sentence, or None."""
+
+    def solve(self, scene: Scene, request: Request) -> Trajectory:
+        """Return the trajectory; where the run stops early, what was computed so far and why."""
+
+
+Options = Mapping[str, float]
+"""Free numbers of a method or formulation, by name."""

@@ -1,0 +1,1 @@
+"""The schemes: one file each, a pure map with a hole (``kernels/hole.py``) and its claims."""

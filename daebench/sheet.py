@@ -1,0 +1,31 @@
+"""The sheet of a problem: its sizes, names and initial values as plain Python, so that a second run needs no SymPy."""
+
+import sympy as sp
+
+from daebench import codegen
+from daebench.derive import Derivation
+
+
+def source(problem: str, derivation: Derivation) -> str:
+    """Return the source of a problem's sheet.
+
+    The sheet has D and M (sizes), PARAMETERS (name to default, in the order of ``par``), CASES (name to its parameters and
+    about), INTEGRALS (names), SEPARABLE, EXPLICIT, CLOSED_FORM, and INITIAL (case to a function of ``par`` that returns p and q).
+    """
+    definition = derivation.problem
+    facts = {
+        "D": derivation.d,
+        "M": derivation.m,
+        "PARAMETERS": {str(symbol): float(value) for symbol, value in definition.parameters.items()},
+        "CASES": {name: {"parameters": dict(case.parameters), "about": case.about} for name, case in definition.cases.items()},
+        "INTEGRALS": tuple(definition.integrals),
+        "SEPARABLE": derivation.separable,
+        "EXPLICIT": derivation.explicit,
+        "CLOSED_FORM": definition.closed_form is not None,
+    }
+    lines = [f'"""Facts about {problem}."""', "from numpy import *", *(f"{name} = {value!r}" for name, value in facts.items())]
+    for k, case in enumerate(definition.cases.values()):
+        values = [sp.sympify(value) for value in (*case.p, *case.q)]
+        lines.append(codegen.expressions(f"initial_{k}", {}, values, (2, derivation.d), derivation.parameters))
+    pairs = ", ".join(f"{name!r}: initial_{k}" for k, name in enumerate(definition.cases))
+    return "\n".join([*lines, f"INITIAL = {{{pairs}}}", ""])

@@ -1,0 +1,85 @@
+"""A trajectory: what a run gave, as arrays that belong to it alone."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from daebench.errors import RunFailed
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Trajectory:
+    """What one method gave on one scene.
+
+    Parameters
+    ----------
+    problem, case, method : str
+        Names.
+    parameters : mapping of str to float
+        The problem's run-time parameters.
+    knob : str
+        "h" or "tol": what the method is steered by.
+    value : float
+        Value of the knob.
+    t : ndarray, shape(n,)
+        Output times, the first 0.
+    q, p : ndarray, shape(n, d)
+        Positions and momenta at the output times.
+    lam : ndarray, shape(n, m), optional
+        Multipliers lam(p, q) of HLW (1.12) at the output times, where they were asked for.
+    steps : int
+        Steps taken, as the solver counts them.
+    work : mapping of str to int
+        Exact counts: evaluations, linear solves, Newton sweeps. Empty if not counted.
+    maxima : mapping of str to float
+        Largest modulus of the watched errors: "energy", "g", "Gv", and first integrals by name.
+    maxima_over : str
+        "steps" or "outputs": what the maxima were taken over.
+    pivot : float, optional
+        Smallest relative pivot met in a linear solve.
+    seconds : float
+        CPU time of stepping, compilation excluded.
+    compile_seconds : float
+        Time until the kernel was ready.
+    callback_seconds : float, optional
+        Part of ``seconds`` spent in Python callbacks, for solvers that have them.
+    failure : str, optional
+        Why the run ended early, as a sentence; None if it is complete.
+    """
+
+    problem: str
+    case: str
+    method: str
+    parameters: Mapping[str, float]
+    knob: str
+    value: float
+    t: Array
+    q: Array
+    p: Array
+    lam: Array | None = None
+    steps: int
+    work: Mapping[str, int] = field(default_factory=dict)
+    maxima: Mapping[str, float] = field(default_factory=dict)
+    maxima_over: str = "steps"
+    pivot: float | None = None
+    seconds: float
+    compile_seconds: float = 0.0
+    callback_seconds: float | None = None
+    failure: str | None = None
+
+    def complete(self) -> Self:
+        """Return the trajectory itself.
+
+        Raises
+        ------
+        RunFailed
+            If the run ended early; the message is the failure's sentence.
+        """
+        if self.failure is not None:
+            raise RunFailed(self.failure)
+        return self

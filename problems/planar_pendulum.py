@@ -1,0 +1,45 @@
+"""A point mass on a circle under gravity: one degree of freedom, and a closed form to hold everything against."""
+
+import sympy as sp
+
+from daebench.problem import Case, ConstrainedHamiltonian, coordinates
+
+
+def problem(*, mass: float = 1.0, length: float = 1.0, gravity: float = 1.0) -> ConstrainedHamiltonian:
+    """Return the planar pendulum in Cartesian coordinates with q2 pointing up.
+
+    ::
+
+        H = |p|^2 / (2 mass) + mass gravity q2,      g = |q|^2 - length^2
+
+    Parameters
+    ----------
+    mass : float
+        Mass of the point, kg.
+    length : float
+        Length of the massless rod, m.
+    gravity : float
+        Gravitational acceleration along -q2, m/s^2.
+    """
+    m, length_, gamma = sp.symbols("mass length gravity", positive=True)
+    q, p = coordinates(2)
+    near = sp.Rational(1, 1000)
+    return ConstrainedHamiltonian(
+        q=q,
+        p=p,
+        M=m * sp.eye(2),
+        U=m * gamma * q[1],
+        g=[q[0] ** 2 + q[1] ** 2 - length_**2],
+        parameters={m: mass, length_: length, gamma: gravity},
+        cases={
+            "horizontal": Case(q=(1, 0), p=(0, 0), about="released at rest from the horizontal"),
+            "near_top": Case(q=(sp.sin(near), sp.cos(near)), p=(0, 0), about="at rest, 1e-3 rad from the unstable equilibrium"),
+            "rotating": Case(q=(0, -1), p=(sp.Rational(5, 2), 0), about="through the lowest point fast enough to go round"),
+            "iftomm_a01": Case(
+                q=(-1, 0),
+                p=(0, 0),
+                parameters={"gravity": 9.81},
+                about="IFToMM benchmark A01: released at rest from the horizontal, gravity 9.81",
+            ),
+        },
+    )

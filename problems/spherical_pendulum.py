@@ -1,0 +1,52 @@
+"""A point mass on a sphere under gravity, HLW Example 1.1: the smallest scene in which index reduction shows its price."""
+
+import sympy as sp
+
+from daebench.problem import Case, ConstrainedHamiltonian, coordinates
+
+
+def problem(*, mass: float = 1.0, length: float = 1.0, gravity: float = 1.0) -> ConstrainedHamiltonian:
+    """Return the spherical pendulum, HLW (1.3), in Cartesian coordinates with q3 pointing up.
+
+    ::
+
+        H = |p|^2 / (2 mass) + mass gravity q3,      g = |q|^2 - length^2
+
+    Parameters
+    ----------
+    mass : float
+        Mass of the point, kg.
+    length : float
+        Length of the massless rod, m.
+    gravity : float
+        Gravitational acceleration along -q3, m/s^2.
+    """
+    m, length_, gamma = sp.symbols("mass length gravity", positive=True)
+    q, p = coordinates(3)
+    a, b = sp.Rational(1, 10), sp.Rational(13, 10)
+    return ConstrainedHamiltonian(
+        q=q,
+        p=p,
+        M=m * sp.eye(3),
+        U=m * gamma * q[2],
+        g=[q[0] ** 2 + q[1] ** 2 + q[2] ** 2 - length_**2],
+        parameters={m: mass, length_: length, gamma: gravity},
+        cases={
+            "fig1.1": Case(
+                q=(0, sp.sin(a), -sp.cos(a)),
+                p=(sp.Rational(6, 100), 0, 0),
+                about="HLW Fig. 1.1: a slow swing near the lowest point",
+            ),
+            "fig1.2": Case(
+                q=(sp.sin(b), 0, sp.cos(b)),
+                p=(3 * sp.cos(b), sp.Rational(13, 2), -3 * sp.sin(b)),
+                about="HLW Fig. 1.2: fast, from the upper half",
+            ),
+            "fig1.2b": Case(
+                q=(sp.sin(b), 0, -sp.cos(b)),
+                p=(3 * sp.cos(b), sp.Rational(13, 2), 3 * sp.sin(b)),
+                about="as fig1.2 with the other tangent completion: fast, from the lower half",
+            ),
+        },
+        integrals={"L3": q[0] * p[1] - q[1] * p[0]},
+    )
