@@ -1,1 +1,46 @@
-"""daebench."""
+"""daebench: what a treatment of constraints really costs, and what it breaks.
+
+One constrained Hamiltonian problem, written once, is posed as index-3, -2, -1 and stabilised DAE and handed to structure-preserving
+schemes; energy drift, manifold drift, order, symplecticity and cost are measured side by side. Notation and equation numbers are those
+of Hairer, Lubich and Wanner, *Geometric Numerical Integration*, chapter VII (HLW).
+"""
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from daebench.api import methods, problems, run, scene_of
+    from daebench.compare import compare
+    from daebench.errors import BadInput, DaebenchError, InconsistentStart, RunFailed
+    from daebench.problem import Case, ConstrainedHamiltonian
+    from daebench.trajectory import Trajectory
+
+__all__ = [
+    "BadInput",
+    "Case",
+    "ConstrainedHamiltonian",
+    "DaebenchError",
+    "InconsistentStart",
+    "RunFailed",
+    "Trajectory",
+    "compare",
+    "methods",
+    "problems",
+    "run",
+    "scene_of",
+]
+
+_HOME = {
+    **dict.fromkeys(("methods", "problems", "run", "scene_of"), "api"),
+    **dict.fromkeys(("BadInput", "DaebenchError", "InconsistentStart", "RunFailed"), "errors"),
+    **dict.fromkeys(("Case", "ConstrainedHamiltonian"), "problem"),
+    "compare": "compare",
+    "Trajectory": "trajectory",
+}
+
+
+def __getattr__(name: str) -> Any:
+    """Import what is asked for when it is asked for: NumPy alone takes longer than ``daebench list`` may."""
+    if name not in _HOME:
+        raise AttributeError(f"module 'daebench' has no attribute {name!r}")
+    return getattr(import_module(f"daebench.{_HOME[name]}"), name)

@@ -47,6 +47,7 @@ class Values:
 
         return {
             "axpy": vector("axpy(w, x, y)", "w * x[{i}] + y[{i}]", d),
+            "scale": vector("scale(w, x)", "w * x[{i}]", d),
             "axpy_m": vector("axpy_m(w, x, y)", "w * x[{i}] + y[{i}]", m),
             "zero_m": vector("zero_m(q)", "0.0 * q[0]", m),
             "dot": lambda: function("dot(x, y)", "return " + _sum([f"x[{i}] * y[{i}]" for i in d])),

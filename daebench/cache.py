@@ -35,7 +35,7 @@ def toolchain() -> str:
     package = Path(__file__).parent
     files = [package / f"{name}.py" for name in ("algebra", "cache", "codegen", "derive", "link", "pose", "problem", "sheet")]
     digest = hashlib.sha256()
-    for file in [*files, *sorted((package / "kernels").glob("*.py"))]:
+    for file in [*files, *sorted((package / "kernels").glob("*.py")), *sorted((package / "schemes").glob("*.py"))]:
         digest.update(file.read_bytes())
     return f"{digest.hexdigest()} sympy {version('sympy')} python {sys.version_info[:2]}"
 

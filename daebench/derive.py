@@ -177,7 +177,7 @@ class Derivation:
             "integrals": lambda: (pq, list(self.problem.integrals.values()), (len(self.problem.integrals),)),
         }
         if self.mechanical:
-            rules |= {"M": lambda: (q, self.M, (d, d))}
+            rules |= {"M": lambda: (q, self.M, (d, d)), "mass": lambda: (pq, self.M, (d, d))}
         if self.explicit:
             return rules | {
                 "H": lambda: (pq, [self.H], ()),

@@ -67,56 +67,70 @@ def H_pp(p: Vector, q: Vector) -> Matrix:
     """Inverse mass d2H/dp2, shape(d, d)."""
     raise NotImplementedError("filled in by the linker")
 
+
 def H_qp(p: Vector, q: Vector) -> Matrix:
     """Derivative of H_q with respect to p, shape(d, d)."""
     raise NotImplementedError("filled in by the linker")
+
 
 def H_qq(p: Vector, q: Vector) -> Matrix:
     """Derivative of H_q with respect to q at fixed p, shape(d, d)."""
     raise NotImplementedError("filled in by the linker")
 
+
 def M(q: Vector) -> Matrix:
     """Mass matrix, shape(d, d)."""
     raise NotImplementedError("filled in by the linker")
+
 
 def mass(p: Vector, q: Vector) -> Matrix:
     """Mass matrix, the inverse of H_pp, of any problem, shape(d, d)."""
     raise NotImplementedError("filled in by the linker")
 
+
 def U(q: Vector) -> Number:
     """Potential energy."""
+
 
 def U_q(q: Vector) -> Vector:
     """Gradient of the potential energy."""
     raise NotImplementedError("filled in by the linker")
 
+
 def U_qq(q: Vector) -> Matrix:
     """Second derivative of the potential energy, shape(d, d)."""
     raise NotImplementedError("filled in by the linker")
+
 
 def N(q: Vector, v: Vector) -> Matrix:
     """Derivative of M(q) v with respect to q, shape(d, d)."""
     raise NotImplementedError("filled in by the linker")
 
+
 def T_q(q: Vector, v: Vector) -> Vector:
     """Gradient of 1/2 v^T M(q) v with respect to q at fixed v."""
     raise NotImplementedError("filled in by the linker")
+
 
 def T_qq(q: Vector, v: Vector) -> Matrix:
     """Derivative of T_q with respect to q at fixed v, shape(d, d)."""
     raise NotImplementedError("filled in by the linker")
 
+
 def c_v(q: Vector, v: Vector) -> Matrix:
     """Derivative of the velocity terms c = N v - T_q with respect to v, shape(d, d)."""
     raise NotImplementedError("filled in by the linker")
+
 
 def g(q: Vector) -> Multiplier:
     """Constraint, shape(m,)."""
     raise NotImplementedError("filled in by the linker")
 
+
 def G(q: Vector) -> Matrix:
     """Constraint Jacobian dg/dq, shape(m, d)."""
     raise NotImplementedError("filled in by the linker")
+
 
 def rows(X: Matrix, p: Vector, q: Vector) -> Matrix:
     """X H_pp for a Jacobian X of constraints: M^-1 applied to each of its rows, shape(m, d)."""
@@ -127,87 +141,114 @@ def g_qv(q: Vector, v: Vector) -> Matrix:
     """Derivative of G(q) v with respect to q at fixed v, shape(m, d)."""
     raise NotImplementedError("filled in by the linker")
 
+
 def curvature(q: Vector, lam: Multiplier) -> Matrix:
     """Derivative of G(q)^T lam with respect to q, shape(d, d)."""
     raise NotImplementedError("filled in by the linker")
+
 
 def Gv(p: Vector, q: Vector) -> Multiplier:
     """Velocity constraint G H_p, HLW (1.11), shape(m,)."""
     raise NotImplementedError("filled in by the linker")
 
+
 def Gv_p(p: Vector, q: Vector) -> Matrix:
     """Derivative of G H_p with respect to p, G H_pp, shape(m, d)."""
     raise NotImplementedError("filled in by the linker")
+
 
 def Gv_q(p: Vector, q: Vector) -> Matrix:
     """Derivative of G H_p with respect to q, shape(m, d)."""
     raise NotImplementedError("filled in by the linker")
 
+
 def a(p: Vector, q: Vector, lam: Multiplier) -> Multiplier:
     """Right side of HLW (1.12): the second derivative of g along the solution, shape(m,)."""
     raise NotImplementedError("filled in by the linker")
+
 
 def a_p(p: Vector, q: Vector, lam: Multiplier) -> Matrix:
     """Derivative of a with respect to p, shape(m, d)."""
     raise NotImplementedError("filled in by the linker")
 
+
 def integrals(p: Vector, q: Vector) -> tuple[Number, ...]:
     """First integrals that the problem declares besides H."""
     raise NotImplementedError("filled in by the linker")
 
+
 # ---- algebra -------------------------------------------------------------------------------------------------------------
 
+
 def axpy(w: Number, x: Vector, y: Vector) -> Vector:
-    """w x + y."""
+    """W x + y."""
     raise NotImplementedError("filled in by the linker")
 
-def axpy_m(w: Number, x: Multiplier, y: Multiplier) -> Multiplier:
-    """w x + y on multipliers."""
+
+def scale(w: Number, x: Vector) -> Vector:
+    """W x."""
     raise NotImplementedError("filled in by the linker")
+
+
+def axpy_m(w: Number, x: Multiplier, y: Multiplier) -> Multiplier:
+    """W x + y on multipliers."""
+    raise NotImplementedError("filled in by the linker")
+
 
 def zero_m(q: Vector) -> Multiplier:
     """A multiplier of zeros in q's number type."""
     raise NotImplementedError("filled in by the linker")
 
+
 def dot(x: Vector, y: Vector) -> Number:
     """x^T y."""
+
 
 def norm(x: Vector) -> Number:
     """Sum of moduli; unlike the largest modulus it cannot hide a NaN."""
 
+
 def norm_m(x: Multiplier) -> Number:
     """Sum of moduli of a multiplier."""
+
 
 def mul(X: Matrix, v: Vector) -> Multiplier:
     """X v for a Jacobian X of constraints."""
     raise NotImplementedError("filled in by the linker")
 
+
 def mul_full(X: Matrix, v: Vector) -> Multiplier:
     """X v for any X of shape(m, d)."""
     raise NotImplementedError("filled in by the linker")
+
 
 def mul_T(X: Matrix, y: Multiplier) -> Vector:
     """X^T y for a Jacobian X of constraints."""
     raise NotImplementedError("filled in by the linker")
 
+
 def mul_full_T(X: Matrix, y: Multiplier) -> Vector:
     """X^T y for any X of shape(m, d)."""
     raise NotImplementedError("filled in by the linker")
+
 
 def gram(X: Matrix, Y: Matrix) -> Matrix:
     """X Y^T, shape(m, m), for a Jacobian X of constraints."""
     raise NotImplementedError("filled in by the linker")
 
+
 def gram_full(X: Matrix, Y: Matrix) -> Matrix:
     """X Y^T, shape(m, m), for any X and Y of shape(m, d)."""
     raise NotImplementedError("filled in by the linker")
+
 
 def plus_mm(X: Matrix, Y: Matrix) -> Matrix:
     """X + Y, shape(m, m)."""
     raise NotImplementedError("filled in by the linker")
 
+
 def scale_dd(w: Number, X: Matrix) -> Matrix:
-    """w X, shape(d, d)."""
+    """W X, shape(d, d)."""
     raise NotImplementedError("filled in by the linker")
 
 
@@ -222,58 +263,72 @@ def jacobian_times(X: Matrix, S: Matrix) -> Matrix:
 
 
 def scale_md(w: Number, X: Matrix) -> Matrix:
-    """w X, shape(m, d)."""
+    """W X, shape(m, d)."""
     raise NotImplementedError("filled in by the linker")
+
 
 def apply_md(S: Matrix, X: Matrix) -> Matrix:
     """S applied to each row of X: X S^T, shape(m, d)."""
     raise NotImplementedError("filled in by the linker")
 
+
 def apply(S: Matrix, x: Vector) -> Vector:
     """S x, shape(d,)."""
     raise NotImplementedError("filled in by the linker")
 
+
 def axpy_dd(w: Number, X: Matrix, Y: Matrix) -> Matrix:
-    """w X + Y, shape(d, d)."""
+    """W X + Y, shape(d, d)."""
     raise NotImplementedError("filled in by the linker")
+
 
 def identity_plus(w: Number, X: Matrix) -> Matrix:
     """I + w X, shape(d, d)."""
     raise NotImplementedError("filled in by the linker")
 
+
 def identity_d(q: Vector) -> Matrix:
     """I in q's number type, shape(d, d)."""
     raise NotImplementedError("filled in by the linker")
+
 
 def transpose(X: Matrix) -> Matrix:
     """X^T, shape(d, d)."""
     raise NotImplementedError("filled in by the linker")
 
+
 def product(X: Matrix, Y: Matrix) -> Matrix:
     """X Y, shape(d, d)."""
     raise NotImplementedError("filled in by the linker")
 
+
 def solve(A: Matrix, b: Multiplier) -> tuple[Multiplier, Number]:
-    """x with A x = b, shape(m,), and the smallest relative pivot."""
+    """X with A x = b, shape(m,), and the smallest relative pivot."""
     raise NotImplementedError("filled in by the linker")
 
+
 def solve_d(A: Matrix, b: Vector) -> tuple[Vector, Number]:
-    """x with A x = b, shape(d,), and the smallest relative pivot."""
+    """X with A x = b, shape(d,), and the smallest relative pivot."""
     raise NotImplementedError("filled in by the linker")
+
 
 def solve_dm(A: Matrix, b: Vector, X: Matrix) -> tuple[Vector, Matrix, Number]:
     """A^-1 b, the solutions for the m rows of X as rows, and the smallest relative pivot."""
     raise NotImplementedError("filled in by the linker")
 
+
 def solve_dd(A: Matrix, b: Vector, X: Matrix) -> tuple[Vector, Matrix, Number]:
     """A^-1 b, the solutions for the d rows of X as rows, and the smallest relative pivot."""
     raise NotImplementedError("filled in by the linker")
+
 
 def solve_2m(A: Matrix, B: Matrix, C: Matrix, D: Matrix, b: Multiplier, c: Multiplier) -> tuple[Multiplier, Multiplier, Number]:
     """x, y with [[A, B], [C, D]] (x, y) = (b, c), and the smallest relative pivot."""
     raise NotImplementedError("filled in by the linker")
 
+
 # ---- what only Newton and the loop use -----------------------------------------------------------------------------------
+
 
 def tally(improve: Any, sweeps: int) -> Any:
     """Work of so many sweeps of ``improve``; empty where work is not counted."""
@@ -291,21 +346,26 @@ def step(p0: Vector, q0: Vector, h: Number) -> tuple[Vector, Vector, Report]:
     """The scheme's step (a multistep scheme's has its memory after q0 and returns it after q1)."""
     raise NotImplementedError("filled in by the linker")
 
+
 def start(p0: Vector, q0: Vector, h: Number) -> tuple[Any, Report]:
     """A multistep scheme's first memory."""
     raise NotImplementedError("filled in by the linker")
+
 
 def watched(p: Vector, q: Vector) -> tuple[Number, ...]:
     """Conserved quantities that the run watches."""
     raise NotImplementedError("filled in by the linker")
 
+
 def watch(p: Vector, q: Vector, first: tuple[Number, ...]) -> tuple[Number, ...]:
     """Moduli of the errors that the run watches, given the conserved quantities at the start."""
     raise NotImplementedError("filled in by the linker")
 
+
 def worst(x: tuple[Number, ...], y: tuple[Number, ...]) -> tuple[Number, ...]:
     """The larger of each pair; NaN where either is."""
     raise NotImplementedError("filled in by the linker")
+
 
 def store(P: Any, Q: Any, row: int, p: Vector, q: Vector) -> None:
     """Write a state into row ``row`` of the outputs."""

@@ -2,7 +2,21 @@
 
 from typing import Any
 
-from daebench.kernels.hole import INF, MULTISTEP, Number, Report, Vector, no_work, norm, plus_work, start, step, store, watch, watched, worst
+from daebench.kernels.hole import (
+    INF,
+    MULTISTEP,
+    Number,
+    Vector,
+    no_work,
+    norm,
+    plus_work,
+    start,
+    step,
+    store,
+    watch,
+    watched,
+    worst,
+)
 from daebench.kernels.newton import NOT_FINITE, OK
 
 if MULTISTEP:

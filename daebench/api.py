@@ -1,0 +1,187 @@
+"""The same things from Python as from the command line: run and compare."""
+
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING
+
+from daebench.catalogue import find_scene
+from daebench.errors import BadInput
+from daebench.method import Method, Progress, Request
+from daebench.names import parse
+from daebench.scene import Scene
+from daebench.trajectory import Trajectory
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+    from daebench.problem import ConstrainedHamiltonian
+
+WATCH = ("energy", "manifold", "integrals")
+
+
+def scene_of(
+    problem: "str | ConstrainedHamiltonian",
+    case: str | None = None,
+    parameters: Mapping[str, float] | None = None,
+    *,
+    p0: Sequence[float] | None = None,
+    q0: Sequence[float] | None = None,
+    project: bool = False,
+) -> Scene:
+    """Return a problem, by name or as a definition, with the numbers of a case; consistent, or else an error.
+
+    Raises
+    ------
+    BadInput
+        If a name or value is not what it must be.
+    InconsistentStart
+        If the initial values are off the manifold and are not to be projected.
+    """
+    from daebench.diagnostics.consistency import projected, require_consistent
+
+    if isinstance(problem, str):
+        scene = find_scene(problem, case, parameters, p0=p0, q0=q0)
+    else:
+        from daebench.scene import make_scene, source_of
+
+        name = case if case is not None else next(iter(problem.cases), "")
+        scene = make_scene(source_of(problem), name, parameters, p0=p0, q0=q0)
+    if project:
+        return projected(scene)[0]
+    require_consistent(scene)
+    return scene
+
+
+def run(
+    problem: "str | ConstrainedHamiltonian",
+    *,
+    case: str | None = None,
+    method: str,
+    h: float | None = None,
+    tol: float | None = None,
+    steps: int | None = None,
+    t_end: float | None = None,
+    points: int | None = None,
+    every: int | None = None,
+    parameters: Mapping[str, float] | None = None,
+    options: Mapping[str, float] | None = None,
+    p0: Sequence[float] | None = None,
+    q0: Sequence[float] | None = None,
+    watch: Sequence[str] = ("energy", "manifold"),
+    project: bool = False,
+    precision: str = "float64",
+    multipliers: bool = False,
+    count: bool = True,
+    seconds_limit: float | None = None,
+    progress: Progress | None = None,
+) -> Trajectory:
+    """Return the trajectory of one method on one problem.
+
+    Parameters
+    ----------
+    problem : str or ConstrainedHamiltonian
+        Name in the catalogue, or a definition.
+    case : str, optional
+        Named initial values; by default the problem's first.
+    method : str
+        Name in the grammar of :mod:`daebench.names`, for example "rattle" or "ida:index2".
+    h, tol : float
+        The method's knob: step size of a fixed-step method, relative and absolute tolerance of the others.
+    steps : int, optional
+        Number of steps of a fixed-step method.
+    t_end : float, optional
+        End time, in place of ``steps``.
+    points, every : int, optional
+        Output: equidistant times of a tolerance-driven method; every so many steps of a fixed-step one, 0 for the end alone.
+    parameters, options : mapping of str to float, optional
+        Values of the problem's parameters, and free numbers of the method.
+    p0, q0 : sequence of float, shape(d,), optional
+        Initial values in place of the case's.
+    watch : sequence of str
+        Any of "energy", "manifold", "integrals".
+    project : bool
+        Whether initial values are first projected onto the manifold.
+    precision : str
+        "float64" or "float32".
+    multipliers : bool
+        Whether lam(p, q) is computed at the output times.
+    count : bool
+        Whether work is counted.
+    seconds_limit : float, optional
+        Wall-clock limit, s.
+    progress : callable, optional
+        Told the fraction done.
+
+    Raises
+    ------
+    BadInput
+        If the request cannot be met. A run that stops early is no error: see :attr:`Trajectory.failure`.
+    """
+    chosen = parse(method, options)
+    value = knob_value(chosen, h=h, tol=tol)
+    for name in watch:
+        if name not in WATCH:
+            from daebench.errors import unknown
+
+            raise unknown("quantity to watch", name, WATCH)
+    if precision not in ("float64", "float32"):
+        raise BadInput(f"unknown precision {precision!r}; it is float64 or float32.")
+    scene = scene_of(problem, case, parameters, p0=p0, q0=q0, project=project)
+    if refusal := chosen.refusal(scene):
+        raise BadInput(refusal)
+    request = Request(
+        value=value,
+        t_end=t_end,
+        steps=steps,
+        every=every,
+        points=points,
+        watch=tuple(watch),
+        count=count,
+        precision=precision,
+        multipliers=multipliers,
+        progress=progress,
+        seconds_limit=seconds_limit,
+    )
+    return chosen.solve(scene, request)
+
+
+def knob_value(method: Method, *, h: float | None, tol: float | None) -> float:
+    """Return the value of a method's knob.
+
+    Raises
+    ------
+    BadInput
+        If it is missing, or the other one is given.
+    """
+    own, other = (h, tol) if method.knob == "h" else (tol, h)
+    if own is None or other is not None:
+        wanted, unwanted = ("a step size h", "a tolerance") if method.knob == "h" else ("a tolerance tol", "a step size")
+        raise BadInput(f"{method.name} is steered by {wanted}; {'give one' if own is None else f'leave out {unwanted}'}.")
+    return own
+
+
+def problems() -> "pd.DataFrame":
+    """Return all problems, one a row: name, summary, parameters, cases."""
+    import pandas as pd
+
+    from daebench import catalogue
+
+    rows = [
+        {"problem": name, "summary": each.summary, "parameters": {**each.parameters, **each.structure}, "cases": list(each.source({}).sheet.CASES)}
+        for name, each in catalogue.problems().items()
+    ]
+    return pd.DataFrame(rows)
+
+
+def methods() -> "pd.DataFrame":
+    """Return all methods, one a row: name, knob, system, and for schemes their claims."""
+    from dataclasses import asdict
+
+    import pandas as pd
+
+    from daebench.catalogue import schemes
+    from daebench.fixed_step import FixedStep
+    from daebench.names import listed
+
+    known = set(schemes())
+    rows = [asdict(each) | (asdict(FixedStep(each.name).claims) if each.name in known else {}) for each in listed()]
+    return pd.DataFrame(rows).rename(columns={"name": "method"})

@@ -1,0 +1,147 @@
+"""What there is: the catalogue lists the folders, so that a new problem or scheme is one new file and nothing else."""
+
+import ast
+import hashlib
+import importlib
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from daebench.errors import BadInput, unknown
+
+if TYPE_CHECKING:
+    from daebench.problem import ConstrainedHamiltonian
+    from daebench.scene import Scene, Source
+
+PACKAGE = Path(__file__).parent
+
+
+@dataclass(frozen=True)
+class Problem:
+    """A problem file, read and not yet run.
+
+    Parameters
+    ----------
+    name : str
+        Name of the file.
+    summary : str
+        First line of its docstring.
+    parameters : mapping of str to float
+        Run-time parameters and their defaults: the arguments of ``problem`` that are annotated float.
+    structure : mapping of str to int
+        Structural parameters and their defaults: the arguments annotated int. Another value is another definition.
+    digest : str
+        Content hash of the file.
+    """
+
+    name: str
+    summary: str
+    parameters: Mapping[str, float]
+    structure: Mapping[str, int]
+    digest: str
+
+    def define(self, **structure: int) -> "ConstrainedHamiltonian":
+        """Return the definition; this imports SymPy."""
+        definition = importlib.import_module(f"daebench.problems.{self.name}").problem(**structure)
+        return definition  # type: ignore[no-any-return]
+
+    def source(self, structure: Mapping[str, int]) -> "Source":
+        """Return the source of the definition with these structural parameters."""
+        from daebench.scene import Source
+
+        values = dict(self.structure) | dict(structure)
+        return Source(self.name, f"{self.name} {self.digest} {sorted(values.items())}", lambda: self.define(**values))
+
+
+def _files(folder: str) -> list[Path]:
+    return sorted(path for path in (PACKAGE / folder).glob("*.py") if not path.stem.startswith("_"))
+
+
+@cache
+def problems() -> Mapping[str, Problem]:
+    """Return all problems by name."""
+    return {path.stem: _read(path) for path in _files("problems")}
+
+
+@cache
+def schemes() -> tuple[str, ...]:
+    """Return the names of all schemes."""
+    return tuple(path.stem for path in _files("schemes"))
+
+
+@cache
+def reports() -> Mapping[str, str]:
+    """Return all reports by name, each with its summary."""
+    return {path.stem.replace("_", "-"): _summary(path.read_text(encoding="utf-8")) for path in _files("reports")}
+
+
+def _summary(text: str) -> str:
+    return (ast.get_docstring(ast.parse(text)) or "").split("\n")[0]
+
+
+def _read(path: Path) -> Problem:
+    """Return a problem from its file's text, without running it."""
+    text = path.read_text(encoding="utf-8")
+    constructors = [node for node in ast.parse(text).body if isinstance(node, ast.FunctionDef) and node.name == "problem"]
+    if not constructors:
+        raise BadInput(f"{path.name} defines no function problem(*, ...); a problem file needs one that returns its definition.")
+    arguments = constructors[0].args
+    found: dict[str, dict[str, float]] = {"float": {}, "int": {}}
+    for argument, default in zip(arguments.kwonlyargs, arguments.kw_defaults, strict=True):
+        kind = argument.annotation.id if isinstance(argument.annotation, ast.Name) else ""
+        if kind not in found or default is None:
+            raise BadInput(f"argument {argument.arg} of problem() in {path.name} must be annotated float or int and have a default.")
+        found[kind][argument.arg] = ast.literal_eval(default)
+    digest = hashlib.sha256(text.encode()).hexdigest()
+    structure = {name: int(value) for name, value in found["int"].items()}
+    return Problem(path.stem, _summary(text), found["float"], structure, digest)
+
+
+def find_problem(name: str) -> Problem:
+    """Return the problem of this name.
+
+    Raises
+    ------
+    BadInput
+        If there is none; the message has the nearest names.
+    """
+    if name not in problems():
+        raise unknown("problem", name, problems())
+    return problems()[name]
+
+
+def find_scene(
+    problem: str,
+    case: str | None = None,
+    parameters: Mapping[str, float] | None = None,
+    *,
+    p0: Sequence[float] | None = None,
+    q0: Sequence[float] | None = None,
+) -> "Scene":
+    """Return the scene of a problem's case, by default its first, with parameters of either kind replaced where given.
+
+    Raises
+    ------
+    BadInput
+        If a name is unknown or a value is not what it must be.
+    """
+    from daebench.scene import make_scene
+
+    found = find_problem(problem)
+    given = dict(parameters or {})
+    structure = {name: _whole(name, given.pop(name)) for name in list(given) if name in found.structure}
+    source = found.source(structure)
+    case = case if case is not None else next(iter(source.sheet.CASES))
+    own = source.sheet.CASES.get(case, {"parameters": {}})["parameters"]
+    declared = {name: int(value) for name, value in own.items() if name in found.structure and name not in structure}
+    if declared:
+        source = found.source(structure | declared)
+    return make_scene(source, case, given, p0=p0, q0=q0)
+
+
+def _whole(name: str, value: float) -> int:
+    if value != int(value) or value < 1:
+        raise BadInput(f"{name} = {value:g} must be a whole number of at least 1.")
+    return int(value)

@@ -1,0 +1,94 @@
+"""The time grid of a fixed-step run: how many steps, and which of them are kept."""
+
+import math
+import os
+from dataclasses import dataclass
+from typing import Self
+
+from daebench.errors import BadInput
+from daebench.method import Request
+
+MOST_STEPS = 2**53
+
+
+@dataclass(frozen=True)
+class Grid:
+    """N steps of exactly h, of which every so many are kept.
+
+    Parameters
+    ----------
+    h : float
+        Step size.
+    steps : int
+        Number of steps.
+    every : int
+        A state is kept after every so many steps; 0 keeps the end alone.
+    """
+
+    h: float
+    steps: int
+    every: int
+
+    @property
+    def rows(self) -> int:
+        """Number of states that the loop stores."""
+        return self.steps // self.every if self.every else 0
+
+    @classmethod
+    def fixed_step(cls, name: str, request: Request, d: int) -> Self:
+        """Return the grid that a request asks of a fixed-step method.
+
+        Raises
+        ------
+        BadInput
+            If h is not a finite positive number, neither or both of steps and t_end are given, there is less than one step,
+            points are asked for, or the states to be kept do not fit into memory.
+        """
+        h = _positive("h", request.value)
+        if request.points is not None:
+            raise BadInput(f"points are for tolerance-driven methods; {name} has fixed steps, so say with every which of them to keep.")
+        if (request.steps is None) == (request.t_end is None):
+            raise BadInput(f"{name} needs either a number of steps or an end time, and not both.")
+        steps = request.steps if request.steps is not None else _whole_steps(_positive("t_end", request.t_end), h)
+        every = 1 if request.every is None else request.every
+        if steps < 1:
+            end = f" (t_end = {request.t_end:g} is less than h = {h:g})" if request.t_end is not None else ""
+            raise BadInput(f"the run has {steps} steps{end}; it needs at least one.")
+        if steps > MOST_STEPS or not math.isfinite(steps * h):
+            raise BadInput(f"the run has {steps:.3g} steps; that is more than can be counted exactly, so shorten it or use a larger h.")
+        if every < 0:
+            raise BadInput(f"every = {every} must be a positive number of steps, or 0 to keep the end alone.")
+        grid = cls(h, steps, every)
+        _require_memory(grid, d)
+        return grid
+
+
+def _positive(name: str, value: float | None) -> float:
+    if value is None or not math.isfinite(value) or value <= 0:
+        raise BadInput(f"{name} = {value} must be a finite number greater than 0.")
+    return float(value)
+
+
+def _whole_steps(t_end: float, h: float) -> int:
+    ratio = t_end / h + 1e-9
+    return math.floor(ratio) if math.isfinite(ratio) else MOST_STEPS + 1
+
+
+def _require_memory(grid: Grid, d: int) -> None:
+    """Refuse a grid whose states, copied once for output, do not fit into the memory that is free."""
+    need = 2 * 8 * (2 * d + 1) * grid.rows
+    free = _free_memory()
+    if need > free:
+        every = math.ceil(grid.every * need / free) if free else 0
+        raise BadInput(
+            f"keeping {grid.rows} states takes {need / 1e9:.3g} GB and {free / 1e9:.3g} GB are free; use --every {every} or more, "
+            "or --every 0 to keep the end alone."
+        )
+
+
+def _free_memory() -> float:
+    """Return the free memory in bytes; where the system does not say, a cautious 2 GB."""
+    try:
+        return float(os.sysconf("SC_AVPHYS_PAGES") * os.sysconf("SC_PAGE_SIZE"))
+    except (AttributeError, ValueError, OSError):
+        return 2e9

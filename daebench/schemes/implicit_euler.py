@@ -1,0 +1,81 @@
+"""Constrained implicit Euler: (1.19) with every argument at the new point, HLW Fig. 1.2; it loses energy at once."""
+
+from typing import Any
+
+from daebench.claims import Claims
+from daebench.kernels.constrain import tangent
+from daebench.kernels.hole import (
+    G,
+    H_p,
+    H_pp,
+    H_q,
+    H_qp,
+    H_qq,
+    Multiplier,
+    Number,
+    Report,
+    Vector,
+    apply,
+    apply_md,
+    axpy,
+    axpy_dd,
+    axpy_m,
+    curvature,
+    g,
+    gram,
+    identity_plus,
+    mul,
+    mul_full_T,
+    mul_T,
+    norm,
+    norm_m,
+    product,
+    scale_dd,
+    scale_md,
+    solve,
+    solve_dd,
+    solve_dm,
+    transpose,
+    zero_m,
+)
+from daebench.kernels.newton import both, newton
+
+CLAIMS = Claims(
+    order=1, symmetric=False, symplectic=False, keeps_g=True, keeps_Gv=True, system="constrained", source="HLW VII.1.3, below Fig. 1.2"
+)
+
+
+def improve(x: tuple[Vector, Vector, Multiplier], data: tuple[Vector, Vector, Number]) -> Any:
+    """One Newton sweep for p, q and lam; q and then p are eliminated."""
+    p, q, lam = x
+    p0, q0, h = data
+    G1 = G(q)
+    r_p = axpy(h, axpy(1.0, mul_T(G1, lam), H_q(p, q)), axpy(-1.0, p0, p))
+    r_q = axpy(-h, H_p(p, q), axpy(-1.0, q0, q))
+    value = g(q)
+    mixed = H_qp(p, q)
+    K = scale_dd(h, axpy_dd(1.0, curvature(q, lam), H_qq(p, q)))
+    by_q, S_T, pivot_q = solve_dd(identity_plus(-h, transpose(mixed)), r_q, scale_dd(h, H_pp(p, q)))
+    S = transpose(S_T)
+    A = axpy_dd(1.0, product(K, S), identity_plus(h, mixed))
+    by_p, P, pivot_p = solve_dm(A, axpy(-1.0, apply(K, by_q), r_p), scale_md(h, G1))
+    change, pivot = solve(gram(G1, apply_md(S, P)), axpy_m(-1.0, value, mul(G1, axpy(1.0, apply(S, by_p), by_q))))
+    dp = axpy(-1.0, mul_full_T(P, change), by_p)
+    dq = axpy(1.0, apply(S, dp), by_q)
+    x = (axpy(-1.0, dp, p), axpy(-1.0, dq, q), axpy_m(-1.0, change, lam))
+    residual = norm(r_p) + norm(r_q) + norm_m(value)
+    return x, norm(dp) + norm(dq), norm(p) + norm(q), residual, min(pivot, min(pivot_p, pivot_q))
+
+
+def step(p0: Vector, q0: Vector, h: Number) -> tuple[Vector, Vector, Report]:
+    """Return p1, q1 and a report.
+
+    ::
+
+        p_hat = p0 - h (H_q(p_hat, q1) + G(q1)^T lam)
+        q1    = q0 + h H_p(p_hat, q1),             0 = g(q1)
+        p1    = p_hat - h G(q1)^T mu,              0 = G(q1) H_p(p1, q1)
+    """
+    (p_hat, q1, _), found = newton(improve, (p0, q0, zero_m(q0)), (p0, q0, h))
+    p1, _, settled = tangent(p_hat, q1)
+    return p1, q1, both(found, settled)
