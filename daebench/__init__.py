@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from daebench.api import methods, problems, run, scene_of
-    from daebench.compare import compare
+    from daebench.comparison import compare
     from daebench.errors import BadInput, DaebenchError, InconsistentStart, RunFailed
     from daebench.problem import Case, ConstrainedHamiltonian
     from daebench.trajectory import Trajectory
@@ -34,7 +34,7 @@ _HOME = {
     **dict.fromkeys(("methods", "problems", "run", "scene_of"), "api"),
     **dict.fromkeys(("BadInput", "DaebenchError", "InconsistentStart", "RunFailed"), "errors"),
     **dict.fromkeys(("Case", "ConstrainedHamiltonian"), "problem"),
-    "compare": "compare",
+    "compare": "comparison",
     "Trajectory": "trajectory",
 }
 

@@ -1,10 +1,10 @@
 """The same things from Python as from the command line: run and compare."""
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from daebench.catalogue import find_scene
-from daebench.errors import BadInput
+from daebench.errors import BadInput, unknown
 from daebench.method import Method, Progress, Request
 from daebench.names import parse
 from daebench.scene import Scene
@@ -51,7 +51,16 @@ def scene_of(
     return scene
 
 
-def run(
+def run(problem: "str | ConstrainedHamiltonian", *, method: str, **settings: Any) -> Trajectory:
+    """Return the trajectory of one method on one problem.
+
+    Takes what :func:`prepare` takes, and raises what it raises. A run that stops early is no error: see :attr:`Trajectory.failure`.
+    """
+    chosen, scene, request = prepare(problem, method=method, **settings)
+    return chosen.solve(scene, request)
+
+
+def prepare(
     problem: "str | ConstrainedHamiltonian",
     *,
     case: str | None = None,
@@ -73,8 +82,8 @@ def run(
     count: bool = True,
     seconds_limit: float | None = None,
     progress: Progress | None = None,
-) -> Trajectory:
-    """Return the trajectory of one method on one problem.
+) -> tuple[Method, Scene, Request]:
+    """Return a method, a consistent scene and a request, all checked: what a run needs.
 
     Parameters
     ----------
@@ -114,14 +123,12 @@ def run(
     Raises
     ------
     BadInput
-        If the request cannot be met. A run that stops early is no error: see :attr:`Trajectory.failure`.
+        If the request cannot be met.
     """
     chosen = parse(method, options)
     value = knob_value(chosen, h=h, tol=tol)
     for name in watch:
         if name not in WATCH:
-            from daebench.errors import unknown
-
             raise unknown("quantity to watch", name, WATCH)
     if precision not in ("float64", "float32"):
         raise BadInput(f"unknown precision {precision!r}; it is float64 or float32.")
@@ -141,7 +148,7 @@ def run(
         progress=progress,
         seconds_limit=seconds_limit,
     )
-    return chosen.solve(scene, request)
+    return chosen, scene, request
 
 
 def knob_value(method: Method, *, h: float | None, tol: float | None) -> float:

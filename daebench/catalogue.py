@@ -66,6 +66,11 @@ def problems() -> Mapping[str, Problem]:
 
 
 @cache
+def _problem(name: str) -> Problem:
+    return _read(PACKAGE / "problems" / f"{name}.py")
+
+
+@cache
 def schemes() -> tuple[str, ...]:
     """Return the names of all schemes."""
     return tuple(path.stem for path in _files("schemes"))
@@ -74,17 +79,18 @@ def schemes() -> tuple[str, ...]:
 @cache
 def reports() -> Mapping[str, str]:
     """Return all reports by name, each with its summary."""
-    return {path.stem.replace("_", "-"): _summary(path.read_text(encoding="utf-8")) for path in _files("reports")}
+    return {path.stem.replace("_", "-"): _summary(ast.parse(path.read_text(encoding="utf-8"))) for path in _files("reports")}
 
 
-def _summary(text: str) -> str:
-    return (ast.get_docstring(ast.parse(text)) or "").split("\n")[0]
+def _summary(tree: ast.Module) -> str:
+    return (ast.get_docstring(tree) or "").split("\n")[0]
 
 
 def _read(path: Path) -> Problem:
     """Return a problem from its file's text, without running it."""
     text = path.read_text(encoding="utf-8")
-    constructors = [node for node in ast.parse(text).body if isinstance(node, ast.FunctionDef) and node.name == "problem"]
+    tree = ast.parse(text)
+    constructors = [node for node in tree.body if isinstance(node, ast.FunctionDef) and node.name == "problem"]
     if not constructors:
         raise BadInput(f"{path.name} defines no function problem(*, ...); a problem file needs one that returns its definition.")
     arguments = constructors[0].args
@@ -96,7 +102,7 @@ def _read(path: Path) -> Problem:
         found[kind][argument.arg] = ast.literal_eval(default)
     digest = hashlib.sha256(text.encode()).hexdigest()
     structure = {name: int(value) for name, value in found["int"].items()}
-    return Problem(path.stem, _summary(text), found["float"], structure, digest)
+    return Problem(path.stem, _summary(tree), found["float"], structure, digest)
 
 
 def find_problem(name: str) -> Problem:
@@ -107,9 +113,10 @@ def find_problem(name: str) -> Problem:
     BadInput
         If there is none; the message has the nearest names.
     """
-    if name not in problems():
-        raise unknown("problem", name, problems())
-    return problems()[name]
+    names = [path.stem for path in _files("problems")]
+    if name not in names:
+        raise unknown("problem", name, names)
+    return _problem(name)
 
 
 def find_scene(

@@ -36,7 +36,7 @@ class Derivation:
     @cached_property
     def explicit(self) -> bool:
         """Whether H is known as an expression."""
-        return self.problem.M is None or self.problem.M.is_diagonal()
+        return self.problem.M is None or bool(self.problem.M.is_diagonal())
 
     @cached_property
     def constant_mass(self) -> bool:

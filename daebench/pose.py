@@ -1,0 +1,211 @@
+"""Pose a scene in a formulation: index 3, 2, 1, Gear-Gupta-Leimkuhler, Baumgarte, or the index-reduced ODE."""
+
+import math
+import types
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from daebench.cache import generated
+from daebench.elimination import SINGULAR, eliminate
+from daebench.errors import BadInput, DaebenchError, unknown
+from daebench.scene import Scene
+
+Array = NDArray[np.float64]
+Kernel = Callable[..., float]
+
+FORMULATIONS = {"index3": 3, "index2": 2, "index1": 1, "ggl": 2, "baumgarte": 1, "ode": 0}
+"""The formulations and their differentiation index."""
+
+OPTIONS: dict[str, dict[str, float]] = {"baumgarte": {"alpha": 10.0, "beta": 10.0}}
+"""Free numbers of the formulations that have any, with their defaults, 1/s."""
+
+
+@dataclass(frozen=True, eq=False)
+class Dae:
+    """One scene as F(t, y, y') = 0, with y = (q, v, lam[, mu]), or (q, p, lam[, mu]) where the problem is given by H(p, q).
+
+    Parameters
+    ----------
+    formulation : str
+        One of ``FORMULATIONS``.
+    multipliers : str
+        "plain": lam is an unknown; "derivative": the unknown is Lam with Lam' = lam (and Mu' = mu).
+    scene : Scene
+        What was posed.
+    d, m : int
+        Numbers of positions and of constraints.
+    par : ndarray, shape(k,)
+        The problem's parameters, then the formulation's options: run-time data of the functions below.
+    y0, yp0 : ndarray, shape(n,)
+        Consistent initial values: rates and lam solve [[M, G^T], [G, 0]] (v', lam) = (-(U_q + c), -g_qv v), or (1.12) for H(p, q);
+        mu = 0. Derivatives of plain multipliers, which no equation has, are 0.
+    module : module
+        The generated functions.
+    """
+
+    formulation: str
+    multipliers: str
+    scene: Scene
+    d: int
+    m: int
+    par: Array
+    y0: Array
+    yp0: Array
+    module: types.ModuleType = field(repr=False)
+
+    @property
+    def n(self) -> int:
+        """Number of unknowns."""
+        return len(self.y0)
+
+    @property
+    def mechanical(self) -> bool:
+        """Whether velocities are unknowns; otherwise momenta are."""
+        return bool(self.module.MECHANICAL)
+
+    @property
+    def blocks(self) -> dict[str, slice]:
+        """Where the unknowns are: "q", "v" (velocities, or the momenta in their place), and "lam", "mu" where there are any."""
+        names = ("q", "v", *_multiplier_names(self.formulation))
+        ends = np.cumsum([0, *(self.d if name in "qv" else self.m for name in names)])
+        return {name: slice(int(a), int(b)) for name, a, b in zip(names, ends[:-1], ends[1:], strict=True)}
+
+    @property
+    def residual(self) -> Kernel:
+        """Compiled ``residual(t, y, yp, res, par)``: fills res, shape(n,), with F.
+
+        It returns the smallest relative pivot of what was solved (1 where nothing was), NaN if a value is not finite.
+        """
+        kernel: Kernel = self.module.residual
+        return kernel
+
+    @property
+    def jacobian(self) -> Kernel:
+        """Compiled ``jacobian(t, y, yp, res, cj, JJ, par)``: fills JJ, shape(n, n), with dF/dy + cj dF/dy'; returns as ``residual``."""
+        kernel: Kernel = self.module.jacobian
+        return kernel
+
+    @property
+    def rhs(self) -> Kernel:
+        """Compiled ``rhs(t, y, out, par)`` of ``ode``, HLW (1.18): fills out, shape(2d,); returns as ``residual``."""
+        kernel: Kernel = self.module.rhs
+        return kernel
+
+    @property
+    def rhs_jacobian(self) -> Kernel:
+        """Compiled ``rhs_jacobian(t, y, JJ, par)`` of ``ode``: fills JJ, shape(2d, 2d); returns as ``residual``."""
+        kernel: Kernel = self.module.rhs_jacobian
+        return kernel
+
+    def unpack(self, Y: Array, YP: Array | None = None) -> tuple[Array, Array]:
+        """Return (q, v), or (q, p) where momenta are the unknowns, each shape(rows, d), from rows of unknowns; as copies."""
+        return Y[:, : self.d].copy(), Y[:, self.d : 2 * self.d].copy()
+
+    def momenta(self, q: Array, v: Array) -> Array:
+        """Return p = M(q) v, shape(rows, d), of what ``unpack`` gave."""
+        return np.einsum("rij,rj->ri", self.scene.along("M", q), v) if self.mechanical else v
+
+    def raw_multipliers(self, Y: Array, YP: Array) -> Array | None:
+        """Return the solver's own lam, shape(rows, m), or None for ``ode``, which has none."""
+        lam = self.blocks.get("lam")
+        return None if lam is None else (Y if self.multipliers == "plain" else YP)[:, lam].copy()
+
+
+def pose(scene: Scene, formulation: str, options: Mapping[str, float] | None = None, *, multipliers: str = "plain") -> Dae:
+    """Return the scene in a formulation of METHODS section 2.
+
+    Parameters
+    ----------
+    scene : Scene
+        The problem with the numbers of one case; its start must be on the manifold.
+    formulation : str
+        One of ``FORMULATIONS``.
+    options : mapping of str to float, optional
+        For ``baumgarte`` alpha and beta, 1/s, each 10 by default.
+    multipliers : str
+        "plain" or "derivative", see :class:`Dae`.
+
+    Raises
+    ------
+    BadInput
+        If the formulation or an option is unknown, or an option is not a finite number of at least 0.
+    DaebenchError
+        If the multiplier at the start is not determined: M or G M^-1 G^T is singular, or a value is not finite.
+    """
+    if formulation not in FORMULATIONS:
+        raise unknown("formulation", formulation, FORMULATIONS)
+    if multipliers not in ("plain", "derivative"):
+        raise unknown("treatment of multipliers", multipliers, ("plain", "derivative"))
+    par = np.array([*scene.par, *_options(formulation, options or {}).values()], dtype=float)
+    module = _module(scene, formulation, multipliers if formulation != "ode" else "plain")
+    with np.errstate(all="ignore"):
+        y0, yp0 = _start(scene, formulation, multipliers, module, par)
+    return Dae(formulation, multipliers, scene, scene.d, scene.m, par, y0, yp0, module)
+
+
+def _multiplier_names(formulation: str) -> tuple[str, ...]:
+    return {"ode": (), "ggl": ("lam", "mu")}.get(formulation, ("lam",))
+
+
+def _options(formulation: str, given: Mapping[str, float]) -> dict[str, float]:
+    values = dict(OPTIONS.get(formulation, {}))
+    for name, value in given.items():
+        if name not in values:
+            raise unknown(f"option of {formulation}", name, values)
+        if not (math.isfinite(value) and value >= 0):
+            raise BadInput(f"{name} = {value} of {formulation} must be a finite number of at least 0.")
+        values[name] = float(value)
+    return values
+
+
+def _module(scene: Scene, formulation: str, multipliers: str) -> types.ModuleType:
+    def build(cached: bool) -> str:
+        from daebench import equations
+
+        title = f"{scene.problem} as {formulation}, multipliers {multipliers}."
+        return equations.source(title, scene.source.derivation, formulation, multipliers, cached=cached)
+
+    return generated(f"{scene.problem}_{formulation}", f"{scene.source.key} dae {formulation} {multipliers}", build)
+
+
+def _start(scene: Scene, formulation: str, multipliers: str, module: types.ModuleType, par: Array) -> tuple[Array, Array]:
+    """Return consistent y0 and yp0."""
+    state = np.concatenate([scene.q0, _velocity(scene) if module.MECHANICAL else scene.p0])
+    rates = np.empty_like(state)
+    if formulation == "ode":
+        _require(scene, module.rhs(0.0, state, rates, par))
+        return state, rates
+    A, b = np.empty((module.K, module.K)), np.empty((module.K, 1))
+    module.system(state, A, b[:, 0], par)
+    _require(scene, eliminate(A, b))
+    module.slope(state, b[:, 0], rates, par)
+    lam = b[-scene.m :, 0]
+    mu: Any = np.zeros(scene.m * (len(_multiplier_names(formulation)) - 1))
+    forces, nothing = np.concatenate([lam, mu]), np.zeros(len(lam) + len(mu))
+    _require(scene, float(np.sum(0.0 * rates) + np.sum(0.0 * lam) + 1.0))
+    plain = multipliers == "plain"
+    return np.concatenate([state, forces if plain else nothing]), np.concatenate([rates, nothing if plain else forces])
+
+
+def _velocity(scene: Scene) -> Array:
+    """Return v0 with M(q0) v0 = p0."""
+    M, v = scene.value("M", scene.q0).astype(float), scene.p0[:, None].copy()
+    if not eliminate(M, v) > SINGULAR:
+        raise DaebenchError(f"the mass matrix of {scene.problem}, case {scene.case}, is singular at the start; give other masses.")
+    return v[:, 0]
+
+
+def _require(scene: Scene, health: float) -> None:
+    """Raise if the multiplier at the start is not determined."""
+    if not health > SINGULAR:
+        where = f"{scene.problem}, case {scene.case}, has no multiplier at the start"
+        if math.isnan(health):
+            raise DaebenchError(f"{where}: a value is not finite there; check parameters and initial values.")
+        raise DaebenchError(
+            f"{where}: G M^-1 G^T is singular there (relative pivot {health:.1e}); "
+            "remove redundant constraints, or start where the constraints are independent."
+        )

@@ -1,8 +1,12 @@
 """A point mass on a circle under gravity: one degree of freedom, and a closed form to hold everything against."""
 
+from collections.abc import Mapping, Sequence
+from typing import Any
+
 import sympy as sp
 
 from daebench.problem import Case, ConstrainedHamiltonian, coordinates
+from daebench.problems._pendulum_motion import in_units, planar
 
 
 def problem(*, mass: float = 1.0, length: float = 1.0, gravity: float = 1.0) -> ConstrainedHamiltonian:
@@ -42,4 +46,27 @@ def problem(*, mass: float = 1.0, length: float = 1.0, gravity: float = 1.0) -> 
                 about="IFToMM benchmark A01: released at rest from the horizontal, gravity 9.81",
             ),
         },
+        closed_form=closed_form,
     )
+
+
+def closed_form(t: Any, q0: Sequence[Any], p0: Sequence[Any], parameters: Mapping[str, Any]) -> tuple[list[Any], list[Any]]:
+    """Return the exact state (q, p) at time t, mpmath numbers correct to mpmath's working precision.
+
+    By Jacobi's elliptic functions; see ``_pendulum_motion.planar``.
+
+    Parameters
+    ----------
+    t : number
+        Time, s; of either sign.
+    q0, p0 : sequence of number, shape(2,)
+        State at time 0, on the constraint manifold, as exact as the answer is to be.
+    parameters : mapping of str to number
+        mass (kg), length (m) and gravity (m/s^2), all positive.
+
+    Raises
+    ------
+    BadInput
+        If q0 and p0 are off the manifold by more than rounding.
+    """
+    return in_units(planar, t, q0, p0, parameters)

@@ -1,8 +1,12 @@
 """A point mass on a sphere under gravity, HLW Example 1.1: the smallest scene in which index reduction shows its price."""
 
+from collections.abc import Mapping, Sequence
+from typing import Any
+
 import sympy as sp
 
 from daebench.problem import Case, ConstrainedHamiltonian, coordinates
+from daebench.problems._pendulum_motion import in_units, spherical
 
 
 def problem(*, mass: float = 1.0, length: float = 1.0, gravity: float = 1.0) -> ConstrainedHamiltonian:
@@ -49,4 +53,27 @@ def problem(*, mass: float = 1.0, length: float = 1.0, gravity: float = 1.0) -> 
             ),
         },
         integrals={"L3": q[0] * p[1] - q[1] * p[0]},
+        closed_form=closed_form,
     )
+
+
+def closed_form(t: Any, q0: Sequence[Any], p0: Sequence[Any], parameters: Mapping[str, Any]) -> tuple[list[Any], list[Any]]:
+    """Return the exact state (q, p) at time t, mpmath numbers correct to mpmath's working precision.
+
+    By Jacobi's elliptic functions and elliptic integrals of the third kind; see ``_pendulum_motion.spherical``.
+
+    Parameters
+    ----------
+    t : number
+        Time, s; of either sign.
+    q0, p0 : sequence of number, shape(3,)
+        State at time 0, on the constraint manifold, as exact as the answer is to be.
+    parameters : mapping of str to number
+        mass (kg), length (m) and gravity (m/s^2), all positive.
+
+    Raises
+    ------
+    BadInput
+        If q0 and p0 are off the manifold by more than rounding.
+    """
+    return in_units(spherical, t, q0, p0, parameters)

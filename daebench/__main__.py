@@ -1,0 +1,5 @@
+"""``python -m daebench``."""
+
+from daebench.cli import main
+
+main()

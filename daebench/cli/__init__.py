@@ -1,0 +1,66 @@
+"""The command line: one command a file, and one place where errors become a sentence and an exit status."""
+
+import sys
+import warnings
+
+import typer
+
+from daebench.cli.bench import bench
+from daebench.cli.compare import compare
+from daebench.cli.listing import listing
+from daebench.cli.report import report
+from daebench.cli.run import run
+from daebench.cli.show import show
+from daebench.errors import BadInput, DaebenchError
+
+ClickException = next(base for base in typer.BadParameter.__mro__ if base.__name__ == "ClickException")
+"""Base of the errors of the command line itself, wherever this version of typer keeps it."""
+
+app = typer.Typer(
+    add_completion=False,
+    no_args_is_help=True,
+    pretty_exceptions_enable=False,
+    help="What a treatment of constraints really costs, and what it breaks.",
+)
+app.command("list")(listing)
+for command in (show, run, compare, report, bench):
+    app.command()(command)
+
+
+def main() -> None:
+    """Run the command line; exit 2 on bad input, 1 on a run that stopped early, and never with a traceback of ours."""
+    warnings.showwarning = _say
+    try:
+        status = app(standalone_mode=False)
+    except ClickException as error:
+        status = _complain(_sentence(error), 2)
+    except BadInput as error:
+        status = _complain(str(error), 2)
+    except DaebenchError as error:
+        status = _complain(str(error), 1)
+    except typer.Exit as stop:
+        status = stop.exit_code
+    except (typer.Abort, KeyboardInterrupt):
+        status = _complain("interrupted.", 130)
+    except BrokenPipeError:
+        sys.stderr.close()
+        status = 1
+    except OSError as error:
+        status = _complain(f"{error.filename or 'output'}: {error.strerror or error}.", 2)
+    sys.exit(status or 0)
+
+
+def _sentence(error: BaseException) -> str:
+    """Return what the command line itself has to say, and where to read on; its help needs no more words."""
+    message: str = error.format_message()  # type: ignore[attr-defined]
+    return f"{message.rstrip('.')}; see daebench --help." if message else ""
+
+
+def _complain(message: str, status: int) -> int:
+    if message:
+        print(f"daebench: {' '.join(message.split())}", file=sys.stderr)
+    return status
+
+
+def _say(message: Warning | str, *_: object, **__: object) -> None:
+    print(f"daebench: {message}", file=sys.stderr)

@@ -1,0 +1,55 @@
+"""``daebench compare``: several methods on one scene."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from daebench.cli.console import bar, pairs, print_table, words
+from daebench.errors import BadInput
+
+
+def compare(
+    problem: Annotated[str, typer.Argument(help="Name of a problem.")],
+    methods: Annotated[str, typer.Option("--methods", help="Names of methods, comma-separated.")],
+    t_end: Annotated[float, typer.Option("--t-end", help="End time.")],
+    case: Annotated[str | None, typer.Option("--case", help="Named initial values; the problem's first if left out.")] = None,
+    h: Annotated[float | None, typer.Option("--h", help="Step size of the fixed-step methods.")] = None,
+    tol: Annotated[float, typer.Option("--tol", help="Tolerance of the tolerance-driven methods.")] = 1e-8,
+    param: Annotated[list[str] | None, typer.Option("--param", help="Value of a parameter, name=value; repeatable.")] = None,
+    project: Annotated[bool, typer.Option("--project", help="Project the initial values onto the manifold.")] = False,
+    out: Annotated[Path | None, typer.Option("--out", help="Write the table and the pictures, with their data, to a folder.")] = None,
+) -> None:
+    """Compare methods on one problem: energy, manifold, integrals, work and time; exit 1 if one stops early."""
+    import pandas as pd
+
+    from daebench.api import scene_of
+    from daebench.comparison import row, trajectories
+    from daebench.names import parse
+
+    chosen = [parse(name) for name in words(methods)]
+    if not chosen:
+        raise BadInput("--methods names no method; give at least one, for example rattle.")
+    scene = scene_of(problem, case, pairs("param", param or []), project=project)
+    with bar(f"compare on {problem}") as progress:
+        names = [method.name for method in chosen]
+        found = trajectories(
+            scene, chosen, h=h, tol=tol, t_end=t_end, began=lambda name: progress(names.index(name) / len(names), f"{name} on {problem}")
+        )
+    table = pd.DataFrame([row(scene, each) for each in found])
+    shown = table.dropna(axis=1, how="all").drop(columns="failure", errors="ignore")
+    print_table(list(shown.columns), [[_cell(value) for value in line] for line in shown.itertuples(index=False)])
+    for each in found:
+        if each.failure:
+            print(each.failure)
+    if out is not None:
+        from daebench.comparison_figure import write
+
+        print(f"written: {', '.join(str(path) for path in write(out, scene, found, table))}")
+    raise typer.Exit(1 if any(each.failure for each in found) else 0)
+
+
+def _cell(value: object) -> str:
+    if isinstance(value, float):
+        return "" if value != value else f"{value:.3g}"
+    return str(value)

@@ -1,0 +1,128 @@
+"""What the commands share: parsing of lists, tables, JSON, and a progress bar that shows itself after two seconds."""
+
+import json
+import math
+import threading
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from typing import Any
+
+from daebench.errors import BadInput
+
+PATIENCE = 2.0
+"""Seconds before a progress bar is worth showing."""
+
+
+def pairs(what: str, given: Sequence[str]) -> dict[str, float]:
+    """Return k=v texts as a mapping.
+
+    Raises
+    ------
+    BadInput
+        If one has no equals sign or no number after it.
+    """
+    found = {}
+    for text in given:
+        name, equals, value = text.partition("=")
+        if not equals:
+            raise BadInput(f"--{what} {text!r} must be of the form name=value.")
+        found[name.strip()] = number(f"--{what} {name.strip()}", value)
+    return found
+
+
+def number(what: str, text: str) -> float:
+    """Return a finite number.
+
+    Raises
+    ------
+    BadInput
+        If the text is none.
+    """
+    try:
+        value = float(text)
+    except ValueError:
+        value = math.nan
+    if not math.isfinite(value):
+        raise BadInput(f"{what}: {text!r} is no finite number.")
+    return value
+
+
+def numbers(what: str, text: str | None) -> list[float] | None:
+    """Return a comma-separated list of numbers, or None."""
+    return None if text is None else [number(what, part) for part in text.split(",")]
+
+
+def words(text: str) -> list[str]:
+    """Return a comma-separated list of words."""
+    return [part.strip() for part in text.split(",") if part.strip()]
+
+
+def plain(value: Any) -> Any:
+    """Return a value as JSON knows it: arrays as lists, what is not finite as null."""
+    if isinstance(value, Mapping):
+        return {str(key): plain(item) for key, item in value.items()}
+    if hasattr(value, "tolist"):
+        return plain(value.tolist())
+    if isinstance(value, list | tuple):
+        return [plain(item) for item in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value
+
+
+def print_json(value: Any) -> None:
+    """Print exactly one JSON value on standard output."""
+    print(json.dumps(plain(value), allow_nan=False, ensure_ascii=False))
+
+
+def print_table(columns: Sequence[str], rows: Sequence[Sequence[str]], title: str = "") -> None:
+    """Print a table."""
+    from rich import box
+    from rich.console import Console
+    from rich.table import Table
+    from rich.text import Text
+
+    table = Table(title=title or None, title_justify="left", title_style="bold", box=box.SIMPLE_HEAD, pad_edge=False)
+    for column in columns:
+        table.add_column(Text(column), overflow="fold")
+    for row in rows:
+        table.add_row(*map(Text, row))
+    console = Console()
+    if not console.is_terminal:
+        console.width = 200
+    console.print(table)
+
+
+class Bar:
+    """A progress bar with time left on standard error, shown only for what takes longer than two seconds."""
+
+    def __init__(self, label: str) -> None:
+        from rich.console import Console
+        from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeRemainingColumn
+
+        columns = (TextColumn("{task.description}"), BarColumn(), TaskProgressColumn(), TimeRemainingColumn(compact=True))
+        self._progress = Progress(*columns, console=Console(stderr=True), transient=True)
+        self._task = self._progress.add_task(label, total=None)
+        self._timer = threading.Timer(PATIENCE, self._progress.start)
+        self._timer.daemon = True
+        self._timer.start()
+
+    def __call__(self, fraction: float, label: str | None = None) -> None:
+        """Show the fraction done, and what is being done."""
+        if label is not None:
+            self._progress.update(self._task, description=label)
+        self._progress.update(self._task, completed=fraction, total=1.0)
+
+    def close(self) -> None:
+        """Take the bar away."""
+        self._timer.cancel()
+        self._timer.join()
+        self._progress.stop()
+
+
+@contextmanager
+def bar(label: str) -> Iterator[Bar]:
+    """Show a progress bar while something long runs."""
+    shown = Bar(label)
+    try:
+        yield shown
+    finally:
+        shown.close()

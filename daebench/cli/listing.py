@@ -1,0 +1,75 @@
+"""``daebench list``: what there is."""
+
+from enum import StrEnum
+from typing import Annotated, Any
+
+import typer
+
+from daebench.cli.console import print_json, print_table
+from daebench.errors import unknown
+
+
+class What(StrEnum):
+    """What can be listed."""
+
+    problems = "problems"
+    methods = "methods"
+    formulations = "formulations"
+    reports = "reports"
+
+
+def listing(
+    what: Annotated[str | None, typer.Argument(help="problems, methods, formulations or reports; leave out for everything.")] = None,
+    as_json: Annotated[bool, typer.Option("--json", help="One JSON object on standard output.")] = False,
+) -> None:
+    """List problems, methods, formulations and reports."""
+    if what is not None and what not in list(What):
+        raise unknown("listing", what, list(What))
+    chosen = [What(what)] if what else list(What)
+    tables = {each.value: _rows(each) for each in chosen}
+    if as_json:
+        print_json(tables)
+        return
+    for title, rows in tables.items():
+        columns = list(rows[0]) if rows else ["name"]
+        print_table(columns, [[_text(row[column]) for column in columns] for row in rows], title)
+
+
+def _rows(what: What) -> list[dict[str, Any]]:
+    from daebench import catalogue, names
+
+    if what is What.problems:
+        found = catalogue.problems().values()
+        return [{"name": each.name, "parameters": {**each.parameters, **each.structure}, "about": each.summary} for each in found]
+    if what is What.formulations:
+        return [{"name": name, "about": about} for name, about in names.FORMULATIONS.items()]
+    if what is What.reports:
+        return [{"name": name, "about": about} for name, about in catalogue.reports().items()]
+    return [_method(each) for each in names.listed()]
+
+
+def _method(each: Any) -> dict[str, Any]:
+    from daebench.catalogue import schemes
+    from daebench.fixed_step import FixedStep
+
+    about: dict[str, Any] = {"name": each.name, "knob": each.knob, "system": each.system}
+    if each.name not in schemes():
+        return about | dict.fromkeys(("order", "symmetric", "symplectic", "on_manifold", "source"))
+    claims = FixedStep(each.name).claims
+    return about | {
+        "order": claims.order,
+        "symmetric": claims.symmetric,
+        "symplectic": claims.symplectic,
+        "on_manifold": claims.on_manifold,
+        "source": claims.source,
+    }
+
+
+def _text(value: Any) -> str:
+    if value is None:
+        return ""
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    if isinstance(value, dict):
+        return ", ".join(f"{name}={number:g}" for name, number in value.items())
+    return str(value)

@@ -1,0 +1,1 @@
+"""What the harness measures (drifts, defects, orders), as pure functions of numbers; each file is one quantity."""

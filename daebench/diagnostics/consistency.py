@@ -1,0 +1,131 @@
+"""Consistent initial values: whether a start is on the manifold, and the nearest one that is."""
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from daebench.diagnostics.manifold import residual_scales
+from daebench.diagnostics.metric import least_displacement
+from daebench.errors import BadInput, InconsistentStart
+from daebench.scene import Scene
+
+Array = NDArray[np.float64]
+Conditions = Callable[[Array], tuple[Array, Array]]
+
+TOLERANCE = 1e-12
+"""Largest residual of a consistent start, relative to what a relative change of one in p and q would make of it."""
+
+SWEEPS = 100
+"""Most sweeps of a projection."""
+
+
+def consistency(scene: Scene) -> tuple[float, float]:
+    """Return the largest |g| and the largest |G H_p| of the scene's initial values."""
+    p, q = tuple(scene.p0), tuple(scene.q0)
+    g, Gv = scene.value("g", q), scene.value("Gv", p, q)
+    return float(np.max(np.abs(g))), float(np.max(np.abs(Gv)))
+
+
+def require_consistent(scene: Scene, *, tolerance: float = TOLERANCE) -> None:
+    """Accept initial values that are on the manifold but for rounding.
+
+    The residuals are measured against :func:`daebench.diagnostics.manifold.residual_scales`, so that units do not matter.
+
+    Parameters
+    ----------
+    scene : Scene
+        The problem with its numbers and initial values.
+    tolerance : float
+        Largest relative residual.
+
+    Raises
+    ------
+    InconsistentStart
+        If a residual is larger; the message gives both and offers ``--project``.
+    """
+    g, Gv = consistency(scene)
+    g_scale, Gv_scale = residual_scales(scene, scene.p0, scene.q0)
+    if not (g <= tolerance * g_scale and Gv <= tolerance * Gv_scale):
+        raise InconsistentStart(
+            f"the initial values of {scene.problem}, case {scene.case}, are off the constraint manifold: |g| = {g:.3g} and "
+            f"|G H_p| = {Gv:.3g}; correct them, or add --project to move them to the nearest consistent ones."
+        )
+
+
+def project(scene: Scene, p: ArrayLike, q: ArrayLike) -> tuple[Array, Array, float, float]:
+    """Return the consistent state nearest to a given one: positions first, then momenta.
+
+    ::
+
+        q1 = q + dq,   g(q1) = 0,               dq^T M dq least,      M = M(q)
+        p1 = p + dp,   G(q1) H_p(p1, q1) = 0,   dp^T M^-1 dp least,   M = M(q1)
+
+    Each is iterated until its increment is at round-off.
+
+    Parameters
+    ----------
+    scene : Scene
+        The problem with its numbers.
+    p, q : array_like, shape(d,)
+        Momenta and positions.
+
+    Returns
+    -------
+    p, q : ndarray, shape(d,)
+        The consistent state.
+    moved_q, moved_p : float
+        How far it was moved: sqrt(dq^T M dq) and sqrt(dp^T M^-1 dp).
+
+    Raises
+    ------
+    BadInput
+        If an iteration does not converge: the start is too far from the manifold, or G loses rank on the way.
+    """
+    p0, q0 = np.array(p, dtype=float), np.array(q, dtype=float)
+    M, H_pp = _metric(scene, p0, q0)
+    q1 = _nearest(f"positions of {scene.problem}", lambda x: (scene.value("g", tuple(x)), scene.value("G", tuple(x))), q0, H_pp)
+    moved_q = float(np.sqrt((q1 - q0) @ M @ (q1 - q0)))
+    M, H_pp = _metric(scene, p0, q1)
+    end = tuple(q1)
+    p1 = _nearest(f"momenta of {scene.problem}", lambda x: (scene.value("Gv", tuple(x), end), scene.value("Gv_p", tuple(x), end)), p0, M)
+    return p1, q1, moved_q, float(np.sqrt((p1 - p0) @ H_pp @ (p1 - p0)))
+
+
+def projected(scene: Scene) -> tuple[Scene, float, float]:
+    """Return the scene with its initial values projected by :func:`project`, and how far positions and momenta were moved.
+
+    Raises
+    ------
+    BadInput
+        If the projection does not converge.
+    """
+    p0, q0, moved_q, moved_p = project(scene, scene.p0, scene.q0)
+    return replace(scene, p0=p0, q0=q0), moved_q, moved_p
+
+
+def _metric(scene: Scene, p: Array, q: Array) -> tuple[Array, Array]:
+    """Return M and M^-1 at a state."""
+    return scene.value("mass", tuple(p), tuple(q)), scene.value("H_pp", tuple(p), tuple(q))
+
+
+def _nearest(what: str, conditions: Conditions, x0: Array, W: Array) -> Array:
+    """Return the x nearest to x0 in the metric W^-1 that meets the conditions, which are given with their Jacobian at x."""
+    eps = float(np.finfo(float).eps)
+    dx, previous = np.zeros_like(x0), np.inf
+    for _ in range(SWEEPS):
+        residual, C = conditions(x0 + dx)
+        new = least_displacement(C[None], W[None], (C @ dx - residual)[None])[0]
+        increment, size = float(np.max(np.abs(new - dx))), max(1.0, float(np.max(np.abs(x0 + new))))
+        dx = new
+        stalled = increment >= previous and increment <= 1e4 * eps * size
+        if increment <= 4 * eps * size or stalled:
+            return np.asarray(x0 + dx, dtype=float)
+        if not np.isfinite(increment):
+            break
+        previous = increment
+    raise BadInput(
+        f"the {what} cannot be projected onto the constraints: after {SWEEPS} sweeps at most, the last increment is {increment:.3g}; "
+        "give initial values nearer to consistent ones."
+    )

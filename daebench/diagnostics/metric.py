@@ -1,0 +1,46 @@
+"""Smallest displacements under linear conditions, in the metric of kinetic energy, for many states at once."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+REDUNDANT = 1e-12
+"""Conditions that add less than this, relatively, to those before them are taken for redundant."""
+
+
+def least_displacement(C: Array, W: Array, b: Array) -> Array:
+    """Return the dx that minimises dx^T W^-1 dx subject to C dx = b.
+
+    ::
+
+        dx = W C^T (C W C^T)^+ b
+
+    The pseudo-inverse leaves redundant conditions alone; they are scaled to equal size before it is taken.
+
+    Parameters
+    ----------
+    C : ndarray, shape(n, k, l)
+        Conditions, for each of n states.
+    W : ndarray, shape(n, l, l)
+        Inverse of the metric.
+    b : ndarray, shape(n, k)
+        Right sides.
+
+    Returns
+    -------
+    ndarray, shape(n, l)
+        NaN for a state where anything is not finite.
+    """
+    with np.errstate(all="ignore"):
+        WC = W @ np.swapaxes(C, 1, 2)
+        normal = C @ WC
+        size = np.sqrt(np.abs(np.diagonal(normal, axis1=1, axis2=2)))
+        size = np.where(size > 0, size, 1.0)
+        normal = normal / (size[:, :, None] * size[:, None, :])
+        broken = ~np.all(np.isfinite(normal), axis=(1, 2)) | ~np.all(np.isfinite(b), axis=1)
+        normal[broken] = np.eye(normal.shape[1])
+        mu = (np.linalg.pinv(normal, rcond=REDUNDANT, hermitian=True) @ (b / size)[:, :, None])[:, :, 0] / size
+        dx = (WC @ mu[:, :, None])[:, :, 0]
+    dx[broken] = np.nan
+    return np.asarray(dx, dtype=float)

@@ -1,0 +1,138 @@
+"""The order of a method, fitted to the asymptotic part of a series of errors and to nothing else."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from daebench.errors import BadInput
+
+Array = NDArray[np.float64]
+
+BAND = 0.2
+"""A local slope belongs to the asymptotic part if it is within this of the median of those at smaller h."""
+
+FALLING = 0.5
+"""An error falls where its local slope is at least this."""
+
+PLATEAU = 10.0
+"""Errors within this factor of each other and of the least one that do not fall are a round-off plateau."""
+
+
+@dataclass(frozen=True)
+class OrderFit:
+    """An observed order, and what became of each point.
+
+    Parameters
+    ----------
+    slope, slope_error : float
+        Slope of log error against log h and its standard error; NaN if there are fewer than three points.
+    used : tuple of bool
+        For each point in the order given, whether it was used.
+    reasons : tuple of str
+        Why it was not: "failed", "round-off", "pre-asymptotic" or "too few"; empty if it was.
+    note : str
+        Why there is no slope, as a sentence; empty if there is one.
+    """
+
+    slope: float
+    slope_error: float
+    used: tuple[bool, ...]
+    reasons: tuple[str, ...]
+    note: str = ""
+
+
+def fit_order(h: ArrayLike, error: ArrayLike, *, floor: float = 0.0) -> OrderFit:
+    """Return the least-squares slope of log error against log h over the asymptotic part.
+
+    Points are dropped by this rule, in this order:
+
+    - "failed": the error is not finite.
+    - "round-off": the error is at most ``floor``, or zero. Further, if the error does not fall (local slope below 0.5)
+      between two neighbours within a factor 10 of the least error, these are on a plateau, and everything up to 10 times
+      the plateau's largest error is contaminated and goes; unless the three finest points already agree on a slope.
+    - "pre-asymptotic": from the two finest points left, coarser ones are added while each local slope is at least 0.5 and within
+      0.2 of the median of those before it; the first that is not ends the asymptotic part, whatever comes after.
+    - "too few": what is left when that makes fewer than three points.
+
+    The run begins at the *fine* end and is never restarted higher up, because a clean slope at large h may be of another regime:
+    constrained symplectic Euler, of order 1, looks like order 2 down to h ~ 1/320 on the spherical pendulum.
+
+    Parameters
+    ----------
+    h : array_like, shape(n,)
+        Step sizes, positive and different, in any order.
+    error : array_like, shape(n,)
+        Norms of errors; not finite where a run failed.
+    floor : float
+        Error that cannot be trusted, such as the reference's own bound.
+
+    Returns
+    -------
+    OrderFit
+
+    Raises
+    ------
+    BadInput
+        If the shapes differ, or a step size is not positive or appears twice.
+    """
+    h, error = np.asarray(h, dtype=float), np.asarray(error, dtype=float)
+    if h.ndim != 1 or h.shape != error.shape:
+        raise BadInput(f"an order needs one error for each step size; the shapes are {error.shape} and {h.shape}.")
+    if not np.all(np.isfinite(h) & (h > 0)) or len(np.unique(h)) < len(h):
+        raise BadInput("an order needs step sizes that are positive and all different.")
+    reasons = np.full(len(h), "", dtype="<U14")
+    reasons[~np.isfinite(error)] = "failed"
+    reasons[np.isfinite(error) & (error <= max(floor, 0.0))] = "round-off"
+    left = _finest_first(h, reasons)
+    reasons[left[error[left] <= _plateau(h[left], error[left])]] = "round-off"
+    left = _finest_first(h, reasons)
+    length = _asymptotic(_slopes(h[left], error[left]))
+    reasons[left[length:]] = "pre-asymptotic"
+    if length < 3:
+        reasons[left[:length]] = "too few"
+        return _result(float("nan"), float("nan"), reasons, _why(reasons))
+    return _result(*_line(np.log(h[left[:length]]), np.log(error[left[:length]])), reasons, "")
+
+
+def _result(slope: float, slope_error: float, reasons: NDArray[np.str_], note: str) -> OrderFit:
+    return OrderFit(slope, slope_error, tuple(bool(reason == "") for reason in reasons), tuple(map(str, reasons)), note)
+
+
+def _why(reasons: NDArray[np.str_]) -> str:
+    counts = ", ".join(f"{int(np.sum(reasons == reason))} {reason}" for reason in ("failed", "round-off", "pre-asymptotic"))
+    return f"fewer than three of {len(reasons)} points are in the asymptotic part ({counts}); give more step sizes, or smaller ones."
+
+
+def _finest_first(h: Array, reasons: NDArray[np.str_]) -> NDArray[np.intp]:
+    order = np.argsort(h)
+    return np.asarray(order[reasons[order] == ""], dtype=np.intp)
+
+
+def _slopes(h: Array, error: Array) -> Array:
+    return np.diff(np.log(error)) / np.diff(np.log(h))
+
+
+def _plateau(h: Array, error: Array) -> float:
+    """Return the error up to which points are spoilt by a plateau at the fine end; 0 if there is none."""
+    slopes = _slopes(h, error)
+    if _asymptotic(slopes) >= 3:
+        return 0.0
+    near = error <= PLATEAU * np.min(error, initial=np.inf)
+    flat = np.flatnonzero((slopes < FALLING) & near[:-1] & near[1:])
+    return PLATEAU * float(np.max(error[: flat[-1] + 2])) if len(flat) else 0.0
+
+
+def _asymptotic(slopes: Array) -> int:
+    """Return how many points, from the finest on, agree on a slope."""
+    for k, slope in enumerate(slopes):
+        if slope < FALLING or (k > 0 and abs(slope - np.median(slopes[:k])) > BAND):
+            return k + 1
+    return len(slopes) + 1
+
+
+def _line(x: Array, y: Array) -> tuple[float, float]:
+    s = x - np.mean(x)
+    slope = float(s @ y) / float(s @ s)
+    residual = y - np.mean(y) - slope * s
+    return slope, float(np.sqrt(residual @ residual / (len(x) - 2) / (s @ s)))

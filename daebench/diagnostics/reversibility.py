@@ -1,0 +1,27 @@
+"""The reversibility defect: what is left when a map is undone by turning momenta round and mapping again."""
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from daebench.diagnostics.symplecticity import Flow
+
+
+def reversibility_defect(flow: Flow, p: ArrayLike, q: ArrayLike) -> float:
+    """Return the Euclidean norm of rho Phi rho Phi(x) - x with rho(p, q) = (-p, q), HLW Section V.1.
+
+    Parameters
+    ----------
+    flow : callable
+        The map Phi, ``flow(p, q) -> (p, q)``.
+    p, q : array_like, shape(d,)
+        The point x.
+
+    Returns
+    -------
+    float
+        Zero to round-off for a rho-reversible map; NaN if the map gives one.
+    """
+    p0, q0 = np.array(p, dtype=float), np.array(q, dtype=float)
+    p1, q1 = flow(p0.copy(), q0.copy())
+    p2, q2 = flow(-np.asarray(p1), np.array(q1))
+    return float(np.linalg.norm(np.concatenate([-np.asarray(p2) - p0, np.asarray(q2) - q0])))

@@ -1,0 +1,98 @@
+"""The symplecticity defect of a map on the constraint manifold, exact to round-off by complex step."""
+
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from daebench.diagnostics.manifold import constraint_jacobian
+from daebench.scene import Scene
+
+Array = NDArray[np.float64]
+
+Flow = Callable[[Any, Any], tuple[Sequence[Any], Sequence[Any]]]
+"""A map (p, q) -> (p, q) of vectors of shape(d,), real or complex, that leaves its arguments unchanged."""
+
+STEP = 1e-30
+"""Imaginary step: its square is nothing, so the derivative has no error of truncation or cancellation."""
+
+
+def tangent_basis(scene: Scene, p: ArrayLike, q: ArrayLike) -> Array:
+    """Return an orthonormal basis X of the tangent space of the manifold at (p, q), shape(2d, 2(d - m)).
+
+    X spans the null space of the derivative of the constraints (g, G H_p) with respect to x = (p, q), momenta first::
+
+        [ 0     G    ]
+        [ Gv_p  Gv_q ] X = 0        X^T X = I
+
+    Parameters
+    ----------
+    scene : Scene
+        The problem with its numbers.
+    p, q : array_like, shape(d,)
+        A point of the manifold.
+
+    Returns
+    -------
+    ndarray, shape(2d, 2(d - m))
+        With more columns where constraints are redundant, two for each that is.
+    """
+    C = constraint_jacobian(scene, np.array(p, dtype=float)[None], np.array(q, dtype=float)[None])[0]
+    size = np.linalg.norm(C, axis=1, keepdims=True)
+    _, singular, rows = np.linalg.svd(C / np.where(size > 0, size, 1.0))
+    rank = int(np.sum(singular > 1e-12 * singular[0]))
+    return np.ascontiguousarray(rows[rank:].T)
+
+
+def tangent_map(flow: Flow, p: ArrayLike, q: ArrayLike, X: ArrayLike) -> Array:
+    """Return Phi'(x) X, the derivative of a map along the columns of X, by complex step.
+
+    ::
+
+        Phi'(x) X_k = Im Phi(x + i s X_k) / s        s = 1e-30
+
+    Parameters
+    ----------
+    flow : callable
+        The map Phi, analytic in its arguments and computed in complex numbers; iterations inside it must converge in the
+        imaginary part too.
+    p, q : array_like, shape(d,)
+        The point x = (p, q).
+    X : array_like, shape(2d, k)
+        Directions, momenta first.
+
+    Returns
+    -------
+    ndarray, shape(2d, k)
+    """
+    p, q, X = np.asarray(p, dtype=float), np.asarray(q, dtype=float), np.asarray(X, dtype=float)
+    d = len(p)
+    columns = [np.concatenate([np.asarray(part) for part in flow(p + 1j * STEP * x[:d], q + 1j * STEP * x[d:])]) for x in X.T]
+    return np.array([np.imag(column) / STEP for column in columns]).reshape(-1, 2 * d).T
+
+
+def symplecticity_defect(flow: Flow, p: ArrayLike, q: ArrayLike, X: ArrayLike) -> float:
+    """Return the spectral norm of the change of the symplectic two-form under a map, on the span of X.
+
+    ::
+
+        | X^T ( Phi'^T J Phi' - J ) X |_2        J = [[0, I], [-I, 0]]
+
+    Zero to round-off for a symplectic map of the manifold, HLW (1.17), when X is :func:`tangent_basis`. Take the map of several
+    steps (10, say): a single step of a scheme that is not symplectic on the manifold may be exact there.
+
+    Parameters
+    ----------
+    flow, p, q, X
+        As for :func:`tangent_map`.
+    """
+    X = np.asarray(X, dtype=float)
+    return float(np.linalg.norm(_two_form(tangent_map(flow, p, q, X)) - _two_form(X), 2))
+
+
+def _two_form(X: Array) -> Array:
+    """Return X^T J X, momenta first."""
+    d = len(X) // 2
+    half = X[:d].T @ X[d:]
+    return half - half.T

@@ -1,0 +1,69 @@
+"""Gaussian elimination that says how close to singular the matrix was; read as text into generated modules, and run as it stands."""
+
+from typing import Any
+
+import numpy as np
+
+SINGULAR = 1e-14
+"""Relative pivots up to this size are round-off: the matrix is singular for all that can be told."""
+
+
+def eliminate(A: Any, B: Any) -> float:
+    """Solve A X = B in place by elimination with scaled partial pivoting; return the smallest relative pivot.
+
+    A pivot is taken relative to the sum of moduli of the terms that it was computed from, so that scaling rows or columns of A
+    (masses between 1e-8 and 1e8, say) does not change it: it is the share that cancellation has left.
+
+    Parameters
+    ----------
+    A : ndarray, shape(k, k)
+        Matrix; destroyed.
+    B : ndarray, shape(k, c)
+        Right sides; X on return, unless the smallest relative pivot is 0.
+
+    Returns
+    -------
+    float
+        0 where A is exactly singular, NaN where a pivot is not a number.
+    """
+    k = A.shape[0]
+    size = np.abs(A)
+    scale = np.empty(k)
+    smallest = 1.0
+    for row in range(k):
+        scale[row] = size[row].max()
+    for column in range(k):
+        best = column
+        for row in range(column + 1, k):
+            if abs(A[row, column]) * scale[best] > abs(A[best, column]) * scale[row]:
+                best = row
+        for X in (A, size, B):
+            for j in range(X.shape[1]):
+                X[column, j], X[best, j] = X[best, j], X[column, j]
+        scale[column], scale[best] = scale[best], scale[column]
+        pivot = A[column, column]
+        if pivot == 0.0:
+            return 0.0
+        share = abs(pivot) / size[column, column]
+        if not share >= smallest:
+            smallest = share
+        for row in range(column + 1, k):
+            factor = A[row, column] / pivot
+            for j in range(column + 1, k):
+                A[row, j] -= factor * A[column, j]
+                size[row, j] += abs(factor) * size[column, j]
+            for j in range(B.shape[1]):
+                B[row, j] -= factor * B[column, j]
+    for j in range(B.shape[1]):
+        for row in range(k - 1, -1, -1):
+            for column in range(row + 1, k):
+                B[row, j] -= A[row, column] * B[column, j]
+            B[row, j] /= A[row, row]
+    return smallest
+
+
+def finite(health: float, values: Any) -> float:
+    """Return ``health``, or NaN if any of the values, shape(k,), is not finite."""
+    for value in values:
+        health += 0.0 * value
+    return health

@@ -1,0 +1,117 @@
+"""Time per step and time to compile; best of several runs, the rivals taking turns so that noise meets them alike."""
+
+import ctypes
+import shutil
+import subprocess
+import tempfile
+import time
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from daebench.errors import BadInput, DaebenchError
+from daebench.fixed_step import FixedStep
+from daebench.method import Request
+from daebench.names import parse
+from daebench.scene import Scene
+
+VARIANTS: dict[str, dict[str, Any]] = {
+    "ns_per_step": {"watch": (), "count": False},
+    "ns_watched": {"watch": ("energy", "manifold"), "count": False},
+    "ns_counted": {"watch": ("energy", "manifold"), "count": True},
+}
+
+
+def measure(scene: Scene, names: Sequence[str], *, h: float, steps: int, repeat: int) -> list[dict[str, Any]]:
+    """Return one row a method: the best time of a step, bare, watched, and watched and counted, and the time to compile.
+
+    Parameters
+    ----------
+    scene : Scene
+        What is integrated.
+    names : sequence of str
+        Fixed-step methods.
+    h : float
+        Step size.
+    steps, repeat : int
+        Steps of one run, and runs of which the best counts.
+
+    Returns
+    -------
+    list of dict
+        "method", "ns_per_step", "ns_watched", "ns_counted" (nanoseconds), "compile_seconds", "note" (why there is no number).
+
+    Raises
+    ------
+    BadInput
+        If a method is not a fixed-step method.
+    """
+    if steps < 1 or repeat < 1:
+        raise BadInput(f"steps = {steps} and repeat = {repeat} must be at least 1.")
+    return [_measure(scene, name, h, steps, repeat) for name in names]
+
+
+def _measure(scene: Scene, name: str, h: float, steps: int, repeat: int) -> dict[str, Any]:
+    method = parse(name)
+    if not isinstance(method, FixedStep):
+        raise BadInput(f"{name} has no fixed steps; bench measures schemes.")
+    row: dict[str, Any] = {"method": name, "note": method.refusal(scene)}
+    if row["note"]:
+        return row
+    times: dict[str, list[float]] = {variant: [] for variant in VARIANTS}
+    for _ in range(repeat):
+        for variant, choice in VARIANTS.items():
+            run = method.solve(scene, Request(value=h, steps=steps, every=0, **choice))
+            if run.failure:
+                return row | {"note": run.failure}
+            times[variant].append(run.seconds / run.steps * 1e9)
+            if variant == "ns_per_step":
+                row.setdefault("compile_seconds", run.compile_seconds)
+    return row | {variant: min(values) for variant, values in times.items()}
+
+
+def hand_written(scene: Scene, *, h: float, steps: int, repeat: int, rattle: dict[str, Any] | None) -> list[dict[str, Any]]:
+    """Return a row for RATTLE in C at -O3 on the spherical pendulum, timed in turns with the linked kernel; none elsewhere.
+
+    The linked kernel's row gets the ratio of the two as its note.
+    """
+    compiler = next((found for name in ("cc", "gcc", "clang") if (found := shutil.which(name))), None)
+    if scene.problem != "spherical_pendulum" or rattle is None or rattle.get("note"):
+        return []
+    if compiler is None:
+        return [{"method": "C", "note": "no C compiler found"}]
+    with tempfile.TemporaryDirectory() as folder:
+        call = _compiled(compiler, Path(folder), scene, h, steps)
+        method, linked, by_hand = FixedStep("rattle"), [], []
+        for _ in range(repeat):
+            run = method.solve(scene, Request(value=h, steps=steps, every=0, **VARIANTS["ns_per_step"])).complete()
+            linked.append(run.seconds / steps * 1e9)
+            by_hand.append(call())
+    rattle["ns_per_step"] = min([rattle["ns_per_step"], *linked])
+    rattle["note"] = f"{min(linked) / min(by_hand):.3f} times C"
+    return [{"method": "rattle in C", "ns_per_step": min(by_hand), "note": f"{Path(compiler).name} -O3"}]
+
+
+def _compiled(compiler: str, folder: Path, scene: Scene, h: float, steps: int) -> Callable[[], float]:
+    """Return a call that runs the C program and returns nanoseconds per step."""
+    library = folder / "rattle.so"
+    source = Path(__file__).with_name("rattle.c")
+    done = subprocess.run([compiler, "-O3", "-shared", "-fPIC", str(source), "-o", str(library), "-lm"], capture_output=True, text=True)
+    if done.returncode:
+        raise DaebenchError(f"the C program does not compile: {done.stderr.splitlines()[0] if done.stderr else compiler}.")
+    function = ctypes.CDLL(str(library)).rattle
+    function.restype = ctypes.c_long
+    function.argtypes = [ctypes.c_void_p, *[ctypes.c_double] * 4, ctypes.c_long, ctypes.POINTER(ctypes.c_long)]
+
+    def call() -> float:
+        state = np.concatenate([scene.p0, scene.q0])
+        began = time.thread_time()
+        taken = function(state.ctypes.data, *scene.par, h, steps, ctypes.byref(ctypes.c_long()))
+        spent = time.thread_time() - began
+        if taken != steps:
+            raise DaebenchError(f"the C program stopped after {taken} of {steps} steps.")
+        return spent / steps * 1e9
+
+    return call

@@ -1,0 +1,1 @@
+"""Trusted trajectories: the tolerance-driven solvers that make them."""

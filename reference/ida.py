@@ -1,0 +1,135 @@
+"""SUNDIALS IDA on every formulation, with the cures without which its error test fails on multipliers."""
+
+import time
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from daebench.errors import BadInput, unknown
+from daebench.method import Request
+from daebench.pose import FORMULATIONS, Dae, pose
+from daebench.reference.sundials import count_steps, stepwise
+from daebench.reference.tolerance import MOST_STEPS, Advance, Array, Meter, check, run
+from daebench.scene import Scene
+from daebench.trajectory import Trajectory
+
+CURES = ("derivative", "atol", "none")
+DEFAULT_CURES = {"index3": "atol", "index2": "derivative", "index1": "atol", "ggl": "derivative", "baumgarte": "atol", "ode": "none"}
+UNTESTED = 1e8
+"""Absolute tolerance of an unknown that is left out of the error test."""
+
+
+@dataclass(frozen=True)
+class Ida:
+    """IDA, variable-order BDF in double precision, with the analytic Jacobian and a dense linear solver.
+
+    The local error estimate of a multiplier can be hundreds of times that of a velocity: under the plain settings index 3 stops
+    at t = 0 at every tolerance, and index 2 and ``ggl`` collapse to order 1. Two cures:
+
+    - ``atol``: an absolute tolerance of 1e8 on lam and mu, for index 3 on v too;
+    - ``derivative``: the unknown is Lam with Lam' = lam, so that the multiplier enters as a derivative.
+
+    Parameters
+    ----------
+    formulation : str
+        One of ``daebench.pose.FORMULATIONS``.
+    cure : str, optional
+        "derivative", "atol" or "none"; by default the better one for the formulation. ``ode`` has no multiplier to cure.
+    options : mapping of str to float, optional
+        Free numbers of the formulation, as for :func:`daebench.pose.pose`.
+
+    Raises
+    ------
+    BadInput
+        If the formulation or the cure is unknown, or a cure is asked for on ``ode``.
+    """
+
+    formulation: str
+    cure: str | None = None
+    options: Mapping[str, float] | None = field(default=None, hash=False)
+    knob = "tol"
+
+    def __post_init__(self) -> None:
+        if self.formulation not in FORMULATIONS:
+            raise unknown("formulation", self.formulation, FORMULATIONS)
+        if self.cure is not None and self.cure not in CURES:
+            raise unknown("cure", self.cure, CURES)
+        if self.formulation == "ode" and self.cure not in (None, "none"):
+            raise BadInput(f"ode has no multipliers, so there is nothing for {self.cure} to cure; leave the cure out.")
+
+    @property
+    def name(self) -> str:
+        """Name in the grammar of methods: ida:formulation, or ida:formulation:cure where the cure is not the default."""
+        default = self._cure == DEFAULT_CURES[self.formulation]
+        return f"ida:{self.formulation}" if default else f"ida:{self.formulation}:{self._cure}"
+
+    @property
+    def _cure(self) -> str:
+        return self.cure or DEFAULT_CURES[self.formulation]
+
+    def refusal(self, scene: Scene) -> str | None:
+        """Return None: every problem has every formulation."""
+        return None
+
+    def solve(self, scene: Scene, request: Request) -> Trajectory:
+        """Return the trajectory; where IDA stops early, the outputs so far and why.
+
+        Raises
+        ------
+        BadInput
+            If the request cannot be met, see :func:`daebench.reference.tolerance.check`.
+        DaebenchError
+            If the start has no multiplier, see :func:`daebench.pose.pose`.
+        """
+        began = time.perf_counter()
+        check(self.name, request)
+        dae = pose(scene, self.formulation, self.options, multipliers="derivative" if self._cure == "derivative" else "plain")
+        return run(self.name, dae, request, lambda meter: self._begin(dae, request.value, meter), began=began, advice=self._advice)
+
+    @property
+    def _advice(self) -> str:
+        if self._cure == "none" and self.formulation != "ode":
+            return "take the multipliers out of the error test with the cure atol or derivative"
+        return "use a larger tol or another formulation, and see whether G keeps its rank"
+
+    def _atol(self, dae: Dae, tol: float) -> Array:
+        """Return the absolute tolerances, shape(n,)."""
+        atol = np.full(dae.n, tol)
+        if self._cure == "atol":
+            for name in ("lam", "mu", *(["v"] if self.formulation == "index3" else [])):
+                atol[dae.blocks.get(name, slice(0))] = UNTESTED
+        return atol
+
+    def _begin(self, dae: Dae, tol: float, meter: Meter) -> Advance:
+        from sksundae.ida import IDA
+
+        def residual(t: float, y: Array, yp: Array, res: Array) -> None:
+            began = time.perf_counter()
+            meter.called("residual", t, dae_residual(t, y, yp, res, par), began)
+
+        def jacobian(t: float, y: Array, yp: Array, res: Array, cj: float, JJ: Array) -> None:
+            began = time.perf_counter()
+            meter.called("jacobian", t, dae_jacobian(t, y, yp, res, cj, JJ, par), began)
+
+        def every_step(t: float, y: Array, yp: Array, events: Array) -> None:
+            events[0] = 1.0
+            count_steps(meter, t)
+
+        par, dae_residual, dae_jacobian = dae.par, dae.residual, dae.jacobian
+        _compile(dae)
+        options: dict[str, Any] = {"rtol": tol, "atol": self._atol(dae, tol), "max_num_steps": MOST_STEPS}
+        solver = IDA(residual, jacfn=jacobian, eventsfn=every_step, num_events=1, **options)
+        solver.init_step(0.0, dae.y0, dae.yp0)
+        return stepwise(solver, meter)
+
+
+def _compile(dae: Dae) -> None:
+    """Call each function once with arrays of the kinds that IDA hands over: its own are read-only."""
+    res, JJ = np.empty(dae.n), np.empty((dae.n, dae.n))
+    y, yp, read_only = dae.y0.copy(), dae.yp0.copy(), np.empty(dae.n)
+    for array in (y, yp, read_only):
+        array.flags.writeable = False
+    dae.residual(0.0, y, yp, res, dae.par)
+    dae.jacobian(0.0, y, yp, read_only, 1.0, JJ, dae.par)

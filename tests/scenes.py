@@ -1,0 +1,40 @@
+"""The scenes that every scheme is swept over: problems of the catalogue, and those of ``definitions`` for every kind of H."""
+
+from functools import cache
+
+import definitions
+
+from daebench.catalogue import find_scene
+from daebench.scene import make_scene, source_of
+
+
+@cache
+def scene(name):
+    """Return one of the scenes by name."""
+    catalogue = {
+        "spherical-slow": ("spherical_pendulum", "fig1.1"),
+        "spherical-fast": ("spherical_pendulum", "fig1.2b"),
+        "planar": ("planar_pendulum", "rotating"),
+    }
+    if name in catalogue:
+        return find_scene(*catalogue[name])
+    problem, case = {
+        "stretched-M": (definitions.stretched(), "swing"),
+        "stretched-H": (definitions.stretched(given_as="H"), "swing"),
+        "relativistic": (definitions.relativistic(), "tied"),
+        "double-pendulum": (definitions.double_pendulum(), "bent"),
+        "coupled-rods": (definitions.coupled(), "bent"),
+    }[name]
+    return make_scene(source_of(problem, name), case)
+
+
+SCENES = (
+    "spherical-slow",
+    "spherical-fast",
+    "planar",
+    "stretched-M",
+    "stretched-H",
+    "relativistic",
+    "double-pendulum",
+    "coupled-rods",
+)

@@ -1,0 +1,141 @@
+"""Every scheme on every kind of problem: what it claims is what is measured. Kernels run uncompiled here."""
+
+import numpy as np
+import pytest
+from oracles import solution
+
+from daebench import link
+from daebench.catalogue import schemes
+from daebench.diagnostics.order import fit_order
+from daebench.diagnostics.reversibility import reversibility_defect
+from daebench.diagnostics.symplecticity import symplecticity_defect, tangent_basis
+from daebench.fixed_step import FixedStep
+from daebench.method import Request
+
+ROUND_OFF = 1e-12
+ALIAS = {"fig1.1": "spherical-slow", "fig1.2b": "spherical-fast", "rotating": "planar"}
+
+
+@pytest.fixture(params=schemes(), ids=schemes())
+def method(request):
+    return FixedStep(request.param, compiled=False)
+
+
+def run(method, scene, h, steps, **more):
+    if why := method.refusal(scene):
+        pytest.skip(why)
+    return method.solve(scene, Request(value=h, steps=steps, **more)).complete()
+
+
+def state_error(name, trajectory, T):
+    q, p = solution(name, T)
+    return max(np.abs(trajectory.q[-1] - q).max(), np.abs(trajectory.p[-1] - p).max())
+
+
+def test_order_is_as_claimed(method, each_scene):
+    T, counts = 0.5, (64, 128, 256, 512, 1024)
+    name = ALIAS.get(each_scene.case, each_scene.problem)
+    errors = [state_error(name, run(method, each_scene, T / n, n), T) for n in counts]
+    fit = fit_order([T / n for n in counts], errors)
+    assert abs(fit.slope - method.claims.order) < 0.15, (fit, errors)
+
+
+def manifold_errors(method, scene):
+    maxima = run(method, scene, 0.004, 60).maxima
+    return {"g": maxima["g"], "Gv": maxima["Gv"]}
+
+
+def two_form_defect(method, scene):
+    run(method, scene, 0.01, 1)
+    return symplecticity_defect(method.flow(scene, 0.01, 10), scene.p0, scene.q0, tangent_basis(scene, scene.p0, scene.q0))
+
+
+def reversal_defect(method, scene):
+    run(method, scene, 0.01, 1)
+    return reversibility_defect(method.flow(scene, 0.01, 10), scene.p0, scene.q0)
+
+
+def test_the_manifold_is_kept_where_that_is_claimed(method, each_scene):
+    errors = manifold_errors(method, each_scene)
+    assert not method.claims.keeps_g or errors["g"] < ROUND_OFF
+    assert not method.claims.keeps_Gv or errors["Gv"] < ROUND_OFF
+
+
+def test_the_two_form_is_kept_where_that_is_claimed(method, each_scene):
+    assert not method.claims.symplectic or two_form_defect(method, each_scene) < ROUND_OFF
+
+
+def test_reversal_returns_where_that_is_claimed(method, each_scene):
+    assert not method.claims.symmetric or reversal_defect(method, each_scene) < ROUND_OFF
+
+
+def test_what_is_not_claimed_fails_on_the_fast_pendulum(method, get_scene):
+    scene, claims = get_scene("spherical-fast"), method.claims
+    measured = {
+        "two-form": (claims.symplectic, two_form_defect(method, scene)),
+        "reversal": (claims.symmetric, reversal_defect(method, scene)),
+    }
+    measured["manifold"] = (claims.on_manifold, max(manifold_errors(method, scene).values()))
+    for what, (claimed, defect) in measured.items():
+        assert claimed or defect > 1e4 * ROUND_OFF, (what, defect)
+
+
+def test_one_step_of_se_from_the_manifold_is_symplectic_and_two_are_not(get_scene):
+    scene, method = get_scene("spherical-slow"), FixedStep("se", compiled=False)
+    X = tangent_basis(scene, scene.p0, scene.q0)
+    one, two = (symplecticity_defect(method.flow(scene, 0.03, n), scene.p0, scene.q0, X) for n in (1, 2))
+    assert one < 1e-14
+    assert two > 1e-9
+
+
+def test_se_keeps_q_dot_p_and_the_angular_momentum_on_the_sphere(get_scene):
+    maxima = run(FixedStep("se", compiled=False), get_scene("spherical-slow"), 0.03, 300, watch=("manifold", "integrals")).maxima
+    assert maxima["Gv"] < 1e-15
+    assert maxima["L3"] < 1e-15
+    assert maxima["g"] > 1e-4
+
+
+def test_both_ways_to_give_a_hamiltonian_are_one_system(method, get_scene):
+    by_M, by_H = (run(method, get_scene(f"stretched-{kind}"), 0.05, 20) for kind in "MH")
+    assert np.abs(by_M.q - by_H.q).max() < 1e-13
+    assert np.abs(by_M.p - by_H.p).max() < 1e-13
+
+
+FAULTS = {
+    "half-kick": ("rattle", "axpy(-0.5 * h, H_q(p_half, q1), p_half)", "axpy(-0.6 * h, H_q(p_half, q1), p_half)", "order"),
+    "sign-of-multiplier": ("rattle", "axpy(-1.0 / h, mul_T(G0, nu)", "axpy(1.0 / h, mul_T(G0, nu)", "order"),
+    "no-tangent": (
+        "symplectic_euler",
+        "return p1, q1, both(found, settled)",
+        "return axpy(-1.0 / h, mul_T(G0, nu), p_hat), q1, both(found, settled)",
+        "manifold",
+    ),
+    "weight-of-multiplier": (
+        "symplectic_euler",
+        "axpy(-1.0 / h, mul_T(G0, nu), p_hat)",
+        "axpy(-0.9 / h, mul_T(G0, nu), p_hat)",
+        "symplectic",
+    ),
+    "new-gradient": ("symplectic_euler", "rows(G0, p0, q0))", "rows(G(axpy(h, H_p(p_hat, q0), q0)), p0, q0))", "symplectic"),
+    "gradient-ahead": ("rattle", "rows(G0, p0, q0))", "rows(G(axpy(h, H_p(p_half, q0), q0)), p0, q0))", "reversal"),
+}
+
+
+@pytest.mark.parametrize(("scheme", "right", "wrong", "check"), FAULTS.values(), ids=FAULTS)
+def test_a_planted_fault_is_caught_by_the_check_one_expects(scheme, right, wrong, check, get_scene, monkeypatch, tmp_path):
+    original = link._text
+    assert original(f"daebench.schemes.{scheme}").count(right) >= 1
+    monkeypatch.setattr(
+        link, "_text", lambda module: original(module).replace(right, wrong) if module.endswith(scheme) else original(module)
+    )
+    monkeypatch.setenv("DAEBENCH_CACHE", str(tmp_path))
+    monkeypatch.setattr("daebench.cache.toolchain", lambda: f"planted {scheme} {wrong}")
+    scene, method = get_scene("spherical-fast"), FixedStep(scheme, compiled=False)
+    checks = {
+        "order": test_order_is_as_claimed,
+        "manifold": test_the_manifold_is_kept_where_that_is_claimed,
+        "symplectic": test_the_two_form_is_kept_where_that_is_claimed,
+        "reversal": test_reversal_returns_where_that_is_claimed,
+    }
+    with pytest.raises(AssertionError):
+        checks[check](method, scene)
