@@ -107,14 +107,7 @@ def solver(name: str, n: int, extra: Sequence[int]) -> str:
     if n > 1:
         lines += ["largest = abs(a0_0)", *(f"largest = max(largest, abs(a{i}_{j}))" for i in N for j in N if i + j)]
     for k in N:
-        for i in range(k + 1, n):
-            names = [f"a{{0}}_{j}" for j in range(k, n)] + [f"{side}{{0}}" for side in sides]
-            upper, lower = (", ".join(x.format(r) for x in names) for r in (k, i))
-            lines.append(f"if abs(a{i}_{k}) > abs(a{k}_{k}): {upper}, {lower} = {lower}, {upper}")
-        for i in range(k + 1, n):
-            lines.append(f"f = a{i}_{k} / a{k}_{k}")
-            lines += [f"a{i}_{j} = a{i}_{j} - f * a{k}_{j}" for j in range(k + 1, n)]
-            lines += [f"{side}{i} = {side}{i} - f * {side}{k}" for side in sides]
+        lines += _elimination(k, n, sides)
     for k in reversed(N):
         for side in sides:
             lines += [f"{side}{k} = {side}{k} - a{k}_{j} * {side}{j}" for j in range(k + 1, n)]
@@ -129,3 +122,17 @@ def solver(name: str, n: int, extra: Sequence[int]) -> str:
         return function(f"{name}(A, b)", *lines, f"return {solution}, pivot")
     others = pack(pack(f"y{r}_{i}" for i in N) for r in extra)
     return function(f"{name}(A, b, X)", *lines, f"return {solution}, {others}, pivot")
+
+
+def _elimination(k: int, n: int, sides: Sequence[str]) -> list[str]:
+    """Source of step k: the largest of the column's rest is swapped up to the pivot's place, then what is below it eliminated."""
+    lines = []
+    names = [f"a{{0}}_{j}" for j in range(k, n)] + [f"{side}{{0}}" for side in sides]
+    for i in range(k + 1, n):
+        upper, lower = (", ".join(x.format(r) for x in names) for r in (k, i))
+        lines.append(f"if abs(a{i}_{k}) > abs(a{k}_{k}): {upper}, {lower} = {lower}, {upper}")
+    for i in range(k + 1, n):
+        lines.append(f"f = a{i}_{k} / a{k}_{k}")
+        lines += [f"a{i}_{j} = a{i}_{j} - f * a{k}_{j}" for j in range(k + 1, n)]
+        lines += [f"{side}{i} = {side}{i} - f * {side}{k}" for side in sides]
+    return lines

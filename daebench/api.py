@@ -173,7 +173,12 @@ def problems() -> "pd.DataFrame":
     from daebench import catalogue
 
     rows = [
-        {"problem": name, "summary": each.summary, "parameters": {**each.parameters, **each.structure}, "cases": list(each.source({}).sheet.CASES)}
+        {
+            "problem": name,
+            "summary": each.summary,
+            "parameters": {**each.parameters, **each.structure},
+            "cases": list(each.source({}).sheet.CASES),
+        }
         for name, each in catalogue.problems().items()
     ]
     return pd.DataFrame(rows)

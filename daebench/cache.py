@@ -15,6 +15,10 @@ from pathlib import Path
 from daebench.errors import DaebenchError
 
 
+GENERATORS = ("algebra", "codegen", "derive", "elimination", "equations", "link", "pose", "problem", "sheet", "watch")
+"""The modules that decide what generated source says; kernels and schemes do too."""
+
+
 class CacheWarning(UserWarning):
     """The cache directory cannot be used, so everything is compiled again in this process."""
 
@@ -33,7 +37,7 @@ def cache_directory() -> Path:
 def toolchain() -> str:
     """Return the text that stands for everything that turns definitions into source: this package's own code and SymPy's version."""
     package = Path(__file__).parent
-    files = [package / f"{name}.py" for name in ("algebra", "cache", "codegen", "derive", "link", "pose", "problem", "sheet")]
+    files = [package / f"{name}.py" for name in GENERATORS]
     digest = hashlib.sha256()
     for file in [*files, *sorted((package / "kernels").glob("*.py")), *sorted((package / "schemes").glob("*.py"))]:
         digest.update(file.read_bytes())
@@ -60,11 +64,18 @@ def generated(stem: str, key: str, build: Callable[[bool], str]) -> types.Module
     try:
         if not path.exists():
             _write(path, build(True))
-    except OSError as error:
-        message = f"cannot write to the cache directory {path.parent} ({error.strerror}); compiling in memory, set DAEBENCH_CACHE."
-        warnings.warn(message, CacheWarning, stacklevel=2)
+        return _load(name, path)
+    except (OSError, RuntimeError) as error:
+        if isinstance(error, RuntimeError) and "cannot cache function" not in str(error):
+            raise
+        _warn(f"cannot write to the cache directory {path.parent}; compiling in memory, set DAEBENCH_CACHE to a folder that can be written.")
         return _execute(name, compile(build(False), name, "exec"))
-    return _load(name, path)
+
+
+@cache
+def _warn(message: str) -> None:
+    """Say it once in a process, not once a kernel."""
+    warnings.warn(message, CacheWarning, stacklevel=4)
 
 
 def _write(path: Path, source: str) -> None:

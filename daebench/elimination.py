@@ -33,33 +33,55 @@ def eliminate(A: Any, B: Any) -> float:
     for row in range(k):
         scale[row] = size[row].max()
     for column in range(k):
-        best = column
-        for row in range(column + 1, k):
-            if abs(A[row, column]) * scale[best] > abs(A[best, column]) * scale[row]:
-                best = row
-        for X in (A, size, B):
-            for j in range(X.shape[1]):
-                X[column, j], X[best, j] = X[best, j], X[column, j]
+        best = pivot_row(A, scale, column)
+        swap(A, column, best)
+        swap(size, column, best)
+        swap(B, column, best)
         scale[column], scale[best] = scale[best], scale[column]
-        pivot = A[column, column]
-        if pivot == 0.0:
+        if A[column, column] == 0.0:
             return 0.0
-        share = abs(pivot) / size[column, column]
+        share = abs(A[column, column]) / size[column, column]
         if not share >= smallest:
             smallest = share
-        for row in range(column + 1, k):
-            factor = A[row, column] / pivot
-            for j in range(column + 1, k):
-                A[row, j] -= factor * A[column, j]
-                size[row, j] += abs(factor) * size[column, j]
-            for j in range(B.shape[1]):
-                B[row, j] -= factor * B[column, j]
-    for j in range(B.shape[1]):
-        for row in range(k - 1, -1, -1):
+        reduce(A, size, B, column)
+    substitute(A, B)
+    return smallest
+
+
+def pivot_row(A: Any, scale: Any, column: int) -> int:
+    """Return the row, from ``column`` on, whose entry in this column is largest relative to the scale of its row."""
+    best = column
+    for row in range(column + 1, A.shape[0]):
+        if abs(A[row, column]) * scale[best] > abs(A[best, column]) * scale[row]:
+            best = row
+    return best
+
+
+def swap(X: Any, i: int, k: int) -> None:
+    """Exchange rows i and k."""
+    for j in range(X.shape[1]):
+        X[i, j], X[k, j] = X[k, j], X[i, j]
+
+
+def reduce(A: Any, size: Any, B: Any, column: int) -> None:
+    """Subtract multiples of the pivot row from those below it, and add the moduli of what was subtracted to ``size``."""
+    for row in range(column + 1, A.shape[0]):
+        factor = A[row, column] / A[column, column]
+        for j in range(column + 1, A.shape[0]):
+            A[row, j] -= factor * A[column, j]
+            size[row, j] += abs(factor) * size[column, j]
+        for j in range(B.shape[1]):
+            B[row, j] -= factor * B[column, j]
+
+
+def substitute(A: Any, B: Any) -> None:
+    """Solve with the upper triangle of A in place."""
+    k = A.shape[0]
+    for row in range(k - 1, -1, -1):
+        for j in range(B.shape[1]):
             for column in range(row + 1, k):
                 B[row, j] -= A[row, column] * B[column, j]
             B[row, j] /= A[row, row]
-    return smallest
 
 
 def finite(health: float, values: Any) -> float:
@@ -67,3 +89,7 @@ def finite(health: float, values: Any) -> float:
     for value in values:
         health += 0.0 * value
     return health
+
+
+FUNCTIONS = (eliminate, pivot_row, swap, reduce, substitute, finite)
+"""What a generated module needs of this file."""

@@ -125,29 +125,36 @@ class _Run:
         began = time.perf_counter()
         self.watch = tuple(name for name in WATCHABLE if name in request.watch)
         self.kernel = method.kernel(scene, request.precision, self.watch, count=request.count)
-        number: Callable[[Any], Any] = np.dtype(request.precision).type if request.precision == "float32" or not method.compiled else float
-        self.zero, self.infinity = number(0.0), number(np.inf)
-        self.par = tuple(number(x) for x in scene.par)
-        self.h = number(grid.h)
-        self.p, self.q = (tuple(number(x) for x in values) for values in (scene.p0, scene.q0))
+        self.number: Callable[[Any], Any] = (
+            np.dtype(request.precision).type if request.precision == "float32" or not method.compiled else float
+        )
+        self.zero, self.infinity = self.typed(0.0), self.typed(np.inf)
+        self.par, self.h = self.typed(scene.par), self.typed(grid.h)
+        self.p, self.q = self.typed(tuple(scene.p0)), self.typed(tuple(scene.q0))
         self.names = _watched_names(self.watch, scene)
         self.P, self.Q = (np.empty((grid.rows, scene.d), dtype=request.precision) for _ in range(2))
         self.done, self.row, self.left = 0, 0, grid.every or -1
         self.work = np.zeros(len(WORK), dtype=np.int64)
-        self.seconds, self.failure = 0.0, None
+        self.seconds = 0.0
+        self.failure: str | None = None
         with np.errstate(all="ignore"):
             self._prepare()
         self.compile_seconds = time.perf_counter() - began
 
+    def typed(self, x: Any) -> Any:
+        """Return a number or nested tuple in the run's number type, which is lost when a kernel hands a float32 back to Python."""
+        return tuple(map(self.typed, x)) if isinstance(x, tuple) else self.number(x)
+
     def _prepare(self) -> None:
         """Make the first memory and the conserved quantities, and have the loop compiled."""
-        self.conserved = self.kernel.first(self.p, self.q, self.par)
+        self.conserved = self.typed(self.kernel.first(self.p, self.q, self.par))
         self.maxima: Any = tuple(self.zero for _ in self.names)
         self.pivot = self.infinity
         self.memory: Any = ()
         report: Any = (0, self.zero, self.infinity, ())
         if hasattr(self.kernel, "begin"):
-            self.memory, report = self.kernel.begin(self.p, self.q, self.h, self.par)
+            memory, report = self.kernel.begin(self.p, self.q, self.h, self.par)
+            self.memory = self.typed(memory)
             self.work += self._tally(self.kernel.EACH_START, 1) + self._tally(report[3], 1)
         if report[0]:
             self.failure = self._sentence(report)
@@ -170,7 +177,8 @@ class _Run:
         with np.errstate(all="ignore"):
             result = self._call(steps)
         took = time.thread_time() - began
-        self.p, self.q, self.memory, self.maxima, self.pivot, done, rows, self.left, work, report = result
+        self.p, self.q, self.memory, self.maxima, self.pivot = self.typed(result[:5])
+        done, rows, self.left, work, report = result[5:]
         self.done, self.row = self.done + done, self.row + rows
         self.work += self._tally(work, 1) + self._tally(self.kernel.EACH_STEP, done + (report[0] != 0))
         self.seconds += took

@@ -15,6 +15,7 @@ from daebench import codegen
 from daebench.algebra import Values
 from daebench.derive import Derivation
 from daebench.errors import InvalidProblem
+from daebench.watch import Watch
 
 PACKAGE = Path(__file__).parent
 HOLE = "daebench.kernels.hole"
@@ -100,6 +101,7 @@ class Linker:
         self.derivation, self.options, self.scheme = derivation, options, scheme
         self.algebra = Values(derivation.d, derivation.m, derivation.structure, derivation.inverse_mass)
         self.constants = {"SEPARABLE": derivation.separable, "QUADRATIC": derivation.quadratic, "MULTISTEP": False}
+        self.watch = Watch(derivation, options.watch, len(WORK) if options.count else 0)
         self.files: dict[str, _File] = {}
         if scheme:
             self.constants["MULTISTEP"] = "start" in self.file(scheme).functions
@@ -151,7 +153,9 @@ class Linker:
         if name in ("step", "start"):
             return self.function(str(self.scheme), name, {})
         if name not in self.emitted:
-            source = self.derivation.source(name) or self.algebra.source(name) or self._loop_source(name)
+            for needed in self.watch.needs(name):
+                self.resolve(HOLE, needed)
+            source = self.derivation.source(name) or self.algebra.source(name) or self.watch.source(name)
             if source is None:
                 return self._composed(name)
             self.emitted[name] = source
@@ -184,49 +188,6 @@ class Linker:
         self.emitted[emitted] = codegen.function(f"{emitted}(sweeps)", f"return {result}")
         return emitted
 
-    def _loop_source(self, name: str) -> str | None:
-        k = range(len(WORK) if self.options.count else 0)
-        if name == "no_work":
-            return codegen.function("no_work()", "return " + codegen.pack("0" for _ in k))
-        if name == "plus_work":
-            return codegen.function("plus_work(x, y)", "return " + codegen.pack(f"x[{i}] + y[{i}]" for i in k))
-        return self._watch_source(name) if name in ("watched", "watch", "worst", "store") else None
-
-    def _watch_source(self, name: str) -> str:
-        """Source of what the loop watches: energy, manifold and integrals, each only where asked for."""
-        watch, integrals = self.options.watch, list(self.derivation.problem.integrals)
-        conserved: list[str] = ["H(p, q, par)"] if "energy" in watch else []
-        errors = [f"abs({conserved[0]} - first[0])"] if conserved else []
-        if "manifold" in watch:
-            for function in ("g(q, par)", "Gv(p, q, par)"):
-                errors.append(self._largest(function))
-        if "integrals" in watch:
-            first = len(conserved)
-            errors += [f"abs(integrals(p, q, par)[{i}] - first[{first + i}])" for i in range(len(integrals))]
-            conserved += [f"integrals(p, q, par)[{i}]" for i in range(len(integrals))]
-        k = range(len(errors))
-        if name == "worst":
-            return codegen.function(
-                "worst(x, y)", "return " + codegen.pack(f"x[{i}] if x[{i}] != x[{i}] or x[{i}] >= y[{i}] else y[{i}]" for i in k)
-            )
-        if name == "store":
-            lines = [f"{array}[row, {i}] = {array.lower()}[{i}]" for array in "PQ" for i in range(self.derivation.d)]
-            return codegen.function("store(P, Q, row, p, q)", *lines)
-        for needed in ("H", "g", "Gv", "integrals"):
-            if any(f"{needed}(" in text for text in [*errors, *conserved]):
-                self.resolve(HOLE, needed)
-        if name == "watched":
-            return codegen.function("watched(p, q, par)", "return " + codegen.pack(conserved))
-        return codegen.function("watch(p, q, first, par)", "return " + codegen.pack(errors))
-
-    def _largest(self, call: str) -> str:
-        """Source of the largest modulus of the m values of a call."""
-        moduli = [f"abs({call}[{i}])" for i in range(self.derivation.m)]
-        text = moduli[0]
-        for modulus in moduli[1:]:
-            text = f"max({text}, {modulus})"
-        return text
-
 
 class _Specialise(ast.NodeTransformer):
     """Rewrites one function: names resolved, parameters threaded, constants settled, annotations gone; and counts its calls."""
@@ -240,7 +201,8 @@ class _Specialise(ast.NodeTransformer):
         arguments = [a for a in _parameters(node) if a not in self.bound] + ["par"]
         signature = ast.parse(f"def {emitted}({', '.join(arguments)}): pass").body[0]
         copy = ast.parse(ast.unparse(node)).body[0]
-        assert isinstance(signature, ast.FunctionDef) and isinstance(copy, ast.FunctionDef)
+        assert isinstance(signature, ast.FunctionDef)
+        assert isinstance(copy, ast.FunctionDef)
         signature.body = [self.visit(statement) for statement in copy.body]
         return ast.fix_missing_locations(signature)
 

@@ -164,10 +164,10 @@ def _options(formulation: str, given: Mapping[str, float]) -> dict[str, float]:
 
 def _module(scene: Scene, formulation: str, multipliers: str) -> types.ModuleType:
     def build(cached: bool) -> str:
-        from daebench import equations
+        from daebench import residuals
 
         title = f"{scene.problem} as {formulation}, multipliers {multipliers}."
-        return equations.source(title, scene.source.derivation, formulation, multipliers, cached=cached)
+        return residuals.source(title, scene.source.derivation, formulation, multipliers, cached=cached)
 
     return generated(f"{scene.problem}_{formulation}", f"{scene.source.key} dae {formulation} {multipliers}", build)
 

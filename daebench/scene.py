@@ -1,7 +1,7 @@
 """A scene: one problem with the numbers of one case, which is what every method is handed."""
 
 import types
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
@@ -128,7 +128,7 @@ class Scene:
 
         return generated(f"{self.problem}_{'_'.join(names)}", f"{self.source.key} functions {names}", build)
 
-    def value(self, name: str, *arguments: Sequence[Any]) -> NDArray[Any]:
+    def value(self, name: str, *arguments: Iterable[Any]) -> NDArray[Any]:
         """Return one of the problem's functions of (p, q), or of q, at one point."""
         with np.errstate(all="ignore"):
             return np.array(getattr(self.functions(name), name)(*(tuple(x) for x in arguments), self.par))

@@ -2,13 +2,14 @@
 
 import sys
 import threading
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any, TextIO
 
 import numpy as np
 
-from daebench.reference.tolerance import MOST_STEPS, Advance, Meter, Stopped
+from daebench.reference.meter import Meter, Stopped
+from daebench.reference.tolerance import MOST_STEPS, Advance
 
 REASONS = {
     -1: f"{MOST_STEPS} steps were not enough to reach the next output",
@@ -81,6 +82,3 @@ def quiet() -> Iterator[None]:
             _hush.inside -= 1
             if not _hush.inside:
                 sys.stdout = _hush.real
-
-
-Callback = Callable[..., None]

@@ -8,10 +8,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from daebench.elimination import SINGULAR
 from daebench.errors import BadInput
 from daebench.method import Request
 from daebench.pose import Dae
+from daebench.reference.meter import Meter, Stopped
 from daebench.scene import Scene
 from daebench.trajectory import Trajectory
 
@@ -23,27 +23,6 @@ MOST_POINTS = 10_000_000
 SECONDS_LIMIT = 600.0
 MOST_STEPS = 10_000_000
 """Limit of steps: of a whole run with SciPy, from output to output with SUNDIALS."""
-
-COLLAPSE = 1e-9
-"""A thousand steps that cover less than this part of the run will not end: the step size has collapsed."""
-
-
-class Stopped(Exception):
-    """The run cannot go on; the text says why, ``t`` where, and ``advice`` what to do.
-
-    Parameters
-    ----------
-    why : str
-        Reason, as the end of a sentence.
-    t : float, optional
-        Time reached, if it is not that of the last step.
-    advice : str, optional
-        What to do, in place of the method's own advice.
-    """
-
-    def __init__(self, why: str, t: float | None = None, advice: str | None = None) -> None:
-        super().__init__(why)
-        self.t, self.advice = t, advice
 
 
 def check(name: str, request: Request, least: float = TOLERANCES[0]) -> None:
@@ -67,65 +46,6 @@ def check(name: str, request: Request, least: float = TOLERANCES[0]) -> None:
         raise BadInput(f"points = {request.points} must be between 2 (start and end) and {MOST_POINTS}.")
     if request.precision != "float64":
         raise BadInput(f"{name} computes in float64 only, not in {request.precision}.")
-
-
-class Meter:
-    """Counts and times what the callbacks do, and stops a run that has gone on for too long.
-
-    Parameters
-    ----------
-    t_end : float
-        End of the run.
-    limit : float
-        Wall-clock limit, s.
-    """
-
-    def __init__(self, t_end: float, limit: float) -> None:
-        self.t_end, self.limit, self.deadline = t_end, limit, math.inf
-        self.calls: dict[str, int] = {}
-        self.steps, self.t, self.target, self.seconds = 0, 0.0, t_end, 0.0
-        self._mark = 0.0
-
-    def start(self) -> None:
-        """Let the wall clock run from now."""
-        self.deadline = time.perf_counter() + self.limit
-
-    def called(self, kind: str, t: float, health: float, began: float) -> None:
-        """Take note of one evaluation of the residual, right side or Jacobian at time t, begun at ``began`` on the wall clock.
-
-        Raises
-        ------
-        Stopped
-            If its health (see :attr:`daebench.pose.Dae.residual`) is bad, or time is up.
-        """
-        self.calls[kind] = self.calls.get(kind, 0) + 1
-        now = time.perf_counter()
-        self.seconds += now - began
-        if not health > SINGULAR:
-            self._ill(t, health)
-        if now > self.deadline:
-            raise Stopped(f"the limit of {self.limit:g} s is reached", advice="allow more time, or use a larger tol")
-
-    def stepped(self, t: float) -> None:
-        """Take note of a step that ended at t.
-
-        Raises
-        ------
-        Stopped
-            If the step size has collapsed.
-        """
-        self.steps, self.t = self.steps + 1, t
-        if self.steps % 1000 == 0:
-            if t - self._mark < COLLAPSE * self.t_end:
-                raise Stopped(f"the step size has collapsed to {(t - self._mark) / 1000:.1e}")
-            self._mark = t
-
-    @staticmethod
-    def _ill(t: float, health: float) -> None:
-        if math.isnan(health):
-            raise Stopped(f"a value is no longer finite at t = {t:.9g}")
-        why = f"G M^-1 G^T is singular at t = {t:.9g} (relative pivot {health:.1e}), so that the multiplier is not determined"
-        raise Stopped(why, advice="use a formulation or scheme that does not need it there")
 
 
 Advance = Callable[[float], Array]

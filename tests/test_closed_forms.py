@@ -69,7 +69,7 @@ def integrated(times, q0, p0, parameters):
         return np.concatenate([v, weight - q * (weight @ q + v @ v) / (q @ q)])
 
     y0 = np.concatenate([np.array(q0, dtype=float), np.array(p0, dtype=float) / m])
-    y = solve_ivp(field, (0, times[-1]), y0, method="DOP853", rtol=1e-13, atol=1e-14, t_eval=times).y.T
+    y = solve_ivp(field, (0, times[-1]), y0, method="DOP853", rtol=1e-13, atol=1e-14, max_step=0.01, t_eval=times).y.T
     return y[:, : len(q0)], m * y[:, len(q0) :]
 
 
@@ -117,8 +117,8 @@ def test_the_closed_form_agrees_with_an_integration_in_cartesian_coordinates(kin
     q0, p0, parameters = initial(kind, case)
     times = np.linspace(0, 10, 11)
     Q, P = integrated(times, q0, p0, parameters)
-    # the integration, not the closed form, is this far off; near the upper equilibrium an error grows as e^t
-    tolerance = 1e-6 if case == "near_top" else 1e-9
+    # near the upper equilibrium an error grows as e^t
+    tolerance = 1e-9 if case == "near_top" else 2e-11
     with mp.workdps(20):
         for t, q_ref, p_ref in zip(times, Q, P, strict=True):
             q, p = SHEETS[kind].closed_form(t, q0, p0, parameters)
@@ -132,7 +132,7 @@ def test_the_closed_form_holds_for_any_phase_and_in_any_units(kind, name):
     Q, P = integrated(times, q0, p0, UNITS)
     for t, q_ref, p_ref in zip(times, Q, P, strict=True):
         q, p = SHEETS[kind].closed_form(t, q0, p0, UNITS)
-        np.testing.assert_allclose(np.array([*q, *p], dtype=float), [*q_ref, *p_ref], rtol=0, atol=2e-9)
+        np.testing.assert_allclose(np.array([*q, *p], dtype=float), [*q_ref, *p_ref], rtol=0, atol=2e-10)
 
 
 @pytest.mark.parametrize("case", PLANAR)
@@ -252,7 +252,7 @@ def test_a_start_off_the_manifold_is_refused(q0, p0):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("case", "t_end"), [("fig1.1", 10), ("fig1.2", 10), ("fig1.2b", 10)], ids=SPHERICAL)
+@pytest.mark.parametrize(("case", "t_end"), [("fig1.1", 4), ("fig1.2", 1), ("fig1.2b", 1)], ids=SPHERICAL)
 def test_the_spherical_closed_form_agrees_with_taylor_series_in_spherical_angles(case, t_end):
     with mp.workdps(30):
         q0, p0, parameters = initial("spherical", case)

@@ -13,7 +13,7 @@ from daebench.cli.run import run
 from daebench.cli.show import show
 from daebench.errors import BadInput, DaebenchError
 
-ClickException = next(base for base in typer.BadParameter.__mro__ if base.__name__ == "ClickException")
+ClickException: type[Exception] = next(base for base in typer.BadParameter.__mro__ if base.__name__ == "ClickException")
 """Base of the errors of the command line itself, wherever this version of typer keeps it."""
 
 app = typer.Typer(

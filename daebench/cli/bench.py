@@ -28,4 +28,10 @@ def bench(
         print_json({"problem": problem, "case": case, "h": h, "steps": steps, "repeat": repeat, "rows": rows})
         return
     columns = ("method", "ns_per_step", "ns_watched", "ns_counted", "compile_seconds", "note")
-    print_table(columns, [["" if row.get(c) is None else f"{row[c]:.4g}" if isinstance(row[c], float) else str(row[c]) for c in columns] for row in rows])
+    print_table(columns, [[_cell(row.get(column)) for column in columns] for row in rows])
+
+
+def _cell(value: object) -> str:
+    if value is None:
+        return ""
+    return f"{value:.4g}" if isinstance(value, float) else str(value)

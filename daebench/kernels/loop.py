@@ -23,7 +23,7 @@ if MULTISTEP:
 
     def advance(p: Vector, q: Vector, memory: Any, h: Number) -> Any:
         """Return the next p, q, memory and a report."""
-        return step(p, q, memory, h)  # type: ignore[call-arg,arg-type]
+        return step(p, q, memory, h)  # type: ignore[call-arg]
 
     def begin(p: Vector, q: Vector, h: Number) -> Any:
         """Return the memory that the first step needs, and a report."""

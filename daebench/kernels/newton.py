@@ -12,6 +12,15 @@ NOT_FINITE = 3
 SWEEPS = 40
 
 
+def judge(residual: Any, pivot: Any, size: Any) -> int:
+    """Return the status of a linear solve: whether what went in was finite, the matrix regular, and what came out finite."""
+    if not residual < INF:
+        return NOT_FINITE
+    if not pivot > 4.0 * EPS:
+        return SINGULAR
+    return OK if size < INF else NOT_FINITE
+
+
 def newton(improve: Callable[..., Any], x: Any, data: Any) -> tuple[Any, Report]:
     """Return the x at which ``improve`` has nothing left to do, and a report.
 
@@ -30,12 +39,9 @@ def newton(improve: Callable[..., Any], x: Any, data: Any) -> tuple[Any, Report]
     pivot = INF
     for sweep in range(1, 2 * SWEEPS + 1):
         x, size, scale, residual, pivot = improve(x, data)
-        if not residual < INF:
-            return x, (NOT_FINITE, residual, pivot, tally(improve, sweep))
-        if not pivot > 4.0 * EPS:
-            return x, (SINGULAR, residual, pivot, tally(improve, sweep))
-        if not size < INF:
-            return x, (NOT_FINITE, residual, pivot, tally(improve, sweep))
+        status = judge(residual, pivot, size)
+        if status != OK:
+            return x, (status, residual, pivot, tally(improve, sweep))
         if until == 0:
             bound = EPS * max(1.0, scale)
             if size <= 4.0 * bound or (size >= last and size <= 10000.0 * bound):
@@ -50,11 +56,7 @@ def newton(improve: Callable[..., Any], x: Any, data: Any) -> tuple[Any, Report]
 
 def linear(pivot: Any, residual: Any) -> Report:
     """Return the report of a single linear solve."""
-    if not residual < INF:
-        return (NOT_FINITE, residual, pivot, no_work())
-    if not pivot > 4.0 * EPS:
-        return (SINGULAR, residual, pivot, no_work())
-    return (OK, residual, pivot, no_work())
+    return judge(residual, pivot, residual), residual, pivot, no_work()
 
 
 def both(first: Report, second: Report) -> Report:

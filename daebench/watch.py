@@ -1,0 +1,58 @@
+"""What the loop does beside stepping: watch errors, add up work, store states; each written out for what is asked, or empty."""
+
+from collections.abc import Callable, Sequence
+
+from daebench.codegen import function, pack
+from daebench.derive import Derivation
+
+
+class Watch:
+    """Source of the functions declared in ``kernels/hole.py`` under *what only Newton and the loop use*.
+
+    Parameters
+    ----------
+    derivation : Derivation
+        The problem.
+    watch : sequence of str
+        Any of "energy", "manifold", "integrals".
+    kinds : int
+        Number of kinds of work that are counted; 0 to count nothing.
+    """
+
+    def __init__(self, derivation: Derivation, watch: Sequence[str], kinds: int) -> None:
+        self.d, self.m = derivation.d, derivation.m
+        self.kinds = range(kinds)
+        integrals = range(len(derivation.problem.integrals)) if "integrals" in watch else range(0)
+        self.conserved = ["H(p, q, par)"] * ("energy" in watch) + [f"integrals(p, q, par)[{i}]" for i in integrals]
+        constraints = [self._largest("g(q, par)"), self._largest("Gv(p, q, par)")] * ("manifold" in watch)
+        changes = [f"abs({value} - first[{i}])" for i, value in enumerate(self.conserved)]
+        energy = int("energy" in watch)
+        self.errors = changes[:energy] + constraints + changes[energy:]
+
+    def needs(self, name: str) -> list[str]:
+        """Return the names of the problem's functions that one of these calls."""
+        texts = {"watched": self.conserved, "watch": self.errors}.get(name, [])
+        return [needed for needed in ("H", "g", "Gv", "integrals") if any(f"{needed}(" in text for text in texts)]
+
+    def source(self, name: str) -> str | None:
+        """Return the source of the function of this name, or None if it is none of these."""
+        rule = self._rules.get(name)
+        return None if rule is None else rule()
+
+    @property
+    def _rules(self) -> dict[str, Callable[[], str]]:
+        k, d = range(len(self.errors)), range(self.d)
+        larger = "x[{i}] if x[{i}] != x[{i}] or x[{i}] >= y[{i}] else y[{i}]"
+        return {
+            "watched": lambda: function("watched(p, q, par)", "return " + pack(self.conserved)),
+            "watch": lambda: function("watch(p, q, first, par)", "return " + pack(self.errors)),
+            "worst": lambda: function("worst(x, y)", "return " + pack(larger.format(i=i) for i in k)),
+            "store": lambda: function("store(P, Q, row, p, q)", *(f"{a}[row, {i}] = {a.lower()}[{i}]" for a in "PQ" for i in d)),
+            "no_work": lambda: function("no_work()", "return " + pack("0" for _ in self.kinds)),
+            "plus_work": lambda: function("plus_work(x, y)", "return " + pack(f"x[{i}] + y[{i}]" for i in self.kinds)),
+        }
+
+    def _largest(self, call: str) -> str:
+        """Source of the largest modulus of the m values of a call."""
+        moduli = [f"abs({call}[{i}])" for i in range(self.m)]
+        return moduli[0] if self.m == 1 else f"max({', '.join(moduli)})"

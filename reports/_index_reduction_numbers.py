@@ -1,0 +1,188 @@
+"""What the report on index reduction measures with fixed steps; no judgement here, and no text."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from daebench.catalogue import find_scene
+from daebench.diagnostics.energy import Drift, energy_drift
+from daebench.diagnostics.integrals import energy_error, integral_errors
+from daebench.diagnostics.manifold import distance
+from daebench.diagnostics.order import fit_order
+from daebench.diagnostics.reversibility import reversibility_defect
+from daebench.diagnostics.symplecticity import symplecticity_defect, tangent_basis
+from daebench.fixed_step import FixedStep
+from daebench.method import Request
+from daebench.reports._exact_motion import exact_motion
+from daebench.scene import Array, Scene
+from daebench.trajectory import Trajectory
+
+PROBLEM, SLOW, FAST, OTHER_FAST = "spherical_pendulum", "fig1.1", "fig1.2", "fig1.2b"
+SCHEMES = ("se", "seproj", "symplectic_euler", "symplectic_euler_adjoint", "implicit_euler", "shake", "rattle")
+H, H_SE, H_FAST = 0.03, 0.003, 0.01
+T_END, T_LONG, T_FAST, T_ORDER = 100.0, 300.0, 10.0, 1.0
+DRIFT_RUNS = {"se": H_SE, "seproj": H, "symplectic_euler": H, "rattle": H}
+MOST_STEPS, DEFECT_STEPS = 30, 10
+ORDER_STEPS = (40, 80, 160, 320, 640, 1280)
+TIMED_STEPS, TIMED_RUNS = 20000, 7
+SHOWN = 2500
+
+Tell = Callable[[float, str], None]
+
+
+@dataclass(frozen=True)
+class Numbers:
+    """Everything that is measured with fixed steps.
+
+    Parameters
+    ----------
+    drift : mapping of str to DataFrame
+        Fig. 1.1: for each run t, energy_error and distance (to the manifold).
+    drift_fit : mapping of str to Drift
+        Drift of the energy in these runs.
+    swing : DataFrame
+        Fig. 1.2: t, and q3 and energy of both methods.
+    defects : DataFrame
+        Symplecticity defect after n steps, a column a scheme.
+    errors : DataFrame
+        Errors of q and p against the closed form, by scheme and h.
+    table : DataFrame
+        One row a scheme: claims, defects, orders, drifts, cost.
+    facts : mapping of str to Any
+        Single numbers that the text needs.
+    """
+
+    drift: Mapping[str, pd.DataFrame]
+    drift_fit: Mapping[str, Drift]
+    swing: pd.DataFrame
+    defects: pd.DataFrame
+    errors: pd.DataFrame
+    table: pd.DataFrame
+    facts: Mapping[str, Any]
+
+
+def measure(tell: Tell) -> Numbers:
+    """Return the numbers; ``tell`` is told the fraction done and what is being done."""
+    slow, fast = find_scene(PROBLEM, SLOW), find_scene(PROBLEM, FAST)
+    rows, errors, defects = [], [], {}
+    for k, name in enumerate(SCHEMES):
+        tell(k / len(SCHEMES), f"{name}: compile and measure")
+        table, series, defect = scheme_numbers(slow, name)
+        rows.append(table)
+        errors += series
+        defects[name] = defect
+    drift = {name: drift_run(slow, name, h) for name, h in DRIFT_RUNS.items()}
+    return Numbers(
+        drift={name: frame for name, (frame, _) in drift.items()},
+        drift_fit={name: fit for name, (_, fit) in drift.items()},
+        swing=swing(fast),
+        defects=pd.DataFrame({"n": np.arange(1, MOST_STEPS + 1), **defects}),
+        errors=pd.DataFrame(errors),
+        table=pd.DataFrame(rows),
+        facts=facts(slow, fast),
+    )
+
+
+def fixed_step(scene: Scene, name: str, h: float, t_end: float, every: int = 1) -> Trajectory:
+    """Return a run. One kernel a scheme serves all runs: states are kept and watched afterwards, so that less is compiled."""
+    return FixedStep(name).solve(scene, Request(value=h, t_end=t_end, every=every, watch=()))
+
+
+def scheme_numbers(scene: Scene, name: str) -> tuple[dict[str, Any], list[dict[str, Any]], list[float]]:
+    """Return a scheme's row of the table, its errors by h, and its symplecticity defects after 1, 2, ... steps."""
+    method = FixedStep(name)
+    X = tangent_basis(scene, scene.p0, scene.q0)
+    defect = [symplecticity_defect(method.flow(scene, H, n), scene.p0, scene.q0, X) for n in range(1, MOST_STEPS + 1)]
+    q, p = exact_motion(scene.source, SLOW, [T_ORDER])
+    errors = [order_errors(scene, name, 1.0 / n, p[0], q[0]) for n in ORDER_STEPS]
+    fits = {x: fit_order([row["h"] for row in errors], [row[f"error_{x}"] for row in errors]) for x in ("q", "p")}
+    claims = method.claims
+    row = {
+        "method": name,
+        "system": claims.system,
+        "claimed_order": claims.order,
+        "claimed_symmetric": claims.symmetric,
+        "claimed_symplectic": claims.symplectic,
+        "claimed_keeps_g": claims.keeps_g,
+        "claimed_keeps_Gv": claims.keeps_Gv,
+        **{f"order_{x}": fit.slope for x, fit in fits.items()},
+        **{f"order_{x}_error": fit.slope_error for x, fit in fits.items()},
+        "symplecticity": defect[DEFECT_STEPS - 1],
+        "reversibility": reversibility_defect(method.flow(scene, H, 1), p[0], q[0]),
+        "reversibility_at_start": reversibility_defect(method.flow(scene, H, 1), scene.p0, scene.q0),
+    }
+    return row | conservation(scene, name) | cost(scene, name), errors, defect
+
+
+def order_errors(scene: Scene, name: str, h: float, p: Array, q: Array) -> dict[str, Any]:
+    """Return the error at t = 1 against the closed form."""
+    run = fixed_step(scene, name, h, T_ORDER, every=0)
+    return {"method": name, "h": h, "error_q": np.linalg.norm(run.q[-1] - q), "error_p": np.linalg.norm(run.p[-1] - p)}
+
+
+def conservation(scene: Scene, name: str) -> dict[str, Any]:
+    """Return what becomes of the energy, the constraints and L3: to t = 100, and the growth exponent to t = 300 as well.
+
+    The shorter run is the beginning of the longer one. ``at_rest`` says whether there is no energy left to lose.
+    """
+    run = fixed_step(scene, name, H, T_LONG)
+    energy = energy_error(scene, run)
+    shown = run.t <= T_END
+    short, long = energy_drift(run.t[shown], energy[shown]), energy_drift(run.t, energy)
+    lowest = -float(scene.parameters["mass"] * scene.parameters["gravity"] * scene.parameters["length"])
+    start = float(scene.value("H", scene.p0, scene.q0))
+    return {
+        "energy_error": np.max(np.abs(energy[shown])),
+        "slope": short.slope,
+        "slope_error": short.slope_error,
+        "growth_short": short.growth,
+        "growth_short_error": short.growth_error,
+        "growth": long.growth,
+        "growth_error": long.growth_error,
+        "kind": "at rest" if start + energy[-1] - lowest < 1e-3 * (start - lowest) else long.kind,
+        "g": np.max(np.abs(scene.along("g", run.q[shown]))),
+        "Gv": np.max(np.abs(scene.along("Gv", run.p[shown], run.q[shown]))),
+        "L3": np.max(np.abs(integral_errors(scene, run)["L3"][shown])),
+    }
+
+
+def cost(scene: Scene, name: str) -> dict[str, Any]:
+    """Return the work of a step by kind of evaluation, and its time, best of several runs."""
+    request = Request(value=H, steps=TIMED_STEPS, every=0, watch=())
+    runs = [FixedStep(name).solve(scene, request) for _ in range(TIMED_RUNS)]
+    work = {f"work_{kind}": times / runs[0].steps for kind, times in runs[0].work.items()}
+    return work | {"ns_per_step": 1e9 * min(run.seconds / run.steps for run in runs), "failure": runs[0].failure}
+
+
+def drift_run(scene: Scene, name: str, h: float) -> tuple[pd.DataFrame, Drift]:
+    """Return a run of Fig. 1.1, thinned out to be drawn, and the drift of its energy over all steps."""
+    run = fixed_step(scene, name, h, T_END).complete()
+    energy = energy_error(scene, run)
+    kept = slice(None, None, max(1, round(len(run.t) / SHOWN)))
+    away = distance(scene, run.p[kept], run.q[kept])
+    return pd.DataFrame({"t": run.t[kept], "energy_error": energy[kept], "distance": away}), energy_drift(run.t, energy)
+
+
+def swing(scene: Scene) -> pd.DataFrame:
+    """Return Fig. 1.2: height and energy of both Euler methods."""
+    columns: dict[str, Any] = {}
+    for name in ("symplectic_euler", "implicit_euler"):
+        run = fixed_step(scene, name, H_FAST, T_FAST).complete()
+        columns |= {"t": run.t, f"q3_{name}": run.q[:, 2], f"energy_{name}": scene.along("H", run.p, run.q)}
+    return pd.DataFrame(columns)
+
+
+def facts(slow: Scene, fast: Scene) -> dict[str, Any]:
+    """Return what the text says beside figures and table."""
+    broken = fixed_step(fast, "se", H_FAST, T_FAST)
+    other = swing(find_scene(PROBLEM, OTHER_FAST))
+    coarse = energy_drift(*_energy(slow, "se", H))
+    return {"se_stops": broken.failure is not None, "se_stops_at": float(broken.t[-1]), "other_swing": other, "se_slope_same_h": coarse.slope}
+
+
+def _energy(scene: Scene, name: str, h: float) -> tuple[Array, Array]:
+    run = fixed_step(scene, name, h, T_END).complete()
+    return run.t, energy_error(scene, run)
