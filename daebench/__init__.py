@@ -31,7 +31,7 @@ __all__ = [
 ]
 
 _HOME = {
-    **dict.fromkeys(("methods", "problems", "run", "scene_of"), "api"),
+    **dict.fromkeys(("methods", "run", "scene_of"), "api"),
     **dict.fromkeys(("BadInput", "DaebenchError", "InconsistentStart", "RunFailed"), "errors"),
     **dict.fromkeys(("Case", "ConstrainedHamiltonian"), "problem"),
     "compare": "comparison",
@@ -41,6 +41,8 @@ _HOME = {
 
 def __getattr__(name: str) -> Any:
     """Import what is asked for when it is asked for: NumPy alone takes longer than ``daebench list`` may."""
+    if name == "problems":
+        return import_module("daebench.problems")  # callable, see there
     if name not in _HOME:
         raise AttributeError(f"module 'daebench' has no attribute {name!r}")
     return getattr(import_module(f"daebench.{_HOME[name]}"), name)

@@ -196,4 +196,4 @@ def methods() -> "pd.DataFrame":
 
     known = set(schemes())
     rows = [asdict(each) | (asdict(FixedStep(each.name).claims) if each.name in known else {}) for each in listed()]
-    return pd.DataFrame(rows).rename(columns={"name": "method"})
+    return pd.DataFrame(rows).rename(columns={"name": "method"}).convert_dtypes()

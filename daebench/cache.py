@@ -14,7 +14,6 @@ from pathlib import Path
 
 from daebench.errors import DaebenchError
 
-
 GENERATORS = ("algebra", "codegen", "derive", "elimination", "equations", "link", "pose", "problem", "sheet", "watch")
 """The modules that decide what generated source says; kernels and schemes do too."""
 
@@ -68,7 +67,7 @@ def generated(stem: str, key: str, build: Callable[[bool], str]) -> types.Module
     except (OSError, RuntimeError) as error:
         if isinstance(error, RuntimeError) and "cannot cache function" not in str(error):
             raise
-        _warn(f"cannot write to the cache directory {path.parent}; compiling in memory, set DAEBENCH_CACHE to a folder that can be written.")
+        _warn(f"cannot write to the cache directory {path.parent}; compiling in memory, set DAEBENCH_CACHE to a writable folder.")
         return _execute(name, compile(build(False), name, "exec"))
 
 

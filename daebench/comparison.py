@@ -130,6 +130,6 @@ def row(scene: Scene, trajectory: Trajectory) -> dict[str, Any]:
         **own,
         "seconds": trajectory.seconds,
         "us_per_step": 1e6 * trajectory.seconds / trajectory.steps if trajectory.steps else float("nan"),
-        **trajectory.work,
+        **{f"n_{kind}": count for kind, count in trajectory.work.items()},
         "failure": trajectory.failure,
     }

@@ -53,6 +53,8 @@ def _panel(axis: Any, curves: pd.DataFrame, column: str, label: str) -> None:
     names = list(dict.fromkeys(curves["method"]))
     for k, name in enumerate(names):
         curve = curves[(curves["method"] == name) & (curves[column] > 0)]
-        axis.plot(curve["t"], curve[column], label=name, **STROKES[k % len(STROKES)].line())
+        stroke = STROKES[k % len(STROKES)]
+        style = stroke.line() if k < len(STROKES) else stroke.points() | {"markevery": 0.08}
+        axis.plot(curve["t"], curve[column], label=name, **style)
     axis.set_yscale("log")
     axis.set_ylabel(label)

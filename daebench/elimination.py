@@ -27,11 +27,8 @@ def eliminate(A: Any, B: Any) -> float:
         0 where A is exactly singular, NaN where a pivot is not a number.
     """
     k = A.shape[0]
-    size = np.abs(A)
-    scale = np.empty(k)
+    size, scale = moduli(A)
     smallest = 1.0
-    for row in range(k):
-        scale[row] = size[row].max()
     for column in range(k):
         best = pivot_row(A, scale, column)
         swap(A, column, best)
@@ -46,6 +43,19 @@ def eliminate(A: Any, B: Any) -> float:
         reduce(A, size, B, column)
     substitute(A, B)
     return smallest
+
+
+def moduli(A: Any) -> Any:
+    """Return the moduli of A, shape(k, k), and the largest of each row, shape(k,); loops compile much faster than array expressions."""
+    k = A.shape[0]
+    size, scale = np.empty((k, k)), np.empty(k)
+    for i in range(k):
+        scale[i] = 0.0
+        for j in range(k):
+            size[i, j] = abs(A[i, j])
+            if size[i, j] > scale[i]:
+                scale[i] = size[i, j]
+    return size, scale
 
 
 def pivot_row(A: Any, scale: Any, column: int) -> int:
@@ -91,5 +101,5 @@ def finite(health: float, values: Any) -> float:
     return health
 
 
-FUNCTIONS = (eliminate, pivot_row, swap, reduce, substitute, finite)
+FUNCTIONS = (eliminate, moduli, pivot_row, swap, reduce, substitute, finite)
 """What a generated module needs of this file."""

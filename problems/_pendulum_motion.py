@@ -116,14 +116,9 @@ def _turning_heights(E: Any, L: Any) -> Vector:
 
 
 def _amplitude(z: Any, z_rate: Any, roots: Vector) -> Any:
-    """Return the phase phi in [0, pi] with z = z1 + (z2 - z1) sin^2 phi and cos phi of the sign of z', exact at the turning heights."""
-    z1, z2, z3 = roots
-    up, down = z - z1, z2 - z
-    if up < down:
-        up = z_rate**2 / (2 * down * (z3 - z))
-    elif up > 0:
-        down = z_rate**2 / (2 * up * (z3 - z))
-    return mp.atan2(mp.sqrt(max(up, 0)), (-1 if z_rate < 0 else 1) * mp.sqrt(max(down, 0)))
+    """Return the phase phi in [0, pi] with z = z1 + (z2 - z1) sin^2 phi and cos phi of the sign of z'."""
+    up, down = (mp.sqrt(max(height, 0)) for height in (z - roots[0], roots[1] - z))
+    return mp.atan2(up, -down if z_rate < 0 else down)
 
 
 def _Pi(n: Any, u: Any, k2: Any) -> Any:

@@ -1,4 +1,4 @@
-"""Problems that only the tests need: the planar pendulum in stretched coordinates, given in two ways, and one that is not quadratic in p."""
+"""Problems that only the tests need: the planar pendulum in stretched coordinates, given in two ways, and others of every kind."""
 
 from functools import cache
 

@@ -166,7 +166,7 @@ def test_an_unwritable_cache_compiles_in_memory_with_a_warning(tmp_path, monkeyp
     where = scene("spherical-fast")
     with pytest.warns(cache.CacheWarning, match="compiling in memory"):
         fresh = make_scene(source_of(where.source.define(), "fresh"), "fig1.2b")
-        run = FixedStep("rattle").solve(fresh, Request(value=0.01, steps=5, watch=("energy",)))
+    run = FixedStep("rattle").solve(fresh, Request(value=0.01, steps=5, watch=("energy",)))
     assert run.steps == 5
 
 

@@ -6,6 +6,8 @@ from oracles import solution
 
 from daebench import link
 from daebench.catalogue import schemes
+from daebench.diagnostics.energy import energy_drift
+from daebench.diagnostics.integrals import energy_error
 from daebench.diagnostics.order import fit_order
 from daebench.diagnostics.reversibility import reversibility_defect
 from daebench.diagnostics.symplecticity import symplecticity_defect, tangent_basis
@@ -19,6 +21,15 @@ ALIAS = {"fig1.1": "spherical-slow", "fig1.2b": "spherical-fast", "rotating": "p
 @pytest.fixture(params=schemes(), ids=schemes())
 def method(request):
     return FixedStep(request.param, compiled=False)
+
+
+def plant(monkeypatch, tmp_path, file, right, wrong):
+    """Have the linker read a file with a fault in it, and keep what it makes apart."""
+    original = link._text
+    assert original(f"daebench.{file}").count(right) >= 1
+    monkeypatch.setattr(link, "_text", lambda module: original(module).replace(right, wrong if module.endswith(file) else right))
+    monkeypatch.setattr("daebench.cache.toolchain", lambda: f"planted {file} {wrong}")
+    monkeypatch.setenv("DAEBENCH_CACHE", str(tmp_path))
 
 
 def run(method, scene, h, steps, **more):
@@ -123,13 +134,7 @@ FAULTS = {
 
 @pytest.mark.parametrize(("scheme", "right", "wrong", "check"), FAULTS.values(), ids=FAULTS)
 def test_a_planted_fault_is_caught_by_the_check_one_expects(scheme, right, wrong, check, get_scene, monkeypatch, tmp_path):
-    original = link._text
-    assert original(f"daebench.schemes.{scheme}").count(right) >= 1
-    monkeypatch.setattr(
-        link, "_text", lambda module: original(module).replace(right, wrong) if module.endswith(scheme) else original(module)
-    )
-    monkeypatch.setenv("DAEBENCH_CACHE", str(tmp_path))
-    monkeypatch.setattr("daebench.cache.toolchain", lambda: f"planted {scheme} {wrong}")
+    plant(monkeypatch, tmp_path, f"schemes.{scheme}", right, wrong)
     scene, method = get_scene("spherical-fast"), FixedStep(scheme, compiled=False)
     checks = {
         "order": test_order_is_as_claimed,
@@ -139,3 +144,20 @@ def test_a_planted_fault_is_caught_by_the_check_one_expects(scheme, right, wrong
     }
     with pytest.raises(AssertionError):
         checks[check](method, scene)
+
+
+@pytest.mark.slow
+def test_stopping_newton_on_the_residual_makes_the_energy_drift_and_our_rule_does_not(get_scene, monkeypatch, tmp_path):
+    request = Request(value=0.0014, t_end=20000, every=997)
+    kept = FixedStep("rattle").solve(get_scene("spherical-fast"), request).complete()
+    line = "x, size, scale, residual, pivot = improve(x, data)"
+    stop = (
+        f"before = x\n        {line}\n        if residual <= 1e-8:\n            return before, (OK, residual, pivot, tally(improve, sweep))"
+    )
+    plant(monkeypatch, tmp_path, "kernels.newton", line, stop)
+    stopped = FixedStep("rattle").solve(get_scene("spherical-fast"), request).complete()
+    drifts = [energy_drift(run.t, energy_error(get_scene("spherical-fast"), run)) for run in (kept, stopped)]
+    assert stopped.maxima["g"] < 1e-8
+    assert stopped.work["newton"] < kept.work["newton"]
+    assert abs(drifts[0].slope) < 2 * drifts[0].slope_error
+    assert abs(drifts[1].slope) > 8 * drifts[1].slope_error

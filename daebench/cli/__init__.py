@@ -1,5 +1,6 @@
 """The command line: one command a file, and one place where errors become a sentence and an exit status."""
 
+import os
 import sys
 import warnings
 
@@ -32,6 +33,7 @@ def main() -> None:
     warnings.showwarning = _say
     try:
         status = app(standalone_mode=False)
+        sys.stdout.flush()
     except ClickException as error:
         status = _complain(_sentence(error), 2)
     except BadInput as error:
@@ -43,7 +45,7 @@ def main() -> None:
     except (typer.Abort, KeyboardInterrupt):
         status = _complain("interrupted.", 130)
     except BrokenPipeError:
-        sys.stderr.close()
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # or Python complains at exit
         status = 1
     except OSError as error:
         status = _complain(f"{error.filename or 'output'}: {error.strerror or error}.", 2)

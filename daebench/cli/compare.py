@@ -8,6 +8,9 @@ import typer
 from daebench.cli.console import bar, pairs, print_table, words
 from daebench.errors import BadInput
 
+HIDDEN = ("failure", "seconds", "h", "tol")
+"""Columns of a comparison that are in its file and not on the screen; nor are the counts of work."""
+
 
 def compare(
     problem: Annotated[str, typer.Argument(help="Name of a problem.")],
@@ -37,7 +40,7 @@ def compare(
             scene, chosen, h=h, tol=tol, t_end=t_end, began=lambda name: progress(names.index(name) / len(names), f"{name} on {problem}")
         )
     table = pd.DataFrame([row(scene, each) for each in found])
-    shown = table.dropna(axis=1, how="all").drop(columns="failure", errors="ignore")
+    shown = table[[name for name in table.columns if name not in HIDDEN and not name.startswith("n_")]].dropna(axis=1, how="all")
     print_table(list(shown.columns), [[_cell(value) for value in line] for line in shown.itertuples(index=False)])
     for each in found:
         if each.failure:

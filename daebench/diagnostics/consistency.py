@@ -17,6 +17,9 @@ Conditions = Callable[[Array], tuple[Array, Array]]
 TOLERANCE = 1e-12
 """Largest residual of a consistent start, relative to what a relative change of one in p and q would make of it."""
 
+MET = 1e-10
+"""Largest relative residual of conditions that a converged iteration has met."""
+
 SWEEPS = 100
 """Most sweeps of a projection."""
 
@@ -120,7 +123,7 @@ def _nearest(what: str, conditions: Conditions, x0: Array, W: Array) -> Array:
         increment, size = float(np.max(np.abs(new - dx))), max(1.0, float(np.max(np.abs(x0 + new))))
         dx = new
         stalled = increment >= previous and increment <= 1e4 * eps * size
-        if increment <= 4 * eps * size or stalled:
+        if (increment <= 4 * eps * size or stalled) and np.all(np.abs(residual) <= MET * size * np.sum(np.abs(C), axis=1)):
             return np.asarray(x0 + dx, dtype=float)
         if not np.isfinite(increment):
             break

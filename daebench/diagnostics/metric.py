@@ -8,6 +8,9 @@ Array = NDArray[np.float64]
 REDUNDANT = 1e-12
 """Conditions that add less than this, relatively, to those before them are taken for redundant."""
 
+CONTRADICTION = 0.5
+"""Part of the right side that conditions may miss: redundant constraints contradict each other a little off their manifold."""
+
 
 def least_displacement(C: Array, W: Array, b: Array) -> Array:
     """Return the dx that minimises dx^T W^-1 dx subject to C dx = b.
@@ -16,7 +19,8 @@ def least_displacement(C: Array, W: Array, b: Array) -> Array:
 
         dx = W C^T (C W C^T)^+ b
 
-    The pseudo-inverse leaves redundant conditions alone; they are scaled to equal size before it is taken.
+    The pseudo-inverse leaves redundant conditions alone; they are scaled to equal size before it is taken. Conditions that
+    contradict each other are met in the mean, as far as they can be.
 
     Parameters
     ----------
@@ -30,7 +34,7 @@ def least_displacement(C: Array, W: Array, b: Array) -> Array:
     Returns
     -------
     ndarray, shape(n, l)
-        NaN for a state where anything is not finite.
+        NaN for a state where anything is not finite, or where not even half of b can be met because C has lost rank.
     """
     with np.errstate(all="ignore"):
         WC = W @ np.swapaxes(C, 1, 2)
@@ -42,5 +46,7 @@ def least_displacement(C: Array, W: Array, b: Array) -> Array:
         normal[broken] = np.eye(normal.shape[1])
         mu = (np.linalg.pinv(normal, rcond=REDUNDANT, hermitian=True) @ (b / size)[:, :, None])[:, :, 0] / size
         dx = (WC @ mu[:, :, None])[:, :, 0]
+        missed = np.linalg.norm(((C @ dx[:, :, None])[:, :, 0] - b) / size, axis=1)
+        broken |= ~(missed <= CONTRADICTION * np.linalg.norm(b / size, axis=1))
     dx[broken] = np.nan
     return np.asarray(dx, dtype=float)

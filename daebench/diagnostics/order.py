@@ -10,13 +10,19 @@ from daebench.errors import BadInput
 Array = NDArray[np.float64]
 
 BAND = 0.2
-"""A local slope belongs to the asymptotic part if it is within this of the median of those at smaller h."""
+"""A local slope belongs to the asymptotic part if it is within this of the median of those at smaller h, and of the first."""
+
+FEW_BAND = 0.1
+"""Two local slopes, of three points, must agree within this to be an asymptotic part by themselves."""
 
 FALLING = 0.5
 """An error falls where its local slope is at least this."""
 
+SCATTER = 100.0
+"""Errors on a round-off plateau are within this factor of the least one at smaller h."""
+
 PLATEAU = 10.0
-"""Errors within this factor of each other and of the least one that do not fall are a round-off plateau."""
+"""Errors up to this factor above a plateau are contaminated by it."""
 
 
 @dataclass(frozen=True)
@@ -48,15 +54,18 @@ def fit_order(h: ArrayLike, error: ArrayLike, *, floor: float = 0.0) -> OrderFit
     Points are dropped by this rule, in this order:
 
     - "failed": the error is not finite.
-    - "round-off": the error is at most ``floor``, or zero. Further, if the error does not fall (local slope below 0.5)
-      between two neighbours within a factor 10 of the least error, these are on a plateau, and everything up to 10 times
-      the plateau's largest error is contaminated and goes; unless the three finest points already agree on a slope.
-    - "pre-asymptotic": from the two finest points left, coarser ones are added while each local slope is at least 0.5 and within
-      0.2 of the median of those before it; the first that is not ends the asymptotic part, whatever comes after.
-    - "too few": what is left when that makes fewer than three points.
+    - "round-off": the error is at most ``floor``, or zero. Further, where the error stops falling towards smaller h (local
+      slope below 0.5, or below half of the coarser one) and never falls by a factor 100 any more, a plateau begins, and everything up
+      to 10 times its largest error is contaminated and goes; unless the points at the fine end agree on a slope over more than a
+      factor 10 in the error.
+    - "pre-asymptotic": from the two finest points left, coarser ones are added while each local slope is at least 0.5, within
+      0.2 of the median of those before it, and within 0.2 of the first, for the slopes of a transition between two regimes creep;
+      the first that is not ends the asymptotic part, whatever comes after.
+    - "too few": what is left when that makes fewer than three points, or three whose two slopes differ by more than 0.1.
 
     The run begins at the *fine* end and is never restarted higher up, because a clean slope at large h may be of another regime:
-    constrained symplectic Euler, of order 1, looks like order 2 down to h ~ 1/320 on the spherical pendulum.
+    constrained symplectic Euler, of order 1, looks like order 2 down to h ~ 1/320 on the spherical pendulum. Three points of a
+    plateau agree by chance now and then (one series in fifty): a ``floor`` prevents that.
 
     Parameters
     ----------
@@ -116,19 +125,24 @@ def _slopes(h: Array, error: Array) -> Array:
 def _plateau(h: Array, error: Array) -> float:
     """Return the error up to which points are spoilt by a plateau at the fine end; 0 if there is none."""
     slopes = _slopes(h, error)
-    if _asymptotic(slopes) >= 3:
+    length = _asymptotic(slopes)
+    if length >= 3 and error[length - 1] > PLATEAU * error[0]:
         return 0.0
-    near = error <= PLATEAU * np.min(error, initial=np.inf)
-    flat = np.flatnonzero((slopes < FALLING) & near[:-1] & near[1:])
+    coarser = np.append(slopes[1:], 0.0)[: len(slopes)]
+    flat = np.flatnonzero((slopes < np.maximum(FALLING, coarser / 2)) & (error[1:] <= SCATTER * np.minimum.accumulate(error)[:-1]))
     return PLATEAU * float(np.max(error[: flat[-1] + 2])) if len(flat) else 0.0
 
 
 def _asymptotic(slopes: Array) -> int:
     """Return how many points, from the finest on, agree on a slope."""
-    for k, slope in enumerate(slopes):
-        if slope < FALLING or (k > 0 and abs(slope - np.median(slopes[:k])) > BAND):
-            return k + 1
-    return len(slopes) + 1
+    k = 0
+    while k < len(slopes) and slopes[k] >= FALLING and (k == 0 or _near(slopes[k], slopes[:k])):
+        k += 1
+    return 2 if k == 2 and abs(slopes[1] - slopes[0]) > FEW_BAND else k + 1
+
+
+def _near(slope: float, finer: Array) -> bool:
+    return bool(max(abs(slope - np.median(finer)), abs(slope - finer[0])) <= BAND)
 
 
 def _line(x: Array, y: Array) -> tuple[float, float]:

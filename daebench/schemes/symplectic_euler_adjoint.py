@@ -1,4 +1,4 @@
-"""The adjoint of constrained symplectic Euler: explicit in p, implicit in q."""
+"""The adjoint of constrained symplectic Euler, HLW (1.19) and (1.20): explicit in p, implicit in q."""
 
 from typing import Any
 

@@ -1,0 +1,45 @@
+"""The house: links, layers, package lists and the README say what is there."""
+
+import tomllib
+from pathlib import Path
+
+import pytest
+import readme
+
+from daebench.catalogue import schemes
+
+ROOT = Path(__file__).parent.parent
+FOLDERS = ("problems", "reference", "reports")
+
+
+@pytest.mark.parametrize("folder", FOLDERS)
+def test_the_links_into_the_package_are_relative_and_lead_to_the_folders(folder):
+    link = ROOT / "daebench" / folder
+    assert link.is_symlink()
+    assert str(link.readlink()) == f"../{folder}"
+    assert (link / "__init__.py").is_file()
+
+
+def test_every_folder_with_python_in_it_is_a_listed_package():
+    listed = set(tomllib.loads((ROOT / "pyproject.toml").read_text())["tool"]["setuptools"]["packages"])
+    found = {"daebench", *(f"daebench.{each.name}" for each in (ROOT / "daebench").iterdir() if (each / "__init__.py").is_file())}
+    assert listed == found
+
+
+def test_the_modules_that_decide_generated_source_exist():
+    from daebench.cache import GENERATORS
+
+    assert [name for name in GENERATORS if not (ROOT / "daebench" / f"{name}.py").is_file()] == []
+
+
+def test_the_table_of_methods_in_the_readme_is_what_the_schemes_claim():
+    text = readme.README.read_text(encoding="utf-8")
+    assert text == readme.replaced(text)
+
+
+@pytest.mark.parametrize("scheme", schemes())
+def test_a_scheme_file_says_what_it_is_and_where_it_is_from(scheme):
+    text = (ROOT / "daebench" / "schemes" / f"{scheme}.py").read_text(encoding="utf-8")
+    assert text.startswith('"""')
+    assert "::\n" in text or scheme == "seproj"
+    assert "HLW" in text.split('"""')[1]
