@@ -14,7 +14,7 @@ from pathlib import Path
 
 from daebench.errors import DaebenchError
 
-GENERATORS = ("algebra", "codegen", "derive", "elimination", "equations", "link", "pose", "problem", "sheet", "watch")
+GENERATORS = ("algebra", "codegen", "derive", "elimination", "equations", "link", "problem", "residuals", "sheet", "watch")
 """The modules that decide what generated source says; kernels and schemes do too."""
 
 

@@ -114,7 +114,8 @@ def row(scene: Scene, trajectory: Trajectory) -> dict[str, Any]:
     ``energy_error`` is the largest modulus, ``slope`` and ``growth`` are those of :func:`energy_drift`, ``g``, ``Gv`` and the first
     integrals are maxima, ``seconds`` is CPU time of stepping and ``us_per_step`` the same for one step, in microseconds.
     """
-    drift = energy_drift(trajectory.t, energy_error(scene, trajectory))
+    resolution = float(np.finfo(float).eps * max(1.0, abs(float(scene.value("H", scene.p0, scene.q0)))))
+    drift = energy_drift(trajectory.t, energy_error(scene, trajectory), resolution=resolution)
     own = {name: value for name, value in trajectory.maxima.items() if name not in ("energy", "g", "Gv")}
     return {
         "method": trajectory.method,

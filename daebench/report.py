@@ -115,7 +115,7 @@ def listing(items: Sequence[Any]) -> Markup:
 
 
 def table(frame: "pd.DataFrame", formats: Mapping[str, Callable[[Any], Any]], headings: Mapping[str, str], caption: str) -> Markup:
-    """Return a table as HTML: the first column heads the rows, numbers are set to the right.
+    """Return a table as HTML: the first column heads the rows, numbers are set to the right (text that is HTML counts as such).
 
     Parameters
     ----------
@@ -128,7 +128,7 @@ def table(frame: "pd.DataFrame", formats: Mapping[str, Callable[[Any], Any]], he
     caption : str
         HTML above the table.
     """
-    kinds = {name: "n" if frame[name].dtype.kind in "fiu" else "t" for name in formats}
+    kinds = {name: "n" if frame[name].dtype.kind in "fiu" or isinstance(frame[name].iloc[0], Markup) else "t" for name in formats}
     head = "".join(f'<th scope="col" class="{kinds[name]}">{headings.get(name, escape(name))}</th>' for name in formats)
     rows = []
     for record in frame.to_dict("records"):

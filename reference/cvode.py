@@ -77,7 +77,7 @@ class Cvode:
 
         def every_step(t: float, y: Array, events: Array) -> None:
             events[0] = 1.0
-            count_steps(meter, t)
+            count_steps(meter, t, y)
 
         par, rhs, rhs_jacobian = dae.par, dae.rhs, dae.rhs_jacobian
         y = dae.y0.copy()

@@ -116,7 +116,7 @@ class Ida:
 
         def every_step(t: float, y: Array, yp: Array, events: Array) -> None:
             events[0] = 1.0
-            count_steps(meter, t)
+            count_steps(meter, t, y)
 
         par, dae_residual, dae_jacobian = dae.par, dae.residual, dae.jacobian
         _compile(dae)

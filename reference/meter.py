@@ -2,6 +2,7 @@
 
 import math
 import time
+from typing import Any
 
 from daebench.elimination import SINGULAR
 
@@ -41,7 +42,9 @@ class Meter:
     def __init__(self, t_end: float, limit: float) -> None:
         self.t_end, self.limit, self.deadline = t_end, limit, math.inf
         self.calls: dict[str, int] = {}
-        self.steps, self.t, self.target, self.seconds = 0, 0.0, t_end, 0.0
+        self.steps, self.t, self.seconds = 0, 0.0, 0.0
+        self.target = t_end
+        self.y: Any = None
         self._mark = 0.0
 
     def start(self) -> None:
@@ -64,15 +67,15 @@ class Meter:
         if now > self.deadline:
             raise Stopped(f"the limit of {self.limit:g} s is reached", advice="allow more time, or use a larger tol")
 
-    def stepped(self, t: float) -> None:
-        """Take note of a step that ended at t.
+    def stepped(self, t: float, y: Any) -> None:
+        """Take note of a step that ended at t with the unknowns y, shape(n,).
 
         Raises
         ------
         Stopped
             If the step size has collapsed.
         """
-        self.steps, self.t = self.steps + 1, t
+        self.steps, self.t, self.y = self.steps + 1, t, y.copy()
         if self.steps % 1000 == 0:
             if t - self._mark < COLLAPSE * self.t_end:
                 raise Stopped(f"the step size has collapsed to {(t - self._mark) / 1000:.1e}")

@@ -117,6 +117,6 @@ def _march(solver: Any, t: float, meter: Meter) -> None:
             message = solver.step()
             if solver.status == "failed":
                 raise Stopped(f"SciPy says: {str(message).rstrip('.')}", float(solver.t))
-            meter.stepped(float(solver.t))
+            meter.stepped(float(solver.t), solver.y)
             if meter.steps >= MOST_STEPS:
                 raise Stopped(f"{MOST_STEPS} steps were not enough")

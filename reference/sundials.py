@@ -23,17 +23,26 @@ REASONS = {
 def stepwise(solver: Any, meter: Meter) -> Advance:
     """Return how a solver object of scikit-sundae, after ``init_step``, is advanced from output to output.
 
-    It keeps its step size, order and history between outputs, and never steps beyond the end.
+    It keeps its step size, order and history between outputs, and never steps beyond the end. The first step is taken towards
+    the end of the run: SUNDIALS chooses its size by the distance to the time that it is asked for, and no output shall decide that.
     """
 
-    def advance(t: float) -> Any:
+    def call(t: float, method: str) -> Any:
         try:
             with quiet():
-                result = solver.step(t, "normal", meter.t_end)
+                result = solver.step(t, method, meter.t_end)
         except RuntimeError as error:
             raise Stopped(f"SUNDIALS refuses to go on ({error})") from error
         if result.status < 0:
             raise Stopped(REASONS.get(result.status, str(result.message).rstrip(".")), float(result.t))
+        return result
+
+    def advance(t: float) -> Any:
+        if meter.steps == 0:
+            meter.target = meter.t_end
+            call(meter.t_end, "onestep")
+        meter.target = t
+        result = call(t, "normal")
         if abs(result.t - t) > 1e-12 * meter.t_end:
             raise Stopped(f"SUNDIALS returned before the output at t = {t:.9g}", float(result.t))
         if not np.all(np.isfinite(result.y)):
@@ -43,10 +52,10 @@ def stepwise(solver: Any, meter: Meter) -> Advance:
     return advance
 
 
-def count_steps(meter: Meter, t: float) -> None:
+def count_steps(meter: Meter, t: float, y: Any) -> None:
     """Count a step from the root function of the solver, which is called at the start, after each step and at each output."""
     if t > 0.0 and (t != meter.target or t == meter.t_end):
-        meter.stepped(t)
+        meter.stepped(t, y)
 
 
 class _Hush:

@@ -53,7 +53,9 @@ Advance = Callable[[float], Array]
 
 
 def run(name: str, dae: Dae, request: Request, begin: Callable[[Meter], Advance], *, began: float, advice: str) -> Trajectory:
-    """Return the trajectory of a solver that is driven from output to output; where it stops early, what there is and why.
+    """Return the trajectory of a solver that is driven from output to output.
+
+    Where it stops early, the trajectory has the outputs so far, the end of the last step, and why.
 
     Parameters
     ----------
@@ -84,7 +86,7 @@ def run(name: str, dae: Dae, request: Request, begin: Callable[[Meter], Advance]
         ready = time.perf_counter()
         meter.start()
         for t in times[1:]:
-            cpu, meter.target = time.thread_time(), float(t)
+            cpu = time.thread_time()
             try:
                 Y.append(advance(float(t)))
             finally:
@@ -95,6 +97,9 @@ def run(name: str, dae: Dae, request: Request, begin: Callable[[Meter], Advance]
         failure = sentence(str(stop), meter.t if stop.t is None else stop.t, stop.advice or advice)
     except KeyboardInterrupt:
         failure = sentence("interrupted", meter.t, "run it again")
+    if failure and meter.t > times[len(Y) - 1]:
+        times = np.append(times[: len(Y)], meter.t)
+        Y.append(meter.y)
     return _trajectory(name, dae, request, times, np.array(Y), meter, failure, seconds=seconds, compile_seconds=ready - began)
 
 
@@ -104,6 +109,7 @@ def _trajectory(
     scene = dae.scene
     q, v = dae.unpack(Y)
     p = dae.momenta(q, v)
+    p[0] = scene.p0  # as given, without the round-off of p = M v
     kept = slice(None) if request.every is None and request.points != 2 else [0, -1] if len(Y) > 1 else [0]
     return Trajectory(
         problem=scene.problem,

@@ -16,6 +16,7 @@ from daebench.diagnostics.reversibility import reversibility_defect
 from daebench.diagnostics.symplecticity import symplecticity_defect, tangent_basis
 from daebench.fixed_step import FixedStep
 from daebench.method import Request
+from daebench.reports._compile_ahead import compiling_ahead
 from daebench.reports._exact_motion import exact_motion
 from daebench.scene import Array, Scene
 from daebench.trajectory import Trajectory
@@ -68,13 +69,21 @@ def measure(tell: Tell) -> Numbers:
     """Return the numbers; ``tell`` is told the fraction done and what is being done."""
     slow, fast = find_scene(PROBLEM, SLOW), find_scene(PROBLEM, FAST)
     rows, errors, defects = [], [], {}
-    for k, name in enumerate(SCHEMES):
-        tell(k / len(SCHEMES), f"{name}: compile and measure")
-        table, series, defect = scheme_numbers(slow, name)
-        rows.append(table)
-        errors += series
-        defects[name] = defect
-    drift = {name: drift_run(slow, name, h) for name, h in DRIFT_RUNS.items()}
+    with compiling_ahead(PROBLEM, SLOW, SCHEMES) as wait:
+        q, p = exact_motion(slow.source, SLOW, [T_ORDER])
+        for k, name in enumerate(SCHEMES):
+            tell(0.6 * k / len(SCHEMES), f"{name}: compile, orders and drifts")
+            errors += [order_errors(slow, name, 1.0 / n, p[0], q[0]) for n in ORDER_STEPS]
+            rows.append(claims(name) | conservation(slow, name))
+        drift = {name: drift_run(slow, name, h) for name, h in DRIFT_RUNS.items()}
+        tell(0.6, "tangent maps: compile")
+        wait()
+    for k, (name, row) in enumerate(zip(SCHEMES, rows, strict=True)):
+        tell(0.7 + 0.3 * k / len(SCHEMES), f"{name}: defects and cost")
+        defects[name] = symplecticity(slow, name)
+        row |= orders([row for row in errors if row["method"] == name]) | cost(slow, name)
+        row |= {"symplecticity": defects[name][DEFECT_STEPS - 1], "reversibility": reversibility(slow, name, p[0], q[0])}
+        row["reversibility_at_start"] = reversibility(slow, name, slow.p0, slow.q0)
     return Numbers(
         drift={name: frame for name, (frame, _) in drift.items()},
         drift_fit={name: fit for name, (_, fit) in drift.items()},
@@ -91,30 +100,28 @@ def fixed_step(scene: Scene, name: str, h: float, t_end: float, every: int = 1) 
     return FixedStep(name).solve(scene, Request(value=h, t_end=t_end, every=every, watch=()))
 
 
-def scheme_numbers(scene: Scene, name: str) -> tuple[dict[str, Any], list[dict[str, Any]], list[float]]:
-    """Return a scheme's row of the table, its errors by h, and its symplecticity defects after 1, 2, ... steps."""
-    method = FixedStep(name)
+def claims(name: str) -> dict[str, Any]:
+    """Return what a scheme says of itself."""
+    said = FixedStep(name).claims
+    names = ("order", "symmetric", "symplectic", "keeps_g", "keeps_Gv")
+    return {"method": name, "system": said.system} | {f"claimed_{each}": getattr(said, each) for each in names}
+
+
+def symplecticity(scene: Scene, name: str) -> list[float]:
+    """Return the symplecticity defects after 1, 2, ... steps from the start."""
     X = tangent_basis(scene, scene.p0, scene.q0)
-    defect = [symplecticity_defect(method.flow(scene, H, n), scene.p0, scene.q0, X) for n in range(1, MOST_STEPS + 1)]
-    q, p = exact_motion(scene.source, SLOW, [T_ORDER])
-    errors = [order_errors(scene, name, 1.0 / n, p[0], q[0]) for n in ORDER_STEPS]
+    return [symplecticity_defect(FixedStep(name).flow(scene, H, n), scene.p0, scene.q0, X) for n in range(1, MOST_STEPS + 1)]
+
+
+def reversibility(scene: Scene, name: str, p: Array, q: Array) -> float:
+    """Return the reversibility defect of one step."""
+    return reversibility_defect(FixedStep(name).flow(scene, H, 1), p, q)
+
+
+def orders(errors: list[dict[str, Any]]) -> dict[str, Any]:
+    """Return the fitted orders of q and p with their standard errors."""
     fits = {x: fit_order([row["h"] for row in errors], [row[f"error_{x}"] for row in errors]) for x in ("q", "p")}
-    claims = method.claims
-    row = {
-        "method": name,
-        "system": claims.system,
-        "claimed_order": claims.order,
-        "claimed_symmetric": claims.symmetric,
-        "claimed_symplectic": claims.symplectic,
-        "claimed_keeps_g": claims.keeps_g,
-        "claimed_keeps_Gv": claims.keeps_Gv,
-        **{f"order_{x}": fit.slope for x, fit in fits.items()},
-        **{f"order_{x}_error": fit.slope_error for x, fit in fits.items()},
-        "symplecticity": defect[DEFECT_STEPS - 1],
-        "reversibility": reversibility_defect(method.flow(scene, H, 1), p[0], q[0]),
-        "reversibility_at_start": reversibility_defect(method.flow(scene, H, 1), scene.p0, scene.q0),
-    }
-    return row | conservation(scene, name) | cost(scene, name), errors, defect
+    return {f"order_{x}": fit.slope for x, fit in fits.items()} | {f"order_{x}_error": fit.slope_error for x, fit in fits.items()}
 
 
 def order_errors(scene: Scene, name: str, h: float, p: Array, q: Array) -> dict[str, Any]:
@@ -180,7 +187,12 @@ def facts(slow: Scene, fast: Scene) -> dict[str, Any]:
     broken = fixed_step(fast, "se", H_FAST, T_FAST)
     other = swing(find_scene(PROBLEM, OTHER_FAST))
     coarse = energy_drift(*_energy(slow, "se", H))
-    return {"se_stops": broken.failure is not None, "se_stops_at": float(broken.t[-1]), "other_swing": other, "se_slope_same_h": coarse.slope}
+    return {
+        "se_stops": broken.failure is not None,
+        "se_stops_at": float(broken.t[-1]),
+        "other_swing": other,
+        "se_slope_same_h": coarse.slope,
+    }
 
 
 def _energy(scene: Scene, name: str, h: float) -> tuple[Array, Array]:
