@@ -33,7 +33,7 @@ class Problem:
     structure : mapping of str to int
         Structural parameters and their defaults: the arguments annotated int. Another value is another definition.
     digest : str
-        Content hash of the file.
+        Content hash of the file and of the helpers beside it, files whose names begin with an underscore.
     """
 
     name: str
@@ -100,7 +100,8 @@ def _read(path: Path) -> Problem:
         if kind not in found or default is None:
             raise BadInput(f"argument {argument.arg} of problem() in {path.name} must be annotated float or int and have a default.")
         found[kind][argument.arg] = ast.literal_eval(default)
-    digest = hashlib.sha256(text.encode()).hexdigest()
+    helpers = [helper.read_text(encoding="utf-8") for helper in sorted(path.parent.glob("_[!_]*.py"))]
+    digest = hashlib.sha256("".join([text, *helpers]).encode()).hexdigest()
     structure = {name: int(value) for name, value in found["int"].items()}
     return Problem(path.stem, _summary(tree), found["float"], structure, digest)
 

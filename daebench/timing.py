@@ -1,11 +1,11 @@
-"""Time per step and time to compile; best of several runs, the rivals taking turns so that noise meets them alike."""
+"""Time per step, best of several runs, the rivals taking turns so that noise meets them alike."""
 
 import ctypes
 import shutil
 import subprocess
 import tempfile
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -24,15 +24,15 @@ VARIANTS: dict[str, dict[str, Any]] = {
 }
 
 
-def measure(scene: Scene, names: Sequence[str], *, h: float, steps: int, repeat: int) -> list[dict[str, Any]]:
-    """Return one row a method: the best time of a step, bare, watched, and watched and counted, and the time to compile.
+def measure(scene: Scene, name: str, *, h: float, steps: int, repeat: int) -> dict[str, Any]:
+    """Return a method's best time of a step: bare, watched, and watched and counted.
 
     Parameters
     ----------
     scene : Scene
         What is integrated.
-    names : sequence of str
-        Fixed-step methods.
+    name : str
+        A fixed-step method.
     h : float
         Step size.
     steps, repeat : int
@@ -40,8 +40,8 @@ def measure(scene: Scene, names: Sequence[str], *, h: float, steps: int, repeat:
 
     Returns
     -------
-    list of dict
-        "method", "ns_per_step", "ns_watched", "ns_counted" (nanoseconds), "compile_seconds", "note" (why there is no number).
+    dict
+        "method", "ns_per_step", "ns_watched", "ns_counted" (nanoseconds), "note" (why there is no number).
 
     Raises
     ------
@@ -50,10 +50,6 @@ def measure(scene: Scene, names: Sequence[str], *, h: float, steps: int, repeat:
     """
     if steps < 1 or repeat < 1:
         raise BadInput(f"steps = {steps} and repeat = {repeat} must be at least 1.")
-    return [_measure(scene, name, h, steps, repeat) for name in names]
-
-
-def _measure(scene: Scene, name: str, h: float, steps: int, repeat: int) -> dict[str, Any]:
     method = parse(name)
     if not isinstance(method, FixedStep):
         raise BadInput(f"{name} has no fixed steps; bench measures schemes.")
@@ -67,8 +63,6 @@ def _measure(scene: Scene, name: str, h: float, steps: int, repeat: int) -> dict
             if run.failure:
                 return row | {"note": run.failure}
             times[variant].append(run.seconds / run.steps * 1e9)
-            if variant == "ns_per_step":
-                row.setdefault("compile_seconds", run.compile_seconds)
     return row | {variant: min(values) for variant, values in times.items()}
 
 

@@ -43,3 +43,16 @@ def test_a_scheme_file_says_what_it_is_and_where_it_is_from(scheme):
     assert text.startswith('"""')
     assert "::\n" in text or scheme == "seproj"
     assert "HLW" in text.split('"""')[1]
+
+
+def test_editing_a_problem_or_a_helper_beside_it_makes_other_kernels(tmp_path):
+    from daebench.catalogue import _read
+
+    text = (ROOT / "problems" / "planar_pendulum.py").read_text(encoding="utf-8")
+    (tmp_path / "mine.py").write_text(text)
+    digests = [_read(tmp_path / "mine.py").digest]
+    (tmp_path / "_helper.py").write_text("G = 9.81\n")
+    digests.append(_read(tmp_path / "mine.py").digest)
+    (tmp_path / "mine.py").write_text(text.replace("q[1]", "q[0]"))
+    digests.append(_read(tmp_path / "mine.py").digest)
+    assert len(set(digests)) == 3

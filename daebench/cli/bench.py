@@ -1,10 +1,14 @@
-"""``daebench bench``: time per step and time to compile, best of several, beside hand-written C where there is a compiler."""
+"""``daebench bench``: time per step and time to the first step, best of several, beside hand-written C where there is a compiler."""
 
 from typing import Annotated
 
 import typer
 
-from daebench.cli.console import print_json, print_table, words
+from daebench.cli.console import bar, print_json, print_table, words
+
+COLUMNS = ("method", "ns_per_step", "ns_watched", "ns_counted", "cold_seconds", "warm_seconds", "note")
+STARTS = 3
+"""Fresh processes of which the best counts."""
 
 
 def bench(
@@ -16,19 +20,28 @@ def bench(
     repeat: Annotated[int, typer.Option("--repeat", help="Runs, of which the best counts.")] = 7,
     as_json: Annotated[bool, typer.Option("--json", help="One JSON object on standard output.")] = False,
 ) -> None:
-    """Measure nanoseconds per step and compile time of fixed-step methods. Nothing else should run meanwhile."""
+    """Measure nanoseconds per step of fixed-step methods, and seconds to the first step on an empty and on a full cache."""
     from daebench.catalogue import find_scene, schemes
+    from daebench.start_up import first_step, numba_alone
     from daebench.timing import hand_written, measure
 
     scene = find_scene(problem, case)
     names = words(methods) if methods else list(schemes())
-    rows = measure(scene, names, h=h, steps=steps, repeat=repeat)
-    rows += hand_written(scene, h=h, steps=steps, repeat=repeat, rattle=next((row for row in rows if row["method"] == "rattle"), None))
+    rows = []
+    with bar("bench") as progress:
+        for k, name in enumerate(names):
+            progress(k / len(names), name)
+            row = measure(scene, name, h=h, steps=steps, repeat=repeat)
+            if "ns_per_step" in row:
+                row["cold_seconds"], row["warm_seconds"] = first_step(problem, case, name, h, repeat=STARTS)
+            rows.append(row)
+        by_name = {row["method"]: row for row in rows}
+        rows += hand_written(scene, h=h, steps=steps, repeat=repeat, rattle=by_name.get("rattle"))
+        rows.append({"method": "numba alone", "warm_seconds": numba_alone(repeat=STARTS)})
     if as_json:
         print_json({"problem": problem, "case": case, "h": h, "steps": steps, "repeat": repeat, "rows": rows})
         return
-    columns = ("method", "ns_per_step", "ns_watched", "ns_counted", "compile_seconds", "note")
-    print_table(columns, [[_cell(row.get(column)) for column in columns] for row in rows])
+    print_table(COLUMNS, [[_cell(row.get(column)) for column in COLUMNS] for row in rows])
 
 
 def _cell(value: object) -> str:

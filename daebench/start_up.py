@@ -1,0 +1,65 @@
+"""What it costs to begin: seconds from a fresh process to the first step, on an empty cache and on a full one, beside numba alone."""
+
+import os
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+from daebench.errors import DaebenchError
+
+FIRST_STEP = """
+import time
+began = time.perf_counter()
+import daebench
+daebench.run({problem!r}, case={case!r}, method={method!r}, h={h!r}, steps=1, every=0, watch=(), count=False).complete()
+print(time.perf_counter() - began)
+"""
+NUMBA_ALONE = """
+import time
+began = time.perf_counter()
+import numba
+
+@numba.njit(cache=True)
+def successor(x):
+    return x + 1.0
+
+successor(1.0)
+print(time.perf_counter() - began)
+"""
+
+
+def first_step(problem: str, case: str, method: str, h: float, *, repeat: int) -> tuple[float, float]:
+    """Return wall-clock seconds from a fresh process to the end of its first step: on an empty cache, and the best on a full one.
+
+    Raises
+    ------
+    DaebenchError
+        If the run fails.
+    """
+    with tempfile.TemporaryDirectory() as folder:
+        script = _script(folder, FIRST_STEP.format(problem=problem, case=case, method=method, h=h))
+        cold = _seconds(script, folder)
+        return cold, min(_seconds(script, folder) for _ in range(repeat))
+
+
+def numba_alone(*, repeat: int) -> float:
+    """Return the best wall-clock seconds from a fresh process to a call of the smallest cached numba function."""
+    with tempfile.TemporaryDirectory() as folder:
+        script = _script(folder, NUMBA_ALONE)
+        _seconds(script, folder)
+        return min(_seconds(script, folder) for _ in range(repeat))
+
+
+def _script(folder: str, text: str) -> Path:
+    path = Path(folder) / "first_step.py"
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
+def _seconds(script: Path, cache: str) -> float:
+    environment = os.environ | {"DAEBENCH_CACHE": cache}
+    done = subprocess.run([sys.executable, str(script)], capture_output=True, text=True, env=environment)
+    if done.returncode:
+        raise DaebenchError(f"a fresh process cannot take a step: {done.stderr.strip().splitlines()[-1] if done.stderr else ''}.")
+    return float(done.stdout)
