@@ -8,6 +8,7 @@ import re
 from collections.abc import Callable, Mapping, Sequence
 from datetime import UTC, datetime
 from functools import cache
+from importlib import resources
 from importlib.metadata import version
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -27,7 +28,7 @@ PACKAGES = ("daebench", "numpy", "scipy", "sympy", "mpmath", "numba", "pandas", 
 PLAIN = (1e-3, 1e5)
 """Moduli that are written without a power of ten."""
 
-THIN, MINUS, TIMES, NONE = "\N{THIN SPACE}", "\N{MINUS SIGN}", "\N{MULTIPLICATION SIGN}", "\N{EN DASH}"
+THIN, MINUS, TIMES, NONE = "\N{NARROW NO-BREAK SPACE}", "\N{MINUS SIGN}", "\N{MULTIPLICATION SIGN}", "\N{EN DASH}"
 
 
 def build(name: str, out: Path, progress: Progress | None = None) -> Path:
@@ -92,7 +93,7 @@ def with_error(value: float, error: float) -> Markup:
     plain = PLAIN[0] <= abs(value) < PLAIN[1]
     power = 0 if plain else math.floor(math.log10(max(abs(value), error)))
     places = max(0, power - last)
-    both = " ± ".join(f"{each / 10.0**power:.{places}f}" for each in (value, error)).replace("-", MINUS).replace(" ", THIN)
+    both = "\N{NO-BREAK SPACE}±\N{NO-BREAK SPACE}".join(f"{each / 10.0**power:.{places}f}" for each in (value, error)).replace("-", MINUS)
     return Markup(both if plain else f"({both}){THIN}{TIMES}{THIN}10<sup>{exponent_text(power)}</sup>")
 
 
@@ -114,11 +115,15 @@ def listing(items: Sequence[Any]) -> Markup:
     return Markup(", ").join(parts[:-1]) + Markup(" and ") + parts[-1] if len(parts) > 1 else Markup("").join(parts)
 
 
-def table(frame: "pd.DataFrame", formats: Mapping[str, Callable[[Any], Any]], headings: Mapping[str, str], caption: str) -> Markup:
+def table(
+    name: str, frame: "pd.DataFrame", formats: Mapping[str, Callable[[Any], Any]], headings: Mapping[str, str], caption: str
+) -> Markup:
     """Return a table as HTML: the first column heads the rows, numbers are set to the right (text that is HTML counts as such).
 
     Parameters
     ----------
+    name : str
+        Name of the table, unique in the page.
     frame : DataFrame
         The rows.
     formats : mapping of str to callable
@@ -128,17 +133,17 @@ def table(frame: "pd.DataFrame", formats: Mapping[str, Callable[[Any], Any]], he
     caption : str
         HTML above the table.
     """
-    kinds = {name: "n" if frame[name].dtype.kind in "fiu" or isinstance(frame[name].iloc[0], Markup) else "t" for name in formats}
-    head = "".join(f'<th scope="col" class="{kinds[name]}">{headings.get(name, escape(name))}</th>' for name in formats)
+    kinds = {key: "n" if frame[key].dtype.kind in "fiu" or isinstance(frame[key].iloc[0], Markup) else "t" for key in formats}
+    head = "".join(f'<th scope="col" class="{kinds[key]}">{headings.get(key, escape(key))}</th>' for key in formats)
     rows = []
     for record in frame.to_dict("records"):
-        cells = [f'<td class="{kinds[str(name)]}">{escape(make(record[name]))}</td>' for name, make in formats.items()]
+        cells = [f'<td class="{kinds[key]}">{escape(make(record[key]))}</td>' for key, make in formats.items()]
         cells[0] = cells[0].replace("<td", '<th scope="row"', 1).replace("</td>", "</th>")
         rows.append(f"<tr>{''.join(cells)}</tr>")
     body = f"<thead><tr>{head}</tr></thead><tbody>{''.join(rows)}</tbody>"
-    return Markup(
-        f'<div class="scroll" tabindex="0" role="region" aria-label="table"><table><caption>{caption}</caption>{body}</table></div>'
-    )
+    above = f'<p class="caption" id="table-{name}">{caption}</p>'
+    scroll = f'<div class="scroll" tabindex="0" role="region" aria-labelledby="table-{name}">'
+    return Markup(f'<div class="tabular">{above}{scroll}<table aria-labelledby="table-{name}">{body}</table></div></div>')
 
 
 def picture(svg: Path, alt: str, caption: str) -> Markup:
@@ -146,7 +151,7 @@ def picture(svg: Path, alt: str, caption: str) -> Markup:
     files = ", ".join(f'<a href="{svg.parent.name}/{svg.stem}.{ending}">{ending.upper()}</a>' for ending in ("svg", "png", "csv"))
     drawing = inline_svg(svg.read_text(encoding="utf-8"), svg.stem, alt)
     files = f'<span class="files">{files}</span>'
-    return Markup(f'<figure id="{svg.stem}"><div class="drawing">{drawing}</div><figcaption>{caption} {files}</figcaption></figure>')
+    return Markup(f'<figure id="figure-{svg.stem}"><div class="drawing">{drawing}</div><figcaption>{caption} {files}</figcaption></figure>')
 
 
 def inline_svg(text: str, prefix: str, alt: str) -> str:
@@ -166,9 +171,7 @@ def write_page(template: str, path: Path, command: str, **content: Any) -> Path:
     """
     from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
-    import daebench.reports
-
-    folder = Path(str(daebench.reports.__file__)).parent
+    folder = Path(str(resources.files("daebench.reports")))
     environment = Environment(
         loader=FileSystemLoader(folder), autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True
     )

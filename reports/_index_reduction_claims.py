@@ -112,7 +112,7 @@ def check_drift(numbers: Numbers, table: pd.DataFrame) -> SimpleNamespace:
 
 
 def check_swing(numbers: Numbers) -> SimpleNamespace:
-    """Return the numbers of Fig. 1.2: a regular motion against one that dies, from either start that the print allows."""
+    """Return the numbers of Fig. 1.2: a regular motion against one that dies, from either tangent start."""
     first, other = (swing_numbers(swing) for swing in (numbers.swing, numbers.facts["other_swing"]))
     for case, found in ((FAST, first), ("fig1.2b", other)):
         require(found.kind == "bounded", f"symplectic Euler bounds the energy on {case}", found.kind)

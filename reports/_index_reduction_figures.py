@@ -79,7 +79,7 @@ def draw_together(numbers: Numbers, folder: Path) -> Path:
 
 def draw_swing(swing: pd.DataFrame, folder: Path) -> Path:
     """Draw the height of the pendulum for both Euler methods, and their energies."""
-    figure, axes = grid_of_axes(3, 1, 5.2, sharex=True)
+    figure, axes = grid_of_axes(3, 1, 4.7, sharex=True)
     strokes = {"symplectic_euler": Stroke(BLUE, "-", "^"), "implicit_euler": Stroke(VERMILION, (0, (5, 1.5)), "o")}
     low, high = swing[["q3_symplectic_euler", "q3_implicit_euler"]].min().min(), swing["q3_symplectic_euler"].max()
     for ax, name in zip(axes[:2, 0], strokes, strict=True):
@@ -88,7 +88,7 @@ def draw_swing(swing: pd.DataFrame, folder: Path) -> Path:
     for name, stroke in strokes.items():
         axes[2, 0].plot(swing["t"], swing[f"energy_{name}"], label=NAMES[name], **stroke.line())
     axes[2, 0].set(ylabel=r"energy $H$  [$m\gamma\ell$]", xlabel=TIME, title="energy of both", ylim=(0, None))
-    axes[2, 0].legend(loc="lower left")
+    axes[2, 0].legend(loc="center right")
     axes[2, 0].margins(x=0.01)
     figure.align_ylabels()
     return save(figure, folder, "swing", swing)
@@ -96,12 +96,12 @@ def draw_swing(swing: pd.DataFrame, folder: Path) -> Path:
 
 def draw_defects(defects: pd.DataFrame, folder: Path) -> Path:
     """Draw the symplecticity defect against the number of steps."""
-    figure, axes = grid_of_axes(1, 1, 4.2)
+    figure, axes = grid_of_axes(1, 1, 3.7)
     ax = axes[0, 0]
     ax.axhspan(1e-17, 1e-14, color="#eeeeee", zorder=0)
     ax.text(31, 1.3e-14, "round-off", ha="right", va="bottom", color=QUIET, fontsize=8)
     for name in sorted(SCHEMES, key=lambda name: -defects[name].iloc[-1]):
-        ax.plot(defects["n"], defects[name].clip(lower=1e-17), label=NAMES[name], markevery=(0, 2), **STROKE[name].points())
+        ax.plot(defects["n"], defects[name].clip(lower=2e-17), label=NAMES[name], markevery=(0, 2), **STROKE[name].points())
     ax.annotate(
         "the first step of se\nis symplectic",
         (1, defects["se"][0]),
@@ -109,7 +109,7 @@ def draw_defects(defects: pd.DataFrame, folder: Path) -> Path:
         arrowprops={"arrowstyle": "->", "color": STROKE["se"].color, "shrinkB": 5},
         color=STROKE["se"].color,
     )
-    ax.set(yscale="log", ylim=(2e-17, 1), xlim=(0, 31.5), xlabel="number of steps $n$", ylabel="symplecticity defect")
+    ax.set(yscale="log", ylim=(1e-17, 1), xlim=(0, 31.5), xlabel="number of steps $n$", ylabel="symplecticity defect")
     figure.legend(loc="outside lower center", ncols=2)
     return save(figure, folder, "symplecticity", defects)
 
@@ -126,6 +126,7 @@ def draw_ida(ida: pd.DataFrame, folder: Path) -> Path:
             rows = ida[(ida["case"] == case) & (ida["formulation"] == formulation)]
             ax.plot(rows["tol"], rows["error"], label=label(formulation), **stroke.points())
         ax.set(xscale="log", yscale="log", xlabel="tolerance asked for", title=title)
+        ax.minorticks_off()
     axes[0, 0].set_ylabel(r"position error reached  [$\ell$]")
     handles, labels = axes[0, 0].get_legend_handles_labels()
     figure.legend(handles, labels, loc="outside lower center", ncols=4)

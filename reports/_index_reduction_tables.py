@@ -1,6 +1,7 @@
 """The tables of the report on index reduction."""
 
 from collections.abc import Callable, Mapping
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -10,25 +11,21 @@ from markupsafe import Markup
 from daebench.figures import save_table
 from daebench.report import count, number, power_of_ten, table, with_error
 from daebench.reports._index_reduction_figures import label
-from daebench.reports._index_reduction_ida import T_END as IDA_T_END
-from daebench.reports._index_reduction_numbers import DEFECT_STEPS, PROBLEM, T_END, T_LONG, T_ORDER, H, Numbers
+from daebench.reports._index_reduction_numbers import DEFECT_STEPS, FAST, SLOW, T_LONG, Numbers
 
 Formats = dict[str, Callable[[Any], Any]]
+
+Tabulate = Callable[[str], Markup]
 
 SHOWN_TOLERANCES = (1e-6, 1e-9, 1e-12)
 
 
-def tables(numbers: Numbers, ida: pd.DataFrame, folder: Path) -> dict[str, Markup]:
-    """Write the tables as CSV into a folder, all columns and rows, and return what the page shows of them as HTML, by name."""
+def tables(numbers: Numbers, ida: pd.DataFrame, folder: Path) -> Mapping[str, Tabulate]:
+    """Write the tables as CSV into a folder, all columns and rows, and return functions from a caption to HTML, by name."""
     for stem, data in (("schemes", numbers.table), ("orders", numbers.errors), ("ida", ida)):
         save_table(folder / f"{stem}.csv", data)
-    frame = numbers.table
-    return {"structure": structure(frame), "drift": drifts(frame), "cost": cost(frame), "ida": ida_table(ida)}
-
-
-def files(stem: str) -> str:
-    """Return the link to the table's file, as HTML."""
-    return f'<span class="files"><a href="tables/{stem}.csv">CSV</a></span>'
+    makers = {"structure": structure, "drift": drifts, "cost": cost}
+    return {name: partial(maker, numbers.table) for name, maker in makers.items()} | {"ida": partial(ida_table, ida)}
 
 
 def text(value: Any) -> Any:
@@ -51,7 +48,7 @@ def pairs(frame: pd.DataFrame, name: str) -> list[Markup]:
     return [with_error(*pair) for pair in zip(frame[name], frame[f"{name}_error"], strict=True)]
 
 
-def structure(frame: pd.DataFrame) -> Markup:
+def structure(frame: pd.DataFrame, caption: str) -> Markup:
     """Return what each scheme keeps of order, two-form and symmetry, claimed and measured."""
     yes = {name: [("yes" if said else "no") for said in frame[f"claimed_{name}"]] for name in ("symplectic", "symmetric")}
     shown = pd.DataFrame(
@@ -60,27 +57,24 @@ def structure(frame: pd.DataFrame) -> Markup:
             "equations": ["(1.18)" if system == "ode" else "(1.9)" for system in frame["system"]],
             "claimed_order": frame["claimed_order"],
             "order_q": pairs(frame, "order_q"),
-            "order_p": pairs(frame, "order_p"),
             **yes,
             "symplecticity": frame["symplecticity"],
             "reversibility": frame["reversibility"],
         }
     )
-    formats: Formats = {"method": code, "equations": text, "claimed_order": text, "order_q": text, "order_p": text}
+    formats: Formats = {"method": code, "equations": text, "claimed_order": text, "order_q": text}
     formats |= {"symplectic": text, "symplecticity": tiny, "symmetric": text, "reversibility": tiny}
     headings = {
         "method": "scheme",
         "equations": "applied to",
         "claimed_order": "order<small>claimed</small>",
         "order_q": "order in <i>q</i><small>measured</small>",
-        "order_p": "order in <i>p</i><small>measured</small>",
         "symplectic": "symplectic<small>claimed</small>",
         "symplecticity": f"defect<small>{DEFECT_STEPS} steps</small>",
         "symmetric": "symmetric<small>claimed</small>",
         "reversibility": "defect<small>1 step</small>",
     }
-    caption = f"<b>Order, two-form, symmetry.</b> Orders against the closed form at t = {T_ORDER:g}, with standard errors of the fit."
-    return table(shown, formats, headings, f"{caption} {files('schemes')}, errors {files('orders')}")
+    return table("structure", shown, formats, headings, caption)
 
 
 def growth(row: Mapping[Any, Any]) -> Markup:
@@ -91,7 +85,7 @@ def growth(row: Mapping[Any, Any]) -> Markup:
     )
 
 
-def drifts(frame: pd.DataFrame) -> Markup:
+def drifts(frame: pd.DataFrame, caption: str) -> Markup:
     """Return what becomes of energy, constraints and angular momentum."""
     shown = frame.assign(slope=pairs(frame, "slope"), growth=[growth(row) for row in frame.to_dict("records")])
     formats: Formats = {"method": code, "energy_error": tiny, "slope": text, "growth": text, "g": tiny, "Gv": tiny, "L3": tiny}
@@ -104,11 +98,10 @@ def drifts(frame: pd.DataFrame) -> Markup:
         "Gv": "|<i>G H<sub>p</sub></i>|<small>largest</small>",
         "L3": "<i>L</i><sub>3</sub> error<small>largest</small>",
     }
-    caption = f"<b>Drift</b> up to t = {T_END:g}, the exponent up to t = {T_LONG:g}; maxima over all steps. Energy in <i>mγℓ</i>, time in √(<i>ℓ</i>/<i>γ</i>)."
-    return table(shown, formats, headings, f"{caption} {files('schemes')}")
+    return table("drift", shown, formats, headings, caption)
 
 
-def cost(frame: pd.DataFrame) -> Markup:
+def cost(frame: pd.DataFrame, caption: str) -> Markup:
     """Return the work of a step and its time."""
     kinds = ("newton", "H_p", "H_q", "g", "G", "second", "solve")
     formats: Formats = {"method": code} | {f"work_{kind}": lambda value: number(value, 3) if value else Markup("0") for kind in kinds}
@@ -123,24 +116,23 @@ def cost(frame: pd.DataFrame) -> Markup:
         "work_solve": "linear<small>solves</small>",
         "ns_per_step": "time<small>ns</small>",
     }
-    caption = (
-        f"<b>Work of one step</b> with h = {H:g}: exact counts, Newton’s iteration to round-off. "
-        f"Time: the best of several runs of the compiled loop for {PROBLEM.replace('_', ' ')}, counting included."
-    )
-    return table(frame, formats | {"ns_per_step": lambda value: number(value, 3)}, headings, f"{caption} {files('schemes')}")
+    return table("cost", frame, formats | {"ns_per_step": lambda value: number(value, 3)}, headings, caption)
 
 
-def ida_table(ida: pd.DataFrame) -> Markup:
+def ida_table(ida: pd.DataFrame, caption: str) -> Markup:
     """Return a selection of IDA's runs."""
     shown = ida[[any(abs(tol / chosen - 1) < 1e-9 for chosen in SHOWN_TOLERANCES) for tol in ida["tol"]]]
     shown = shown.assign(
-        formulation=shown["formulation"].map(label), share=shown["callback_seconds"] / shown["seconds"], ms=1e3 * shown["seconds"]
+        case=shown["case"].map({SLOW: "slow", FAST: "fast"}),
+        formulation=shown["formulation"].map(label),
+        share=shown["callback_seconds"] / shown["seconds"],
+        ms=1e3 * shown["seconds"],
     )
     formats: Formats = {"case": text, "formulation": text, "tol": power_of_ten}
     formats |= {"error": number, "g": number, "Gv": number, "steps": count, "ms": lambda value: number(value, 2)}
     formats |= {"share": lambda value: Markup("{:.0f} %").format(100 * value)}
     headings = {
-        "formulation": "formulation",
+        "case": "swing",
         "tol": "tolerance",
         "error": "position error",
         "g": "|<i>g</i>|",
@@ -148,8 +140,4 @@ def ida_table(ida: pd.DataFrame) -> Markup:
         "ms": "CPU time<small>ms</small>",
         "share": "callbacks<small>share of it</small>",
     }
-    caption = (
-        f"<b>IDA up to t = {IDA_T_END:g}</b>, largest values over the outputs. Callbacks are residual and Jacobian, called from Python; "
-        "all tolerances are in the file."
-    )
-    return table(shown, formats, headings, f"{caption} {files('ida')}")
+    return table("ida", shown, formats, headings, caption)

@@ -5,7 +5,7 @@ from pathlib import Path
 from types import SimpleNamespace
 
 from daebench.report import Progress, picture, write_page
-from daebench.reports import _exact_motion, _index_reduction_ida, _index_reduction_numbers
+from daebench.reports import _exact_motion, _index_reduction_figures, _index_reduction_ida, _index_reduction_numbers
 from daebench.reports._index_reduction_claims import check
 from daebench.reports._index_reduction_figures import NAMES, draw, label
 from daebench.reports._index_reduction_ida import measure_ida
@@ -18,36 +18,9 @@ CONSTANTS = SimpleNamespace(
     **{name: value for name, value in vars(_index_reduction_numbers).items() if name.isupper()},
     DIGITS=_exact_motion.DIGITS,
     IDA_T_END=_index_reduction_ida.T_END,
+    IDA_POINTS=_index_reduction_ida.POINTS,
+    WINDOW=_index_reduction_figures.WINDOW,
 )
-
-CAPTIONS = {
-    "energy": (
-        "<b>Energy error</b>, HLW Fig. 1.1 (upper row) and two schemes for the constrained system (lower row). Each panel has its own scale. "
-        "Dashed: the least-squares line.",
-        "Four curves of energy error against time: with se a straight rising line, with seproj an oscillation about a rising line, "
-        "with constrained symplectic Euler and RATTLE oscillations about level lines.",
-    ),
-    "drift": (
-        f"<b>The same runs on common scales</b>: the largest energy error and the largest distance from the manifold in windows of "
-        f"{_index_reduction_numbers.T_END / 33:.0f} units of time. Distances below 10<sup>−17</sup> are drawn there.",
-        "Left, energy errors on a logarithmic scale: se and seproj rise, constrained symplectic Euler and RATTLE are level. "
-        "Right, distances from the manifold: se rises, the other three stay at round-off.",
-    ),
-    "swing": (
-        "<b>Height and energy</b>, HLW Fig. 1.2: the same start and the same step size with symplectic and with implicit Euler, both on the constraint.",
-        "With symplectic Euler the height oscillates evenly and the energy is a level line; with implicit Euler the swings become "
-        "slower and lower and the energy decays.",
-    ),
-    "symplecticity": (
-        "<b>Symplecticity defect</b> after <i>n</i> steps of 0.03 from the start of Fig. 1.1. In <code>se</code> it appears with the second step.",
-        "Defect against number of steps on a logarithmic scale: se starts at round-off and jumps up at the second step; seproj and implicit "
-        "Euler are above it from the first step; four schemes stay at round-off.",
-    ),
-    "ida": (
-        "<b>IDA</b>: tolerance asked for, relative and absolute, against the largest position error up to t = 10.",
-        "Error against tolerance on logarithmic scales, one panel a case: all curves lie above the diagonal, those of index 3 furthest.",
-    ),
-}
 
 
 def make(out: Path, progress: Progress) -> Path:
@@ -65,13 +38,15 @@ def make(out: Path, progress: Progress) -> Path:
     found = check(numbers, ida)
     progress(0.9, "figures")
     drawn = draw(numbers, ida, out / "figures")
-    figures = {stem: picture(path, CAPTIONS[stem][1], CAPTIONS[stem][0]) for stem, path in drawn.items()}
     content = vars(found) | {
         "c": CONSTANTS,
-        "figures": figures,
+        "drawn": drawn,
+        "picture": picture,
         "tables": tables(numbers, ida, out / "tables"),
         "label": label,
-        "kept_names": [NAMES[name].replace("constrained ", "") for name in found.kept],
+        "kept_names": [
+            "its adjoint" if name == "symplectic_euler_adjoint" else NAMES[name].removeprefix("constrained ") for name in found.kept
+        ],
         "useless_names": [label(name) for name in found.ida.useless["formulation"].unique()],
         "took": time.perf_counter() - began,
     }
