@@ -8,14 +8,12 @@ from daebench.errors import BadInput, unknown
 from daebench.method import Method, Progress, Request
 from daebench.names import parse
 from daebench.scene import Scene
-from daebench.trajectory import Trajectory
+from daebench.trajectory import WATCH, Trajectory
 
 if TYPE_CHECKING:
     import pandas as pd
 
     from daebench.problem import ConstrainedHamiltonian
-
-WATCH = ("energy", "manifold", "integrals")
 
 
 def scene_of(

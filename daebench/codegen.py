@@ -40,6 +40,11 @@ class _Printer(NumPyPrinter):  # type: ignore[misc]
         return str(super()._print_Pow(expr, rational=rational))
 
 
+def _private(argument: str, i: int, symbol: sp.Symbol) -> sp.Symbol:
+    """Return the name of an argument's entry in the source, which no name that a user chose can be mistaken for."""
+    return sp.Symbol(f"{argument}_{i}", **{key: value for key, value in symbol.assumptions0.items() if value is not None})
+
+
 def pack(items: Iterable[str]) -> str:
     """Return the source of a tuple of these items."""
     inner = ", ".join(items)
@@ -85,10 +90,14 @@ def expressions(
     Raises
     ------
     InvalidProblem
-        If an expression has a function that has no numerical counterpart.
+        If an expression has a function that has no numerical counterpart, or none that is smooth.
     """
-    temporaries = sp.numbered_symbols("t_")
-    shared, reduced = sp.cse([sp.sympify(value) for value in values], symbols=temporaries, list=True)
+    private = {s: _private(argument, i, s) for argument, symbols in arguments.items() for i, s in enumerate(symbols)}
+    private |= {s: _private("par", i, s) for i, s in enumerate(parameters)}
+    expressions_ = [sp.sympify(value).xreplace(private) for value in values]
+    if any(expression.has(sp.Piecewise, sp.Min, sp.Max, sp.floor, sp.ceiling) for expression in expressions_):
+        raise InvalidProblem(f"{name} has cases, a minimum, a maximum or a floor in it; H and g must be twice differentiable.")
+    shared, reduced = sp.cse(expressions_, symbols=sp.numbered_symbols("t_"), list=True)
     used = set().union(*(e.free_symbols for e in [*reduced, *(e for _, e in shared)]))
     printer = _Printer()
     try:
@@ -96,6 +105,6 @@ def expressions(
         result = shaped([printer.doprint(e) for e in reduced], shape)
     except (NotImplementedError, PrintMethodNotImplementedError, TypeError, ValueError) as error:
         raise InvalidProblem(f"{name} cannot be written as a numerical function: {str(error).splitlines()[0]}.") from error
-    load = [f"{s} = {argument}[{i}]" for argument, symbols in arguments.items() for i, s in enumerate(symbols) if s in used]
-    load += [f"{s} = par[{i}]" for i, s in enumerate(parameters) if s in used]
+    sources = {**arguments, "par": parameters}
+    load = [f"{private[s]} = {argument}[{i}]" for argument, symbols in sources.items() for i, s in enumerate(symbols) if private[s] in used]
     return function(f"{name}({', '.join([*arguments, 'par'])})", *load, *lines, f"return {result}")

@@ -81,7 +81,7 @@ def trajectories(
     t_end: float,
     began: Callable[[str], None] | None = None,
 ) -> list[Trajectory]:
-    """Return one trajectory a method, in order; all requests are checked before the first run.
+    """Return one trajectory a method, in order; all requests are checked before the first run, and an interruption ends all.
 
     Raises
     ------
@@ -97,6 +97,8 @@ def trajectories(
         if began:
             began(method.name)
         found.append(method.solve(scene, _request(method, h, tol, t_end)))
+        if found[-1].interrupted:
+            break
     return found
 
 

@@ -24,8 +24,8 @@ class Derivation:
         self.problem = problem
         self.d, self.m = problem.d, problem.m
         self.q, self.p = sp.Matrix(problem.q), sp.Matrix(problem.p)
-        self.v = sp.Matrix(sp.symbols(f"v1:{self.d + 1}", real=True))
-        self.lam = sp.Matrix(sp.symbols(f"lam1:{self.m + 1}", real=True))
+        self.v = sp.Matrix([sp.Dummy(f"v{i + 1}", real=True) for i in range(self.d)])
+        self.lam = sp.Matrix([sp.Dummy(f"lam{i + 1}", real=True) for i in range(self.m)])
         self.parameters = list(problem.parameters)
 
     @cached_property

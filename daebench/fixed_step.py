@@ -16,15 +16,16 @@ from daebench.errors import BadInput, RunFailed
 from daebench.grid import Grid
 from daebench.method import Request
 from daebench.scene import Scene
-from daebench.trajectory import Array, Trajectory
+from daebench.trajectory import WATCH, WORK, Array, Trajectory
 
-WATCHABLE = ("energy", "manifold", "integrals")
-WORK = ("H_p", "H_q", "g", "G", "second", "solve", "newton")
 REASONS = {
-    1: "Newton's iteration did not converge in 40 sweeps",
-    2: "the iteration matrix is singular to round-off (G may have lost rank)",
-    3: "a value is no longer finite",
+    1: ("Newton's iteration did not converge in 40 sweeps, residual {:.2e}", "use a smaller h"),
+    2: ("the iteration matrix is singular to round-off, residual {:.2e}", "see whether constraints are redundant or G has lost rank there"),
+    3: ("a value is no longer finite, residual {:.2e}", "use a smaller h, and see whether the motion has left the domain of H"),
+    4: ("a watched quantity is not finite after this step", "see whether parameters and state are in the range of double precision"),
 }
+"""Why a scheme stopped, and what to do, by the status of its report."""
+
 CHUNK_SECONDS = 0.2
 Flow = Callable[[Sequence[complex], Sequence[complex]], tuple[Sequence[complex], Sequence[complex]]]
 
@@ -102,7 +103,9 @@ class FixedStep:
         def phi(p: Sequence[complex], q: Sequence[complex]) -> tuple[Sequence[complex], Sequence[complex]]:
             state = tuple(np.complex128(x) for x in p), tuple(np.complex128(x) for x in q)
             with np.errstate(all="ignore"):
-                memory = kernel.begin(*state, h, scene.par)[0] if hasattr(kernel, "begin") else ()
+                memory, report = kernel.begin(*state, h, scene.par) if hasattr(kernel, "begin") else ((), (0,))
+                if report[0]:
+                    raise RunFailed(failure(self.name, scene, h, 0, steps, report))
                 result = kernel.integrate(*state, memory, (), (), np.inf, h, steps, -1, 0, empty, empty, scene.par)
             if result[-1][0]:
                 raise RunFailed(failure(self.name, scene, h, result[5], steps, result[-1]))
@@ -114,7 +117,8 @@ class FixedStep:
 def failure(name: str, scene: Scene, h: float, done: int, steps: int, report: Sequence[Any]) -> str:
     """Return the sentence that says where a scheme stopped and why."""
     where = f"{name} on {scene.problem}, case {scene.case}, stopped at t = {done * h:.9g} (step {done + 1} of {steps}, h = {h:g})"
-    return f"{where}: {REASONS[report[0]]}, residual {float(report[1]):.2e}; use a smaller h."
+    why, advice = REASONS[report[0]]
+    return f"{where}: {why.format(float(report[1]))}; {advice}."
 
 
 class _Run:
@@ -123,7 +127,7 @@ class _Run:
     def __init__(self, method: FixedStep, scene: Scene, request: Request, grid: Grid) -> None:
         self.method, self.scene, self.request, self.grid = method, scene, request, grid
         began = time.perf_counter()
-        self.watch = tuple(name for name in WATCHABLE if name in request.watch)
+        self.watch = tuple(name for name in WATCH if name in request.watch)
         self.kernel = method.kernel(scene, request.precision, self.watch, count=request.count)
         self.number: Callable[[Any], Any] = (
             np.dtype(request.precision).type if request.precision == "float32" or not method.compiled else float
@@ -137,6 +141,7 @@ class _Run:
         self.work = np.zeros(len(WORK), dtype=np.int64)
         self.seconds = 0.0
         self.failure: str | None = None
+        self.interrupted = False
         with np.errstate(all="ignore"):
             self._prepare()
         self.compile_seconds = time.perf_counter() - began
@@ -206,7 +211,7 @@ class _Run:
         try:
             self._march()
         except KeyboardInterrupt:
-            self.failure = self._stopped("interrupted")
+            self.failure, self.interrupted = self._stopped("interrupted"), True
         scene, request = self.scene, self.request
         t, p, q = self._outputs()
         return Trajectory(
@@ -227,6 +232,7 @@ class _Run:
             seconds=self.seconds,
             compile_seconds=self.compile_seconds,
             failure=self.failure,
+            interrupted=self.interrupted,
         )
 
     def _outputs(self) -> tuple[Array, Array, Array]:

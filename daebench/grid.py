@@ -3,12 +3,14 @@
 import math
 import os
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Self
 
 from daebench.errors import BadInput
 from daebench.method import Request
 
 MOST_STEPS = 2**53
+EPS = 2.0**-52
 
 
 @dataclass(frozen=True)
@@ -53,11 +55,11 @@ class Grid:
         every = 1 if request.every is None else request.every
         if steps < 1:
             end = f" (t_end = {request.t_end:g} is less than h = {h:g})" if request.t_end is not None else ""
-            raise BadInput(f"the run has {steps} steps{end}; it needs at least one.")
+            raise BadInput(f"the run has {_short(steps)} steps{end}; it needs at least one.")
         if steps > MOST_STEPS or not math.isfinite(steps * h):
-            raise BadInput(f"the run has {steps:.3g} steps; that is more than can be counted exactly, so shorten it or use a larger h.")
-        if every < 0:
-            raise BadInput(f"every = {every} must be a positive number of steps, or 0 to keep the end alone.")
+            raise BadInput("the run has more steps than can be counted exactly (2^53), or is endless; shorten it or use a larger h.")
+        if not 0 <= every <= MOST_STEPS:
+            raise BadInput(f"every = {_short(every)} must be a number of steps up to 2^53, or 0 to keep the end alone.")
         grid = cls(h, steps, every)
         _require_memory(grid, d)
         return grid
@@ -70,8 +72,9 @@ def _positive(name: str, value: float | None) -> float:
 
 
 def _whole_steps(t_end: float, h: float) -> int:
-    ratio = t_end / h + 1e-9
-    return math.floor(ratio) if math.isfinite(ratio) else MOST_STEPS + 1
+    """Return floor(t_end / h) with a grain of salt: 1e-9, or a few ulps of the ratio where these are more."""
+    ratio = t_end / h
+    return math.floor(ratio + max(1e-9, 4 * EPS * ratio)) if math.isfinite(ratio) else MOST_STEPS + 1
 
 
 def _require_memory(grid: Grid, d: int) -> None:
@@ -87,8 +90,18 @@ def _require_memory(grid: Grid, d: int) -> None:
 
 
 def _free_memory() -> float:
-    """Return the free memory in bytes; where the system does not say, a cautious 2 GB."""
+    """Return the memory that can be had, in bytes; where the system does not say, a cautious 2 GB."""
+    meminfo = Path("/proc/meminfo")
+    if meminfo.is_file():
+        for line in meminfo.read_text(encoding="ascii").splitlines():
+            if line.startswith("MemAvailable:"):
+                return 1024.0 * int(line.split()[1])
     try:
         return float(os.sysconf("SC_AVPHYS_PAGES") * os.sysconf("SC_PAGE_SIZE"))
     except (AttributeError, ValueError, OSError):
         return 2e9
+
+
+def _short(whole: int) -> str:
+    """Return a whole number in at most a dozen characters."""
+    return str(whole) if abs(whole) < 10**12 else "a number beyond 1e12"

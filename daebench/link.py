@@ -15,17 +15,16 @@ from daebench import codegen
 from daebench.algebra import Values
 from daebench.derive import Derivation
 from daebench.errors import InvalidProblem
+from daebench.trajectory import WORK
 from daebench.watch import Watch
 
 PACKAGE = Path(__file__).parent
 HOLE = "daebench.kernels.hole"
-WORK = ("H_p", "H_q", "g", "G", "second", "solve", "newton")
-"""What is counted as work, in this order: evaluations of H_p, H_q, g, G, second derivatives, linear solves, Newton sweeps."""
 _WORK = {name: name for name in ("H_p", "H_q", "g", "G")}
 _WORK |= dict.fromkeys(("H_pp", "H_qp", "H_qq", "Gv_p", "Gv_q", "curvature", "a_p"), "second")
 _WORK |= dict.fromkeys(("solve", "solve_d", "solve_dm", "solve_dd", "solve_2m"), "solve")
 _UNCOUNTED = ("rows",)  # M^-1 on rows of G: part of the algebra, whatever it is composed of
-_PLAIN = ("worst", "store", "no_work", "plus_work")
+_PLAIN = ("worst", "total", "store", "no_work", "plus_work")
 PRECISIONS = {"float64": "2.220446049250313e-16", "float32": "numpy.float32(1.1920929e-07)", "complex128": "2.220446049250313e-16"}
 HEADER = """\"\"\"{title}\"\"\"
 

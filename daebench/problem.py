@@ -66,7 +66,7 @@ class ConstrainedHamiltonian:
     Raises
     ------
     InvalidProblem
-        If sizes do not fit, an expression has an undeclared symbol, or H and (M, U) are both given or both missing.
+        If sizes do not fit, an expression has an undeclared symbol, a symbol is used twice, or H and (M, U) are both given or both missing.
     """
 
     q: Sequence[sp.Symbol]
@@ -117,6 +117,9 @@ class ConstrainedHamiltonian:
                 raise InvalidProblem(f"case {name!r} has {len(case.q)} positions and {len(case.p)} momenta; both must be {self.d}.")
 
     def _check_symbols(self) -> None:
+        own = [*self.q, *self.p, *self.parameters]
+        if twice := {str(symbol) for symbol in own if own.count(symbol) > 1}:
+            raise InvalidProblem(f"{', '.join(sorted(twice))} stands for more than one position, momentum or parameter; rename one.")
         positions, state, known = set(self.q), {*self.q, *self.p}, set(self.parameters)
         allowed: list[tuple[str, Any, set[sp.Symbol]]] = [("g", sp.Matrix(list(self.g)), positions), ("H", self.H, state)]
         allowed += [("M", self.M, positions), ("U", self.U, positions)]

@@ -26,25 +26,18 @@ def writer(name: str, inputs: Columns, outputs: Mapping[str, sp.Matrix], paramet
     parameters : sequence of Symbol
         What ``par`` holds.
     """
-    fresh = {s: sp.Symbol(f"{array}_{i}", **_assumptions(s)) for array, symbols in inputs.items() for i, s in enumerate(symbols)}
-    fresh |= {s: sp.Symbol(f"par_{i}", **_assumptions(s)) for i, s in enumerate(parameters)}
     entries = {
-        f"{array}[{row}]" if matrix.cols == 1 else f"{array}[{row}, {column}]": matrix[row, column].xreplace(fresh)
+        f"{array}[{row}]" if matrix.cols == 1 else f"{array}[{row}, {column}]": matrix[row, column]
         for array, matrix in outputs.items()
         for row in range(matrix.rows)
         for column in range(matrix.cols)
         if matrix[row, column] != 0
     }
-    columns = {array: [fresh[s] for s in symbols] for array, symbols in inputs.items()}
-    values = codegen.expressions(f"{name}_", columns, list(entries.values()), (len(entries),), [fresh[s] for s in parameters])
+    values = codegen.expressions(f"{name}_", inputs, list(entries.values()), (len(entries),), parameters)
     lines = [f"{array}[:] = 0.0" for array in outputs]
     lines.append(f"x = {name}_({', '.join([*inputs, 'par'])})")
     lines += [f"{target} = x[{k}]" for k, target in enumerate(entries)]
     return values + "\n\n" + codegen.function(f"{name}({', '.join([*inputs, *outputs, 'par'])})", *lines)
-
-
-def _assumptions(symbol: sp.Symbol) -> dict[str, bool]:
-    return {key: value for key, value in symbol.assumptions0.items() if value is not None}
 
 
 HEADER = """\"\"\"{title}\"\"\"

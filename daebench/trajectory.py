@@ -11,6 +11,12 @@ from daebench.errors import RunFailed
 
 Array = NDArray[np.float64]
 
+WATCH = ("energy", "manifold", "integrals")
+"""What a run can watch."""
+
+WORK = ("H_p", "H_q", "g", "G", "second", "solve", "newton")
+"""What schemes count as work: evaluations of H_p, H_q, g, G, second derivatives, linear solves, Newton sweeps."""
+
 
 @dataclass(frozen=True, kw_only=True)
 class Trajectory:
@@ -50,6 +56,8 @@ class Trajectory:
         Part of ``seconds`` spent in Python callbacks, for solvers that have them.
     failure : str, optional
         Why the run ended early, as a sentence; None if it is complete.
+    interrupted : bool
+        Whether it was the person at the keyboard who ended it.
     """
 
     problem: str
@@ -71,6 +79,7 @@ class Trajectory:
     compile_seconds: float = 0.0
     callback_seconds: float | None = None
     failure: str | None = None
+    interrupted: bool = False
 
     def complete(self) -> Self:
         """Return the trajectory itself.

@@ -47,6 +47,7 @@ class Watch:
             "watched": lambda: function("watched(p, q, par)", "return " + pack(self.conserved)),
             "watch": lambda: function("watch(p, q, first, par)", "return " + pack(self.errors)),
             "worst": lambda: function("worst(x, y)", "return " + pack(larger.format(i=i) for i in k)),
+            "total": lambda: function("total(x)", "return " + (" + ".join(f"x[{i}]" for i in k) or "0.0")),
             "store": lambda: function("store(P, Q, row, p, q)", *(f"{a}[row, {i}] = {a.lower()}[{i}]" for a in "PQ" for i in d)),
             "no_work": lambda: function("no_work()", "return " + pack("0" for _ in self.kinds)),
             "plus_work": lambda: function("plus_work(x, y)", "return " + pack(f"x[{i}] + y[{i}]" for i in self.kinds)),

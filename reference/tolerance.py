@@ -3,6 +3,7 @@
 import math
 import time
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -74,6 +75,7 @@ def run(name: str, dae: Dae, request: Request, begin: Callable[[Meter], Advance]
     """
     assert request.t_end is not None
     meter, scene, failure = Meter(request.t_end, request.seconds_limit or SECONDS_LIMIT), dae.scene, None
+    interrupted = False
     times = np.linspace(0.0, request.t_end, max(3, request.points or POINTS))
     Y, seconds, ready = [dae.y0], 0.0, began
 
@@ -96,11 +98,12 @@ def run(name: str, dae: Dae, request: Request, begin: Callable[[Meter], Advance]
     except Stopped as stop:
         failure = sentence(str(stop), meter.t if stop.t is None else stop.t, stop.advice or advice)
     except KeyboardInterrupt:
-        failure = sentence("interrupted", meter.t, "run it again")
+        failure, interrupted = sentence("interrupted", meter.t, "run it again"), True
     if failure and meter.t > times[len(Y) - 1]:
         times = np.append(times[: len(Y)], meter.t)
         Y.append(meter.y)
-    return _trajectory(name, dae, request, times, np.array(Y), meter, failure, seconds=seconds, compile_seconds=ready - began)
+    found = _trajectory(name, dae, request, times, np.array(Y), meter, failure, seconds=seconds, compile_seconds=ready - began)
+    return replace(found, interrupted=interrupted)
 
 
 def _trajectory(

@@ -367,5 +367,9 @@ def worst(x: tuple[Number, ...], y: tuple[Number, ...]) -> tuple[Number, ...]:
     raise NotImplementedError("filled in by the linker")
 
 
+def total(x: tuple[Number, ...]) -> Number:
+    """Sum of moduli that are watched; not finite where any of them is not."""
+
+
 def store(P: Any, Q: Any, row: int, p: Vector, q: Vector) -> None:
     """Write a state into row ``row`` of the outputs."""

@@ -13,11 +13,14 @@ from daebench.kernels.hole import (
     start,
     step,
     store,
+    total,
     watch,
     watched,
     worst,
 )
 from daebench.kernels.newton import NOT_FINITE, OK
+
+WATCH_NOT_FINITE = 4
 
 if MULTISTEP:
 
@@ -69,11 +72,13 @@ def integrate(
         work = plus_work(work, report[3])
         if report[0] == OK and not norm(p1) + norm(q1) < INF:
             report = (NOT_FINITE, INF, report[2], report[3])
+        larger = worst(maxima, watch(p1, q1, conserved))
+        if report[0] == OK and not total(larger) < INF:
+            report = (WATCH_NOT_FINITE, INF, report[2], report[3])
         if report[0] != OK:
             return p, q, memory, maxima, pivot, k, row, left, work, report
-        p, q, memory = p1, q1, memory1
+        p, q, memory, maxima = p1, q1, memory1, larger
         pivot = min(pivot, report[2])
-        maxima = worst(maxima, watch(p, q, conserved))
         left -= 1
         if left == 0:
             store(P, Q, row, p, q)
