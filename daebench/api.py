@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING, Any
 
 from daebench.catalogue import find_scene
 from daebench.errors import BadInput, unknown
+from daebench.inputs import positive, real, whole
 from daebench.method import Method, Progress, Request
 from daebench.names import parse
 from daebench.scene import Scene
@@ -38,6 +39,8 @@ def scene_of(
 
     if isinstance(problem, str):
         scene = find_scene(problem, case, parameters, p0=p0, q0=q0)
+    elif not hasattr(problem, "fingerprint"):
+        raise BadInput(f"a problem is a name or a ConstrainedHamiltonian, not {problem!r}.")
     else:
         from daebench.scene import make_scene, source_of
 
@@ -124,28 +127,28 @@ def prepare(
         If the request cannot be met.
     """
     chosen = parse(method, options)
-    value = knob_value(chosen, h=h, tol=tol)
+    value = real(chosen.knob, knob_value(chosen, h=h, tol=tol))
+    watch = [watch] if isinstance(watch, str) else list(watch)
     for name in watch:
         if name not in WATCH:
             raise unknown("quantity to watch", name, WATCH)
+    counts = {"steps": steps, "every": every, "points": points}
+    counts = {name: None if number is None else whole(name, number) for name, number in counts.items()}
     if precision not in ("float64", "float32"):
         raise BadInput(f"unknown precision {precision!r}; it is float64 or float32.")
     scene = scene_of(problem, case, parameters, p0=p0, q0=q0, project=project)
-    if refusal := chosen.refusal(scene):
-        raise BadInput(refusal)
     request = Request(
         value=value,
-        t_end=t_end,
-        steps=steps,
-        every=every,
-        points=points,
+        t_end=None if t_end is None else real("t_end", t_end),
+        **counts,
         watch=tuple(watch),
         count=count,
         precision=precision,
         multipliers=multipliers,
         progress=progress,
-        seconds_limit=seconds_limit,
+        seconds_limit=None if seconds_limit is None else positive("seconds_limit", seconds_limit),
     )
+    chosen.check(scene, request)
     return chosen, scene, request
 
 

@@ -14,8 +14,13 @@ from pathlib import Path
 
 from daebench.errors import DaebenchError
 
-GENERATORS = ("algebra", "codegen", "derive", "elimination", "equations", "link", "problem", "residuals", "sheet", "watch")
+GENERATORS: tuple[str, ...] = ("algebra", "cache", "codegen", "derive", "elimination", "equations", "fixed_step", "link")
+GENERATORS += ("pose", "problem", "residuals", "scene", "sheet", "watch")
 """The modules that decide what generated source says; kernels and schemes do too."""
+
+
+END = "# end of module"
+"""Last line of a generated file; without it the file is not whole, and is written again."""
 
 
 class CacheWarning(UserWarning):
@@ -64,11 +69,24 @@ def generated(stem: str, key: str, build: Callable[[bool], str]) -> types.Module
         if not path.exists():
             _write(path, build(True))
         return _load(name, path)
+    except _Damaged:
+        _write(path, build(True))
+        return _load(name, path)
     except (OSError, RuntimeError) as error:
         if isinstance(error, RuntimeError) and "cannot cache function" not in str(error):
             raise
         _warn(f"cannot write to the cache directory {path.parent}; compiling in memory, set DAEBENCH_CACHE to a writable folder.")
         return _execute(name, compile(build(False), name, "exec"))
+
+
+class _Damaged(Exception):
+    """A file in the cache is not what was written there."""
+
+
+def damaged(module: types.ModuleType) -> DaebenchError:
+    """Return the error for machine code that numba cannot read back."""
+    folder = Path(str(module.__file__)).parent
+    return DaebenchError(f"the machine code of {module.__name__} in {folder} is damaged; delete that folder and run again.")
 
 
 @cache
@@ -83,7 +101,7 @@ def _write(path: Path, source: str) -> None:
     handle, scratch = tempfile.mkstemp(dir=path.parent, prefix=path.stem, suffix=".tmp")
     try:
         with os.fdopen(handle, "w", encoding="utf-8") as file:
-            file.write(source)
+            file.write(f"{source}\n{END}\n")
         Path(scratch).replace(path)
     except BaseException:
         Path(scratch).unlink(missing_ok=True)
@@ -91,6 +109,8 @@ def _write(path: Path, source: str) -> None:
 
 
 def _load(name: str, path: Path) -> types.ModuleType:
+    if not path.read_bytes().endswith(f"\n{END}\n".encode()):
+        raise _Damaged(path)
     spec = importlib.util.spec_from_file_location(name, path)
     if spec is None or spec.loader is None:
         raise DaebenchError(f"cannot import the generated module {path}; delete it and run again.")

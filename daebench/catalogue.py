@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from daebench.errors import BadInput, unknown
+from daebench.inputs import real
 
 if TYPE_CHECKING:
     from daebench.problem import ConstrainedHamiltonian
@@ -33,7 +34,7 @@ class Problem:
     structure : mapping of str to int
         Structural parameters and their defaults: the arguments annotated int. Another value is another definition.
     digest : str
-        Content hash of the file and of the helpers beside it, files whose names begin with an underscore.
+        Content hash of the file and of all files beside it, which it may import.
     """
 
     name: str
@@ -100,8 +101,8 @@ def _read(path: Path) -> Problem:
         if kind not in found or default is None:
             raise BadInput(f"argument {argument.arg} of problem() in {path.name} must be annotated float or int and have a default.")
         found[kind][argument.arg] = ast.literal_eval(default)
-    helpers = [helper.read_text(encoding="utf-8") for helper in sorted(path.parent.glob("_[!_]*.py"))]
-    digest = hashlib.sha256("".join([text, *helpers]).encode()).hexdigest()
+    others = [other.read_text(encoding="utf-8") for other in sorted(path.parent.rglob("*.py")) if other != path]
+    digest = hashlib.sha256("".join([text, *others]).encode()).hexdigest()
     structure = {name: int(value) for name, value in found["int"].items()}
     return Problem(path.stem, _summary(tree), found["float"], structure, digest)
 
@@ -150,6 +151,6 @@ def find_scene(
 
 
 def _whole(name: str, value: float) -> int:
-    if value != int(value) or value < 1:
+    if real(name, value) != int(value) or value < 1:
         raise BadInput(f"{name} = {value:g} must be a whole number of at least 1.")
     return int(value)

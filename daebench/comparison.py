@@ -9,7 +9,6 @@ import pandas as pd
 from daebench.api import knob_value, scene_of
 from daebench.diagnostics.energy import energy_drift
 from daebench.diagnostics.integrals import energy_error
-from daebench.errors import BadInput
 from daebench.method import Method, Request
 from daebench.names import parse
 from daebench.scene import Scene
@@ -90,8 +89,7 @@ def trajectories(
     """
     for method in methods:
         knob_value(method, h=h if method.knob == "h" else None, tol=tol if method.knob == "tol" else None)
-        if refusal := method.refusal(scene):
-            raise BadInput(refusal)
+        method.check(scene, _request(method, h, tol, t_end))
     found = []
     for method in methods:
         if began:

@@ -1,7 +1,7 @@
 """Trajectories as files: CSV for every language, NPZ for NumPy; written whole or not at all."""
 
+import itertools
 import os
-import tempfile
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -11,16 +11,16 @@ import numpy as np
 from daebench.errors import BadInput
 from daebench.trajectory import Array, Trajectory
 
+_COUNTER = itertools.count()
+
 
 @contextmanager
 def atomic(path: Path) -> Iterator[Path]:
     """Give a temporary path in the same folder that becomes ``path`` once all is written, and vanishes otherwise."""
-    handle, name = tempfile.mkstemp(dir=path.parent, prefix=f".{path.stem}", suffix=path.suffix)
-    os.close(handle)
-    scratch = Path(name)
+    path = path.resolve()
+    scratch = path.with_name(f".{path.stem}-{os.getpid()}-{next(_COUNTER)}{path.suffix}")
     try:
         yield scratch
-        scratch.chmod(0o644)
         scratch.replace(path)
     finally:
         scratch.unlink(missing_ok=True)
@@ -34,12 +34,35 @@ def check_writable(path: Path) -> None:
     BadInput
         If the ending is neither .csv nor .npz, or the folder is missing or cannot be written to.
     """
-    if path.suffix not in WRITERS:
+    if path.suffix.lower() not in WRITERS:
         raise BadInput(f"--out {path}: the file must end in {' or '.join(WRITERS)}.")
     if not path.parent.is_dir():
         raise BadInput(f"--out {path}: there is no folder {path.parent}; make it first.")
-    if path.is_dir() or not os.access(path.parent, os.W_OK):
-        raise BadInput(f"--out {path}: cannot write there; choose another place.")
+    if path.exists() and not path.is_file():
+        raise BadInput(f"--out {path}: that is no file; choose another place.")
+    trial = path.resolve().with_name(f".{path.stem}-{os.getpid()}-trial")
+    try:
+        trial.touch(exist_ok=False)
+        trial.unlink()
+    except OSError as error:
+        raise BadInput(f"--out {path}: cannot write there ({error.strerror}); choose another place.") from error
+
+
+def make_folder(path: Path) -> None:
+    """Make an output folder before the work that would fill it.
+
+    Raises
+    ------
+    BadInput
+        If it cannot be made or written to.
+    """
+    try:
+        path.mkdir(parents=True, exist_ok=True)
+        trial = path / f".{os.getpid()}-trial"
+        trial.touch(exist_ok=False)
+        trial.unlink()
+    except OSError as error:
+        raise BadInput(f"--out {path}: cannot write to that folder ({error.strerror}); choose another place.") from error
 
 
 def columns(trajectory: Trajectory) -> dict[str, Array]:
@@ -69,4 +92,4 @@ WRITERS: dict[str, Callable[[Path, Trajectory], None]] = {".csv": _csv, ".npz": 
 def write_trajectory(path: Path, trajectory: Trajectory) -> None:
     """Write a trajectory to FILE.csv (decimal digits that survive the round trip) or FILE.npz."""
     with atomic(path) as scratch:
-        WRITERS[path.suffix](scratch, trajectory)
+        WRITERS[path.suffix.lower()](scratch, trajectory)

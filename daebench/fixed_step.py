@@ -1,6 +1,7 @@
 """Fixed-step methods: a scheme linked to a problem, and the run around the compiled loop."""
 
 import importlib
+import pickle
 import time
 import types
 from collections.abc import Callable, Sequence
@@ -10,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from daebench.cache import generated
+from daebench.cache import damaged, generated
 from daebench.claims import Claims
 from daebench.errors import BadInput, RunFailed
 from daebench.grid import Grid
@@ -87,10 +88,16 @@ class FixedStep:
         BadInput
             If the request cannot be met: see :class:`daebench.grid.Grid`.
         """
+        return _Run(self, scene, request, self._grid(scene, request)).trajectory()
+
+    def check(self, scene: Scene, request: Request) -> None:
+        """Accept a request that can be met; raise :class:`BadInput` otherwise."""
+        self._grid(scene, request)
+
+    def _grid(self, scene: Scene, request: Request) -> Grid:
         if refusal := self.refusal(scene):
             raise BadInput(refusal)
-        grid = Grid.fixed_step(self.name, request, scene.d)
-        return _Run(self, scene, request, grid).trajectory()
+        return Grid.fixed_step(self.name, request, scene.d)
 
     def flow(self, scene: Scene, h: float, steps: int) -> Flow:
         """Return the map of ``steps`` steps for complex states, exact to first order in the imaginary part.
@@ -143,7 +150,10 @@ class _Run:
         self.failure: str | None = None
         self.interrupted = False
         with np.errstate(all="ignore"):
-            self._prepare()
+            try:
+                self._prepare()
+            except (EOFError, pickle.UnpicklingError) as error:
+                raise damaged(self.kernel) from error
         self.compile_seconds = time.perf_counter() - began
 
     def typed(self, x: Any) -> Any:

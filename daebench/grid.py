@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Self
 
 from daebench.errors import BadInput
+from daebench.inputs import positive
 from daebench.method import Request
 
 MOST_STEPS = 2**53
@@ -46,12 +47,12 @@ class Grid:
             If h is not a finite positive number, neither or both of steps and t_end are given, there is less than one step,
             points are asked for, or the states to be kept do not fit into memory.
         """
-        h = _positive("h", request.value)
+        h = positive("h", request.value)
         if request.points is not None:
             raise BadInput(f"points are for tolerance-driven methods; {name} has fixed steps, so say with every which of them to keep.")
         if (request.steps is None) == (request.t_end is None):
             raise BadInput(f"{name} needs either a number of steps or an end time, and not both.")
-        steps = request.steps if request.steps is not None else _whole_steps(_positive("t_end", request.t_end), h)
+        steps = request.steps if request.steps is not None else _whole_steps(positive("t_end", request.t_end), h)
         every = 1 if request.every is None else request.every
         if steps < 1:
             end = f" (t_end = {request.t_end:g} is less than h = {h:g})" if request.t_end is not None else ""
@@ -63,12 +64,6 @@ class Grid:
         grid = cls(h, steps, every)
         _require_memory(grid, d)
         return grid
-
-
-def _positive(name: str, value: float | None) -> float:
-    if value is None or not math.isfinite(value) or value <= 0:
-        raise BadInput(f"{name} = {value} must be a finite number greater than 0.")
-    return float(value)
 
 
 def _whole_steps(t_end: float, h: float) -> int:

@@ -68,6 +68,15 @@ class Method(Protocol):
     def refusal(self, scene: Scene) -> str | None:
         """Return why the method cannot be used on this problem, as a sentence, or None."""
 
+    def check(self, scene: Scene, request: Request) -> None:
+        """Accept a request that can be met.
+
+        Raises
+        ------
+        BadInput
+            If it cannot; the message says why and what to do.
+        """
+
     def solve(self, scene: Scene, request: Request) -> Trajectory:
         """Return the trajectory; where the run stops early, what was computed so far and why."""
 

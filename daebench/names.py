@@ -13,7 +13,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from daebench.catalogue import schemes
-from daebench.errors import unknown
+from daebench.errors import BadInput, unknown
 from daebench.method import Method
 
 FORMULATIONS = {
@@ -73,6 +73,8 @@ def parse(name: str, options: Mapping[str, float] | None = None) -> Method:
     BadInput
         If the name or an option is unknown; the message has the nearest names.
     """
+    if not isinstance(name, str):
+        raise BadInput(f"a method is given by its name, not {name!r}.")
     solver, colon, variant = name.partition(":")
     allowed = ("alpha", "beta") if name.startswith("ida:baumgarte") else ()
     for option in options or {}:

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from daebench.cache import generated
 from daebench.errors import BadInput, unknown
+from daebench.inputs import real
 
 if TYPE_CHECKING:
     from daebench.derive import Derivation
@@ -131,7 +132,8 @@ class Scene:
     def value(self, name: str, *arguments: Iterable[Any]) -> NDArray[Any]:
         """Return one of the problem's functions of (p, q), or of q, at one point."""
         with np.errstate(all="ignore"):
-            return np.array(getattr(self.functions(name), name)(*(tuple(x) for x in arguments), self.par))
+            points = (tuple(map(_number, x)) for x in arguments)
+            return np.array(getattr(self.functions(name), name)(*points, tuple(map(np.float64, self.par))))
 
     def along(self, name: str, *arguments: Array) -> Array:
         """Return one of the problem's functions along rows of states.
@@ -149,11 +151,17 @@ class Scene:
         """
         module = self.functions(name)
         call = getattr(module, name)
+        par = tuple(map(np.float64, self.par))
         with np.errstate(all="ignore"):
             if not module.ELEMENTWISE:
-                return np.array([call(*map(tuple, row), self.par) for row in zip(*arguments, strict=True)])
-            columns = call(*(tuple(x.T) for x in arguments), self.par)
+                return np.array([call(*map(tuple, row), par) for row in zip(*arguments, strict=True)])
+            columns = call(*(tuple(x.T) for x in arguments), par)
             return _stacked(columns, len(arguments[0]))
+
+
+def _number(x: Any) -> Any:
+    """Return a NumPy number, which divides by zero as IEEE says; Python's own raises."""
+    return np.complex128(x) if isinstance(x, complex) else np.float64(x)
 
 
 def _stacked(values: Any, n: int) -> Array:
@@ -179,24 +187,41 @@ def make_scene(
         If the case or a parameter is unknown, or a value is not a finite number.
     """
     sheet = source.sheet
-    if case not in sheet.CASES:
+    free = not sheet.CASES and p0 is not None and q0 is not None
+    if case not in sheet.CASES and not free:
         raise unknown(f"case of {source.problem}", case, sheet.CASES)
     values: dict[str, float] = dict(source.defaults or sheet.PARAMETERS)
-    values |= {name: float(value) for name, value in sheet.CASES[case]["parameters"].items() if name in values}
+    if not free:
+        values |= {name: float(value) for name, value in sheet.CASES[case]["parameters"].items() if name in values}
     for name, value in (parameters or {}).items():
         if name not in values:
             raise unknown(f"parameter of {source.problem}", name, values)
-        values[name] = float(value)
-    with np.errstate(all="ignore"):
-        p, q = (np.array(x, dtype=float) for x in sheet.INITIAL[case](tuple(values.values())))
-    p, q = (old if new is None else _initial(name, new, sheet.D) for name, old, new in (("p0", p, p0), ("q0", q, q0)))
-    for name, array in (("parameters", list(values.values())), ("p0", p), ("q0", q)):
+        values[name] = real(name, value)
+    _require_positive(source.problem, sheet, values)
+    start = () if free else _case_start(sheet, case, values)
+    p, q = (start[k] if given is None else _initial(name, given, sheet.D) for k, (name, given) in enumerate((("p0", p0), ("q0", q0))))
+    for name, array in (("p0", p), ("q0", q)):
         if not np.all(np.isfinite(array)):
-            raise BadInput(f"{name} of {source.problem}, case {case}, are {list(map(float, array))}; they must be finite numbers.")
+            raise BadInput(f"{name} of {source.problem}, case {case}, is {array.tolist()}; it must be finite numbers.")
     return Scene(source, case, values, p, q)
 
 
-def _initial(name: str, values: Sequence[float], d: int) -> Array:
-    if len(values) != d:
-        raise BadInput(f"{name} has {len(values)} numbers; the problem has {d} positions.")
-    return np.array(values, dtype=float)
+def _require_positive(problem: str, sheet: types.ModuleType, values: Mapping[str, float]) -> None:
+    for name in sheet.POSITIVE:
+        if not values[name] > 0:
+            raise BadInput(f"{name} = {values[name]:g} of {problem} must be greater than 0.")
+
+
+def _case_start(sheet: types.ModuleType, case: str, values: Mapping[str, float]) -> tuple[Array, ...]:
+    with np.errstate(all="ignore"):
+        start = sheet.INITIAL[case](tuple(map(np.float64, values.values())))
+    return tuple(np.array(x, dtype=float) for x in start)
+
+
+def _initial(name: str, values: Any, d: int) -> Array:
+    if isinstance(values, str) or not np.iterable(values):
+        raise BadInput(f"{name} = {values!r} must be {d} numbers.")
+    numbers = list(values)
+    if len(numbers) != d:
+        raise BadInput(f"{name} has {len(numbers)} numbers; the problem has {d} positions.")
+    return np.array([real(f"{name}[{i}]", value) for i, value in enumerate(numbers)])

@@ -9,14 +9,16 @@ from daebench.derive import Derivation
 def source(problem: str, derivation: Derivation) -> str:
     """Return the source of a problem's sheet.
 
-    The sheet has D and M (sizes), PARAMETERS (name to default, in the order of ``par``), CASES (name to its parameters and
-    about), INTEGRALS (names), SEPARABLE, EXPLICIT, CLOSED_FORM, and INITIAL (case to a function of ``par`` that returns p and q).
+    The sheet has D and M (sizes), PARAMETERS (name to default, in the order of ``par``), POSITIVE (parameters that must be),
+    CASES (name to its parameters and about), INTEGRALS (names), SEPARABLE, EXPLICIT, CLOSED_FORM, and INITIAL (case to a function
+    of ``par`` that returns p and q).
     """
     definition = derivation.problem
     facts = {
         "D": derivation.d,
         "M": derivation.m,
         "PARAMETERS": {str(symbol): float(value) for symbol, value in definition.parameters.items()},
+        "POSITIVE": tuple(str(symbol) for symbol in definition.parameters if symbol.is_positive),
         "CASES": {name: {"parameters": dict(case.parameters), "about": case.about} for name, case in definition.cases.items()},
         "INTEGRALS": tuple(definition.integrals),
         "SEPARABLE": derivation.separable,

@@ -25,7 +25,8 @@ def problem(*, mass: float = 1.0, length: float = 1.0, gravity: float = 1.0) -> 
     gravity : float
         Gravitational acceleration along -q3, m/s^2.
     """
-    m, length_, gamma = sp.symbols("mass length gravity", positive=True)
+    m, length_ = sp.symbols("mass length", positive=True)
+    gamma = sp.Symbol("gravity", real=True)
     q, p = coordinates(3)
     a, b = sp.Rational(1, 10), sp.Rational(13, 10)
     return ConstrainedHamiltonian(

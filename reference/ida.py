@@ -74,6 +74,10 @@ class Ida:
         """Return None: every problem has every formulation."""
         return None
 
+    def check(self, scene: Scene, request: Request) -> None:
+        """Accept a request that can be met; raise :class:`BadInput` otherwise."""
+        check(self.name, request)
+
     def solve(self, scene: Scene, request: Request) -> Trajectory:
         """Return the trajectory; where IDA stops early, the outputs so far and why.
 
@@ -85,7 +89,7 @@ class Ida:
             If the start has no multiplier, see :func:`daebench.pose.pose`.
         """
         began = time.perf_counter()
-        check(self.name, request)
+        self.check(scene, request)
         dae = pose(scene, self.formulation, self.options, multipliers="derivative" if self._cure == "derivative" else "plain")
         return run(self.name, dae, request, lambda meter: self._begin(dae, request.value, meter), began=began, advice=self._advice)
 

@@ -53,6 +53,10 @@ class ScipyOde:
         """Return None: every problem can be posed as an ODE."""
         return None
 
+    def check(self, scene: Scene, request: Request) -> None:
+        """Accept a request that can be met; raise :class:`BadInput` otherwise."""
+        check(self.name, request, LEAST)
+
     def solve(self, scene: Scene, request: Request) -> Trajectory:
         """Return the trajectory; where the solver stops early, the outputs so far and why.
 
@@ -64,7 +68,7 @@ class ScipyOde:
             If the start has no multiplier, see :func:`daebench.pose.pose`.
         """
         began = time.perf_counter()
-        check(self.name, request, LEAST)
+        self.check(scene, request)
         dae = pose(scene, "ode")
         advice = "use a larger tol, and see whether G keeps its rank"
         return run(self.name, dae, request, lambda meter: self._begin(dae, request.value, meter), began=began, advice=advice)

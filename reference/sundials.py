@@ -34,7 +34,7 @@ def stepwise(solver: Any, meter: Meter) -> Advance:
         except RuntimeError as error:
             raise Stopped(f"SUNDIALS refuses to go on ({error})") from error
         if result.status < 0:
-            raise Stopped(REASONS.get(result.status, str(result.message).rstrip(".")), float(result.t))
+            raise Stopped(REASONS.get(result.status, str(result.message).rstrip(".")), float(result.t) if meter.steps else 0.0)
         return result
 
     def advance(t: float) -> Any:

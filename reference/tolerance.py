@@ -107,7 +107,16 @@ def run(name: str, dae: Dae, request: Request, begin: Callable[[Meter], Advance]
 
 
 def _trajectory(
-    name: str, dae: Dae, request: Request, times: Array, Y: Array, meter: Meter, failure: str | None, **seconds: float
+    name: str,
+    dae: Dae,
+    request: Request,
+    times: Array,
+    Y: Array,
+    meter: Meter,
+    failure: str | None,
+    *,
+    seconds: float,
+    compile_seconds: float,
 ) -> Trajectory:
     scene = dae.scene
     q, v = dae.unpack(Y)
@@ -130,9 +139,10 @@ def _trajectory(
         maxima=_maxima(scene, request.watch, p, q),
         maxima_over="outputs",
         pivot=_smallest_pivot(scene, p, q) if "manifold" in request.watch else None,
-        callback_seconds=min(meter.seconds, seconds["seconds"]),
+        callback_seconds=min(meter.seconds, seconds),
         failure=failure,
-        **seconds,
+        seconds=seconds,
+        compile_seconds=compile_seconds,
     )
 
 

@@ -89,8 +89,8 @@ def test_out_holds_the_trajectory_with_all_its_digits(daebench, tmp_path, ending
     _, out, _ = daebench(*RUN, "--h", 0.01, "--steps", 50, "--every", 20, "--out", path, "--lam", "--json")
     end = json.loads(out)
     if ending == "npz":
-        stored = np.load(path)
-        t, q, lam = stored["t"], stored["q"], stored["lam"]
+        with np.load(path) as stored:
+            t, q, lam = stored["t"], stored["q"], stored["lam"]
     else:
         table = np.genfromtxt(path, delimiter=",", names=True)
         t, q, lam = table["t"], np.column_stack([table[f"q{i}"] for i in (1, 2, 3)]), table["lam1"][:, None]
@@ -136,7 +136,19 @@ BAD = {
     "watch": ((*RUN, "--h", "0.1", "--steps", "5", "--watch", "enrgy"), "energy"),
     "h zero": ((*RUN, "--h", "0", "--steps", "5"), "greater than 0"),
     "h negative": ((*RUN, "--h=-0.1", "--steps", "5"), "greater than 0"),
-    "h nan": ((*RUN, "--h", "nan", "--steps", "5"), "greater than 0"),
+    "h nan": ((*RUN, "--h", "nan", "--steps", "5"), "finite number"),
+    "h endless digits": ((*RUN, "--h", "1e400", "--steps", "5"), "finite number"),
+    "steps endless": ((*RUN, "--h", "0.1", "--steps", "1" + 400 * "0"), "more steps than can be counted"),
+    "every endless": ((*RUN, "--h", "0.1", "--steps", "5", "--every", "1" + 30 * "0"), "every"),
+    "mass zero": ((*RUN, "--h", "0.1", "--steps", "5", "--param", "mass=0"), "greater than 0"),
+    "compare into a file": (
+        ("compare", "spherical_pendulum", "--methods", "rattle", "--h", "0.1", "--t-end", "1", "--out", __file__),
+        "choose another",
+    ),
+    "compare with a bad tol": (
+        ("compare", "spherical_pendulum", "--methods", "rattle,ida:ggl", "--h", "0.1", "--t-end", "1", "--tol", "5"),
+        "tol = 5",
+    ),
     "h missing": ((*RUN, "--steps", "5"), "step size"),
     "h and tol": ((*RUN, "--h", "0.1", "--tol", "1e-8", "--steps", "5"), "leave out"),
     "no steps": ((*RUN, "--h", "0.1", "--steps", "0"), "at least one"),

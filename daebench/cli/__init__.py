@@ -3,6 +3,7 @@
 import os
 import sys
 import warnings
+from typing import Annotated
 
 import typer
 
@@ -20,9 +21,22 @@ ClickException: type[Exception] = next(base for base in typer.BadParameter.__mro
 app = typer.Typer(
     add_completion=False,
     no_args_is_help=True,
+    invoke_without_command=True,
     pretty_exceptions_enable=False,
     help="What a treatment of constraints really costs, and what it breaks.",
 )
+
+
+@app.callback()
+def top(version: Annotated[bool, typer.Option("--version", help="Print the version and leave.")] = False) -> None:
+    """What a treatment of constraints really costs, and what it breaks."""
+    if version:
+        from importlib.metadata import version as version_of
+
+        print(version_of("daebench"))
+        raise typer.Exit
+
+
 app.command("list")(listing)
 for command in (show, run, compare, report, bench):
     app.command()(command)
@@ -32,16 +46,11 @@ def main() -> None:
     """Run the command line; exit 2 on bad input, 1 on a run that stopped early, and never with a traceback of ours."""
     warnings.showwarning = _say
     try:
-        status = app(standalone_mode=False)
-        sys.stdout.flush()
+        status = _called()
     except ClickException as error:
         status = _complain(_sentence(error), 2)
-    except BadInput as error:
-        status = _complain(str(error), 2)
     except DaebenchError as error:
-        status = _complain(str(error), 1)
-    except typer.Exit as stop:
-        status = stop.exit_code
+        status = _complain(str(error), 2 if isinstance(error, BadInput) else 1)
     except (typer.Abort, KeyboardInterrupt):
         status = _complain("interrupted.", 130)
     except BrokenPipeError:
@@ -50,6 +59,16 @@ def main() -> None:
     except OSError as error:
         status = _complain(f"{error.filename or 'output'}: {error.strerror or error}.", 2)
     sys.exit(status or 0)
+
+
+def _called() -> int | None:
+    try:
+        status: int | None = app(standalone_mode=False)
+    except typer.Exit as stop:
+        status = stop.exit_code
+    if sys.stdout is not None:  # it is None where standard output is closed
+        sys.stdout.flush()
+    return status
 
 
 def _sentence(error: BaseException) -> str:

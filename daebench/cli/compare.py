@@ -28,11 +28,14 @@ def compare(
 
     from daebench.api import scene_of
     from daebench.comparison import row, trajectories
+    from daebench.files import make_folder
     from daebench.names import parse
 
     chosen = [parse(name) for name in words(methods)]
     if not chosen:
         raise BadInput("--methods names no method; give at least one, for example rattle.")
+    if out is not None:
+        make_folder(out)
     scene = scene_of(problem, case, pairs("param", param or []), project=project)
     with bar(f"compare on {problem}") as progress:
         names = [method.name for method in chosen]
@@ -41,7 +44,10 @@ def compare(
         )
     table = pd.DataFrame([row(scene, each) for each in found])
     shown = table[[name for name in table.columns if name not in HIDDEN and not name.startswith("n_")]].dropna(axis=1, how="all")
-    print_table(list(shown.columns), [[_cell(value) for value in line] for line in shown.itertuples(index=False)])
+    print_table(
+        list(shown.columns),
+        [[_cell(name, value) for name, value in zip(shown.columns, line, strict=True)] for line in shown.itertuples(index=False)],
+    )
     for each in found:
         if each.failure:
             print(each.failure)
@@ -52,7 +58,7 @@ def compare(
     raise typer.Exit(1 if any(each.failure for each in found) else 0)
 
 
-def _cell(value: object) -> str:
+def _cell(column: str, value: object) -> str:
     if isinstance(value, float):
-        return "" if value != value else f"{value:.3g}"
+        return "" if value != value else f"{value:.9g}" if column == "t_reached" else f"{value:.3g}"
     return str(value)

@@ -18,7 +18,10 @@ def report(
 
     if name not in reports():
         raise unknown("report", name, reports())
+    from daebench.files import make_folder
     from daebench.report import build
+
+    make_folder(out)
 
     with bar(f"report {name}") as progress:
         page = build(name, out, progress)

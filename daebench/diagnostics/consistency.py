@@ -45,10 +45,18 @@ def require_consistent(scene: Scene, *, tolerance: float = TOLERANCE) -> None:
 
     Raises
     ------
+    BadInput
+        If a residual is not a finite number.
     InconsistentStart
         If a residual is larger; the message gives both and offers ``--project``.
     """
-    g, Gv = consistency(scene)
+    with np.errstate(all="ignore"):
+        g, Gv = consistency(scene)
+    if not np.isfinite(g + Gv):
+        raise BadInput(
+            f"the constraints of {scene.problem}, case {scene.case}, cannot be evaluated at the initial values: |g| = {g:.3g} and "
+            f"|G H_p| = {Gv:.3g}; check the parameters, and that the mass matrix is regular there."
+        )
     g_scale, Gv_scale = residual_scales(scene, scene.p0, scene.q0)
     if not (g <= tolerance * g_scale and Gv <= tolerance * Gv_scale):
         raise InconsistentStart(

@@ -33,7 +33,7 @@ def improve_onto(x: tuple[Vector, Multiplier], V: Matrix) -> Any:
     change, pivot = solve(gram(G(q), V), value)
     dq = mul_full_T(V, change)
     q = axpy(-1.0, dq, q)
-    return (q, axpy_m(1.0, change, nu)), norm(dq), norm(q), norm_m(value), pivot
+    return (q, axpy_m(1.0, change, nu)), norm(dq), max(1.0, norm(q)), norm_m(value), pivot
 
 
 def onto(q: Vector, V: Matrix) -> tuple[Vector, Multiplier, Report]:

@@ -181,17 +181,17 @@ def integrals(p: Vector, q: Vector) -> tuple[Number, ...]:
 
 
 def axpy(w: Number, x: Vector, y: Vector) -> Vector:
-    """W x + y."""
+    """Return w x + y."""
     raise NotImplementedError("filled in by the linker")
 
 
 def scale(w: Number, x: Vector) -> Vector:
-    """W x."""
+    """Return w x."""
     raise NotImplementedError("filled in by the linker")
 
 
 def axpy_m(w: Number, x: Multiplier, y: Multiplier) -> Multiplier:
-    """W x + y on multipliers."""
+    """Return w x + y on multipliers."""
     raise NotImplementedError("filled in by the linker")
 
 
@@ -248,7 +248,7 @@ def plus_mm(X: Matrix, Y: Matrix) -> Matrix:
 
 
 def scale_dd(w: Number, X: Matrix) -> Matrix:
-    """W X, shape(d, d)."""
+    """Return w X, shape(d, d)."""
     raise NotImplementedError("filled in by the linker")
 
 
@@ -263,7 +263,7 @@ def jacobian_times(X: Matrix, S: Matrix) -> Matrix:
 
 
 def scale_md(w: Number, X: Matrix) -> Matrix:
-    """W X, shape(m, d)."""
+    """Return w X, shape(m, d)."""
     raise NotImplementedError("filled in by the linker")
 
 
@@ -278,7 +278,7 @@ def apply(S: Matrix, x: Vector) -> Vector:
 
 
 def axpy_dd(w: Number, X: Matrix, Y: Matrix) -> Matrix:
-    """W X + Y, shape(d, d)."""
+    """Return w X + Y, shape(d, d)."""
     raise NotImplementedError("filled in by the linker")
 
 

@@ -10,6 +10,7 @@ from daebench.kernels.hole import (
     H_pp,
     Report,
     Vector,
+    apply,
     apply_md,
     axpy,
     axpy_m,
@@ -49,7 +50,8 @@ def improve_projection(x: Any, data: Any) -> Any:
     dp = axpy(-1.0, mul_full_T(down_p, dmu), r_p)
     dq = axpy(-1.0, axpy(1.0, mul_full_T(down_g, dnu), mul_full_T(down_q, dmu)), r_q)
     x = (axpy(-1.0, dp, p), axpy(-1.0, dq, q), axpy_m(-1.0, dnu, nu), axpy_m(-1.0, dmu, mu))
-    return x, norm(dp) + norm(dq), norm(p) + norm(q), norm_m(value_g) + norm_m(value_v), pivot
+    scale_v, scale_q = norm(apply(inverse_mass, p_free)) + norm(apply(inverse_mass, p)), max(1.0, norm(q))
+    return x, norm(apply(inverse_mass, dp)) * scale_q + norm(dq) * scale_v, scale_v * scale_q, norm_m(value_g) + norm_m(value_v), pivot
 
 
 def project(p: Vector, q: Vector) -> tuple[Vector, Vector, Report]:

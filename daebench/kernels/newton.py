@@ -24,12 +24,14 @@ def judge(residual: Any, pivot: Any, size: Any) -> int:
 def newton(improve: Callable[..., Any], x: Any, data: Any) -> tuple[Any, Report]:
     """Return the x at which ``improve`` has nothing left to do, and a report.
 
-    ``improve(x, data)`` returns the next iterate, the size of the increment of the state part, the size of the state, the
+    ``improve(x, data)`` returns the next iterate, the size of the increment of the state part, what it is measured against, the
     residual at x, and the smallest relative pivot of the iteration matrix, and has no branches or loops. The iteration ends when::
 
-        |dx| <= 4 eps max(1, |x|)      or      |dx| no longer shrinks and is within 1e4 eps max(1, |x|),
+        |dx| <= 4 eps scale      or      |dx| no longer shrinks and is within 1e4 eps scale,
 
-    never because the residual is small: that leaves a bias, and the energy a linear drift. Where the imaginary part carries a
+    with scale = max(1, |q|). Momenta are measured as velocities, so that light and heavy parts count alike: as h M^-1 dp where they
+    follow from g = 0, which leaves them uncertain by eps |q| / h; against |M^-1 p| where they do not. The iteration never ends
+    because the residual is small: that leaves a bias, and the energy a linear drift. Where the imaginary part carries a
     derivative it goes on for as many sweeps again, so that the derivative is as converged as the value. A relative pivot at
     round-off, anything that is not finite, or 40 sweeps without an end stop it with a status that says so.
     """
@@ -43,7 +45,7 @@ def newton(improve: Callable[..., Any], x: Any, data: Any) -> tuple[Any, Report]
         if status != OK:
             return x, (status, residual, pivot, tally(improve, sweep))
         if until == 0:
-            bound = EPS * max(1.0, scale)
+            bound = EPS * scale
             if size <= 4.0 * bound or (size >= last and size <= 10000.0 * bound):
                 until = AGAIN * sweep
             elif sweep == SWEEPS:

@@ -50,12 +50,13 @@ def improve(x: tuple[Vector, Vector, Multiplier], data: tuple[Vector, Vector, Nu
     p, q, lam = x
     p0, q0, h = data
     G1 = G(q)
-    r_p = axpy(h, axpy(1.0, mul_T(G1, lam), H_q(p, q)), axpy(-1.0, p0, p))
+    force = axpy(1.0, mul_T(G1, lam), H_q(p, q))
+    r_p = axpy(h, force, axpy(-1.0, p0, p))
     r_q = axpy(-h, H_p(p, q), axpy(-1.0, q0, q))
     value = g(q)
-    mixed = H_qp(p, q)
+    mixed, by_mass = H_qp(p, q), H_pp(p, q)
     K = scale_dd(h, axpy_dd(1.0, curvature(q, lam), H_qq(p, q)))
-    by_q, S_T, pivot_q = solve_dd(identity_plus(-h, transpose(mixed)), r_q, scale_dd(h, H_pp(p, q)))
+    by_q, S_T, pivot_q = solve_dd(identity_plus(-h, transpose(mixed)), r_q, scale_dd(h, by_mass))
     S = transpose(S_T)
     A = axpy_dd(1.0, product(K, S), identity_plus(h, mixed))
     by_p, P, pivot_p = solve_dm(A, axpy(-1.0, apply(K, by_q), r_p), scale_md(h, G1))
@@ -64,7 +65,7 @@ def improve(x: tuple[Vector, Vector, Multiplier], data: tuple[Vector, Vector, Nu
     dq = axpy(1.0, apply(S, dp), by_q)
     x = (axpy(-1.0, dp, p), axpy(-1.0, dq, q), axpy_m(-1.0, change, lam))
     residual = norm(r_p) + norm(r_q) + norm_m(value)
-    return x, norm(dp) + norm(dq), norm(p) + norm(q), residual, min(pivot, min(pivot_p, pivot_q))
+    return x, norm(dq) + abs(h) * norm(apply(by_mass, dp)), max(1.0, norm(q)), residual, min(pivot, min(pivot_p, pivot_q))
 
 
 def step(p0: Vector, q0: Vector, h: Number) -> tuple[Vector, Vector, Report]:

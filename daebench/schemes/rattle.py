@@ -64,7 +64,8 @@ else:
         """One Newton sweep for p_half, q1 and lam; p_half and q1 are eliminated block by block."""
         p, q, lam = x
         p0, q0, G0, half = data
-        r_p = axpy(half, axpy(1.0, mul_T(G0, lam), H_q(p, q0)), axpy(-1.0, p0, p))
+        force = axpy(1.0, mul_T(G0, lam), H_q(p, q0))
+        r_p = axpy(half, force, axpy(-1.0, p0, p))
         r_q = axpy(-half, axpy(1.0, H_p(p, q0), H_p(p, q)), axpy(-1.0, q0, q))
         value = g(q)
         G1 = G(q)
@@ -77,7 +78,7 @@ else:
         dq = axpy(-1.0, mul_full_T(Q, change), by_q)
         x = (axpy(-1.0, dp, p), axpy(-1.0, dq, q), axpy_m(-1.0, change, lam))
         residual = norm(r_p) + norm(r_q) + norm_m(value)
-        return x, norm(dq) + norm(dp), norm(q) + norm(p), residual, min(pivot, min(pivot_p, pivot_q))
+        return x, norm(dq) + abs(half) * norm(apply(S, dp)), max(1.0, norm(q)), residual, min(pivot, min(pivot_p, pivot_q))
 
     def step(p0: Vector, q0: Vector, h: Number) -> tuple[Vector, Vector, Report]:
         """Return p1, q1 and a report.

@@ -7,6 +7,7 @@ from daebench.kernels.hole import (
     SEPARABLE,
     G,
     H_p,
+    H_pp,
     H_q,
     H_qp,
     Matrix,
@@ -16,6 +17,7 @@ from daebench.kernels.hole import (
     Vector,
     a,
     a_p,
+    apply,
     axpy,
     axpy_m,
     gram,
@@ -54,15 +56,18 @@ def improve(x: tuple[Vector, Multiplier], data: tuple[Vector, Vector, Matrix, Nu
     """One Newton sweep for p1 and lam(p1, q0)."""
     p, lam = x
     p0, q0, G0, h = data
-    r_p = axpy(h, axpy(1.0, mul_T(G0, lam), H_q(p, q0)), axpy(-1.0, p0, p))
+    force = axpy(1.0, mul_T(G0, lam), H_q(p, q0))
+    r_p = axpy(h, force, axpy(-1.0, p0, p))
     value = a(p, q0, lam)
     a_by_p = a_p(p, q0, lam)
     by_p, P, pivot_p = respond(p, q0, h, r_p, scale_md(h, G0))
     matrix = plus_mm(gram_full(a_by_p, P), gram(G0, rows(G0, p, q0)))
     change, pivot = solve(matrix, axpy_m(-1.0, value, mul_full(a_by_p, by_p)))
     dp = axpy(-1.0, mul_full_T(P, change), by_p)
+    by_mass = H_pp(p, q0)
     x = (axpy(-1.0, dp, p), axpy_m(-1.0, change, lam))
-    return x, norm(dp), norm(p), norm(r_p) + norm_m(value), min(pivot, pivot_p)
+    scale_v = norm(apply(by_mass, p)) + abs(h) * norm(apply(by_mass, force))
+    return x, norm(apply(by_mass, dp)), scale_v, norm(r_p) + norm_m(value), min(pivot, pivot_p)
 
 
 def step(p0: Vector, q0: Vector, h: Number) -> tuple[Vector, Vector, Report]:

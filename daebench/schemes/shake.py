@@ -1,4 +1,4 @@
-"""SHAKE, HLW (1.23): the three-term recursion in q, started by RATTLE."""
+"""SHAKE, HLW (1.23): the three-term recursion in q, started by RATTLE; as HLW say, round-off accumulates in it, unlike in RATTLE."""
 
 from typing import Any
 

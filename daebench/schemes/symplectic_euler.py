@@ -62,7 +62,8 @@ else:
         """One Newton sweep for p_hat and lam."""
         p, lam = x
         p0, q0, G0, h = data
-        r_p = axpy(h, axpy(1.0, mul_T(G0, lam), H_q(p, q0)), axpy(-1.0, p0, p))
+        force = axpy(1.0, mul_T(G0, lam), H_q(p, q0))
+        r_p = axpy(h, force, axpy(-1.0, p0, p))
         q1 = axpy(h, H_p(p, q0), q0)
         value = g(q1)
         G1 = G(q1)
@@ -71,7 +72,7 @@ else:
         change, pivot = solve(gram(G1, apply_md(S, P)), axpy_m(-1.0, value, mul(G1, apply(S, by_p))))
         dp = axpy(-1.0, mul_full_T(P, change), by_p)
         x = (axpy(-1.0, dp, p), axpy_m(-1.0, change, lam))
-        return x, norm(dp), norm(p), norm(r_p) + norm_m(value), min(pivot, pivot_p)
+        return x, norm(apply(S, dp)), max(1.0, norm(q1)), norm(r_p) + norm_m(value), min(pivot, pivot_p)
 
     def step(p0: Vector, q0: Vector, h: Number) -> tuple[Vector, Vector, Report]:
         """Return p1, q1 and a report.
