@@ -64,7 +64,7 @@ class Equations:
         return of.g_qv * of.v + of.G * self.w_rate if of.mechanical else of.a
 
     def rows(self, formulation: str) -> sp.Matrix:
-        """All rows of a formulation of METHODS section 2, shape(n,)."""
+        """All rows of a formulation, shape(n,)."""
         constraint = {
             "index3": lambda: [self.of.g],
             "index2": lambda: [self.first],

@@ -14,18 +14,13 @@ from dataclasses import dataclass
 
 from daebench.catalogue import schemes
 from daebench.errors import BadInput, unknown
+from daebench.fixed_step import FixedStep
 from daebench.method import Method
+from daebench.pose import FORMULATIONS
+from daebench.reference.cvode import Cvode
+from daebench.reference.ida import Ida
+from daebench.reference.scipy_ode import ScipyOde
 
-FORMULATIONS = {
-    "index3": "(1.9) as it stands: q, p (or v), lam with 0 = g(q)",
-    "index2": "(1.9) with 0 = G H_p, HLW (1.11), in place of g = 0",
-    "index1": "(1.9) with HLW (1.12) in place of g = 0",
-    "ggl": "Gear-Gupta-Leimkuhler: both g = 0 and G H_p = 0, with a second multiplier",
-    "baumgarte": "index1 with (1.12) + 2 alpha G H_p + beta^2 g = 0; alpha = beta = 10 by default",
-    "ode": "HLW (1.18): lam(p, q) solved for and inserted",
-}
-CVODE = ("adams", "bdf")
-SCIPY = ("DOP853", "RK45", "RK23", "Radau", "BDF", "LSODA")
 SOLVERS = ("ida", "cvode", "scipy")
 
 
@@ -50,11 +45,9 @@ class Listed:
 
 def listed() -> list[Listed]:
     """Return all methods, schemes first."""
-    from daebench.fixed_step import FixedStep
-
     fixed = [Listed(name, "h", FixedStep(name).claims.system) for name in schemes()]
     solvers = [Listed(f"ida:{name}", "tol", name) for name in FORMULATIONS]
-    solvers += [Listed(f"{solver}:{name}", "tol", "ode") for solver, names in (("cvode", CVODE), ("scipy", SCIPY)) for name in names]
+    solvers += [Listed(f"{each.solver}:{name}", "tol", "ode") for each in (Cvode, ScipyOde) for name in each.variants]
     return fixed + solvers
 
 
@@ -80,13 +73,9 @@ def parse(name: str, options: Mapping[str, float] | None = None) -> Method:
     for option in options or {}:
         if option not in allowed:
             raise unknown(f"option of {name}", option, allowed)
-    if not colon:
-        if name not in schemes():
-            raise unknown("method", name, [each.name for each in listed()])
-        from daebench.fixed_step import FixedStep
-
+    if not colon and name in schemes():
         return FixedStep(name)
-    if solver not in SOLVERS:
+    if not colon or solver not in SOLVERS:
         raise unknown("method", name, [each.name for each in listed()])
     return _solver(solver, variant, options)
 
@@ -96,16 +85,5 @@ def _solver(solver: str, variant: str, options: Mapping[str, float] | None) -> M
         formulation, _, cure = variant.partition(":")
         if formulation not in FORMULATIONS:
             raise unknown("formulation", formulation, FORMULATIONS)
-        from daebench.reference.ida import Ida
-
         return Ida(formulation, cure or None, options)
-    known = CVODE if solver == "cvode" else SCIPY
-    if variant not in known:
-        raise unknown(f"method of {solver}", variant, known)
-    if solver == "cvode":
-        from daebench.reference.cvode import Cvode
-
-        return Cvode(variant)
-    from daebench.reference.scipy_ode import ScipyOde
-
-    return ScipyOde(variant)
+    return Cvode(variant) if solver == "cvode" else ScipyOde(variant)

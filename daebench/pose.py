@@ -17,8 +17,15 @@ from daebench.scene import Scene
 Array = NDArray[np.float64]
 Kernel = Callable[..., float]
 
-FORMULATIONS = {"index3": 3, "index2": 2, "index1": 1, "ggl": 2, "baumgarte": 1, "ode": 0}
-"""The formulations and their differentiation index."""
+FORMULATIONS = {
+    "index3": "(1.9) as it stands: q, p (or v), lam with 0 = g(q)",
+    "index2": "(1.9) with 0 = G H_p, HLW (1.11), in place of g = 0",
+    "index1": "(1.9) with HLW (1.12) in place of g = 0",
+    "ggl": "Gear-Gupta-Leimkuhler: both g = 0 and G H_p = 0, with a second multiplier",
+    "baumgarte": "index1 with (1.12) + 2 alpha G H_p + beta^2 g = 0; alpha = beta = 10 by default",
+    "ode": "HLW (1.18): lam(p, q) solved for and inserted",
+}
+"""The formulations, each in a line."""
 
 OPTIONS: dict[str, dict[str, float]] = {"baumgarte": {"alpha": 10.0, "beta": 10.0}}
 """Free numbers of the formulations that have any, with their defaults, 1/s."""
@@ -116,7 +123,7 @@ class Dae:
 
 
 def pose(scene: Scene, formulation: str, options: Mapping[str, float] | None = None, *, multipliers: str = "plain") -> Dae:
-    """Return the scene in a formulation of METHODS section 2.
+    """Return the scene in a formulation.
 
     Parameters
     ----------

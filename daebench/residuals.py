@@ -117,7 +117,7 @@ def source(title: str, derivation: Derivation, formulation: str, multipliers: st
     derivation : Derivation
         The problem.
     formulation : str
-        A formulation of METHODS section 2.
+        One of ``daebench.pose.FORMULATIONS``.
     multipliers : str
         "plain" or "derivative".
     cached : bool

@@ -2,76 +2,25 @@
 
 import time
 import warnings
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
-from daebench.errors import unknown
-from daebench.method import Request
-from daebench.pose import Dae, pose
+from daebench.pose import Dae
 from daebench.reference.meter import Meter, Stopped
-from daebench.reference.tolerance import MOST_STEPS, Advance, Array, check, run
-from daebench.scene import Scene
-from daebench.trajectory import Trajectory
+from daebench.reference.reduced import OnReducedOde
+from daebench.reference.tolerance import MOST_STEPS, Advance, Array
 
-IMPLICIT = {"RK23": False, "RK45": False, "DOP853": False, "Radau": True, "BDF": True, "LSODA": True}
+IMPLICIT = {"DOP853": False, "RK45": False, "RK23": False, "Radau": True, "BDF": True, "LSODA": True}
 """SciPy's methods, and whether they use the Jacobian."""
 
-LEAST = 100 * float(np.finfo(float).eps)
-"""SciPy silently raises smaller relative tolerances to this."""
 
+class ScipyOde(OnReducedOde):
+    """A solver class of ``scipy.integrate``; its relative tolerance is at least 100 eps, to which SciPy would raise it silently."""
 
-@dataclass(frozen=True)
-class ScipyOde:
-    """A solver class of ``scipy.integrate`` on formulation ``ode``, HLW (1.18); implicit ones are given the analytic Jacobian.
-
-    Parameters
-    ----------
-    variant : str
-        "RK23", "RK45", "DOP853", "Radau", "BDF" or "LSODA".
-
-    Raises
-    ------
-    BadInput
-        If the variant is unknown.
-    """
-
-    variant: str
-    knob = "tol"
-
-    def __post_init__(self) -> None:
-        if self.variant not in IMPLICIT:
-            raise unknown("method of scipy", self.variant, IMPLICIT)
-
-    @property
-    def name(self) -> str:
-        """Name in the grammar of methods."""
-        return f"scipy:{self.variant}"
-
-    def refusal(self, scene: Scene) -> str | None:
-        """Return None: every problem can be posed as an ODE."""
-        return None
-
-    def check(self, scene: Scene, request: Request) -> None:
-        """Accept a request that can be met; raise :class:`BadInput` otherwise."""
-        check(self.name, request, LEAST)
-
-    def solve(self, scene: Scene, request: Request) -> Trajectory:
-        """Return the trajectory; where the solver stops early, the outputs so far and why.
-
-        Raises
-        ------
-        BadInput
-            If tol is below 2.22e-14 or the request cannot be met otherwise, see :func:`daebench.reference.tolerance.check`.
-        DaebenchError
-            If the start has no multiplier, see :func:`daebench.pose.pose`.
-        """
-        began = time.perf_counter()
-        self.check(scene, request)
-        dae = pose(scene, "ode")
-        advice = "use a larger tol, and see whether G keeps its rank"
-        return run(self.name, dae, request, lambda meter: self._begin(dae, request.value, meter), began=began, advice=advice)
+    solver = "scipy"
+    variants = tuple(IMPLICIT)
+    least = 100 * float(np.finfo(float).eps)
 
     def _begin(self, dae: Dae, tol: float, meter: Meter) -> Advance:
         from scipy import integrate

@@ -4,7 +4,7 @@ from pathlib import Path
 
 from daebench.catalogue import schemes
 from daebench.fixed_step import FixedStep
-from daebench.names import FORMULATIONS
+from daebench.pose import FORMULATIONS
 
 README = Path(__file__).parent.parent / "README.md"
 BEGIN, END = "<!-- methods -->", "<!-- end of methods -->"

@@ -13,12 +13,12 @@ from daebench import pose as posing
 from daebench.errors import BadInput, DaebenchError, RunFailed
 from daebench.method import Request
 from daebench.pose import FORMULATIONS, pose
-from daebench.reference.cvode import VARIANTS, Cvode
+from daebench.reference.cvode import Cvode
 from daebench.reference.ida import CURES, Ida
 from daebench.reference.meter import Meter, Stopped
 from daebench.reference.scipy_ode import IMPLICIT, ScipyOde
 
-METHODS = [*map(Ida, FORMULATIONS), *map(Cvode, VARIANTS), *map(ScipyOde, IMPLICIT)]
+METHODS = [*map(Ida, FORMULATIONS), *map(Cvode, Cvode.variants), *map(ScipyOde, IMPLICIT)]
 ONE_EACH = [Ida("index1"), Cvode("adams"), ScipyOde("RK45"), ScipyOde("LSODA")]
 SLOW = Request(value=1e-8, t_end=2.0, points=3)
 
@@ -137,7 +137,7 @@ def test_ida_steps_are_those_of_its_own_step_by_step_mode(formulation):
     assert np.array_equal(trajectory.q[-1], found.y[-1][:3])
 
 
-@pytest.mark.parametrize("variant", VARIANTS)
+@pytest.mark.parametrize("variant", Cvode.variants)
 def test_cvode_steps_are_those_of_its_own_step_by_step_mode(variant):
     from sksundae.cvode import CVODE
 

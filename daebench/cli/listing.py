@@ -36,13 +36,13 @@ def listing(
 
 
 def _rows(what: What) -> list[dict[str, Any]]:
-    from daebench import catalogue, names
+    from daebench import catalogue, names, pose
 
     if what is What.problems:
         found = catalogue.problems().values()
         return [{"name": each.name, "parameters": {**each.parameters, **each.structure}, "about": each.summary} for each in found]
     if what is What.formulations:
-        return [{"name": name, "about": about} for name, about in names.FORMULATIONS.items()]
+        return [{"name": name, "about": about} for name, about in pose.FORMULATIONS.items()]
     if what is What.reports:
         return [{"name": name, "about": about} for name, about in catalogue.reports().items()]
     return [_method(each) for each in names.listed()]
