@@ -83,7 +83,8 @@ def _npz(path: Path, trajectory: Trajectory) -> None:
     arrays = {"t": trajectory.t, "q": trajectory.q, "p": trajectory.p}
     if trajectory.lam is not None:
         arrays["lam"] = trajectory.lam
-    np.savez_compressed(path, **arrays)  # type: ignore[arg-type]
+    with path.open("wb") as file:  # a name would be given the ending .npz where it ends in .NPZ
+        np.savez_compressed(file, **arrays)  # type: ignore[arg-type]
 
 
 WRITERS: dict[str, Callable[[Path, Trajectory], None]] = {".csv": _csv, ".npz": _npz}
