@@ -4,7 +4,7 @@ from functools import cache
 
 import definitions
 
-from daebench.catalogue import find_scene
+from daebench.catalogue import find_scene, problems
 from daebench.scene import make_scene, source_of
 
 
@@ -16,6 +16,10 @@ def scene(name):
         "spherical-fast": ("spherical_pendulum", "fig1.2b"),
         "planar": ("planar_pendulum", "rotating"),
     }
+    if name in problems():
+        return find_scene(name)
+    if name in problems():
+        return find_scene(name)
     if name in catalogue:
         return find_scene(*catalogue[name])
     problem, case = {
@@ -37,4 +41,6 @@ SCENES = (
     "relativistic",
     "double-pendulum",
     "coupled-rods",
+    *problems(),
 )
+"""Chosen cases and kinds, and the first case of every problem of the catalogue, which is in the sweep by being there."""
