@@ -194,6 +194,7 @@ class _Specialise(ast.NodeTransformer):
     def __init__(self, linker: Linker, file: _File, bound: Mapping[str, str]) -> None:
         self.linker, self.file, self.bound = linker, file, bound
         self.work = [0] * len(WORK)
+        self.branches = 0
 
     def linked(self, node: ast.FunctionDef, emitted: str) -> ast.FunctionDef:
         """Return the function under its emitted name, callable parameters replaced by what they are bound to."""
@@ -214,6 +215,14 @@ class _Specialise(ast.NodeTransformer):
             return ast.Constant(2 if self.linker.options.precision == "complex128" else 1)
         return node if module == HOLE else self.linker.file(module).literals.get(name, node)
 
+    def generic_visit(self, node: ast.AST) -> ast.AST:
+        """Keep track of branches and loops: what is called there is called we know not how often."""
+        inside = isinstance(node, ast.If | ast.For | ast.While | ast.IfExp | ast.BoolOp | ast.comprehension)
+        self.branches += inside
+        visited = super().generic_visit(node)
+        self.branches -= inside
+        return visited
+
     def visit_Call(self, node: ast.Call) -> ast.Call:
         """Resolve the function that is called and hand the parameters on."""
         assert isinstance(node.func, ast.Name)
@@ -229,10 +238,18 @@ class _Specialise(ast.NodeTransformer):
         bound, handed = self._split(module, target, node.args)
         emitted = self.linker.function(module, target, bound) if bound else self.linker.resolve(module, target)
         if not bound:
-            self.work = [mine + more for mine, more in zip(self.work, self.linker.work_of(emitted, target), strict=True)]
+            self._count(target, self.linker.work_of(emitted, target))
         if self.linker.takes_par(module, target):
             handed.append(ast.Name("par", ast.Load()))
         return _call(emitted, handed)
+
+    def _count(self, name: str, work: Sequence[int]) -> None:
+        """Add the work of one call; the loop over steps counts its own steps, and nothing else may have branches around work."""
+        if any(work) and self.branches and not self.file.name.endswith(".loop"):
+            raise InvalidProblem(
+                f"{self.file.name} calls {name} in a branch or a loop, where its work cannot be counted; a step is straight."
+            )
+        self.work = [mine + more for mine, more in zip(self.work, work, strict=True)]
 
     def _target(self, name: str) -> tuple[str, str]:
         return self.file.imports.get(name, (self.file.name, name))

@@ -11,6 +11,7 @@ from daebench.diagnostics.integrals import energy_error
 from daebench.diagnostics.order import fit_order
 from daebench.diagnostics.reversibility import reversibility_defect
 from daebench.diagnostics.symplecticity import symplecticity_defect, tangent_basis
+from daebench.errors import InvalidProblem
 from daebench.fixed_step import FixedStep
 from daebench.method import Request
 
@@ -161,3 +162,11 @@ def test_stopping_newton_on_the_residual_makes_the_energy_drift_and_our_rule_doe
     assert stopped.work["newton"] < kept.work["newton"]
     assert abs(drifts[0].slope) < 2 * drifts[0].slope_error
     assert abs(drifts[1].slope) > 8 * drifts[1].slope_error
+
+
+def test_work_in_a_branch_is_refused_rather_than_miscounted(get_scene, monkeypatch, tmp_path):
+    right = "p1, _, settled = tangent(axpy(-0.5 * h, H_q(p_half, q1), p_half), q1)"
+    wrong = "p1, _, settled = tangent(p_half if h > 1.0 else axpy(-0.5 * h, H_q(p_half, q1), p_half), q1)"
+    plant(monkeypatch, tmp_path, "schemes.rattle", right, wrong)
+    with pytest.raises(InvalidProblem, match="branch or a loop"):
+        FixedStep("rattle", compiled=False).solve(get_scene("spherical-fast"), Request(value=0.01, steps=1))
