@@ -1,6 +1,6 @@
 """What a method is: a name, one knob, and a way from a scene to a trajectory."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Protocol
 
@@ -79,7 +79,3 @@ class Method(Protocol):
 
     def solve(self, scene: Scene, request: Request) -> Trajectory:
         """Return the trajectory; where the run stops early, what was computed so far and why."""
-
-
-Options = Mapping[str, float]
-"""Free numbers of a method or formulation, by name."""

@@ -108,7 +108,7 @@ class Dae:
         kernel: Kernel = self.module.rhs_jacobian
         return kernel
 
-    def unpack(self, Y: Array, YP: Array | None = None) -> tuple[Array, Array]:
+    def unpack(self, Y: Array) -> tuple[Array, Array]:
         """Return (q, v), or (q, p) where momenta are the unknowns, each shape(rows, d), from rows of unknowns; as copies."""
         return Y[:, : self.d].copy(), Y[:, self.d : 2 * self.d].copy()
 
