@@ -10,21 +10,27 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from daebench.api import methods, problems, run, scene_of
+    from daebench.claims_check import check
     from daebench.comparison import compare
     from daebench.errors import BadInput, DaebenchError, InconsistentStart, RunFailed
-    from daebench.problem import Case, ConstrainedHamiltonian
+    from daebench.order_study import order
+    from daebench.problem import Case, Chart, ConstrainedHamiltonian, KineticFlow
     from daebench.trajectory import Trajectory
 
 __all__ = [
     "BadInput",
     "Case",
+    "Chart",
     "ConstrainedHamiltonian",
     "DaebenchError",
     "InconsistentStart",
+    "KineticFlow",
     "RunFailed",
     "Trajectory",
+    "check",
     "compare",
     "methods",
+    "order",
     "problems",
     "run",
     "scene_of",
@@ -33,8 +39,10 @@ __all__ = [
 _HOME = {
     **dict.fromkeys(("methods", "run", "scene_of"), "api"),
     **dict.fromkeys(("BadInput", "DaebenchError", "InconsistentStart", "RunFailed"), "errors"),
-    **dict.fromkeys(("Case", "ConstrainedHamiltonian"), "problem"),
+    **dict.fromkeys(("Case", "Chart", "ConstrainedHamiltonian", "KineticFlow"), "problem"),
+    "check": "claims_check",
     "compare": "comparison",
+    "order": "order_study",
     "Trajectory": "trajectory",
 }
 

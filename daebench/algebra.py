@@ -7,6 +7,9 @@ from collections.abc import Callable, Sequence
 
 from daebench.codegen import function, pack
 
+UNROLLED = 10
+"""Unknowns up to which elimination of stages is unrolled; above, it would be compiled for longer than it is worth."""
+
 
 def _sum(terms: Sequence[str]) -> str:
     return " + ".join(terms) or "0.0"
@@ -23,10 +26,24 @@ class Values:
         Where G is not zero.
     inverse_mass : sequence of sequence of bool, shape(d, d)
         Where H_pp is not zero.
+    stages : int
+        Number of stages of the scheme.
+    dtype : str
+        Name of the run's number type.
     """
 
-    def __init__(self, d: int, m: int, structure: Sequence[Sequence[bool]], inverse_mass: Sequence[Sequence[bool]]) -> None:
+    def __init__(
+        self,
+        d: int,
+        m: int,
+        structure: Sequence[Sequence[bool]],
+        inverse_mass: Sequence[Sequence[bool]],
+        *,
+        stages: int = 1,
+        dtype: str = "float64",
+    ) -> None:
         self.d, self.m, self.structure, self.inverse_mass = d, m, structure, inverse_mass
+        self.stages, self.dtype = stages, dtype
 
     def source(self, name: str) -> str | None:
         """Return the source of the operation of this name, or None if there is none."""
@@ -49,8 +66,10 @@ class Values:
             "axpy": vector("axpy(w, x, y)", "w * x[{i}] + y[{i}]", d),
             "scale": vector("scale(w, x)", "w * x[{i}]", d),
             "axpy_m": vector("axpy_m(w, x, y)", "w * x[{i}] + y[{i}]", m),
+            "scale_m": vector("scale_m(w, x)", "w * x[{i}]", m),
             "zero_m": vector("zero_m(q)", "0.0 * q[0]", m),
             "dot": lambda: function("dot(x, y)", "return " + _sum([f"x[{i}] * y[{i}]" for i in d])),
+            "dot_moduli": lambda: function("dot_moduli(x, y)", "return " + _sum([f"abs(x[{i}] * y[{i}])" for i in d])),
             "norm": lambda: function("norm(x)", "return " + _sum([f"abs(x[{i}])" for i in d])),
             "norm_m": lambda: function("norm_m(x)", "return " + _sum([f"abs(x[{i}])" for i in m])),
             "mul": lambda: function("mul(X, v)", "return " + pack(_sum([f"X[{a}][{i}] * v[{i}]" for i in columns[a]]) for a in m)),
@@ -60,6 +79,7 @@ class Values:
             "gram": matrix("gram(X, Y)", lambda a, b: _sum([f"X[{a}][{i}] * Y[{b}][{i}]" for i in columns[a]]), m, m),
             "gram_full": matrix("gram_full(X, Y)", lambda a, b: _sum([f"X[{a}][{i}] * Y[{b}][{i}]" for i in d]), m, m),
             "plus_mm": matrix("plus_mm(X, Y)", lambda a, b: f"X[{a}][{b}] + Y[{a}][{b}]", m, m),
+            "scale_mm": matrix("scale_mm(w, X)", lambda a, b: f"w * X[{a}][{b}]", m, m),
             "scale_dd": matrix("scale_dd(w, X)", lambda i, j: f"w * X[{i}][{j}]", d, d),
             "minus_md": matrix("minus_md(X, Y)", lambda a, i: f"X[{a}][{i}] - Y[{a}][{i}]", m, d),
             "jacobian_times": matrix(
@@ -69,6 +89,7 @@ class Values:
                 d,
             ),
             "scale_md": matrix("scale_md(w, X)", lambda a, i: f"w * X[{a}][{i}]", m, d),
+            "outer_md": matrix("outer_md(y, x, X)", lambda a, i: f"y[{a}] * x[{i}] + X[{a}][{i}]", m, d),
             "apply_md": matrix("apply_md(S, X)", lambda a, i: _sum([f"S[{i}][{j}] * X[{a}][{j}]" for j in d]), m, d),
             "apply": lambda: function("apply(S, x)", "return " + pack(_sum([f"S[{i}][{j}] * x[{j}]" for j in d]) for i in d)),
             "axpy_dd": matrix("axpy_dd(w, X, Y)", lambda i, j: f"w * X[{i}][{j}] + Y[{i}][{j}]", d, d),
@@ -76,12 +97,35 @@ class Values:
             "identity_d": matrix("identity_d(q)", lambda i, j: f"{float(i == j)} + 0.0 * q[0]", d, d),
             "transpose": matrix("transpose(X)", lambda i, j: f"X[{j}][{i}]", d, d),
             "product": matrix("product(X, Y)", lambda i, j: _sum([f"X[{i}][{k}] * Y[{k}][{j}]" for k in d]), d, d),
+            "product_T": matrix("product_T(X, Y)", lambda i, j: _sum([f"X[{a}][{i}] * Y[{a}][{j}]" for a in m]), d, d),
             "solve": lambda: solver("solve", self.m, ()),
             "solve_d": lambda: solver("solve_d", self.d, ()),
             "solve_dm": lambda: solver("solve_dm", self.d, m),
             "solve_dd": lambda: solver("solve_dd", self.d, d),
             "solve_2m": self._solve_2m,
+            "solve_stages": lambda: self._solve_blocks("solve_stages", self.stages, self.m),
+            "solve_stages_but_one": lambda: self._solve_blocks("solve_stages_but_one", self.stages - 1, self.m),
+            "solve_stages_twice": lambda: self._solve_blocks("solve_stages_twice", 2 * self.stages, self.m),
+            "solve_stages_d": lambda: self._solve_blocks("solve_stages_d", self.stages, self.d),
+            "solve_stages_twice_d": lambda: self._solve_blocks("solve_stages_twice_d", 2 * self.stages, self.d),
+            "solve_2d": self._solve_2d,
         }
+
+    def _solve_blocks(self, name: str, blocks: int, size: int) -> str:
+        """Source of name(B, b): sum_j B[i][j] x[j] = b[i] for so many blocks of one size."""
+        n = blocks * size
+        whole = pack(pack(f"B[{i // size}][{j // size}][{i % size}][{j % size}]" for j in range(n)) for i in range(n))
+        right = pack(f"b[{i // size}][{i % size}]" for i in range(n))
+        parts = pack(pack(f"z[{i * size + k}]" for k in range(size)) for i in range(blocks))
+        main = function(f"{name}(B, b)", f"z, pivot = _{name}({whole}, {right})", f"return {parts}, pivot")
+        inner = solver(f"_{name}", n, ()) if n <= UNROLLED else looping_solver(f"_{name}", n, self.dtype)
+        return inner + main
+
+    def _solve_2d(self) -> str:
+        """Source of solve_2d(A, b): A (x, y) = b for two halves of the size of a state's."""
+        halves = [pack(f"z[{i}]" for i in range(k * self.d, (k + 1) * self.d)) for k in (0, 1)]
+        main = function("solve_2d(A, b)", "z, pivot = _solve_2d(A, b)", f"return {halves[0]}, {halves[1]}, pivot")
+        return solver("_solve_2d", 2 * self.d, ()) + main
 
     def _solve_2m(self) -> str:
         """Source of solve_2m(A, B, C, D, b, c): the block system [[A, B], [C, D]] (x, y) = (b, c)."""
@@ -92,6 +136,46 @@ class Values:
         halves = [pack(f"z[{i}]" for i in range(k * m, (k + 1) * m)) for k in (0, 1)]
         main = function("solve_2m(A, B, C, D, b, c)", f"z, pivot = _solve_2m({whole}, {right})", f"return {halves[0]}, {halves[1]}, pivot")
         return solver("_solve_2m", 2 * m, ()) + main
+
+
+def looping_solver(name: str, n: int, dtype: str) -> str:
+    """Source of the same elimination as :func:`solver`'s, in loops over arrays: slower for few unknowns, and soon compiled for many."""
+    return function(
+        f"{name}(A, b)",
+        f"a = numpy.empty(({n}, {n + 1}), dtype=numpy.{dtype})",
+        *(f"a[{i}, {j}] = A[{i}][{j}]" for i in range(n) for j in range(n)),
+        *(f"a[{i}, {n}] = b[{i}]" for i in range(n)),
+        f"s = numpy.abs(a[:, :{n}])",
+        f"scale = numpy.empty({n}, dtype=s.dtype)",
+        f"for i in range({n}):",
+        "    scale[i] = s[i].max()",
+        "pivot = INF",
+        f"for k in range({n}):",
+        "    best = k",
+        f"    for i in range(k + 1, {n}):",
+        "        if abs(a[i, k]) * scale[best] > abs(a[best, k]) * scale[i]:",
+        "            best = i",
+        "    if best != k:",
+        f"        for j in range(k, {n + 1}):",
+        "            a[k, j], a[best, j] = a[best, j], a[k, j]",
+        f"        for j in range(k, {n}):",
+        "            s[k, j], s[best, j] = s[best, j], s[k, j]",
+        "        scale[k], scale[best] = scale[best], scale[k]",
+        "    share = abs(a[k, k]) / s[k, k] if s[k, k] > 0.0 else 0.0 * scale[k]",
+        "    if not share >= pivot:",
+        "        pivot = share",
+        f"    for i in range(k + 1, {n}):",
+        "        f = a[i, k] / a[k, k]",
+        f"        for j in range(k + 1, {n}):",
+        "            a[i, j] -= f * a[k, j]",
+        "            s[i, j] += abs(f) * s[k, j]",
+        f"        a[i, {n}] -= f * a[k, {n}]",
+        f"for k in range({n - 1}, -1, -1):",
+        f"    for j in range(k + 1, {n}):",
+        f"        a[k, {n}] -= a[k, j] * a[j, {n}]",
+        f"    a[k, {n}] = a[k, {n}] / a[k, k]",
+        f"return {pack(f'a[{i}, {n}]' for i in range(n))}, pivot",
+    )
 
 
 def solver(name: str, n: int, extra: Sequence[int]) -> str:

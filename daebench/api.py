@@ -80,6 +80,8 @@ def prepare(
     project: bool = False,
     precision: str = "float64",
     multipliers: bool = False,
+    raw: bool = False,
+    compensated: bool = False,
     count: bool = True,
     seconds_limit: float | None = None,
     progress: Progress | None = None,
@@ -114,6 +116,10 @@ def prepare(
         "float64" or "float32".
     multipliers : bool
         Whether lam(p, q) is computed at the output times.
+    raw : bool
+        Whether the raw multipliers of every step of a fixed-step scheme are kept, see :attr:`Trajectory.raw`.
+    compensated : bool
+        Whether a fixed-step method compensates its sums over steps for rounding, HLW VIII.5.
     count : bool
         Whether work is counted.
     seconds_limit : float, optional
@@ -126,25 +132,29 @@ def prepare(
     BadInput
         If the request cannot be met.
     """
-    chosen = parse(method, options)
+    chosen = parse(method, options, compensated=compensated)
     value = real(chosen.knob, knob_value(chosen, h=h, tol=tol))
     watch = [watch] if isinstance(watch, str) else list(watch)
     for name in watch:
         if name not in WATCH:
             raise unknown("quantity to watch", name, WATCH)
-    counts = {"steps": steps, "every": every, "points": points}
-    counts = {name: None if number is None else whole(name, number) for name, number in counts.items()}
+    steps, every, points = (
+        None if number is None else whole(name, number) for name, number in (("steps", steps), ("every", every), ("points", points))
+    )
     if precision not in ("float64", "float32"):
         raise BadInput(f"unknown precision {precision!r}; it is float64 or float32.")
     scene = scene_of(problem, case, parameters, p0=p0, q0=q0, project=project)
     request = Request(
         value=value,
         t_end=None if t_end is None else real("t_end", t_end),
-        **counts,
+        steps=steps,
+        every=every,
+        points=points,
         watch=tuple(watch),
         count=count,
         precision=precision,
         multipliers=multipliers,
+        raw=raw,
         progress=progress,
         seconds_limit=None if seconds_limit is None else positive("seconds_limit", seconds_limit),
     )
@@ -191,10 +201,9 @@ def methods() -> "pd.DataFrame":
 
     import pandas as pd
 
-    from daebench.catalogue import schemes
-    from daebench.fixed_step import FixedStep
+    from daebench.members import members
     from daebench.names import listed
 
-    known = set(schemes())
-    rows = [asdict(each) | (asdict(FixedStep(each.name).claims) if each.name in known else {}) for each in listed()]
+    own = members()
+    rows = [asdict(each) | (asdict(own[each.name][1].claims) if each.name in own else {}) for each in listed()]
     return pd.DataFrame(rows).rename(columns={"name": "method"}).convert_dtypes()

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 
 from daebench.errors import BadInput, unknown
 from daebench.inputs import real
+from daebench.members import members
 
 if TYPE_CHECKING:
     from daebench.problem import ConstrainedHamiltonian
@@ -71,10 +72,9 @@ def _problem(name: str) -> Problem:
     return _read(PACKAGE / "problems" / f"{name}.py")
 
 
-@cache
 def schemes() -> tuple[str, ...]:
     """Return the names of all schemes."""
-    return tuple(path.stem for path in _files("schemes"))
+    return tuple(sorted(members()))
 
 
 @cache

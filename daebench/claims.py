@@ -1,11 +1,13 @@
 """What a scheme says of itself; the tests and the reports measure it."""
 
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
+from typing import Any
 
 
 @dataclass(frozen=True, kw_only=True)
 class Claims:
-    """The claims of a scheme.
+    """The claims of a scheme, and what it needs.
 
     Parameters
     ----------
@@ -18,11 +20,21 @@ class Claims:
     keeps_g, keeps_Gv : bool
         Whether g = 0, and G H_p = 0, hold to round-off after every step.
     system : str
-        What it is applied to: "constrained", HLW (1.9), or "ode", the index-reduced (1.18).
-    separable_only : bool
-        Whether it needs H = 1/2 p^T M^-1 p + U(q) with constant M.
+        What it is applied to: "constrained", HLW (1.9), "ode", the index-reduced (1.18), or a formulation of the table in METHODS.
     source : str
         Where it is defined, with the equation number.
+    conserves_energy : bool
+        Whether H is the same after every step, to round-off.
+    separable_only : bool
+        Whether it needs H = 1/2 p^T M^-1 p + U(q) with constant M.
+    quadratic_only : bool
+        Whether it needs H to be quadratic in p.
+    needs_kinetic_flow : bool
+        Whether it needs the flow of the kinetic energy on the manifold, which a problem declares.
+    any_form : bool
+        Whether it asks the problem for the right side f of an ODE alone, so that it can be run on every form of the system.
+    canonical : bool
+        Whether it is symplectic for a canonical Hamiltonian ODE, so on the penalised system, which is one.
     """
 
     order: int
@@ -32,9 +44,68 @@ class Claims:
     keeps_Gv: bool
     system: str
     source: str
+    conserves_energy: bool = False
     separable_only: bool = False
+    quadratic_only: bool = False
+    needs_kinetic_flow: bool = False
+    any_form: bool = False
+    canonical: bool = False
 
     @property
     def on_manifold(self) -> bool:
         """Whether both constraints hold to round-off after every step."""
         return self.keeps_g and self.keeps_Gv
+
+
+def on_form(claims: Claims, form: str) -> Claims:
+    """Return the claims of a scheme on a form of the system: "" is (1.18), others are "local", "stiff" and "baumgarte"."""
+    if form == "baumgarte":
+        return replace(claims, symmetric=False, symplectic=False, system=form)
+    if form == "stiff":
+        return replace(claims, symplectic=claims.canonical, system=form)
+    return replace(claims, keeps_g=True, keeps_Gv=True, system=form) if form == "local" else claims
+
+
+def composed(claims: Claims, order: int) -> Claims:
+    """Return the claims of a symmetric composition of this order."""
+    return replace(claims, order=order)
+
+
+def projected(claims: Claims, projection: str) -> Claims:
+    """Return the claims of a scheme followed by a projection: "proj", or "symproj", which keeps it symmetric."""
+    return replace(claims, symmetric=claims.symmetric and projection == "symproj", symplectic=False, keeps_g=True, keeps_Gv=True)
+
+
+def _none(**_: float) -> tuple[Any, ...]:
+    return ()
+
+
+def _no_multipliers() -> Mapping[str, float]:
+    return {}
+
+
+@dataclass(frozen=True, kw_only=True)
+class Member:
+    """One scheme of a file: its claims, and the numbers that tell it from the others in the same file.
+
+    Parameters
+    ----------
+    claims : Claims
+        What it says of itself.
+    stages : int
+        Number of stages: what changes the structure of the kernel.
+    numbers : callable
+        ``numbers(**options)`` returns the nested tuple of floats that the kernel reads as ``DATA``, its tableau, say. These are
+        run-time data: other numbers compile nothing.
+    options : mapping of str to float
+        Free numbers and their defaults.
+    multipliers : callable
+        Returns the names of the raw multipliers in the order in which a step returns them, each with its node c: it belongs to
+        the time t_n + c h.
+    """
+
+    claims: Claims
+    stages: int = 1
+    numbers: Callable[..., tuple[Any, ...]] = _none
+    options: Mapping[str, float] = field(default_factory=dict)
+    multipliers: Callable[[], Mapping[str, float]] = _no_multipliers

@@ -155,6 +155,13 @@ class Derivation:
         """Where H_pp is not zero, shape(d, d); everywhere, for all that is known, where it is not explicit."""
         return [[not self.explicit or self.H_pp[row, column] != 0 for column in range(self.d)] for row in range(self.d)]
 
+    @cached_property
+    def kinetic_increment(self) -> list[sp.Expr]:
+        """What the flow of the kinetic energy adds to p, then to q, shape(2 d,), of a problem that declares it."""
+        flow = self.problem.kinetic_flow
+        assert flow is not None
+        return [end - start for end, start in zip([*flow.p, *flow.q], [*self.p, *self.q], strict=True)]
+
     def source(self, name: str) -> str | None:
         """Return the source of the problem's function of this name, or None if it is no expression of this problem."""
         rule = self._rules.get(name)
@@ -176,6 +183,8 @@ class Derivation:
             "curvature": lambda: ({**q, "lam": list(self.lam)}, self.curvature, (d, d)),
             "integrals": lambda: (pq, list(self.problem.integrals.values()), (len(self.problem.integrals),)),
         }
+        if (flow := self.problem.kinetic_flow) is not None:
+            rules["kinetic_increment"] = lambda: ({**pq, "time": [flow.t]}, self.kinetic_increment, (2, d))
         if self.mechanical:
             rules |= {"M": lambda: (q, self.M, (d, d)), "mass": lambda: (pq, self.M, (d, d))}
         if self.explicit:

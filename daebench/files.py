@@ -83,6 +83,8 @@ def _npz(path: Path, trajectory: Trajectory) -> None:
     arrays = {"t": trajectory.t, "q": trajectory.q, "p": trajectory.p}
     if trajectory.lam is not None:
         arrays["lam"] = trajectory.lam
+    for name, (t, values) in trajectory.raw.items():
+        arrays |= {f"raw_{name}": values, f"raw_{name}_t": t}
     with path.open("wb") as file:  # a name would be given the ending .npz where it ends in .NPZ
         np.savez_compressed(file, **arrays)  # type: ignore[arg-type]
 
@@ -90,7 +92,25 @@ def _npz(path: Path, trajectory: Trajectory) -> None:
 WRITERS: dict[str, Callable[[Path, Trajectory], None]] = {".csv": _csv, ".npz": _npz}
 
 
-def write_trajectory(path: Path, trajectory: Trajectory) -> None:
-    """Write a trajectory to FILE.csv (decimal digits that survive the round trip) or FILE.npz."""
+def write_trajectory(path: Path, trajectory: Trajectory) -> list[Path]:
+    """Write a trajectory to FILE.csv (decimal digits that survive the round trip) or FILE.npz; return what was written.
+
+    Raw multipliers belong to times of their own: they go beside FILE.csv as FILE.raw.csv, one multiplier of one step a row, or into
+    FILE.npz as ``raw_NAME`` and ``raw_NAME_t``.
+    """
     with atomic(path) as scratch:
         WRITERS[path.suffix.lower()](scratch, trajectory)
+    if not trajectory.raw or path.suffix.lower() != ".csv":
+        return [path]
+    beside = path.with_suffix(".raw.csv")
+    with atomic(beside) as scratch:
+        _raw_csv(scratch, trajectory)
+    return [path, beside]
+
+
+def _raw_csv(path: Path, trajectory: Trajectory) -> None:
+    m = max(values.shape[1] for _, values in trajectory.raw.values())
+    with path.open("w", encoding="ascii") as file:
+        file.write(",".join(["multiplier", "t", *(f"lam{i + 1}" for i in range(m))]) + "\n")
+        for name, (t, values) in trajectory.raw.items():
+            file.writelines(f"{name},{','.join(f'{x:.17g}' for x in row)}\n" for row in np.column_stack([t, values]))

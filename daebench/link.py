@@ -6,15 +6,18 @@ that are passed by name, and asks the derivation or the algebra for exactly the 
 """
 
 import ast
-from collections.abc import Mapping, Sequence
+import copy
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
+from typing import Any
 
 from daebench import codegen
 from daebench.algebra import Values
 from daebench.derive import Derivation
 from daebench.errors import InvalidProblem
+from daebench.syntax import SourceFile, TypedLiterals, call, called, decorated, gathered, parameters_of
 from daebench.trajectory import WORK
 from daebench.watch import Watch
 
@@ -23,8 +26,13 @@ HOLE = "daebench.kernels.hole"
 _WORK = {name: name for name in ("H_p", "H_q", "g", "G")}
 _WORK |= dict.fromkeys(("H_pp", "H_qp", "H_qq", "Gv_p", "Gv_q", "curvature", "a_p"), "second")
 _WORK |= dict.fromkeys(("solve", "solve_d", "solve_dm", "solve_dd", "solve_2m"), "solve")
+_WORK |= dict.fromkeys(("solve_stages", "solve_stages_but_one", "solve_stages_twice", "solve_stages_d"), "solve")
+_WORK |= dict.fromkeys(("solve_stages_twice_d", "solve_2d"), "solve") | {"K_y": "H_q", "two_form": "second"}
 _UNCOUNTED = ("rows",)  # M^-1 on rows of G: part of the algebra, whatever it is composed of
 _PLAIN = ("worst", "total", "store", "no_work", "plus_work")
+FORMS = {"": "reduced", "baumgarte": "baumgarte", "stiff": "penalty", "local": "local"}
+"""The file in ``kernels/`` that has the right side f of each form of the system."""
+
 PRECISIONS = {"float64": "2.220446049250313e-16", "float32": "numpy.float32(1.1920929e-07)", "complex128": "2.220446049250313e-16"}
 HEADER = """\"\"\"{title}\"\"\"
 
@@ -48,34 +56,28 @@ class Options:
         Whether evaluations, solves and sweeps are counted.
     compiled : bool
         Whether functions are handed to numba; otherwise they run as they are.
+    form : str
+        Form of the system whose right side the scheme is given: "" for (1.18), "local", "stiff" or "baumgarte".
+    stages : int
+        Number of stages of the scheme.
+    composed, compensated : bool
+        Whether a step is made of several substeps, and whether sums over steps are compensated for rounding.
+    projection : str
+        What ends a step: "" for nothing, "proj" or "symproj".
+    raw : int
+        Number of raw multipliers of a step that the loop stores.
     """
 
     precision: str = "float64"
     watch: tuple[str, ...] = ()
     count: bool = False
     compiled: bool = True
-
-
-class _File:
-    """One source file as syntax, with its constant ``if`` statements settled."""
-
-    def __init__(self, name: str, text: str, constants: Mapping[str, bool]) -> None:
-        self.name = name
-        self.functions: dict[str, ast.FunctionDef] = {}
-        self.literals: dict[str, ast.Constant] = {}
-        self.imports: dict[str, tuple[str, str]] = {}
-        self._read(ast.parse(text).body, constants)
-
-    def _read(self, body: Sequence[ast.stmt], constants: Mapping[str, bool]) -> None:
-        for node in body:
-            if isinstance(node, ast.FunctionDef):
-                self.functions[node.name] = node
-            elif isinstance(node, ast.ImportFrom) and (node.module or "").startswith(("daebench.kernels", "daebench.schemes")):
-                self.imports |= {alias.asname or alias.name: (str(node.module), alias.name) for alias in node.names}
-            elif isinstance(node, ast.If) and isinstance(node.test, ast.Name) and node.test.id in constants:
-                self._read(node.body if constants[node.test.id] else node.orelse, constants)
-            elif isinstance(node, ast.Assign) and isinstance(node.value, ast.Constant) and isinstance(node.targets[0], ast.Name):
-                self.literals[node.targets[0].id] = node.value
+    form: str = ""
+    stages: int = 1
+    composed: bool = False
+    compensated: bool = False
+    projection: str = ""
+    raw: int = 0
 
 
 @cache
@@ -98,10 +100,23 @@ class Linker:
 
     def __init__(self, derivation: Derivation, options: Options, scheme: str | None = None) -> None:
         self.derivation, self.options, self.scheme = derivation, options, scheme
-        self.algebra = Values(derivation.d, derivation.m, derivation.structure, derivation.inverse_mass)
-        self.constants = {"SEPARABLE": derivation.separable, "QUADRATIC": derivation.quadratic, "MULTISTEP": False}
-        self.watch = Watch(derivation, options.watch, len(WORK) if options.count else 0)
-        self.files: dict[str, _File] = {}
+        sparsity = (derivation.structure, derivation.inverse_mass)
+        self.algebra = Values(derivation.d, derivation.m, *sparsity, stages=options.stages, dtype=options.precision)
+        self.constants: dict[str, bool | int] = {
+            "SEPARABLE": derivation.separable,
+            "QUADRATIC": derivation.quadratic,
+            "MULTISTEP": False,
+            "COMPOSED": options.composed,
+            "COMPENSATED": options.compensated,
+            "PROJECTED": options.projection == "proj",
+            "LOCAL": options.form == "local",
+            "STIFF": options.form == "stiff",
+            "STAGES": options.stages,
+            "CONSTRAINTS": derivation.m,
+            "AGAIN": 2 if options.precision == "complex128" else 1,
+        }
+        self.watch = Watch(derivation, options.watch, len(WORK) if options.count else 0, options.raw)
+        self.files: dict[str, SourceFile] = {}
         if scheme:
             self.constants["MULTISTEP"] = "start" in self.file(scheme).functions
         self.emitted: dict[str, str] = {}
@@ -112,21 +127,21 @@ class Linker:
         names = [self.resolve(file, name) for file, name in roots]
         body = "\n\n".join(self.emitted.values())
         if self.options.precision == "float32":
-            body = ast.unparse(_TypedLiterals().visit(ast.parse(body)))
+            body = ast.unparse(TypedLiterals().visit(ast.parse(body)))
         lines = [HEADER.format(title=title), f"EPS = {PRECISIONS[self.options.precision]}"]
         lines.append("INF = " + ("numpy.float32(numpy.inf)" if self.options.precision == "float32" else "numpy.inf"))
         if self.scheme:
-            lines += [f"EACH_{name.upper()} = {self.work.get(self._emitted(self.scheme, name), [])}" for name in ("step", "start")]
+            lines += [f"EACH_{name.upper()} = {self.work.get(name, [])}" for name in ("one", "finish", "begin")]
         lines.append(f"ELEMENTWISE = {'def solve' not in body and 'def _solve' not in body}")
         if self.options.compiled:
             lines.insert(1, "from numba import njit\n")
-            body = _decorated(body, names, cached)
+            body = decorated(body, names, cached)
         return "\n".join([*lines, "\n", body, ""])
 
-    def file(self, module: str) -> _File:
+    def file(self, module: str) -> SourceFile:
         """Return a source file as syntax."""
         if module not in self.files:
-            self.files[module] = _File(module, _text(module), self.constants)
+            self.files[module] = SourceFile(module, _text(module), self.constants)
         return self.files[module]
 
     @staticmethod
@@ -149,8 +164,8 @@ class Linker:
         """Return the emitted name of what a file's imported name stands for, emitting it first where it is new."""
         if module != HOLE:
             return self.function(module, name, {})
-        if name in ("step", "start"):
-            return self.function(str(self.scheme), name, {})
+        if found := self._filled(name):
+            return self.function(found, "step" if name == "plain_step" else name, {})
         if name not in self.emitted:
             for needed in self.watch.needs(name):
                 self.resolve(HOLE, needed)
@@ -159,6 +174,16 @@ class Linker:
                 return self._composed(name)
             self.emitted[name] = source
         return name
+
+    def _filled(self, name: str) -> str | None:
+        """Return the file whose function stands in this hole, where it is one of the scheme, of what is around it, or of the form."""
+        if name == "f":
+            return f"daebench.kernels.{FORMS[self.options.form]}"
+        if name == "step" and self.options.projection == "symproj":
+            return "daebench.kernels.symmetric_projection"
+        if name in ("step", "plain_step"):
+            return str(self.scheme) if "step" in self.file(str(self.scheme)).functions else "daebench.kernels.whole"
+        return str(self.scheme) if name in ("start", "increment") else None
 
     def _composed(self, name: str) -> str:
         for part in ("mechanical", "composed"):
@@ -191,29 +216,70 @@ class Linker:
 class _Specialise(ast.NodeTransformer):
     """Rewrites one function: names resolved, parameters threaded, constants settled, annotations gone; and counts its calls."""
 
-    def __init__(self, linker: Linker, file: _File, bound: Mapping[str, str]) -> None:
+    def __init__(self, linker: Linker, file: SourceFile, bound: Mapping[str, str]) -> None:
         self.linker, self.file, self.bound = linker, file, bound
         self.work = [0] * len(WORK)
         self.branches = 0
+        self.indices: dict[str, int] = {}
 
     def linked(self, node: ast.FunctionDef, emitted: str) -> ast.FunctionDef:
         """Return the function under its emitted name, callable parameters replaced by what they are bound to."""
-        arguments = [a for a in _parameters(node) if a not in self.bound] + ["par"]
+        arguments = [a for a in parameters_of(node) if a not in self.bound] + ["par"]
         signature = ast.parse(f"def {emitted}({', '.join(arguments)}): pass").body[0]
-        copy = ast.parse(ast.unparse(node)).body[0]
         assert isinstance(signature, ast.FunctionDef)
-        assert isinstance(copy, ast.FunctionDef)
-        signature.body = [self.visit(statement) for statement in copy.body]
+        signature.body = self._visited(node.body)
         return ast.fix_missing_locations(signature)
+
+    def _visited(self, statements: Sequence[ast.stmt]) -> list[ast.stmt]:
+        """Return rewritten copies of statements, in which one may have become several."""
+        found = [self.visit(copy.deepcopy(statement)) for statement in statements]
+        return [each for item in found for each in (item if isinstance(item, list) else [item])]
 
     def visit_Name(self, node: ast.Name) -> ast.expr:
         """Put values in place of the hole's constants and of a file's literals."""
+        if node.id in self.indices:
+            return ast.Constant(self.indices[node.id])
         module, name = self._target(node.id)
         if module == HOLE and name in self.linker.constants:
             return ast.Constant(self.linker.constants[name])
-        if module == HOLE and name == "AGAIN":
-            return ast.Constant(2 if self.linker.options.precision == "complex128" else 1)
+        if module == HOLE and name in ("DATA", "FORM_DATA"):
+            return ast.parse(f"par[{len(self.linker.derivation.parameters) + (name == 'FORM_DATA')}]", mode="eval").body
         return node if module == HOLE else self.linker.file(module).literals.get(name, node)
+
+    def visit_For(self, node: ast.For) -> ast.stmt | list[ast.stmt]:
+        """Write a loop over stages or constraints out."""
+        values = self._unrolled(node.iter)
+        if values is None:
+            visited = self.generic_visit(node)
+            assert isinstance(visited, ast.For)
+            return visited
+        return [each for value in values for each in self._with(node.target, value, lambda: self._visited(node.body))]
+
+    def _unrolled(self, node: ast.expr) -> Sequence[int] | None:
+        """Return the values of a range that names a number of stages or of constraints; None for any other."""
+        if not (isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id == "range"):
+            return None
+        names = {n.id for argument in node.args for n in ast.walk(argument) if isinstance(n, ast.Name)}
+        if not any(self._target(name) in ((HOLE, "STAGES"), (HOLE, "CONSTRAINTS")) for name in names):
+            return None
+        bounds = [ast.unparse(self.visit(copy.deepcopy(argument))) for argument in node.args]
+        return range(*(eval(bound, {"__builtins__": {}}) for bound in bounds))
+
+    def _with(self, target: ast.expr, value: int, visit: Callable[[], Any]) -> Any:
+        """Return what ``visit`` gives while an index has this value."""
+        assert isinstance(target, ast.Name)
+        self.indices[target.id] = value
+        result = visit()
+        del self.indices[target.id]
+        return result
+
+    def _written_out(self, node: ast.GeneratorExp) -> list[ast.expr]:
+        """Return the terms of a generator over stages or constraints."""
+        (loop,) = node.generators
+        values = self._unrolled(loop.iter)
+        if values is None:
+            raise InvalidProblem(f"{self.file.name} loops over {ast.unparse(loop.iter)}; a scheme loops over stages or constraints only.")
+        return [self._with(loop.target, value, lambda: self.visit(copy.deepcopy(node.elt))) for value in values]
 
     def generic_visit(self, node: ast.AST) -> ast.AST:
         """Keep track of branches and loops: what is called there is called we know not how often."""
@@ -223,25 +289,27 @@ class _Specialise(ast.NodeTransformer):
         self.branches -= inside
         return visited
 
-    def visit_Call(self, node: ast.Call) -> ast.Call:
+    def visit_Call(self, node: ast.Call) -> ast.expr:
         """Resolve the function that is called and hand the parameters on."""
         assert isinstance(node.func, ast.Name)
         name = node.func.id
+        if len(node.args) == 1 and isinstance(node.args[0], ast.GeneratorExp):
+            return gathered(name, self._written_out(node.args[0]))
         module, target = self._target(name)
         if module == HOLE and target == "tally":
             assert isinstance(node.args[0], ast.Name)
-            return _call(self.linker.tally(self.bound[node.args[0].id]), [self.visit(node.args[1])])
+            return call(self.linker.tally(self.bound[node.args[0].id]), [self.visit(node.args[1])])
         if name in self.bound:
-            return _call(self.bound[name], [*map(self.visit, node.args), ast.Name("par", ast.Load())])
+            return call(self.bound[name], [*map(self.visit, node.args), ast.Name("par", ast.Load())])
         if name not in self.file.imports and name not in self.file.functions:
-            return _call(name, [self.visit(a) for a in node.args])
+            return call(name, [self.visit(a) for a in node.args])
         bound, handed = self._split(module, target, node.args)
         emitted = self.linker.function(module, target, bound) if bound else self.linker.resolve(module, target)
         if not bound:
             self._count(target, self.linker.work_of(emitted, target))
         if self.linker.takes_par(module, target):
             handed.append(ast.Name("par", ast.Load()))
-        return _call(emitted, handed)
+        return call(emitted, handed)
 
     def _count(self, name: str, work: Sequence[int]) -> None:
         """Add the work of one call; the loop over steps counts its own steps, and nothing else may have branches around work."""
@@ -257,44 +325,12 @@ class _Specialise(ast.NodeTransformer):
     def _split(self, module: str, target: str, arguments: Sequence[ast.expr]) -> tuple[dict[str, str], list[ast.expr]]:
         """Split a call's arguments into functions passed by name, emitted and bound to their parameters, and the others."""
         function = None if module == HOLE else self.linker.file(module).functions[target]
-        slots = [] if function is None else _called(function)
+        slots = [] if function is None else called(function)
         bound, handed = {}, []
         for position, argument in enumerate(arguments):
-            if function is not None and (parameter := _parameters(function)[position]) in slots:
+            if function is not None and (parameter := parameters_of(function)[position]) in slots:
                 assert isinstance(argument, ast.Name)
                 bound[parameter] = self.linker.resolve(*self._target(argument.id))
             else:
                 handed.append(self.visit(argument))
         return bound, handed
-
-
-class _TypedLiterals(ast.NodeTransformer):
-    """Give every float literal the type float32, so that none promotes a result."""
-
-    def visit_Constant(self, node: ast.Constant) -> ast.expr:
-        """Wrap a float."""
-        return ast.parse(f"numpy.float32({node.value!r})", mode="eval").body if isinstance(node.value, float) else node
-
-
-def _call(name: str, arguments: Sequence[ast.expr]) -> ast.Call:
-    return ast.Call(ast.Name(name, ast.Load()), list(arguments), [])
-
-
-def _decorated(body: str, roots: Sequence[str], cached: bool) -> str:
-    """Hand each function to numba; only the roots are kept on disk, with everything else inside them."""
-    tree = ast.parse(body)
-    for node in tree.body:
-        if isinstance(node, ast.FunctionDef):
-            keep = ", cache=True" if cached and node.name in roots else ""
-            node.decorator_list = [ast.parse(f"njit(error_model='numpy'{keep})", mode="eval").body]
-    return ast.unparse(tree)
-
-
-def _parameters(node: ast.FunctionDef) -> list[str]:
-    return [argument.arg for argument in node.args.args]
-
-
-def _called(node: ast.FunctionDef) -> list[str]:
-    """Return the parameters of a function that it calls."""
-    calls = {n.func.id for n in ast.walk(node) if isinstance(n, ast.Call) and isinstance(n.func, ast.Name)}
-    return [parameter for parameter in _parameters(node) if parameter in calls]

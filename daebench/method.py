@@ -35,6 +35,8 @@ class Request:
         "float64" or "float32".
     multipliers : bool
         Whether lam(p, q) is wanted at the output times.
+    raw : bool
+        Whether the raw multipliers of every step of a fixed-step scheme are wanted.
     progress : callable, optional
         Told the fraction done.
     seconds_limit : float, optional
@@ -50,6 +52,7 @@ class Request:
     count: bool = True
     precision: str = "float64"
     multipliers: bool = False
+    raw: bool = False
     progress: Progress | None = field(default=None, compare=False)
     seconds_limit: float | None = None
 

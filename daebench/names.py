@@ -2,11 +2,14 @@
 
 ::
 
-    method   = solver ":" variant | scheme
-    solver   = "ida" | "cvode" | "scipy"
-    variant  = formulation [ ":" cure ] for ida, else the solver's own method on the index-reduced ODE
-    cure     = "derivative" | "atol" | "none"      what keeps multipliers from spoiling IDA's error test
-    scheme   = "rattle" | "se" | ...      any file in daebench/schemes
+    method      = solver ":" variant | [ form ":" ] scheme [ "/" composition ] [ "+" projection ]
+    solver      = "ida" | "cvode" | "scipy"
+    variant     = formulation [ ":" cure ] for ida, else the solver's own method on the index-reduced ODE
+    cure        = "derivative" | "atol" | "none"      what keeps multipliers from spoiling IDA's error test
+    form        = "local" | "stiff" | "baumgarte"     the form of the system that the scheme is run on
+    scheme      = "rattle" | "lobatto3" | ...         any scheme in daebench/schemes
+    composition = "suzuki4" | "kahan_li8" | ...       of a symmetric scheme of order 2
+    projection  = "proj" | "symproj"                  after each step
 """
 
 from collections.abc import Mapping
@@ -15,6 +18,8 @@ from dataclasses import dataclass
 from daebench.catalogue import schemes
 from daebench.errors import BadInput, unknown
 from daebench.fixed_step import FixedStep
+from daebench.forms import FORMS
+from daebench.members import members
 from daebench.method import Method
 from daebench.pose import FORMULATIONS
 from daebench.reference.cvode import Cvode
@@ -45,13 +50,13 @@ class Listed:
 
 def listed() -> list[Listed]:
     """Return all methods, schemes first."""
-    fixed = [Listed(name, "h", FixedStep(name).claims.system) for name in schemes()]
+    fixed = [Listed(name, "h", member.claims.system) for name, (_, member) in sorted(members().items())]
     solvers = [Listed(f"ida:{name}", "tol", name) for name in FORMULATIONS]
     solvers += [Listed(f"{each.solver}:{name}", "tol", "ode") for each in (Cvode, ScipyOde) for name in each.variants]
     return fixed + solvers
 
 
-def parse(name: str, options: Mapping[str, float] | None = None) -> Method:
+def parse(name: str, options: Mapping[str, float] | None = None, *, compensated: bool = False) -> Method:
     """Return the method of this name.
 
     Parameters
@@ -59,31 +64,43 @@ def parse(name: str, options: Mapping[str, float] | None = None) -> Method:
     name : str
         A name in the grammar above.
     options : mapping of str to float, optional
-        Free numbers of the method: alpha and beta of ida:baumgarte.
+        Free numbers of the method: alpha and beta of ida:baumgarte, eps of stiff:, rho_inf of generalized_alpha, ...
+    compensated : bool
+        Whether a fixed-step method compensates its sums over steps for rounding.
 
     Raises
     ------
     BadInput
-        If the name or an option is unknown; the message has the nearest names.
+        If the name or an option is unknown, or the parts of a name do not go together; the message has the nearest names.
     """
     if not isinstance(name, str):
         raise BadInput(f"a method is given by its name, not {name!r}.")
-    solver, colon, variant = name.partition(":")
+    head, colon, variant = name.partition(":")
+    if colon and head in SOLVERS:
+        if compensated:
+            raise BadInput(f"{name} chooses its own steps and sums; compensated summation is for fixed-step methods.")
+        return _solver(name, variant, options)
+    if colon and head not in FORMS:
+        raise unknown("solver or form", head, [*SOLVERS, *FORMS])
+    rest, plus, projection = (variant if colon else name).partition("+")
+    scheme, slash, composition = rest.partition("/")
+    if scheme not in schemes():
+        known = schemes() if colon or slash or plus else [each.name for each in listed()]
+        raise unknown("method", scheme, known)
+    for sign, part, what in ((slash, composition, "composition"), (plus, projection, "projection")):
+        if sign and not part:
+            raise BadInput(f"{name} ends with {sign}, and no {what} follows; name one, or leave it out.")
+    return FixedStep(scheme, head if colon else "", composition, projection, dict(options or {}), compensated)
+
+
+def _solver(name: str, variant: str, options: Mapping[str, float] | None) -> Method:
     allowed = ("alpha", "beta") if name.startswith("ida:baumgarte") else ()
     for option in options or {}:
         if option not in allowed:
             raise unknown(f"option of {name}", option, allowed)
-    if not colon and name in schemes():
-        return FixedStep(name)
-    if not colon or solver not in SOLVERS:
-        raise unknown("method", name, [each.name for each in listed()])
-    return _solver(solver, variant, options)
-
-
-def _solver(solver: str, variant: str, options: Mapping[str, float] | None) -> Method:
-    if solver == "ida":
+    if name.startswith("ida:"):
         formulation, _, cure = variant.partition(":")
         if formulation not in FORMULATIONS:
             raise unknown("formulation", formulation, FORMULATIONS)
         return Ida(formulation, cure or None, options)
-    return Cvode(variant) if solver == "cvode" else ScipyOde(variant)
+    return Cvode(variant) if name.startswith("cvode:") else ScipyOde(variant)

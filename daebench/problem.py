@@ -34,6 +34,48 @@ class Case:
 
 
 @dataclass(frozen=True, kw_only=True)
+class KineticFlow:
+    """The flow over time t of the kinetic energy on the manifold, HLW (1.45) with H^[1] = T: motion with U left out, in closed form.
+
+    ``kinetic_flows`` has the flows that are known. Each is best given as the start plus a change that is small where t is,
+    which is what a step adds to the state.
+
+    Parameters
+    ----------
+    t : Symbol
+        Time over which the flow is taken.
+    p, q : sequence of Expr, shape(d,)
+        Momenta and positions after it, in t and the problem's q, p and parameters. They are to hold at zero momentum too.
+    """
+
+    t: sp.Symbol
+    p: Sequence[sp.Expr]
+    q: Sequence[sp.Expr]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Chart:
+    """Local coordinates y = (eta, xi) of the manifold g = 0, G H_p = 0, HLW VII.2.3: x = chi(y), and y as a function of x.
+
+    Parameters
+    ----------
+    eta, xi : sequence of Symbol, shape(d - m,)
+        The coordinates: those like momenta or velocities, and those like positions.
+    p, q : sequence of Expr, shape(d,)
+        chi: momenta and positions in eta, xi and the problem's parameters.
+    inverse_eta, inverse_xi : sequence of Expr, shape(d - m,)
+        The coordinates in p, q and the problem's parameters. They are used on the manifold alone.
+    """
+
+    eta: Sequence[sp.Symbol]
+    xi: Sequence[sp.Symbol]
+    p: Sequence[sp.Expr]
+    q: Sequence[sp.Expr]
+    inverse_eta: Sequence[sp.Expr]
+    inverse_xi: Sequence[sp.Expr]
+
+
+@dataclass(frozen=True, kw_only=True)
 class ConstrainedHamiltonian:
     """A holonomically constrained Hamiltonian system, HLW (1.9).
 
@@ -62,6 +104,10 @@ class ConstrainedHamiltonian:
         First integrals besides H, functions of p and q.
     closed_form : callable, optional
         ``closed_form(t, q0, p0, parameters) -> (q, p)`` with mpmath numbers, at mpmath's working precision.
+    kinetic_flow : KineticFlow, optional
+        Flow of the kinetic energy on the manifold, where it has a closed form: what splitting needs.
+    chart : Chart, optional
+        Local coordinates of the manifold: what the form ``local`` needs.
 
     Raises
     ------
@@ -79,10 +125,16 @@ class ConstrainedHamiltonian:
     cases: Mapping[str, Case] = field(default_factory=dict)
     integrals: Mapping[str, sp.Expr] = field(default_factory=dict)
     closed_form: Callable[..., tuple[list[Any], list[Any]]] | None = None
+    kinetic_flow: KineticFlow | None = None
+    chart: Chart | None = None
 
     def __post_init__(self) -> None:
         self._check_sizes()
         self._check_symbols()
+        if self.kinetic_flow is not None:
+            self._check_kinetic_flow(self.kinetic_flow)
+        if self.chart is not None:
+            self._check_chart(self.chart)
 
     @property
     def d(self) -> int:
@@ -98,6 +150,10 @@ class ConstrainedHamiltonian:
     def fingerprint(self) -> str:
         """Exact text of everything that decides the mathematics, the values of parameters apart, for content hashes."""
         parts = [self.q, self.p, self.g, self.H, self.M, self.U, list(self.parameters), list(self.integrals.values())]
+        if (flow := self.kinetic_flow) is not None:
+            parts += [flow.t, flow.p, flow.q]
+        if (chart := self.chart) is not None:
+            parts += [chart.eta, chart.xi, chart.p, chart.q, chart.inverse_eta, chart.inverse_xi]
         cases = [(name, case.q, case.p, dict(case.parameters), case.about) for name, case in self.cases.items()]
         return repr([sp.srepr(sp.sympify(part)) for part in parts]) + repr((list(self.integrals), cases))
 
@@ -133,6 +189,31 @@ class ConstrainedHamiltonian:
         for name, case in self.cases.items():
             if foreign := {key for key, value in case.parameters.items() if key not in names and not isinstance(value, int)}:
                 raise InvalidProblem(f"case {name!r} sets {', '.join(sorted(foreign))}, which is no parameter of the problem.")
+
+    def _check_kinetic_flow(self, flow: KineticFlow) -> None:
+        if len(flow.p) != self.d or len(flow.q) != self.d:
+            raise InvalidProblem(f"the kinetic flow has {len(flow.q)} positions and {len(flow.p)} momenta; both must be {self.d}.")
+        known = {*self.q, *self.p, *self.parameters}
+        if flow.t in known:
+            raise InvalidProblem(f"the time {flow.t} of the kinetic flow is a position, momentum or parameter too; rename one.")
+        if extra := sp.Matrix([*flow.p, *flow.q]).free_symbols - known - {flow.t}:
+            raise InvalidProblem(f"the kinetic flow contains {', '.join(sorted(map(str, extra)))}, which is not declared; declare it.")
+
+    def _check_chart(self, chart: Chart) -> None:
+        own, n = {*self.q, *self.p}, self.d - self.m
+        y = [*chart.eta, *chart.xi]
+        if any(len(part) != n for part in (chart.eta, chart.xi, chart.inverse_eta, chart.inverse_xi)):
+            raise InvalidProblem(f"the chart must have {n} eta and {n} xi, as many as positions less constraints, and an inverse of each.")
+        if len(chart.p) != self.d or len(chart.q) != self.d:
+            raise InvalidProblem(f"the chart has {len(chart.q)} positions and {len(chart.p)} momenta; both must be {self.d}.")
+        if len(set(y)) < 2 * n or set(y) & {*own, *self.parameters}:
+            raise InvalidProblem("a local coordinate of the chart is used twice, or is a position, momentum or parameter too; rename it.")
+        for where, values, allowed in (
+            ("the chart", [*chart.p, *chart.q], set(y)),
+            ("the inverse of the chart", [*chart.inverse_eta, *chart.inverse_xi], own),
+        ):
+            if extra := sp.Matrix(values).free_symbols - allowed - set(self.parameters):
+                raise InvalidProblem(f"{where} contains {', '.join(sorted(map(str, extra)))}, which it may not depend on; declare it.")
 
 
 def coordinates(d: int) -> tuple[tuple[sp.Symbol, ...], tuple[sp.Symbol, ...]]:

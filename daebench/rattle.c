@@ -35,7 +35,7 @@ long rattle(double state[6], double mass, double length, double gravity, double 
                 scale = 1.0;
             if (size <= 4.0 * EPS * scale || (size >= last && size <= 1e4 * EPS * scale))
                 break;
-            if (sweep == 40 || !(size < INFINITY))
+            if (sweep == 100 || !(size < INFINITY))
                 goto end;
             last = size;
         }

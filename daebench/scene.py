@@ -48,6 +48,16 @@ class Source:
 
         return Derivation(self.define())
 
+    def form(self, name: str) -> "Derivation":
+        """Return everything that follows from the definition in a form of the system: all but "local" are in its own coordinates."""
+        return self._local if name == "local" else self.derivation
+
+    @cached_property
+    def _local(self) -> "Derivation":
+        from daebench.derive_local import LocalDerivation
+
+        return LocalDerivation(self.derivation)
+
     @cached_property
     def sheet(self) -> types.ModuleType:
         """Sizes, names and initial values."""

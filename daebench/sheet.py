@@ -10,8 +10,8 @@ def source(problem: str, derivation: Derivation) -> str:
     """Return the source of a problem's sheet.
 
     The sheet has D and M (sizes), PARAMETERS (name to default, in the order of ``par``), POSITIVE (parameters that must be),
-    CASES (name to its parameters and about), INTEGRALS (names), SEPARABLE, EXPLICIT, CLOSED_FORM, and INITIAL (case to a function
-    of ``par`` that returns p and q).
+    CASES (name to its parameters and about), INTEGRALS (names), SEPARABLE, QUADRATIC, EXPLICIT, CLOSED_FORM, KINETIC_FLOW,
+    CHART, and INITIAL (case to a function of ``par`` that returns p and q).
     """
     definition = derivation.problem
     facts = {
@@ -22,8 +22,11 @@ def source(problem: str, derivation: Derivation) -> str:
         "CASES": {name: {"parameters": dict(case.parameters), "about": case.about} for name, case in definition.cases.items()},
         "INTEGRALS": tuple(definition.integrals),
         "SEPARABLE": derivation.separable,
+        "QUADRATIC": derivation.quadratic,
         "EXPLICIT": derivation.explicit,
         "CLOSED_FORM": definition.closed_form is not None,
+        "KINETIC_FLOW": definition.kinetic_flow is not None,
+        "CHART": definition.chart is not None,
     }
     lines = [f'"""Facts about {problem}."""', "from numpy import *", *(f"{name} = {value!r}" for name, value in facts.items())]
     for k, case in enumerate(definition.cases.values()):

@@ -5,7 +5,7 @@ import shutil
 import subprocess
 import tempfile
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -16,6 +16,9 @@ from daebench.fixed_step import FixedStep
 from daebench.method import Request
 from daebench.names import parse
 from daebench.scene import Scene
+
+BY_HAND = ("rattle", "rk4", "strang")
+"""Methods that there is a C program of, beside this file."""
 
 VARIANTS: dict[str, dict[str, Any]] = {
     "ns_per_step": {"watch": (), "count": False},
@@ -66,36 +69,43 @@ def measure(scene: Scene, name: str, *, h: float, steps: int, repeat: int) -> di
     return row | {variant: min(values) for variant, values in times.items()}
 
 
-def hand_written(scene: Scene, *, h: float, steps: int, repeat: int, rattle: dict[str, Any] | None) -> list[dict[str, Any]]:
-    """Return a row for RATTLE in C at -O3 on the spherical pendulum, timed in turns with the linked kernel; none elsewhere.
+def hand_written(scene: Scene, rows: Sequence[dict[str, Any]], *, h: float, steps: int, repeat: int) -> list[dict[str, Any]]:
+    """Return a row for each method of ``rows`` that there is in C, timed at -O3 in turns with the linked kernel.
 
-    The linked kernel's row gets the ratio of the two as its note.
+    They are written for the spherical pendulum; there are none elsewhere. The linked kernel's row gets the ratio as its note.
     """
-    compiler = next((found for name in ("cc", "gcc", "clang") if (found := shutil.which(name))), None)
-    if scene.problem != "spherical_pendulum" or rattle is None or rattle.get("note"):
+    measured = {row["method"]: row for row in rows if row["method"] in BY_HAND and not row.get("note")}
+    if scene.problem != "spherical_pendulum" or not measured:
         return []
+    compiler = next((found for name in ("cc", "gcc", "clang") if (found := shutil.which(name))), None)
     if compiler is None:
         return [{"method": "C", "note": "no C compiler found"}]
     with tempfile.TemporaryDirectory() as folder:
-        call = _compiled(compiler, Path(folder), scene, h, steps)
-        method, linked, by_hand = FixedStep("rattle"), [], []
-        for _ in range(repeat):
-            run = method.solve(scene, Request(value=h, steps=steps, every=0, **VARIANTS["ns_per_step"])).complete()
-            linked.append(run.seconds / steps * 1e9)
-            by_hand.append(call())
-    rattle["ns_per_step"] = min([rattle["ns_per_step"], *linked])
-    rattle["note"] = f"{min(linked) / min(by_hand):.3f} times C"
-    return [{"method": "rattle in C", "ns_per_step": min(by_hand), "note": f"{Path(compiler).name} -O3"}]
+        return [_in_turns(compiler, Path(folder), scene, row, h=h, steps=steps, repeat=repeat) for row in measured.values()]
 
 
-def _compiled(compiler: str, folder: Path, scene: Scene, h: float, steps: int) -> Callable[[], float]:
-    """Return a call that runs the C program and returns nanoseconds per step."""
-    library = folder / "rattle.so"
-    source = Path(__file__).with_name("rattle.c")
+def _in_turns(compiler: str, folder: Path, scene: Scene, row: dict[str, Any], *, h: float, steps: int, repeat: int) -> dict[str, Any]:
+    """Return the row of the program in C, and note in the kernel's how the two compare."""
+    name = row["method"]
+    call = _compiled(compiler, folder, name, scene, h, steps)
+    method, linked, by_hand = FixedStep(name), [], []
+    for _ in range(repeat):
+        run = method.solve(scene, Request(value=h, steps=steps, every=0, **VARIANTS["ns_per_step"])).complete()
+        linked.append(run.seconds / steps * 1e9)
+        by_hand.append(call())
+    row["ns_per_step"] = min([row["ns_per_step"], *linked])
+    row["note"] = f"{min(linked) / min(by_hand):.3f} times C"
+    return {"method": f"{name} in C", "ns_per_step": min(by_hand), "note": f"{Path(compiler).name} -O3"}
+
+
+def _compiled(compiler: str, folder: Path, name: str, scene: Scene, h: float, steps: int) -> Callable[[], float]:
+    """Return a call that runs a C program and returns nanoseconds per step."""
+    library = folder / f"{name}.so"
+    source = Path(__file__).with_name(f"{name}.c")
     done = subprocess.run([compiler, "-O3", "-shared", "-fPIC", str(source), "-o", str(library), "-lm"], capture_output=True, text=True)
     if done.returncode:
         raise DaebenchError(f"the C program does not compile: {done.stderr.splitlines()[0] if done.stderr else compiler}.")
-    function = ctypes.CDLL(str(library)).rattle
+    function = getattr(ctypes.CDLL(str(library)), name)
     function.restype = ctypes.c_long
     function.argtypes = [ctypes.c_void_p, *[ctypes.c_double] * 4, ctypes.c_long, ctypes.POINTER(ctypes.c_long)]
 

@@ -38,6 +38,8 @@ class Trajectory:
         Positions and momenta at the output times.
     lam : ndarray, shape(n, m), optional
         Multipliers lam(p, q) of HLW (1.12) at the output times, where they were asked for.
+    raw : mapping of str to (ndarray, shape(n,), ndarray, shape(n, m))
+        Raw multipliers of a fixed-step scheme by name, where they were asked for: the times they belong to, and their values.
     steps : int
         Steps taken, as the solver counts them.
     work : mapping of str to int
@@ -70,6 +72,7 @@ class Trajectory:
     q: Array
     p: Array
     lam: Array | None = None
+    raw: Mapping[str, tuple[Array, Array]] = field(default_factory=dict)
     steps: int
     work: Mapping[str, int] = field(default_factory=dict)
     maxima: Mapping[str, float] = field(default_factory=dict)

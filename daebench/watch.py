@@ -17,11 +17,13 @@ class Watch:
         Any of "energy", "manifold", "integrals".
     kinds : int
         Number of kinds of work that are counted; 0 to count nothing.
+    raw : int
+        Number of raw multipliers of a step that are stored, each shape(m,); 0 to store none.
     """
 
-    def __init__(self, derivation: Derivation, watch: Sequence[str], kinds: int) -> None:
-        self.d, self.m = derivation.d, derivation.m
-        self.kinds = range(kinds)
+    def __init__(self, derivation: Derivation, watch: Sequence[str], kinds: int, raw: int = 0) -> None:
+        self.d, self.m = derivation.problem.d, derivation.problem.m
+        self.kinds, self.raw = range(kinds), range(raw)
         integrals = range(len(derivation.problem.integrals)) if "integrals" in watch else range(0)
         self.conserved = ["H(p, q, par)"] * ("energy" in watch) + [f"integrals(p, q, par)[{i}]" for i in integrals]
         constraints = [self._largest("g(q, par)"), self._largest("Gv(p, q, par)")] * ("manifold" in watch)
@@ -48,7 +50,11 @@ class Watch:
             "watch": lambda: function("watch(p, q, first, par)", "return " + pack(self.errors)),
             "worst": lambda: function("worst(x, y)", "return " + pack(larger.format(i=i) for i in k)),
             "total": lambda: function("total(x)", "return " + (" + ".join(f"x[{i}]" for i in k) or "0.0")),
-            "store": lambda: function("store(P, Q, row, p, q)", *(f"{a}[row, {i}] = {a.lower()}[{i}]" for a in "PQ" for i in d)),
+            "store": lambda: function(
+                "store(P, Q, R, row, p, q, raw)",
+                *(f"{a}[row, {i}] = {a.lower()}[{i}]" for a in "PQ" for i in d),
+                *(f"R[row, {k * self.m + i}] = raw[{k}][{i}]" for k in self.raw for i in range(self.m)),
+            ),
             "no_work": lambda: function("no_work()", "return " + pack("0" for _ in self.kinds)),
             "plus_work": lambda: function("plus_work(x, y)", "return " + pack(f"x[{i}] + y[{i}]" for i in self.kinds)),
         }

@@ -5,7 +5,8 @@ from typing import Any
 
 import sympy as sp
 
-from daebench.problem import Case, ConstrainedHamiltonian, coordinates
+from daebench.kinetic_flows import sphere
+from daebench.problem import Case, Chart, ConstrainedHamiltonian, coordinates
 from daebench.problems._pendulum_motion import in_units, planar
 
 
@@ -48,6 +49,27 @@ def problem(*, mass: float = 1.0, length: float = 1.0, gravity: float = 1.0) -> 
             ),
         },
         closed_form=closed_form,
+        kinetic_flow=sphere(q, p, mass=m, length=length_),
+        chart=angle(q, p, mass=m, length=length_),
+    )
+
+
+def angle(q: Sequence[sp.Symbol], p: Sequence[sp.Symbol], *, mass: sp.Expr, length: sp.Expr) -> Chart:
+    """Return the chart of the angle theta from the lowest point and its rate omega, nowhere singular.
+
+    ::
+
+        q = length (sin theta, -cos theta)      p = mass q'      X^T J X = mass length^2 J: with one angle, B is constant
+    """
+    theta, omega = sp.symbols("theta omega", real=True)
+    x = length * sp.Matrix([sp.sin(theta), -sp.cos(theta)])
+    return Chart(
+        eta=(omega,),
+        xi=(theta,),
+        p=tuple(mass * x.diff(theta) * omega),
+        q=tuple(x),
+        inverse_eta=((q[0] * p[1] - q[1] * p[0]) / (mass * length**2),),
+        inverse_xi=(sp.atan2(q[0], -q[1]),),
     )
 
 

@@ -5,7 +5,8 @@ from typing import Any
 
 import sympy as sp
 
-from daebench.problem import Case, ConstrainedHamiltonian, coordinates
+from daebench.kinetic_flows import sphere
+from daebench.problem import Case, Chart, ConstrainedHamiltonian, coordinates
 from daebench.problems._pendulum_motion import in_units, spherical
 
 
@@ -55,6 +56,30 @@ def problem(*, mass: float = 1.0, length: float = 1.0, gravity: float = 1.0) -> 
         },
         integrals={"L3": q[0] * p[1] - q[1] * p[0]},
         closed_form=closed_form,
+        kinetic_flow=sphere(q, p, mass=m, length=length_),
+        chart=angles(q, p, mass=m, length=length_),
+    )
+
+
+def angles(q: Sequence[sp.Symbol], p: Sequence[sp.Symbol], *, mass: sp.Expr, length: sp.Expr) -> Chart:
+    """Return the chart of angles and their rates: theta from the lowest point, phi about the vertical; singular at both poles.
+
+    ::
+
+        q = length (sin theta cos phi, sin theta sin phi, -cos theta)      p = mass q'
+        X^T J X has mass length^2 (1, sin^2 theta) in its block of rates and angles: B(y) is not constant, HLW (2.22)
+    """
+    theta, phi, omega, turn = sp.symbols("theta phi omega turn", real=True)
+    x = length * sp.Matrix([sp.sin(theta) * sp.cos(phi), sp.sin(theta) * sp.sin(phi), -sp.cos(theta)])
+    rho = sp.sqrt(q[0] ** 2 + q[1] ** 2)
+    across = q[0] * p[0] + q[1] * p[1]
+    return Chart(
+        eta=(omega, turn),
+        xi=(theta, phi),
+        p=tuple(mass * (x.diff(theta) * omega + x.diff(phi) * turn)),
+        q=tuple(x),
+        inverse_eta=((rho * p[2] - q[2] * across / rho) / (mass * length**2), (q[0] * p[1] - q[1] * p[0]) / (mass * rho**2)),
+        inverse_xi=(sp.atan2(rho, -q[2]), sp.atan2(q[1], q[0])),
     )
 
 

@@ -33,7 +33,7 @@ def check(name: str, request: Request, least: float = TOLERANCES[0]) -> None:
     ------
     BadInput
         If tol is outside of [least, 1e-2], t_end is missing or not a positive number, steps or every > 0 are given, points are
-        fewer than 2 or more than 1e7, or the precision is not float64.
+        fewer than 2 or more than 1e7, raw multipliers are asked for, or the precision is not float64.
     """
     if not least <= request.value <= TOLERANCES[1]:
         raise BadInput(f"tol = {request.value:g} of {name} must be between {least:.3g} and {TOLERANCES[1]:g}.")
@@ -45,6 +45,8 @@ def check(name: str, request: Request, least: float = TOLERANCES[0]) -> None:
         raise BadInput(f"{name} has no fixed steps to keep every {request.every} of; give points, or every = 0 to keep the end alone.")
     if request.points is not None and not 2 <= request.points <= MOST_POINTS:
         raise BadInput(f"points = {request.points} must be between 2 (start and end) and {MOST_POINTS}.")
+    if request.raw:
+        raise BadInput(f"{name} has no raw multipliers of steps; ask for lam(p, q) instead.")
     if request.precision != "float64":
         raise BadInput(f"{name} computes in float64 only, not in {request.precision}.")
 

@@ -3,14 +3,12 @@
 from collections.abc import Sequence
 
 import mpmath
-import numpy as np
 import sympy as sp
 
 from daebench.errors import BadInput
 from daebench.scene import Array, Source
-
-DIGITS = 20
-"""Decimal digits of the closed form; double precision needs 16."""
+from daebench.truth import DIGITS as DIGITS
+from daebench.truth import evaluated
 
 
 def exact_motion(source: Source, case: str, times: Sequence[float]) -> tuple[Array, Array]:
@@ -29,9 +27,7 @@ def exact_motion(source: Source, case: str, times: Sequence[float]) -> tuple[Arr
     with mpmath.workdps(DIGITS):
         q0, p0 = ([_exact(x, values) for x in part] for part in (problem.cases[case].q, problem.cases[case].p))
         parameters = {str(symbol): _exact(value, {}) for symbol, value in values.items()}
-        states = [problem.closed_form(mpmath.mpf(float(t)), q0, p0, parameters) for t in times]
-        q, p = (np.array([[float(x) for x in state[k]] for state in states]) for k in (0, 1))
-    return q, p
+    return evaluated(problem.closed_form, times, q0, p0, parameters)
 
 
 def _exact(expression: object, values: dict[sp.Symbol, sp.Expr]) -> mpmath.mpf:

@@ -4,6 +4,7 @@ from functools import cache
 
 import sympy as sp
 
+from daebench.kinetic_flows import product, rotation, sphere
 from daebench.problem import Case, ConstrainedHamiltonian, coordinates
 
 BEND = sp.Rational(1, 5)
@@ -77,3 +78,50 @@ def coupled():
     M = sp.kronecker_product(rod + sp.diag(third, 0), sp.eye(2))
     cases = {"bent": Case(q=(0, -1, 1, -1), p=(sp.Rational(5, 6), 0, sp.Rational(1, 2), 0))}
     return ConstrainedHamiltonian(q=q, p=p, M=M, U=q[1] + q[3] / 2, g=g, cases=cases)
+
+
+@cache
+def two_spheres():
+    """Points on two spheres about one centre, of different mass and radius, under gravity and tied by a spring."""
+    q, p = coordinates(6)
+    stiffness, gamma = sp.Symbol("stiffness", real=True), sp.Symbol("gravity", real=True)
+    x, y = q[:3], q[3:]
+    spring = stiffness * sum((a - b) ** 2 for a, b in zip(x, y, strict=True)) / 2
+    half, third = sp.Rational(1, 2), sp.Rational(1, 3)
+    return ConstrainedHamiltonian(
+        q=q,
+        p=p,
+        M=sp.diag(1, 1, 1, half, half, half),
+        U=spring + gamma * (x[2] + y[2] / 2),
+        g=[sum(a**2 for a in x) - 1, sum(a**2 for a in y) - 4],
+        parameters={stiffness: 2.0, gamma: 1.0},
+        cases={"apart": Case(q=(1, 0, 0, 0, 2 * third, -4 * third * sp.sqrt(2)), p=(0, 1, half, third, 0, 0))},
+        integrals={"L3": sum(a[0] * b[1] - a[1] * b[0] for a, b in ((x, p[:3]), (y, p[3:])))},
+        kinetic_flow=product(sphere(x, p[:3], mass=1, length=1), sphere(y, p[3:], mass=half, length=2)),
+    )
+
+
+@cache
+def rotation_matrix():
+    """Rigid body with a fixed point and three equal moments of inertia, HLW VII.5 with D = c I, its centre of mass off that point."""
+    q, p = coordinates(9)
+    c, gamma = sp.Symbol("c", positive=True), sp.Symbol("gravity", real=True)
+    Q, P = sp.Matrix(3, 3, q), sp.Matrix(3, 3, p)
+    b = sp.Matrix([sp.Rational(3, 5), 0, sp.Rational(4, 5)])
+    orthogonal = Q.T * Q - sp.eye(3)
+    Q0 = sp.Matrix([[1, 2, 2], [2, 1, -2], [-2, 2, -1]]) / 3
+    W0 = sp.Matrix([[0, -1, 2], [1, 0, -sp.Rational(1, 2)], [-2, sp.Rational(1, 2), 0]])
+    return ConstrainedHamiltonian(
+        q=q,
+        p=p,
+        M=c * sp.eye(9),
+        U=gamma * (Q * b)[2],
+        g=[orthogonal[i, j] for i in range(3) for j in range(i, 3)],
+        parameters={c: 0.75, gamma: 1.0},
+        cases={"tumbling": Case(q=tuple(Q0), p=tuple(c * Q0 * W0))},
+        integrals={
+            "L3": (P * Q.T - Q * P.T)[1, 0],
+            "along_b": sum(b.dot(Q.row(i).T.cross(P.row(i).T)) for i in range(3)),
+        },
+        kinetic_flow=rotation(q, p, c=c),
+    )

@@ -3,11 +3,13 @@
 from pathlib import Path
 
 from daebench.catalogue import schemes
-from daebench.fixed_step import FixedStep
+from daebench.compositions import COMPOSITIONS
+from daebench.fixed_step import PROJECTIONS, FixedStep
+from daebench.forms import FORMS
 from daebench.pose import FORMULATIONS
 
 README = Path(__file__).parent.parent / "README.md"
-BEGIN, END = "<!-- methods -->", "<!-- end of methods -->"
+PLACES = ("methods", "around")
 
 STAYS = {
     "index3": "g = 0 to tolerance",
@@ -19,12 +21,24 @@ STAYS = {
 }
 
 
-def table():
-    """Return the table as Markdown."""
+def around():
+    """Return the table of what may stand around a scheme, as Markdown."""
+    lines = ["| part | what it does | source |", "|---|---|---|"]
+    for name, form in FORMS.items():
+        options = ", ".join(f"{option} = {value:g}" for option, value in form.options.items())
+        lines.append(f"| `{name}:` | {form.about}{f'; {options}' if options else ''} | |")
+    for name, each in COMPOSITIONS.items():
+        lines.append(f"| `/{name}` | order {each.order} in {each.stages} substeps | {each.source} |")
+    lines += [f"| `+{name}` | {about} | |" for name, about in PROJECTIONS.items()]
+    return "\n".join(lines)
+
+
+def methods():
+    """Return the table of methods, as Markdown."""
     lines = ["| method | solves | order | symmetric | symplectic | stays on | source |", "|---|---|---|---|---|---|---|"]
     for name in schemes():
         claims = FixedStep(name).claims
-        system = {"constrained": "(1.9)", "ode": "(1.18)"}[claims.system]
+        system = {"constrained": "(1.9)", "ode": "(1.18)"}.get(claims.system, claims.system)
         kept = [text for text, keeps in (("g = 0", claims.keeps_g), ("G H_p = 0", claims.keeps_Gv)) if keeps]
         yes = ["yes" if value else "no" for value in (claims.symmetric, claims.symplectic)]
         lines.append(f"| `{name}` | {system} | {claims.order} | {yes[0]} | {yes[1]} | {', '.join(kept) or 'neither'} | {claims.source} |")
@@ -37,10 +51,13 @@ def table():
 
 
 def replaced(text):
-    """Return the README's text with the table in its place."""
-    before, _, rest = text.partition(BEGIN)
-    _, _, after = rest.partition(END)
-    return f"{before}{BEGIN}\n{table()}\n{END}{after}"
+    """Return the README's text with both tables in their places."""
+    for place in PLACES:
+        begin, end = f"<!-- {place} -->", f"<!-- end of {place} -->"
+        before, _, rest = text.partition(begin)
+        _, _, after = rest.partition(end)
+        text = f"{before}{begin}\n{globals()[place]()}\n{end}{after}"
+    return text
 
 
 if __name__ == "__main__":

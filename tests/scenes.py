@@ -18,8 +18,6 @@ def scene(name):
     }
     if name in problems():
         return find_scene(name)
-    if name in problems():
-        return find_scene(name)
     if name in catalogue:
         return find_scene(*catalogue[name])
     problem, case = {

@@ -1,12 +1,13 @@
 """The house: links, layers, package lists and the README say what is there."""
 
+import importlib
 import tomllib
 from pathlib import Path
 
 import pytest
 import readme
 
-from daebench.catalogue import schemes
+from daebench.members import members
 
 ROOT = Path(__file__).parent.parent
 FOLDERS = ("problems", "reference", "reports")
@@ -37,12 +38,23 @@ def test_the_table_of_methods_in_the_readme_is_what_the_schemes_claim():
     assert text == readme.replaced(text)
 
 
-@pytest.mark.parametrize("scheme", schemes())
-def test_a_scheme_file_says_what_it_is_and_where_it_is_from(scheme):
-    text = (ROOT / "daebench" / "schemes" / f"{scheme}.py").read_text(encoding="utf-8")
+@pytest.mark.parametrize("file", sorted({file for file, _ in members().values()}))
+def test_a_scheme_file_says_what_it_is_and_where_it_is_from(file):
+    text = (ROOT / "daebench" / "schemes" / f"{file}.py").read_text(encoding="utf-8")
     assert text.startswith('"""')
-    assert "::\n" in text or scheme == "seproj"
-    assert "HLW" in text.split('"""')[1]
+    assert "::\n" in text or file == "seproj"
+    sources = [member.claims.source for _, (own, member) in members().items() if own == file]
+    assert all("HLW" in source or "(19" in source or "(20" in source for source in sources)
+
+
+def test_schemes_have_names_of_their_own():
+    names = [name for file in sorted({file for file, _ in members().values()}) for name in _names(file)]
+    assert len(names) == len(set(names)) == len(members())
+
+
+def _names(file):
+    module = importlib.import_module(f"daebench.schemes.{file}")
+    return list(getattr(module, "MEMBERS", {file: None}))
 
 
 def test_editing_a_problem_or_a_helper_beside_it_makes_other_kernels(tmp_path):

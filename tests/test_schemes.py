@@ -1,5 +1,7 @@
 """Every scheme on every kind of problem: what it claims is what is measured. Kernels run uncompiled here."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from oracles import solution
@@ -44,27 +46,63 @@ def state_error(name, trajectory, T):
     return max(np.abs(trajectory.q[-1] - q).max(), np.abs(trajectory.p[-1] - p).max())
 
 
+COUNTS = (2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 16, 18, 20, 22, 24, 27, 30, 34, 38, 42, 48)
+"""Numbers of steps of methods of order 3 and more, close together: between the first asymptotic error and 2e-12 there is little room."""
+
+ROOM = {8: {"planar": 2.0, "stretched-M": 2.0, "planar_pendulum": 2.0, "spherical-slow": 2.0, "relativistic": 1.0}, 10: {"planar": 1.0}}
+"""For the highest orders, the scenes that have this room, and T there: elsewhere the first error that is asymptotic is round-off."""
+
+
+def errors_of(method, scene, T, counts):
+    name = ALIAS.get(scene.case, scene.problem)
+    runs = [method.solve(scene, Request(value=T / n, steps=n)) for n in counts]
+    return [np.nan if each.failure else state_error(name, each, T) for each in runs]
+
+
 def test_order_is_as_claimed(method, each_scene):
-    T, counts = 0.5, (64, 128, 256, 512, 1024)
-    name = ALIAS.get(each_scene.case, each_scene.problem)
-    errors = [state_error(name, run(method, each_scene, T / n, n), T) for n in counts]
-    fit = fit_order([T / n for n in counts], errors)
-    assert abs(fit.slope - method.claims.order) < 0.15, (fit, errors)
+    if why := method.refusal(each_scene):
+        pytest.skip(why)
+    order, name = method.claims.order, ALIAS.get(each_scene.case, each_scene.problem)
+    T = 0.5 if order <= 5 else ROOM.get(order, {}).get(name, 1.0 if order == 6 else 2.0)
+    counts = (64, 128, 256, 512, 1024)[: 6 - order] if order <= 2 else COUNTS
+    errors = errors_of(method, each_scene, T, counts)
+    if name in ROOM.get(order, {name: T}):
+        fit = fit_order([T / n for n in counts], errors, floor=0.0 if order <= 2 else 2e-12)
+        assert abs(fit.slope - order) < 0.05 * max(order, 3), (fit, errors)
+    else:
+        assert_steep(order, T / np.array(counts), np.array(errors))
 
 
-def manifold_errors(method, scene):
-    maxima = run(method, scene, 0.004, 60).maxima
+def assert_steep(order, h, errors):
+    """Hold errors between 1e-3 and round-off against a slope somewhat below the claimed one; or four steps must be enough for round-off."""
+    seen = (errors < 1e-3) & (errors > 2e-12)
+    if np.sum(seen) < 3:
+        assert errors[2] < 1e-12, errors
+        return
+    slope = np.polyfit(np.log(h[seen]), np.log(errors[seen]), 1)[0]
+    assert slope > 0.75 * order, (slope, errors)
+
+
+def manifold_errors(method, scene, h=0.004):
+    maxima = run(method, scene, h, 60).maxima
     return {"g": maxima["g"], "Gv": maxima["Gv"]}
 
 
+def step_size(method):
+    """Return a step at which the error of a step is well above round-off, so that what is not kept is seen."""
+    return {1: 0.01, 2: 0.01, 3: 0.03, 4: 0.05, 5: 0.05, 6: 0.1}.get(method.claims.order, 0.15)
+
+
 def two_form_defect(method, scene):
-    run(method, scene, 0.01, 1)
-    return symplecticity_defect(method.flow(scene, 0.01, 10), scene.p0, scene.q0, tangent_basis(scene, scene.p0, scene.q0))
+    h = step_size(method)
+    run(method, scene, h, 1)
+    return symplecticity_defect(method.flow(scene, h, 10), scene.p0, scene.q0, tangent_basis(scene, scene.p0, scene.q0))
 
 
 def reversal_defect(method, scene):
-    run(method, scene, 0.01, 1)
-    return reversibility_defect(method.flow(scene, 0.01, 10), scene.p0, scene.q0)
+    h = step_size(method)
+    run(method, scene, h, 1)
+    return reversibility_defect(method.flow(scene, h, 10), scene.p0, scene.q0)
 
 
 def test_the_manifold_is_kept_where_that_is_claimed(method, each_scene):
@@ -82,12 +120,14 @@ def test_reversal_returns_where_that_is_claimed(method, each_scene):
 
 
 def test_what_is_not_claimed_fails_on_the_fast_pendulum(method, get_scene):
+    if "tolerance" in method.member.options:  # a single constraint is met to round-off by chance at a tight one
+        method = replace(method, options={"tolerance": 1e-2})
     scene, claims = get_scene("spherical-fast"), method.claims
     measured = {
         "two-form": (claims.symplectic, two_form_defect(method, scene)),
         "reversal": (claims.symmetric, reversal_defect(method, scene)),
     }
-    measured["manifold"] = (claims.on_manifold, max(manifold_errors(method, scene).values()))
+    measured["manifold"] = (claims.on_manifold, max(manifold_errors(method, scene, step_size(method)).values()))
     for what, (claimed, defect) in measured.items():
         assert claimed or defect > 1e4 * ROUND_OFF, (what, defect)
 
@@ -114,12 +154,12 @@ def test_both_ways_to_give_a_hamiltonian_are_one_system(method, get_scene):
 
 
 FAULTS = {
-    "half-kick": ("rattle", "axpy(-0.5 * h, H_q(p_half, q1), p_half)", "axpy(-0.6 * h, H_q(p_half, q1), p_half)", "order"),
+    "half-kick": ("rattle", "axpy(-0.5 * h, H_q(p0, q1)", "axpy(-0.6 * h, H_q(p0, q1)", "order"),
     "sign-of-multiplier": ("rattle", "axpy(-1.0 / h, mul_T(G0, nu)", "axpy(1.0 / h, mul_T(G0, nu)", "order"),
     "no-tangent": (
         "symplectic_euler",
-        "return p1, q1, both(found, settled)",
-        "return axpy(-1.0 / h, mul_T(G0, nu), p_hat), q1, both(found, settled)",
+        "return p1, q1, (), both(found, settled)",
+        "return axpy(-1.0 / h, mul_T(G0, nu), p_hat), q1, (), both(found, settled)",
         "manifold",
     ),
     "weight-of-multiplier": (
@@ -129,7 +169,7 @@ FAULTS = {
         "symplectic",
     ),
     "new-gradient": ("symplectic_euler", "rows(G0, p0, q0))", "rows(G(axpy(h, H_p(p_hat, q0), q0)), p0, q0))", "symplectic"),
-    "gradient-ahead": ("rattle", "rows(G0, p0, q0))", "rows(G(axpy(h, H_p(p_half, q0), q0)), p0, q0))", "reversal"),
+    "gradient-ahead": ("rattle", "rows(G0, p0, q0))", "rows(G(axpy(h, H_p(p0, q0), q0)), p0, q0))", "reversal"),
 }
 
 
@@ -165,8 +205,8 @@ def test_stopping_newton_on_the_residual_makes_the_energy_drift_and_our_rule_doe
 
 
 def test_work_in_a_branch_is_refused_rather_than_miscounted(get_scene, monkeypatch, tmp_path):
-    right = "p1, _, settled = tangent(axpy(-0.5 * h, H_q(p_half, q1), p_half), q1)"
-    wrong = "p1, _, settled = tangent(p_half if h > 1.0 else axpy(-0.5 * h, H_q(p_half, q1), p_half), q1)"
+    right = "n, mu, settled = normal(axpy(1.0, dp, p0), q1)"
+    wrong = "n, mu, settled = normal(p0 if h > 1.0 else axpy(1.0, scale(1.0, H_q(p0, q0)), p0), q1)"
     plant(monkeypatch, tmp_path, "schemes.rattle", right, wrong)
     with pytest.raises(InvalidProblem, match="branch or a loop"):
         FixedStep("rattle", compiled=False).solve(get_scene("spherical-fast"), Request(value=0.01, steps=1))

@@ -8,8 +8,10 @@ from typing import Annotated
 import typer
 
 from daebench.cli.bench import bench
+from daebench.cli.check import check
 from daebench.cli.compare import compare
 from daebench.cli.listing import listing
+from daebench.cli.order import order
 from daebench.cli.report import report
 from daebench.cli.run import run
 from daebench.cli.show import show
@@ -38,7 +40,7 @@ def top(version: Annotated[bool, typer.Option("--version", help="Print the versi
 
 
 app.command("list")(listing)
-for command in (show, run, compare, report, bench):
+for command in (show, run, compare, order, check, report, bench):
     app.command()(command)
 
 

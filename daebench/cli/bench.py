@@ -35,8 +35,7 @@ def bench(
             if "ns_per_step" in row:
                 row["cold_seconds"], row["warm_seconds"] = first_step(problem, case, name, h, repeat=STARTS)
             rows.append(row)
-        by_name = {row["method"]: row for row in rows}
-        rows += hand_written(scene, h=h, steps=steps, repeat=repeat, rattle=by_name.get("rattle"))
+        rows += hand_written(scene, rows, h=h, steps=steps, repeat=repeat)
         rows.append({"method": "numba alone", "warm_seconds": numba_alone(repeat=STARTS)})
     if as_json:
         print_json({"problem": problem, "case": case, "h": h, "steps": steps, "repeat": repeat, "rows": rows})

@@ -14,15 +14,21 @@ class What(StrEnum):
 
     problems = "problems"
     methods = "methods"
+    compositions = "compositions"
+    projections = "projections"
+    forms = "forms"
     formulations = "formulations"
     reports = "reports"
 
 
 def listing(
-    what: Annotated[str | None, typer.Argument(help="problems, methods, formulations or reports; leave out for everything.")] = None,
+    what: Annotated[
+        str | None,
+        typer.Argument(help="problems, methods, compositions, projections, forms, formulations, reports; or everything."),
+    ] = None,
     as_json: Annotated[bool, typer.Option("--json", help="One JSON object on standard output.")] = False,
 ) -> None:
-    """List problems, methods, formulations and reports."""
+    """List problems, methods and what they can be combined with, formulations and reports."""
     if what is not None and what not in list(What):
         raise unknown("listing", what, list(What))
     chosen = [What(what)] if what else list(What)
@@ -37,25 +43,32 @@ def listing(
 
 def _rows(what: What) -> list[dict[str, Any]]:
     from daebench import catalogue, names, pose
+    from daebench.compositions import COMPOSITIONS
+    from daebench.fixed_step import PROJECTIONS
+    from daebench.forms import FORMS
 
     if what is What.problems:
         found = catalogue.problems().values()
         return [{"name": each.name, "parameters": {**each.parameters, **each.structure}, "about": each.summary} for each in found]
-    if what is What.formulations:
-        return [{"name": name, "about": about} for name, about in pose.FORMULATIONS.items()]
-    if what is What.reports:
-        return [{"name": name, "about": about} for name, about in catalogue.reports().items()]
-    return [_method(each) for each in names.listed()]
+    if what is What.methods:
+        return [_method(each) for each in names.listed()]
+    if what is What.compositions:
+        return [{"suffix": f"/{name}", "order": x.order, "stages": x.stages, "source": x.source} for name, x in COMPOSITIONS.items()]
+    if what is What.projections:
+        return [{"suffix": f"+{name}", "about": about} for name, about in PROJECTIONS.items()]
+    if what is What.forms:
+        return [{"prefix": f"{name}:", "options": dict(form.options), "about": form.about} for name, form in FORMS.items()]
+    about = pose.FORMULATIONS if what is What.formulations else catalogue.reports()
+    return [{"name": name, "about": text} for name, text in about.items()]
 
 
 def _method(each: Any) -> dict[str, Any]:
-    from daebench.catalogue import schemes
-    from daebench.fixed_step import FixedStep
+    from daebench.members import members
 
     about: dict[str, Any] = {"name": each.name, "knob": each.knob, "system": each.system}
-    if each.name not in schemes():
+    if each.name not in members():
         return about | dict.fromkeys(("order", "symmetric", "symplectic", "on_manifold", "source"))
-    claims = FixedStep(each.name).claims
+    claims = members()[each.name][1].claims
     return about | {
         "order": claims.order,
         "symmetric": claims.symmetric,

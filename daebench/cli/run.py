@@ -40,12 +40,16 @@ def run(
     precision: Annotated[Precision, typer.Option("--precision")] = Precision.float64,
     out: Annotated[Path | None, typer.Option("--out", help="Write the trajectory to FILE.csv or FILE.npz.")] = None,
     lam: Annotated[bool, typer.Option("--lam", help="Write the multipliers lam(p, q) to --out too.")] = False,
+    raw: Annotated[bool, typer.Option("--raw", help="Write the scheme's own multipliers of every step to --out too.")] = False,
+    compensated: Annotated[bool, typer.Option("--compensated", help="Compensate sums over steps for rounding.")] = False,
     as_json: Annotated[bool, typer.Option("--json", help="One JSON object on standard output.")] = False,
 ) -> None:
     """Run one method on one problem; exit 1 if it stops early."""
     from daebench.api import prepare
     from daebench.files import check_writable, write_trajectory
 
+    if raw and out is None:
+        raise BadInput("--raw needs a file to write to; add --out FILE.csv or FILE.npz.")
     if out is not None:
         check_writable(out)
     with bar(f"{method} on {problem}") as progress:
@@ -67,12 +71,14 @@ def run(
             project=project,
             precision=precision.value,
             multipliers=lam and out is not None,
+            raw=raw,
+            compensated=compensated,
             progress=progress,
         )
         trajectory = chosen.solve(scene, request)
     if out is not None:
         write_trajectory(out, trajectory)
-    summary = _summary(scene, trajectory)
+    summary = _summary(scene, trajectory, compensated=compensated)
     if project:
         summary["projected"] = _moved(problem, case, param or [], numbers("--q0", q0), numbers("--p0", p0), scene)
     if as_json:
@@ -99,7 +105,7 @@ def _moved(problem: str, case: str | None, param: list[str], q0: Any, p0: Any, s
     return {name: float(np.linalg.norm(getattr(scene, name) - getattr(given, name))) for name in ("q0", "p0")}
 
 
-def _summary(scene: "Scene", trajectory: "Trajectory") -> dict[str, Any]:
+def _summary(scene: "Scene", trajectory: "Trajectory", *, compensated: bool) -> dict[str, Any]:
     """Return what a run says of itself; q, p and lam are those at its end."""
     import numpy as np
 
@@ -113,6 +119,7 @@ def _summary(scene: "Scene", trajectory: "Trajectory") -> dict[str, Any]:
         "case": trajectory.case,
         "parameters": dict(trajectory.parameters),
         "method": trajectory.method,
+        "compensated": compensated or None,
         "h": trajectory.value if trajectory.knob == "h" else None,
         "tol": trajectory.value if trajectory.knob == "tol" else None,
         "steps": trajectory.steps,

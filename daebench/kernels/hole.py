@@ -37,6 +37,34 @@ QUADRATIC: bool = False
 MULTISTEP: bool = False
 """The scheme carries a memory from step to step, made by its function ``start``."""
 
+COMPOSED: bool = False
+"""A step is several substeps of different sizes, whose weights are run-time data."""
+
+COMPENSATED: bool = False
+"""Sums over steps are compensated for rounding, HLW VIII.5."""
+
+PROJECTED: bool = False
+"""Each step ends with the orthogonal projection onto the manifold."""
+
+LOCAL: bool = False
+"""The scheme computes in local coordinates of the manifold, HLW (2.22)."""
+
+STIFF: bool = False
+"""The system is the penalised one, whose force is stiff."""
+
+STAGES: int = 1
+"""Number of stages. A range that names this constant, or the next, is unrolled: ``tuple(... for i in range(STAGES))``, ``min``, ``max``
+and ``sum`` of such, and statements ``for``."""
+
+CONSTRAINTS: int = 1
+"""Number of constraints m."""
+
+DATA: Any = ()
+"""Numbers of the scheme, its tableau or its options, as :class:`daebench.claims.Member` gives them: run-time data."""
+
+FORM_DATA: Any = ()
+"""Numbers of the form of the system: alpha and beta of Baumgarte's, eps of the penalised one."""
+
 AGAIN: int = 1
 """Newton's sweeps are done this many times over: 2 when derivatives are carried in the imaginary part."""
 
@@ -172,6 +200,31 @@ def a_p(p: Vector, q: Vector, lam: Multiplier) -> Matrix:
     raise NotImplementedError("filled in by the linker")
 
 
+def f(p: Vector, q: Vector) -> tuple[Vector, Vector, Number]:
+    """p', q' of the ODE in the form that is chosen, (1.18) by default, and the smallest relative pivot met on the way."""
+    raise NotImplementedError("filled in by the linker")
+
+
+def K_y(p: Vector, q: Vector) -> Vector:
+    """Gradient of K(y) = H(chi(y)) in local coordinates y = (p, q), shape(2 d,)."""
+    raise NotImplementedError("filled in by the linker")
+
+
+def two_form(p: Vector, q: Vector) -> Matrix:
+    """X^T J X with X = chi'(y) at local coordinates y = (p, q), HLW (2.21), shape(2 d, 2 d)."""
+    raise NotImplementedError("filled in by the linker")
+
+
+def chart(p: Vector, q: Vector) -> tuple[Vector, Vector]:
+    """State (p, q) at the local coordinates that a scheme computes in, as momenta and positions."""
+    raise NotImplementedError("filled in by the linker")
+
+
+def kinetic_increment(p: Vector, q: Vector, time: tuple[Number]) -> tuple[Vector, Vector]:
+    """What the flow of the kinetic energy on the manifold over a time adds to p and to q, where the problem declares that flow."""
+    raise NotImplementedError("filled in by the linker")
+
+
 def integrals(p: Vector, q: Vector) -> tuple[Number, ...]:
     """First integrals that the problem declares besides H."""
     raise NotImplementedError("filled in by the linker")
@@ -195,6 +248,11 @@ def axpy_m(w: Number, x: Multiplier, y: Multiplier) -> Multiplier:
     raise NotImplementedError("filled in by the linker")
 
 
+def scale_m(w: Number, x: Multiplier) -> Multiplier:
+    """Return w x on multipliers."""
+    raise NotImplementedError("filled in by the linker")
+
+
 def zero_m(q: Vector) -> Multiplier:
     """A multiplier of zeros in q's number type."""
     raise NotImplementedError("filled in by the linker")
@@ -202,6 +260,10 @@ def zero_m(q: Vector) -> Multiplier:
 
 def dot(x: Vector, y: Vector) -> Number:
     """x^T y."""
+
+
+def dot_moduli(x: Vector, y: Vector) -> Number:
+    """Sum of the moduli |x_i y_i|: what a relative change of one in y makes of x^T y at most."""
 
 
 def norm(x: Vector) -> Number:
@@ -247,6 +309,11 @@ def plus_mm(X: Matrix, Y: Matrix) -> Matrix:
     raise NotImplementedError("filled in by the linker")
 
 
+def scale_mm(w: Number, X: Matrix) -> Matrix:
+    """Return w X, shape(m, m)."""
+    raise NotImplementedError("filled in by the linker")
+
+
 def scale_dd(w: Number, X: Matrix) -> Matrix:
     """Return w X, shape(d, d)."""
     raise NotImplementedError("filled in by the linker")
@@ -264,6 +331,11 @@ def jacobian_times(X: Matrix, S: Matrix) -> Matrix:
 
 def scale_md(w: Number, X: Matrix) -> Matrix:
     """Return w X, shape(m, d)."""
+    raise NotImplementedError("filled in by the linker")
+
+
+def outer_md(y: Multiplier, x: Vector, X: Matrix) -> Matrix:
+    """Return y x^T + X, shape(m, d)."""
     raise NotImplementedError("filled in by the linker")
 
 
@@ -302,6 +374,11 @@ def product(X: Matrix, Y: Matrix) -> Matrix:
     raise NotImplementedError("filled in by the linker")
 
 
+def product_T(X: Matrix, Y: Matrix) -> Matrix:
+    """X^T Y for X and Y of shape(m, d), shape(d, d)."""
+    raise NotImplementedError("filled in by the linker")
+
+
 def solve(A: Matrix, b: Multiplier) -> tuple[Multiplier, Number]:
     """X with A x = b, shape(m,), and the smallest relative pivot."""
     raise NotImplementedError("filled in by the linker")
@@ -327,6 +404,36 @@ def solve_2m(A: Matrix, B: Matrix, C: Matrix, D: Matrix, b: Multiplier, c: Multi
     raise NotImplementedError("filled in by the linker")
 
 
+def solve_stages(B: tuple[tuple[Matrix, ...], ...], b: tuple[Multiplier, ...]) -> tuple[tuple[Multiplier, ...], Number]:
+    """X with sum_j B[i][j] x[j] = b[i] for STAGES blocks of shape(m, m), and the smallest relative pivot."""
+    raise NotImplementedError("filled in by the linker")
+
+
+def solve_stages_but_one(B: tuple[tuple[Matrix, ...], ...], b: tuple[Multiplier, ...]) -> tuple[tuple[Multiplier, ...], Number]:
+    """X with sum_j B[i][j] x[j] = b[i] for STAGES - 1 blocks of shape(m, m), and the smallest relative pivot."""
+    raise NotImplementedError("filled in by the linker")
+
+
+def solve_stages_twice(B: tuple[tuple[Matrix, ...], ...], b: tuple[Multiplier, ...]) -> tuple[tuple[Multiplier, ...], Number]:
+    """X with sum_j B[i][j] x[j] = b[i] for 2 STAGES blocks of shape(m, m), and the smallest relative pivot."""
+    raise NotImplementedError("filled in by the linker")
+
+
+def solve_stages_d(B: tuple[tuple[Matrix, ...], ...], b: tuple[Vector, ...]) -> tuple[tuple[Vector, ...], Number]:
+    """X with sum_j B[i][j] x[j] = b[i] for STAGES blocks of shape(d, d), and the smallest relative pivot."""
+    raise NotImplementedError("filled in by the linker")
+
+
+def solve_stages_twice_d(B: tuple[tuple[Matrix, ...], ...], b: tuple[Vector, ...]) -> tuple[tuple[Vector, ...], Number]:
+    """X with sum_j B[i][j] x[j] = b[i] for 2 STAGES blocks of shape(d, d), and the smallest relative pivot."""
+    raise NotImplementedError("filled in by the linker")
+
+
+def solve_2d(A: Matrix, b: Vector) -> tuple[Vector, Vector, Number]:
+    """Both halves of the x with A x = b, shape(2 d,), and the smallest relative pivot."""
+    raise NotImplementedError("filled in by the linker")
+
+
 # ---- what only Newton and the loop use -----------------------------------------------------------------------------------
 
 
@@ -342,8 +449,18 @@ def plus_work(x: Any, y: Any) -> Any:
     """Sum of two amounts of work."""
 
 
-def step(p0: Vector, q0: Vector, h: Number) -> tuple[Vector, Vector, Report]:
-    """The scheme's step (a multistep scheme's has its memory after q0 and returns it after q1)."""
+def step(p0: Vector, q0: Vector, h: Number) -> tuple[Vector, Vector, Any, Report]:
+    """p1, q1, raw multipliers and a report; a multistep scheme's step has its memory after q0 and returns it after q1."""
+    raise NotImplementedError("filled in by the linker")
+
+
+def plain_step(p0: Vector, q0: Vector, h: Number) -> tuple[Vector, Vector, Any, Report]:
+    """The scheme's own step, whatever is done around it."""
+    raise NotImplementedError("filled in by the linker")
+
+
+def increment(p0: Vector, q0: Vector, h: Number) -> tuple[Vector, Vector, Any, Report]:
+    """The scheme's step as p1 - p0, q1 - q0, before they are added to the state."""
     raise NotImplementedError("filled in by the linker")
 
 
@@ -371,5 +488,5 @@ def total(x: tuple[Number, ...]) -> Number:
     """Sum of moduli that are watched; not finite where any of them is not."""
 
 
-def store(P: Any, Q: Any, row: int, p: Vector, q: Vector) -> None:
-    """Write a state into row ``row`` of the outputs."""
+def store(P: Any, Q: Any, R: Any, row: int, p: Vector, q: Vector, raw: Any) -> None:
+    """Write a state into row ``row`` of the outputs, and the step's raw multipliers where they are wanted."""

@@ -9,7 +9,7 @@ OK = 0
 NOT_CONVERGED = 1
 SINGULAR = 2
 NOT_FINITE = 3
-SWEEPS = 40
+SWEEPS = 100
 
 
 def judge(residual: Any, pivot: Any, size: Any) -> int:
@@ -33,7 +33,7 @@ def newton(improve: Callable[..., Any], x: Any, data: Any) -> tuple[Any, Report]
     follow from g = 0, which leaves them uncertain by eps |q| / h; against |M^-1 p| where they do not. The iteration never ends
     because the residual is small: that leaves a bias, and the energy a linear drift. Where the imaginary part carries a
     derivative it goes on for as many sweeps again, so that the derivative is as converged as the value. A relative pivot at
-    round-off, anything that is not finite, or 40 sweeps without an end stop it with a status that says so.
+    round-off, anything that is not finite, or 100 sweeps without an end stop it with a status that says so.
     """
     last = INF
     until = 0

@@ -68,8 +68,8 @@ def improve(x: tuple[Vector, Vector, Multiplier], data: tuple[Vector, Vector, Nu
     return x, norm(dq) + abs(h) * norm(apply(by_mass, dp)), max(1.0, norm(q)), residual, min(pivot, min(pivot_p, pivot_q))
 
 
-def step(p0: Vector, q0: Vector, h: Number) -> tuple[Vector, Vector, Report]:
-    """Return p1, q1 and a report.
+def step(p0: Vector, q0: Vector, h: Number) -> tuple[Vector, Vector, Any, Report]:
+    """Return p1, q1, no raw multipliers, and a report.
 
     ::
 
@@ -79,4 +79,4 @@ def step(p0: Vector, q0: Vector, h: Number) -> tuple[Vector, Vector, Report]:
     """
     (p_hat, q1, _), found = newton(improve, (p0, q0, zero_m(q0)), (p0, q0, h))
     p1, _, settled = tangent(p_hat, q1)
-    return p1, q1, both(found, settled)
+    return p1, q1, (), both(found, settled)

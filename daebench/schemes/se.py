@@ -70,8 +70,8 @@ def improve(x: tuple[Vector, Multiplier], data: tuple[Vector, Vector, Matrix, Nu
     return x, norm(apply(by_mass, dp)), scale_v, norm(r_p) + norm_m(value), min(pivot, pivot_p)
 
 
-def step(p0: Vector, q0: Vector, h: Number) -> tuple[Vector, Vector, Report]:
-    """Return p1, q1 and a report.
+def step(p0: Vector, q0: Vector, h: Number) -> tuple[Vector, Vector, Any, Report]:
+    """Return p1, q1, no raw multipliers, and a report.
 
     ::
 
@@ -81,4 +81,4 @@ def step(p0: Vector, q0: Vector, h: Number) -> tuple[Vector, Vector, Report]:
     lam is evaluated in full, also off the manifold, where the solution soon is.
     """
     (p1, _), report = newton(improve, (p0, zero_m(q0)), (p0, q0, G(q0), h))
-    return p1, axpy(h, H_p(p1, q0), q0), report
+    return p1, axpy(h, H_p(p1, q0), q0), (), report

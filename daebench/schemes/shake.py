@@ -2,24 +2,25 @@
 
 from typing import Any
 
-from daebench.claims import Claims
-from daebench.kernels.constrain import onto
-from daebench.kernels.hole import G, H_p, H_q, Number, Report, Vector, apply, axpy, mass, rows, scale
-from daebench.schemes.rattle import step as rattle_step
+from daebench.claims import Claims, Member
+from daebench.kernels.constrain import reach
+from daebench.kernels.hole import G, H_p, H_q, Number, Report, Vector, apply, axpy, mass, rows, scale, scale_m
+from daebench.schemes.rattle import increment as rattle_increment
 
 CLAIMS = Claims(
     order=2, symmetric=False, symplectic=True, keeps_g=True, keeps_Gv=False, system="constrained", source="HLW (1.23)", separable_only=True
 )
+MEMBERS = {"shake": Member(claims=CLAIMS, multipliers=lambda: {"lam_n": 1.0})}
 
 
 def start(p0: Vector, q0: Vector, h: Number) -> tuple[Vector, Report]:
     """Return q1 from one step of RATTLE, and its report."""
-    _, q1, report = rattle_step(p0, q0, h)
-    return q1, report
+    _, dq, _, report = rattle_increment(p0, q0, h)
+    return axpy(1.0, dq, q0), report
 
 
 def step(p0: Vector, q0: Vector, q1: Vector, h: Number) -> Any:
-    """Return p1, q1, q2 and a report; p1 needs the step after it, so the memory of SHAKE is the position one step ahead.
+    """Return p1, q1, q2, lam of q1 and a report; p1 needs the step after it, so the memory of SHAKE is the position one step ahead.
 
     The momentum is defined by a central difference and does not satisfy G H_p = 0. That is also why SHAKE is not symmetric as a
     map of (p, q) from the manifold, though its recursion in q is.
@@ -29,7 +30,7 @@ def step(p0: Vector, q0: Vector, q1: Vector, h: Number) -> Any:
         q2 = 2 q1 - q0 - h^2 M^-1 (U_q(q1) + G(q1)^T lam),      0 = g(q2)
         p1 = M (q2 - q0) / (2 h)
     """
-    q_free = axpy(-h * h, H_p(H_q(p0, q1), q1), axpy(-1.0, q0, scale(2.0, q1)))
-    q2, _, report = onto(q_free, rows(G(q1), p0, q1))
-    p1 = apply(mass(p0, q1), axpy(-1.0, q0, q2))
-    return scale(0.5 / h, p1), q1, q2, report
+    dq = axpy(-1.0, q0, q1)
+    dq2, nu, report = reach(q1, axpy(-h * h, H_p(H_q(p0, q1), q1), dq), rows(G(q1), p0, q1))
+    p1 = apply(mass(p0, q1), axpy(1.0, dq2, dq))
+    return scale(0.5 / h, p1), q1, axpy(1.0, dq2, q1), (scale_m(1.0 / (h * h), nu),), report

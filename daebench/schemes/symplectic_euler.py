@@ -3,7 +3,7 @@
 from typing import Any
 
 from daebench.claims import Claims
-from daebench.kernels.constrain import onto, tangent
+from daebench.kernels.constrain import reach, tangent
 from daebench.kernels.hole import (
     SEPARABLE,
     G,
@@ -29,6 +29,7 @@ from daebench.kernels.hole import (
     norm,
     norm_m,
     rows,
+    scale,
     scale_dd,
     scale_md,
     solve,
@@ -41,8 +42,8 @@ CLAIMS = Claims(order=1, symmetric=False, symplectic=True, keeps_g=True, keeps_G
 
 if SEPARABLE:
 
-    def step(p0: Vector, q0: Vector, h: Number) -> tuple[Vector, Vector, Report]:
-        """Return p1, q1 and a report.
+    def step(p0: Vector, q0: Vector, h: Number) -> tuple[Vector, Vector, Any, Report]:
+        """Return p1, q1, no raw multipliers, and a report.
 
         ::
 
@@ -52,9 +53,10 @@ if SEPARABLE:
         """
         G0 = G(q0)
         p_hat = axpy(-h, H_q(p0, q0), p0)
-        q1, nu, found = onto(axpy(h, H_p(p_hat, q0), q0), rows(G0, p0, q0))
+        dq, nu, found = reach(q0, scale(h, H_p(p_hat, q0)), rows(G0, p0, q0))
+        q1 = axpy(1.0, dq, q0)
         p1, _, settled = tangent(axpy(-1.0 / h, mul_T(G0, nu), p_hat), q1)
-        return p1, q1, both(found, settled)
+        return p1, q1, (), both(found, settled)
 
 else:
 
@@ -74,8 +76,8 @@ else:
         x = (axpy(-1.0, dp, p), axpy_m(-1.0, change, lam))
         return x, norm(apply(S, dp)), max(1.0, norm(q1)), norm(r_p) + norm_m(value), min(pivot, pivot_p)
 
-    def step(p0: Vector, q0: Vector, h: Number) -> tuple[Vector, Vector, Report]:
-        """Return p1, q1 and a report.
+    def step(p0: Vector, q0: Vector, h: Number) -> tuple[Vector, Vector, Any, Report]:
+        """Return p1, q1, no raw multipliers, and a report.
 
         ::
 
@@ -86,4 +88,4 @@ else:
         (p_hat, _), found = newton(improve, (p0, zero_m(q0)), (p0, q0, G(q0), h))
         q1 = axpy(h, H_p(p_hat, q0), q0)
         p1, _, settled = tangent(p_hat, q1)
-        return p1, q1, both(found, settled)
+        return p1, q1, (), both(found, settled)

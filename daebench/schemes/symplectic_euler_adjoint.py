@@ -3,7 +3,7 @@
 from typing import Any
 
 from daebench.claims import Claims
-from daebench.kernels.constrain import onto, tangent
+from daebench.kernels.constrain import reach, tangent
 from daebench.kernels.hole import (
     SEPARABLE,
     G,
@@ -28,6 +28,7 @@ from daebench.kernels.hole import (
     norm,
     norm_m,
     rows,
+    scale,
     scale_dd,
     scale_md,
     solve,
@@ -43,8 +44,8 @@ CLAIMS = Claims(
 
 if SEPARABLE:
 
-    def step(p0: Vector, q0: Vector, h: Number) -> tuple[Vector, Vector, Report]:
-        """Return p1, q1 and a report.
+    def step(p0: Vector, q0: Vector, h: Number) -> tuple[Vector, Vector, Any, Report]:
+        """Return p1, q1, no raw multipliers, and a report.
 
         ::
 
@@ -52,10 +53,11 @@ if SEPARABLE:
             p1    = p_hat - h (U_q(q1) + G(q1)^T lam),                  0 = G(q1) M^-1 p1
         """
         G0 = G(q0)
-        q1, nu, found = onto(axpy(h, H_p(p0, q0), q0), rows(G0, p0, q0))
+        dq, nu, found = reach(q0, scale(h, H_p(p0, q0)), rows(G0, p0, q0))
+        q1 = axpy(1.0, dq, q0)
         p_hat = axpy(-1.0 / h, mul_T(G0, nu), p0)
         p1, _, settled = tangent(axpy(-h, H_q(p_hat, q1), p_hat), q1)
-        return p1, q1, both(found, settled)
+        return p1, q1, (), both(found, settled)
 
 else:
 
@@ -74,8 +76,8 @@ else:
         x = (axpy(-1.0, dq, q), axpy_m(-1.0, change, mu))
         return x, norm(dq), max(1.0, norm(q)), norm(r_q) + norm_m(value), min(pivot, pivot_q)
 
-    def step(p0: Vector, q0: Vector, h: Number) -> tuple[Vector, Vector, Report]:
-        """Return p1, q1 and a report.
+    def step(p0: Vector, q0: Vector, h: Number) -> tuple[Vector, Vector, Any, Report]:
+        """Return p1, q1, no raw multipliers, and a report.
 
         ::
 
@@ -86,4 +88,4 @@ else:
         (q1, mu), found = newton(improve, (q0, zero_m(q0)), (p0, q0, G0, h))
         p_hat = axpy(-h, mul_T(G0, mu), p0)
         p1, _, settled = tangent(axpy(-h, H_q(p_hat, q1), p_hat), q1)
-        return p1, q1, both(found, settled)
+        return p1, q1, (), both(found, settled)

@@ -1,0 +1,78 @@
+"""``daebench check``: what a method claims, and what is measured."""
+
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from daebench.cli.console import bar, pairs, print_json, print_table
+
+if TYPE_CHECKING:
+    from daebench.claims_check import Finding
+
+
+def check(
+    problem: Annotated[str, typer.Argument(help="Name of a problem.")],
+    method: Annotated[str, typer.Option("--method", help="Name of a fixed-step method, for example rattle.")],
+    case: Annotated[str | None, typer.Option("--case", help="Named initial values; the problem's first if left out.")] = None,
+    h: Annotated[float | None, typer.Option("--h", help="Step size of all but the order; a small part of the motion if left out.")] = None,
+    steps: Annotated[int, typer.Option("--steps", help="Steps along which constraints, energy and integrals are watched.")] = 200,
+    param: Annotated[list[str] | None, typer.Option("--param", help="Value of a parameter, name=value; repeatable.")] = None,
+    option: Annotated[list[str] | None, typer.Option("--option", help="Free number of the method, name=value; repeatable.")] = None,
+    as_json: Annotated[bool, typer.Option("--json", help="One JSON object on standard output.")] = False,
+) -> None:
+    """Hold the claims of a fixed-step method against what is measured; exit 1 if one falls short."""
+    from dataclasses import asdict
+
+    from daebench.api import scene_of
+    from daebench.claims_check import FALLS_SHORT, accepted, check_claims, default_step
+    from daebench.names import parse
+
+    scene = scene_of(problem, case, pairs("param", param or []))
+    chosen = accepted(scene, parse(method, pairs("option", option or [])))
+    with bar(f"{method} on {problem}") as progress:
+        value = default_step(scene) if h is None else h
+        found = check_claims(scene, chosen, h=value, steps=steps, progress=progress)
+    short = [each.property for each in found if each.verdict == FALLS_SHORT]
+    if as_json:
+        print_json(
+            {
+                "problem": scene.problem,
+                "case": scene.case,
+                "parameters": dict(scene.parameters),
+                "method": chosen.name,
+                "h": value,
+                "steps": steps,
+                "claims": [asdict(each) for each in found],
+                "falls_short": short,
+            }
+        )
+    else:
+        _print(f"{chosen.name} on {scene.problem}, case {scene.case}, h = {value:g}, {steps} steps", found)
+        if short:
+            print(f"{chosen.name} falls short of what it claims: {', '.join(short)}.")
+    raise typer.Exit(1 if short else 0)
+
+
+def _print(title: str, found: "list[Finding]") -> None:
+    rows = [[each.property, _claim(each.claimed), _measured(each), _bound(each), each.verdict] for each in found]
+    print(title)
+    print_table(["property", "claimed", "measured", "bound", "verdict"], rows)
+    for each in found:
+        if each.note:
+            print(f"{each.property}: {each.note}")
+
+
+def _claim(claimed: int | bool | None) -> str:
+    return "" if claimed is None else {True: "yes", False: "no"}[claimed] if isinstance(claimed, bool) else str(claimed)
+
+
+def _measured(each: "Finding") -> str:
+    if each.measured != each.measured:
+        return ""
+    return f"{each.measured:.3f} ± {each.standard_error:.1g}" if each.property == "order" else f"{each.measured:.2g}"
+
+
+def _bound(each: "Finding") -> str:
+    if each.bound != each.bound:
+        return ""
+    return f"> {each.bound:.3g}" if each.property == "order" else f"<= {each.bound:.2g}"

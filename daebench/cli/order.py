@@ -1,0 +1,96 @@
+"""``daebench order``: the orders of methods, measured component by component."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from daebench.cli.console import bar, pairs, print_json, print_table, words
+from daebench.errors import BadInput
+
+if TYPE_CHECKING:
+    from daebench.order_series import OrderStudy, Series
+
+
+def order(
+    problem: Annotated[str, typer.Argument(help="Name of a problem.")],
+    methods: Annotated[str, typer.Option("--methods", help="Names of fixed-step methods, comma-separated.")],
+    case: Annotated[str | None, typer.Option("--case", help="Named initial values; the problem's first if left out.")] = None,
+    t_end: Annotated[float | None, typer.Option("--t-end", help="End time T [some 256 steps of DOP853 at 1e-13].")] = None,
+    h: Annotated[float | None, typer.Option("--h", help="Largest step size, made T/(8 n) [by the order claimed].")] = None,
+    halvings: Annotated[int | None, typer.Option("--halvings", help="How often it is halved [until round-off].")] = None,
+    param: Annotated[list[str] | None, typer.Option("--param", help="Value of a parameter, name=value; repeatable.")] = None,
+    out: Annotated[Path | None, typer.Option("--out", help="Write the tables and the picture to a folder.")] = None,
+    as_json: Annotated[bool, typer.Option("--json", help="One JSON object on standard output.")] = False,
+) -> None:
+    """Measure the orders of methods, for q, p, lam and raw multipliers apart; exit 1 if a method fails at every step size.
+
+    Errors are Euclidean norms, the largest over t = T k/8, k = 1..8.
+    """
+    chosen = words(methods)
+    if not chosen:
+        raise BadInput("--methods names no method; give at least one, for example rattle.")
+    from daebench.api import scene_of
+    from daebench.files import make_folder
+    from daebench.order_study import study
+
+    if out is not None:
+        make_folder(out)
+    scene = scene_of(problem, case, pairs("param", param or []))
+    with bar(f"order on {problem}") as progress:
+        found = study(scene, chosen, t_end=t_end, h=h, halvings=halvings, began=progress)
+    if as_json:
+        print_json(_everything(found))
+    else:
+        _print(found)
+    if out is not None:
+        _write(out, found, tell=not as_json)
+    raise typer.Exit(1 if any(all(point.failure for point in series.points) for series in found.series) else 0)
+
+
+def _print(found: "OrderStudy") -> None:
+    columns = ("method", "component", "claimed", "order", "standard error", "points", "dropped", "note")
+    print_table(columns, [_line(series) for series in found.series])
+    where = f"{found.scene.problem}, case {found.scene.case}, T = {found.t_end:g}"
+    bounds = ", ".join(f"{name} {bound:.1e}" for name, bound in found.truth.bound.items())
+    print(f"{where}: largest Euclidean norm of the error over t = T k/8, k = 1..8.")
+    print(f"Reference: {found.truth.kind}, good for {bounds}.")
+    failures = {point.failure: None for series in found.series for point in series.points if point.failure}
+    for failure in failures:
+        print(failure)
+
+
+def _line(series: "Series") -> list[str]:
+    fit, known = series.fit, series.fit.slope == series.fit.slope
+    claimed = "" if series.claimed is None else str(series.claimed)
+    measured = [f"{fit.slope:.3f}", f"{fit.slope_error:.1g}"] if known else ["", ""]
+    used = f"{sum(fit.used)}/{len(fit.used)}"
+    return [series.method, series.component, claimed, *measured, used, series.reasons, fit.note]
+
+
+def _everything(found: "OrderStudy") -> dict[str, Any]:
+    """Return all that was measured."""
+    return {
+        "problem": found.scene.problem,
+        "case": found.scene.case,
+        "parameters": dict(found.scene.parameters),
+        "t_end": found.t_end,
+        "times": found.truth.t,
+        "error": "largest Euclidean norm over the times",
+        "reference": {"kind": found.truth.kind, "bound": dict(found.truth.bound)},
+        "series": [_series(each) for each in found.series],
+    }
+
+
+def _series(series: "Series") -> dict[str, Any]:
+    own = ("method", "component")
+    points = [{name: value for name, value in row.items() if name not in own} for row in series.rows()]
+    return series.row() | {"dropped": series.dropped, "floor": series.floor, "points": points}
+
+
+def _write(out: Path, found: "OrderStudy", *, tell: bool) -> None:
+    from daebench.order_figure import write
+
+    paths = write(out, found)
+    if tell:
+        print(f"written: {', '.join(str(path) for path in paths)}")

@@ -1,0 +1,133 @@
+"""The stages of Lobatto IIIA-IIIB, HLW (1.27)-(1.30), by an iteration in increments that leaves out the derivatives of the forces.
+
+Its matrix is exact in the multipliers; what is left out makes it linear with a factor O(h^2), and O(h) where H_p depends on q.
+``DATA`` is what :func:`daebench.schemes.lobatto.numbers` returns: A, A^, the matrix N with c_i N = A A^, b and c.
+"""
+
+from typing import Any
+
+from daebench.kernels.hole import (
+    DATA,
+    SEPARABLE,
+    STAGES,
+    G,
+    H_p,
+    H_pp,
+    H_q,
+    Matrix,
+    Multiplier,
+    Number,
+    Report,
+    Vector,
+    apply,
+    axpy,
+    axpy_m,
+    g,
+    gram,
+    jacobian_times,
+    mul,
+    mul_full_T,
+    mul_T,
+    norm,
+    norm_m,
+    rows,
+    scale,
+    scale_mm,
+    solve_stages_but_one,
+    zero_m,
+)
+from daebench.kernels.newton import newton
+from daebench.kernels.stages import places, weighted, weighted_but_last
+
+
+def positions(q0: Vector, dQ: Any) -> tuple[Vector, ...]:
+    """Return Q_1 = q0, Q_2, ..., Q_s."""
+    return (q0, *tuple(axpy(1.0, dQ[i], q0) for i in range(STAGES - 1)))
+
+
+def jacobians(G0: Matrix, Q: tuple[Vector, ...]) -> tuple[Matrix, ...]:
+    """Return G at every stage."""
+    return (G0, *tuple(G(Q[i]) for i in range(1, STAGES)))
+
+
+def forces(P: Any, Q: tuple[Vector, ...], J: tuple[Matrix, ...], Lam: tuple[Multiplier, ...]) -> tuple[Vector, ...]:
+    """Return H_q + G^T Lam at every stage but the last."""
+    return tuple(axpy(1.0, mul_T(J[k], Lam[k]), H_q(P[k], Q[k])) for k in range(STAGES - 1))
+
+
+def correct(h: Number, dQ: Any, free: Any, Q: tuple[Vector, ...], J: tuple[Matrix, ...], R: Any) -> Any:
+    """Return what must be added to the multipliers for g(Q_i) = 0 to first order, the Q_i - q0 that this leads to, |g| and a pivot.
+
+    ::
+
+        g(Q_i) + G(Q_i) (free_i - dQ_i - h^2 sum_k (A A^)_ik M^-1 G(Q_k)^T change_k) = 0,      i = 2 ... s,  k = 1 ... s-1
+
+    with G(Q_k) M^-1 in R_k.
+    """
+    w = tuple(h * h * DATA[4][i] for i in range(STAGES))
+    value = tuple(axpy_m(1.0, g(Q[i + 1]), mul(J[i + 1], axpy(-1.0, dQ[i], free[i]))) for i in range(STAGES - 1))
+    B = tuple(tuple(scale_mm(w[i] * DATA[2][i][k], gram(J[i], R[k])) for k in range(STAGES - 1)) for i in range(1, STAGES))
+    change, pivot = solve_stages_but_one(B, value)
+    back = tuple(mul_full_T(R[k], change[k]) for k in range(STAGES - 1))
+    moved = tuple(weighted_but_last(free[i - 1], -w[i], DATA[2][i], back) for i in range(1, STAGES))
+    return change, moved, sum(norm_m(value[i]) for i in range(STAGES - 1)), pivot
+
+
+def begin(p0: Vector, q0: Vector, h: Number) -> tuple[Any, Any]:
+    """Return Q_i - q0 on the tangent, i = 2 ... s, and multipliers of zero, to begin the iteration with."""
+    v0 = H_p(p0, q0)
+    return tuple(scale(h * DATA[4][i], v0) for i in range(1, STAGES)), tuple(zero_m(q0) for k in range(STAGES - 1))
+
+
+if SEPARABLE:
+
+    def improve(x: Any, data: Any) -> Any:
+        """One sweep for Q_i - q0 and Lam_k; the P_i are eliminated, H_p being affine in p."""
+        dQ, Lam = x
+        p0, q0, G0, h = data
+        Q = positions(q0, dQ)
+        J = jacobians(G0, Q)
+        kick = forces(tuple(p0 for k in range(STAGES)), Q, J, Lam)
+        R = tuple(rows(J[k], p0, q0) for k in range(STAGES - 1))
+        free = tuple(scale(h * DATA[4][i], H_p(weighted_but_last(p0, -h, DATA[2][i], kick), q0)) for i in range(1, STAGES))
+        change, moved, residual, pivot = correct(h, dQ, free, Q, J, R)
+        size = sum(norm(axpy(-1.0, dQ[i], moved[i])) for i in range(STAGES - 1))
+        Lam = tuple(axpy_m(1.0, change[k], Lam[k]) for k in range(STAGES - 1))
+        return (moved, Lam), size, max(1.0, norm(Q[STAGES - 1])), residual, pivot
+
+    def stages(p0: Vector, q0: Vector, h: Number) -> tuple[Any, Any, Any, Report]:
+        """Return the P_i as far as the forces need them, Q_2 - q0, ..., Q_s - q0, Lam_1, ..., Lam_s-1, and a report."""
+        dQ, Lam = begin(p0, q0, h)
+        (dQ, Lam), report = newton(improve, (dQ, Lam), (p0, q0, G(q0), h))
+        return tuple(p0 for i in range(STAGES)), dQ, Lam, report
+
+else:
+
+    def improve(x: Any, data: Any) -> Any:
+        """One sweep for P_i - p0, Q_i - q0 and Lam_k: first P, then the velocities with it, then Q and the multipliers together."""
+        dP, dQ, Lam = x
+        p0, q0, G0, h = data
+        Q = positions(q0, dQ)
+        J = jacobians(G0, Q)
+        kick = forces(places(p0, dP), Q, J, Lam)
+        still = scale(0.0, p0)
+        free_P = tuple(weighted_but_last(still, -h, DATA[1][i], kick) for i in range(STAGES))
+        P = places(p0, free_P)
+        S = tuple(H_pp(P[i], Q[i]) for i in range(STAGES))
+        V = tuple(H_p(P[i], Q[i]) for i in range(STAGES))
+        R = tuple(jacobian_times(J[k], S[k]) for k in range(STAGES - 1))
+        free_Q = tuple(weighted(h, DATA[0][i], V) for i in range(1, STAGES))
+        change, moved, residual, pivot = correct(h, dQ, free_Q, Q, J, R)
+        pull = tuple(mul_T(J[k], change[k]) for k in range(STAGES - 1))
+        moved_P = tuple(weighted_but_last(free_P[i], -h, DATA[1][i], pull) for i in range(STAGES))
+        size_Q = sum(norm(axpy(-1.0, dQ[i], moved[i])) for i in range(STAGES - 1))
+        size_P = sum(norm(apply(S[i], axpy(-1.0, dP[i], moved_P[i]))) for i in range(STAGES))
+        Lam = tuple(axpy_m(1.0, change[k], Lam[k]) for k in range(STAGES - 1))
+        return (moved_P, moved, Lam), size_Q + abs(h) * size_P, max(1.0, norm(Q[STAGES - 1])), residual, pivot
+
+    def stages(p0: Vector, q0: Vector, h: Number) -> tuple[Any, Any, Any, Report]:
+        """Return P_1, ..., P_s, Q_2 - q0, ..., Q_s - q0, Lam_1, ..., Lam_s-1, and a report."""
+        still = scale(0.0, p0)
+        dQ, Lam = begin(p0, q0, h)
+        (dP, dQ, Lam), report = newton(improve, (tuple(still for i in range(STAGES)), dQ, Lam), (p0, q0, G(q0), h))
+        return places(p0, dP), dQ, Lam, report

@@ -1,0 +1,13 @@
+"""The right side in local coordinates of the manifold, HLW (2.22); eta stands for p here, and xi for q."""
+
+from daebench.kernels.hole import K_y, Number, Vector, solve_2d, two_form
+
+
+def f(p: Vector, q: Vector) -> tuple[Vector, Vector, Number]:
+    """Return eta', xi' and the smallest relative pivot of X^T J X, which is singular where the chart is.
+
+    ::
+
+        X^T J X y' = grad K(y)        y = (eta, xi)        K(y) = H(chi(y))        X = chi'(y)
+    """
+    return solve_2d(two_form(p, q), K_y(p, q))

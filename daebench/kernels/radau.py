@@ -1,0 +1,96 @@
+"""What Radau IIA has in common on the formulations of index 2: the stages with the multipliers held, and the matrices of the sweep."""
+
+from typing import Any
+
+from daebench.kernels.hole import (
+    DATA,
+    STAGES,
+    G,
+    Gv_q,
+    H_p,
+    H_pp,
+    H_q,
+    Multiplier,
+    Number,
+    Vector,
+    apply,
+    axpy,
+    gram_full,
+    jacobian_times,
+    mul_full_T,
+    mul_T,
+    norm,
+    plus_mm,
+    scale,
+    scale_mm,
+)
+from daebench.kernels.stages import places, weighted
+
+
+def numbers(s: int) -> tuple[Any, ...]:
+    """Return A, A A and c of Radau IIA with s stages; the product is rounded once."""
+    from daebench.tableaux import radau_iia
+
+    A, exact = radau_iia(s).A, radau_iia(s, 40).A
+    square = tuple(tuple(float(sum(exact[i][j] * exact[j][k] for j in range(s))) for k in range(s)) for i in range(s))
+    return A, square, radau_iia(s).c
+
+
+def nodes(s: int, *kinds: str) -> dict[str, float]:
+    """Return the names and nodes of the stage values of these kinds of multipliers."""
+    from daebench.tableaux import radau_iia
+
+    return {f"{kind}_{i + 1}": c for kind in kinds for i, c in enumerate(radau_iia(s).c)}
+
+
+def begin(p0: Vector, q0: Vector, h: Number) -> tuple[tuple[Vector, ...], tuple[Vector, ...]]:
+    """Return P_i - p0 = 0 and Q_i - q0 on the tangent, to begin the iteration with."""
+    v0, still = H_p(p0, q0), scale(0.0, p0)
+    return tuple(still for i in range(STAGES)), tuple(scale(h * DATA[2][i], v0) for i in range(STAGES))
+
+
+def held(p0: Vector, q0: Vector, dP: Any, dQ: Any, Lam: tuple[Multiplier, ...], h: Number) -> Any:
+    """Return what follows from the forces at the stages when the multipliers are held.
+
+    These are Q_i and the new P_i - p0; there the velocities, H_pp, G, G H_pp and d/dq[G H_p]; and what velocities are measured against.
+    """
+    Q = places(q0, dQ)
+    P = places(p0, dP)
+    J = tuple(G(Q[i]) for i in range(STAGES))
+    kick = tuple(axpy(1.0, mul_T(J[i], Lam[i]), H_q(P[i], Q[i])) for i in range(STAGES))
+    free = tuple(weighted(-h, DATA[0][i], kick) for i in range(STAGES))
+    P = places(p0, free)
+    V = tuple(H_p(P[i], Q[i]) for i in range(STAGES))
+    S = tuple(H_pp(P[i], Q[i]) for i in range(STAGES))
+    R = tuple(jacobian_times(J[i], S[i]) for i in range(STAGES))
+    C = tuple(Gv_q(P[i], Q[i]) for i in range(STAGES))
+    scale_v = norm(V[STAGES - 1]) + abs(h) * norm(apply(S[STAGES - 1], kick[STAGES - 1]))
+    return Q, free, V, S, J, R, C, scale_v
+
+
+def velocity_matrix(h: Number, J: Any, R: Any, C: Any) -> Any:
+    """Return the derivative of G H_p at stage i with respect to minus Lam_j, by way of P_i and of Q_i, as blocks of shape(m, m)."""
+    A, square = DATA[0], DATA[1]
+    return tuple(
+        tuple(
+            plus_mm(scale_mm(h * A[i][j], gram_full(R[i], J[j])), scale_mm(h * h * square[i][j], gram_full(C[i], R[j])))
+            for j in range(STAGES)
+        )
+        for i in range(STAGES)
+    )
+
+
+def moved(
+    h: Number, free_P: Any, free_Q: Any, J: Any, R: Any, change: tuple[Multiplier, ...]
+) -> tuple[tuple[Vector, ...], tuple[Vector, ...]]:
+    """Return P_i - p0 and Q_i - q0 with the multipliers changed by so much."""
+    pull = tuple(mul_T(J[j], change[j]) for j in range(STAGES))
+    push = tuple(mul_full_T(R[j], change[j]) for j in range(STAGES))
+    dP = tuple(axpy(1.0, weighted(-h, DATA[0][i], pull), free_P[i]) for i in range(STAGES))
+    return dP, tuple(axpy(1.0, weighted(-h * h, DATA[1][i], push), free_Q[i]) for i in range(STAGES))
+
+
+def size_of(S: Any, dP: Any, dQ: Any, P: Any, Q: Any, scale_v: Number, scale_q: Number) -> Number:
+    """Return how far the stages have moved: momenta as velocities against ``scale_v``, positions against ``scale_q``; times both."""
+    by_v = sum(norm(apply(S[i], axpy(-1.0, dP[i], P[i]))) for i in range(STAGES))
+    return by_v * scale_q + sum(norm(axpy(-1.0, dQ[i], Q[i])) for i in range(STAGES)) * scale_v

@@ -1,0 +1,17 @@
+"""The right side of the index-reduced equation, HLW (1.18)."""
+
+from daebench.kernels.hole import G, Gv_q, H_p, H_q, Number, Vector, axpy, axpy_m, gram, mul_full, mul_T, rows, scale, solve
+
+
+def f(p: Vector, q: Vector) -> tuple[Vector, Vector, Number]:
+    """Return p', q' and the smallest relative pivot of G H_pp G^T.
+
+    ::
+
+        q' = H_p        p' = -H_q - G^T lam(p, q)        G H_pp G^T lam = d/dq[G H_p] H_p - G H_pp H_q
+    """
+    v, gradient, G0 = H_p(p, q), H_q(p, q), G(q)
+    by_mass = rows(G0, p, q)
+    value = axpy_m(-1.0, mul_full(by_mass, gradient), mul_full(Gv_q(p, q), v))
+    lam, pivot = solve(gram(G0, by_mass), value)
+    return scale(-1.0, axpy(1.0, mul_T(G0, lam), gradient)), v, pivot

@@ -1,0 +1,114 @@
+"""Energy-momentum scheme of Gonzalez with constraints: the midpoint rule with discrete derivatives in place of H_q and G."""
+
+from typing import Any
+
+from daebench.claims import Claims, Member
+from daebench.kernels.hole import (
+    EPS,
+    G,
+    H,
+    H_p,
+    H_pp,
+    H_q,
+    H_qp,
+    H_qq,
+    Matrix,
+    Multiplier,
+    Number,
+    Report,
+    Vector,
+    apply,
+    apply_md,
+    axpy,
+    axpy_dd,
+    axpy_m,
+    curvature,
+    dot,
+    g,
+    gram,
+    identity_plus,
+    mul,
+    mul_full_T,
+    norm,
+    norm_m,
+    outer_md,
+    product,
+    scale,
+    scale_dd,
+    scale_md,
+    solve,
+    solve_dd,
+    solve_dm,
+    transpose,
+    zero_m,
+)
+from daebench.kernels.newton import newton
+
+CLAIMS = Claims(
+    order=2,
+    symmetric=True,
+    symplectic=False,
+    keeps_g=True,
+    keeps_Gv=False,
+    system="constrained",
+    source="Gonzalez, Physica D 132 (1999)",
+    conserves_energy=True,
+    quadratic_only=True,
+)
+MEMBERS = {"energy_momentum": Member(claims=CLAIMS, multipliers=lambda: {"lam_mid": 0.5})}
+
+
+def along(dq: Vector, q: Vector) -> Vector:
+    """Return dq/|dq|^2, the direction that the discrete derivatives are corrected in; it goes to zero with dq below sqrt(eps) |q|.
+
+    What it multiplies, at least of first order in dq, is there lost in the rounding of H and g, which would be blown up by 1/|dq|.
+    """
+    return scale(1.0 / (dot(dq, dq) + EPS * dot(q, q) + EPS * EPS * EPS * EPS), dq)
+
+
+def forces(p0: Vector, q0: Vector, dp: Vector, dq: Vector) -> tuple[Vector, Matrix, Multiplier]:
+    """Return the discrete derivatives D_q H, shape(d,), and DG, shape(m, d), and g(q1)."""
+    p, q, p1, q1 = axpy(0.5, dp, p0), axpy(0.5, dq, q0), axpy(1.0, dp, p0), axpy(1.0, dq, q0)
+    gradient, jacobian, direction, value = H_q(p, q), G(q), along(dq, q), g(q1)
+    missing_H = (H(p1, q1) - H(p0, q0)) - dot(H_p(p, q), dp) - dot(gradient, dq)
+    missing_g = axpy_m(-1.0, mul(jacobian, dq), axpy_m(-1.0, g(q0), value))
+    return axpy(missing_H, direction, gradient), outer_md(missing_g, direction, jacobian), value
+
+
+def improve(x: tuple[Vector, Vector, Multiplier], data: tuple[Vector, Vector, Number]) -> Any:
+    """One sweep for p1 - p0, q1 - q0 and lam, with the derivatives of the midpoint rule; q and then p are eliminated."""
+    dp, dq, lam = x
+    p0, q0, h = data
+    p, q, half = axpy(0.5, dp, p0), axpy(0.5, dq, q0), 0.5 * h
+    gradient, DG, value = forces(p0, q0, dp, dq)
+    r_p = axpy(h, axpy(1.0, mul_full_T(DG, lam), gradient), dp)
+    r_q = axpy(-h, H_p(p, q), dq)
+    mixed, by_mass, G1 = H_qp(p, q), H_pp(p, q), G(axpy(1.0, dq, q0))
+    K = scale_dd(half, axpy_dd(1.0, curvature(q, lam), H_qq(p, q)))
+    by_q, S_T, pivot_q = solve_dd(identity_plus(-half, transpose(mixed)), r_q, scale_dd(half, by_mass))
+    S = transpose(S_T)
+    A = axpy_dd(1.0, product(K, S), identity_plus(half, mixed))
+    by_p, P, pivot_p = solve_dm(A, axpy(-1.0, apply(K, by_q), r_p), scale_md(h, DG))
+    change, pivot = solve(gram(G1, apply_md(S, P)), axpy_m(-1.0, value, mul(G1, axpy(1.0, apply(S, by_p), by_q))))
+    back_p = axpy(-1.0, mul_full_T(P, change), by_p)
+    back_q = axpy(1.0, apply(S, back_p), by_q)
+    x = (axpy(-1.0, back_p, dp), axpy(-1.0, back_q, dq), axpy_m(-1.0, change, lam))
+    residual = norm(r_p) + norm(r_q) + norm_m(value)
+    return x, norm(back_q) + abs(half) * norm(apply(by_mass, back_p)), max(1.0, norm(q)), residual, min(pivot, min(pivot_p, pivot_q))
+
+
+def increment(p0: Vector, q0: Vector, h: Number) -> tuple[Vector, Vector, Any, Report]:
+    """Return p1 - p0, q1 - q0, lam in the middle of the step, and a report.
+
+    H is kept by construction, for H_p(zm).dp + D_q H.dq = H(z1) - H(z0) and DG dq = g(q1) - g(q0). Where H and g are at most quadratic
+    in q both corrections vanish, and quadratic integrals such as angular momenta are kept too; otherwise they are not, for a correction
+    along dq knows nothing of the symmetry. Raw multipliers alternate about lam by h; the mean of two in a row is of second order.
+    Below h about 1e-7 the rounding of g, eps/h in the momenta, is what one sees. With z = (p, q) and m for the mean of both ends::
+
+        dq = h H_p(zm),      dp = -h (D_q H + DG^T lam),      0 = g(q1)
+        D_q H = H_q(zm) + (H(z1) - H(z0) - H_p(zm).dp - H_q(zm).dq) dq/|dq|^2
+        DG    = G(qm) + (g(q1) - g(q0) - G(qm) dq) dq^T/|dq|^2
+    """
+    still = scale(0.0, p0)
+    (dp, dq, lam), report = newton(improve, (still, still, zero_m(q0)), (p0, q0, h))
+    return dp, dq, (lam,), report

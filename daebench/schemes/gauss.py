@@ -1,0 +1,140 @@
+"""Gauss collocation, HLW II.1.3, on the index-reduced ODE (1.18) or another form of the system."""
+
+from functools import partial
+from typing import Any
+
+from daebench.claims import Claims, Member
+from daebench.kernels.hole import (
+    DATA,
+    FORM_DATA,
+    STAGES,
+    STIFF,
+    G,
+    H_pp,
+    H_qp,
+    H_qq,
+    Matrix,
+    Number,
+    Vector,
+    axpy,
+    axpy_dd,
+    curvature,
+    f,
+    g,
+    identity_plus,
+    norm,
+    product_T,
+    scale,
+    scale_dd,
+    solve_stages_twice_d,
+    transpose,
+)
+from daebench.kernels.newton import newton
+
+
+def claims(s: int) -> Claims:
+    """Return the claims of Gauss collocation with s stages."""
+    return Claims(
+        order=2 * s,
+        symmetric=True,
+        symplectic=False,
+        keeps_g=False,
+        keeps_Gv=False,
+        system="ode",
+        source="HLW II.1.3 on (1.18)",
+        any_form=True,
+        canonical=True,
+    )
+
+
+def numbers(s: int) -> tuple[Any, ...]:
+    """Return the tableau A, b, c of s stages."""
+    from daebench.tableaux import gauss
+
+    tableau = gauss(s)
+    return tableau.A, tableau.b, tableau.c
+
+
+MEMBERS = {f"gauss{s}": Member(claims=claims(s), stages=s, numbers=partial(numbers, s)) for s in (2, 3, 4)}
+
+
+def weighted(h: Number, weights: Vector, K: Any) -> Vector:
+    """Return h sum_j weights[j] K[j] over the stages."""
+    total = scale(h * weights[0], K[0])
+    for j in range(1, STAGES):
+        total = axpy(h * weights[j], K[j], total)
+    return total
+
+
+def states(x0: Vector, K: Any, h: Number) -> Any:
+    """Return x0 + h sum_j a_ij K[j] at each stage i."""
+    return tuple(axpy(1.0, weighted(h, DATA[0][i], K), x0) for i in range(STAGES))
+
+
+if STIFF:
+
+    def block(w: Number, X: Matrix, i: int, j: int) -> Matrix:
+        """Return h a_ij X, with the identity added where i = j; w is h or -h."""
+        return identity_plus(w * DATA[0][i][j], X) if i == j else scale_dd(w * DATA[0][i][j], X)
+
+    def stiffness(p: Vector, q: Vector) -> Matrix:
+        """Return minus the derivative of p' with respect to q, H_qq + (G^T G + (G^T g)_q at fixed G) / eps^2."""
+        (eps,) = FORM_DATA
+        G0 = G(q)
+        return axpy_dd(1.0 / (eps * eps), axpy_dd(1.0, product_T(G0, G0), curvature(q, g(q))), H_qq(p, q))
+
+    def improve(x: Any, data: Any) -> Any:
+        """One Newton sweep, with exact second derivatives, for p' = F and q' = V at the stages."""
+        F, V, before = x
+        p0, q0, h = data
+        P, Q = states(p0, F, h), states(q0, V, h)
+        found = tuple(f(P[i], Q[i]) for i in range(STAGES))
+        mixed, by_mass = tuple(H_qp(P[i], Q[i]) for i in range(STAGES)), tuple(H_pp(P[i], Q[i]) for i in range(STAGES))
+        K = tuple(stiffness(P[i], Q[i]) for i in range(STAGES))
+        upper = tuple(
+            tuple(block(h, mixed[i], i, j) for j in range(STAGES)) + tuple(scale_dd(h * DATA[0][i][j], K[i]) for j in range(STAGES))
+            for i in range(STAGES)
+        )
+        lower = tuple(
+            tuple(scale_dd(-h * DATA[0][i][j], by_mass[i]) for j in range(STAGES))
+            + tuple(block(-h, transpose(mixed[i]), i, j) for j in range(STAGES))
+            for i in range(STAGES)
+        )
+        r_F = tuple(axpy(-1.0, F[i], found[i][0]) for i in range(STAGES))
+        r_V = tuple(axpy(-1.0, V[i], found[i][1]) for i in range(STAGES))
+        change, pivot = solve_stages_twice_d(upper + lower, r_F + r_V)
+        F1 = tuple(axpy(1.0, change[i], F[i]) for i in range(STAGES))
+        V1 = tuple(axpy(1.0, change[STAGES + i], V[i]) for i in range(STAGES))
+        size = abs(h) * sum(norm(change[STAGES + i]) for i in range(STAGES))
+        residual = sum(norm(r_F[i]) + norm(r_V[i]) for i in range(STAGES))
+        return (F1, V1, before), size, max(1.0, norm(q0)), residual, pivot
+
+else:
+
+    def improve(x: Any, data: Any) -> Any:
+        """One sweep of fixed-point iteration, HLW VIII.6.1, for p' = F and q' = V at the stages.
+
+        The change of V alone is measured, against |q| and |V| in the unit of time; and that of two sweeps in a row, because a
+        change of F is seen in V one sweep later. By then both have been contracted once more.
+        """
+        F, V, before = x
+        p0, q0, h = data
+        P, Q = states(p0, F, h), states(q0, V, h)
+        found = tuple(f(P[i], Q[i]) for i in range(STAGES))
+        F1, V1 = tuple(found[i][0] for i in range(STAGES)), tuple(found[i][1] for i in range(STAGES))
+        change = sum(norm(axpy(-1.0, V[i], V1[i])) for i in range(STAGES))
+        pivot = min(found[i][2] for i in range(STAGES))
+        return (F1, V1, change), change + before, max(1.0, norm(q0)) + norm(V1[0]), change, pivot
+
+
+def increment(p0: Vector, q0: Vector, h: Number) -> Any:
+    """Return p1 - p0, q1 - q0, no raw multipliers, and a report, for x = (p, q).
+
+    ::
+
+        X_i = x0 + h sum_j a_ij f(X_j)        x1 = x0 + h sum_i b_i f(X_i)
+    """
+    F0, v0, _ = f(p0, q0)
+    start = (tuple(F0 for i in range(STAGES)), tuple(v0 for i in range(STAGES)), max(1.0, norm(q0)))
+    (F, V, _), report = newton(improve, start, (p0, q0, h))
+    return weighted(h, DATA[1], F), weighted(h, DATA[1], V), (), report

@@ -1,0 +1,159 @@
+"""Generalized-alpha of Arnold and Brüls on the constraint g = 0 itself, index 3: what flexible multibody codes use; it damps."""
+
+from typing import Any
+
+from daebench.claims import Claims, Member
+from daebench.errors import BadInput
+from daebench.inputs import real
+from daebench.kernels.hole import (
+    DATA,
+    SEPARABLE,
+    G,
+    H_p,
+    H_pp,
+    H_q,
+    H_qp,
+    H_qq,
+    Multiplier,
+    Number,
+    Report,
+    Vector,
+    apply,
+    axpy,
+    axpy_dd,
+    axpy_m,
+    curvature,
+    f,
+    g,
+    gram,
+    identity_plus,
+    mass,
+    mul,
+    mul_full_T,
+    norm,
+    norm_m,
+    product,
+    rows,
+    scale,
+    scale_m,
+    solve,
+    solve_dm,
+    transpose,
+    zero_m,
+)
+from daebench.kernels.newton import linear, newton
+
+
+def numbers(rho_inf: float) -> tuple[float, ...]:
+    """Return alpha_m, alpha_f, beta and gamma of Chung and Hulbert for a spectral radius at infinity.
+
+    Raises
+    ------
+    BadInput
+        If rho_inf is not in [0, 1].
+    """
+    rho = real("rho_inf", rho_inf)
+    if not 0 <= rho <= 1:
+        raise BadInput(f"rho_inf = {rho:g} must be in [0, 1]: 1 damps nothing, 0 all of the highest frequencies at once.")
+    alpha_m, alpha_f = (2 * rho - 1) / (rho + 1), rho / (rho + 1)
+    gamma = 0.5 + alpha_f - alpha_m
+    return alpha_m, alpha_f, (gamma + 0.5) ** 2 / 4, gamma
+
+
+CLAIMS = Claims(
+    order=2,
+    symmetric=False,
+    symplectic=False,
+    keeps_g=True,
+    keeps_Gv=False,
+    system="index3",
+    source="Arnold and Brüls, Multibody Syst. Dyn. 18 (2007)",
+    quadratic_only=True,
+)
+MEMBERS = {
+    "generalized_alpha": Member(claims=CLAIMS, numbers=numbers, options={"rho_inf": 0.8}, multipliers=lambda: {"lam_n": 1.0}),
+}
+
+if SEPARABLE:
+
+    def change_of_velocity(dp: Vector, p: Vector, q: Vector, v: Vector) -> Vector:
+        """Return v' = M^-1 p'."""
+        return H_p(dp, q)
+
+    def momentum(p0: Vector, q: Vector, v: Vector) -> Vector:
+        """Return any momentum: the forces do not depend on it."""
+        return p0
+
+else:
+
+    def change_of_velocity(dp: Vector, p: Vector, q: Vector, v: Vector) -> Vector:
+        """Return v' = H_pp p' + d/dq[H_p] v."""
+        return axpy(1.0, apply(H_pp(p, q), dp), apply(transpose(H_qp(p, q)), v))
+
+    def momentum(p0: Vector, q: Vector, v: Vector) -> Vector:
+        """Return p = M(q) v."""
+        return apply(mass(p0, q), v)
+
+
+def improve(x: tuple[Vector, Multiplier], data: Any) -> Any:
+    """One sweep for z = w v1', what v1' adds to q1, and nu = w lam; exact for constant M, else but for velocity terms of order h."""
+    z, nu = x
+    p0, q0, dq, v_free, w, ratio = data
+    q, v = axpy(1.0, axpy(1.0, dq, z), q0), axpy(ratio, z, v_free)
+    p = momentum(p0, q, v)
+    G1, value = G(q), g(q)
+    by_mass = rows(G1, p, q)
+    free = change_of_velocity(scale(-1.0, H_q(p, q)), p, q, v)
+    r = axpy(1.0, mul_full_T(by_mass, nu), axpy(-w, free, z))
+    stiffness = axpy_dd(w, H_qq(p, q), curvature(q, nu))
+    by_r, Z, pivot_z = solve_dm(identity_plus(1.0, product(H_pp(p, q), stiffness)), r, by_mass)
+    change, pivot = solve(gram(G1, Z), axpy_m(-1.0, value, mul(G1, by_r)))
+    back = axpy(-1.0, mul_full_T(Z, change), by_r)
+    x = (axpy(-1.0, back, z), axpy_m(-1.0, change, nu))
+    return x, norm(back), max(1.0, norm(q)), norm(r) + norm_m(value), min(pivot, pivot_z)
+
+
+def start(p0: Vector, q0: Vector, h: Number) -> tuple[Any, Report]:
+    """Return v0, a0 and v'(0) such that lam has no error of first order in the first steps, and a report.
+
+    v'(0) is that of (1.18), and a0 approximates v'((alpha_m - alpha_f) h), the time that the averages a belong to, up to h^2. The
+    normal part of v0 is off by h^2 as it is later on: where it starts at zero, the multiplier must bring it there::
+
+        v0 = v + C h^2 M^-1 G^T (G M^-1 G^T)^-1 G v'',     C = 1/6 - beta - (alpha_m - alpha_f)/2
+    """
+    alpha_m, alpha_f, beta, _ = DATA
+    dp, v, pivot = f(p0, q0)
+    p, q = axpy(h, dp, p0), axpy(h, v, q0)
+    dp_next, v_next, pivot_next = f(p, q)
+    rate = change_of_velocity(dp, p0, q0, v)
+    jump = axpy(-1.0, rate, change_of_velocity(dp_next, p, q, v_next))
+    G0 = G(q0)
+    by_mass = rows(G0, p0, q0)
+    share, pivot_share = solve(gram(G0, by_mass), mul(G0, jump))
+    C = 1.0 / 6.0 - beta - 0.5 * (alpha_m - alpha_f)
+    memory = (axpy(C * h, mul_full_T(by_mass, share), v), axpy(alpha_m - alpha_f, jump, rate), rate)
+    return memory, linear(min(pivot, min(pivot_next, pivot_share)), norm(dp) + norm(dp_next))
+
+
+def step(p0: Vector, q0: Vector, memory: Any, h: Number) -> Any:
+    """Return p1, q1, the next v, a and v', lam of q1 and a report.
+
+    ::
+
+        q1 = q0 + h v0 + h^2 ((1/2 - beta) a0 + beta a1),      v1 = v0 + h ((1 - gamma) a0 + gamma a1),      p1 = M(q1) v1
+        (1 - alpha_m) a1 + alpha_m a0 = (1 - alpha_f) v1' + alpha_f v0'
+        v1' = H_pp p1' + d/dq[H_p] v1,                         p1' = -H_q(p1, q1) - G(q1)^T lam,             0 = g(q1)
+
+    lam is of second order for rho_inf < 1. For rho_inf = 1 its errors are not damped but add up, so that it is of first order only;
+    there, and from about 0.95 on, velocities normal to the manifold then grow until the motion is lost, and no report says so.
+    """
+    alpha_m, alpha_f, beta, gamma = DATA
+    v0, a0, rate0 = memory
+    share = (1.0 - alpha_f) / (1.0 - alpha_m)
+    a_free = axpy(alpha_f / (1.0 - alpha_m), rate0, scale(-alpha_m / (1.0 - alpha_m), a0))
+    dq = axpy(h * h, axpy(0.5 - beta, a0, scale(beta, a_free)), scale(h, v0))
+    v_free = axpy(h, axpy(1.0 - gamma, a0, scale(gamma, a_free)), v0)
+    w = beta * share * h * h
+    (z, nu), report = newton(improve, (scale(w, rate0), zero_m(q0)), (p0, q0, dq, v_free, w, gamma / (beta * h)))
+    q1, v1, rate1 = axpy(1.0, axpy(1.0, dq, z), q0), axpy(gamma / (beta * h), z, v_free), scale(1.0 / w, z)
+    return apply(mass(p0, q1), v1), q1, (v1, axpy(share, rate1, a_free), rate1), (scale_m(1.0 / w, nu),), report

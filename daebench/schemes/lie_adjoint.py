@@ -1,0 +1,32 @@
+"""Adjoint of the Lie-Trotter splitting of H = T + U, HLW (1.45): the flow of the potential energy, then that of the kinetic energy."""
+
+from typing import Any
+
+from daebench.claims import Claims
+from daebench.kernels.hole import Number, Vector, axpy, kinetic_increment
+from daebench.kernels.potential import potential_increment
+
+CLAIMS = Claims(
+    order=1,
+    symmetric=False,
+    symplectic=True,
+    keeps_g=True,
+    keeps_Gv=True,
+    system="constrained",
+    source="HLW (1.45)",
+    separable_only=True,
+    needs_kinetic_flow=True,
+)
+
+
+def increment(p0: Vector, q0: Vector, h: Number) -> Any:
+    """Return p1 - p0, q1 - q0, no raw multipliers, and a report.
+
+    ::
+
+        p^       = p0 - h (U_q(q0) + G(q0)^T lam),      0 = G(q0) M^-1 p^
+        (p1, q1) = phi^T_h(p^, q0)
+    """
+    kick, report = potential_increment(p0, q0, h)
+    dp, dq = kinetic_increment(axpy(1.0, kick, p0), q0, (h,))
+    return axpy(1.0, kick, dp), dq, (), report

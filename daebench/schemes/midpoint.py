@@ -1,0 +1,21 @@
+"""The implicit midpoint rule on the index-reduced ODE (1.18): conserves what is quadratic, and is yet not symplectic there."""
+
+from functools import partial
+from typing import Any
+
+from daebench.claims import Member
+from daebench.kernels.hole import Number, Vector
+from daebench.schemes.gauss import claims, numbers
+from daebench.schemes.gauss import increment as collocate
+
+MEMBERS = {"midpoint": Member(claims=claims(1), stages=1, numbers=partial(numbers, 1))}
+
+
+def increment(p0: Vector, q0: Vector, h: Number) -> Any:
+    """Return p1 - p0, q1 - q0, no raw multipliers, and a report, for x = (p, q): Gauss collocation of one stage.
+
+    ::
+
+        x1 = x0 + h f((x0 + x1)/2)
+    """
+    return collocate(p0, q0, h)

@@ -1,0 +1,114 @@
+"""RATTLE with the iteration of SHAKE, one constraint at a time until a tolerance is met, as molecular dynamics runs it."""
+
+from typing import Any
+
+from daebench.claims import Claims, Member
+from daebench.inputs import positive
+from daebench.kernels.hole import (
+    CONSTRAINTS,
+    DATA,
+    EPS,
+    INF,
+    G,
+    H_p,
+    H_q,
+    Matrix,
+    Multiplier,
+    Number,
+    Report,
+    Vector,
+    axpy,
+    dot,
+    dot_moduli,
+    g,
+    mul_T,
+    rows,
+    scale,
+    scale_m,
+    zero_m,
+)
+from daebench.kernels.newton import both
+from daebench.kernels.relax import relax
+
+
+def numbers(tolerance: float) -> tuple[float, ...]:
+    """Return the tolerance; raise :class:`BadInput` where it is not greater than 0."""
+    return (positive("tolerance", tolerance),)
+
+
+CLAIMS = Claims(
+    order=2,
+    symmetric=False,
+    symplectic=False,
+    keeps_g=False,
+    keeps_Gv=False,
+    system="constrained",
+    source="Ryckaert, Ciccotti and Berendsen, J. Comput. Phys. 23 (1977); Andersen, J. Comput. Phys. 52 (1983)",
+    separable_only=True,
+)
+MEMBERS = {
+    "rattle_iterative": Member(
+        claims=CLAIMS, numbers=numbers, options={"tolerance": 1e-8}, multipliers=lambda: {"lam_n": 0.0, "mu_n": 1.0}
+    ),
+}
+
+
+def bounds(X: Matrix, x: Vector) -> Multiplier:
+    """Return the tolerance times sum_i |X_ki x_i|: what a relative change of x by it makes of constraint k; never below rounding."""
+    return tuple(max(DATA[0], 4.0 * EPS) * dot_moduli(X[k], x) for k in range(CONSTRAINTS))
+
+
+def improve_positions(x: tuple[Vector, Multiplier], data: tuple[Vector, Matrix, Multiplier]) -> Any:
+    """One round for g(q0 + dq - V^T nu) = 0; each visit to a constraint counts as an evaluation of g and one of G."""
+    dq, nu = x
+    q0, V, bound = data
+    unmet, residual, pivot = 0.0, 0.0, INF
+    for k in range(CONSTRAINTS):
+        q = axpy(1.0, dq, q0)
+        row, value = G(q)[k], g(q)[k]
+        late = 1.0 if abs(value) > bound[k] else 0.0
+        steep = dot(row, V[k])
+        change = late * value / steep
+        dq = axpy(-change, V[k], dq)
+        nu = tuple(nu[j] + (change if j == k else 0.0) for j in range(CONSTRAINTS))
+        unmet, residual, pivot = unmet + late, residual + abs(value), min(pivot, abs(steep) / dot_moduli(row, V[k]))
+    return (dq, nu), unmet, residual, pivot
+
+
+def improve_velocities(x: tuple[Vector, Multiplier], data: tuple[Matrix, Matrix, Multiplier]) -> Any:
+    """One round for G1 (v - V^T mu) = 0."""
+    v, mu = x
+    G1, V, bound = data
+    unmet, residual, pivot = 0.0, 0.0, INF
+    for k in range(CONSTRAINTS):
+        value = dot(G1[k], v)
+        late = 1.0 if abs(value) > bound[k] else 0.0
+        steep = dot(G1[k], V[k])
+        change = late * value / steep
+        v = axpy(-change, V[k], v)
+        mu = tuple(mu[j] + (change if j == k else 0.0) for j in range(CONSTRAINTS))
+        unmet, residual, pivot = unmet + late, residual + abs(value), min(pivot, abs(steep) / dot_moduli(G1[k], V[k]))
+    return (v, mu), unmet, residual, pivot
+
+
+def increment(p0: Vector, q0: Vector, h: Number) -> tuple[Vector, Vector, Any, Report]:
+    """Return p1 - p0, q1 - q0, lam and mu, and a report.
+
+    The equations are those of RATTLE, HLW (1.25). Both sets of constraints are visited one after another, k = 1, ..., m, and corrected
+    one by one, until all are met at once::
+
+        q -> q - V_k^T g_k(q) / (G_k(q) V_k^T),                V = G(q0) M^-1,     |g_k(q)|    <= tolerance sum_i |G_ki(q0) q_i|
+        v -> v - V_k^T (G_k(q1) v) / (G_k(q1) V_k^T),          V = G(q1) M^-1,     |G_k(q1) v| <= tolerance sum_i |G_ki(q1) v_i|
+
+    with q and v on the right as they are before any correction. For a distance from the origin that is | |q|^2 - l^2 | <= 2 l^2 tolerance,
+    as in molecular dynamics. The tolerance is taken as 4 eps where it is less.
+    """
+    G0 = G(q0)
+    kick = scale(-0.5 * h, H_q(p0, q0))
+    dq_free = scale(h, H_p(axpy(1.0, kick, p0), q0))
+    (dq, nu), found = relax(improve_positions, (dq_free, zero_m(q0)), (q0, rows(G0, p0, q0), bounds(G0, axpy(1.0, dq_free, q0))))
+    q1 = axpy(1.0, dq, q0)
+    dp = axpy(-0.5 * h, H_q(p0, q1), axpy(-1.0 / h, mul_T(G0, nu), kick))
+    G1, v_free = G(q1), H_p(axpy(1.0, dp, p0), q1)
+    (_, mu), settled = relax(improve_velocities, (v_free, zero_m(q0)), (G1, rows(G1, p0, q1), bounds(G1, v_free)))
+    return axpy(-1.0, mul_T(G1, mu), dp), dq, (scale_m(2.0 / (h * h), nu), scale_m(2.0 / h, mu)), both(found, settled)

@@ -1,0 +1,35 @@
+"""Strang splitting of H = T + U, HLW (1.45): half the flow of the kinetic energy on either side of that of the potential energy."""
+
+from typing import Any
+
+from daebench.claims import Claims
+from daebench.kernels.hole import Number, Vector, axpy, kinetic_increment
+from daebench.kernels.potential import potential_increment
+
+CLAIMS = Claims(
+    order=2,
+    symmetric=True,
+    symplectic=True,
+    keeps_g=True,
+    keeps_Gv=True,
+    system="constrained",
+    source="HLW (1.45)",
+    separable_only=True,
+    needs_kinetic_flow=True,
+)
+
+
+def increment(p0: Vector, q0: Vector, h: Number) -> Any:
+    """Return p1 - p0, q1 - q0, no raw multipliers, and a report.
+
+    ::
+
+        (p-, q_half) = phi^T_{h/2}(p0, q0)
+        p+           = p- - h (U_q(q_half) + G(q_half)^T lam),      0 = G(q_half) M^-1 p+
+        (p1, q1)     = phi^T_{h/2}(p+, q_half)
+    """
+    dp, dq = kinetic_increment(p0, q0, (0.5 * h,))
+    p, q_half = axpy(1.0, dp, p0), axpy(1.0, dq, q0)
+    kick, report = potential_increment(p, q_half, h)
+    more_p, more_q = kinetic_increment(axpy(1.0, kick, p), q_half, (0.5 * h,))
+    return axpy(1.0, axpy(1.0, more_p, kick), dp), axpy(1.0, more_q, dq), (), report

@@ -1,0 +1,228 @@
+"""A run of a linked scheme: the compiled loop called piece by piece, so that it can be watched and interrupted."""
+
+import pickle
+import time
+import types
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from daebench.cache import damaged
+from daebench.grid import Grid
+from daebench.method import Request
+from daebench.scene import Scene
+from daebench.stages import Stages
+from daebench.trajectory import WATCH, WORK, Array, Trajectory
+
+REASONS = {
+    1: ("the iteration did not converge in {sweeps} sweeps, residual {residual:.2e}", "use a smaller h"),
+    2: (
+        "the iteration matrix is singular to round-off, residual {residual:.2e}",
+        "see whether constraints are redundant, or G has lost rank or a chart is singular there",
+    ),
+    3: (
+        "a value is no longer finite, residual {residual:.2e}",
+        "use a smaller h, and see whether the motion has left the domain of H",
+    ),
+    4: ("a watched quantity is not finite after this step", "see whether parameters and state are in the range of double precision"),
+    5: (
+        "the constraints could not be met one at a time within the tolerance in {relaxations} rounds, residual {residual:.2e}",
+        "use a smaller h or a larger tolerance",
+    ),
+}
+"""Why a scheme stopped, and what to do, by the status of its report."""
+
+LIMITS = {"sweeps": 100, "relaxations": 1000}
+CHUNK_SECONDS = 0.2
+
+State = tuple[Any, Any]
+
+
+@dataclass(frozen=True)
+class Linked:
+    """A scheme linked to a problem, ready to run.
+
+    Parameters
+    ----------
+    name : str
+        Name in the grammar of methods.
+    kernel : module
+        The generated module.
+    par : tuple
+        Run-time data: the problem's parameters, the scheme's numbers, the form's numbers.
+    weights : ndarray, shape(k,)
+        Weights of the substeps of a composition; empty where a step is one step.
+    compiled : bool
+        Whether the kernel is machine code.
+    stages : Stages
+        What the raw multipliers are, and the times they belong to.
+    enter, leave : callable
+        From a state (p, q) to what the scheme computes in, and back.
+    """
+
+    name: str
+    kernel: types.ModuleType
+    par: tuple[Any, ...]
+    weights: Array
+    compiled: bool
+    stages: Stages
+    enter: Callable[[Any, Any], State]
+    leave: Callable[[Any, Any], State]
+
+    def failure(self, scene: Scene, h: float, done: int, steps: int, tried: int, report: Sequence[Any]) -> str:
+        """Return the sentence that says where a scheme stopped and why; ``tried`` substeps were begun in the last step."""
+        substep = f", substep {tried} of {len(self.weights)} over {self.weights[tried - 1] * h:.4g}" if len(self.weights) and tried else ""
+        where = f"stopped at t = {done * h:.9g} (step {done + 1} of {steps}, h = {h:g}{substep})"
+        why, advice = REASONS[int(report[0])]
+        reason = why.format(residual=float(report[1]), **LIMITS)
+        return f"{self.name} on {scene.problem}, case {scene.case}, {where}: {reason}; {advice}."
+
+
+class Run:
+    """One run of a linked scheme on a scene.
+
+    Parameters
+    ----------
+    linked : Linked
+        The scheme.
+    scene, request, grid
+        What is integrated, what is asked for, and the steps that this comes to.
+    began : float
+        When the work on this request began, on ``time.perf_counter``.
+    """
+
+    def __init__(self, linked: Linked, scene: Scene, request: Request, grid: Grid, began: float) -> None:
+        self.linked, self.scene, self.request, self.grid = linked, scene, request, grid
+        self.kernel = linked.kernel
+        self.watch = tuple(name for name in WATCH if name in request.watch)
+        self.number: Callable[[Any], Any] = (
+            np.dtype(request.precision).type if request.precision == "float32" or not linked.compiled else float
+        )
+        self.zero, self.infinity = self.typed(0.0), self.typed(np.inf)
+        self.par, self.h = self.typed(linked.par), self.typed(grid.h)
+        self.weights = linked.weights.astype(request.precision)
+        self.p, self.q = self.typed(linked.enter(scene.p0, scene.q0))
+        self.names = _watched_names(self.watch, scene)
+        self.P, self.Q = (np.empty((grid.rows, scene.d), dtype=request.precision) for _ in range(2))
+        self.R = np.empty((grid.rows if request.raw else 0, len(linked.stages.nodes) * scene.m), dtype=request.precision)
+        self.done, self.row, self.left = 0, 0, grid.every or -1
+        self.work = np.zeros(len(WORK), dtype=np.int64)
+        self.seconds = 0.0
+        self.failure: str | None = None
+        self.interrupted = False
+        with np.errstate(all="ignore"):
+            try:
+                self._prepare()
+            except (EOFError, pickle.UnpicklingError) as error:
+                raise damaged(self.kernel) from error
+        self.compile_seconds = time.perf_counter() - began
+
+    def typed(self, x: Any) -> Any:
+        """Return a number or nested tuple in the run's number type, which is lost when a kernel hands a float32 back to Python."""
+        return tuple(map(self.typed, x)) if isinstance(x, tuple | np.ndarray) else self.number(x)
+
+    def _prepare(self) -> None:
+        """Make the first memory and the conserved quantities, and have the loop compiled."""
+        self.conserved = self.typed(self.kernel.first(self.p, self.q, self.par))
+        self.maxima: Any = tuple(self.zero for _ in self.names)
+        self.pivot = self.infinity
+        self.memory: Any = ()
+        report: Any = (0, self.zero, self.infinity, ())
+        if hasattr(self.kernel, "begin"):
+            memory, report = self.kernel.begin(self.p, self.q, self.h, self.par)
+            self.memory = self.typed(memory)
+            self.work += self._tally(self.kernel.EACH_BEGIN, 1) + self._tally(report[3], 1)
+        if report[0]:
+            self.failure = self._sentence(report, 0)
+        self._call(0)
+
+    def _tally(self, counts: Sequence[int], times: int) -> Any:
+        return times * np.array(counts, dtype=np.int64) if self.request.count and len(counts) else np.zeros(len(WORK), dtype=np.int64)
+
+    def _sentence(self, report: Sequence[Any], tried: int) -> str:
+        return self.linked.failure(self.scene, self.grid.h, self.done, self.grid.steps, tried, report)
+
+    def _call(self, steps: int) -> Any:
+        outputs = (self.P[self.row :], self.Q[self.row :], self.R[self.row :])
+        state = (self.p, self.q, self.memory, self.conserved, self.maxima, self.pivot)
+        return self.kernel.integrate(*state, self.h, self.weights, steps, self.left, self.grid.every, *outputs, self.par)
+
+    def _advance(self, steps: int) -> float:
+        """Take so many steps, or as many as there are; return the CPU time it took."""
+        began = time.thread_time()
+        with np.errstate(all="ignore"):
+            result = self._call(steps)
+        took = time.thread_time() - began
+        self.p, self.q, self.memory, self.maxima, self.pivot = self.typed(result[:5])
+        done, rows, self.left, work, tried, report = result[5:]
+        self.done, self.row = self.done + done, self.row + rows
+        failed = int(report[0] != 0)
+        substeps = done * max(1, len(self.weights)) + failed * tried
+        self.work += self._tally(work, 1) + self._tally(self.kernel.EACH_ONE, substeps)
+        self.work += self._tally(self.kernel.EACH_FINISH, done + failed)
+        self.seconds += took
+        if failed:
+            self.failure = self._sentence(report, tried)
+        return took
+
+    def _march(self) -> None:
+        """Take all steps, in pieces of a fifth of a second."""
+        piece, limit = 64, time.perf_counter() + (self.request.seconds_limit or np.inf)
+        while self.done < self.grid.steps and self.failure is None:
+            took = self._advance(min(piece, self.grid.steps - self.done))
+            piece = int(min(8 * piece, max(1, piece * CHUNK_SECONDS / max(took, 1e-6))))
+            if self.request.progress:
+                self.request.progress(self.done / self.grid.steps)
+            if self.failure is None and self.done < self.grid.steps and time.perf_counter() > limit:
+                self.failure = self._stopped(f"the limit of {self.request.seconds_limit:g} s is reached")
+
+    def _stopped(self, why: str) -> str:
+        t = self.done * self.grid.h
+        return f"{self.linked.name} on {self.scene.problem}, case {self.scene.case}, stopped at t = {t:.9g}: {why}."
+
+    def trajectory(self) -> Trajectory:
+        """Run, and return what there is."""
+        try:
+            self._march()
+        except KeyboardInterrupt:
+            self.failure, self.interrupted = self._stopped("interrupted"), True
+        scene, request = self.scene, self.request
+        t, p, q = self._outputs()
+        return Trajectory(
+            problem=scene.problem,
+            case=scene.case,
+            method=self.linked.name,
+            parameters=dict(scene.parameters),
+            knob="h",
+            value=self.grid.h,
+            t=t,
+            q=q,
+            p=p,
+            lam=scene.along("lam", p, q) if request.multipliers else None,
+            raw=self.linked.stages.multipliers(self.R[: self.row].astype(float), self.grid.h, scene.m) if request.raw else {},
+            steps=self.done,
+            work=dict(zip(WORK, map(int, self.work), strict=True)) if request.count else {},
+            maxima=dict(zip(self.names, map(float, self.maxima), strict=True)),
+            pivot=float(self.pivot) if np.isfinite(self.pivot) else None,
+            seconds=self.seconds,
+            compile_seconds=self.compile_seconds,
+            failure=self.failure,
+            interrupted=self.interrupted,
+        )
+
+    def _outputs(self) -> tuple[Array, Array, Array]:
+        """Return t, p and q: the start, what the loop stored, and the end."""
+        index = self.grid.every * np.arange(1, self.row + 1)
+        end = [self.done] if self.done and (not len(index) or index[-1] != self.done) else []
+        last = self.linked.leave(self.p, self.q)
+        last_p, last_q = (np.array([x] * len(end), dtype=float).reshape(-1, self.scene.d) for x in last)
+        p = np.concatenate([self.scene.p0[None], self.P[: self.row].astype(float), last_p])
+        q = np.concatenate([self.scene.q0[None], self.Q[: self.row].astype(float), last_q])
+        return np.array([0, *index, *end], dtype=float) * self.grid.h, p, q
+
+
+def _watched_names(watch: Sequence[str], scene: Scene) -> list[str]:
+    names = {"energy": ["energy"], "manifold": ["g", "Gv"], "integrals": list(scene.integrals)}
+    return [name for each in watch for name in names[each]]

@@ -1,0 +1,74 @@
+"""Source files as syntax, and the small rewritings that the linker makes of them."""
+
+import ast
+from collections.abc import Mapping, Sequence
+from functools import reduce
+
+
+class SourceFile:
+    """One source file as syntax, with its constant ``if`` statements settled."""
+
+    def __init__(self, name: str, text: str, constants: Mapping[str, bool | int]) -> None:
+        self.name = name
+        self.functions: dict[str, ast.FunctionDef] = {}
+        self.literals: dict[str, ast.Constant] = {}
+        self.imports: dict[str, tuple[str, str]] = {}
+        self._read(ast.parse(text).body, constants)
+
+    def _read(self, body: Sequence[ast.stmt], constants: Mapping[str, bool | int]) -> None:
+        for node in body:
+            if isinstance(node, ast.FunctionDef):
+                self.functions[node.name] = node
+            elif isinstance(node, ast.ImportFrom) and (node.module or "").startswith(("daebench.kernels", "daebench.schemes")):
+                self.imports |= {alias.asname or alias.name: (str(node.module), alias.name) for alias in node.names}
+            elif isinstance(node, ast.If) and isinstance(node.test, ast.Name) and node.test.id in constants:
+                self._read(node.body if constants[node.test.id] else node.orelse, constants)
+            elif isinstance(node, ast.Assign) and isinstance(node.value, ast.Constant) and isinstance(node.targets[0], ast.Name):
+                self.literals[node.targets[0].id] = node.value
+
+
+class TypedLiterals(ast.NodeTransformer):
+    """Give every float literal the type float32, so that none promotes a result."""
+
+    def visit_Constant(self, node: ast.Constant) -> ast.expr:
+        """Wrap a float."""
+        return ast.parse(f"numpy.float32({node.value!r})", mode="eval").body if isinstance(node.value, float) else node
+
+
+def gathered(name: str, terms: Sequence[ast.expr]) -> ast.expr:
+    """Return a tuple, a sum, a minimum or a maximum of terms."""
+    if name == "tuple":
+        return ast.Tuple(list(terms), ast.Load())
+    if name == "sum":
+        return reduce(lambda x, y: ast.BinOp(x, ast.Add(), y), terms)
+    return terms[0] if len(terms) == 1 else call(name, terms)
+
+
+def call(name: str, arguments: Sequence[ast.expr]) -> ast.Call:
+    """Return the call of a function by name."""
+    return ast.Call(ast.Name(name, ast.Load()), list(arguments), [])
+
+
+def decorated(body: str, roots: Sequence[str], cached: bool) -> str:
+    """Hand each function to numba; only the roots are kept on disk, with everything else inside them, and can be called from Python.
+
+    What wraps a function for Python takes as long to compile as a small function itself.
+    """
+    tree = ast.parse(body)
+    for node in tree.body:
+        if isinstance(node, ast.FunctionDef):
+            inner = ", no_cpython_wrapper=True, no_cfunc_wrapper=True"
+            more = inner if node.name not in roots else ", cache=True" if cached else ""
+            node.decorator_list = [ast.parse(f"njit(error_model='numpy'{more})", mode="eval").body]
+    return ast.unparse(tree)
+
+
+def parameters_of(node: ast.FunctionDef) -> list[str]:
+    """Return the names of a function's parameters."""
+    return [argument.arg for argument in node.args.args]
+
+
+def called(node: ast.FunctionDef) -> list[str]:
+    """Return the parameters of a function that it calls."""
+    calls = {n.func.id for n in ast.walk(node) if isinstance(n, ast.Call) and isinstance(n.func, ast.Name)}
+    return [parameter for parameter in parameters_of(node) if parameter in calls]

@@ -1,0 +1,205 @@
+"""The reference solution that errors are taken against: the closed form where the problem has one, else two runs of DOP853."""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from daebench.errors import RunFailed
+from daebench.pose import Dae, pose
+from daebench.scene import Array, Scene
+
+DIGITS = 20
+"""Decimal digits of the closed form; double precision needs 16."""
+
+TIGHT, LOOSE = 2.5e-14, 1e-13
+"""Relative and absolute tolerance of the run that is used, hardly more than SciPy's least, and of the run whose difference from it
+tells how good it is."""
+
+SAFETY = 10.0
+"""The bound is so many times the difference between the two runs."""
+
+EPS = float(np.finfo(float).eps)
+
+
+@dataclass(frozen=True)
+class Truth:
+    """States of the exact motion, and by how much they may be wrong.
+
+    Parameters
+    ----------
+    kind : str
+        "closed form" or "DOP853".
+    t : ndarray, shape(n,)
+        Times, s, ascending.
+    q, p : ndarray, shape(n, d)
+        Positions and momenta.
+    lam : ndarray, shape(n, m)
+        Multipliers lam(p, q), HLW (1.12).
+    bound : mapping of str to float
+        Euclidean norm of the error of "q", "p" and "lam", at most, at any of the times.
+    """
+
+    kind: str
+    t: Array
+    q: Array
+    p: Array
+    lam: Array
+    bound: Mapping[str, float]
+
+
+def truth(scene: Scene, times: ArrayLike) -> Truth:
+    """Return the motion from the scene's own initial values, as rounded as any method is handed them.
+
+    A closed form is evaluated in mpmath numbers and rounded once; its bound is the rounding of the largest state. Else the
+    index-reduced ODE, HLW (1.18), is integrated by SciPy's DOP853 at 2.5e-14 from time to time, without interpolation, and the
+    bound is 10 times the difference from a run at 1e-13, or that rounding where it is more.
+
+    Parameters
+    ----------
+    scene : Scene
+        A problem with consistent initial values.
+    times : array_like, shape(n,)
+        Ascending, at least 0.
+
+    Raises
+    ------
+    RunFailed
+        If the integration stops early, or a multiplier is not finite.
+    """
+    closed_form = scene.source.derivation.problem.closed_form
+    if closed_form is None:
+        return integrated(scene, times)
+    q, p = evaluated(closed_form, times, scene.q0, scene.p0, scene.parameters)
+    states = {"q": q, "p": p, "lam": _multipliers(scene, p, q)}
+    return Truth("closed form", np.asarray(times, dtype=float), **states, bound={x: _rounding(rows) for x, rows in states.items()})
+
+
+def evaluated(
+    closed_form: Callable[..., Any], times: ArrayLike, q0: Array | Sequence[Any], p0: Array | Sequence[Any], parameters: Mapping[str, Any]
+) -> tuple[Array, Array]:
+    """Return q and p of a closed form at these times, shape(n, d), worked out with 20 digits and rounded once at the very end.
+
+    Parameters
+    ----------
+    closed_form : callable
+        As a problem declares it, see :class:`daebench.problem.ConstrainedHamiltonian`.
+    times : array_like, shape(n,)
+        Times, s.
+    q0, p0 : sequence of number, shape(d,)
+        Initial values, floats or mpmath numbers, taken as exact.
+    parameters : mapping of str to number
+        Values of the parameters, floats or mpmath numbers, taken as exact.
+    """
+    import mpmath
+
+    with mpmath.workdps(DIGITS):
+        start = [[mpmath.mpmathify(x) for x in part] for part in (np.asarray(q0).tolist(), np.asarray(p0).tolist())]
+        values = {name: mpmath.mpmathify(value) for name, value in parameters.items()}
+        states = [closed_form(mpmath.mpf(float(t)), *start, values) for t in np.asarray(times, dtype=float)]
+    q, p = (np.array([[float(x) for x in state[k]] for state in states]) for k in (0, 1))
+    return q, p
+
+
+def integrated(scene: Scene, times: ArrayLike) -> Truth:
+    """Return the motion by two runs of DOP853, see :func:`truth`.
+
+    Raises
+    ------
+    RunFailed
+        If the integration stops early, or a multiplier is not finite.
+    """
+    dae = pose(scene, "ode")
+    tight, loose = (_states(dae, times, tol) for tol in (TIGHT, LOOSE))
+    bound = {x: max(SAFETY * float(np.max(np.linalg.norm(tight[x] - loose[x], axis=1))), _rounding(tight[x])) for x in tight}
+    return Truth("DOP853", np.asarray(times, dtype=float), **tight, bound=bound)
+
+
+def multipliers_between(scene: Scene, known: Truth, times: ArrayLike) -> tuple[Array, float]:
+    """Return lam(p, q) at the start, at known times and between them, shape(n, m), and the bound of its error.
+
+    What is between is reached by DOP853 from the last known state before it.
+
+    Parameters
+    ----------
+    scene : Scene
+        What ``known`` belongs to.
+    known : Truth
+        The states from which to go on.
+    times : array_like, shape(n,)
+        Times, s, at least 0, in any order.
+    """
+    wanted, starts = np.asarray(times, dtype=float), np.concatenate([[0.0], known.t])
+    p, q = (np.concatenate([[x0], rows]) for x0, rows in ((scene.p0, known.p), (scene.q0, known.q)))
+    last = np.searchsorted(starts, wanted, side="right") - 1
+    lam, bound = _multipliers(scene, p, q)[last], known.bound["lam"]
+    between = wanted > starts[last]
+    for k in np.unique(last[between]):
+        here = between & (last == k)
+        after, places = np.unique(wanted[here] - starts[k], return_inverse=True)
+        found = integrated(replace(scene, p0=p[k], q0=q[k]), after)
+        lam[here] = found.lam[places]
+        bound = max(bound, found.bound["lam"])
+    return lam, bound
+
+
+def reach(scene: Scene, steps: int) -> float:
+    """Return the time that DOP853 at 1e-13 reaches in so many steps: what the motion itself calls long."""
+    solver = _solver(pose(scene, "ode"), 0.0, np.inf, LOOSE)
+    for _ in range(steps):
+        if solver.status != "running" or solver.step() is not None:
+            break
+    return float(solver.t)
+
+
+def _states(dae: Dae, times: ArrayLike, tol: float) -> dict[str, Array]:
+    """Return q, p and lam at ascending times, each a step's end."""
+    Y, t = [dae.y0], 0.0
+    for t_next in np.asarray(times, dtype=float):
+        Y.append(_advanced(dae, t, float(t_next), Y[-1], tol))
+        t = float(t_next)
+    q, v = dae.unpack(np.array(Y[1:]))
+    p = dae.momenta(q, v)
+    return {"q": q, "p": p, "lam": _multipliers(dae.scene, p, q)}
+
+
+def _advanced(dae: Dae, t: float, t_end: float, y: Array, tol: float) -> Array:
+    if t_end <= t:
+        return y
+    solver = _solver(dae, t, t_end, tol, y)
+    with np.errstate(all="ignore"):
+        while solver.status == "running":
+            message = solver.step()
+    if solver.status == "failed" or not np.all(np.isfinite(solver.y)):
+        where = f"the reference solution of {dae.scene.problem}, case {dae.scene.case}, stopped at t = {solver.t:.9g} of {t_end:g}"
+        why = str(message or "a value is no longer finite").rstrip(".")
+        raise RunFailed(f"{where} (DOP853, tolerance {tol:g}): {why}; choose a shorter end time.")
+    return np.asarray(solver.y, dtype=float)
+
+
+def _solver(dae: Dae, t: float, t_end: float, tol: float, y: Array | None = None) -> Any:
+    from scipy.integrate import DOP853
+
+    def right_side(_: float, y: Array) -> Array:
+        out = np.empty(dae.n)
+        dae.rhs(0.0, np.array(y), out, dae.par)
+        return out
+
+    with np.errstate(all="ignore"):
+        return DOP853(right_side, t, dae.y0 if y is None else y, t_end, rtol=tol, atol=tol)
+
+
+def _multipliers(scene: Scene, p: Array, q: Array) -> Array:
+    lam = scene.along("lam", p, q)
+    if not np.all(np.isfinite(lam)):
+        raise RunFailed(
+            f"the multiplier of {scene.problem}, case {scene.case}, is not finite along the motion, so that it has no reference; "
+            "choose a shorter end time or another case."
+        )
+    return lam
+
+
+def _rounding(rows: Array) -> float:
+    return EPS * float(np.max(np.linalg.norm(rows, axis=1)))
