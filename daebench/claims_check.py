@@ -27,10 +27,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from daebench.api import scene_of
+from daebench.diagnostics.poisson import poisson_defect
 from daebench.diagnostics.reversibility import reversibility_defect
 from daebench.diagnostics.symplecticity import Flow, symplecticity_defect, tangent_basis, tangent_map
 from daebench.errors import BadInput, RunFailed
 from daebench.fixed_step import FixedStep
+from daebench.local_flow import enter, local_flow, structure_matrix
 from daebench.method import Method, Request
 from daebench.names import parse
 from daebench.order_series import Series
@@ -146,7 +148,8 @@ def check_claims(
     Returns
     -------
     list of Finding
-        Order, symmetry, symplecticity, both constraints, energy, and each first integral that the problem declares.
+        Order, symmetry, symplecticity, in the problem's chart too where it declares one, both constraints, energy, and each first
+        integral that the problem declares.
 
     Raises
     ------
@@ -166,7 +169,7 @@ def check_claims(
         raise KeyboardInterrupt
     told(0.2, f"{fixed.name} on {scene.problem}, defects")
     bench = _Bench(scene, fixed, run.complete())
-    exact = [bench.symmetric(), bench.symplectic(), *bench.constraints(), bench.energy(), *bench.integrals()]
+    exact = [bench.symmetric(), bench.symplectic(), *bench.poisson(), *bench.constraints(), bench.energy(), *bench.integrals()]
     return [_order(scene, fixed, halvings, lambda fraction, label: told(0.4 + 0.6 * fraction, f"order of {label}")), *exact]
 
 
@@ -204,6 +207,9 @@ def _held(property: str, claimed: bool, measured: float, bound: float, note: str
 def _order(scene: Scene, method: FixedStep, halvings: int | None, began: Progress) -> Finding:
     """Return the finding on the order of q and p: that of the worse of the two."""
     claimed, missing = method.claims.order, float("nan")
+    if method.form == "stiff":
+        note = "it is that of the penalised system, whose motion differs from the constrained one by eps^2 whatever h is."
+        return Finding("order", claimed, missing, missing, NOT_APPLICABLE, note=note)
     try:
         series = [each for each in study(scene, [method], halvings=halvings, began=began).series if each.component in ("q", "p")]
     except RunFailed as error:
@@ -259,6 +265,17 @@ class _Bench:
         size = 1 + max(self._two_form_size(Z) for Z in (self.X, self._carried(self.X)))
         return _held("symplectic", self.claims.symplectic, measured, self.bound(self.n, size), note)
 
+    def poisson(self) -> list[Finding]:
+        """Return the Poisson defect in the problem's chart, HLW (4.2), of a method that stays on the manifold; reported without a claim."""
+        if not (self.scene.sheet.CHART and self.claims.on_manifold):
+            return []
+        measured, note = _tried(self._poisson_defect)
+        return [Finding("Poisson in the chart", None, measured, float("nan"), NOT_CLAIMED, note=note)]
+
+    def _poisson_defect(self) -> float:
+        y0 = np.concatenate([np.asarray(part) for part in enter(self.scene)(self.scene.p0, self.scene.q0)])
+        return poisson_defect(local_flow(self.flow, self.scene), y0, structure_matrix(self.scene))
+
     def constraints(self) -> list[Finding]:
         """Return the findings on g = 0 and G H_p = 0 along the run."""
         P, Q = self.run.p, self.run.q
@@ -307,8 +324,8 @@ def _largest_row(matrices: Array) -> float:
 
 
 def _tried(measure: Callable[[], Any]) -> tuple[float, str]:
-    """Return a number, or NaN and the sentence that says why there is none."""
+    """Return a number, or NaN and the sentence that says why there is none: no solution, or a chart that is singular there."""
     try:
         return float(measure()), ""
-    except RunFailed as error:
+    except (RunFailed, BadInput) as error:
         return float("nan"), str(error)

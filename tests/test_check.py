@@ -73,6 +73,25 @@ def test_rattle_holds_all_that_it_claims_and_its_energy_and_integrals_are_report
     assert found["keeps L3"].measured < 1e-13
 
 
+def test_on_the_manifold_the_poisson_defect_in_the_chart_is_that_of_the_two_form(get_scene, monkeypatch):
+    kept = checked(monkeypatch, get_scene("spherical-fast"), "rattle")["Poisson in the chart"]
+    assert (kept.claimed, kept.verdict) == (None, NOT_CLAIMED)
+    assert kept.measured < 1e-13
+    monkeypatch.undo()
+    lost = checked(monkeypatch, get_scene("spherical-fast"), "implicit_euler")["Poisson in the chart"]
+    assert lost.measured > 1e-3
+    monkeypatch.undo()
+    assert "Poisson in the chart" not in checked(monkeypatch, get_scene("spherical-fast"), "shake")
+
+
+def test_the_order_on_the_penalised_system_is_not_held_against_the_constrained_one(get_scene, monkeypatch):
+    soft = FixedStep("gauss2", form="stiff", compiled=False)
+    found = {each.property: each for each in check_claims(get_scene("planar"), soft, h=0.001, steps=20)}
+    assert found["order"].verdict == NOT_APPLICABLE
+    assert "penalised" in found["order"].note
+    assert found["symplectic"].verdict == OK
+
+
 def test_what_se_does_not_claim_is_measured_all_the_same(get_scene, monkeypatch):
     found = checked(monkeypatch, get_scene("spherical-slow"), "se", 0.03)
     assert {found[name].verdict for name in EXACT} == {NOT_CLAIMED}

@@ -34,14 +34,24 @@ def daebench(monkeypatch, capsys):
 def test_list_names_everything_and_imports_nothing_heavy():
     code = "import sys, runpy; sys.argv = ['daebench', 'list']\n"
     code += "try: runpy.run_module('daebench', run_name='__main__')\nexcept SystemExit: pass\n"
-    code += "print({'sympy', 'numba', 'pandas', 'matplotlib', 'scipy'} & set(sys.modules))"
+    code += "print({'sympy', 'numba', 'pandas', 'matplotlib', 'scipy', 'mpmath'} & set(sys.modules))"
     out = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout
-    for name in ("spherical_pendulum", "rattle", "ida:index2", "baumgarte", "index-reduction"):
+    for name in (
+        "spherical_pendulum",
+        "rattle",
+        "lobatto6",
+        "/kahan_li8",
+        "+symproj",
+        "stiff:",
+        "ida:index2",
+        "baumgarte",
+        "index-reduction",
+    ):
         assert name in out
     assert out.strip().endswith("set()")
 
 
-@pytest.mark.parametrize("what", ["problems", "methods", "formulations", "reports"])
+@pytest.mark.parametrize("what", ["problems", "methods", "compositions", "projections", "forms", "formulations", "reports"])
 def test_list_gives_one_json_object(daebench, what):
     status, out, _ = daebench("list", what, "--json")
     assert status == 0
@@ -56,6 +66,7 @@ def test_show_gives_definition_cases_and_methods(daebench):
     assert shown["definition"]["integral L3"] == "-p1*q2 + p2*q1"
     assert shown["cases"]["fig1.2"]["p"] == "3*cos(13/10), 13/2, -3*sin(13/10)"
     assert "rattle" in shown["methods"]
+    assert {shown["definition"][part] for part in ("closed form", "kinetic flow", "chart")} == {"yes"}
 
 
 def test_run_prints_exactly_one_json_object_with_the_documented_keys(daebench):
@@ -81,6 +92,18 @@ def test_run_on_the_tolerance_driven_side_agrees_with_rattle(daebench):
     assert status == 0
     assert json.loads(out)["callback_seconds"] <= json.loads(out)["seconds"]
     assert np.abs(np.subtract(json.loads(fine)["q"], json.loads(out)["q"])).max() < 1e-6
+
+
+def test_raw_multipliers_go_beside_a_csv_and_into_an_npz(daebench, tmp_path):
+    for ending in ("csv", "npz"):
+        status, _, _ = daebench(*RUN, "--h", "0.1", "--steps", "5", "--raw", "--compensated", "--out", tmp_path / f"run.{ending}")
+        assert status == 0
+    table = np.genfromtxt(tmp_path / "run.raw.csv", delimiter=",", names=True, dtype=None, encoding="ascii")
+    arrays = np.load(tmp_path / "run.npz")
+    for name in ("lam_n", "mu_n", "mean"):
+        rows = table[table["multiplier"] == name]
+        assert np.array_equal(rows["t"], arrays[f"raw_{name}_t"])
+        assert np.array_equal(rows["lam1"], arrays[f"raw_{name}"][:, 0])
 
 
 @pytest.mark.parametrize("ending", ["csv", "npz"])
@@ -161,6 +184,9 @@ BAD = {
     "float32 for ida": ((*RUN[:-1], "ida:index2", "--tol", "1e-8", "--t-end", "5", "--precision", "float32"), "float64"),
     "q0 length": ((*RUN, "--h", "0.1", "--steps", "5", "--q0", "1,0"), "3 positions"),
     "q0 off the sphere": ((*RUN, "--h", "0.1", "--steps", "5", "--q0", "1,1,0"), "--project"),
+    "raw without out": ((*RUN, "--h", "0.1", "--steps", "5", "--raw"), "--raw needs a file"),
+    "composition": (("run", "spherical_pendulum", "--method", "rattle/suzuki", "--h", "0.1", "--steps", "5"), "did you mean suzuki4"),
+    "form": (("run", "spherical_pendulum", "--method", "stif:rk4", "--h", "0.1", "--steps", "5"), "did you mean stiff"),
     "out ending": ((*RUN, "--h", "0.1", "--steps", "5", "--out", "run.txt"), ".csv or .npz"),
     "out folder": ((*RUN, "--h", "0.1", "--steps", "5", "--out", "no/such/folder/run.csv"), "make it first"),
     "number": ((*RUN, "--h", "abc", "--steps", "5"), "--h"),

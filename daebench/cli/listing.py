@@ -53,11 +53,11 @@ def _rows(what: What) -> list[dict[str, Any]]:
     if what is What.methods:
         return [_method(each) for each in names.listed()]
     if what is What.compositions:
-        return [{"suffix": f"/{name}", "order": x.order, "stages": x.stages, "source": x.source} for name, x in COMPOSITIONS.items()]
+        return [{"name": f"/{name}", "order": x.order, "stages": x.stages, "source": x.source} for name, x in COMPOSITIONS.items()]
     if what is What.projections:
-        return [{"suffix": f"+{name}", "about": about} for name, about in PROJECTIONS.items()]
+        return [{"name": f"+{name}", "about": about} for name, about in PROJECTIONS.items()]
     if what is What.forms:
-        return [{"prefix": f"{name}:", "options": dict(form.options), "about": form.about} for name, form in FORMS.items()]
+        return [{"name": f"{name}:", "options": dict(form.options), "about": form.about} for name, form in FORMS.items()]
     about = pose.FORMULATIONS if what is What.formulations else catalogue.reports()
     return [{"name": name, "about": text} for name, text in about.items()]
 

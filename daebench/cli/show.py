@@ -43,7 +43,8 @@ def _definition(found: "Problem") -> dict[str, Any]:
     text |= {f"g{i}" if definition.m > 1 else "g": str(g) for i, g in enumerate(definition.g, 1)}
     text |= {f"integral {name}": str(expression) for name, expression in definition.integrals.items()}
     text["size"] = f"{definition.d} positions, {definition.m} constraints, {definition.d - definition.m} degrees of freedom"
-    text["closed form"] = "yes" if definition.closed_form else "no"
+    for name, part in (("closed form", definition.closed_form), ("kinetic flow", definition.kinetic_flow), ("chart", definition.chart)):
+        text[name] = "yes" if part else "no"
     cases = {
         name: {
             "q": ", ".join(map(str, case.q)),
