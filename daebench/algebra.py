@@ -106,7 +106,6 @@ class Values:
             "solve_stages": lambda: self._solve_blocks("solve_stages", self.stages, self.m),
             "solve_stages_but_one": lambda: self._solve_blocks("solve_stages_but_one", self.stages - 1, self.m),
             "solve_stages_twice": lambda: self._solve_blocks("solve_stages_twice", 2 * self.stages, self.m),
-            "solve_stages_d": lambda: self._solve_blocks("solve_stages_d", self.stages, self.d),
             "solve_stages_twice_d": lambda: self._solve_blocks("solve_stages_twice_d", 2 * self.stages, self.d),
             "solve_2d": self._solve_2d,
         }

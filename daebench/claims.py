@@ -73,7 +73,8 @@ def composed(claims: Claims, order: int) -> Claims:
 
 def projected(claims: Claims, projection: str) -> Claims:
     """Return the claims of a scheme followed by a projection: "proj", or "symproj", which keeps it symmetric."""
-    return replace(claims, symmetric=claims.symmetric and projection == "symproj", symplectic=False, keeps_g=True, keeps_Gv=True)
+    symmetric = claims.symmetric and projection == "symproj"
+    return replace(claims, symmetric=symmetric, symplectic=False, keeps_g=True, keeps_Gv=True, conserves_energy=False)
 
 
 def _none(**_: float) -> tuple[Any, ...]:
@@ -102,6 +103,8 @@ class Member:
     multipliers : callable
         Returns the names of the raw multipliers in the order in which a step returns them, each with its node c: it belongs to
         the time t_n + c h.
+    vanishing : tuple of str
+        Names of those raw multipliers that are zero along the exact solution, as mu of GGL; all others stand for lam.
     """
 
     claims: Claims
@@ -109,3 +112,4 @@ class Member:
     numbers: Callable[..., tuple[Any, ...]] = _none
     options: Mapping[str, float] = field(default_factory=dict)
     multipliers: Callable[[], Mapping[str, float]] = _no_multipliers
+    vanishing: tuple[str, ...] = ()

@@ -180,7 +180,7 @@ def default_step(scene: Scene) -> float:
     """
     most = min(reach(scene, 64) / 64 / 16, 1.0)
     power = 10.0 ** np.floor(np.log10(most))
-    return float(next(digit * power for digit in (5, 2, 1) if digit * power <= most))
+    return float(next((digit * power for digit in (5, 2) if digit * power <= most), power))
 
 
 def accepted(scene: Scene, method: Method) -> FixedStep:
@@ -205,7 +205,7 @@ def _held(property: str, claimed: bool, measured: float, bound: float, note: str
 
 
 def _order(scene: Scene, method: FixedStep, halvings: int | None, began: Progress) -> Finding:
-    """Return the finding on the order of q and p: that of the worse of the two."""
+    """Return the finding on the order of q and p: that of the worse of the two; one that is round-off throughout counts for nothing."""
     claimed, missing = method.claims.order, float("nan")
     if method.form == "stiff":
         note = "it is that of the penalised system, whose motion differs from the constrained one by eps^2 whatever h is."
@@ -215,8 +215,8 @@ def _order(scene: Scene, method: FixedStep, halvings: int | None, began: Progres
     except RunFailed as error:
         return Finding("order", claimed, missing, claimed - ORDER_SLACK, UNDETERMINED, note=str(error))
     found = [each for each in series if np.isfinite(each.fit.slope)]
-    if not found:
-        note = f"{series[0].fit.note} daebench order shows the points, and takes other step sizes and end times."
+    if not found or any(set(each.fit.reasons) != {"round-off"} for each in series if each not in found):
+        note = f"{'; '.join(map(_told, series))}. daebench order shows the points, and takes other step sizes and end times."
         return Finding("order", claimed, missing, claimed - ORDER_SLACK, UNDETERMINED, note=note)
     fit = min((each.fit for each in found), key=lambda fit: fit.slope)
     bound = claimed - ORDER_SLACK - 2 * fit.slope_error

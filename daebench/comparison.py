@@ -10,7 +10,7 @@ from daebench.api import knob_value, scene_of
 from daebench.diagnostics.energy import energy_drift
 from daebench.diagnostics.integrals import energy_error
 from daebench.method import Method, Request
-from daebench.names import parse
+from daebench.names import several
 from daebench.scene import Scene
 from daebench.trajectory import Trajectory
 
@@ -33,6 +33,7 @@ def compare(
     case: str | None = None,
     tol: float = TOLERANCE,
     parameters: Mapping[str, float] | None = None,
+    options: Mapping[str, float] | None = None,
     project: bool = False,
 ) -> pd.DataFrame:
     """Return one row a method: drift of energy and from the manifold, work and time, on one scene.
@@ -53,6 +54,8 @@ def compare(
         Tolerance of the tolerance-driven methods.
     parameters : mapping of str to float, optional
         Values of the problem's parameters.
+    options : mapping of str to float, optional
+        Free numbers of the methods; each goes to those that have it.
     project : bool
         Whether initial values are first projected onto the manifold.
 
@@ -67,7 +70,7 @@ def compare(
         If the request cannot be met.
     """
     scene = scene_of(problem, case, parameters, project=project)
-    runs = trajectories(scene, [parse(name) for name in methods], h=h, tol=tol, t_end=t_end)
+    runs = trajectories(scene, several(methods, options), h=h, tol=tol, t_end=t_end)
     return pd.DataFrame([row(scene, trajectory) for trajectory in runs])
 
 

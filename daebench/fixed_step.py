@@ -14,7 +14,7 @@ from daebench.cache import generated
 from daebench.claims import Claims, Member, composed, on_form, projected
 from daebench.compositions import COMPOSITIONS
 from daebench.errors import BadInput, RunFailed, unknown
-from daebench.forms import FORMS
+from daebench.forms import FORMS, OWN, Form
 from daebench.grid import Grid
 from daebench.inputs import real
 from daebench.members import members
@@ -78,10 +78,9 @@ class FixedStep:
         ):
             if name not in known and (name or kind == "scheme"):
                 raise unknown(kind, name, known)
-        allowed = {**self.member.options, **(FORMS[self.form].options if self.form else {})}
         for option, value in self.options.items():
-            if option not in allowed:
-                raise unknown(f"option of {self.name}", option, allowed)
+            if option not in self.free_numbers:
+                raise unknown(f"option of {self.name}", option, self.free_numbers)
             real(option, value)
         if why := self._misfit():
             raise BadInput(why)
@@ -96,6 +95,9 @@ class FixedStep:
             return f"{self.scheme} cannot be run on the form {self.form}; use one of {', '.join(takes_forms())}."
         if self.composition and (multistep or not base.symmetric or base.order != 2):
             return f"{self.composition} composes symmetric one-step methods of order 2, which {self._base} is not; use rattle or strang."
+        if (self.composition or self.projection == "symproj") and base.keeps_g and not base.keeps_Gv:
+            part = f"/{self.composition}" if self.composition else "+symproj"
+            return f"{self._base} lets its momenta leave the manifold, where its steps do not fit together; leave out {part}."
         if self.projection and (multistep or base.on_manifold or self.form == "stiff"):
             why = "has a memory that a projection would contradict" if multistep else "stays on the manifold by itself"
             why = "solves a system that has no constraints" if self.form == "stiff" else why
@@ -108,6 +110,10 @@ class FixedStep:
         return None
 
     @property
+    def _form(self) -> Form:
+        return FORMS.get(self.form, OWN)
+
+    @property
     def _base(self) -> str:
         return f"{self.form}:{self.scheme}" if self.form else self.scheme
 
@@ -115,6 +121,11 @@ class FixedStep:
     def name(self) -> str:
         """Name in the grammar of methods."""
         return self._base + (f"/{self.composition}" if self.composition else "") + (f"+{self.projection}" if self.projection else "")
+
+    @property
+    def free_numbers(self) -> Mapping[str, float]:
+        """Names and defaults of the free numbers of scheme and form."""
+        return {**self.member.options, **self._form.options}
 
     @property
     def file(self) -> str:
@@ -142,8 +153,7 @@ class FixedStep:
     def data(self) -> tuple[Any, ...]:
         """Run-time data of scheme and form: the scheme's numbers, and the form's."""
         own = {name: self.options.get(name, value) for name, value in self.member.options.items()}
-        form = FORMS[self.form].numbers(self.options) if self.form else ()
-        return self.member.numbers(**own), form
+        return self.member.numbers(**own), self._form.numbers(self.options)
 
     @cached_property
     def weights(self) -> Array:
@@ -193,10 +203,9 @@ class FixedStep:
         return generated(stem, f"{scene.source.key} {self.file} {sorted(structure.items())}", build)
 
     def _linked(self, scene: Scene, kernel: types.ModuleType) -> Linked:
-        form = FORMS[self.form] if self.form else None
-        enter, leave = (form.enter(scene), form.leave(scene)) if form else (_same, _same)
-        par = (*scene.par, *self.data)
-        return Linked(self.name, kernel, par, self.weights, self.compiled, Stages(self.member.multipliers()), enter, leave)
+        par, stages = (*scene.par, *self.data), Stages(self.member.multipliers())
+        enter, leave = self._form.enter(scene), self._form.leave(scene)
+        return Linked(self.name, kernel, par, self.weights, self.compiled, stages, enter, leave)
 
     def solve(self, scene: Scene, request: Request) -> Trajectory:
         """Return the trajectory; where the scheme stops early, what was computed so far and why.
@@ -250,10 +259,6 @@ class FixedStep:
             return linked.leave(result[0], result[1])
 
         return phi
-
-
-def _same(p: Sequence[Any], q: Sequence[Any]) -> tuple[Any, Any]:
-    return tuple(p), tuple(q)
 
 
 def takes_forms() -> list[str]:

@@ -5,11 +5,8 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from daebench.inputs import positive
-from daebench.local_flow import enter, leave
+from daebench.local_flow import Map, State, enter, leave
 from daebench.scene import Scene
-
-State = tuple[Any, Any]
-Map = Callable[[Any, Any], State]
 
 
 def _same(p: Any, q: Any) -> State:
@@ -39,6 +36,9 @@ class Form:
         """Return the free numbers, as kernels take them; raise :class:`BadInput` where one is not greater than 0."""
         return tuple(positive(name, options.get(name, default)) for name, default in self.options.items())
 
+
+OWN = Form("the system that a scheme is made for")
+"""What a scheme is run on where no form is named."""
 
 FORMS: Mapping[str, Form] = {
     "baumgarte": Form("(1.18) with (1.12) + 2 alpha G H_p + beta^2 g = 0 in place of (1.12)", {"alpha": 10.0, "beta": 10.0}),

@@ -6,12 +6,10 @@ that are passed by name, and asks the derivation or the algebra for exactly the 
 """
 
 import ast
-import copy
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
-from typing import Any
 
 from daebench import codegen
 from daebench.algebra import Values
@@ -19,6 +17,7 @@ from daebench.derive import Derivation
 from daebench.errors import InvalidProblem
 from daebench.syntax import SourceFile, TypedLiterals, call, called, decorated, gathered, parameters_of
 from daebench.trajectory import WORK
+from daebench.unroll import Unroller
 from daebench.watch import Watch
 
 PACKAGE = Path(__file__).parent
@@ -26,7 +25,7 @@ HOLE = "daebench.kernels.hole"
 _WORK = {name: name for name in ("H_p", "H_q", "g", "G")}
 _WORK |= dict.fromkeys(("H_pp", "H_qp", "H_qq", "Gv_p", "Gv_q", "curvature", "a_p"), "second")
 _WORK |= dict.fromkeys(("solve", "solve_d", "solve_dm", "solve_dd", "solve_2m"), "solve")
-_WORK |= dict.fromkeys(("solve_stages", "solve_stages_but_one", "solve_stages_twice", "solve_stages_d"), "solve")
+_WORK |= dict.fromkeys(("solve_stages", "solve_stages_but_one", "solve_stages_twice"), "solve")
 _WORK |= dict.fromkeys(("solve_stages_twice_d", "solve_2d"), "solve") | {"K_y": "H_q", "two_form": "second"}
 _UNCOUNTED = ("rows",)  # M^-1 on rows of G: part of the algebra, whatever it is composed of
 _PLAIN = ("worst", "total", "store", "no_work", "plus_work")
@@ -213,27 +212,22 @@ class Linker:
         return emitted
 
 
-class _Specialise(ast.NodeTransformer):
+class _Specialise(Unroller):
     """Rewrites one function: names resolved, parameters threaded, constants settled, annotations gone; and counts its calls."""
 
     def __init__(self, linker: Linker, file: SourceFile, bound: Mapping[str, str]) -> None:
+        super().__init__(file.name)
         self.linker, self.file, self.bound = linker, file, bound
         self.work = [0] * len(WORK)
         self.branches = 0
-        self.indices: dict[str, int] = {}
 
     def linked(self, node: ast.FunctionDef, emitted: str) -> ast.FunctionDef:
         """Return the function under its emitted name, callable parameters replaced by what they are bound to."""
         arguments = [a for a in parameters_of(node) if a not in self.bound] + ["par"]
         signature = ast.parse(f"def {emitted}({', '.join(arguments)}): pass").body[0]
         assert isinstance(signature, ast.FunctionDef)
-        signature.body = self._visited(node.body)
+        signature.body = self.visited(node.body)
         return ast.fix_missing_locations(signature)
-
-    def _visited(self, statements: Sequence[ast.stmt]) -> list[ast.stmt]:
-        """Return rewritten copies of statements, in which one may have become several."""
-        found = [self.visit(copy.deepcopy(statement)) for statement in statements]
-        return [each for item in found for each in (item if isinstance(item, list) else [item])]
 
     def visit_Name(self, node: ast.Name) -> ast.expr:
         """Put values in place of the hole's constants and of a file's literals."""
@@ -246,40 +240,9 @@ class _Specialise(ast.NodeTransformer):
             return ast.parse(f"par[{len(self.linker.derivation.parameters) + (name == 'FORM_DATA')}]", mode="eval").body
         return node if module == HOLE else self.linker.file(module).literals.get(name, node)
 
-    def visit_For(self, node: ast.For) -> ast.stmt | list[ast.stmt]:
-        """Write a loop over stages or constraints out."""
-        values = self._unrolled(node.iter)
-        if values is None:
-            visited = self.generic_visit(node)
-            assert isinstance(visited, ast.For)
-            return visited
-        return [each for value in values for each in self._with(node.target, value, lambda: self._visited(node.body))]
-
-    def _unrolled(self, node: ast.expr) -> Sequence[int] | None:
-        """Return the values of a range that names a number of stages or of constraints; None for any other."""
-        if not (isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id == "range"):
-            return None
-        names = {n.id for argument in node.args for n in ast.walk(argument) if isinstance(n, ast.Name)}
-        if not any(self._target(name) in ((HOLE, "STAGES"), (HOLE, "CONSTRAINTS")) for name in names):
-            return None
-        bounds = [ast.unparse(self.visit(copy.deepcopy(argument))) for argument in node.args]
-        return range(*(eval(bound, {"__builtins__": {}}) for bound in bounds))
-
-    def _with(self, target: ast.expr, value: int, visit: Callable[[], Any]) -> Any:
-        """Return what ``visit`` gives while an index has this value."""
-        assert isinstance(target, ast.Name)
-        self.indices[target.id] = value
-        result = visit()
-        del self.indices[target.id]
-        return result
-
-    def _written_out(self, node: ast.GeneratorExp) -> list[ast.expr]:
-        """Return the terms of a generator over stages or constraints."""
-        (loop,) = node.generators
-        values = self._unrolled(loop.iter)
-        if values is None:
-            raise InvalidProblem(f"{self.file.name} loops over {ast.unparse(loop.iter)}; a scheme loops over stages or constraints only.")
-        return [self._with(loop.target, value, lambda: self.visit(copy.deepcopy(node.elt))) for value in values]
+    def counts(self, name: str) -> bool:
+        """Whether a name stands for the number of stages or of constraints."""
+        return self._target(name) in ((HOLE, "STAGES"), (HOLE, "CONSTRAINTS"))
 
     def generic_visit(self, node: ast.AST) -> ast.AST:
         """Keep track of branches and loops: what is called there is called we know not how often."""
@@ -294,7 +257,7 @@ class _Specialise(ast.NodeTransformer):
         assert isinstance(node.func, ast.Name)
         name = node.func.id
         if len(node.args) == 1 and isinstance(node.args[0], ast.GeneratorExp):
-            return gathered(name, self._written_out(node.args[0]))
+            return gathered(name, self.written_out(node.args[0]))
         module, target = self._target(name)
         if module == HOLE and target == "tally":
             assert isinstance(node.args[0], ast.Name)

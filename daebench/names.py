@@ -12,8 +12,8 @@
     projection  = "proj" | "symproj"                  after each step
 """
 
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 
 from daebench.catalogue import schemes
 from daebench.errors import BadInput, unknown
@@ -25,6 +25,9 @@ from daebench.pose import FORMULATIONS
 from daebench.reference.cvode import Cvode
 from daebench.reference.ida import Ida
 from daebench.reference.scipy_ode import ScipyOde
+
+BAUMGARTE = FORMS["baumgarte"].options
+"""Free numbers of ida:baumgarte, which are those of the form."""
 
 SOLVERS = ("ida", "cvode", "scipy")
 
@@ -41,17 +44,20 @@ class Listed:
         "h" or "tol".
     system : str
         What it is applied to.
+    options : mapping of str to float
+        Free numbers and their defaults.
     """
 
     name: str
     knob: str
     system: str
+    options: Mapping[str, float] = field(default_factory=dict)
 
 
 def listed() -> list[Listed]:
     """Return all methods, schemes first."""
-    fixed = [Listed(name, "h", member.claims.system) for name, (_, member) in sorted(members().items())]
-    solvers = [Listed(f"ida:{name}", "tol", name) for name in FORMULATIONS]
+    fixed = [Listed(name, "h", member.claims.system, member.options) for name, (_, member) in sorted(members().items())]
+    solvers = [Listed(f"ida:{name}", "tol", name, BAUMGARTE if name == "baumgarte" else {}) for name in FORMULATIONS]
     solvers += [Listed(f"{each.solver}:{name}", "tol", "ode") for each in (Cvode, ScipyOde) for name in each.variants]
     return fixed + solvers
 
@@ -82,19 +88,52 @@ def parse(name: str, options: Mapping[str, float] | None = None, *, compensated:
         return _solver(name, variant, options)
     if colon and head not in FORMS:
         raise unknown("solver or form", head, [*SOLVERS, *FORMS])
-    rest, plus, projection = (variant if colon else name).partition("+")
+    return _fixed_step(name, head if colon else "", variant if colon else name, dict(options or {}), compensated)
+
+
+def _fixed_step(name: str, form: str, rest: str, options: Mapping[str, float], compensated: bool) -> FixedStep:
+    rest, plus, projection = rest.partition("+")
     scheme, slash, composition = rest.partition("/")
+    if "/" in projection:
+        first, _, second = projection.partition("/")
+        raise BadInput(f"{name}: a composition comes before a projection; write {rest}/{second}+{first}.")
     if scheme not in schemes():
-        known = schemes() if colon or slash or plus else [each.name for each in listed()]
+        known = schemes() if form or slash or plus else [each.name for each in listed()]
         raise unknown("method", scheme, known)
     for sign, part, what in ((slash, composition, "composition"), (plus, projection, "projection")):
         if sign and not part:
             raise BadInput(f"{name} ends with {sign}, and no {what} follows; name one, or leave it out.")
-    return FixedStep(scheme, head if colon else "", composition, projection, dict(options or {}), compensated)
+    return FixedStep(scheme, form, composition, projection, options, compensated)
+
+
+def several(names: Sequence[str | Method], options: Mapping[str, float] | None = None) -> list[Method]:
+    """Return the methods of these names, each with those of the options that it has; what is a method already stays as it is.
+
+    Raises
+    ------
+    BadInput
+        As :func:`parse`, or if an option is one of none of them.
+    """
+    given = dict(options or {})
+    known = [free_numbers(parse(name)) if isinstance(name, str) else {} for name in names]
+    for option in given:
+        if not any(option in own for own in known):
+            raise unknown("option of these methods", option, sorted({each for own in known for each in own}))
+    return [
+        parse(name, {x: given[x] for x in own if x in given}) if isinstance(name, str) else name
+        for name, own in zip(names, known, strict=True)
+    ]
+
+
+def free_numbers(method: Method) -> Mapping[str, float]:
+    """Return the names of a method's free numbers and their defaults."""
+    if isinstance(method, FixedStep):
+        return method.free_numbers
+    return BAUMGARTE if method.name.startswith("ida:baumgarte") else {}
 
 
 def _solver(name: str, variant: str, options: Mapping[str, float] | None) -> Method:
-    allowed = ("alpha", "beta") if name.startswith("ida:baumgarte") else ()
+    allowed = BAUMGARTE if name.startswith("ida:baumgarte") else {}
     for option in options or {}:
         if option not in allowed:
             raise unknown(f"option of {name}", option, allowed)

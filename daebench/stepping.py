@@ -11,6 +11,8 @@ import numpy as np
 
 from daebench.cache import damaged
 from daebench.grid import Grid
+from daebench.kernels.newton import SWEEPS
+from daebench.kernels.relax import ROUNDS
 from daebench.method import Request
 from daebench.scene import Scene
 from daebench.stages import Stages
@@ -24,7 +26,7 @@ REASONS = {
     ),
     3: (
         "a value is no longer finite, residual {residual:.2e}",
-        "use a smaller h, and see whether the motion has left the domain of H",
+        "use a smaller h, and see whether the motion has left the domain of H or that of the chart of local:",
     ),
     4: ("a watched quantity is not finite after this step", "see whether parameters and state are in the range of double precision"),
     5: (
@@ -34,7 +36,7 @@ REASONS = {
 }
 """Why a scheme stopped, and what to do, by the status of its report."""
 
-LIMITS = {"sweeps": 100, "relaxations": 1000}
+LIMITS = {"sweeps": SWEEPS, "relaxations": ROUNDS}
 CHUNK_SECONDS = 0.2
 
 State = tuple[Any, Any]
@@ -73,7 +75,9 @@ class Linked:
 
     def failure(self, scene: Scene, h: float, done: int, steps: int, tried: int, report: Sequence[Any]) -> str:
         """Return the sentence that says where a scheme stopped and why; ``tried`` substeps were begun in the last step."""
-        substep = f", substep {tried} of {len(self.weights)} over {self.weights[tried - 1] * h:.4g}" if len(self.weights) and tried else ""
+        substep = (
+            f", substep {tried} of {len(self.weights)} over {self.weights[tried - 1] * h:.4g}" if len(self.weights) and tried > 0 else ""
+        )
         where = f"stopped at t = {done * h:.9g} (step {done + 1} of {steps}, h = {h:g}{substep})"
         why, advice = REASONS[int(report[0])]
         reason = why.format(residual=float(report[1]), **LIMITS)
@@ -159,7 +163,7 @@ class Run:
         done, rows, self.left, work, tried, report = result[5:]
         self.done, self.row = self.done + done, self.row + rows
         failed = int(report[0] != 0)
-        substeps = done * max(1, len(self.weights)) + failed * tried
+        substeps = done * max(1, len(self.weights)) + failed * abs(tried)
         self.work += self._tally(work, 1) + self._tally(self.kernel.EACH_ONE, substeps)
         self.work += self._tally(self.kernel.EACH_FINISH, done + failed)
         self.seconds += took

@@ -6,6 +6,7 @@ from daebench.catalogue import schemes
 from daebench.compositions import COMPOSITIONS
 from daebench.fixed_step import PROJECTIONS, FixedStep
 from daebench.forms import FORMS
+from daebench.members import members
 from daebench.pose import FORMULATIONS
 
 README = Path(__file__).parent.parent / "README.md"
@@ -41,7 +42,10 @@ def methods():
         system = {"constrained": "(1.9)", "ode": "(1.18)"}.get(claims.system, claims.system)
         kept = [text for text, keeps in (("g = 0", claims.keeps_g), ("G H_p = 0", claims.keeps_Gv)) if keeps]
         yes = ["yes" if value else "no" for value in (claims.symmetric, claims.symplectic)]
-        lines.append(f"| `{name}` | {system} | {claims.order} | {yes[0]} | {yes[1]} | {', '.join(kept) or 'neither'} | {claims.source} |")
+        options = ", ".join(f"{option} = {value:g}" for option, value in members()[name][1].options.items())
+        title = f"`{name}` ({options})" if options else f"`{name}`"
+        row = (title, system, str(claims.order), *yes, ", ".join(kept) or "neither", claims.source)
+        lines.append(f"| {' | '.join(row)} |")
     lines += [f"| `ida:{name}` | {about} | 1-5 | no | no | {STAYS[name]} | SUNDIALS IDA |" for name, about in FORMULATIONS.items()]
     lines += [
         "| `cvode:adams` `cvode:bdf` | (1.18) | 1-12, 1-5 | no | no | neither | SUNDIALS CVODE |",

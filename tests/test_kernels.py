@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 import sympy as sp
 from scenes import scene
+from tallied import tally
 
 from daebench import cache
 from daebench.catalogue import schemes
@@ -16,7 +17,6 @@ from daebench.members import members
 from daebench.method import Request
 from daebench.problem import Case, ConstrainedHamiltonian, coordinates
 from daebench.scene import make_scene, source_of
-from daebench.trajectory import WORK
 
 FILES = {file: name for name, (file, _) in reversed(members().items())}
 """One scheme of each file: the others in it are the same code with more stages."""
@@ -79,44 +79,9 @@ def test_another_value_of_a_parameter_compiles_nothing_and_counts(tmp_path):
 
 @pytest.mark.parametrize("name", schemes())
 def test_work_is_what_an_independent_tally_counts(name, monkeypatch):
-    where = scene("spherical-fast")
-    method = FixedStep(name, compiled=False)
-    counted = method.solve(where, Request(value=0.002, steps=7, watch=())).work
-    kernel = method.kernel(where, "float64", (), count=True)
-    tally = dict.fromkeys(WORK, 0)
-    second = ("H_pp", "H_qq", "H_qp", "Gv_p", "Gv_q", "a_p", "curvature")
-    kinds = {"H_p": "H_p", "H_q": "H_q", "g": "g", "G": "G"} | dict.fromkeys(second, "second")
-    kinds |= dict.fromkeys(("solve", "solve_dm", "solve_dd", "solve_2m"), "solve")
-    stages = ("solve_stages", "solve_stages_but_one", "solve_stages_twice", "solve_stages_d", "solve_stages_twice_d")
-    kinds |= dict.fromkeys(stages, "solve")
-    sweeps = [function for function in vars(kernel) if "improve" in function and not function.startswith(("newton", "relax", "tally"))]
-    for function, kind in [*kinds.items(), *((sweep, "newton") for sweep in sweeps)]:
-        if hasattr(kernel, function):
-            monkeypatch.setattr(kernel, function, _tallied(getattr(kernel, function), tally, kind))
-    if hasattr(kernel, "rows"):
-        monkeypatch.setattr(kernel, "rows", _untallied(kernel.rows, tally))
-    method.solve(where, Request(value=0.002, steps=7, watch=()))
-    assert counted == tally
-
-
-def _untallied(function, tally):
-    """M^-1 on rows of G is algebra, whatever it is composed of."""
-
-    def wrapper(*arguments):
-        before = dict(tally)
-        result = function(*arguments)
-        tally.update(before)
-        return result
-
-    return wrapper
-
-
-def _tallied(function, tally, kind):
-    def wrapper(*arguments):
-        tally[kind] += 1
-        return function(*arguments)
-
-    return wrapper
+    where, method, request = scene("spherical-fast"), FixedStep(name, compiled=False), Request(value=0.002, steps=7, watch=())
+    counted = method.solve(where, request).work
+    assert counted == tally(monkeypatch, method, where, request)
 
 
 def test_nothing_is_counted_or_watched_where_nothing_is_asked():

@@ -5,9 +5,11 @@ from functools import cache
 import numpy as np
 import pytest
 from oracles import solution
+from planted import plant
 from scenes import scene
+from tallied import tally
 
-from daebench import link, tableaux
+from daebench import tableaux
 from daebench.catalogue import find_scene
 from daebench.diagnostics.order import fit_order
 from daebench.diagnostics.reversibility import reversibility_defect
@@ -16,7 +18,6 @@ from daebench.errors import RunFailed
 from daebench.fixed_step import FixedStep
 from daebench.method import Request
 from daebench.problems.spherical_pendulum import closed_form
-from daebench.trajectory import WORK
 
 T = 0.5
 LOBATTO = [f"lobatto{s}" for s in range(2, 7)]
@@ -172,44 +173,12 @@ def test_a_step_without_a_solution_is_an_error_that_says_so():
 
 # ---- work ----------------------------------------------------------------------------------------------------------------
 
-SECOND = ("H_pp", "H_qq", "H_qp", "Gv_p", "Gv_q", "a_p", "curvature")
-SOLVES = ("solve", "solve_d", "solve_dm", "solve_dd", "solve_stages", "solve_stages_but_one", "solve_stages_twice")
 
-
-@pytest.mark.parametrize("place", ["spherical-fast", "stretched-H"], ids=str)
 @pytest.mark.parametrize("name", ["lobatto2", "lobatto3", "lobatto4", "radau2_index2", "radau3_ggl"], ids=str)
-def test_work_is_what_an_independent_tally_counts(name, place, monkeypatch):
-    where, request = scene(place), Request(value=0.01, steps=5, watch=())
-    method = FixedStep(name, compiled=False)
-    counted, kernel = method.solve(where, request).work, method.kernel(where, "float64", (), count=True)
-    tally = dict.fromkeys(WORK, 0)
-    sweeps = [each for each in vars(kernel) if "improve" in each and not each.startswith(("newton", "tally"))]
-    kinds = {each: each for each in ("H_p", "H_q", "g", "G")} | dict.fromkeys(SECOND, "second") | dict.fromkeys(SOLVES, "solve")
-    for function, kind in (kinds | dict.fromkeys(sweeps, "newton")).items():
-        if hasattr(kernel, function):
-            monkeypatch.setattr(kernel, function, _tallied(getattr(kernel, function), tally, kind))
-    if hasattr(kernel, "rows"):
-        monkeypatch.setattr(kernel, "rows", _untallied(kernel.rows, tally))
-    method.solve(where, request)
-    assert counted == tally
-
-
-def _tallied(function, tally, kind):
-    def wrapper(*arguments):
-        tally[kind] += 1
-        return function(*arguments)
-
-    return wrapper
-
-
-def _untallied(function, tally):
-    def wrapper(*arguments):
-        before = dict(tally)
-        result = function(*arguments)
-        tally.update(before)
-        return result
-
-    return wrapper
+def test_work_is_what_an_independent_tally_counts_for_any_hamiltonian(name, monkeypatch):
+    where, method, request = scene("stretched-H"), FixedStep(name, compiled=False), Request(value=0.01, steps=5, watch=())
+    counted = method.solve(where, request).work
+    assert counted == tally(monkeypatch, method, where, request)
 
 
 def test_no_second_derivatives_are_derived_where_h_is_separable():
@@ -277,9 +246,5 @@ def test_a_wrong_tableau_is_caught(family, spoil, what, monkeypatch):
 
 @pytest.mark.parametrize(("file", "right", "wrong", "what"), KERNEL_FAULTS.values(), ids=KERNEL_FAULTS)
 def test_a_planted_fault_is_caught(file, right, wrong, what, monkeypatch, tmp_path):
-    original = link._text
-    assert original(f"daebench.{file}").count(right) == 1
-    monkeypatch.setattr(link, "_text", lambda module: original(module).replace(right, wrong if module.endswith(file) else right))
-    monkeypatch.setattr("daebench.cache.toolchain", lambda: f"planted {file} {wrong}")
-    monkeypatch.setenv("DAEBENCH_CACHE", str(tmp_path))
+    plant(monkeypatch, tmp_path, file, right, wrong)
     assert defects()[what] > 2 * ALLOWED[what]

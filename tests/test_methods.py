@@ -13,7 +13,7 @@ from daebench.diagnostics.symplecticity import symplecticity_defect, tangent_bas
 from daebench.errors import BadInput
 from daebench.fixed_step import FixedStep
 from daebench.method import Request
-from daebench.names import parse
+from daebench.names import parse, several
 
 LADDERS = {4: (64, 96, 128, 192), 6: (24, 28, 32, 40, 48), 8: (14, 16, 18, 20, 24), 10: (8, 9, 10, 12, 14)}
 """Numbers of steps over T = 2 by order: large enough to be asymptotic, small enough to be above round-off."""
@@ -84,6 +84,18 @@ def test_a_substep_without_a_solution_is_named(get_scene):
     run(FixedStep("rattle", compiled=False), scene, 0.1, 10)
 
 
+def test_a_projection_that_fails_after_good_substeps_is_not_blamed_on_a_substep(get_scene):
+    linked = FixedStep("midpoint", composition="suzuki4", projection="proj", compiled=False)
+    sentence = linked._linked(get_scene("planar"), None).failure(get_scene("planar"), 0.1, 0, 1, -5, (1, 1.0))
+    assert "substep" not in sentence
+    assert "substep 5 of 5" in linked._linked(get_scene("planar"), None).failure(get_scene("planar"), 0.1, 0, 1, 5, (1, 1.0))
+
+
+def test_a_projected_energy_momentum_step_claims_no_energy():
+    assert FixedStep("energy_momentum").claims.conserves_energy
+    assert not FixedStep("energy_momentum", projection="proj").claims.conserves_energy
+
+
 def test_the_mean_of_two_steps_multipliers_is_of_second_order_and_each_of_them_of_first(get_scene):
     scene, T = get_scene("planar"), 1.0
     errors = {"lam_n": [], "mu_n": [], "mean": []}
@@ -131,7 +143,7 @@ def test_compensation_changes_round_off_and_nothing_else(get_scene):
 @pytest.mark.slow
 def test_compensation_takes_most_of_the_random_walk_away(get_scene):
     scene = get_scene("spherical-fast")
-    request = Request(value=0.002, steps=10**6, every=1000, count=False, watch=("energy",))
+    request = Request(value=0.002, steps=10**7, every=10**4, count=False, watch=("energy",))
     walks = [parse("rattle/kahan_li8", compensated=each).solve(scene, request).complete() for each in (False, True)]
     sizes = [np.std(energy_error(scene, walk)) for walk in walks]
     assert sizes[1] < sizes[0] / 5, sizes
@@ -146,12 +158,19 @@ def test_compensation_takes_most_of_the_random_walk_away(get_scene):
         ("ratle/suzuki4", "did you mean rattle"),
         ("rattle/", "no composition follows"),
         ("rk4+", "no projection follows"),
+        ("midpoint+proj/suzuki4", r"write midpoint/suzuki4\+proj"),
         ("rattle+proj", "stays on the manifold by itself"),
+        ("seproj+symproj", "stays on the manifold by itself"),
         ("shake+proj", "has a memory"),
         ("shake/suzuki4", "symmetric one-step methods of order 2"),
         ("lobatto3/suzuki4", "symmetric one-step methods of order 2"),
+        ("energy_momentum/suzuki4", "momenta leave the manifold"),
+        ("energy_momentum+symproj", "momenta leave the manifold"),
         ("baumgarte:midpoint/suzuki4", "symmetric one-step methods of order 2"),
+        ("rk4/suzuki4", "symmetric one-step methods of order 2"),
+        ("gauss2/suzuki4", "symmetric one-step methods of order 2"),
         ("stiff:rattle", "cannot be run on the form stiff"),
+        ("local:se", "cannot be run on the form local"),
         ("stiff:midpoint+proj", "no constraints"),
         ("local:midpoint+proj", "stays on the manifold by itself"),
         ("midpoint/suzuki4+symproj", r"use midpoint\+symproj"),
@@ -179,6 +198,30 @@ def test_parts_of_a_name_that_do_not_go_together_are_refused_with_a_reason(name,
 def test_a_request_that_a_method_cannot_meet_is_refused_with_a_reason(settings, words):
     with pytest.raises(BadInput, match=words):
         prepare("spherical_pendulum", h=0.01, steps=5, **settings)
+
+
+def test_an_option_goes_to_the_methods_that_have_it_and_one_that_none_has_is_refused():
+    damped, plain, ida = several(["generalized_alpha", "rattle", "ida:baumgarte"], {"rho_inf": 0.5, "alpha": 3.0})
+    assert damped.options == {"rho_inf": 0.5}
+    assert plain.options == {}
+    assert ida.name == "ida:baumgarte"
+    with pytest.raises(BadInput, match="unknown option of these methods 'rho'; did you mean rho_inf"):
+        several(["generalized_alpha", "rattle"], {"rho": 0.5})
+
+
+@pytest.mark.parametrize(
+    ("name", "option", "words"),
+    [
+        ("generalized_alpha", {"rho_inf": 1.5}, "rho_inf = 1.5"),
+        ("rattle_iterative", {"tolerance": 1.0}, "less than 1"),
+        ("rattle_iterative", {"tolerance": 0.0}, "greater than 0"),
+        ("baumgarte:rk4", {"alpha": -1.0}, "greater than 0"),
+    ],
+    ids=lambda x: x if isinstance(x, str) else "",
+)
+def test_an_option_out_of_range_is_refused(name, option, words):
+    with pytest.raises(BadInput, match=words):
+        parse(name, option)
 
 
 def test_a_solver_has_neither_raw_multipliers_nor_compensated_sums():

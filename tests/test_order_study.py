@@ -21,9 +21,10 @@ from daebench.cli import main
 from daebench.errors import BadInput, RunFailed
 from daebench.fixed_step import FixedStep
 from daebench.names import parse
+from daebench.order_bench import Bench
 from daebench.order_figure import write
 from daebench.order_ladder import COMMON, ladder
-from daebench.order_study import _Bench, order, study
+from daebench.order_study import order, study
 from daebench.scene import make_scene, source_of
 from daebench.truth import EPS, integrated, multipliers_between, reach, truth
 
@@ -321,9 +322,14 @@ def test_multipliers_inside_of_a_step_are_taken_where_steps_begin_at_common_time
     values[1::n] += 1.0
     values[3 * n] += 2e-3
     run = SimpleNamespace(raw={"lam_1": (inside, values)}, value=h)
-    errors, bound = _Bench(pendulum, plain("rattle"), truth(pendulum, times))._raw_errors(run, n)
+    errors, bound = Bench(pendulum, plain("rattle"), truth(pendulum, times))._raw_errors(run, n)
     assert errors == {"lam_1": pytest.approx(3e-3, abs=bound)}
     assert bound < 1e-10
+
+
+def test_the_second_multiplier_of_ggl_is_held_against_zero():
+    found = by_component(study(scene("planar"), [plain("radau2_ggl")], t_end=1.0, h=1 / 16, halvings=4))
+    assert abs(found["mu_2"].fit.slope - 2) < 0.1
 
 
 def test_what_converges_to_something_else_is_no_round_off():

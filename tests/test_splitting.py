@@ -6,10 +6,10 @@ import definitions
 import numpy as np
 import pytest
 import sympy as sp
+from planted import plant
 from scenes import scene
 from scipy.integrate import solve_ivp
 
-from daebench import link
 from daebench.catalogue import find_scene
 from daebench.diagnostics.order import fit_order
 from daebench.diagnostics.reversibility import reversibility_defect
@@ -297,11 +297,7 @@ FAULTS = {
 
 @pytest.mark.parametrize(("file", "right", "wrong", "check"), FAULTS.values(), ids=FAULTS)
 def test_a_planted_fault_is_caught_by_the_check_one_expects(file, right, wrong, check, monkeypatch, tmp_path):
-    original = link._text
-    assert original(f"daebench.{file}").count(right) == 1
-    monkeypatch.setattr(link, "_text", lambda module: original(module).replace(right, wrong if module.endswith(file) else right))
-    monkeypatch.setattr("daebench.cache.toolchain", lambda: f"planted {file} {wrong}")
-    monkeypatch.setenv("DAEBENCH_CACHE", str(tmp_path))
+    plant(monkeypatch, tmp_path, file, right, wrong)
     method, here = FixedStep(file.rsplit(".", 1)[1] if "schemes" in file else "strang", compiled=False), place("two-spheres")
     passes = {
         "order": lambda: abs(measured_order(method, here) - method.claims.order) < 0.15,

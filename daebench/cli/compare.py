@@ -20,6 +20,7 @@ def compare(
     h: Annotated[float | None, typer.Option("--h", help="Step size of the fixed-step methods.")] = None,
     tol: Annotated[float, typer.Option("--tol", help="Tolerance of the tolerance-driven methods.")] = 1e-8,
     param: Annotated[list[str] | None, typer.Option("--param", help="Value of a parameter, name=value; repeatable.")] = None,
+    option: Annotated[list[str] | None, typer.Option("--option", help="Free number of a method, name=value; repeatable.")] = None,
     project: Annotated[bool, typer.Option("--project", help="Project the initial values onto the manifold.")] = False,
     out: Annotated[Path | None, typer.Option("--out", help="Write the table and the pictures, with their data, to a folder.")] = None,
 ) -> None:
@@ -29,9 +30,9 @@ def compare(
     from daebench.api import scene_of
     from daebench.comparison import row, trajectories
     from daebench.files import make_folder
-    from daebench.names import parse
+    from daebench.names import several
 
-    chosen = [parse(name) for name in words(methods)]
+    chosen = several(words(methods), pairs("option", option or []))
     if not chosen:
         raise BadInput("--methods names no method; give at least one, for example rattle.")
     if out is not None:

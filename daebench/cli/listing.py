@@ -65,7 +65,7 @@ def _rows(what: What) -> list[dict[str, Any]]:
 def _method(each: Any) -> dict[str, Any]:
     from daebench.members import members
 
-    about: dict[str, Any] = {"name": each.name, "knob": each.knob, "system": each.system}
+    about: dict[str, Any] = {"name": each.name, "knob": each.knob, "system": each.system, "options": dict(each.options)}
     if each.name not in members():
         return about | dict.fromkeys(("order", "symmetric", "symplectic", "on_manifold", "source"))
     claims = members()[each.name][1].claims

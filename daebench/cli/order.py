@@ -16,10 +16,11 @@ def order(
     problem: Annotated[str, typer.Argument(help="Name of a problem.")],
     methods: Annotated[str, typer.Option("--methods", help="Names of fixed-step methods, comma-separated.")],
     case: Annotated[str | None, typer.Option("--case", help="Named initial values; the problem's first if left out.")] = None,
-    t_end: Annotated[float | None, typer.Option("--t-end", help="End time T [some 256 steps of DOP853 at 1e-13].")] = None,
-    h: Annotated[float | None, typer.Option("--h", help="Largest step size, made T/(8 n) [by the order claimed].")] = None,
-    halvings: Annotated[int | None, typer.Option("--halvings", help="How often it is halved [until round-off].")] = None,
+    t_end: Annotated[float | None, typer.Option("--t-end", help="End time T; some 256 steps of DOP853 at 1e-13 if left out.")] = None,
+    h: Annotated[float | None, typer.Option("--h", help="Largest step size, made T/(8 n); by the order claimed if left out.")] = None,
+    halvings: Annotated[int | None, typer.Option("--halvings", help="How often it is halved; until round-off if left out.")] = None,
     param: Annotated[list[str] | None, typer.Option("--param", help="Value of a parameter, name=value; repeatable.")] = None,
+    option: Annotated[list[str] | None, typer.Option("--option", help="Free number of a method, name=value; repeatable.")] = None,
     out: Annotated[Path | None, typer.Option("--out", help="Write the tables and the picture to a folder.")] = None,
     as_json: Annotated[bool, typer.Option("--json", help="One JSON object on standard output.")] = False,
 ) -> None:
@@ -32,13 +33,14 @@ def order(
         raise BadInput("--methods names no method; give at least one, for example rattle.")
     from daebench.api import scene_of
     from daebench.files import make_folder
+    from daebench.names import several
     from daebench.order_study import study
 
     if out is not None:
         make_folder(out)
     scene = scene_of(problem, case, pairs("param", param or []))
     with bar(f"order on {problem}") as progress:
-        found = study(scene, chosen, t_end=t_end, h=h, halvings=halvings, began=progress)
+        found = study(scene, several(chosen, pairs("option", option or [])), t_end=t_end, h=h, halvings=halvings, began=progress)
     if as_json:
         print_json(_everything(found))
     else:

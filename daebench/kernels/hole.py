@@ -419,11 +419,6 @@ def solve_stages_twice(B: tuple[tuple[Matrix, ...], ...], b: tuple[Multiplier, .
     raise NotImplementedError("filled in by the linker")
 
 
-def solve_stages_d(B: tuple[tuple[Matrix, ...], ...], b: tuple[Vector, ...]) -> tuple[tuple[Vector, ...], Number]:
-    """X with sum_j B[i][j] x[j] = b[i] for STAGES blocks of shape(d, d), and the smallest relative pivot."""
-    raise NotImplementedError("filled in by the linker")
-
-
 def solve_stages_twice_d(B: tuple[tuple[Matrix, ...], ...], b: tuple[Vector, ...]) -> tuple[tuple[Vector, ...], Number]:
     """X with sum_j B[i][j] x[j] = b[i] for 2 STAGES blocks of shape(d, d), and the smallest relative pivot."""
     raise NotImplementedError("filled in by the linker")

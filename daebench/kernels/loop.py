@@ -135,7 +135,8 @@ def integrate(
     """Take so many steps of size h, storing a state when ``left`` steps are done and then after every ``every``.
 
     Returns the last good state and memory, the maxima of what is watched, the smallest pivot, the steps done, the rows stored,
-    the steps left until the next output, Newton's work, the substeps tried in the last step, and the last report.
+    the steps left until the next output, Newton's work, the substeps tried in the last step, and the last report; the number tried is
+    negative where it was not one of them that failed but what comes after.
     """
     row = 0
     work = no_work()
@@ -143,6 +144,7 @@ def integrate(
     tried = 0
     for k in range(steps):
         p1, q1, memory1, raw, report, tried = advance(p, q, memory, h, weights)
+        stepped = report[0]
         p1, q1, report = finish(p1, q1, report)
         work = plus_work(work, report[3])
         if report[0] == OK and not norm(p1) + norm(q1) < INF:
@@ -152,7 +154,7 @@ def integrate(
         if report[0] == OK and not total(larger) < INF:
             report = (WATCH_NOT_FINITE, INF, report[2], report[3])
         if report[0] != OK:
-            return p, q, memory, maxima, pivot, k, row, left, work, tried, report
+            return p, q, memory, maxima, pivot, k, row, left, work, tried if stepped != OK else -tried, report
         p, q, memory, maxima = p1, q1, memory1, larger
         pivot = min(pivot, report[2])
         left -= 1

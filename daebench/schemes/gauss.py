@@ -24,12 +24,12 @@ from daebench.kernels.hole import (
     identity_plus,
     norm,
     product_T,
-    scale,
     scale_dd,
     solve_stages_twice_d,
     transpose,
 )
 from daebench.kernels.newton import newton
+from daebench.kernels.stages import weighted
 
 
 def claims(s: int) -> Claims:
@@ -56,14 +56,6 @@ def numbers(s: int) -> tuple[Any, ...]:
 
 
 MEMBERS = {f"gauss{s}": Member(claims=claims(s), stages=s, numbers=partial(numbers, s)) for s in (2, 3, 4)}
-
-
-def weighted(h: Number, weights: Vector, K: Any) -> Vector:
-    """Return h sum_j weights[j] K[j] over the stages."""
-    total = scale(h * weights[0], K[0])
-    for j in range(1, STAGES):
-        total = axpy(h * weights[j], K[j], total)
-    return total
 
 
 def states(x0: Vector, K: Any, h: Number) -> Any:

@@ -33,7 +33,13 @@ from daebench.kernels.stages import weighted
 def _member(s: int) -> Member:
     source = "Gear, Gupta, Leimkuhler (1985); Hairer, Wanner, Solving ODEs II, VII.4"
     claims = Claims(order=2 * s - 1, symmetric=False, symplectic=False, keeps_g=True, keeps_Gv=True, system="ggl", source=source)
-    return Member(claims=claims, stages=s, numbers=partial(numbers, s), multipliers=partial(nodes, s, "Lam", "mu"))
+    return Member(
+        claims=claims,
+        stages=s,
+        numbers=partial(numbers, s),
+        multipliers=partial(nodes, s, "Lam", "mu"),
+        vanishing=tuple(f"mu_{i + 1}" for i in range(s)),
+    )
 
 
 MEMBERS = {f"radau{s}_ggl": _member(s) for s in (2, 3)}

@@ -3,6 +3,7 @@
 from typing import Any
 
 from daebench.claims import Claims, Member
+from daebench.errors import BadInput
 from daebench.inputs import positive
 from daebench.kernels.hole import (
     CONSTRAINTS,
@@ -32,8 +33,10 @@ from daebench.kernels.relax import relax
 
 
 def numbers(tolerance: float) -> tuple[float, ...]:
-    """Return the tolerance; raise :class:`BadInput` where it is not greater than 0."""
-    return (positive("tolerance", tolerance),)
+    """Return the tolerance; raise :class:`BadInput` where it is not between 0 and 1."""
+    if positive("tolerance", tolerance) >= 1:
+        raise BadInput(f"tolerance = {tolerance:g} must be less than 1: it is what constraints may be off by, relative to their terms.")
+    return (float(tolerance),)
 
 
 CLAIMS = Claims(
