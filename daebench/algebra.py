@@ -6,13 +6,16 @@ Structural zeros of G are left out of every product that has a Jacobian of const
 from collections.abc import Callable, Sequence
 
 from daebench.codegen import function, pack
-
-UNROLLED = 10
-"""Unknowns up to which elimination of stages is unrolled; above, it would be compiled for longer than it is worth."""
+from daebench.solvers import UNROLLED, looping_solver, solver
 
 
 def _sum(terms: Sequence[str]) -> str:
     return " + ".join(terms) or "0.0"
+
+
+def _halves(n: int) -> str:
+    """Source of the return of a solution z of 2 n entries, its halves apart, and the pivot."""
+    return f"return {pack(f'z[{i}]' for i in range(n))}, {pack(f'z[{i}]' for i in range(n, 2 * n))}, pivot"
 
 
 class Values:
@@ -122,9 +125,7 @@ class Values:
 
     def _solve_2d(self) -> str:
         """Source of solve_2d(A, b): A (x, y) = b for two halves of the size of a state's."""
-        halves = [pack(f"z[{i}]" for i in range(k * self.d, (k + 1) * self.d)) for k in (0, 1)]
-        main = function("solve_2d(A, b)", "z, pivot = _solve_2d(A, b)", f"return {halves[0]}, {halves[1]}, pivot")
-        return solver("_solve_2d", 2 * self.d, ()) + main
+        return solver("_solve_2d", 2 * self.d, ()) + function("solve_2d(A, b)", "z, pivot = _solve_2d(A, b)", _halves(self.d))
 
     def _solve_2m(self) -> str:
         """Source of solve_2m(A, B, C, D, b, c): the block system [[A, B], [C, D]] (x, y) = (b, c)."""
@@ -132,97 +133,5 @@ class Values:
         blocks = {(0, 0): "A", (0, 1): "B", (1, 0): "C", (1, 1): "D"}
         whole = pack(pack(f"{blocks[i // m, j // m]}[{i % m}][{j % m}]" for j in range(2 * m)) for i in range(2 * m))
         right = pack([f"b[{i}]" for i in range(m)] + [f"c[{i}]" for i in range(m)])
-        halves = [pack(f"z[{i}]" for i in range(k * m, (k + 1) * m)) for k in (0, 1)]
-        main = function("solve_2m(A, B, C, D, b, c)", f"z, pivot = _solve_2m({whole}, {right})", f"return {halves[0]}, {halves[1]}, pivot")
+        main = function("solve_2m(A, B, C, D, b, c)", f"z, pivot = _solve_2m({whole}, {right})", _halves(m))
         return solver("_solve_2m", 2 * m, ()) + main
-
-
-def looping_solver(name: str, n: int, dtype: str) -> str:
-    """Source of the same elimination as :func:`solver`'s, in loops over arrays: slower for few unknowns, and soon compiled for many."""
-    return function(
-        f"{name}(A, b)",
-        f"a = numpy.empty(({n}, {n + 1}), dtype=numpy.{dtype})",
-        *(f"a[{i}, {j}] = A[{i}][{j}]" for i in range(n) for j in range(n)),
-        *(f"a[{i}, {n}] = b[{i}]" for i in range(n)),
-        f"s = numpy.abs(a[:, :{n}])",
-        f"scale = numpy.empty({n}, dtype=s.dtype)",
-        f"for i in range({n}):",
-        "    scale[i] = s[i].max()",
-        "pivot = INF",
-        f"for k in range({n}):",
-        "    best = k",
-        f"    for i in range(k + 1, {n}):",
-        "        if abs(a[i, k]) * scale[best] > abs(a[best, k]) * scale[i]:",
-        "            best = i",
-        "    if best != k:",
-        f"        for j in range(k, {n + 1}):",
-        "            a[k, j], a[best, j] = a[best, j], a[k, j]",
-        f"        for j in range(k, {n}):",
-        "            s[k, j], s[best, j] = s[best, j], s[k, j]",
-        "        scale[k], scale[best] = scale[best], scale[k]",
-        "    share = abs(a[k, k]) / s[k, k] if s[k, k] > 0.0 else 0.0 * scale[k]",
-        "    if not share >= pivot:",
-        "        pivot = share",
-        f"    for i in range(k + 1, {n}):",
-        "        f = a[i, k] / a[k, k]",
-        f"        for j in range(k + 1, {n}):",
-        "            a[i, j] -= f * a[k, j]",
-        "            s[i, j] += abs(f) * s[k, j]",
-        f"        a[i, {n}] -= f * a[k, {n}]",
-        f"for k in range({n - 1}, -1, -1):",
-        f"    for j in range(k + 1, {n}):",
-        f"        a[k, {n}] -= a[k, j] * a[j, {n}]",
-        f"    a[k, {n}] = a[k, {n}] / a[k, k]",
-        f"return {pack(f'a[{i}, {n}]' for i in range(n))}, pivot",
-    )
-
-
-def solver(name: str, n: int, extra: Sequence[int]) -> str:
-    """Source of Gaussian elimination with scaled partial pivoting, unrolled.
-
-    ``name(A, b)`` returns x and the smallest relative pivot; with extra right sides ``name(A, b, X)`` returns x, the solutions for
-    the rows of X, and the pivot. A pivot is taken relative to the sum of moduli of the terms that it was computed from: it is the
-    share that cancellation has left, and scaling rows or columns (masses between 1e-8 and 1e8, say) does not change it. For a matrix
-    of one entry nothing can cancel: its relative pivot is 1, or 0 if it is 0.
-    """
-    N = range(n)
-    sides = ["x", *(f"y{r}_" for r in extra)]
-    lines = [f"a{i}_{j} = A[{i}][{j}]" for i in N for j in N] + [f"x{i} = b[{i}]" for i in N]
-    lines += [f"y{r}_{i} = X[{r}][{i}]" for r in extra for i in N]
-    lines += [f"s{i}_{j} = abs(a{i}_{j})" for i in N for j in N] if n > 1 else []
-    lines += [f"scale{i} = " + _largest([f"s{i}_{j}" for j in N]) for i in N] if n > 1 else []
-    for k in N:
-        lines += _elimination(k, n, sides)
-    for k in reversed(N):
-        for side in sides:
-            lines += [f"{side}{k} = {side}{k} - a{k}_{j} * {side}{j}" for j in range(k + 1, n)]
-            lines.append(f"{side}{k} = {side}{k} / a{k}_{k}")
-    if n == 1:
-        lines.append("pivot = 1.0 if abs(a0_0) > 0.0 else 0.0")
-    else:
-        lines.append("pivot = abs(a0_0) / s0_0 if s0_0 > 0.0 else 0.0")
-        lines += [f"pivot = min(pivot, abs(a{k}_{k}) / s{k}_{k} if s{k}_{k} > 0.0 else 0.0)" for k in N if k]
-    solution = pack(f"x{i}" for i in N)
-    if not extra:
-        return function(f"{name}(A, b)", *lines, f"return {solution}, pivot")
-    others = pack(pack(f"y{r}_{i}" for i in N) for r in extra)
-    return function(f"{name}(A, b, X)", *lines, f"return {solution}, {others}, pivot")
-
-
-def _largest(items: Sequence[str]) -> str:
-    return items[0] if len(items) == 1 else f"max({', '.join(items)})"
-
-
-def _elimination(k: int, n: int, sides: Sequence[str]) -> list[str]:
-    """Source of step k: the largest of the column's rest is swapped up to the pivot's place, then what is below it eliminated."""
-    lines = []
-    names = [f"{matrix}{{0}}_{j}" for matrix in "as" for j in range(k, n)] + [f"{side}{{0}}" for side in (*sides, "scale")]
-    for i in range(k + 1, n):
-        upper, lower = (", ".join(x.format(r) for x in names) for r in (k, i))
-        lines.append(f"if abs(a{i}_{k}) * scale{k} > abs(a{k}_{k}) * scale{i}: {upper}, {lower} = {lower}, {upper}")
-    for i in range(k + 1, n):
-        lines.append(f"f = a{i}_{k} / a{k}_{k}")
-        lines += [f"a{i}_{j} = a{i}_{j} - f * a{k}_{j}" for j in range(k + 1, n)]
-        lines += [f"s{i}_{j} = s{i}_{j} + abs(f) * s{k}_{j}" for j in range(k + 1, n)]
-        lines += [f"{side}{i} = {side}{i} - f * {side}{k}" for side in sides]
-    return lines

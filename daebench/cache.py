@@ -15,7 +15,7 @@ from pathlib import Path
 from daebench.errors import DaebenchError
 
 GENERATORS: tuple[str, ...] = ("algebra", "cache", "codegen", "derive", "derive_local", "elimination", "equations", "fixed_step")
-GENERATORS += ("kinetic_flows", "link", "pose", "problem", "residuals", "scene", "sheet", "syntax", "unroll", "watch")
+GENERATORS += ("kinetic_flows", "link", "pose", "problem", "residuals", "scene", "sheet", "solvers", "syntax", "unroll", "watch")
 """The modules that decide what generated source says; kernels and schemes do too."""
 
 

@@ -18,7 +18,7 @@ from daebench.forms import FORMS, OWN, Form
 from daebench.grid import Grid
 from daebench.inputs import real
 from daebench.members import members
-from daebench.method import Request
+from daebench.method import Method, Request
 from daebench.scene import Scene
 from daebench.stages import Stages
 from daebench.stepping import Linked, Run
@@ -84,7 +84,8 @@ class FixedStep:
             real(option, value)
         if why := self._misfit():
             raise BadInput(why)
-        _ = self.data
+        if self.options:
+            _ = self.data  # numbers out of range are refused here; a tableau is not worked out before it is used
 
     def _misfit(self) -> str | None:
         """Return why the parts do not go together, as a sentence, or None."""
@@ -217,8 +218,7 @@ class FixedStep:
         """
         began = time.perf_counter()
         grid = self._grid(scene, request)
-        watch = tuple(name for name in ("energy", "manifold", "integrals") if name in request.watch)
-        kernel = self.kernel(scene, request.precision, watch, count=request.count, raw=request.raw)
+        kernel = self.kernel(scene, request.precision, request.watched, count=request.count, raw=request.raw)
         return Run(self._linked(scene, kernel), scene, request, grid, began).trajectory()
 
     def check(self, scene: Scene, request: Request) -> None:
@@ -259,6 +259,21 @@ class FixedStep:
             return linked.leave(result[0], result[1])
 
         return phi
+
+
+def accepted(method: Method, scene: Scene, why: str) -> FixedStep:
+    """Return a method where it is a fixed-step method that takes this problem.
+
+    Raises
+    ------
+    BadInput
+        If it is not, with ``why`` that matters, or if it refuses the problem.
+    """
+    if not isinstance(method, FixedStep):
+        raise BadInput(f"{method.name} chooses its own steps {why}; give a fixed-step method, for example rattle.")
+    if refusal := method.refusal(scene):
+        raise BadInput(refusal)
+    return method
 
 
 def takes_forms() -> list[str]:

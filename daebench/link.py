@@ -29,9 +29,6 @@ _WORK |= dict.fromkeys(("solve_stages", "solve_stages_but_one", "solve_stages_tw
 _WORK |= dict.fromkeys(("solve_stages_twice_d", "solve_2d"), "solve") | {"K_y": "H_q", "two_form": "second"}
 _UNCOUNTED = ("rows",)  # M^-1 on rows of G: part of the algebra, whatever it is composed of
 _PLAIN = ("worst", "total", "store", "no_work", "plus_work")
-FORMS = {"": "reduced", "baumgarte": "baumgarte", "stiff": "penalty", "local": "local"}
-"""The file in ``kernels/`` that has the right side f of each form of the system."""
-
 PRECISIONS = {"float64": "2.220446049250313e-16", "float32": "numpy.float32(1.1920929e-07)", "complex128": "2.220446049250313e-16"}
 HEADER = """\"\"\"{title}\"\"\"
 
@@ -177,7 +174,7 @@ class Linker:
     def _filled(self, name: str) -> str | None:
         """Return the file whose function stands in this hole, where it is one of the scheme, of what is around it, or of the form."""
         if name == "f":
-            return f"daebench.kernels.{FORMS[self.options.form]}"
+            return f"daebench.kernels.{self.options.form or 'reduced'}"
         if name == "step" and self.options.projection == "symproj":
             return "daebench.kernels.symmetric_projection"
         if name in ("step", "plain_step"):

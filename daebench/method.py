@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 from typing import Protocol
 
 from daebench.scene import Scene
-from daebench.trajectory import Trajectory
+from daebench.trajectory import WATCH, Trajectory
 
 Progress = Callable[[float], None]
 """Called now and then with the fraction of the run that is done."""
@@ -55,6 +55,11 @@ class Request:
     raw: bool = False
     progress: Progress | None = field(default=None, compare=False)
     seconds_limit: float | None = None
+
+    @property
+    def watched(self) -> tuple[str, ...]:
+        """What is watched, in the order of :data:`daebench.trajectory.WATCH`."""
+        return tuple(name for name in WATCH if name in self.watch)
 
 
 class Method(Protocol):

@@ -26,9 +26,6 @@ from daebench.reference.cvode import Cvode
 from daebench.reference.ida import Ida
 from daebench.reference.scipy_ode import ScipyOde
 
-BAUMGARTE = FORMS["baumgarte"].options
-"""Free numbers of ida:baumgarte, which are those of the form."""
-
 SOLVERS = ("ida", "cvode", "scipy")
 
 
@@ -57,7 +54,7 @@ class Listed:
 def listed() -> list[Listed]:
     """Return all methods, schemes first."""
     fixed = [Listed(name, "h", member.claims.system, member.options) for name, (_, member) in sorted(members().items())]
-    solvers = [Listed(f"ida:{name}", "tol", name, BAUMGARTE if name == "baumgarte" else {}) for name in FORMULATIONS]
+    solvers = [Listed(f"ida:{name}", "tol", name, _ida_numbers(f"ida:{name}")) for name in FORMULATIONS]
     solvers += [Listed(f"{each.solver}:{name}", "tol", "ode") for each in (Cvode, ScipyOde) for name in each.variants]
     return fixed + solvers
 
@@ -129,11 +126,16 @@ def free_numbers(method: Method) -> Mapping[str, float]:
     """Return the names of a method's free numbers and their defaults."""
     if isinstance(method, FixedStep):
         return method.free_numbers
-    return BAUMGARTE if method.name.startswith("ida:baumgarte") else {}
+    return _ida_numbers(method.name)
+
+
+def _ida_numbers(name: str) -> Mapping[str, float]:
+    """Return the free numbers of a solver's method: ida:baumgarte has those of the form."""
+    return FORMS["baumgarte"].options if name.startswith("ida:baumgarte") else {}
 
 
 def _solver(name: str, variant: str, options: Mapping[str, float] | None) -> Method:
-    allowed = BAUMGARTE if name.startswith("ida:baumgarte") else {}
+    allowed = _ida_numbers(name)
     for option in options or {}:
         if option not in allowed:
             raise unknown(f"option of {name}", option, allowed)

@@ -19,10 +19,10 @@ import pandas as pd
 
 from daebench.api import scene_of
 from daebench.errors import BadInput
-from daebench.fixed_step import FixedStep
+from daebench.fixed_step import accepted
 from daebench.inputs import positive
 from daebench.method import Method
-from daebench.names import parse, several
+from daebench.names import several
 from daebench.order_bench import Bench
 from daebench.order_ladder import COMMON, ladder
 from daebench.order_series import OrderStudy, Series
@@ -95,7 +95,7 @@ def study(
     RunFailed
         If there is no reference.
     """
-    chosen = [_fixed_step(each, scene) for each in methods]
+    chosen = [accepted(each, scene, "and has no order in h") for each in several(methods)]
     if not chosen:
         raise BadInput("an order study needs at least one method, for example rattle.")
     end = positive("t_end", t_end) if t_end is not None else min(LONGEST, 2.0 ** math.floor(math.log2(reach(scene, LONG))))
@@ -107,12 +107,3 @@ def study(
             began(k / len(chosen), f"{method.name} on {scene.problem}")
         series += Bench(scene, method, known).series(counts, stop=halvings is None)
     return OrderStudy(scene, end, known, tuple(series))
-
-
-def _fixed_step(method: str | Method, scene: Scene) -> FixedStep:
-    found = parse(method) if isinstance(method, str) else method
-    if not isinstance(found, FixedStep):
-        raise BadInput(f"{found.name} chooses its own steps, so that it has no order in h; give fixed-step methods, for example rattle.")
-    if refusal := found.refusal(scene):
-        raise BadInput(refusal)
-    return found

@@ -16,7 +16,7 @@ from daebench.kernels.relax import ROUNDS
 from daebench.method import Request
 from daebench.scene import Scene
 from daebench.stages import Stages
-from daebench.trajectory import WATCH, WORK, Array, Trajectory
+from daebench.trajectory import WORK, Array, Trajectory
 
 REASONS = {
     1: ("the iteration did not converge in {sweeps} sweeps, residual {residual:.2e}", "use a smaller h"),
@@ -100,7 +100,6 @@ class Run:
     def __init__(self, linked: Linked, scene: Scene, request: Request, grid: Grid, began: float) -> None:
         self.linked, self.scene, self.request, self.grid = linked, scene, request, grid
         self.kernel = linked.kernel
-        self.watch = tuple(name for name in WATCH if name in request.watch)
         self.number: Callable[[Any], Any] = (
             np.dtype(request.precision).type if request.precision == "float32" or not linked.compiled else float
         )
@@ -108,7 +107,7 @@ class Run:
         self.par, self.h = self.typed(linked.par), self.typed(grid.h)
         self.weights = linked.weights.astype(request.precision)
         self.p, self.q = self.typed(linked.enter(scene.p0, scene.q0))
-        self.names = _watched_names(self.watch, scene)
+        self.names = _watched_names(request.watched, scene)
         self.P, self.Q = (np.empty((grid.rows, scene.d), dtype=request.precision) for _ in range(2))
         self.R = np.empty((grid.rows if request.raw else 0, len(linked.stages.nodes) * scene.m), dtype=request.precision)
         self.done, self.row, self.left = 0, 0, grid.every or -1

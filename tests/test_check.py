@@ -10,7 +10,8 @@ import pytest
 import sympy as sp
 import uncompiled
 
-from daebench.claims_check import FALLS_SHORT, NOT_APPLICABLE, NOT_CLAIMED, OK, UNDETERMINED, check_claims, default_step
+from daebench.claims_bench import FALLS_SHORT, NOT_APPLICABLE, NOT_CLAIMED, OK, UNDETERMINED
+from daebench.claims_check import check_claims, default_step
 from daebench.cli import main
 from daebench.diagnostics.order import fit_order
 from daebench.diagnostics.poisson import poisson_defect
@@ -169,7 +170,7 @@ def test_a_reversal_without_a_solution_is_a_sentence_and_no_number(get_scene, mo
     def lost(flow, p, q):
         raise RunFailed("lost on the way back.")
 
-    monkeypatch.setattr("daebench.claims_check.reversibility_defect", lost)
+    monkeypatch.setattr("daebench.claims_bench.reversibility_defect", lost)
     found = checked(monkeypatch, get_scene("spherical-slow"), "rattle")["symmetric"]
     assert np.isnan(found.measured)
     assert (found.verdict, found.note) == (FALLS_SHORT, "lost on the way back.")

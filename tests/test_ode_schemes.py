@@ -240,7 +240,7 @@ def test_the_stiff_forms_iteration_matrix_is_the_derivative_of_its_right_side(pl
     kernel, par = own.kernel(where, "float64", (), count=False), (*map(np.float64, where.par), *own.data)
     p, q = where.p0, 1.1 * where.q0
     stiffness = np.array(kernel.gauss_stiffness(tuple(p), tuple(q), par))
-    columns = [np.imag(kernel.penalty_f(tuple(p.astype(complex)), tuple(q + 1j * s * e), par)[0]) / s for e in np.eye(where.d)]
+    columns = [np.imag(kernel.stiff_f(tuple(p.astype(complex)), tuple(q + 1j * s * e), par)[0]) / s for e in np.eye(where.d)]
     assert np.abs(stiffness + np.array(columns).T).max() < 1e-12 * np.abs(stiffness).max()
 
 

@@ -20,7 +20,7 @@ import daebench.pose
 from daebench.cli import main
 from daebench.errors import BadInput, RunFailed
 from daebench.fixed_step import FixedStep
-from daebench.names import parse
+from daebench.names import several
 from daebench.order_bench import Bench
 from daebench.order_figure import write
 from daebench.order_ladder import COMMON, ladder
@@ -51,11 +51,10 @@ def rattle_on_planar():
 def daebench_(monkeypatch, capsys):
     """Run the command line in this process, uncompiled; return exit status, standard output and standard error."""
 
-    def uncompiled_method(name):
-        found = parse(name)
-        return replace(found, compiled=False) if isinstance(found, FixedStep) else found
+    def uncompiled_methods(methods, options=None):
+        return [replace(each, compiled=False) if isinstance(each, FixedStep) else each for each in several(methods, options)]
 
-    monkeypatch.setattr("daebench.order_study.parse", uncompiled_method)
+    monkeypatch.setattr("daebench.order_study.several", uncompiled_methods)
 
     def call(*words):
         monkeypatch.setattr(sys, "argv", ["daebench", *map(str, words)])
@@ -176,7 +175,7 @@ def test_numbers_out_of_range_are_refused(settings, says):
     ("methods", "says"),
     [
         (["rattel"], "unknown method 'rattel'; did you mean rattle"),
-        (["rattle", "ida:index2"], "ida:index2 chooses its own steps.*give fixed-step methods, for example rattle"),
+        (["rattle", "ida:index2"], "ida:index2 chooses its own steps.*give a fixed-step method, for example rattle"),
         ([], "at least one method"),
     ],
     ids=["unknown", "tolerance-driven", "none"],

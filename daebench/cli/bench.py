@@ -4,6 +4,7 @@ from typing import Annotated
 
 import typer
 
+from daebench.cli.arguments import Json
 from daebench.cli.console import bar, print_json, print_table, words
 
 COLUMNS = ("method", "ns_per_step", "ns_watched", "ns_counted", "cold_seconds", "warm_seconds", "note")
@@ -18,7 +19,7 @@ def bench(
     h: Annotated[float, typer.Option("--h", help="Step size.")] = 0.01,
     steps: Annotated[int, typer.Option("--steps", help="Steps of one timed run.")] = 300_000,
     repeat: Annotated[int, typer.Option("--repeat", help="Runs, of which the best counts.")] = 7,
-    as_json: Annotated[bool, typer.Option("--json", help="One JSON object on standard output.")] = False,
+    as_json: Json = False,
 ) -> None:
     """Measure nanoseconds per step of fixed-step methods, and seconds to the first step on an empty and on a full cache."""
     from daebench.catalogue import find_scene, schemes

@@ -4,31 +4,34 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from daebench.cli.arguments import Case, Free, Json, Param, Problem
 from daebench.cli.console import bar, pairs, print_json, print_table
 
 if TYPE_CHECKING:
-    from daebench.claims_check import Finding
+    from daebench.claims_bench import Finding
 
 
 def check(
-    problem: Annotated[str, typer.Argument(help="Name of a problem.")],
+    problem: Problem,
     method: Annotated[str, typer.Option("--method", help="Name of a fixed-step method, for example rattle.")],
-    case: Annotated[str | None, typer.Option("--case", help="Named initial values; the problem's first if left out.")] = None,
+    case: Case = None,
     h: Annotated[float | None, typer.Option("--h", help="Step size of all but the order; a small part of the motion if left out.")] = None,
     steps: Annotated[int, typer.Option("--steps", help="Steps along which constraints, energy and integrals are watched.")] = 200,
-    param: Annotated[list[str] | None, typer.Option("--param", help="Value of a parameter, name=value; repeatable.")] = None,
-    option: Annotated[list[str] | None, typer.Option("--option", help="Free number of the method, name=value; repeatable.")] = None,
-    as_json: Annotated[bool, typer.Option("--json", help="One JSON object on standard output.")] = False,
+    param: Param = None,
+    option: Free = None,
+    as_json: Json = False,
 ) -> None:
     """Hold the claims of a fixed-step method against what is measured; exit 1 if one falls short."""
     from dataclasses import asdict
 
     from daebench.api import scene_of
-    from daebench.claims_check import FALLS_SHORT, accepted, check_claims, default_step
+    from daebench.claims_bench import FALLS_SHORT
+    from daebench.claims_check import NO_CLAIMS, check_claims, default_step
+    from daebench.fixed_step import accepted
     from daebench.names import parse
 
     scene = scene_of(problem, case, pairs("param", param or []))
-    chosen = accepted(scene, parse(method, pairs("option", option or [])))
+    chosen = accepted(parse(method, pairs("option", option or [])), scene, NO_CLAIMS)
     with bar(f"{method} on {problem}") as progress:
         value = default_step(scene) if h is None else h
         found = check_claims(scene, chosen, h=value, steps=steps, progress=progress)

@@ -5,6 +5,7 @@ from typing import Annotated
 
 import typer
 
+from daebench.cli.arguments import Case, Free, Param, Problem, Project
 from daebench.cli.console import bar, pairs, print_table, words
 from daebench.errors import BadInput
 
@@ -13,15 +14,15 @@ HIDDEN = ("failure", "seconds", "h", "tol")
 
 
 def compare(
-    problem: Annotated[str, typer.Argument(help="Name of a problem.")],
+    problem: Problem,
     methods: Annotated[str, typer.Option("--methods", help="Names of methods, comma-separated.")],
     t_end: Annotated[float, typer.Option("--t-end", help="End time.")],
-    case: Annotated[str | None, typer.Option("--case", help="Named initial values; the problem's first if left out.")] = None,
+    case: Case = None,
     h: Annotated[float | None, typer.Option("--h", help="Step size of the fixed-step methods.")] = None,
     tol: Annotated[float, typer.Option("--tol", help="Tolerance of the tolerance-driven methods.")] = 1e-8,
-    param: Annotated[list[str] | None, typer.Option("--param", help="Value of a parameter, name=value; repeatable.")] = None,
-    option: Annotated[list[str] | None, typer.Option("--option", help="Free number of a method, name=value; repeatable.")] = None,
-    project: Annotated[bool, typer.Option("--project", help="Project the initial values onto the manifold.")] = False,
+    param: Param = None,
+    option: Free = None,
+    project: Project = False,
     out: Annotated[Path | None, typer.Option("--out", help="Write the table and the pictures, with their data, to a folder.")] = None,
 ) -> None:
     """Compare methods on one problem: energy, manifold, integrals, work and time; exit 1 if one stops early."""

@@ -5,6 +5,7 @@ from typing import Annotated, Any
 
 import typer
 
+from daebench.cli.arguments import Json
 from daebench.cli.console import print_json, print_table
 from daebench.errors import unknown
 
@@ -26,7 +27,7 @@ def listing(
         str | None,
         typer.Argument(help="problems, methods, compositions, projections, forms, formulations, reports; or everything."),
     ] = None,
-    as_json: Annotated[bool, typer.Option("--json", help="One JSON object on standard output.")] = False,
+    as_json: Json = False,
 ) -> None:
     """List problems, methods and what they can be combined with, formulations and reports."""
     if what is not None and what not in list(What):

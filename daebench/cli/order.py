@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from daebench.cli.arguments import Case, Free, Json, Param, Problem
 from daebench.cli.console import bar, pairs, print_json, print_table, words
 from daebench.errors import BadInput
 
@@ -13,16 +14,16 @@ if TYPE_CHECKING:
 
 
 def order(
-    problem: Annotated[str, typer.Argument(help="Name of a problem.")],
+    problem: Problem,
     methods: Annotated[str, typer.Option("--methods", help="Names of fixed-step methods, comma-separated.")],
-    case: Annotated[str | None, typer.Option("--case", help="Named initial values; the problem's first if left out.")] = None,
+    case: Case = None,
     t_end: Annotated[float | None, typer.Option("--t-end", help="End time T; some 256 steps of DOP853 at 1e-13 if left out.")] = None,
     h: Annotated[float | None, typer.Option("--h", help="Largest step size, made T/(8 n); by the order claimed if left out.")] = None,
     halvings: Annotated[int | None, typer.Option("--halvings", help="How often it is halved; until round-off if left out.")] = None,
-    param: Annotated[list[str] | None, typer.Option("--param", help="Value of a parameter, name=value; repeatable.")] = None,
-    option: Annotated[list[str] | None, typer.Option("--option", help="Free number of a method, name=value; repeatable.")] = None,
+    param: Param = None,
+    option: Free = None,
     out: Annotated[Path | None, typer.Option("--out", help="Write the tables and the picture to a folder.")] = None,
-    as_json: Annotated[bool, typer.Option("--json", help="One JSON object on standard output.")] = False,
+    as_json: Json = False,
 ) -> None:
     """Measure the orders of methods, for q, p, lam and raw multipliers apart; exit 1 if a method fails at every step size.
 

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from daebench.cli.arguments import Case, Free, Json, Param, Problem, Project
 from daebench.cli.console import bar, numbers, pairs, print_json, print_table, words
 from daebench.errors import BadInput
 
@@ -22,27 +23,27 @@ class Precision(StrEnum):
 
 
 def run(
-    problem: Annotated[str, typer.Argument(help="Name of a problem.")],
+    problem: Problem,
     method: Annotated[str, typer.Option("--method", help="Name of a method, for example rattle or ida:index2.")],
-    case: Annotated[str | None, typer.Option("--case", help="Named initial values; the problem's first if left out.")] = None,
+    case: Case = None,
     h: Annotated[float | None, typer.Option("--h", help="Step size.")] = None,
     tol: Annotated[float | None, typer.Option("--tol", help="Tolerance, relative and absolute.")] = None,
     steps: Annotated[int | None, typer.Option("--steps", help="Number of steps of exactly h.")] = None,
     t_end: Annotated[float | None, typer.Option("--t-end", help="End time.")] = None,
     points: Annotated[int | None, typer.Option("--points", help="Equidistant outputs of a tolerance-driven method [201].")] = None,
     every: Annotated[int | None, typer.Option("--every", help="Keep a state every so many steps [1]; 0: the end alone.")] = None,
-    param: Annotated[list[str] | None, typer.Option("--param", help="Value of a parameter, name=value; repeatable.")] = None,
-    option: Annotated[list[str] | None, typer.Option("--option", help="Free number of the method, name=value; repeatable.")] = None,
+    param: Param = None,
+    option: Free = None,
     q0: Annotated[str | None, typer.Option("--q0", help="Initial positions, comma-separated, in place of the case's.")] = None,
     p0: Annotated[str | None, typer.Option("--p0", help="Initial momenta, comma-separated, in place of the case's.")] = None,
     watch: Annotated[str, typer.Option("--watch", help="energy,manifold,integrals or none.")] = "energy,manifold",
-    project: Annotated[bool, typer.Option("--project", help="Project the initial values onto the manifold.")] = False,
+    project: Project = False,
     precision: Annotated[Precision, typer.Option("--precision")] = Precision.float64,
     out: Annotated[Path | None, typer.Option("--out", help="Write the trajectory to FILE.csv or FILE.npz.")] = None,
     lam: Annotated[bool, typer.Option("--lam", help="Write the multipliers lam(p, q) to --out too.")] = False,
     raw: Annotated[bool, typer.Option("--raw", help="Write multipliers of every step too: FILE.raw.csv beside --out FILE.csv.")] = False,
     compensated: Annotated[bool, typer.Option("--compensated", help="Compensate sums over steps for rounding.")] = False,
-    as_json: Annotated[bool, typer.Option("--json", help="One JSON object on standard output.")] = False,
+    as_json: Json = False,
 ) -> None:
     """Run one method on one problem; exit 1 if it stops early."""
     from daebench.api import prepare

@@ -1,18 +1,17 @@
 """``daebench show``: one problem, its definition, parameters, cases, and what can be run on it."""
 
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Any
 
-import typer
-
+from daebench.cli.arguments import Json, Problem
 from daebench.cli.console import print_json, print_table
 
 if TYPE_CHECKING:
-    from daebench.catalogue import Problem
+    from daebench import catalogue
 
 
 def show(
-    problem: Annotated[str, typer.Argument(help="Name of a problem.")],
-    as_json: Annotated[bool, typer.Option("--json", help="One JSON object on standard output.")] = False,
+    problem: Problem,
+    as_json: Json = False,
 ) -> None:
     """Show a problem: definition, parameters, cases, and what can be run on it."""
     from daebench.catalogue import find_problem
@@ -33,7 +32,7 @@ def show(
         print(f"not {name}: {why}")
 
 
-def _definition(found: "Problem") -> dict[str, Any]:
+def _definition(found: "catalogue.Problem") -> dict[str, Any]:
     definition = found.define()
     text: dict[str, str] = {}
     if definition.H is not None:
@@ -57,11 +56,11 @@ def _definition(found: "Problem") -> dict[str, Any]:
     return {"problem": found.name, "about": found.summary, "definition": text, "parameters": _parameters(found), "cases": cases}
 
 
-def _parameters(found: "Problem") -> dict[str, float]:
+def _parameters(found: "catalogue.Problem") -> dict[str, float]:
     return {**found.parameters, **found.structure}
 
 
-def _use(found: "Problem") -> dict[str, Any]:
+def _use(found: "catalogue.Problem") -> dict[str, Any]:
     from daebench.catalogue import find_scene
     from daebench.names import listed, parse
 

@@ -1,6 +1,38 @@
 """The right side of the index-reduced equation, HLW (1.18)."""
 
-from daebench.kernels.hole import G, Gv_q, H_p, H_q, Number, Vector, axpy, axpy_m, gram, mul_full, mul_T, rows, scale, solve
+from typing import Any
+
+from daebench.kernels.hole import (
+    G,
+    Gv_q,
+    H_p,
+    H_q,
+    Matrix,
+    Multiplier,
+    Number,
+    Vector,
+    axpy,
+    axpy_m,
+    gram,
+    mul_full,
+    mul_T,
+    rows,
+    scale,
+    solve,
+)
+
+
+def hidden(p: Vector, q: Vector) -> Any:
+    """Return H_p, H_q, G, G H_pp, and (1.12) without its multiplier: d/dq[G H_p] H_p - G H_pp H_q."""
+    v, gradient, G0 = H_p(p, q), H_q(p, q), G(q)
+    by_mass = rows(G0, p, q)
+    return v, gradient, G0, by_mass, axpy_m(-1.0, mul_full(by_mass, gradient), mul_full(Gv_q(p, q), v))
+
+
+def force(gradient: Vector, G0: Matrix, by_mass: Matrix, value: Multiplier) -> tuple[Vector, Number]:
+    """Return p' = -H_q - G^T lam with G H_pp G^T lam = value, and the smallest relative pivot of G H_pp G^T."""
+    lam, pivot = solve(gram(G0, by_mass), value)
+    return scale(-1.0, axpy(1.0, mul_T(G0, lam), gradient)), pivot
 
 
 def f(p: Vector, q: Vector) -> tuple[Vector, Vector, Number]:
@@ -10,8 +42,6 @@ def f(p: Vector, q: Vector) -> tuple[Vector, Vector, Number]:
 
         q' = H_p        p' = -H_q - G^T lam(p, q)        G H_pp G^T lam = d/dq[G H_p] H_p - G H_pp H_q
     """
-    v, gradient, G0 = H_p(p, q), H_q(p, q), G(q)
-    by_mass = rows(G0, p, q)
-    value = axpy_m(-1.0, mul_full(by_mass, gradient), mul_full(Gv_q(p, q), v))
-    lam, pivot = solve(gram(G0, by_mass), value)
-    return scale(-1.0, axpy(1.0, mul_T(G0, lam), gradient)), v, pivot
+    v, gradient, G0, by_mass, value = hidden(p, q)
+    change, pivot = force(gradient, G0, by_mass, value)
+    return change, v, pivot

@@ -2,70 +2,17 @@
 
 from typing import Any
 
-from daebench.kernels.hole import (
-    INF,
-    G,
-    Gv_p,
-    Gv_q,
-    H_p,
-    H_pp,
-    Multiplier,
-    Number,
-    Report,
-    Vector,
-    apply,
-    apply_md,
-    axpy,
-    axpy_m,
-    g,
-    gram,
-    gram_full,
-    mass,
-    mul,
-    mul_full,
-    mul_full_T,
-    norm,
-    norm_m,
-    plain_step,
-    plus_mm,
-    plus_work,
-    scale_mm,
-    solve_2m,
-    zero_m,
-)
+from daebench.kernels.hole import INF, H_pp, Number, Report, Vector, axpy, mass, plain_step, plus_work, zero_m
+from daebench.kernels.manifold import corrected, correction, normals, shift
 from daebench.kernels.newton import OK, newton
 
 
-def shift(p: Vector, q: Vector, nu: Multiplier, mu: Multiplier) -> tuple[Vector, Vector]:
-    """Return the normal vector of the manifold at (p, q) that (nu, mu) stand for, in the metric of :func:`project`."""
-    normal = axpy(1.0, mul_full_T(G(q), nu), mul_full_T(Gv_q(p, q), mu))
-    return apply(mass(p, q), mul_full_T(Gv_p(p, q), mu)), apply(H_pp(p, q), normal)
-
-
-def correction(p: Vector, q: Vector, nu: Multiplier, mu: Multiplier, p_free: Vector, q_free: Vector) -> Any:
-    """Return what to subtract from p, q, nu and mu, given the step from the shifted start; and size, scale, residual and pivot.
+def due_at(x: Any, p_free: Vector, q_free: Vector) -> Any:
+    """Return what to subtract from x = (p, q, nu, mu), given the step from the shifted start; and size, scale, residual and pivot.
 
     With the matrix 2 C D^-1 C^T, HLW V.4.1: the step's own derivative is taken as that of the identity.
     """
-    inverse_mass, G1 = H_pp(p, q), G(q)
-    by_p, by_q = Gv_p(p, q), Gv_q(p, q)
-    back_p, back_q = shift(p, q, nu, mu)
-    r_p, r_q = axpy(-1.0, back_p, axpy(-1.0, p_free, p)), axpy(-1.0, back_q, axpy(-1.0, q_free, q))
-    down_p, down_g, down_q = apply_md(mass(p, q), by_p), apply_md(inverse_mass, G1), apply_md(inverse_mass, by_q)
-    value_g, value_v = g(q), mul(G1, H_p(p, q))
-    dnu, dmu, pivot = solve_2m(
-        scale_mm(2.0, gram(G1, down_g)),
-        scale_mm(2.0, gram(G1, down_q)),
-        scale_mm(2.0, gram_full(by_q, down_g)),
-        scale_mm(2.0, plus_mm(gram_full(by_q, down_q), gram_full(by_p, down_p))),
-        axpy_m(-1.0, mul(G1, r_q), value_g),
-        axpy_m(-1.0, axpy_m(1.0, mul_full(by_p, r_p), mul_full(by_q, r_q)), value_v),
-    )
-    dp = axpy(2.0, mul_full_T(down_p, dmu), r_p)
-    dq = axpy(2.0, axpy(1.0, mul_full_T(down_g, dnu), mul_full_T(down_q, dmu)), r_q)
-    scale_v, scale_q = norm(apply(inverse_mass, p_free)) + norm(apply(inverse_mass, p)), max(1.0, norm(q))
-    size = norm(apply(inverse_mass, dp)) * scale_q + norm(dq) * scale_v
-    return (dp, dq, dnu, dmu), size, scale_v * scale_q, norm_m(value_g) + norm_m(value_v), pivot
+    return correction(2.0, x, p_free, q_free, H_pp(x[0], x[1]), mass(x[0], x[1]))
 
 
 def improve_symmetric(x: Any, data: Any) -> Any:
@@ -73,13 +20,13 @@ def improve_symmetric(x: Any, data: Any) -> Any:
 
     No step is thus done in vain: the sweep after which nothing is left to correct is the last.
     """
-    p, q, nu, mu, due, work, pivot, _ = x
-    p0, q0, h = data
-    p, q, nu, mu = axpy(-1.0, due[0], p), axpy(-1.0, due[1], q), axpy_m(-1.0, due[2], nu), axpy_m(-1.0, due[3], mu)
-    by_p, by_q = shift(p0, q0, nu, mu)
+    state, due, work, pivot, _ = x
+    p0, q0, h, down0 = data
+    state = corrected(state, due)
+    by_p, by_q = shift(down0, state[2], state[3])
     p_free, q_free, raw, inner = plain_step(axpy(1.0, by_p, p0), axpy(1.0, by_q, q0), h)
-    due, size, scale, residual, own = correction(p, q, nu, mu, p_free, q_free)
-    x = (p, q, nu, mu, due, plus_work(work, inner[3]), min(pivot, inner[2]), (raw, inner[0], inner[1]))
+    due, size, scale, residual, own = due_at(state, p_free, q_free)
+    x = (state, due, plus_work(work, inner[3]), min(pivot, inner[2]), (raw, inner[0], inner[1]))
     return x, size, scale, residual if inner[0] == OK else INF, own
 
 
@@ -90,13 +37,14 @@ def step(p0: Vector, q0: Vector, h: Number) -> tuple[Vector, Vector, Any, Report
 
         x~ = x0 + N(x0) (nu, mu),      x1 = Phi_h(x~) + N(x1) (nu, mu),      g(q1) = 0,      G(q1) H_p(p1, q1) = 0
 
-    where the columns of N(x) span the normal space of the manifold at x.
+    where the columns of N(x) = D^-1 C^T span the normal space of the manifold at x.
     """
     p_free, q_free, raw, inner = plain_step(p0, q0, h)
-    none = zero_m(q0)
-    due, _, _, _, own = correction(p_free, q_free, none, none, p_free, q_free)
-    start = (p_free, q_free, none, none, due, inner[3], min(own, inner[2]), (raw, inner[0], inner[1]))
-    (p1, q1, _, _, _, work, pivot, last), report = newton(improve_symmetric, start, (p0, q0, h))
+    begin = (p_free, q_free, zero_m(q0), zero_m(q0))
+    due, _, _, _, own = due_at(begin, p_free, q_free)
+    down0 = normals(p0, q0, H_pp(p0, q0), mass(p0, q0))
+    start = (begin, due, inner[3], min(own, inner[2]), (raw, inner[0], inner[1]))
+    (state, _, work, pivot, last), report = newton(improve_symmetric, start, (p0, q0, h, down0))
     status = report[0] if last[1] == OK else last[1]
     residual = report[1] if last[1] == OK else last[2]
-    return p1, q1, last[0], (status, residual, min(pivot, report[2]), plus_work(work, report[3]))
+    return state[0], state[1], last[0], (status, residual, min(pivot, report[2]), plus_work(work, report[3]))

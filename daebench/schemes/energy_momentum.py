@@ -3,6 +3,7 @@
 from typing import Any
 
 from daebench.claims import Claims, Member
+from daebench.kernels.eliminate import eliminate
 from daebench.kernels.hole import (
     EPS,
     G,
@@ -18,28 +19,19 @@ from daebench.kernels.hole import (
     Report,
     Vector,
     apply,
-    apply_md,
     axpy,
     axpy_dd,
     axpy_m,
     curvature,
     dot,
     g,
-    gram,
-    identity_plus,
     mul,
     mul_full_T,
     norm,
     norm_m,
     outer_md,
-    product,
     scale,
-    scale_dd,
     scale_md,
-    solve,
-    solve_dd,
-    solve_dm,
-    transpose,
     zero_m,
 )
 from daebench.kernels.newton import newton
@@ -83,18 +75,11 @@ def improve(x: tuple[Vector, Vector, Multiplier], data: tuple[Vector, Vector, Nu
     gradient, DG, value = forces(p0, q0, dp, dq)
     r_p = axpy(h, axpy(1.0, mul_full_T(DG, lam), gradient), dp)
     r_q = axpy(-h, H_p(p, q), dq)
-    mixed, by_mass, G1 = H_qp(p, q), H_pp(p, q), G(axpy(1.0, dq, q0))
-    K = scale_dd(half, axpy_dd(1.0, curvature(q, lam), H_qq(p, q)))
-    by_q, S_T, pivot_q = solve_dd(identity_plus(-half, transpose(mixed)), r_q, scale_dd(half, by_mass))
-    S = transpose(S_T)
-    A = axpy_dd(1.0, product(K, S), identity_plus(half, mixed))
-    by_p, P, pivot_p = solve_dm(A, axpy(-1.0, apply(K, by_q), r_p), scale_md(h, DG))
-    change, pivot = solve(gram(G1, apply_md(S, P)), axpy_m(-1.0, value, mul(G1, axpy(1.0, apply(S, by_p), by_q))))
-    back_p = axpy(-1.0, mul_full_T(P, change), by_p)
-    back_q = axpy(1.0, apply(S, back_p), by_q)
+    by_mass, stiffness, G1 = H_pp(p, q), axpy_dd(1.0, curvature(q, lam), H_qq(p, q)), G(axpy(1.0, dq, q0))
+    back_p, back_q, change, pivot = eliminate(half, (r_p, r_q, value), H_qp(p, q), by_mass, stiffness, scale_md(h, DG), G1)
     x = (axpy(-1.0, back_p, dp), axpy(-1.0, back_q, dq), axpy_m(-1.0, change, lam))
     residual = norm(r_p) + norm(r_q) + norm_m(value)
-    return x, norm(back_q) + abs(half) * norm(apply(by_mass, back_p)), max(1.0, norm(q)), residual, min(pivot, min(pivot_p, pivot_q))
+    return x, norm(back_q) + abs(half) * norm(apply(by_mass, back_p)), max(1.0, norm(q)), residual, pivot
 
 
 def increment(p0: Vector, q0: Vector, h: Number) -> tuple[Vector, Vector, Any, Report]:

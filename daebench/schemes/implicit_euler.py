@@ -4,6 +4,7 @@ from typing import Any
 
 from daebench.claims import Claims
 from daebench.kernels.constrain import tangent
+from daebench.kernels.eliminate import eliminate
 from daebench.kernels.hole import (
     G,
     H_p,
@@ -16,26 +17,15 @@ from daebench.kernels.hole import (
     Report,
     Vector,
     apply,
-    apply_md,
     axpy,
     axpy_dd,
     axpy_m,
     curvature,
     g,
-    gram,
-    identity_plus,
-    mul,
-    mul_full_T,
     mul_T,
     norm,
     norm_m,
-    product,
-    scale_dd,
     scale_md,
-    solve,
-    solve_dd,
-    solve_dm,
-    transpose,
     zero_m,
 )
 from daebench.kernels.newton import both, newton
@@ -53,19 +43,12 @@ def improve(x: tuple[Vector, Vector, Multiplier], data: tuple[Vector, Vector, Nu
     force = axpy(1.0, mul_T(G1, lam), H_q(p, q))
     r_p = axpy(h, force, axpy(-1.0, p0, p))
     r_q = axpy(-h, H_p(p, q), axpy(-1.0, q0, q))
-    value = g(q)
-    mixed, by_mass = H_qp(p, q), H_pp(p, q)
-    K = scale_dd(h, axpy_dd(1.0, curvature(q, lam), H_qq(p, q)))
-    by_q, S_T, pivot_q = solve_dd(identity_plus(-h, transpose(mixed)), r_q, scale_dd(h, by_mass))
-    S = transpose(S_T)
-    A = axpy_dd(1.0, product(K, S), identity_plus(h, mixed))
-    by_p, P, pivot_p = solve_dm(A, axpy(-1.0, apply(K, by_q), r_p), scale_md(h, G1))
-    change, pivot = solve(gram(G1, apply_md(S, P)), axpy_m(-1.0, value, mul(G1, axpy(1.0, apply(S, by_p), by_q))))
-    dp = axpy(-1.0, mul_full_T(P, change), by_p)
-    dq = axpy(1.0, apply(S, dp), by_q)
+    value, by_mass = g(q), H_pp(p, q)
+    stiffness = axpy_dd(1.0, curvature(q, lam), H_qq(p, q))
+    dp, dq, change, pivot = eliminate(h, (r_p, r_q, value), H_qp(p, q), by_mass, stiffness, scale_md(h, G1), G1)
     x = (axpy(-1.0, dp, p), axpy(-1.0, dq, q), axpy_m(-1.0, change, lam))
     residual = norm(r_p) + norm(r_q) + norm_m(value)
-    return x, norm(dq) + abs(h) * norm(apply(by_mass, dp)), max(1.0, norm(q)), residual, min(pivot, min(pivot_p, pivot_q))
+    return x, norm(dq) + abs(h) * norm(apply(by_mass, dp)), max(1.0, norm(q)), residual, pivot
 
 
 def step(p0: Vector, q0: Vector, h: Number) -> tuple[Vector, Vector, Any, Report]:

@@ -2,21 +2,11 @@
 
 from typing import Any
 
-from daebench.claims import Claims
 from daebench.kernels.hole import Number, Vector, axpy, kinetic_increment
 from daebench.kernels.potential import potential_increment
+from daebench.schemes.lie import CLAIMS as LIE
 
-CLAIMS = Claims(
-    order=1,
-    symmetric=False,
-    symplectic=True,
-    keeps_g=True,
-    keeps_Gv=True,
-    system="constrained",
-    source="HLW (1.45)",
-    separable_only=True,
-    needs_kinetic_flow=True,
-)
+CLAIMS = LIE
 
 
 def increment(p0: Vector, q0: Vector, h: Number) -> Any:

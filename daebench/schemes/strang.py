@@ -1,22 +1,13 @@
 """Strang splitting of H = T + U, HLW (1.45): half the flow of the kinetic energy on either side of that of the potential energy."""
 
+from dataclasses import replace
 from typing import Any
 
-from daebench.claims import Claims
 from daebench.kernels.hole import Number, Vector, axpy, kinetic_increment
 from daebench.kernels.potential import potential_increment
+from daebench.schemes.lie import CLAIMS as LIE
 
-CLAIMS = Claims(
-    order=2,
-    symmetric=True,
-    symplectic=True,
-    keeps_g=True,
-    keeps_Gv=True,
-    system="constrained",
-    source="HLW (1.45)",
-    separable_only=True,
-    needs_kinetic_flow=True,
-)
+CLAIMS = replace(LIE, order=2, symmetric=True)
 
 
 def increment(p0: Vector, q0: Vector, h: Number) -> Any:

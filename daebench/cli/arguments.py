@@ -1,0 +1,12 @@
+"""Arguments that several commands take, each described once."""
+
+from typing import Annotated
+
+import typer
+
+Problem = Annotated[str, typer.Argument(help="Name of a problem.")]
+Case = Annotated[str | None, typer.Option("--case", help="Named initial values; the problem's first if left out.")]
+Param = Annotated[list[str] | None, typer.Option("--param", help="Value of a parameter, name=value; repeatable.")]
+Free = Annotated[list[str] | None, typer.Option("--option", help="Free number of a method, name=value; repeatable.")]
+Project = Annotated[bool, typer.Option("--project", help="Project the initial values onto the manifold.")]
+Json = Annotated[bool, typer.Option("--json", help="One JSON object on standard output.")]
