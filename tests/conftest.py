@@ -1,13 +1,18 @@
-"""What all tests share: a cache directory of their own, and the scenes that every scheme is swept over."""
+"""What all tests share: a cache directory of their own, the scenes that every scheme is swept over, and the command line."""
 
 import os
+import sys
 import tempfile
 
+import numpy as np
 import pytest
 
 os.environ.setdefault("DAEBENCH_CACHE", tempfile.mkdtemp(prefix="daebench-tests-"))
 
+import uncompiled
 from scenes import SCENES, scene
+
+from daebench.catalogue import find_scene
 
 
 @pytest.fixture(params=SCENES, ids=SCENES)
@@ -18,3 +23,43 @@ def each_scene(request):
 @pytest.fixture
 def get_scene():
     return scene
+
+
+@pytest.fixture(scope="module")
+def pendulum():
+    return find_scene("spherical_pendulum", "fig1.2")
+
+
+@pytest.fixture
+def random():
+    return np.random.default_rng(20240607)
+
+
+@pytest.fixture
+def plain_functions(monkeypatch):
+    """Have formulations, and so reference solutions, run uncompiled."""
+    monkeypatch.setattr("daebench.pose._module", uncompiled.kept_module)
+
+
+@pytest.fixture
+def forty_digits():
+    """Have mpmath work with 40 digits."""
+    from mpmath import mp
+
+    with mp.workdps(40):
+        yield
+
+
+@pytest.fixture
+def daebench(monkeypatch, capsys):
+    """Run the command line in this process; return exit status, standard output and standard error."""
+    from daebench.cli import main
+
+    def call(*words):
+        monkeypatch.setattr(sys, "argv", ["daebench", *map(str, words)])
+        with pytest.raises(SystemExit) as stop:
+            main()
+        printed = capsys.readouterr()
+        return stop.value.code, printed.out, printed.err
+
+    return call

@@ -1,33 +1,19 @@
-"""Claims held against measurements: what is found, on which bounds, and how the command says so; and the Poisson defect."""
+"""Claims held against measurements: what is found, and on which bounds."""
 
-import json
-import sys
 from dataclasses import replace
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
 import sympy as sp
-import uncompiled
+from checks import EXACT, Study
 
 from daebench.claims_bench import FALLS_SHORT, NOT_APPLICABLE, NOT_CLAIMED, OK, UNDETERMINED
 from daebench.claims_check import check_claims, default_step
-from daebench.cli import main
-from daebench.diagnostics.order import fit_order
-from daebench.diagnostics.poisson import poisson_defect
 from daebench.errors import BadInput, RunFailed
 from daebench.fixed_step import FixedStep
 from daebench.names import parse
 from daebench.problem import Case, ConstrainedHamiltonian, coordinates
 from daebench.scene import make_scene, source_of
-
-EXACT = ("symmetric", "symplectic", "keeps g", "keeps G H_p", "keeps H")
-
-
-@pytest.fixture
-def plain_motion(monkeypatch):
-    """Have reference solutions run uncompiled."""
-    monkeypatch.setattr("daebench.pose._module", uncompiled.kept_module)
 
 
 def checked(monkeypatch, scene, method, h=0.01, *, claims=None, order=False, **more):
@@ -188,7 +174,7 @@ def test_what_stops_early_or_has_no_claims_is_an_error(get_scene, monkeypatch):
 # ---- order ---------------------------------------------------------------------------------------------------------------
 
 
-def test_the_order_is_measured_and_a_false_one_falls_short(get_scene, monkeypatch, plain_motion):
+def test_the_order_is_measured_and_a_false_one_falls_short(get_scene, monkeypatch, plain_functions):
     scene, claims = get_scene("planar"), FixedStep("rattle").claims
     found = checked(monkeypatch, scene, "rattle", order=True, halvings=6)["order"]
     assert (found.claimed, found.verdict) == (2, OK)
@@ -197,14 +183,6 @@ def test_the_order_is_measured_and_a_false_one_falls_short(get_scene, monkeypatc
     assert found.note.startswith("q: ")
     found = checked(monkeypatch, scene, "rattle", claims=replace(claims, order=3), order=True, halvings=6)["order"]
     assert found.verdict == FALLS_SHORT
-
-
-class Study:
-    """What :func:`daebench.order_study.study` might give: errors of q and p against h."""
-
-    def __init__(self, **errors):
-        h = 0.1 * 0.5 ** np.arange(5)
-        self.series = [SimpleNamespace(component=name, fit=fit_order(h, error(h))) for name, error in errors.items()]
 
 
 @pytest.mark.parametrize(
@@ -234,167 +212,8 @@ def test_without_a_reference_the_order_is_undetermined(get_scene, monkeypatch):
 
 
 @pytest.mark.parametrize(("name", "low", "high"), [("spherical-slow", 0.005, 0.05), ("spherical-fast", 0.0005, 0.01)])
-def test_the_step_size_chosen_is_a_small_round_part_of_the_motion(name, low, high, get_scene, plain_motion):
+def test_the_step_size_chosen_is_a_small_round_part_of_the_motion(name, low, high, get_scene, plain_functions):
     h = default_step(get_scene(name))
     assert low <= h <= high
     assert float(f"{h:.0e}"[0]) in (1, 2, 5)
     assert h == pytest.approx(float(f"{h:.0e}"), rel=1e-12)
-
-
-# ---- the command ---------------------------------------------------------------------------------------------------------
-
-
-@pytest.fixture
-def daebench(monkeypatch, capsys):
-    """Run the command line in this process on uncompiled kernels; return exit status, standard output and standard error."""
-
-    def call(*words):
-        monkeypatch.setattr(sys, "argv", ["daebench", *map(str, words)])
-        monkeypatch.setattr("daebench.names.FixedStep", lambda *a, **k: FixedStep(*a, **k | {"compiled": False}))
-        monkeypatch.setattr("daebench.claims_check.study", lambda *_, **__: Study(q=lambda h: h**2, p=lambda h: h**2))
-        with pytest.raises(SystemExit) as stop:
-            main()
-        printed = capsys.readouterr()
-        return stop.value.code, printed.out, printed.err
-
-    return call
-
-
-CHECK = ("check", "spherical_pendulum", "--case", "fig1.1", "--h", 0.03, "--steps", 20, "--method")
-
-
-def test_the_command_prints_a_row_a_claim_and_exits_0_where_all_hold(daebench):
-    status, out, err = daebench(*CHECK, "rattle")
-    assert (status, err) == (0, "")
-    for name in ("order", *EXACT, "keeps L3"):
-        assert name in out
-    assert "2.000 ±" in out
-    assert FALLS_SHORT not in out
-
-
-def test_the_command_gives_one_json_object(daebench):
-    status, out, _ = daebench(*CHECK, "rattle", "--json")
-    found = json.loads(out)
-    rows = {row["property"]: row for row in found["claims"]}
-    assert (status, found["falls_short"], found["h"], found["steps"]) == (0, [], 0.03, 20)
-    assert list(rows) == ["order", *EXACT[:2], "Poisson in the chart", *EXACT[2:], "keeps L3"]
-    assert (rows["symplectic"]["claimed"], rows["symplectic"]["verdict"]) == (True, OK)
-    assert rows["symplectic"]["measured"] <= rows["symplectic"]["bound"]
-    assert (rows["keeps L3"]["claimed"], rows["keeps L3"]["bound"]) == (None, None)
-
-
-def test_a_false_claim_exits_1_naming_the_property(daebench, monkeypatch):
-    claims = replace(FixedStep("se").claims, symplectic=True, order=3)
-    monkeypatch.setattr(FixedStep, "claims", property(lambda _: claims))
-    status, out, _ = daebench(*CHECK, "se")
-    assert status == 1
-    assert out.strip().endswith("se falls short of what it claims: order, symplectic.")
-
-
-@pytest.mark.parametrize(
-    ("words", "status", "sentence"),
-    [
-        (("ida:index2",), 2, "ida:index2 chooses its own steps and makes no claims to check"),
-        (("ratle",), 2, "did you mean rattle"),
-        (("rattle", "--steps", 0), 2, "needs at least one"),
-        (("rattle", "--h", -1), 2, "h = -1 must be greater than 0"),
-        (("se", "--h", 10), 1, "se on spherical_pendulum, case fig1.1, stopped at t = "),
-    ],
-    ids=["no fixed step", "unknown", "no step", "negative", "fails"],
-)
-def test_what_cannot_be_checked_is_one_sentence(daebench, words, status, sentence):
-    found, out, err = daebench(*CHECK, *words)
-    assert (found, out) == (status, "")
-    assert sentence in err
-    assert err.count("\n") == 1
-
-
-def test_a_method_that_refuses_the_problem_says_why(daebench, monkeypatch):
-    monkeypatch.setattr(FixedStep, "refusal", lambda *_: "shake needs what spherical_pendulum does not have; use rattle.")
-    assert daebench(*CHECK, "shake") == (2, "", "daebench: shake needs what spherical_pendulum does not have; use rattle.\n")
-
-
-@pytest.mark.slow
-def test_the_command_as_it_is_used_finds_that_rattle_keeps_its_word(monkeypatch, capsys):
-    monkeypatch.setattr(sys, "argv", ["daebench", "check", "spherical_pendulum", "--method", "rattle"])
-    with pytest.raises(SystemExit) as stop:
-        main()
-    out = capsys.readouterr().out
-    assert stop.value.code == 0
-    assert out.count(f" {OK} ") + out.count(f" {OK}\n") == 5
-
-
-# ---- the Poisson defect --------------------------------------------------------------------------------------------------
-# Lotka-Volterra, HLW (2.13): u' = u (v - 2), v' = v (1 - u), H_u = 1 - 1/u, H_v = 1 - 2/v
-
-PLACES = [(6.0, 2.0), (0.5, 3.0), (1.0, 1e-3)]
-
-
-def lotka_volterra(y):
-    u, v = y
-    return np.array([[0, u * v], [-u * v, 0]])
-
-
-def symplectic_euler(y, h):
-    u, v = y
-    u1 = u / (1 - h * (v - 2))
-    return np.array([u1, v - h * v * (u1 - 1)])
-
-
-def adjoint(y, h):
-    u, v = y
-    v1 = v / (1 + h * (u - 1))
-    return np.array([u * (1 + h * (v1 - 2)), v1])
-
-
-def splitting(y, h):
-    u, v = y
-    u_half = u * np.exp(h / 2 * (v - 2))
-    v1 = v * np.exp(-h * (u_half - 1))
-    return np.array([u_half * np.exp(h / 2 * (v1 - 2)), v1])
-
-
-def midpoint(y, h):
-    y1 = np.array(y)
-    for _ in range(20):
-        u, v = (y + y1) / 2
-        f = np.array([u * (v - 2), v * (1 - u)])
-        f_y = np.array([[v - 2, u], [-v, 1 - u]])
-        y1 = y1 - np.linalg.solve(np.eye(2) - h / 2 * f_y, y1 - y - h * f)
-    return y1
-
-
-@pytest.mark.parametrize("place", PLACES, ids=str)
-@pytest.mark.parametrize("step", [symplectic_euler, adjoint, splitting], ids=lambda step: step.__name__)
-def test_poisson_maps_have_no_defect(step, place):
-    # 64 roundings of the largest entry of B, before or after
-    size = max(np.prod(place), np.prod(step(np.array(place), 0.1)))
-    assert poisson_defect(lambda y: step(y, 0.1), place, lotka_volterra) < 64 * 2.0**-52 * max(1.0, size)
-
-
-@pytest.mark.parametrize("place", [(2.0, 2.0), (0.7, 1.2)], ids=str)
-def test_implicit_midpoint_is_not_poisson_and_misses_it_by_the_third_power_of_h(place):
-    steps = 0.05 * 0.5 ** np.arange(6)
-    fit = fit_order(steps, [poisson_defect(lambda y, h=h: midpoint(y, h), place, lotka_volterra) for h in steps])
-    assert abs(fit.slope - 3) < 0.03
-    assert all(fit.used)
-
-
-def test_the_defect_of_a_linear_map_is_what_was_planted():
-    B = np.array([[0.0, 2.0], [-2.0, 0.0]])
-    assert poisson_defect(lambda y: 3.0 * y, [0.3, 0.7], lambda y: B) == pytest.approx(2 * 9 - 2, rel=1e-15)
-
-
-def test_a_rotation_is_a_poisson_map_of_the_rigid_body_and_a_reflection_is_not():
-    def cross(y):
-        return np.array([[0, -y[2], y[1]], [y[2], 0, -y[0]], [-y[1], y[0], 0]])
-
-    c, s = np.cos(0.4), np.sin(0.4)
-    turn = np.array([[c, -s, 0], [s, c, 0], [0, 0, 1]])
-    y = np.array([0.3, -0.8, 0.5])
-    assert poisson_defect(lambda y: turn @ y, y, cross) < 1e-15
-    assert poisson_defect(lambda y: -turn @ y, y, cross) == pytest.approx(2 * np.max(np.abs(turn @ y)), rel=1e-14)
-
-
-def test_a_map_that_gives_no_number_has_no_poisson_defect():
-    assert np.isnan(poisson_defect(lambda y: y * np.nan, [1.0, 2.0], lotka_volterra))

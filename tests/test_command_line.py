@@ -10,25 +10,9 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from daebench.cli import main
-
 KEYS = ("problem", "case", "method", "h", "steps", "t", "q", "p", "lam", "energy", "energy_error", "max_energy_error", "g", "Gv", "work")
 KEYS += ("seconds", "compile_seconds", "failure")
 RUN = ("run", "spherical_pendulum", "--case", "fig1.1", "--method", "rattle")
-
-
-@pytest.fixture
-def daebench(monkeypatch, capsys):
-    """Run the command line in this process; return exit status, standard output and standard error."""
-
-    def call(*words):
-        monkeypatch.setattr(sys, "argv", ["daebench", *map(str, words)])
-        with pytest.raises(SystemExit) as stop:
-            main()
-        printed = capsys.readouterr()
-        return stop.value.code, printed.out, printed.err
-
-    return call
 
 
 def test_list_names_everything_and_imports_nothing_heavy():

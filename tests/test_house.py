@@ -1,6 +1,8 @@
-"""The house: links, layers, package lists and the README say what is there."""
+"""The house: links, layers, package lists and the README say what is there, and imports are light."""
 
 import importlib
+import subprocess
+import sys
 import tomllib
 from pathlib import Path
 
@@ -68,3 +70,10 @@ def test_editing_a_problem_or_a_helper_beside_it_makes_other_kernels(tmp_path):
     (tmp_path / "mine.py").write_text(text.replace("q[1]", "q[0]"))
     digests.append(_read(tmp_path / "mine.py").digest)
     assert len(set(digests)) == 3
+
+
+def test_importing_the_diagnostics_imports_neither_sympy_nor_numba_nor_pandas():
+    names = ["consistency", "energy", "growth", "integrals", "manifold", "metric", "order", "reversibility", "symplecticity"]
+    code = "import sys\n" + "".join(f"import daebench.diagnostics.{name}\n" for name in names)
+    code += "print([name for name in ('sympy', 'numba', 'pandas', 'scipy') if name in sys.modules])"
+    assert subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout.strip() == "[]"

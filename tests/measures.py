@@ -1,0 +1,45 @@
+"""Measures of a formulation's functions, which planted faults must upset."""
+
+import numpy as np
+
+
+def residual(dae, y, yp):
+    res = np.empty(dae.n)
+    dae.residual(0.0, y, yp, res, dae.par)
+    return res
+
+
+def start_defect(dae):
+    """Return the largest residual at the initial values, relative to the largest rate."""
+    return np.abs(residual(dae, dae.y0, dae.yp0)).max() / max(1.0, np.abs(dae.yp0).max())
+
+
+def multiplier_defect(dae):
+    """Return how far the initial multiplier is from the one of HLW (1.12), as the kernels of the schemes have it."""
+    lam = dae.scene.value("lam", dae.scene.p0, dae.scene.q0)
+    return np.abs(dae.raw_multipliers(dae.y0[None], dae.yp0[None])[0] - lam).max() / max(1.0, np.abs(lam).max())
+
+
+def somewhere(dae):
+    """Return unknowns and rates off the manifold, where no term vanishes."""
+    rng = np.random.default_rng(20)
+    y, yp = dae.y0 + 0.1 * rng.uniform(-1, 1, dae.n), dae.yp0 + rng.uniform(-1, 1, dae.n)
+    return y, yp
+
+
+def differences(f, x, h=3e-3):
+    """Return the Jacobian of f at x by central differences of order 6."""
+    weights = {1: 3 / 4, 2: -3 / 20, 3: 1 / 60}
+    columns = []
+    for e in np.eye(len(x)):
+        columns.append(sum(w * (f(x + k * h * e) - f(x - k * h * e)) for k, w in weights.items()) / h)
+    return np.array(columns).T
+
+
+def jacobian_defect(dae, cj=1.7):
+    """Return the largest error of dF/dy + cj dF/dy', relative to its largest entry."""
+    y, yp = somewhere(dae)
+    JJ = np.full((dae.n, dae.n), np.nan)
+    dae.jacobian(0.0, y, yp, np.empty(dae.n), cj, JJ, dae.par)
+    found = differences(lambda x: residual(dae, x, yp), y) + cj * differences(lambda x: residual(dae, y, x), yp)
+    return np.abs(JJ - found).max() / np.abs(found).max()

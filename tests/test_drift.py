@@ -1,0 +1,154 @@
+"""Drift and growth: of the energy under oscillations and noise, of the constraints, and errors of what is conserved."""
+
+import numpy as np
+import pytest
+
+from daebench.diagnostics.energy import energy_drift
+from daebench.diagnostics.integrals import energy_error, integral_errors
+from daebench.diagnostics.manifold import manifold_drift
+from daebench.errors import BadInput
+from daebench.problems import planar_pendulum
+from daebench.scene import make_scene, source_of
+from daebench.trajectory import Trajectory
+
+
+def trajectory_of(scene, t, p, q):
+    return Trajectory(
+        problem=scene.problem,
+        case=scene.case,
+        method="made up",
+        parameters=scene.parameters,
+        knob="h",
+        value=0.1,
+        t=t,
+        q=q,
+        p=p,
+        steps=0,
+        seconds=0.0,
+    )
+
+
+# ---- energy --------------------------------------------------------------------------------------------------------------
+
+T = np.linspace(0, 1e4, 100_001)
+OSCILLATION = 1e-3 * np.sin(T + 0.3) * (1 + 0.2 * np.cos(2 * T))
+
+
+@pytest.mark.parametrize("slope", [1e-8, -1e-8, 3e-7], ids=["up", "down", "steep"])
+def test_a_linear_drift_is_seen_under_an_oscillation_a_hundred_thousand_times_larger(slope):
+    drift = energy_drift(T, slope * T + OSCILLATION)
+    assert drift.kind == "linear"
+    assert abs(drift.slope - slope) < 3 * drift.slope_error < 0.1 * abs(slope)
+    assert abs(drift.growth - 1) < 3 * drift.growth_error
+
+
+@pytest.mark.parametrize("alpha", [0.5, 1.0, 2.0, 3.0], ids=lambda alpha: f"t^{alpha}")
+@pytest.mark.parametrize("amplitude", [0.0, 1e-3], ids=["alone", "under oscillation"])
+def test_the_growth_exponent_is_found(alpha, amplitude):
+    drift = energy_drift(T, 2e-3 * (T / T[-1]) ** alpha + amplitude * np.sin(T))
+    assert drift.kind == ("linear" if alpha == 1 else "growing")
+    assert abs(drift.growth - alpha) < 0.02
+
+
+@pytest.mark.parametrize("periods", [5.3, 20.0, 46.0, 340.0, 391.0, 1000.5])
+@pytest.mark.parametrize("phase", [0.0, 1.0, 2.5, 4.0])
+def test_an_oscillation_is_bounded_whatever_its_period_and_phase(periods, phase):
+    t = np.linspace(0, 500, 12_001)
+    error = np.cos(2 * np.pi * periods * t / 500 + phase) - np.cos(phase)
+    drift = energy_drift(t, error)
+    assert drift.kind == "bounded"
+    assert abs(drift.slope) < 2 * drift.slope_error
+    assert np.isnan(drift.growth)
+    assert np.isnan(drift.growth_error)
+
+
+def test_the_standard_error_of_the_slope_is_that_of_the_textbook_for_white_noise(random):
+    t = np.linspace(0, 50, 1000)
+    drifts = [energy_drift(t, random.normal(size=1000)) for _ in range(400)]
+    scatter = np.std([drift.slope for drift in drifts])
+    assert 0.8 < np.mean([drift.slope_error for drift in drifts]) / scatter < 1.25
+    assert np.mean([drift.kind == "bounded" for drift in drifts]) > 0.97
+
+
+def test_the_standard_error_of_the_slope_holds_for_autocorrelated_noise(random):
+    t = np.arange(4000.0)
+    drifts = []
+    for _ in range(200):
+        noise = random.normal(size=4000)
+        for k in range(1, 4000):
+            noise[k] += 0.95 * noise[k - 1]
+        drifts.append(energy_drift(t, noise))
+    assert 0.7 < np.mean([drift.slope_error for drift in drifts]) / np.std([drift.slope for drift in drifts]) < 1.4
+    assert np.mean([drift.kind == "bounded" for drift in drifts]) > 0.95
+
+
+@pytest.mark.parametrize(
+    "error",
+    [0 * T, 1e-3 + 0 * T, 1e-3 * (1 - np.exp(-T))],
+    ids=["nothing", "an offset", "a transient"],
+)
+def test_what_settles_is_bounded(error):
+    assert energy_drift(T, error).kind == "bounded"
+
+
+@pytest.mark.parametrize("error", [1e-6 * T * np.sin(T), 1e-9 * np.exp(T / 300)], ids=["amplitude", "explosion"])
+def test_what_spreads_without_a_significant_slope_is_not_called_bounded(error):
+    assert energy_drift(T, error).kind == "growing"
+
+
+def test_a_drift_within_the_resolution_is_bounded():
+    error = 1e-19 * T
+    assert energy_drift(T, error).kind == "linear"
+    assert energy_drift(T, error, resolution=2e-15).kind == "bounded"
+
+
+@pytest.mark.parametrize(
+    ("t", "error"),
+    [(T[:10], T[:10]), (T[:100], np.full(100, np.nan)), (T[:100], np.where(T[:100] == 5, np.inf, 0))],
+    ids=["short", "NaN", "inf"],
+)
+def test_what_cannot_be_judged_is_undetermined(t, error):
+    drift = energy_drift(t, error)
+    assert drift.kind == "undetermined"
+    assert np.all(np.isnan([drift.slope, drift.slope_error, drift.growth, drift.growth_error]))
+
+
+@pytest.mark.parametrize(("t", "error"), [(T[:100], T[:99]), (T[99::-1], T[:100])], ids=["shapes", "backwards"])
+def test_a_series_that_makes_no_sense_is_refused(t, error):
+    with pytest.raises(BadInput):
+        energy_drift(t, error)
+
+
+# ---- constraints and conserved quantities --------------------------------------------------------------------------------
+
+
+def test_manifold_drift_gives_maxima_and_slopes(pendulum):
+    t = np.linspace(0, 100, 2001)
+    angle = 0.5 * t
+    around = np.stack([np.cos(angle), np.sin(angle), 0 * t], axis=1)
+    ahead = np.stack([-np.sin(angle), np.cos(angle), 0 * t], axis=1)
+    # |q|^2 - 1 grows as 1e-6 t, and q.p oscillates
+    q, p = around * np.sqrt(1 + 1e-6 * t)[:, None], 0.5 * ahead + 1e-4 * np.sin(7 * t)[:, None] * around
+    found = manifold_drift(pendulum, trajectory_of(pendulum, t, p, q))
+    assert found.g_max == pytest.approx(1e-4, rel=1e-9)
+    assert found.g.kind == "linear"
+    assert found.g.slope == pytest.approx(1e-6, rel=1e-9)
+    assert found.Gv_max == pytest.approx(2e-4, rel=1e-3)
+    assert found.Gv.kind == "bounded"
+
+
+def test_errors_of_conserved_quantities_are_differences_from_their_start(pendulum):
+    t = np.linspace(0, 1, 5)
+    p, q = np.tile(pendulum.p0, (5, 1)), np.tile(pendulum.q0, (5, 1))
+    q[:, 2] += t
+    p[:, 1] += 2 * t
+    trajectory = trajectory_of(pendulum, t, p, q)
+    np.testing.assert_allclose(energy_error(pendulum, trajectory), t + 2 * t**2 + 2 * t * pendulum.p0[1], atol=1e-13)
+    errors = integral_errors(pendulum, trajectory)
+    assert list(errors) == ["L3"]
+    np.testing.assert_allclose(errors["L3"], 2 * t * pendulum.q0[0], atol=1e-13)
+
+
+def test_a_problem_without_integrals_has_no_errors_of_them():
+    scene = make_scene(source_of(planar_pendulum.problem(), "planar_pendulum"), "horizontal")
+    assert integral_errors(scene, trajectory_of(scene, np.zeros(1), scene.p0[None], scene.q0[None])) == {}
