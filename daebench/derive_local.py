@@ -76,7 +76,8 @@ class LocalDerivation(Derivation):
         """X^T J X with X = chi'(y), the inverse of B(y) of (2.21)."""
         p_y, q_y = (sp.Matrix(list(part)).jacobian(self.y) for part in (self.chart.p, self.chart.q))
         half = p_y.T * q_y
-        return (half - half.T).applyfunc(sp.simplify)
+        upper = sp.Matrix(*half.shape, lambda i, j: sp.simplify(half[i, j] - half[j, i]) if i < j else 0)
+        return upper - upper.T
 
     def source(self, name: str) -> str | None:
         """Return the source of the problem's function of this name, or None if it is no expression of this problem."""

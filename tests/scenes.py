@@ -7,6 +7,9 @@ import definitions
 from daebench.catalogue import find_scene, problems
 from daebench.scene import make_scene, source_of
 
+SMALLER = {"pendulum_chain": ("hanging", {"links": 3})}
+"""What is swept of problems whose first case would take minutes."""
+
 
 @cache
 def scene(name):
@@ -17,7 +20,7 @@ def scene(name):
         "planar": ("planar_pendulum", "rotating"),
     }
     if name in problems():
-        return find_scene(name)
+        return find_scene(name, *SMALLER.get(name, ()))
     if name in catalogue:
         return find_scene(*catalogue[name])
     problem, case = {
@@ -40,7 +43,7 @@ SCENES = (
     "coupled-rods",
     *problems(),
 )
-"""Chosen cases and kinds, and the first case of every problem of the catalogue, which is in the sweep by being there.
+"""Chosen cases and kinds, and the first case of every problem of the catalogue but ``SMALLER``, which is in the sweep by being there.
 
 That of the spherical pendulum is spherical-slow.
 """

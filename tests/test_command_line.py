@@ -241,5 +241,5 @@ def test_python_gives_what_the_command_line_gives(daebench):
     assert list(trajectory.q[-1]) == json.loads(out)["q"]
     table = package.compare("spherical_pendulum", case="fig1.1", methods=["rattle", "se"], h=0.03, t_end=30)
     assert list(table["method"]) == ["rattle", "se"]
-    assert list(package.problems()["problem"]) == ["planar_pendulum", "spherical_pendulum"]
+    assert list(package.problems()["problem"]) == ["double_pendulum", "pendulum_chain", "planar_pendulum", "spherical_pendulum"]
     assert {"rattle", "ida:ggl", "scipy:DOP853"} <= set(package.methods()["method"])

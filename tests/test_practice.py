@@ -9,6 +9,7 @@ import sympy as sp
 from scenes import SCENES, scene
 from scipy.integrate import solve_ivp
 
+from daebench.catalogue import find_scene
 from daebench.diagnostics.energy import energy_drift
 from daebench.diagnostics.integrals import energy_error
 from daebench.diagnostics.order import fit_order
@@ -311,6 +312,13 @@ def test_rounds_are_counted_and_grow_with_the_coupling():
     rounds = work[0]["newton"] - 50 * 2  # two rounds a step for the velocity, whose equation is linear
     assert work[0]["g"] == rounds
     assert work[0]["G"] == rounds + 2 * 50
+
+
+def test_bodies_that_fall_side_by_side_are_held_together_without_a_failure():
+    chain = find_scene("pendulum_chain", "horizontal5")
+    found = run("rattle_iterative", chain, 0.005, 20).complete()
+    newton = run("rattle", chain, 0.005, 20).complete()
+    assert np.abs(found.q[-1] - newton.q[-1]).max() < 1e-6
 
 
 FAILURES = {"no solution": (1.0, "one at a time within the tolerance in 1000 rounds"), "overflow": (1e200, "no longer finite")}

@@ -85,7 +85,7 @@ def improve_velocities(x: tuple[Vector, Multiplier], data: tuple[Matrix, Matrix,
     unmet, residual, pivot = 0.0, 0.0, INF
     for k in range(CONSTRAINTS):
         value = dot(G1[k], v)
-        late = 1.0 if abs(value) > bound[k] else 0.0
+        late = 1.0 if abs(value) > max(bound[k], max(DATA[0], 4.0 * EPS) * dot_moduli(G1[k], v)) else 0.0
         steep = dot(G1[k], V[k])
         change = late * value / steep
         v = axpy(-change, V[k], v)
@@ -103,7 +103,8 @@ def increment(p0: Vector, q0: Vector, h: Number) -> tuple[Vector, Vector, Any, R
         q -> q - V_k^T g_k(q) / (G_k(q) V_k^T),                V = G(q0) M^-1,     |g_k(q)|    <= tolerance sum_i |G_ki(q0) q_i|
         v -> v - V_k^T (G_k(q1) v) / (G_k(q1) V_k^T),          V = G(q1) M^-1,     |G_k(q1) v| <= tolerance sum_i |G_ki(q1) v_i|
 
-    with q and v on the right as they are before any correction. For a distance from the origin that is | |q|^2 - l^2 | <= 2 l^2 tolerance,
+    with q and v on the right as they are before any correction; v also as it has become, where that allows more, for bodies that fall
+    side by side have no terms to compare with before. For a distance from the origin that is | |q|^2 - l^2 | <= 2 l^2 tolerance,
     as in molecular dynamics. The tolerance is taken as 4 eps where it is less.
     """
     G0 = G(q0)
