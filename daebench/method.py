@@ -11,6 +11,23 @@ Progress = Callable[[float], None]
 """Called now and then with the fraction of the run that is done."""
 
 
+@dataclass(frozen=True)
+class Patience:
+    """When a tolerance-driven run is given up: by its work and not by the clock, so that what becomes of it depends on no machine.
+
+    Parameters
+    ----------
+    calls : int
+        Most calls of the residual, or of the right side.
+    slow_calls, slow_part : int
+        It is given up sooner where ``slow_calls`` calls in a row cover less than one part in ``slow_part`` of the run.
+    """
+
+    calls: int
+    slow_calls: int
+    slow_part: int
+
+
 @dataclass(frozen=True, kw_only=True)
 class Request:
     """What a method is asked to do with a scene.
@@ -41,6 +58,8 @@ class Request:
         Told the fraction done.
     seconds_limit : float, optional
         Wall-clock limit, s.
+    patience : Patience, optional
+        Limit of work of a tolerance-driven method.
     """
 
     value: float
@@ -55,6 +74,7 @@ class Request:
     raw: bool = False
     progress: Progress | None = field(default=None, compare=False)
     seconds_limit: float | None = None
+    patience: Patience | None = None
 
     @property
     def watched(self) -> tuple[str, ...]:

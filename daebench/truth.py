@@ -106,6 +106,13 @@ def evaluated(
 def integrated(scene: Scene, times: ArrayLike) -> Truth:
     """Return the motion by two runs of DOP853, see :func:`truth`.
 
+    Parameters
+    ----------
+    scene : Scene
+        A problem with consistent initial values, which belong to time 0.
+    times : array_like, shape(n,)
+        In the order in which they are reached: ascending, or descending from 0.
+
     Raises
     ------
     RunFailed
@@ -166,7 +173,7 @@ def _states(dae: Dae, times: ArrayLike, tol: float) -> dict[str, Array]:
 
 
 def _advanced(dae: Dae, t: float, t_end: float, y: Array, tol: float) -> Array:
-    if t_end <= t:
+    if t_end == t:
         return y
     solver = _solver(dae, t, t_end, tol, y)
     with np.errstate(all="ignore"):

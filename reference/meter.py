@@ -5,6 +5,7 @@ import time
 from typing import Any
 
 from daebench.elimination import SINGULAR
+from daebench.method import Patience
 
 COLLAPSE = 1e-9
 """A thousand steps that cover less than this part of the run will not end: the step size has collapsed."""
@@ -37,15 +38,17 @@ class Meter:
         End of the run.
     limit : float
         Wall-clock limit, s.
+    patience : Patience, optional
+        Limit of work.
     """
 
-    def __init__(self, t_end: float, limit: float) -> None:
-        self.t_end, self.limit, self.deadline = t_end, limit, math.inf
+    def __init__(self, t_end: float, limit: float, patience: Patience | None = None) -> None:
+        self.t_end, self.limit, self.deadline, self.patience = t_end, limit, math.inf, patience
         self.calls: dict[str, int] = {}
         self.steps, self.t, self.seconds = 0, 0.0, 0.0
         self.target = t_end
         self.y: Any = None
-        self._mark = 0.0
+        self._mark = self._slow_mark = 0.0
 
     def start(self) -> None:
         """Let the wall clock run from now."""
@@ -57,7 +60,7 @@ class Meter:
         Raises
         ------
         Stopped
-            If its health (see :attr:`daebench.pose.Dae.residual`) is bad, or time is up.
+            If its health (see :attr:`daebench.pose.Dae.residual`) is bad, or time or patience has run out.
         """
         self.calls[kind] = self.calls.get(kind, 0) + 1
         now = time.perf_counter()
@@ -66,6 +69,17 @@ class Meter:
             self._ill(t, health)
         if now > self.deadline:
             raise Stopped(f"the limit of {self.limit:g} s is reached", advice="allow more time, or use a larger tol")
+        if self.patience is not None and kind != "jacobian":
+            self._wait(self.patience, kind, t)
+
+    def _wait(self, patience: Patience, kind: str, t: float) -> None:
+        """Stop where so many calls are too many, or have covered too little."""
+        if self.calls[kind] > patience.calls:
+            raise Stopped(f"{patience.calls} calls of the {kind} were not enough")
+        if self.calls[kind] % patience.slow_calls == 0:
+            if t - self._slow_mark < self.t_end / patience.slow_part:
+                raise Stopped(f"{patience.slow_calls} calls of the {kind} covered less than 1/{patience.slow_part} of the run")
+            self._slow_mark = t
 
     def stepped(self, t: float, y: Any) -> None:
         """Take note of a step that ended at t with the unknowns y, shape(n,).

@@ -76,7 +76,7 @@ def run(name: str, dae: Dae, request: Request, begin: Callable[[Meter], Advance]
         What to do if the run stops early.
     """
     assert request.t_end is not None
-    meter, scene, failure = Meter(request.t_end, request.seconds_limit or SECONDS_LIMIT), dae.scene, None
+    meter, scene, failure = Meter(request.t_end, request.seconds_limit or SECONDS_LIMIT, request.patience), dae.scene, None
     interrupted = False
     times = np.linspace(0.0, request.t_end, max(3, request.points or POINTS))
     Y, seconds, ready = [dae.y0], 0.0, began

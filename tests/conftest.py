@@ -63,3 +63,21 @@ def daebench(monkeypatch, capsys):
         return stop.value.code, printed.out, printed.err
 
     return call
+
+
+@pytest.fixture(scope="session")
+def references(tmp_path_factory):
+    """Build a small reference, planar_pendulum-rotating to t = 4, and return the folder it is in."""
+    from daebench.reference.certified.build import build
+
+    folder = tmp_path_factory.mktemp("references")
+    build("planar_pendulum-rotating", folder=folder, t_end=4)
+    return folder
+
+
+@pytest.fixture
+def copied(references, tmp_path):
+    """Return a copy of that folder, to be altered."""
+    import shutil
+
+    return shutil.copytree(references, tmp_path / "references")

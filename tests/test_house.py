@@ -1,6 +1,7 @@
 """The house: links, layers, package lists and the README say what is there, and imports are light."""
 
 import importlib
+import os
 import subprocess
 import sys
 import tomllib
@@ -25,8 +26,8 @@ def test_the_links_into_the_package_are_relative_and_lead_to_the_folders(folder)
 
 def test_every_folder_with_python_in_it_is_a_listed_package():
     listed = set(tomllib.loads((ROOT / "pyproject.toml").read_text())["tool"]["setuptools"]["packages"])
-    found = {"daebench", *(f"daebench.{each.name}" for each in (ROOT / "daebench").iterdir() if (each / "__init__.py").is_file())}
-    assert listed == found
+    folders = (Path(folder) for folder, _, files in os.walk(ROOT / "daebench", followlinks=True) if "__init__.py" in files)
+    assert listed == {".".join(folder.relative_to(ROOT).parts) for folder in folders}
 
 
 def test_the_modules_that_decide_generated_source_exist():

@@ -10,12 +10,14 @@ from xml.etree import ElementTree
 import numpy as np
 import pandas as pd
 import pytest
+from markupsafe import escape
 
 from daebench.errors import BadInput, DaebenchError
 from daebench.figures import STROKES, drawing, grid_of_axes, save
 from daebench.report import build, count, inline_svg, listing, machine, number, percent, power_of_ten, table, versions, with_error
 from daebench.reports import index_reduction
 from daebench.reports._index_reduction_claims import ClaimRefuted, check, check_symplecticity, require
+from daebench.reports._index_reduction_tables import pairs
 
 FIGURES = {
     "energy": ["t", "energy_error", "distance", "method", "h"],
@@ -226,6 +228,12 @@ class Links(HTMLParser):
             self.text.append(data)
 
 
+def test_numbers_with_powers_of_ten_are_html_in_the_columns_of_tables():
+    frame = pd.DataFrame({"slope": [1e-9, 2e-7], "slope_error": [1e-11, 1e-9]}, index=[3, 5])
+    shown = frame.assign(slope=pairs(frame, "slope"))
+    assert "&lt;" not in table("drift", shown, {"slope": escape}, {"slope": "slope"}, "")
+
+
 @pytest.mark.slow
 def test_the_page_is_one_file_that_loads_nothing(built):
     page = Links()
@@ -235,7 +243,7 @@ def test_the_page_is_one_file_that_loads_nothing(built):
     assert len(page.names) == len(set(page.names))
     for link in page.links:
         assert (link[1:] in page.names) if link.startswith("#") else (built.page.parent / link).is_file(), link
-    for forbidden in ("<script", "@import", "url(http", "src=", "{{", "{%"):
+    for forbidden in ("<script", "@import", "url(http", "src=", "{{", "{%", "&lt;sup"):
         assert forbidden not in source
     assert source.count("<svg") == len(FIGURES) == len(re.findall(r'<svg[^>]* aria-label="[^"]{40,}"', source))
 

@@ -11,7 +11,7 @@ from scenes import scene
 
 from daebench import pose as posing
 from daebench.errors import BadInput, DaebenchError, RunFailed
-from daebench.method import Request
+from daebench.method import Patience, Request
 from daebench.pose import FORMULATIONS, pose
 from daebench.reference.cvode import Cvode
 from daebench.reference.ida import CURES, Ida
@@ -326,3 +326,29 @@ def test_options_reach_the_formulation():
     assert strong < 0.5 * weak
     with pytest.raises(DaebenchError, match="option of index1"):
         Ida("index1", options={"alpha": 1}).solve(scene("planar"), SLOW)
+
+
+def test_patience_ends_after_a_number_of_calls_whatever_they_cover():
+    meter = Meter(10.0, 600.0, Patience(5, 100, 100))
+    for t in range(5):
+        meter.called("residual", t, 1.0, 0.0)
+        meter.called("jacobian", t, 1.0, 0.0)
+    with pytest.raises(Stopped, match="5 calls of the residual were not enough"):
+        meter.called("residual", 6.0, 1.0, 0.0)
+
+
+def test_patience_ends_sooner_where_calls_cover_too_little():
+    meter = Meter(10.0, 600.0, Patience(1000, 10, 100))
+    for k in range(1, 110):
+        meter.called("rhs", 0.011 * min(k, 100), 1.0, 0.0)
+    with pytest.raises(Stopped, match="10 calls of the rhs covered less than 1/100 of the run"):
+        meter.called("rhs", 1.1, 1.0, 0.0)
+
+
+def test_patience_that_is_not_tried_changes_nothing(get_scene, plain_functions):
+    request = Request(value=1e-6, t_end=0.5, points=5)
+    one, other = (
+        Ida("index2").solve(get_scene("planar"), each) for each in (request, replace(request, patience=Patience(10**6, 10**5, 10)))
+    )
+    assert np.array_equal(one.q, other.q)
+    assert one.work == other.work

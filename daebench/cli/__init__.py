@@ -12,6 +12,7 @@ from daebench.cli.check import check
 from daebench.cli.compare import compare
 from daebench.cli.listing import listing
 from daebench.cli.order import order
+from daebench.cli.reference import app as reference
 from daebench.cli.report import report
 from daebench.cli.run import run
 from daebench.cli.show import show
@@ -42,6 +43,7 @@ def top(version: Annotated[bool, typer.Option("--version", help="Print the versi
 app.command("list")(listing)
 for command in (show, run, compare, order, check, report, bench):
     app.command()(command)
+app.add_typer(reference, name="reference")
 
 
 def main() -> None:

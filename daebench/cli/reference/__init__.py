@@ -1,0 +1,16 @@
+"""``daebench reference``: certified trajectories, one command a file."""
+
+import typer
+
+from daebench.cli.reference.at import at
+from daebench.cli.reference.build import build
+from daebench.cli.reference.compare import compare
+from daebench.cli.reference.export import export
+from daebench.cli.reference.listing import listing
+from daebench.cli.reference.show import show
+from daebench.cli.reference.verify import verify
+
+app = typer.Typer(no_args_is_help=True, help="Certified reference trajectories: digits to put into your own tests.")
+app.command("list")(listing)
+for command in (show, at, verify, compare, export, build):
+    app.command()(command)

@@ -1,0 +1,77 @@
+"""``daebench reference at``: one state of a reference, with its bound."""
+
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from daebench.cli.arguments import Case, Json, Problem
+from daebench.cli.console import print_json, print_table
+from daebench.cli.reference.arguments import Folder, place
+
+if TYPE_CHECKING:
+    from daebench.reference.certified.between import At
+    from daebench.reference.certified.record import Reference
+
+PARTS = ("q", "p", "lam")
+
+
+def at(
+    problem: Problem,
+    t: Annotated[float, typer.Option("--t", help="Time, s.")],
+    case: Case = None,
+    folder: Folder = None,
+    as_json: Json = False,
+) -> None:
+    """Give q, p, lam and their bounds at a time: stored digits, or the nearest of them carried on in double precision."""
+    from daebench.reference.certified.between import states_at
+    from daebench.reference.certified.store import find
+
+    reference = find(problem, case, place(folder))
+    found = states_at(reference, [t])
+    if as_json:
+        print_json(_object(reference, found))
+        return
+    print(f"{reference.name} at t = {t!r}: {_origin(reference, found)}\n")
+    print_table(["", "value", "bound"], [[name, value, f"{bound:.2g}"] for name, value, bound in _rows(reference, found)])
+
+
+def _origin(reference: "Reference", found: "At") -> str:
+    if found.stored[0]:
+        return "stored digits"
+    nearest = reference.t[abs(reference.t - found.t[0]).argmin()]
+    return f"integrated in double precision from the stored state at t = {nearest:g}"
+
+
+def _rows(reference: "Reference", found: "At") -> list[tuple[str, str, float]]:
+    text = _texts(reference, found)
+    rows = []
+    for part in PARTS:
+        bound = reference.bound[part][found.row[0]] if found.stored[0] else found.bound[part][0]
+        rows += [(f"{part}{i + 1}", value, float(bound[i])) for i, value in enumerate(text[part])]
+    return rows
+
+
+def _texts(reference: "Reference", found: "At") -> dict[str, list[str]]:
+    """Return the digits of each part."""
+    k = found.row[0]
+    values: dict[str, Any] = {part: getattr(found, part)[0] for part in PARTS}
+    return {
+        part: [reference.text[f"{part}{i + 1}"][k] if k >= 0 else f"{x:.17g}" for i, x in enumerate(numbers)]
+        for part, numbers in values.items()
+    }
+
+
+def _object(reference: "Reference", found: "At") -> dict[str, Any]:
+    return {
+        "reference": reference.name,
+        "problem": reference.problem,
+        "case": reference.case,
+        "parameters": reference.parameters,
+        "t": float(found.t[0]),
+        "origin": _origin(reference, found),
+        **{part: getattr(found, part)[0] for part in PARTS},
+        "digits": _texts(reference, found),
+        "bound": {part: found.bound[part][0] for part in PARTS},
+        "bound_of_digits": {part: reference.bound[part][found.row[0]] for part in PARTS} if found.stored[0] else None,
+        "horizon": reference.horizon,
+    }

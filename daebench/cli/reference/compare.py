@@ -1,0 +1,66 @@
+"""``daebench reference compare``: how far a trajectory of another program agrees with a reference."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from daebench.cli.arguments import Json
+from daebench.cli.console import print_json, print_table
+from daebench.cli.reference.arguments import Folder, place
+
+if TYPE_CHECKING:
+    from daebench.reference.certified.file_agreement import FileAgreement, Place
+
+
+def compare(
+    file: Annotated[Path, typer.Argument(help="CSV file with a header: t and any of q1, ..., p1, ..., lam1, ...")],
+    name: Annotated[str, typer.Option("--with", help="Name of a reference, PROBLEM-CASE.")],
+    within: Annotated[float, typer.Option("--within", help="Part of the motion beyond which a trajectory has left.")] = 0.01,
+    between: Annotated[int, typer.Option("--between", help="Most rows between stored times that are compared, evenly chosen.")] = 500,
+    folder: Folder = None,
+    as_json: Json = False,
+) -> None:
+    """Say how many digits of a trajectory agree with a reference, when it leaves, and in which component."""
+    from dataclasses import asdict
+
+    from daebench.reference.certified.file_agreement import agreement
+
+    found = agreement(file, name, place(folder), within=within, between=between)
+    if as_json:
+        print_json(asdict(found) | {"digits": found.digits, "worst": found.worst.name})
+        return
+    _print(found)
+
+
+def _print(found: "FileAgreement") -> None:
+    rows = [[x.name, f"{x.digits:.1f}", f"{x.error:.2g}", f"{x.t:g}", f"{x.size:.3g}", f"{x.allowed:.1f}"] for x in found.columns]
+    columns = ["", "digits", "largest error", "at t =", "size", "digits that reference and file allow"]
+    print_table(columns, rows, f"{found.file} with {found.reference} up to t = {found.t_end:g}")
+    print_table(["fewer digits than", "from t =", "first in"], [[str(k), *_place(x)] for k, x in found.lost.items()])
+    print(f"Agrees to {found.digits:.1f} digits, least in {found.worst.name}; {_left(found)}.")
+    print(f"Rounding of the start alone leaves {found.possible:.1f} digits by t = {found.t_end:g} in double precision.")
+    print(f"Compared: {found.compared} of {found.rows} rows{_rest(found)}.")
+    if found.ignored:
+        print(f"Columns left aside: {', '.join(map(repr, found.ignored))}.")
+
+
+def _place(place: "Place | None") -> list[str]:
+    return ["never", ""] if place is None else [f"{place.t:g}", place.column]
+
+
+def _left(found: "FileAgreement") -> str:
+    if found.left is None:
+        return f"never further than {found.within:g} of the motion"
+    late = ", where no run in double precision can follow" if found.left.t >= found.double_horizon else ""
+    return f"leaves at t = {found.left.t:g} in {found.left.column}, by more than {found.within:g} of the motion{late}"
+
+
+def _rest(found: "FileAgreement") -> str:
+    """Say what was not compared."""
+    rest = []
+    if found.passed_over:
+        rest.append(f"{found.passed_over} between stored times passed over (see --between)")
+    if found.beyond:
+        rest.append(f"{found.beyond} beyond the horizon at t = {found.horizon:g}")
+    return f"; {', '.join(rest)}" if rest else ""

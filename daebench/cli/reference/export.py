@@ -1,0 +1,48 @@
+"""``daebench reference export``: a reference as a file for another program."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from daebench.cli.console import number, numbers
+from daebench.cli.reference.arguments import Folder, Name, place
+from daebench.errors import BadInput
+
+MOST = 1_000_000
+"""Most times of a range."""
+
+
+def export(
+    name: Name,
+    kind: Annotated[str, typer.Option("--format", help="csv, json, npz or parquet.")] = "csv",
+    times: Annotated[str | None, typer.Option("--times", help="t1,t2,... or from:to:step; all stored times if left out.")] = None,
+    out: Annotated[Path | None, typer.Option("--out", help="File to write; NAME.FORMAT here if left out.", show_default=False)] = None,
+    folder: Folder = None,
+) -> None:
+    """Write a reference to a file: stored digits where there are some, else integrated between them; bounds beside the numbers."""
+    from daebench.errors import unknown
+    from daebench.reference.certified.export import WRITERS, extract, write
+    from daebench.reference.certified.store import load
+
+    if kind not in WRITERS:
+        raise unknown("format", kind, WRITERS)
+    path = Path(f"{name}.{kind}") if out is None else out
+    if not path.resolve().parent.is_dir():
+        raise BadInput(f"--out {path}: there is no folder {path.parent}; make it first.")
+    reference = load(name, place(folder))
+    write(path, kind, extract(reference, _times(times)))
+    print(f"written: {path}")
+
+
+def _times(text: str | None) -> list[float] | None:
+    """Return the times of a list or of a range with both ends."""
+    if text is None or ":" not in text:
+        return numbers("--times", text)
+    parts = [number("--times", part) for part in text.split(":")]
+    if len(parts) != 3 or not parts[2] > 0 or not parts[1] >= parts[0]:
+        raise BadInput(f"--times {text}: a range is from:to:step, ascending, for example 0:10:0.5.")
+    steps = (parts[1] - parts[0]) / parts[2]
+    if steps > MOST:
+        raise BadInput(f"--times {text}: that is more than {MOST} times; give a larger step.")
+    return [parts[0] + k * parts[2] for k in range(int(steps + 1e-9) + 1)]

@@ -1,0 +1,91 @@
+"""``daebench reference verify``: stored references held against everything that can be known of them without heyoka."""
+
+from dataclasses import asdict
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from daebench.cli.arguments import Json
+from daebench.cli.console import bar, print_json, print_table
+from daebench.cli.reference.arguments import Folder, place
+from daebench.errors import BadInput
+
+if TYPE_CHECKING:
+    from daebench.reference.certified.verification import Digits, Verification
+
+METHODS = 3
+"""Recomputations: ours throughout, ours from row to row, IDA."""
+
+
+def verify(
+    name: Annotated[str | None, typer.Argument(help="Name of a reference, PROBLEM-CASE; all if left out.", show_default=False)] = None,
+    folder: Folder = None,
+    as_json: Json = False,
+) -> None:
+    """Check checksums, definition and invariants, and recompute by a method of our own and by IDA; exit 1 if a check fails."""
+    from daebench.reference.certified.store import names
+    from daebench.reference.certified.verify import verify as verified
+
+    where = place(folder)
+    wanted = names(where) if name is None else (name,)
+    if not wanted:
+        raise BadInput(f"there are no references in {where}; build one by: daebench reference build NAME.")
+    with bar("verify") as progress:
+        found = [verified(name, where, progress) if name is not None else _even_damaged(each, where, progress) for each in wanted]
+    ok = all(each.ok for each in found)
+    if as_json:
+        print_json({"ok": ok, "references": [asdict(each) | {"ok": each.ok} for each in found]})
+    else:
+        _print(found)
+    raise typer.Exit(0 if ok else 1)
+
+
+def _even_damaged(name: str, folder: Any, progress: Any) -> "Verification":
+    """Verify one of many references: where files are damaged, that is what is found, and the others are still looked at."""
+    from daebench.reference.certified.store import Damaged
+    from daebench.reference.certified.verification import Check, Verification
+    from daebench.reference.certified.verify import verify as verified
+
+    try:
+        return verified(name, folder, progress)
+    except Damaged as error:
+        return Verification(name, (Check("files", "as they were written", str(error), False),))
+
+
+def _print(found: "list[Verification]") -> None:
+    for each in found:
+        if len(found) == 1:
+            print_table(["check", "expected", "found", ""], [[x.what, x.expected, x.found, _verdict(x.ok)] for x in each.checks], each.name)
+            _print_digits(each)
+            print(each.unseen)
+    if len(found) > 1:
+        rows = [[each.name, str(len(each.checks)), *_least(each), _verdict(each.ok)] for each in found]
+        print_table(["reference", "checks", "digits, own method", "row to row", "IDA", "seen from", ""], rows)
+    for each in found:
+        for check in each.checks:
+            if not check.ok:
+                print(f"{each.name} fails: {check.what}: expected {check.expected}, found {check.found}.")
+
+
+def _verdict(ok: bool) -> str:
+    return "ok" if ok else "FAILS"
+
+
+def _least(found: "Verification") -> list[str]:
+    """Return the digits of agreement of the worst part by each method, and the smallest alteration that is sure to be seen."""
+    if len(_by_method(found)) < METHODS:
+        return [""] * (METHODS + 1)
+    least = [f"{min(each.overall for each in parts):.1f}" for parts in _by_method(found)]
+    return [*least, f"{min(max(each.visible for each in parts) for parts in _by_method(found)):.1e}"]
+
+
+def _by_method(found: "Verification") -> "list[list[Digits]]":
+    methods = dict.fromkeys(each.method for each in found.digits)
+    return [[each for each in found.digits if each.method == method] for method in methods]
+
+
+def _print_digits(found: "Verification") -> None:
+    for parts in _by_method(found):
+        columns = ["digits up to t =", *(f"{t:g}" for t, _ in parts[0].at), "an alteration is seen from"]
+        rows = [[each.part, *(f"{digits:.1f}" for _, digits in each.at), f"{each.visible:.1e}"] for each in parts]
+        print_table(columns, rows, parts[0].method)

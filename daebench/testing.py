@@ -1,0 +1,188 @@
+"""For the tests of any code: certified references, and assertions that its results agree with them or converge to them.
+
+These are plain functions that raise AssertionError; pytest has them as fixtures of the same names wherever daebench is installed.
+"""
+
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from daebench.errors import DaebenchError
+from daebench.inputs import positive, real
+from daebench.reference.certified import store
+from daebench.reference.certified.agreement import agreement
+from daebench.reference.certified.convergence import Solve, convergence
+from daebench.reference.certified.pair import pair
+from daebench.reference.certified.record import Reference
+
+Array = NDArray[np.float64]
+
+Step = Callable[[Array, Array, float], tuple[ArrayLike, ArrayLike]]
+"""``step(p, q, h)`` returns p and q after a step of h, shape(d,) each."""
+
+SLACK = 0.15
+"""An order is met by a slope that falls short of it by at most so much and two standard errors."""
+
+
+def reference_trajectory(problem: str | Reference, case: str | None = None, *, folder: Path = store.DATA) -> Reference:
+    """Return a certified reference: t, q, p, lam, bound, amplification, horizon, certificate.
+
+    Parameters
+    ----------
+    problem : str or Reference
+        Name of a reference, for example "spherical_pendulum-fig1.2", or of a problem. A Reference is handed back.
+    case : str, optional
+        Name of the case; of a problem, by default its first.
+    folder : Path
+        Where references are kept; by default those that come with daebench.
+
+    Raises
+    ------
+    BadInput
+        If there is none of this name; the message has the nearest names, or says how to build it.
+    Damaged
+        If its files are not what was written.
+    """
+    __tracebackhide__ = True
+    if isinstance(problem, Reference):
+        return problem
+    try:
+        return store.load(problem, folder) if case is None and "-" in problem else store.find(problem, case, folder)
+    except DaebenchError as error:
+        raise error.with_traceback(None) from None
+
+
+def assert_converges(
+    step: Step,
+    problem: str | Reference,
+    order: float,
+    *,
+    case: str | None = None,
+    t_end: float = 1.0,
+    h: float = 1 / 16,
+    halvings: int = 6,
+    slack: float = SLACK,
+) -> None:
+    """Assert that a one-step method converges to a certified reference with at least this order, in q and in p.
+
+    It is run from the reference's initial values with h, h/2, h/4, ..., and its errors are taken at the stored times up to t_end
+    that are whole numbers of h. The order is the slope fitted to the asymptotic part of the errors; points at rounding, which the
+    reference's amplification foretells, and points at which the slopes have not settled are left out.
+
+    Parameters
+    ----------
+    step : callable
+        One step: ``step(p, q, h)`` returns (p, q), arrays of shape(d,).
+    problem : str or Reference
+        As for :func:`reference_trajectory`.
+    order : float
+        Order claimed.
+    case : str, optional
+        Name of the case.
+    t_end : float
+        Last time, s; one that the reference has.
+    h : float
+        Largest step size, s; t_end is a whole number of them.
+    halvings : int
+        How often it is halved.
+    slack : float
+        A slope is accepted that is below the order by at most this and two standard errors.
+
+    Raises
+    ------
+    AssertionError
+        If the order is lower, or the errors show none; with a table of step sizes, errors and slopes, and what to change.
+    BadInput
+        If a name or number is not what it must be, t_end is beyond a horizon, or ``step`` returns no such pair.
+    """
+    __tracebackhide__ = True
+    assert_solver_converges(_march(step), problem, order, case=case, t_end=t_end, h=h, halvings=halvings, slack=slack)
+
+
+def assert_solver_converges(
+    solve: Solve,
+    problem: str | Reference,
+    order: float,
+    *,
+    case: str | None = None,
+    t_end: float = 1.0,
+    h: float = 1 / 16,
+    halvings: int = 6,
+    slack: float = SLACK,
+) -> None:
+    """Assert the same of what is no map of (p, q): multistep methods, staggered grids, a solver that keeps a state of its own.
+
+    Parameters
+    ----------
+    solve : callable
+        A whole run: ``solve(p, q, h, t)`` begins with p and q of shape(d,) at time 0, takes steps of h, and returns p and q at the
+        times t, shape(n, d) each; every time is a whole number of steps.
+    problem, order, case, t_end, h, halvings, slack
+        As for :func:`assert_converges`.
+
+    Raises
+    ------
+    AssertionError, BadInput
+        As :func:`assert_converges`.
+    """
+    __tracebackhide__ = True
+    try:
+        asked = positive("order", order) - real("slack", slack)
+        found = convergence(solve, reference_trajectory(problem, case), t_end=t_end, h=h, halvings=halvings)
+    except DaebenchError as error:
+        raise error.with_traceback(None) from None
+    faults = found.faults(order, asked)
+    if faults:
+        raise AssertionError("\n".join([*faults, found.table()]))
+
+
+def _march(step: Step) -> Solve:
+    def solve(p: Array, q: Array, h: float, t: Array) -> tuple[list[Array], list[Array]]:
+        __tracebackhide__ = True
+        P, Q, n = [], [], 0
+        for steps in np.rint(t / h):
+            while n < steps:
+                p, q = pair(step(p, q, h), p.shape, "step must return (p, q)")
+                n += 1
+            P.append(p.copy())
+            Q.append(q.copy())
+        return P, Q
+
+    return solve
+
+
+def assert_agrees(problem: str | Reference, *, t: ArrayLike, q: ArrayLike, p: ArrayLike, digits: float, case: str | None = None) -> None:
+    """Assert that a trajectory agrees with a certified reference to this number of digits, at each time and in each component.
+
+    Digits are those of the largest modulus that q, or p, has in the reference: an error e in q has -log10(e / max |q|).
+
+    Parameters
+    ----------
+    problem : str or Reference
+        As for :func:`reference_trajectory`.
+    t : array_like, shape(n,)
+        Times, s; each one that the reference has.
+    q, p : array_like, shape(n, d)
+        Positions and momenta.
+    digits : float
+        Digits of agreement asked for.
+    case : str, optional
+        Name of the case.
+
+    Raises
+    ------
+    AssertionError
+        If there are fewer; with the first time and the component, and the worst.
+    BadInput
+        If a name is unknown, a time is not stored, or the shapes do not fit.
+    """
+    __tracebackhide__ = True
+    try:
+        asked = real("digits", digits)
+        found = agreement(reference_trajectory(problem, case), t, q, p)
+    except DaebenchError as error:
+        raise error.with_traceback(None) from None
+    if np.min(found.digits) < asked:
+        raise AssertionError(found.lack(asked))

@@ -1,0 +1,1 @@
+"""Certified references: trajectories whose every digit was checked, how they are made, kept, verified and used."""

@@ -1,0 +1,84 @@
+"""How many digits of a trajectory agree with a certified reference, at each of its times and in each component."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from daebench.errors import BadInput
+from daebench.reference.certified.pair import pair
+from daebench.reference.certified.record import Reference
+
+Array = NDArray[np.float64]
+
+EPS = 2.0**-53
+"""Relative rounding of a start in double precision."""
+
+
+@dataclass(frozen=True, eq=False)
+class Agreement:
+    """Digits of agreement.
+
+    Parameters
+    ----------
+    reference : Reference
+        What was compared with.
+    rows : ndarray of int, shape(n,)
+        Rows of the reference.
+    digits : ndarray, shape(n, 2 d)
+        Of q1, q2, ..., p1, p2, ...: -log10 of the error in units of the largest modulus of q, or of p, in the reference; infinite where
+        there is none, and minus infinity where a number is not finite.
+    """
+
+    reference: Reference
+    rows: NDArray[np.intp]
+    digits: Array
+
+    def lack(self, asked: float) -> str:
+        """Return where there are fewer digits than asked for, at first and at worst, as text."""
+        first = int(np.flatnonzero(np.any(self.digits < asked, axis=1))[0])
+        worst = int(np.argmin(np.min(self.digits, axis=1)))
+        lines = [f"The trajectory does not agree with {self.reference.name} to {asked:g} digits."]
+        return "\n".join([*lines, f"First: {self._place(first)}", f"Least: {self._place(worst)}"])
+
+    def _place(self, row: int) -> str:
+        column, d = int(np.argmin(self.digits[row])), self.reference.q.shape[1]
+        name = f"{'qp'[column // d]}{column % d + 1}"
+        t, start = self.reference.t[self.rows[row]], -np.log10(EPS * self.reference.amplification[self.rows[row]])
+        return f"{self.digits[row, column]:.1f} digits of {name} at t = {t:g}, where rounding of the start alone leaves {start:.1f}."
+
+
+def agreement(reference: Reference, t: ArrayLike, q: ArrayLike, p: ArrayLike) -> Agreement:
+    """Return the digits in which a trajectory agrees with a reference.
+
+    Parameters
+    ----------
+    reference : Reference
+        What to compare with.
+    t : array_like, shape(n,)
+        Times, s, each one that is stored.
+    q, p : array_like, shape(n, d)
+        Positions and momenta at these times.
+
+    Raises
+    ------
+    BadInput
+        If a time is not stored or the shapes do not fit.
+    """
+    rows = _rows(reference, np.atleast_1d(np.asarray(t, dtype=float)))
+    own = pair((p, q), (len(rows), reference.q.shape[1]), "p and q are needed at all times t")
+    return Agreement(reference, rows, np.hstack([_digits(own[1], reference.q, rows), _digits(own[0], reference.p, rows)]))
+
+
+def _rows(reference: Reference, t: Array) -> NDArray[np.intp]:
+    missing = t[~np.isin(t, reference.t)]
+    if missing.size:
+        stored = f"{reference.t[0]:g}, {reference.t[1]:g}, ..., {reference.horizon:g}"
+        raise BadInput(f"t = {missing[0]:g} is not stored in {reference.name}, which has t = {stored}.")
+    return np.searchsorted(reference.t, t)
+
+
+def _digits(own: Array, truth: Array, rows: NDArray[np.intp]) -> Array:
+    with np.errstate(divide="ignore", invalid="ignore"):
+        found = -np.log10(np.abs(own - truth[rows]) / np.max(np.abs(truth)))
+    return np.where(np.isnan(found), -np.inf, found)

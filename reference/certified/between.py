@@ -1,0 +1,130 @@
+"""A reference at any time: the stored digits where there are some, else a short way from the nearest of them in double precision."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from daebench.errors import BadInput
+from daebench.reference.certified.record import Reference
+from daebench.scene import Scene
+from daebench.truth import EPS, SAFETY, Truth, integrated
+
+Array = NDArray[np.float64]
+
+PARTS = ("q", "p", "lam")
+
+BESIDE = 1e-7
+"""Relative distance of the neighbour from which the growth of a rounded start is measured."""
+
+
+@dataclass(frozen=True)
+class At:
+    """States of a reference at given times.
+
+    Parameters
+    ----------
+    t : ndarray, shape(n,)
+        Times, s.
+    q, p, lam : ndarray, shape(n, d), (n, d) and (n, m)
+        Positions, momenta and multipliers lam(p, q).
+    bound : mapping of str to ndarray
+        Largest error of each number, of the same shapes; that of rounding stored digits to double precision included.
+    row : ndarray of int, shape(n,)
+        Row of the reference where the time is a stored one, else -1.
+    """
+
+    t: Array
+    q: Array
+    p: Array
+    lam: Array
+    bound: dict[str, Array]
+    row: NDArray[np.intp]
+
+    @property
+    def stored(self) -> NDArray[np.bool_]:
+        """Whether each time is a stored one, shape(n,)."""
+        return self.row >= 0
+
+
+def states_at(reference: Reference, times: ArrayLike) -> At:
+    """Return the states at these times, in the order given.
+
+    Between stored times the index-reduced equation, HLW (1.18), is integrated forwards or backwards from the nearest stored state by
+    DOP853. The bound is that of :func:`daebench.truth.integrated` and ten times what becomes of the rounding of that state on the way,
+    as a neighbour of it shows.
+
+    Parameters
+    ----------
+    reference : Reference
+        Whose states are wanted.
+    times : array_like, shape(n,)
+        Times, s, from 0 to the horizon.
+
+    Raises
+    ------
+    BadInput
+        If a time is not a number, or outside of the reference.
+    RunFailed
+        If the integration stops.
+    """
+    t = np.asarray(times, dtype=float).reshape(-1)
+    _require_inside(reference, t)
+    nearest = _nearest(reference.t, t)
+    row = np.where(reference.t[nearest] == t, nearest, -1)
+    parts = {part: getattr(reference, part)[nearest].copy() for part in PARTS}
+    bound = {part: reference.bound[part][nearest] + EPS * np.abs(parts[part]) for part in parts}
+    if np.any(row < 0):
+        scene = reference.scene()
+        for places in _ways(reference.t, nearest, t, row):
+            found, growth = _travelled(scene, reference, int(nearest[places[0]]), t[places])
+            for part in parts:
+                parts[part][places] = getattr(found, part)
+                bound[part][places] = found.bound[part] + growth[part]
+    return At(t, parts["q"], parts["p"], parts["lam"], bound, row)
+
+
+def _require_inside(reference: Reference, t: Array) -> None:
+    outside = t[~((t >= 0) & (t <= reference.horizon))]
+    if outside.size:
+        raise BadInput(f"t = {outside[0]:g} is outside of {reference.name}, which reaches from 0 to its horizon at {reference.horizon:g}.")
+
+
+def _nearest(stored: Array, t: Array) -> NDArray[np.intp]:
+    """Return the index of the nearest stored time, the earlier of two that are as near."""
+    after = np.minimum(np.searchsorted(stored, t), len(stored) - 1)
+    before = np.maximum(after - 1, 0)
+    return np.where(t - stored[before] <= stored[after] - t, before, after)
+
+
+def _ways(stored: Array, nearest: NDArray[np.intp], t: Array, row: NDArray[np.intp]) -> Iterator[NDArray[np.intp]]:
+    """Yield the places of times that lie on one side of one stored time, ordered by their distance from it."""
+    between = np.flatnonzero(row < 0)
+    distance = t[between] - stored[nearest[between]]
+    side = 2 * nearest[between] + (distance > 0)
+    order = np.lexsort((np.abs(distance), side))
+    yield from np.split(between[order], np.flatnonzero(np.diff(side[order])) + 1)
+
+
+def _travelled(scene: Scene, reference: Reference, k: int, t: Array) -> tuple[Truth, dict[str, float]]:
+    """Return the motion from stored state k to times on one side of it, and ten times what its rounding may grow to."""
+    start = replace(scene, p0=reference.p[k], q0=reference.q[k])
+    distances, places = np.unique(np.abs(t - reference.t[k]), return_inverse=True)
+    signed = distances if t[0] > reference.t[k] else -distances
+    found = integrated(start, signed)
+    return replace(found, t=t, q=found.q[places], p=found.p[places], lam=found.lam[places]), _growth(start, signed[-1:])
+
+
+def _growth(start: Scene, furthest: Array) -> dict[str, float]:
+    """Return ten times what the rounding of a state may grow to on the way to a time, as neighbours in q and in p show."""
+    found = dict.fromkeys(PARTS, 0.0)
+    own = integrated(start, furthest)
+    for name in ("q0", "p0"):
+        value = getattr(start, name)
+        moved = BESIDE * np.abs(value).max()
+        beside = integrated(replace(start, **{name: value + moved}), furthest)
+        for part in PARTS:
+            apart = float(np.abs(getattr(beside, part) - getattr(own, part)).max())
+            found[part] += SAFETY * EPS / BESIDE * max(apart, moved if part == name[0] else 0.0)
+    return found

@@ -1,0 +1,91 @@
+"""One command from a problem's definition to a stored reference; what was interrupted goes on where it stopped."""
+
+import hashlib
+import json
+import math
+import platform
+import shutil
+from collections.abc import Callable
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+import mpmath as mp
+
+from daebench.errors import BadInput
+from daebench.reference.certified.certificate import certified_text
+from daebench.reference.certified.definition import Definition, define
+from daebench.reference.certified.quadruple import library
+from daebench.reference.certified.stages import KEPT_DIGITS, Stages
+from daebench.reference.certified.store import DATA, save
+
+T_END, SPACING = 100, 8
+"""Last output, s, and outputs a second: each time is exact in double precision."""
+
+PACKAGES = ("daebench", "numpy", "scipy", "sympy", "mpmath", "heyoka", "scikit-sundae", "numba")
+
+Progress = Callable[[float, str], None]
+
+
+def build(name: str, *, folder: Path = DATA, t_end: float = T_END, spacing: int = SPACING, progress: Progress | None = None) -> Path:
+    """Make, certify and store the reference of a problem's case; return its folder.
+
+    Parameters
+    ----------
+    name : str
+        PROBLEM-CASE.
+    folder : Path
+        Where references are kept.
+    t_end : float
+        Last output, s; the horizon may come before.
+    spacing : int
+        Outputs a second, a power of two, so that every time is exact in double precision.
+    progress : callable, optional
+        Told the fraction done and what is being done.
+
+    Raises
+    ------
+    BadInput
+        If there is no such problem or case, heyoka is missing, or a number is not what it must be.
+    NotCertified
+        If the certification fails; the reference that was there stays.
+    """
+    definition = _defined(name)
+    library()
+    times = _times(t_end, spacing)
+    done = progress or (lambda fraction, doing: None)
+    begun: list[str] = []
+    expected = 17 + 2 * (definition.scene.d - definition.scene.m)
+
+    def told(stage: str) -> None:
+        begun.append(stage)
+        done(min(0.99, len(begun) / expected), stage)
+
+    place = folder / f".{name}.building"
+    versions = {package: version(package) for package in PACKAGES} | {"python": platform.python_version()}
+    key = hashlib.sha256(json.dumps([definition.hash, t_end, spacing, versions]).encode()).hexdigest()
+    stages = Stages(place, key, told)
+    with mp.workdps(KEPT_DIGITS + 20):
+        certificate, text = certified_text(definition, times, stages)
+    stored = save(name, certificate | {"versions": versions}, text, folder)
+    shutil.rmtree(place, ignore_errors=True)
+    done(1.0, "done")
+    return stored
+
+
+def _defined(name: str) -> Definition:
+    problem, dash, case = name.partition("-")
+    if not dash:
+        raise BadInput(f"{name} is no name of a reference; it is PROBLEM-CASE, for example spherical_pendulum-fig1.2.")
+    return define(problem, case)
+
+
+def _times(t_end: float, spacing: int) -> list[Any]:
+    if spacing < 1 or spacing & (spacing - 1):
+        raise BadInput(
+            f"{spacing} outputs a second are no power of two, so that times would not be exact in double precision; give 8 or 16."
+        )
+    n = t_end * spacing
+    if not (math.isfinite(n) and n == int(n) and n >= 2):
+        raise BadInput(f"t_end = {t_end:g} must be a whole number of outputs, of which there are {spacing} a second, and at least two.")
+    return [mp.mpf(k) / spacing for k in range(int(n) + 1)]

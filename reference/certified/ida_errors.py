@@ -1,0 +1,115 @@
+"""What IDA really reaches on a certified motion, tolerance by tolerance, and what it could have known of it."""
+
+from collections.abc import Callable, Sequence
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from daebench.method import Patience, Request
+from daebench.reference.ida import Ida
+from daebench.scene import Scene
+from daebench.trajectory import Trajectory
+
+Array = NDArray[np.float64]
+
+FORMULATIONS = ("index2", "ggl")
+"""Those that reach furthest, with the multipliers as derivatives."""
+
+EXPONENTS = (10, 11, 12, 13, 14)
+"""Tolerances 1e-10 ... 1e-14; each run's own estimate takes the next one too."""
+
+PATIENCE = Patience(calls=3_000_000, slow_calls=100_000, slow_part=1000)
+"""When a run is given up; its status says so."""
+
+MARKS = (1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0)
+"""Times, s, up to which errors are given besides the end."""
+
+LOST = 0.01
+"""A run has lost the motion where its error is this part of the largest position."""
+
+PARTS = ("q", "p", "lam")
+
+Keep = Callable[[str, Callable[[], dict[str, Any]]], dict[str, Any]]
+
+
+def ida_errors(scene: Scene, t: Array, truth: Sequence[Array], keep: Keep) -> list[dict[str, Any]]:
+    """Return one record a formulation and tolerance: largest errors, own estimate |S(tol) - S(tol/10)|, work and status.
+
+    The estimate is null where the run at a tenth of the tolerance stopped early; ``lost`` is the time at which the motion is lost,
+    null where it is not.
+
+    Parameters
+    ----------
+    scene : Scene
+        The problem with its numbers.
+    t : ndarray, shape(n,)
+        Equidistant times, the first 0.
+    truth : sequence of ndarray
+        q, p and lam at these times, rounded to double precision.
+    keep : callable
+        ``keep(stage, make)`` returns what was made now or in an earlier run that was interrupted.
+    """
+    return [record for formulation in FORMULATIONS for record in _records(scene, formulation, t, truth, keep)]
+
+
+def _records(scene: Scene, formulation: str, t: Array, truth: Sequence[Array], keep: Keep) -> list[dict[str, Any]]:
+    runs = []
+    for exponent in (*EXPONENTS, EXPONENTS[-1] + 1):
+        tol = float(f"1e-{exponent}")
+        runs.append(keep(f"ida-{formulation}-{exponent}", lambda tol=tol: _run(scene, formulation, tol, t)))  # type: ignore[misc]
+    exact = dict(zip(PARTS, truth, strict=True))
+    return [_record(each, finer, t, exact) for each, finer in pairwise(runs)]
+
+
+def _record(run: dict[str, Any], finer: dict[str, Any], t: Array, exact: dict[str, Array]) -> dict[str, Any]:
+    error, difference = _distances(run, exact), _distances(run, finer)
+    whole = len(difference["q"]) == len(t)  # or the finer run stopped, and there is no estimate
+    lost = np.flatnonzero(error["q"] > LOST * np.abs(exact["q"]).max())
+    return {
+        "method": run["method"],
+        "tol": run["tol"],
+        "t_end": float(t[-1]),
+        "t_reached": run["t_reached"],
+        "error": {part: _short(values) for part, values in error.items()},
+        "estimate": {part: _short(values) for part, values in difference.items()} if whole else None,
+        "error_q_until": [[mark, _short(error["q"][t[: len(error["q"])] <= mark])] for mark in MARKS if mark <= run["t_reached"]],
+        "lost": float(t[lost[0]]) if lost.size else None,
+        "steps": run["steps"],
+        "residuals": run["residuals"],
+        "jacobians": run["jacobians"],
+        "status": run["status"],
+    }
+
+
+def _run(scene: Scene, formulation: str, tol: float, t: Array) -> dict[str, Any]:
+    found: Trajectory = Ida(formulation).solve(
+        scene, Request(value=tol, t_end=float(t[-1]), points=len(t), watch=(), multipliers=True, patience=PATIENCE)
+    )
+    assert found.lam is not None
+    on_grid = int(np.sum(np.isin(found.t, t)))
+    return {
+        "method": found.method,
+        "tol": tol,
+        "t_reached": float(found.t[-1]),
+        **{part: rows[:on_grid].tolist() for part, rows in zip(PARTS, (found.q, found.p, found.lam), strict=True)},
+        "steps": found.steps,
+        "residuals": found.work["residual"],
+        "jacobians": found.work["jacobian"],
+        "status": found.failure or "reached the end",
+    }
+
+
+def _distances(one: dict[str, Any], other: Any) -> dict[str, Array]:
+    """Return the largest modulus of the differences at each time that both reached, by part."""
+    found = {}
+    for part in PARTS:
+        a, b = np.array(one[part]), np.array(other[part])
+        n = min(len(a), len(b))
+        found[part] = np.max(np.abs(a[:n] - b[:n]), axis=1)
+    return found
+
+
+def _short(values: Array) -> float:
+    return float(f"{values.max():.2g}")

@@ -1,0 +1,68 @@
+"""Stored digits held against IDA, and its error against what the certificate has for it."""
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from daebench.method import Request
+from daebench.names import parse
+from daebench.reference.certified.recomputation import PARTS, Parts, Recomputed, followed, parts_of, rounding_of, size_of, so_far, stored
+from daebench.reference.certified.record import Reference
+from daebench.reference.certified.verification import Check
+from daebench.scene import Scene
+from daebench.trajectory import Trajectory
+
+IDA, TOL, IDA_END = "ida:index2", 1e-12, 10.0
+"""The DAE solver, its tolerance, and the end of its runs, s."""
+
+IDA_SAFETY = 3.0
+"""|S(tol) - S(tol/10)|, the largest of a run, was between 0.62 and 1.92 times the largest true error of IDA in 70 cases."""
+
+VAGUE, FEWEST = 1e-3, 8
+"""IDA is compared with until its error may be this part of the motion, and must be below for so many outputs."""
+
+TABLE_FACTOR = 10.0
+"""An error and the one that the certificate has for it are of the same order of magnitude if they differ by less."""
+
+
+def by_ida(reference: Reference) -> tuple[Recomputed | None, list[Check]]:
+    """Return the run of IDA as far as it tells anything, and the checks that it reached its end with the certificate's error."""
+    n = min(followed(reference), int(np.searchsorted(reference.t, IDA_END, "right")))
+    t_end, scene = float(reference.t[n - 1]), reference.scene()
+    runs = [_by_tolerance(scene, tol, t_end, n) for tol in (TOL, TOL / 10)]
+    for each in runs:
+        if each.failure:
+            return None, [Check(f"{each.method}, tol = {each.value:g}", f"reaches t = {t_end:g}", each.failure, False)]
+    loose, tight = (parts_of(each) for each in runs)
+    estimate = {part: IDA_SAFETY * so_far(loose[part] - tight[part]) for part in PARTS}
+    vague = np.any([estimate[part][:, 0] > VAGUE * size_of(reference, part) for part in PARTS], axis=0)
+    told = int(np.argmax(vague)) if vague.any() else n
+    clear = Check(f"{IDA}, tol = {TOL:g}", f"below {VAGUE:g} of the motion for {FEWEST} outputs", f"for {told}", told >= FEWEST)
+    if told < FEWEST:
+        return None, [clear]
+    limit = {part: estimate[part][told - 1] + rounding_of(reference, part, told) for part in PARTS}
+    run = Recomputed(f"{IDA}, tol = {TOL:g}", {part: loose[part][:told] for part in PARTS}, limit)
+    return run, [clear, *_table(reference, loose)]
+
+
+def _table(reference: Reference, states: Parts) -> Iterator[Check]:
+    """Compare errors of IDA with those of the certificate, which are the same if they end at the same time, and else larger."""
+    rows = [row for row in reference.certificate["ida"] if row["method"] == IDA and row["tol"] == TOL]
+    if not rows:
+        yield Check(f"the certificate's row of {IDA} at tol = {TOL:g}", "is there", "is not", False)
+        return
+    n = len(states["q"])
+    same = rows[0]["t_reached"] <= reference.t[n - 1]
+    for part in PARTS:
+        claimed = float(rows[0]["error"][part])
+        error = float(np.abs(states[part] - stored(reference, part, n)).max())
+        least = claimed / TABLE_FACTOR if same else 0.0
+        expected = f"{least:.1e} to {TABLE_FACTOR * claimed:.1e}"
+        yield Check(
+            f"error of {IDA} in {part} against the certificate's", expected, f"{error:.1e}", least <= error <= TABLE_FACTOR * claimed
+        )
+
+
+def _by_tolerance(scene: Scene, tol: float, t_end: float, n: int) -> Trajectory:
+    """Return the run of IDA with output at the first n stored times."""
+    return parse(IDA).solve(scene, Request(value=tol, t_end=t_end, points=n, watch=(), multipliers=True))

@@ -1,0 +1,107 @@
+"""A run in double precision held against stored digits: what it may be wrong by, and the digits that agree."""
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from daebench.reference.certified.record import Reference
+from daebench.reference.certified.verification import Check, Digits, at_most
+from daebench.trajectory import Trajectory
+
+Array = NDArray[np.float64]
+Parts = Mapping[str, Array]
+
+PARTS = ("q", "p", "lam")
+
+ROUNDING = 2.0**-53
+"""Relative rounding of a start in double precision."""
+
+ROUNDINGS = 10.0
+"""What rounding of the start and of each step leaves, in units of the rounding of a start: 3 at most where it was measured."""
+
+WORTH = 1e-6
+"""A comparison ends where rounding alone may be this part of the motion."""
+
+TOLD = (1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0, 200.0, 500.0, 1000.0)
+"""Times at which digits of agreement are given, s."""
+
+
+@dataclass(frozen=True)
+class Recomputed:
+    """A run in double precision and what is known of its error.
+
+    Parameters
+    ----------
+    method : str
+        Its name, with the value of its knob.
+    states, limit : mapping of str to ndarray, shape(n, d) or (n, m)
+        q, p and lam at the first n stored times, and by how much they may be wrong.
+    """
+
+    method: str
+    states: Parts
+    limit: Parts
+
+    def checks(self, reference: Reference) -> Iterator[Check]:
+        """Yield one check a part: the largest difference in units of what it may be."""
+        for part in PARTS:
+            ratio = np.max(np.abs(self.states[part] - stored(reference, part, len(self.limit[part]))) / self.limit[part], axis=1)
+            k = int(np.argmax(ratio))
+            what = f"{part} by {self.method} up to t = {reference.t[len(ratio) - 1]:g}, in units of its own error"
+            yield at_most(what, 1.0, float(ratio[k]), f" at t = {reference.t[k]:g}")
+
+    def digits(self, reference: Reference) -> Iterator[Digits]:
+        """Yield the digits of agreement of each part."""
+        for part in PARTS:
+            n, size = len(self.limit[part]), size_of(reference, part)
+            error = np.abs(self.states[part] - stored(reference, part, n)).max(axis=1) / size
+            agreed = -np.log10(np.maximum(np.maximum.accumulate(error), ROUNDING))
+            last = float(reference.t[n - 1])
+            at = {t: float(agreed[np.searchsorted(reference.t[:n], t, "right") - 1]) for t in (*(t for t in TOLD if t < last), last)}
+            yield Digits(self.method, part, tuple(at.items()), float(2 * self.limit[part].max() / size))
+
+
+def followed(reference: Reference) -> int:
+    """Return how many stored times a run in double precision is compared at: those at which rounding is below a millionth."""
+    lost = np.flatnonzero(_rounded(reference) > WORTH)
+    return int(lost[0]) if lost.size else len(reference.t)
+
+
+def rounding_of(reference: Reference, part: str, n: int) -> Array:
+    """Return what rounding may leave of a part at the first n stored times, shape(n, 1).
+
+    ::
+
+        u (10 A(t) size + t rate)      u = 2^-53, A the amplification, rate the largest |dx/dt|
+
+    The second term is a clock that is wrong by u: the weights of a composition do not add up to 1 to the last bit.
+    """
+    rate = float(np.abs(np.diff(getattr(reference, part), axis=0)).max()) / float(reference.t[1])
+    return np.asarray(size_of(reference, part) * _rounded(reference)[:n] + ROUNDING * rate * reference.t[:n])[:, None]
+
+
+def _rounded(reference: Reference) -> Array:
+    return np.asarray(ROUNDINGS * ROUNDING * np.maximum.accumulate(reference.amplification))
+
+
+def parts_of(found: Trajectory) -> Parts:
+    """Return q, p and lam of a run by name."""
+    assert found.lam is not None
+    return {"q": found.q, "p": found.p, "lam": found.lam}
+
+
+def so_far(difference: Array) -> Array:
+    """Return the largest modulus of a row's numbers up to each row, shape(n, 1)."""
+    return np.asarray(np.maximum.accumulate(np.abs(difference).max(axis=1)))[:, None]
+
+
+def size_of(reference: Reference, part: str) -> float:
+    """Return the largest modulus of a part, 1 if there is nothing but zeros."""
+    return float(np.abs(getattr(reference, part)).max()) or 1.0
+
+
+def stored(reference: Reference, part: str, n: int) -> Array:
+    """Return the first n rows of a part as they are stored."""
+    return np.asarray(getattr(reference, part)[:n])

@@ -1,0 +1,115 @@
+"""A certified reference as its users see it: numbers, their bounds, and what is known about them."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from daebench.catalogue import find_scene
+from daebench.errors import BadInput
+from daebench.scene import Scene
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Reference:
+    """A trajectory whose every digit was checked.
+
+    Parameters
+    ----------
+    name : str
+        PROBLEM-CASE.
+    certificate : mapping
+        What is known of it, as ``certificate.json`` has it.
+    text : mapping of str to sequence of str
+        Columns t, q1, ..., p1, ..., lam1, ... as decimal strings.
+    """
+
+    name: str
+    certificate: Mapping[str, Any] = field(repr=False)
+    text: Mapping[str, Sequence[str]] = field(repr=False)
+
+    @property
+    def problem(self) -> str:
+        """Name of the problem."""
+        return str(self.certificate["problem"])
+
+    @property
+    def case(self) -> str:
+        """Name of the case."""
+        return str(self.certificate["case"])
+
+    @property
+    def parameters(self) -> dict[str, float]:
+        """Run-time parameters."""
+        return {name: float(value) for name, value in self.certificate["definition"]["parameters"].items()}
+
+    @property
+    def structure(self) -> dict[str, int]:
+        """Structural parameters."""
+        return {name: int(value) for name, value in self.certificate["definition"]["structure"].items()}
+
+    @cached_property
+    def t(self) -> Array:
+        """Times, s, shape(n,); each is exact in double precision."""
+        return np.array([float(x) for x in self.text["t"]])
+
+    @cached_property
+    def q(self) -> Array:
+        """Positions rounded to double precision, shape(n, d)."""
+        return self._columns("q")
+
+    @cached_property
+    def p(self) -> Array:
+        """Momenta rounded to double precision, shape(n, d)."""
+        return self._columns("p")
+
+    @cached_property
+    def lam(self) -> Array:
+        """Multipliers lam(p, q), HLW (1.12), rounded to double precision, shape(n, m)."""
+        return self._columns("lam")
+
+    @cached_property
+    def bound(self) -> dict[str, Array]:
+        """Largest error of every stored number: "q", "p" of shape(n, d), "lam" of shape(n, m)."""
+        return {part: np.array(self.certificate["bound"][part]) for part in ("q", "p", "lam")}
+
+    @cached_property
+    def amplification(self) -> Array:
+        """Largest growth of a perturbation along the manifold, shape(n,)."""
+        return np.array(self.certificate["amplification"]["values"])
+
+    @property
+    def horizon(self) -> float:
+        """Last time stored, s."""
+        return float(self.t[-1])
+
+    @property
+    def double_horizon(self) -> float:
+        """Time after which no run in double precision can follow, s; infinite if there is none before the horizon."""
+        found = self.certificate["horizon"]["double"]
+        return float("inf") if found is None else float(found)
+
+    def scene(self) -> Scene:
+        """Return the problem, case and parameters in double precision.
+
+        Raises
+        ------
+        BadInput
+            If the problem of this name has other parameters today.
+        """
+        scene = find_scene(self.problem, self.case)
+        if dict(scene.parameters) != self.parameters:
+            raise BadInput(
+                f"{self.name} was made with parameters {self.parameters}, and case {self.case} of {self.problem} has "
+                f"{dict(scene.parameters)} today; build the reference again."
+            )
+        return scene
+
+    def _columns(self, part: str) -> Array:
+        names = [name for name in self.text if name.rstrip("0123456789") == part]
+        return np.array([[float(x) for x in self.text[name]] for name in names]).T

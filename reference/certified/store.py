@@ -1,0 +1,181 @@
+"""Where references are kept: a folder each, with a CSV of digits and a JSON certificate, checked whenever they are read."""
+
+import csv
+import hashlib
+import json
+import os
+import shutil
+import textwrap
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from daebench.errors import BadInput, DaebenchError, unknown
+from daebench.reference.certified.record import Reference
+
+DATA = Path(__file__).parent.parent / "data"
+"""Where the references that come with the package are."""
+
+CERTIFICATE = "certificate.json"
+FORMAT = 1
+"""Version of the layout of both files."""
+
+RESTORE = "restore it from where it came, or build the reference again"
+
+
+class Damaged(DaebenchError):
+    """A stored reference that is not what was written; the message names the file and what was expected."""
+
+
+def names(folder: Path = DATA) -> tuple[str, ...]:
+    """Return the names of all references."""
+    return tuple(sorted({_plain(path.parent.name) for path in folder.glob(f"*/{CERTIFICATE}") if _is_reference(path.parent.name)}))
+
+
+def load(name: str, folder: Path = DATA) -> Reference:
+    """Return the reference of this name.
+
+    Raises
+    ------
+    BadInput
+        If there is none; the message has the nearest names.
+    Damaged
+        If a file is missing, truncated or altered.
+    """
+    if name not in names(folder):
+        raise unknown("reference", name, names(folder))
+    place = _place(name, folder)
+    certificate = _certificate(place / CERTIFICATE)
+    data = place / certificate["data"]["file"]
+    content = _read(data)
+    _require(data, "SHA-256", certificate["data"]["sha256"], hashlib.sha256(content).hexdigest())
+    try:
+        header, *rows = csv.reader(content.decode("ascii").splitlines())
+        text = dict(zip(header, (list(column) for column in zip(*rows, strict=True)), strict=True))
+    except ValueError as error:
+        raise Damaged(f"{data} is truncated or altered: {error}; {RESTORE}.") from error
+    return Reference(name, certificate, text)
+
+
+def find(problem: str, case: str | None = None, folder: Path = DATA) -> Reference:
+    """Return the reference of a problem's case, by default of its first case.
+
+    Raises
+    ------
+    BadInput
+        If the problem or case is unknown, or has no reference; the message says how to build one.
+    Damaged
+        As :func:`load`.
+    """
+    from daebench.catalogue import find_scene
+
+    scene = find_scene(problem, case)
+    name = f"{scene.problem}-{scene.case}"
+    if name not in names(folder):
+        own = [each for each in names(folder) if each.startswith(f"{scene.problem}-")]
+        known = f"its references are {', '.join(own)}" if own else f"{scene.problem} has none yet"
+        raise BadInput(f"there is no reference {name}; {known}; make it by: daebench reference build {name}.")
+    return load(name, folder)
+
+
+def save(name: str, certificate: Mapping[str, Any], text: Mapping[str, Sequence[str]], folder: Path = DATA) -> Path:
+    """Write a reference in place of the one of this name, if there is one, and return its folder.
+
+    Both files are written beside the old ones and change places with them at the end: a crash leaves the old reference.
+
+    Parameters
+    ----------
+    name : str
+        PROBLEM-CASE.
+    certificate : mapping
+        What is known of it, without "data", "format" and "checksum".
+    text : mapping of str to sequence of str
+        Columns as decimal strings.
+    """
+    new, old = folder / f".{name}.new-{os.getpid()}", _old(name, folder)
+    shutil.rmtree(new, ignore_errors=True)
+    new.mkdir(parents=True)
+    try:
+        content = "".join(",".join(row) + "\n" for row in [list(text), *zip(*text.values(), strict=True)]).encode("ascii")
+        (new / f"{name}.csv").write_bytes(content)
+        data = {"file": f"{name}.csv", "sha256": hashlib.sha256(content).hexdigest(), "columns": list(text), "rows": len(text["t"])}
+        whole = {"format": FORMAT, "name": name, **certificate, "data": data}
+        (new / CERTIFICATE).write_text(written(whole | {"checksum": checksum(whole)}), encoding="ascii")
+        place = folder / name
+        if place.exists():
+            shutil.rmtree(old, ignore_errors=True)
+            place.rename(old)
+        new.rename(place)
+    finally:
+        shutil.rmtree(new, ignore_errors=True)
+    shutil.rmtree(old, ignore_errors=True)
+    return place
+
+
+def checksum(certificate: Mapping[str, Any]) -> str:
+    """Return the SHA-256 of a certificate without its own checksum, keys sorted and no spaces."""
+    content = {key: value for key, value in certificate.items() if key != "checksum"}
+    return hashlib.sha256(json.dumps(content, sort_keys=True, separators=(",", ":")).encode()).hexdigest()
+
+
+def written(certificate: Mapping[str, Any]) -> str:
+    """Return a certificate as text: an entry a line, and a line for each row of numbers."""
+    return f"{_lines(certificate, _entry)}\n"
+
+
+def _lines(entries: Mapping[str, Any], value: Callable[[Any], str]) -> str:
+    inner = ",\n".join(f"{json.dumps(key)}: {value(each)}" for key, each in entries.items())
+    return "{\n" + textwrap.indent(inner, "  ") + "\n}"
+
+
+def _entry(value: Any) -> str:
+    return _lines(value, _rows) if isinstance(value, Mapping) else _rows(value)
+
+
+def _rows(value: Any) -> str:
+    if isinstance(value, list) and value and isinstance(value[0], list | dict):
+        return "[\n" + textwrap.indent(",\n".join(json.dumps(each) for each in value), "  ") + "\n]"
+    return json.dumps(value)
+
+
+def _certificate(path: Path) -> dict[str, Any]:
+    try:
+        found = json.loads(_read(path))
+        expected, layout, _ = found["checksum"], found["format"], found["data"]["file"]
+    except (ValueError, KeyError, TypeError) as error:
+        raise Damaged(f"{path} is truncated or altered: {error}; {RESTORE}.") from error
+    _require(path, "checksum", expected, checksum(found))
+    if layout != FORMAT:
+        raise Damaged(f"{path} has layout {layout}, and this version of daebench reads layout {FORMAT}; build the reference again.")
+    return dict(found)
+
+
+def _require(path: Path, what: str, expected: str, found: str) -> None:
+    if expected != found:
+        raise Damaged(f"{path} is truncated or altered: its {what} should be {expected} and is {found}; {RESTORE}.")
+
+
+def _read(path: Path) -> bytes:
+    try:
+        return path.read_bytes()
+    except OSError as error:
+        raise Damaged(f"{path} cannot be read ({error.strerror}); {RESTORE}.") from error
+
+
+def _old(name: str, folder: Path) -> Path:
+    """Return where the old reference waits while the new one takes its place."""
+    return folder / f".{name}.old"
+
+
+def _is_reference(entry: str) -> bool:
+    return not entry.startswith(".") or entry.endswith(".old")
+
+
+def _plain(entry: str) -> str:
+    return entry.removeprefix(".").removesuffix(".old") if entry.startswith(".") else entry
+
+
+def _place(name: str, folder: Path) -> Path:
+    """Return the folder of a reference, or where its old one waits if the change of places was cut short."""
+    place = folder / name
+    return place if (place / CERTIFICATE).exists() else _old(name, folder)

@@ -1,0 +1,166 @@
+"""A stored reference held against everything that can be known of it without the library that made it."""
+
+import hashlib
+import json
+import re
+from collections.abc import Callable, Iterator
+from decimal import Decimal
+from itertools import chain
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from daebench.errors import BadInput
+from daebench.reference.certified import invariants, store
+from daebench.reference.certified.amplification import LOST, ROUNDING
+from daebench.reference.certified.definition import Definition, define
+from daebench.reference.certified.ida_run import IDA, by_ida
+from daebench.reference.certified.own_run import METHOD, row_by_row, throughout
+from daebench.reference.certified.record import Reference
+from daebench.reference.certified.verification import Check, Digits, Verification, agreed
+
+Progress = Callable[[float, str], None]
+"""Told the fraction done and what is being done."""
+
+NUMBER = re.compile(r"-?\d+(\.\d*)?(e[-+]?\d+)?")
+"""A stored number."""
+
+KEYS = ("horizon", "drift", "rank", "ida", "amplification", "bound")
+"""What a certificate has besides the definition and the data."""
+
+SLACK = 1.01
+"""Certificates have three digits."""
+
+
+def verify(name: str, folder: Path = store.DATA, progress: Progress | None = None) -> Verification:
+    """Return what is found of a reference.
+
+    ::
+
+        definition     its text, hash and parameters are those of today's problem
+        layout         columns, rows, times and bounds are those of the certificate
+        digits         start, constraints, energy, first integrals, multipliers and rank in multiprecision
+        motion         a method of order 8 of our own, throughout and from row to row, and IDA, each within what it knows of its own error
+
+    What cannot be looked at because something before it does not hold is a check that fails.
+
+    Parameters
+    ----------
+    name : str
+        PROBLEM-CASE.
+    folder : Path
+        Where references are kept.
+    progress : callable, optional
+        Told the fraction done and what is being done.
+
+    Raises
+    ------
+    BadInput
+        If there is no such reference.
+    Damaged
+        If a file is missing, truncated, or not what its checksum says.
+    """
+    told = progress or (lambda fraction, doing: None)
+    told(0.0, f"{name}: definition")
+    reference = store.load(name, folder)
+    definition, checks = _outside(reference)
+    if definition is None or not all(each.ok for each in checks):
+        nothing = Check("digits and motion", "looked at where definition and layout hold", "not looked at", False)
+        return Verification(name, (*checks, nothing))
+    told(0.1, f"{name}: invariants")
+    checks += invariants.checks(invariants.Stored(reference, definition))
+    digits: list[Digits] = []
+    for fraction, doing, recomputed in RECOMPUTATIONS:
+        told(fraction, f"{name}: {doing}")
+        run, found = recomputed(reference)
+        checks += found
+        if run is not None:
+            checks += run.checks(reference)
+            digits += run.digits(reference)
+    told(1.0, name)
+    return Verification(name, tuple(checks), tuple(digits), _unseen(name, digits))
+
+
+RECOMPUTATIONS = ((0.2, METHOD, throughout), (0.4, f"{METHOD}, row by row", row_by_row), (0.7, IDA, by_ida))
+"""Fraction done before it, what it is, and how it is made."""
+
+
+def _outside(reference: Reference) -> tuple[Definition | None, list[Check]]:
+    """Return today's definition, if there is one, and the checks of what surrounds the digits."""
+    definition, checks = None, [agreed("checksums", "those of both files", "those of both files")]
+    try:
+        definition = define(reference.problem, reference.case)
+        for check in chain(_definition(reference, definition), _layout(reference, definition)):
+            checks.append(check)  # one by one: what was found before an error is kept
+    except (KeyError, IndexError, ValueError, TypeError, BadInput) as error:
+        reason = str(error) if isinstance(error, BadInput) else f"{type(error).__name__}: {error}"
+        checks.append(Check("certificate", "complete, and of a problem of the catalogue", reason, False))
+    return definition, checks
+
+
+def _definition(reference: Reference, definition: Definition) -> Iterator[Check]:
+    """Compare the certificate's definition with today's problem."""
+    text = dict(reference.certificate["definition"])
+    claimed, today = text.pop("sha256"), definition.text
+    own = hashlib.sha256(json.dumps(text, sort_keys=True).encode()).hexdigest()
+    other = [f"{key}: {text.get(key)}" for key in sorted(text.keys() | today.keys()) if text.get(key) != today.get(key)]
+    yield Check("text of the definition", f"today's of {definition.name}", "; ".join(other) or "today's", not other)
+    yield Check("hash of the definition", definition.hash[:12], claimed[:12], definition.hash == claimed == own)
+    yield agreed("name", definition.name, reference.name)
+
+
+def _layout(reference: Reference, definition: Definition) -> Iterator[Check]:
+    """Compare the columns, rows, times and bounds with the certificate and with what a reference is."""
+    certificate, scene = reference.certificate, definition.scene
+    columns = ["t", *(f"{part}{i + 1}" for part in "qp" for i in range(scene.d)), *(f"lam{i + 1}" for i in range(scene.m))]
+    lacking = [key for key in KEYS if key not in certificate]
+    yield Check("certificate", "complete", f"lacks {', '.join(lacking)}" if lacking else "complete", not lacking)
+    for what, found in (("columns", list(reference.text)), ("columns of the certificate", certificate["data"]["columns"])):
+        yield agreed(what, ", ".join(columns), ", ".join(found))
+    rows = len(reference.text["t"])
+    yield agreed("rows", certificate["data"]["rows"], rows)
+    odd = next((x for column in reference.text.values() for x in column if not NUMBER.fullmatch(x)), None)
+    yield Check("numbers", "decimal numbers", "decimal numbers" if odd is None else repr(odd), odd is None)
+    if odd is None and rows:
+        yield from _times(reference)
+    shapes = {"q": scene.d, "p": scene.d, "lam": scene.m}
+    for part, size in shapes.items():
+        yield agreed(f"shape of the bound of {part}", (rows, size), _shape(certificate["bound"][part]))
+    yield agreed("shape of the amplification", (rows,), _shape(certificate["amplification"]["values"]))
+    yield from _horizons(reference)
+
+
+def _shape(values: Any) -> tuple[int, ...]:
+    return np.array(values, dtype=float).shape
+
+
+def _times(reference: Reference) -> Iterator[Check]:
+    t = [Decimal(x) for x in reference.text["t"]]
+    yield agreed("first time", 0, t[0])
+    rounded = [x for x in t if x != Decimal(float(x))]
+    yield Check("times in double precision", "exact", f"{rounded[0]} is not" if rounded else "exact", not rounded)
+    uneven = [x for k, x in enumerate(t) if x != k * t[1]] if len(t) > 1 and t[1] > 0 else t
+    yield Check("distances of times", "equal", f"not at {uneven[0]}" if uneven else "equal", not uneven)
+    yield agreed("horizon", reference.certificate["horizon"]["truth"], float(t[-1]))
+
+
+def _horizons(reference: Reference) -> Iterator[Check]:
+    """Look whether the horizon of double precision is where the amplification says."""
+    lost = np.flatnonzero(reference.amplification * ROUNDING * SLACK > LOST)
+    limit = float(reference.t[lost[0]]) if lost.size else np.inf
+    least, found = limit, reference.double_horizon
+    late = np.flatnonzero(reference.amplification * ROUNDING > LOST * SLACK)
+    most = float(reference.t[late[0]]) if late.size else np.inf
+    yield Check("horizon of double precision", f"{limit:g}", f"{found:g}", least <= found <= most)
+
+
+def _unseen(name: str, digits: list[Digits]) -> str:
+    """Say what could be altered without any check seeing it."""
+    if not digits:
+        return ""
+    finest = max(min(each.visible for each in digits if each.part == part) for part in ("q", "p"))
+    return (
+        "A change of q and p along the motion, which keeps constraints, energy and first integrals to the certificate's drift, is seen "
+        f"from {finest:.1e} of the motion; a smaller one takes a recomputation in quadruple precision: daebench reference build {name}."
+    )
