@@ -1,6 +1,6 @@
 """The tables of the report on index reduction."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -43,9 +43,14 @@ def tiny(value: float) -> Markup:
     return number(value, 2 if abs(value) > 1e-13 else 1)
 
 
-def pairs(frame: pd.DataFrame, name: str) -> list[Markup]:
+def column(cells: Sequence[Markup], frame: pd.DataFrame) -> "pd.Series[Any]":
+    """Return HTML as a column of a frame; left to itself pandas would make plain text of it."""
+    return pd.Series(list(cells), index=frame.index, dtype=object)
+
+
+def pairs(frame: pd.DataFrame, name: str) -> "pd.Series[Any]":
     """Return a column with the standard errors that stand beside it."""
-    return [with_error(*pair) for pair in zip(frame[name], frame[f"{name}_error"], strict=True)]
+    return column([with_error(*pair) for pair in zip(frame[name], frame[f"{name}_error"], strict=True)], frame)
 
 
 def structure(frame: pd.DataFrame, caption: str) -> Markup:
@@ -87,7 +92,7 @@ def growth(row: Mapping[Any, Any]) -> Markup:
 
 def drifts(frame: pd.DataFrame, caption: str) -> Markup:
     """Return what becomes of energy, constraints and angular momentum."""
-    shown = frame.assign(slope=pairs(frame, "slope"), growth=[growth(row) for row in frame.to_dict("records")])
+    shown = frame.assign(slope=pairs(frame, "slope"), growth=column([growth(row) for row in frame.to_dict("records")], frame))
     formats: Formats = {"method": code, "energy_error": tiny, "slope": text, "growth": text, "g": tiny, "Gv": tiny, "L3": tiny}
     headings = {
         "method": "scheme",

@@ -1,0 +1,54 @@
+"""What the errors of the report on tolerances are taken against: certified references, and by how much they may be wrong."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from daebench.errors import RunFailed
+from daebench.scene import Array, Scene
+
+EPS = float(np.finfo(float).eps)
+
+
+@dataclass(frozen=True)
+class Exact:
+    """The motion of a scene at the equidistant times that its reference has.
+
+    Parameters
+    ----------
+    t : ndarray, shape(n,)
+        Times, s, the first 0.
+    q : ndarray, shape(n, d)
+        Positions, rounded to double precision.
+    floor : float
+        Largest error of any of them: the reference's bound and the rounding.
+    amplification : float
+        Largest growth of a perturbation of the start up to the last time.
+    """
+
+    t: Array
+    q: Array
+    floor: float
+    amplification: float
+
+
+def exact(scene: Scene, t_end: float) -> Exact:
+    """Return the certified motion up to ``t_end``.
+
+    Raises
+    ------
+    BadInput
+        If the scene has no reference.
+    RunFailed
+        If its reference ends before, or no run in double precision can follow it so far.
+    """
+    from daebench.reference.certified import store
+
+    reference = store.find(scene.problem, scene.case)
+    limit = min(reference.horizon, reference.double_horizon)
+    if limit < t_end:
+        raise RunFailed(f"the reference {reference.name} is of use up to t = {limit:g} only, and {t_end:g} is needed; build a longer one.")
+    kept = reference.t <= t_end
+    q = reference.q[kept]
+    floor = float(np.max(reference.bound["q"][kept])) + EPS / 2 * float(np.max(np.abs(q)))
+    return Exact(reference.t[kept], q, floor, float(np.max(reference.amplification[kept])))
