@@ -12,6 +12,7 @@ from daebench.problems.planar_pendulum import closed_form
 from daebench.reference.certified import certificate, motions
 from daebench.reference.certified.build import build
 from daebench.reference.certified.certify import NotCertified
+from daebench.reference.certified.ida_errors import ida_errors
 from daebench.reference.certified.quadruple import library
 from daebench.reference.certified.stages import Stages
 from daebench.reference.certified.store import load, names
@@ -56,6 +57,22 @@ def test_ida_is_measured_against_the_digits(rotating):
         assert row["estimate"]["q"] > 0.2 * row["error"]["q"]
         assert row["residuals"] > row["steps"] > 100
         assert [mark for mark, _ in row["error_q_until"]] == [1.0, 2.0]
+
+
+@pytest.mark.parametrize("off", [1e-7, 1e-10], ids=str)
+def test_a_truth_that_ida_knows_better_is_refused(rotating, off):
+    kept = {}
+
+    def keep(stage, make):
+        if stage not in kept:
+            kept[stage] = make()
+        return kept[stage]
+
+    truth = [rotating.q, rotating.p, rotating.lam]
+    ida_errors(rotating.scene(), rotating.t, truth, keep)
+    truth[0] = truth[0] + off * (rotating.t[:, None] > 2)
+    with pytest.raises(NotCertified, match=r"ida:index2 differs from the truth in q by \d\.\de-.* at tol = 1e-12, where it estimates"):
+        ida_errors(rotating.scene(), rotating.t, truth, keep)
 
 
 def test_an_interrupted_build_goes_on_where_it_stopped(tmp_path, monkeypatch):

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from daebench.method import Patience, Request
+from daebench.reference.certified.certify import NotCertified
 from daebench.reference.ida import Ida
 from daebench.scene import Scene
 from daebench.trajectory import Trajectory
@@ -28,6 +29,9 @@ MARKS = (1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0)
 
 LOST = 0.01
 """A run has lost the motion where its error is this part of the largest position."""
+
+TIGHT, UNTIL, ESTIMATES = 2, 10.0, 3.0
+"""IDA has to agree with the truth within three of its own estimates, up to this time, s, at one of the tolerances from 1e-12 on."""
 
 PARTS = ("q", "p", "lam")
 
@@ -50,6 +54,11 @@ def ida_errors(scene: Scene, t: Array, truth: Sequence[Array], keep: Keep) -> li
         q, p and lam at these times, rounded to double precision.
     keep : callable
         ``keep(stage, make)`` returns what was made now or in an earlier run that was interrupted.
+
+    Raises
+    ------
+    NotCertified
+        If IDA disagrees with the truth by more than it says itself.
     """
     return [record for formulation in FORMULATIONS for record in _records(scene, formulation, t, truth, keep)]
 
@@ -60,7 +69,22 @@ def _records(scene: Scene, formulation: str, t: Array, truth: Sequence[Array], k
         tol = float(f"1e-{exponent}")
         runs.append(keep(f"ida-{formulation}-{exponent}", lambda tol=tol: _run(scene, formulation, tol, t)))  # type: ignore[misc]
     exact = dict(zip(PARTS, truth, strict=True))
+    _require_agreement(scene, runs[TIGHT:], t, exact)
     return [_record(each, finer, t, exact) for each, finer in pairwise(runs)]
+
+
+def _require_agreement(scene: Scene, runs: Sequence[dict[str, Any]], t: Array, exact: dict[str, Array]) -> None:
+    """Require that one of the tight runs is as near to the truth as its own estimate says, for a while."""
+    n, told = int(np.searchsorted(t, UNTIL, "right")), []
+    for each, finer in pairwise(runs):
+        error, estimate = (_distances(each, other)["q"][:n].max() for other in (exact, finer))
+        told.append(f"{error:.1e} at tol = {each['tol']:g}, where it estimates {estimate:.1e}")
+        if error <= ESTIMATES * estimate:
+            return
+    raise NotCertified(
+        f"{scene.problem}-{scene.case} was not certified: up to t = {t[:n][-1]:g} {runs[0]['method']} differs from the truth in q by "
+        f"{', '.join(told)}; see which of the two is wrong."
+    )
 
 
 def _record(run: dict[str, Any], finer: dict[str, Any], t: Array, exact: dict[str, Array]) -> dict[str, Any]:
