@@ -70,9 +70,9 @@ class Meter:
         if now > self.deadline:
             raise Stopped(f"the limit of {self.limit:g} s is reached", advice="allow more time, or use a larger tol")
         if self.patience is not None and kind != "jacobian":
-            self._wait(self.patience, kind, t)
+            self._require_patience(self.patience, kind, t)
 
-    def _wait(self, patience: Patience, kind: str, t: float) -> None:
+    def _require_patience(self, patience: Patience, kind: str, t: float) -> None:
         """Stop where so many calls are too many, or have covered too little."""
         if self.calls[kind] > patience.calls:
             raise Stopped(f"{patience.calls} calls of the {kind} were not enough")

@@ -59,7 +59,7 @@ def moved(rows, column, by, start=0):
 def test_the_stored_digits_agree_as_far_as_their_bound(references, file):
     found = agreement(file(stored(references)), NAME, references)
     assert (found.rows, found.compared, found.passed_over, found.beyond) == (33, 33, 0, 0)
-    assert 32 < found.digits < 33.5
+    assert 31 < found.digits < 33.5
     assert found.left is None
     assert set(found.lost.values()) == {None}
     assert all(column.error == 0 and column.digits == column.allowed for column in found.columns)
@@ -75,7 +75,7 @@ def test_a_known_error_is_found_in_its_column_to_any_digit(references, file, col
     assert found.digits == pytest.approx(-np.log10(abs(float(by)) / size), abs=1e-6)
     assert found.worst.error == pytest.approx(abs(float(by)), rel=1e-6, abs=0)
     assert found.worst.t == pytest.approx(9 / 8)
-    assert all(each.digits > 32 for each in found.columns if each.name != column)
+    assert all(each.digits > 31 for each in found.columns if each.name != column)
 
 
 def test_when_it_leaves_and_when_digits_are_lost_are_the_first_times(references, file):
@@ -129,7 +129,7 @@ def test_one_component_in_any_order_is_enough_and_other_columns_are_named(refere
     rows = [[row[5], "x", row[0], row[2]] for row in stored(references)]
     found = agreement(file(rows, (" lam1", "note", "t", "q2 ")), NAME, references)
     assert ([each.name for each in found.columns], found.ignored) == (["lam1", "q2"], ("note",))
-    assert found.digits > 32
+    assert found.digits > 31
 
 
 def test_rows_beyond_the_horizon_are_counted_and_not_compared(references, file):
@@ -143,7 +143,7 @@ def test_what_a_run_in_double_precision_can_keep_is_told(references, file):
     reference = store.load(NAME, references)
     found = agreement(file(stored(references)[:17]), NAME, references)
     assert found.t_end == 2.0
-    assert found.possible == pytest.approx(-np.log10(2.0**-53 * reference.amplification[16]))
+    assert found.possible == pytest.approx(-np.log10(2.0**-53 * reference.worst_amplification[16]))
 
 
 def test_a_column_of_zeros_is_taken_as_exact(references, file):

@@ -11,6 +11,7 @@ from daebench.errors import BadInput, RunFailed
 from daebench.reference.certified import index_reduced, taylor
 from daebench.reference.certified import motions as ways
 from daebench.reference.certified.amplification import amplification, double_horizon
+from daebench.reference.certified.amplification import growth as growth_of
 from daebench.reference.certified.certify import NotCertified, certify, largest_so_far, smallest_singular_values
 from daebench.reference.certified.definition import Definition, define
 from daebench.reference.certified.local import Local
@@ -118,6 +119,24 @@ def test_constants_are_divided_in_quadruple_precision():
     assert abs(rows[-1][0] - ((1 + mp.mpf(5) / 3) * mp.exp(mp.mpf(1) / 5) - mp.mpf(5) / 3)) < 1e-33
 
 
+def test_the_second_run_has_other_rounding_and_the_start_has_none():
+    found = motions("double_pendulum", "swing", t_end=1)
+    again = taylor.integrated(index_reduced.own_coordinates(found.definition), [*found.own().q[0], *found.own().p[0]], found.times, parts=3)
+    apart = max(abs(x - y) for x, y in zip(found.own().q[-1], again[-1], strict=False))
+    assert 0 < apart < 1e-31
+    assert (found.own().q[0], found.own().p[0]) == found.definition.start_numbers()
+
+
+@pytest.mark.parametrize("place", ["spherical-fast", "stretched-M", "relativistic", "double-pendulum", "coupled-rods"], ids=str)
+def test_the_index_reduced_equation_is_that_of_the_kernels_off_the_manifold_too(place):
+    where, hy = scene(place), library()
+    q, p = where.q0 + 0.01, where.p0 + 0.02
+    variables, rates = zip(*index_reduced.own_coordinates(Definition(where, {})), strict=True)
+    compiled = hy.cfunc([hy.expression(rate) if isinstance(rate, hy.real128) else rate for rate in rates], vars=list(variables))
+    force = -where.value("H_q", p, q) - where.value("G", q).T @ where.value("lam", p, q)
+    np.testing.assert_allclose(compiled(np.concatenate([q, p])), [*where.value("H_p", p, q), *force], rtol=1e-12, atol=1e-13)
+
+
 def test_a_function_without_a_counterpart_is_named():
     x = sp.Symbol("x")
     with pytest.raises(BadInput, match=r"gamma.*has no counterpart"):
@@ -217,7 +236,7 @@ def test_functions_in_mpmath_are_those_of_the_kernels(place):
 def test_amplification_is_that_of_neighbours_by_the_closed_form():
     found = motions("planar_pendulum", "rotating")
     certified = certify(found)
-    growth = amplification(found, certified)
+    growth = amplification(found, certified).start
     form, values = found.definition.derivation.problem.closed_form, {"mass": 1, "length": 1, "gravity": 1}
     speed, eps = mp.mpf(5) / 2, mp.mpf("1e-15")
     size = max(float(abs(x)) for row in certified.states.p for x in row)
@@ -237,6 +256,14 @@ def test_amplification_is_that_of_neighbours_by_the_closed_form():
     expected = np.linalg.norm(np.array(columns).T @ np.linalg.pinv(start), 2)
     assert growth[0] == pytest.approx(1, rel=1e-9)
     assert growth[-1] == pytest.approx(expected, rel=1e-9)
+
+
+def test_growth_from_a_time_on_the_way_is_found_where_the_motion_converges_again():
+    C = np.array([np.eye(2), np.diag([10, 0.1]), np.diag([1, 1]), np.diag([0.5, 2])])
+    found = growth_of(C)
+    np.testing.assert_allclose(found.start, [1, 10, 1, 2])
+    np.testing.assert_allclose(found.worst, [1, 10, 10, 20])
+    np.testing.assert_allclose(found.step, [1, 10, 10, 2])
 
 
 def test_the_horizon_of_double_precision_is_where_a_rounded_start_is_lost():

@@ -2,6 +2,7 @@
 
 import csv
 import json
+import shutil
 import sys
 
 import numpy as np
@@ -25,6 +26,16 @@ def test_list_gives_a_row_for_each_reference(reference):
     (row,) = json.loads(out)
     assert (row["name"], row["rows"], row["horizon"], row["double_horizon"]) == (NAME, 33, 4.0, None)
     assert NAME in reference("list")[1]
+
+
+def test_a_folder_that_is_not_there_is_said_and_a_damaged_reference_hides_no_other(daebench, copied):
+    status, _, err = daebench("reference", "list", "--folder", copied / "nowhere")
+    assert (status, "there is no such folder" in err) == (2, True)
+    shutil.copytree(copied / NAME, copied / "planar_pendulum-horizontal")
+    status, out, _ = daebench("reference", "list", "--folder", copied)
+    assert status == 1
+    assert "its name should be planar_pendulum-horizontal and is planar_pendulum-rotating" in out
+    assert out.count("33") >= 1
 
 
 def test_show_tells_what_is_known(reference):
@@ -64,6 +75,7 @@ REFUSED = {
     "range": (("export", NAME, "--times", "0:1"), "a range is from:to:step"),
     "too many": (("export", NAME, "--times", "0:1:1e-9"), "give a larger step"),
     "no number": (("export", NAME, "--times", "0,x"), "'x' is no finite number"),
+    "no file": (("export", NAME, "--out", "/dev/null"), "that is no file"),
     "folder": (("export", NAME, "--out", "nowhere/x.csv"), "there is no folder nowhere"),
 }
 

@@ -79,7 +79,7 @@ def keep(folder, *, bound=1e-33, amplification=1.0, double=None):
         "case": "rotating",
         "definition": {"parameters": {name: str(value) for name, value in UNIT.items()}, "structure": {}},
         "horizon": {"double": double},
-        "amplification": {"values": [amplification] * len(t)},
+        "amplification": dict.fromkeys(("values", "worst", "step"), [amplification] * len(t)),
         "bound": {part: [[bound] * 2] * len(t) for part in "qp"} | {"lam": [[bound]] * len(t)},
     }
     save("planar_pendulum-rotating", certificate, text, folder)

@@ -62,6 +62,12 @@ def altered(folder, digits=None, certificate=None):
     store.save(NAME, claims, text, folder)
 
 
+def growing():
+    """Return the amplification of a motion that is lost in double precision before its end."""
+    values = np.geomspace(1, 1e16, 33).tolist()
+    return {"values": values, "worst": values, "step": [1.0, *[values[1]] * 32], "largest": values[-1]}
+
+
 def failing(folder):
     """Return what fails, as one text."""
     return "; ".join(check.what for check in verify(NAME, folder).checks if not check.ok)
@@ -159,7 +165,7 @@ def test_what_is_below_double_precision_along_the_motion_is_what_is_said_to_be_u
 
 def test_after_errors_have_grown_an_alteration_is_seen_from_row_to_row(copied):
     def grown(claims):
-        claims["amplification"]["values"] = np.geomspace(1, 1e16, 33).tolist()
+        claims["amplification"] |= growing()
         claims["horizon"]["double"] = 3.5
 
     altered(copied, delayed("1e-12"), grown)
@@ -205,9 +211,15 @@ def setting(*path, to):
         (setting("bound", "p", MIDDLE, 1, to=lambda x: 0.9 * x), "bound of p along the motion"),
         (setting("bound", "lam", MIDDLE, 0, to=1e-40), "lam against lam(p, q), in units of its bound"),
         (setting("bound", "q", 32, 1, to=1e-16), "bound of q, largest"),
-        (setting("bound", "q", 32, 1, to=float("nan")), "bound of q, least"),
         (setting("bound", "p", to=lambda rows: rows[:-1]), "shape of the bound of p"),
         (setting("amplification", "values", to=lambda values: values[:-1]), "shape of the amplification"),
+        (setting("amplification", "values", 0, to=2.0), "amplification at the start"),
+        (setting("amplification", "largest", to=7.0), "largest amplification"),
+        (setting("amplification", "worst", MIDDLE, to=1.0), "worst amplification"),
+        (setting("drift", "energy", to=1.0), "drift of energy"),
+        (setting("rank", "largest", to=5.0), "largest of the smallest singular values"),
+        (setting("rank", "t", to=0.3), "time of the smallest"),
+        (setting("horizon", "asked", to=1.0), "horizon that was asked for"),
         (setting("horizon", "truth", to=8.0), "horizon"),
         (setting("horizon", "double", to=2.0), "horizon of double precision"),
         (setting("rank", "smallest_singular_value", to=3.9), "smallest singular value"),
@@ -293,10 +305,10 @@ def test_a_method_with_a_large_error_of_its_own_does_not_pass_for_a_check(refere
 
 def test_a_comparison_ends_where_rounding_hides_everything(references):
     reference = store.load(NAME, references)
-    growing = replace(reference, certificate={**reference.certificate, "amplification": {"values": np.geomspace(1, 1e16, 33).tolist()}})
+    grown = replace(reference, certificate={**reference.certificate, "amplification": growing()})
     assert followed(reference) == 33
-    n = followed(growing)
-    assert growing.amplification[n - 1] * 10 * 2.0**-53 <= 1e-6 < growing.amplification[n] * 10 * 2.0**-53
+    n = followed(grown)
+    assert grown.worst_amplification[n - 1] * 10 * 2.0**-53 <= 1e-6 < grown.worst_amplification[n] * 10 * 2.0**-53
 
 
 def test_what_an_inexact_parameter_does_is_taken_from_the_motion(references):

@@ -7,12 +7,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from daebench.errors import BadInput
 from daebench.reference.certified.pair import pair
-from daebench.reference.certified.record import Reference
+from daebench.reference.certified.record import EPS, Reference
 
 Array = NDArray[np.float64]
-
-EPS = 2.0**-53
-"""Relative rounding of a start in double precision."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,9 +62,21 @@ def agreement(reference: Reference, t: ArrayLike, q: ArrayLike, p: ArrayLike) ->
     BadInput
         If a time is not stored or the shapes do not fit.
     """
-    rows = _rows(reference, np.atleast_1d(np.asarray(t, dtype=float)))
+    rows = _rows(reference, _times(t))
     own = pair((p, q), (len(rows), reference.q.shape[1]), "p and q are needed at all times t")
-    return Agreement(reference, rows, np.hstack([_digits(own[1], reference.q, rows), _digits(own[0], reference.p, rows)]))
+    parts = [("q", own[1]), ("p", own[0])]
+    digits = [_digits(x, getattr(reference, part)[rows], reference.size(part)) for part, x in parts]
+    return Agreement(reference, rows, np.hstack(digits))
+
+
+def _times(t: ArrayLike) -> Array:
+    try:
+        found = np.atleast_1d(np.asarray(t, dtype=float))
+    except (TypeError, ValueError):
+        found = np.empty(0)
+    if not found.size or found.ndim > 1:
+        raise BadInput(f"t = {t!r} must be one time or a sequence of times.")
+    return found
 
 
 def _rows(reference: Reference, t: Array) -> NDArray[np.intp]:
@@ -78,7 +87,7 @@ def _rows(reference: Reference, t: Array) -> NDArray[np.intp]:
     return np.searchsorted(reference.t, t)
 
 
-def _digits(own: Array, truth: Array, rows: NDArray[np.intp]) -> Array:
+def _digits(own: Array, truth: Array, size: float) -> Array:
     with np.errstate(divide="ignore", invalid="ignore"):
-        found = -np.log10(np.abs(own - truth[rows]) / np.max(np.abs(truth)))
+        found = -np.log10(np.abs(own - truth) / size)
     return np.where(np.isnan(found), -np.inf, found)

@@ -1,5 +1,6 @@
 """How far apart a motion carries what began close together: the price of a rounded start."""
 
+from dataclasses import dataclass
 from typing import Any
 
 import mpmath as mp
@@ -9,28 +10,39 @@ from numpy.typing import NDArray
 from daebench.diagnostics.symplecticity import tangent_basis
 from daebench.reference.certified.certify import Certified
 from daebench.reference.certified.motions import Motions, sizes
+from daebench.reference.certified.record import EPS
 from daebench.reference.certified.stages import Rows
 
 Array = NDArray[np.float64]
 
-BESIDE = mp.mpf("1e-24")
-"""Relative distance of the neighbours: far above quadruple rounding, and linear up to amplifications of 1e17."""
+BESIDE = mp.mpf("1e-20")
+"""Relative distance of the neighbours: far above quadruple rounding, and linear up to amplifications of 1e16."""
 
-ROUNDING = 2.0**-53
-"""Relative rounding of a start in double precision."""
+RESOLVED = 1e-11
+"""Part of the largest growth above which that of another direction is not lost in rounding."""
 
 LOST = 0.01
-"""A run cannot follow any more once the rounding of its start alone has become this part of the motion."""
+"""A run cannot follow any more once the rounding of one of its states alone has become this part of the motion."""
 
 
-def amplification(motions: Motions, certified: Certified) -> Array:
-    """Return the largest growth of a perturbation along the manifold, shape(n,), 1 at the start.
+@dataclass(frozen=True)
+class Growth:
+    """Largest growth of a perturbation along the manifold at each time, shape(n,): from the start, from any earlier time, from the last.
 
     ::
 
-        A(t) = max |S^-1 dx(t)| / |S^-1 dx(0)|      S = diag(max |q|, max |p|)
+        A(t, s) = max |S^-1 dx(t)| / |S^-1 dx(s)|      S = diag(max |q|, max |p|)
+    """
 
-    It is taken from neighbours in quadruple precision, one for each direction of an orthonormal basis of the tangent space.
+    start: Array
+    worst: Array
+    step: Array
+
+
+def amplification(motions: Motions, certified: Certified) -> Growth:
+    """Return how much perturbations grow, from neighbours in quadruple precision, one for each direction of the tangent space.
+
+    The rounding of a state on the way grows from there, which where a motion converges again is more than from the start.
 
     Parameters
     ----------
@@ -42,14 +54,25 @@ def amplification(motions: Motions, certified: Certified) -> Array:
     scene, n = motions.definition.scene, len(certified.t)
     largest = sizes(certified.states)
     S = np.repeat([largest["q"], largest["p"]], scene.d)
-    tangent = np.array([np.concatenate([x[scene.d :], x[: scene.d]]) for x in tangent_basis(scene, scene.p0, scene.q0).T]).T
+    tangent = np.roll(tangent_basis(scene, scene.p0, scene.q0), scene.d, axis=0)  # positions first
     Q = np.linalg.qr(tangent / S[:, None])[0]
-    base = motions.own()
-    columns = []
+    base, columns = motions.own(), []
     for k, direction in enumerate((S[:, None] * Q).T):
         beside = motions.own([BESIDE * mp.mpf(float(x)) for x in direction], stage=f"beside-{k + 1}")
         columns.append(np.hstack([_apart(base.q[:n], beside.q), _apart(base.p[:n], beside.p)]) / S)
-    return np.asarray(np.linalg.norm(np.stack(columns, axis=2), ord=2, axis=(1, 2)))
+    return growth(np.stack(columns, axis=2))
+
+
+def growth(C: Array) -> Growth:
+    """Return the growth from columns of a tangent map, shape(n, 2 d, 2 (d - m)), orthonormal at the start.
+
+    Directions that have shrunk to below 1e-11 of the largest are beyond what C resolves and are left out.
+    """
+    back = np.linalg.pinv(C, rcond=RESOLVED)
+    start = np.linalg.norm(C, ord=2, axis=(1, 2))
+    worst = [max(start[k], np.linalg.norm(C[k] @ back[: k + 1], ord=2, axis=(1, 2)).max()) for k in range(len(C))]
+    step = np.linalg.norm(C[1:] @ back[:-1], ord=2, axis=(1, 2))
+    return Growth(start, np.array(worst), np.concatenate([[1.0], step]))
 
 
 def _apart(base: Rows, beside: Rows) -> Array:
@@ -57,7 +80,7 @@ def _apart(base: Rows, beside: Rows) -> Array:
     return np.array([[float((y - x) / BESIDE) for x, y in zip(*rows, strict=True)] for rows in zip(base, beside, strict=False)])
 
 
-def double_horizon(t: Any, growth: Array) -> float | None:
-    """Return the first time at which the rounding of a start in double precision is a hundredth of the motion, or None."""
-    lost = np.flatnonzero(growth * ROUNDING > LOST)
+def double_horizon(t: Any, worst: Array) -> float | None:
+    """Return the first time at which the rounding of a state in double precision is a hundredth of the motion, or None."""
+    lost = np.flatnonzero(worst * EPS > LOST)
     return float(t[lost[0]]) if lost.size else None

@@ -7,13 +7,11 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from daebench.errors import BadInput
-from daebench.reference.certified.record import Reference
+from daebench.reference.certified.record import PARTS, Reference
 from daebench.scene import Scene
 from daebench.truth import EPS, SAFETY, Truth, integrated
 
 Array = NDArray[np.float64]
-
-PARTS = ("q", "p", "lam")
 
 BESIDE = 1e-7
 """Relative distance of the neighbour from which the growth of a rounded start is measured."""
@@ -88,7 +86,8 @@ def states_at(reference: Reference, times: ArrayLike) -> At:
 def _require_inside(reference: Reference, t: Array) -> None:
     outside = t[~((t >= 0) & (t <= reference.horizon))]
     if outside.size:
-        raise BadInput(f"t = {outside[0]:g} is outside of {reference.name}, which reaches from 0 to its horizon at {reference.horizon:g}.")
+        reach = f"which reaches from 0 to its horizon at {reference.horizon:g}"
+        raise BadInput(f"t = {float(outside[0])!r} is outside of {reference.name}, {reach}.")
 
 
 def _nearest(stored: Array, t: Array) -> NDArray[np.intp]:

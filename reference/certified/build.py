@@ -12,15 +12,20 @@ from typing import Any
 
 import mpmath as mp
 
+from daebench.catalogue import find_problem
 from daebench.errors import BadInput
 from daebench.reference.certified.certificate import certified_text
+from daebench.reference.certified.certify import FEWEST
 from daebench.reference.certified.definition import Definition, define
 from daebench.reference.certified.quadruple import library
-from daebench.reference.certified.stages import KEPT_DIGITS, Stages
+from daebench.reference.certified.stages import KEPT_DIGITS, Stages, alone
 from daebench.reference.certified.store import DATA, save
 
 T_END, SPACING = 100, 8
 """Last output, s, and outputs a second: each time is exact in double precision."""
+
+MOST = 100_000
+"""Most outputs."""
 
 PACKAGES = ("daebench", "numpy", "scipy", "sympy", "mpmath", "heyoka", "scikit-sundae", "numba")
 
@@ -63,12 +68,11 @@ def build(name: str, *, folder: Path = DATA, t_end: float = T_END, spacing: int 
 
     place = folder / f".{name}.building"
     versions = {package: version(package) for package in PACKAGES} | {"python": platform.python_version()}
-    key = hashlib.sha256(json.dumps([definition.hash, t_end, spacing, versions]).encode()).hexdigest()
-    stages = Stages(place, key, told)
-    with mp.workdps(KEPT_DIGITS + 20):
-        certificate, text = certified_text(definition, times, stages)
-    stored = save(name, certificate | {"versions": versions}, text, folder)
-    shutil.rmtree(place, ignore_errors=True)
+    key = hashlib.sha256(json.dumps([definition.hash, *_code(definition.scene.problem), t_end, spacing, versions]).encode()).hexdigest()
+    with alone(folder / f".{name}.lock", name), mp.workdps(KEPT_DIGITS + 20):
+        certificate, text = certified_text(definition, times, Stages(place, key, told))
+        stored = save(name, certificate | {"versions": versions}, text, folder)
+        shutil.rmtree(place, ignore_errors=True)
     done(1.0, "done")
     return stored
 
@@ -80,12 +84,20 @@ def _defined(name: str) -> Definition:
     return define(problem, case)
 
 
+def _code(problem: str) -> list[str]:
+    """Return digests of the problem's file and of the files here: what was made by other code is not used."""
+    return [
+        find_problem(problem).digest,
+        *(hashlib.sha256(path.read_bytes()).hexdigest() for path in sorted(Path(__file__).parent.glob("*.py"))),
+    ]
+
+
 def _times(t_end: float, spacing: int) -> list[Any]:
     if spacing < 1 or spacing & (spacing - 1):
         raise BadInput(
             f"{spacing} outputs a second are no power of two, so that times would not be exact in double precision; give 8 or 16."
         )
     n = t_end * spacing
-    if not (math.isfinite(n) and n == int(n) and n >= 2):
-        raise BadInput(f"t_end = {t_end:g} must be a whole number of outputs, of which there are {spacing} a second, and at least two.")
+    if not (math.isfinite(n) and n == int(n) and FEWEST <= n <= MOST):
+        raise BadInput(f"t_end = {t_end:g} must be {FEWEST} to {MOST} whole outputs, of which there are {spacing} a second.")
     return [mp.mpf(k) / spacing for k in range(int(n) + 1)]

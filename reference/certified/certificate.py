@@ -7,7 +7,7 @@ import mpmath as mp
 import numpy as np
 
 from daebench.reference.certified.amplification import LOST, amplification, double_horizon
-from daebench.reference.certified.certify import STORED_DIGITS, WORK_DIGITS, WORTH, Certified, certify, smallest_singular_values
+from daebench.reference.certified.certify import ROUNDING, STORED_DIGITS, WORK_DIGITS, WORTH, Certified, certify, smallest_singular_values
 from daebench.reference.certified.definition import Definition
 from daebench.reference.certified.ida_errors import ida_errors
 from daebench.reference.certified.motions import Motions
@@ -16,10 +16,16 @@ from daebench.reference.certified.stages import Stages
 
 HORIZON = (
     f"truth: last time at which every bound is at most {WORTH:g} of the largest modulus; double: first time at which the rounding of the "
-    f"start to double precision alone is {LOST:g} of the motion (null: not before the end)"
+    f"start, or of a state on the way, to double precision has become {LOST:g} of the motion (null: not before the end)"
 )
-AMPLIFICATION = "largest |dx(t)|/|dx(0)| over perturbations along the manifold, q measured in max |q| and p in max |p|"
-BOUND = "error of each stored number: 10 times the largest difference, up to its time, between the truth and what it was checked by"
+AMPLIFICATION = (
+    "largest |dx(t)|/|dx(s)| over perturbations along the manifold, q measured in max |q| and p in max |p|; values: from the start, s = 0; "
+    "worst: from any stored s <= t, which is what the rounding of every step may grow by; step: from the stored time before t"
+)
+BOUND = (
+    "error of each stored number: 10 times the largest difference, up to its time, between the truth and what it was checked by, and "
+    f"{ROUNDING:g} of the largest modulus"
+)
 
 
 def certified_text(definition: Definition, times: list[Any], stages: Stages) -> tuple[dict[str, Any], dict[str, list[str]]]:
@@ -43,7 +49,7 @@ def certified_text(definition: Definition, times: list[Any], stages: Stages) -> 
     certified = certify(motions)
     singular = smallest_singular_values(definition.name, motions, certified)
     growth = amplification(motions, certified)
-    lost = double_horizon(certified.t, growth)
+    lost = double_horizon(certified.t, growth.worst)
     text = columns(certified)
     t, *truth = (
         np.array([[float(x) for x in row] for row in part]) for part in ([[x] for x in certified.t], *certified.states.parts().values())
@@ -65,7 +71,13 @@ def certified_text(definition: Definition, times: list[Any], stages: Stages) -> 
             "largest": _short(singular.max()),
         },
         "ida": ida,
-        "amplification": {"rule": AMPLIFICATION, "largest": _short(growth.max()), "values": [_short(x) for x in growth]},
+        "amplification": {
+            "rule": AMPLIFICATION,
+            "largest": _short(growth.start.max()),
+            "values": [_short(x) for x in growth.start],
+            "worst": [_short(x) for x in growth.worst],
+            "step": [_short(x) for x in growth.step],
+        },
         "bound": {"rule": BOUND} | {part: [[_short(x) for x in row] for row in rows] for part, rows in certified.bound.items()},
     }, text
 
@@ -73,12 +85,12 @@ def certified_text(definition: Definition, times: list[Any], stages: Stages) -> 
 def _command(name: str, times: list[Any]) -> str:
     """Return the command that makes the same reference."""
     t_end, spacing = float(times[-1]), int(1 / times[1])
-    return f"daebench reference build {name} --t-end {t_end:g} --spacing {spacing}"
+    return f"daebench reference build {name} --t-end {t_end!r} --spacing {spacing}"
 
 
 def columns(certified: Certified) -> dict[str, list[str]]:
     """Return the columns t, q1, ..., p1, ..., lam1, ... as decimal strings."""
-    text = {"t": [mp.nstr(x, 17) for x in certified.t]}
+    text = {"t": [mp.nstr(x, STORED_DIGITS) for x in certified.t]}
     for part, rows in certified.states.parts().items():
         for i, column in enumerate(zip(*rows, strict=True)):
             text[f"{part}{i + 1}"] = [mp.nstr(x, STORED_DIGITS) for x in column]

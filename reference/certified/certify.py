@@ -77,7 +77,7 @@ def certify(motions: Motions) -> Certified:
     """Return the certified digits of a definition.
 
     Where the problem has a closed form, that is the truth: worked out with 50 digits, a second time with 70, and held against the
-    Taylor series of (1.18), of which it must be no further than that series is uncertain. Else the Taylor series is the truth: run a
+    Taylor series of (1.18), from which it must be no further than that series is uncertain. Else the Taylor series is the truth: run a
     second time with other steps, and held against the series in the problem's chart.
 
     Raises
@@ -94,7 +94,7 @@ def certify(motions: Motions) -> Certified:
         truth, more = motions.closed_form(WORK_DIGITS), motions.closed_form(MORE_DIGITS)
         _require_agreement(name, motions.times, differences(truth, first), uncertain, SERIES)
         others = {f"closed form with {MORE_DIGITS} digits": more, SERIES: first}
-        return _cut(motions, truth, [more], f"closed form, {WORK_DIGITS} digits", others)
+        return _cut(motions, truth, [more, first], f"closed form, {WORK_DIGITS} digits", others)
     local = motions.local()
     _require_agreement(name, motions.times, differences(first, local), uncertain, "Taylor series in the chart")
     others = {"second run with another order and other steps": second, "Taylor series in the problem's chart": local}
@@ -132,7 +132,7 @@ def _cut(motions: Motions, truth: States, deciding: Sequence[States], method: st
     bound = largest_so_far([differences(truth, each) for each in deciding], truth)
     largest, n = sizes(truth), len(truth.q)
     for part, values in bound.items():
-        lost = np.flatnonzero(np.any(values > WORTH * largest[part], axis=1))
+        lost = np.flatnonzero(~np.all(values <= WORTH * largest[part], axis=1))
         n = min(n, lost[0] if lost.size else n)
     if n < FEWEST:
         name = motions.definition.name

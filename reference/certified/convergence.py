@@ -12,7 +12,7 @@ from daebench.diagnostics.order import OrderFit, fit_order
 from daebench.errors import BadInput
 from daebench.inputs import positive, whole
 from daebench.reference.certified.pair import pair
-from daebench.reference.certified.record import Reference
+from daebench.reference.certified.record import EPS, Reference
 
 Array = NDArray[np.float64]
 
@@ -25,8 +25,8 @@ ON_GRID = 1e-9
 MOST_STEPS = 2**28
 """Steps of a run at most: more are a slip of the pen."""
 
-ROUNDING = 10 * 2.0**-53
-"""What rounding, of the start and on the way, makes of a state before it is amplified, relatively."""
+ROUNDINGS = 10.0
+"""What rounding, of the start and on the way, makes of a state before it is amplified, in units of one rounding."""
 
 FAR = 1000.0
 """Errors that stop falling so many times above rounding do so for another reason."""
@@ -187,5 +187,5 @@ def _largest(error: Array) -> float:
 
 
 def _floor(reference: Reference, part: str, rows: NDArray[np.intp]) -> float:
-    size = np.max(np.abs(getattr(reference, part)))
-    return _largest(reference.bound[part][rows]) + ROUNDING * float(size * np.max(reference.amplification[rows]))
+    rounding = ROUNDINGS * EPS * reference.size(part) * float(np.max(reference.worst_amplification[rows]))
+    return _largest(reference.bound[part][rows]) + rounding

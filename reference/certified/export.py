@@ -12,11 +12,9 @@ from numpy.typing import NDArray
 from daebench.errors import BadInput, unknown
 from daebench.files import atomic
 from daebench.reference.certified.between import At, states_at
-from daebench.reference.certified.record import Reference
+from daebench.reference.certified.record import PARTS, Reference
 
 Array = NDArray[np.float64]
-
-PARTS = ("q", "p", "lam")
 
 
 @dataclass(frozen=True)

@@ -12,7 +12,7 @@ from daebench.errors import BadInput
 from daebench.inputs import positive, whole
 from daebench.reference.certified import store
 from daebench.reference.certified.between import states_at
-from daebench.reference.certified.record import Reference
+from daebench.reference.certified.record import EPS, Reference
 from daebench.reference.certified.trajectory_file import KNOWN, TrajectoryFile, read
 
 Array = NDArray[np.float64]
@@ -26,9 +26,6 @@ BETWEEN = 500
 
 DIGITS = (12, 9, 6, 3)
 """Digits whose loss is told."""
-
-ROUNDING = 2.0**-53
-"""Relative rounding of a start in double precision."""
 
 SPARE = decimal.Context(prec=60)
 """For differences of decimal numbers of any length that matters."""
@@ -178,7 +175,7 @@ def agreement(path: Path, name: str, folder: Path = store.DATA, *, within: float
         left=_first(error / sizes > within, error / sizes, t, names),
         lost={digits: _first(relative > 10.0**-digits, relative, t, names) for digits in DIGITS},
         t_end=float(t[-1]),
-        possible=float(-np.log10(ROUNDING * np.interp(t[-1], reference.t, reference.amplification))),
+        possible=float(-np.log10(EPS * np.interp(t[-1], reference.t, reference.worst_amplification))),
     )
 
 
@@ -240,7 +237,7 @@ def _split(name: str) -> tuple[str, int]:
 
 
 def _size(reference: Reference, name: str) -> float:
-    return float(np.abs(getattr(reference, _split(name)[0])).max()) or 1.0
+    return reference.size(_split(name)[0])
 
 
 def _column(name: str, error: Array, allowed: Array, size: float, t: Array) -> Column:

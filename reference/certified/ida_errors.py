@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from daebench.method import Patience, Request
 from daebench.reference.certified.certify import NotCertified
+from daebench.reference.certified.record import PARTS
 from daebench.reference.ida import Ida
 from daebench.scene import Scene
 from daebench.trajectory import Trajectory
@@ -32,8 +33,6 @@ LOST = 0.01
 
 TIGHT, UNTIL, ESTIMATES = 2, 10.0, 3.0
 """IDA has to agree with the truth within three of its own estimates, up to this time, s, at one of the tolerances from 1e-12 on."""
-
-PARTS = ("q", "p", "lam")
 
 Keep = Callable[[str, Callable[[], dict[str, Any]]], dict[str, Any]]
 

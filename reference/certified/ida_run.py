@@ -6,8 +6,8 @@ import numpy as np
 
 from daebench.method import Request
 from daebench.names import parse
-from daebench.reference.certified.recomputation import PARTS, Parts, Recomputed, followed, parts_of, rounding_of, size_of, so_far, stored
-from daebench.reference.certified.record import Reference
+from daebench.reference.certified.recomputation import Parts, Recomputed, followed, parts_of, rounding_of, so_far, stored
+from daebench.reference.certified.record import PARTS, Reference
 from daebench.reference.certified.verification import Check
 from daebench.scene import Scene
 from daebench.trajectory import Trajectory
@@ -35,7 +35,7 @@ def by_ida(reference: Reference) -> tuple[Recomputed | None, list[Check]]:
             return None, [Check(f"{each.method}, tol = {each.value:g}", f"reaches t = {t_end:g}", each.failure, False)]
     loose, tight = (parts_of(each) for each in runs)
     estimate = {part: IDA_SAFETY * so_far(loose[part] - tight[part]) for part in PARTS}
-    vague = np.any([estimate[part][:, 0] > VAGUE * size_of(reference, part) for part in PARTS], axis=0)
+    vague = np.any([estimate[part][:, 0] > VAGUE * reference.size(part) for part in PARTS], axis=0)
     told = int(np.argmax(vague)) if vague.any() else n
     clear = Check(f"{IDA}, tol = {TOL:g}", f"below {VAGUE:g} of the motion for {FEWEST} outputs", f"for {told}", told >= FEWEST)
     if told < FEWEST:

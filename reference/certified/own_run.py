@@ -8,8 +8,6 @@ import numpy as np
 from daebench.method import Request
 from daebench.names import parse
 from daebench.reference.certified.recomputation import (
-    PARTS,
-    ROUNDING,
     WORTH,
     Array,
     Parts,
@@ -17,10 +15,9 @@ from daebench.reference.certified.recomputation import (
     followed,
     parts_of,
     rounding_of,
-    size_of,
     so_far,
 )
-from daebench.reference.certified.record import Reference
+from daebench.reference.certified.record import EPS, PARTS, Reference
 from daebench.reference.certified.verification import Check, at_most
 from daebench.scene import Scene
 
@@ -111,14 +108,12 @@ def _inexact(reference: Reference, scene: Scene, count: int, states: Parts) -> P
 
 def _short_rounding(reference: Reference, part: str) -> Array:
     """Return what rounding may leave of a part from one row to the next, shape(n, 1)."""
-    growth = np.ones(len(reference.t))
-    growth[1:] = np.maximum(1.0, reference.amplification[1:] / reference.amplification[:-1])
-    return np.asarray(SHORT_ROUNDINGS * ROUNDING * size_of(reference, part) * growth)[:, None]
+    return np.asarray(SHORT_ROUNDINGS * EPS * reference.size(part) * np.maximum(1.0, reference.step_amplification))[:, None]
 
 
 def _precise(reference: Reference, name: str, limit: Parts) -> Check:
     """Check that a run knows itself to be good enough for a comparison."""
-    error = max(float(limit[part].max()) / size_of(reference, part) for part in PARTS)
+    error = max(float(limit[part].max()) / reference.size(part) for part in PARTS)
     return at_most(f"own error of {name} up to t = {reference.t[len(limit['q']) - 1]:g}, as a part of the motion", ENOUGH, error)
 
 

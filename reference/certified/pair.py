@@ -19,7 +19,10 @@ def pair(found: Any, shape: tuple[int, ...], duty: str) -> tuple[Array, Array]:
         If they are not; the message begins with the duty.
     """
     try:
-        p, q = (np.array(part, dtype=float) for part in found)
+        p, q = (np.array(part) for part in found)
+        if np.iscomplexobj(p) or np.iscomplexobj(q):
+            raise TypeError
+        p, q = p.astype(float), q.astype(float)
     except (TypeError, ValueError):
         raise BadInput(f"{duty}, of shape {shape} each; it returned {type(found).__name__}.") from None
     if p.shape != shape or q.shape != shape:

@@ -6,17 +6,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from daebench.reference.certified.record import Reference
+from daebench.reference.certified.record import EPS, PARTS, Reference
 from daebench.reference.certified.verification import Check, Digits, at_most
 from daebench.trajectory import Trajectory
 
 Array = NDArray[np.float64]
 Parts = Mapping[str, Array]
-
-PARTS = ("q", "p", "lam")
-
-ROUNDING = 2.0**-53
-"""Relative rounding of a start in double precision."""
 
 ROUNDINGS = 10.0
 """What rounding of the start and of each step leaves, in units of the rounding of a start: 3 at most where it was measured."""
@@ -55,9 +50,9 @@ class Recomputed:
     def digits(self, reference: Reference) -> Iterator[Digits]:
         """Yield the digits of agreement of each part."""
         for part in PARTS:
-            n, size = len(self.limit[part]), size_of(reference, part)
+            n, size = len(self.limit[part]), reference.size(part)
             error = np.abs(self.states[part] - stored(reference, part, n)).max(axis=1) / size
-            agreed = -np.log10(np.maximum(np.maximum.accumulate(error), ROUNDING))
+            agreed = -np.log10(np.maximum(np.maximum.accumulate(error), EPS))
             last = float(reference.t[n - 1])
             at = {t: float(agreed[np.searchsorted(reference.t[:n], t, "right") - 1]) for t in (*(t for t in TOLD if t < last), last)}
             yield Digits(self.method, part, tuple(at.items()), float(2 * self.limit[part].max() / size))
@@ -74,16 +69,16 @@ def rounding_of(reference: Reference, part: str, n: int) -> Array:
 
     ::
 
-        u (10 A(t) size + t rate)      u = 2^-53, A the amplification, rate the largest |dx/dt|
+        u (10 A(t) size + t rate)      u = 2^-53, A the worst amplification, rate the largest |dx/dt|
 
     The second term is a clock that is wrong by u: the weights of a composition do not add up to 1 to the last bit.
     """
     rate = float(np.abs(np.diff(getattr(reference, part), axis=0)).max()) / float(reference.t[1])
-    return np.asarray(size_of(reference, part) * _rounded(reference)[:n] + ROUNDING * rate * reference.t[:n])[:, None]
+    return np.asarray(reference.size(part) * _rounded(reference)[:n] + EPS * rate * reference.t[:n])[:, None]
 
 
 def _rounded(reference: Reference) -> Array:
-    return np.asarray(ROUNDINGS * ROUNDING * np.maximum.accumulate(reference.amplification))
+    return np.asarray(ROUNDINGS * EPS * np.maximum.accumulate(reference.worst_amplification))
 
 
 def parts_of(found: Trajectory) -> Parts:
@@ -95,11 +90,6 @@ def parts_of(found: Trajectory) -> Parts:
 def so_far(difference: Array) -> Array:
     """Return the largest modulus of a row's numbers up to each row, shape(n, 1)."""
     return np.asarray(np.maximum.accumulate(np.abs(difference).max(axis=1)))[:, None]
-
-
-def size_of(reference: Reference, part: str) -> float:
-    """Return the largest modulus of a part, 1 if there is nothing but zeros."""
-    return float(np.abs(getattr(reference, part)).max()) or 1.0
 
 
 def stored(reference: Reference, part: str, n: int) -> Array:

@@ -14,6 +14,12 @@ from daebench.scene import Scene
 
 Array = NDArray[np.float64]
 
+PARTS = ("q", "p", "lam")
+"""Positions, momenta and multipliers."""
+
+EPS = 2.0**-53
+"""Relative rounding of a number in double precision."""
+
 
 @dataclass(frozen=True, eq=False)
 class Reference:
@@ -76,12 +82,26 @@ class Reference:
     @cached_property
     def bound(self) -> dict[str, Array]:
         """Largest error of every stored number: "q", "p" of shape(n, d), "lam" of shape(n, m)."""
-        return {part: np.array(self.certificate["bound"][part]) for part in ("q", "p", "lam")}
+        return {part: np.array(self.certificate["bound"][part]) for part in PARTS}
 
     @cached_property
     def amplification(self) -> Array:
-        """Largest growth of a perturbation along the manifold, shape(n,)."""
+        """Largest growth of a perturbation along the manifold from the start, shape(n,)."""
         return np.array(self.certificate["amplification"]["values"])
+
+    @cached_property
+    def worst_amplification(self) -> Array:
+        """The same from any stored time before, shape(n,): what the rounding of every step may grow by."""
+        return np.array(self.certificate["amplification"]["worst"])
+
+    @cached_property
+    def step_amplification(self) -> Array:
+        """The same from the stored time before, shape(n,), 1 at the start."""
+        return np.array(self.certificate["amplification"]["step"])
+
+    def size(self, part: str) -> float:
+        """Return the largest modulus of "q", "p" or "lam", 1 if there is nothing but zeros."""
+        return float(np.abs(getattr(self, part)).max()) or 1.0
 
     @property
     def horizon(self) -> float:
@@ -100,7 +120,7 @@ class Reference:
         Raises
         ------
         BadInput
-            If the problem of this name has other parameters today.
+            If the problem of this name has other parameters, or another definition, today.
         """
         scene = find_scene(self.problem, self.case)
         if dict(scene.parameters) != self.parameters:
@@ -108,6 +128,10 @@ class Reference:
                 f"{self.name} was made with parameters {self.parameters}, and case {self.case} of {self.problem} has "
                 f"{dict(scene.parameters)} today; build the reference again."
             )
+        from daebench.reference.certified.definition import define  # SymPy, which nothing else here takes
+
+        if define(self.problem, self.case).hash != self.certificate["definition"]["sha256"]:
+            raise BadInput(f"{self.name} was made of another definition of {self.problem} than today's; build the reference again.")
         return scene
 
     def _columns(self, part: str) -> Array:

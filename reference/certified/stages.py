@@ -2,18 +2,43 @@
 
 import json
 import shutil
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
 import mpmath as mp
 
+from daebench.errors import BadInput
 from daebench.files import atomic
 
 Rows = list[list[Any]]
 
 KEPT_DIGITS = 60
 """Digits that numbers keep between stages: more than any difference is measured to."""
+
+
+@contextmanager
+def alone(path: Path, name: str) -> Iterator[None]:
+    """Hold a lock on a file, which vanishes with this process, while a reference is built.
+
+    Raises
+    ------
+    BadInput
+        If another process holds it.
+    """
+    import fcntl
+
+    path.parent.mkdir(parents=True, exist_ok=True)
+    with path.open("w") as file:
+        try:
+            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            raise BadInput(f"{name} is being built by another process; wait for it.") from None
+        try:
+            yield
+        finally:
+            path.unlink(missing_ok=True)
 
 
 class Stages:
@@ -40,10 +65,12 @@ class Stages:
     def record(self, stage: str, make: Callable[[], dict[str, Any]]) -> dict[str, Any]:
         """Return what a stage gives, from the folder if it is there."""
         path = self.folder / f"{stage}.json"
-        if not path.exists():
+        try:
+            return dict(json.loads(path.read_text(encoding="ascii")))
+        except (FileNotFoundError, ValueError):  # not made yet, or damaged
             self.told(stage)
-            with atomic(path) as scratch:
-                scratch.write_text(json.dumps(make()), encoding="ascii")
+        with atomic(path) as scratch:
+            scratch.write_text(json.dumps(make()), encoding="ascii")
         return dict(json.loads(path.read_text(encoding="ascii")))
 
     def rows(self, stage: str, make: Callable[[], Rows]) -> Rows:

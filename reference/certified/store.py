@@ -42,10 +42,20 @@ def load(name: str, folder: Path = DATA) -> Reference:
     Damaged
         If a file is missing, truncated or altered.
     """
+    if not folder.is_dir():
+        raise BadInput(f"there is no folder of references {folder}.")
     if name not in names(folder):
         raise unknown("reference", name, names(folder))
+    try:
+        return _loaded(name, folder)
+    except Damaged:  # or replaced by a new one between its two files
+        return _loaded(name, folder)
+
+
+def _loaded(name: str, folder: Path) -> Reference:
     place = _place(name, folder)
     certificate = _certificate(place / CERTIFICATE)
+    _require(place / CERTIFICATE, "name", name, str(certificate["name"]))
     data = place / certificate["data"]["file"]
     content = _read(data)
     _require(data, "SHA-256", certificate["data"]["sha256"], hashlib.sha256(content).hexdigest())
@@ -115,7 +125,7 @@ def save(name: str, certificate: Mapping[str, Any], text: Mapping[str, Sequence[
 def checksum(certificate: Mapping[str, Any]) -> str:
     """Return the SHA-256 of a certificate without its own checksum, keys sorted and no spaces."""
     content = {key: value for key, value in certificate.items() if key != "checksum"}
-    return hashlib.sha256(json.dumps(content, sort_keys=True, separators=(",", ":")).encode()).hexdigest()
+    return hashlib.sha256(json.dumps(content, sort_keys=True, separators=(",", ":"), allow_nan=False).encode()).hexdigest()
 
 
 def written(certificate: Mapping[str, Any]) -> str:
@@ -141,8 +151,8 @@ def _rows(value: Any) -> str:
 def _certificate(path: Path) -> dict[str, Any]:
     try:
         found = json.loads(_read(path))
-        expected, layout, _ = found["checksum"], found["format"], found["data"]["file"]
-    except (ValueError, KeyError, TypeError) as error:
+        expected, layout, _ = found["checksum"], found["format"], (found["data"]["file"], found["name"])
+    except (ValueError, KeyError, TypeError, RecursionError) as error:
         raise Damaged(f"{path} is truncated or altered: {error}; {RESTORE}.") from error
     _require(path, "checksum", expected, checksum(found))
     if layout != FORMAT:

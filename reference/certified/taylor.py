@@ -1,7 +1,7 @@
 """Taylor series in quadruple precision by heyoka: motion that no formulation, scheme or solver of ours has a part in."""
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from itertools import pairwise
 from typing import Any
 
@@ -24,7 +24,6 @@ def integrated(
     *,
     tolerance: str = "1e-34",
     parts: int = 1,
-    told: Callable[[float], None] | None = None,
 ) -> list[list[Any]]:
     """Return the unknowns at ascending times as mpmath numbers, shape(n, unknowns).
 
@@ -44,8 +43,6 @@ def integrated(
         Relative tolerance of the step control as a decimal number.
     parts : int
         No step is longer than the distance of outputs divided by this.
-    told : callable, optional
-        Told the fraction done.
 
     Raises
     ------
@@ -56,13 +53,11 @@ def integrated(
     initial = [quad(x) for x in start]
     solver = hy.taylor_adaptive(equations, initial, fp_type=hy.real128, tol=hy.real128(tolerance), compact_mode=True)
     solver.time = quad(times[0])
-    rows = [[multiple(x) for x in initial]]
+    rows = [list(start)]
     for last, t in pairwise(times):
         outcome = solver.propagate_until(quad(t), max_delta_t=quad((t - last) / parts), max_steps=MOST_STEPS)[0]
         if outcome != hy.taylor_outcome.time_limit or not all(math.isfinite(float(x)) for x in solver.state):
             where = f"between t = {mp.nstr(last, 9)} and {mp.nstr(t, 9)}"
             raise RunFailed(f"the Taylor series stopped {where}: {outcome}; choose a shorter end time.")
         rows.append([multiple(x) for x in solver.state])
-        if told is not None:
-            told(float(t / times[-1]))
     return rows

@@ -30,6 +30,8 @@ def export(
     path = Path(f"{name}.{kind}") if out is None else out
     if not path.resolve().parent.is_dir():
         raise BadInput(f"--out {path}: there is no folder {path.parent}; make it first.")
+    if path.exists() and not path.is_file():
+        raise BadInput(f"--out {path}: that is no file; choose another place.")
     reference = load(name, place(folder))
     write(path, kind, extract(reference, _times(times)))
     print(f"written: {path}")

@@ -1,40 +1,47 @@
 """``daebench reference list``: what there is, and how far it goes."""
 
+from pathlib import Path
 from typing import Any
+
+import typer
 
 from daebench.cli.arguments import Json
 from daebench.cli.console import print_json, print_table
 from daebench.cli.reference.arguments import Folder, place
+from daebench.errors import BadInput
 
 
 def listing(folder: Folder = None, as_json: Json = False) -> None:
-    """List all references: horizon, bound and how each was made."""
+    """List all references: horizons, bound and how each was made; exit 1 if one is damaged."""
     from daebench.reference.certified.store import names
 
-    rows = [_row(name, folder) for name in names(place(folder))]
+    where = place(folder)
+    if not where.is_dir():
+        raise BadInput(f"--folder {where}: there is no such folder.")
+    rows = [_row(name, where) for name in names(where)]
     if as_json:
         print_json(rows)
-        return
-    print_table(
-        ["reference", "rows", "to t", "double precision to", "largest |dq| at the end", "truth"],
-        [
-            [
-                each["name"],
-                str(each["rows"]),
-                f"{each['horizon']:g}",
-                "the end" if each["double_horizon"] is None else f"{each['double_horizon']:g}",
-                f"{each['bound']:.1g}",
-                each["truth"],
-            ]
-            for each in rows
-        ],
-    )
+    else:
+        columns = ["reference", "rows", "to t", "in double to t", "|dq| at the end"]
+        print_table(columns, [_cells(each) for each in rows if "damaged" not in each])
+        for each in rows:
+            if "damaged" in each:
+                print(f"damaged: {each['damaged']}")
+    raise typer.Exit(1 if any("damaged" in each for each in rows) else 0)
 
 
-def _row(name: str, folder: Any) -> dict[str, Any]:
-    from daebench.reference.certified.store import load
+def _cells(row: dict[str, Any]) -> list[str]:
+    double = "the end" if row["double_horizon"] is None else f"{row['double_horizon']:g}"
+    return [row["name"], str(row["rows"]), f"{row['horizon']:g}", double, f"{row['bound']:.1g}"]
 
-    found = load(name, place(folder))
+
+def _row(name: str, folder: Path) -> dict[str, Any]:
+    from daebench.reference.certified.store import Damaged, load
+
+    try:
+        found = load(name, folder)
+    except Damaged as error:
+        return {"name": name, "damaged": str(error)}
     return {
         "name": name,
         "problem": found.problem,

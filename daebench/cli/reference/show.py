@@ -25,7 +25,7 @@ def show(name: Name, folder: Folder = None, as_json: Json = False) -> None:
     print_table(
         ["held against", "max |dq|", "max |dp|", "max |dlam|"], [[str(each["against"]), *_differences(each)] for each in checks], "checks"
     )
-    columns = ["method", "tol", "|dq| reached", "its own estimate", "lost at", "steps", "residuals", "status"]
+    columns = ["method", "tol", "|dq|", "estimated", "lost at", "steps", "calls", "status"]
     print_table(columns, [_ida(each) for each in certificate["ida"]], f"what IDA reaches by t = {certificate['ida'][0]['t_end']:g}")
 
 
