@@ -16,8 +16,16 @@ _COUNTER = itertools.count()
 
 @contextmanager
 def atomic(path: Path) -> Iterator[Path]:
-    """Give a temporary path in the same folder that becomes ``path`` once all is written, and vanishes otherwise."""
+    """Give a temporary path in the same folder that becomes ``path`` once all is written, and vanishes otherwise.
+
+    Raises
+    ------
+    BadInput
+        If the path is a folder or a device.
+    """
     path = path.resolve()
+    if path.exists() and not path.is_file():
+        raise BadInput(f"{path} is no file that could be replaced; choose another place.")
     scratch = path.with_name(f".{path.stem}-{os.getpid()}-{next(_COUNTER)}{path.suffix}")
     try:
         yield scratch

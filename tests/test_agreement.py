@@ -38,7 +38,7 @@ def file(tmp_path):
 
     def write(rows, header=("t", *COMPONENTS), separator=","):
         path = tmp_path / "own.csv"
-        path.write_text("".join(separator.join(row) + "\n" for row in [header, *rows]))
+        path.write_text("".join(separator.join(row) + "\n" for row in [header, *rows]), encoding="utf-8")
         return path
 
     return write
@@ -144,6 +144,17 @@ def test_what_a_run_in_double_precision_can_keep_is_told(references, file):
     found = agreement(file(stored(references)[:17]), NAME, references)
     assert found.t_end == 2.0
     assert found.possible == pytest.approx(-np.log10(2.0**-53 * reference.worst_amplification[16]))
+
+
+def test_components_that_the_file_has_not_are_named(references, file):
+    found = agreement(file([["0", "0"], ["1", "0.5"]], ("t", "q1")), NAME, references)
+    assert found.missing == ("q2", "p1", "p2", "lam1")
+
+
+@pytest.mark.parametrize("text", ["1_0", "\u0661"], ids=["underscore", "Arabic digit"])
+def test_what_only_python_takes_for_a_number_is_none(references, file, text):
+    with pytest.raises(BadInput, match="line 2"):
+        agreement(file([["0", text]], ("t", "q1")), NAME, references)
 
 
 def test_a_column_of_zeros_is_taken_as_exact(references, file):

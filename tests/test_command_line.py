@@ -2,6 +2,7 @@
 
 import json
 import math
+import os
 import subprocess
 import sys
 
@@ -9,6 +10,8 @@ import numpy as np
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
+
+from daebench.errors import BadInput
 
 KEYS = ("problem", "case", "method", "h", "steps", "t", "q", "p", "lam", "energy", "energy_error", "max_energy_error", "g", "Gv", "work")
 KEYS += ("seconds", "compile_seconds", "failure")
@@ -243,3 +246,13 @@ def test_python_gives_what_the_command_line_gives(daebench):
     assert list(table["method"]) == ["rattle", "se"]
     assert list(package.problems()["problem"]) == ["double_pendulum", "pendulum_chain", "planar_pendulum", "spherical_pendulum"]
     assert {"rattle", "ida:ggl", "scipy:DOP853"} <= set(package.methods()["method"])
+
+
+def test_a_device_is_never_replaced_by_a_file(tmp_path):
+    from daebench.files import atomic
+
+    fifo = tmp_path / "fifo.csv"
+    os.mkfifo(fifo)
+    with pytest.raises(BadInput, match="is no file that could be replaced"), atomic(fifo):
+        pass
+    assert fifo.is_fifo()

@@ -81,6 +81,8 @@ class FileAgreement:
         Last time of the reference, s, and that after which no run in double precision can follow.
     ignored : tuple of str
         Columns of the file that are no components.
+    missing : tuple of str
+        Components of the reference that the file has not.
     columns : tuple of Column
         One a component.
     within : float
@@ -92,7 +94,7 @@ class FileAgreement:
     t_end : float
         Last time compared, s.
     possible : float
-        Digits that a run in double precision keeps of the rounding of its start until then.
+        Digits that a run in double precision keeps of the rounding of a state on its way until then.
     """
 
     file: str
@@ -104,6 +106,7 @@ class FileAgreement:
     horizon: float
     double_horizon: float
     ignored: tuple[str, ...]
+    missing: tuple[str, ...]
     columns: tuple[Column, ...]
     within: float
     left: Place | None
@@ -170,6 +173,7 @@ def agreement(path: Path, name: str, folder: Path = store.DATA, *, within: float
         horizon=reference.horizon,
         double_horizon=reference.double_horizon,
         ignored=given.ignored,
+        missing=tuple(name for name in reference.text if name != "t" and name not in names),
         columns=tuple(_column(*each, t) for each in zip(names, error.T, allowed.T, sizes, strict=True)),
         within=within,
         left=_first(error / sizes > within, error / sizes, t, names),

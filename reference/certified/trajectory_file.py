@@ -63,10 +63,7 @@ class TrajectoryFile:
 
     def _numbers(self, name: str) -> Array:
         column = self.text[name]
-        try:
-            found = np.array(list(map(float, column)))
-        except ValueError:
-            found = np.array([_number(each) for each in column])
+        found = np.array([_number(each) for each in column])
         wrong = np.flatnonzero(~np.isfinite(found))
         if wrong.size:
             k = int(wrong[0])
@@ -149,7 +146,7 @@ def _require_times(found: TrajectoryFile) -> None:
 
 def _number(text: str) -> float:
     try:
-        return float(text)
+        return float(text) if text.isascii() and "_" not in text else float("nan")
     except ValueError:
         return float("nan")
 

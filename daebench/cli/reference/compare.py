@@ -39,8 +39,10 @@ def _print(found: "FileAgreement") -> None:
     print_table(columns, rows, f"{found.file} with {found.reference} up to t = {found.t_end:g}")
     print_table(["fewer digits than", "from t =", "first in"], [[str(k), *_place(x)] for k, x in found.lost.items()])
     print(f"Agrees to {found.digits:.1f} digits, least in {found.worst.name}; {_left(found)}.")
-    print(f"Rounding of the start alone leaves {found.possible:.1f} digits by t = {found.t_end:g} in double precision.")
+    print(f"Rounding of a single state leaves {found.possible:.1f} digits by t = {found.t_end:g} in double precision.")
     print(f"Compared: {found.compared} of {found.rows} rows{_rest(found)}.")
+    if found.missing:
+        print(f"Not in the file: {', '.join(found.missing)}.")
     if found.ignored:
         print(f"Columns left aside: {', '.join(map(repr, found.ignored))}.")
 

@@ -49,7 +49,7 @@ def _even_damaged(name: str, folder: Any, progress: Any) -> "Verification":
     try:
         return verified(name, folder, progress)
     except Damaged as error:
-        return Verification(name, (Check("files", "as they were written", str(error), False),))
+        return Verification(name, (Check("files", "as they were written", str(error).rstrip("."), False),))
 
 
 def _print(found: "list[Verification]") -> None:
