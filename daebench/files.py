@@ -44,6 +44,17 @@ def check_writable(path: Path) -> None:
     """
     if path.suffix.lower() not in WRITERS:
         raise BadInput(f"--out {path}: the file must end in {' or '.join(WRITERS)}.")
+    check_place(path)
+
+
+def check_place(path: Path) -> None:
+    """Refuse a place of an output file before the work that would fill it.
+
+    Raises
+    ------
+    BadInput
+        If it is a folder or device, or the folder is missing or cannot be written to.
+    """
     if not path.parent.is_dir():
         raise BadInput(f"--out {path}: there is no folder {path.parent}; make it first.")
     if path.exists() and not path.is_file():

@@ -28,7 +28,15 @@ class Damaged(DaebenchError):
 
 
 def names(folder: Path = DATA) -> tuple[str, ...]:
-    """Return the names of all references."""
+    """Return the names of all references.
+
+    Raises
+    ------
+    BadInput
+        If the folder is not there.
+    """
+    if not folder.is_dir():
+        raise BadInput(f"{folder}: there is no such folder of references.")
     return tuple(sorted({_plain(path.parent.name) for path in folder.glob(f"*/{CERTIFICATE}") if _is_reference(path.parent.name)}))
 
 
@@ -42,8 +50,6 @@ def load(name: str, folder: Path = DATA) -> Reference:
     Damaged
         If a file is missing, truncated or altered.
     """
-    if not folder.is_dir():
-        raise BadInput(f"there is no folder of references {folder}.")
     if name not in names(folder):
         raise unknown("reference", name, names(folder))
     try:

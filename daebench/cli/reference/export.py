@@ -22,16 +22,14 @@ def export(
 ) -> None:
     """Write a reference to a file: stored digits where there are some, else integrated between them; bounds beside the numbers."""
     from daebench.errors import unknown
+    from daebench.files import check_place
     from daebench.reference.certified.export import WRITERS, extract, write
     from daebench.reference.certified.store import load
 
     if kind not in WRITERS:
         raise unknown("format", kind, WRITERS)
     path = Path(f"{name}.{kind}") if out is None else out
-    if not path.resolve().parent.is_dir():
-        raise BadInput(f"--out {path}: there is no folder {path.parent}; make it first.")
-    if path.exists() and not path.is_file():
-        raise BadInput(f"--out {path}: that is no file; choose another place.")
+    check_place(path)
     reference = load(name, place(folder))
     write(path, kind, extract(reference, _times(times)))
     print(f"written: {path}")

@@ -8,7 +8,6 @@ import typer
 from daebench.cli.arguments import Json
 from daebench.cli.console import print_json, print_table
 from daebench.cli.reference.arguments import Folder, place
-from daebench.errors import BadInput
 
 
 def listing(folder: Folder = None, as_json: Json = False) -> None:
@@ -16,8 +15,6 @@ def listing(folder: Folder = None, as_json: Json = False) -> None:
     from daebench.reference.certified.store import names
 
     where = place(folder)
-    if not where.is_dir():
-        raise BadInput(f"--folder {where}: there is no such folder.")
     rows = [_row(name, where) for name in names(where)]
     if as_json:
         print_json(rows)
