@@ -11,6 +11,7 @@ import numpy as np
 
 from daebench.api import scene_of
 from daebench.claims_bench import FALLS_SHORT, NOT_APPLICABLE, OK, UNDETERMINED, Bench, Finding
+from daebench.diagnostics.order import SLACK
 from daebench.errors import RunFailed
 from daebench.fixed_step import FixedStep, accepted
 from daebench.method import Method, Request
@@ -28,9 +29,6 @@ if TYPE_CHECKING:
 
 STEPS = 200
 """Steps of the run along which constraints, energy and integrals are watched, where none are given."""
-
-ORDER_SLACK = 0.15
-"""An order is met by a slope that falls short of it by at most so much and two standard errors."""
 
 MOST_STATES = 1000
 """States of the run that sizes are taken from, about."""
@@ -135,13 +133,13 @@ def _order(scene: Scene, method: FixedStep, halvings: int | None, began: Progres
     try:
         series = [each for each in study(scene, [method], halvings=halvings, began=began).series if each.component in ("q", "p")]
     except RunFailed as error:
-        return Finding("order", claimed, missing, claimed - ORDER_SLACK, UNDETERMINED, note=str(error))
+        return Finding("order", claimed, missing, claimed - SLACK, UNDETERMINED, note=str(error))
     found = [each for each in series if np.isfinite(each.fit.slope)]
     if not found or any(set(each.fit.reasons) != {"round-off"} for each in series if each not in found):
         note = f"{'; '.join(map(_told, series))}. daebench order shows the points, and takes other step sizes and end times."
-        return Finding("order", claimed, missing, claimed - ORDER_SLACK, UNDETERMINED, note=note)
+        return Finding("order", claimed, missing, claimed - SLACK, UNDETERMINED, note=note)
     fit = min((each.fit for each in found), key=lambda fit: fit.slope)
-    bound = claimed - ORDER_SLACK - 2 * fit.slope_error
+    bound = claimed - SLACK - 2 * fit.slope_error
     verdict = OK if fit.slope > bound else FALLS_SHORT
     return Finding("order", claimed, fit.slope, bound, verdict, fit.slope_error, "; ".join(map(_told, series)) + ".")
 

@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from daebench.diagnostics.order import SLACK
 from daebench.errors import DaebenchError
 from daebench.inputs import positive, real
 from daebench.reference.certified import store
@@ -21,9 +22,6 @@ Array = NDArray[np.float64]
 
 Step = Callable[[Array, Array, float], tuple[ArrayLike, ArrayLike]]
 """``step(p, q, h)`` returns p and q after a step of h, shape(d,) each."""
-
-SLACK = 0.15
-"""An order is met by a slope that falls short of it by at most so much and two standard errors."""
 
 
 def reference_trajectory(problem: str | Reference, case: str | None = None, *, folder: Path = store.DATA) -> Reference:

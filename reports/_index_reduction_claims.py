@@ -7,7 +7,7 @@ import numpy as np
 import pandas as pd
 
 from daebench.diagnostics.energy import energy_drift
-from daebench.errors import DaebenchError
+from daebench.reports._claims import require
 from daebench.reports._index_reduction_ida import TOLERANCES
 from daebench.reports._index_reduction_numbers import DEFECT_STEPS, FAST, SLOW, Numbers
 
@@ -18,22 +18,6 @@ VISIBLE = 1e-9
 """A defect from this on is none."""
 
 ORDER_BAND = 0.05
-
-
-class ClaimRefuted(DaebenchError):
-    """A sentence of a report that the run does not bear out."""
-
-
-def require(holds: Any, claim: str, measured: Any) -> None:
-    """Go on if a claim holds.
-
-    Raises
-    ------
-    ClaimRefuted
-        If it does not; the message has the claim and what was measured.
-    """
-    if not bool(holds):
-        raise ClaimRefuted(f"the report would say that {claim}, but measured was {measured}; it is not written.")
 
 
 def check(numbers: Numbers, ida: pd.DataFrame) -> SimpleNamespace:

@@ -7,8 +7,6 @@ import numpy as np
 from daebench.errors import RunFailed
 from daebench.scene import Array, Scene
 
-EPS = float(np.finfo(float).eps)
-
 
 @dataclass(frozen=True)
 class Exact:
@@ -43,6 +41,7 @@ def exact(scene: Scene, t_end: float) -> Exact:
         If its reference ends before, or no run in double precision can follow it so far.
     """
     from daebench.reference.certified import store
+    from daebench.reference.certified.record import EPS
 
     reference = store.find(scene.problem, scene.case)
     limit = min(reference.horizon, reference.double_horizon)
@@ -50,5 +49,5 @@ def exact(scene: Scene, t_end: float) -> Exact:
         raise RunFailed(f"the reference {reference.name} is of use up to t = {limit:g} only, and {t_end:g} is needed; build a longer one.")
     kept = reference.t <= t_end
     q = reference.q[kept]
-    floor = float(np.max(reference.bound["q"][kept])) + EPS / 2 * float(np.max(np.abs(q)))
+    floor = float(np.max(reference.bound["q"][kept])) + EPS * float(np.max(np.abs(q)))
     return Exact(reference.t[kept], q, floor, float(np.max(reference.amplification[kept])))

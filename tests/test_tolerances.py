@@ -16,7 +16,7 @@ from daebench.reference.certified import store
 from daebench.reference.ida import CURES, DEFAULT_CURES, Ida
 from daebench.report import build
 from daebench.reports import _tolerances_numbers, _tolerances_runs, tolerances
-from daebench.reports._index_reduction_claims import ClaimRefuted
+from daebench.reports._claims import ClaimRefuted
 from daebench.reports._tolerances_claims import EXPONENTS, check, check_cost, check_estimate, last_decade, slopes
 from daebench.reports._tolerances_drift import T_LONG, TOL, fit_power, windows
 from daebench.reports._tolerances_exact import Exact, exact

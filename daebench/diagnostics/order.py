@@ -21,6 +21,9 @@ FALLING = 0.5
 SCATTER = 100.0
 """Errors on a round-off plateau are within this factor of the least one at smaller h."""
 
+SLACK = 0.15
+"""An order is met by a slope that falls short of it by at most so much and two standard errors."""
+
 PLATEAU = 10.0
 """Errors up to this factor above a plateau are contaminated by it."""
 

@@ -22,7 +22,7 @@ RESOLVED = 1e-11
 """Part of the largest growth above which that of another direction is not lost in rounding."""
 
 LOST = 0.01
-"""A run cannot follow any more once the rounding of one of its states alone has become this part of the motion."""
+"""A motion is lost once an error is this part of it; no run can follow once the rounding of one of its states alone has become so much."""
 
 
 @dataclass(frozen=True)

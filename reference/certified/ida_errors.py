@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from daebench.method import Patience, Request
+from daebench.reference.certified.amplification import LOST
 from daebench.reference.certified.certify import NotCertified
 from daebench.reference.certified.record import PARTS
 from daebench.reference.ida import Ida
@@ -27,9 +28,6 @@ PATIENCE = Patience(calls=3_000_000, slow_calls=100_000, slow_part=1000)
 
 MARKS = (1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0)
 """Times, s, up to which errors are given besides the end."""
-
-LOST = 0.01
-"""A run has lost the motion where its error is this part of the largest position."""
 
 TIGHT, UNTIL, ESTIMATES = 2, 10.0, 3.0
 """IDA has to agree with the truth within three of its own estimates, up to this time, s, at one of the tolerances from 1e-12 on."""
