@@ -112,18 +112,18 @@ def _travelled(scene: Scene, reference: Reference, k: int, t: Array) -> tuple[Tr
     distances, places = np.unique(np.abs(t - reference.t[k]), return_inverse=True)
     signed = distances if t[0] > reference.t[k] else -distances
     found = integrated(start, signed)
-    return replace(found, t=t, q=found.q[places], p=found.p[places], lam=found.lam[places]), _growth(start, signed[-1:])
+    growth = _growth(start, found, signed[-1:])
+    return replace(found, t=t, q=found.q[places], p=found.p[places], lam=found.lam[places]), growth
 
 
-def _growth(start: Scene, furthest: Array) -> dict[str, float]:
+def _growth(start: Scene, own: Truth, furthest: Array) -> dict[str, float]:
     """Return ten times what the rounding of a state may grow to on the way to a time, as neighbours in q and in p show."""
     found = dict.fromkeys(PARTS, 0.0)
-    own = integrated(start, furthest)
     for name in ("q0", "p0"):
         value = getattr(start, name)
         moved = BESIDE * np.abs(value).max()
         beside = integrated(replace(start, **{name: value + moved}), furthest)
         for part in PARTS:
-            apart = float(np.abs(getattr(beside, part) - getattr(own, part)).max())
+            apart = float(np.abs(getattr(beside, part)[-1] - getattr(own, part)[-1]).max())
             found[part] += SAFETY * EPS / BESIDE * max(apart, moved if part == name[0] else 0.0)
     return found

@@ -68,14 +68,14 @@ class Definition:
     @cached_property
     def text(self) -> dict[str, Any]:
         """The mathematics in words of SymPy: what the hash is taken of."""
-        problem, settled = self.derivation.problem, self.parameters
+        problem = self.derivation.problem
         energy = {"H": str(problem.H)} if problem.H is not None else {"M": str(sp.Matrix(problem.M).tolist()), "U": str(problem.U)}
         return {
             "q": [str(x) for x in problem.q],
             "p": [str(x) for x in problem.p],
             **energy,
             "g": [str(each) for each in problem.g],
-            "parameters": {str(symbol): _decimal(value) for symbol, value in settled.items()},
+            "parameters": {name: repr(value) for name, value in self.scene.parameters.items()},
             "structure": dict(self.structure),
             "q0": [str(each) for each in problem.cases[self.scene.case].q],
             "p0": [str(each) for each in problem.cases[self.scene.case].p],
@@ -86,11 +86,6 @@ class Definition:
     def hash(self) -> str:
         """SHA-256 of the definition's text."""
         return hashlib.sha256(json.dumps(self.text, sort_keys=True).encode()).hexdigest()
-
-
-def _decimal(value: sp.Rational) -> str:
-    """Return a decimal fraction as it is written."""
-    return repr(float(value))
 
 
 def define(problem: str, case: str | None = None) -> Definition:

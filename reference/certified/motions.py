@@ -14,7 +14,7 @@ from daebench.reference.certified.index_reduced import own_coordinates
 from daebench.reference.certified.local import Local
 from daebench.reference.certified.multiprecision import Functions
 from daebench.reference.certified.stages import Rows
-from daebench.reference.certified.taylor import integrated
+from daebench.reference.certified.taylor import Equations, integrated
 
 Array = NDArray[np.float64]
 
@@ -62,6 +62,11 @@ class Motions:
         self.definition, self.times, self.keep = definition, times, keep
         self.functions = Functions(definition)
 
+    @cached_property
+    def equations(self) -> Equations:
+        """The index-reduced equation, which the motion and all its neighbours share."""
+        return own_coordinates(self.definition)
+
     def closed_form(self, digits: int) -> States:
         """Return the problem's closed form, worked out with so many digits."""
 
@@ -81,7 +86,7 @@ class Motions:
         def make() -> Rows:
             start = [x for part in self.definition.start_numbers() for x in part]
             moved = start if shift is None else [x + y for x, y in zip(start, shift, strict=True)]
-            return integrated(own_coordinates(self.definition), moved, self.times, **options)
+            return integrated(self.equations, moved, self.times, **options)
 
         return self._states(self.keep(stage, make))
 

@@ -22,8 +22,8 @@ from daebench.reference.certified.verification import Check, at_most
 from daebench.scene import Scene
 
 METHOD = "rattle/kahan_li8"
-"""Order 8 on the constrained system itself, for every H; it needs no multiplier formula, and a third of the compile time of lobatto5,
-which has the same order and gives the same digits."""
+"""Order 8 on the constrained system itself, for every H; it needs no multiplier formula, and half the compile time of lobatto5 or less,
+which has the same order and gives much the same digits."""
 
 COARSEST, FINEST = 8, 512
 """Steps from output to output of the first run, and of the last one that is tried."""
