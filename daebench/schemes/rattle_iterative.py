@@ -23,6 +23,7 @@ from daebench.kernels.hole import (
     dot_moduli,
     g,
     mul_T,
+    norm,
     rows,
     scale,
     scale_m,
@@ -57,8 +58,11 @@ MEMBERS = {
 
 
 def bounds(X: Matrix, x: Vector) -> Multiplier:
-    """Return the tolerance times sum_i |X_ki x_i|: what a relative change of x by it makes of constraint k; never below rounding."""
-    return tuple(max(DATA[0], 4.0 * EPS) * dot_moduli(X[k], x) for k in range(CONSTRAINTS))
+    """Return the tolerance times sum_i |X_ki x_i|: what a relative change of x by it makes of constraint k; never below rounding.
+
+    The rounding of a constraint between what is zero, as between two axes of a body at rest, is that of what is not.
+    """
+    return tuple(max(DATA[0] * dot_moduli(X[k], x), 4.0 * EPS * norm(X[k]) * norm(x)) for k in range(CONSTRAINTS))
 
 
 def improve_positions(x: tuple[Vector, Multiplier], data: tuple[Vector, Matrix, Multiplier]) -> Any:
