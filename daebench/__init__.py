@@ -9,13 +9,16 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from daebench.api import methods, problems, run, scene_of
+    from daebench.api import methods, problems, run, scene_of, setting_of
     from daebench.claims_check import check
     from daebench.comparison import compare
     from daebench.errors import BadInput, DaebenchError, InconsistentStart, RunFailed
     from daebench.order_study import order
+    from daebench.poisson_lattice import PoissonLattice
+    from daebench.poisson_system import DarbouxMap, Lift, Part, PoissonCase, PoissonSystem
     from daebench.problem import Case, Chart, ConstrainedHamiltonian, KineticFlow
-    from daebench.trajectory import Trajectory
+    from daebench.submanifold import as_poisson, symplectic_projection
+    from daebench.trajectory import PoissonTrajectory, Trajectory
 
 __all__ = [
     "BadInput",
@@ -23,10 +26,18 @@ __all__ = [
     "Chart",
     "ConstrainedHamiltonian",
     "DaebenchError",
+    "DarbouxMap",
     "InconsistentStart",
     "KineticFlow",
+    "Lift",
+    "Part",
+    "PoissonCase",
+    "PoissonLattice",
+    "PoissonSystem",
+    "PoissonTrajectory",
     "RunFailed",
     "Trajectory",
+    "as_poisson",
     "check",
     "compare",
     "methods",
@@ -34,16 +45,21 @@ __all__ = [
     "problems",
     "run",
     "scene_of",
+    "setting_of",
+    "symplectic_projection",
 ]
 
 _HOME = {
-    **dict.fromkeys(("methods", "run", "scene_of"), "api"),
+    **dict.fromkeys(("methods", "run", "scene_of", "setting_of"), "api"),
     **dict.fromkeys(("BadInput", "DaebenchError", "InconsistentStart", "RunFailed"), "errors"),
     **dict.fromkeys(("Case", "Chart", "ConstrainedHamiltonian", "KineticFlow"), "problem"),
+    **dict.fromkeys(("DarbouxMap", "Lift", "Part", "PoissonCase", "PoissonSystem"), "poisson_system"),
+    **dict.fromkeys(("PoissonTrajectory", "Trajectory"), "trajectory"),
+    **dict.fromkeys(("as_poisson", "symplectic_projection"), "submanifold"),
+    "PoissonLattice": "poisson_lattice",
     "check": "claims_check",
     "compare": "comparison",
     "order": "order_study",
-    "Trajectory": "trajectory",
 }
 
 

@@ -101,6 +101,13 @@ class Values:
             "transpose": matrix("transpose(X)", lambda i, j: f"X[{j}][{i}]", d, d),
             "product": matrix("product(X, Y)", lambda i, j: _sum([f"X[{i}][{k}] * Y[{k}][{j}]" for k in d]), d, d),
             "product_T": matrix("product_T(X, Y)", lambda i, j: _sum([f"X[{a}][{i}] * Y[{a}][{j}]" for a in m]), d, d),
+            "first_half": lambda: function("first_half(y)", "return " + pack(f"y[{a}]" for a in m)),
+            "second_half": lambda: function("second_half(y)", "return " + pack(f"y[{self.m + a}]" for a in m)),
+            "joined": lambda: function(
+                "joined(u, v, y)",
+                "return " + pack([f"{half}[{a}]" for half in "uv" for a in m] + [f"y[{i}]" for i in range(2 * self.m, self.d)]),
+            ),
+            "identity_minus": matrix("identity_minus(w, X)", lambda a, b: f"{'1.0 ' * (a == b)}- w * X[{a}][{b}]", m, m),
             "solve": lambda: solver("solve", self.m, ()),
             "solve_d": lambda: solver("solve_d", self.d, ()),
             "solve_dm": lambda: solver("solve_dm", self.d, m),

@@ -1,20 +1,72 @@
 """The same things from Python as from the command line: run and compare."""
 
-from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from collections.abc import Callable, Mapping, Sequence
+from typing import TYPE_CHECKING, Any, TypeVar, overload
 
-from daebench.catalogue import find_scene
+from daebench import poisson_names
+from daebench.catalogue import find_setting
 from daebench.errors import BadInput, unknown
 from daebench.inputs import positive, real, whole
-from daebench.method import Method, Progress, Request
-from daebench.names import parse
-from daebench.scene import Scene
-from daebench.trajectory import WATCH, Trajectory
+from daebench.kinds import kind_of, knob_value, method_of
+from daebench.method import Progress, Request
+from daebench.names import listed
+from daebench.scene import PoissonScene, Scene, constrained
+from daebench.trajectory import CONSTRAINED, POISSON, PoissonTrajectory, Trajectory
 
 if TYPE_CHECKING:
     import pandas as pd
 
+    from daebench.poisson_system import PoissonSystem
     from daebench.problem import ConstrainedHamiltonian
+
+T = TypeVar("T")
+
+
+def setting_of(
+    problem: "str | ConstrainedHamiltonian | PoissonSystem",
+    case: str | None = None,
+    parameters: Mapping[str, float] | None = None,
+    *,
+    p0: Sequence[float] | None = None,
+    q0: Sequence[float] | None = None,
+    y0: Sequence[float] | None = None,
+    project: bool = False,
+) -> Scene | PoissonScene:
+    """Return a problem of any kind, by name or as a definition, with the numbers of a case; consistent, or else an error.
+
+    Raises
+    ------
+    BadInput
+        If a name or value is not what it must be.
+    InconsistentStart
+        If the initial values are off the manifold and are not to be projected.
+    """
+    setting = _setting(problem, case, parameters, p0=p0, q0=q0, y0=y0)
+    if isinstance(setting, PoissonScene):
+        if project:
+            raise BadInput(f"{setting.problem} is a Poisson system, which has no manifold to project onto; leave out project.")
+        return setting
+    from daebench.diagnostics.consistency import projected, require_consistent
+
+    if project:
+        return projected(setting)[0]
+    require_consistent(setting)
+    return setting
+
+
+def _setting(
+    problem: "str | ConstrainedHamiltonian | PoissonSystem",
+    case: str | None,
+    parameters: Mapping[str, float] | None,
+    **start: Sequence[float] | None,
+) -> Scene | PoissonScene:
+    if isinstance(problem, str):
+        return find_setting(problem, case, parameters, **start)
+    if not hasattr(problem, "fingerprint"):
+        raise BadInput(f"a problem is a name, a ConstrainedHamiltonian or a PoissonSystem, not {problem!r}.")
+    from daebench.scene import make_setting, source_of
+
+    return make_setting(source_of(problem), case if case is not None else next(iter(problem.cases), ""), parameters, **start)
 
 
 def scene_of(
@@ -26,43 +78,28 @@ def scene_of(
     q0: Sequence[float] | None = None,
     project: bool = False,
 ) -> Scene:
-    """Return a problem, by name or as a definition, with the numbers of a case; consistent, or else an error.
-
-    Raises
-    ------
-    BadInput
-        If a name or value is not what it must be.
-    InconsistentStart
-        If the initial values are off the manifold and are not to be projected.
-    """
-    from daebench.diagnostics.consistency import projected, require_consistent
-
-    if isinstance(problem, str):
-        scene = find_scene(problem, case, parameters, p0=p0, q0=q0)
-    elif not hasattr(problem, "fingerprint"):
-        raise BadInput(f"a problem is a name or a ConstrainedHamiltonian, not {problem!r}.")
-    else:
-        from daebench.scene import make_scene, source_of
-
-        name = case if case is not None else next(iter(problem.cases), "")
-        scene = make_scene(source_of(problem), name, parameters, p0=p0, q0=q0)
-    if project:
-        return projected(scene)[0]
-    require_consistent(scene)
-    return scene
+    """Return a constrained problem with the numbers of a case, see :func:`setting_of`; it refuses Poisson systems."""
+    return constrained(setting_of(problem, case, parameters, p0=p0, q0=q0, project=project))
 
 
-def run(problem: "str | ConstrainedHamiltonian", *, method: str, **settings: Any) -> Trajectory:
-    """Return the trajectory of one method on one problem.
+@overload
+def run(problem: "ConstrainedHamiltonian", *, method: str, **settings: Any) -> Trajectory: ...
+@overload
+def run(problem: "PoissonSystem", *, method: str, **settings: Any) -> PoissonTrajectory: ...
+@overload
+def run(problem: str, *, method: str, **settings: Any) -> Any: ...
+def run(problem: "str | ConstrainedHamiltonian | PoissonSystem", *, method: str, **settings: Any) -> Trajectory | PoissonTrajectory:
+    """Return the trajectory of one method on one problem: with states q and p, or y on a Poisson system.
 
-    Takes what :func:`prepare` takes, and raises what it raises. A run that stops early is no error: see :attr:`Trajectory.failure`.
+    Takes what :func:`prepare` takes, and raises what it raises. A run that stops early is no error: see :attr:`Outcome.failure`.
     """
     chosen, scene, request = prepare(problem, method=method, **settings)
-    return chosen.solve(scene, request)
+    found: Trajectory | PoissonTrajectory = chosen.solve(scene, request)
+    return found
 
 
 def prepare(
-    problem: "str | ConstrainedHamiltonian",
+    problem: "str | ConstrainedHamiltonian | PoissonSystem",
     *,
     case: str | None = None,
     method: str,
@@ -76,21 +113,23 @@ def prepare(
     options: Mapping[str, float] | None = None,
     p0: Sequence[float] | None = None,
     q0: Sequence[float] | None = None,
-    watch: Sequence[str] = ("energy", "manifold"),
+    y0: Sequence[float] | None = None,
+    watch: Sequence[str] | None = None,
     project: bool = False,
     precision: str = "float64",
     multipliers: bool = False,
     raw: bool = False,
     compensated: bool = False,
+    anyway: bool = False,
     count: bool = True,
     seconds_limit: float | None = None,
     progress: Progress | None = None,
-) -> tuple[Method, Scene, Request]:
-    """Return a method, a consistent scene and a request, all checked: what a run needs.
+) -> tuple[Any, Scene | PoissonScene, Request]:
+    """Return a method of the problem's kind, a consistent scene and a request, all checked: what a run needs.
 
     Parameters
     ----------
-    problem : str or ConstrainedHamiltonian
+    problem : str, ConstrainedHamiltonian or PoissonSystem
         Name in the catalogue, or a definition.
     case : str, optional
         Named initial values; by default the problem's first.
@@ -107,11 +146,14 @@ def prepare(
     parameters, options : mapping of str to float, optional
         Values of the problem's parameters, and free numbers of the method.
     p0, q0 : sequence of float, shape(d,), optional
-        Initial values in place of the case's.
-    watch : sequence of str
-        Any of "energy", "manifold", "integrals".
+        Initial values of a constrained problem in place of the case's.
+    y0 : sequence of float, shape(n,), optional
+        Initial state of a Poisson system in place of the case's.
+    watch : sequence of str, optional
+        Any of "energy", "manifold" (of a constrained problem), "casimirs" (of a Poisson system), "integrals"; by default all but
+        "integrals".
     project : bool
-        Whether initial values are first projected onto the manifold.
+        Whether initial values are first projected onto the manifold, of a constrained problem.
     precision : str
         "float64" or "float32".
     multipliers : bool
@@ -120,6 +162,8 @@ def prepare(
         Whether the raw multipliers of every step of a fixed-step scheme are kept, see :attr:`Trajectory.raw`.
     compensated : bool
         Whether a fixed-step method compensates its sums over steps for rounding, HLW VIII.5.
+    anyway : bool
+        Whether a scheme may be run on a Poisson system that is not of the class for which it is a Poisson integrator.
     count : bool
         Whether work is counted.
     seconds_limit : float, optional
@@ -132,53 +176,47 @@ def prepare(
     BadInput
         If the request cannot be met.
     """
-    chosen = parse(method, options, compensated=compensated)
-    value = real(chosen.knob, knob_value(chosen, h=h, tol=tol))
-    watch = [watch] if isinstance(watch, str) else list(watch)
-    for name in watch:
-        if name not in WATCH:
-            raise unknown("quantity to watch", name, WATCH)
-    steps, every, points = (
-        None if number is None else whole(name, number) for name, number in (("steps", steps), ("every", every), ("points", points))
-    )
     if precision not in ("float64", "float32"):
         raise BadInput(f"unknown precision {precision!r}; it is float64 or float32.")
-    scene = scene_of(problem, case, parameters, p0=p0, q0=q0, project=project)
+    scene = setting_of(problem, case, parameters, p0=p0, q0=q0, y0=y0, project=project)
+    chosen = method_of(scene, method, options, compensated=compensated, anyway=anyway)
     request = Request(
-        value=value,
-        t_end=None if t_end is None else real("t_end", t_end),
-        steps=steps,
-        every=every,
-        points=points,
-        watch=tuple(watch),
+        value=real(chosen.knob, knob_value(chosen, h=h, tol=tol)),
+        t_end=_given(real, "t_end", t_end),
+        steps=_given(whole, "steps", steps),
+        every=_given(whole, "every", every),
+        points=_given(whole, "points", points),
+        watch=_watched(scene, watch),
         count=count,
         precision=precision,
         multipliers=multipliers,
         raw=raw,
         progress=progress,
-        seconds_limit=None if seconds_limit is None else positive("seconds_limit", seconds_limit),
+        seconds_limit=_given(positive, "seconds_limit", seconds_limit),
     )
     chosen.check(scene, request)
     return chosen, scene, request
 
 
-def knob_value(method: Method, *, h: float | None, tol: float | None) -> float:
-    """Return the value of a method's knob.
+def _given(checked: Callable[[str, Any], T], name: str, value: Any) -> T | None:
+    return None if value is None else checked(name, value)
 
-    Raises
-    ------
-    BadInput
-        If it is missing, or the other one is given.
-    """
-    own, other = (h, tol) if method.knob == "h" else (tol, h)
-    if own is None or other is not None:
-        wanted, unwanted = ("a step size h", "a tolerance") if method.knob == "h" else ("a tolerance tol", "a step size")
-        raise BadInput(f"{method.name} is steered by {wanted}; {'give one' if own is None else f'leave out {unwanted}'}.")
-    return own
+
+def _watched(scene: Scene | PoissonScene, watch: Sequence[str] | None) -> tuple[str, ...] | None:
+    if watch is None:
+        return None
+    own, other = (POISSON, CONSTRAINED) if isinstance(scene, PoissonScene) else (CONSTRAINED, POISSON)
+    wanted = [watch] if isinstance(watch, str) else list(watch)
+    for name in wanted:
+        if name in other and name not in own:
+            raise BadInput(f"{name} cannot be watched on {scene.problem}, which is {kind_of(scene)}; watch any of {', '.join(own)}.")
+        if name not in own:
+            raise unknown("quantity to watch", name, own)
+    return tuple(wanted)
 
 
 def problems() -> "pd.DataFrame":
-    """Return all problems, one a row: name, summary, parameters, cases."""
+    """Return all problems, one a row: name, kind, summary, parameters, cases."""
     import pandas as pd
 
     from daebench import catalogue
@@ -186,6 +224,7 @@ def problems() -> "pd.DataFrame":
     rows = [
         {
             "problem": name,
+            "kind": each.kind,
             "summary": each.summary,
             "parameters": {**each.parameters, **each.structure},
             "cases": list(each.source({}).sheet.CASES),
@@ -196,14 +235,16 @@ def problems() -> "pd.DataFrame":
 
 
 def methods() -> "pd.DataFrame":
-    """Return all methods, one a row: name, knob, system, and for schemes their claims."""
+    """Return all methods, one a row: name, kind of problem, knob, system, and for schemes their claims."""
     from dataclasses import asdict
 
     import pandas as pd
 
-    from daebench.members import members
-    from daebench.names import listed
+    from daebench.members import members, poisson_members
 
-    own = members()
-    rows = [asdict(each) | (asdict(own[each.name][1].claims) if each.name in own else {}) for each in listed()]
+    own, poisson = members(), poisson_members()
+    rows = [{"kind": "constrained", **asdict(each)} | (asdict(own[each.name][1].claims) if each.name in own else {}) for each in listed()]
+    for name in poisson_names.listed():
+        about = {"kind": "poisson", "name": name, "knob": poisson_names.parse(name).knob, "system": "poisson", "options": {}}
+        rows.append(about | (asdict(poisson[name]) if name in poisson else {}))
     return pd.DataFrame(rows).rename(columns={"name": "method"}).convert_dtypes()

@@ -14,8 +14,23 @@ from pathlib import Path
 
 from daebench.errors import DaebenchError
 
-GENERATORS: tuple[str, ...] = ("algebra", "cache", "codegen", "derive", "derive_local", "elimination", "equations", "fixed_step")
-GENERATORS += ("kinetic_flows", "link", "pose", "problem", "residuals", "scene", "sheet", "solvers", "syntax", "unroll", "watch")
+GENERATORS: tuple[str, ...] = ("algebra", "cache", "circles", "codegen", "derive", "derive_local", "elimination", "equations", "fixed_step")
+GENERATORS += (
+    "kinetic_flows",
+    "lattice_algebra",
+    "lattice_derivation",
+    "lattice_sheet",
+    "lattice_watch",
+    "link",
+    "poisson_lattice",
+    "poisson_derivation",
+    "poisson_sheet",
+    "poisson_step",
+    "poisson_system",
+    "poisson_watch",
+    "pose",
+)
+GENERATORS += ("problem", "residuals", "scene", "sheet", "solvers", "syntax", "unroll", "watch")
 """The modules that decide what generated source says; kernels and schemes do too."""
 
 
@@ -43,7 +58,7 @@ def toolchain() -> str:
     package = Path(__file__).parent
     files = [package / f"{name}.py" for name in GENERATORS]
     digest = hashlib.sha256()
-    for file in [*files, *sorted((package / "kernels").glob("*.py")), *sorted((package / "schemes").glob("*.py"))]:
+    for file in [*files, *sorted((package / "kernels").glob("*.py")), *sorted((package / "schemes").rglob("*.py"))]:
         digest.update(file.read_bytes())
     return f"{digest.hexdigest()} sympy {version('sympy')} python {sys.version_info[:2]}"
 

@@ -14,8 +14,9 @@ from daebench.inputs import real
 from daebench.members import members
 
 if TYPE_CHECKING:
+    from daebench.poisson_system import PoissonSystem
     from daebench.problem import ConstrainedHamiltonian
-    from daebench.scene import Scene, Source
+    from daebench.scene import PoissonScene, Scene, Source
 
 PACKAGE = Path(__file__).parent
 
@@ -36,6 +37,8 @@ class Problem:
         Structural parameters and their defaults: the arguments annotated int. Another value is another definition.
     digest : str
         Content hash of the file and of all files beside it, which it may import.
+    kind : str
+        "constrained" or "poisson": what ``problem`` is annotated to return.
     """
 
     name: str
@@ -43,8 +46,9 @@ class Problem:
     parameters: Mapping[str, float]
     structure: Mapping[str, int]
     digest: str
+    kind: str
 
-    def define(self, **structure: int) -> "ConstrainedHamiltonian":
+    def define(self, **structure: int) -> "ConstrainedHamiltonian | PoissonSystem":
         """Return the definition; this imports SymPy."""
         definition = importlib.import_module(f"daebench.problems.{self.name}").problem(**structure)
         return definition  # type: ignore[no-any-return]
@@ -61,10 +65,15 @@ def _files(folder: str) -> list[Path]:
     return sorted(path for path in (PACKAGE / folder).glob("*.py") if not path.stem.startswith("_"))
 
 
+KINDS = {"ConstrainedHamiltonian": "constrained", "PoissonSystem": "poisson", "PoissonLattice": "poisson"}
+"""Kinds of problems by the name of their record."""
+
+
 @cache
-def problems() -> Mapping[str, Problem]:
-    """Return all problems by name."""
-    return {path.stem: _read(path) for path in _files("problems")}
+def problems(kind: str | None = None) -> Mapping[str, Problem]:
+    """Return all problems by name, or those of a kind, "constrained" or "poisson"."""
+    found = {path.stem: _read(path) for path in _files("problems")}
+    return {name: each for name, each in found.items() if kind in (None, each.kind)}
 
 
 @cache
@@ -94,7 +103,9 @@ def _read(path: Path) -> Problem:
     constructors = [node for node in tree.body if isinstance(node, ast.FunctionDef) and node.name == "problem"]
     if not constructors:
         raise BadInput(f"{path.name} defines no function problem(*, ...); a problem file needs one that returns its definition.")
-    arguments = constructors[0].args
+    arguments, record = constructors[0].args, KINDS.get(ast.unparse(constructors[0].returns or ast.Constant(None)))
+    if record is None:
+        raise BadInput(f"problem() in {path.name} must be annotated to return one of {', '.join(KINDS)}.")
     found: dict[str, dict[str, float]] = {"float": {}, "int": {}}
     for argument, default in zip(arguments.kwonlyargs, arguments.kw_defaults, strict=True):
         kind = argument.annotation.id if isinstance(argument.annotation, ast.Name) else ""
@@ -104,7 +115,7 @@ def _read(path: Path) -> Problem:
     others = [other.read_text(encoding="utf-8") for other in sorted(path.parent.rglob("*.py")) if other != path]
     digest = hashlib.sha256("".join([text, *others]).encode()).hexdigest()
     structure = {name: int(value) for name, value in found["int"].items()}
-    return Problem(path.stem, _summary(tree), found["float"], structure, digest)
+    return Problem(path.stem, _summary(tree), found["float"], structure, digest, record)
 
 
 def find_problem(name: str) -> Problem:
@@ -129,14 +140,23 @@ def find_scene(
     p0: Sequence[float] | None = None,
     q0: Sequence[float] | None = None,
 ) -> "Scene":
-    """Return the scene of a problem's case, by default its first, with parameters of either kind replaced where given.
+    """Return the scene of a constrained problem's case, see :func:`find_setting`; it refuses Poisson systems."""
+    from daebench.scene import constrained
+
+    return constrained(find_setting(problem, case, parameters, p0=p0, q0=q0))
+
+
+def find_setting(
+    problem: str, case: str | None = None, parameters: Mapping[str, float] | None = None, **start: Sequence[float] | None
+) -> "Scene | PoissonScene":
+    """Return a problem of any kind with the numbers of a case, by default its first, and parameters and start replaced where given.
 
     Raises
     ------
     BadInput
         If a name is unknown or a value is not what it must be.
     """
-    from daebench.scene import make_scene
+    from daebench.scene import make_setting
 
     found = find_problem(problem)
     given = dict(parameters or {})
@@ -147,7 +167,7 @@ def find_scene(
     declared = {name: int(value) for name, value in own.items() if name in found.structure and name not in structure}
     if declared:
         source = found.source(structure | declared)
-    return make_scene(source, case, given, p0=p0, q0=q0)
+    return make_setting(source, case, given, **start)
 
 
 def _whole(name: str, value: float) -> int:

@@ -57,6 +57,43 @@ class Claims:
         return self.keeps_g and self.keeps_Gv
 
 
+CLASSES = {
+    "split": "any B, where parts of H have known flows",
+    "constant": "constant B",
+    "product": "B(u, v) with one diagonal block of products of linear functions of u_k and of v_k, and H = K(u) + L(v)",
+}
+"""The classes of structure matrices that schemes are Poisson integrators for, HLW Def. 4.6."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class PoissonClaims:
+    """The claims of a scheme for Poisson systems.
+
+    Parameters
+    ----------
+    order : int
+        Order of convergence.
+    symmetric : bool
+        Whether Phi_{-h} o Phi_h is the identity.
+    poisson : str
+        The class of structure matrices, of :data:`CLASSES`, for which it is a Poisson integrator, HLW Def. 4.6: a Poisson map that keeps
+        the Casimir functions; "" if for none.
+    source : str
+        Where it is defined, with the equation number.
+    keeps : str
+        First integrals that it keeps whatever B is: "linear", "quadratic", or "" for none.
+    halves : bool
+        Whether it treats two halves of the state differently.
+    """
+
+    order: int
+    symmetric: bool
+    poisson: str
+    source: str
+    keeps: str = ""
+    halves: bool = False
+
+
 def on_form(claims: Claims, form: str) -> Claims:
     """Return the claims of a scheme on a form of the system: "" is (1.18), others are "local", "stiff" and "baumgarte"."""
     if form == "baumgarte":

@@ -98,6 +98,10 @@ class Bench:
         self.q = np.max(np.abs(run.q), axis=0)
         self.p = np.max(np.abs(run.p), axis=0) + self.quotient @ self.q
 
+    def findings(self) -> list[Finding]:
+        """Return all findings but that on the order."""
+        return [self.symmetric(), self.symplectic(), *self.poisson(), *self.constraints(), self.energy(), *self.integrals()]
+
     def bound(self, n: int, size: float) -> float:
         """Return what n steps may amount to by rounding alone."""
         return ROUNDINGS * EPS * n * size

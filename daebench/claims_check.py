@@ -1,6 +1,7 @@
 """The claims of a fixed-step method held against what is measured on one scene, one finding a claim.
 
-What is claimed to hold exactly is measured to be zero but for rounding; the bounds on that are those of ``claims_bench``.
+What is claimed to hold exactly is measured to be zero but for rounding; the bounds on that are those of ``claims_bench``, and of
+``poisson_claims_bench`` for Poisson systems.
 """
 
 from collections.abc import Callable, Mapping
@@ -9,26 +10,28 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from daebench.api import scene_of
+from daebench.api import setting_of
 from daebench.claims_bench import FALLS_SHORT, NOT_APPLICABLE, OK, UNDETERMINED, Bench, Finding
 from daebench.diagnostics.order import SLACK
 from daebench.errors import RunFailed
-from daebench.fixed_step import FixedStep, accepted
-from daebench.method import Method, Request
-from daebench.names import parse
+from daebench.fixed_step import FixedStep
+from daebench.kinds import method_of
+from daebench.measurable import PoissonScheme, measured, order_of, reach_of
+from daebench.method import Method, PoissonMethod, Request
 from daebench.order_series import Series
 from daebench.order_study import study
-from daebench.scene import Scene
-from daebench.trajectory import WATCH
-from daebench.truth import reach
+from daebench.poisson_claims_bench import PoissonBench
+from daebench.scene import PoissonScene, Scene
+from daebench.trajectory import CONSTRAINED, POISSON
 
 if TYPE_CHECKING:
     import pandas as pd
 
+    from daebench.poisson_system import PoissonSystem
     from daebench.problem import ConstrainedHamiltonian
 
 STEPS = 200
-"""Steps of the run along which constraints, energy and integrals are watched, where none are given."""
+"""Steps of the run along which what is kept is watched, where none are given."""
 
 MOST_STATES = 1000
 """States of the run that sizes are taken from, about."""
@@ -41,7 +44,7 @@ Progress = Callable[[float, str], None]
 
 
 def check(
-    problem: "str | ConstrainedHamiltonian",
+    problem: "str | ConstrainedHamiltonian | PoissonSystem",
     *,
     method: str,
     case: str | None = None,
@@ -49,20 +52,23 @@ def check(
     steps: int = STEPS,
     parameters: Mapping[str, float] | None = None,
     options: Mapping[str, float] | None = None,
+    anyway: bool = False,
 ) -> "pd.DataFrame":
     """Return one row for each claim of a method on a problem, its columns the fields of :class:`Finding`.
 
-    Takes what :func:`check_claims` takes besides a scene, and raises what it raises.
+    Takes what :func:`check_claims` takes besides a scene, and raises what it raises. ``anyway`` lets a scheme run on a Poisson system
+    for which it is no Poisson integrator.
     """
     import pandas as pd
 
-    scene = scene_of(problem, case, parameters)
-    return pd.DataFrame([asdict(each) for each in check_claims(scene, parse(method, options), h=h, steps=steps)])
+    scene = setting_of(problem, case, parameters)
+    chosen = method_of(scene, method, options, anyway=anyway)
+    return pd.DataFrame([asdict(each) for each in check_claims(scene, chosen, h=h, steps=steps)])
 
 
 def check_claims(
-    scene: Scene,
-    method: Method,
+    scene: Scene | PoissonScene,
+    method: Method | PoissonMethod,
     *,
     h: float | None = None,
     steps: int = STEPS,
@@ -73,14 +79,14 @@ def check_claims(
 
     Parameters
     ----------
-    scene : Scene
+    scene : Scene or PoissonScene
         A problem with consistent initial values.
-    method : Method
+    method : Method or PoissonMethod
         A fixed-step method.
     h : float, optional
         Step size, s, of all but the order, which has step sizes of its own; by default :func:`default_step`.
     steps : int
-        Steps of the run along which constraints, energy and integrals are watched; the defects are those of at most 10 steps.
+        Steps of the run along which what is kept is watched; the defects are those of at most 10 steps.
     halvings : int, optional
         As for :func:`daebench.order_study.study`.
     progress : callable, optional
@@ -90,7 +96,8 @@ def check_claims(
     -------
     list of Finding
         Order, symmetry, symplecticity, in the problem's chart too where it declares one, both constraints, energy, and each first
-        integral that the problem declares.
+        integral that the problem declares; of a Poisson system order, symmetry, whether it is a Poisson map, energy, each Casimir
+        function and each first integral.
 
     Raises
     ------
@@ -100,38 +107,42 @@ def check_claims(
         If the run stops early at this step size.
     """
     told = progress or (lambda fraction, label: None)
-    fixed = accepted(method, scene, NO_CLAIMS)
+    fixed = measured(method, scene, NO_CLAIMS)
     value = default_step(scene) if h is None else h
-    request = Request(value=value, steps=steps, every=max(1, steps // MOST_STATES), watch=WATCH)
+    request = Request(
+        value=value, steps=steps, every=max(1, steps // MOST_STATES), watch=POISSON if isinstance(scene, PoissonScene) else CONSTRAINED
+    )
     fixed.check(scene, request)
     told(0.0, f"{fixed.name} on {scene.problem}, {steps} steps")
     run = fixed.solve(scene, request)
     if run.interrupted:
         raise KeyboardInterrupt
     told(0.2, f"{fixed.name} on {scene.problem}, defects")
-    bench = Bench(scene, fixed, run.complete())
-    exact = [bench.symmetric(), bench.symplectic(), *bench.poisson(), *bench.constraints(), bench.energy(), *bench.integrals()]
+    bench: PoissonBench | Bench
+    bench = PoissonBench(scene, fixed, run.complete()) if isinstance(scene, PoissonScene) else Bench(scene, fixed, run.complete())
+    exact = bench.findings()
     return [_order(scene, fixed, halvings, lambda fraction, label: told(0.4 + 0.6 * fraction, f"order of {label}")), *exact]
 
 
-def default_step(scene: Scene) -> float:
+def default_step(scene: Scene | PoissonScene) -> float:
     """Return the step size where none is given, 1, 2 or 5 times a power of ten.
 
     It is the largest such up to a sixteenth of the mean of the first 64 steps of DOP853 at 1e-13, and up to 1 s.
     """
-    most = min(reach(scene, 64) / 64 / 16, 1.0)
+    most = min(reach_of(scene, 64) / 64 / 16, 1.0)
     power = 10.0 ** np.floor(np.log10(most))
     return float(next((digit * power for digit in (5, 2) if digit * power <= most), power))
 
 
-def _order(scene: Scene, method: FixedStep, halvings: int | None, began: Progress) -> Finding:
-    """Return the finding on the order of q and p: that of the worse of the two; one that is round-off throughout counts for nothing."""
-    claimed, missing = method.claims.order, float("nan")
-    if method.form == "stiff":
+def _order(scene: Scene | PoissonScene, method: FixedStep | PoissonScheme, halvings: int | None, began: Progress) -> Finding:
+    """Return the finding on the order of q and p, or y: that of the worse one; one that is round-off throughout counts for nothing."""
+    claimed, missing = order_of(method), float("nan")
+    if isinstance(method, FixedStep) and method.form == "stiff":
         note = "it is that of the penalised system, whose motion differs from the constrained one by eps^2 whatever h is."
         return Finding("order", claimed, missing, missing, NOT_APPLICABLE, note=note)
     try:
-        series = [each for each in study(scene, [method], halvings=halvings, began=began).series if each.component in ("q", "p")]
+        studied = study(scene, [method], halvings=halvings, began=began).series
+        series = [each for each in studied if each.component in ("q", "p", "y")]
     except RunFailed as error:
         return Finding("order", claimed, missing, claimed - SLACK, UNDETERMINED, note=str(error))
     found = [each for each in series if np.isfinite(each.fit.slope)]

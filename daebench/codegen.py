@@ -3,10 +3,14 @@
 from collections.abc import Iterable, Mapping, Sequence
 
 import sympy as sp
+from sympy.codegen.cfunctions import expm1, log1p
 from sympy.printing.codeprinter import PrintMethodNotImplementedError
 from sympy.printing.numpy import NumPyPrinter
 
 from daebench.errors import InvalidProblem
+
+ARCTAN2 = "from daebench.local_flow import arctan2\n\n\n"
+"""Put before the way into coordinates that may have an angle, for NumPy's own does not take complex numbers."""
 
 
 class _Printer(NumPyPrinter):  # type: ignore[misc]
@@ -45,6 +49,19 @@ def _private(argument: str, i: int, symbol: sp.Symbol) -> sp.Symbol:
     return sp.Symbol(f"{argument}_{i}", **{key: value for key, value in symbol.assumptions0.items() if value is not None})
 
 
+def _near_one(expression: sp.Expr) -> sp.Expr:
+    """Return an expression with log(1 + x) and exp(x) - 1 as functions of their own, which lose no digits where x is small."""
+
+    def near(each: sp.Expr) -> sp.Expr:
+        if each.func is sp.log:
+            return log1p(each.args[0] - 1)
+        powers = [term for term in each.args if term.func is sp.exp]
+        return each - powers[0] + 1 + expm1(powers[0].args[0])
+
+    logarithms = expression.replace(lambda each: each.func is sp.log and each.args[0].is_Add and sp.S.One in each.args[0].args, near)
+    return logarithms.replace(lambda each: each.is_Add and sp.S.NegativeOne in each.args and any(t.func is sp.exp for t in each.args), near)
+
+
 def pack(items: Iterable[str]) -> str:
     """Return the source of a tuple of these items."""
     inner = ", ".join(items)
@@ -63,6 +80,29 @@ def shaped(items: Sequence[str], shape: tuple[int, ...]) -> str:
     if len(shape) == 1:
         return pack(items)
     return pack(pack(items[row * shape[1] : (row + 1) * shape[1]]) for row in range(shape[0]))
+
+
+def assignments(targets: Sequence[str], values: Sequence[sp.Expr], names: Mapping[sp.Symbol, str]) -> list[str]:
+    """Return lines that set each target to a value, common subexpressions shared.
+
+    Parameters
+    ----------
+    targets : sequence of str
+        Sources of what is set.
+    values : sequence of Expr
+        What it is set to.
+    names : mapping of Symbol to str
+        Source of each symbol.
+    """
+    private = {symbol: sp.Symbol(f"s_{i}", **symbol.assumptions0) for i, symbol in enumerate(names)}
+    shared, reduced = sp.cse(
+        [_near_one(sp.sympify(value).xreplace(private)) for value in values], symbols=sp.numbered_symbols("t_"), list=True
+    )
+    used = set().union(*(each.free_symbols for each in [*reduced, *(each for _, each in shared)]))
+    printer = _Printer()
+    lines = [f"{private[symbol]} = {source}" for symbol, source in names.items() if private[symbol] in used]
+    lines += [f"{symbol} = {printer.doprint(each)}" for symbol, each in shared]
+    return lines + [f"{target} = {printer.doprint(each)}" for target, each in zip(targets, reduced, strict=True)]
 
 
 def expressions(
@@ -94,7 +134,7 @@ def expressions(
     """
     private = {s: _private(argument, i, s) for argument, symbols in arguments.items() for i, s in enumerate(symbols)}
     private |= {s: _private("par", i, s) for i, s in enumerate(parameters)}
-    expressions_ = [sp.sympify(value).xreplace(private) for value in values]
+    expressions_ = [_near_one(sp.sympify(value).xreplace(private)) for value in values]
     if any(expression.has(sp.Piecewise, sp.Min, sp.Max, sp.floor, sp.ceiling) for expression in expressions_):
         raise InvalidProblem(f"{name} has cases, a minimum, a maximum or a floor in it; H and g must be twice differentiable.")
     shared, reduced = sp.cse(expressions_, symbols=sp.numbered_symbols("t_"), list=True)

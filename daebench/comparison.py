@@ -6,15 +6,15 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pandas as pd
 
-from daebench.api import knob_value, scene_of
+from daebench.api import setting_of
 from daebench.diagnostics.energy import energy_drift
-from daebench.diagnostics.integrals import energy_error
-from daebench.method import Method, Request
-from daebench.names import several
-from daebench.scene import Scene
-from daebench.trajectory import Trajectory
+from daebench.kinds import knob_value, methods_of
+from daebench.method import Request
+from daebench.scene import PoissonScene, Scene
+from daebench.trajectory import CONSTRAINED, POISSON, Array, PoissonTrajectory, Trajectory
 
 if TYPE_CHECKING:
+    from daebench.poisson_system import PoissonSystem
     from daebench.problem import ConstrainedHamiltonian
 
 TOLERANCE = 1e-8
@@ -25,7 +25,7 @@ MOST_STATES = 20000
 
 
 def compare(
-    problem: "str | ConstrainedHamiltonian",
+    problem: "str | ConstrainedHamiltonian | PoissonSystem",
     *,
     methods: Sequence[str],
     h: float | None = None,
@@ -35,12 +35,13 @@ def compare(
     parameters: Mapping[str, float] | None = None,
     options: Mapping[str, float] | None = None,
     project: bool = False,
+    anyway: bool = False,
 ) -> pd.DataFrame:
-    """Return one row a method: drift of energy and from the manifold, work and time, on one scene.
+    """Return one row a method: drift of energy and of what else is conserved, work and time, on one scene.
 
     Parameters
     ----------
-    problem : str or ConstrainedHamiltonian
+    problem : str, ConstrainedHamiltonian or PoissonSystem
         Name in the catalogue, or a definition.
     methods : sequence of str
         Names in the grammar of :mod:`daebench.names`.
@@ -57,7 +58,9 @@ def compare(
     options : mapping of str to float, optional
         Free numbers of the methods; each goes to those that have it.
     project : bool
-        Whether initial values are first projected onto the manifold.
+        Whether initial values are first projected onto the manifold, of a constrained problem.
+    anyway : bool
+        Whether schemes may be run on a Poisson system that is not of the class for which they are Poisson integrators.
 
     Returns
     -------
@@ -69,20 +72,20 @@ def compare(
     BadInput
         If the request cannot be met.
     """
-    scene = scene_of(problem, case, parameters, project=project)
-    runs = trajectories(scene, several(methods, options), h=h, tol=tol, t_end=t_end)
+    scene = setting_of(problem, case, parameters, project=project)
+    runs = trajectories(scene, methods_of(scene, methods, options, anyway=anyway), h=h, tol=tol, t_end=t_end)
     return pd.DataFrame([row(scene, trajectory) for trajectory in runs])
 
 
 def trajectories(
-    scene: Scene,
-    methods: Sequence[Method],
+    scene: Scene | PoissonScene,
+    methods: Sequence[Any],
     *,
     h: float | None,
     tol: float = TOLERANCE,
     t_end: float,
     began: Callable[[str], None] | None = None,
-) -> list[Trajectory]:
+) -> list[Any]:
     """Return one trajectory a method, in order; all requests are checked before the first run, and an interruption ends all.
 
     Raises
@@ -92,48 +95,54 @@ def trajectories(
     """
     for method in methods:
         knob_value(method, h=h if method.knob == "h" else None, tol=tol if method.knob == "tol" else None)
-        method.check(scene, _request(method, h, tol, t_end))
-    found = []
+        method.check(scene, _request(scene, method, h, tol, t_end))
+    found: list[Any] = []
     for method in methods:
         if began:
             began(method.name)
-        found.append(method.solve(scene, _request(method, h, tol, t_end)))
+        found.append(method.solve(scene, _request(scene, method, h, tol, t_end)))
         if found[-1].interrupted:
             break
     return found
 
 
-def _request(method: Method, h: float | None, tol: float, t_end: float) -> Request:
-    watch = ("energy", "manifold", "integrals")
+def _request(scene: Scene | PoissonScene, method: Any, h: float | None, tol: float, t_end: float) -> Request:
+    watch = POISSON if isinstance(scene, PoissonScene) else CONSTRAINED
     if method.knob == "tol" or h is None:
         return Request(value=tol, t_end=t_end, watch=watch)
     every = max(1, int(t_end / h / MOST_STATES)) if h > 0 and np.isfinite(t_end / h) else 1
     return Request(value=h, t_end=t_end, every=every, watch=watch)
 
 
-def row(scene: Scene, trajectory: Trajectory) -> dict[str, Any]:
+def row(scene: Scene | PoissonScene, trajectory: Trajectory | PoissonTrajectory) -> dict[str, Any]:
     """Return what a comparison says of one run, by column.
 
-    ``energy_error`` is the largest modulus, ``slope`` and ``growth`` are those of :func:`energy_drift`, ``g``, ``Gv`` and the first
-    integrals are maxima, ``seconds`` is CPU time of stepping and ``us_per_step`` the same for one step, in microseconds.
+    ``energy_error`` is the largest modulus, ``slope`` and ``growth`` are those of :func:`energy_drift`, ``g`` and ``Gv``, or the Casimir
+    functions, and the first integrals are maxima, ``seconds`` is CPU time of stepping and ``us_per_step`` the same for one step, in
+    microseconds.
     """
-    resolution = float(np.finfo(float).eps * max(1.0, abs(float(scene.value("H", scene.p0, scene.q0)))))
-    drift = energy_drift(trajectory.t, energy_error(scene, trajectory), resolution=resolution)
-    own = {name: value for name, value in trajectory.maxima.items() if name not in ("energy", "g", "Gv")}
+    resolution = float(np.finfo(float).eps * max(1.0, abs(float(scene.value("H", *scene.start)))))
+    drift = energy_drift(trajectory.t, error_along(scene, trajectory, "H"), resolution=resolution)
+    maxima = dict(trajectory.maxima)
     return {
         "method": trajectory.method,
         trajectory.knob: trajectory.value,
         "steps": trajectory.steps,
         "t_reached": float(trajectory.t[-1]),
-        "energy_error": trajectory.maxima["energy"],
+        "energy_error": maxima.pop("energy"),
         "slope": drift.slope,
         "growth": drift.growth,
         "kind": drift.kind,
-        "g": trajectory.maxima["g"],
-        "Gv": trajectory.maxima["Gv"],
-        **own,
+        **maxima,
         "seconds": trajectory.seconds,
         "us_per_step": 1e6 * trajectory.seconds / trajectory.steps if trajectory.steps else float("nan"),
         **{f"n_{kind}": count for kind, count in trajectory.work.items()},
         "failure": trajectory.failure,
     }
+
+
+def error_along(scene: Scene | PoissonScene, trajectory: Trajectory | PoissonTrajectory, name: str) -> Array:
+    """Return how far a conserved quantity, "H" or the "casimirs" or "integrals" in columns, is from its start at the outputs."""
+    states = (trajectory.y,) if isinstance(trajectory, PoissonTrajectory) else (trajectory.p, trajectory.q)
+    values = np.asarray(scene.along(name, *states), dtype=float)
+    return np.asarray(values - values[0], dtype=float)

@@ -1,4 +1,4 @@
-"""The picture of a comparison: energy error and distance from the constraints against time, a curve a method."""
+"""The picture of a comparison: energy error and what the structure keeps, constraints or Casimir functions, against time."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -7,24 +7,33 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from daebench.diagnostics.integrals import energy_error
+from daebench.comparison import error_along
 from daebench.figures import STROKES, drawing, grid_of_axes, save, save_table
-from daebench.scene import Scene
-from daebench.trajectory import Array, Trajectory
+from daebench.scene import PoissonScene, Scene
+from daebench.trajectory import Array, PoissonTrajectory, Trajectory
 
 MOST_POINTS = 2000
 """Points of a curve, about; more cannot be seen."""
 
+LABELS = {
+    "energy_error": "|energy error|",
+    "g": "|g(q)|",
+    "Gv": "|G H_p|",
+    "casimir_error": "|Casimir error|",
+    "integral_error": "|integral error|",
+}
+"""What is drawn, a panel each, of what a run has."""
 
-def write(out: Path, scene: Scene, runs: Sequence[Trajectory], table: pd.DataFrame) -> list[Path]:
+
+def write(out: Path, scene: Scene | PoissonScene, runs: Sequence[Trajectory | PoissonTrajectory], table: pd.DataFrame) -> list[Path]:
     """Write comparison.csv and the figure with its data to a folder; return the paths of table and figure."""
     save_table(out / "comparison.csv", table)
     curves = pd.concat([_curves(scene, run) for run in runs], ignore_index=True)
     with drawing():
-        figure, axes = grid_of_axes(3, 1, 7.0, sharex=True)
-        panels = (("energy_error", "|energy error|"), ("g", "|g(q)|"), ("Gv", "|G H_p|"))
-        for axis, (column, label) in zip(axes[:, 0], panels, strict=True):
-            _panel(axis, curves, column, label)
+        panels = [column for column in LABELS if column in curves.columns]
+        figure, axes = grid_of_axes(len(panels), 1, 1.0 + 2.0 * len(panels), sharex=True)
+        for axis, column in zip(axes[:, 0], panels, strict=True):
+            _panel(axis, curves, column, LABELS[column])
         axes[0, 0].set_title(f"{scene.problem}, case {scene.case}")
         axes[-1, 0].set_xlabel("time t")
         handles, labels = axes[0, 0].get_legend_handles_labels()
@@ -33,20 +42,21 @@ def write(out: Path, scene: Scene, runs: Sequence[Trajectory], table: pd.DataFra
     return [out / "comparison.csv", path]
 
 
-def _curves(scene: Scene, run: Trajectory) -> pd.DataFrame:
+def _curves(scene: Scene | PoissonScene, run: Trajectory | PoissonTrajectory) -> pd.DataFrame:
     """Return what is drawn of one run, thinned by keeping the largest error of each group of neighbours."""
-
-    def largest(rows: Array) -> Array:
-        return np.abs(rows).max(axis=1) if rows.ndim == 2 else np.abs(rows)
-
-    errors = {
-        "energy_error": largest(energy_error(scene, run)),
-        "g": largest(scene.along("g", run.q)),
-        "Gv": largest(scene.along("Gv", run.p, run.q)),
-    }
+    errors = {name: np.abs(rows).max(axis=1) if rows.ndim == 2 else np.abs(rows) for name, rows in _errors(scene, run).items()}
     starts = np.unique(np.linspace(0, len(run.t) - 1, MOST_POINTS).astype(int))
     thinned = {name: np.maximum.reduceat(values, starts) for name, values in errors.items()}
     return pd.DataFrame({"method": run.method, "t": run.t[starts], **thinned})
+
+
+def _errors(scene: Scene | PoissonScene, run: Trajectory | PoissonTrajectory) -> dict[str, Array]:
+    """Return the errors along a run by column, those of several functions side by side."""
+    energy = {"energy_error": error_along(scene, run, "H")}
+    if isinstance(run, Trajectory):
+        return energy | {"g": scene.along("g", run.q), "Gv": scene.along("Gv", run.p, run.q)}
+    casimirs = {"casimir_error": error_along(scene, run, "casimirs")} if scene.sheet.CASIMIRS else {}
+    return energy | casimirs | ({"integral_error": error_along(scene, run, "integrals")} if scene.integrals else {})
 
 
 def _panel(axis: Any, curves: pd.DataFrame, column: str, label: str) -> None:

@@ -1,12 +1,15 @@
 """Everything that follows from a definition, derived when first asked for and then kept."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import cached_property
 
 import sympy as sp
 
 from daebench import codegen
+from daebench.algebra import Values
 from daebench.problem import ConstrainedHamiltonian
+from daebench.trajectory import WORK
+from daebench.watch import Watch
 
 Arguments = dict[str, Sequence[sp.Symbol]]
 Rule = tuple[Arguments, Sequence[sp.Expr], tuple[int, ...]]
@@ -19,6 +22,15 @@ class Derivation:
     expressions. Otherwise M(q) is solved with numerically and only M, U, g and their derivatives are expressions;
     H_p, H_q and the like are then composed of them in ``kernels/mechanical.py``.
     """
+
+    states = "constrained"
+    """Name of the file in ``kernels/`` that says what a state is."""
+
+    work = WORK
+    """Kinds of work that are counted."""
+
+    costs: Mapping[str, list[int]] = {}
+    """Work of functions that count for what their name does not say."""
 
     def __init__(self, problem: ConstrainedHamiltonian) -> None:
         self.problem = problem
@@ -161,6 +173,23 @@ class Derivation:
         flow = self.problem.kinetic_flow
         assert flow is not None
         return [end - start for end, start in zip([*flow.p, *flow.q], [*self.p, *self.q], strict=True)]
+
+    @cached_property
+    def constants(self) -> dict[str, bool | int]:
+        """Constants of ``kernels/hole.py`` that the problem settles."""
+        return {"SEPARABLE": self.separable, "QUADRATIC": self.quadratic, "CONSTRAINTS": self.m}
+
+    def algebra(self, stages: int, dtype: str) -> Values:
+        """Return the algebra of its vectors, for a scheme with so many stages and a number type."""
+        return Values(self.d, self.m, self.structure, self.inverse_mass, stages=stages, dtype=dtype)
+
+    def watch(self, names: Sequence[str], kinds: int, raw: int) -> Watch:
+        """Return what the loop does beside stepping, see :class:`daebench.watch.Watch`."""
+        return Watch(self.d, self.m, len(self.problem.integrals), names, kinds, raw)
+
+    def needs(self, name: str) -> Sequence[str]:
+        """Return the names of the problem's other functions that this one calls: none."""
+        return ()
 
     def source(self, name: str) -> str | None:
         """Return the source of the problem's function of this name, or None if it is no expression of this problem."""

@@ -1,15 +1,14 @@
 """What follows from a definition in local coordinates y = (eta, xi) of its manifold, HLW VII.2.3."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import cached_property
 
 import sympy as sp
 
 from daebench import codegen
+from daebench.circles import shortened
 from daebench.derive import Arguments, Derivation, Rule
-
-ARCTAN2 = "from daebench.local_flow import arctan2\n\n\n"
-"""Put before the way into the chart, for NumPy's own does not take complex numbers."""
+from daebench.watch import Watch
 
 
 class LocalDerivation(Derivation):
@@ -65,6 +64,10 @@ class LocalDerivation(Derivation):
         """Velocity constraint G H_p, shape(m,)."""
         return self.G * sp.Matrix([self.H]).jacobian(self.p).T
 
+    def watch(self, names: Sequence[str], kinds: int, raw: int) -> Watch:
+        """Return what the loop does beside stepping, for states in the problem's own coordinates."""
+        return Watch(self.own.d, self.m, len(self.problem.integrals), names, kinds, raw)
+
     @cached_property
     def K_y(self) -> sp.Matrix:
         """Gradient of K(y) = H(chi(y)), shape(2 (d - m),)."""
@@ -76,7 +79,7 @@ class LocalDerivation(Derivation):
         """X^T J X with X = chi'(y), the inverse of B(y) of (2.21)."""
         p_y, q_y = (sp.Matrix(list(part)).jacobian(self.y) for part in (self.chart.p, self.chart.q))
         half = p_y.T * q_y
-        upper = sp.Matrix(*half.shape, lambda i, j: sp.simplify(half[i, j] - half[j, i]) if i < j else 0)
+        upper = sp.Matrix(*half.shape, lambda i, j: shortened(half[i, j] - half[j, i]) if i < j else 0)
         return upper - upper.T
 
     def source(self, name: str) -> str | None:
@@ -86,7 +89,7 @@ class LocalDerivation(Derivation):
             return None
         arguments, values, shape = rule()
         text = codegen.expressions(name, arguments, list(values), shape, self.parameters)
-        return ARCTAN2 + text if name == "inverse_chart" else text
+        return codegen.ARCTAN2 + text if name == "inverse_chart" else text
 
     @cached_property
     def _rules(self) -> dict[str, Callable[[], Rule]]:

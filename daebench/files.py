@@ -2,14 +2,14 @@
 
 import itertools
 import os
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 
 import numpy as np
 
 from daebench.errors import BadInput
-from daebench.trajectory import Array, Trajectory
+from daebench.trajectory import Array, PoissonTrajectory, Trajectory
 
 _COUNTER = itertools.count()
 
@@ -84,34 +84,34 @@ def make_folder(path: Path) -> None:
         raise BadInput(f"--out {path}: cannot write to that folder ({error.strerror}); choose another place.") from error
 
 
-def columns(trajectory: Trajectory) -> dict[str, Array]:
-    """Return a trajectory's columns by name: t, q1, ..., p1, ..., and lam1, ... where it has multipliers."""
+AnyTrajectory = Trajectory | PoissonTrajectory
+
+
+def columns(trajectory: AnyTrajectory) -> dict[str, Array]:
+    """Return a trajectory's columns by name: t, then q1, ..., p1, ..., and lam1, ... where it has multipliers, or y1, ..."""
     found = {"t": trajectory.t}
-    for name, rows in (("q", trajectory.q), ("p", trajectory.p), ("lam", trajectory.lam)):
-        if rows is not None:
-            found |= {f"{name}{i + 1}": rows[:, i] for i in range(rows.shape[1])}
+    for name, rows in trajectory.states.items():
+        found |= {f"{name}{i + 1}": rows[:, i] for i in range(rows.shape[1])}
     return found
 
 
-def _csv(path: Path, trajectory: Trajectory) -> None:
+def _csv(path: Path, trajectory: AnyTrajectory) -> None:
     found = columns(trajectory)
     np.savetxt(path, np.column_stack(list(found.values())), fmt="%.17g", delimiter=",", header=",".join(found), comments="")
 
 
-def _npz(path: Path, trajectory: Trajectory) -> None:
-    arrays = {"t": trajectory.t, "q": trajectory.q, "p": trajectory.p}
-    if trajectory.lam is not None:
-        arrays["lam"] = trajectory.lam
-    for name, (t, values) in trajectory.raw.items():
+def _npz(path: Path, trajectory: AnyTrajectory) -> None:
+    arrays = {"t": trajectory.t, **trajectory.states}
+    for name, (t, values) in _raw(trajectory).items():
         arrays |= {f"raw_{name}": values, f"raw_{name}_t": t}
     with path.open("wb") as file:  # a name would be given the ending .npz where it ends in .NPZ
         np.savez_compressed(file, **arrays)  # type: ignore[arg-type]
 
 
-WRITERS: dict[str, Callable[[Path, Trajectory], None]] = {".csv": _csv, ".npz": _npz}
+WRITERS: dict[str, Callable[[Path, AnyTrajectory], None]] = {".csv": _csv, ".npz": _npz}
 
 
-def write_trajectory(path: Path, trajectory: Trajectory) -> list[Path]:
+def write_trajectory(path: Path, trajectory: AnyTrajectory) -> list[Path]:
     """Write a trajectory to FILE.csv (decimal digits that survive the round trip) or FILE.npz; return what was written.
 
     Raw multipliers belong to times of their own: they go beside FILE.csv as FILE.raw.csv, one multiplier of one step a row, or into
@@ -119,17 +119,22 @@ def write_trajectory(path: Path, trajectory: Trajectory) -> list[Path]:
     """
     with atomic(path) as scratch:
         WRITERS[path.suffix.lower()](scratch, trajectory)
-    if not trajectory.raw or path.suffix.lower() != ".csv":
+    raw = _raw(trajectory)
+    if not raw or path.suffix.lower() != ".csv":
         return [path]
     beside = path.with_suffix(".raw.csv")
     with atomic(beside) as scratch:
-        _raw_csv(scratch, trajectory)
+        _raw_csv(scratch, raw)
     return [path, beside]
 
 
-def _raw_csv(path: Path, trajectory: Trajectory) -> None:
-    m = max(values.shape[1] for _, values in trajectory.raw.values())
+def _raw(trajectory: AnyTrajectory) -> Mapping[str, tuple[Array, Array]]:
+    return trajectory.raw if isinstance(trajectory, Trajectory) else {}
+
+
+def _raw_csv(path: Path, raw: Mapping[str, tuple[Array, Array]]) -> None:
+    m = max(values.shape[1] for _, values in raw.values())
     with path.open("w", encoding="ascii") as file:
         file.write(",".join(["multiplier", "t", *(f"lam{i + 1}" for i in range(m))]) + "\n")
-        for name, (t, values) in trajectory.raw.items():
+        for name, (t, values) in raw.items():
             file.writelines(f"{name},{','.join(f'{x:.17g}' for x in row)}\n" for row in np.column_stack([t, values]))

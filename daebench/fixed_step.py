@@ -22,7 +22,7 @@ from daebench.method import Method, Request
 from daebench.scene import Scene
 from daebench.stages import Stages
 from daebench.stepping import Linked, Run
-from daebench.trajectory import Array, Trajectory
+from daebench.trajectory import CONSTRAINED, WORK, Array, Trajectory
 
 PROJECTIONS = {
     "proj": "orthogonal projection onto the manifold after each step",
@@ -197,16 +197,25 @@ class FixedStep:
 
             linker = Linker(scene.source.form(self.form), Options(**structure), f"daebench.schemes.{self.file}")
             memory = linker.constants["MULTISTEP"] or self.compensated
-            roots = [("daebench.kernels.loop", name) for name in ("integrate", "begin", "first") if name != "begin" or memory]
+            roots = [("daebench.kernels.loop", "integrate"), ("daebench.kernels.loop", "first")]
+            roots += [("daebench.kernels.constrained", "begin")] if memory else []
             return linker.module(f"{self.name} on {scene.problem}, {precision}.", roots, cached)
 
         stem = f"{scene.problem}_{self.form}_{self.file}{self.member.stages}_{precision}"
         return generated(stem, f"{scene.source.key} {self.file} {sorted(structure.items())}", build)
 
     def _linked(self, scene: Scene, kernel: types.ModuleType) -> Linked:
-        par, stages = (*scene.par, *self.data), Stages(self.member.multipliers())
         enter, leave = self._form.enter(scene), self._form.leave(scene)
-        return Linked(self.name, kernel, par, self.weights, self.compiled, stages, enter, leave)
+        return Linked(
+            self.name,
+            kernel,
+            (*scene.par, *self.data),
+            self.weights,
+            self.compiled,
+            enter=lambda start: enter(*start),
+            leave=lambda x: np.concatenate(leave(*x)),
+            work=WORK,
+        )
 
     def solve(self, scene: Scene, request: Request) -> Trajectory:
         """Return the trajectory; where the scheme stops early, what was computed so far and why.
@@ -218,8 +227,22 @@ class FixedStep:
         """
         began = time.perf_counter()
         grid = self._grid(scene, request)
-        kernel = self.kernel(scene, request.precision, request.watched, count=request.count, raw=request.raw)
-        return Run(self._linked(scene, kernel), scene, request, grid, began).trajectory()
+        watched = request.watched(CONSTRAINED)
+        kernel = self.kernel(scene, request.precision, watched, count=request.count, raw=request.raw)
+        stages, names = Stages(self.member.multipliers()), _watched_names(watched, scene)
+        raw = len(stages.nodes) * scene.m if request.raw else 0
+        run = Run(self._linked(scene, kernel), scene, request, grid, names=names, raw=raw, began=began)
+        outcome = run.outcome()
+        t, rows = run.states()
+        p, q = rows[:, : scene.d].copy(), rows[:, scene.d :].copy()
+        return Trajectory(
+            **outcome,
+            t=t,
+            q=q,
+            p=p,
+            lam=scene.along("lam", p, q) if request.multipliers else None,
+            raw=stages.multipliers(run.multipliers(), grid.h, scene.m) if request.raw else {},
+        )
 
     def check(self, scene: Scene, request: Request) -> None:
         """Accept a request that can be met; raise :class:`BadInput` otherwise."""
@@ -228,7 +251,7 @@ class FixedStep:
     def _grid(self, scene: Scene, request: Request) -> Grid:
         if refusal := self.refusal(scene):
             raise BadInput(refusal)
-        grid = Grid.fixed_step(self.name, request, scene.d)
+        grid = Grid.fixed_step(self.name, request, scene.size)
         if request.raw and (self.composition or not self.member.multipliers()):
             why = "those of a composition belong to its substeps" if self.composition else "it computes none"
             raise BadInput(f"{self.name} has no raw multipliers to give: {why}; ask for lam(p, q) instead.")
@@ -243,20 +266,19 @@ class FixedStep:
         """
         kernel = self.kernel(scene, "complex128", (), count=False)
         linked = self._linked(scene, kernel)
-        empty = np.empty((0, scene.d), dtype=complex)
+        empty = np.empty((0, 2 * scene.d), dtype=complex)
 
         def phi(p: Sequence[complex], q: Sequence[complex]) -> tuple[Sequence[complex], Sequence[complex]]:
-            state = linked.enter([np.complex128(x) for x in p], [np.complex128(x) for x in q])
-            p, q = (tuple(np.complex128(x) for x in part) for part in state)
+            state = linked.enter(([np.complex128(x) for x in p], [np.complex128(x) for x in q]))
+            x = tuple(tuple(np.complex128(number) for number in part) for part in state)
             with np.errstate(all="ignore"):
-                memory, report = kernel.begin(p, q, h, linked.par) if hasattr(kernel, "begin") else ((), (0,))
+                memory, report = kernel.begin(x, h, linked.par) if hasattr(kernel, "begin") else ((), (0,))
                 if report[0]:
                     raise RunFailed(linked.failure(scene, h, 0, steps, 0, report))
-                outputs = (empty, empty, empty)
-                result = kernel.integrate(p, q, memory, (), (), np.inf, h, self.weights, steps, -1, 0, *outputs, linked.par)
+                result = kernel.integrate(x, memory, (), (), np.inf, h, self.weights, steps, -1, 0, empty, empty, linked.par)
             if result[-1][0]:
-                raise RunFailed(linked.failure(scene, h, result[5], steps, result[-2], result[-1]))
-            return linked.leave(result[0], result[1])
+                raise RunFailed(linked.failure(scene, h, result[4], steps, result[-2], result[-1]))
+            return self._form.leave(scene)(*result[0])
 
         return phi
 
@@ -274,6 +296,11 @@ def accepted(method: Method, scene: Scene, why: str) -> FixedStep:
     if refusal := method.refusal(scene):
         raise BadInput(refusal)
     return method
+
+
+def _watched_names(watch: Sequence[str], scene: Scene) -> list[str]:
+    names = {"energy": ["energy"], "manifold": ["g", "Gv"], "integrals": list(scene.integrals)}
+    return [name for each in watch for name in names[each]]
 
 
 def takes_forms() -> list[str]:

@@ -38,7 +38,7 @@ class Grid:
         return self.steps // self.every if self.every else 0
 
     @classmethod
-    def fixed_step(cls, name: str, request: Request, d: int) -> Self:
+    def fixed_step(cls, name: str, request: Request, size: int) -> Self:
         """Return the grid that a request asks of a fixed-step method.
 
         Raises
@@ -62,7 +62,7 @@ class Grid:
         if not 0 <= every <= MOST_STEPS:
             raise BadInput(f"every = {_short(every)} must be a number of steps up to 2^53, or 0 to keep the end alone.")
         grid = cls(h, steps, every)
-        _require_memory(grid, d)
+        _require_memory(grid, size)
         return grid
 
 
@@ -72,9 +72,9 @@ def _whole_steps(t_end: float, h: float) -> int:
     return math.floor(ratio + max(1e-9, 4 * EPS * ratio)) if math.isfinite(ratio) else MOST_STEPS + 1
 
 
-def _require_memory(grid: Grid, d: int) -> None:
+def _require_memory(grid: Grid, size: int) -> None:
     """Refuse a grid whose states, copied once for output, do not fit into the memory that is free."""
-    need = 2 * 8 * (2 * d + 1) * grid.rows
+    need = 2 * 8 * (size + 1) * grid.rows
     free = _free_memory()
     if need > free:
         every = math.ceil(grid.every * need / free) if free else 0

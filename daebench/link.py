@@ -12,16 +12,12 @@ from functools import cache
 from pathlib import Path
 
 from daebench import codegen
-from daebench.algebra import Values
 from daebench.derive import Derivation
 from daebench.errors import InvalidProblem
-from daebench.syntax import SourceFile, TypedLiterals, call, called, decorated, gathered, parameters_of
-from daebench.trajectory import WORK
+from daebench.syntax import HOLE, SourceFile, TypedLiterals, call, called, decorated, gathered, parameters_of
 from daebench.unroll import Unroller
-from daebench.watch import Watch
 
 PACKAGE = Path(__file__).parent
-HOLE = "daebench.kernels.hole"
 _WORK = {name: name for name in ("H_p", "H_q", "g", "G")}
 _WORK |= dict.fromkeys(("H_pp", "H_qp", "H_qq", "Gv_p", "Gv_q", "curvature", "a_p"), "second")
 _WORK |= dict.fromkeys(("solve", "solve_d", "solve_dm", "solve_dd", "solve_2m"), "solve")
@@ -96,22 +92,19 @@ class Linker:
 
     def __init__(self, derivation: Derivation, options: Options, scheme: str | None = None) -> None:
         self.derivation, self.options, self.scheme = derivation, options, scheme
-        sparsity = (derivation.structure, derivation.inverse_mass)
-        self.algebra = Values(derivation.d, derivation.m, *sparsity, stages=options.stages, dtype=options.precision)
-        self.constants: dict[str, bool | int] = {
-            "SEPARABLE": derivation.separable,
-            "QUADRATIC": derivation.quadratic,
+        self.algebra = derivation.algebra(options.stages, options.precision)
+        self.kinds = derivation.work
+        self.constants: dict[str, bool | int] = derivation.constants | {
             "MULTISTEP": False,
             "COMPOSED": options.composed,
             "COMPENSATED": options.compensated,
             "PROJECTED": options.projection == "proj",
-            "LOCAL": options.form == "local",
+            "LOCAL": options.form in ("local", "darboux"),
             "STIFF": options.form == "stiff",
             "STAGES": options.stages,
-            "CONSTRAINTS": derivation.m,
             "AGAIN": 2 if options.precision == "complex128" else 1,
         }
-        self.watch = Watch(derivation, options.watch, len(WORK) if options.count else 0, options.raw)
+        self.watch = derivation.watch(options.watch, len(self.kinds) if options.count else 0, options.raw)
         self.files: dict[str, SourceFile] = {}
         if scheme:
             self.constants["MULTISTEP"] = "start" in self.file(scheme).functions
@@ -144,13 +137,13 @@ class Linker:
     def _emitted(module: str, name: str) -> str:
         """Return the name that a file's function has in the generated module."""
         own = module.rsplit(".", 1)[1]
-        return name if own in ("loop", "composed", "mechanical") else f"{own}_{name}"
+        return name if own in ("loop", "constrained", "poisson", "composed", "mechanical") else f"{own}_{name}"
 
     def function(self, module: str, name: str, bound: Mapping[str, str]) -> str:
         """Emit the function of this name in this file, with these functions in place of its callable parameters; return its name."""
         emitted = self._emitted(module, name) + "".join(f"__{function}" for function in bound.values())
         if emitted not in self.emitted and emitted not in self.work:
-            self.work[emitted] = [0] * len(WORK)
+            self.work[emitted] = [0] * len(self.kinds)
             specialise = _Specialise(self, self.file(module), bound)
             self.emitted[emitted] = ast.unparse(specialise.linked(self.file(module).functions[name], emitted))
             self.work[emitted] = specialise.work
@@ -163,7 +156,7 @@ class Linker:
         if found := self._filled(name):
             return self.function(found, "step" if name == "plain_step" else name, {})
         if name not in self.emitted:
-            for needed in self.watch.needs(name):
+            for needed in (*self.watch.needs(name), *self.derivation.needs(name)):
                 self.resolve(HOLE, needed)
             source = self.derivation.source(name) or self.algebra.source(name) or self.watch.source(name)
             if source is None:
@@ -173,6 +166,8 @@ class Linker:
 
     def _filled(self, name: str) -> str | None:
         """Return the file whose function stands in this hole, where it is one of the scheme, of what is around it, or of the form."""
+        if name in ("one", "begin", "finish", "seen", "moduli"):
+            return f"daebench.kernels.{self.derivation.states}"
         if name == "f":
             return f"daebench.kernels.{self.options.form or 'reduced'}"
         if name == "step" and self.options.projection == "symproj":
@@ -194,16 +189,18 @@ class Linker:
 
     def work_of(self, emitted: str, name: str) -> list[int]:
         """Return what one call of this function counts for, Newton's sweeps apart."""
+        if name in self.derivation.costs:
+            return self.derivation.costs[name]
         if name in _UNCOUNTED:
-            return [0] * len(WORK)
+            return [0] * len(self.kinds)
         if name in _WORK:
-            return [int(kind == _WORK[name]) for kind in WORK]
-        return self.work.get(emitted, [0] * len(WORK))
+            return [int(kind == _WORK[name]) for kind in self.kinds]
+        return self.work.get(emitted, [0] * len(self.kinds))
 
     def tally(self, improve: str) -> str:
         """Emit the function that turns a number of sweeps of ``improve`` into work; return its name."""
         emitted = f"tally__{improve}"
-        sweep = [n + (kind == "newton") for n, kind in zip(self.work[improve], WORK, strict=True)]
+        sweep = [n + (kind == "newton") for n, kind in zip(self.work[improve], self.kinds, strict=True)]
         result = codegen.pack(f"{n} * sweeps" for n in sweep) if self.options.count else "()"
         self.emitted[emitted] = codegen.function(f"{emitted}(sweeps)", f"return {result}")
         return emitted
@@ -215,7 +212,7 @@ class _Specialise(Unroller):
     def __init__(self, linker: Linker, file: SourceFile, bound: Mapping[str, str]) -> None:
         super().__init__(file.name)
         self.linker, self.file, self.bound = linker, file, bound
-        self.work = [0] * len(WORK)
+        self.work = [0] * len(linker.kinds)
         self.branches = 0
 
     def linked(self, node: ast.FunctionDef, emitted: str) -> ast.FunctionDef:

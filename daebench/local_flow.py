@@ -36,7 +36,8 @@ def functions(scene: Scene) -> types.ModuleType:
         raise BadInput(f"{scene.problem} declares no chart of its manifold; add one to its definition.")
 
     def build(cached: bool) -> str:
-        from daebench.link import HOLE, Linker, Options
+        from daebench.link import Linker, Options
+        from daebench.syntax import HOLE
 
         linker = Linker(scene.source.form("local"), Options(compiled=False, form="local"))
         roots = [(HOLE, name) for name in ("chart", "inverse_chart", "two_form")]

@@ -5,7 +5,7 @@ from collections.abc import Mapping
 from functools import cache
 from pathlib import Path
 
-from daebench.claims import Member
+from daebench.claims import Member, PoissonClaims
 
 FOLDER = Path(__file__).parent / "schemes"
 
@@ -24,3 +24,10 @@ def members() -> Mapping[str, tuple[str, Member]]:
         own = getattr(module, "MEMBERS", None) or {path.stem: Member(claims=module.CLAIMS)}
         found |= {name: (path.stem, member) for name, member in own.items()}
     return found
+
+
+@cache
+def poisson_members() -> Mapping[str, PoissonClaims]:
+    """Return the claims of the schemes for Poisson systems by name, each that of a file."""
+    names = sorted(path.stem for path in (FOLDER / "poisson").glob("*.py") if not path.stem.startswith("_"))
+    return {name: importlib.import_module(f"daebench.schemes.poisson.{name}").CLAIMS for name in names}

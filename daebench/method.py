@@ -1,11 +1,11 @@
 """What a method is: a name, one knob, and a way from a scene to a trajectory."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from typing import Protocol
 
-from daebench.scene import Scene
-from daebench.trajectory import WATCH, Trajectory
+from daebench.scene import PoissonScene, Scene, Setting
+from daebench.trajectory import PoissonTrajectory, Trajectory
 
 Progress = Callable[[float], None]
 """Called now and then with the fraction of the run that is done."""
@@ -44,8 +44,9 @@ class Request:
         A fixed-step method stores a state after every so many steps; 0 stores the end alone. The default is 1.
     points : int, optional
         A tolerance-driven method gives output at so many equidistant times, the start included. The default is 201.
-    watch : tuple of str
-        Any of "energy", "manifold", "integrals".
+    watch : tuple of str, optional
+        Any of "energy", "manifold" (of a constrained problem), "casimirs" (of a Poisson system), "integrals". The default is all that the
+        problem has, but for "integrals".
     count : bool
         Whether work is counted.
     precision : str
@@ -67,7 +68,7 @@ class Request:
     steps: int | None = None
     every: int | None = None
     points: int | None = None
-    watch: tuple[str, ...] = ("energy", "manifold")
+    watch: tuple[str, ...] | None = None
     count: bool = True
     precision: str = "float64"
     multipliers: bool = False
@@ -76,10 +77,9 @@ class Request:
     seconds_limit: float | None = None
     patience: Patience | None = None
 
-    @property
-    def watched(self) -> tuple[str, ...]:
-        """What is watched, in the order of :data:`daebench.trajectory.WATCH`."""
-        return tuple(name for name in WATCH if name in self.watch)
+    def watched(self, kinds: Sequence[str]) -> tuple[str, ...]:
+        """Return what is watched of the kinds that there are, in their order."""
+        return tuple(name for name in kinds if (name != "integrals" if self.watch is None else name in self.watch))
 
 
 class Method(Protocol):
@@ -106,4 +106,25 @@ class Method(Protocol):
         """
 
     def solve(self, scene: Scene, request: Request) -> Trajectory:
+        """Return the trajectory; where the run stops early, what was computed so far and why."""
+
+
+class PoissonMethod(Protocol):
+    """Anything that solves a Poisson system and is steered by one number; see :class:`Method`."""
+
+    @property
+    def name(self) -> str:
+        """Name in the grammar of methods."""
+
+    @property
+    def knob(self) -> str:
+        """What it is steered by: "h" or "tol"."""
+
+    def refusal(self, scene: Setting) -> str | None:
+        """Return why the method cannot be used on this problem, as a sentence, or None."""
+
+    def check(self, scene: PoissonScene, request: Request) -> None:
+        """Accept a request that can be met; raise :class:`BadInput` otherwise."""
+
+    def solve(self, scene: PoissonScene, request: Request) -> PoissonTrajectory:
         """Return the trajectory; where the run stops early, what was computed so far and why."""

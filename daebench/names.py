@@ -3,6 +3,7 @@
 ::
 
     method      = solver ":" variant | [ form ":" ] scheme [ "/" composition ] [ "+" projection ]
+    Poisson     = solver ":" variant | [ "darboux:" ] scheme [ "@" splitting ] [ "/" composition ] | "lifted:" method
     solver      = "ida" | "cvode" | "scipy"
     variant     = formulation [ ":" cure ] for ida, else the solver's own method on the index-reduced ODE
     cure        = "derivative" | "atol" | "none"      what keeps multipliers from spoiling IDA's error test
@@ -10,6 +11,9 @@
     scheme      = "rattle" | "lobatto3" | ...         any scheme in daebench/schemes
     composition = "suzuki4" | "kahan_li8" | ...       of a symmetric scheme of order 2
     projection  = "proj" | "symproj"                  after each step
+
+Methods for Poisson systems have names of their own: their schemes are those in daebench/schemes/poisson, and the same name stands for
+what the book calls so on either kind of system.
 """
 
 from collections.abc import Mapping, Sequence

@@ -8,7 +8,8 @@ from typing import Any
 import pandas as pd
 
 from daebench.diagnostics.order import OrderFit
-from daebench.scene import Scene
+from daebench.poisson_truth import PoissonTruth
+from daebench.scene import PoissonScene, Scene
 from daebench.truth import Truth
 
 
@@ -49,7 +50,7 @@ class Series:
     method : str
         Name of the method.
     component : str
-        "q", "p", "lam" or the name of a raw multiplier.
+        "q", "p", "lam" or the name of a raw multiplier; "y" of a Poisson system.
     claimed : int, optional
         The order that the method claims; a raw multiplier has none.
     points : tuple of Point
@@ -120,19 +121,19 @@ class OrderStudy:
 
     Parameters
     ----------
-    scene : Scene
+    scene : Scene or PoissonScene
         What was solved.
     t_end : float
         End time, s.
-    truth : Truth
+    truth : Truth or PoissonTruth
         The reference at the common times.
     series : tuple of Series
         One for each method and component.
     """
 
-    scene: Scene
+    scene: Scene | PoissonScene
     t_end: float
-    truth: Truth
+    truth: Truth | PoissonTruth
     series: tuple[Series, ...]
 
     def table(self) -> pd.DataFrame:

@@ -7,29 +7,34 @@ times inside of a step in the steps that begin at a common time, against the ref
 
 By default the step sizes depend on the order that is claimed, for a method of high order reaches round-off in a few halvings from
 T/8, while one of order 1 may show it at very small steps only. Methods of order 5 and more are given three step sizes between the
-halvings, at which raw multipliers are not measured. Refinement ends where q and p have not fallen any more for two step sizes, near
-round-off or below what the reference is good for, and after a run of more than a second.
+halvings, at which raw multipliers are not measured. Refinement ends where q and p - or y, of a Poisson system - have not fallen any more
+for two step sizes, near round-off or below what the reference is good for, and after a run of more than a second.
 """
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import pandas as pd
 
-from daebench.api import scene_of
+from daebench import poisson_names
+from daebench.api import setting_of
 from daebench.errors import BadInput
-from daebench.fixed_step import accepted
 from daebench.inputs import positive
-from daebench.method import Method
+from daebench.kinds import methods_of
+from daebench.measurable import measured, order_of, reach_of
+from daebench.method import Method, PoissonMethod
 from daebench.names import several
 from daebench.order_bench import Bench
 from daebench.order_ladder import COMMON, ladder
 from daebench.order_series import OrderStudy, Series
-from daebench.scene import Scene
-from daebench.truth import reach, truth
+from daebench.poisson_order_bench import PoissonBench
+from daebench.poisson_truth import PoissonTruth, poisson_truth
+from daebench.scene import PoissonScene, Scene
+from daebench.truth import Truth, truth
 
 if TYPE_CHECKING:
+    from daebench.poisson_system import PoissonSystem
     from daebench.problem import ConstrainedHamiltonian
 
 LONG, LONGEST = 256, 2.0**10
@@ -40,31 +45,35 @@ Began = Callable[[float, str], None]
 
 
 def order(
-    problem: "str | ConstrainedHamiltonian",
+    problem: "str | ConstrainedHamiltonian | PoissonSystem",
     *,
-    methods: Sequence[str | Method],
+    methods: Sequence[str | Method | PoissonMethod],
     case: str | None = None,
     t_end: float | None = None,
     h: float | None = None,
     halvings: int | None = None,
     parameters: Mapping[str, float] | None = None,
     options: Mapping[str, float] | None = None,
+    anyway: bool = False,
 ) -> pd.DataFrame:
     """Return one row for each method and component: claimed and measured order, and how many points were used.
 
-    Takes what :func:`study` takes besides a scene, and raises what it raises.
+    Takes what :func:`study` takes besides a scene, and raises what it raises. ``anyway`` lets schemes run on Poisson systems for which
+    they are no Poisson integrators.
 
     Returns
     -------
     DataFrame
         Columns method, component, claimed, order, order_error (its standard error), used, points, dropped, note.
     """
-    return study(scene_of(problem, case, parameters), several(methods, options), t_end=t_end, h=h, halvings=halvings).table()
+    scene = setting_of(problem, case, parameters)
+    given: Any = methods
+    return study(scene, methods_of(scene, given, options, anyway=anyway), t_end=t_end, h=h, halvings=halvings).table()
 
 
 def study(
-    scene: Scene,
-    methods: Sequence[str | Method],
+    scene: Scene | PoissonScene,
+    methods: Sequence[str | Method | PoissonMethod],
     *,
     t_end: float | None = None,
     h: float | None = None,
@@ -75,9 +84,9 @@ def study(
 
     Parameters
     ----------
-    scene : Scene
+    scene : Scene or PoissonScene
         A problem with consistent initial values.
-    methods : sequence of str or Method
+    methods : sequence of str, Method or PoissonMethod
         Fixed-step methods, or their names.
     t_end : float, optional
         End time T, s; by default the power of two that 256 steps of DOP853 at 1e-13 just reach, at most 1024.
@@ -95,15 +104,25 @@ def study(
     RunFailed
         If there is no reference.
     """
-    chosen = [accepted(each, scene, "and has no order in h") for each in several(methods)]
+    given: Sequence[Any] = methods
+    parsed = poisson_names.several(given) if isinstance(scene, PoissonScene) else several(given)
+    chosen = [measured(each, scene, "and has no order in h") for each in parsed]
     if not chosen:
         raise BadInput("an order study needs at least one method, for example rattle.")
-    end = positive("t_end", t_end) if t_end is not None else min(LONGEST, 2.0 ** math.floor(math.log2(reach(scene, LONG))))
-    ladders = [ladder(end, method.claims.order, h, halvings) for method in chosen]
-    known = truth(scene, [end * k / COMMON for k in range(1, COMMON + 1)])
+    end = positive("t_end", t_end) if t_end is not None else min(LONGEST, 2.0 ** math.floor(math.log2(reach_of(scene, LONG))))
+    ladders = [ladder(end, order_of(method), h, halvings) for method in chosen]
+    known = _reference(scene, [end * k / COMMON for k in range(1, COMMON + 1)])
     series: list[Series] = []
     for k, (method, counts) in enumerate(zip(chosen, ladders, strict=True)):
         if began:
             began(k / len(chosen), f"{method.name} on {scene.problem}")
-        series += Bench(scene, method, known).series(counts, stop=halvings is None)
+        series += _bench(scene, method, known).series(counts, stop=halvings is None)
     return OrderStudy(scene, end, known, tuple(series))
+
+
+def _reference(scene: Scene | PoissonScene, times: Sequence[float]) -> Truth | PoissonTruth:
+    return poisson_truth(scene, times) if isinstance(scene, PoissonScene) else truth(scene, times)
+
+
+def _bench(scene: Scene | PoissonScene, method: Any, known: Any) -> Bench | PoissonBench:
+    return PoissonBench(scene, method, known) if isinstance(scene, PoissonScene) else Bench(scene, method, known)

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from daebench.cache import generated
 from daebench.elimination import SINGULAR, eliminate
 from daebench.errors import BadInput, DaebenchError, unknown
-from daebench.scene import Scene
+from daebench.scene import Scene, Setting
 
 Array = NDArray[np.float64]
 Kernel = Callable[..., float]
@@ -32,33 +32,28 @@ OPTIONS: dict[str, dict[str, float]] = {"baumgarte": {"alpha": 10.0, "beta": 10.
 
 
 @dataclass(frozen=True, eq=False)
-class Dae:
-    """One scene as F(t, y, y') = 0, with y = (q, v, lam[, mu]), or (q, p, lam[, mu]) where the problem is given by H(p, q).
+class Posed:
+    """A setting as F(t, y, y') = 0, and where it is an ODE as y' = f(y) too.
 
     Parameters
     ----------
     formulation : str
-        One of ``FORMULATIONS``.
+        Name of the formulation.
     multipliers : str
-        "plain": lam is an unknown; "derivative": the unknown is Lam with Lam' = lam (and Mu' = mu).
-    scene : Scene
+        "plain": multipliers are unknowns; "derivative": the unknowns are functions whose derivatives are the multipliers.
+    scene : Setting
         What was posed.
-    d, m : int
-        Numbers of positions and of constraints.
     par : ndarray, shape(k,)
-        The problem's parameters, then the formulation's options: run-time data of the functions below.
+        Run-time data of the functions below: the problem's parameters, then the formulation's own numbers.
     y0, yp0 : ndarray, shape(n,)
-        Consistent initial values: rates and lam solve [[M, G^T], [G, 0]] (v', lam) = (-(U_q + c), -g_qv v), or (1.12) for H(p, q);
-        mu = 0. Derivatives of plain multipliers, which no equation has, are 0.
+        Consistent initial values. Derivatives of plain multipliers, which no equation has, are 0.
     module : module
         The generated functions.
     """
 
     formulation: str
     multipliers: str
-    scene: Scene
-    d: int
-    m: int
+    scene: Setting
     par: Array
     y0: Array
     yp0: Array
@@ -68,18 +63,6 @@ class Dae:
     def n(self) -> int:
         """Number of unknowns."""
         return len(self.y0)
-
-    @property
-    def mechanical(self) -> bool:
-        """Whether velocities are unknowns; otherwise momenta are."""
-        return bool(self.module.MECHANICAL)
-
-    @property
-    def blocks(self) -> dict[str, slice]:
-        """Where the unknowns are: "q", "v" (velocities, or the momenta in their place), and "lam", "mu" where there are any."""
-        names = ("q", "v", *_multiplier_names(self.formulation))
-        ends = np.cumsum([0, *(self.d if name in "qv" else self.m for name in names)])
-        return {name: slice(int(a), int(b)) for name, a, b in zip(names, ends[:-1], ends[1:], strict=True)}
 
     @property
     def residual(self) -> Kernel:
@@ -98,15 +81,50 @@ class Dae:
 
     @property
     def rhs(self) -> Kernel:
-        """Compiled ``rhs(t, y, out, par)`` of ``ode``, HLW (1.18): fills out, shape(2d,); returns as ``residual``."""
+        """Compiled ``rhs(t, y, out, par)`` of ``ode``: fills out, shape(n,), with f; returns as ``residual``."""
         kernel: Kernel = self.module.rhs
         return kernel
 
     @property
     def rhs_jacobian(self) -> Kernel:
-        """Compiled ``rhs_jacobian(t, y, JJ, par)`` of ``ode``: fills JJ, shape(2d, 2d); returns as ``residual``."""
+        """Compiled ``rhs_jacobian(t, y, JJ, par)`` of ``ode``: fills JJ, shape(n, n), with f_y; returns as ``residual``."""
         kernel: Kernel = self.module.rhs_jacobian
         return kernel
+
+    def outside(self, y: Array) -> str:
+        """Return what the unknowns have left, as "the domain u > 0", or "" where they may be: anywhere, if a problem says nothing."""
+        return ""
+
+
+@dataclass(frozen=True, eq=False)
+class Dae(Posed):
+    """One scene as F(t, y, y') = 0, with y = (q, v, lam[, mu]), or (q, p, lam[, mu]) where the problem is given by H(p, q).
+
+    The formulation is one of ``FORMULATIONS``, and ``ode`` is HLW (1.18). Multipliers that are derivatives are those of Lam with
+    Lam' = lam (and Mu' = mu). At the start rates and lam solve [[M, G^T], [G, 0]] (v', lam) = (-(U_q + c), -g_qv v), or (1.12) for
+    H(p, q); mu = 0.
+
+    Parameters
+    ----------
+    d, m : int
+        Numbers of positions and of constraints.
+    """
+
+    scene: Scene
+    d: int
+    m: int
+
+    @property
+    def mechanical(self) -> bool:
+        """Whether velocities are unknowns; otherwise momenta are."""
+        return bool(self.module.MECHANICAL)
+
+    @property
+    def blocks(self) -> dict[str, slice]:
+        """Where the unknowns are: "q", "v" (velocities, or the momenta in their place), and "lam", "mu" where there are any."""
+        names = ("q", "v", *_multiplier_names(self.formulation))
+        ends = np.cumsum([0, *(self.d if name in "qv" else self.m for name in names)])
+        return {name: slice(int(a), int(b)) for name, a, b in zip(names, ends[:-1], ends[1:], strict=True)}
 
     def unpack(self, Y: Array) -> tuple[Array, Array]:
         """Return (q, v), or (q, p) where momenta are the unknowns, each shape(rows, d), from rows of unknowns; as copies."""
@@ -151,7 +169,7 @@ def pose(scene: Scene, formulation: str, options: Mapping[str, float] | None = N
     module = _module(scene, formulation, multipliers if formulation != "ode" else "plain")
     with np.errstate(all="ignore"):
         y0, yp0 = _start(scene, formulation, multipliers, module, par)
-    return Dae(formulation, multipliers, scene, scene.d, scene.m, par, y0, yp0, module)
+    return Dae(formulation, multipliers, scene, par, y0, yp0, module, scene.d, scene.m)
 
 
 def _multiplier_names(formulation: str) -> tuple[str, ...]:

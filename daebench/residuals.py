@@ -85,8 +85,9 @@ def rhs_jacobian(t, y, JJ, par):
                 for j in range(n):
                     JJ[i, j] -= f_z[i, k] * E_y[k, j]
     return finite(pivot, JJ.ravel())
+"""
 
-
+IMPLICIT = """
 def residual(t, y, yp, res, par):
     health = rhs(t, y, res, par)
     for i in range(y.shape[0]):
@@ -134,14 +135,14 @@ def source(title: str, derivation: Derivation, formulation: str, multipliers: st
     ]
     if formulation == "ode":
         outputs = {"E_y": system.jacobian(state), "f_y": equations.slope.jacobian(state), "f_z": equations.slope.jacobian(z)}
-        compiled = [*start, writer("derivatives", {"y": state, "z": list(z)}, outputs, parameters), ODE]
+        compiled = [*start, writer("derivatives", {"y": state, "z": list(z)}, outputs, parameters), ODE, IMPLICIT]
         plain = []
     else:
         compiled, plain = [*_dae(equations, formulation, multipliers, parameters), DAE], start
     compiled = [*(inspect.getsource(function) for function in elimination.FUNCTIONS), *compiled]
     facts = f"K = {len(z)}\nMECHANICAL = {derivation.mechanical}"
     header = HEADER.format(title=title)
-    return "\n\n".join([header, facts, *plain, *(_decorated(text, cached=cached) for text in compiled)]) + "\n"
+    return "\n\n".join([header, facts, *plain, *(decorated(text, cached=cached) for text in compiled)]) + "\n"
 
 
 def _dae(equations: Equations, formulation: str, multipliers: str, parameters: Sequence[sp.Symbol]) -> list[str]:
@@ -159,7 +160,7 @@ def _dae(equations: Equations, formulation: str, multipliers: str, parameters: S
     ]
 
 
-def _decorated(text: str, *, cached: bool) -> str:
+def decorated(text: str, *, cached: bool) -> str:
     """Hand each function to numba; only those that are called from outside are kept on disk, with everything else inside them."""
     roots = ("residual", "jacobian", "rhs", "rhs_jacobian")
     lines = []

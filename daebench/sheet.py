@@ -9,12 +9,13 @@ from daebench.derive import Derivation
 def source(problem: str, derivation: Derivation) -> str:
     """Return the source of a problem's sheet.
 
-    The sheet has D and M (sizes), PARAMETERS (name to default, in the order of ``par``), POSITIVE (parameters that must be),
+    The sheet has KIND, D and M (sizes), PARAMETERS (name to default, in the order of ``par``), POSITIVE (parameters that must be),
     CASES (name to its parameters and about), INTEGRALS (names), SEPARABLE, QUADRATIC, EXPLICIT, CLOSED_FORM, KINETIC_FLOW,
     CHART, and INITIAL (case to a function of ``par`` that returns p and q).
     """
     definition = derivation.problem
     facts = {
+        "KIND": "constrained",
         "D": derivation.d,
         "M": derivation.m,
         "PARAMETERS": {str(symbol): float(value) for symbol, value in definition.parameters.items()},

@@ -3,8 +3,8 @@
 import pickle
 import time
 import types
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -14,9 +14,8 @@ from daebench.grid import Grid
 from daebench.kernels.newton import SWEEPS
 from daebench.kernels.relax import ROUNDS
 from daebench.method import Request
-from daebench.scene import Scene
-from daebench.stages import Stages
-from daebench.trajectory import WORK, Array, Trajectory
+from daebench.scene import Setting
+from daebench.trajectory import Array
 
 REASONS = {
     1: ("the iteration did not converge in {sweeps} sweeps, residual {residual:.2e}", "use a smaller h"),
@@ -39,8 +38,6 @@ REASONS = {
 LIMITS = {"sweeps": SWEEPS, "relaxations": ROUNDS}
 CHUNK_SECONDS = 0.2
 
-State = tuple[Any, Any]
-
 
 @dataclass(frozen=True)
 class Linked:
@@ -58,10 +55,14 @@ class Linked:
         Weights of the substeps of a composition; empty where a step is one step.
     compiled : bool
         Whether the kernel is machine code.
-    stages : Stages
-        What the raw multipliers are, and the times they belong to.
     enter, leave : callable
-        From a state (p, q) to what the scheme computes in, and back.
+        From the scene's start to the state that the scheme computes in, and from there to a row of numbers as they are stored.
+    work : tuple of str
+        Kinds of work that the kernel counts.
+    reasons : mapping of int to (str, str)
+        Why it stopped and what to do, by status.
+    arrays : bool
+        Whether states are arrays, and not tuples.
     """
 
     name: str
@@ -69,17 +70,19 @@ class Linked:
     par: tuple[Any, ...]
     weights: Array
     compiled: bool
-    stages: Stages
-    enter: Callable[[Any, Any], State]
-    leave: Callable[[Any, Any], State]
+    enter: Callable[[Sequence[Any]], Any]
+    leave: Callable[[Any], Array]
+    work: tuple[str, ...]
+    reasons: Mapping[int, tuple[str, str]] = field(default_factory=lambda: REASONS)
+    arrays: bool = False
 
-    def failure(self, scene: Scene, h: float, done: int, steps: int, tried: int, report: Sequence[Any]) -> str:
+    def failure(self, scene: Setting, h: float, done: int, steps: int, tried: int, report: Sequence[Any]) -> str:
         """Return the sentence that says where a scheme stopped and why; ``tried`` substeps were begun in the last step."""
         substep = (
             f", substep {tried} of {len(self.weights)} over {self.weights[tried - 1] * h:.4g}" if len(self.weights) and tried > 0 else ""
         )
         where = f"stopped at t = {done * h:.9g} (step {done + 1} of {steps}, h = {h:g}{substep})"
-        why, advice = REASONS[int(report[0])]
+        why, advice = self.reasons[int(report[0])]
         reason = why.format(residual=float(report[1]), **LIMITS)
         return f"{self.name} on {scene.problem}, case {scene.case}, {where}: {reason}; {advice}."
 
@@ -93,12 +96,18 @@ class Run:
         The scheme.
     scene, request, grid
         What is integrated, what is asked for, and the steps that this comes to.
+    names : sequence of str
+        Names of the errors that the kernel watches.
+    raw : int
+        Raw multipliers of a step, all together, that are stored.
     began : float
         When the work on this request began, on ``time.perf_counter``.
     """
 
-    def __init__(self, linked: Linked, scene: Scene, request: Request, grid: Grid, began: float) -> None:
-        self.linked, self.scene, self.request, self.grid = linked, scene, request, grid
+    def __init__(
+        self, linked: Linked, scene: Setting, request: Request, grid: Grid, *, names: Sequence[str], raw: int = 0, began: float
+    ) -> None:
+        self.linked, self.scene, self.request, self.grid, self.names = linked, scene, request, grid, names
         self.kernel = linked.kernel
         self.number: Callable[[Any], Any] = (
             np.dtype(request.precision).type if request.precision == "float32" or not linked.compiled else float
@@ -106,12 +115,11 @@ class Run:
         self.zero, self.infinity = self.typed(0.0), self.typed(np.inf)
         self.par, self.h = self.typed(linked.par), self.typed(grid.h)
         self.weights = linked.weights.astype(request.precision)
-        self.p, self.q = self.typed(linked.enter(scene.p0, scene.q0))
-        self.names = _watched_names(request.watched, scene)
-        self.P, self.Q = (np.empty((grid.rows, scene.d), dtype=request.precision) for _ in range(2))
-        self.R = np.empty((grid.rows if request.raw else 0, len(linked.stages.nodes) * scene.m), dtype=request.precision)
+        self.x = self.state(linked.enter(scene.start))
+        self.X = np.empty((grid.rows, scene.size), dtype=request.precision)
+        self.R = np.empty((grid.rows if raw else 0, raw), dtype=request.precision)
         self.done, self.row, self.left = 0, 0, grid.every or -1
-        self.work = np.zeros(len(WORK), dtype=np.int64)
+        self.work = np.zeros(len(linked.work), dtype=np.int64)
         self.seconds = 0.0
         self.failure: str | None = None
         self.interrupted = False
@@ -126,15 +134,19 @@ class Run:
         """Return a number or nested tuple in the run's number type, which is lost when a kernel hands a float32 back to Python."""
         return tuple(map(self.typed, x)) if isinstance(x, tuple | np.ndarray) else self.number(x)
 
+    def state(self, x: Any) -> Any:
+        """Return a state in the run's number type."""
+        return np.array(x, dtype=self.request.precision) if self.linked.arrays else self.typed(x)
+
     def _prepare(self) -> None:
         """Make the first memory and the conserved quantities, and have the loop compiled."""
-        self.conserved = self.typed(self.kernel.first(self.p, self.q, self.par))
+        self.conserved = self.typed(self.kernel.first(self.x, self.par))
         self.maxima: Any = tuple(self.zero for _ in self.names)
         self.pivot = self.infinity
         self.memory: Any = ()
         report: Any = (0, self.zero, self.infinity, ())
         if hasattr(self.kernel, "begin"):
-            memory, report = self.kernel.begin(self.p, self.q, self.h, self.par)
+            memory, report = self.kernel.begin(self.x, self.h, self.par)
             self.memory = self.typed(memory)
             self.work += self._tally(self.kernel.EACH_BEGIN, 1) + self._tally(report[3], 1)
         if report[0]:
@@ -142,14 +154,14 @@ class Run:
         self._call(0)
 
     def _tally(self, counts: Sequence[int], times: int) -> Any:
-        return times * np.array(counts, dtype=np.int64) if self.request.count and len(counts) else np.zeros(len(WORK), dtype=np.int64)
+        return times * np.array(counts, dtype=np.int64) if self.request.count and len(counts) else np.zeros_like(self.work)
 
     def _sentence(self, report: Sequence[Any], tried: int) -> str:
         return self.linked.failure(self.scene, self.grid.h, self.done, self.grid.steps, tried, report)
 
     def _call(self, steps: int) -> Any:
-        outputs = (self.P[self.row :], self.Q[self.row :], self.R[self.row :])
-        state = (self.p, self.q, self.memory, self.conserved, self.maxima, self.pivot)
+        state = (self.x, self.memory, self.conserved, self.maxima, self.pivot)
+        outputs = (self.X[self.row :], self.R[self.row :])
         return self.kernel.integrate(*state, self.h, self.weights, steps, self.left, self.grid.every, *outputs, self.par)
 
     def _advance(self, steps: int) -> float:
@@ -158,8 +170,9 @@ class Run:
         with np.errstate(all="ignore"):
             result = self._call(steps)
         took = time.thread_time() - began
-        self.p, self.q, self.memory, self.maxima, self.pivot = self.typed(result[:5])
-        done, rows, self.left, work, tried, report = result[5:]
+        self.x = self.state(result[0])
+        self.memory, self.maxima, self.pivot = self.typed(result[1:4])
+        done, rows, self.left, work, tried, report = result[4:]
         self.done, self.row = self.done + done, self.row + rows
         failed = int(report[0] != 0)
         substeps = done * max(1, len(self.weights)) + failed * abs(tried)
@@ -185,47 +198,38 @@ class Run:
         t = self.done * self.grid.h
         return f"{self.linked.name} on {self.scene.problem}, case {self.scene.case}, stopped at t = {t:.9g}: {why}."
 
-    def trajectory(self) -> Trajectory:
-        """Run, and return what there is."""
+    def outcome(self) -> dict[str, Any]:
+        """Run, and return what a trajectory of any kind says of it."""
         try:
             self._march()
         except KeyboardInterrupt:
             self.failure, self.interrupted = self._stopped("interrupted"), True
         scene, request = self.scene, self.request
-        t, p, q = self._outputs()
-        return Trajectory(
-            problem=scene.problem,
-            case=scene.case,
-            method=self.linked.name,
-            parameters=dict(scene.parameters),
-            knob="h",
-            value=self.grid.h,
-            t=t,
-            q=q,
-            p=p,
-            lam=scene.along("lam", p, q) if request.multipliers else None,
-            raw=self.linked.stages.multipliers(self.R[: self.row].astype(float), self.grid.h, scene.m) if request.raw else {},
-            steps=self.done,
-            work=dict(zip(WORK, map(int, self.work), strict=True)) if request.count else {},
-            maxima=dict(zip(self.names, map(float, self.maxima), strict=True)),
-            pivot=float(self.pivot) if np.isfinite(self.pivot) else None,
-            seconds=self.seconds,
-            compile_seconds=self.compile_seconds,
-            failure=self.failure,
-            interrupted=self.interrupted,
-        )
+        return {
+            "problem": scene.problem,
+            "case": scene.case,
+            "method": self.linked.name,
+            "parameters": dict(scene.parameters),
+            "knob": "h",
+            "value": self.grid.h,
+            "steps": self.done,
+            "work": dict(zip(self.linked.work, map(int, self.work), strict=True)) if request.count else {},
+            "maxima": dict(zip(self.names, map(float, self.maxima), strict=True)),
+            "pivot": float(self.pivot) if np.isfinite(self.pivot) else None,
+            "seconds": self.seconds,
+            "compile_seconds": self.compile_seconds,
+            "failure": self.failure,
+            "interrupted": self.interrupted,
+        }
 
-    def _outputs(self) -> tuple[Array, Array, Array]:
-        """Return t, p and q: the start, what the loop stored, and the end."""
+    def states(self) -> tuple[Array, Array]:
+        """Return the times and the rows of states: the start, what the loop stored, and the end."""
         index = self.grid.every * np.arange(1, self.row + 1)
         end = [self.done] if self.done and (not len(index) or index[-1] != self.done) else []
-        last = self.linked.leave(self.p, self.q)
-        last_p, last_q = (np.array([x] * len(end), dtype=float).reshape(-1, self.scene.d) for x in last)
-        p = np.concatenate([self.scene.p0[None], self.P[: self.row].astype(float), last_p])
-        q = np.concatenate([self.scene.q0[None], self.Q[: self.row].astype(float), last_q])
-        return np.array([0, *index, *end], dtype=float) * self.grid.h, p, q
+        last = np.array([self.linked.leave(self.x)] * len(end), dtype=float).reshape(-1, self.scene.size)
+        rows = np.concatenate([np.concatenate(self.scene.start)[None], self.X[: self.row].astype(float), last])
+        return np.array([0, *index, *end], dtype=float) * self.grid.h, rows
 
-
-def _watched_names(watch: Sequence[str], scene: Scene) -> list[str]:
-    names = {"energy": ["energy"], "manifold": ["g", "Gv"], "integrals": list(scene.integrals)}
-    return [name for each in watch for name in names[each]]
+    def multipliers(self) -> Array:
+        """Return the raw multipliers of the steps that were taken, one row a step."""
+        return self.R[: self.row].astype(float)

@@ -4,6 +4,10 @@ import ast
 from collections.abc import Mapping, Sequence
 from functools import reduce
 
+HOLE = "daebench.kernels.hole"
+HOLES = (HOLE, "daebench.kernels.poisson_hole")
+"""The files that declare what the linker fills in; what they declare is one set of names."""
+
 
 class SourceFile:
     """One source file as syntax, with its constant ``if`` statements settled."""
@@ -20,7 +24,8 @@ class SourceFile:
             if isinstance(node, ast.FunctionDef):
                 self.functions[node.name] = node
             elif isinstance(node, ast.ImportFrom) and (node.module or "").startswith(("daebench.kernels", "daebench.schemes")):
-                self.imports |= {alias.asname or alias.name: (str(node.module), alias.name) for alias in node.names}
+                module = HOLE if node.module in HOLES else str(node.module)
+                self.imports |= {alias.asname or alias.name: (module, alias.name) for alias in node.names}
             elif isinstance(node, ast.If) and isinstance(node.test, ast.Name) and node.test.id in constants:
                 self._read(node.body if constants[node.test.id] else node.orelse, constants)
             elif isinstance(node, ast.Assign) and isinstance(node.value, ast.Constant) and isinstance(node.targets[0], ast.Name):

@@ -5,6 +5,7 @@ These are plain functions that raise AssertionError; pytest has them as fixtures
 
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -15,17 +16,18 @@ from daebench.inputs import positive, real
 from daebench.reference.certified import store
 from daebench.reference.certified.agreement import agreement
 from daebench.reference.certified.convergence import Solve, convergence
-from daebench.reference.certified.pair import pair
+from daebench.reference.certified.handed import handed
+from daebench.reference.certified.parts import Parts
 from daebench.reference.certified.record import Reference
 
 Array = NDArray[np.float64]
 
-Step = Callable[[Array, Array, float], tuple[ArrayLike, ArrayLike]]
-"""``step(p, q, h)`` returns p and q after a step of h, shape(d,) each."""
+Step = Callable[..., Any]
+"""``step(p, q, h)`` returns p and q after a step of h, shape(d,) each; of a Poisson system ``step(y, h)`` returns y, shape(n,)."""
 
 
 def reference_trajectory(problem: str | Reference, case: str | None = None, *, folder: Path = store.DATA) -> Reference:
-    """Return a certified reference: t, q, p, lam, bound, amplification, horizon, certificate.
+    """Return a certified reference: t, q, p, lam (of a Poisson system y), bound, amplification, horizon, certificate.
 
     Parameters
     ----------
@@ -63,7 +65,7 @@ def assert_converges(
     halvings: int = 6,
     slack: float = SLACK,
 ) -> None:
-    """Assert that a one-step method converges to a certified reference with at least this order, in q and in p.
+    """Assert that a one-step method converges to a certified reference with at least this order, in q and in p, or in y.
 
     It is run from the reference's initial values with h, h/2, h/4, ..., and its errors are taken at the stored times up to t_end
     that are whole numbers of h. The order is the slope fitted to the asymptotic part of the errors; points at rounding, which the
@@ -72,7 +74,7 @@ def assert_converges(
     Parameters
     ----------
     step : callable
-        One step: ``step(p, q, h)`` returns (p, q), arrays of shape(d,).
+        One step: ``step(p, q, h)`` returns (p, q), arrays of shape(d,); of a Poisson system ``step(y, h)`` returns y, shape(n,).
     problem : str or Reference
         As for :func:`reference_trajectory`.
     order : float
@@ -93,10 +95,11 @@ def assert_converges(
     AssertionError
         If the order is lower, or the errors show none; with a table of step sizes, errors and slopes, and what to change.
     BadInput
-        If a name or number is not what it must be, t_end is beyond a horizon, or ``step`` returns no such pair.
+        If a name or number is not what it must be, t_end is beyond a horizon, or ``step`` returns no such state.
     """
     __tracebackhide__ = True
-    assert_solver_converges(_march(step), problem, order, case=case, t_end=t_end, h=h, halvings=halvings, slack=slack)
+    truth = reference_trajectory(problem, case)
+    assert_solver_converges(_march(step, truth.kind), truth, order, t_end=t_end, h=h, halvings=halvings, slack=slack)
 
 
 def assert_solver_converges(
@@ -110,13 +113,13 @@ def assert_solver_converges(
     halvings: int = 6,
     slack: float = SLACK,
 ) -> None:
-    """Assert the same of what is no map of (p, q): multistep methods, staggered grids, a solver that keeps a state of its own.
+    """Assert the same of what is no map of states: multistep methods, staggered grids, a solver that keeps a state of its own.
 
     Parameters
     ----------
     solve : callable
         A whole run: ``solve(p, q, h, t)`` begins with p and q of shape(d,) at time 0, takes steps of h, and returns p and q at the
-        times t, shape(n, d) each; every time is a whole number of steps.
+        times t, shape(n, d) each; every time is a whole number of steps. Of a Poisson system it is ``solve(y, h, t)``.
     problem, order, case, t_end, h, halvings, slack
         As for :func:`assert_converges`.
 
@@ -136,25 +139,35 @@ def assert_solver_converges(
         raise AssertionError("\n".join([*faults, found.table()]))
 
 
-def _march(step: Step) -> Solve:
-    def solve(p: Array, q: Array, h: float, t: Array) -> tuple[list[Array], list[Array]]:
+def _march(step: Step, kind: Parts) -> Solve:
+    def solve(*given: Any) -> Any:
         __tracebackhide__ = True
-        P, Q, n = [], [], 0
+        *state, h, t = given
+        shapes, rows, n = [part.shape for part in state], [], 0
         for steps in np.rint(t / h):
             while n < steps:
-                p, q = pair(step(p, q, h), p.shape, "step must return (p, q)")
+                state = handed(step(*state, h), shapes, f"step must return {kind.told}")
                 n += 1
-            P.append(p.copy())
-            Q.append(q.copy())
-        return P, Q
+            rows.append([part.copy() for part in state])
+        columns = [np.array(part) for part in zip(*rows, strict=True)]
+        return columns if len(columns) > 1 else columns[0]
 
     return solve
 
 
-def assert_agrees(problem: str | Reference, *, t: ArrayLike, q: ArrayLike, p: ArrayLike, digits: float, case: str | None = None) -> None:
+def assert_agrees(
+    problem: str | Reference,
+    *,
+    t: ArrayLike,
+    q: ArrayLike | None = None,
+    p: ArrayLike | None = None,
+    y: ArrayLike | None = None,
+    digits: float,
+    case: str | None = None,
+) -> None:
     """Assert that a trajectory agrees with a certified reference to this number of digits, at each time and in each component.
 
-    Digits are those of the largest modulus that q, or p, has in the reference: an error e in q has -log10(e / max |q|).
+    Digits are those of the largest modulus that q, p, or y has in the reference: an error e in q has -log10(e / max |q|).
 
     Parameters
     ----------
@@ -163,7 +176,9 @@ def assert_agrees(problem: str | Reference, *, t: ArrayLike, q: ArrayLike, p: Ar
     t : array_like, shape(n,)
         Times, s; each one that the reference has.
     q, p : array_like, shape(n, d)
-        Positions and momenta.
+        Positions and momenta of a constrained problem.
+    y : array_like, shape(n, size)
+        States of a Poisson system.
     digits : float
         Digits of agreement asked for.
     case : str, optional
@@ -174,12 +189,13 @@ def assert_agrees(problem: str | Reference, *, t: ArrayLike, q: ArrayLike, p: Ar
     AssertionError
         If there are fewer; with the first time and the component, and the worst.
     BadInput
-        If a name is unknown, a time is not stored, or the shapes do not fit.
+        If a name is unknown, a time is not stored, states are those of the other kind of problem, or the shapes do not fit.
     """
     __tracebackhide__ = True
     try:
         asked = real("digits", digits)
-        found = agreement(reference_trajectory(problem, case), t, q, p)
+        states = {name: values for name, values in (("q", q), ("p", p), ("y", y)) if values is not None}
+        found = agreement(reference_trajectory(problem, case), t, **states)
     except DaebenchError as error:
         raise error.with_traceback(None) from None
     if np.min(found.digits) < asked:

@@ -13,26 +13,27 @@ import numpy as np
 
 from daebench.errors import BadInput, DaebenchError
 from daebench.fixed_step import FixedStep
+from daebench.kinds import method_of
 from daebench.method import Request
-from daebench.names import parse
-from daebench.scene import Scene
+from daebench.scene import PoissonScene, Scene
 
 BY_HAND = ("rattle", "rk4", "strang")
 """Methods that there is a C program of, beside this file."""
 
 VARIANTS: dict[str, dict[str, Any]] = {
     "ns_per_step": {"watch": (), "count": False},
-    "ns_watched": {"watch": ("energy", "manifold"), "count": False},
-    "ns_counted": {"watch": ("energy", "manifold"), "count": True},
+    "ns_watched": {"watch": None, "count": False},
+    "ns_counted": {"watch": None, "count": True},
 }
+"""What is timed: bare steps; with energy and manifold, or Casimir functions, watched; and with work counted too."""
 
 
-def measure(scene: Scene, name: str, *, h: float, steps: int, repeat: int) -> dict[str, Any]:
+def measure(scene: Scene | PoissonScene, name: str, *, h: float, steps: int, repeat: int, anyway: bool = False) -> dict[str, Any]:
     """Return a method's best time of a step: bare, watched, and watched and counted.
 
     Parameters
     ----------
-    scene : Scene
+    scene : Scene or PoissonScene
         What is integrated.
     name : str
         A fixed-step method.
@@ -40,6 +41,8 @@ def measure(scene: Scene, name: str, *, h: float, steps: int, repeat: int) -> di
         Step size.
     steps, repeat : int
         Steps of one run, and runs of which the best counts.
+    anyway : bool
+        Whether the scheme may be run on a Poisson system that is not of its class.
 
     Returns
     -------
@@ -53,8 +56,8 @@ def measure(scene: Scene, name: str, *, h: float, steps: int, repeat: int) -> di
     """
     if steps < 1 or repeat < 1:
         raise BadInput(f"steps = {steps} and repeat = {repeat} must be at least 1.")
-    method = parse(name)
-    if not isinstance(method, FixedStep):
+    method = method_of(scene, name, anyway=anyway)
+    if method.knob != "h":
         raise BadInput(f"{name} has no fixed steps; bench measures schemes.")
     row: dict[str, Any] = {"method": name, "note": method.refusal(scene)}
     if row["note"]:
@@ -69,13 +72,13 @@ def measure(scene: Scene, name: str, *, h: float, steps: int, repeat: int) -> di
     return row | {variant: min(values) for variant, values in times.items()}
 
 
-def hand_written(scene: Scene, rows: Sequence[dict[str, Any]], *, h: float, steps: int, repeat: int) -> list[dict[str, Any]]:
+def hand_written(scene: Scene | PoissonScene, rows: Sequence[dict[str, Any]], *, h: float, steps: int, repeat: int) -> list[dict[str, Any]]:
     """Return a row for each method of ``rows`` that there is in C, timed at -O3 in turns with the linked kernel.
 
     They are written for the spherical pendulum; there are none elsewhere. The linked kernel's row gets the ratio as its note.
     """
     measured = {row["method"]: row for row in rows if row["method"] in BY_HAND and not row.get("note")}
-    if scene.problem != "spherical_pendulum" or not measured:
+    if not isinstance(scene, Scene) or scene.problem != "spherical_pendulum" or not measured:
         return []
     compiler = next((found for name in ("cc", "gcc", "clang") if (found := shutil.which(name))), None)
     if compiler is None:

@@ -11,16 +11,24 @@ from daebench.errors import RunFailed
 
 Array = NDArray[np.float64]
 
-WATCH = ("energy", "manifold", "integrals")
-"""What a run can watch."""
+CONSTRAINED = ("energy", "manifold", "integrals")
+"""What a run on a constrained problem can watch."""
+
+POISSON = ("energy", "casimirs", "integrals")
+"""What a run on a Poisson system can watch."""
 
 WORK = ("H_p", "H_q", "g", "G", "second", "solve", "newton")
 """What schemes count as work: evaluations of H_p, H_q, g, G, second derivatives, linear solves, Newton sweeps."""
 
 
+POISSON_WORK = ("field", "half", "flow", "second", "solve", "newton")
+"""What schemes for Poisson systems count as work: evaluations of B grad H, of one half of its components, and of flows of parts; then
+as :data:`WORK`."""
+
+
 @dataclass(frozen=True, kw_only=True)
-class Trajectory:
-    """What one method gave on one scene.
+class Outcome:
+    """What one method gave on one scene, the states apart.
 
     Parameters
     ----------
@@ -34,18 +42,12 @@ class Trajectory:
         Value of the knob.
     t : ndarray, shape(n,)
         Output times, the first 0.
-    q, p : ndarray, shape(n, d)
-        Positions and momenta at the output times.
-    lam : ndarray, shape(n, m), optional
-        Multipliers lam(p, q) of HLW (1.12) at the output times, where they were asked for.
-    raw : mapping of str to (ndarray, shape(n,), ndarray, shape(n, m))
-        Raw multipliers of a fixed-step scheme by name, where they were asked for: the times they belong to, and their values.
     steps : int
         Steps taken, as the solver counts them.
     work : mapping of str to int
         Exact counts: evaluations, linear solves, Newton sweeps. Empty if not counted.
     maxima : mapping of str to float
-        Largest modulus of the watched errors: "energy", "g", "Gv", and first integrals by name.
+        Largest modulus of the watched errors: "energy", "g", "Gv", and Casimir functions and first integrals by name.
     maxima_over : str
         "steps" or "outputs": what the maxima were taken over.
     pivot : float, optional
@@ -69,10 +71,6 @@ class Trajectory:
     knob: str
     value: float
     t: Array
-    q: Array
-    p: Array
-    lam: Array | None = None
-    raw: Mapping[str, tuple[Array, Array]] = field(default_factory=dict)
     steps: int
     work: Mapping[str, int] = field(default_factory=dict)
     maxima: Mapping[str, float] = field(default_factory=dict)
@@ -95,3 +93,46 @@ class Trajectory:
         if self.failure is not None:
             raise RunFailed(self.failure)
         return self
+
+
+@dataclass(frozen=True, kw_only=True)
+class Trajectory(Outcome):
+    """What one method gave on a constrained Hamiltonian system.
+
+    Parameters
+    ----------
+    q, p : ndarray, shape(n, d)
+        Positions and momenta at the output times.
+    lam : ndarray, shape(n, m), optional
+        Multipliers lam(p, q) of HLW (1.12) at the output times, where they were asked for.
+    raw : mapping of str to (ndarray, shape(n,), ndarray, shape(n, m))
+        Raw multipliers of a fixed-step scheme by name, where they were asked for: the times they belong to, and their values.
+    """
+
+    q: Array
+    p: Array
+    lam: Array | None = None
+    raw: Mapping[str, tuple[Array, Array]] = field(default_factory=dict)
+
+    @property
+    def states(self) -> Mapping[str, Array]:
+        """The states by name: q, p, and lam where there are multipliers; each shape(n, ...)."""
+        return {"q": self.q, "p": self.p} | ({} if self.lam is None else {"lam": self.lam})
+
+
+@dataclass(frozen=True, kw_only=True)
+class PoissonTrajectory(Outcome):
+    """What one method gave on a Poisson system.
+
+    Parameters
+    ----------
+    y : ndarray, shape(n, size)
+        States at the output times.
+    """
+
+    y: Array
+
+    @property
+    def states(self) -> Mapping[str, Array]:
+        """The states by name: y, shape(n, size)."""
+        return {"y": self.y}

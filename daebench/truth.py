@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from daebench.errors import RunFailed
-from daebench.pose import Dae, pose
+from daebench.pose import Dae, Posed, pose
 from daebench.scene import Array, Scene
 
 DIGITS = 20
@@ -74,7 +74,7 @@ def truth(scene: Scene, times: ArrayLike) -> Truth:
         return integrated(scene, times)
     q, p = evaluated(closed_form, times, scene.q0, scene.p0, scene.parameters)
     states = {"q": q, "p": p, "lam": _multipliers(scene, p, q)}
-    return Truth("closed form", np.asarray(times, dtype=float), **states, bound={x: _rounding(rows) for x, rows in states.items()})
+    return Truth("closed form", np.asarray(times, dtype=float), **states, bound={x: rounding(rows) for x, rows in states.items()})
 
 
 def evaluated(
@@ -93,14 +93,21 @@ def evaluated(
     parameters : mapping of str to number
         Values of the parameters, floats or mpmath numbers, taken as exact.
     """
+    states = exactly(closed_form, times, (q0, p0), parameters)
+    q, p = (np.array([[float(x) for x in state[k]] for state in states]) for k in (0, 1))
+    return q, p
+
+
+def exactly(
+    closed_form: Callable[..., Any], times: ArrayLike, start: Sequence[Array | Sequence[Any]], parameters: Mapping[str, Any]
+) -> list[Any]:
+    """Return what a closed form gives at these times in mpmath numbers of 20 digits, from vectors ``start`` taken as exact."""
     import mpmath
 
     with mpmath.workdps(DIGITS):
-        start = [[mpmath.mpmathify(x) for x in part] for part in (np.asarray(q0).tolist(), np.asarray(p0).tolist())]
+        initial = [[mpmath.mpmathify(x) for x in np.asarray(part).tolist()] for part in start]
         values = {name: mpmath.mpmathify(value) for name, value in parameters.items()}
-        states = [closed_form(mpmath.mpf(float(t)), *start, values) for t in np.asarray(times, dtype=float)]
-    q, p = (np.array([[float(x) for x in state[k]] for state in states]) for k in (0, 1))
-    return q, p
+        return [closed_form(mpmath.mpf(float(t)), *initial, values) for t in np.asarray(times, dtype=float)]
 
 
 def integrated(scene: Scene, times: ArrayLike) -> Truth:
@@ -120,8 +127,13 @@ def integrated(scene: Scene, times: ArrayLike) -> Truth:
     """
     dae = pose(scene, "ode")
     tight, loose = (_states(dae, times, tol) for tol in (TIGHT, LOOSE))
-    bound = {x: max(SAFETY * float(np.max(np.linalg.norm(tight[x] - loose[x], axis=1))), _rounding(tight[x])) for x in tight}
+    bound = {x: bound_of(tight[x], loose[x]) for x in tight}
     return Truth("DOP853", np.asarray(times, dtype=float), **tight, bound=bound)
+
+
+def bound_of(tight: Array, loose: Array) -> float:
+    """Return what states may be wrong by, from two runs, each shape(n, k)."""
+    return max(SAFETY * float(np.max(np.linalg.norm(tight - loose, axis=1))), rounding(tight))
 
 
 def multipliers_between(scene: Scene, known: Truth, times: ArrayLike) -> tuple[Array, float]:
@@ -154,25 +166,42 @@ def multipliers_between(scene: Scene, known: Truth, times: ArrayLike) -> tuple[A
 
 def reach(scene: Scene, steps: int) -> float:
     """Return the time that DOP853 at 1e-13 reaches in so many steps: what the motion itself calls long."""
-    solver = _solver(pose(scene, "ode"), 0.0, np.inf, LOOSE)
-    for _ in range(steps):
-        if solver.status != "running" or solver.step() is not None:
-            break
+    return reached(pose(scene, "ode"), steps)
+
+
+def reached(posed: Posed, steps: int) -> float:
+    """Return the time that DOP853 at 1e-13 reaches on an ODE in so many steps, or where it can go no further."""
+    solver = _solver(posed, 0.0, np.inf, LOOSE)
+    with np.errstate(all="ignore"):
+        for _ in range(steps):
+            if solver.status != "running" or solver.step() is not None:
+                break
     return float(solver.t)
 
 
 def _states(dae: Dae, times: ArrayLike, tol: float) -> dict[str, Array]:
-    """Return q, p and lam at ascending times, each a step's end."""
-    Y, t = [dae.y0], 0.0
-    for t_next in np.asarray(times, dtype=float):
-        Y.append(_advanced(dae, t, float(t_next), Y[-1], tol))
-        t = float(t_next)
-    q, v = dae.unpack(np.array(Y[1:]))
+    """Return q, p and lam at ascending times."""
+    q, v = dae.unpack(advanced(dae, times, tol))
     p = dae.momenta(q, v)
     return {"q": q, "p": p, "lam": _multipliers(dae.scene, p, q)}
 
 
-def _advanced(dae: Dae, t: float, t_end: float, y: Array, tol: float) -> Array:
+def advanced(posed: Posed, times: ArrayLike, tol: float) -> Array:
+    """Return the unknowns of an ODE by DOP853 at times in the order in which they are reached, shape(len(times), n), each a step's end.
+
+    Raises
+    ------
+    RunFailed
+        If the integration stops early.
+    """
+    Y, t = [posed.y0], 0.0
+    for t_next in np.asarray(times, dtype=float):
+        Y.append(_advanced(posed, t, float(t_next), Y[-1], tol))
+        t = float(t_next)
+    return np.array(Y[1:])
+
+
+def _advanced(dae: Posed, t: float, t_end: float, y: Array, tol: float) -> Array:
     if t_end == t:
         return y
     solver = _solver(dae, t, t_end, tol, y)
@@ -186,7 +215,7 @@ def _advanced(dae: Dae, t: float, t_end: float, y: Array, tol: float) -> Array:
     return np.asarray(solver.y, dtype=float)
 
 
-def _solver(dae: Dae, t: float, t_end: float, tol: float, y: Array | None = None) -> Any:
+def _solver(dae: Posed, t: float, t_end: float, tol: float, y: Array | None = None) -> Any:
     from scipy.integrate import DOP853
 
     def right_side(_: float, y: Array) -> Array:
@@ -208,5 +237,6 @@ def _multipliers(scene: Scene, p: Array, q: Array) -> Array:
     return lam
 
 
-def _rounding(rows: Array) -> float:
+def rounding(rows: Array) -> float:
+    """Return the rounding of the largest of some states, shape(n, k), in the Euclidean norm."""
     return EPS * float(np.max(np.linalg.norm(rows, axis=1)))

@@ -3,7 +3,6 @@
 from collections.abc import Callable, Sequence
 
 from daebench.codegen import function, pack
-from daebench.derive import Derivation
 
 
 class Watch:
@@ -11,8 +10,10 @@ class Watch:
 
     Parameters
     ----------
-    derivation : Derivation
-        The problem.
+    d, m : int
+        Numbers of positions and of constraints.
+    count : int
+        Number of first integrals that the problem declares besides H.
     watch : sequence of str
         Any of "energy", "manifold", "integrals".
     kinds : int
@@ -21,12 +22,13 @@ class Watch:
         Number of raw multipliers of a step that are stored, each shape(m,); 0 to store none.
     """
 
-    def __init__(self, derivation: Derivation, watch: Sequence[str], kinds: int, raw: int = 0) -> None:
-        self.d, self.m = derivation.problem.d, derivation.problem.m
+    def __init__(self, d: int, m: int, count: int, watch: Sequence[str], kinds: int, raw: int = 0) -> None:
+        self.d, self.m = d, m
         self.kinds, self.raw = range(kinds), range(raw)
-        integrals = range(len(derivation.problem.integrals)) if "integrals" in watch else range(0)
-        self.conserved = ["H(p, q, par)"] * ("energy" in watch) + [f"integrals(p, q, par)[{i}]" for i in integrals]
-        constraints = [self._largest("g(q, par)"), self._largest("Gv(p, q, par)")] * ("manifold" in watch)
+        integrals = range(count) if "integrals" in watch else range(0)
+        self.conserved = ["H(x[0], x[1], par)"] * ("energy" in watch)
+        self.conserved += [f"integrals(x[0], x[1], par)[{i}]" for i in integrals]
+        constraints = [self._largest("g(x[1], par)"), self._largest("Gv(x[0], x[1], par)")] * ("manifold" in watch)
         changes = [f"abs({value} - first[{i}])" for i, value in enumerate(self.conserved)]
         energy = int("energy" in watch)
         self.errors = changes[:energy] + constraints + changes[energy:]
@@ -43,23 +45,29 @@ class Watch:
 
     @property
     def _rules(self) -> dict[str, Callable[[], str]]:
-        k, d = range(len(self.errors)), range(self.d)
-        larger = "x[{i}] if x[{i}] != x[{i}] or x[{i}] >= y[{i}] else y[{i}]"
-        return {
-            "watched": lambda: function("watched(p, q, par)", "return " + pack(self.conserved)),
-            "watch": lambda: function("watch(p, q, first, par)", "return " + pack(self.errors)),
-            "worst": lambda: function("worst(x, y)", "return " + pack(larger.format(i=i) for i in k)),
-            "total": lambda: function("total(x)", "return " + (" + ".join(f"x[{i}]" for i in k) or "0.0")),
+        d = range(self.d)
+        return shared_rules(len(self.errors), len(self.kinds)) | {
+            "watched": lambda: function("watched(x, par)", "return " + pack(self.conserved)),
+            "watch": lambda: function("watch(x, first, par)", "return " + pack(self.errors)),
             "store": lambda: function(
-                "store(P, Q, R, row, p, q, raw)",
-                *(f"{a}[row, {i}] = {a.lower()}[{i}]" for a in "PQ" for i in d),
+                "store(X, R, row, x, raw)",
+                *(f"X[row, {half * self.d + i}] = x[{half}][{i}]" for half in (0, 1) for i in d),
                 *(f"R[row, {k * self.m + i}] = raw[{k}][{i}]" for k in self.raw for i in range(self.m)),
             ),
-            "no_work": lambda: function("no_work()", "return " + pack("0" for _ in self.kinds)),
-            "plus_work": lambda: function("plus_work(x, y)", "return " + pack(f"x[{i}] + y[{i}]" for i in self.kinds)),
         }
 
     def _largest(self, call: str) -> str:
         """Source of the largest modulus of the m values of a call."""
         moduli = [f"abs({call}[{i}])" for i in range(self.m)]
         return moduli[0] if self.m == 1 else f"max({', '.join(moduli)})"
+
+
+def shared_rules(errors: int, kinds: int) -> dict[str, Callable[[], str]]:
+    """Return what each of the functions is that do not depend on what a state is, for so many errors and kinds of work."""
+    larger = "x[{i}] if x[{i}] != x[{i}] or x[{i}] >= y[{i}] else y[{i}]"
+    return {
+        "worst": lambda: function("worst(x, y)", "return " + pack(larger.format(i=i) for i in range(errors))),
+        "total": lambda: function("total(x)", "return " + (" + ".join(f"x[{i}]" for i in range(errors)) or "0.0")),
+        "no_work": lambda: function("no_work()", "return " + pack("0" for _ in range(kinds))),
+        "plus_work": lambda: function("plus_work(x, y)", "return " + pack(f"x[{i}] + y[{i}]" for i in range(kinds))),
+    }

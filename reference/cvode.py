@@ -4,7 +4,7 @@ import time
 
 import numpy as np
 
-from daebench.pose import Dae
+from daebench.pose import Posed
 from daebench.reference.meter import Meter
 from daebench.reference.reduced import OnReducedOde
 from daebench.reference.sundials import count_steps, stepwise
@@ -17,7 +17,7 @@ class Cvode(OnReducedOde):
     solver = "cvode"
     variants = ("adams", "bdf")
 
-    def _begin(self, dae: Dae, tol: float, meter: Meter) -> Advance:
+    def _begin(self, dae: Posed, tol: float, meter: Meter) -> Advance:
         from sksundae.cvode import CVODE
 
         def right_side(t: float, y: Array, yp: Array) -> None:

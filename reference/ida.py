@@ -9,10 +9,11 @@ import numpy as np
 
 from daebench.errors import BadInput, unknown
 from daebench.method import Request
-from daebench.pose import FORMULATIONS, Dae, pose
+from daebench.pose import FORMULATIONS, Dae, Posed, pose
+from daebench.reference.constrained import trajectory
 from daebench.reference.meter import Meter
 from daebench.reference.sundials import count_steps, stepwise
-from daebench.reference.tolerance import MOST_STEPS, Advance, Array, check, run
+from daebench.reference.tolerance import MOST_STEPS, Advance, Array, check, drive
 from daebench.scene import Scene
 from daebench.trajectory import Trajectory
 
@@ -91,7 +92,8 @@ class Ida:
         began = time.perf_counter()
         self.check(scene, request)
         dae = pose(scene, self.formulation, self.options, multipliers="derivative" if self._cure == "derivative" else "plain")
-        return run(self.name, dae, request, lambda meter: self._begin(dae, request.value, meter), began=began, advice=self._advice)
+        found = drive(self.name, dae, request, lambda meter: self._begin(dae, request.value, meter), began=began, advice=self._advice)
+        return trajectory(dae, request, found)
 
     @property
     def _advice(self) -> str:
@@ -108,29 +110,46 @@ class Ida:
         return atol
 
     def _begin(self, dae: Dae, tol: float, meter: Meter) -> Advance:
-        from sksundae.ida import IDA
-
-        def residual(t: float, y: Array, yp: Array, res: Array) -> None:
-            began = time.perf_counter()
-            meter.called("residual", t, dae_residual(t, y, yp, res, par), began)
-
-        def jacobian(t: float, y: Array, yp: Array, res: Array, cj: float, JJ: Array) -> None:
-            began = time.perf_counter()
-            meter.called("jacobian", t, dae_jacobian(t, y, yp, res, cj, JJ, par), began)
-
-        def every_step(t: float, y: Array, yp: Array, events: Array) -> None:
-            events[0] = 1.0
-            count_steps(meter, t, y)
-
-        par, dae_residual, dae_jacobian = dae.par, dae.residual, dae.jacobian
-        _compile(dae)
-        options: dict[str, Any] = {"rtol": tol, "atol": self._atol(dae, tol), "max_num_steps": MOST_STEPS}
-        solver = IDA(residual, jacfn=jacobian, eventsfn=every_step, num_events=1, **options)
-        solver.init_step(0.0, dae.y0, dae.yp0)
-        return stepwise(solver, meter)
+        return begin(dae, tol, self._atol(dae, tol), meter)
 
 
-def _compile(dae: Dae) -> None:
+def begin(posed: Posed, tol: float, atol: Array, meter: Meter) -> Advance:
+    """Compile what will be called, and return how IDA is advanced from output to output.
+
+    Parameters
+    ----------
+    posed : Posed
+        What is solved.
+    tol : float
+        Relative tolerance.
+    atol : ndarray, shape(n,)
+        Absolute tolerances.
+    meter : Meter
+        Where calls and steps are counted.
+    """
+    from sksundae.ida import IDA
+
+    def residual(t: float, y: Array, yp: Array, res: Array) -> None:
+        began = time.perf_counter()
+        meter.called("residual", t, posed_residual(t, y, yp, res, par), began)
+
+    def jacobian(t: float, y: Array, yp: Array, res: Array, cj: float, JJ: Array) -> None:
+        began = time.perf_counter()
+        meter.called("jacobian", t, posed_jacobian(t, y, yp, res, cj, JJ, par), began)
+
+    def every_step(t: float, y: Array, yp: Array, events: Array) -> None:
+        events[0] = 1.0
+        count_steps(meter, t, y)
+
+    par, posed_residual, posed_jacobian = posed.par, posed.residual, posed.jacobian
+    _compile(posed)
+    options: dict[str, Any] = {"rtol": tol, "atol": atol, "max_num_steps": MOST_STEPS}
+    solver = IDA(residual, jacfn=jacobian, eventsfn=every_step, num_events=1, **options)
+    solver.init_step(0.0, posed.y0, posed.yp0)
+    return stepwise(solver, meter)
+
+
+def _compile(dae: Posed) -> None:
     """Call each function once with arrays of the kinds that IDA hands over: its own are read-only."""
     res, JJ = np.empty(dae.n), np.empty((dae.n, dae.n))
     y, yp, read_only = dae.y0.copy(), dae.yp0.copy(), np.empty(dae.n)

@@ -2,6 +2,7 @@
 
 import math
 import time
+from collections.abc import Callable
 from typing import Any
 
 from daebench.elimination import SINGULAR
@@ -9,6 +10,9 @@ from daebench.method import Patience
 
 COLLAPSE = 1e-9
 """A thousand steps that cover less than this part of the run will not end: the step size has collapsed."""
+
+LEAST = 10.0
+"""So has one below this many spacings of the numbers at t, if it is neither at the very start nor the last: it will not move t at all."""
 
 
 class Stopped(Exception):
@@ -40,10 +44,13 @@ class Meter:
         Wall-clock limit, s.
     patience : Patience, optional
         Limit of work.
+    outside : callable, optional
+        ``outside(y)`` returns what the unknowns have left, as "the domain u > 0", or "".
     """
 
-    def __init__(self, t_end: float, limit: float, patience: Patience | None = None) -> None:
+    def __init__(self, t_end: float, limit: float, patience: Patience | None = None, outside: Callable[[Any], str] = lambda _: "") -> None:
         self.t_end, self.limit, self.deadline, self.patience = t_end, limit, math.inf, patience
+        self.outside = outside
         self.calls: dict[str, int] = {}
         self.steps, self.t, self.seconds = 0, 0.0, 0.0
         self.target = t_end
@@ -87,13 +94,23 @@ class Meter:
         Raises
         ------
         Stopped
-            If the step size has collapsed.
+            If the unknowns are where they may not be, before they are kept; or if the step size has collapsed.
         """
-        self.steps, self.t, self.y = self.steps + 1, t, y.copy()
+        self.steps += 1
+        self.require_inside(y)
+        h, self.t, self.y = t - self.t, t, y.copy()
+        if h < LEAST * math.ulp(t) and COLLAPSE * self.t_end < t != self.t_end:
+            raise Stopped(f"the step size has collapsed to {h:.1e}")
         if self.steps % 1000 == 0:
             if t - self._mark < COLLAPSE * self.t_end:
                 raise Stopped(f"the step size has collapsed to {(t - self._mark) / 1000:.1e}")
             self._mark = t
+
+    def require_inside(self, y: Any) -> None:
+        """Stop where unknowns are outside of what is allowed, at the time of the last step that was not."""
+        if left := self.outside(y):
+            advice = "use a smaller tol, or a method whose steps stay inside, such as strang"
+            raise Stopped(f"the state leaves {left} in the next step", advice=advice)
 
     @staticmethod
     def _ill(t: float, health: float) -> None:

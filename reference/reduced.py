@@ -1,4 +1,4 @@
-"""What the solvers of the index-reduced ODE share: the formulation, the request, and a way to begin that is their own."""
+"""What the solvers of ODEs share: the index-reduced ODE, the request, and a way to begin that is their own."""
 
 import time
 from abc import ABC, abstractmethod
@@ -8,9 +8,10 @@ from typing import ClassVar
 
 from daebench.errors import unknown
 from daebench.method import Request
-from daebench.pose import Dae, pose
+from daebench.pose import Posed, pose
+from daebench.reference.constrained import trajectory
 from daebench.reference.meter import Meter
-from daebench.reference.tolerance import TOLERANCES, Advance, check, run
+from daebench.reference.tolerance import TOLERANCES, Advance, Driven, check, drive
 from daebench.scene import Scene
 from daebench.trajectory import Trajectory
 
@@ -66,9 +67,12 @@ class OnReducedOde(ABC):
         began = time.perf_counter()
         self.check(scene, request)
         dae = pose(scene, "ode")
-        advice = "use a larger tol, and see whether G keeps its rank"
-        return run(self.name, dae, request, lambda meter: self._begin(dae, request.value, meter), began=began, advice=advice)
+        return trajectory(dae, request, self.drive(dae, request, began=began, advice="use a larger tol, and see whether G keeps its rank"))
+
+    def drive(self, posed: Posed, request: Request, *, began: float, advice: str) -> Driven:
+        """Return what the solver gives on any ODE; see :func:`daebench.reference.tolerance.drive`."""
+        return drive(self.name, posed, request, lambda meter: self._begin(posed, request.value, meter), began=began, advice=advice)
 
     @abstractmethod
-    def _begin(self, dae: Dae, tol: float, meter: Meter) -> Advance:
+    def _begin(self, dae: Posed, tol: float, meter: Meter) -> Advance:
         """Compile what will be called, and return how the solver is advanced from output to output."""

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from daebench.pose import Dae
+from daebench.pose import Posed
 from daebench.reference.meter import Meter, Stopped
 from daebench.reference.reduced import OnReducedOde
 from daebench.reference.tolerance import MOST_STEPS, Advance, Array
@@ -22,7 +22,7 @@ class ScipyOde(OnReducedOde):
     variants = tuple(IMPLICIT)
     least = 100 * float(np.finfo(float).eps)
 
-    def _begin(self, dae: Dae, tol: float, meter: Meter) -> Advance:
+    def _begin(self, dae: Posed, tol: float, meter: Meter) -> Advance:
         from scipy import integrate
 
         def right_side(t: float, y: Array) -> Array:

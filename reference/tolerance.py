@@ -3,7 +3,7 @@
 import math
 import time
 from collections.abc import Callable, Mapping
-from dataclasses import replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -11,10 +11,8 @@ from numpy.typing import NDArray
 
 from daebench.errors import BadInput
 from daebench.method import Request
-from daebench.pose import Dae
+from daebench.pose import Posed
 from daebench.reference.meter import Meter, Stopped
-from daebench.scene import Scene
-from daebench.trajectory import Trajectory
 
 Array = NDArray[np.float64]
 
@@ -55,16 +53,38 @@ Advance = Callable[[float], Array]
 """Returns the unknowns at the next output time, or raises :class:`Stopped`."""
 
 
-def run(name: str, dae: Dae, request: Request, begin: Callable[[Meter], Advance], *, began: float, advice: str) -> Trajectory:
-    """Return the trajectory of a solver that is driven from output to output.
+@dataclass(frozen=True)
+class Driven:
+    """What a solver gave, before it is read as states of a problem.
 
-    Where it stops early, the trajectory has the outputs so far, the end of the last step, and why.
+    Parameters
+    ----------
+    t : ndarray, shape(n,)
+        The output times that were reached, and the end of the last step where it stopped early.
+    Y : ndarray, shape(n, ...)
+        Unknowns at those times.
+    kept : slice or list of int
+        The rows that were asked for; what is watched is watched in all of them.
+    outcome : mapping of str to object
+        Fields of :class:`daebench.trajectory.Outcome`, the maxima and the times apart.
+    """
+
+    t: Array
+    Y: Array
+    kept: slice | list[int]
+    outcome: Mapping[str, Any]
+
+
+def drive(name: str, posed: Posed, request: Request, begin: Callable[[Meter], Advance], *, began: float, advice: str) -> Driven:
+    """Return what a solver gives that is driven from output to output.
+
+    Where it stops early, that is the outputs so far, the end of the last step, and why.
 
     Parameters
     ----------
     name : str
         Name of the method.
-    dae : Dae
+    posed : Posed
         What is solved.
     request : Request
         What is asked for, already checked.
@@ -76,10 +96,10 @@ def run(name: str, dae: Dae, request: Request, begin: Callable[[Meter], Advance]
         What to do if the run stops early.
     """
     assert request.t_end is not None
-    meter, scene, failure = Meter(request.t_end, request.seconds_limit or SECONDS_LIMIT, request.patience), dae.scene, None
-    interrupted = False
+    meter = Meter(request.t_end, request.seconds_limit or SECONDS_LIMIT, request.patience, posed.outside)
+    scene, failure, interrupted = posed.scene, None, False
     times = np.linspace(0.0, request.t_end, max(3, request.points or POINTS))
-    Y, seconds, ready = [dae.y0], 0.0, began
+    Y, seconds, ready = [posed.y0], 0.0, began
 
     def sentence(why: str, t: float, advice: str) -> str:
         where = f"{name} on {scene.problem}, case {scene.case}, stopped at t = {t:.9g} of {request.t_end:g} (tol = {request.value:g})"
@@ -92,78 +112,36 @@ def run(name: str, dae: Dae, request: Request, begin: Callable[[Meter], Advance]
         for t in times[1:]:
             cpu = time.thread_time()
             try:
-                Y.append(advance(float(t)))
+                y = advance(float(t))
             finally:
                 seconds += time.thread_time() - cpu
+            meter.require_inside(y)
+            Y.append(y)
             if request.progress:
                 request.progress(float(t) / request.t_end)
     except Stopped as stop:
-        failure = sentence(str(stop), meter.t if stop.t is None else stop.t, stop.advice or advice)
+        failure = sentence(str(stop), max(meter.t, times[len(Y) - 1]) if stop.t is None else stop.t, stop.advice or advice)
     except KeyboardInterrupt:
         failure, interrupted = sentence("interrupted", meter.t, "run it again"), True
-    if failure and meter.t > times[len(Y) - 1]:
-        times = np.append(times[: len(Y)], meter.t)
+    times = times[: len(Y)]
+    if failure and meter.t > times[-1]:
+        times = np.append(times, meter.t)
         Y.append(meter.y)
-    found = _trajectory(name, dae, request, times, np.array(Y), meter, failure, seconds=seconds, compile_seconds=ready - began)
-    return replace(found, interrupted=interrupted)
-
-
-def _trajectory(
-    name: str,
-    dae: Dae,
-    request: Request,
-    times: Array,
-    Y: Array,
-    meter: Meter,
-    failure: str | None,
-    *,
-    seconds: float,
-    compile_seconds: float,
-) -> Trajectory:
-    scene = dae.scene
-    q, v = dae.unpack(Y)
-    p = dae.momenta(q, v)
-    p[0] = scene.p0  # as given, without the round-off of p = M v
-    kept = slice(None) if request.every is None and request.points != 2 else [0, -1] if len(Y) > 1 else [0]
-    return Trajectory(
-        problem=scene.problem,
-        case=scene.case,
-        method=name,
-        parameters=dict(scene.parameters),
-        knob="tol",
-        value=request.value,
-        t=times[: len(Y)][kept],
-        q=q[kept],
-        p=p[kept],
-        lam=scene.along("lam", p[kept], q[kept]) if request.multipliers else None,
-        steps=meter.steps,
-        work=dict(meter.calls) | {"steps": meter.steps} if request.count else {},
-        maxima=_maxima(scene, request.watch, p, q),
-        maxima_over="outputs",
-        pivot=_smallest_pivot(scene, p, q) if "manifold" in request.watch else None,
-        callback_seconds=min(meter.seconds, seconds),
-        failure=failure,
-        seconds=seconds,
-        compile_seconds=compile_seconds,
-    )
-
-
-def _maxima(scene: Scene, watch: tuple[str, ...], p: Array, q: Array) -> Mapping[str, float]:
-    """Return the largest moduli over all outputs, those at the ends of ``every = 0`` and between them alike."""
-    maxima: dict[str, Any] = {}
-    if "energy" in watch:
-        H = scene.along("H", p, q)
-        maxima["energy"] = np.max(np.abs(H - H[0]))
-    if "manifold" in watch:
-        maxima |= {"g": np.max(np.abs(scene.along("g", q))), "Gv": np.max(np.abs(scene.along("Gv", p, q)))}
-    if "integrals" in watch and scene.integrals:
-        errors = scene.along("integrals", p, q)
-        maxima |= dict(zip(scene.integrals, np.max(np.abs(errors - errors[0]), axis=0), strict=True))
-    return {name: float(value) for name, value in maxima.items()}
-
-
-def _smallest_pivot(scene: Scene, p: Array, q: Array) -> float:
-    """Return the smallest relative pivot of G H_pp G^T over all outputs: no solver's flag tells of rank loss, this does."""
-    call = scene.functions("lam_and_pivot").lam_and_pivot
-    with np.errstate(all="ignore"):
-        return float(min(call(tuple(a), tuple(b), scene.par)[1] for a, b in zip(p, q, strict=True)))
+    kept: slice | list[int] = slice(None) if request.every is None and request.points != 2 else [0, -1] if len(Y) > 1 else [0]
+    outcome = {
+        "problem": scene.problem,
+        "case": scene.case,
+        "method": name,
+        "parameters": dict(scene.parameters),
+        "knob": "tol",
+        "value": request.value,
+        "steps": meter.steps,
+        "work": dict(meter.calls) | {"steps": meter.steps} if request.count else {},
+        "maxima_over": "outputs",
+        "callback_seconds": min(meter.seconds, seconds),
+        "failure": failure,
+        "interrupted": interrupted,
+        "seconds": seconds,
+        "compile_seconds": ready - began,
+    }
+    return Driven(times, np.array(Y), kept, outcome)

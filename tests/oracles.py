@@ -84,7 +84,7 @@ def solution(name, t):
     tests of its own and shares nothing with the schemes but the problem's derivatives.
     """
     q0, p0 = scene(name).q0, scene(name).p0
-    if name in problems():
+    if name in problems("constrained"):
         with pytest.MonkeyPatch.context() as patch:
             patch.setattr("daebench.pose._module", uncompiled.kept_module)
             run = ScipyOde("DOP853").solve(scene(name), Request(value=1e-13, t_end=t)).complete()

@@ -1,16 +1,18 @@
-"""The README's table of methods, written from what the schemes claim: ``python tests/readme.py`` puts it in place."""
+"""The README's tables of methods, written from what the schemes claim: ``python tests/readme.py`` puts them in place."""
 
 from pathlib import Path
 
+from daebench import poisson_names, poisson_pose
 from daebench.catalogue import schemes
+from daebench.claims import CLASSES
 from daebench.compositions import COMPOSITIONS
 from daebench.fixed_step import PROJECTIONS, FixedStep
 from daebench.forms import FORMS
-from daebench.members import members
+from daebench.members import members, poisson_members
 from daebench.pose import FORMULATIONS
 
 README = Path(__file__).parent.parent / "README.md"
-PLACES = ("methods", "around")
+PLACES = ("methods", "around", "poisson", "poisson_forms")
 
 STAYS = {
     "index3": "g = 0 to tolerance",
@@ -54,8 +56,39 @@ def methods():
     return "\n".join(lines)
 
 
+def poisson():
+    """Return the table of methods for Poisson systems, as Markdown."""
+    lines = ["| method | Poisson integrator for | order | symmetric | keeps besides | source |", "|---|---|---|---|---|---|"]
+    for name, claims in poisson_members().items():
+        kept = f"{claims.keeps} integrals" if claims.keeps else ""
+        row = (
+            f"`{name}`",
+            CLASSES.get(claims.poisson, "no B"),
+            str(claims.order),
+            "yes" if claims.symmetric else "no",
+            kept,
+            claims.source,
+        )
+        lines.append(f"| {' | '.join(row)} |")
+    stays = {"casimirs": "Casimir functions, to tolerance", "ode": ""}
+    lines += [
+        f"| `ida:{name}` | no B: {about} | 1-5 | no | {stays[name]} | SUNDIALS IDA |" for name, about in poisson_pose.FORMULATIONS.items()
+    ]
+    lines += [
+        "| `cvode:adams` `cvode:bdf` | no B | 1-12, 1-5 | no |  | SUNDIALS CVODE |",
+        "| `scipy:DOP853` `scipy:Radau` ... | no B | 8, 5, ... | no |  | SciPy |",
+    ]
+    return "\n".join(lines)
+
+
+def poisson_forms():
+    """Return the table of forms of Poisson systems, as Markdown."""
+    lines = ["| form | what it is |", "|---|---|"]
+    return "\n".join(lines + [f"| `{name}:` | {about} |" for name, about in poisson_names.ABOUT.items()])
+
+
 def replaced(text):
-    """Return the README's text with both tables in their places."""
+    """Return the README's text with all tables in their places."""
     for place in PLACES:
         begin, end = f"<!-- {place} -->", f"<!-- end of {place} -->"
         before, _, rest = text.partition(begin)

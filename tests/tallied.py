@@ -1,6 +1,6 @@
 """The work of a run counted independently: by wrapping the functions of its uncompiled kernel."""
 
-from daebench.trajectory import WORK
+from daebench.trajectory import CONSTRAINED, WORK
 
 KINDS = {name: name for name in ("H_p", "H_q", "g", "G")} | {"K_y": "H_q", "two_form": "second"}
 KINDS |= dict.fromkeys(("H_pp", "H_qq", "H_qp", "Gv_p", "Gv_q", "curvature", "a_p"), "second")
@@ -10,7 +10,7 @@ KINDS |= dict.fromkeys(("solve_stages", "solve_stages_but_one", "solve_stages_tw
 
 def tally(monkeypatch, method, scene, request):
     """Return the work of a run by kind, counted call by call."""
-    kernel, found = method.kernel(scene, "float64", request.watch, count=True), dict.fromkeys(WORK, 0)
+    kernel, found = method.kernel(scene, "float64", request.watched(CONSTRAINED), count=True), dict.fromkeys(WORK, 0)
     sweeps = [each for each in vars(kernel) if "improve" in each and not each.startswith(("newton", "relax", "tally"))]
     for function, kind in (KINDS | dict.fromkeys(sweeps, "newton")).items():
         if hasattr(kernel, function):

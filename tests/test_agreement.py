@@ -11,6 +11,7 @@ from daebench.errors import BadInput
 from daebench.reference.certified import store
 from daebench.reference.certified.definition import define
 from daebench.reference.certified.file_agreement import BETWEEN, Place, agreement
+from daebench.reference.certified.parts import CONSTRAINED
 from daebench.reference.certified.trajectory_file import read
 
 NAME = "planar_pendulum-rotating"
@@ -225,7 +226,7 @@ def test_settings_out_of_range_are_refused(references, file, settings, sentence)
 def test_a_mark_of_byte_order_and_the_line_ends_of_windows_are_read(tmp_path):
     path = tmp_path / "own.csv"
     path.write_bytes(b"\xef\xbb\xbft,q1\r\n0,1\r\n0.5,2.50\r\n")
-    found = read(path)
+    found = read(path, CONSTRAINED)
     assert found.values["q1"].tolist() == [1, 2.5]
     assert found.half_unit("q1") == pytest.approx(0.005)
 

@@ -7,8 +7,8 @@ import pytest
 from daebench.errors import BadInput
 from daebench.problems.planar_pendulum import closed_form
 from daebench.reference.certified.between import states_at
+from daebench.reference.certified.runs import Motion
 from daebench.reference.certified.store import load
-from daebench.truth import Truth
 
 
 @pytest.fixture
@@ -18,7 +18,7 @@ def rotating(references):
 
 def still(n):
     """Return n states of nothing."""
-    return Truth("", np.zeros(n), np.zeros((n, 2)), np.zeros((n, 2)), np.zeros((n, 1)), dict.fromkeys(("q", "p", "lam"), 0.0))
+    return Motion({"q": np.zeros((n, 2)), "p": np.zeros((n, 2)), "lam": np.zeros((n, 1))}, dict.fromkeys(("q", "p", "lam"), 0.0))
 
 
 def exact(t):
@@ -34,7 +34,7 @@ def test_states_between_lie_within_their_bounds_and_bounds_are_not_wasteful(rota
     assert not found.stored.any()
     for k, t in enumerate(times):
         for part, values in zip(("q", "p", "lam"), exact(t), strict=True):
-            errors = [float(abs(mp.mpf(float(x)) - y)) for x, y in zip(getattr(found, part)[k], values, strict=True)]
+            errors = [float(abs(mp.mpf(float(x)) - y)) for x, y in zip(found.states[part][k], values, strict=True)]
             assert np.all(errors <= found.bound[part][k]), (t, part)
     assert max(rows.max() for rows in found.bound.values()) < 1e-12
 
@@ -42,7 +42,7 @@ def test_states_between_lie_within_their_bounds_and_bounds_are_not_wasteful(rota
 def test_stored_times_give_stored_digits(rotating):
     found = states_at(rotating, [2.5, 0.0, 4.0])
     assert found.row.tolist() == [20, 0, 32]
-    np.testing.assert_array_equal(found.q, rotating.q[[20, 0, 32]])
+    np.testing.assert_array_equal(found.states["q"], rotating.q[[20, 0, 32]])
     assert np.all(found.bound["q"] <= 2.0**-52)
     assert np.all(found.bound["q"] >= rotating.bound["q"][[20, 0, 32]])
 
@@ -51,7 +51,7 @@ def test_stored_times_give_stored_digits(rotating):
 def test_times_keep_their_order_and_may_come_twice(rotating):
     found = states_at(rotating, [1.03, 0.5, 1.03, 0.97, 1.0])
     alone = [states_at(rotating, [t]) for t in (1.03, 0.5, 1.03, 0.97, 1.0)]
-    np.testing.assert_allclose(found.q, np.concatenate([each.q for each in alone]), rtol=0, atol=1e-15)
+    np.testing.assert_allclose(found.states["q"], np.concatenate([each.states["q"] for each in alone]), rtol=0, atol=1e-15)
     assert found.stored.tolist() == [False, True, False, False, True]
 
 

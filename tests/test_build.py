@@ -10,7 +10,7 @@ import pytest
 from daebench.errors import BadInput
 from daebench.problems.planar_pendulum import closed_form
 from daebench.reference.certified import build as building
-from daebench.reference.certified import certificate, motions
+from daebench.reference.certified import certificate, constrained, motions
 from daebench.reference.certified.build import build
 from daebench.reference.certified.certify import NotCertified
 from daebench.reference.certified.ida_errors import ida_errors
@@ -69,9 +69,9 @@ def test_a_truth_that_ida_knows_better_is_refused(rotating, off):
             kept[stage] = make()
         return kept[stage]
 
-    truth = [rotating.q, rotating.p, rotating.lam]
+    truth = dict(rotating.values)
     ida_errors(rotating.scene(), rotating.t, truth, keep)
-    truth[0] = truth[0] + off * (rotating.t[:, None] > 2)
+    truth["q"] = truth["q"] + off * (rotating.t[:, None] > 2)
     with pytest.raises(NotCertified, match=r"ida:index2 differs from the truth in q by \d\.\de-.* at tol = 1e-12, where it estimates"):
         ida_errors(rotating.scene(), rotating.t, truth, keep)
 
@@ -149,13 +149,13 @@ def test_stages_of_another_request_are_not_used(tmp_path, monkeypatch):
 
 def test_a_failed_certification_leaves_the_old_reference(copied, monkeypatch):
     before = load(NAME, copied).certificate["checksum"]
-    right = motions.own_coordinates
+    right = constrained.own_coordinates
 
     def wrong(definition):
         (x, rate), *rest = right(definition)
         return [(x, rate * (library().real128(1) + library().real128("1e-24"))), *rest]
 
-    monkeypatch.setattr(motions, "own_coordinates", wrong)
+    monkeypatch.setattr(constrained, "own_coordinates", wrong)
     with pytest.raises(NotCertified):
         build(NAME, folder=copied, t_end=4)
     assert load(NAME, copied).certificate["checksum"] == before

@@ -8,8 +8,7 @@ import sympy as sp
 from scenes import scene
 
 from daebench.errors import BadInput, RunFailed
-from daebench.reference.certified import index_reduced, taylor
-from daebench.reference.certified import motions as ways
+from daebench.reference.certified import constrained, index_reduced, taylor
 from daebench.reference.certified.amplification import amplification, double_horizon
 from daebench.reference.certified.amplification import growth as growth_of
 from daebench.reference.certified.certify import NotCertified, certify, largest_so_far, smallest_singular_values
@@ -78,14 +77,14 @@ def double_pendulum_in_angles(t, angle):
 def test_taylor_series_in_both_coordinates_agree_with_a_motion_written_by_hand():
     found = motions("double_pendulum", "horizontal", t_end=1)
     expected = double_pendulum_in_angles(mp.mpf(1), mp.pi / 2)
-    for way in (found.own(), found.local()):
-        assert max(abs(x - y) for x, y in zip(way.q[-1], expected, strict=True)) < 1e-31
+    for way in (found.own(), found.other()):
+        assert max(abs(x - y) for x, y in zip(way.parts["q"][-1], expected, strict=True)) < 1e-31
 
 
 def test_certified_digits_of_a_motion_without_a_closed_form_lie_within_their_bounds():
     found = certify(motions("double_pendulum", "horizontal", t_end=1))
     expected = double_pendulum_in_angles(mp.mpf(1), mp.pi / 2)
-    errors = [float(abs(x - y)) for x, y in zip(found.states.q[-1], expected, strict=True)]
+    errors = [float(abs(x - y)) for x, y in zip(found.states.parts["q"][-1], expected, strict=True)]
     assert np.all(errors <= found.bound["q"][-1])
     assert found.bound["q"].max() < 1e-29
     assert [check["against"] for check in found.checks][-1] == "Taylor series in the problem's chart"
@@ -94,7 +93,7 @@ def test_certified_digits_of_a_motion_without_a_closed_form_lie_within_their_bou
 def test_a_closed_form_is_the_truth_where_there_is_one_and_multipliers_are_those_of_newton():
     found = certify(motions("planar_pendulum", "iftomm_a01"))
     assert found.method.startswith("closed form")
-    for q, p, lam in zip(found.states.q, found.states.p, found.states.lam, strict=True):
+    for q, p, lam in zip(*found.states.parts.values(), strict=True):
         assert abs(2 * lam[0] - (p[0] ** 2 + p[1] ** 2 - mp.mpf(981) / 100 * q[1])) < 1e-33  # the rod's pull, centripetal
 
 
@@ -121,10 +120,10 @@ def test_constants_are_divided_in_quadruple_precision():
 
 def test_the_second_run_has_other_rounding_and_the_start_has_none():
     found = motions("double_pendulum", "swing", t_end=1)
-    again = taylor.integrated(index_reduced.own_coordinates(found.definition), [*found.own().q[0], *found.own().p[0]], found.times, parts=3)
-    apart = max(abs(x - y) for x, y in zip(found.own().q[-1], again[-1], strict=False))
+    again = taylor.integrated(index_reduced.own_coordinates(found.definition), found.own().rows[0], found.times, parts=3)
+    apart = max(abs(x - y) for x, y in zip(found.own().rows[-1], again[-1], strict=True))
     assert 0 < apart < 1e-31
-    assert (found.own().q[0], found.own().p[0]) == found.definition.start_numbers()
+    assert [found.own().parts[part][0] for part in "qp"] == found.definition.start_numbers()
 
 
 @pytest.mark.parametrize("place", ["spherical-fast", "stretched-M", "relativistic", "double-pendulum", "coupled-rods"], ids=str)
@@ -163,7 +162,7 @@ def spoiled(equations, where, share):
 @pytest.mark.parametrize("share", ["1e-3", "1e-26"], ids=str)
 def test_an_equation_that_is_wrong_by_a_little_is_refused(case, share, monkeypatch):
     right = index_reduced.own_coordinates
-    monkeypatch.setattr(ways, "own_coordinates", lambda definition: spoiled(right(definition), definition.derivation.d, share))
+    monkeypatch.setattr(constrained, "own_coordinates", lambda definition: spoiled(right(definition), definition.derivation.d, share))
     with pytest.raises(NotCertified, match=r"was not certified: at t = .* differs in"):
         certify(motions(*case, t_end=1))
 
@@ -171,7 +170,7 @@ def test_an_equation_that_is_wrong_by_a_little_is_refused(case, share, monkeypat
 def test_a_chart_that_is_wrong_is_refused(monkeypatch):
     right = Local.equations.func
     monkeypatch.setattr(Local, "equations", property(lambda self: spoiled(right(self), 0, "1e-25")))
-    with pytest.raises(NotCertified, match="Taylor series in the chart differs"):
+    with pytest.raises(NotCertified, match="Taylor series in the problem's chart differs"):
         certify(motions("double_pendulum", "horizontal", t_end=1))
 
 
@@ -239,7 +238,7 @@ def test_amplification_is_that_of_neighbours_by_the_closed_form():
     growth = amplification(found, certified).start
     form, values = found.definition.derivation.problem.closed_form, {"mass": 1, "length": 1, "gravity": 1}
     speed, eps = mp.mpf(5) / 2, mp.mpf("1e-15")
-    size = max(float(abs(x)) for row in certified.states.p for x in row)
+    size = max(float(abs(x)) for row in certified.states.parts["p"] for x in row)
 
     def state(turn, faster):
         """The state at the end from the lowest point, turned by an angle, at some speed."""

@@ -13,11 +13,12 @@ from daebench.errors import BadInput
 from daebench.fixed_step import FixedStep
 from daebench.reference.certified import ida_run, own_run, store
 from daebench.reference.certified.definition import define
-from daebench.reference.certified.own_run import METHOD
-from daebench.reference.certified.recomputation import PARTS, followed
+from daebench.reference.certified.recomputation import followed
+from daebench.reference.certified.runs import RATTLE as METHOD
 from daebench.reference.certified.verify import verify
 
 NAME = "planar_pendulum-rotating"
+PARTS = ("q", "p", "lam")
 MIDDLE = 17
 """A row in the middle, t = 17/8."""
 

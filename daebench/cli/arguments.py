@@ -9,4 +9,5 @@ Case = Annotated[str | None, typer.Option("--case", help="Named initial values; 
 Param = Annotated[list[str] | None, typer.Option("--param", help="Value of a parameter, name=value; repeatable.")]
 Free = Annotated[list[str] | None, typer.Option("--option", help="Free number of a method, name=value; repeatable.")]
 Project = Annotated[bool, typer.Option("--project", help="Project the initial values onto the manifold.")]
+Anyway = Annotated[bool, typer.Option("--anyway", help="Run a scheme on a structure matrix B for which it is no Poisson integrator.")]
 Json = Annotated[bool, typer.Option("--json", help="One JSON object on standard output.")]

@@ -4,7 +4,7 @@ from typing import Annotated
 
 import typer
 
-from daebench.cli.arguments import Json
+from daebench.cli.arguments import Anyway, Case, Json
 from daebench.cli.console import bar, print_json, print_table, words
 
 COLUMNS = ("method", "ns_per_step", "ns_watched", "ns_counted", "cold_seconds", "warm_seconds", "note")
@@ -14,32 +14,36 @@ STARTS = 3
 
 def bench(
     problem: Annotated[str, typer.Option("--problem", help="Name of a problem.")] = "spherical_pendulum",
-    case: Annotated[str, typer.Option("--case", help="Named initial values.")] = "fig1.1",
+    case: Case = None,
     methods: Annotated[str | None, typer.Option("--methods", help="Fixed-step methods, comma-separated; all if left out.")] = None,
     h: Annotated[float, typer.Option("--h", help="Step size.")] = 0.01,
     steps: Annotated[int, typer.Option("--steps", help="Steps of one timed run.")] = 300_000,
     repeat: Annotated[int, typer.Option("--repeat", help="Runs, of which the best counts.")] = 7,
+    anyway: Anyway = False,
     as_json: Json = False,
 ) -> None:
     """Measure nanoseconds per step of fixed-step methods, and seconds to the first step on an empty and on a full cache."""
-    from daebench.catalogue import find_scene, schemes
+    from daebench.api import setting_of
+    from daebench.catalogue import schemes
+    from daebench.members import poisson_members
     from daebench.start_up import first_step, numba_alone
     from daebench.timing import hand_written, measure
 
-    scene = find_scene(problem, case)
-    names = words(methods) if methods else list(schemes())
+    scene = setting_of(problem, case)
+    own = schemes() if scene.sheet.KIND == "constrained" else poisson_members()
+    names = words(methods) if methods else list(own)
     rows = []
     with bar("bench") as progress:
         for k, name in enumerate(names):
             progress(k / len(names), name)
-            row = measure(scene, name, h=h, steps=steps, repeat=repeat)
+            row = measure(scene, name, h=h, steps=steps, repeat=repeat, anyway=anyway)
             if "ns_per_step" in row:
-                row["cold_seconds"], row["warm_seconds"] = first_step(problem, case, name, h, repeat=STARTS)
+                row["cold_seconds"], row["warm_seconds"] = first_step(problem, scene.case, name, h, repeat=STARTS, anyway=anyway)
             rows.append(row)
         rows += hand_written(scene, rows, h=h, steps=steps, repeat=repeat)
         rows.append({"method": "numba alone", "warm_seconds": numba_alone(repeat=STARTS)})
     if as_json:
-        print_json({"problem": problem, "case": case, "h": h, "steps": steps, "repeat": repeat, "rows": rows})
+        print_json({"problem": problem, "case": scene.case, "h": h, "steps": steps, "repeat": repeat, "rows": rows})
         return
     print_table(COLUMNS, [[_cell(row.get(column)) for column in COLUMNS] for row in rows])
 

@@ -4,7 +4,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from daebench.cli.arguments import Case, Free, Json, Param, Problem
+from daebench.cli.arguments import Anyway, Case, Free, Json, Param, Problem
 from daebench.cli.console import bar, pairs, print_json, print_table
 
 if TYPE_CHECKING:
@@ -16,22 +16,23 @@ def check(
     method: Annotated[str, typer.Option("--method", help="Name of a fixed-step method, for example rattle.")],
     case: Case = None,
     h: Annotated[float | None, typer.Option("--h", help="Step size of all but the order; a small part of the motion if left out.")] = None,
-    steps: Annotated[int, typer.Option("--steps", help="Steps along which constraints, energy and integrals are watched.")] = 200,
+    steps: Annotated[int, typer.Option("--steps", help="Steps along which what is kept is watched.")] = 200,
     param: Param = None,
     option: Free = None,
+    anyway: Anyway = False,
     as_json: Json = False,
 ) -> None:
     """Hold the claims of a fixed-step method against what is measured; exit 1 if one falls short."""
     from dataclasses import asdict
 
-    from daebench.api import scene_of
+    from daebench.api import setting_of
     from daebench.claims_bench import FALLS_SHORT
     from daebench.claims_check import NO_CLAIMS, check_claims, default_step
-    from daebench.fixed_step import accepted
-    from daebench.names import parse
+    from daebench.kinds import method_of
+    from daebench.measurable import measured
 
-    scene = scene_of(problem, case, pairs("param", param or []))
-    chosen = accepted(parse(method, pairs("option", option or [])), scene, NO_CLAIMS)
+    scene = setting_of(problem, case, pairs("param", param or []))
+    chosen = measured(method_of(scene, method, pairs("option", option or []), anyway=anyway), scene, NO_CLAIMS)
     with bar(f"{method} on {problem}") as progress:
         value = default_step(scene) if h is None else h
         found = check_claims(scene, chosen, h=value, steps=steps, progress=progress)

@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from daebench.cli.arguments import Case, Free, Param, Problem, Project
+from daebench.cli.arguments import Anyway, Case, Free, Param, Problem, Project
 from daebench.cli.console import bar, pairs, print_table, words
 from daebench.errors import BadInput
 
@@ -23,22 +23,24 @@ def compare(
     param: Param = None,
     option: Free = None,
     project: Project = False,
+    anyway: Anyway = False,
     out: Annotated[Path | None, typer.Option("--out", help="Write the table and the pictures, with their data, to a folder.")] = None,
 ) -> None:
-    """Compare methods on one problem: energy, manifold, integrals, work and time; exit 1 if one stops early."""
+    """Compare methods on one problem: energy, manifold or Casimir functions, integrals, work and time; exit 1 if one stops early."""
     import pandas as pd
 
-    from daebench.api import scene_of
+    from daebench.api import setting_of
     from daebench.comparison import row, trajectories
     from daebench.files import make_folder
-    from daebench.names import several
+    from daebench.kinds import methods_of
 
-    chosen = several(words(methods), pairs("option", option or []))
-    if not chosen:
+    wanted = words(methods)
+    if not wanted:
         raise BadInput("--methods names no method; give at least one, for example rattle.")
     if out is not None:
         make_folder(out)
-    scene = scene_of(problem, case, pairs("param", param or []), project=project)
+    scene = setting_of(problem, case, pairs("param", param or []), project=project)
+    chosen = methods_of(scene, wanted, pairs("option", option or []), anyway=anyway)
     with bar(f"compare on {problem}") as progress:
         names = [method.name for method in chosen]
         found = trajectories(

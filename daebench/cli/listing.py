@@ -38,45 +38,69 @@ def listing(
         print_json(tables)
         return
     for title, rows in tables.items():
-        columns = list(rows[0]) if rows else ["name"]
-        print_table(columns, [[_text(row[column]) for column in columns] for row in rows], title)
+        for columns in dict.fromkeys(tuple(row) for row in rows) or [("name",)]:
+            print_table(columns, [[_text(value) for value in row.values()] for row in rows if tuple(row) == columns], title)
 
 
 def _rows(what: What) -> list[dict[str, Any]]:
-    from daebench import catalogue, names, pose
+    """Return what there is; rows of one listing need not have the same columns."""
+    from daebench import catalogue, poisson_pose, pose
     from daebench.compositions import COMPOSITIONS
     from daebench.fixed_step import PROJECTIONS
-    from daebench.forms import FORMS
 
     if what is What.problems:
         found = catalogue.problems().values()
-        return [{"name": each.name, "parameters": {**each.parameters, **each.structure}, "about": each.summary} for each in found]
+        return [
+            {"name": each.name, "kind": each.kind, "parameters": {**each.parameters, **each.structure}, "about": each.summary}
+            for each in found
+        ]
     if what is What.methods:
-        return [_method(each) for each in names.listed()]
+        return _methods()
     if what is What.compositions:
         return [{"name": f"/{name}", "order": x.order, "stages": x.stages, "source": x.source} for name, x in COMPOSITIONS.items()]
     if what is What.projections:
         return [{"name": f"+{name}", "about": about} for name, about in PROJECTIONS.items()]
     if what is What.forms:
-        return [{"name": f"{name}:", "options": dict(form.options), "about": form.about} for name, form in FORMS.items()]
-    about = pose.FORMULATIONS if what is What.formulations else catalogue.reports()
-    return [{"name": name, "about": text} for name, text in about.items()]
+        return _forms()
+    if what is What.formulations:
+        both = {"constrained": pose.FORMULATIONS, "poisson": poisson_pose.FORMULATIONS}
+        return [{"name": name, "kind": kind, "about": text} for kind, own in both.items() for name, text in own.items()]
+    return [{"name": name, "about": text} for name, text in catalogue.reports().items()]
 
 
-def _method(each: Any) -> dict[str, Any]:
+def _forms() -> list[dict[str, Any]]:
+    from daebench import poisson_names
+    from daebench.forms import FORMS
+
+    own = [{"name": f"{name}:", "kind": "constrained", "options": dict(form.options), "about": form.about} for name, form in FORMS.items()]
+    return own + [{"name": f"{name}:", "kind": "poisson", "options": {}, "about": about} for name, about in poisson_names.ABOUT.items()]
+
+
+def _methods() -> list[dict[str, Any]]:
+    from daebench import names, poisson_names
+
+    return [_constrained(each) for each in names.listed()] + [_poisson(name) for name in poisson_names.listed()]
+
+
+def _constrained(each: Any) -> dict[str, Any]:
     from daebench.members import members
 
-    about: dict[str, Any] = {"name": each.name, "knob": each.knob, "system": each.system, "options": dict(each.options)}
-    if each.name not in members():
-        return about | dict.fromkeys(("order", "symmetric", "symplectic", "on_manifold", "source"))
-    claims = members()[each.name][1].claims
-    return about | {
-        "order": claims.order,
-        "symmetric": claims.symmetric,
-        "symplectic": claims.symplectic,
-        "on_manifold": claims.on_manifold,
-        "source": claims.source,
-    }
+    about: dict[str, Any] = {"name": each.name, "kind": "constrained", "knob": each.knob, "system": each.system}
+    claims = members()[each.name][1].claims if each.name in members() else None
+    claimed = ("order", "symmetric", "symplectic", "on_manifold", "source")
+    return about | {"options": dict(each.options)} | {name: getattr(claims, name, None) for name in claimed}
+
+
+def _poisson(name: str) -> dict[str, Any]:
+    """Return a method for Poisson systems with its claims; ``poisson`` says for which B it is a Poisson integrator."""
+    from daebench import poisson_names
+    from daebench.claims import CLASSES
+    from daebench.members import poisson_members
+
+    about: dict[str, Any] = {"name": name, "kind": "poisson", "knob": poisson_names.parse(name).knob, "system": "poisson"}
+    claims = poisson_members().get(name)
+    about |= {claim: getattr(claims, claim, None) for claim in ("order", "symmetric", "keeps")}
+    return about | {"poisson": CLASSES.get(claims.poisson, "no B") if claims else None, "source": claims.source if claims else None}
 
 
 def _text(value: Any) -> str:

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from daebench.cli.arguments import Case, Free, Json, Param, Problem
+from daebench.cli.arguments import Anyway, Case, Free, Json, Param, Problem
 from daebench.cli.console import bar, pairs, print_json, print_table, words
 from daebench.errors import BadInput
 
@@ -22,26 +22,30 @@ def order(
     halvings: Annotated[int | None, typer.Option("--halvings", help="How often it is halved; until round-off if left out.")] = None,
     param: Param = None,
     option: Free = None,
+    anyway: Anyway = False,
     out: Annotated[Path | None, typer.Option("--out", help="Write the tables and the picture to a folder.")] = None,
     as_json: Json = False,
 ) -> None:
-    """Measure the orders of methods, for q, p, lam and raw multipliers apart; exit 1 if a method fails at every step size.
+    """Measure the orders of methods; exit 1 if a method fails at every step size.
+
+    Errors of q, p, lam and raw multipliers apart, or of y of a Poisson system.
 
     Errors are Euclidean norms, the largest over t = T k/8, k = 1..8.
     """
     chosen = words(methods)
     if not chosen:
         raise BadInput("--methods names no method; give at least one, for example rattle.")
-    from daebench.api import scene_of
+    from daebench.api import setting_of
     from daebench.files import make_folder
-    from daebench.names import several
+    from daebench.kinds import methods_of
     from daebench.order_study import study
 
     if out is not None:
         make_folder(out)
-    scene = scene_of(problem, case, pairs("param", param or []))
+    scene = setting_of(problem, case, pairs("param", param or []))
+    given = methods_of(scene, chosen, pairs("option", option or []), anyway=anyway)
     with bar(f"order on {problem}") as progress:
-        found = study(scene, several(chosen, pairs("option", option or [])), t_end=t_end, h=h, halvings=halvings, began=progress)
+        found = study(scene, given, t_end=t_end, h=h, halvings=halvings, began=progress)
     if as_json:
         print_json(_everything(found))
     else:

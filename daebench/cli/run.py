@@ -2,17 +2,13 @@
 
 from enum import StrEnum
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated
 
 import typer
 
-from daebench.cli.arguments import Case, Free, Json, Param, Problem, Project
-from daebench.cli.console import bar, numbers, pairs, print_json, print_table, words
+from daebench.cli.arguments import Anyway, Case, Free, Json, Param, Problem, Project
+from daebench.cli.console import bar, numbers, pairs, print_json, words
 from daebench.errors import BadInput
-
-if TYPE_CHECKING:
-    from daebench.scene import Scene
-    from daebench.trajectory import Trajectory
 
 
 class Precision(StrEnum):
@@ -36,17 +32,23 @@ def run(
     option: Free = None,
     q0: Annotated[str | None, typer.Option("--q0", help="Initial positions, comma-separated, in place of the case's.")] = None,
     p0: Annotated[str | None, typer.Option("--p0", help="Initial momenta, comma-separated, in place of the case's.")] = None,
-    watch: Annotated[str, typer.Option("--watch", help="energy,manifold,integrals or none.")] = "energy,manifold",
+    y0: Annotated[str | None, typer.Option("--y0", help="Initial state of a Poisson system, comma-separated.")] = None,
+    watch: Annotated[
+        str | None, typer.Option("--watch", help="energy; manifold, or casimirs of a Poisson system; integrals; none [all but integrals].")
+    ] = None,
     project: Project = False,
     precision: Annotated[Precision, typer.Option("--precision")] = Precision.float64,
     out: Annotated[Path | None, typer.Option("--out", help="Write the trajectory to FILE.csv or FILE.npz.")] = None,
     lam: Annotated[bool, typer.Option("--lam", help="Write the multipliers lam(p, q) to --out too.")] = False,
     raw: Annotated[bool, typer.Option("--raw", help="Write multipliers of every step too: FILE.raw.csv beside --out FILE.csv.")] = False,
+    anyway: Anyway = False,
     compensated: Annotated[bool, typer.Option("--compensated", help="Compensate sums over steps for rounding.")] = False,
     as_json: Json = False,
 ) -> None:
     """Run one method on one problem; exit 1 if it stops early."""
     from daebench.api import prepare
+    from daebench.catalogue import find_scene
+    from daebench.cli.summary import moved, print_summary, summary_of
     from daebench.files import check_writable, write_trajectory
 
     if raw and out is None:
@@ -68,24 +70,27 @@ def run(
             options=pairs("option", option or []),
             q0=numbers("--q0", q0),
             p0=numbers("--p0", p0),
-            watch=_watched(watch),
+            y0=numbers("--y0", y0),
+            watch=None if watch is None else _watched(watch),
             project=project,
             precision=precision.value,
-            multipliers=lam and out is not None,
+            multipliers=lam,
             raw=raw,
             compensated=compensated,
+            anyway=anyway,
             progress=progress,
         )
         trajectory = chosen.solve(scene, request)
     if out is not None:
         write_trajectory(out, trajectory)
-    summary = _summary(scene, trajectory, compensated=compensated)
+    summary = summary_of(scene, trajectory, compensated=compensated)
     if project:
-        summary["projected"] = _moved(problem, case, param or [], numbers("--q0", q0), numbers("--p0", p0), scene)
+        given = find_scene(problem, case, pairs("param", param or []), q0=numbers("--q0", q0), p0=numbers("--p0", p0))
+        summary["projected"] = moved(given, scene)
     if as_json:
         print_json(summary)
     else:
-        _print(summary)
+        print_summary(summary)
     raise typer.Exit(1 if trajectory.failure else 0)
 
 
@@ -94,61 +99,3 @@ def _watched(text: str) -> list[str]:
     if "none" in names and len(names) > 1:
         raise BadInput(f"--watch {text}: none cannot be combined with other names.")
     return [] if names == ["none"] else names
-
-
-def _moved(problem: str, case: str | None, param: list[str], q0: Any, p0: Any, scene: "Scene") -> dict[str, float]:
-    """Return by how much the projection moved the initial values."""
-    import numpy as np
-
-    from daebench.catalogue import find_scene
-
-    given = find_scene(problem, case, pairs("param", param), q0=q0, p0=p0)
-    return {name: float(np.linalg.norm(getattr(scene, name) - getattr(given, name))) for name in ("q0", "p0")}
-
-
-def _summary(scene: "Scene", trajectory: "Trajectory", *, compensated: bool) -> dict[str, Any]:
-    """Return what a run says of itself; q, p and lam are those at its end."""
-    import numpy as np
-
-    q, p = trajectory.q[-1], trajectory.p[-1]
-    energy, start = (float(scene.value("H", *state)) for state in ((p, q), (scene.p0, scene.q0)))
-    with np.errstate(all="ignore"):
-        lam = scene.value("lam", p, q)
-    maxima = dict(trajectory.maxima)
-    return {
-        "problem": trajectory.problem,
-        "case": trajectory.case,
-        "parameters": dict(trajectory.parameters),
-        "method": trajectory.method,
-        "compensated": compensated or None,
-        "h": trajectory.value if trajectory.knob == "h" else None,
-        "tol": trajectory.value if trajectory.knob == "tol" else None,
-        "steps": trajectory.steps,
-        "t": float(trajectory.t[-1]),
-        "q": q,
-        "p": p,
-        "lam": lam,
-        "energy": energy,
-        "energy_error": energy - start,
-        "max_energy_error": maxima.pop("energy", None),
-        "g": maxima.pop("g", None),
-        "Gv": maxima.pop("Gv", None),
-        "integrals": maxima,
-        "maxima_over": trajectory.maxima_over,
-        "work": dict(trajectory.work),
-        "seconds": trajectory.seconds,
-        "compile_seconds": trajectory.compile_seconds,
-        "callback_seconds": trajectory.callback_seconds,
-        "failure": trajectory.failure,
-    }
-
-
-def _print(summary: dict[str, Any]) -> None:
-    def text(value: Any) -> str:
-        if isinstance(value, dict):
-            return ", ".join(f"{name} {text(item)}" for name, item in value.items())
-        if hasattr(value, "tolist"):
-            return ", ".join(f"{x:.15g}" for x in value.tolist())
-        return f"{value:.9g}" if isinstance(value, float) else str(value)
-
-    print_table(["", ""], [[name, text(value)] for name, value in summary.items() if value is not None and text(value)])

@@ -1,23 +1,39 @@
 """Errors of conserved quantities along a trajectory: the difference from their value at its start."""
 
+from typing import Any
+
 import numpy as np
 from numpy.typing import NDArray
 
-from daebench.scene import Scene
-from daebench.trajectory import Trajectory
+from daebench.scene import PoissonScene, Setting
+from daebench.trajectory import PoissonTrajectory, Trajectory
 
 Array = NDArray[np.float64]
 
 
-def energy_error(scene: Scene, trajectory: Trajectory) -> Array:
-    """Return H(x(t)) - H(x0) at the outputs, shape(n,), in the unit of H."""
-    H = scene.along("H", trajectory.p, trajectory.q)
+def energy_error(scene: Setting, trajectory: Trajectory | PoissonTrajectory) -> Array:
+    """Return H(x(t)) - H(x0), or H(y(t)) - H(y0), at the outputs, shape(n,), in the unit of H."""
+    H = scene.along("H", *_states(trajectory))
     return np.asarray(H - H[0], dtype=float)
 
 
-def integral_errors(scene: Scene, trajectory: Trajectory) -> dict[str, Array]:
+def integral_errors(scene: Setting, trajectory: Trajectory | PoissonTrajectory) -> dict[str, Array]:
     """Return the error of each first integral that the problem declares besides H, by name, each shape(n,) over the outputs."""
-    if not scene.integrals:
+    return _errors(scene, "integrals", scene.integrals, _states(trajectory))
+
+
+def casimir_errors(scene: PoissonScene, trajectory: PoissonTrajectory) -> dict[str, Array]:
+    """Return the error of each Casimir function of a Poisson system, HLW Def. 2.5, by name, each shape(n,) over the outputs."""
+    return _errors(scene, "casimirs", scene.casimirs, _states(trajectory))
+
+
+def _states(trajectory: Trajectory | PoissonTrajectory) -> tuple[Array, ...]:
+    """Return the states as a problem's functions take them."""
+    return (trajectory.p, trajectory.q) if isinstance(trajectory, Trajectory) else (trajectory.y,)
+
+
+def _errors(scene: Setting, function: str, names: tuple[str, ...], states: tuple[Array, ...]) -> dict[str, Any]:
+    if not names:
         return {}
-    values = scene.along("integrals", trajectory.p, trajectory.q)
-    return dict(zip(scene.integrals, (values - values[0]).T, strict=True))
+    values = scene.along(function, *states)
+    return dict(zip(names, (values - values[0]).T, strict=True))

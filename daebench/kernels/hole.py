@@ -14,6 +14,9 @@ from typing import Any
 Vector = tuple[Any, ...]
 """Positions, momenta or velocities, shape(d,)."""
 
+State = Any
+"""What a step maps: (p, q) of a constrained system."""
+
 Multiplier = tuple[Any, ...]
 """Multipliers or constraint values, shape(m,)."""
 
@@ -464,12 +467,32 @@ def start(p0: Vector, q0: Vector, h: Number) -> tuple[Any, Report]:
     raise NotImplementedError("filled in by the linker")
 
 
-def watched(p: Vector, q: Vector) -> tuple[Number, ...]:
+def one(x: State, memory: Any, h: Number) -> Any:
+    """The next state, memory, the raw multipliers and a report."""
+
+
+def begin(x: State, h: Number) -> Any:
+    """The memory that the first step needs, and a report."""
+
+
+def finish(x: State, report: Report) -> Any:
+    """State and report after what ends a step."""
+
+
+def seen(x: State) -> State:
+    """The state in the coordinates that are watched and stored."""
+
+
+def moduli(x: State) -> Number:
+    """Sum of moduli of a state."""
+
+
+def watched(x: State) -> tuple[Number, ...]:
     """Conserved quantities that the run watches."""
     raise NotImplementedError("filled in by the linker")
 
 
-def watch(p: Vector, q: Vector, first: tuple[Number, ...]) -> tuple[Number, ...]:
+def watch(x: State, first: tuple[Number, ...]) -> tuple[Number, ...]:
     """Moduli of the errors that the run watches, given the conserved quantities at the start."""
     raise NotImplementedError("filled in by the linker")
 
@@ -483,5 +506,5 @@ def total(x: tuple[Number, ...]) -> Number:
     """Sum of moduli that are watched; not finite where any of them is not."""
 
 
-def store(P: Any, Q: Any, R: Any, row: int, p: Vector, q: Vector, raw: Any) -> None:
+def store(X: Any, R: Any, row: int, x: State, raw: Any) -> None:
     """Write a state into row ``row`` of the outputs, and the step's raw multipliers where they are wanted."""

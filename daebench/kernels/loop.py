@@ -1,124 +1,55 @@
-"""The only loop over steps: it composes, stores, watches and stops; a step is a map and knows nothing of it."""
+"""The only loop over steps: it composes, stores, watches and stops; a step is a map of states and knows nothing of it."""
 
 from typing import Any
 
 from daebench.kernels.hole import (
-    COMPENSATED,
     COMPOSED,
     INF,
-    LOCAL,
-    MULTISTEP,
-    PROJECTED,
     Number,
-    Report,
-    Vector,
-    chart,
-    increment,
+    State,
+    finish,
+    moduli,
     no_work,
-    norm,
+    one,
     plus_work,
-    scale,
-    start,
-    step,
+    seen,
     store,
     total,
     watch,
     watched,
     worst,
 )
-from daebench.kernels.manifold import project
-from daebench.kernels.newton import NOT_FINITE, OK, both
-from daebench.kernels.summation import add
+from daebench.kernels.newton import NOT_FINITE, OK
 
 WATCH_NOT_FINITE = 4
 
-if MULTISTEP:
-
-    def one(p: Vector, q: Vector, memory: Any, h: Number) -> Any:
-        """Return the next p, q, memory, the raw multipliers and a report."""
-        return step(p, q, memory, h)  # type: ignore[call-arg]
-
-    def begin(p: Vector, q: Vector, h: Number) -> Any:
-        """Return the memory that the first step needs, and a report."""
-        return start(p, q, h)
-
-elif COMPENSATED:
-
-    def one(p: Vector, q: Vector, memory: Any, h: Number) -> Any:
-        """Return the next p, q, what rounding left of their sums, the raw multipliers and a report."""
-        dp, dq, raw, report = increment(p, q, h)
-        p1, low_p = add(p, memory[0], dp)
-        q1, low_q = add(q, memory[1], dq)
-        return p1, q1, (low_p, low_q), raw, report
-
-    def begin(p: Vector, q: Vector, h: Number) -> Any:
-        """Return what rounding has left so far: nothing; and a report."""
-        return (scale(0.0 * h, p), scale(0.0 * h, q)), (OK, 0.0 * h, INF, no_work())
-
-else:
-
-    def one(p: Vector, q: Vector, memory: Any, h: Number) -> Any:
-        """Return the next p, q, memory, the raw multipliers and a report."""
-        p1, q1, raw, report = step(p, q, h)
-        return p1, q1, memory, raw, report
-
-
 if COMPOSED:
 
-    def advance(p: Vector, q: Vector, memory: Any, h: Number, weights: Any) -> Any:
+    def advance(x: State, memory: Any, h: Number, weights: Any) -> Any:
         """Return what ``one`` returns for substeps of weights[0] h, weights[1] h, ... in a row, and how many were tried."""
         pivot, work = INF, no_work()
         for stage in range(len(weights)):
-            p, q, memory, raw, report = one(p, q, memory, weights[stage] * h)
+            x, memory, raw, report = one(x, memory, weights[stage] * h)
             pivot, work = min(pivot, report[2]), plus_work(work, report[3])
             if report[0] != OK:
-                return p, q, memory, raw, (report[0], report[1], pivot, work), stage + 1
-        return p, q, memory, raw, (report[0], report[1], pivot, work), len(weights)
+                return x, memory, raw, (report[0], report[1], pivot, work), stage + 1
+        return x, memory, raw, (report[0], report[1], pivot, work), len(weights)
 
 else:
 
-    def advance(p: Vector, q: Vector, memory: Any, h: Number, weights: Any) -> Any:
+    def advance(x: State, memory: Any, h: Number, weights: Any) -> Any:
         """Return what ``one`` returns, and that it was one substep."""
-        p1, q1, memory1, raw, report = one(p, q, memory, h)
-        return p1, q1, memory1, raw, report, 1
+        x1, memory1, raw, report = one(x, memory, h)
+        return x1, memory1, raw, report, 1
 
 
-if PROJECTED:
-
-    def finish(p: Vector, q: Vector, report: Report) -> Any:
-        """Return the projection of a state onto the manifold, and the report of everything up to there."""
-        p1, q1, settled = project(p, q)
-        return p1, q1, both(report, settled)
-
-else:
-
-    def finish(p: Vector, q: Vector, report: Report) -> Any:
-        """Return p, q and the report as they are."""
-        return p, q, report
-
-
-if LOCAL:
-
-    def seen(p: Vector, q: Vector) -> Any:
-        """Return the state (p, q) at the local coordinates that the scheme computes in."""
-        return chart(p, q)
-
-else:
-
-    def seen(p: Vector, q: Vector) -> Any:
-        """Return p and q, which the scheme computes in."""
-        return p, q
-
-
-def first(p: Vector, q: Vector) -> tuple[Number, ...]:
+def first(x: State) -> tuple[Number, ...]:
     """Return the conserved quantities that the run watches, at the start."""
-    p, q = seen(p, q)
-    return watched(p, q)
+    return watched(seen(x))
 
 
 def integrate(
-    p: Vector,
-    q: Vector,
+    x: State,
     memory: Any,
     conserved: tuple[Number, ...],
     maxima: tuple[Number, ...],
@@ -128,8 +59,7 @@ def integrate(
     steps: int,
     left: int,
     every: int,
-    P: Any,
-    Q: Any,
+    X: Any,
     R: Any,
 ) -> Any:
     """Take so many steps of size h, storing a state when ``left`` steps are done and then after every ``every``.
@@ -143,23 +73,23 @@ def integrate(
     report = (OK, 0.0 * pivot, pivot, work)
     tried = 0
     for k in range(steps):
-        p1, q1, memory1, raw, report, tried = advance(p, q, memory, h, weights)
+        x1, memory1, raw, report, tried = advance(x, memory, h, weights)
         stepped = report[0]
-        p1, q1, report = finish(p1, q1, report)
+        x1, report = finish(x1, report)
         work = plus_work(work, report[3])
-        if report[0] == OK and not norm(p1) + norm(q1) < INF:
+        if report[0] == OK and not moduli(x1) < INF:
             report = (NOT_FINITE, INF, report[2], report[3])
-        p_seen, q_seen = seen(p1, q1)
-        larger = worst(maxima, watch(p_seen, q_seen, conserved))
+        y = seen(x1)
+        larger = worst(maxima, watch(y, conserved))
         if report[0] == OK and not total(larger) < INF:
             report = (WATCH_NOT_FINITE, INF, report[2], report[3])
         if report[0] != OK:
-            return p, q, memory, maxima, pivot, k, row, left, work, tried if stepped != OK else -tried, report
-        p, q, memory, maxima = p1, q1, memory1, larger
+            return x, memory, maxima, pivot, k, row, left, work, tried if stepped != OK else -tried, report
+        x, memory, maxima = x1, memory1, larger
         pivot = min(pivot, report[2])
         left -= 1
         if left == 0:
-            store(P, Q, R, row, p_seen, q_seen, raw)
+            store(X, R, row, y, raw)
             row += 1
             left = every
-    return p, q, memory, maxima, pivot, steps, row, left, work, tried, report
+    return x, memory, maxima, pivot, steps, row, left, work, tried, report

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from daebench.errors import BadInput
-from daebench.reference.certified.pair import pair
+from daebench.reference.certified.handed import handed
 from daebench.reference.certified.record import EPS, Reference
 
 Array = NDArray[np.float64]
@@ -22,9 +22,9 @@ class Agreement:
         What was compared with.
     rows : ndarray of int, shape(n,)
         Rows of the reference.
-    digits : ndarray, shape(n, 2 d)
-        Of q1, q2, ..., p1, p2, ...: -log10 of the error in units of the largest modulus of q, or of p, in the reference; infinite where
-        there is none, and minus infinity where a number is not finite.
+    digits : ndarray, shape(n, size)
+        Of q1, q2, ..., p1, p2, ..., or y1, ...: -log10 of the error in units of the largest modulus of q, p or y in the reference; infinite
+        where there is none, and minus infinity where a number is not finite.
     """
 
     reference: Reference
@@ -39,13 +39,13 @@ class Agreement:
         return "\n".join([*lines, f"First: {self._place(first)}", f"Least: {self._place(worst)}"])
 
     def _place(self, row: int) -> str:
-        column, d = int(np.argmin(self.digits[row])), self.reference.q.shape[1]
-        name = f"{'qp'[column // d]}{column % d + 1}"
+        column = int(np.argmin(self.digits[row]))
+        name = [each for each in self.reference.text if each.rstrip("0123456789") in self.reference.kind.state][column]
         t, start = self.reference.t[self.rows[row]], -np.log10(EPS * self.reference.amplification[self.rows[row]])
         return f"{self.digits[row, column]:.1f} digits of {name} at t = {t:g}, where rounding of the start alone leaves {start:.1f}."
 
 
-def agreement(reference: Reference, t: ArrayLike, q: ArrayLike, p: ArrayLike) -> Agreement:
+def agreement(reference: Reference, t: ArrayLike, **states: ArrayLike) -> Agreement:
     """Return the digits in which a trajectory agrees with a reference.
 
     Parameters
@@ -54,18 +54,22 @@ def agreement(reference: Reference, t: ArrayLike, q: ArrayLike, p: ArrayLike) ->
         What to compare with.
     t : array_like, shape(n,)
         Times, s, each one that is stored.
-    q, p : array_like, shape(n, d)
-        Positions and momenta at these times.
+    states : array_like, shape(n, components)
+        Positions q and momenta p, or y, at these times.
 
     Raises
     ------
     BadInput
-        If a time is not stored or the shapes do not fit.
+        If a time is not stored, the states are those of another kind of problem, or the shapes do not fit.
     """
-    rows = _rows(reference, _times(t))
-    own = pair((p, q), (len(rows), reference.q.shape[1]), "p and q are needed at all times t")
-    parts = [("q", own[1]), ("p", own[0])]
-    digits = [_digits(x, getattr(reference, part)[rows], reference.size(part)) for part, x in parts]
+    kind, rows = reference.kind, _rows(reference, _times(t))
+    if set(states) != set(kind.state):
+        raise BadInput(f"{reference.name} has states {kind.told}; give {' and '.join(kind.handed)}, and nothing else.")
+    sizes = [reference.values[part].shape[1] for part in kind.handed]
+    duty = f"{' and '.join(kind.handed)} {'are' if len(sizes) > 1 else 'is'} needed at all times t"
+    given = states[kind.handed[0]] if len(sizes) == 1 else [states[part] for part in kind.handed]
+    own = dict(zip(kind.handed, handed(given, [(len(rows), size) for size in sizes], duty), strict=True))
+    digits = [_digits(own[part], reference.values[part][rows], reference.size(part)) for part in kind.state]
     return Agreement(reference, rows, np.hstack(digits))
 
 

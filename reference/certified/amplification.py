@@ -7,7 +7,6 @@ import mpmath as mp
 import numpy as np
 from numpy.typing import NDArray
 
-from daebench.diagnostics.symplecticity import tangent_basis
 from daebench.reference.certified.certify import Certified
 from daebench.reference.certified.motions import Motions, sizes
 from daebench.reference.certified.record import EPS
@@ -27,11 +26,13 @@ LOST = 0.01
 
 @dataclass(frozen=True)
 class Growth:
-    """Largest growth of a perturbation along the manifold at each time, shape(n,): from the start, from any earlier time, from the last.
+    """Largest growth of a perturbation at each time, shape(n,): from the start, from any earlier time, from the last.
 
     ::
 
-        A(t, s) = max |S^-1 dx(t)| / |S^-1 dx(s)|      S = diag(max |q|, max |p|)
+        A(t, s) = max |S^-1 dx(t)| / |S^-1 dx(s)|      S = diag(max |q|, max |p|), or max |y|
+
+    Perturbations of a constrained problem are along the manifold, and those of a Poisson system any.
     """
 
     start: Array
@@ -40,7 +41,7 @@ class Growth:
 
 
 def amplification(motions: Motions, certified: Certified) -> Growth:
-    """Return how much perturbations grow, from neighbours in quadruple precision, one for each direction of the tangent space.
+    """Return how much perturbations grow, from neighbours in quadruple precision, one for each direction.
 
     The rounding of a state on the way grows from there, which where a motion converges again is more than from the start.
 
@@ -51,20 +52,19 @@ def amplification(motions: Motions, certified: Certified) -> Growth:
     certified : Certified
         Its certified part.
     """
-    scene, n = motions.definition.scene, len(certified.t)
-    largest = sizes(certified.states)
-    S = np.repeat([largest["q"], largest["p"]], scene.d)
-    tangent = np.roll(tangent_basis(scene, scene.p0, scene.q0), scene.d, axis=0)  # positions first
-    Q = np.linalg.qr(tangent / S[:, None])[0]
+    n, largest, kind = len(certified.t), sizes(certified.states), motions.definition.kind
+    first = certified.states.parts
+    S = np.concatenate([np.full(len(first[part][0]), largest[part]) for part in kind.state])
+    Q = np.linalg.qr(motions.mathematics.directions / S[:, None])[0]
     base, columns = motions.own(), []
     for k, direction in enumerate((S[:, None] * Q).T):
         beside = motions.own([BESIDE * mp.mpf(float(x)) for x in direction], stage=f"beside-{k + 1}")
-        columns.append(np.hstack([_apart(base.q[:n], beside.q), _apart(base.p[:n], beside.p)]) / S)
+        columns.append(_apart(base.rows[:n], beside.rows) / S)
     return growth(np.stack(columns, axis=2))
 
 
 def growth(C: Array) -> Growth:
-    """Return the growth from columns of a tangent map, shape(n, 2 d, 2 (d - m)), orthonormal at the start.
+    """Return the growth from columns of a tangent map, shape(n, size, directions), orthonormal at the start.
 
     Directions that have shrunk to below 1e-11 of the largest are beyond what C resolves and are left out.
     """
@@ -76,7 +76,7 @@ def growth(C: Array) -> Growth:
 
 
 def _apart(base: Rows, beside: Rows) -> Array:
-    """Return the distance of two motions in units of the perturbation, shape(n, d)."""
+    """Return the distance of two motions in units of the perturbation, shape(n, size)."""
     return np.array([[float((y - x) / BESIDE) for x, y in zip(*rows, strict=True)] for rows in zip(base, beside, strict=False)])
 
 

@@ -1,15 +1,16 @@
 """A reference at any time: the stored digits where there are some, else a short way from the nearest of them in double precision."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from daebench.errors import BadInput
-from daebench.reference.certified.record import PARTS, Reference
-from daebench.scene import Scene
-from daebench.truth import EPS, SAFETY, Truth, integrated
+from daebench.reference.certified.record import Reference
+from daebench.reference.certified.runs import Motion, Setting, integrated
+from daebench.truth import EPS, SAFETY
 
 Array = NDArray[np.float64]
 
@@ -25,8 +26,8 @@ class At:
     ----------
     t : ndarray, shape(n,)
         Times, s.
-    q, p, lam : ndarray, shape(n, d), (n, d) and (n, m)
-        Positions, momenta and multipliers lam(p, q).
+    states : mapping of str to ndarray, shape(n, components)
+        Every part of the reference: positions, momenta and multipliers lam(p, q), or y.
     bound : mapping of str to ndarray
         Largest error of each number, of the same shapes; that of rounding stored digits to double precision included.
     row : ndarray of int, shape(n,)
@@ -34,9 +35,7 @@ class At:
     """
 
     t: Array
-    q: Array
-    p: Array
-    lam: Array
+    states: dict[str, Array]
     bound: dict[str, Array]
     row: NDArray[np.intp]
 
@@ -49,9 +48,9 @@ class At:
 def states_at(reference: Reference, times: ArrayLike) -> At:
     """Return the states at these times, in the order given.
 
-    Between stored times the index-reduced equation, HLW (1.18), is integrated forwards or backwards from the nearest stored state by
-    DOP853. The bound is that of :func:`daebench.truth.integrated` and ten times what becomes of the rounding of that state on the way,
-    as a neighbour of it shows.
+    Between stored times the index-reduced equation, HLW (1.18), or y' = B(y) grad H(y), is integrated forwards or backwards from the
+    nearest stored state by DOP853. The bound is that of :func:`daebench.truth.integrated` and ten times what becomes of the rounding of
+    that state on the way, as a neighbour of it shows.
 
     Parameters
     ----------
@@ -71,16 +70,16 @@ def states_at(reference: Reference, times: ArrayLike) -> At:
     _require_inside(reference, t)
     nearest = _nearest(reference.t, t)
     row = np.where(reference.t[nearest] == t, nearest, -1)
-    parts = {part: getattr(reference, part)[nearest].copy() for part in PARTS}
+    parts = {part: values[nearest] for part, values in reference.values.items()}
     bound = {part: reference.bound[part][nearest] + EPS * np.abs(parts[part]) for part in parts}
     if np.any(row < 0):
         scene = reference.scene()
         for places in _ways(reference.t, nearest, t, row):
             found, growth = _travelled(scene, reference, int(nearest[places[0]]), t[places])
             for part in parts:
-                parts[part][places] = getattr(found, part)
+                parts[part][places] = found.states[part]
                 bound[part][places] = found.bound[part] + growth[part]
-    return At(t, parts["q"], parts["p"], parts["lam"], bound, row)
+    return At(t, parts, bound, row)
 
 
 def _require_inside(reference: Reference, t: Array) -> None:
@@ -106,24 +105,25 @@ def _ways(stored: Array, nearest: NDArray[np.intp], t: Array, row: NDArray[np.in
     yield from np.split(between[order], np.flatnonzero(np.diff(side[order])) + 1)
 
 
-def _travelled(scene: Scene, reference: Reference, k: int, t: Array) -> tuple[Truth, dict[str, float]]:
+def _travelled(scene: Setting, reference: Reference, k: int, t: Array) -> tuple[Motion, dict[str, float]]:
     """Return the motion from stored state k to times on one side of it, and ten times what its rounding may grow to."""
-    start = replace(scene, p0=reference.p[k], q0=reference.q[k])
+    start = reference.restarted(scene, k)
     distances, places = np.unique(np.abs(t - reference.t[k]), return_inverse=True)
     signed = distances if t[0] > reference.t[k] else -distances
     found = integrated(start, signed)
-    growth = _growth(start, found, signed[-1:])
-    return replace(found, t=t, q=found.q[places], p=found.p[places], lam=found.lam[places]), growth
+    growth = _growth(start, reference.kind.state, found, signed[-1:])
+    return Motion({part: rows[places] for part, rows in found.states.items()}, found.bound), growth
 
 
-def _growth(start: Scene, own: Truth, furthest: Array) -> dict[str, float]:
-    """Return ten times what the rounding of a state may grow to on the way to a time, as neighbours in q and in p show."""
-    found = dict.fromkeys(PARTS, 0.0)
-    for name in ("q0", "p0"):
-        value = getattr(start, name)
+def _growth(start: Setting, state: Sequence[str], own: Motion, furthest: Array) -> dict[str, float]:
+    """Return ten times what the rounding of a state may grow to on the way to a time, as neighbours in each of its parts show."""
+    found = dict.fromkeys(own.states, 0.0)
+    for name in state:
+        value = getattr(start, f"{name}0")
         moved = BESIDE * np.abs(value).max()
-        beside = integrated(replace(start, **{name: value + moved}), furthest)
-        for part in PARTS:
-            apart = float(np.abs(getattr(beside, part)[-1] - getattr(own, part)[-1]).max())
-            found[part] += SAFETY * EPS / BESIDE * max(apart, moved if part == name[0] else 0.0)
+        changes: dict[str, Any] = {f"{name}0": value + moved}
+        beside = integrated(replace(start, **changes), furthest)
+        for part in found:
+            apart = float(np.abs(beside.states[part][-1] - own.states[part][-1]).max())
+            found[part] += SAFETY * EPS / BESIDE * max(apart, moved if part == name else 0.0)
     return found

@@ -17,7 +17,9 @@ from daebench.errors import BadInput
 from daebench.reference.certified.certificate import certified_text
 from daebench.reference.certified.certify import FEWEST
 from daebench.reference.certified.definition import Definition, define
+from daebench.reference.certified.mathematics import mathematics
 from daebench.reference.certified.quadruple import library
+from daebench.reference.certified.runs import ida_names
 from daebench.reference.certified.stages import KEPT_DIGITS, Stages, alone
 from daebench.reference.certified.store import DATA, save
 
@@ -60,7 +62,7 @@ def build(name: str, *, folder: Path = DATA, t_end: float = T_END, spacing: int 
     times = _times(t_end, spacing)
     done = progress or (lambda fraction, doing: None)
     begun: list[str] = []
-    expected = 17 + 2 * (definition.scene.d - definition.scene.m)
+    expected = _stages(definition)
 
     def told(stage: str) -> None:
         begun.append(stage)
@@ -82,6 +84,11 @@ def _defined(name: str) -> Definition:
     if not dash:
         raise BadInput(f"{name} is no name of a reference; it is PROBLEM-CASE, for example spherical_pendulum-fig1.2.")
     return define(problem, case)
+
+
+def _stages(definition: Definition) -> int:
+    """Return how many stages there are at most: five motions, one for each direction, and six runs of IDA in each formulation."""
+    return 5 + len(mathematics(definition).directions.T) + 6 * len(ida_names(definition.scene))
 
 
 def _code(problem: str) -> list[str]:

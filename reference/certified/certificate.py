@@ -11,7 +11,6 @@ from daebench.reference.certified.certify import ROUNDING, STORED_DIGITS, WORK_D
 from daebench.reference.certified.definition import Definition
 from daebench.reference.certified.ida_errors import ida_errors
 from daebench.reference.certified.motions import Motions
-from daebench.reference.certified.multiprecision import Functions
 from daebench.reference.certified.stages import Stages
 
 HORIZON = (
@@ -19,8 +18,8 @@ HORIZON = (
     f"start, or of a state on the way, to double precision has become {LOST:g} of the motion (null: not before the end)"
 )
 AMPLIFICATION = (
-    "largest |dx(t)|/|dx(s)| over perturbations along the manifold, q measured in max |q| and p in max |p|; values: from the start, s = 0; "
-    "worst: from any stored s <= t, which is what the rounding of every step may grow by; step: from the stored time before t"
+    "largest |dx(t)|/|dx(s)| over perturbations {which}; values: from the start, s = 0; worst: from any stored s <= t, "
+    "which is what the rounding of every step may grow by; step: from the stored time before t"
 )
 BOUND = (
     "error of each stored number: 10 times the largest difference, up to its time, between the truth and what it was checked by, and "
@@ -47,32 +46,26 @@ def certified_text(definition: Definition, times: list[Any], stages: Stages) -> 
     """
     motions = Motions(definition, times, stages.rows)
     certified = certify(motions)
-    singular = smallest_singular_values(definition.name, motions, certified)
+    rank = _rank(definition.name, motions, certified) if motions.mathematics.regular else {}
     growth = amplification(motions, certified)
     lost = double_horizon(certified.t, growth.worst)
     text = columns(certified)
-    t, *truth = (
-        np.array([[float(x) for x in row] for row in part]) for part in ([[x] for x in certified.t], *certified.states.parts().values())
-    )
-    followed = len(t) if lost is None else int(np.searchsorted(t[:, 0], lost))
-    ida = ida_errors(definition.scene, t[:followed, 0], [rows[:followed] for rows in truth], stages.record)
-    smallest = int(np.argmin(singular))
+    t = np.array([float(x) for x in certified.t])
+    followed = len(t) if lost is None else int(np.searchsorted(t, lost))
+    truth = {part: np.array([[float(x) for x in row] for row in rows[:followed]]) for part, rows in certified.states.parts.items()}
+    ida = ida_errors(definition.scene, t[:followed], truth, stages.record)
     return {
         "problem": definition.scene.problem,
         "case": definition.scene.case,
-        "about": definition.derivation.problem.cases[definition.scene.case].about,
+        "about": definition.problem.cases[definition.scene.case].about,
         "definition": definition.text | {"sha256": definition.hash},
         "made": {"by": _command(definition.name, times), "method": certified.method, "checks": certified.checks},
         "horizon": {"truth": float(certified.t[-1]), "double": lost, "asked": float(times[-1]), "rule": HORIZON},
-        "drift": drifts(definition, text),
-        "rank": {
-            "smallest_singular_value": _short(singular[smallest]),
-            "t": float(certified.t[smallest]),
-            "largest": _short(singular.max()),
-        },
+        "drift": drifts(motions, text),
+        **rank,
         "ida": ida,
         "amplification": {
-            "rule": AMPLIFICATION,
+            "rule": AMPLIFICATION.format(which=motions.mathematics.perturbations),
             "largest": _short(growth.start.max()),
             "values": [_short(x) for x in growth.start],
             "worst": [_short(x) for x in growth.worst],
@@ -82,6 +75,18 @@ def certified_text(definition: Definition, times: list[Any], stages: Stages) -> 
     }, text
 
 
+def _rank(name: str, motions: Motions, certified: Certified) -> dict[str, Any]:
+    singular = smallest_singular_values(name, motions, certified)
+    smallest = int(np.argmin(singular))
+    return {
+        "rank": {
+            "smallest_singular_value": _short(singular[smallest]),
+            "t": float(certified.t[smallest]),
+            "largest": _short(singular.max()),
+        }
+    }
+
+
 def _command(name: str, times: list[Any]) -> str:
     """Return the command that makes the same reference."""
     t_end, spacing = float(times[-1]), int(1 / times[1])
@@ -89,30 +94,27 @@ def _command(name: str, times: list[Any]) -> str:
 
 
 def columns(certified: Certified) -> dict[str, list[str]]:
-    """Return the columns t, q1, ..., p1, ..., lam1, ... as decimal strings."""
+    """Return the columns t and q1, ..., p1, ..., lam1, ..., or y1, ..., as decimal strings."""
     text = {"t": [mp.nstr(x, STORED_DIGITS) for x in certified.t]}
-    for part, rows in certified.states.parts().items():
+    for part, rows in certified.states.parts.items():
         for i, column in enumerate(zip(*rows, strict=True)):
             text[f"{part}{i + 1}"] = [mp.nstr(x, STORED_DIGITS) for x in column]
     return text
 
 
-def drifts(definition: Definition, text: dict[str, list[str]]) -> dict[str, float]:
-    """Return the largest |g|, |G H_p| and errors of energy and integrals of stored digits, evaluated with 50 digits."""
-    functions, d = Functions(definition), definition.scene.d
+def drifts(motions: Motions, text: dict[str, list[str]]) -> dict[str, float]:
+    """Return the largest change of what is conserved, and modulus of what is zero, of stored digits, evaluated with 50 digits."""
+    made, kind = motions.mathematics, motions.definition.kind
     with mp.workdps(WORK_DIGITS):
-        rows = list(zip(*[[mp.mpf(x) for x in text[f"{part}{i + 1}"]] for part in "qp" for i in range(d)], strict=True))
-        states = [(list(row[:d]), list(row[d:])) for row in rows]
-        found = {"g": [functions.g(q) for q, _ in states], "Gv": [functions.Gv(q, p) for q, p in states]}
-        found["energy"] = [[functions.energy(q, p)] for q, p in states]
-        integrals = [functions.integrals(q, p) for q, p in states]
-        for k, name in enumerate(definition.derivation.problem.integrals):
-            found[name] = [[row[k]] for row in integrals]
-        errors = {
-            name: values if name in ("g", "Gv") else [[x - y for x, y in zip(row, values[0], strict=True)] for row in values]
-            for name, values in found.items()
-        }
-        return {name: _short(max(abs(x) for row in values for x in row)) for name, values in errors.items()}
+        state = [column for name, column in text.items() if name.rstrip("0123456789") in kind.state]
+        found = [made.conserved([mp.mpf(x) for x in row]) for row in zip(*state, strict=True)]
+        return {name: _short(max(_changes([each[name] for each in found], name in made.zero))) for name in found[0]}
+
+
+def _changes(rows: list[list[Any]], from_zero: bool) -> list[Any]:
+    """Return the largest modulus of each row's difference from the first row, or from zero."""
+    start = [0] * len(rows[0]) if from_zero else rows[0]
+    return [max(abs(x - y) for x, y in zip(row, start, strict=True)) for row in rows]
 
 
 def _short(x: Any) -> float:

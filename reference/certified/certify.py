@@ -30,15 +30,17 @@ AGREEMENT = 100.0
 mistake in the equations would be larger by many orders."""
 
 WORTH = 1e-17
-"""A reference ends where its bound exceeds this part of the largest position, momentum or multiplier: it has all digits of a double."""
+"""A reference ends where its bound exceeds this part of the largest number of a part, such as a position: it has all digits of a double."""
 
 ROUNDING = 1e-33
 """Part of the largest modulus that rounding to 34 digits, or to quadruple precision a few times, may make up."""
 
+FLOOR = 1e-30
+"""Part of the largest modulus that an independent motion may always be away: a way into other coordinates and out of them, such as the
+roots of an exponential less one, may cancel three digits at once, before any error grows."""
+
 SINGULAR = 1e-6
 """Smallest singular value of G H_pp G^T, as a part of the largest one met, below which a definition is refused."""
-
-SERIES = "Taylor series of HLW (1.18) in quadruple precision"
 
 FEWEST = 8
 """Fewest outputs before the horizon that make a reference."""
@@ -57,9 +59,9 @@ class Certified:
     t : list of mpmath number
         Times, s.
     states : States
-        q, p and lam.
-    bound : mapping of str to ndarray, shape(n, d) or (n, m)
-        Largest error of each number.
+        States at these times.
+    bound : mapping of str to ndarray, shape(n, components)
+        Largest error of each number of each part.
     method : str
         How the truth was made.
     checks : list of dict
@@ -77,28 +79,32 @@ def certify(motions: Motions) -> Certified:
     """Return the certified digits of a definition.
 
     Where the problem has a closed form, that is the truth: worked out with 50 digits, a second time with 70, and held against the
-    Taylor series of (1.18), from which it must be no further than that series is uncertain. Else the Taylor series is the truth: run a
-    second time with other steps, and held against the series in the problem's chart.
+    Taylor series in the problem's own coordinates, from which it must be no further than that series is uncertain. Else the Taylor series
+    is the truth, run a second time with other steps. Both are held against the series in other coordinates where there are some: the chart
+    of a constrained problem without a closed form; the canonical coordinates of a Poisson system, else the constrained system above it,
+    else skewed ones.
 
     Raises
     ------
     NotCertified
-        If there is neither a closed form nor a chart, the independent motion disagrees, G loses rank, or nothing is left.
+        If there is neither a closed form nor a chart, an independent motion disagrees, G loses rank, or nothing is left.
     """
-    problem, name = motions.definition.derivation.problem, motions.definition.name
-    if problem.closed_form is None and problem.chart is None:
+    made, name = motions.mathematics, motions.definition.name
+    if not made.closed_form and made.other is None:
         raise NotCertified(f"{name} has neither a closed form nor a chart to certify it by; declare one in the problem.")
     first, second = motions.own(), motions.own(stage="taylor-again", **AGAIN)
-    uncertain = largest_so_far([differences(first, second)], first, safety=AGREEMENT, floor=10 * ROUNDING)
-    if problem.closed_form is not None:
-        truth, more = motions.closed_form(WORK_DIGITS), motions.closed_form(MORE_DIGITS)
-        _require_agreement(name, motions.times, differences(truth, first), uncertain, SERIES)
-        others = {f"closed form with {MORE_DIGITS} digits": more, SERIES: first}
-        return _cut(motions, truth, [more, first], f"closed form, {WORK_DIGITS} digits", others)
-    local = motions.local()
-    _require_agreement(name, motions.times, differences(first, local), uncertain, "Taylor series in the chart")
-    others = {"second run with another order and other steps": second, "Taylor series in the problem's chart": local}
-    return _cut(motions, first, [second, local], SERIES, others)
+    uncertain = largest_so_far([differences(first, second)], first, safety=AGREEMENT, floor=FLOOR)
+    if made.closed_form:
+        truth, method = motions.closed_form(WORK_DIGITS), f"closed form, {WORK_DIGITS} digits"
+        again, independent = {f"closed form with {MORE_DIGITS} digits": motions.closed_form(MORE_DIGITS)}, {made.series: first}
+    else:
+        truth, method = first, made.series
+        again, independent = {"second run with another order and other steps": second}, {}
+    if made.other is not None:
+        independent[f"Taylor series in {made.other.name}"] = motions.other()
+    for what, each in independent.items():
+        _require_agreement(name, motions.times, differences(truth, each), uncertain, what)
+    return _cut(motions, truth, method, again | independent)
 
 
 def largest_so_far(
@@ -115,7 +121,7 @@ def largest_so_far(
 
 
 def _require_agreement(name: str, times: Sequence[Any], found: Mapping[str, Array], allowed: Mapping[str, Array], what: str) -> None:
-    for part in ("q", "p", "lam"):
+    for part in found:
         allowed_here = allowed[part].max(axis=1)  # a component may lie still in one motion by symmetry and not in the other
         found_here = found[part].max(axis=1)
         wrong = np.flatnonzero(~(found_here <= allowed_here))
@@ -127,10 +133,10 @@ def _require_agreement(name: str, times: Sequence[Any], found: Mapping[str, Arra
             )
 
 
-def _cut(motions: Motions, truth: States, deciding: Sequence[States], method: str, others: Mapping[str, States]) -> Certified:
-    """Return what lies before the horizon, with the bound that some motions leave and the differences from others."""
-    bound = largest_so_far([differences(truth, each) for each in deciding], truth)
-    largest, n = sizes(truth), len(truth.q)
+def _cut(motions: Motions, truth: States, method: str, others: Mapping[str, States]) -> Certified:
+    """Return what lies before the horizon, with the bound that the other motions leave."""
+    bound = largest_so_far([differences(truth, each) for each in others.values()], truth)
+    largest, n = sizes(truth), len(truth.rows)
     for part, values in bound.items():
         lost = np.flatnonzero(~np.all(values <= WORTH * largest[part], axis=1))
         n = min(n, lost[0] if lost.size else n)
@@ -147,19 +153,19 @@ def _largest(truth: States, other: States) -> dict[str, float]:
 
 
 def smallest_singular_values(name: str, motions: Motions, certified: Certified) -> Array:
-    """Return the smallest singular value of G H_pp G^T at each time.
+    """Return the smallest singular value of what must not lose rank, G H_pp G^T, at each time.
 
     Raises
     ------
     NotCertified
         If it falls below a millionth of its largest.
     """
-    states = zip(certified.states.q, certified.states.p, strict=True)
-    values = np.array([motions.functions.smallest_singular_value(q, p) for q, p in states])
+    made = motions.mathematics
+    values = np.array([made.smallest_singular_value(row) for row in certified.states.rows])
     k = int(np.argmin(values))
     if not values[k] > SINGULAR * values.max():
         raise NotCertified(
-            f"{name} was not certified: the smallest singular value of G M^-1 G^T is {values[k]:.2g} at t = {mp.nstr(certified.t[k], 9)}, "
-            f"{values.max():.2g} at most; end the reference before."
+            f"{name} was not certified: the smallest singular value of {made.regular} is {values[k]:.2g} at "
+            f"t = {mp.nstr(certified.t[k], 9)}, {values.max():.2g} at most; end the reference before."
         )
     return values

@@ -6,18 +6,18 @@ from functools import cached_property, partial
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from daebench.diagnostics.order import OrderFit, fit_order
 from daebench.errors import BadInput
 from daebench.inputs import positive, whole
-from daebench.reference.certified.pair import pair
+from daebench.reference.certified.handed import handed
 from daebench.reference.certified.record import EPS, Reference
 
 Array = NDArray[np.float64]
 
-Solve = Callable[[Array, Array, float, Array], tuple[ArrayLike, ArrayLike]]
-"""``solve(p, q, h, t)`` returns p and q at the times t, shape(n, d) each."""
+Solve = Callable[..., Any]
+"""``solve(p, q, h, t)`` returns p and q at the times t, shape(n, d) each; of a Poisson system ``solve(y, h, t)`` returns y."""
 
 ON_GRID = 1e-9
 """A time is a whole number of steps if it is so within this part of a step."""
@@ -45,9 +45,9 @@ class Convergence:
     h : ndarray, shape(k,)
         Step sizes, s, largest first.
     errors : dict of str to ndarray, shape(k,)
-        For "q" and "p": the largest Euclidean norm of the error over the times.
+        For "q" and "p", or "y": the largest Euclidean norm of the error over the times.
     floor : dict of str to float
-        For "q" and "p": what the reference's bound and amplified rounding make up.
+        For each of them: what the reference's bound and amplified rounding make up.
     """
 
     reference: Reference
@@ -58,8 +58,8 @@ class Convergence:
 
     @cached_property
     def fits(self) -> dict[str, OrderFit]:
-        """Orders of q and p."""
-        return {part: fit_order(self.h, self.errors[part], floor=self.floor[part]) for part in ("q", "p")}
+        """Order of each part."""
+        return {part: fit_order(self.h, error, floor=self.floor[part]) for part, error in self.errors.items()}
 
     def table(self) -> str:
         """Return step sizes, errors, their local slopes, and why a point was left out, as text."""
@@ -68,7 +68,7 @@ class Convergence:
             lines.append(f"{h:12.6g}" + "".join(self._cells(part, k) for part in self.errors))
         scale = ", ".join(f"{name} = {value:g}" for name, value in self.reference.parameters.items())
         lines.append(f"Errors are the largest at {len(self.t)} times up to t = {self.t[-1]:g} of {self.reference.name} ({scale}).")
-        lines.append(f"Rounding is expected below {self.floor['q']:.1e} in q and {self.floor['p']:.1e} in p.")
+        lines.append(f"Rounding is expected below {' and '.join(f'{floor:.1e} in {part}' for part, floor in self.floor.items())}.")
         return "\n".join(line.rstrip() for line in lines)
 
     def _cells(self, part: str, k: int) -> str:
@@ -76,7 +76,7 @@ class Convergence:
         return f"{error[k]:14.3e} {_slope(self.h, error, k):>6}  {self._reason(part, k):<14}"
 
     def faults(self, claimed: float, asked: float) -> list[str]:
-        """Return a sentence for each of q and p whose order is below what is asked by more than two standard errors."""
+        """Return a sentence for each part whose order is below what is asked by more than two standard errors."""
         faults: dict[str, list[str]] = {}
         for part, fit in self.fits.items():
             if fit.note:
@@ -100,7 +100,7 @@ class Convergence:
         if self._is_high(part, finest):
             return (
                 "the errors stop falling far above rounding; look for an equation that is not solved, other parameters than the "
-                "reference's, p and q in the wrong order, or a tolerance that is too loose."
+                "reference's, the numbers of a state in the wrong order, or a tolerance that is too loose."
             )
         return "the errors are down at rounding; give a larger h, or a longer t_end."
 
@@ -143,8 +143,9 @@ def convergence(solve: Solve, reference: Reference, *, t_end: float, h: float, h
     rows = _common(reference, positive("t_end", t_end), positive("h", h), whole("halvings", halvings))
     t, sizes = reference.t[rows], [h / 2**k for k in range(halvings + 1)]
     found = list(map(partial(_solved, solve, reference, t), sizes))
-    errors = {part: np.array([_largest(each[part] - getattr(reference, part)[rows]) for each in found]) for part in ("q", "p")}
-    return Convergence(reference, t, np.array(sizes), errors, {part: _floor(reference, part, rows) for part in ("q", "p")})
+    state = reference.kind.state
+    errors = {part: np.array([_largest(each[part] - reference.values[part][rows]) for each in found]) for part in state}
+    return Convergence(reference, t, np.array(sizes), errors, {part: _floor(reference, part, rows) for part in state})
 
 
 def _common(reference: Reference, t_end: float, h: float, halvings: int) -> NDArray[np.intp]:
@@ -171,13 +172,14 @@ def _common(reference: Reference, t_end: float, h: float, halvings: int) -> NDAr
 
 def _solved(solve: Solve, reference: Reference, t: Array, h: float) -> dict[str, Array]:
     __tracebackhide__ = True
+    kind = reference.kind
     try:
-        found = solve(reference.p[0].copy(), reference.q[0].copy(), h, t.copy())
+        found = solve(*(reference.values[part][0].copy() for part in kind.handed), h, t.copy())
     except Exception as error:
         error.add_note(f"This was raised in the run with h = {h:g}.")
         raise
-    p, q = pair(found, (len(t), reference.q.shape[1]), "solve must return (p, q) at the times t")
-    return {"p": p, "q": q}
+    shapes = [(len(t), reference.values[part].shape[1]) for part in kind.handed]
+    return dict(zip(kind.handed, handed(found, shapes, f"solve must return {kind.told} at the times t"), strict=True))
 
 
 def _largest(error: Array) -> float:

@@ -5,16 +5,17 @@ import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import mpmath as mp
 import sympy as sp
 
-from daebench.catalogue import find_problem, find_scene
-from daebench.scene import Scene
-
-if TYPE_CHECKING:
-    from daebench.derive import Derivation
+from daebench.catalogue import find_problem, find_setting
+from daebench.poisson_lattice import PoissonLattice
+from daebench.poisson_system import PoissonSystem
+from daebench.problem import ConstrainedHamiltonian
+from daebench.reference.certified.parts import KINDS, Parts
+from daebench.scene import PoissonScene, Scene
 
 
 @dataclass(frozen=True)
@@ -25,13 +26,13 @@ class Definition:
 
     Parameters
     ----------
-    scene : Scene
+    scene : Scene or PoissonScene
         The same in double precision.
     structure : mapping of str to int
         Structural parameters of the case.
     """
 
-    scene: Scene
+    scene: Scene | PoissonScene
     structure: Mapping[str, int]
 
     @property
@@ -40,45 +41,56 @@ class Definition:
         return f"{self.scene.problem}-{self.scene.case}"
 
     @property
-    def derivation(self) -> "Derivation":
+    def kind(self) -> Parts:
+        """What a state consists of."""
+        return KINDS[self.scene.sheet.KIND]
+
+    @property
+    def derivation(self) -> Any:
         """What follows from the problem's definition."""
         return self.scene.source.derivation
+
+    @cached_property
+    def problem(self) -> Any:
+        """The problem's definition: a ConstrainedHamiltonian, or a PoissonSystem, which a lattice is written out to."""
+        found = self.derivation.problem
+        return found.expanded(found.sites) if isinstance(found, PoissonLattice) else found
 
     @cached_property
     def parameters(self) -> dict[sp.Symbol, sp.Rational]:
         """Values of the parameters by their symbols."""
         values = self.scene.parameters
-        return {symbol: sp.Rational(repr(values[str(symbol)])) for symbol in self.derivation.problem.parameters}
+        return {symbol: sp.Rational(repr(values[str(symbol)])) for symbol in self.problem.parameters}
+
+    def values(self) -> dict[str, Any]:
+        """Return the values of the parameters by their names, as mpmath numbers of the working precision."""
+        return {str(symbol): mp.mpf(value.p) / value.q for symbol, value in self.parameters.items()}
 
     @cached_property
-    def start(self) -> tuple[list[sp.Expr], list[sp.Expr]]:
-        """Initial positions and momenta as exact expressions, shape(d,) each."""
-        case = self.derivation.problem.cases[self.scene.case]
-        return self.settled(case.q), self.settled(case.p)
+    def start(self) -> list[list[sp.Expr]]:
+        """Initial values as exact expressions, a list a part of the state: q and p, or y."""
+        case = self.problem.cases[self.scene.case]
+        return [self.settled(getattr(case, part)) for part in self.kind.state]
 
     def settled(self, expressions: Sequence[Any]) -> list[sp.Expr]:
         """Return expressions with the parameters replaced by their values."""
         return [sp.sympify(each).subs(self.parameters) for each in expressions]
 
-    def start_numbers(self) -> tuple[list[Any], list[Any]]:
-        """Return initial positions and momenta as mpmath numbers at mpmath's working precision."""
-        q, p = ([sp.N(each, mp.mp.dps + 5)._to_mpmath(mp.mp.prec) for each in part] for part in self.start)
-        return q, p
+    def start_numbers(self) -> list[list[Any]]:
+        """Return the initial values as mpmath numbers at mpmath's working precision."""
+        return [[sp.N(each, mp.mp.dps + 5)._to_mpmath(mp.mp.prec) for each in part] for part in self.start]
 
     @cached_property
     def text(self) -> dict[str, Any]:
         """The mathematics in words of SymPy: what the hash is taken of."""
-        problem = self.derivation.problem
-        energy = {"H": str(problem.H)} if problem.H is not None else {"M": str(sp.Matrix(problem.M).tolist()), "U": str(problem.U)}
+        problem = self.problem
+        case = problem.cases[self.scene.case]
         return {
-            "q": [str(x) for x in problem.q],
-            "p": [str(x) for x in problem.p],
-            **energy,
-            "g": [str(each) for each in problem.g],
+            **{part: list(map(str, getattr(problem, part))) for part in self.kind.state},
+            **_law(problem),
             "parameters": {name: repr(value) for name, value in self.scene.parameters.items()},
             "structure": dict(self.structure),
-            "q0": [str(each) for each in problem.cases[self.scene.case].q],
-            "p0": [str(each) for each in problem.cases[self.scene.case].p],
+            **{f"{part}0": list(map(str, getattr(case, part))) for part in self.kind.state},
             "integrals": {name: str(each) for name, each in problem.integrals.items()},
         }
 
@@ -86,6 +98,15 @@ class Definition:
     def hash(self) -> str:
         """SHA-256 of the definition's text."""
         return hashlib.sha256(json.dumps(self.text, sort_keys=True).encode()).hexdigest()
+
+
+def _law(problem: ConstrainedHamiltonian | PoissonSystem) -> dict[str, Any]:
+    """Return what makes the equations of motion, in words of SymPy."""
+    if isinstance(problem, PoissonSystem):
+        casimirs = {name: str(each) for name, each in problem.casimirs.items()}
+        return {"B": str(sp.Matrix(problem.B).tolist()), "H": str(problem.H), "casimirs": casimirs}
+    energy = {"H": str(problem.H)} if problem.H is not None else {"M": str(sp.Matrix(problem.M).tolist()), "U": str(problem.U)}
+    return {**energy, "g": [str(each) for each in problem.g]}
 
 
 def define(problem: str, case: str | None = None) -> Definition:
@@ -96,6 +117,6 @@ def define(problem: str, case: str | None = None) -> Definition:
     BadInput
         If the problem or the case is unknown.
     """
-    scene, found = find_scene(problem, case), find_problem(problem)
+    scene, found = find_setting(problem, case), find_problem(problem)
     own = scene.sheet.CASES[scene.case]["parameters"]
     return Definition(scene, {name: int(own.get(name, value)) for name, value in found.structure.items()})

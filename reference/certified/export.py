@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from daebench.errors import BadInput, unknown
 from daebench.files import atomic
 from daebench.reference.certified.between import At, states_at
-from daebench.reference.certified.record import PARTS, Reference
+from daebench.reference.certified.record import Reference
 
 Array = NDArray[np.float64]
 
@@ -33,7 +33,7 @@ class Extract:
     at: At
 
     def text(self) -> dict[str, list[str]]:
-        """Return columns t, q1, ..., p1, ..., lam1, ... as decimal strings: stored digits where there are some, else 17."""
+        """Return columns t, q1, ..., p1, ..., lam1, ..., or y1, ..., as decimal strings: stored digits where there are some, else 17."""
         found = {"t": [repr(float(t)) for t in self.at.t]}
         for name, values in self._columns(""):
             stored = self.reference.text[name]
@@ -41,12 +41,12 @@ class Extract:
         return found
 
     def numbers(self) -> dict[str, Array]:
-        """Return the same columns in double precision, and bound_q1, ... beside them."""
+        """Return the same columns in double precision, and their bounds, such as bound_q1, beside them."""
         return {"t": self.at.t} | dict(self._columns("")) | dict(self._columns("bound_"))
 
     def _columns(self, prefix: str) -> list[tuple[str, Array]]:
-        rows = {part: self.at.bound[part] if prefix else getattr(self.at, part) for part in PARTS}
-        return [(f"{prefix}{part}{i + 1}", column) for part in PARTS for i, column in enumerate(rows[part].T)]
+        found = self.at.bound if prefix else self.at.states
+        return [(f"{prefix}{part}{i + 1}", column) for part, rows in found.items() for i, column in enumerate(rows.T)]
 
 
 def extract(reference: Reference, times: Sequence[float] | None = None) -> Extract:
@@ -100,7 +100,7 @@ def _json(path: Path, found: Extract) -> None:
 
 def _npz(path: Path, found: Extract) -> None:
     at = found.at
-    arrays = {"t": at.t, "q": at.q, "p": at.p, "lam": at.lam} | {f"bound_{part}": rows for part, rows in at.bound.items()}
+    arrays = {"t": at.t} | at.states | {f"bound_{part}": rows for part, rows in at.bound.items()}
     with path.open("wb") as file:
         np.savez_compressed(file, **arrays)  # type: ignore[arg-type]
 

@@ -13,7 +13,7 @@ from daebench.inputs import positive, whole
 from daebench.reference.certified import store
 from daebench.reference.certified.between import states_at
 from daebench.reference.certified.record import EPS, Reference
-from daebench.reference.certified.trajectory_file import KNOWN, TrajectoryFile, read
+from daebench.reference.certified.trajectory_file import TrajectoryFile, read, split
 
 Array = NDArray[np.float64]
 Rows = NDArray[np.intp]
@@ -46,7 +46,7 @@ class Column:
     Parameters
     ----------
     name : str
-        q1, ..., p1, ..., lam1, ...
+        q1, ..., p1, ..., lam1, ..., or y1, ...
     digits : float
         -log10(largest error / size); never more than the reference's bound and the digits of the file allow.
     error : float
@@ -54,7 +54,7 @@ class Column:
     t : float
         When, s.
     size : float
-        Largest modulus of q, p or lam in the whole reference.
+        Largest modulus of its part, such as q, in the whole reference.
     allowed : float
         Digits that the reference's bound and the digits of the file allow at most.
     """
@@ -134,7 +134,7 @@ def agreement(path: Path, name: str, folder: Path = store.DATA, *, within: float
     Parameters
     ----------
     path : Path
-        CSV file with a header: t and any of q1, ..., p1, ..., lam1, ...
+        CSV file with a header: t and any of q1, ..., p1, ..., lam1, ..., or y1, ...
     name : str
         PROBLEM-CASE.
     folder : Path
@@ -155,7 +155,7 @@ def agreement(path: Path, name: str, folder: Path = store.DATA, *, within: float
     if between < 0:
         raise BadInput(f"between = {between} must be at least 0.")
     reference = store.load(name, folder)
-    given = read(Path(path))
+    given = read(Path(path), reference.kind)
     _require_components(given, reference)
     inside = _inside(given, reference)
     chosen = _chosen(given.values["t"][inside], reference.t, between)
@@ -219,8 +219,8 @@ def _errors(given: TrajectoryFile, reference: Reference, rows: Rows) -> tuple[Ar
     places = np.searchsorted(reference.t, t)
     error, allowed = np.empty((2, len(rows), len(given.components)))
     for j, name in enumerate(given.components):
-        part, i = _split(name)
-        error[:, j] = np.abs(given.values[name][rows] - getattr(states, part)[:, i])
+        part, i = split(name)
+        error[:, j] = np.abs(given.values[name][rows] - states.states[part][:, i])
         allowed[:, j] = states.bound[part][:, i]
         for k in np.flatnonzero(states.stored):
             error[k, j] = _difference(given.text[name][rows[k]], reference.text[name][places[k]])
@@ -233,15 +233,8 @@ def _difference(one: str, other: str) -> float:
     return float(SPARE.abs(SPARE.subtract(decimal.Decimal(one.strip()), decimal.Decimal(other))))
 
 
-def _split(name: str) -> tuple[str, int]:
-    """Return the part and the index of a component."""
-    found = KNOWN.fullmatch(name)
-    assert found is not None
-    return found[1], int(found[2]) - 1
-
-
 def _size(reference: Reference, name: str) -> float:
-    return reference.size(_split(name)[0])
+    return reference.size(split(name)[0])
 
 
 def _column(name: str, error: Array, allowed: Array, size: float, t: Array) -> Column:

@@ -1,6 +1,6 @@
 """What IDA really reaches on a certified motion, tolerance by tolerance, and what it could have known of it."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from itertools import pairwise
 from typing import Any
 
@@ -10,15 +10,9 @@ from numpy.typing import NDArray
 from daebench.method import Patience, Request
 from daebench.reference.certified.amplification import LOST
 from daebench.reference.certified.certify import NotCertified
-from daebench.reference.certified.record import PARTS
-from daebench.reference.ida import Ida
-from daebench.scene import Scene
-from daebench.trajectory import Trajectory
+from daebench.reference.certified.runs import Setting, ida_names, solved
 
 Array = NDArray[np.float64]
-
-FORMULATIONS = ("index2", "ggl")
-"""Those that reach furthest, with the multipliers as derivatives."""
 
 EXPONENTS = (10, 11, 12, 13, 14)
 """Tolerances 1e-10 ... 1e-14; each run's own estimate takes the next one too."""
@@ -35,7 +29,7 @@ TIGHT, UNTIL, ESTIMATES = 2, 10.0, 3.0
 Keep = Callable[[str, Callable[[], dict[str, Any]]], dict[str, Any]]
 
 
-def ida_errors(scene: Scene, t: Array, truth: Sequence[Array], keep: Keep) -> list[dict[str, Any]]:
+def ida_errors(scene: Setting, t: Array, truth: Mapping[str, Array], keep: Keep) -> list[dict[str, Any]]:
     """Return one record a formulation and tolerance: largest errors, own estimate |S(tol) - S(tol/10)|, work and status.
 
     The estimate is null where the run at a tenth of the tolerance stopped early; ``lost`` is the time at which the motion is lost,
@@ -43,12 +37,12 @@ def ida_errors(scene: Scene, t: Array, truth: Sequence[Array], keep: Keep) -> li
 
     Parameters
     ----------
-    scene : Scene
+    scene : Scene or PoissonScene
         The problem with its numbers.
     t : ndarray, shape(n,)
         Equidistant times, the first 0.
-    truth : sequence of ndarray
-        q, p and lam at these times, rounded to double precision.
+    truth : mapping of str to ndarray
+        q, p and lam, or y, at these times, rounded to double precision.
     keep : callable
         ``keep(stage, make)`` returns what was made now or in an earlier run that was interrupted.
 
@@ -57,37 +51,36 @@ def ida_errors(scene: Scene, t: Array, truth: Sequence[Array], keep: Keep) -> li
     NotCertified
         If IDA disagrees with the truth by more than it says itself.
     """
-    return [record for formulation in FORMULATIONS for record in _records(scene, formulation, t, truth, keep)]
+    return [record for name in ida_names(scene) for record in _records(scene, name, t, truth, keep)]
 
 
-def _records(scene: Scene, formulation: str, t: Array, truth: Sequence[Array], keep: Keep) -> list[dict[str, Any]]:
-    runs = []
+def _records(scene: Setting, name: str, t: Array, truth: Mapping[str, Array], keep: Keep) -> list[dict[str, Any]]:
+    runs, lead = [], next(iter(truth))
     for exponent in (*EXPONENTS, EXPONENTS[-1] + 1):
         tol = float(f"1e-{exponent}")
-        runs.append(keep(f"ida-{formulation}-{exponent}", lambda tol=tol: _run(scene, formulation, tol, t)))  # type: ignore[misc]
-    exact = dict(zip(PARTS, truth, strict=True))
-    _require_agreement(scene, runs[TIGHT:], t, exact)
-    return [_record(each, finer, t, exact) for each, finer in pairwise(runs)]
+        runs.append(keep(f"{name.replace(':', '-')}-{exponent}", lambda tol=tol: _run(scene, name, tol, t)))  # type: ignore[misc]
+    _require_agreement(scene, runs[TIGHT:], t, truth, lead)
+    return [_record(each, finer, t, truth, lead) for each, finer in pairwise(runs)]
 
 
-def _require_agreement(scene: Scene, runs: Sequence[dict[str, Any]], t: Array, exact: dict[str, Array]) -> None:
+def _require_agreement(scene: Setting, runs: Sequence[dict[str, Any]], t: Array, exact: Mapping[str, Array], lead: str) -> None:
     """Require that one of the tight runs is as near to the truth as its own estimate says, for a while."""
     n, told = int(np.searchsorted(t, UNTIL, "right")), []
     for each, finer in pairwise(runs):
-        error, estimate = (_distances(each, other)["q"][:n].max() for other in (exact, finer))
+        error, estimate = (_distances(each, other, exact)[lead][:n].max() for other in (exact, finer))
         told.append(f"{error:.1e} at tol = {each['tol']:g}, where it estimates {estimate:.1e}")
         if error <= ESTIMATES * estimate:
             return
     raise NotCertified(
-        f"{scene.problem}-{scene.case} was not certified: up to t = {t[:n][-1]:g} {runs[0]['method']} differs from the truth in q by "
+        f"{scene.problem}-{scene.case} was not certified: up to t = {t[:n][-1]:g} {runs[0]['method']} differs from the truth in {lead} by "
         f"{', '.join(told)}; see which of the two is wrong."
     )
 
 
-def _record(run: dict[str, Any], finer: dict[str, Any], t: Array, exact: dict[str, Array]) -> dict[str, Any]:
-    error, difference = _distances(run, exact), _distances(run, finer)
-    whole = len(difference["q"]) == len(t)  # or the finer run stopped, and there is no estimate
-    lost = np.flatnonzero(error["q"] > LOST * np.abs(exact["q"]).max())
+def _record(run: dict[str, Any], finer: dict[str, Any], t: Array, exact: Mapping[str, Array], lead: str) -> dict[str, Any]:
+    error, difference = _distances(run, exact, exact), _distances(run, finer, exact)
+    whole = len(difference[lead]) == len(t)  # or the finer run stopped, and there is no estimate
+    lost = np.flatnonzero(error[lead] > LOST * np.abs(exact[lead]).max())
     return {
         "method": run["method"],
         "tol": run["tol"],
@@ -95,7 +88,7 @@ def _record(run: dict[str, Any], finer: dict[str, Any], t: Array, exact: dict[st
         "t_reached": run["t_reached"],
         "error": {part: _short(values) for part, values in error.items()},
         "estimate": {part: _short(values) for part, values in difference.items()} if whole else None,
-        "error_q_until": [[mark, _short(error["q"][t[: len(error["q"])] <= mark])] for mark in MARKS if mark <= run["t_reached"]],
+        f"error_{lead}_until": [[mark, _short(error[lead][t[: len(error[lead])] <= mark])] for mark in MARKS if mark <= run["t_reached"]],
         "lost": float(t[lost[0]]) if lost.size else None,
         "steps": run["steps"],
         "residuals": run["residuals"],
@@ -104,17 +97,14 @@ def _record(run: dict[str, Any], finer: dict[str, Any], t: Array, exact: dict[st
     }
 
 
-def _run(scene: Scene, formulation: str, tol: float, t: Array) -> dict[str, Any]:
-    found: Trajectory = Ida(formulation).solve(
-        scene, Request(value=tol, t_end=float(t[-1]), points=len(t), watch=(), multipliers=True, patience=PATIENCE)
-    )
-    assert found.lam is not None
+def _run(scene: Setting, name: str, tol: float, t: Array) -> dict[str, Any]:
+    found = solved(scene, name, Request(value=tol, t_end=float(t[-1]), points=len(t), watch=(), patience=PATIENCE))
     on_grid = int(np.sum(np.isin(found.t, t)))
     return {
         "method": found.method,
         "tol": tol,
         "t_reached": float(found.t[-1]),
-        **{part: rows[:on_grid].tolist() for part, rows in zip(PARTS, (found.q, found.p, found.lam), strict=True)},
+        **{part: rows[:on_grid].tolist() for part, rows in found.states.items()},
         "steps": found.steps,
         "residuals": found.work["residual"],
         "jacobians": found.work["jacobian"],
@@ -122,10 +112,10 @@ def _run(scene: Scene, formulation: str, tol: float, t: Array) -> dict[str, Any]
     }
 
 
-def _distances(one: dict[str, Any], other: Any) -> dict[str, Array]:
+def _distances(one: Mapping[str, Any], other: Mapping[str, Any], parts: Iterable[str]) -> dict[str, Array]:
     """Return the largest modulus of the differences at each time that both reached, by part."""
     found = {}
-    for part in PARTS:
+    for part in parts:
         a, b = np.array(one[part]), np.array(other[part])
         n = min(len(a), len(b))
         found[part] = np.max(np.abs(a[:n] - b[:n]), axis=1)

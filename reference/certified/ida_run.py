@@ -5,15 +5,13 @@ from collections.abc import Iterator
 import numpy as np
 
 from daebench.method import Request
-from daebench.names import parse
-from daebench.reference.certified.recomputation import Parts, Recomputed, followed, parts_of, rounding_of, so_far, stored
-from daebench.reference.certified.record import PARTS, Reference
+from daebench.reference.certified.recomputation import Parts, Recomputed, followed, rounding_of, so_far
+from daebench.reference.certified.record import Reference
+from daebench.reference.certified.runs import Setting, Solution, ida_names, solved
 from daebench.reference.certified.verification import Check
-from daebench.scene import Scene
-from daebench.trajectory import Trajectory
 
-IDA, TOL, IDA_END = "ida:index2", 1e-12, 10.0
-"""The DAE solver, its tolerance, and the end of its runs, s."""
+TOL, IDA_END = 1e-12, 10.0
+"""Tolerance of IDA, and the end of its runs, s."""
 
 IDA_SAFETY = 3.0
 """|S(tol) - S(tol/10)|, the largest of a run, was between 0.62 and 1.92 times the largest true error of IDA in 70 cases."""
@@ -29,40 +27,38 @@ def by_ida(reference: Reference) -> tuple[Recomputed | None, list[Check]]:
     """Return the run of IDA as far as it tells anything, and the checks that it reached its end with the certificate's error."""
     n = min(followed(reference), int(np.searchsorted(reference.t, IDA_END, "right")))
     t_end, scene = float(reference.t[n - 1]), reference.scene()
-    runs = [_by_tolerance(scene, tol, t_end, n) for tol in (TOL, TOL / 10)]
+    ida = ida_names(scene)[0]
+    runs = [_by_tolerance(scene, ida, tol, t_end, n) for tol in (TOL, TOL / 10)]
     for each in runs:
         if each.failure:
             return None, [Check(f"{each.method}, tol = {each.value:g}", f"reaches t = {t_end:g}", each.failure, False)]
-    loose, tight = (parts_of(each) for each in runs)
-    estimate = {part: IDA_SAFETY * so_far(loose[part] - tight[part]) for part in PARTS}
-    vague = np.any([estimate[part][:, 0] > VAGUE * reference.size(part) for part in PARTS], axis=0)
+    loose, tight = (each.states for each in runs)
+    estimate = {part: IDA_SAFETY * so_far(loose[part] - tight[part]) for part in loose}
+    vague = np.any([estimate[part][:, 0] > VAGUE * reference.size(part) for part in loose], axis=0)
     told = int(np.argmax(vague)) if vague.any() else n
-    clear = Check(f"{IDA}, tol = {TOL:g}", f"below {VAGUE:g} of the motion for {FEWEST} outputs", f"for {told}", told >= FEWEST)
+    clear = Check(f"{ida}, tol = {TOL:g}", f"below {VAGUE:g} of the motion for {FEWEST} outputs", f"for {told}", told >= FEWEST)
     if told < FEWEST:
         return None, [clear]
-    limit = {part: estimate[part][told - 1] + rounding_of(reference, part, told) for part in PARTS}
-    run = Recomputed(f"{IDA}, tol = {TOL:g}", {part: loose[part][:told] for part in PARTS}, limit)
-    return run, [clear, *_table(reference, loose)]
+    limit = {part: estimate[part][told - 1] + rounding_of(reference, part, told) for part in loose}
+    run = Recomputed(f"{ida}, tol = {TOL:g}", {part: loose[part][:told] for part in loose}, limit)
+    return run, [clear, *_table(reference, ida, loose)]
 
 
-def _table(reference: Reference, states: Parts) -> Iterator[Check]:
+def _table(reference: Reference, ida: str, states: Parts) -> Iterator[Check]:
     """Compare errors of IDA with those of the certificate, which are the same if they end at the same time, and else larger."""
-    rows = [row for row in reference.certificate["ida"] if row["method"] == IDA and row["tol"] == TOL]
+    rows = [row for row in reference.certificate["ida"] if row["method"] == ida and row["tol"] == TOL]
     if not rows:
-        yield Check(f"the certificate's row of {IDA} at tol = {TOL:g}", "is there", "is not", False)
+        yield Check(f"the certificate's row of {ida} at tol = {TOL:g}", "is there", "is not", False)
         return
-    n = len(states["q"])
-    same = rows[0]["t_reached"] <= reference.t[n - 1]
-    for part in PARTS:
+    for part, found in states.items():
+        same = rows[0]["t_reached"] <= reference.t[len(found) - 1]
         claimed = float(rows[0]["error"][part])
-        error = float(np.abs(states[part] - stored(reference, part, n)).max())
+        error = float(np.abs(found - reference.values[part][: len(found)]).max())
         least = claimed / TABLE_FACTOR if same else 0.0
-        expected = f"{least:.1e} to {TABLE_FACTOR * claimed:.1e}"
-        yield Check(
-            f"error of {IDA} in {part} against the certificate's", expected, f"{error:.1e}", least <= error <= TABLE_FACTOR * claimed
-        )
+        most, what = TABLE_FACTOR * claimed, f"error of {ida} in {part} against the certificate's"
+        yield Check(what, f"{least:.1e} to {most:.1e}", f"{error:.1e}", least <= error <= most)
 
 
-def _by_tolerance(scene: Scene, tol: float, t_end: float, n: int) -> Trajectory:
+def _by_tolerance(scene: Setting, ida: str, tol: float, t_end: float, n: int) -> Solution:
     """Return the run of IDA with output at the first n stored times."""
-    return parse(IDA).solve(scene, Request(value=tol, t_end=t_end, points=n, watch=(), multipliers=True))
+    return solved(scene, ida, Request(value=tol, t_end=t_end, points=n, watch=()))

@@ -1,6 +1,6 @@
-"""Stored digits held against their own definition in multiprecision: the start, constraints, energy, multipliers, rank, and bounds."""
+"""Stored digits held against their own definition in multiprecision: the start, what is conserved, multipliers, rank, and bounds."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from daebench.reference.certified.certify import SINGULAR, STORED_DIGITS, WORTH
 from daebench.reference.certified.definition import Definition
-from daebench.reference.certified.multiprecision import Functions
+from daebench.reference.certified.mathematics import Mathematics, mathematics
 from daebench.reference.certified.record import Reference
 from daebench.reference.certified.verification import Check, agreed, at_most
 
@@ -25,13 +25,6 @@ SLACK = 1.01
 
 HALF_UNIT = 0.5 * 10.0 ** (1 - STORED_DIGITS)
 """Half a unit in the last stored place of a number whose first digits are 10...; what rounding it may make, relatively."""
-
-
-MANIFOLD = ("g", "Gv")
-"""What is zero on the manifold; of anything else the start has the value."""
-
-Quantity = Callable[[list[Any], list[Any]], list[Any]]
-"""A function of q and p with one or several values."""
 
 
 @dataclass(frozen=True)
@@ -50,36 +43,38 @@ class Stored:
     definition: Definition
 
     @cached_property
-    def functions(self) -> Functions:
+    def mathematics(self) -> Mathematics:
         """The definition's functions."""
-        return Functions(self.definition)
+        return mathematics(self.definition)
 
     @cached_property
     def parts(self) -> dict[str, list[list[Any]]]:
-        """Rows of q, p and lam."""
-        text, sizes = self.reference.text, {"q": self.definition.scene.d, "p": self.definition.scene.d, "lam": self.definition.scene.m}
-        columns = {part: [[mp.mpf(x) for x in text[f"{part}{i + 1}"]] for i in range(size)] for part, size in sizes.items()}
-        return {part: [list(row) for row in zip(*each, strict=True)] for part, each in columns.items()}
+        """Rows of each part."""
+        found: dict[str, list[list[Any]]] = {part: [] for part in self.definition.kind.names}
+        for name, column in self.reference.text.items():
+            if name != "t":
+                found[name.rstrip("0123456789")].append([mp.mpf(x) for x in column])
+        return {part: [list(row) for row in zip(*columns, strict=True)] for part, columns in found.items()}
 
     @cached_property
-    def states(self) -> list[tuple[list[Any], list[Any]]]:
-        """Rows of (q, p)."""
-        return list(zip(self.parts["q"], self.parts["p"], strict=True))
+    def states(self) -> list[list[Any]]:
+        """Rows of the parts of the state, one after the other."""
+        return [[x for part in row for x in part] for row in zip(*(self.parts[part] for part in self.definition.kind.state), strict=True)]
 
 
 def checks(stored: Stored) -> Iterator[Check]:
     """Yield the checks of the stored digits, see the module."""
     with mp.workdps(DIGITS):
-        found = [_start(stored), *_drifts(stored), _multipliers(stored)]
+        found = [_start(stored), *_drifts(stored), *_derived(stored)]
     with mp.workdps(20):
-        found += _rank(stored)
+        found += _rank(stored) if stored.mathematics.regular else []
     yield from [*found, *_bounds(stored.reference)]
 
 
 def _start(stored: Stored) -> Check:
     """Compare the first row with the exact initial expressions, rounded once."""
-    q0, p0 = stored.definition.start_numbers()
-    exact = [*q0, *p0, *stored.functions.lam(q0, p0)]
+    start = [x for part in stored.definition.start_numbers() for x in part]
+    exact = [x for part in stored.mathematics.parts(start).values() for x in part]
     first = [x for part in stored.parts.values() for x in part[0]]
     units = HALF_UNIT * _leading(np.array([float(abs(y)) for y in exact]))
     wrong = [abs(x - y) for x, y, unit in zip(first, exact, units, strict=True) if abs(x - y) > SLACK * unit]
@@ -88,57 +83,52 @@ def _start(stored: Stored) -> Check:
 
 
 def _drifts(stored: Stored) -> Iterator[Check]:
-    """Compare |g|, |G H_p| and errors of energy and first integrals with the certificate, and with what the bounds of q and p explain."""
-    quantities = _quantities(stored)
+    """Compare errors of what is conserved with the certificate, and with what the bounds of the state explain."""
+    rows = [stored.mathematics.conserved(x) for x in stored.states]
     claimed = stored.reference.certificate["drift"]
-    yield agreed("quantities of the certificate's drift", sorted(quantities), sorted(claimed))
-    for name, evaluate in quantities.items():
-        values = [evaluate(q, p) for q, p in stored.states]
-        start = [0] * len(values[0]) if name in MANIFOLD else values[0]
-        found = [max(abs(x - y) for x, y in zip(row, start, strict=True)) for row in values]
+    yield agreed("quantities of the certificate's drift", sorted(rows[0]), sorted(claimed))
+    for name, first in rows[0].items():
+        zero = name in stored.mathematics.zero
+        start = [0] * len(first) if zero else first
+        found = [max(abs(x - y) for x, y in zip(row[name], start, strict=True)) for row in rows]
         k = max(range(len(found)), key=found.__getitem__)
-        explained = _explained(stored, evaluate, k) + (0 if name in MANIFOLD else _explained(stored, evaluate, 0))
+        explained = _explained(stored, name, k) + (0 if zero else _explained(stored, name, 0))
         place = f" at t = {stored.reference.t[k]:g}"
         yield _same(f"drift of {name}{place}", float(claimed.get(name, 0.0)), float(found[k]))
         yield at_most(f"drift of {name}, in units of what the bounds explain", 1.0, float(found[k] / explained), place)
 
 
-def _quantities(stored: Stored) -> dict[str, Quantity]:
-    functions = stored.functions
-    names = stored.definition.derivation.problem.integrals
-    own: dict[str, Quantity] = {"g": lambda q, p: functions.g(q), "Gv": functions.Gv, "energy": lambda q, p: [functions.energy(q, p)]}
-    return own | {name: lambda q, p, k=k: [functions.integrals(q, p)[k]] for k, name in enumerate(names)}
-
-
-def _explained(stored: Stored, evaluate: Quantity, k: int) -> Any:
-    """Return the largest change of a quantity that errors of row k within their bounds can make, to first order."""
-    (q, p), d = stored.states[k], stored.definition.scene.d
-    here, x = evaluate(q, p), [*q, *p]
+def _explained(stored: Stored, name: str, k: int) -> Any:
+    """Return the largest change of a conserved quantity that errors of row k within their bounds can make, to first order."""
+    x, evaluate = stored.states[k], stored.mathematics.conserved
+    here = evaluate(x)[name]
     change = [mp.mpf(0)] * len(here)
-    for j, error in enumerate(np.concatenate([stored.reference.bound[part][k] for part in "qp"])):
-        y = [*x[:j], x[j] + float(error), *x[j + 1 :]]
-        change = [old + abs(b - a) for old, a, b in zip(change, here, evaluate(y[:d], y[d:]), strict=True)]
+    for j, error in enumerate(np.concatenate([stored.reference.bound[part][k] for part in stored.definition.kind.state])):
+        beside = evaluate([*x[:j], x[j] + float(error), *x[j + 1 :]])[name]
+        change = [old + abs(b - a) for old, a, b in zip(change, here, beside, strict=True)]
     return max(change) or mp.mpf("1e-60")
 
 
-def _multipliers(stored: Stored) -> Check:
-    """Compare lam with lam(p, q) of the stored q and p, HLW (1.12), in units of its bound."""
-    bound = stored.reference.bound["lam"]
-    exact = [stored.functions.lam(q, p) for q, p in stored.states]
-    triples = ((zip(*each, strict=True)) for each in zip(stored.parts["lam"], exact, bound, strict=True))
-    found = [max(abs(x - y) / mp.mpf(float(b)) for x, y, b in row) for row in triples]
-    k = max(range(len(found)), key=found.__getitem__)
-    return at_most("lam against lam(p, q), in units of its bound", 1.0, float(found[k]), f" at t = {stored.reference.t[k]:g}")
+def _derived(stored: Stored) -> Iterator[Check]:
+    """Compare what follows from the state, as lam(p, q) does by HLW (1.12), with what is stored of it, in units of its bound."""
+    kind = stored.definition.kind
+    exact = [stored.mathematics.parts(x) for x in stored.states] if kind.derived else []
+    for part in kind.derived:
+        rows = zip(stored.parts[part], exact, stored.reference.bound[part], strict=True)
+        found = [max(abs(x - y) / mp.mpf(float(b)) for x, y, b in zip(own, each[part], bound, strict=True)) for own, each, bound in rows]
+        k = max(range(len(found)), key=found.__getitem__)
+        what = f"{part} against {part}{kind.told}, in units of its bound"
+        yield at_most(what, 1.0, float(found[k]), f" at t = {stored.reference.t[k]:g}")
 
 
 def _rank(stored: Stored) -> list[Check]:
-    """Compare the smallest singular value of G H_pp G^T along the motion with the certificate's."""
-    values = np.array([stored.functions.smallest_singular_value(q, p) for q, p in stored.states])
+    """Compare the smallest singular value of what must not lose rank, G H_pp G^T, along the motion with the certificate's."""
+    values = np.array([stored.mathematics.smallest_singular_value(x) for x in stored.states])
     rank, t = stored.reference.certificate["rank"], stored.reference.t
     there = values[t == rank["t"]]
     least = f"{values.min():.3g} at t = {t[np.argmin(values)]:g}"
     return [
-        _same("smallest singular value of G M^-1 G^T", rank["smallest_singular_value"], float(values.min())),
+        _same(f"smallest singular value of {stored.mathematics.regular}", rank["smallest_singular_value"], float(values.min())),
         _same("largest of the smallest singular values", rank["largest"], float(values.max())),
         Check("time of the smallest", f"t = {rank['t']:g}", least, bool(there.size and there[0] <= values.min() * SLACK)),
         at_most("its largest over its smallest", 1 / SINGULAR, float(values.max() / values.min())),
@@ -153,7 +143,7 @@ def _same(what: str, claimed: float, found: float) -> Check:
 def _bounds(reference: Reference) -> Iterator[Check]:
     """Look at what any bound must be: at least the rounding of the number, never falling, and small enough to be worth storing."""
     for part, bound in reference.bound.items():
-        numbers = np.abs(getattr(reference, part))
+        numbers = np.abs(reference.values[part])
         spare = float(np.min(bound - HALF_UNIT * _leading(numbers)))
         yield Check(f"bound of {part}, least", "more than the rounding of each stored number", f"{spare:+.1e} to spare", spare > 0)
         falls = np.flatnonzero(np.any(np.diff(bound, axis=0) < 0, axis=1))

@@ -35,6 +35,8 @@ class Local:
         If the chart's positions depend on eta.
     """
 
+    name = "the problem's chart"
+
     def __init__(self, definition: Definition) -> None:
         self.definition, self.own = definition, definition.derivation
         chart = definition.derivation.problem.chart
@@ -71,16 +73,15 @@ class Local:
         H = self.own.H if self.own.explicit else (self.own.p.T * self.own.M.LUsolve(self.own.p))[0] / 2 + self.own.U
         return H.subs(self.definition.parameters).subs(at, simultaneous=True)
 
-    def entered(self, q: list[Any], p: list[Any]) -> list[Any]:
-        """Return y of a state on the manifold."""
+    def entered(self, x: list[Any]) -> list[Any]:
+        """Return y of a state (q, p) on the manifold."""
         problem = self.own.problem
-        return list(self._compiled([*problem.q, *problem.p], [*self.chart.inverse_eta, *self.chart.inverse_xi])(*q, *p))
+        return list(self._compiled([*problem.q, *problem.p], [*self.chart.inverse_eta, *self.chart.inverse_xi])(*x))
 
-    def left(self, rows: Rows) -> tuple[Rows, Rows]:
-        """Return q and p of rows of y."""
-        back, d = self._compiled([*self.chart.eta, *self.chart.xi], [*self.chart.q, *self.chart.p]), self.own.d
-        states = [list(back(*row)) for row in rows]
-        return [row[:d] for row in states], [row[d:] for row in states]
+    def left(self, rows: Rows) -> Rows:
+        """Return (q, p) of rows of y."""
+        back = self._compiled([*self.chart.eta, *self.chart.xi], [*self.chart.q, *self.chart.p])
+        return [list(back(*row)) for row in rows]
 
     def _compiled(self, arguments: list[sp.Symbol], expressions: list[sp.Expr]) -> Callable[..., Any]:
         return sp.lambdify(arguments, sp.Matrix(self.definition.settled(expressions)), modules="mpmath")  # type: ignore[no-any-return]

@@ -1,6 +1,6 @@
-"""The same motion made in several ways: closed form, Taylor series in the problem's own coordinates, and in its chart."""
+"""The same motion made in several ways: closed form, Taylor series in the problem's own coordinates, and in others."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -10,35 +10,29 @@ import numpy as np
 from numpy.typing import NDArray
 
 from daebench.reference.certified.definition import Definition
-from daebench.reference.certified.index_reduced import own_coordinates
-from daebench.reference.certified.local import Local
-from daebench.reference.certified.multiprecision import Functions
+from daebench.reference.certified.mathematics import Mathematics, mathematics
 from daebench.reference.certified.stages import Rows
-from daebench.reference.certified.taylor import Equations, integrated
+from daebench.reference.certified.taylor import integrated
 
 Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
 class States:
-    """Positions, momenta and multipliers lam(p, q) as mpmath numbers, one row a time; the multipliers are worked out when asked for."""
+    """States as mpmath numbers, one row a time; what is derived from them is worked out when asked for."""
 
-    q: Rows
-    p: Rows
-    functions: Functions
+    rows: Rows
+    mathematics: Mathematics
 
     @cached_property
-    def lam(self) -> Rows:
-        """Multipliers, HLW (1.12)."""
-        return [self.functions.lam(q, p) for q, p in zip(self.q, self.p, strict=True)]
+    def parts(self) -> dict[str, Rows]:
+        """The rows of each part by its name, multipliers, HLW (1.12), included."""
+        each = [self.mathematics.parts(row) for row in self.rows]
+        return {part: [found[part] for found in each] for part in each[0]}
 
     def until(self, n: int) -> "States":
         """Return the first n rows."""
-        return States(self.q[:n], self.p[:n], self.functions)
-
-    def parts(self) -> Mapping[str, Rows]:
-        """Return the rows by name."""
-        return {"q": self.q, "p": self.p, "lam": self.lam}
+        return States(self.rows[:n], self.mathematics)
 
 
 Keep = Callable[[str, Callable[[], Rows]], Rows]
@@ -60,49 +54,42 @@ class Motions:
 
     def __init__(self, definition: Definition, times: Sequence[Any], keep: Keep) -> None:
         self.definition, self.times, self.keep = definition, times, keep
-        self.functions = Functions(definition)
-
-    @cached_property
-    def equations(self) -> Equations:
-        """The index-reduced equation, which the motion and all its neighbours share."""
-        return own_coordinates(self.definition)
+        self.mathematics = mathematics(definition)
 
     def closed_form(self, digits: int) -> States:
         """Return the problem's closed form, worked out with so many digits."""
 
         def make() -> Rows:
-            form = self.definition.derivation.problem.closed_form
-            assert form is not None
             with mp.workdps(digits):
-                q0, p0 = self.definition.start_numbers()
-                values = {str(symbol): mp.mpf(value.p) / value.q for symbol, value in self.definition.parameters.items()}
-                return [[*q0, *p0], *([*q, *p] for q, p in (form(t, q0, p0, values) for t in self.times[1:]))]
+                return self.mathematics.exact(self.times)
 
         return self._states(self.keep(f"closed-form-{digits}", make))
 
     def own(self, shift: Sequence[Any] | None = None, stage: str = "taylor", **options: Any) -> States:
-        """Return the Taylor series of (1.18) from the start or beside it, made with the options of :func:`integrated`."""
+        """Return the Taylor series from the start or beside it, made with the options of :func:`integrated`."""
 
         def make() -> Rows:
-            start = [x for part in self.definition.start_numbers() for x in part]
+            start = self._start()
             moved = start if shift is None else [x + y for x, y in zip(start, shift, strict=True)]
-            return integrated(self.equations, moved, self.times, **options)
+            return integrated(self.mathematics.equations, moved, self.times, **options)
 
         return self._states(self.keep(stage, make))
 
-    def local(self) -> States:
-        """Return the Taylor series in the problem's chart."""
+    def other(self) -> States:
+        """Return the Taylor series in other coordinates, which there must be."""
 
         def make() -> Rows:
-            local = Local(self.definition)
-            q, p = local.left(integrated(local.equations, local.entered(*self.definition.start_numbers()), self.times))
-            return [[*a, *b] for a, b in zip(q, p, strict=True)]
+            other = self.mathematics.other
+            assert other is not None
+            return other.left(integrated(other.equations, other.entered(self._start()), self.times))
 
-        return self._states(self.keep("chart", make))
+        return self._states(self.keep("other", make))
+
+    def _start(self) -> list[Any]:
+        return [x for part in self.definition.start_numbers() for x in part]
 
     def _states(self, rows: Rows) -> States:
-        d = self.definition.derivation.d
-        return States([row[:d] for row in rows], [row[d:] for row in rows], self.functions)
+        return States(rows, self.mathematics)
 
 
 def differences(a: States, b: States) -> dict[str, Array]:
@@ -111,9 +98,9 @@ def differences(a: States, b: States) -> dict[str, Array]:
     def moduli(x: Rows, y: Rows) -> Array:
         return np.array([[float(abs(u - v)) for u, v in zip(*rows, strict=True)] for rows in zip(x, y, strict=True)])
 
-    return {part: moduli(a.parts()[part], b.parts()[part]) for part in a.parts()}
+    return {part: moduli(a.parts[part], b.parts[part]) for part in a.parts}
 
 
 def sizes(states: States) -> dict[str, float]:
-    """Return the largest modulus of each of q, p and lam."""
-    return {part: max(float(abs(x)) for row in rows for x in row) for part, rows in states.parts().items()}
+    """Return the largest modulus of each part."""
+    return {part: max(float(abs(x)) for row in rows for x in row) for part, rows in states.parts.items()}

@@ -90,6 +90,8 @@ class Translation:
     def _power(self, base: Expression, exponent: sp.Expr) -> Expression:
         if exponent == sp.Rational(1, 2):
             return self.hy.sqrt(base)
+        if exponent.is_Integer and exponent > 2:  # the series of heyoka's own power divides by the base, which may be zero
+            return self.hy.prod([base] * int(exponent))
         return base ** self.constant(exponent)
 
 

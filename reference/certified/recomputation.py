@@ -6,9 +6,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from daebench.reference.certified.record import EPS, PARTS, Reference
+from daebench.reference.certified.record import EPS, Reference
 from daebench.reference.certified.verification import Check, Digits, at_most
-from daebench.trajectory import Trajectory
 
 Array = NDArray[np.float64]
 Parts = Mapping[str, Array]
@@ -31,8 +30,8 @@ class Recomputed:
     ----------
     method : str
         Its name, with the value of its knob.
-    states, limit : mapping of str to ndarray, shape(n, d) or (n, m)
-        q, p and lam at the first n stored times, and by how much they may be wrong.
+    states, limit : mapping of str to ndarray, shape(n, components)
+        Every part at the first n stored times, and by how much it may be wrong.
     """
 
     method: str
@@ -41,21 +40,21 @@ class Recomputed:
 
     def checks(self, reference: Reference) -> Iterator[Check]:
         """Yield one check a part: the largest difference in units of what it may be."""
-        for part in PARTS:
-            ratio = np.max(np.abs(self.states[part] - stored(reference, part, len(self.limit[part]))) / self.limit[part], axis=1)
+        for part, limit in self.limit.items():
+            ratio = np.max(np.abs(self.states[part] - reference.values[part][: len(limit)]) / limit, axis=1)
             k = int(np.argmax(ratio))
             what = f"{part} by {self.method} up to t = {reference.t[len(ratio) - 1]:g}, in units of its own error"
             yield at_most(what, 1.0, float(ratio[k]), f" at t = {reference.t[k]:g}")
 
     def digits(self, reference: Reference) -> Iterator[Digits]:
         """Yield the digits of agreement of each part."""
-        for part in PARTS:
-            n, size = len(self.limit[part]), reference.size(part)
-            error = np.abs(self.states[part] - stored(reference, part, n)).max(axis=1) / size
+        for part, limit in self.limit.items():
+            n, size = len(limit), reference.size(part)
+            error = np.abs(self.states[part] - reference.values[part][:n]).max(axis=1) / size
             agreed = -np.log10(np.maximum(np.maximum.accumulate(error), EPS))
             last = float(reference.t[n - 1])
             at = {t: float(agreed[np.searchsorted(reference.t[:n], t, "right") - 1]) for t in (*(t for t in TOLD if t < last), last)}
-            yield Digits(self.method, part, tuple(at.items()), float(2 * self.limit[part].max() / size))
+            yield Digits(self.method, part, tuple(at.items()), float(2 * limit.max() / size))
 
 
 def followed(reference: Reference) -> int:
@@ -73,7 +72,7 @@ def rounding_of(reference: Reference, part: str, n: int) -> Array:
 
     The second term is a clock that is wrong by u: the weights of a composition do not add up to 1 to the last bit.
     """
-    rate = float(np.abs(np.diff(getattr(reference, part), axis=0)).max()) / float(reference.t[1])
+    rate = float(np.abs(np.diff(reference.values[part], axis=0)).max()) / float(reference.t[1])
     return np.asarray(reference.size(part) * _rounded(reference)[:n] + EPS * rate * reference.t[:n])[:, None]
 
 
@@ -81,17 +80,6 @@ def _rounded(reference: Reference) -> Array:
     return np.asarray(ROUNDINGS * EPS * np.maximum.accumulate(reference.worst_amplification))
 
 
-def parts_of(found: Trajectory) -> Parts:
-    """Return q, p and lam of a run by name."""
-    assert found.lam is not None
-    return {"q": found.q, "p": found.p, "lam": found.lam}
-
-
 def so_far(difference: Array) -> Array:
     """Return the largest modulus of a row's numbers up to each row, shape(n, 1)."""
     return np.asarray(np.maximum.accumulate(np.abs(difference).max(axis=1)))[:, None]
-
-
-def stored(reference: Reference, part: str, n: int) -> Array:
-    """Return the first n rows of a part as they are stored."""
-    return np.asarray(getattr(reference, part)[:n])

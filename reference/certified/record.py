@@ -1,21 +1,19 @@
 """A certified reference as its users see it: numbers, their bounds, and what is known about them."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from daebench.catalogue import find_scene
+from daebench.catalogue import find_setting
 from daebench.errors import BadInput
-from daebench.scene import Scene
+from daebench.reference.certified.parts import Parts, parts_of
+from daebench.scene import PoissonScene, Scene
 
 Array = NDArray[np.float64]
-
-PARTS = ("q", "p", "lam")
-"""Positions, momenta and multipliers."""
 
 EPS = 2.0**-53
 """Relative rounding of a number in double precision."""
@@ -32,7 +30,7 @@ class Reference:
     certificate : mapping
         What is known of it, as ``certificate.json`` has it.
     text : mapping of str to sequence of str
-        Columns t, q1, ..., p1, ..., lam1, ... as decimal strings.
+        Columns t and q1, ..., p1, ..., lam1, ..., or y1, ..., as decimal strings.
     """
 
     name: str
@@ -60,33 +58,48 @@ class Reference:
         return {name: int(value) for name, value in self.certificate["definition"]["structure"].items()}
 
     @cached_property
+    def kind(self) -> Parts:
+        """What a row consists of."""
+        return parts_of(self.text)
+
+    @cached_property
     def t(self) -> Array:
         """Times, s, shape(n,); each is exact in double precision."""
         return np.array([float(x) for x in self.text["t"]])
 
     @cached_property
+    def values(self) -> dict[str, Array]:
+        """Every part rounded to double precision, shape(n, components): "q", "p" and "lam", or "y" of a Poisson system."""
+        return {part: self._columns(part) for part in self.kind.names}
+
+    @property
     def q(self) -> Array:
         """Positions rounded to double precision, shape(n, d)."""
-        return self._columns("q")
+        return self._part("q")
 
-    @cached_property
+    @property
     def p(self) -> Array:
         """Momenta rounded to double precision, shape(n, d)."""
-        return self._columns("p")
+        return self._part("p")
 
-    @cached_property
+    @property
     def lam(self) -> Array:
         """Multipliers lam(p, q), HLW (1.12), rounded to double precision, shape(n, m)."""
-        return self._columns("lam")
+        return self._part("lam")
+
+    @property
+    def y(self) -> Array:
+        """States of a Poisson system rounded to double precision, shape(n, size)."""
+        return self._part("y")
 
     @cached_property
     def bound(self) -> dict[str, Array]:
-        """Largest error of every stored number: "q", "p" of shape(n, d), "lam" of shape(n, m)."""
-        return {part: np.array(self.certificate["bound"][part]) for part in PARTS}
+        """Largest error of every stored number, of the shapes of ``values``."""
+        return {part: np.array(self.certificate["bound"][part]) for part in self.kind.names}
 
     @cached_property
     def amplification(self) -> Array:
-        """Largest growth of a perturbation along the manifold from the start, shape(n,)."""
+        """Largest growth of a perturbation from the start, along the manifold if there is one, shape(n,)."""
         return np.array(self.certificate["amplification"]["values"])
 
     @cached_property
@@ -100,8 +113,8 @@ class Reference:
         return np.array(self.certificate["amplification"]["step"])
 
     def size(self, part: str) -> float:
-        """Return the largest modulus of "q", "p" or "lam", 1 if there is nothing but zeros."""
-        return float(np.abs(getattr(self, part)).max()) or 1.0
+        """Return the largest modulus of a part, 1 if there is nothing but zeros."""
+        return float(np.abs(self.values[part]).max()) or 1.0
 
     @property
     def horizon(self) -> float:
@@ -114,7 +127,7 @@ class Reference:
         found = self.certificate["horizon"]["double"]
         return float("inf") if found is None else float(found)
 
-    def scene(self) -> Scene:
+    def scene(self) -> Scene | PoissonScene:
         """Return the problem, case and parameters in double precision.
 
         Raises
@@ -122,7 +135,7 @@ class Reference:
         BadInput
             If the problem of this name has other parameters, or another definition, today.
         """
-        scene = find_scene(self.problem, self.case)
+        scene = find_setting(self.problem, self.case)
         if dict(scene.parameters) != self.parameters:
             raise BadInput(
                 f"{self.name} was made with parameters {self.parameters}, and case {self.case} of {self.problem} has "
@@ -133,6 +146,16 @@ class Reference:
         if define(self.problem, self.case).hash != self.certificate["definition"]["sha256"]:
             raise BadInput(f"{self.name} was made of another definition of {self.problem} than today's; build the reference again.")
         return scene
+
+    def restarted(self, scene: Scene | PoissonScene, row: int) -> Scene | PoissonScene:
+        """Return a scene that starts from a stored row, rounded to double precision."""
+        changes: dict[str, Any] = {f"{part}0": self.values[part][row] for part in self.kind.state}
+        return replace(scene, **changes)
+
+    def _part(self, part: str) -> Array:
+        if part not in self.values:
+            raise AttributeError(f"{self.name} has {', '.join(self.values)}, and no {part}.")
+        return self.values[part]
 
     def _columns(self, part: str) -> Array:
         names = [name for name in self.text if name.rstrip("0123456789") == part]

@@ -83,9 +83,9 @@ def find(problem: str, case: str | None = None, folder: Path = DATA) -> Referenc
     Damaged
         As :func:`load`.
     """
-    from daebench.catalogue import find_scene
+    from daebench.catalogue import find_setting
 
-    scene = find_scene(problem, case)
+    scene = find_setting(problem, case)
     name = f"{scene.problem}-{scene.case}"
     if name not in names(folder):
         own = [each for each in names(folder) if each.startswith(f"{scene.problem}-")]

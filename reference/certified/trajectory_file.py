@@ -12,13 +12,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from daebench.errors import BadInput
+from daebench.reference.certified.parts import Parts
 
 Array = NDArray[np.float64]
 
-KNOWN = re.compile(r"(q|p|lam)([1-9]\d*)")
-"""Columns that can be compared, besides t."""
-
-HEADER = "the first line names the columns: t and any of q1, q2, ..., p1, ..., lam1, ..., separated by commas"
+NAME = re.compile(r"([a-z]+)([1-9]\d*)")
+"""A component: its part and its number, from 1."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,8 +72,22 @@ class TrajectoryFile:
         return found
 
 
-def read(path: Path) -> TrajectoryFile:
+def split(name: str) -> tuple[str, int]:
+    """Return the part and the index of a component."""
+    found = NAME.fullmatch(name)
+    assert found is not None
+    return found[1], int(found[2]) - 1
+
+
+def read(path: Path, kind: Parts) -> TrajectoryFile:
     """Return the trajectory of a file.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+    kind : Parts
+        Which columns are components; others are left aside.
 
     Raises
     ------
@@ -82,20 +95,20 @@ def read(path: Path) -> TrajectoryFile:
         If it is no file, empty, without a column t or any component, with a row of another length, with something that is no finite
         number, or with times that are negative or descend.
     """
-    header, rows, lines = _rows(path)
+    header, rows, lines = _rows(path, kind)
     names = [name.strip() for name in header]
-    _require_header(path, names)
+    known = [name == "t" or _is_component(name, kind) for name in names]
+    _require_header(path, names, known, kind)
     for row, line in zip(rows, lines, strict=True):
         if len(row) != len(names):
             raise BadInput(f"{path}, line {line}: {len(row)} numbers for the {len(names)} columns of the header; give one for each.")
-    known = [name == "t" or bool(KNOWN.fullmatch(name)) for name in names]
     text = dict(zip(compress(names, known), compress(zip(*rows, strict=True), known), strict=True))
     found = TrajectoryFile(path, text, tuple(name for name, own in zip(names, known, strict=True) if not own), lines)
     _require_times(found)
     return found
 
 
-def _rows(path: Path) -> tuple[list[str], list[list[str]], list[int]]:
+def _rows(path: Path, kind: Parts) -> tuple[list[str], list[list[str]], list[int]]:
     """Return the header, the rows that are not blank, and their lines."""
     if not path.exists():
         raise BadInput(f"{path}: there is no such file; give the path of a CSV file.")
@@ -110,20 +123,32 @@ def _rows(path: Path) -> tuple[list[str], list[list[str]], list[int]]:
                     rows.append(row)
                     lines.append(reader.line_num)
     except (UnicodeDecodeError, csv.Error) as error:
-        raise BadInput(f"{path} is no CSV file ({error}); {HEADER}.") from error
+        raise BadInput(f"{path} is no CSV file ({error}); {_header(kind)}.") from error
     if not rows:
-        raise BadInput(f"{path} is empty; {HEADER}.")
+        raise BadInput(f"{path} is empty; {_header(kind)}.")
     if len(rows) == 1:
         raise BadInput(f"{path} has a header and no rows; write one row for each time.")
     return rows[0], rows[1:], lines[1:]
 
 
-def _require_header(path: Path, names: Sequence[str]) -> None:
+def _is_component(name: str, kind: Parts) -> bool:
+    found = NAME.fullmatch(name)
+    return found is not None and found[1] in kind.names
+
+
+def _header(kind: Parts) -> str:
+    """Return what the first line must be."""
+    first, *others = kind.names
+    columns = ", ".join([f"{first}1, {first}2, ...", *(f"{each}1, ..." for each in others)])
+    return f"the first line names the columns: t and any of {columns}, separated by commas"
+
+
+def _require_header(path: Path, names: Sequence[str], known: Sequence[bool], kind: Parts) -> None:
     if "t" not in names:
-        raise BadInput(f"{path}, line 1: there is no column t among {_told(names)}; {HEADER}.")
-    if not any(map(KNOWN.fullmatch, names)):
-        raise BadInput(f"{path}, line 1: there is no component to compare among {_told(names)}; {HEADER}.")
-    twice = next((name for name in names if names.count(name) > 1 and (name == "t" or KNOWN.fullmatch(name))), None)
+        raise BadInput(f"{path}, line 1: there is no column t among {_told(names)}; {_header(kind)}.")
+    if sum(known) == names.count("t"):
+        raise BadInput(f"{path}, line 1: there is no component to compare among {_told(names)}; {_header(kind)}.")
+    twice = next((name for name in compress(names, known) if names.count(name) > 1), None)
     if twice is not None:
         raise BadInput(f"{path}, line 1: column {twice} is there twice; name each column once.")
 

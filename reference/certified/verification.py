@@ -32,7 +32,7 @@ class Digits:
     method : str
         What recomputed them.
     part : str
-        "q", "p" or "lam".
+        "q", "p" or "lam"; or "y".
     at : tuple of (float, float)
         A time, s, and the digits up to that time: -log10 of the largest error in units of the part's largest modulus. The last time is
         that of the whole comparison.

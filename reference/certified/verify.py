@@ -9,6 +9,7 @@ from itertools import chain
 from pathlib import Path
 from typing import Any
 
+import mpmath as mp
 import numpy as np
 from numpy.typing import NDArray
 
@@ -16,10 +17,12 @@ from daebench.errors import BadInput
 from daebench.reference.certified import invariants, store
 from daebench.reference.certified.amplification import LOST
 from daebench.reference.certified.definition import Definition, define
-from daebench.reference.certified.ida_run import IDA, by_ida
+from daebench.reference.certified.ida_run import by_ida
 from daebench.reference.certified.invariants import SLACK
-from daebench.reference.certified.own_run import METHOD, row_by_row, throughout
+from daebench.reference.certified.mathematics import mathematics
+from daebench.reference.certified.own_run import row_by_row, throughout
 from daebench.reference.certified.record import EPS, Reference
+from daebench.reference.certified.runs import ida_names, own_name
 from daebench.reference.certified.verification import Check, Digits, Verification, agreed
 
 Progress = Callable[[float, str], None]
@@ -28,8 +31,8 @@ Progress = Callable[[float, str], None]
 NUMBER = re.compile(r"-?\d+(\.\d*)?(e[-+]?\d+)?")
 """A stored number."""
 
-KEYS = ("horizon", "drift", "rank", "ida", "amplification", "bound")
-"""What a certificate has besides the definition and the data."""
+KEYS = ("horizon", "drift", "ida", "amplification", "bound")
+"""What a certificate has besides the definition and the data; of a constrained problem "rank" too."""
 
 
 def verify(name: str, folder: Path = store.DATA, progress: Progress | None = None) -> Verification:
@@ -39,7 +42,7 @@ def verify(name: str, folder: Path = store.DATA, progress: Progress | None = Non
 
         definition     its text, hash and parameters are those of today's problem
         layout         columns, rows, times and bounds are those of the certificate
-        digits         start, constraints, energy, first integrals, multipliers and rank in multiprecision
+        digits         start, what is conserved, multipliers and rank in multiprecision
         motion         a method of order 8 of our own, throughout and from row to row, and IDA, each within what it knows of its own error
 
     What cannot be looked at because something before it does not hold is a check that fails.
@@ -70,7 +73,9 @@ def verify(name: str, folder: Path = store.DATA, progress: Progress | None = Non
     told(0.1, f"{name}: invariants")
     checks += invariants.checks(invariants.Stored(reference, definition))
     digits: list[Digits] = []
-    for fraction, doing, recomputed in RECOMPUTATIONS:
+    own, ida = own_name(definition.scene), ida_names(definition.scene)[0]
+    ways = ((0.2, own, throughout), (0.4, f"{own}, row by row", row_by_row), (0.7, ida, by_ida))
+    for fraction, doing, recomputed in ways:
         told(fraction, f"{name}: {doing}")
         run, found = recomputed(reference)
         checks += found
@@ -78,11 +83,7 @@ def verify(name: str, folder: Path = store.DATA, progress: Progress | None = Non
             checks += run.checks(reference)
             digits += run.digits(reference)
     told(1.0, name)
-    return Verification(name, tuple(checks), tuple(digits), _unseen(name, digits))
-
-
-RECOMPUTATIONS = ((0.2, METHOD, throughout), (0.4, f"{METHOD}, row by row", row_by_row), (0.7, IDA, by_ida))
-"""Fraction done before it, what it is, and how it is made."""
+    return Verification(name, tuple(checks), tuple(digits), _unseen(reference, digits))
 
 
 def _outside(reference: Reference) -> tuple[Definition | None, list[Check]]:
@@ -112,9 +113,11 @@ def _definition(reference: Reference, definition: Definition) -> Iterator[Check]
 
 def _layout(reference: Reference, definition: Definition) -> Iterator[Check]:
     """Compare the columns, rows, times and bounds with the certificate and with what a reference is."""
-    certificate, scene = reference.certificate, definition.scene
-    columns = ["t", *(f"{part}{i + 1}" for part in "qp" for i in range(scene.d)), *(f"lam{i + 1}" for i in range(scene.m))]
-    lacking = [key for key in KEYS if key not in certificate]
+    certificate, made = reference.certificate, mathematics(definition)
+    with mp.workdps(20):
+        sizes = {part: len(x) for part, x in made.parts([x for part in definition.start_numbers() for x in part]).items()}
+    columns = ["t", *(f"{part}{i + 1}" for part, size in sizes.items() for i in range(size))]
+    lacking = [key for key in (*KEYS, *(("rank",) if made.regular else ())) if key not in certificate]
     yield Check("certificate", "complete", f"lacks {', '.join(lacking)}" if lacking else "complete", not lacking)
     for what, found in (("columns", list(reference.text)), ("columns of the certificate", certificate["data"]["columns"])):
         yield agreed(what, ", ".join(columns), ", ".join(found))
@@ -124,8 +127,7 @@ def _layout(reference: Reference, definition: Definition) -> Iterator[Check]:
     yield Check("numbers", "decimal numbers", "decimal numbers" if odd is None else repr(odd), odd is None)
     if odd is None and rows:
         yield from _times(reference)
-    shapes = {"q": scene.d, "p": scene.d, "lam": scene.m}
-    for part, size in shapes.items():
+    for part, size in sizes.items():
         yield agreed(f"shape of the bound of {part}", (rows, size), _shape(certificate["bound"][part]))
     for which in ("values", "worst", "step"):
         yield agreed(f"shape of the amplification, {which}", (rows,), _shape(certificate["amplification"][which]))
@@ -165,13 +167,15 @@ def _first(reference: Reference, lost: NDArray[np.bool_]) -> float:
     return float(reference.t[np.argmax(lost)]) if lost.any() else np.inf
 
 
-def _unseen(name: str, digits: list[Digits]) -> str:
+def _unseen(reference: Reference, digits: list[Digits]) -> str:
     """Say what could be altered without any check seeing it."""
     if not digits:
         return ""
-    finest = max(min(each.visible for each in digits if each.part == part) for part in ("q", "p"))
+    state = reference.kind.state
+    finest = max(min(each.visible for each in digits if each.part == part) for part in state)
+    kept = ", ".join({"g": "constraints", "Gv": "their derivatives"}.get(name, name) for name in reference.certificate["drift"])
     return (
-        "A change of q and p along the motion, which keeps constraints, energy and first integrals to the certificate's drift, is seen "
-        f"from {finest:.1e} of the motion; a smaller one takes a recomputation in quadruple precision: daebench reference build {name}. "
+        f"A change of {' and '.join(state)} along the motion, which keeps {kept} to the certificate's drift, is seen from {finest:.1e} "
+        f"of the motion; a smaller one takes a recomputation in quadruple precision: daebench reference build {reference.name}. "
         "How the truth was made, its checks, the table of IDA but for its row at 1e-12, and amplifications between are taken as they are."
     )

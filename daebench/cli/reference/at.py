@@ -12,8 +12,6 @@ if TYPE_CHECKING:
     from daebench.reference.certified.between import At
     from daebench.reference.certified.record import Reference
 
-PARTS = ("q", "p", "lam")
-
 
 def at(
     problem: Problem,
@@ -22,7 +20,7 @@ def at(
     folder: Folder = None,
     as_json: Json = False,
 ) -> None:
-    """Give q, p, lam and their bounds at a time: stored digits, or the nearest of them carried on in double precision."""
+    """Give q, p, lam, or y, and their bounds at a time: stored digits, or the nearest of them carried on in double precision."""
     from daebench.reference.certified.between import states_at
     from daebench.reference.certified.store import find
 
@@ -45,7 +43,7 @@ def _origin(reference: "Reference", found: "At") -> str:
 def _rows(reference: "Reference", found: "At") -> list[tuple[str, str, float]]:
     text = _texts(reference, found)
     rows = []
-    for part in PARTS:
+    for part in reference.kind.names:
         bound = reference.bound[part][found.row[0]] if found.stored[0] else found.bound[part][0]
         rows += [(f"{part}{i + 1}", value, float(bound[i])) for i, value in enumerate(text[part])]
     return rows
@@ -54,10 +52,9 @@ def _rows(reference: "Reference", found: "At") -> list[tuple[str, str, float]]:
 def _texts(reference: "Reference", found: "At") -> dict[str, list[str]]:
     """Return the digits of each part."""
     k = found.row[0]
-    values: dict[str, Any] = {part: getattr(found, part)[0] for part in PARTS}
     return {
-        part: [reference.text[f"{part}{i + 1}"][k] if k >= 0 else f"{x:.17g}" for i, x in enumerate(numbers)]
-        for part, numbers in values.items()
+        part: [reference.text[f"{part}{i + 1}"][k] if k >= 0 else f"{x:.17g}" for i, x in enumerate(rows[0])]
+        for part, rows in found.states.items()
     }
 
 
@@ -69,9 +66,9 @@ def _object(reference: "Reference", found: "At") -> dict[str, Any]:
         "parameters": reference.parameters,
         "t": float(found.t[0]),
         "origin": _origin(reference, found),
-        **{part: getattr(found, part)[0] for part in PARTS},
+        **{part: rows[0] for part, rows in found.states.items()},
         "digits": _texts(reference, found),
-        "bound": {part: found.bound[part][0] for part in PARTS},
-        "bound_of_digits": {part: reference.bound[part][found.row[0]] for part in PARTS} if found.stored[0] else None,
+        "bound": {part: rows[0] for part, rows in found.bound.items()},
+        "bound_of_digits": {part: rows[found.row[0]] for part, rows in reference.bound.items()} if found.stored[0] else None,
         "horizon": reference.horizon,
     }

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 
 def compare(
-    file: Annotated[Path, typer.Argument(help="CSV file with a header: t and any of q1, ..., p1, ..., lam1, ...")],
+    file: Annotated[Path, typer.Argument(help="CSV file with a header: t and any of q1, ..., p1, ..., lam1, ..., or y1, ...")],
     name: Annotated[str, typer.Option("--with", help="Name of a reference, PROBLEM-CASE.")],
     within: Annotated[float, typer.Option("--within", help="Part of the motion beyond which a trajectory has left.")] = 0.01,
     between: Annotated[int, typer.Option("--between", help="Most rows between stored times that are compared, evenly chosen.")] = 500,

@@ -19,7 +19,7 @@ def listing(folder: Folder = None, as_json: Json = False) -> None:
     if as_json:
         print_json(rows)
     else:
-        columns = ["reference", "rows", "to t", "in double to t", "|dq| at the end"]
+        columns = ["reference", "rows", "to t", "in double to t", "bound at the end"]
         print_table(columns, [_cells(each) for each in rows if "damaged" not in each])
         for each in rows:
             if "damaged" in each:
@@ -46,6 +46,6 @@ def _row(name: str, folder: Path) -> dict[str, Any]:
         "rows": len(found.t),
         "horizon": found.horizon,
         "double_horizon": found.certificate["horizon"]["double"],
-        "bound": float(found.bound["q"][-1].max()),
+        "bound": float(found.bound[found.kind.state[0]][-1].max()),
         "truth": found.certificate["made"]["method"],
     }

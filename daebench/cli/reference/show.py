@@ -1,11 +1,14 @@
 """``daebench reference show``: the certificate of one reference, for people."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from daebench.cli.arguments import Json
 from daebench.cli.console import print_json, print_table
 from daebench.cli.reference.arguments import Folder, Name, place
+
+LONGEST = 600
+"""Characters of an entry of the definition that are printed at most."""
 
 
 def show(name: Name, folder: Folder = None, as_json: Json = False) -> None:
@@ -21,17 +24,17 @@ def show(name: Name, folder: Folder = None, as_json: Json = False) -> None:
     definition = {key: value for key, value in certificate["definition"].items() if value}
     print_table(["", ""], [[key, _text(value)] for key, value in definition.items()], "definition")
     print_table(["", ""], list(_facts(found)), "what is known")
-    checks = certificate["made"]["checks"]
-    print_table(
-        ["held against", "max |dq|", "max |dp|", "max |dlam|"], [[str(each["against"]), *_differences(each)] for each in checks], "checks"
-    )
-    columns = ["method", "tol", "|dq|", "estimated", "lost at", "steps", "calls", "status"]
-    print_table(columns, [_ida(each) for each in certificate["ida"]], f"what IDA reaches by t = {certificate['ida'][0]['t_end']:g}")
+    parts = found.kind.names
+    checks = [[str(each["against"]), *_differences(each, parts)] for each in certificate["made"]["checks"]]
+    print_table(["held against", *(f"max |d{part}|" for part in parts)], checks, "checks")
+    columns = ["method", "tol", f"|d{parts[0]}|", "estimated", "lost at", "steps", "calls", "status"]
+    ida = certificate["ida"]
+    if ida:
+        print_table(columns, [_ida(each, parts[0]) for each in ida], f"what IDA reaches by t = {ida[0]['t_end']:g}")
 
 
 def _facts(found: Any) -> list[list[str]]:
     certificate, horizon = found.certificate, found.certificate["horizon"]
-    rank = certificate["rank"]
     largest = [f"{part} {rows[-1].max():.2g}" for part, rows in found.bound.items()]
     return [
         ["truth", certificate["made"]["method"]],
@@ -41,24 +44,39 @@ def _facts(found: Any) -> list[list[str]]:
         ["horizon of double precision", "beyond the end" if horizon["double"] is None else f"{horizon['double']:g}"],
         ["amplification", f"{certificate['amplification']['largest']:g} at most"],
         ["drift", ", ".join(f"{name} {value:.2g}" for name, value in certificate["drift"].items())],
-        ["smallest singular value of G M^-1 G^T", f"{rank['smallest_singular_value']:g} at t = {rank['t']:g}; largest {rank['largest']:g}"],
+        *_rank(certificate),
         ["made by", certificate["made"]["by"]],
         ["versions", ", ".join(f"{name} {number}" for name, number in certificate["versions"].items())],
     ]
 
 
+def _rank(certificate: Mapping[str, Any]) -> list[list[str]]:
+    """Return the row of what must not lose rank, which constrained problems have."""
+    if "rank" not in certificate:
+        return []
+    rank = certificate["rank"]
+    least = f"{rank['smallest_singular_value']:g} at t = {rank['t']:g}; largest {rank['largest']:g}"
+    return [["smallest singular value of G M^-1 G^T", least]]
+
+
 def _text(value: Any) -> str:
+    """Return an entry of the definition as text, its beginning where it is very long."""
+    text = _whole(value)
+    return text if len(text) <= LONGEST else f"{text[:LONGEST]}... ({len(text)} characters, which --json has)"
+
+
+def _whole(value: Any) -> str:
     if isinstance(value, Mapping):
         return ", ".join(f"{key} = {each}" for key, each in value.items())
     return ", ".join(map(str, value)) if isinstance(value, list) else str(value)
 
 
-def _differences(check: Mapping[str, Any]) -> list[str]:
-    return [f"{check['largest_difference'][part]:.2g}" for part in ("q", "p", "lam")]
+def _differences(check: Mapping[str, Any], parts: Sequence[str]) -> list[str]:
+    return [f"{check['largest_difference'][part]:.2g}" for part in parts]
 
 
-def _ida(row: Mapping[str, Any]) -> list[str]:
-    estimate = "none" if row["estimate"] is None else f"{row['estimate']['q']:.2g}"
+def _ida(row: Mapping[str, Any], lead: str) -> list[str]:
+    estimate = "none" if row["estimate"] is None else f"{row['estimate'][lead]:.2g}"
     lost = "" if row["lost"] is None else f"t = {row['lost']:g}"
-    accuracy = [f"{row['tol']:g}", f"{row['error']['q']:.2g}", estimate, lost]
+    accuracy = [f"{row['tol']:g}", f"{row['error'][lead]:.2g}", estimate, lost]
     return [str(row["method"]), *accuracy, str(row["steps"]), str(row["residuals"]), str(row["status"])]

@@ -1,0 +1,64 @@
+"""A problem's definition as text: what ``daebench show`` prints of either kind."""
+
+import types
+from collections.abc import Mapping
+from typing import Any
+
+Texts = tuple[dict[str, str], dict[str, dict[str, Any]]]
+"""The parts of a definition by name, and its cases."""
+
+
+def constrained(definition: Any) -> Texts:
+    """Return the definition of a constrained problem as text, and its cases."""
+    text: dict[str, str] = {}
+    if definition.H is not None:
+        text["H"] = str(definition.H)
+    else:
+        text |= {"H": "1/2 p^T M^-1 p + U", "M": str(definition.M.tolist() if definition.M is not None else ""), "U": str(definition.U)}
+    text |= {f"g{i}" if definition.m > 1 else "g": str(g) for i, g in enumerate(definition.g, 1)}
+    text |= {f"integral {name}": str(expression) for name, expression in definition.integrals.items()}
+    text["size"] = f"{definition.d} positions, {definition.m} constraints, {definition.d - definition.m} degrees of freedom"
+    for name, part in (("closed form", definition.closed_form), ("kinetic flow", definition.kinetic_flow), ("chart", definition.chart)):
+        text[name] = "yes" if part else "no"
+    return text, _cases(definition.cases, ("q", "p"))
+
+
+def poisson(definition: Any, sheet: types.ModuleType) -> Texts:
+    """Return the definition of a Poisson system as text, and its cases; of a lattice, what it has at one site."""
+    text = _lattice(definition) if hasattr(definition, "sites") else _written_out(definition)
+    text["domain"] = ", ".join(f"{each} > 0" for each in sheet.DOMAIN)
+    text |= {f"splitting {name}": ", then ".join(parts) for name, parts in sheet.SPLITTINGS.items()}
+    text["closed form"] = "yes" if sheet.CLOSED_FORM else "no"
+    text["canonical coordinates"] = "yes" if sheet.DARBOUX else "no"
+    text["lift"] = sheet.LIFT or "no"
+    return {name: part for name, part in text.items() if part}, _cases(definition.cases, ("y",))
+
+
+def _written_out(definition: Any) -> dict[str, str]:
+    text = {"y": ", ".join(map(str, definition.y)), "B": rows(definition.B), "H": str(definition.H)}
+    text |= {f"Casimir {name}": str(expression) for name, expression in definition.casimirs.items()}
+    text |= {f"integral {name}": str(expression) for name, expression in definition.integrals.items()}
+    text |= {f"part {name}": str(part.H) for name, part in definition.parts.items()}
+    return text | {"size": f"{definition.n} coordinates"}
+
+
+def _lattice(definition: Any) -> dict[str, str]:
+    text = {"y": f"{', '.join(map(str, definition.here))} at every site", "B": f"at every site {rows(definition.b)}"}
+    text |= {"H": f"sum over the sites of {definition.h}"}
+    text |= {f"Casimir {name}": f"sum of {density}" for name, density in definition.casimirs.items()}
+    text |= {f"integral {name}": f"sum of {density}" for name, density in definition.integrals.items()}
+    text |= {f"part {name}": f"sum of {part.h}" for name, part in definition.parts.items()}
+    return text | {"size": f"{definition.sites} sites, {definition.n} coordinates"}
+
+
+def rows(matrix: Any) -> str:
+    """Return a matrix as [[a, b], [c, d]]."""
+    return str(matrix.tolist())
+
+
+def _cases(cases: Mapping[str, Any], states: tuple[str, ...]) -> dict[str, dict[str, Any]]:
+    return {
+        name: {state: ", ".join(map(str, getattr(case, state))) for state in states}
+        | {"parameters": dict(case.parameters), "about": case.about}
+        for name, case in cases.items()
+    }

@@ -1,0 +1,79 @@
+"""What a run says of itself: one mapping for people and for JSON, the same for both kinds of problems but for their states."""
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from daebench.cli.console import print_table
+from daebench.scene import PoissonScene, Scene
+from daebench.trajectory import PoissonTrajectory, Trajectory
+
+MOST_NUMBERS = 12
+"""Numbers of a state that are shown in a table; JSON and files have all."""
+
+
+def summary_of(scene: Scene | PoissonScene, trajectory: Trajectory | PoissonTrajectory, *, compensated: bool) -> dict[str, Any]:
+    """Return what a run says of itself; q, p and lam, or y, are those at its end."""
+    state = _state(trajectory)
+    energy, start = (float(scene.value("H", *each)) for each in (state, scene.start))
+    maxima = dict(trajectory.maxima)
+    energy_error = maxima.pop("energy", None)
+    return {
+        "problem": trajectory.problem,
+        "case": trajectory.case,
+        "parameters": dict(trajectory.parameters),
+        "method": trajectory.method,
+        "compensated": compensated or None,
+        "h": trajectory.value if trajectory.knob == "h" else None,
+        "tol": trajectory.value if trajectory.knob == "tol" else None,
+        "steps": trajectory.steps,
+        "t": float(trajectory.t[-1]),
+        **(
+            {"y": state[0]}
+            if isinstance(trajectory, PoissonTrajectory)
+            else {"q": state[1], "p": state[0], "lam": scene.value("lam", *state)}
+        ),
+        "energy": energy,
+        "energy_error": energy - start,
+        "max_energy_error": energy_error,
+        **_kept(scene, maxima),
+        "maxima_over": trajectory.maxima_over,
+        "work": dict(trajectory.work),
+        "seconds": trajectory.seconds,
+        "compile_seconds": trajectory.compile_seconds,
+        "callback_seconds": trajectory.callback_seconds,
+        "failure": trajectory.failure,
+    }
+
+
+def _state(trajectory: Trajectory | PoissonTrajectory) -> tuple[Any, ...]:
+    """Return the state at the end as the functions of the problem take it: (y,), or (p, q)."""
+    return (trajectory.y[-1],) if isinstance(trajectory, PoissonTrajectory) else (trajectory.p[-1], trajectory.q[-1])
+
+
+def _kept(scene: Scene | PoissonScene, maxima: Mapping[str, float]) -> dict[str, Any]:
+    """Return the largest errors of what the problem's structure keeps, and of its first integrals."""
+    integrals = {name: maxima[name] for name in scene.integrals if name in maxima}
+    if isinstance(scene, PoissonScene):
+        return {"casimirs": {name: maxima[name] for name in scene.casimirs if name in maxima}, "integrals": integrals}
+    return {"g": maxima.get("g"), "Gv": maxima.get("Gv"), "integrals": integrals}
+
+
+def moved(given: Scene, scene: Scene | PoissonScene) -> dict[str, float]:
+    """Return by how much the projection moved the initial values."""
+    return {name: float(np.linalg.norm(getattr(scene, name) - getattr(given, name))) for name in ("q0", "p0")}
+
+
+def print_summary(summary: Mapping[str, Any]) -> None:
+    """Print a summary as a table, without what is missing or empty."""
+    print_table(["", ""], [[name, _text(value)] for name, value in summary.items() if value is not None and _text(value)])
+
+
+def _text(value: Any) -> str:
+    if isinstance(value, dict):
+        return ", ".join(f"{name} {_text(item)}" for name, item in value.items())
+    if hasattr(value, "tolist"):
+        shown = ", ".join(f"{x:.15g}" for x in value[:MOST_NUMBERS].tolist())
+        return shown if len(value) <= MOST_NUMBERS else f"{shown}, ... ({len(value)} numbers; --json and --out have all)"
+    return f"{value:.9g}" if isinstance(value, float) else str(value)

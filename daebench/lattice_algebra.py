@@ -1,0 +1,32 @@
+"""The *arrays* algebra: vectors are NumPy arrays, for systems so large that straight-line code would be too much of it."""
+
+from daebench.codegen import function
+
+
+class Arrays:
+    """Source of the functions declared in ``kernels/hole.py`` under *algebra*, for arrays of any length.
+
+    Parameters
+    ----------
+    n : int
+        Number of coordinates; halves have half as many.
+    """
+
+    def __init__(self, n: int) -> None:
+        self.n = n
+
+    def source(self, name: str) -> str | None:
+        """Return the source of the operation of this name, or None if there is none."""
+        half = self.n // 2
+        bodies = {
+            "axpy(w, x, y)": "w * x + y",
+            "axpy_m(w, x, y)": "w * x + y",
+            "scale(w, x)": "w * x",
+            "norm(x)": "numpy.sum(numpy.abs(x))",
+            "norm_m(x)": "numpy.sum(numpy.abs(x))",
+            "first_half(y)": f"y[:{half}]",
+            "second_half(y)": f"y[{half}:]",
+            "joined(u, v, y)": "concatenate((u, v))",
+        }
+        found = {signature.partition("(")[0]: function(signature, f"return {body}") for signature, body in bodies.items()}
+        return found.get(name)

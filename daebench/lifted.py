@@ -1,0 +1,173 @@
+"""Methods for Poisson systems that are lifted: a constrained method runs above, and its trajectory is mapped down, HLW VII.5.3."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, fields, replace
+from typing import Any
+
+import numpy as np
+
+from daebench.catalogue import find_setting
+from daebench.diagnostics.integrals import casimir_errors, energy_error, integral_errors
+from daebench.errors import BadInput, RunFailed
+from daebench.fixed_step import FixedStep
+from daebench.method import Method, Request
+from daebench.poisson_step import require_poisson
+from daebench.scene import PoissonScene, Scene, Setting, constrained
+from daebench.trajectory import POISSON, Array, Outcome, PoissonTrajectory, Trajectory
+
+FORM = "lifted"
+"""What comes before the colon in the name of a lifted method."""
+
+
+@dataclass(frozen=True)
+class Lifted:
+    """A fixed-step method for constrained problems, run on a Poisson system that declares a :class:`daebench.poisson_system.Lift`.
+
+    ::
+
+        (q, p)(y0)  --- method --->  (q_n, p_n)  --->  y_n = y(p_n, q_n)
+
+    On the rotation matrices above Euler's equations ``rattle`` is the discrete Moser-Veselov algorithm of HLW VII.5.3.
+
+    Parameters
+    ----------
+    method : FixedStep
+        The method above.
+
+    Raises
+    ------
+    BadInput
+        If it is no fixed-step method.
+    """
+
+    method: FixedStep
+    knob = "h"
+
+    @classmethod
+    def of(cls, method: Method) -> "Lifted":
+        """Return a method lifted; raise :class:`BadInput` where it chooses its own steps."""
+        if not isinstance(method, FixedStep):
+            raise BadInput(f"{FORM}: takes fixed-step methods, and {method.name} chooses its own steps; run it as it is, or {FORM}:rattle.")
+        return cls(method)
+
+    @property
+    def name(self) -> str:
+        """Name in the grammar of methods."""
+        return f"{FORM}:{self.method.name}"
+
+    @property
+    def order(self) -> int:
+        """Order of convergence that the method above claims."""
+        return self.method.claims.order
+
+    def is_poisson(self, scene: Setting) -> bool:
+        """Return whether the method claims to be a Poisson integrator: whether it is symplectic on the manifold above."""
+        claims = self.method.claims
+        return bool(scene.sheet.LIFT) and claims.symplectic and claims.on_manifold
+
+    def keeps(self, scene: Setting) -> tuple[str, ...]:
+        """Return the names of the conserved quantities that the method claims to keep to round-off: the Casimir functions, or none."""
+        return tuple(scene.sheet.CASIMIRS) if self.is_poisson(scene) else ()
+
+    def refusal(self, scene: Setting) -> str | None:
+        """Return why the method cannot be used on this problem, as a sentence, or None."""
+        if not isinstance(scene, PoissonScene):
+            return f"{self.name} is for Poisson systems, and {scene.problem} is a constrained problem; leave out {FORM}:."
+        if not scene.sheet.LIFT:
+            return f"{self.name} needs a constrained system above, which {scene.problem} does not declare; use strang."
+        why = self.method.refusal(above(scene))
+        return f"{self.name} on {scene.problem}: {why}" if why else None
+
+    def check(self, scene: PoissonScene, request: Request) -> None:
+        """Accept a request that can be met; raise :class:`BadInput` otherwise."""
+        if refusal := self.refusal(scene):
+            raise BadInput(refusal)
+        require_poisson(self.name, request)
+        self.method.check(above(scene), _silent(request))
+
+    def solve(self, scene: PoissonScene, request: Request) -> PoissonTrajectory:
+        """Return the trajectory; where the method above stops early, what was computed so far and why.
+
+        Maxima of errors are over the outputs, and say so; work is that of the method above.
+
+        Raises
+        ------
+        BadInput
+            If the request cannot be met.
+        """
+        self.check(scene, request)
+        found = _mapped_down(self.name, scene, self.method.solve(above(scene), _silent(request)))
+        return replace(found, maxima=_maxima(scene, found, request.watched(POISSON)))
+
+    def flow(self, scene: PoissonScene, h: float, steps: int) -> Callable[[Sequence[complex]], Array]:
+        """Return the map y -> y of ``steps`` steps for complex states, exact to first order in the imaginary part.
+
+        The map raises :class:`RunFailed` where the method has no solution.
+        """
+        rise, (inner, down) = _rising(scene), (self.method.flow(above(scene), h, steps), _falling(scene))
+
+        def phi(y: Sequence[complex]) -> Array:
+            try:
+                return np.array(down(*inner(*rise(y))))
+            except RunFailed as error:
+                raise RunFailed(_told(self.name, scene, str(error))) from error
+
+        return phi
+
+
+def above(scene: PoissonScene) -> Scene:
+    """Return the scene of the constrained system above, which starts from (q, p)(y0) with the parameters of the same names."""
+    lift = _definition(scene).lift
+    p0, q0 = _rising(scene)(scene.y0)
+    return constrained(find_setting(lift.problem, None, scene.parameters, p0=p0.tolist(), q0=q0.tolist()))
+
+
+def _definition(scene: PoissonScene) -> Any:
+    return scene.source.derivation.problem
+
+
+def _rising(scene: PoissonScene) -> Callable[[Any], tuple[Any, Any]]:
+    """Return the map y -> (p, q), for real and complex states."""
+    import sympy as sp
+
+    definition = _definition(scene)
+    expressions = [list(definition.lift.p), list(definition.lift.q)]
+    up = sp.lambdify([list(definition.y), list(definition.parameters)], expressions, "numpy", cse=True)
+
+    def rise(y: Any) -> tuple[Any, Any]:
+        p, q = up(np.asarray(y), scene.par)
+        return np.array(p), np.array(q)
+
+    return rise
+
+
+def _falling(scene: PoissonScene) -> Callable[[Any, Any], Sequence[Any]]:
+    """Return the map (p, q) -> y, of numbers or of columns of them."""
+    lift = _definition(scene).lift
+    return lambda p, q: lift.y(p, q, scene.parameters)
+
+
+def _silent(request: Request) -> Request:
+    """Return what is asked of the method above, which watches nothing."""
+    return replace(request, watch=())
+
+
+def _mapped_down(name: str, scene: PoissonScene, run: Trajectory) -> PoissonTrajectory:
+    outcome = {field.name: getattr(run, field.name) for field in fields(Outcome)}
+    outcome |= {"problem": scene.problem, "case": scene.case, "method": name, "parameters": dict(scene.parameters)}
+    failure = _told(name, scene, run.failure) if run.failure else None
+    y = np.array(_falling(scene)(run.p.T, run.q.T), dtype=float).T
+    y[0] = scene.y0
+    return PoissonTrajectory(**outcome | {"failure": failure, "maxima_over": "outputs"}, y=y)
+
+
+def _told(name: str, scene: PoissonScene, failure: str) -> str:
+    return f"{name} on {scene.problem}, case {scene.case}: {failure}"
+
+
+def _maxima(scene: PoissonScene, run: PoissonTrajectory, watched: Sequence[str]) -> dict[str, float]:
+    """Return the largest modulus of each watched error over the outputs."""
+    errors: dict[str, Array] = {"energy": energy_error(scene, run)} if "energy" in watched else {}
+    errors |= casimir_errors(scene, run) if "casimirs" in watched else {}
+    errors |= integral_errors(scene, run) if "integrals" in watched else {}
+    return {name: float(np.max(np.abs(error))) for name, error in errors.items()}

@@ -1,0 +1,48 @@
+"""Fixed-step methods for either kind of problem as what is measured: which are accepted, what order they claim, what time is long."""
+
+from typing import Any
+
+from daebench.errors import BadInput
+from daebench.fixed_step import FixedStep, accepted
+from daebench.lifted import Lifted
+from daebench.poisson_step import PoissonStep
+from daebench.poisson_truth import poisson_reach
+from daebench.scene import PoissonScene, Scene
+from daebench.truth import reach
+
+PoissonScheme = PoissonStep | Lifted
+"""A fixed-step method for Poisson systems, with its claims."""
+
+
+def measured(method: Any, scene: Scene | PoissonScene, why: str) -> Any:
+    """Return a method, a Method or a PoissonMethod, where it is a fixed-step method that takes this problem.
+
+    Raises
+    ------
+    BadInput
+        If it is not, with ``why`` that matters, or if it refuses the problem.
+    """
+    if isinstance(scene, Scene):
+        return accepted(method, scene, why)
+    if method.knob != "h":
+        raise BadInput(f"{method.name} chooses its own steps {why}; give a fixed-step method, for example strang.")
+    if isinstance(method, FixedStep):
+        raise BadInput(f"{method.name} is given as a method for constrained problems, and {scene.problem} is a Poisson system.")
+    if refusal := method.refusal(scene):
+        raise BadInput(refusal)
+    return method
+
+
+def order_of(method: FixedStep | PoissonScheme) -> int:
+    """Return the order that a method claims."""
+    return method.claims.order if isinstance(method, FixedStep) else method.order
+
+
+def symmetric(method: PoissonScheme) -> bool:
+    """Return whether a method for Poisson systems claims that Phi_{-h} o Phi_h is the identity; a composition of one that does too."""
+    return method.member.symmetric if isinstance(method, PoissonStep) else method.method.claims.symmetric
+
+
+def reach_of(scene: Scene | PoissonScene, steps: int) -> float:
+    """Return the time that DOP853 at 1e-13 reaches in so many steps."""
+    return poisson_reach(scene, steps) if isinstance(scene, PoissonScene) else reach(scene, steps)

@@ -1,0 +1,272 @@
+"""Fixed-step methods for Poisson systems: a scheme on a form of the system, with a splitting, composed, and linked to a problem."""
+
+import time
+import types
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from daebench.cache import generated
+from daebench.claims import CLASSES, PoissonClaims
+from daebench.compositions import COMPOSITIONS
+from daebench.errors import BadInput, RunFailed, unknown
+from daebench.grid import Grid
+from daebench.members import poisson_members
+from daebench.method import Request
+from daebench.scene import PoissonScene, Setting
+from daebench.stepping import REASONS, Linked, Run
+from daebench.trajectory import POISSON, POISSON_WORK, Array, PoissonTrajectory
+
+FORMS = {"darboux": "canonical coordinates z = (q, p, c), HLW VII.4.3: z' = B0 grad K(z)"}
+"""The forms of a Poisson system that a scheme can be run on besides its own coordinates."""
+
+LEFT = {
+    6: (
+        "the state has left the domain {domain}",
+        "use a smaller h, or a method whose steps stay inside (strang, or darboux:), and see whether the motion itself runs away there",
+    )
+}
+"""Why a step of a Poisson system is refused besides :data:`daebench.stepping.REASONS`, and what to do."""
+
+PoissonFlow = Callable[[Sequence[complex]], Array]
+"""A map y -> y of vectors of shape(n,), real or complex."""
+
+
+@dataclass(frozen=True)
+class PoissonStep:
+    """A scheme of ``daebench.schemes.poisson`` run with constant step size.
+
+    Parameters
+    ----------
+    scheme : str
+        Name of the scheme.
+    form : str
+        "" for the system's own coordinates, or a name in :data:`FORMS`.
+    splitting : str
+        Name of one of the problem's splittings; "" for its first.
+    composition : str
+        "" or a name in :data:`daebench.compositions.COMPOSITIONS`.
+    anyway : bool
+        Whether a scheme may be run on a system that is not of the class for which it is a Poisson integrator.
+    compiled : bool
+        Whether the kernel is handed to numba.
+
+    Raises
+    ------
+    BadInput
+        If a name is unknown, or the parts do not go together.
+    """
+
+    scheme: str
+    form: str = ""
+    splitting: str = ""
+    composition: str = ""
+    anyway: bool = False
+    compiled: bool = True
+    knob = "h"
+
+    def __post_init__(self) -> None:
+        for kind, name, known in (
+            ("scheme for Poisson systems", self.scheme, poisson_members()),
+            ("form of Poisson systems", self.form, FORMS),
+            ("composition", self.composition, COMPOSITIONS),
+        ):
+            if name not in known and (name or name == self.scheme):
+                raise unknown(kind, name, known)
+        claims = self.member
+        if self.composition and (not claims.symmetric or claims.order != 2):
+            raise BadInput(
+                f"{self.composition} composes symmetric methods of order 2, which {self.scheme} is not; use strang, verlet or midpoint."
+            )
+        if self.splitting and claims.poisson != "split":
+            raise BadInput(f"{self.scheme} does not split H; leave out @{self.splitting}.")
+        if self.form and claims.poisson == "split":
+            raise BadInput(f"{self.scheme} takes the flows in the system's own coordinates; leave out {self.form}:, or use verlet there.")
+
+    @property
+    def name(self) -> str:
+        """Name in the grammar of methods."""
+        base = f"{self.form}:{self.scheme}" if self.form else self.scheme
+        return base + (f"@{self.splitting}" if self.splitting else "") + (f"/{self.composition}" if self.composition else "")
+
+    @property
+    def member(self) -> PoissonClaims:
+        """The claims of the scheme itself."""
+        return poisson_members()[self.scheme]
+
+    @property
+    def order(self) -> int:
+        """Order of convergence that the whole method claims."""
+        return COMPOSITIONS[self.composition].order if self.composition else self.member.order
+
+    @cached_property
+    def weights(self) -> Array:
+        """Weights of the substeps of a composition, shape(k,); empty where there is none."""
+        return np.array(COMPOSITIONS[self.composition].weights if self.composition else (), dtype=float)
+
+    def is_poisson(self, scene: Setting) -> bool:
+        """Return whether the method claims to be a Poisson integrator for this system: whether B is of the class that it states."""
+        kind, sheet = self.member.poisson, scene.sheet
+        if self.form == "darboux":
+            return bool(kind)
+        return bool({"split": sheet.SPLITTINGS, "constant": sheet.CONSTANT, "product": sheet.PRODUCT, "": False}[kind])
+
+    def keeps(self, scene: Setting) -> tuple[str, ...]:
+        """Return the names of the conserved quantities that the method claims to keep to round-off: "energy", Casimirs, integrals."""
+        own = {"linear": scene.sheet.LINEAR, "quadratic": scene.sheet.QUADRATIC, "": ()}["" if self.form else self.member.keeps]
+        casimirs = scene.sheet.CASIMIRS if self.is_poisson(scene) or self.form == "darboux" else ()
+        return tuple(dict.fromkeys((*casimirs, *own)))
+
+    def refusal(self, scene: Setting) -> str | None:
+        """Return why the method cannot be used on this problem, as a sentence, or None."""
+        claims, sheet = self.member, scene.sheet
+        if sheet.KIND != "poisson":
+            return f"{self.name} is for Poisson systems, and {scene.problem} is a constrained problem; use rattle."
+        if self.form == "darboux" and not sheet.DARBOUX:
+            return f"{self.name} needs canonical coordinates, which {scene.problem} does not declare; leave out darboux:."
+        if claims.poisson == "split" and not sheet.SPLITTINGS:
+            return f"{self.name} needs parts of H with known flows, which {scene.problem} does not declare; use midpoint --anyway, or rk4."
+        if self.splitting and self.splitting not in sheet.SPLITTINGS:
+            return f"{scene.problem} has no splitting {self.splitting!r}; it has {', '.join(sheet.SPLITTINGS)}."
+        if claims.halves and not sheet.HALVES and not self.form:
+            return f"{self.name} needs a state in two halves, and {scene.problem} has {sheet.N} coordinates; use strang."
+        if claims.poisson and not self.anyway and not self.is_poisson(scene):
+            what = CLASSES[claims.poisson]
+            return (
+                f"{self.name} is a Poisson integrator for {what} only, which {scene.problem} does not have; --anyway runs it all the same."
+            )
+        return None
+
+    def kernel(self, scene: PoissonScene, precision: str, watch: tuple[str, ...], *, count: bool) -> types.ModuleType:
+        """Return the generated module of this method and problem; other numbers of the same structure share it."""
+        structure: dict[str, Any] = {
+            "precision": precision,
+            "watch": watch,
+            "count": count,
+            "compiled": self.compiled,
+            "form": self.form,
+            "composed": bool(self.composition),
+        }
+        splitting = self.splitting or next(iter(scene.sheet.SPLITTINGS), "") if self.member.poisson == "split" else ""
+
+        def build(cached: bool) -> str:
+            from daebench.link import Linker, Options
+
+            derivation = scene.source.form("darboux") if self.form else scene.source.split(splitting)
+            linker = Linker(derivation, Options(**structure), f"daebench.schemes.poisson.{self.scheme}")
+            roots = [("daebench.kernels.loop", "integrate"), ("daebench.kernels.loop", "first")]
+            return linker.module(f"{self.name} on {scene.problem}, {precision}.", roots, cached)
+
+        key = f"{scene.source.key} poisson {self.scheme} {splitting} {sorted(structure.items())}"
+        return generated(f"{scene.problem}_{self.form}_{self.scheme}_{precision}", key, build)
+
+    def _linked(self, scene: PoissonScene, kernel: types.ModuleType) -> Linked:
+        enter, leave = _coordinates(scene) if self.form else (_same, _same)
+        domain = " and ".join(f"{each} > 0" for each in scene.sheet.DOMAIN)
+        reasons = REASONS | {status: (why.replace("{domain}", domain), advice) for status, (why, advice) in LEFT.items()}
+        return Linked(
+            self.name,
+            kernel,
+            scene.par,
+            self.weights,
+            self.compiled,
+            enter=lambda start: enter(start[0]),
+            leave=lambda x: np.asarray(leave(x), dtype=float),
+            work=POISSON_WORK,
+            reasons=reasons,
+            arrays=scene.arrays,
+        )
+
+    def solve(self, scene: PoissonScene, request: Request) -> PoissonTrajectory:
+        """Return the trajectory; where the scheme stops early, what was computed so far and why.
+
+        Raises
+        ------
+        BadInput
+            If the request cannot be met.
+        """
+        began = time.perf_counter()
+        grid = self._grid(scene, request)
+        watched = request.watched(POISSON)
+        kernel = self.kernel(scene, request.precision, watched, count=request.count)
+        names = watched_names(watched, scene)
+        run = Run(self._linked(scene, kernel), scene, request, grid, names=names, began=began)
+        outcome = run.outcome()
+        t, y = run.states()
+        return PoissonTrajectory(**outcome, t=t, y=y)
+
+    def check(self, scene: PoissonScene, request: Request) -> None:
+        """Accept a request that can be met; raise :class:`BadInput` otherwise."""
+        self._grid(scene, request)
+
+    def _grid(self, scene: PoissonScene, request: Request) -> Grid:
+        if refusal := self.refusal(scene):
+            raise BadInput(refusal)
+        require_poisson(self.name, request)
+        return Grid.fixed_step(self.name, request, scene.size)
+
+    def flow(self, scene: PoissonScene, h: float, steps: int) -> PoissonFlow:
+        """Return the map of ``steps`` steps for complex states, exact to first order in the imaginary part.
+
+        The map raises :class:`RunFailed` where the scheme has no solution.
+        """
+        kernel = self.kernel(scene, "complex128", (), count=False)
+        linked = self._linked(scene, kernel)
+        enter, leave = _coordinates(scene) if self.form else (_same, _same)
+        empty = np.empty((0, scene.size), dtype=complex)
+
+        def phi(y: Sequence[complex]) -> Array:
+            start = enter(np.array(y, dtype=complex))
+            x = start if scene.arrays else tuple(map(np.complex128, start))
+            with np.errstate(all="ignore"):
+                result = kernel.integrate(x, (), (), (), np.inf, h, self.weights, steps, -1, 0, empty, empty, linked.par)
+            if result[-1][0]:
+                raise RunFailed(linked.failure(scene, h, result[4], steps, result[-2], result[-1]))
+            return np.array(leave(result[0]))
+
+        return phi
+
+
+def require_poisson(name: str, request: Request) -> None:
+    """Refuse what has no meaning for a Poisson system; raise :class:`BadInput`."""
+    for wrong, what in ((request.multipliers, "multipliers lam(p, q)"), (request.raw, "raw multipliers")):
+        if wrong:
+            raise BadInput(f"{name} runs on a Poisson system, which has no {what}; leave them out.")
+    if request.watch and "manifold" in request.watch:
+        raise BadInput("a Poisson system has no constraints to watch; watch energy, casimirs or integrals.")
+
+
+def watched_names(watch: Sequence[str], scene: PoissonScene) -> list[str]:
+    """Return the names of the errors that a run watches, in order."""
+    names: Mapping[str, Sequence[str]] = {"energy": ["energy"], "casimirs": scene.casimirs, "integrals": scene.integrals}
+    return [name for each in watch for name in names[each]]
+
+
+def _same(y: Any) -> Any:
+    return y
+
+
+def _coordinates(scene: PoissonScene) -> tuple[Callable[[Any], Any], Callable[[Any], Any]]:
+    """Return the maps into the canonical coordinates of a system and back, for real and complex states."""
+
+    def build(cached: bool) -> str:
+        from daebench.link import Linker, Options
+        from daebench.syntax import HOLE
+
+        linker = Linker(scene.source.form("darboux"), Options(compiled=scene.arrays, form="darboux"))
+        return linker.module(f"Canonical coordinates of {scene.problem}.", [(HOLE, name) for name in ("canonical", "chart")], cached)
+
+    module = generated(f"{scene.problem}_darboux", f"{scene.source.key} darboux", build)
+    par = tuple(map(np.float64, scene.par))
+
+    def called(function: Callable[..., Any]) -> Callable[[Any], Any]:
+        def call(y: Any) -> Any:
+            with np.errstate(all="ignore"):
+                return function(y if scene.arrays else tuple(map(np.complex128 if np.iscomplexobj(y) else np.float64, y)), par)
+
+        return call
+
+    return called(module.canonical), called(module.chart)

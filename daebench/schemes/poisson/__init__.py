@@ -1,0 +1,1 @@
+"""Schemes for Poisson systems: one file a scheme."""

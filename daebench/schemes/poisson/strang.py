@@ -1,0 +1,21 @@
+"""Strang splitting of a Poisson system, HLW (4.6): half a step of each flow, and back in the opposite order."""
+
+from dataclasses import replace
+
+from daebench.kernels.hole import INF, Number, Report, Vector, no_work
+from daebench.kernels.newton import OK
+from daebench.kernels.poisson_hole import after, before, turn
+from daebench.schemes.poisson.lie import CLAIMS as LIE
+
+CLAIMS = replace(LIE, order=2, symmetric=True, source="HLW (4.6)")
+
+
+def step(y0: Vector, h: Number) -> tuple[Vector, Report]:
+    """Return y1 and a report; the two half steps of the last part in the middle are one.
+
+    ::
+
+        y1 = phi^[1]_{h/2} o ... o phi^[m]_h o ... o phi^[1]_{h/2} (y0)        H = H^[1] + ... + H^[m]
+    """
+    half = 0.5 * h
+    return after(turn(before(y0, (half,)), (h,)), (half,)), (OK, 0.0 * h, INF, no_work())

@@ -1,0 +1,73 @@
+"""Runs in double precision that references are held against: which methods there are for each kind of problem, and how they are run."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from daebench import poisson_truth, truth
+from daebench.method import Request
+from daebench.scene import PoissonScene, Scene
+from daebench.trajectory import PoissonTrajectory, Trajectory
+
+Array = NDArray[np.float64]
+Setting = Scene | PoissonScene
+Solution = Trajectory | PoissonTrajectory
+
+RATTLE = "rattle/kahan_li8"
+"""Order 8 on the constrained system itself, for every H; it needs no multiplier formula, and half the compile time of lobatto5 or less,
+which has the same order and gives much the same digits."""
+
+STRANG, MIDPOINT = "strang/kahan_li8", "midpoint/kahan_li8"
+"""Order 8 on a Poisson system, where it has a splitting and where it has none."""
+
+
+def own_name(scene: Setting) -> str:
+    """Return the name of our own method for a problem."""
+    if isinstance(scene, Scene):
+        return RATTLE
+    return STRANG if scene.sheet.SPLITTINGS else MIDPOINT
+
+
+def coarsest(scene: Setting) -> int:
+    """Return the steps from output to output of our method's first run: where sums are not compensated every step adds rounding."""
+    return 8 if isinstance(scene, Scene) else 1
+
+
+def ida_names(scene: Setting) -> tuple[str, ...]:
+    """Return the names of IDA in the formulations that reach furthest: those with multipliers as derivatives, or with Casimir functions."""
+    if isinstance(scene, Scene):
+        return "ida:index2", "ida:ggl"
+    return ("ida:casimirs", "ida:ode") if scene.casimirs else ("ida:ode",)
+
+
+def solved(scene: Setting, name: str, request: Request) -> Solution:
+    """Return the run of a method; sums are compensated where it can, and multipliers are there where there are some.
+
+    A method for Poisson systems is run whether it is a Poisson integrator for this one or not: it is its accuracy that counts here.
+    """
+    if isinstance(scene, PoissonScene):
+        from daebench import poisson_names
+
+        return poisson_names.parse(name, anyway=True).solve(scene, request)
+    from daebench import names
+
+    return names.parse(name, compensated=name == RATTLE).solve(scene, replace(request, multipliers=True))
+
+
+@dataclass(frozen=True)
+class Motion:
+    """States at some times, and the Euclidean norm of the error of each part, at most, at any of the times."""
+
+    states: Mapping[str, Array]
+    bound: Mapping[str, float]
+
+
+def integrated(scene: Setting, times: Array) -> Motion:
+    """Return the motion by DOP853 at times that ascend, or descend from 0, see :func:`daebench.truth.integrated`."""
+    if isinstance(scene, PoissonScene):
+        near = poisson_truth.poisson_integrated(scene, times)
+        return Motion({"y": near.y}, near.bound)
+    found = truth.integrated(scene, times)
+    return Motion({"q": found.q, "p": found.p, "lam": found.lam}, found.bound)

@@ -1,0 +1,65 @@
+"""What tolerance-driven methods on Poisson systems share: what they refuse, and the trajectory from what a solver gave."""
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from daebench.errors import BadInput
+from daebench.method import Request
+from daebench.poisson_pose import PoissonDae
+from daebench.poisson_step import require_poisson, watched_names
+from daebench.reference.tolerance import TOLERANCES, Array, Driven, check
+from daebench.scene import PoissonScene, Setting
+from daebench.trajectory import POISSON, PoissonTrajectory
+
+ADVICE = "end the run earlier if the motion itself leaves all bounds there, or use another tol"
+"""What to do where a run stops early."""
+
+
+def refused(name: str, scene: Setting) -> str | None:
+    """Return why a method of this name cannot be used on what is no Poisson system, or None."""
+    if scene.sheet.KIND == "poisson":
+        return None
+    return f"{name} is asked for as a method for Poisson systems, and {scene.problem} is a constrained problem."
+
+
+def accept(name: str, refusal: str | None, request: Request, least: float = TOLERANCES[0]) -> None:
+    """Accept a request that can be met.
+
+    Raises
+    ------
+    BadInput
+        If the method refuses the system, or see :func:`daebench.poisson_step.require_poisson` and
+        :func:`daebench.reference.tolerance.check`.
+    """
+    if refusal:
+        raise BadInput(refusal)
+    require_poisson(name, request)
+    check(name, request, least)
+
+
+def poisson_trajectory(dae: PoissonDae, request: Request, found: Driven) -> PoissonTrajectory:
+    """Return the trajectory, with what is watched over all outputs.
+
+    Parameters
+    ----------
+    dae : PoissonDae
+        What was solved.
+    request : Request
+        What was asked for.
+    found : Driven
+        What the solver gave.
+    """
+    y = dae.states(found.Y)
+    maxima = _maxima(dae.scene, request.watched(POISSON), y)
+    return PoissonTrajectory(**found.outcome, t=found.t[found.kept], y=y[found.kept], maxima=maxima)
+
+
+def _maxima(scene: PoissonScene, watch: tuple[str, ...], Y: Array) -> Mapping[str, float]:
+    """Return the largest moduli over all outputs, by name."""
+    functions = {"energy": "H", "casimirs": "casimirs", "integrals": "integrals"}
+    names = watched_names(watch, scene)
+    if not names:
+        return {}
+    values = np.concatenate([scene.along(functions[each], Y).reshape(len(Y), -1) for each in watch], axis=1)
+    return dict(zip(names, map(float, np.max(np.abs(values - values[0]), axis=0)), strict=True))

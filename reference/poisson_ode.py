@@ -1,0 +1,53 @@
+"""CVODE and SciPy's solvers on Poisson systems as they stand, y' = B(y) grad H(y)."""
+
+import time
+from dataclasses import dataclass
+
+from daebench.method import Request
+from daebench.poisson_pose import pose_poisson
+from daebench.reference.poisson import ADVICE, accept, poisson_trajectory, refused
+from daebench.reference.reduced import OnReducedOde
+from daebench.scene import PoissonScene, Setting
+from daebench.trajectory import PoissonTrajectory
+
+
+@dataclass(frozen=True)
+class PoissonOde:
+    """A tolerance-driven solver on y' = B grad H, with the analytic Jacobian where it uses one.
+
+    Parameters
+    ----------
+    solver : OnReducedOde
+        The solver, which has the name of the method.
+    """
+
+    solver: OnReducedOde
+    knob = "tol"
+
+    @property
+    def name(self) -> str:
+        """Name in the grammar of methods."""
+        return self.solver.name
+
+    def refusal(self, scene: Setting) -> str | None:
+        """Return why the method cannot be used on this problem, as a sentence, or None."""
+        return refused(self.name, scene)
+
+    def check(self, scene: PoissonScene, request: Request) -> None:
+        """Accept a request that can be met; raise :class:`BadInput` otherwise."""
+        accept(self.name, self.refusal(scene), request, self.solver.least)
+
+    def solve(self, scene: PoissonScene, request: Request) -> PoissonTrajectory:
+        """Return the trajectory; where the solver stops early, the outputs so far and why.
+
+        Raises
+        ------
+        BadInput
+            If the request cannot be met, see :func:`daebench.reference.poisson.accept`.
+        DaebenchError
+            If a value at the start is not finite.
+        """
+        began = time.perf_counter()
+        self.check(scene, request)
+        dae = pose_poisson(scene, "ode")
+        return poisson_trajectory(dae, request, self.solver.drive(dae, request, began=began, advice=ADVICE))
