@@ -56,25 +56,28 @@ def _in_order(tables: Sequence[Job]) -> list[Job]:
     return sorted(tables, key=lambda job: list(SCENES).index(job[1][0]))
 
 
-def computed(jobs: Sequence[Job], tell: Tell) -> Iterator[tuple[Job, Any]]:
-    """Give each job and its result, as they are done, from two processes; from this one alone where others cannot be had."""
+def computed(jobs: Sequence[Job], tell: Tell, who: str = "IDA") -> Iterator[tuple[Job, Any]]:
+    """Give each job and its result, as they are done, from two processes; from this one alone where others cannot be had.
+
+    ``tell`` is told the fraction done and who has just done what.
+    """
     left = list(jobs)
     if (os.cpu_count() or 1) > 1:
         try:
             for job, result in _from_two(jobs):
                 left.remove(job)
-                tell(1 - len(left) / len(jobs), _doing(job))
+                tell(1 - len(left) / len(jobs), _doing(job, who))
                 yield job, result
         except BrokenProcessPool:
             pass
     while left:
         job = left.pop(0)
         yield job, job[0](*job[1])
-        tell(1 - len(left) / len(jobs), _doing(job))
+        tell(1 - len(left) / len(jobs), _doing(job, who))
 
 
-def _doing(job: Job) -> str:
-    return "IDA, " + ", ".join(f"{each:.0e}" if isinstance(each, float) else str(each) for each in job[1])
+def _doing(job: Job, who: str) -> str:
+    return f"{who}, " + ", ".join(f"{each:.0e}" if isinstance(each, float) else str(each) for each in job[1])
 
 
 def _from_two(jobs: Sequence[Job]) -> Iterator[tuple[Job, Any]]:

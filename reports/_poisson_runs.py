@@ -1,0 +1,55 @@
+"""What the sections of the report on Poisson systems have in common: a run, its errors, and the defect of a method."""
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from daebench import poisson_names
+from daebench.catalogue import find_setting
+from daebench.diagnostics.energy import energy_drift
+from daebench.diagnostics.integrals import casimir_errors, energy_error, integral_errors
+from daebench.diagnostics.poisson import poisson_defect
+from daebench.lifted import Lifted
+from daebench.method import Request
+from daebench.scene import Array, PoissonScene
+from daebench.trajectory import PoissonTrajectory
+
+ROUND_OFF = 1e-12
+"""An error of a conserved quantity of the size of one, or a defect, up to this is round-off."""
+
+
+def scene_of(problem: str, case: str, parameters: dict[str, float] | None = None, y0: tuple[float, ...] | None = None) -> PoissonScene:
+    """Return a case of a Poisson system of the catalogue."""
+    scene = find_setting(problem, case, parameters, y0=y0)
+    assert isinstance(scene, PoissonScene)
+    return scene
+
+
+def method(name: str, *, compiled: bool = False) -> Any:
+    """Return a method whatever the class of B: most runs are so short that compiling would take longer."""
+    found: Any = poisson_names.parse(name, anyway=True)
+    return Lifted(replace(found.method, compiled=compiled)) if isinstance(found, Lifted) else replace(found, compiled=compiled)
+
+
+def solve(scene: PoissonScene, name: str, h: float, steps: int) -> PoissonTrajectory:
+    """Return the run of a method, all of its states; it may have ended early."""
+    run: PoissonTrajectory = method(name).solve(scene, Request(value=h, steps=steps, watch=()))
+    return run
+
+
+def errors(scene: PoissonScene, run: PoissonTrajectory) -> dict[str, Array]:
+    """Return the errors of energy, Casimir functions and integrals at the outputs of a run, by name, each shape(n,)."""
+    return {"energy": energy_error(scene, run)} | casimir_errors(scene, run) | integral_errors(scene, run)
+
+
+def kind(t: Array, error: Array) -> str:
+    """Return what becomes of an error: "round-off", or a kind of :func:`daebench.diagnostics.energy.energy_drift`."""
+    if np.max(np.abs(error)) <= ROUND_OFF:
+        return "round-off"
+    return energy_drift(t, error).kind
+
+
+def defect(scene: PoissonScene, name: str, h: float, steps: int) -> float:
+    """Return the Poisson defect of so many steps from the start of a scene."""
+    return poisson_defect(method(name).flow(scene, h, steps), scene.y0, lambda y: scene.value("B", y))
