@@ -150,3 +150,8 @@ _ALL = (
 
 COMPOSITIONS: Mapping[str, Composition] = {composition.name: composition for composition in _ALL}
 """Every composition by its name, by order and then by number of stages."""
+
+
+def weights_of(name: str) -> tuple[float, ...]:
+    """Return the weights of a composition's substeps; none for the name "", where a step is one step."""
+    return COMPOSITIONS[name].weights if name else ()

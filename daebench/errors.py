@@ -1,6 +1,6 @@
 """What can go wrong, as a small tree: every message says what, where, and what to do."""
 
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable
 from difflib import get_close_matches
 
 
@@ -30,3 +30,23 @@ def unknown(kind: str, name: str, known: Iterable[str]) -> BadInput:
     near = get_close_matches(name, names, n=3, cutoff=0.5)
     hint = f"did you mean {' or '.join(near)}?" if near else f"known: {', '.join(names) or 'none'}."
     return BadInput(f"unknown {kind} {name!r}; {hint}")
+
+
+def require_known(required: tuple[str, str, Collection[str]], *optional: tuple[str, str, Collection[str]]) -> None:
+    """Refuse a name that is not known.
+
+    Parameters
+    ----------
+    required : tuple of str, str and collection of str
+        What the name stands for, the name, and the known ones.
+    *optional : tuple of str, str and collection of str
+        The same of names that may be empty.
+
+    Raises
+    ------
+    BadInput
+        With the nearest names, see :func:`unknown`.
+    """
+    for kind, name, known in (required, *(each for each in optional if each[1])):
+        if name not in known:
+            raise unknown(kind, name, known)

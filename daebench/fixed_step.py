@@ -12,8 +12,8 @@ import numpy as np
 
 from daebench.cache import generated
 from daebench.claims import Claims, Member, composed, on_form, projected
-from daebench.compositions import COMPOSITIONS
-from daebench.errors import BadInput, RunFailed, unknown
+from daebench.compositions import COMPOSITIONS, weights_of
+from daebench.errors import BadInput, RunFailed, require_known, unknown
 from daebench.forms import FORMS, OWN, Form
 from daebench.grid import Grid
 from daebench.inputs import real
@@ -70,14 +70,12 @@ class FixedStep:
     knob = "h"
 
     def __post_init__(self) -> None:
-        for kind, name, known in (
+        require_known(
             ("scheme", self.scheme, members()),
             ("form", self.form, FORMS),
             ("composition", self.composition, COMPOSITIONS),
             ("projection", self.projection, PROJECTIONS),
-        ):
-            if name not in known and (name or kind == "scheme"):
-                raise unknown(kind, name, known)
+        )
         for option, value in self.options.items():
             if option not in self.free_numbers:
                 raise unknown(f"option of {self.name}", option, self.free_numbers)
@@ -159,7 +157,7 @@ class FixedStep:
     @cached_property
     def weights(self) -> Array:
         """Weights of the substeps of a composition, shape(k,); empty where there is none."""
-        return np.array(COMPOSITIONS[self.composition].weights if self.composition else (), dtype=float)
+        return np.array(weights_of(self.composition), dtype=float)
 
     def refusal(self, scene: Scene) -> str | None:
         """Return why the method cannot be used on this problem, as a sentence, or None."""

@@ -11,8 +11,8 @@ import numpy as np
 
 from daebench.cache import generated
 from daebench.claims import CLASSES, PoissonClaims
-from daebench.compositions import COMPOSITIONS
-from daebench.errors import BadInput, RunFailed, unknown
+from daebench.compositions import COMPOSITIONS, weights_of
+from daebench.errors import BadInput, RunFailed, require_known
 from daebench.grid import Grid
 from daebench.members import poisson_members
 from daebench.method import Request
@@ -69,13 +69,11 @@ class PoissonStep:
     knob = "h"
 
     def __post_init__(self) -> None:
-        for kind, name, known in (
+        require_known(
             ("scheme for Poisson systems", self.scheme, poisson_members()),
             ("form of Poisson systems", self.form, FORMS),
             ("composition", self.composition, COMPOSITIONS),
-        ):
-            if name not in known and (name or name == self.scheme):
-                raise unknown(kind, name, known)
+        )
         claims = self.member
         if self.composition and (not claims.symmetric or claims.order != 2):
             raise BadInput(
@@ -105,7 +103,7 @@ class PoissonStep:
     @cached_property
     def weights(self) -> Array:
         """Weights of the substeps of a composition, shape(k,); empty where there is none."""
-        return np.array(COMPOSITIONS[self.composition].weights if self.composition else (), dtype=float)
+        return np.array(weights_of(self.composition), dtype=float)
 
     def is_poisson(self, scene: Setting) -> bool:
         """Return whether the method claims to be a Poisson integrator for this system: whether B is of the class that it states."""

@@ -91,6 +91,11 @@ class Posed:
         kernel: Kernel = self.module.rhs_jacobian
         return kernel
 
+    @property
+    def blocks(self) -> dict[str, slice]:
+        """Where the unknowns are, by name."""
+        raise NotImplementedError
+
     def outside(self, y: Array) -> str:
         """Return what the unknowns have left, as "the domain u > 0", or "" where they may be: anywhere, if a problem says nothing."""
         return ""

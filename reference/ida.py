@@ -1,36 +1,33 @@
 """SUNDIALS IDA on every formulation, with the cures without which its error test fails on multipliers."""
 
 import time
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
-from daebench.errors import BadInput, unknown
 from daebench.method import Request
 from daebench.pose import FORMULATIONS, Dae, Posed, pose
 from daebench.reference.constrained import trajectory
+from daebench.reference.cured import Cured
 from daebench.reference.meter import Meter
 from daebench.reference.sundials import count_steps, stepwise
 from daebench.reference.tolerance import MOST_STEPS, Advance, Array, check, drive
 from daebench.scene import Scene
 from daebench.trajectory import Trajectory
 
-CURES = ("derivative", "atol", "none")
 DEFAULT_CURES = {"index3": "atol", "index2": "derivative", "index1": "atol", "ggl": "derivative", "baumgarte": "atol", "ode": "none"}
-UNTESTED = 1e20
-"""Absolute tolerance of an unknown that is left out of the error test."""
 
 
 @dataclass(frozen=True)
-class Ida:
+class Ida(Cured):
     """IDA, variable-order BDF in double precision, with the analytic Jacobian and a dense linear solver.
 
     The local error estimate of a multiplier can be hundreds of times that of a velocity: under the plain settings index 3 stops
     at t = 0 at every tolerance, and index 2 and ``ggl`` collapse to order 1. Two cures:
 
-    - ``atol``: an absolute tolerance of 1e8 on lam and mu, for index 3 on v too;
+    - ``atol``: an absolute tolerance of 1e20 on lam and mu, for index 3 on v too;
     - ``derivative``: the unknown is Lam with Lam' = lam, so that the multiplier enters as a derivative.
 
     Parameters
@@ -48,28 +45,10 @@ class Ida:
         If the formulation or the cure is unknown, or a cure is asked for on ``ode``.
     """
 
-    formulation: str
-    cure: str | None = None
     options: Mapping[str, float] | None = field(default=None, hash=False)
-    knob = "tol"
-
-    def __post_init__(self) -> None:
-        if self.formulation not in FORMULATIONS:
-            raise unknown("formulation", self.formulation, FORMULATIONS)
-        if self.cure is not None and self.cure not in CURES:
-            raise unknown("cure", self.cure, CURES)
-        if self.formulation == "ode" and self.cure not in (None, "none"):
-            raise BadInput(f"ode has no multipliers, so there is nothing for {self.cure} to cure; leave the cure out.")
-
-    @property
-    def name(self) -> str:
-        """Name in the grammar of methods: ida:formulation, or ida:formulation:cure where the cure is not the default."""
-        default = self._cure == DEFAULT_CURES[self.formulation]
-        return f"ida:{self.formulation}" if default else f"ida:{self.formulation}:{self._cure}"
-
-    @property
-    def _cure(self) -> str:
-        return self.cure or DEFAULT_CURES[self.formulation]
+    kind: ClassVar = "formulation"
+    formulations: ClassVar = FORMULATIONS
+    default_cures: ClassVar = DEFAULT_CURES
 
     def refusal(self, scene: Scene) -> str | None:
         """Return None: every problem has every formulation."""
@@ -91,26 +70,21 @@ class Ida:
         """
         began = time.perf_counter()
         self.check(scene, request)
-        dae = pose(scene, self.formulation, self.options, multipliers="derivative" if self._cure == "derivative" else "plain")
+        dae = pose(scene, self.formulation, self.options, multipliers=self.multipliers)
         found = drive(self.name, dae, request, lambda meter: self._begin(dae, request.value, meter), began=began, advice=self._advice)
         return trajectory(dae, request, found)
 
     @property
-    def _advice(self) -> str:
-        if self._cure == "none" and self.formulation != "ode":
-            return "take the multipliers out of the error test with the cure atol or derivative"
-        return "use a larger tol or another formulation, and see whether G keeps its rank"
+    def untested(self) -> Collection[str]:
+        """Multipliers, and velocities too for ``index3``, where a position's error is divided by the step."""
+        return ("lam", "mu", "v") if self.formulation == "index3" else ("lam", "mu")
 
-    def _atol(self, dae: Dae, tol: float) -> Array:
-        """Return the absolute tolerances, shape(n,)."""
-        atol = np.full(dae.n, tol)
-        if self._cure == "atol":
-            for name in ("lam", "mu", *(["v"] if self.formulation == "index3" else [])):
-                atol[dae.blocks.get(name, slice(0))] = UNTESTED
-        return atol
+    @property
+    def _advice(self) -> str:
+        return self.uncured or "use a larger tol or another formulation, and see whether G keeps its rank"
 
     def _begin(self, dae: Dae, tol: float, meter: Meter) -> Advance:
-        return begin(dae, tol, self._atol(dae, tol), meter)
+        return begin(dae, tol, self.tolerances(dae, tol), meter)
 
 
 def begin(posed: Posed, tol: float, atol: Array, meter: Meter) -> Advance:

@@ -2,16 +2,15 @@
 
 import time
 from dataclasses import dataclass
+from typing import ClassVar
 
-import numpy as np
-
-from daebench.errors import BadInput, unknown
 from daebench.method import Request
 from daebench.poisson_pose import FORMULATIONS, PoissonDae, pose_poisson, without_casimirs
-from daebench.reference.ida import CURES, UNTESTED, begin
+from daebench.reference.cured import Cured
+from daebench.reference.ida import begin
 from daebench.reference.meter import Meter
 from daebench.reference.poisson import ADVICE, accept, poisson_trajectory, refused
-from daebench.reference.tolerance import Advance, Array, drive
+from daebench.reference.tolerance import Advance, drive
 from daebench.scene import PoissonScene, Setting
 from daebench.trajectory import PoissonTrajectory
 
@@ -19,7 +18,7 @@ DEFAULT_CURES = {"casimirs": "derivative", "ode": "none"}
 
 
 @dataclass(frozen=True)
-class PoissonIda:
+class PoissonIda(Cured):
     """IDA on a Poisson system, with the analytic Jacobian and a dense linear solver.
 
     The multipliers of ``casimirs`` are zero along the motion and nothing but the numerical error drives them, and yet they spoil the
@@ -42,27 +41,9 @@ class PoissonIda:
         If the formulation or the cure is unknown, or a cure is asked for on ``ode``.
     """
 
-    formulation: str
-    cure: str | None = None
-    knob = "tol"
-
-    def __post_init__(self) -> None:
-        if self.formulation not in FORMULATIONS:
-            raise unknown("formulation of Poisson systems", self.formulation, FORMULATIONS)
-        if self.cure is not None and self.cure not in CURES:
-            raise unknown("cure", self.cure, CURES)
-        if self.formulation == "ode" and self.cure not in (None, "none"):
-            raise BadInput(f"ode has no multipliers, so there is nothing for {self.cure} to cure; leave the cure out.")
-
-    @property
-    def name(self) -> str:
-        """Name in the grammar of methods: ida:formulation, or ida:formulation:cure where the cure is not the default."""
-        default = self._cure == DEFAULT_CURES[self.formulation]
-        return f"ida:{self.formulation}" if default else f"ida:{self.formulation}:{self._cure}"
-
-    @property
-    def _cure(self) -> str:
-        return self.cure or DEFAULT_CURES[self.formulation]
+    kind: ClassVar = "formulation of Poisson systems"
+    formulations: ClassVar = FORMULATIONS
+    default_cures: ClassVar = DEFAULT_CURES
 
     def refusal(self, scene: Setting) -> str | None:
         """Return why the method cannot be used on this problem, as a sentence, or None."""
@@ -86,22 +67,13 @@ class PoissonIda:
         """
         began = time.perf_counter()
         self.check(scene, request)
-        dae = pose_poisson(scene, self.formulation, multipliers="derivative" if self._cure == "derivative" else "plain")
+        dae = pose_poisson(scene, self.formulation, multipliers=self.multipliers)
         found = drive(self.name, dae, request, lambda meter: self._begin(dae, request.value, meter), began=began, advice=self._advice)
         return poisson_trajectory(dae, request, found)
 
     @property
     def _advice(self) -> str:
-        if self._cure == "none" and self.formulation != "ode":
-            return "take the multipliers out of the error test with the cure derivative or atol"
-        return ADVICE
-
-    def _atol(self, dae: PoissonDae, tol: float) -> Array:
-        """Return the absolute tolerances, shape(n,)."""
-        atol = np.full(dae.n, tol)
-        if self._cure == "atol":
-            atol[dae.blocks["mu"]] = UNTESTED
-        return atol
+        return self.uncured or ADVICE
 
     def _begin(self, dae: PoissonDae, tol: float, meter: Meter) -> Advance:
-        return begin(dae, tol, self._atol(dae, tol), meter)
+        return begin(dae, tol, self.tolerances(dae, tol), meter)

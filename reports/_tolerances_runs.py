@@ -10,7 +10,8 @@ import numpy as np
 
 from daebench.catalogue import find_scene
 from daebench.method import Patience, Request
-from daebench.reference.ida import CURES, DEFAULT_CURES, Ida
+from daebench.reference.cured import CURES
+from daebench.reference.ida import DEFAULT_CURES, Ida
 from daebench.reports._tolerances_exact import Exact, exact
 from daebench.scene import Scene
 from daebench.trajectory import Trajectory
@@ -79,7 +80,7 @@ def series(name: str, formulation: str, tolerances: Sequence[float] = TOLERANCES
     tolerances : sequence of float
         Descending.
     cures : sequence of str
-        Any of :data:`daebench.reference.ida.CURES`.
+        Any of :data:`daebench.reference.cured.CURES`.
     """
     rows = []
     for cure in cures:

@@ -317,7 +317,7 @@ def test_a_value_that_is_not_finite_ends_the_run(name, monkeypatch):
 def test_without_a_cure_the_error_test_fails_on_the_multiplier(capfd):
     trajectory = parse("ida:casimirs:none").solve(setting("body"), replace(END, value=1e-10))
     assert trajectory.failure.startswith("ida:casimirs:none on free_rigid_body, case hlw, stopped at t = 0 of 2")
-    assert trajectory.failure.endswith("take the multipliers out of the error test with the cure derivative or atol.")
+    assert trajectory.failure.endswith("take the multipliers out of the error test with the cure atol or derivative.")
     assert capfd.readouterr() == ("", "")
 
 

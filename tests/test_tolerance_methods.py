@@ -13,8 +13,9 @@ from daebench import pose as posing
 from daebench.errors import BadInput, DaebenchError, RunFailed
 from daebench.method import Patience, Request
 from daebench.pose import FORMULATIONS, pose
+from daebench.reference.cured import CURES
 from daebench.reference.cvode import Cvode
-from daebench.reference.ida import CURES, Ida
+from daebench.reference.ida import Ida
 from daebench.reference.meter import Meter, Stopped
 from daebench.reference.scipy_ode import IMPLICIT, ScipyOde
 
@@ -130,7 +131,7 @@ def test_ida_steps_are_those_of_its_own_step_by_step_mode(formulation):
         calls["jacobian"] += 1
         dae.jacobian(t, y, yp, res, cj, JJ, dae.par)
 
-    solver = IDA(residual, jacfn=jacobian, rtol=1e-7, atol=method._atol(dae, 1e-7), max_num_steps=10**6)
+    solver = IDA(residual, jacfn=jacobian, rtol=1e-7, atol=method.tolerances(dae, 1e-7), max_num_steps=10**6)
     found = solver.solve([0.0, 2.0], dae.y0, dae.yp0)
     trajectory = method.solve(fast, replace(SLOW, value=1e-7))
     assert dict(trajectory.work) == {**calls, "steps": len(found.t) - 1}

@@ -13,7 +13,8 @@ import pytest
 from daebench.errors import RunFailed
 from daebench.method import Patience, Request
 from daebench.reference.certified import store
-from daebench.reference.ida import CURES, DEFAULT_CURES, Ida
+from daebench.reference.cured import CURES
+from daebench.reference.ida import DEFAULT_CURES, Ida
 from daebench.report import build
 from daebench.reports import _tolerances_numbers, _tolerances_runs, tolerances
 from daebench.reports._claims import ClaimRefuted
