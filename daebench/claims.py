@@ -60,7 +60,7 @@ class Claims:
 CLASSES = {
     "split": "any B, where parts of H have known flows",
     "constant": "constant B",
-    "product": "B(u, v) with one diagonal block of products of linear functions of u_k and of v_k, and H = K(u) + L(v)",
+    "bilinear": "B(u, v) with one diagonal block: constant, or d_k linear in u_k and in v_k and H a sum of functions of one u_k or v_k",
 }
 """The classes of structure matrices that schemes are Poisson integrators for, HLW Def. 4.6."""
 

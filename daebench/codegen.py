@@ -49,6 +49,10 @@ def _private(argument: str, i: int, symbol: sp.Symbol) -> sp.Symbol:
     return sp.Symbol(f"{argument}_{i}", **{key: value for key, value in symbol.assumptions0.items() if value is not None})
 
 
+ROUNDED = sp.Rational(1, 2**53)
+"""What differs from 1 by less is 1 in double precision."""
+
+
 def _near_one(expression: sp.Expr) -> sp.Expr:
     """Return an expression with log(1 + x) and exp(x) - 1 as functions of their own, which lose no digits where x is small."""
 
@@ -58,7 +62,10 @@ def _near_one(expression: sp.Expr) -> sp.Expr:
         powers = [term for term in each.args if term.func is sp.exp]
         return each - powers[0] + 1 + expm1(powers[0].args[0])
 
-    logarithms = expression.replace(lambda each: each.func is sp.log and each.args[0].is_Add and sp.S.One in each.args[0].args, near)
+    def from_one(each: sp.Expr) -> bool:
+        return bool(each.func is sp.log and each.args[0].is_Add and abs(each.args[0].as_coeff_Add()[0] - 1) < ROUNDED)
+
+    logarithms = expression.replace(from_one, near)
     return logarithms.replace(lambda each: each.is_Add and sp.S.NegativeOne in each.args and any(t.func is sp.exp for t in each.args), near)
 
 

@@ -147,7 +147,8 @@ class LatticeDerivation:
         body = codegen.assignments(targets, values, names)
         sign = " += " if add else " = "
         body = [line.replace(" = ", sign, 1) if line.startswith(tuple(targets)) else line for line in body]
-        neighbours = [f"k_left = k - 1 if k > 0 else {N - 1}", f"k_right = k + 1 if k < {N - 1} else 0"]
+        sides = {"k_left": f"k - 1 if k > 0 else {N - 1}", "k_right": f"k + 1 if k < {N - 1} else 0"}
+        neighbours = [f"{side} = {where}" for side, where in sides.items() if any(side in line for line in body)]
         return [f"for k in range({N}):", *(f"    {line}" for line in [*neighbours, *body])]
 
     def _structure(self) -> str:

@@ -16,7 +16,7 @@ def source(problem: str, derivation: LatticeDerivation) -> str:
         "INTEGRALS": tuple(lattice.integrals),
         "DOMAIN": (),
         "CONSTANT": not lattice.b.free_symbols & set(lattice.here),
-        "PRODUCT": False,
+        "BILINEAR": False,
         "HALVES": len(lattice.here) % 2 == 0,
         "SPLITTINGS": {name: tuple(parts) for name, parts in lattice.splittings.items()},
         "LINEAR": derivation.of_degree(1),

@@ -75,7 +75,10 @@ class Lifted:
             return f"{self.name} is for Poisson systems, and {scene.problem} is a constrained problem; leave out {FORM}:."
         if not scene.sheet.LIFT:
             return f"{self.name} needs a constrained system above, which {scene.problem} does not declare; use strang."
-        why = self.method.refusal(above(scene))
+        if not np.isfinite(_energy(up := above(scene))):
+            reason = f"the energy of {up.problem} above is not finite at these parameters, as where its mass matrix is singular"
+            return f"{self.name}: {reason}; use strang."
+        why = self.method.refusal(up)
         return f"{self.name} on {scene.problem}: {why}" if why else None
 
     def check(self, scene: PoissonScene, request: Request) -> None:
@@ -120,6 +123,10 @@ def above(scene: PoissonScene) -> Scene:
     lift = _definition(scene).lift
     p0, q0 = _rising(scene)(scene.y0)
     return constrained(find_setting(lift.problem, None, scene.parameters, p0=p0.tolist(), q0=q0.tolist()))
+
+
+def _energy(scene: Scene) -> float:
+    return float(scene.value("H", scene.p0, scene.q0))
 
 
 def _definition(scene: PoissonScene) -> Any:

@@ -88,10 +88,11 @@ class PoissonDerivation:
         return not self.B.free_symbols & set(self.y)
 
     @cached_property
-    def product(self) -> bool:
-        """Whether B and H have the form of HLW Example 4.7.
+    def bilinear(self) -> bool:
+        """Whether B and H have the form of HLW Example 4.7, in as many pairs as there are.
 
-        B has one diagonal block d_k(u_k, v_k), a product of linear functions, and H = K(u) + L(v); or whatever H where it is constant.
+        B has one diagonal block d_k(u_k, v_k), linear in each, and H is a sum of functions of one u_k or v_k; or it is whatever H where the
+        block is constant.
         """
         m = self.m
         u, v = list(self.y[:m]), list(self.y[m : 2 * m])
@@ -102,14 +103,13 @@ class PoissonDerivation:
             return False
         if not block.free_symbols & set(self.y):
             return True
-        separable = sp.Matrix([self.H]).jacobian(u).jacobian(v).applyfunc(sp.simplify).is_zero_matrix
-        return bool(separable) and all(self._linear_product(block[k, k], u[k], v[k]) for k in range(m))
+        second = sp.hessian(self.H, [*u, *v]).applyfunc(sp.simplify)
+        return bool(second.is_diagonal()) and all(self._linear_in_each(block[k, k], u[k], v[k]) for k in range(m))
 
-    def _linear_product(self, d: sp.Expr, u: sp.Symbol, v: sp.Symbol) -> bool:
-        """Whether d = (a + b u)(c + e v) with constants a, b, c, e."""
+    def _linear_in_each(self, d: sp.Expr, u: sp.Symbol, v: sp.Symbol) -> bool:
+        """Whether d is a function of u and v alone, linear in each."""
         own = d.free_symbols & set(self.y) <= {u, v}
-        straight = sp.expand(d.diff(u, 2)) == 0 and sp.expand(d.diff(v, 2)) == 0
-        return bool(own and straight and sp.expand(d * d.diff(u, v) - d.diff(u) * d.diff(v)) == 0)
+        return bool(own and sp.expand(d.diff(u, 2)) == 0 and sp.expand(d.diff(v, 2)) == 0)
 
     @cached_property
     def halves(self) -> bool:

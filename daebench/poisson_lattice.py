@@ -10,7 +10,10 @@ from daebench.errors import InvalidProblem
 from daebench.poisson_system import DarbouxMap, Part, PoissonCase, PoissonSystem
 
 SMALLEST = 3
-"""Sites of the lattice on which the structure is verified: the fewest at which a site has two neighbours."""
+"""The fewest sites at which a site has two neighbours."""
+
+VERIFIED_ON = 4
+"""Sites of the lattice on which the structure is verified: the fewest at which not all sites are neighbours."""
 
 _VERIFIED: set[str] = set()
 """Fingerprints of the lattices whose identities have been verified in this process."""
@@ -114,9 +117,25 @@ class PoissonLattice:
     def __post_init__(self) -> None:
         if self.sites < SMALLEST:
             raise InvalidProblem(f"a lattice of {self.sites} sites has none with two neighbours; it needs at least {SMALLEST}.")
+        self._check_symbols()
         if self.fingerprint not in _VERIFIED:
-            self.expanded(SMALLEST, verify=True)
+            self.expanded(VERIFIED_ON, verify=True)
             _VERIFIED.add(self.fingerprint)
+
+    def _check_symbols(self) -> None:
+        """Refuse an expression that depends on what it may not; that of a written-out lattice would be another one."""
+        own = {*self.here, *self.parameters}
+        pair = own | {*self.left}
+        found: list[tuple[str, sp.Expr, set[sp.Symbol]]] = [("b", self.b, own), ("h", self.h, pair)]
+        found += [(f"the density of {name}", each, pair) for name, each in {**self.casimirs, **self.integrals}.items()]
+        found += [(f"part {name}", part.h, pair) for name, part in self.parts.items()]
+        flows = {name: (sp.Matrix(list(part.here)), pair | {*self.right, part.t}) for name, part in self.parts.items()}
+        found += [(f"the flow of part {name}", *each) for name, each in flows.items()]
+        for where, expression, symbols in found:
+            if extra := sp.sympify(expression).free_symbols - symbols:
+                raise InvalidProblem(
+                    f"{where} contains {', '.join(sorted(map(str, extra)))}, which it may not depend on; write it without."
+                )
 
     @property
     def n(self) -> int:

@@ -10,7 +10,7 @@ def source(problem: str, derivation: PoissonDerivation) -> str:
     """Return the source of a Poisson system's sheet.
 
     The sheet has KIND, N (size), PARAMETERS (name to default, in the order of ``par``), POSITIVE (parameters that must be), CASES (name
-    to its parameters and about), CASIMIRS and INTEGRALS (names), DOMAIN (texts of what stays positive), CONSTANT, PRODUCT (classes of B,
+    to its parameters and about), CASIMIRS and INTEGRALS (names), DOMAIN (texts of what stays positive), CONSTANT, BILINEAR (classes of B,
     see :data:`daebench.claims.CLASSES`), HALVES, SPLITTINGS (names), LINEAR and QUADRATIC (names of integrals that are), CLOSED_FORM,
     DARBOUX, LIFT (name of the problem above, or ""), SITES (of a lattice, or 0), and INITIAL (case to a function of
     ``par`` that returns y).
@@ -26,7 +26,7 @@ def source(problem: str, derivation: PoissonDerivation) -> str:
         "INTEGRALS": tuple(definition.integrals),
         "DOMAIN": tuple(map(str, definition.domain)),
         "CONSTANT": derivation.constant,
-        "PRODUCT": derivation.product,
+        "BILINEAR": derivation.bilinear,
         "HALVES": derivation.halves,
         "SPLITTINGS": {name: tuple(parts) for name, parts in definition.splittings.items()},
         "LINEAR": derivation.linear,

@@ -110,7 +110,7 @@ class PoissonStep:
         kind, sheet = self.member.poisson, scene.sheet
         if self.form == "darboux":
             return bool(kind)
-        return bool({"split": sheet.SPLITTINGS, "constant": sheet.CONSTANT, "product": sheet.PRODUCT, "": False}[kind])
+        return bool({"split": sheet.SPLITTINGS, "constant": sheet.CONSTANT, "bilinear": sheet.BILINEAR, "": False}[kind])
 
     def keeps(self, scene: Setting) -> tuple[str, ...]:
         """Return the names of the conserved quantities that the method claims to keep to round-off: "energy", Casimirs, integrals."""
@@ -162,7 +162,7 @@ class PoissonStep:
         return generated(f"{scene.problem}_{self.form}_{self.scheme}_{precision}", key, build)
 
     def _linked(self, scene: PoissonScene, kernel: types.ModuleType) -> Linked:
-        enter, leave = _coordinates(scene) if self.form else (_same, _same)
+        enter, leave = coordinates(scene) if self.form else (_same, _same)
         domain = " and ".join(f"{each} > 0" for each in scene.sheet.DOMAIN)
         reasons = REASONS | {status: (why.replace("{domain}", domain), advice) for status, (why, advice) in LEFT.items()}
         return Linked(
@@ -213,7 +213,7 @@ class PoissonStep:
         """
         kernel = self.kernel(scene, "complex128", (), count=False)
         linked = self._linked(scene, kernel)
-        enter, leave = _coordinates(scene) if self.form else (_same, _same)
+        enter, leave = coordinates(scene) if self.form else (_same, _same)
         empty = np.empty((0, scene.size), dtype=complex)
 
         def phi(y: Sequence[complex]) -> Array:
@@ -247,7 +247,7 @@ def _same(y: Any) -> Any:
     return y
 
 
-def _coordinates(scene: PoissonScene) -> tuple[Callable[[Any], Any], Callable[[Any], Any]]:
+def coordinates(scene: PoissonScene) -> tuple[Callable[[Any], Any], Callable[[Any], Any]]:
     """Return the maps into the canonical coordinates of a system and back, for real and complex states."""
 
     def build(cached: bool) -> str:

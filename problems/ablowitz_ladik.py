@@ -72,9 +72,11 @@ def problem(*, sites: int = 16) -> PoissonLattice:
 def _riccati(x: sp.Expr, other: sp.Expr, rate: sp.Expr, dx: sp.Expr, t: sp.Expr) -> sp.Expr:
     """Return x after time t under x' = rate (1 + dx^2 (other^2 + x^2)).
 
-    The denominator, 1 at the start, is written as two roots: past infinity, where it is negative, the flow has no value.
+    The denominator, 1 at the start, is written as two roots: past infinity, where it is negative, the flow has no value. That lies within
+    half a turn of theta, beyond which it has none either: the second term is there for nothing else.
     """
     a = sp.sqrt(1 + dx**2 * other**2)
-    theta = dx * a * rate * t
+    turn = dx * a * rate * t
+    theta = turn + LEAST * sp.sqrt(sp.pi**2 - turn**2)
     c, s = sp.cos(theta), sp.sin(theta)
     return sp.sqrt(a) * (x * c + a / dx * s) / (sp.sqrt(c - dx * x * s / a) * sp.sqrt(a * c - dx * x * s))

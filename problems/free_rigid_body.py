@@ -83,7 +83,7 @@ def longitude(y: State) -> DarbouxMap:
         y = (sqrt(C^2 - P^2) sin Q, sqrt(C^2 - P^2) cos Q, P)      {Q, P} = 1
 
     They are canonical but at the poles y1 = y2 = 0, which are equilibria, so that no other motion meets them. The way back holds on the
-    whole space.
+    whole space. In numbers they lose eps/sin^2 of the angle to axis 3: all digits within 1e-8 of a pole.
     """
     q, p, c = sp.symbols("Q P C", real=True)
     across = sp.sqrt(c**2 - p**2)
@@ -104,6 +104,8 @@ def rotation(y: State, moments: State) -> Lift:
     ::
 
         Q' = Q hat(I^-1 y)      d_k = (I1 + I2 + I3)/2 - I_k      Q^T P - P^T Q = hat(y)
+
+    A flat body, I3 = I1 + I2 say, has none: its D is singular.
     """
     spin = hat([component / moment for component, moment in zip(y, moments, strict=True)])
     D = sp.diag(*(sp.Add(*moments) / 2 - moment for moment in moments))

@@ -18,7 +18,7 @@ from daebench.reports._poisson_methods import CASIMIR_SYSTEMS, kept
 from daebench.reports._poisson_numbers import Numbers
 from daebench.reports._poisson_orbits import METHODS
 
-SHORT = {"split": "parts with known flows", "constant": "constant", "product": "one block of products", "": "none"}
+SHORT = {"split": "parts with known flows", "constant": "constant", "bilinear": "one bilinear block", "": "none"}
 
 
 def tables(numbers: Numbers, folder: Path) -> Mapping[str, Tabulate]:

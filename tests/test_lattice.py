@@ -12,6 +12,7 @@ from daebench.catalogue import find_setting
 from daebench.errors import BadInput, InvalidProblem
 from daebench.method import Request
 from daebench.poisson_lattice import PoissonLattice
+from daebench.poisson_step import coordinates
 from daebench.problems.ablowitz_ladik import problem
 from daebench.scene import make_setting, source_of
 
@@ -108,6 +109,34 @@ def test_a_lattice_without_two_neighbours_is_refused(sites):
 def test_a_wrong_number_of_sites_is_refused_in_a_sentence():
     with pytest.raises(BadInput, match=r"sites = 2\.5 must be a whole number"):
         find_setting("ablowitz_ladik", None, {"sites": 2.5})
+
+
+def test_canonical_coordinates_of_a_large_lattice_lose_no_digits():
+    where = find_setting("ablowitz_ladik", None, {"sites": 1000})
+    enter, leave = coordinates(where)
+    assert np.abs(leave(enter(where.y0)) - where.y0).max() < 1e-15
+
+
+@pytest.mark.parametrize(("name", "h"), [("strang", 0.2), ("strang", 0.4), ("lie@UVD", 1.6)], ids=str)
+def test_a_flow_that_passes_infinity_more_than_once_says_so_too(name, h):
+    where = find_setting("ablowitz_ladik", None, {"sites": 3})
+    assert method(name).solve(where, Request(value=h, steps=3)).failure is not None
+
+
+WRONG_SYMBOLS = {
+    "h": (lambda good: {"h": good.h + good.right[0]}, "h contains u_right"),
+    "integral": (lambda good: {"integrals": {"norm": good.site * good.here[0]}}, "the density of norm contains k"),
+    "b": (lambda good: {"b": good.b * good.left[0]}, "b contains u_left"),
+    "flow": (lambda good: {"parts": good.parts | {"D": replace(good.parts["D"], t=sp.Symbol("s"))}}, "the flow of part D contains t"),
+}
+
+
+@pytest.mark.parametrize("fault", WRONG_SYMBOLS, ids=str)
+def test_what_a_site_may_not_depend_on_is_refused(fault):
+    good = problem(sites=4)
+    change, sentence = WRONG_SYMBOLS[fault]
+    with pytest.raises(InvalidProblem, match=sentence):
+        replace(good, **change(good))
 
 
 def test_a_site_at_rest_has_canonical_coordinates_too():

@@ -7,7 +7,7 @@ import pytest
 from poisson_runs import scene
 from scipy.linalg import expm
 
-from daebench.catalogue import find_scene
+from daebench.catalogue import find_scene, find_setting
 from daebench.diagnostics.order import fit_order
 from daebench.diagnostics.poisson import poisson_defect
 from daebench.errors import BadInput, RunFailed
@@ -144,3 +144,22 @@ def test_what_cannot_be_lifted_is_refused_in_words():
         method("rattle").check(scene(BODY), replace(request, steps=0))
     with pytest.raises(BadInput, match="lifted: takes fixed-step methods, and ida:index2 chooses its own steps"):
         Lifted.of(parse("ida:index2"))
+
+
+def test_a_method_that_leaves_the_manifold_is_no_poisson_integrator_below():
+    assert method("rattle").is_poisson(scene(BODY))
+    assert not method("shake").is_poisson(scene(BODY))
+
+
+def test_maxima_are_the_largest_errors_and_not_the_last():
+    found = run("implicit_euler", 0.05, 40).complete()
+    errors = np.abs((found.y**2 / MOMENTS).sum(axis=1) / 2 - (found.y[0] ** 2 / MOMENTS).sum() / 2)
+    assert found.maxima["energy"] == pytest.approx(errors.max(), rel=1e-10)
+    there_and_back = run("lobatto2", 0.7, 41).complete()
+    errors = np.abs((there_and_back.y**2 / MOMENTS).sum(axis=1) / 2 - (there_and_back.y[0] ** 2 / MOMENTS).sum() / 2)
+    assert there_and_back.maxima["energy"] == pytest.approx(errors.max(), abs=1e-15)
+
+
+def test_a_flat_body_has_no_regular_mass_above_and_that_is_said():
+    flat = find_setting(BODY, None, {"I1": 0.4, "I2": 0.6, "I3": 1.0})
+    assert "the energy of rigid_body_rotation above is not finite" in method("rattle").refusal(flat)

@@ -273,7 +273,7 @@ def test_tables_in_python_have_both_kinds():
     assert set(methods["kind"]) == {"constrained", "poisson"}
     own = methods[(methods["method"] == "verlet") & (methods["kind"] == "poisson")]
     assert list(own["order"]) == [2]
-    assert list(own["poisson"]) == ["product"]
+    assert list(own["poisson"]) == ["bilinear"]
 
 
 def oscillator():

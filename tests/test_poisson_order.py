@@ -241,6 +241,15 @@ def test_a_method_that_is_lifted_is_checked_too(monkeypatch):
     assert [each for each, finding in found.items() if finding.verdict == OK] == ["symmetric", "Poisson map", "keeps C"]
 
 
+def test_a_map_that_is_poisson_at_the_step_size_alone_falls_short(monkeypatch):
+    own = PoissonStep.flow
+    other = PoissonStep("rk4", compiled=False)
+    monkeypatch.setattr(PoissonStep, "flow", lambda self, scene, h, n: own(self if abs(h) <= 0.05 else other, scene, h, n))
+    found = checked(monkeypatch, "prey", "strang", 0.05)["Poisson map"]
+    assert found.verdict == FALLS_SHORT
+    assert "0.05, 0.1, 0.2" in found.note
+
+
 BOASTS = {
     "lie is no symmetric method": ("prey", "lie", "symmetric"),
     "rk4 is no Poisson map": ("body", "rk4", "Poisson map"),

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+import sympy as sp
 from poisson_runs import FORMS, method, pairs, rate, run, scene
 from scipy.integrate import solve_ivp
 
@@ -12,6 +13,8 @@ from daebench.members import poisson_members
 from daebench.method import Request
 from daebench.poisson_names import parse
 from daebench.poisson_step import PoissonStep
+from daebench.poisson_system import PoissonCase, PoissonSystem
+from daebench.scene import make_setting, source_of
 
 PAIRS = pairs()
 each_pair = pytest.mark.parametrize(("problem", "name"), PAIRS, ids=[f"{name}-{problem}" for problem, name in PAIRS])
@@ -186,15 +189,51 @@ def test_the_order_of_the_factors_is_the_one_that_is_named():
             "midpoint",
             "midpoint is a Poisson integrator for constant B only, which lotka_volterra does not have; --anyway",
         ),
-        ("ablowitz_ladik", "symplectic_euler", "products of linear functions of u_k and of v_k, and H = K"),
+        ("ablowitz_ladik", "symplectic_euler", "linear in u_k and in v_k and H a sum"),
         ("free_rigid_body", "symplectic_euler", "needs a state in two halves, and free_rigid_body has 3 coordinates; use strang"),
         ("heavy_top_lie_poisson", "darboux:verlet", "needs canonical coordinates, which heavy_top_lie_poisson does not declare"),
         ("lotka_volterra", "strang@KL", "lotka_volterra has no splitting 'KL'; it has LK"),
     ],
-    ids=["midpoint", "product", "halves", "darboux", "splitting"],
+    ids=["midpoint", "bilinear", "halves", "darboux", "splitting"],
 )
 def test_a_scheme_refuses_what_it_is_no_poisson_integrator_for(problem, name, sentence):
     assert sentence in str(method(name, anyway=False).refusal(scene(problem)))
+
+
+X = sp.symbols("u1:3 v1:3", positive=True)
+
+
+def halves(block, H):
+    """Return a system of two u and two v with this diagonal block of B."""
+    D = sp.diag(*block)
+    B = sp.Matrix(sp.BlockMatrix([[sp.zeros(2), D], [-D, sp.zeros(2)]]))
+    return make_setting(source_of(PoissonSystem(y=X, B=B, H=H, cases={"some": PoissonCase(y=(1, 2, 3, 1))}), "halves"), "some")
+
+
+APART = sum(x - sp.log(x) for x in X)
+BLOCKS = {
+    "products": ((X[0] * X[2], X[1] * X[3]), APART, True),
+    "shifted": (((1 + X[0]) * (5 - X[2]), X[1]), APART, True),
+    "constant": ((2, 3), APART + X[0] * X[3], True),
+    "coupled": ((X[0] * X[2], X[1] * X[3]), APART + X[0] * X[1] / 3 + X[2] * X[3] / 2, False),
+    "sum": ((X[0] + X[2], X[1] * X[3]), APART, True),
+    "no-factors": ((X[0] * X[2] + 1, X[1] * X[3]), APART, True),
+    "square": ((X[0] ** 2, X[1] * X[3]), APART, False),
+    "root": ((X[0], sp.sqrt(X[3])), APART, False),
+}
+
+
+@pytest.mark.parametrize("block", BLOCKS, ids=str)
+def test_symplectic_euler_takes_just_the_blocks_for_which_it_is_a_poisson_map(block):
+    d, H, bilinear = BLOCKS[block]
+    where = halves(d, H)
+    assert bilinear == where.sheet.BILINEAR
+    assert (method("symplectic_euler", anyway=False).refusal(where) is None) == bilinear
+    defects = [
+        poisson_defect(method(name).flow(where, 0.05, 1), where.y0, lambda y: where.value("B", y))
+        for name in ("symplectic_euler", "symplectic_euler_adjoint")
+    ]
+    assert max(defects) < 1e-13 if bilinear else max(defects) > 1e-6
 
 
 @pytest.mark.parametrize(

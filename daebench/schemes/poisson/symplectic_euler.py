@@ -30,7 +30,7 @@ else:
         return new, change, max(1.0, norm_m(new)), change, INF
 
 
-CLAIMS = PoissonClaims(order=1, symmetric=False, poisson="product", halves=True, source="HLW Example 4.7")
+CLAIMS = PoissonClaims(order=1, symmetric=False, poisson="bilinear", halves=True, source="HLW Example 4.7")
 
 
 def step(y0: Vector, h: Number) -> tuple[Vector, Report]:
@@ -39,6 +39,9 @@ def step(y0: Vector, h: Number) -> tuple[Vector, Report]:
     ::
 
         u1 = u0 + h f_u(u1, v0)        v1 = v0 + h f_v(u1, v0)
+
+    With u' = d(u, v) L'(v), v' = -d(u, v) K'(u) it is a Poisson map for uv, as in the book, and for every d that is linear in u and in v:
+    then d(u0, v0) = d(u1, v0) (1 - h d_u L') and d(u1, v1) = d(u1, v0) (1 - h d_v K'), and their ratio is det Phi'.
     """
     u1, report = newton(improve, first_half(y0), (y0, h))
     y = joined(u1, second_half(y0), y0)
