@@ -84,8 +84,10 @@ def _fixed_step(name: str, form: str, rest: str, anyway: bool) -> PoissonStep:
     for sign, part, what in ((slash, composition, "composition"), (at, splitting, "splitting")):
         if sign and not part:
             raise BadInput(f"{name} ends with {sign}, and no {what} follows; name one, or leave it out.")
+    if not scheme:
+        raise BadInput(f"{name} names no scheme; it has one of {', '.join(poisson_members())}.")
     if scheme not in poisson_members():
-        raise unknown("method for Poisson systems", scheme, listed())
+        raise unknown(f"scheme after {form}:" if form else "method for Poisson systems", scheme, poisson_members() if form else listed())
     return PoissonStep(scheme, form, splitting, composition, anyway)
 
 

@@ -80,7 +80,7 @@ def pose_poisson(scene: PoissonScene, formulation: str, *, multipliers: str = "p
         raise BadInput(without_casimirs(scene))
     module = _module(scene, formulation, multipliers if formulation == "casimirs" else "plain")
     rates = scene.value("field", scene.y0).astype(float)
-    _require_finite(scene, rates)
+    _require_finite(scene, rates, np.asarray(scene.value("H", scene.y0), dtype=float))
     kept = _kept(scene) if formulation == "casimirs" else np.empty(0)
     none = np.zeros(len(kept))
     par, y0, yp0 = (np.concatenate(parts) for parts in ((scene.par, kept), (scene.y0, none), (rates, none)))

@@ -24,10 +24,12 @@ FORMS = {"darboux": "canonical coordinates z = (q, p, c), HLW VII.4.3: z' = B0 g
 """The forms of a Poisson system that a scheme can be run on besides its own coordinates."""
 
 LEFT = {
+    3: ("a value is no longer finite", "use a smaller h, and see whether the motion itself runs away there"),
     6: (
         "the state has left the domain {domain}",
-        "use a smaller h, or a method whose steps stay inside (strang, or darboux:), and see whether the motion itself runs away there",
-    )
+        "use a smaller h, and see whether the motion itself runs away there; steps of flows (strang) and of darboux: leave it by overflow "
+        "only",
+    ),
 }
 """Why a step of a Poisson system is refused besides :data:`daebench.stepping.REASONS`, and what to do."""
 

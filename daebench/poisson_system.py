@@ -161,6 +161,7 @@ class PoissonSystem:
     verify: InitVar[bool] = True
 
     def __post_init__(self, verify: bool) -> None:
+        self._check_matrix()
         self._check_sizes()
         self._check_symbols()
         if verify:
@@ -191,9 +192,15 @@ class PoissonSystem:
         cases = [(name, case.y, dict(case.parameters), case.about) for name, case in self.cases.items()]
         return repr([sp.srepr(sp.sympify(part)) for part in found]) + repr((names, cases))
 
-    def _check_sizes(self) -> None:
+    def _check_matrix(self) -> None:
+        if not self.n:
+            raise InvalidProblem("a Poisson system needs at least one coordinate y.")
+        if not isinstance(self.B, sp.MatrixBase):
+            raise InvalidProblem(f"the structure matrix B must be a SymPy Matrix, and is a {type(self.B).__name__}.")
         if self.B.shape != (self.n, self.n):
             raise InvalidProblem(f"the structure matrix B has shape {self.B.shape}, but there are {self.n} coordinates.")
+
+    def _check_sizes(self) -> None:
         states = {f"case {name!r}": case.y for name, case in self.cases.items()}
         states |= {f"the flow of part {name!r}": part.y for name, part in self.parts.items()}
         for what, y in states.items():
@@ -222,6 +229,8 @@ class PoissonSystem:
         for where, expression, symbols in self._expressions():
             if extra := sp.sympify(expression).free_symbols - symbols - set(self.parameters):
                 raise InvalidProblem(f"{where} contains {', '.join(sorted(map(str, extra)))}, which it may not depend on; declare it.")
+            if sp.sympify(expression).has(sp.I, sp.nan, sp.zoo, sp.oo):
+                raise InvalidProblem(f"{where} is not a real number everywhere: it contains an imaginary unit, infinity or NaN.")
         names = {str(symbol) for symbol in self.parameters}
         for name, case in self.cases.items():
             if foreign := {key for key, value in case.parameters.items() if key not in names and not isinstance(value, int)}:

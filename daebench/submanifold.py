@@ -50,7 +50,10 @@ def as_poisson(problem: "ConstrainedHamiltonian") -> "PoissonSystem":
     from daebench.derive import Derivation
     from daebench.derive_local import LocalDerivation
     from daebench.poisson_system import PoissonSystem
+    from daebench.problem import ConstrainedHamiltonian
 
+    if not isinstance(problem, ConstrainedHamiltonian):
+        raise BadInput(f"as_poisson takes a ConstrainedHamiltonian, such as a problem file's problem() returns, not {problem!r}.")
     if problem.chart is None:
         raise BadInput("the problem declares no chart of its manifold; add one to its definition.")
     local = LocalDerivation(Derivation(problem))
@@ -159,10 +162,14 @@ def symplectic_projection(scene: Scene, p: ArrayLike, q: ArrayLike) -> Array:
     Raises
     ------
     BadInput
-        If the two-form degenerates on the tangent space there, as where G loses rank and the system does not rest.
+        If p or q is not what it must be, or the two-form degenerates on the tangent space there, as where G loses rank and the system
+        does not rest.
     """
+    p, q = np.asarray(p, dtype=float), np.asarray(q, dtype=float)
+    if p.shape != (scene.d,) or q.shape != (scene.d,) or not np.all(np.isfinite([p, q])):
+        raise BadInput(f"p and q of a point of {scene.problem} must be {scene.d} finite numbers each.")
     X = tangent_basis(scene, p, q)
-    d = len(X) // 2
+    d = scene.d
     XJ = np.hstack([-X[d:].T, X[:d].T])
     form = XJ @ X
     if np.linalg.cond(form) * np.finfo(float).eps > 1e-3:

@@ -16,11 +16,20 @@ ADVICE = "end the run earlier if the motion itself leaves all bounds there, or u
 """What to do where a run stops early."""
 
 
-def refused(name: str, scene: Setting) -> str | None:
-    """Return why a method of this name cannot be used on what is no Poisson system, or None."""
-    if scene.sheet.KIND == "poisson":
-        return None
-    return f"{name} is asked for as a method for Poisson systems, and {scene.problem} is a constrained problem."
+LARGEST = 2000
+"""Coordinates up to which a solver may work with the whole Jacobian."""
+
+
+def refused(name: str, scene: Setting, *, dense: bool) -> str | None:
+    """Return why a method of this name cannot be used on what is no Poisson system, or on one too large for its Jacobian, or None."""
+    if scene.sheet.KIND != "poisson":
+        return f"{name} is asked for as a method for Poisson systems, and {scene.problem} is a constrained problem."
+    if dense and scene.size > LARGEST:
+        return (
+            f"{name} solves with the whole Jacobian, and {scene.problem} has {scene.size} coordinates, more than {LARGEST}; "
+            "use scipy:DOP853, or a fixed-step method such as strang."
+        )
+    return None
 
 
 def accept(name: str, refusal: str | None, request: Request, least: float = TOLERANCES[0]) -> None:

@@ -47,7 +47,7 @@ class PoissonIda(Cured):
 
     def refusal(self, scene: Setting) -> str | None:
         """Return why the method cannot be used on this problem, as a sentence, or None."""
-        if wrong := refused(self.name, scene):
+        if wrong := refused(self.name, scene, dense=True):
             return wrong
         return without_casimirs(scene) if self.formulation == "casimirs" and not scene.sheet.CASIMIRS else None
 

@@ -46,6 +46,11 @@ class OnReducedOde(ABC):
         """Name in the grammar of methods."""
         return f"{self.solver}:{self.variant}"
 
+    @property
+    def dense(self) -> bool:
+        """Whether it solves with the whole Jacobian."""
+        return True
+
     def refusal(self, scene: Scene) -> str | None:
         """Return None: every problem can be posed as an ODE."""
         return None

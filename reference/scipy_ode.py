@@ -22,6 +22,11 @@ class ScipyOde(OnReducedOde):
     variants = tuple(IMPLICIT)
     least = 100 * float(np.finfo(float).eps)
 
+    @property
+    def dense(self) -> bool:
+        """Whether it solves with the whole Jacobian: an explicit method does not."""
+        return IMPLICIT[self.variant]
+
     def _begin(self, dae: Posed, tol: float, meter: Meter) -> Advance:
         from scipy import integrate
 

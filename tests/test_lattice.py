@@ -12,6 +12,7 @@ from daebench.catalogue import find_setting
 from daebench.errors import BadInput, InvalidProblem
 from daebench.method import Request
 from daebench.poisson_lattice import PoissonLattice
+from daebench.poisson_names import parse
 from daebench.poisson_step import coordinates
 from daebench.problems.ablowitz_ladik import problem
 from daebench.scene import make_setting, source_of
@@ -38,7 +39,7 @@ def by_hand(y):
     right, left = np.roll(z, -1), np.roll(z, 1)
     rate = 1j * ((right - 2 * z + left) / dx**2 + abs(z) ** 2 * (right + left))
     coupling = np.real(z * np.conj(left)).sum()
-    logarithms = np.log(1 + dx**2 * abs(z) ** 2).sum()
+    logarithms = np.log1p(dx**2 * abs(z) ** 2).sum()
     momentum = (z.real * right.imag - z.imag * right.real).sum()
     return np.concatenate([rate.real, rate.imag]), coupling / dx**2 - logarithms / dx**4, [logarithms / dx**2, coupling, momentum]
 
@@ -104,6 +105,19 @@ def test_float32_stays_float32(lattice):
 def test_a_lattice_without_two_neighbours_is_refused(sites):
     with pytest.raises(InvalidProblem, match="needs at least 3"):
         problem(sites=sites)
+
+
+def test_functions_along_many_states_of_a_large_lattice_are_loops_too():
+    where = find_setting("ablowitz_ladik", None, {"sites": 600})
+    Y = np.array([where.y0, 0.5 * where.y0])
+    assert where.along("H", Y) == pytest.approx([by_hand(y)[1] for y in Y], rel=1e-9)
+
+
+@pytest.mark.parametrize("name", ["ida:ode", "cvode:bdf", "scipy:Radau"], ids=str)
+def test_solvers_with_the_whole_jacobian_refuse_a_large_lattice(name):
+    large = find_setting("ablowitz_ladik", None, {"sites": 5000})
+    assert "solves with the whole Jacobian, and ablowitz_ladik has 10000 coordinates" in parse(name).refusal(large)
+    assert parse("scipy:DOP853").refusal(large) is None
 
 
 def test_a_wrong_number_of_sites_is_refused_in_a_sentence():

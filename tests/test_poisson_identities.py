@@ -201,3 +201,21 @@ def test_the_gradient_and_the_field_leave_out_what_is_zero():
     assert gradient(x * y + y**2 + 3, {x: 0, y: 1, z: 2}) == {0: y, 1: x + 2 * y}
     assert field(body(), square / 2) == {0: 0, 1: 0, 2: 0}
     assert field(body(), z) == {0: y, 1: -x}
+
+
+WRONG_RECORDS = {
+    "list": ({"B": [[0, 1], [-1, 0]]}, "B must be a SymPy Matrix, and is a list"),
+    "empty": ({"y": (), "B": sp.zeros(0, 0), "H": sp.Integer(0)}, "needs at least one coordinate"),
+    "imaginary": ({"H": sp.I * sp.Symbol("a", real=True)}, "H is not a real number everywhere"),
+    "nan": ({"H": sp.nan}, "H is not a real number everywhere"),
+}
+
+
+@pytest.mark.parametrize("wrong", WRONG_RECORDS, ids=str)
+def test_a_record_that_is_none_is_refused_in_a_sentence(wrong):
+    a, b = sp.symbols("a b", real=True)
+    change, sentence = WRONG_RECORDS[wrong]
+    good = {"y": (a, b), "B": sp.Matrix([[0, 1], [-1, 0]]), "H": a**2 + b**2}
+    PoissonSystem(**good)
+    with pytest.raises(InvalidProblem, match=sentence):
+        PoissonSystem(**good | change)
