@@ -6,7 +6,7 @@ Structural zeros of G are left out of every product that has a Jacobian of const
 from collections.abc import Callable, Sequence
 
 from daebench.codegen import function, pack
-from daebench.solvers import UNROLLED, looping_solver, solver
+from daebench.solvers import UNROLLED, blocked, eliminating, least_squares_solver, looping_solver, solver
 
 
 def _sum(terms: Sequence[str]) -> str:
@@ -33,7 +33,12 @@ class Values:
         Number of stages of the scheme.
     dtype : str
         Name of the run's number type.
+    mass : sequence of sequence of int, optional
+        Positions that M couples with each other, set by set; all in one set if left out.
     """
+
+    least_squares = False
+    """Whether systems of constraints are solved by least squares, which leave out what is dependent."""
 
     def __init__(
         self,
@@ -44,9 +49,11 @@ class Values:
         *,
         stages: int = 1,
         dtype: str = "float64",
+        mass: Sequence[Sequence[int]] | None = None,
     ) -> None:
         self.d, self.m, self.structure, self.inverse_mass = d, m, structure, inverse_mass
         self.stages, self.dtype = stages, dtype
+        self.mass = mass or [range(d)]
 
     def source(self, name: str) -> str | None:
         """Return the source of the operation of this name, or None if there is none."""
@@ -108,10 +115,13 @@ class Values:
                 "return " + pack([f"{half}[{a}]" for half in "uv" for a in m] + [f"y[{i}]" for i in range(2 * self.m, self.d)]),
             ),
             "identity_minus": matrix("identity_minus(w, X)", lambda a, b: f"{'1.0 ' * (a == b)}- w * X[{a}][{b}]", m, m),
-            "solve": lambda: solver("solve", self.m, ()),
-            "solve_d": lambda: solver("solve_d", self.d, ()),
-            "solve_dm": lambda: solver("solve_dm", self.d, m),
-            "solve_dd": lambda: solver("solve_dd", self.d, d),
+            "solve": lambda: self._of_constraints("solve", self.m) or solver("solve", self.m, ()),
+            "solve_d": lambda: eliminating("solve_d", self.d, self.dtype),
+            "solve_dm": lambda: eliminating("solve_dm", self.d, self.dtype, self.m),
+            "solve_dd": lambda: eliminating("solve_dd", self.d, self.dtype, self.d),
+            "solve_mass": lambda: blocked("solve_mass", self.mass, self.dtype),
+            "solve_mass_m": lambda: blocked("solve_mass_m", self.mass, self.dtype, self.m),
+            "solve_mass_d": lambda: blocked("solve_mass_d", self.mass, self.dtype, self.d),
             "solve_2m": self._solve_2m,
             "solve_stages": lambda: self._solve_blocks("solve_stages", self.stages, self.m),
             "solve_stages_but_one": lambda: self._solve_blocks("solve_stages_but_one", self.stages - 1, self.m),
@@ -120,6 +130,10 @@ class Values:
             "solve_2d": self._solve_2d,
         }
 
+    def _of_constraints(self, name: str, n: int) -> str:
+        """Source of the least-squares solution of a system of n unknown multipliers where that is asked for, and there can be any."""
+        return least_squares_solver(name, n, self.dtype) if self.least_squares and n > 1 else ""
+
     def _solve_blocks(self, name: str, blocks: int, size: int) -> str:
         """Source of name(B, b): sum_j B[i][j] x[j] = b[i] for so many blocks of one size."""
         n = blocks * size
@@ -127,7 +141,8 @@ class Values:
         right = pack(f"b[{i // size}][{i % size}]" for i in range(n))
         parts = pack(pack(f"z[{i * size + k}]" for k in range(size)) for i in range(blocks))
         main = function(f"{name}(B, b)", f"z, pivot = _{name}({whole}, {right})", f"return {parts}, pivot")
-        inner = solver(f"_{name}", n, ()) if n <= UNROLLED else looping_solver(f"_{name}", n, self.dtype)
+        inner = self._of_constraints(f"_{name}", n) if size == self.m else ""
+        inner = inner or (solver(f"_{name}", n, ()) if n <= UNROLLED else looping_solver(f"_{name}", n, self.dtype))
         return inner + main
 
     def _solve_2d(self) -> str:
@@ -141,4 +156,4 @@ class Values:
         whole = pack(pack(f"{blocks[i // m, j // m]}[{i % m}][{j % m}]" for j in range(2 * m)) for i in range(2 * m))
         right = pack([f"b[{i}]" for i in range(m)] + [f"c[{i}]" for i in range(m)])
         main = function("solve_2m(A, B, C, D, b, c)", f"z, pivot = _solve_2m({whole}, {right})", _halves(m))
-        return solver("_solve_2m", 2 * m, ()) + main
+        return (self._of_constraints("_solve_2m", 2 * m) or solver("_solve_2m", 2 * m, ())) + main

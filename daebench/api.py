@@ -1,14 +1,17 @@
 """The same things from Python as from the command line: run and compare."""
 
+import os
+import warnings
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any, TypeVar, overload
 
 from daebench import poisson_names
 from daebench.catalogue import find_setting
-from daebench.errors import BadInput, unknown
+from daebench.errors import BadInput, DaebenchError, unknown
 from daebench.inputs import positive, real, whole
 from daebench.kinds import kind_of, knob_value, method_of
-from daebench.method import Progress, Request
+from daebench.method import ON_SINGULAR, Progress, Request
 from daebench.names import listed
 from daebench.scene import PoissonScene, Scene, constrained
 from daebench.trajectory import CONSTRAINED, POISSON, PoissonTrajectory, Trajectory
@@ -31,6 +34,7 @@ def setting_of(
     q0: Sequence[float] | None = None,
     y0: Sequence[float] | None = None,
     project: bool = False,
+    algebra: str = "",
 ) -> Scene | PoissonScene:
     """Return a problem of any kind, by name or as a definition, with the numbers of a case; consistent, or else an error.
 
@@ -41,7 +45,7 @@ def setting_of(
     InconsistentStart
         If the initial values are off the manifold and are not to be projected.
     """
-    setting = _setting(problem, case, parameters, p0=p0, q0=q0, y0=y0)
+    setting = _setting(problem, case, parameters, algebra, p0=p0, q0=q0, y0=y0)
     if isinstance(setting, PoissonScene):
         if project:
             raise BadInput(f"{setting.problem} is a Poisson system, which has no manifold to project onto; leave out project.")
@@ -58,15 +62,18 @@ def _setting(
     problem: "str | ConstrainedHamiltonian | PoissonSystem",
     case: str | None,
     parameters: Mapping[str, float] | None,
+    algebra: str,
     **start: Sequence[float] | None,
 ) -> Scene | PoissonScene:
-    if isinstance(problem, str):
-        return find_setting(problem, case, parameters, **start)
+    if isinstance(problem, str | os.PathLike):
+        return find_setting(os.fspath(problem), case, parameters, algebra=algebra, **start)
     if not hasattr(problem, "fingerprint"):
-        raise BadInput(f"a problem is a name, a ConstrainedHamiltonian or a PoissonSystem, not {problem!r}.")
+        raise BadInput(f"a problem is a name, a ConstrainedHamiltonian or a PoissonSystem, or the path of a file, not {problem!r}.")
     from daebench.scene import make_setting, source_of
 
-    return make_setting(source_of(problem), case if case is not None else next(iter(problem.cases), ""), parameters, **start)
+    return make_setting(
+        source_of(problem, algebra=algebra), case if case is not None else next(iter(problem.cases), ""), parameters, **start
+    )
 
 
 def scene_of(
@@ -77,9 +84,10 @@ def scene_of(
     p0: Sequence[float] | None = None,
     q0: Sequence[float] | None = None,
     project: bool = False,
+    algebra: str = "",
 ) -> Scene:
     """Return a constrained problem with the numbers of a case, see :func:`setting_of`; it refuses Poisson systems."""
-    return constrained(setting_of(problem, case, parameters, p0=p0, q0=q0, project=project))
+    return constrained(setting_of(problem, case, parameters, p0=p0, q0=q0, project=project, algebra=algebra))
 
 
 @overload
@@ -120,6 +128,8 @@ def prepare(
     multipliers: bool = False,
     raw: bool = False,
     compensated: bool = False,
+    on_singular: str | None = None,
+    algebra: str = "",
     anyway: bool = False,
     count: bool = True,
     seconds_limit: float | None = None,
@@ -130,7 +140,7 @@ def prepare(
     Parameters
     ----------
     problem : str, ConstrainedHamiltonian or PoissonSystem
-        Name in the catalogue, or a definition.
+        Name in the catalogue, the path of a problem file, which is executed, or a definition.
     case : str, optional
         Named initial values; by default the problem's first.
     method : str
@@ -162,6 +172,10 @@ def prepare(
         Whether the raw multipliers of every step of a fixed-step scheme are kept, see :attr:`Trajectory.raw`.
     compensated : bool
         Whether a fixed-step method compensates its sums over steps for rounding, HLW VIII.5.
+    on_singular : str, optional
+        What to do where G loses rank: "stop", "continue" or "least-squares"; by default what the case declares.
+    algebra : str
+        How vectors are held: "values" or "arrays", for a chain of nodes; "" as the problem's size suggests.
     anyway : bool
         Whether a scheme may be run on a Poisson system that is not of the class for which it is a Poisson integrator.
     count : bool
@@ -178,7 +192,7 @@ def prepare(
     """
     if precision not in ("float64", "float32"):
         raise BadInput(f"unknown precision {precision!r}; it is float64 or float32.")
-    scene = setting_of(problem, case, parameters, p0=p0, q0=q0, y0=y0, project=project)
+    scene = singular_as(setting_of(problem, case, parameters, p0=p0, q0=q0, y0=y0, project=project, algebra=algebra), on_singular)
     chosen = method_of(scene, method, options, compensated=compensated, anyway=anyway)
     request = Request(
         value=real(chosen.knob, knob_value(chosen, h=h, tol=tol)),
@@ -193,9 +207,27 @@ def prepare(
         raw=raw,
         progress=progress,
         seconds_limit=_given(positive, "seconds_limit", seconds_limit),
+        on_singular=on_singular,
     )
     chosen.check(scene, request)
     return chosen, scene, request
+
+
+def singular_as(scene: Scene | PoissonScene, on_singular: str | None) -> Scene | PoissonScene:
+    """Return a scene with what is to be done where G loses rank; None leaves what the case declares.
+
+    Raises
+    ------
+    BadInput
+        If the name is unknown, or the problem is a Poisson system, which has no G.
+    """
+    if on_singular is None:
+        return scene
+    if on_singular not in ON_SINGULAR:
+        raise unknown("on_singular", on_singular, ON_SINGULAR)
+    if isinstance(scene, PoissonScene):
+        raise BadInput(f"{scene.problem} is a Poisson system, which has no constraints that could lose rank; leave out on_singular.")
+    return replace(scene, on_singular=on_singular)
 
 
 def _given(checked: Callable[[str, Any], T], name: str, value: Any) -> T | None:
@@ -216,21 +248,25 @@ def _watched(scene: Scene | PoissonScene, watch: Sequence[str] | None) -> tuple[
 
 
 def problems() -> "pd.DataFrame":
-    """Return all problems, one a row: name, kind, summary, parameters, cases."""
+    """Return all problems, one a row: name, kind, summary, parameters, cases; with a warning on each that cannot be used."""
     import pandas as pd
 
     from daebench import catalogue
 
-    rows = [
-        {
-            "problem": name,
-            "kind": each.kind,
-            "summary": each.summary,
-            "parameters": {**each.parameters, **each.structure},
-            "cases": list(each.source({}).sheet.CASES),
-        }
-        for name, each in catalogue.problems().items()
-    ]
+    others = catalogue.plugins()
+    broken, rows = list(others.broken.values()), []
+    for name, each in {**catalogue.problems(), **others.problems}.items():
+        try:
+            cases = list(each.source({}).sheet.CASES)
+        except DaebenchError as error:
+            if each.own:
+                raise
+            broken.append(f"problem {name} of {each.package} cannot be used: {error}")
+            continue
+        parameters = {**each.parameters, **each.structure}
+        rows.append({"problem": name, "kind": each.kind, "summary": each.summary, "parameters": parameters, "cases": cases})
+    for sentence in broken:
+        warnings.warn(sentence, stacklevel=3)
     return pd.DataFrame(rows)
 
 

@@ -58,7 +58,8 @@ def toolchain() -> str:
     package = Path(__file__).parent
     files = [package / f"{name}.py" for name in GENERATORS]
     digest = hashlib.sha256()
-    for file in [*files, *sorted((package / "kernels").glob("*.py")), *sorted((package / "schemes").rglob("*.py"))]:
+    folders = [sorted((package / folder).rglob("*.py")) for folder in ("kernels", "schemes", "chains")]
+    for file in [*files, *(file for folder in folders for file in folder)]:
         digest.update(file.read_bytes())
     return f"{digest.hexdigest()} sympy {version('sympy')} python {sys.version_info[:2]}"
 

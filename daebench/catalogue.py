@@ -1,79 +1,45 @@
-"""What there is: the catalogue lists the folders, so that a new problem or scheme is one new file and nothing else."""
+"""What there is: the catalogue lists the folders, so that a new problem or scheme is one new file and nothing else.
+
+A problem may also be a file of the user's own, asked for by its path, or come with another package, see ``problem_plugins``.
+"""
 
 import ast
-import hashlib
 import importlib
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from daebench.errors import BadInput, unknown
 from daebench.inputs import real
 from daebench.members import members
+from daebench.outside_problems import find as find_file
+from daebench.outside_problems import is_path
+from daebench.problem_files import Problem, read, summary
 
 if TYPE_CHECKING:
-    from daebench.poisson_system import PoissonSystem
-    from daebench.problem import ConstrainedHamiltonian
-    from daebench.scene import PoissonScene, Scene, Source
+    from daebench.problem_plugins import Plugins
+    from daebench.scene import Definition, PoissonScene, Scene, Source
 
 PACKAGE = Path(__file__).parent
-
-
-@dataclass(frozen=True)
-class Problem:
-    """A problem file, read and not yet run.
-
-    Parameters
-    ----------
-    name : str
-        Name of the file.
-    summary : str
-        First line of its docstring.
-    parameters : mapping of str to float
-        Run-time parameters and their defaults: the arguments of ``problem`` that are annotated float.
-    structure : mapping of str to int
-        Structural parameters and their defaults: the arguments annotated int. Another value is another definition.
-    digest : str
-        Content hash of the file and of all files beside it, which it may import.
-    kind : str
-        "constrained" or "poisson": what ``problem`` is annotated to return.
-    """
-
-    name: str
-    summary: str
-    parameters: Mapping[str, float]
-    structure: Mapping[str, int]
-    digest: str
-    kind: str
-
-    def define(self, **structure: int) -> "ConstrainedHamiltonian | PoissonSystem":
-        """Return the definition; this imports SymPy."""
-        definition = importlib.import_module(f"daebench.problems.{self.name}").problem(**structure)
-        return definition  # type: ignore[no-any-return]
-
-    def source(self, structure: Mapping[str, int]) -> "Source":
-        """Return the source of the definition with these structural parameters."""
-        from daebench.scene import Source
-
-        values = dict(self.structure) | dict(structure)
-        return Source(self.name, f"{self.name} {self.digest} {sorted(values.items())}", lambda: self.define(**values))
 
 
 def _files(folder: str) -> list[Path]:
     return sorted(path for path in (PACKAGE / folder).glob("*.py") if not path.stem.startswith("_"))
 
 
-KINDS = {"ConstrainedHamiltonian": "constrained", "PoissonSystem": "poisson", "PoissonLattice": "poisson"}
-"""Kinds of problems by the name of their record."""
-
-
 @cache
 def problems(kind: str | None = None) -> Mapping[str, Problem]:
-    """Return all problems by name, or those of a kind, "constrained" or "poisson"."""
+    """Return daebench's own problems by name, or those of a kind, "constrained" or "poisson"."""
     found = {path.stem: _read(path) for path in _files("problems")}
     return {name: each for name, each in found.items() if kind in (None, each.kind)}
+
+
+def plugins() -> "Plugins":
+    """Return the problems that other packages bring, and why some of them cannot be used."""
+    from daebench.problem_plugins import plugins
+
+    return plugins([path.stem for path in _files("problems")])
 
 
 @cache
@@ -89,47 +55,45 @@ def schemes() -> tuple[str, ...]:
 @cache
 def reports() -> Mapping[str, str]:
     """Return all reports by name, each with its summary."""
-    return {path.stem.replace("_", "-"): _summary(ast.parse(path.read_text(encoding="utf-8"))) for path in _files("reports")}
-
-
-def _summary(tree: ast.Module) -> str:
-    return (ast.get_docstring(tree) or "").split("\n")[0]
+    return {path.stem.replace("_", "-"): summary(ast.parse(path.read_text(encoding="utf-8"))) for path in _files("reports")}
 
 
 def _read(path: Path) -> Problem:
-    """Return a problem from its file's text, without running it."""
-    text = path.read_text(encoding="utf-8")
-    tree = ast.parse(text)
-    constructors = [node for node in tree.body if isinstance(node, ast.FunctionDef) and node.name == "problem"]
-    if not constructors:
-        raise BadInput(f"{path.name} defines no function problem(*, ...); a problem file needs one that returns its definition.")
-    arguments, record = constructors[0].args, KINDS.get(ast.unparse(constructors[0].returns or ast.Constant(None)))
-    if record is None:
-        raise BadInput(f"problem() in {path.name} must be annotated to return one of {', '.join(KINDS)}.")
-    found: dict[str, dict[str, float]] = {"float": {}, "int": {}}
-    for argument, default in zip(arguments.kwonlyargs, arguments.kw_defaults, strict=True):
-        kind = argument.annotation.id if isinstance(argument.annotation, ast.Name) else ""
-        if kind not in found or default is None:
-            raise BadInput(f"argument {argument.arg} of problem() in {path.name} must be annotated float or int and have a default.")
-        found[kind][argument.arg] = ast.literal_eval(default)
-    others = [other.read_text(encoding="utf-8") for other in sorted(path.parent.rglob("*.py")) if other != path]
-    digest = hashlib.sha256("".join([text, *others]).encode()).hexdigest()
-    structure = {name: int(value) for name, value in found["int"].items()}
-    return Problem(path.stem, _summary(tree), found["float"], structure, digest, record)
+    """Return a problem of daebench's own, from its file's text."""
+    return read(path, name=path.stem, package="daebench", depends_on=_beside, run=_run)
+
+
+def _beside(problem: Problem) -> list[Path]:
+    """Return a problem's file and all files beside it, which it may import."""
+    return [problem.path, *(path for path in sorted(problem.path.parent.rglob("*.py")) if path != problem.path)]
+
+
+def _run(problem: Problem, structure: Mapping[str, int]) -> "Definition":
+    definition: Definition = importlib.import_module(f"daebench.problems.{problem.name}").problem(**structure)
+    return definition
 
 
 def find_problem(name: str) -> Problem:
-    """Return the problem of this name.
+    """Return the problem of this name: one of daebench's own, one that another package brings, or that of a file.
+
+    A name that ends in .py or has a path separator in it is the path of a file, which is executed when the problem is used.
 
     Raises
     ------
     BadInput
-        If there is none; the message has the nearest names.
+        If there is none; the message has the nearest names, or says what is wrong with the file or the package.
     """
-    names = [path.stem for path in _files("problems")]
-    if name not in names:
-        raise unknown("problem", name, names)
-    return _problem(name)
+    if is_path(name):
+        return find_file(name)
+    own = [path.stem for path in _files("problems")]
+    if name in own:
+        return _problem(name)
+    others = plugins()
+    if name in others.broken:
+        raise BadInput(others.broken[name])
+    if name not in others.problems:
+        raise unknown("problem", name, [*own, *others.problems])
+    return others.problems[name]
 
 
 def find_scene(
@@ -139,35 +103,84 @@ def find_scene(
     *,
     p0: Sequence[float] | None = None,
     q0: Sequence[float] | None = None,
+    algebra: str = "",
 ) -> "Scene":
     """Return the scene of a constrained problem's case, see :func:`find_setting`; it refuses Poisson systems."""
     from daebench.scene import constrained
 
-    return constrained(find_setting(problem, case, parameters, p0=p0, q0=q0))
+    return constrained(find_setting(problem, case, parameters, algebra=algebra, p0=p0, q0=q0))
+
+
+ALGEBRAS = ("values", "arrays")
+"""How vectors are held: as values in straight-line code, for few unknowns, or as arrays in loops over the nodes of a chain."""
 
 
 def find_setting(
-    problem: str, case: str | None = None, parameters: Mapping[str, float] | None = None, **start: Sequence[float] | None
+    problem: str,
+    case: str | None = None,
+    parameters: Mapping[str, float] | None = None,
+    *,
+    algebra: str = "",
+    **start: Sequence[float] | None,
 ) -> "Scene | PoissonScene":
     """Return a problem of any kind with the numbers of a case, by default its first, and parameters and start replaced where given.
+
+    ``algebra`` is one of :data:`ALGEBRAS`, or "" for what suits the size of the problem.
 
     Raises
     ------
     BadInput
-        If a name is unknown or a value is not what it must be.
+        If a name is unknown, a value is not what it must be, or a problem from outside of daebench contradicts itself.
     """
+    if algebra and algebra not in ALGEBRAS:
+        raise unknown("algebra", algebra, ALGEBRAS)
+    found = find_problem(problem)
+    setting = _setting(found, case, parameters, start, algebra)
+    if not found.own:
+        from daebench.problem_check import require_sound
+
+        require_sound(setting)
+    return setting
+
+
+def declared_settings(problem: str, case: str | None = None) -> list[Any]:
+    """Return a problem with the numbers of each case, or of one, as they are declared; nothing is checked.
+
+    Raises
+    ------
+    BadInput
+        If a name is unknown, or the problem has no cases.
+    """
+    found = find_problem(problem)
+    first = _setting(found, case, None, {})
+    return [first] if case is not None else [_setting(found, each, None, {}) for each in first.sheet.CASES]
+
+
+def _setting(
+    found: Problem,
+    case: str | None,
+    parameters: Mapping[str, float] | None,
+    start: Mapping[str, Sequence[float] | None],
+    algebra: str = "",
+) -> "Scene | PoissonScene":
     from daebench.scene import make_setting
 
-    found = find_problem(problem)
     given = dict(parameters or {})
     structure = {name: _whole(name, given.pop(name)) for name in list(given) if name in found.structure}
-    source = found.source(structure)
-    case = case if case is not None else next(iter(source.sheet.CASES))
+    source = found.source(structure, algebra)
+    case = case if case is not None else _first_case(source, start)
     own = source.sheet.CASES.get(case, {"parameters": {}})["parameters"]
     declared = {name: int(value) for name, value in own.items() if name in found.structure and name not in structure}
     if declared:
-        source = found.source(structure | declared)
+        source = found.source(structure | declared, algebra)
     return make_setting(source, case, given, **start)
+
+
+def _first_case(source: "Source", start: Mapping[str, Sequence[float] | None]) -> str:
+    """Return the first case, or the empty name where the problem has none and the whole start is given."""
+    if not source.sheet.CASES and sum(values is not None for values in start.values()) < (1 if source.sheet.KIND == "poisson" else 2):
+        raise BadInput(f"{source.problem} declares no cases; declare one, or give the initial values.")
+    return next(iter(source.sheet.CASES), "")
 
 
 def _whole(name: str, value: float) -> int:

@@ -2,6 +2,9 @@
 
 import sympy as sp
 
+LONG, SHORT = 1000, 60
+"""Operations beyond which nothing is shortened, and those up to which SymPy's own simplification is tried last."""
+
 
 def shortened(expression: sp.Expr) -> sp.Expr:
     """Return an expression simplified, after powers of sines or of cosines were replaced where that makes it shorter.
@@ -12,12 +15,16 @@ def shortened(expression: sp.Expr) -> sp.Expr:
     Parameters
     ----------
     expression : Expr
-        Any expression.
+        Any expression; of one so long that simplification would take minutes nothing is changed.
     """
+    if expression.count_ops() > LONG:
+        return expression
+    if expression.is_rational_function():
+        return min((expression, sp.factor(expression)), key=sp.count_ops)
     expanded = sp.expand(expression)
     found = [expression, *(sp.factor(_without(expanded, each, other)) for each, other in ((sp.sin, sp.cos), (sp.cos, sp.sin)))]
     short = min(found, key=sp.count_ops)
-    return sp.simplify(short)
+    return sp.simplify(short) if short.count_ops() <= SHORT else short
 
 
 def _without(expression: sp.Expr, function: type[sp.Function], other: type[sp.Function]) -> sp.Expr:

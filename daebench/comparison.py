@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pandas as pd
 
-from daebench.api import setting_of
+from daebench.api import setting_of, singular_as
 from daebench.diagnostics.energy import energy_drift
 from daebench.kinds import knob_value, methods_of
 from daebench.method import Request
@@ -36,6 +36,7 @@ def compare(
     options: Mapping[str, float] | None = None,
     project: bool = False,
     anyway: bool = False,
+    on_singular: str | None = None,
 ) -> pd.DataFrame:
     """Return one row a method: drift of energy and of what else is conserved, work and time, on one scene.
 
@@ -61,6 +62,8 @@ def compare(
         Whether initial values are first projected onto the manifold, of a constrained problem.
     anyway : bool
         Whether schemes may be run on a Poisson system that is not of the class for which they are Poisson integrators.
+    on_singular : str, optional
+        What to do where G loses rank: one of :data:`daebench.method.ON_SINGULAR`; by default what the case declares.
 
     Returns
     -------
@@ -72,7 +75,7 @@ def compare(
     BadInput
         If the request cannot be met.
     """
-    scene = setting_of(problem, case, parameters, project=project)
+    scene = singular_as(setting_of(problem, case, parameters, project=project), on_singular)
     runs = trajectories(scene, methods_of(scene, methods, options, anyway=anyway), h=h, tol=tol, t_end=t_end)
     return pd.DataFrame([row(scene, trajectory) for trajectory in runs])
 

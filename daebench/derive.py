@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from functools import cached_property
+from typing import Any
 
 import sympy as sp
 
@@ -168,6 +169,15 @@ class Derivation:
         return [[not self.explicit or self.H_pp[row, column] != 0 for column in range(self.d)] for row in range(self.d)]
 
     @cached_property
+    def coupled(self) -> list[list[int]]:
+        """Sets of positions that M couples with each other: it is solved with set by set."""
+        sets: list[list[int]] = []
+        for i in range(self.d):
+            met = [each for each in sets if self.mechanical and any(self.M[i, j] != 0 for j in each)]
+            sets = [each for each in sets if each not in met] + [sorted([i, *(j for each in met for j in each)])]
+        return sorted(sets)
+
+    @cached_property
     def kinetic_increment(self) -> list[sp.Expr]:
         """What the flow of the kinetic energy adds to p, then to q, shape(2 d,), of a problem that declares it."""
         flow = self.problem.kinetic_flow
@@ -181,11 +191,15 @@ class Derivation:
 
     def algebra(self, stages: int, dtype: str) -> Values:
         """Return the algebra of its vectors, for a scheme with so many stages and a number type."""
-        return Values(self.d, self.m, self.structure, self.inverse_mass, stages=stages, dtype=dtype)
+        return Values(self.d, self.m, self.structure, self.inverse_mass, stages=stages, dtype=dtype, mass=self.coupled)
 
     def watch(self, names: Sequence[str], kinds: int, raw: int) -> Watch:
         """Return what the loop does beside stepping, see :class:`daebench.watch.Watch`."""
         return Watch(self.d, self.m, len(self.problem.integrals), names, kinds, raw)
+
+    def tracer(self, linker: Any) -> Any:
+        """Return what writes its functions from loops over nodes: nothing, only a chain has that."""
+        return None
 
     def needs(self, name: str) -> Sequence[str]:
         """Return the names of the problem's other functions that this one calls: none."""

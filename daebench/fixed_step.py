@@ -4,8 +4,8 @@ import importlib
 import time
 import types
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
-from functools import cached_property
+from dataclasses import dataclass, field, replace
+from functools import cached_property, partial
 from typing import Any
 
 import numpy as np
@@ -13,12 +13,13 @@ import numpy as np
 from daebench.cache import generated
 from daebench.claims import Claims, Member, composed, on_form, projected
 from daebench.compositions import COMPOSITIONS, weights_of
-from daebench.errors import BadInput, RunFailed, require_known, unknown
+from daebench.errors import BadInput, InvalidProblem, RunFailed, require_known, unknown
 from daebench.forms import FORMS, OWN, Form
 from daebench.grid import Grid
 from daebench.inputs import real
 from daebench.members import members
 from daebench.method import Method, Request
+from daebench.rank_run import RankRun
 from daebench.scene import Scene
 from daebench.stages import Stages
 from daebench.stepping import Linked, Run
@@ -173,9 +174,42 @@ class FixedStep:
             )
         if self.form == "local" and not sheet.CHART:
             return f"{self.name} needs a chart of the manifold, which {scene.problem} does not declare; leave out local:."
+        return self._unwritten(scene) if scene.arrays else None
+
+    def _unwritten(self, scene: Scene) -> str | None:
+        """Return why the scheme cannot be written as loops over nodes, as a sentence, or None."""
+        from daebench.link import Linker, Options
+
+        options = Options(form=self.form, stages=self.member.stages, projection=self.projection)
+        try:
+            Linker(scene.source.derivation, options, f"daebench.schemes.{self.file}").module(
+                "", [("daebench.kernels.loop", "integrate")], False
+            )
+        except InvalidProblem as error:
+            return f"{self.name} on the {scene.sheet.NODES} nodes of {scene.problem}: {error}"
         return None
 
-    def kernel(self, scene: Scene, precision: str, watch: tuple[str, ...], *, count: bool, raw: bool = False) -> types.ModuleType:
+    @property
+    def _solves(self) -> bool:
+        """Whether systems of constraints are solved, in its own coordinates: those of ``local`` and ``stiff`` have none."""
+        return self.form not in ("local", "stiff")
+
+    def on_singular(self, scene: Scene, request: Request) -> str:
+        """Return what to do where G loses rank: one of :data:`daebench.method.ON_SINGULAR`, or "" where it is no matter.
+
+        Raises
+        ------
+        BadInput
+            If the name is unknown, or there is nothing to solve by least squares.
+        """
+        mode = request.at_rank_loss(scene)
+        if request.on_singular == "least-squares" and not self._solves:
+            raise BadInput(f"{self.name} solves no systems of constraints, and so none by least squares; leave out on_singular.")
+        return mode if self._solves else ""
+
+    def kernel(
+        self, scene: Scene, precision: str, watch: tuple[str, ...], *, count: bool, raw: bool = False, singular: str = "stop"
+    ) -> types.ModuleType:
         """Return the generated module of this method and problem; other numbers of the same structure share it."""
         structure: dict[str, Any] = {
             "precision": precision,
@@ -188,6 +222,7 @@ class FixedStep:
             "compensated": self.compensated,
             "projection": self.projection,
             "raw": len(self.member.multipliers()) if raw else 0,
+            "singular": "least-squares" if singular == "least-squares" else "watch" if singular and self._solves else "",
         }
 
         def build(cached: bool) -> str:
@@ -213,6 +248,7 @@ class FixedStep:
             enter=lambda start: enter(*start),
             leave=lambda x: np.concatenate(leave(*x)),
             work=WORK,
+            arrays=scene.arrays,
         )
 
     def solve(self, scene: Scene, request: Request) -> Trajectory:
@@ -226,10 +262,13 @@ class FixedStep:
         began = time.perf_counter()
         grid = self._grid(scene, request)
         watched = request.watched(CONSTRAINED)
-        kernel = self.kernel(scene, request.precision, watched, count=request.count, raw=request.raw)
+        mode = self.on_singular(scene, request)
+        scene = replace(scene, on_singular=mode)
+        kernel = self.kernel(scene, request.precision, watched, count=request.count, raw=request.raw, singular=mode)
         stages, names = Stages(self.member.multipliers()), _watched_names(watched, scene)
         raw = len(stages.nodes) * scene.m if request.raw else 0
-        run = Run(self._linked(scene, kernel), scene, request, grid, names=names, raw=raw, began=began)
+        begin: Callable[..., Run] = partial(RankRun, mode) if mode else Run
+        run = begin(self._linked(scene, kernel), scene, request, grid, names=names, raw=raw, began=began)
         outcome = run.outcome()
         t, rows = run.states()
         p, q = rows[:, : scene.d].copy(), rows[:, scene.d :].copy()
@@ -240,6 +279,7 @@ class FixedStep:
             p=p,
             lam=scene.along("lam", p, q) if request.multipliers else None,
             raw=stages.multipliers(run.multipliers(), grid.h, scene.m) if request.raw else {},
+            passages=tuple(getattr(run, "passages", ())),
         )
 
     def check(self, scene: Scene, request: Request) -> None:
@@ -249,6 +289,7 @@ class FixedStep:
     def _grid(self, scene: Scene, request: Request) -> Grid:
         if refusal := self.refusal(scene):
             raise BadInput(refusal)
+        self.on_singular(scene, request)
         grid = Grid.fixed_step(self.name, request, scene.size)
         if request.raw and (self.composition or not self.member.multipliers()):
             why = "those of a composition belong to its substeps" if self.composition else "it computes none"
@@ -262,13 +303,13 @@ class FixedStep:
 
         The map raises :class:`RunFailed` where the scheme has no solution.
         """
-        kernel = self.kernel(scene, "complex128", (), count=False)
+        kernel = self.kernel(scene, "complex128", (), count=False, singular="")
         linked = self._linked(scene, kernel)
         empty = np.empty((0, 2 * scene.d), dtype=complex)
 
         def phi(p: Sequence[complex], q: Sequence[complex]) -> tuple[Sequence[complex], Sequence[complex]]:
             state = linked.enter(([np.complex128(x) for x in p], [np.complex128(x) for x in q]))
-            x = tuple(tuple(np.complex128(number) for number in part) for part in state)
+            x = tuple(np.array(part) if linked.arrays else tuple(map(np.complex128, part)) for part in state)
             with np.errstate(all="ignore"):
                 memory, report = kernel.begin(x, h, linked.par) if hasattr(kernel, "begin") else ((), (0,))
                 if report[0]:

@@ -90,6 +90,10 @@ class LatticeDerivation:
         """Return what the loop does beside stepping."""
         return LatticeWatch(self.n, len(self.lattice.casimirs), len(self.lattice.integrals), names, kinds)
 
+    def tracer(self, linker: Any) -> Any:
+        """Return what writes its functions from loops over nodes: nothing, only a chain has that."""
+        return None
+
     def needs(self, name: str) -> Sequence[str]:
         """Return the names of the lattice's other functions that this one calls."""
         last = len(self.parts) - 1

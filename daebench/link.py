@@ -21,6 +21,7 @@ PACKAGE = Path(__file__).parent
 _WORK = {name: name for name in ("H_p", "H_q", "g", "G")}
 _WORK |= dict.fromkeys(("H_pp", "H_qp", "H_qq", "Gv_p", "Gv_q", "curvature", "a_p"), "second")
 _WORK |= dict.fromkeys(("solve", "solve_d", "solve_dm", "solve_dd", "solve_2m"), "solve")
+_WORK |= dict.fromkeys(("solve_mass", "solve_mass_m", "solve_mass_d"), "solve")
 _WORK |= dict.fromkeys(("solve_stages", "solve_stages_but_one", "solve_stages_twice"), "solve")
 _WORK |= dict.fromkeys(("solve_stages_twice_d", "solve_2d"), "solve") | {"K_y": "H_q", "two_form": "second"}
 _UNCOUNTED = ("rows",)  # M^-1 on rows of G: part of the algebra, whatever it is composed of
@@ -58,6 +59,9 @@ class Options:
         What ends a step: "" for nothing, "proj" or "symproj".
     raw : int
         Number of raw multipliers of a step that the loop stores.
+    singular : str
+        What becomes of a run where G loses rank: "" where it is not watched, "watch", or "least-squares" where systems of constraints
+        are solved that way besides.
     """
 
     precision: str = "float64"
@@ -70,6 +74,7 @@ class Options:
     compensated: bool = False
     projection: str = ""
     raw: int = 0
+    singular: str = ""
 
 
 @cache
@@ -93,6 +98,7 @@ class Linker:
     def __init__(self, derivation: Derivation, options: Options, scheme: str | None = None) -> None:
         self.derivation, self.options, self.scheme = derivation, options, scheme
         self.algebra = derivation.algebra(options.stages, options.precision)
+        self.algebra.least_squares = options.singular == "least-squares"
         self.kinds = derivation.work
         self.constants: dict[str, bool | int] = derivation.constants | {
             "MULTISTEP": False,
@@ -102,6 +108,8 @@ class Linker:
             "LOCAL": options.form in ("local", "darboux"),
             "STIFF": options.form == "stiff",
             "STAGES": options.stages,
+            "RANK_WATCHED": bool(options.singular),
+            "SINGLE": derivation.constants.get("SINGLE", derivation.constants.get("CONSTRAINTS") == 1),
             "AGAIN": 2 if options.precision == "complex128" else 1,
         }
         self.watch = derivation.watch(options.watch, len(self.kinds) if options.count else 0, options.raw)
@@ -110,6 +118,7 @@ class Linker:
             self.constants["MULTISTEP"] = "start" in self.file(scheme).functions
         self.emitted: dict[str, str] = {}
         self.work: dict[str, list[int]] = {}
+        self.tracer = derivation.tracer(self)
 
     def module(self, title: str, roots: Sequence[tuple[str, str]], cached: bool) -> str:
         """Return the source of a module with these functions, each given as (file, name), and all that they need."""
@@ -119,6 +128,9 @@ class Linker:
             body = ast.unparse(TypedLiterals().visit(ast.parse(body)))
         lines = [HEADER.format(title=title), f"EPS = {PRECISIONS[self.options.precision]}"]
         lines.append("INF = " + ("numpy.float32(numpy.inf)" if self.options.precision == "float32" else "numpy.inf"))
+        if self.tracer:
+            real = "float32" if self.options.precision == "float32" else "float64"
+            lines += [f"DTYPE = numpy.{self.options.precision}", f"REAL = numpy.{real}", "ZERO = DTYPE(0)"]
         if self.scheme:
             lines += [f"EACH_{name.upper()} = {self.work.get(name, [])}" for name in ("one", "finish", "begin")]
         lines.append(f"ELEMENTWISE = {'def solve' not in body and 'def _solve' not in body}")
@@ -137,7 +149,7 @@ class Linker:
     def _emitted(module: str, name: str) -> str:
         """Return the name that a file's function has in the generated module."""
         own = module.rsplit(".", 1)[1]
-        return name if own in ("loop", "constrained", "poisson", "composed", "mechanical") else f"{own}_{name}"
+        return name if own in ("loop", "constrained", "poisson", "composed", "mechanical", "rank") else f"{own}_{name}"
 
     def function(self, module: str, name: str, bound: Mapping[str, str]) -> str:
         """Emit the function of this name in this file, with these functions in place of its callable parameters; return its name."""
@@ -151,9 +163,11 @@ class Linker:
 
     def resolve(self, module: str, name: str) -> str:
         """Return the emitted name of what a file's imported name stands for, emitting it first where it is new."""
+        if self.tracer and (module == HOLE or module == "daebench.kernels.rank") and self.tracer.written(name):
+            return name
         if module != HOLE:
             return self.function(module, name, {})
-        if found := self._filled(name):
+        if found := self.filled(name):
             return self.function(found, "step" if name == "plain_step" else name, {})
         if name not in self.emitted:
             for needed in (*self.watch.needs(name), *self.derivation.needs(name)):
@@ -164,7 +178,7 @@ class Linker:
             self.emitted[name] = source
         return name
 
-    def _filled(self, name: str) -> str | None:
+    def filled(self, name: str) -> str | None:
         """Return the file whose function stands in this hole, where it is one of the scheme, of what is around it, or of the form."""
         if name in ("one", "begin", "finish", "seen", "moduli"):
             return f"daebench.kernels.{self.derivation.states}"
@@ -177,7 +191,7 @@ class Linker:
         return str(self.scheme) if name in ("start", "increment") else None
 
     def _composed(self, name: str) -> str:
-        for part in ("mechanical", "composed"):
+        for part in ("mechanical", "composed", "rank"):
             file = self.file(f"daebench.kernels.{part}")
             if name in file.functions and not (part == "mechanical" and self.derivation.explicit):
                 return self.function(file.name, name, {})

@@ -4,11 +4,20 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from typing import Protocol
 
+from daebench.errors import unknown
 from daebench.scene import PoissonScene, Scene, Setting
 from daebench.trajectory import PoissonTrajectory, Trajectory
 
 Progress = Callable[[float], None]
 """Called now and then with the fraction of the run that is done."""
+
+
+ON_SINGULAR = {
+    "stop": "the run ends there",
+    "continue": "it goes on, and notes which branch the motion took",
+    "least-squares": "it goes on, and systems of constraints are solved by least squares, so that they may be redundant",
+}
+"""What a run does where G loses rank."""
 
 
 @dataclass(frozen=True)
@@ -61,6 +70,8 @@ class Request:
         Wall-clock limit, s.
     patience : Patience, optional
         Limit of work of a tolerance-driven method.
+    on_singular : str, optional
+        What to do where G loses rank: one of :data:`ON_SINGULAR`. The default is what the case declares.
     """
 
     value: float
@@ -76,6 +87,20 @@ class Request:
     progress: Progress | None = field(default=None, compare=False)
     seconds_limit: float | None = None
     patience: Patience | None = None
+    on_singular: str | None = None
+
+    def at_rank_loss(self, scene: Scene) -> str:
+        """Return what to do where G loses rank: what is asked for, or else what the scene says; one of :data:`ON_SINGULAR`.
+
+        Raises
+        ------
+        BadInput
+            If it is none of these.
+        """
+        mode = self.on_singular or scene.on_singular
+        if mode not in ON_SINGULAR:
+            raise unknown("on_singular", mode, ON_SINGULAR)
+        return mode
 
     def watched(self, kinds: Sequence[str]) -> tuple[str, ...]:
         """Return what is watched of the kinds that there are, in their order."""

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from functools import cached_property
+from typing import Any
 
 import sympy as sp
 
@@ -150,6 +151,10 @@ class PoissonDerivation:
     def watch(self, names: Sequence[str], kinds: int, raw: int) -> PoissonWatch:
         """Return what the loop does beside stepping."""
         return PoissonWatch(self.n, len(self.problem.casimirs), len(self.problem.integrals), names, kinds)
+
+    def tracer(self, linker: Any) -> Any:
+        """Return what writes its functions from loops over nodes: nothing, only a chain has that."""
+        return None
 
     def needs(self, name: str) -> Sequence[str]:
         """Return the names of the system's other functions that this one calls."""

@@ -7,6 +7,7 @@ from typing import Any
 
 import sympy as sp
 
+from daebench.definition_checks import check_parts, check_second_derivatives, strange
 from daebench.errors import InvalidProblem
 
 Exact = Any
@@ -25,12 +26,44 @@ class Case:
         Values that replace the problem's defaults in this case.
     about : str
         Where the case comes from and what it shows, in one line.
+    on_singular : str
+        What a run does where G loses rank, unless another is asked for: "stop", "continue" or "least-squares".
     """
 
     q: Sequence[Exact]
     p: Sequence[Exact]
     parameters: Mapping[str, float] = field(default_factory=dict)
     about: str = ""
+    on_singular: str = "stop"
+
+
+Point = Sequence[Exact]
+"""A point of the plane or of space, shape(2,) or shape(3,), in the problem's positions and parameters."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Picture:
+    """How a scene looks: what is drawn at given positions.
+
+    Parameters
+    ----------
+    rods : sequence of sequence of points
+        Rigid parts, each a line through its points.
+    masses : sequence of points
+        Point masses.
+    fixed : sequence of points
+        Pivots and other points that do not move.
+    surface : tuple of three Expr, optional
+        Surface on which the masses move, in the symbols ``over`` and the parameters.
+    over : sequence of (Symbol, lower bound, upper bound)
+        The two coordinates of the surface.
+    """
+
+    rods: Sequence[Sequence[Point]] = ()
+    masses: Sequence[Point] = ()
+    fixed: Sequence[Point] = ()
+    surface: tuple[sp.Expr, sp.Expr, sp.Expr] | None = None
+    over: Sequence[tuple[sp.Symbol, Exact, Exact]] = ()
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -108,11 +141,14 @@ class ConstrainedHamiltonian:
         Flow of the kinetic energy on the manifold, where it has a closed form: what splitting needs.
     chart : Chart, optional
         Local coordinates of the manifold: what the form ``local`` needs.
+    picture : Picture, optional
+        How the scene looks.
 
     Raises
     ------
     InvalidProblem
-        If sizes do not fit, an expression has an undeclared symbol, a symbol is used twice, or H and (M, U) are both given or both missing.
+        If a part is not what it must be, sizes do not fit, an expression has an undeclared symbol, a symbol is used twice, H or g
+        contains a function that is not twice differentiable, or H and (M, U) are both given or both missing.
     """
 
     q: Sequence[sp.Symbol]
@@ -127,10 +163,13 @@ class ConstrainedHamiltonian:
     closed_form: Callable[..., tuple[list[Any], list[Any]]] | None = None
     kinetic_flow: KineticFlow | None = None
     chart: Chart | None = None
+    picture: Picture | None = None
 
     def __post_init__(self) -> None:
+        check_parts(self)
         self._check_sizes()
         self._check_symbols()
+        check_second_derivatives(self)
         if self.kinetic_flow is not None:
             self._check_kinetic_flow(self.kinetic_flow)
         if self.chart is not None:
@@ -154,7 +193,7 @@ class ConstrainedHamiltonian:
             parts += [flow.t, flow.p, flow.q]
         if (chart := self.chart) is not None:
             parts += [chart.eta, chart.xi, chart.p, chart.q, chart.inverse_eta, chart.inverse_xi]
-        cases = [(name, case.q, case.p, dict(case.parameters), case.about) for name, case in self.cases.items()]
+        cases = [(name, case.q, case.p, dict(case.parameters), case.about, case.on_singular) for name, case in self.cases.items()]
         return repr([sp.srepr(sp.sympify(part)) for part in parts]) + repr((list(self.integrals), cases))
 
     def _check_sizes(self) -> None:
@@ -184,7 +223,7 @@ class ConstrainedHamiltonian:
         for where, expression, symbols in allowed:
             extra = set() if expression is None else sp.sympify(expression).free_symbols - symbols - known
             if extra:
-                raise InvalidProblem(f"{where} contains {', '.join(sorted(map(str, extra)))}, which it may not depend on; declare it.")
+                raise strange(where, extra, {*state, *known})
         names = {str(symbol) for symbol in known}
         for name, case in self.cases.items():
             if foreign := {key for key, value in case.parameters.items() if key not in names and not isinstance(value, int)}:

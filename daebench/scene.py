@@ -14,10 +14,13 @@ from daebench.errors import BadInput, unknown
 from daebench.inputs import real
 
 if TYPE_CHECKING:
+    from daebench.chains.chain import ConstrainedChain
     from daebench.derive_local import LocalDerivation
     from daebench.poisson_lattice import PoissonLattice
     from daebench.poisson_system import PoissonSystem
     from daebench.problem import ConstrainedHamiltonian
+
+    Definition = ConstrainedHamiltonian | ConstrainedChain | PoissonSystem | PoissonLattice
 
 Array = NDArray[np.float64]
 
@@ -36,17 +39,20 @@ class Source:
         Returns the definition.
     defaults : mapping of str to float, optional
         Values of parameters that replace those of the sheet.
+    algebra : str
+        How a chain's vectors are held: "values" or "arrays", see ``chains.derivation``; "" as its size suggests.
     """
 
     problem: str
     key: str = field(repr=False)
-    define: Callable[[], "ConstrainedHamiltonian | PoissonSystem | PoissonLattice"] = field(repr=False)
+    define: Callable[[], "Definition"] = field(repr=False)
     defaults: Mapping[str, float] | None = None
+    algebra: str = ""
 
     @cached_property
     def derivation(self) -> Any:
         """Everything that follows from the definition, shared by all that ask: a Derivation or a PoissonDerivation."""
-        return _derivation(self.define())
+        return _derivation(self.define(), self.algebra)
 
     def form(self, name: str) -> Any:
         """Return everything that follows from the definition in a form of the system: most are in its own coordinates."""
@@ -80,8 +86,12 @@ class Source:
 
         def build(cached: bool) -> str:
             from daebench import lattice_sheet, poisson_sheet, sheet
+            from daebench.chains import sheet as chain_sheet
+            from daebench.chains.derivation import ChainDerivation
             from daebench.lattice_derivation import LatticeDerivation
 
+            if isinstance(self.derivation, ChainDerivation):
+                return chain_sheet.source(self.problem, self.derivation)
             if isinstance(self.derivation, LatticeDerivation):
                 return lattice_sheet.source(self.problem, self.derivation)
             if self.derivation.states == "poisson":
@@ -91,9 +101,16 @@ class Source:
         return generated(f"{self.problem}_sheet", self.key, build)
 
 
-def _derivation(problem: "ConstrainedHamiltonian | PoissonSystem | PoissonLattice") -> Any:
+def _derivation(problem: "Definition", algebra: str) -> Any:
+    from daebench.chains.chain import ConstrainedChain
     from daebench.problem import ConstrainedHamiltonian
 
+    if isinstance(problem, ConstrainedChain):
+        from daebench.chains.derivation import derived
+
+        return derived(problem, algebra)
+    if algebra == "arrays":
+        raise BadInput("the problem is not written as a chain of nodes, so that its vectors cannot be arrays; leave out the algebra.")
     if isinstance(problem, ConstrainedHamiltonian):
         from daebench.derive import Derivation
 
@@ -109,10 +126,10 @@ def _derivation(problem: "ConstrainedHamiltonian | PoissonSystem | PoissonLattic
     return PoissonDerivation(problem)
 
 
-def source_of(problem: "ConstrainedHamiltonian | PoissonSystem | PoissonLattice", name: str = "problem") -> Source:
+def source_of(problem: "Definition", name: str = "problem", algebra: str = "") -> Source:
     """Return the source of a definition made in this process."""
     defaults = {str(symbol): float(value) for symbol, value in problem.parameters.items()}
-    return Source(name, problem.fingerprint, lambda: problem, defaults)
+    return Source(name, f"{problem.fingerprint} {algebra}".rstrip(), lambda: problem, defaults, algebra)
 
 
 @dataclass(frozen=True)
@@ -145,8 +162,8 @@ class Setting:
 
     @property
     def arrays(self) -> bool:
-        """Whether the problem's functions take arrays, and are compiled: those of a lattice do."""
-        return bool(getattr(self.sheet, "SITES", 0))
+        """Whether the problem's functions take arrays, and are compiled: those of a lattice and of a long chain do."""
+        return bool(getattr(self.sheet, "SITES", 0) or getattr(self.sheet, "NODES", 0))
 
     @property
     def problem(self) -> str:
@@ -175,10 +192,11 @@ class Setting:
             from daebench.link import Linker, Options
             from daebench.syntax import HOLE
 
-            linker = Linker(self.source.derivation, Options(compiled=self.arrays))
+            linker = Linker(self.source.derivation, Options(compiled=self.arrays, singular=singular))
             return linker.module(f"Functions of {self.problem}.", [(HOLE, name) for name in names], cached)
 
-        return generated(f"{self.problem}_{'_'.join(names)}", f"{self.source.key} functions {names}", build)
+        singular = "least-squares" if getattr(self, "on_singular", "") == "least-squares" else ""
+        return generated(f"{self.problem}_{'_'.join(names)}", f"{self.source.key} functions {names} {singular}", build)
 
     def value(self, name: str, *arguments: Iterable[Any]) -> NDArray[Any]:
         """Return one of the problem's functions of (p, q), or of q, at one point."""
@@ -219,10 +237,13 @@ class Scene(Setting):
     ----------
     p0, q0 : ndarray, shape(d,)
         Initial momenta and positions.
+    on_singular : str
+        What a run does where G loses rank, unless its request says otherwise.
     """
 
     p0: Array
     q0: Array
+    on_singular: str = "stop"
 
     @property
     def start(self) -> tuple[Array, ...]:
@@ -327,7 +348,9 @@ def make_setting(
     for name, array in zip(names, start, strict=True):
         if not np.all(np.isfinite(array)):
             raise BadInput(f"{name} of {source.problem}, case {case}, is {array.tolist()}; it must be finite numbers.")
-    return _in_domain(PoissonScene(source, case, found, *start)) if sheet.KIND == "poisson" else Scene(source, case, found, *start)
+    if sheet.KIND == "poisson":
+        return _in_domain(PoissonScene(source, case, found, *start))
+    return Scene(source, case, found, start[0], start[1], on_singular=sheet.CASES.get(case, {}).get("on_singular", "stop"))
 
 
 def _parameters(source: Source, of_case: Mapping[str, float], given: Mapping[str, float]) -> dict[str, float]:

@@ -10,7 +10,7 @@ def source(problem: str, derivation: Derivation) -> str:
     """Return the source of a problem's sheet.
 
     The sheet has KIND, D and M (sizes), PARAMETERS (name to default, in the order of ``par``), POSITIVE (parameters that must be),
-    CASES (name to its parameters and about), INTEGRALS (names), SEPARABLE, QUADRATIC, EXPLICIT, CLOSED_FORM, KINETIC_FLOW,
+    CASES (name to its parameters, about and on_singular), INTEGRALS (names), SEPARABLE, QUADRATIC, EXPLICIT, CLOSED_FORM, KINETIC_FLOW,
     CHART, and INITIAL (case to a function of ``par`` that returns p and q).
     """
     definition = derivation.problem
@@ -20,7 +20,10 @@ def source(problem: str, derivation: Derivation) -> str:
         "M": derivation.m,
         "PARAMETERS": {str(symbol): float(value) for symbol, value in definition.parameters.items()},
         "POSITIVE": tuple(str(symbol) for symbol in definition.parameters if symbol.is_positive),
-        "CASES": {name: {"parameters": dict(case.parameters), "about": case.about} for name, case in definition.cases.items()},
+        "CASES": {
+            name: {"parameters": dict(case.parameters), "about": case.about, "on_singular": case.on_singular}
+            for name, case in definition.cases.items()
+        },
         "INTEGRALS": tuple(definition.integrals),
         "SEPARABLE": derivation.separable,
         "QUADRATIC": derivation.quadratic,

@@ -7,6 +7,33 @@ from daebench.codegen import function, pack
 UNROLLED = 10
 """Unknowns up to which elimination of stages is unrolled; above, it would be compiled for longer than it is worth."""
 
+UNROLLED_ENTRIES = 40
+"""Entries of matrix and right sides up to which elimination with several of them is unrolled; with 42, in loops it is as fast."""
+
+
+def eliminating(name: str, n: int, dtype: str, rows: int = 0) -> str:
+    """Source of elimination with so many extra right sides, unrolled or in loops by its size."""
+    return solver(name, n, range(rows)) if n * (n + rows) <= UNROLLED_ENTRIES else looping_solver(name, n, dtype, rows)
+
+
+def blocked(name: str, blocks: Sequence[Sequence[int]], dtype: str, rows: int = 0) -> str:
+    """Source of elimination block by block, for a symmetric matrix whose rows couple within these sets of indices alone."""
+    if len(blocks) == 1:
+        return eliminating(name, len(blocks[0]), dtype, rows)
+    sizes = sorted({len(block) for block in blocks})
+    inner = "".join(eliminating(f"_{name}_{size}", size, dtype, rows) for size in sizes)
+    lines = []
+    for k, block in enumerate(blocks):
+        arguments = [pack(pack(f"A[{i}][{j}]" for j in block) for i in block), pack(f"b[{i}]" for i in block)]
+        arguments += [pack(pack(f"X[{r}][{i}]" for i in block) for r in range(rows))] if rows else []
+        lines.append(f"x{k}, {f'y{k}, ' if rows else ''}pivot{k} = _{name}_{len(block)}({', '.join(arguments)})")
+    place = {i: (k, j) for k, block in enumerate(blocks) for j, i in enumerate(block)}
+    where = [place[i] for i in range(len(place))]
+    found = [pack(f"x{k}[{j}]" for k, j in where)]
+    found += [pack(pack(f"y{k}[{r}][{j}]" for k, j in where) for r in range(rows))] if rows else []
+    found.append(f"min({', '.join(f'pivot{k}' for k in range(len(blocks)))})")
+    return inner + function(f"{name}(A, b{', X' * bool(rows)})", *lines, f"return {', '.join(found)}")
+
 
 def solver(name: str, n: int, extra: Sequence[int]) -> str:
     """Source of Gaussian elimination with scaled partial pivoting, unrolled.
@@ -59,13 +86,16 @@ def _elimination(k: int, n: int, sides: Sequence[str]) -> list[str]:
     return lines
 
 
-def looping_solver(name: str, n: int, dtype: str) -> str:
+def looping_solver(name: str, n: int, dtype: str, rows: int = 0) -> str:
     """Source of the same elimination as :func:`solver`'s, in loops over arrays: slower for few unknowns, and soon compiled for many."""
+    end = n + 1 + rows
+    others = pack(pack(f"a[{i}, {n + 1 + r}]" for i in range(n)) for r in range(rows))
     return function(
-        f"{name}(A, b)",
-        f"a = numpy.empty(({n}, {n + 1}), dtype=numpy.{dtype})",
+        f"{name}(A, b{', X' * bool(rows)})",
+        f"a = numpy.empty(({n}, {end}), dtype=numpy.{dtype})",
         *(f"a[{i}, {j}] = A[{i}][{j}]" for i in range(n) for j in range(n)),
         *(f"a[{i}, {n}] = b[{i}]" for i in range(n)),
+        *(f"a[{i}, {n + 1 + r}] = X[{r}][{i}]" for r in range(rows) for i in range(n)),
         f"s = numpy.abs(a[:, :{n}])",
         f"scale = numpy.empty({n}, dtype=s.dtype)",
         f"for i in range({n}):",
@@ -77,7 +107,7 @@ def looping_solver(name: str, n: int, dtype: str) -> str:
         "        if abs(a[i, k]) * scale[best] > abs(a[best, k]) * scale[i]:",
         "            best = i",
         "    if best != k:",
-        f"        for j in range(k, {n + 1}):",
+        f"        for j in range(k, {end}):",
         "            a[k, j], a[best, j] = a[best, j], a[k, j]",
         f"        for j in range(k, {n}):",
         "            s[k, j], s[best, j] = s[best, j], s[k, j]",
@@ -87,13 +117,118 @@ def looping_solver(name: str, n: int, dtype: str) -> str:
         "        pivot = share",
         f"    for i in range(k + 1, {n}):",
         "        f = a[i, k] / a[k, k]",
-        f"        for j in range(k + 1, {n}):",
+        f"        for j in range(k + 1, {end}):",
         "            a[i, j] -= f * a[k, j]",
+        f"        for j in range(k + 1, {n}):",
         "            s[i, j] += abs(f) * s[k, j]",
-        f"        a[i, {n}] -= f * a[k, {n}]",
-        f"for k in range({n - 1}, -1, -1):",
-        f"    for j in range(k + 1, {n}):",
-        f"        a[k, {n}] -= a[k, j] * a[j, {n}]",
-        f"    a[k, {n}] = a[k, {n}] / a[k, k]",
-        f"return {pack(f'a[{i}, {n}]' for i in range(n))}, pivot",
+        f"for r in range({n}, {end}):",
+        f"    for k in range({n - 1}, -1, -1):",
+        f"        for j in range(k + 1, {n}):",
+        "            a[k, r] -= a[k, j] * a[j, r]",
+        "        a[k, r] = a[k, r] / a[k, k]",
+        f"return {pack(f'a[{i}, {n}]' for i in range(n))}, {others + ', ' if rows else ''}pivot",
+    )
+
+
+DEPENDENT = {"float64": 4e-11, "float32": 2e-5, "complex128": 4e-11}
+"""What is left of a column, relative to the first, below which least squares take it for dependent: eps^(2/3) of the number type.
+
+Of G M^-1 G^T that is the square of an angle, as the relative pivots of elimination are.
+"""
+
+
+def least_squares_solver(name: str, n: int, dtype: str) -> str:
+    """Source of the least-squares solution of A x = b of least norm, in loops, by QR with column pivoting.
+
+    ``name(A, b)`` returns x and the smallest diagonal entry of R that was kept, relative to the first; 0 where there is none, NaN where
+    A is not finite. Rows, then columns, are first scaled to have a largest modulus of 1, so that units do not matter; the norm is that of
+    the scaled x. A P = Q R is found by modified Gram-Schmidt with b as a last column, and ended where what is left of the columns is
+    below :data:`DEPENDENT`. Products are taken without conjugation, so that an imaginary part carries a derivative.
+    """
+    N = f"range({n})"
+    return function(
+        f"{name}(A, b)",
+        f"a = numpy.empty(({n}, {n + 1}), dtype=numpy.{dtype})",
+        *(f"a[{i}, {j}] = A[{i}][{j}]" for i in range(n) for j in range(n)),
+        *(f"a[{i}, {n}] = b[{i}]" for i in range(n)),
+        f"r, x, null = numpy.zeros(({n}, {n + 1}), a.dtype), numpy.zeros({n}, a.dtype), numpy.zeros(({n}, {n}), a.dtype)",
+        f"size, order = numpy.abs(a[0, :{n}]), numpy.arange({n})",
+        "total = 0.0 * size[0]",
+        f"for i in {N}:",
+        "    most = 0.0 * total",
+        f"    for j in {N}:",
+        "        most = max(most, abs(a[i, j]))",
+        "        total += 0.0 * abs(a[i, j])",
+        "    if most > 0.0:",
+        f"        for j in range({n + 1}):",
+        "            a[i, j] = a[i, j] / most",
+        f"for j in {N}:",
+        "    size[j] = 0.0",
+        f"    for i in {N}:",
+        "        size[j] = max(size[j], abs(a[i, j]))",
+        "    if not size[j] > 0.0:",
+        "        size[j] = 1.0",
+        f"    for i in {N}:",
+        "        a[i, j] = a[i, j] / size[j]",
+        "rank, first, pivot = 0, 0.0 * total, 0.0 * total",
+        f"for k in {N}:",
+        "    best, most = k, 0.0 * total",
+        f"    for j in range(k, {n}):",
+        "        left = 0.0 * total",
+        f"        for i in {N}:",
+        "            left += abs(a[i, j]) * abs(a[i, j])",
+        "        if left > most:",
+        "            best, most = j, left",
+        "    most = sqrt(most)",
+        "    if k == 0:",
+        "        first = most",
+        f"    if not most > {DEPENDENT[dtype]!r} * first:",
+        "        break",
+        "    rank, pivot = k + 1, most / first",
+        "    if best != k:",
+        "        order[k], order[best] = order[best], order[k]",
+        f"        for i in {N}:",
+        "            a[i, k], a[i, best] = a[i, best], a[i, k]",
+        "            r[i, k], r[i, best] = r[i, best], r[i, k]",
+        "    square = 0.0 * a[0, k]",
+        f"    for i in {N}:",
+        "        square += a[i, k] * a[i, k]",
+        "    r[k, k] = sqrt(square)",
+        f"    for i in {N}:",
+        "        a[i, k] = a[i, k] / r[k, k]",
+        f"    for j in range(k + 1, {n + 1}):",
+        f"        for i in {N}:",
+        "            r[k, j] += a[i, k] * a[i, j]",
+        f"        for i in {N}:",
+        "            a[i, j] -= r[k, j] * a[i, k]",
+        "for k in range(rank - 1, -1, -1):",
+        f"    x[k] = r[k, {n}]",
+        "    for j in range(k + 1, rank):",
+        "        x[k] -= r[k, j] * x[j]",
+        "    x[k] = x[k] / r[k, k]",
+        f"for free in range(rank, {n}):",
+        "    null[free, free] = 1.0",
+        "    for k in range(rank - 1, -1, -1):",
+        "        null[free, k] = -r[k, free]",
+        "        for j in range(k + 1, rank):",
+        "            null[free, k] -= r[k, j] * null[free, j]",
+        "        null[free, k] = null[free, k] / r[k, k]",
+        "    for other in range(rank, free + 1):",
+        "        along, square = 0.0 * x[0], 0.0 * x[0]",
+        f"        for j in {N}:",
+        "            along += null[other, j] * null[free, j]",
+        "            square += null[other, j] * null[other, j]",
+        "        if other < free:",
+        f"            for j in {N}:",
+        "                null[free, j] -= along / square * null[other, j]",
+        "    along, square = 0.0 * x[0], 0.0 * x[0]",
+        f"    for j in {N}:",
+        "        along += null[free, j] * x[j]",
+        "        square += null[free, j] * null[free, j]",
+        f"    for j in {N}:",
+        "        x[j] -= along / square * null[free, j]",
+        "z = numpy.empty_like(x)",
+        f"for k in {N}:",
+        "    z[order[k]] = x[k] / size[order[k]]",
+        f"return {pack(f'z[{i}]' for i in range(n))}, pivot + total",
     )

@@ -5,6 +5,7 @@ import subprocess
 import sys
 import tempfile
 from pathlib import Path
+from typing import Any
 
 from daebench.errors import DaebenchError
 
@@ -29,8 +30,10 @@ print(time.perf_counter() - began)
 """
 
 
-def first_step(problem: str, case: str, method: str, h: float, *, repeat: int, anyway: bool = False) -> tuple[float, float]:
+def first_step(problem: str, case: str, method: str, h: float, *, repeat: int, **more: Any) -> tuple[float, float]:
     """Return wall-clock seconds from a fresh process to the end of its first step: on an empty cache, and the best on a full one.
+
+    ``more`` is handed to :func:`daebench.run`.
 
     Raises
     ------
@@ -38,7 +41,8 @@ def first_step(problem: str, case: str, method: str, h: float, *, repeat: int, a
         If the run fails.
     """
     with tempfile.TemporaryDirectory() as folder:
-        script = _script(folder, FIRST_STEP.format(problem=problem, case=case, method=method, h=h, more=", anyway=True" if anyway else ""))
+        given = "".join(f", {name}={value!r}" for name, value in more.items())
+        script = _script(folder, FIRST_STEP.format(problem=problem, case=case, method=method, h=h, more=given))
         cold = _seconds(script, folder)
         return cold, min(_seconds(script, folder) for _ in range(repeat))
 

@@ -12,6 +12,7 @@ import numpy as np
 from daebench.cache import damaged
 from daebench.grid import Grid
 from daebench.kernels.newton import SWEEPS
+from daebench.kernels.rank import RANK_LOST
 from daebench.kernels.relax import ROUNDS
 from daebench.method import Request
 from daebench.scene import Setting
@@ -122,6 +123,7 @@ class Run:
         self.work = np.zeros(len(linked.work), dtype=np.int64)
         self.seconds = 0.0
         self.failure: str | None = None
+        self.rank_lost = False
         self.interrupted = False
         with np.errstate(all="ignore"):
             try:
@@ -135,23 +137,38 @@ class Run:
         return tuple(map(self.typed, x)) if isinstance(x, tuple | np.ndarray) else self.number(x)
 
     def state(self, x: Any) -> Any:
-        """Return a state in the run's number type."""
-        return np.array(x, dtype=self.request.precision) if self.linked.arrays else self.typed(x)
+        """Return a state, or what a scheme remembers, in the run's number type; its parts are arrays where vectors are."""
+        if not self.linked.arrays:
+            return self.typed(x)
+        parts = isinstance(x, tuple) and (not x or np.ndim(x[0]) > 0)
+        return tuple(np.array(part, dtype=self.request.precision) for part in x) if parts else np.array(x, dtype=self.request.precision)
 
     def _prepare(self) -> None:
         """Make the first memory and the conserved quantities, and have the loop compiled."""
         self.conserved = self.typed(self.kernel.first(self.x, self.par))
         self.maxima: Any = tuple(self.zero for _ in self.names)
-        self.pivot = self.infinity
+        self.pivots: Any = self._no_pivots()
         self.memory: Any = ()
         report: Any = (0, self.zero, self.infinity, ())
         if hasattr(self.kernel, "begin"):
             memory, report = self.kernel.begin(self.x, self.h, self.par)
-            self.memory = self.typed(memory)
+            self.memory = self.state(memory)
             self.work += self._tally(self.kernel.EACH_BEGIN, 1) + self._tally(report[3], 1)
         if report[0]:
             self.failure = self._sentence(report, 0)
         self._call(0)
+
+    def _no_pivots(self) -> Any:
+        """Return what is recalled of pivots before the first step."""
+        return self.infinity
+
+    @property
+    def pivot(self) -> Any:
+        """Smallest relative pivot so far."""
+        return self.pivots
+
+    def _lose_rank(self) -> None:
+        """Do what is to be done where G loses rank within the next step; only a run that watches for it comes here."""
 
     def _tally(self, counts: Sequence[int], times: int) -> Any:
         return times * np.array(counts, dtype=np.int64) if self.request.count and len(counts) else np.zeros_like(self.work)
@@ -160,7 +177,7 @@ class Run:
         return self.linked.failure(self.scene, self.grid.h, self.done, self.grid.steps, tried, report)
 
     def _call(self, steps: int) -> Any:
-        state = (self.x, self.memory, self.conserved, self.maxima, self.pivot)
+        state = (self.x, self.memory, self.conserved, self.maxima, self.pivots)
         outputs = (self.X[self.row :], self.R[self.row :])
         return self.kernel.integrate(*state, self.h, self.weights, steps, self.left, self.grid.every, *outputs, self.par)
 
@@ -171,10 +188,12 @@ class Run:
             result = self._call(steps)
         took = time.thread_time() - began
         self.x = self.state(result[0])
-        self.memory, self.maxima, self.pivot = self.typed(result[1:4])
+        self.memory = self.state(result[1])
+        self.maxima, self.pivots = self.typed(result[2:4])
         done, rows, self.left, work, tried, report = result[4:]
         self.done, self.row = self.done + done, self.row + rows
-        failed = int(report[0] != 0)
+        self.rank_lost = report[0] == RANK_LOST
+        failed = int(report[0] != 0 and not self.rank_lost)
         substeps = done * max(1, len(self.weights)) + failed * abs(tried)
         self.work += self._tally(work, 1) + self._tally(self.kernel.EACH_ONE, substeps)
         self.work += self._tally(self.kernel.EACH_FINISH, done + failed)
@@ -188,6 +207,8 @@ class Run:
         piece, limit = 64, time.perf_counter() + (self.request.seconds_limit or np.inf)
         while self.done < self.grid.steps and self.failure is None:
             took = self._advance(min(piece, self.grid.steps - self.done))
+            if self.rank_lost and self.done < self.grid.steps:
+                self._lose_rank()
             piece = int(min(8 * piece, max(1, piece * CHUNK_SECONDS / max(took, 1e-6))))
             if self.request.progress:
                 self.request.progress(self.done / self.grid.steps)

@@ -1,6 +1,6 @@
 """A trajectory: what a run gave, as arrays that belong to it alone."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Self
 
@@ -96,6 +96,29 @@ class Outcome:
 
 
 @dataclass(frozen=True, kw_only=True)
+class Passage:
+    """A place where G lost rank, and a run went on.
+
+    Parameters
+    ----------
+    t : float
+        When, as extrapolated from the pivots before.
+    pivot : float
+        Smallest pivot that was measured around it, see ``daebench.kernels.rank``.
+    branch : str
+        "through": the velocity after is the smooth continuation of that before; "reflected": it is the opposite of that; "other branch":
+        it is neither; "unknown": the run ended there.
+    turn : float
+        Angle between the velocity before and that after, extrapolated back, in the metric of kinetic energy, degrees.
+    """
+
+    t: float
+    pivot: float
+    branch: str
+    turn: float
+
+
+@dataclass(frozen=True, kw_only=True)
 class Trajectory(Outcome):
     """What one method gave on a constrained Hamiltonian system.
 
@@ -107,12 +130,15 @@ class Trajectory(Outcome):
         Multipliers lam(p, q) of HLW (1.12) at the output times, where they were asked for.
     raw : mapping of str to (ndarray, shape(n,), ndarray, shape(n, m))
         Raw multipliers of a fixed-step scheme by name, where they were asked for: the times they belong to, and their values.
+    passages : sequence of Passage
+        Where G lost rank and the run went on.
     """
 
     q: Array
     p: Array
     lam: Array | None = None
     raw: Mapping[str, tuple[Array, Array]] = field(default_factory=dict)
+    passages: Sequence[Passage] = ()
 
     @property
     def states(self) -> Mapping[str, Array]:

@@ -10,7 +10,7 @@ from typing import Any
 
 import sympy as sp
 
-from daebench.problem import Chart
+from daebench.problem import Chart, Picture
 
 
 def rods(x: Sequence[Any]) -> list[sp.Matrix]:
@@ -61,3 +61,9 @@ def angles(q: Sequence[sp.Symbol], p: Sequence[sp.Symbol], masses: Sequence[sp.E
         inverse_eta=tuple((rod[0] * rate[1] - rod[1] * rate[0]) / length**2 for rod, rate, length in turning),
         inverse_xi=tuple(sp.atan2(rod[0], -rod[1]) for rod in rods(q)),
     )
+
+
+def drawn(q: Sequence[sp.Symbol]) -> Picture:
+    """Return the rods as one line from the pivot, and the masses."""
+    points = [tuple(q[k : k + 2]) for k in range(0, len(q), 2)]
+    return Picture(rods=[[(0, 0), *points]], masses=points, fixed=[(0, 0)])

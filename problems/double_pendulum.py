@@ -3,7 +3,7 @@
 import sympy as sp
 
 from daebench.problem import Case, ConstrainedHamiltonian, coordinates
-from daebench.problems._links import angles, constraints, mass_matrix, stretched, weight
+from daebench.problems._links import angles, constraints, drawn, mass_matrix, stretched, weight
 
 
 def problem(
@@ -50,4 +50,5 @@ def problem(
             ),
         },
         chart=angles(q, p, masses, lengths),
+        picture=drawn(q),
     )

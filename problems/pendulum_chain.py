@@ -2,11 +2,12 @@
 
 import sympy as sp
 
-from daebench.problem import Case, ConstrainedHamiltonian, coordinates
-from daebench.problems._links import angles, constraints, mass_matrix, stretched, weight
+from daebench.chains.chain import ConstrainedChain
+from daebench.problem import Case
+from daebench.problems._links import angles, drawn
 
 
-def problem(*, links: int = 5, mass: float = 1.0, length: float = 1.0, gravity: float = 9.81) -> ConstrainedHamiltonian:
+def problem(*, links: int = 5, mass: float = 1.0, length: float = 1.0, gravity: float = 9.81) -> ConstrainedChain:
     """Return the chain in Cartesian coordinates, q = (x_1, y_1, ..., x_n, y_n) with y pointing up and the pivot q_0 at the origin.
 
     ::
@@ -32,28 +33,32 @@ def problem(*, links: int = 5, mass: float = 1.0, length: float = 1.0, gravity: 
     """
     m, length_ = sp.symbols("mass length", positive=True)
     gamma = sp.Symbol("gravity", real=True)
-    q, p = coordinates(2 * links)
-    masses, lengths = [m] * links, [length_] * links
-    a, rest = sp.Rational(1, 10), (0,) * (2 * links)
-    return ConstrainedHamiltonian(
-        q=q,
-        p=p,
-        M=mass_matrix(masses),
-        U=weight(q, masses, gamma),
-        g=constraints(q, lengths),
+    x, y, x_before, y_before = here_and_before = sp.symbols("x y x_before y_before", real=True)
+    k = sp.Symbol("k", integer=True, nonnegative=True)
+    a, reach = sp.Rational(1, 10), (k + 1) * length_
+    return ConstrainedChain(
+        nodes=links,
+        here=here_and_before[:2],
+        before=here_and_before[2:],
+        node=k,
+        anchor=(0, 0),
+        joints=[(x - x_before) ** 2 + (y - y_before) ** 2 - length_**2],
+        mass=m * sp.eye(2),
+        pull=gamma,
+        U=m * y,
         parameters={m: mass, length_: length, gamma: gravity},
         cases={
             "horizontal5": Case(
-                q=stretched(lengths, (1, 0)),
-                p=rest,
+                q=(reach, 0),
+                p=(0, 0),
                 parameters={"links": 5},
                 about="released at rest from the horizontal, five links unless another number is asked for: chaotic",
             ),
             "hanging": Case(
-                q=stretched(lengths, (sp.sin(a), -sp.cos(a))),
-                p=rest,
+                q=(reach * sp.sin(a), -reach * sp.cos(a)),
+                p=(0, 0),
                 about="released at rest, straight, 0.1 rad from hanging, any number of links: a small swing",
             ),
         },
-        chart=angles(q, p, masses, lengths),
+        more=lambda q, p: {"chart": angles(q, p, [m] * links, [length_] * links), "picture": drawn(q)},
     )

@@ -6,7 +6,7 @@ from typing import Any
 import sympy as sp
 
 from daebench.kinetic_flows import sphere
-from daebench.problem import Case, Chart, ConstrainedHamiltonian, coordinates
+from daebench.problem import Case, Chart, ConstrainedHamiltonian, Picture, coordinates
 from daebench.problems._pendulum_motion import in_units, planar
 
 
@@ -51,6 +51,7 @@ def problem(*, mass: float = 1.0, length: float = 1.0, gravity: float = 1.0) -> 
         closed_form=closed_form,
         kinetic_flow=sphere(q, p, mass=m, length=length_),
         chart=angle(q, p, mass=m, length=length_),
+        picture=Picture(rods=[[(0, 0), q]], masses=[q], fixed=[(0, 0)]),
     )
 
 

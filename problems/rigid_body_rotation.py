@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 import sympy as sp
 
-from daebench.problem import Case, Chart, ConstrainedHamiltonian, coordinates
+from daebench.problem import Case, Chart, ConstrainedHamiltonian, Picture, coordinates
 from daebench.problems._rotations import hat
 
 Expressions = Sequence[sp.Expr]
@@ -57,7 +57,14 @@ def problem(
         cases=cases(moments),
         integrals={"L3": (P * Q.T - Q * P.T)[1, 0]},
         chart=angles(Q, P, moments),
+        picture=picture(Q, r),
     )
+
+
+def picture(Q: sp.Matrix, r: Expressions) -> Picture:
+    """Return the axes of the body, each of length one, the centre of mass and the fixed point."""
+    origin = (0, 0, 0)
+    return Picture(rods=[[origin, tuple(Q[:, k])] for k in range(3)], masses=[tuple(Q * sp.Matrix(r))], fixed=[origin])
 
 
 def shares(moments: Expressions) -> list[sp.Expr]:

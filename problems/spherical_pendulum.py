@@ -6,8 +6,9 @@ from typing import Any
 import sympy as sp
 
 from daebench.kinetic_flows import sphere
-from daebench.problem import Case, Chart, ConstrainedHamiltonian, coordinates
+from daebench.problem import Case, Chart, ConstrainedHamiltonian, Picture, coordinates
 from daebench.problems._pendulum_motion import in_units, spherical
+from daebench.problems._space import ellipsoid
 
 
 def problem(*, mass: float = 1.0, length: float = 1.0, gravity: float = 1.0) -> ConstrainedHamiltonian:
@@ -30,6 +31,7 @@ def problem(*, mass: float = 1.0, length: float = 1.0, gravity: float = 1.0) -> 
     gamma = sp.Symbol("gravity", real=True)
     q, p = coordinates(3)
     a, b = sp.Rational(1, 10), sp.Rational(13, 10)
+    surface, over = ellipsoid(length_, length_, length_)
     return ConstrainedHamiltonian(
         q=q,
         p=p,
@@ -58,6 +60,7 @@ def problem(*, mass: float = 1.0, length: float = 1.0, gravity: float = 1.0) -> 
         closed_form=closed_form,
         kinetic_flow=sphere(q, p, mass=m, length=length_),
         chart=angles(q, p, mass=m, length=length_),
+        picture=Picture(rods=[[(0, 0, 0), q]], masses=[q], fixed=[(0, 0, 0)], surface=surface, over=over),
     )
 
 

@@ -1,29 +1,67 @@
-"""What a tolerance-driven solver gave, read as the trajectory of a constrained problem."""
+"""A tolerance-driven run on a constrained problem: what it needs at the start, and its trajectory from what the solver gave."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
+from daebench.chains.pose import BandedDae
+from daebench.chains.rank_meter import ChainRankMeter
+from daebench.diagnostics.rank import REDUNDANT, dependence
+from daebench.errors import DaebenchError
 from daebench.method import Request
 from daebench.pose import Dae
+from daebench.reference.rank_meter import RankMeter
 from daebench.reference.tolerance import Array, Driven
 from daebench.scene import Scene
-from daebench.trajectory import CONSTRAINED, Trajectory
+from daebench.trajectory import CONSTRAINED, Passage, Trajectory
+
+Drive = Callable[[Dae, Callable[..., RankMeter]], Driven]
+"""Drives a solver on what is posed, with the meter that is made."""
 
 
-def trajectory(dae: Dae, request: Request, found: Driven) -> Trajectory:
-    """Return the trajectory: momenta in the place of velocities, and what is watched, over all outputs.
+def constrained(name: str, scene: Scene, request: Request, posed: Callable[[Scene], Dae], drive: Drive) -> Trajectory:
+    """Return the trajectory of a run that watches whether G keeps its rank.
 
     Parameters
     ----------
-    dae : Dae
-        What was solved.
+    name : str
+        Name of the method.
+    scene : Scene
+        The problem.
     request : Request
-        What was asked for.
-    found : Driven
-        What the solver gave.
+        What is asked for, already checked.
+    posed : callable
+        Poses the scene, whose ``on_singular`` says what to do where G loses rank.
+    drive : callable
+        See :data:`Drive`.
+
+    Raises
+    ------
+    DaebenchError
+        If constraints are dependent at the start, which are named, and are not to be solved by least squares.
     """
+    mode = request.at_rank_loss(scene)
+    scene = replace(scene, on_singular=mode)
+    if mode != "least-squares" and (why := dependence(scene)):
+        raise DaebenchError(f"{name} cannot start on {scene.problem}, case {scene.case}: G M^-1 G^T is singular there; {why}; {REDUNDANT}.")
+    dae = posed(scene)
+    meters: list[RankMeter] = []
+
+    def metered(*settings: Any) -> RankMeter:
+        meters.append(ChainRankMeter(dae, mode, *settings) if isinstance(dae, BandedDae) else RankMeter(dae, mode, *settings))
+        return meters[-1]
+
+    found = drive(dae, metered)
+    failure = found.outcome["failure"]
+    if failure and not found.outcome["interrupted"]:
+        found = replace(found, outcome={**found.outcome, "failure": f"{failure[:-1]}{meters[-1].reason()}."})
+    return _trajectory(dae, request, found, meters[-1].ended())
+
+
+def _trajectory(dae: Dae, request: Request, found: Driven, passages: tuple[Passage, ...]) -> Trajectory:
+    """Return the trajectory: momenta in the place of velocities, and what is watched, over all outputs."""
     scene, kept = dae.scene, found.kept
     q, v = dae.unpack(found.Y)
     p = dae.momenta(q, v)
@@ -37,6 +75,7 @@ def trajectory(dae: Dae, request: Request, found: Driven) -> Trajectory:
         lam=scene.along("lam", p[kept], q[kept]) if request.multipliers else None,
         maxima=_maxima(scene, watched, p, q),
         pivot=_smallest_pivot(scene, p, q) if "manifold" in watched else None,
+        passages=passages,
     )
 
 
@@ -56,6 +95,8 @@ def _maxima(scene: Scene, watch: tuple[str, ...], p: Array, q: Array) -> Mapping
 
 def _smallest_pivot(scene: Scene, p: Array, q: Array) -> float:
     """Return the smallest relative pivot of G H_pp G^T over all outputs: no solver's flag tells of rank loss, this does."""
+    if scene.arrays:
+        return float(np.min(scene.along("independence", p, q)))
     call = scene.functions("lam_and_pivot").lam_and_pivot
     with np.errstate(all="ignore"):
         return float(min(call(tuple(a), tuple(b), scene.par)[1] for a, b in zip(p, q, strict=True)))

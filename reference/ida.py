@@ -1,19 +1,22 @@
 """SUNDIALS IDA on every formulation, with the cures without which its error test fails on multipliers."""
 
 import time
-from collections.abc import Collection, Mapping
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, field
 from typing import Any, ClassVar
 
 import numpy as np
 
+from daebench.chains.pose import BandedDae, pose_banded, refused
+from daebench.errors import BadInput
 from daebench.method import Request
 from daebench.pose import FORMULATIONS, Dae, Posed, pose
-from daebench.reference.constrained import trajectory
+from daebench.reference.constrained import constrained
 from daebench.reference.cured import Cured
+from daebench.reference.least_squares import reduced
 from daebench.reference.meter import Meter
 from daebench.reference.sundials import count_steps, stepwise
-from daebench.reference.tolerance import MOST_STEPS, Advance, Array, check, drive
+from daebench.reference.tolerance import MOST_STEPS, Advance, Array, Driven, check, drive
 from daebench.scene import Scene
 from daebench.trajectory import Trajectory
 
@@ -23,6 +26,9 @@ DEFAULT_CURES = {"index3": "atol", "index2": "derivative", "index1": "atol", "gg
 @dataclass(frozen=True)
 class Ida(Cured):
     """IDA, variable-order BDF in double precision, with the analytic Jacobian and a dense linear solver.
+
+    On long chains the linear solver is that of banded matrices, and the Jacobian IDA's own difference quotient, of as many residuals as
+    the band is wide: scikit-sundae takes analytic entries of a band in the places of a dense matrix only.
 
     The local error estimate of a multiplier can be hundreds of times that of a velocity: under the plain settings index 3 stops
     at t = 0 at every tolerance, and index 2 and ``ggl`` collapse to order 1. Two cures:
@@ -51,12 +57,19 @@ class Ida(Cured):
     default_cures: ClassVar = DEFAULT_CURES
 
     def refusal(self, scene: Scene) -> str | None:
-        """Return None: every problem has every formulation."""
-        return None
+        """Return why the formulation cannot be had, as a sentence, or None: a long chain has no ``ode``, everything else all of them."""
+        return refused(self.name, scene) if self.formulation == "ode" else None
 
     def check(self, scene: Scene, request: Request) -> None:
         """Accept a request that can be met; raise :class:`BadInput` otherwise."""
         check(self.name, request)
+        if refusal := self.refusal(scene):
+            raise BadInput(refusal)
+        if request.at_rank_loss(scene) == "least-squares" and self.formulation != "ode":
+            raise BadInput(
+                f"{self.name} has the multipliers among its unknowns, which redundant constraints leave undetermined; for least-squares "
+                "use ida:ode or a fixed-step method such as rattle, or else remove the redundant constraints."
+            )
 
     def solve(self, scene: Scene, request: Request) -> Trajectory:
         """Return the trajectory; where IDA stops early, the outputs so far and why.
@@ -66,13 +79,24 @@ class Ida(Cured):
         BadInput
             If the request cannot be met, see :func:`daebench.reference.tolerance.check`.
         DaebenchError
-            If the start has no multiplier, see :func:`daebench.pose.pose`.
+            If the start has no multiplier, see :func:`daebench.reference.constrained.constrained`.
         """
         began = time.perf_counter()
         self.check(scene, request)
-        dae = pose(scene, self.formulation, self.options, multipliers=self.multipliers)
-        found = drive(self.name, dae, request, lambda meter: self._begin(dae, request.value, meter), began=began, advice=self._advice)
-        return trajectory(dae, request, found)
+
+        def driven(dae: Dae, metered: Callable[..., Meter]) -> Driven:
+            def begin(meter: Meter) -> Advance:
+                return self._begin(dae, request.value, meter)
+
+            return drive(self.name, dae, request, begin, began=began, advice=self._advice, metered=metered)
+
+        return constrained(self.name, scene, request, self._posed, driven)
+
+    def _posed(self, scene: Scene) -> Dae:
+        if self.formulation == "ode":
+            return reduced(scene)
+        posed = pose_banded if scene.arrays else pose
+        return posed(scene, self.formulation, self.options, multipliers=self.multipliers)
 
     @property
     def untested(self) -> Collection[str]:
@@ -109,25 +133,33 @@ def begin(posed: Posed, tol: float, atol: Array, meter: Meter) -> Advance:
 
     def jacobian(t: float, y: Array, yp: Array, res: Array, cj: float, JJ: Array) -> None:
         began = time.perf_counter()
-        meter.called("jacobian", t, posed_jacobian(t, y, yp, res, cj, JJ, par), began)
+        meter.called("jacobian", t, posed.jacobian(t, y, yp, res, cj, JJ, par), began)
 
     def every_step(t: float, y: Array, yp: Array, events: Array) -> None:
         events[0] = 1.0
-        count_steps(meter, t, y)
+        count_steps(meter, t, y[back])
 
-    par, posed_residual, posed_jacobian = posed.par, posed.residual, posed.jacobian
+    par, posed_residual = posed.par, posed.residual
+    options: dict[str, Any] = {"rtol": tol, "max_num_steps": MOST_STEPS, "jacfn": jacobian}
+    order: Any = slice(None)
+    back: Any = slice(None)
+    if isinstance(posed, BandedDae):
+        lower, upper = posed.band
+        options |= {"jacfn": None, "linsolver": "band", "lband": lower, "uband": upper}
+        order, back = posed.order, np.argsort(posed.order)
     _compile(posed)
-    options: dict[str, Any] = {"rtol": tol, "atol": atol, "max_num_steps": MOST_STEPS}
-    solver = IDA(residual, jacfn=jacobian, eventsfn=every_step, num_events=1, **options)
-    solver.init_step(0.0, posed.y0, posed.yp0)
-    return stepwise(solver, meter)
+    solver = IDA(residual, atol=atol[order], eventsfn=every_step, num_events=1, **options)
+    solver.init_step(0.0, posed.y0[order], posed.yp0[order])
+    advance = stepwise(solver, meter)
+    return lambda t: advance(t)[back]
 
 
 def _compile(dae: Posed) -> None:
     """Call each function once with arrays of the kinds that IDA hands over: its own are read-only."""
-    res, JJ = np.empty(dae.n), np.empty((dae.n, dae.n))
+    res = np.empty(dae.n)
     y, yp, read_only = dae.y0.copy(), dae.yp0.copy(), np.empty(dae.n)
     for array in (y, yp, read_only):
         array.flags.writeable = False
     dae.residual(0.0, y, yp, res, dae.par)
-    dae.jacobian(0.0, y, yp, read_only, 1.0, JJ, dae.par)
+    if not isinstance(dae, BandedDae):
+        dae.jacobian(0.0, y, yp, read_only, 1.0, np.empty((dae.n, dae.n)), dae.par)

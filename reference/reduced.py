@@ -2,14 +2,17 @@
 
 import time
 from abc import ABC, abstractmethod
-from collections.abc import Collection
+from collections.abc import Callable, Collection
 from dataclasses import dataclass
+from functools import partial
 from typing import ClassVar
 
-from daebench.errors import unknown
+from daebench.chains.pose import refused
+from daebench.errors import BadInput, unknown
 from daebench.method import Request
-from daebench.pose import Posed, pose
-from daebench.reference.constrained import trajectory
+from daebench.pose import Posed
+from daebench.reference.constrained import constrained
+from daebench.reference.least_squares import reduced
 from daebench.reference.meter import Meter
 from daebench.reference.tolerance import TOLERANCES, Advance, Driven, check, drive
 from daebench.scene import Scene
@@ -52,12 +55,14 @@ class OnReducedOde(ABC):
         return True
 
     def refusal(self, scene: Scene) -> str | None:
-        """Return None: every problem can be posed as an ODE."""
-        return None
+        """Return why there is no ODE to solve, as a sentence, or None: a long chain has none, every other problem has one."""
+        return refused(self.name, scene)
 
     def check(self, scene: Scene, request: Request) -> None:
         """Accept a request that can be met; raise :class:`BadInput` otherwise."""
         check(self.name, request, self.least)
+        if refusal := self.refusal(scene):
+            raise BadInput(refusal)
 
     def solve(self, scene: Scene, request: Request) -> Trajectory:
         """Return the trajectory; where the solver stops early, the outputs so far and why.
@@ -67,16 +72,21 @@ class OnReducedOde(ABC):
         BadInput
             If the request cannot be met, see :func:`daebench.reference.tolerance.check`.
         DaebenchError
-            If the start has no multiplier, see :func:`daebench.pose.pose`.
+            If the start has no multiplier, see :func:`daebench.reference.constrained.constrained`.
         """
         began = time.perf_counter()
         self.check(scene, request)
-        dae = pose(scene, "ode")
-        return trajectory(dae, request, self.drive(dae, request, began=began, advice="use a larger tol, and see whether G keeps its rank"))
+        advice = "use a larger tol, and see whether G keeps its rank"
+        drive = partial(self.drive, request=request, began=began, advice=advice)
+        return constrained(self.name, scene, request, reduced, lambda dae, metered: drive(dae, metered=metered))
 
-    def drive(self, posed: Posed, request: Request, *, began: float, advice: str) -> Driven:
+    def drive(self, posed: Posed, request: Request, *, began: float, advice: str, metered: Callable[..., Meter] = Meter) -> Driven:
         """Return what the solver gives on any ODE; see :func:`daebench.reference.tolerance.drive`."""
-        return drive(self.name, posed, request, lambda meter: self._begin(posed, request.value, meter), began=began, advice=advice)
+
+        def begin(meter: Meter) -> Advance:
+            return self._begin(posed, request.value, meter)
+
+        return drive(self.name, posed, request, begin, began=began, advice=advice, metered=metered)
 
     @abstractmethod
     def _begin(self, dae: Posed, tol: float, meter: Meter) -> Advance:

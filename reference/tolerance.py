@@ -75,7 +75,16 @@ class Driven:
     outcome: Mapping[str, Any]
 
 
-def drive(name: str, posed: Posed, request: Request, begin: Callable[[Meter], Advance], *, began: float, advice: str) -> Driven:
+def drive(
+    name: str,
+    posed: Posed,
+    request: Request,
+    begin: Callable[[Meter], Advance],
+    *,
+    began: float,
+    advice: str,
+    metered: Callable[..., Meter] = Meter,
+) -> Driven:
     """Return what a solver gives that is driven from output to output.
 
     Where it stops early, that is the outputs so far, the end of the last step, and why.
@@ -94,9 +103,11 @@ def drive(name: str, posed: Posed, request: Request, begin: Callable[[Meter], Ad
         When the work on this request began, on ``time.perf_counter``.
     advice : str
         What to do if the run stops early.
+    metered : callable
+        Makes the meter.
     """
     assert request.t_end is not None
-    meter = Meter(request.t_end, request.seconds_limit or SECONDS_LIMIT, request.patience, posed.outside)
+    meter = metered(request.t_end, request.seconds_limit or SECONDS_LIMIT, request.patience, posed.outside)
     scene, failure, interrupted = posed.scene, None, False
     times = np.linspace(0.0, request.t_end, max(3, request.points or POINTS))
     Y, seconds, ready = [posed.y0], 0.0, began

@@ -10,12 +10,12 @@ import pytest
 os.environ.setdefault("DAEBENCH_CACHE", tempfile.mkdtemp(prefix="daebench-tests-"))
 
 import uncompiled
-from scenes import SCENES, scene
+from scenes import scene, swept
 
 from daebench.catalogue import find_scene
 
 
-@pytest.fixture(params=SCENES, ids=SCENES)
+@pytest.fixture(params=swept())
 def each_scene(request):
     return scene(request.param)
 

@@ -3,12 +3,24 @@
 from functools import cache
 
 import definitions
+import pytest
 
 from daebench.catalogue import find_scene, problems
 from daebench.scene import make_scene, source_of
 
-SMALLER = {"pendulum_chain": ("hanging", {"links": 3}), "rigid_body_rotation": ("free", {"gravity": 2.0})}
-"""What is swept of problems whose first case would take minutes, or is so special that some schemes are better there than they claim."""
+IN_TENS = {"methyl": 1.5035, "methylene": 1.4027, "C0": 0.928, "C1": 1.216, "C2": -1.312, "C3": -0.306, "C4": 2.624, "C5": -3.15}
+"""Butane in units of 10 u and 10 kJ/mol: the same motion with momenta of order one."""
+
+SMALLER = {
+    "pendulum_chain": ("hanging", {"links": 3}),
+    "rigid_body_rotation": ("free", {"gravity": 2.0}),
+    "four_bar": ("swing", {"bars": 1}),
+    "slider_crank": ("swing", {"gravity": 2.0}),
+    "butane": ("tumbling", IN_TENS),
+    "andrews_squeezer": ("bari", {"density": 1e4}),  # the same motion a hundred times as slowly
+}
+"""What is swept of problems whose first case would take minutes, is too fast for the sweep's steps, or so special that some schemes are
+better there than they claim."""
 
 
 @cache
@@ -47,3 +59,11 @@ SCENES = (
 
 That of the spherical pendulum is spherical-slow.
 """
+
+LARGE = ("andrews_squeezer", "butane")
+"""Problems of so many unknowns that a sweep over all schemes takes minutes, run as Python: they are swept among the slow tests."""
+
+
+def swept(names=SCENES):
+    """Return parameters of a test that is swept over scenes of these names."""
+    return [pytest.param(name, id=name, marks=pytest.mark.slow if name in LARGE else ()) for name in names]

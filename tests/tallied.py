@@ -5,6 +5,7 @@ from daebench.trajectory import CONSTRAINED, WORK
 KINDS = {name: name for name in ("H_p", "H_q", "g", "G")} | {"K_y": "H_q", "two_form": "second"}
 KINDS |= dict.fromkeys(("H_pp", "H_qq", "H_qp", "Gv_p", "Gv_q", "curvature", "a_p"), "second")
 KINDS |= dict.fromkeys(("solve", "solve_d", "solve_dm", "solve_dd", "solve_2m", "solve_2d"), "solve")
+KINDS |= dict.fromkeys(("solve_mass", "solve_mass_m", "solve_mass_d"), "solve")
 KINDS |= dict.fromkeys(("solve_stages", "solve_stages_but_one", "solve_stages_twice", "solve_stages_twice_d"), "solve")
 
 
@@ -15,8 +16,9 @@ def tally(monkeypatch, method, scene, request):
     for function, kind in (KINDS | dict.fromkeys(sweeps, "newton")).items():
         if hasattr(kernel, function):
             monkeypatch.setattr(kernel, function, _counting(getattr(kernel, function), found, kind))
-    if hasattr(kernel, "rows"):
-        monkeypatch.setattr(kernel, "rows", _not_counting(kernel.rows, found))
+    for name in ("rows", "independence"):
+        if hasattr(kernel, name):
+            monkeypatch.setattr(kernel, name, _not_counting(getattr(kernel, name), found))
     method.solve(scene, request)
     return found
 

@@ -8,7 +8,7 @@ import sympy as sp
 from scenes import scene
 
 from daebench.errors import BadInput, RunFailed
-from daebench.reference.certified import constrained, index_reduced, taylor
+from daebench.reference.certified import constrained, index_reduced, local, taylor
 from daebench.reference.certified.amplification import amplification, double_horizon
 from daebench.reference.certified.amplification import growth as growth_of
 from daebench.reference.certified.certify import NotCertified, certify, largest_so_far, smallest_singular_values
@@ -16,7 +16,7 @@ from daebench.reference.certified.definition import Definition, define
 from daebench.reference.certified.local import Local
 from daebench.reference.certified.motions import Motions
 from daebench.reference.certified.multiprecision import Functions
-from daebench.reference.certified.quadruple import Translation, library
+from daebench.reference.certified.quadruple import Translation, library, orthogonally
 from daebench.scene import make_scene, source_of
 
 
@@ -134,6 +134,32 @@ def test_the_index_reduced_equation_is_that_of_the_kernels_off_the_manifold_too(
     compiled = hy.cfunc([hy.expression(rate) if isinstance(rate, hy.real128) else rate for rate in rates], vars=list(variables))
     force = -where.value("H_q", p, q) - where.value("G", q).T @ where.value("lam", p, q)
     np.testing.assert_allclose(compiled(np.concatenate([q, p])), [*where.value("H_p", p, q), *force], rtol=1e-12, atol=1e-13)
+
+
+def test_orthogonalised_columns_solve_where_every_pivot_vanishes():
+    hy = library()
+    x = hy.make_vars("x")
+    numbers = [[0, 2, 1], [3, 0, -2], [1, 1, 0]], [5, -1, 4]
+    A, b = ([[x * k for k in row] for row in numbers[0]], [x * k for k in numbers[1]])
+    found = hy.cfunc(orthogonally(A, b), vars=[x])([1.5])
+    np.testing.assert_allclose(found, np.linalg.solve(*numbers), rtol=1e-14, atol=1e-14)
+
+
+@pytest.mark.parametrize(
+    ("problem", "case", "symmetric"), [("double_pendulum", "horizontal", True), ("rigid_body_rotation", "free", False)]
+)
+def test_columns_are_orthogonalised_where_rates_are_not_those_of_the_angles(problem, case, symmetric, monkeypatch):
+    used = []
+    for name in ("solved", "orthogonally"):
+        monkeypatch.setattr(local, name, lambda A, b, name=name: used.append(name) or b)
+    assert len(Local(define(problem, case)).equations) == (4 if symmetric else 6)
+    assert set(used) == {"solved" if symmetric else "orthogonally"}
+
+
+@pytest.mark.slow
+def test_the_heavy_top_goes_on_where_a_pivot_of_its_chart_vanishes():
+    found = motions("rigid_body_rotation", "heavy_top", t_end=0.5, n=8)
+    assert max(abs(x - y) for x, y in zip(found.own().rows[-1], found.other().rows[-1], strict=True)) < 1e-26
 
 
 def test_a_function_without_a_counterpart_is_named():

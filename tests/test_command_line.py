@@ -86,7 +86,8 @@ def test_raw_multipliers_go_beside_a_csv_and_into_an_npz(daebench, tmp_path):
         status, _, _ = daebench(*RUN, "--h", "0.1", "--steps", "5", "--raw", "--compensated", "--out", tmp_path / f"run.{ending}")
         assert status == 0
     table = np.genfromtxt(tmp_path / "run.raw.csv", delimiter=",", names=True, dtype=None, encoding="ascii")
-    arrays = np.load(tmp_path / "run.npz")
+    with np.load(tmp_path / "run.npz") as stored:
+        arrays = dict(stored)
     for name in ("lam_n", "mu_n", "mean"):
         rows = table[table["multiplier"] == name]
         assert np.array_equal(rows["t"], arrays[f"raw_{name}_t"])

@@ -7,7 +7,7 @@ import pytest
 import uncompiled
 from measures import differences, jacobian_defect, multiplier_defect, residual, somewhere, start_defect
 from oracles import solution
-from scenes import SCENES, scene
+from scenes import scene, swept
 
 from daebench import pose as posing
 from daebench import residuals
@@ -73,7 +73,7 @@ def test_right_side_of_the_ode_has_the_jacobian_that_is_claimed(each_scene):
     assert np.abs(JJ - differences(rhs, y)).max() < 1e-10 * np.abs(JJ).max()
 
 
-@pytest.mark.parametrize("name", SCENES)
+@pytest.mark.parametrize("name", swept())
 def test_ida_follows_the_motion_written_by_hand(name, formulation):
     assert state_error(name, formulation) < (INDEX3 if formulation == "index3" else OTHERS)
 

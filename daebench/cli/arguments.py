@@ -4,10 +4,19 @@ from typing import Annotated
 
 import typer
 
-Problem = Annotated[str, typer.Argument(help="Name of a problem.")]
+Problem = Annotated[str, typer.Argument(help="Name of a problem, or path of a problem file (ends in .py); it is executed.")]
 Case = Annotated[str | None, typer.Option("--case", help="Named initial values; the problem's first if left out.")]
 Param = Annotated[list[str] | None, typer.Option("--param", help="Value of a parameter, name=value; repeatable.")]
 Free = Annotated[list[str] | None, typer.Option("--option", help="Free number of a method, name=value; repeatable.")]
 Project = Annotated[bool, typer.Option("--project", help="Project the initial values onto the manifold.")]
 Anyway = Annotated[bool, typer.Option("--anyway", help="Run a scheme on a structure matrix B for which it is no Poisson integrator.")]
+Algebra = Annotated[
+    str, typer.Option("--algebra", help="How vectors are held: values, or arrays, for a chain of nodes [as the problem's size suggests].")
+]
+OnSingular = Annotated[
+    str | None,
+    typer.Option(
+        "--on-singular", help="Where G loses rank: stop, continue, or least-squares, for redundant constraints too [as the case declares]."
+    ),
+]
 Json = Annotated[bool, typer.Option("--json", help="One JSON object on standard output.")]

@@ -4,8 +4,8 @@ from typing import Annotated
 
 import typer
 
-from daebench.cli.arguments import Anyway, Case, Json
-from daebench.cli.console import bar, print_json, print_table, words
+from daebench.cli.arguments import Algebra, Anyway, Case, Json, Param
+from daebench.cli.console import bar, pairs, print_json, print_table, words
 
 COLUMNS = ("method", "ns_per_step", "ns_watched", "ns_counted", "cold_seconds", "warm_seconds", "note")
 STARTS = 3
@@ -13,8 +13,12 @@ STARTS = 3
 
 
 def bench(
-    problem: Annotated[str, typer.Option("--problem", help="Name of a problem.")] = "spherical_pendulum",
+    problem: Annotated[
+        str, typer.Option("--problem", help="Name of a problem, or path of a problem file (ends in .py); it is executed.")
+    ] = "spherical_pendulum",
     case: Case = None,
+    param: Param = None,
+    algebra: Algebra = "",
     methods: Annotated[str | None, typer.Option("--methods", help="Fixed-step methods, comma-separated; all if left out.")] = None,
     h: Annotated[float, typer.Option("--h", help="Step size.")] = 0.01,
     steps: Annotated[int, typer.Option("--steps", help="Steps of one timed run.")] = 300_000,
@@ -29,7 +33,8 @@ def bench(
     from daebench.start_up import first_step, numba_alone
     from daebench.timing import hand_written, measure
 
-    scene = setting_of(problem, case)
+    given = pairs("param", param or [])
+    scene = setting_of(problem, case, given, algebra=algebra)
     own = schemes() if scene.sheet.KIND == "constrained" else poisson_members()
     names = words(methods) if methods else list(own)
     rows = []
@@ -38,7 +43,8 @@ def bench(
             progress(k / len(names), name)
             row = measure(scene, name, h=h, steps=steps, repeat=repeat, anyway=anyway)
             if "ns_per_step" in row:
-                row["cold_seconds"], row["warm_seconds"] = first_step(problem, scene.case, name, h, repeat=STARTS, anyway=anyway)
+                more = {"parameters": given, "algebra": algebra, "anyway": anyway}
+                row["cold_seconds"], row["warm_seconds"] = first_step(problem, scene.case, name, h, repeat=STARTS, **more)
             rows.append(row)
         rows += hand_written(scene, rows, h=h, steps=steps, repeat=repeat)
         rows.append({"method": "numba alone", "warm_seconds": numba_alone(repeat=STARTS)})

@@ -1,4 +1,4 @@
-"""``daebench check``: what a method claims, and what is measured."""
+"""``daebench check``: what a method claims, or what a problem declares, and what is measured."""
 
 from typing import TYPE_CHECKING, Annotated
 
@@ -13,7 +13,9 @@ if TYPE_CHECKING:
 
 def check(
     problem: Problem,
-    method: Annotated[str, typer.Option("--method", help="Name of a fixed-step method, for example rattle.")],
+    method: Annotated[
+        str | None, typer.Option("--method", help="Name of a fixed-step method, for example rattle; if left out, the problem is checked.")
+    ] = None,
     case: Case = None,
     h: Annotated[float | None, typer.Option("--h", help="Step size of all but the order; a small part of the motion if left out.")] = None,
     steps: Annotated[int, typer.Option("--steps", help="Steps along which what is kept is watched.")] = 200,
@@ -22,7 +24,13 @@ def check(
     anyway: Anyway = False,
     as_json: Json = False,
 ) -> None:
-    """Hold the claims of a fixed-step method against what is measured; exit 1 if one falls short."""
+    """Hold the claims of a fixed-step method, or what a problem declares, against what is measured; exit 1 if one falls short.
+
+    Without --method the problem itself is checked, in all its cases or in one: initial values, mass matrix, second derivatives, first
+    integrals, closed form, kinetic flow and chart.
+    """
+    if method is None:
+        raise typer.Exit(_checked(problem, case, as_json=as_json))
     from dataclasses import asdict
 
     from daebench.api import setting_of
@@ -55,6 +63,29 @@ def check(
         if short:
             print(f"{chosen.name} falls short of what it claims: {', '.join(short)}.")
     raise typer.Exit(1 if short else 0)
+
+
+def _checked(problem: str, case: str | None, *, as_json: bool) -> int:
+    """Say what was checked of a problem and what is wrong; return the exit status."""
+    from dataclasses import asdict
+
+    from daebench.catalogue import declared_settings
+    from daebench.problem_check import Held, held
+
+    found: list[Held] = []
+    with bar(f"check {problem}") as progress:
+        settings = declared_settings(problem, case)
+        for k, setting in enumerate(settings):
+            progress(k / len(settings), f"check {problem}, case {setting.case}")
+            found += held(setting)
+    if as_json:
+        print_json({"problem": problem, "checks": [asdict(each) for each in found], "ok": not any(each.fault for each in found)})
+    else:
+        print_table(["case", "checked", ""], [[each.case, each.what, "FAILS" if each.fault else "ok"] for each in found], problem)
+        for each in found:
+            if each.fault:
+                print(each.fault)
+    return 1 if any(each.fault for each in found) else 0
 
 
 def _print(title: str, found: "list[Finding]") -> None:

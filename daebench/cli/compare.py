@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from daebench.cli.arguments import Anyway, Case, Free, Param, Problem, Project
+from daebench.cli.arguments import Algebra, Anyway, Case, Free, OnSingular, Param, Problem, Project
 from daebench.cli.console import bar, pairs, print_table, words
 from daebench.errors import BadInput
 
@@ -23,13 +23,15 @@ def compare(
     param: Param = None,
     option: Free = None,
     project: Project = False,
+    on_singular: OnSingular = None,
+    algebra: Algebra = "",
     anyway: Anyway = False,
     out: Annotated[Path | None, typer.Option("--out", help="Write the table and the pictures, with their data, to a folder.")] = None,
 ) -> None:
     """Compare methods on one problem: energy, manifold or Casimir functions, integrals, work and time; exit 1 if one stops early."""
     import pandas as pd
 
-    from daebench.api import setting_of
+    from daebench.api import setting_of, singular_as
     from daebench.comparison import row, trajectories
     from daebench.files import make_folder
     from daebench.kinds import methods_of
@@ -39,7 +41,7 @@ def compare(
         raise BadInput("--methods names no method; give at least one, for example rattle.")
     if out is not None:
         make_folder(out)
-    scene = setting_of(problem, case, pairs("param", param or []), project=project)
+    scene = singular_as(setting_of(problem, case, pairs("param", param or []), project=project, algebra=algebra), on_singular)
     chosen = methods_of(scene, wanted, pairs("option", option or []), anyway=anyway)
     with bar(f"compare on {problem}") as progress:
         names = [method.name for method in chosen]

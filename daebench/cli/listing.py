@@ -1,10 +1,12 @@
 """``daebench list``: what there is."""
 
+import sys
 from enum import StrEnum
 from typing import Annotated, Any
 
 import typer
 
+from daebench import catalogue
 from daebench.cli.arguments import Json
 from daebench.cli.console import print_json, print_table
 from daebench.errors import unknown
@@ -44,28 +46,37 @@ def listing(
 
 def _rows(what: What) -> list[dict[str, Any]]:
     """Return what there is; rows of one listing need not have the same columns."""
-    from daebench import catalogue, poisson_pose, pose
+    if what is What.problems:
+        return _problems()
+    if what is What.methods:
+        return _methods()
+    if what is What.forms:
+        return _forms()
+    if what is What.reports:
+        return [{"name": name, "about": text} for name, text in catalogue.reports().items()]
+    from daebench import poisson_pose, pose
     from daebench.compositions import COMPOSITIONS
     from daebench.fixed_step import PROJECTIONS
 
-    if what is What.problems:
-        found = catalogue.problems().values()
-        return [
-            {"name": each.name, "kind": each.kind, "parameters": {**each.parameters, **each.structure}, "about": each.summary}
-            for each in found
-        ]
-    if what is What.methods:
-        return _methods()
     if what is What.compositions:
         return [{"name": f"/{name}", "order": x.order, "stages": x.stages, "source": x.source} for name, x in COMPOSITIONS.items()]
     if what is What.projections:
         return [{"name": f"+{name}", "about": about} for name, about in PROJECTIONS.items()]
-    if what is What.forms:
-        return _forms()
-    if what is What.formulations:
-        both = {"constrained": pose.FORMULATIONS, "poisson": poisson_pose.FORMULATIONS}
-        return [{"name": name, "kind": kind, "about": text} for kind, own in both.items() for name, text in own.items()]
-    return [{"name": name, "about": text} for name, text in catalogue.reports().items()]
+    both = {"constrained": pose.FORMULATIONS, "poisson": poisson_pose.FORMULATIONS}
+    return [{"name": name, "kind": kind, "about": text} for kind, own in both.items() for name, text in own.items()]
+
+
+def _problems() -> list[dict[str, Any]]:
+    """Return daebench's own problems and those of other packages; what is broken there is said and does not spoil the list."""
+    others = catalogue.plugins()
+    for sentence in others.broken.values():
+        print(f"daebench: {sentence}", file=sys.stderr)
+    rows = []
+    for each in (*catalogue.problems().values(), *others.problems.values()):
+        own = {"package": each.package} if others.problems else {}
+        parameters = {**each.parameters, **each.structure}
+        rows.append({"name": each.name, "kind": each.kind, **own, "parameters": parameters, "about": each.summary})
+    return rows
 
 
 def _forms() -> list[dict[str, Any]]:

@@ -1,14 +1,22 @@
 """``daebench run``: one method on one problem."""
 
+from collections.abc import Sequence
 from enum import StrEnum
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from daebench.cli.arguments import Anyway, Case, Free, Json, Param, Problem, Project
+from daebench.cli.arguments import Algebra, Anyway, Case, Free, Json, OnSingular, Param, Problem, Project
 from daebench.cli.console import bar, numbers, pairs, print_json, words
 from daebench.errors import BadInput
+
+if TYPE_CHECKING:
+    from daebench.trajectory import Passage
+
+
+MOST_PASSAGES = 6
+"""Passages through places where G loses rank that are printed; JSON has all."""
 
 
 class Precision(StrEnum):
@@ -41,11 +49,15 @@ def run(
     out: Annotated[Path | None, typer.Option("--out", help="Write the trajectory to FILE.csv or FILE.npz.")] = None,
     lam: Annotated[bool, typer.Option("--lam", help="Write the multipliers lam(p, q) to --out too.")] = False,
     raw: Annotated[bool, typer.Option("--raw", help="Write multipliers of every step too: FILE.raw.csv beside --out FILE.csv.")] = False,
+    on_singular: OnSingular = None,
+    algebra: Algebra = "",
     anyway: Anyway = False,
     compensated: Annotated[bool, typer.Option("--compensated", help="Compensate sums over steps for rounding.")] = False,
     as_json: Json = False,
 ) -> None:
     """Run one method on one problem; exit 1 if it stops early."""
+    from dataclasses import asdict
+
     from daebench.api import prepare
     from daebench.catalogue import find_scene
     from daebench.cli.summary import moved, print_summary, summary_of
@@ -77,6 +89,8 @@ def run(
             multipliers=lam,
             raw=raw,
             compensated=compensated,
+            on_singular=on_singular,
+            algebra=algebra,
             anyway=anyway,
             progress=progress,
         )
@@ -85,13 +99,23 @@ def run(
         write_trajectory(out, trajectory)
     summary = summary_of(scene, trajectory, compensated=compensated)
     if project:
-        given = find_scene(problem, case, pairs("param", param or []), q0=numbers("--q0", q0), p0=numbers("--p0", p0))
+        given = find_scene(problem, case, pairs("param", param or []), q0=numbers("--q0", q0), p0=numbers("--p0", p0), algebra=algebra)
         summary["projected"] = moved(given, scene)
+    passages = getattr(trajectory, "passages", None)
+    if passages is not None:
+        summary["passages"] = [asdict(each) for each in passages] if as_json else _passed(passages)
     if as_json:
         print_json(summary)
     else:
         print_summary(summary)
     raise typer.Exit(1 if trajectory.failure else 0)
+
+
+def _passed(passages: "Sequence[Passage]") -> str | None:
+    """Return where G lost rank and which branch the motion took, the first few of many."""
+    told = [f"t = {each.t:.9g} {each.branch} (turn {each.turn:.2g} degrees, pivot {each.pivot:.1e})" for each in passages[:MOST_PASSAGES]]
+    more = [f"... ({len(passages)} passages; --json has all)"] if len(passages) > MOST_PASSAGES else []
+    return "; ".join([*told, *more]) or None
 
 
 def _watched(text: str) -> list[str]:

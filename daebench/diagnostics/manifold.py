@@ -59,8 +59,12 @@ def residual_scales(scene: Scene, p: Array, q: Array) -> tuple[float, float]:
 
         max_i sum_j |G_ij| max |q|        max_i sum_j ( |Gv_q|_ij max |q| + |Gv_p|_ij max |p| )
 
-    Times eps, these are the residuals that the rounding of p and q alone explains.
+    Times eps, these are the residuals that the rounding of p and q alone explains. Of a long chain v = H_p is changed in the place of p.
     """
+    if scene.arrays:
+        G, Gv_q = scene.value("row_moduli", p, q)
+        q_size, v_size = float(np.max(np.abs(q))), float(np.max(np.abs(scene.value("H_p", p, q))))
+        return float(np.max(G)) * q_size, float(np.max(Gv_q * q_size + G * v_size))
     q_size, p_size = float(np.max(np.abs(q))), float(np.max(np.abs(p)))
     state = tuple(p), tuple(q)
     G, Gv_q, Gv_p = (np.sum(np.abs(scene.value(name, *x)), axis=1) for name, x in (("G", state[1:]), ("Gv_q", state), ("Gv_p", state)))

@@ -55,6 +55,12 @@ LOCAL: bool = False
 STIFF: bool = False
 """The system is the penalised one, whose force is stiff."""
 
+RANK_WATCHED: bool = False
+"""The loop watches whether G keeps its rank."""
+
+SINGLE: bool = False
+"""There is one constraint."""
+
 STAGES: int = 1
 """Number of stages. A range that names this constant, or the next, is unrolled: ``tuple(... for i in range(STAGES))``, ``min``, ``max``
 and ``sum`` of such, and statements ``for``."""
@@ -400,6 +406,21 @@ def solve_dm(A: Matrix, b: Vector, X: Matrix) -> tuple[Vector, Matrix, Number]:
 def solve_dd(A: Matrix, b: Vector, X: Matrix) -> tuple[Vector, Matrix, Number]:
     """A^-1 b, the solutions for the d rows of X as rows, and the smallest relative pivot."""
     raise NotImplementedError("filled in by the linker")
+
+
+def solve_mass(A: Matrix, b: Vector) -> tuple[Vector, Number]:
+    """Return M^-1 b for A = M(q), and the smallest relative pivot; what M does not couple is left out."""
+    raise NotImplementedError
+
+
+def solve_mass_m(A: Matrix, b: Vector, X: Matrix) -> tuple[Vector, Matrix, Number]:
+    """As ``solve_dm`` for A = M(q)."""
+    raise NotImplementedError
+
+
+def solve_mass_d(A: Matrix, b: Vector, X: Matrix) -> tuple[Vector, Matrix, Number]:
+    """As ``solve_dd`` for A = M(q)."""
+    raise NotImplementedError
 
 
 def solve_2m(A: Matrix, B: Matrix, C: Matrix, D: Matrix, b: Multiplier, c: Multiplier) -> tuple[Multiplier, Multiplier, Number]:

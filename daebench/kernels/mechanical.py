@@ -24,9 +24,9 @@ from daebench.kernels.hole import (
     product,
     scale_dd,
     scale_md,
-    solve_d,
-    solve_dd,
-    solve_dm,
+    solve_mass,
+    solve_mass_d,
+    solve_mass_m,
     transpose,
 )
 
@@ -38,7 +38,7 @@ def H(p: Vector, q: Vector) -> Number:
 
 def H_p(p: Vector, q: Vector) -> Vector:
     """Velocity v = M^-1 p."""
-    return solve_d(M(q), p)[0]
+    return solve_mass(M(q), p)[0]
 
 
 def H_q(p: Vector, q: Vector) -> Vector:
@@ -48,7 +48,7 @@ def H_q(p: Vector, q: Vector) -> Vector:
 
 def H_pp(p: Vector, q: Vector) -> Matrix:
     """Inverse mass matrix, by solving."""
-    return solve_dd(M(q), p, identity_d(q))[1]
+    return solve_mass_d(M(q), p, identity_d(q))[1]
 
 
 def H_qp(p: Vector, q: Vector) -> Matrix:
@@ -59,7 +59,7 @@ def H_qp(p: Vector, q: Vector) -> Matrix:
 def columns_solved(p: Vector, q: Vector) -> Matrix:
     """Rows M^-1 n_k for the columns n_k of N(q, v): N^T M^-1."""
     mass = M(q)
-    return solve_dd(mass, p, transpose(N(q, solve_d(mass, p)[0])))[1]
+    return solve_mass_d(mass, p, transpose(N(q, solve_mass(mass, p)[0])))[1]
 
 
 def H_qq(p: Vector, q: Vector) -> Matrix:
@@ -70,7 +70,7 @@ def H_qq(p: Vector, q: Vector) -> Matrix:
 
 def Gv_p(p: Vector, q: Vector) -> Matrix:
     """Derivative of G v with respect to p: G M^-1."""
-    return solve_dm(M(q), p, G(q))[1]
+    return solve_mass_m(M(q), p, G(q))[1]
 
 
 def Gv_q(p: Vector, q: Vector) -> Matrix:
@@ -83,9 +83,9 @@ def a_p(p: Vector, q: Vector, lam: Multiplier) -> Matrix:
     """Derivative of (1.12) with respect to p: (2 g_qv - G M^-1 c_v) M^-1."""
     v, mass = H_p(p, q), M(q)
     a_v = minus_md(scale_md(2.0, g_qv(q, v)), apply_md(transpose(c_v(q, v)), Gv_p(p, q)))
-    return solve_dm(mass, p, a_v)[1]
+    return solve_mass_m(mass, p, a_v)[1]
 
 
 def rows(X: Matrix, p: Vector, q: Vector) -> Matrix:
     """M^-1 applied to each row of X."""
-    return solve_dm(M(q), p, X)[1]
+    return solve_mass_m(M(q), p, X)[1]

@@ -1,6 +1,6 @@
 """A reference at any time: the stored digits where there are some, else a short way from the nearest of them in double precision."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -13,6 +13,12 @@ from daebench.reference.certified.runs import Motion, Setting, integrated
 from daebench.truth import EPS, SAFETY
 
 Array = NDArray[np.float64]
+
+EXACT_DIGITS = 50
+"""Digits of a closed form: multipliers at the double that is nearest to a rank loss have 17 of them left."""
+
+TINY = 1e-40
+"""Error of a number that is zero, as a part of the motion."""
 
 BESIDE = 1e-7
 """Relative distance of the neighbour from which the growth of a rounded start is measured."""
@@ -50,7 +56,8 @@ def states_at(reference: Reference, times: ArrayLike) -> At:
 
     Between stored times the index-reduced equation, HLW (1.18), or y' = B(y) grad H(y), is integrated forwards or backwards from the
     nearest stored state by DOP853. The bound is that of :func:`daebench.truth.integrated` and ten times what becomes of the rounding of
-    that state on the way, as a neighbour of it shows.
+    that state on the way, as a neighbour of it shows. A motion that passes rank loss, which that equation cannot, is worked out anew from
+    its closed form with 50 digits, and the bound is that of rounding it to double precision.
 
     Parameters
     ----------
@@ -74,12 +81,37 @@ def states_at(reference: Reference, times: ArrayLike) -> At:
     bound = {part: reference.bound[part][nearest] + EPS * np.abs(parts[part]) for part in parts}
     if np.any(row < 0):
         scene = reference.scene()
-        for places in _ways(reference.t, nearest, t, row):
-            found, growth = _travelled(scene, reference, int(nearest[places[0]]), t[places])
+        for places, found, errors in _exact(reference, t, row) if reference.rank_losses else _integrated(scene, reference, nearest, t, row):
             for part in parts:
-                parts[part][places] = found.states[part]
-                bound[part][places] = found.bound[part] + growth[part]
+                parts[part][places] = found[part]
+                bound[part][places] = errors[part]
     return At(t, parts, bound, row)
+
+
+Found = tuple[NDArray[np.intp], Mapping[str, Array], Mapping[str, Any]]
+"""Places of times, states there, and bounds."""
+
+
+def _integrated(scene: Setting, reference: Reference, nearest: NDArray[np.intp], t: Array, row: NDArray[np.intp]) -> Iterator[Found]:
+    """Yield the states between stored times, integrated from the nearest."""
+    for places in _ways(reference.t, nearest, t, row):
+        found, growth = _travelled(scene, reference, int(nearest[places[0]]), t[places])
+        yield places, found.states, {part: found.bound[part] + growth[part] for part in growth}
+
+
+def _exact(reference: Reference, t: Array, row: NDArray[np.intp]) -> Iterator[Found]:
+    """Yield the states between stored times from the closed form."""
+    import mpmath as mp
+
+    from daebench.reference.certified.definition import define
+    from daebench.reference.certified.mathematics import mathematics
+
+    places = np.flatnonzero(row < 0)
+    with mp.workdps(EXACT_DIGITS):
+        made = mathematics(define(reference.problem, reference.case))
+        rows = [made.parts(x) for x in made.exact([mp.mpf(0), *(mp.mpf(float(x)) for x in t[places])])[1:]]
+        found = {part: np.array([[float(x) for x in each[part]] for each in rows]) for part in rows[0]}
+    yield places, found, {part: 2 * EPS * np.abs(values) + TINY * reference.size(part) for part, values in found.items()}
 
 
 def _require_inside(reference: Reference, t: Array) -> None:

@@ -106,5 +106,9 @@ def _times(t_end: float, spacing: int) -> list[Any]:
         )
     n = t_end * spacing
     if not (math.isfinite(n) and n == int(n) and FEWEST <= n <= MOST):
-        raise BadInput(f"t_end = {t_end:g} must be {FEWEST} to {MOST} whole outputs, of which there are {spacing} a second.")
+        after = math.ceil(min(max(n, FEWEST), MOST)) / spacing if math.isfinite(n) else FEWEST / spacing
+        raise BadInput(
+            f"t_end = {t_end:g} must be {FEWEST} to {MOST} whole outputs, of which there are {spacing} a second; "
+            f"give {after!r}, or another spacing."
+        )
     return [mp.mpf(k) / spacing for k in range(int(n) + 1)]

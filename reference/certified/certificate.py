@@ -11,6 +11,7 @@ from daebench.reference.certified.certify import ROUNDING, STORED_DIGITS, WORK_D
 from daebench.reference.certified.definition import Definition
 from daebench.reference.certified.ida_errors import ida_errors
 from daebench.reference.certified.motions import Motions
+from daebench.reference.certified.rank_loss import first_loss, rank_losses
 from daebench.reference.certified.stages import Stages
 
 HORIZON = (
@@ -24,6 +25,12 @@ AMPLIFICATION = (
 BOUND = (
     "error of each stored number: 10 times the largest difference, up to its time, between the truth and what it was checked by, and "
     f"{ROUNDING:g} of the largest modulus"
+)
+
+RANK_LOSS = (
+    "lost: times at which {regular} is singular and its multipliers do not exist. The motion passes them: the truth and what it was held "
+    "against are in minimal coordinates, and nothing but lam at the outputs went through {regular}. values: its smallest singular value at "
+    "each output. IDA must agree with the truth up to the first of these times alone"
 )
 
 
@@ -46,14 +53,15 @@ def certified_text(definition: Definition, times: list[Any], stages: Stages) -> 
     """
     motions = Motions(definition, times, stages.rows)
     certified = certify(motions)
-    rank = _rank(definition.name, motions, certified) if motions.mathematics.regular else {}
+    rank = _rank(definition.name, motions, certified)
     growth = amplification(motions, certified)
     lost = double_horizon(certified.t, growth.worst)
     text = columns(certified)
     t = np.array([float(x) for x in certified.t])
     followed = len(t) if lost is None else int(np.searchsorted(t, lost))
     truth = {part: np.array([[float(x) for x in row] for row in rows[:followed]]) for part, rows in certified.states.parts.items()}
-    ida = ida_errors(definition.scene, t[:followed], truth, stages.record)
+    passed = first_loss(rank.get("lost", ()))
+    ida = ida_errors(definition.scene, t[:followed], truth, stages.record, passed)
     return {
         "problem": definition.scene.problem,
         "case": definition.scene.case,
@@ -62,7 +70,7 @@ def certified_text(definition: Definition, times: list[Any], stages: Stages) -> 
         "made": {"by": _command(definition.name, times), "method": certified.method, "checks": certified.checks},
         "horizon": {"truth": float(certified.t[-1]), "double": lost, "asked": float(times[-1]), "rule": HORIZON},
         "drift": drifts(motions, text),
-        **rank,
+        **({"rank": rank} if rank else {}),
         "ida": ida,
         "amplification": {
             "rule": AMPLIFICATION.format(which=motions.mathematics.perturbations),
@@ -76,15 +84,17 @@ def certified_text(definition: Definition, times: list[Any], stages: Stages) -> 
 
 
 def _rank(name: str, motions: Motions, certified: Certified) -> dict[str, Any]:
-    singular = smallest_singular_values(name, motions, certified)
+    """Return what is known of what must not lose rank, and of where it does; nothing where there is no such thing."""
+    made = motions.mathematics
+    if not made.regular:
+        return {}
+    singular, t = smallest_singular_values(name, motions, certified), np.array([float(x) for x in certified.t])
     smallest = int(np.argmin(singular))
-    return {
-        "rank": {
-            "smallest_singular_value": _short(singular[smallest]),
-            "t": float(certified.t[smallest]),
-            "largest": _short(singular.max()),
-        }
-    }
+    found = {"smallest_singular_value": _short(singular[smallest]), "t": float(t[smallest]), "largest": _short(singular.max())}
+    if not made.crosses:
+        return found
+    lost = rank_losses(made, t, singular)
+    return found | {"rule": RANK_LOSS.format(regular=made.regular), "lost": lost, "values": [_short(x) for x in singular]}
 
 
 def _command(name: str, times: list[Any]) -> str:

@@ -42,6 +42,9 @@ roots of an exponential less one, may cancel three digits at once, before any er
 SINGULAR = 1e-6
 """Smallest singular value of G H_pp G^T, as a part of the largest one met, below which a definition is refused."""
 
+BARELY = 1e-10
+"""The same for outputs of a motion that may pass rank loss: multipliers keep five digits of a double there."""
+
 FEWEST = 8
 """Fewest outputs before the horizon that make a reference."""
 
@@ -79,10 +82,10 @@ def certify(motions: Motions) -> Certified:
     """Return the certified digits of a definition.
 
     Where the problem has a closed form, that is the truth: worked out with 50 digits, a second time with 70, and held against the
-    Taylor series in the problem's own coordinates, from which it must be no further than that series is uncertain. Else the Taylor series
-    is the truth, run a second time with other steps. Both are held against the series in other coordinates where there are some: the chart
-    of a constrained problem without a closed form; the canonical coordinates of a Poisson system, else the constrained system above it,
-    else skewed ones.
+    Taylor series in the problem's own coordinates, or in its chart where the motion may pass rank loss, from which it must be no further
+    than that series is uncertain. Else the Taylor series is the truth, run a second time with other steps. Both are held against the
+    series in other coordinates where there are some: the chart of a constrained problem without a closed form; the canonical coordinates
+    of a Poisson system, else the constrained system above it, else skewed ones.
 
     Raises
     ------
@@ -95,7 +98,8 @@ def certify(motions: Motions) -> Certified:
     first, second = motions.own(), motions.own(stage="taylor-again", **AGAIN)
     uncertain = largest_so_far([differences(first, second)], first, safety=AGREEMENT, floor=FLOOR)
     if made.closed_form:
-        truth, method = motions.closed_form(WORK_DIGITS), f"closed form, {WORK_DIGITS} digits"
+        where = ", in minimal coordinates" if made.crosses else ""
+        truth, method = motions.closed_form(WORK_DIGITS), f"closed form, {WORK_DIGITS} digits{where}"
         again, independent = {f"closed form with {MORE_DIGITS} digits": motions.closed_form(MORE_DIGITS)}, {made.series: first}
     else:
         truth, method = first, made.series
@@ -158,14 +162,15 @@ def smallest_singular_values(name: str, motions: Motions, certified: Certified) 
     Raises
     ------
     NotCertified
-        If it falls below a millionth of its largest.
+        If it falls below a millionth of its largest, or where rank loss may be passed, is next to nothing at an output.
     """
     made = motions.mathematics
+    least, advice = (BARELY, "choose another distance of outputs") if made.crosses else (SINGULAR, "end the reference before")
     values = np.array([made.smallest_singular_value(row) for row in certified.states.rows])
     k = int(np.argmin(values))
-    if not values[k] > SINGULAR * values.max():
+    if not values[k] > least * values.max():
         raise NotCertified(
             f"{name} was not certified: the smallest singular value of {made.regular} is {values[k]:.2g} at "
-            f"t = {mp.nstr(certified.t[k], 9)}, {values.max():.2g} at most; end the reference before."
+            f"t = {mp.nstr(certified.t[k], 9)}, {values.max():.2g} at most; {advice}."
         )
     return values

@@ -8,12 +8,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from daebench.diagnostics.symplecticity import tangent_basis
+from daebench.reference.certified.coordinates import Own
 from daebench.reference.certified.definition import Definition
 from daebench.reference.certified.index_reduced import own_coordinates
 from daebench.reference.certified.local import Local
 from daebench.reference.certified.multiprecision import Functions
 from daebench.reference.certified.stages import Rows
-from daebench.reference.certified.taylor import Equations
 from daebench.scene import Scene
 
 Vector = list[Any]
@@ -28,7 +28,6 @@ class Constrained:
         A constrained problem and its numbers.
     """
 
-    series = "Taylor series of HLW (1.18) in quadruple precision"
     zero: tuple[str, ...] = ("g", "Gv")
     regular = "G M^-1 G^T"
     perturbations = "along the manifold, q measured in max |q| and p in max |p|"
@@ -36,6 +35,12 @@ class Constrained:
     def __init__(self, definition: Definition) -> None:
         self.definition, self.functions = definition, Functions(definition)
         self.d: int = definition.derivation.d
+        self.crosses = definition.crosses
+
+    @property
+    def series(self) -> str:
+        """What the Taylor series in the first coordinates is, in words."""
+        return f"Taylor series {f'in {Local.name}' if self.crosses else 'of HLW (1.18)'} in quadruple precision"
 
     @property
     def closed_form(self) -> bool:
@@ -43,9 +48,9 @@ class Constrained:
         return self.definition.problem.closed_form is not None
 
     @cached_property
-    def equations(self) -> Equations:
-        """The index-reduced equation in q and p."""
-        return own_coordinates(self.definition)
+    def first(self) -> Own | Local:
+        """The index-reduced equation in q and p, or the problem's chart where G may lose rank, for lam(p, q) stands in that equation."""
+        return Local(self.definition) if self.crosses else Own(own_coordinates(self.definition))
 
     @cached_property
     def other(self) -> Local | None:

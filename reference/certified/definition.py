@@ -72,6 +72,13 @@ class Definition:
         case = self.problem.cases[self.scene.case]
         return [self.settled(getattr(case, part)) for part in self.kind.state]
 
+    @property
+    def crosses(self) -> bool:
+        """Whether the motion may pass where G loses rank: the case goes on there, and closed form and chart do not need G."""
+        if not isinstance(self.problem, ConstrainedHamiltonian) or self.problem.cases[self.scene.case].on_singular != "continue":
+            return False
+        return self.problem.closed_form is not None and self.problem.chart is not None
+
     def settled(self, expressions: Sequence[Any]) -> list[sp.Expr]:
         """Return expressions with the parameters replaced by their values."""
         return [sp.sympify(each).subs(self.parameters) for each in expressions]

@@ -5,6 +5,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from daebench.method import Request
+from daebench.reference.certified.rank_loss import first_loss
 from daebench.reference.certified.recomputation import Parts, Recomputed, followed, rounding_of, so_far
 from daebench.reference.certified.record import Reference
 from daebench.reference.certified.runs import Setting, Solution, ida_names, solved
@@ -24,8 +25,11 @@ TABLE_FACTOR = 10.0
 
 
 def by_ida(reference: Reference) -> tuple[Recomputed | None, list[Check]]:
-    """Return the run of IDA as far as it tells anything, and the checks that it reached its end with the certificate's error."""
-    n = min(followed(reference), int(np.searchsorted(reference.t, IDA_END, "right")))
+    """Return the run of IDA as far as it tells anything, and the checks that it reached its end with the certificate's error.
+
+    At rank loss it may take another branch, so that it is stopped before.
+    """
+    n = min(followed(reference), int(np.searchsorted(reference.t, min(IDA_END, first_loss(reference.rank_losses)), "right")))
     t_end, scene = float(reference.t[n - 1]), reference.scene()
     ida = ida_names(scene)[0]
     runs = [_by_tolerance(scene, ida, tol, t_end, n) for tol in (TOL, TOL / 10)]
@@ -61,4 +65,4 @@ def _table(reference: Reference, ida: str, states: Parts) -> Iterator[Check]:
 
 def _by_tolerance(scene: Setting, ida: str, tol: float, t_end: float, n: int) -> Solution:
     """Return the run of IDA with output at the first n stored times."""
-    return solved(scene, ida, Request(value=tol, t_end=t_end, points=n, watch=()))
+    return solved(scene, ida, Request(value=tol, t_end=t_end, points=n, watch=(), on_singular="continue"))

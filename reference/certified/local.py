@@ -8,7 +8,7 @@ import sympy as sp
 
 from daebench.errors import BadInput
 from daebench.reference.certified.definition import Definition
-from daebench.reference.certified.quadruple import Translation, dotted, library, solved
+from daebench.reference.certified.quadruple import Translation, dotted, library, orthogonally, solved
 from daebench.reference.certified.taylor import Equations
 
 Rows = list[list[Any]]
@@ -21,6 +21,9 @@ class Local:
 
         X^T J X y' = grad K      X = chi'(y)      K = H(chi(y))      X^T J X = [[0, A], [-A^T, C]]
         A xi' = K_eta            A^T eta' = C xi' - K_xi
+
+    Where eta are the rates of xi, A is the mass matrix of the motion in xi, symmetric and definite, and is eliminated without pivoting.
+    Else a pivot may vanish along the motion, and the columns of A are orthogonalised.
 
     Neither constraints nor multipliers enter, so that an error in them shows against (1.18).
 
@@ -63,9 +66,16 @@ class Local:
             return [[say(matrix[i, j]) for j in range(matrix.shape[1])] for i in range(matrix.shape[0])]
 
         K_eta, K_xi = ([say(K.diff(x)) for x in part] for part in (eta, xi))
-        rates = solved(spelled(A), K_eta)
-        turned = solved(spelled(A.T), [dotted(row, rates) - k for row, k in zip(spelled(C), K_xi, strict=True)])
+        solve = solved if self._symmetric(A) else orthogonally
+        rates = solve(spelled(A), K_eta)
+        turned = solve(spelled(A.T), [dotted(row, rates) - k for row, k in zip(spelled(C), K_xi, strict=True)])
         return list(zip(y, [*turned, *rates], strict=True))
+
+    def _symmetric(self, A: sp.Matrix) -> bool:
+        """Return whether A is symmetric, at a place where nothing is so by chance."""
+        place = {x: sp.Rational(k, 17) for k, x in enumerate([*self.chart.eta, *self.chart.xi], 2)}
+        numbers = sp.N(A.subs(place), 30)
+        return bool(sp.N((numbers - numbers.T).norm()) < 1e-20 * sp.N(numbers.norm()))
 
     def _energy(self, P: sp.Matrix, Q: sp.Matrix) -> sp.Expr:
         """Return K(y)."""
@@ -84,4 +94,4 @@ class Local:
         return [list(back(*row)) for row in rows]
 
     def _compiled(self, arguments: list[sp.Symbol], expressions: list[sp.Expr]) -> Callable[..., Any]:
-        return sp.lambdify(arguments, sp.Matrix(self.definition.settled(expressions)), modules="mpmath")  # type: ignore[no-any-return]
+        return sp.lambdify(arguments, sp.Matrix(self.definition.settled(expressions)), modules="mpmath", cse=True)  # type: ignore[no-any-return]

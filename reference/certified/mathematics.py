@@ -7,38 +7,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from daebench.reference.certified.constrained import Constrained
+from daebench.reference.certified.coordinates import Coordinates
 from daebench.reference.certified.definition import Definition
 from daebench.reference.certified.poisson import Poisson
 from daebench.reference.certified.stages import Rows
-from daebench.reference.certified.taylor import Equations
 
 Array = NDArray[np.float64]
 Vector = list[Any]
 
 
-class Coordinates(Protocol):
-    """Other coordinates for the same motion."""
-
-    @property
-    def name(self) -> str:
-        """What they are, in words that follow "in"."""
-
-    @property
-    def equations(self) -> Equations:
-        """Variables and their rates."""
-
-    def entered(self, x: Vector) -> Vector:
-        """Return the other coordinates of a state."""
-
-    def left(self, rows: Rows) -> Rows:
-        """Return the states of rows of the other coordinates."""
-
-
 class Mathematics(Protocol):
     """One definition at mpmath's working precision, and its equations in quadruple precision."""
-
-    series: str
-    """What the Taylor series in the problem's own coordinates is, in words."""
 
     zero: tuple[str, ...]
     """Conserved quantities that vanish; of the others the start has the value."""
@@ -46,16 +25,23 @@ class Mathematics(Protocol):
     regular: str
     """What must not lose rank along the motion; "" if nothing can."""
 
+    crosses: bool
+    """Whether it may do so all the same, for nothing but what is derived from the state goes through it."""
+
     perturbations: str
     """What ``directions`` are, in words."""
+
+    @property
+    def series(self) -> str:
+        """What the Taylor series in the first coordinates is, in words."""
 
     @property
     def closed_form(self) -> bool:
         """Whether the motion has a closed form."""
 
     @property
-    def equations(self) -> Equations:
-        """Variables of the problem's own coordinates and their rates."""
+    def first(self) -> Coordinates:
+        """The coordinates in which the motion is made: the problem's own, or where G may lose rank those of its chart."""
 
     @property
     def other(self) -> Coordinates | None:

@@ -1,4 +1,4 @@
-"""The same motion made in several ways: closed form, Taylor series in the problem's own coordinates, and in others."""
+"""The same motion made in several ways: closed form, Taylor series in the first coordinates, and in others."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -9,6 +9,7 @@ import mpmath as mp
 import numpy as np
 from numpy.typing import NDArray
 
+from daebench.reference.certified.coordinates import Coordinates
 from daebench.reference.certified.definition import Definition
 from daebench.reference.certified.mathematics import Mathematics, mathematics
 from daebench.reference.certified.stages import Rows
@@ -71,7 +72,7 @@ class Motions:
         def make() -> Rows:
             start = self._start()
             moved = start if shift is None else [x + y for x, y in zip(start, shift, strict=True)]
-            return integrated(self.mathematics.equations, moved, self.times, **options)
+            return self._series(self.mathematics.first, moved, **options)
 
         return self._states(self.keep(stage, make))
 
@@ -81,9 +82,12 @@ class Motions:
         def make() -> Rows:
             other = self.mathematics.other
             assert other is not None
-            return other.left(integrated(other.equations, other.entered(self._start()), self.times))
+            return self._series(other, self._start())
 
         return self._states(self.keep("other", make))
+
+    def _series(self, coordinates: Coordinates, start: list[Any], **options: Any) -> Rows:
+        return coordinates.left(integrated(coordinates.equations, coordinates.entered(start), self.times, **options))
 
     def _start(self) -> list[Any]:
         return [x for part in self.definition.start_numbers() for x in part]

@@ -7,6 +7,7 @@ import mpmath as mp
 import numpy as np
 import sympy as sp
 
+from daebench.errors import RunFailed
 from daebench.reference.certified.definition import Definition
 
 Vector = list[Any]
@@ -69,13 +70,23 @@ class Functions:
         return G * self._H_pp(*q, *p) * G.T if self.own.explicit else G * mp.inverse(self._M(*q)) * G.T
 
     def lam(self, q: Vector, p: Vector) -> Vector:
-        """Return lam(p, q), shape(m,), from HLW (1.12): what is left of the second derivative of g without it is G H_pp G^T lam."""
+        """Return lam(p, q), shape(m,), from HLW (1.12): what is left of the second derivative of g without it is G H_pp G^T lam.
+
+        Raises
+        ------
+        RunFailed
+            If G H_pp G^T is singular.
+        """
         if self.own.explicit:
             rest = self._a0(*q, *p)
         else:
             v = self.velocity(q, p)
             rest = self._a0(*q, *v) - self._G(*q) * mp.lu_solve(self._M(*q), self._force(*q, *v))
-        return list(mp.lu_solve(self.schur(q, p), rest))
+        try:
+            return list(mp.lu_solve(self.schur(q, p), rest))
+        except ZeroDivisionError:
+            where = ", ".join(mp.nstr(x, 9) for x in q)
+            raise RunFailed(f"G M^-1 G^T is singular at q = ({where}): there are no multipliers; choose times that miss it.") from None
 
     def smallest_singular_value(self, q: Vector, p: Vector) -> float:
         """Return the smallest singular value of G H_pp G^T."""

@@ -6,7 +6,7 @@ from fractions import Fraction
 import numpy as np
 
 from daebench.method import Request
-from daebench.reference.certified.recomputation import WORTH, Array, Parts, Recomputed, followed, rounding_of, so_far
+from daebench.reference.certified.recomputation import WORTH, Array, Parts, Recomputed, followed, rounding_of, so_far, suffered
 from daebench.reference.certified.record import EPS, Reference
 from daebench.reference.certified.runs import Setting, coarsest, own_name, solved
 from daebench.reference.certified.verification import Check, at_most
@@ -33,9 +33,9 @@ SHIFT = 2.0**-30
 
 def throughout(reference: Reference) -> tuple[Recomputed | None, list[Check]]:
     """Return the run through all rows, its step halved until what halving changes is rounding, and the check of its error."""
-    scene, n = reference.scene(), followed(reference)
-    rounding, name = {part: rounding_of(reference, part, n) for part in reference.values}, own_name(scene)
-    found = _halved(reference, scene, rounding, coarsest(scene))
+    scene, n, name = reference.scene(), followed(reference), method_of(reference)
+    rounding = {part: rounding_of(reference, part, n) for part in reference.values}
+    found = _halved(reference, scene, rounding, coarsest(name))
     if found is None:
         expected = f"reaches t = {reference.t[n - 1]:g}"
         return None, [Check(name, expected, f"stops early at every step down to {_step(reference, FINEST):g}", False)]
@@ -43,6 +43,11 @@ def throughout(reference: Reference) -> tuple[Recomputed | None, list[Check]]:
     moved = _inexact(reference, scene, count, states)
     limit = {part: SAFETY * estimate[part] + rounding[part] + moved[part] for part in states}
     return Recomputed(f"{name}, h = {_step(reference, count):g}", states, limit), [_precise(reference, name, limit)]
+
+
+def method_of(reference: Reference) -> str:
+    """Return the name of our own method for a reference."""
+    return own_name(reference.scene(), crosses=bool(reference.rank_losses))
 
 
 def _halved(reference: Reference, scene: Setting, rounding: Parts, count: int) -> tuple[int, Parts, Parts] | None:
@@ -74,18 +79,18 @@ def row_by_row(reference: Reference) -> tuple[Recomputed | None, list[Check]]:
 
     All runs of a row begin at its rounded digits; steps are halved as above, and begin with a quarter of those that the row before took.
     """
-    n, scene = len(reference.t), reference.scene()
-    name = f"{own_name(scene)} from each row to the next"
+    n, scene, own = len(reference.t), reference.scene(), method_of(reference)
+    name = f"{own} from each row to the next"
     rounding = {part: _short_rounding(reference, part) for part in reference.values}
     states = {part: values.copy() for part, values in reference.values.items()}
     limit = {part: values.copy() for part, values in rounding.items()}
-    count = coarsest(scene)
+    count = coarsest(own)
     for k in range(n - 1):
         start = reference.restarted(scene, k)
         found = _halved(reference, start, {part: values[k : k + 2] / 2 for part, values in rounding.items()}, count)
         if found is None:
             return None, [Check(name, f"reaches t = {reference.t[k + 1]:g}", f"stops after t = {reference.t[k]:g} at every step", False)]
-        count = max(coarsest(scene), found[0] // 4)
+        count = max(coarsest(own), found[0] // 4)
         for part in states:
             states[part][k + 1] = found[1][part][1]
             limit[part][k + 1] += SAFETY * found[2][part][1]
@@ -109,7 +114,8 @@ def _inexact(reference: Reference, scene: Setting, count: int, states: Parts) ->
 
 def _short_rounding(reference: Reference, part: str) -> Array:
     """Return what rounding may leave of a part from one row to the next, shape(n, 1)."""
-    return np.asarray(SHORT_ROUNDINGS * EPS * reference.size(part) * np.maximum(1.0, reference.step_amplification))[:, None]
+    growth = np.maximum(1.0, reference.step_amplification) * suffered(reference, part)
+    return np.asarray(SHORT_ROUNDINGS * EPS * reference.size(part) * growth)[:, None]
 
 
 def _precise(reference: Reference, name: str, limit: Parts) -> Check:
@@ -122,7 +128,7 @@ def _precise(reference: Reference, name: str, limit: Parts) -> Check:
 def stepped(reference: Reference, scene: Setting, n: int, count: int) -> Parts | None:
     """Return the run of our own method with so many steps from output to output, or None if it stops early."""
     request = Request(value=_step(reference, count), steps=(n - 1) * count, every=count, watch=(), count=False)
-    found = solved(scene, own_name(scene), request)
+    found = solved(scene, method_of(reference), request)
     return None if found.failure else found.states
 
 

@@ -8,10 +8,10 @@ import numpy as np
 import sympy as sp
 from numpy.typing import NDArray
 
+from daebench.reference.certified.coordinates import Own
 from daebench.reference.certified.definition import Definition
 from daebench.reference.certified.poisson_coordinates import Canonical, Lifted, Skewed, compiled, hamiltonian
 from daebench.reference.certified.stages import Rows
-from daebench.reference.certified.taylor import Equations
 
 Vector = list[Any]
 
@@ -28,6 +28,7 @@ class Poisson:
     series = "Taylor series of y' = B(y) grad H(y) in quadruple precision"
     zero: tuple[str, ...] = ()
     regular = ""
+    crosses = False
     perturbations = "in all directions, whether they keep Casimir functions or not"
 
     def __init__(self, definition: Definition) -> None:
@@ -41,10 +42,10 @@ class Poisson:
         return self.definition.problem.closed_form is not None
 
     @cached_property
-    def equations(self) -> Equations:
+    def first(self) -> Own:
         """The equations in y as the problem has them."""
         system = self.definition.problem
-        return hamiltonian(self.definition, list(system.y), sp.Matrix(system.B), system.H)
+        return Own(hamiltonian(self.definition, list(system.y), sp.Matrix(system.B), system.H))
 
     @cached_property
     def other(self) -> Canonical | Lifted | Skewed:

@@ -123,6 +123,28 @@ def solved(A: Sequence[Sequence[Expression]], b: Sequence[Expression]) -> list[E
     return x
 
 
+def orthogonally(A: Sequence[Sequence[Expression]], b: Sequence[Expression]) -> list[Expression]:
+    """Return x of A x = b by orthogonalising the columns of A one after the other: no divisor vanishes unless A is singular.
+
+    ::
+
+        A = Q R      Q^T Q diagonal, R unit upper triangular      R x = (Q^T Q)^-1 Q^T b
+    """
+    n, columns = len(b), [list(column) for column in zip(*A, strict=True)]
+    squares, R, rest, y = [], {}, list(b), []
+    for j in range(n):
+        squares.append(dotted(columns[j], columns[j]))
+        for k in range(j + 1, n):
+            R[j, k] = dotted(columns[j], columns[k]) / squares[j]
+            columns[k] = [a - R[j, k] * c for a, c in zip(columns[k], columns[j], strict=True)]
+        y.append(dotted(columns[j], rest) / squares[j])
+        rest = [a - y[j] * c for a, c in zip(rest, columns[j], strict=True)]
+    for j in reversed(range(n)):
+        for k in range(j + 1, n):
+            y[j] = y[j] - R[j, k] * y[k]
+    return y
+
+
 def is_zero(x: Expression) -> bool:
     """Return whether an expression is the constant zero."""
     hy = library()

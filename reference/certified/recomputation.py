@@ -70,10 +70,17 @@ def rounding_of(reference: Reference, part: str, n: int) -> Array:
 
         u (10 A(t) size + t rate)      u = 2^-53, A the worst amplification, rate the largest |dx/dt|
 
-    The second term is a clock that is wrong by u: the weights of a composition do not add up to 1 to the last bit.
+    The second term is a clock that is wrong by u: the weights of a composition do not add up to 1 to the last bit. For multipliers near
+    rank loss both are multiplied by the condition of G M^-1 G^T.
     """
     rate = float(np.abs(np.diff(reference.values[part], axis=0)).max()) / float(reference.t[1])
-    return np.asarray(reference.size(part) * _rounded(reference)[:n] + EPS * rate * reference.t[:n])[:, None]
+    rounding = reference.size(part) * _rounded(reference)[:n] + EPS * rate * reference.t[:n]
+    return np.asarray(rounding * suffered(reference, part)[:n])[:, None]
+
+
+def suffered(reference: Reference, part: str) -> Array:
+    """Return by how much more than elsewhere a part may suffer from rounding at each row, shape(n,)."""
+    return reference.conditioning if part == "lam" else np.ones(len(reference.t))
 
 
 def _rounded(reference: Reference) -> Array:

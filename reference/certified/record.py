@@ -112,6 +112,17 @@ class Reference:
         """The same from the stored time before, shape(n,), 1 at the start."""
         return np.array(self.certificate["amplification"]["step"])
 
+    @property
+    def rank_losses(self) -> tuple[float, ...]:
+        """Times of rank loss that the motion passes, s."""
+        return tuple(self.certificate.get("rank", {}).get("lost", ()))
+
+    @cached_property
+    def conditioning(self) -> Array:
+        """By how much more than elsewhere multipliers may suffer from rounding, shape(n,): 1 unless the motion passes rank loss."""
+        rank = self.certificate.get("rank", {})
+        return np.array([rank["largest"] / value for value in rank["values"]]) if self.rank_losses else np.ones(len(self.t))
+
     def size(self, part: str) -> float:
         """Return the largest modulus of a part, 1 if there is nothing but zeros."""
         return float(np.abs(self.values[part]).max()) or 1.0

@@ -20,9 +20,9 @@ from daebench.reference.certified.definition import Definition, define
 from daebench.reference.certified.ida_run import by_ida
 from daebench.reference.certified.invariants import SLACK
 from daebench.reference.certified.mathematics import mathematics
-from daebench.reference.certified.own_run import row_by_row, throughout
+from daebench.reference.certified.own_run import method_of, row_by_row, throughout
 from daebench.reference.certified.record import EPS, Reference
-from daebench.reference.certified.runs import ida_names, own_name
+from daebench.reference.certified.runs import ida_names
 from daebench.reference.certified.verification import Check, Digits, Verification, agreed
 
 Progress = Callable[[float, str], None]
@@ -73,7 +73,7 @@ def verify(name: str, folder: Path = store.DATA, progress: Progress | None = Non
     told(0.1, f"{name}: invariants")
     checks += invariants.checks(invariants.Stored(reference, definition))
     digits: list[Digits] = []
-    own, ida = own_name(definition.scene), ida_names(definition.scene)[0]
+    own, ida = method_of(reference), ida_names(definition.scene)[0]
     ways = ((0.2, own, throughout), (0.4, f"{own}, row by row", row_by_row), (0.7, ida, by_ida))
     for fraction, doing, recomputed in ways:
         told(fraction, f"{name}: {doing}")
@@ -131,6 +131,10 @@ def _layout(reference: Reference, definition: Definition) -> Iterator[Check]:
         yield agreed(f"shape of the bound of {part}", (rows, size), _shape(certificate["bound"][part]))
     for which in ("values", "worst", "step"):
         yield agreed(f"shape of the amplification, {which}", (rows,), _shape(certificate["amplification"][which]))
+    if made.crosses:
+        values = np.array(certificate["rank"]["values"], dtype=float)
+        yield agreed("shape of the singular values", (rows,), values.shape)
+        yield Check("singular values", "above 0", f"{values.min():.2g} and more", bool(values.min() > 0))
     yield from _horizons(reference)
 
 
@@ -178,4 +182,15 @@ def _unseen(reference: Reference, digits: list[Digits]) -> str:
         f"A change of {' and '.join(state)} along the motion, which keeps {kept} to the certificate's drift, is seen from {finest:.1e} "
         f"of the motion; a smaller one takes a recomputation in quadruple precision: daebench reference build {reference.name}. "
         "How the truth was made, its checks, the table of IDA but for its row at 1e-12, and amplifications between are taken as they are."
+        f"{_passed(reference)}"
+    )
+
+
+def _passed(reference: Reference) -> str:
+    """Say what is not looked at where a motion passes rank loss."""
+    if not reference.rank_losses:
+        return ""
+    first = f"{reference.rank_losses[0]:g}"
+    return (
+        f" IDA is held against the motion up to its first rank loss at t = {first} alone, and our own method is run in the problem's chart."
     )

@@ -36,6 +36,8 @@ def at(
 def _origin(reference: "Reference", found: "At") -> str:
     if found.stored[0]:
         return "stored digits"
+    if reference.rank_losses:
+        return "worked out from the closed form, for the motion passes rank loss"
     nearest = reference.t[abs(reference.t - found.t[0]).argmin()]
     return f"integrated in double precision from the stored state at t = {nearest:g}"
 

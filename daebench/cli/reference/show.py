@@ -56,7 +56,9 @@ def _rank(certificate: Mapping[str, Any]) -> list[list[str]]:
         return []
     rank = certificate["rank"]
     least = f"{rank['smallest_singular_value']:g} at t = {rank['t']:g}; largest {rank['largest']:g}"
-    return [["smallest singular value of G M^-1 G^T", least]]
+    losses = ", ".join(f"{t:.6g}" for t in rank.get("lost", ()))
+    passed = [["rank of G lost at t =", f"{losses}; the truth is in minimal coordinates"]] if losses else []
+    return [["smallest singular value of G M^-1 G^T", least], *passed]
 
 
 def _text(value: Any) -> str:

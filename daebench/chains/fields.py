@@ -1,0 +1,200 @@
+"""Values at the nodes of a chain that are worked out only inside a loop over nodes, and scalars as source text."""
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, field
+from itertools import count
+from typing import Any
+
+from daebench.errors import InvalidProblem
+
+_NUMBERS = count()
+
+At = Callable[["Field", int], str]
+"""Source of the tuple of a field's entries at the node that is so many places from the present one."""
+
+
+class Scalar:
+    """A number in the generated source.
+
+    Parameters
+    ----------
+    text : str
+        Its source.
+    late : bool
+        Whether it is known only after a loop over nodes.
+    """
+
+    def __init__(self, text: str, late: bool = False) -> None:
+        self.text, self.late = text, late
+
+    def _with(self, pattern: str, other: Any) -> "Scalar":
+        return Scalar(pattern.format(self.text, say(other)), self.late or is_late(other))
+
+    def __add__(self, other: Any) -> "Scalar":
+        return self._with("({0} + {1})", other)
+
+    def __radd__(self, other: Any) -> "Scalar":
+        return self if isinstance(other, int) and other == 0 else self._with("({1} + {0})", other)
+
+    def __sub__(self, other: Any) -> "Scalar":
+        return self._with("({0} - {1})", other)
+
+    def __rsub__(self, other: Any) -> "Scalar":
+        return self._with("({1} - {0})", other)
+
+    def __mul__(self, other: Any) -> "Scalar":
+        return self._with("({0} * {1})", other)
+
+    def __rmul__(self, other: Any) -> "Scalar":
+        return self._with("({1} * {0})", other)
+
+    def __truediv__(self, other: Any) -> "Scalar":
+        return self._with("({0} / {1})", other)
+
+    def __rtruediv__(self, other: Any) -> "Scalar":
+        return self._with("({1} / {0})", other)
+
+    def __neg__(self) -> "Scalar":
+        return Scalar(f"(-{self.text})", self.late)
+
+    def __iter__(self) -> Iterator["Scalar"]:
+        raise InvalidProblem("a scheme takes its numbers apart, of which long chains do not know how many there are.")
+
+    def __getitem__(self, index: int) -> "Scalar":
+        return Scalar(f"{self.text}[{index}]", self.late)
+
+
+def say(x: Any) -> str:
+    """Return the source of a number, a scalar, or a tuple of them."""
+    if isinstance(x, Scalar):
+        return x.text
+    if isinstance(x, tuple):
+        return "(" + "".join(f"{say(each)}, " for each in x) + ")"
+    return repr(x)
+
+
+def is_late(x: Any) -> bool:
+    """Whether any part of a number or a tuple of them is known only after a loop."""
+    return any(map(is_late, x)) if isinstance(x, tuple) else isinstance(x, Scalar) and x.late
+
+
+def applied(name: str, *arguments: Any) -> Scalar:
+    """Return the call of a function of scalars."""
+    return Scalar(f"{name}({', '.join(map(say, arguments))})", is_late(arguments))
+
+
+def weight(w: Any) -> str:
+    """Return the source of the factor of a field.
+
+    Raises
+    ------
+    InvalidProblem
+        If it is known only after a loop, which a field inside that loop cannot wait for.
+    """
+    if is_late(w):
+        raise InvalidProblem("a scheme scales a vector by a number that follows from a whole vector, which long chains do not have.")
+    return say(w)
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Field:
+    """A tuple of numbers at each node.
+
+    Parameters
+    ----------
+    kind : str
+        "d" for positions and momenta, "m" for multipliers, "G" for entries of Jacobians.
+    width : int
+        Number of entries at a node.
+    stage : int
+        Number of the last linear solve or iteration that it follows from; 0 if none.
+    needs : sequence of (Field, int)
+        Fields that it is worked out from, each with the place of the node, counted from the present one.
+    write : callable
+        ``write(at, k)`` returns the sources of the entries at node k, a source too, or the source of them all.
+    ghost : sequence of str
+        Entries in the place of node -1.
+    zero : bool
+        Whether all entries are zero.
+    number : int
+        Fields that others are worked out from have smaller ones.
+    """
+
+    kind: str
+    width: int
+    stage: int
+    needs: Sequence[tuple["Field", int]]
+    write: Callable[[At, str], Sequence[str] | str]
+    ghost: Sequence[str]
+    zero: bool = False
+    number: int = field(default_factory=lambda: next(_NUMBERS))
+
+
+def zeros(width: int) -> list[str]:
+    """Return sources of so many zeros."""
+    return ["ZERO"] * width
+
+
+Needs = Sequence[tuple[Field, int]]
+Write = Callable[[At, str], Sequence[str] | str]
+
+
+def made(kind: str, width: int, needs: Needs, write: Write, ghost: Sequence[str] = ()) -> Field:
+    """Return a field worked out from others."""
+    stage = max((part.stage for part, _ in needs), default=0)
+    return Field(kind=kind, width=width, stage=stage, needs=needs, write=write, ghost=ghost or zeros(width))
+
+
+def stored(kind: str, width: int, entry: str, stage: int, ghost: Sequence[str] = (), missing: int = 0) -> Field:
+    """Return the field of numbers in an array.
+
+    Parameters
+    ----------
+    entry : str
+        Source of entry {i} at node {k}.
+    missing : int
+        Number of entries that node 0 lacks, the first ones: they are zero.
+    """
+
+    def write(at: At, k: str) -> list[str]:
+        texts = [entry.format(k=f"({k})", i=i) for i in range(width)]
+        return [f"({text} if {k} > 0 else ZERO)" if i < missing else text for i, text in enumerate(texts)]
+
+    return Field(kind=kind, width=width, stage=stage, needs=(), write=write, ghost=ghost or zeros(width))
+
+
+def nothing(kind: str, width: int) -> Field:
+    """Return the field of zeros."""
+    still = zeros(width)
+    return Field(kind=kind, width=width, stage=0, needs=(), write=lambda at, k: still, ghost=still, zero=True)
+
+
+def combined(w: Any, x: Field, y: Field | None) -> Field:
+    """Return w x + y, or w x.
+
+    Raises
+    ------
+    InvalidProblem
+        If x or y is no field.
+    """
+    if not isinstance(x, Field) or not isinstance(y, Field | None):
+        raise InvalidProblem("a scheme adds up what is no vector of a chain's.")
+    if x.zero or (isinstance(w, float) and w == 0.0):
+        return y or nothing(x.kind, x.width)
+    y = None if y is None or y.zero else y
+    factor = weight(w)
+    term = {"1.0": "{0}", "-1.0": "-{0}"}.get(factor, f"{factor} * {{0}}")
+    needs = [(x, 0)] if y is None else [(x, 0), (y, 0)]
+
+    def entries(of_x: Sequence[str], of_y: Sequence[str]) -> list[str]:
+        terms = [term.format(each) for each in of_x]
+        return terms if y is None else [f"{left} + {right}" for left, right in zip(terms, of_y, strict=True)]
+
+    def write(at: At, k: str) -> list[str]:
+        names = [[f"{at(part, 0)}[{i}]" for i in range(x.width)] for part, _ in needs]
+        return entries(names[0], names[-1])
+
+    still = zeros(x.width)
+    quiet = list(x.ghost) == still and (y is None or list(y.ghost) == still)
+    ghost = still if quiet else entries([f"({each})" for each in x.ghost], list(y.ghost) if y else still)
+    return made(x.kind, x.width, needs, write, ghost)

@@ -1,0 +1,128 @@
+"""What a problem declares besides its equations, held against them in numbers: integrals, closed form, kinetic flow, chart.
+
+Each check is made at the start and at points of the manifold around it, see ``nearby``, and returns a sentence on what is wrong, or "".
+"""
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from daebench.errors import BadInput
+from daebench.nearby import differs, exact_start, field, flat, numeric, off_manifold, points, rates, slow_time, text, without_potential
+from daebench.scene import PoissonScene, Scene
+
+Array = NDArray[np.float64]
+
+CLOSE = 1e-7
+"""Largest relative difference that rounding may make."""
+
+ROUGH = 1e-5
+"""Largest relative error of a numerical derivative in double precision."""
+
+
+def integrals(scene: Scene) -> str:
+    """Hold I_p p' + I_q q' = 0 along (1.18) against each first integral."""
+    import sympy as sp
+
+    problem = scene.source.derivation.problem
+    x = [*problem.p, *problem.q]
+    slopes = numeric(scene, [[sp.sympify(each).diff(symbol) for symbol in x] for each in problem.integrals.values()])
+    for p, q in points(scene):
+        rate = np.concatenate(rates(scene, p, q))
+        for name, slope in zip(problem.integrals, np.array(slopes(p, q), dtype=float), strict=True):
+            change, scale = float(slope @ rate), float(np.abs(slope) @ np.abs(rate))
+            if abs(change) > CLOSE * scale:
+                where = f"its derivative along the motion is {change:.3g} at q = {text(q)}, p = {text(p)}, and not 0"
+                return f"{scene.problem}: {name} is no first integral: {where}; correct it, or leave it out."
+    return ""
+
+
+def closed_form(scene: Scene | PoissonScene) -> str:
+    """Hold the closed form against the initial values at time 0, and against the equations of motion there and 1 s later."""
+    import mpmath as mp
+
+    where = f"{scene.problem}, case {scene.case!r}: closed_form"
+    with mp.workdps(40):
+        start, values = exact_start(scene)
+        form = _guarded(where, lambda t: flat(scene, scene.source.derivation.problem.closed_form(t, *start, values)))
+        begin, first = flat(scene, start), form(mp.mpf(0))
+        if len(first) != scene.size:
+            return f"{where} returns {len(first)} numbers, and a state has {scene.size}; correct it."
+        off = max(abs(a - b) for a, b in zip(first, begin, strict=True))
+        if not off <= mp.mpf("1e-25") * max(1, *map(abs, begin)):
+            return f"{where} is off the initial values at t = 0 by {mp.nstr(off, 3)}; correct it."
+        for t in (mp.mpf(0), mp.mpf(1)):
+            miss = differs(_rate(form, t), field(scene, np.array([float(x) for x in form(t)])))
+            if not miss <= CLOSE:
+                return f"{where} misses the equations of motion by {miss:.3g} of their size at t = {float(t):g} s; correct it."
+    return ""
+
+
+def _rate(form: Callable[[Any], list[Any]], t: Any) -> Array:
+    """Return the derivative of a motion, by a difference that loses half of mpmath's digits."""
+    import mpmath as mp
+
+    step = mp.mpf("1e-12")
+    return np.array([float((b - a) / (2 * step)) for a, b in zip(form(t - step), form(t + step), strict=True)])
+
+
+def kinetic_flow(scene: Scene) -> str:
+    """Hold the kinetic flow against the identity at time 0, the equations of motion without U, and the manifold."""
+    flow = scene.source.derivation.problem.kinetic_flow
+    after = numeric(scene, [list(flow.p), list(flow.q)], flow.t)
+    return next(
+        (f"{scene.problem}: the kinetic flow {fault}; correct it." for p, q in points(scene) if (fault := _flow(scene, after, p, q))), ""
+    )
+
+
+def _flow(scene: Scene, after: Callable[..., Any], p: Array, q: Array) -> str:
+    """Return what a flow does wrong from a state, or ""."""
+
+    def at(time: float, x: Array) -> Array:
+        return np.concatenate(np.array(after(x[: scene.d], x[scene.d :], time), dtype=float))
+
+    x, t = np.concatenate([p, q]), slow_time(p, q, *rates(scene, p, q))
+    if not (off := differs(at(0.0, x), x)) <= CLOSE:
+        return f"over time 0 moves the state by {off:.3g} of its size"
+    h = t / 100
+    rate = (8 * (at(h, x) - at(-h, x)) - (at(2 * h, x) - at(-2 * h, x))) / (12 * h)
+    if not (off := without_potential(scene, p, q, rate)) <= ROUGH:
+        return f"misses p' = -T_q - G^T lam, q' = H_p by {off:.3g} of their size"
+    end = at(t, x)
+    if not (off := off_manifold(scene, end[: scene.d], end[scene.d :])) <= CLOSE:
+        return f"leaves the manifold, by {off:.3g} of the motion"
+    if not (off := differs(at(t, end), at(2 * t, x))) <= CLOSE:
+        return f"over a time twice is not that over twice the time, by {off:.3g} of the state's size"
+    return ""
+
+
+def chart(scene: Scene) -> str:
+    """Hold chi(y) = x against the state x, where y are the local coordinates of x."""
+    own = scene.source.derivation.problem.chart
+    back = numeric(scene, [*own.inverse_eta, *own.inverse_xi])
+    forth = numeric(scene, [list(own.p), list(own.q)], *own.eta, *own.xi)
+    seen = 0
+    for p, q in points(scene):
+        x = np.array(forth(p, q, *np.array(back(p, q), dtype=float)), dtype=float)
+        if not np.all(np.isfinite(x)):
+            continue
+        seen += 1
+        if not (off := differs(x.ravel(), np.concatenate([p, q]))) <= CLOSE:
+            where = f"there and back misses q = {text(q)}, p = {text(p)} by {off:.3g} of the state's size"
+            return f"{scene.problem}: the chart and its inverse do not undo each other: {where}; correct one of them."
+    return "" if seen else f"{scene.problem}: the chart has no finite values around the start of case {scene.case!r}; correct it."
+
+
+def _guarded(where: str, form: Callable[[Any], list[Any]]) -> Callable[[Any], list[Any]]:
+    """Return a function of the problem's own whose exceptions are sentences."""
+
+    def call(t: Any) -> list[Any]:
+        try:
+            return form(t)
+        except Exception as error:
+            what = f"{type(error).__name__}: {' '.join(str(error).split()).rstrip('.')}"
+            raise BadInput(f"{where} raises {what}; correct it, or leave it out.") from error
+
+    return call

@@ -1,0 +1,129 @@
+"""Files beside a problem file: importable by their plain names while it runs and not afterwards, and known before it runs.
+
+Two folders may have files of one name, and neither sees the other's: what was imported from a folder is forgotten when its problem file
+has run, and what the same names meant before is put back. Names of Python's own modules, and of the packages that daebench stands on,
+keep their meaning.
+"""
+
+import ast
+import importlib
+import sys
+import types
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from importlib.abc import MetaPathFinder
+from importlib.machinery import FileFinder, ModuleSpec, PathFinder, SourceFileLoader
+from pathlib import Path
+
+TAKEN = sys.stdlib_module_names | {"daebench", "llvmlite", "matplotlib", "mpmath", "numba", "numpy", "pandas", "scipy", "sympy"}
+"""Names that no file beside a problem file can take."""
+
+
+class Fresh(SourceFileLoader):
+    """Loads a file from its text alone: compiled code that Python keeps may be that of a file edited within the same second."""
+
+    def get_code(self, fullname: str) -> types.CodeType:
+        """Return the code of the file as it is now."""
+        path = self.get_filename(fullname)
+        return compile(self.get_data(path), path, "exec", dont_inherit=True)
+
+
+class Neighbours(MetaPathFinder):
+    """Finds the modules of one folder, and remembers which it found.
+
+    Parameters
+    ----------
+    folder : Path
+        The folder of a problem file.
+    """
+
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder.resolve()
+        self.found: dict[str, Path] = {}
+
+    def find_spec(self, name: str, path: Sequence[str] | None = None, target: types.ModuleType | None = None) -> ModuleSpec | None:
+        """Return where a module of the folder, or of a package in it, is; None for any other."""
+        top = name.partition(".")[0]
+        if top in TAKEN or (path is not None and top not in self.found):
+            return None
+        places = [str(self.folder)] if path is None else list(path)
+        specs = (FileFinder(place, (Fresh, [".py"])).find_spec(name) for place in places)
+        spec = next((each for each in specs if each is not None), None)
+        if spec is None or (spec.loader is None and PathFinder.find_spec(name, path) is not None):
+            return None
+        self.found[name] = Path(spec.origin) if spec.origin and spec.has_location else self.folder
+        return spec
+
+
+@contextmanager
+def importable(folder: Path) -> Iterator[Neighbours]:
+    """Let the files of a folder be imported by their plain names, and forget them afterwards."""
+    finder, names = Neighbours(folder), {name for name in _names(folder) if name not in TAKEN}
+    hidden = {name: sys.modules.pop(name) for name in list(sys.modules) if name.partition(".")[0] in names}
+    sys.meta_path.insert(0, finder)
+    importlib.invalidate_caches()
+    try:
+        yield finder
+    finally:
+        sys.meta_path.remove(finder)
+        for name in finder.found:
+            sys.modules.pop(name, None)
+        sys.modules.update(hidden)
+
+
+def imported(path: Path, tree: ast.Module) -> list[Path]:
+    """Return the files that a problem file may import: what it names of its folder, what these name, and packages whole.
+
+    Parameters
+    ----------
+    path : Path
+        The problem file.
+    tree : Module
+        Its syntax.
+
+    Returns
+    -------
+    list of Path
+        In a fixed order, without the file itself.
+    """
+    folder, found, names = path.parent, dict[Path, None](), list(_imports(tree))
+    seen: set[str] = set()
+    while names:
+        name = names.pop(0)
+        top = name.partition(".")[0]
+        if top in TAKEN or top in seen:
+            continue
+        seen.add(top)
+        for file in _files(folder, top):
+            if file != path and file not in found:
+                found[file] = None
+                names += _imports(_syntax(file))
+    return list(found)
+
+
+def _files(folder: Path, top: str) -> list[Path]:
+    """Return the file of a module, or all files of a package."""
+    package, module = folder / top, folder / f"{top}.py"
+    return sorted(package.rglob("*.py")) if package.is_dir() else [module] if module.is_file() else []
+
+
+def _imports(tree: ast.Module) -> Iterator[str]:
+    """Yield the names of all modules that a file imports, wherever in it."""
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Import):
+            yield from (each.name for each in node.names)
+        elif isinstance(node, ast.ImportFrom) and node.module and not node.level:
+            yield node.module
+
+
+def _syntax(path: Path) -> ast.Module:
+    """Return the syntax of a file, empty where it is not Python: Python says so when it is imported."""
+    try:
+        return ast.parse(path.read_bytes())
+    except (OSError, SyntaxError, ValueError):
+        return ast.Module([], [])
+
+
+def _names(folder: Path) -> set[str]:
+    """Return the names under which something in a folder could be imported."""
+    return {path.stem if path.suffix == ".py" else path.name for path in folder.iterdir() if path.suffix == ".py" or path.is_dir()}

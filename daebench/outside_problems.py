@@ -1,0 +1,144 @@
+"""Problem files outside of the package: code that is executed, with the files beside it that it imports, and mistakes that are named."""
+
+import contextlib
+import sys
+import traceback
+import types
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from daebench.errors import BadInput, DaebenchError, InvalidProblem
+from daebench.neighbours import Fresh, importable, imported
+from daebench.problem_files import KINDS, Problem, parsed, read
+
+if TYPE_CHECKING:
+    from daebench.scene import Definition
+
+
+def is_path(name: str) -> bool:
+    """Return whether the name of a problem is the path of a file: it ends in .py, or has a separator of folders in it."""
+    return name.endswith(".py") or "/" in name or "\\" in name
+
+
+def label(name: str) -> str:
+    """Return the name of a problem as a name of files and folders: of a path its last part."""
+    return Path(name).stem if is_path(name) else name
+
+
+def find(name: str) -> Problem:
+    """Return the problem in a file.
+
+    Raises
+    ------
+    BadInput
+        If there is no such file, or its text is not that of a problem.
+    """
+    path = Path(name).expanduser()
+    if not path.is_file():
+        raise BadInput(f"{name}: there is no such file; give the path of a problem file, or a name that daebench list problems has.")
+    return read(path, name=name, package="", depends_on=_files, run=_run)
+
+
+def own_files() -> list[Path]:
+    """Return the files of daebench's own problems: a file of another's may import their helpers."""
+    return sorted((Path(__file__).parent / "problems").rglob("*.py"))
+
+
+def _files(problem: Problem) -> Sequence[Path]:
+    return [problem.path, *imported(problem.path, parsed(problem.path)), *own_files()]
+
+
+def _run(problem: Problem, structure: Mapping[str, int]) -> "Definition":
+    with importable(problem.path.parent) as neighbours, naming(problem, problem.path.parent):
+        module = _module(problem)
+        definition = call(problem, module, structure)
+    known = {path.resolve() for path in problem.depends_on(problem)}
+    if unseen := [path for path in neighbours.found.values() if path.is_file() and path.resolve() not in known]:
+        raise InvalidProblem(
+            f"{problem.name} imports {unseen[0].name} in a way that cannot be seen in its text, so that a change there would go unnoticed; "
+            "name it in an import statement."
+        )
+    return definition
+
+
+def _module(problem: Problem) -> types.ModuleType:
+    """Return the file's module, under a name of its own that no other file or text of this file has."""
+    name = f"daebench_problem_{problem.path.stem}_{problem.digest[:16]}"
+    if name not in sys.modules:
+        module = types.ModuleType(name, None)
+        module.__file__ = str(problem.path)
+        sys.modules[name] = module
+        try:
+            exec(Fresh(name, str(problem.path)).get_code(name), module.__dict__)
+        except BaseException:
+            del sys.modules[name]
+            raise
+    return sys.modules[name]
+
+
+def call(problem: Problem, module: types.ModuleType, structure: Mapping[str, int]) -> "Definition":
+    """Return what the function ``problem`` of a module returns; it must be what it is annotated to be.
+
+    Raises
+    ------
+    InvalidProblem
+        If it returns something else, or declares other parameters than it takes.
+    """
+    constructor: Callable[..., Definition] = module.problem
+    definition = constructor(**structure)
+    if _kind(definition) != problem.kind:
+        raise InvalidProblem(f"problem() returns {_what(definition)}, which is not what it is annotated to return.")
+    declared = {str(symbol) for symbol in definition.parameters}
+    if odd := sorted(declared ^ set(problem.parameters)):
+        taken = ", ".join(problem.parameters) or "none"
+        raise InvalidProblem(
+            f"the float arguments of problem() are {taken}, and the parameters of its definition {', '.join(sorted(declared)) or 'none'}; "
+            f"{', '.join(odd)} must be both."
+        )
+    for name, case in definition.cases.items():
+        if foreign := sorted(set(case.parameters) - declared - set(problem.structure)):
+            raise InvalidProblem(f"case {name!r} sets {', '.join(foreign)}, which is no parameter of the problem.")
+    return definition
+
+
+def _kind(definition: object) -> str:
+    return KINDS.get(type(definition).__name__, "")
+
+
+def _what(definition: object) -> str:
+    return "nothing" if definition is None else f"a {type(definition).__name__}"
+
+
+@contextlib.contextmanager
+def naming(problem: Problem, folder: Path) -> Iterator[None]:
+    """Turn whatever goes wrong in a file into one sentence with its file and line; what it prints goes to standard error.
+
+    Raises
+    ------
+    InvalidProblem
+        In place of any exception of the file.
+    """
+    try:
+        with contextlib.redirect_stdout(sys.stderr):
+            yield
+    except DaebenchError as error:
+        raise InvalidProblem(f"{_place(problem, folder, error)}: {error}") from error
+    except SyntaxError as error:
+        where = f"{Path(error.filename).name}, line {error.lineno}" if error.filename else "a file that it imports"
+        raise InvalidProblem(f"{problem.name}: {where} is not Python: {error.msg}.") from error
+    except (Exception, SystemExit) as error:
+        text = " ".join(str(error).split()).rstrip(".")
+        what = type(error).__name__ + (f": {text}" if text else "")
+        raise InvalidProblem(f"{_place(problem, folder, error)}: {what}; correct the file.") from error
+
+
+def _place(problem: Problem, folder: Path, error: BaseException) -> str:
+    """Return the file and line of the innermost call in the folder of a problem."""
+    inside = folder.resolve()
+    for frame in reversed(traceback.extract_tb(error.__traceback__)):
+        file = Path(frame.filename)
+        if file.is_file() and file.resolve().is_relative_to(inside):
+            name = problem.name if is_path(problem.name) and file.resolve() == problem.path.resolve() else f"{problem.name}, in {file.name}"
+            return f"{name}, line {frame.lineno}"
+    return problem.name
