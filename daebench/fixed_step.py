@@ -203,6 +203,11 @@ class FixedStep:
             If the name is unknown, or there is nothing to solve by least squares.
         """
         mode = request.at_rank_loss(scene)
+        if mode == "least-squares" and scene.arrays:
+            raise BadInput(
+                f"{self.name} on {scene.sheet.NODES} nodes of {scene.problem} solves banded systems, and none by least squares; "
+                "take continue, or fewer nodes."
+            )
         if request.on_singular == "least-squares" and not self._solves:
             raise BadInput(f"{self.name} solves no systems of constraints, and so none by least squares; leave out on_singular.")
         return mode if self._solves else ""

@@ -23,6 +23,11 @@ def measured(method: Any, scene: Scene | PoissonScene, why: str) -> Any:
         If it is not, with ``why`` that matters, or if it refuses the problem.
     """
     if isinstance(scene, Scene):
+        if scene.arrays:
+            raise BadInput(
+                f"{scene.problem} with {scene.sheet.NODES} nodes is held as arrays, for which there is no reference solution {why}; "
+                "take fewer nodes."
+            )
         return accepted(method, scene, why)
     if method.knob != "h":
         raise BadInput(f"{method.name} chooses its own steps {why}; give a fixed-step method, for example strang.")

@@ -19,7 +19,6 @@ from daebench.definition_checks import check_smooth
 from daebench.diagnostics.manifold import residual_scales
 from daebench.errors import DaebenchError, InvalidProblem
 from daebench.poisson_system import PoissonSystem
-from daebench.problem import ConstrainedHamiltonian
 from daebench.scene import PoissonScene, Scene, make_setting
 
 TOLERANCE = 1e-12
@@ -107,9 +106,10 @@ def _declared(setting: Setting) -> Setting:
 
 def _checks(setting: Setting) -> Mapping[str, Check]:
     """Return the checks that a problem is for, by what they check."""
-    problem, found = setting.source.derivation.problem, dict[str, Check]()
-    if isinstance(setting, Scene) and not isinstance(problem, ConstrainedHamiltonian):
-        return found
+    found: dict[str, Check] = {}
+    if isinstance(setting, Scene) and setting.arrays:
+        return {START: start}
+    problem = setting.source.derivation.problem
     if isinstance(setting, PoissonScene):
         found[SMOOTH] = poisson_smooth
     else:
@@ -136,7 +136,7 @@ def start(scene: Scene) -> str:
     ):
         k = int(np.argmax(np.where(np.isfinite(values), np.abs(values), np.inf)))
         if not abs(values[k]) <= TOLERANCE * scale:
-            text = f" = {_short(scene.source.derivation.g[k])}" if name == "g" else ""
+            text = f" = {_short(scene.source.derivation.g[k])}" if name == "g" and not scene.arrays else ""
             where = f"constraint {k + 1} of {scene.m}, {name}[{k}]{text}, is {values[k]:.3g} at {at} and not 0"
             return f"{scene.problem}, case {scene.case!r}: {where}; correct the case, or add --project to move it to the manifold."
     return ""

@@ -79,7 +79,7 @@ class RankRun(Run):
     @property
     def _ahead(self) -> float:
         """How far the substeps of a composition go beyond the end of its step: pivots, but not what one constraint tells, are of there."""
-        if self.scene.m == 1:
+        if self.scene.m == 1 or (self.scene.arrays and not self.scene.sheet.EXPLICIT):
             return 0.0
         return self.grid.h * max(0.0, float(np.max(np.cumsum(self.linked.weights), initial=1.0)) - 1.0)
 

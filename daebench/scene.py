@@ -127,7 +127,7 @@ def _derivation(problem: "Definition", algebra: str) -> Any:
 
 
 def source_of(problem: "Definition", name: str = "problem", algebra: str = "") -> Source:
-    """Return the source of a definition made in this process."""
+    """Return the source of a definition made in this process; ``algebra`` as for :class:`Source`."""
     defaults = {str(symbol): float(value) for symbol, value in problem.parameters.items()}
     return Source(name, f"{problem.fingerprint} {algebra}".rstrip(), lambda: problem, defaults, algebra)
 

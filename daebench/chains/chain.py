@@ -89,13 +89,22 @@ class ConstrainedChain:
             raise InvalidProblem(f"nodes have {b} positions; before, anchor, mass and joint_mass of a chain must fit that.")
         if not 0 < self.m < self.d:
             raise InvalidProblem(f"{self.m} constraints on {self.d} positions; there must be at least one and fewer than positions.")
+        for name, matrix in (("mass", self.mass), ("joint_mass", self.joint_mass)):
+            if matrix is not None and sp.simplify(matrix - matrix.T) != sp.zeros(*matrix.shape):
+                raise InvalidProblem(f"{name} of the chain is not symmetric.")
+        for name, case in self.cases.items():
+            if len(case.q) != b or len(case.p) != b:
+                raise InvalidProblem(f"case {name!r} has {len(case.q)} positions and {len(case.p)} momenta of a node; both must be {b}.")
+        self._check_symbols()
+
+    def _check_symbols(self) -> None:
         known = {self.node, *self.parameters}
-        allowed: list[tuple[str, Any, set[sp.Symbol]]] = [("own", sp.Matrix([*self.own, self.U, 0]), {*self.here})]
-        allowed += [
-            ("joints", sp.Matrix([*self.joints, self.joint_U or 0]), {*self.here, *self.before}),
-            ("mass", self.mass, set()),
-            ("pull", self.pull, set()),
-        ]
+        here, both = {*self.here}, {*self.here, *self.before}
+        allowed: list[tuple[str, Any, set[sp.Symbol]]] = [("own", sp.Matrix([*self.own, 0]), here), ("U", self.U, here)]
+        allowed += [("joints", sp.Matrix([*self.joints, 0]), both), ("joint_U", self.joint_U or 0, both), ("pull", self.pull, set())]
+        allowed += [("mass", self.mass, set()), ("joint_mass", self.joint_mass or 0, set())]
+        allowed += [("anchor", sp.Matrix([*(self.anchor or ()), 0]), set())]
+        allowed += [(f"case {name}", sp.Matrix([*case.q, *case.p]), set()) for name, case in self.cases.items()]
         for where, expression, symbols in allowed:
             if extra := sp.sympify(expression).free_symbols - symbols - known:
                 raise InvalidProblem(f"{where} of the chain contains {', '.join(sorted(map(str, extra)))}, which it may not depend on.")

@@ -83,7 +83,6 @@ class Solve:
     """A linear system, and the loops that it is."""
 
     band: Band
-    reads: list[tuple[Field, int]]
 
 
 @dataclass(eq=False)
@@ -246,8 +245,10 @@ class Hole:
         return self._lightened_rows(X) if self.chain.diagonal else Rows(X, None)
 
     def independence(self, p: Field, q: Field) -> Scalar:
-        """Smallest relative pivot of G D^-1 G^T with the diagonal part D of M, which loses rank where G does."""
+        """Smallest relative pivot of G D^-1 G^T with a positive diagonal D, which loses rank where G does; of one constraint itself."""
         rows = self._lightened_rows(self.G(q))
+        if self.chain.m == 1 and rows.entries:
+            return self._sum("abs({0} * {1})", "REAL", rows.of.entries, rows.entries)
         return self.solve(Gram(rows.of, rows), nothing("m", self.chain.c))[1]
 
     def _lightened_rows(self, X: Jacobian) -> Rows:
@@ -257,7 +258,7 @@ class Hole:
 
         def write(at: At, k: str) -> list[str]:
             before, here = (f"node_lightness({still}, {at_node(place)}, par)" for place in (f"{k} - 1", k))
-            lights = [f"{before}[{column}]" if column < b else f"{here}[{column - b}]" for _, column in filled]
+            lights = [f"({before}[{column}] if {k} > 0 else ZERO)" if column < b else f"{here}[{column - b}]" for _, column in filled]
             return [f"{at(X.entries, 0)}[{i}] * {light}" for i, light in enumerate(lights)]
 
         return Rows(X, made("G", len(filled), [(X.entries, 0)], write))
@@ -424,7 +425,7 @@ class Hole:
         program.top.arrays |= band.arrays
         if not band.tridiagonal:
             self.tracer.banded()
-        program.events.append(Solve(band, [need for row in rows for need in row.needs]))
+        program.events.append(Solve(band))
         return band
 
     def _gram_rows(self, A: Any, b: Sequence[Field]) -> Any:
@@ -436,7 +437,7 @@ class Hole:
             needs = [(A[i][0].left.entries, 0), (b[i], 0)]
             needs += [(A[i][j].right.entries, place) for j in range(s) for place in (-1, 0, 1)]
             for a in range(c):
-                rows.append(Row(needs=needs, entries=self._gram_entries(A[i], a), right=_entry(b[i], a)))
+                rows.append(Row(needs=needs, entries=self._gram_entries(A[i], i, a), right=_entry(b[i], a)))
         return rows, places, lambda j: (range(j * c, (j + 1) * c), ())
 
     def _meeting(self, place: int) -> list[tuple[int, int, int, int]]:
@@ -449,7 +450,7 @@ class Hole:
             if (column // b - 1, column % b) == (other // b - 1 + place, other % b)
         ]
 
-    def _gram_entries(self, A: Sequence[Gram], a: int) -> Callable[[At], dict[tuple[int, int], str]]:
+    def _gram_entries(self, A: Sequence[Gram], stage: int, a: int) -> Callable[[At], dict[tuple[int, int], str]]:
         c = self.chain.c
 
         def entries(at: At) -> dict[tuple[int, int], str]:
@@ -465,7 +466,7 @@ class Hole:
                         if terms:
                             found[place, j * c + t] = self._scaled(each.factor, " + ".join(terms))
                 if a < self.chain.missing:
-                    found[0, j * c + a] = f"({found[0, j * c + a]} if k > 0 else ZERO + 1.0)"
+                    found[0, j * c + a] = f"({found[0, j * c + a]} if k > 0 else ZERO + {float(j == stage)})"
             return found
 
         return entries
@@ -595,7 +596,8 @@ class Tracer:
 
     def node(self, name: str) -> None:
         """Emit a function of one node."""
-        self.linker.emitted.setdefault(f"node_{name}", self.nodes.source(name))
+        if f"node_{name}" not in self.linker.emitted:
+            self.linker.emitted[f"node_{name}"] = self.nodes.source(name)
 
     def ended(self, name: str, width: int, masked: Sequence[int]) -> str:
         """Emit what makes those entries of a node's function zero at node 0, and all of the run's type; return its name, or ""."""

@@ -9,7 +9,9 @@ Texts = tuple[dict[str, str], dict[str, dict[str, Any]]]
 
 
 def constrained(definition: Any) -> Texts:
-    """Return the definition of a constrained problem as text, and its cases."""
+    """Return the definition of a constrained problem as text, and its cases; of a chain, what it has at one node."""
+    if hasattr(definition, "nodes"):
+        return _chain(definition), _cases(definition.cases, ("q", "p"))
     text: dict[str, str] = {}
     if definition.H is not None:
         text["H"] = str(definition.H)
@@ -21,6 +23,26 @@ def constrained(definition: Any) -> Texts:
     for name, part in (("closed form", definition.closed_form), ("kinetic flow", definition.kinetic_flow), ("chart", definition.chart)):
         text[name] = "yes" if part else "no"
     return text, _cases(definition.cases, ("q", "p"))
+
+
+def _chain(definition: Any) -> dict[str, str]:
+    """Return what there is at node k, and at the joint that leads to it from node k - 1."""
+    joint = "at each joint "
+    text = {
+        "H": "1/2 p^T M^-1 p + U",
+        "q": f"{', '.join(map(str, definition.here))} at every node",
+        "M": f"at every node {rows(definition.mass)}",
+    }
+    if definition.joint_mass is not None:
+        text["M, joints"] = joint + rows(definition.joint_mass)
+    text["U"] = f"sum over the nodes of {definition.pull * definition.U}"
+    if definition.joint_U is not None:
+        text["U, joints"] = f"sum over the joints of {definition.pull * definition.joint_U}"
+    text |= {f"g, joint {i}": joint + str(g) for i, g in enumerate(definition.joints, 1)}
+    text |= {f"g, own {i}": f"at every node {g}" for i, g in enumerate(definition.own, 1)}
+    text["anchor"] = "none" if definition.anchor is None else ", ".join(map(str, definition.anchor))
+    size = f"{definition.nodes} nodes, {definition.d} positions, {definition.m} constraints"
+    return text | {"size": f"{size}, {definition.d - definition.m} degrees of freedom"}
 
 
 def poisson(definition: Any, sheet: types.ModuleType) -> Texts:

@@ -110,8 +110,12 @@ def projected(scene: Scene) -> tuple[Scene, float, float]:
     Raises
     ------
     BadInput
-        If the projection does not converge.
+        If the projection does not converge, or vectors are arrays, which have no projection.
     """
+    if scene.arrays:
+        raise BadInput(
+            f"initial values of {scene.problem} with {scene.sheet.NODES} nodes cannot be projected; give consistent ones, or fewer nodes."
+        )
     p0, q0, moved_q, moved_p = project(scene, scene.p0, scene.q0)
     return replace(scene, p0=p0, q0=q0), moved_q, moved_p
 
