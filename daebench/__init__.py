@@ -10,13 +10,14 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from daebench.api import methods, problems, run, scene_of, setting_of
+    from daebench.chains.chain import ConstrainedChain
     from daebench.claims_check import check
     from daebench.comparison import compare
-    from daebench.errors import BadInput, DaebenchError, InconsistentStart, RunFailed
+    from daebench.errors import BadInput, DaebenchError, InconsistentStart, InvalidProblem, RunFailed
     from daebench.order_study import order
     from daebench.poisson_lattice import PoissonLattice
     from daebench.poisson_system import DarbouxMap, Lift, Part, PoissonCase, PoissonSystem
-    from daebench.problem import Case, Chart, ConstrainedHamiltonian, KineticFlow
+    from daebench.problem import Case, Chart, ConstrainedHamiltonian, KineticFlow, Picture
     from daebench.submanifold import as_poisson, symplectic_projection
     from daebench.trajectory import PoissonTrajectory, Trajectory
 
@@ -24,13 +25,16 @@ __all__ = [
     "BadInput",
     "Case",
     "Chart",
+    "ConstrainedChain",
     "ConstrainedHamiltonian",
     "DaebenchError",
     "DarbouxMap",
     "InconsistentStart",
+    "InvalidProblem",
     "KineticFlow",
     "Lift",
     "Part",
+    "Picture",
     "PoissonCase",
     "PoissonLattice",
     "PoissonSystem",
@@ -51,11 +55,12 @@ __all__ = [
 
 _HOME = {
     **dict.fromkeys(("methods", "run", "scene_of", "setting_of"), "api"),
-    **dict.fromkeys(("BadInput", "DaebenchError", "InconsistentStart", "RunFailed"), "errors"),
-    **dict.fromkeys(("Case", "Chart", "ConstrainedHamiltonian", "KineticFlow"), "problem"),
+    **dict.fromkeys(("BadInput", "DaebenchError", "InconsistentStart", "InvalidProblem", "RunFailed"), "errors"),
+    **dict.fromkeys(("Case", "Chart", "ConstrainedHamiltonian", "KineticFlow", "Picture"), "problem"),
     **dict.fromkeys(("DarbouxMap", "Lift", "Part", "PoissonCase", "PoissonSystem"), "poisson_system"),
     **dict.fromkeys(("PoissonTrajectory", "Trajectory"), "trajectory"),
     **dict.fromkeys(("as_poisson", "symplectic_projection"), "submanifold"),
+    "ConstrainedChain": "chains.chain",
     "PoissonLattice": "poisson_lattice",
     "check": "claims_check",
     "compare": "comparison",

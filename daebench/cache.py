@@ -3,6 +3,7 @@
 import hashlib
 import importlib.util
 import os
+import re
 import sys
 import tempfile
 import types
@@ -14,8 +15,10 @@ from pathlib import Path
 
 from daebench.errors import DaebenchError
 
-GENERATORS: tuple[str, ...] = ("algebra", "cache", "circles", "codegen", "derive", "derive_local", "elimination", "equations", "fixed_step")
+GENERATORS: tuple[str, ...] = ("algebra", "cache", "circles", "codegen", "definition_checks", "derive", "derive_local", "elimination")
 GENERATORS += (
+    "equations",
+    "fixed_step",
     "kinetic_flows",
     "lattice_algebra",
     "lattice_derivation",
@@ -24,6 +27,7 @@ GENERATORS += (
     "link",
     "poisson_lattice",
     "poisson_derivation",
+    "poisson_identities",
     "poisson_sheet",
     "poisson_step",
     "poisson_system",
@@ -33,6 +37,9 @@ GENERATORS += (
 GENERATORS += ("problem", "residuals", "scene", "sheet", "solvers", "syntax", "unroll", "watch")
 """The modules that decide what generated source says; kernels and schemes do too."""
 
+
+LONGEST = 80
+"""Most characters of a module's name that are for people: numba's files beside it have its name and a kernel's, in 255 together."""
 
 END = "# end of module"
 """Last line of a generated file; without it the file is not whole, and is written again."""
@@ -70,14 +77,15 @@ def generated(stem: str, key: str, build: Callable[[bool], str]) -> types.Module
     Parameters
     ----------
     stem : str
-        First part of the module's name, for people.
+        First part of the module's name, for people: of a path, and of what is longer than a file may be called, the end is taken.
     key : str
         Text that decides the content, together with :func:`toolchain`; hashed before anything is derived.
     build : callable
         ``build(cached)`` returns the source; ``cached`` says whether numba may keep its machine code beside the file.
     """
     hashed = hashlib.sha256(f"{key}\n{toolchain()}".encode()).hexdigest()[:16]
-    name = "daebench_generated_" + "".join(c if c.isalnum() else "_" for c in stem) + f"_{hashed}"
+    shown = re.split(r"[/\\]", stem)[-1][-LONGEST:]
+    name = "daebench_generated_" + "".join(c if c.isalnum() else "_" for c in shown) + f"_{hashed}"
     if name in sys.modules:
         return sys.modules[name]
     path = cache_directory() / f"{name}.py"

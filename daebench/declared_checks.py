@@ -29,14 +29,16 @@ def integrals(scene: Scene) -> str:
     problem = scene.source.derivation.problem
     x = [*problem.p, *problem.q]
     slopes = numeric(scene, [[sp.sympify(each).diff(symbol) for symbol in x] for each in problem.integrals.values()])
+    seen = 0
     for p, q in points(scene):
+        seen += 1
         rate = np.concatenate(rates(scene, p, q))
         for name, slope in zip(problem.integrals, np.array(slopes(p, q), dtype=float), strict=True):
             change, scale = float(slope @ rate), float(np.abs(slope) @ np.abs(rate))
-            if abs(change) > CLOSE * scale:
+            if not abs(change) <= CLOSE * scale:
                 where = f"its derivative along the motion is {change:.3g} at q = {text(q)}, p = {text(p)}, and not 0"
                 return f"{scene.problem}: {name} is no first integral: {where}; correct it, or leave it out."
-    return ""
+    return "" if seen else _nowhere(scene, "first integrals")
 
 
 def closed_form(scene: Scene | PoissonScene) -> str:
@@ -46,7 +48,8 @@ def closed_form(scene: Scene | PoissonScene) -> str:
     where = f"{scene.problem}, case {scene.case!r}: closed_form"
     with mp.workdps(40):
         start, values = exact_start(scene)
-        form = _guarded(where, lambda t: flat(scene, scene.source.derivation.problem.closed_form(t, *start, values)))
+        given = scene.source.derivation.problem.closed_form
+        form = _guarded(where, lambda t: [mp.mpf(x) for x in flat(scene, given(t, *start, values))])
         begin, first = flat(scene, start), form(mp.mpf(0))
         if len(first) != scene.size:
             return f"{where} returns {len(first)} numbers, and a state has {scene.size}; correct it."
@@ -71,10 +74,15 @@ def _rate(form: Callable[[Any], list[Any]], t: Any) -> Array:
 def kinetic_flow(scene: Scene) -> str:
     """Hold the kinetic flow against the identity at time 0, the equations of motion without U, and the manifold."""
     flow = scene.source.derivation.problem.kinetic_flow
+    if scene.source.derivation.problem.M is None:
+        return f"{scene.problem}: a kinetic flow needs M and U in place of H; give them, or leave it out."
     after = numeric(scene, [list(flow.p), list(flow.q)], flow.t)
-    return next(
-        (f"{scene.problem}: the kinetic flow {fault}; correct it." for p, q in points(scene) if (fault := _flow(scene, after, p, q))), ""
-    )
+    seen = 0
+    for p, q in points(scene):
+        seen += 1
+        if fault := _flow(scene, after, p, q):
+            return f"{scene.problem}: the kinetic flow {fault}; correct it."
+    return "" if seen else _nowhere(scene, "kinetic flow")
 
 
 def _flow(scene: Scene, after: Callable[..., Any], p: Array, q: Array) -> str:
@@ -113,6 +121,12 @@ def chart(scene: Scene) -> str:
             where = f"there and back misses q = {text(q)}, p = {text(p)} by {off:.3g} of the state's size"
             return f"{scene.problem}: the chart and its inverse do not undo each other: {where}; correct one of them."
     return "" if seen else f"{scene.problem}: the chart has no finite values around the start of case {scene.case!r}; correct it."
+
+
+def _nowhere(scene: Scene, what: str) -> str:
+    """Return the sentence for a declaration of which nothing can be said."""
+    why = f"the {what} cannot be checked around the start of case {scene.case!r}, where no state is consistent and has finite rates"
+    return f"{scene.problem}: {why}; correct the case."
 
 
 def _guarded(where: str, form: Callable[[Any], list[Any]]) -> Callable[[Any], list[Any]]:

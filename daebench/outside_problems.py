@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from daebench.errors import BadInput, DaebenchError, InvalidProblem
-from daebench.neighbours import Fresh, importable, imported
+from daebench.neighbours import Fresh, Neighbours, importable, imported
 from daebench.problem_files import KINDS, Problem, parsed, read
 
 if TYPE_CHECKING:
@@ -21,11 +21,6 @@ def is_path(name: str) -> bool:
     return name.endswith(".py") or "/" in name or "\\" in name
 
 
-def label(name: str) -> str:
-    """Return the name of a problem as a name of files and folders: of a path its last part."""
-    return Path(name).stem if is_path(name) else name
-
-
 def find(name: str) -> Problem:
     """Return the problem in a file.
 
@@ -34,8 +29,12 @@ def find(name: str) -> Problem:
     BadInput
         If there is no such file, or its text is not that of a problem.
     """
-    path = Path(name).expanduser()
-    if not path.is_file():
+    try:
+        path = Path(name).expanduser()
+        there = path.is_file()
+    except (OSError, RuntimeError, ValueError):  # a name too long, ~ of a user that there is not, a character that no path has
+        there = False
+    if not there:
         raise BadInput(f"{name}: there is no such file; give the path of a problem file, or a name that daebench list problems has.")
     return read(path, name=name, package="", depends_on=_files, run=_run)
 
@@ -50,30 +49,38 @@ def _files(problem: Problem) -> Sequence[Path]:
 
 
 def _run(problem: Problem, structure: Mapping[str, int]) -> "Definition":
-    with importable(problem.path.parent) as neighbours, naming(problem, problem.path.parent):
-        module = _module(problem)
-        definition = call(problem, module, structure)
+    try:
+        with importable(problem.path.parent) as neighbours, naming(problem):
+            definition = call(problem, _module(problem), structure)
+        _require_seen(problem, neighbours)
+    except BaseException:
+        sys.modules.pop(_name(problem), None)  # another try is to find the same fault
+        raise
+    return definition
+
+
+def _require_seen(problem: Problem, neighbours: Neighbours) -> None:
     known = {path.resolve() for path in problem.depends_on(problem)}
     if unseen := [path for path in neighbours.found.values() if path.is_file() and path.resolve() not in known]:
         raise InvalidProblem(
             f"{problem.name} imports {unseen[0].name} in a way that cannot be seen in its text, so that a change there would go unnoticed; "
             "name it in an import statement."
         )
-    return definition
+
+
+def _name(problem: Problem) -> str:
+    """Return the name of a file's module, which no other file or text of this file has."""
+    return f"daebench_problem_{problem.path.stem}_{problem.digest[:16]}"
 
 
 def _module(problem: Problem) -> types.ModuleType:
-    """Return the file's module, under a name of its own that no other file or text of this file has."""
-    name = f"daebench_problem_{problem.path.stem}_{problem.digest[:16]}"
+    """Return the file's module, run once."""
+    name = _name(problem)
     if name not in sys.modules:
         module = types.ModuleType(name, None)
         module.__file__ = str(problem.path)
         sys.modules[name] = module
-        try:
-            exec(Fresh(name, str(problem.path)).get_code(name), module.__dict__)
-        except BaseException:
-            del sys.modules[name]
-            raise
+        exec(Fresh(name, str(problem.path)).get_code(name), module.__dict__)
     return sys.modules[name]
 
 
@@ -111,7 +118,7 @@ def _what(definition: object) -> str:
 
 
 @contextlib.contextmanager
-def naming(problem: Problem, folder: Path) -> Iterator[None]:
+def naming(problem: Problem) -> Iterator[None]:
     """Turn whatever goes wrong in a file into one sentence with its file and line; what it prints goes to standard error.
 
     Raises
@@ -123,22 +130,22 @@ def naming(problem: Problem, folder: Path) -> Iterator[None]:
         with contextlib.redirect_stdout(sys.stderr):
             yield
     except DaebenchError as error:
-        raise InvalidProblem(f"{_place(problem, folder, error)}: {error}") from error
+        raise InvalidProblem(f"{_place(problem, error)}: {error}") from error
     except SyntaxError as error:
         where = f"{Path(error.filename).name}, line {error.lineno}" if error.filename else "a file that it imports"
         raise InvalidProblem(f"{problem.name}: {where} is not Python: {error.msg}.") from error
     except (Exception, SystemExit) as error:
         text = " ".join(str(error).split()).rstrip(".")
         what = type(error).__name__ + (f": {text}" if text else "")
-        raise InvalidProblem(f"{_place(problem, folder, error)}: {what}; correct the file.") from error
+        raise InvalidProblem(f"{_place(problem, error)}: {what}; correct the file.") from error
 
 
-def _place(problem: Problem, folder: Path, error: BaseException) -> str:
-    """Return the file and line of the innermost call in the folder of a problem."""
-    inside = folder.resolve()
+def _place(problem: Problem, error: BaseException) -> str:
+    """Return the file and line of the innermost call in a problem's own files."""
+    own = {path.resolve() for path in (problem.path, *(set(problem.depends_on(problem)) - set(own_files())))}
     for frame in reversed(traceback.extract_tb(error.__traceback__)):
-        file = Path(frame.filename)
-        if file.is_file() and file.resolve().is_relative_to(inside):
-            name = problem.name if is_path(problem.name) and file.resolve() == problem.path.resolve() else f"{problem.name}, in {file.name}"
+        file = Path(frame.filename).resolve()
+        if file in own:
+            name = problem.name if is_path(problem.name) and file == problem.path.resolve() else f"{problem.name}, in {file.name}"
             return f"{name}, line {frame.lineno}"
     return problem.name

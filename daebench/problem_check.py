@@ -13,16 +13,15 @@ from typing import Any
 
 import numpy as np
 
-from daebench import declared_checks, nearby
+from daebench import declared_checks, definition_checks, nearby
 from daebench.cache import generated
 from daebench.definition_checks import check_smooth
+from daebench.diagnostics import consistency, manifold, metric
+from daebench.diagnostics.consistency import TOLERANCE
 from daebench.diagnostics.manifold import residual_scales
 from daebench.errors import DaebenchError, InvalidProblem
 from daebench.poisson_system import PoissonSystem
 from daebench.scene import PoissonScene, Scene, make_setting
-
-TOLERANCE = 1e-12
-"""Largest residual of a consistent start, relative to what a relative change of one in p and q would make of it."""
 
 MOST = 200
 """Most positions, or coordinates, of a problem whose declarations are checked at points around the start."""
@@ -95,7 +94,8 @@ def require_sound(setting: Setting) -> None:
 @cache
 def _code() -> str:
     """Return a digest of what decides the verdict here."""
-    files = [Path(str(each)) for each in (__file__, declared_checks.__file__, nearby.__file__)]
+    modules = (declared_checks, definition_checks, nearby, consistency, manifold, metric)
+    files = [Path(str(each)) for each in (__file__, *(module.__file__ for module in modules))]
     return hashlib.sha256(b"".join(file.read_bytes() for file in files)).hexdigest()
 
 

@@ -12,8 +12,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from daebench.errors import BadInput, DaebenchError
+from daebench.neighbours import imported
 from daebench.outside_problems import call, is_path, naming, own_files
-from daebench.problem_files import Problem, read
+from daebench.problem_files import Problem, parsed, read
 
 if TYPE_CHECKING:
     from daebench.scene import Definition
@@ -79,7 +80,7 @@ def _read(name: str, point: EntryPoint) -> Problem:
         _file(point),
         name=name,
         package=_package(point),
-        depends_on=lambda problem: [problem.path, *_files(point.module), *own_files()],
+        depends_on=lambda problem: [problem.path, *_files(point.module, problem.path), *own_files()],
         run=lambda problem, structure: _run(point, problem, structure),
     )
 
@@ -112,13 +113,13 @@ def _spec(module: str) -> ModuleSpec | None:
     return spec
 
 
-def _files(module: str) -> list[Path]:
-    """Return the files of the package that a module is in, or the file of a module that is in none."""
+def _files(module: str, path: Path) -> list[Path]:
+    """Return the files of the package that a module is in, or what the file of a module that is in none imports beside it."""
     spec = _spec(module.partition(".")[0])
     places = (spec.submodule_search_locations or []) if spec is not None else []
-    return [path for place in places for path in sorted(Path(place).rglob("*.py"))]
+    return [each for place in places for each in sorted(Path(place).rglob("*.py"))] if places else imported(path, parsed(path))
 
 
 def _run(point: EntryPoint, problem: Problem, structure: Mapping[str, int]) -> "Definition":
-    with naming(problem, problem.path.parent):
+    with naming(problem):
         return call(problem, importlib.import_module(point.module), structure)

@@ -36,9 +36,9 @@ def problem(
     linear in the squared distance of the outer atoms. Off the manifold that is another function than the cosine of the angle between
     two planes, so that the multipliers are not the same, but the motion is.
 
-    Total momentum P and angular momentum L about the origin stay, and from rest the torsion is all that moves. It has wells in trans and,
-    higher by 2.93 kJ/mol, at two gauche positions 120 degrees off, between barriers of 12.35 (trans-gauche) and 44.8 kJ/mol (cis). A
-    molecule that turns as a whole couples its torsion to its rotation.
+    Total momentum P and angular momentum L about the origin stay, and from rest the torsion alone decides where all atoms are. It
+    has wells in trans and, higher by 2.93 kJ/mol, at two gauche positions 120 degrees off, between barriers of 12.35 (trans-gauche) and
+    44.8 kJ/mol (cis). A molecule that turns as a whole couples its torsion to its rotation.
 
     Lengths are in Angstrom, masses in u and energies in kJ/mol, so that the unit of time is 0.1 ps: t = 10 is a picosecond.
 

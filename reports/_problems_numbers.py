@@ -10,7 +10,7 @@ from daebench.reports import _problems_rank as rank
 from daebench.reports import _problems_runs as runs
 from daebench.reports._problems_facts import Facts, facts
 from daebench.reports._problems_path import Drawing, drawing_of
-from daebench.reports._problems_scenes import names, scene_of
+from daebench.reports._problems_scenes import names
 from daebench.reports._tolerances_numbers import Job, computed
 
 Tell = Callable[[float, str], None]
@@ -52,8 +52,9 @@ def jobs() -> list[Job]:
 
 
 def problem_rows(problem: str) -> list[dict[str, Any]]:
-    """Return a row for each method on a problem."""
-    return [runs.row(problem, name) for name in runs.chosen(scene_of(problem))]
+    """Return a row for each method on a problem, those that are left out included."""
+    against = runs.sizes_of(problem)
+    return [runs.row(problem, name, against) for name in runs.METHODS]
 
 
 def rank_rows(problem: str, case: str) -> tuple[list[dict[str, Any]], pd.DataFrame]:

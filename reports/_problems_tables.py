@@ -85,7 +85,7 @@ def runs_table(frame: pd.DataFrame, caption: str) -> Markup:
     """Return what each method did on one problem; why there is no full run is told in place of numbers."""
     whole = frame.reindex(columns=[*frame.columns, *(each for each in COLUMNS if each not in frame)])
     shown = whole.assign(became=[outcome(row) for row in whole.to_dict("records")])
-    formats: Formats = {"method": code, "became": text, "energy": finite, "kind": present, "g": fine, "Gv": fine}
+    formats: Formats = {"method": code, "became": text, "energy": number, "kind": present, "g": fine, "Gv": fine}
     if whole["integrals"].notna().any():
         formats["integrals"] = fine
     formats |= {"steps": counted, "evaluations": counted, "solves": counted}
@@ -103,12 +103,9 @@ def outcome(row: Mapping[Any, Any]) -> str:
         return "complete" if not row.get("branches") or pd.isna(row["branches"]) else f"complete; {row['branches']}"
     if row["end"] == "refused":
         return "refuses"
+    if row["end"] == "not run":
+        return "not run"
     return f"stops at {row['t']:.3g}"
-
-
-def finite(value: float) -> Markup:
-    """Return a number, or a dash where there is none."""
-    return number(value)
 
 
 def fine(value: float) -> Markup:
@@ -136,7 +133,7 @@ def rank_table(numbers: Numbers, caption: str) -> Markup:
         went=[went(row) for row in frame.to_dict("records")],
     )
     formats: Formats = {"method": code, "scene": text, "mode": text, "ended": text, "told": partial(number, digits=5), "went": text}
-    formats |= {"turn": number, "pivot": finite, "energy": number}
+    formats |= {"turn": number, "pivot": number, "energy": number}
     headings = {"mode": "on singular", "ended": "run<small>t, s</small>", "told": "rank lost<small>told, s</small>"}
     headings |= {"went": "branch", "turn": "turn<small>degrees</small>", "pivot": "smallest<small>pivot</small>"}
     return table("rank", shown, formats, headings | {"energy": "energy error<small>J</small>"}, caption)

@@ -51,8 +51,6 @@ SCENES = (
     "stretched-M",
     "stretched-H",
     "relativistic",
-    "double-pendulum",
-    "coupled-rods",
     *problems("constrained"),
 )
 """Chosen cases and kinds, and the first case of every problem of the catalogue but ``SMALLER``, which is in the sweep by being there.

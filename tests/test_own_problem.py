@@ -1,16 +1,20 @@
 """A problem of the user's own: a file outside of the package, or one that another package brings; mistakes in it are named."""
 
+import importlib.metadata
 import json
 import os
+import re
 import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 import daebench as package
-from daebench import catalogue
+from daebench import cache, catalogue, problem_check
 from daebench.catalogue import find_problem, find_setting
 from daebench.errors import InvalidProblem
+from daebench.neighbours import TAKEN
 from daebench.problem_check import held
 from daebench.problem_plugins import _plugins
 
@@ -107,7 +111,7 @@ COMMANDS = {
 @pytest.mark.slow
 @pytest.mark.parametrize("words", COMMANDS.values(), ids=COMMANDS)
 def test_every_command_that_takes_a_problem_takes_a_file(daebench, folder, words, monkeypatch):
-    monkeypatch.setattr("daebench.cli.bench.STARTS", 1)
+    monkeypatch.setattr(importlib.import_module("daebench.cli.bench"), "STARTS", 1)  # daebench.cli.bench is the command
     status, out, err = daebench(*words)
     assert (status, err) == (0, "")
     assert out
@@ -135,6 +139,29 @@ def test_the_library_takes_paths_too(folder):
     assert scene.q0.tolist() == [2.0, 0.0]
     assert find_setting("ring.py", "turning").p0.tolist() == [6.0, 0.0]
     assert package.setting_of("./orbit.py").y0.tolist() == [1.0, 3.0]
+
+
+@pytest.mark.parametrize("path", ["~nobody_of_this_name/ring.py", "r" * 300 + ".py"], ids=["no such user", "too long"])
+def test_a_path_that_cannot_be_is_no_file(daebench, path):
+    status, _, err = daebench("show", path)
+    assert (status, err.count("\n")) == (2, 1)
+    assert f"{path}: there is no such file" in err
+
+
+def test_what_a_problem_file_writes_is_had_from_daebench():
+    for name in ("Case", "Chart", "ConstrainedChain", "ConstrainedHamiltonian", "InvalidProblem", "KineticFlow", "Picture"):
+        assert getattr(package, name).__name__ == name
+        assert name in package.__all__
+
+
+IDLE = {"param": ("--param", "mass=3"), "h": ("--h", 0), "steps": ("--steps", 200), "option": ("--option", "a=1"), "anyway": ("--anyway",)}
+
+
+@pytest.mark.parametrize("words", IDLE.values(), ids=IDLE)
+def test_what_only_a_method_is_checked_with_is_refused_without_one(daebench, folder, words):
+    status, out, err = daebench("check", "./ring.py", *words)
+    assert (status, out) == (2, "")
+    assert err == f"daebench: {words[0]} is for the check of a method; add --method, or leave it out.\n"
 
 
 def test_a_file_without_cases_starts_from_what_is_given(daebench, folder):
@@ -212,8 +239,34 @@ def test_an_import_that_cannot_be_seen_is_refused(tmp_path):
     text = HELPED.replace("import helper_of_ring", 'helper_of_ring = __import__("importlib").import_module("helper_of_ring")')
     (tmp_path / "ring.py").write_text(text)
     (tmp_path / "helper_of_ring.py").write_text("SPEED = 3\n")
-    with pytest.raises(InvalidProblem, match=r"imports helper_of_ring.py in a way that cannot be seen in its text"):
-        find_setting(str(tmp_path / "ring.py"))
+    for _ in range(2):
+        with pytest.raises(InvalidProblem, match=r"imports helper_of_ring.py in a way that cannot be seen in its text"):
+            find_setting(str(tmp_path / "ring.py"))
+
+
+def test_names_of_what_daebench_stands_on_are_taken():
+    providers = importlib.metadata.packages_distributions()
+    lines = [line for line in importlib.metadata.requires("daebench") or () if "extra" not in line or re.search("certify|scale", line)]
+    needed = {re.match(r"[\w-]+", line)[0].lower() for line in lines} - {"daebench"}
+    brought = {name for name, by in providers.items() if needed & {each.lower() for each in by} and name.isidentifier()}
+    assert {name for name in brought if not name.startswith("_")} <= TAKEN
+    assert len(brought) >= len(needed)
+
+
+LONG = {"folders": ("d" * 100, "e" * 100, "ring.py"), "file": ("ring" * 50 + ".py",)}
+
+
+@pytest.mark.parametrize("parts", LONG.values(), ids=LONG)
+def test_a_path_of_any_length_has_its_files_in_the_cache(tmp_path, monkeypatch, parts):
+    monkeypatch.setenv("DAEBENCH_CACHE", str(tmp_path / "kept"))
+    path = tmp_path.joinpath(*parts)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_text(RING)
+    scene = find_setting(str(path), "turning")
+    assert scene.value("g", scene.q0).tolist() == [0.0]
+    kept = [each.stem for each in (tmp_path / "kept").glob("*.py")]
+    assert len(kept) >= 3
+    assert max(map(len, kept)) <= 120  # numba adds as much again for its own files beside these, and 255 is the limit
 
 
 def test_a_file_beside_it_takes_no_name_that_daebench_stands_on(tmp_path, monkeypatch):
@@ -338,6 +391,21 @@ DECLARED = {
         "the mass matrix M is not positive definite at q0: its eigenvalues are from -2 to 2",
     ),
     "integral": ("turn}", "p[0]}", "L is no first integral: its derivative along the motion is"),
+    "integral that is no number": (
+        "turn}",
+        "turn + sp.sqrt(q[0] - 9)}",
+        "its derivative along the motion is nan",
+    ),
+    "complex closed form": (
+        "c, s = mp.cos(angle), mp.sin(angle)",
+        "c, s = mp.mpc(mp.cos(angle), 1), mp.sin(angle)",
+        "closed_form raises TypeError: cannot create mpf from",
+    ),
+    "kinetic flow of an H": (
+        "M=m * sp.eye(2),\n        U=sp.S.Zero,",
+        "H=(p[0] ** 2 + p[1] ** 2) / (2 * m),",
+        "a kinetic flow needs M and U in place of H",
+    ),
     "closed form elsewhere": ("** 2) * t", "** 2) * (t + 1)", "closed_form is off the initial values at t = 0 by"),
     "closed form too fast": ("** 2) * t", "** 2) * t * 2", "closed_form misses the equations of motion by 1 of their size at t = 0 s"),
     "closed form that raises": ('parameters["mass"]', 'parameters["m"]', "closed_form raises KeyError: 'm'"),
@@ -407,6 +475,34 @@ def test_what_is_declared_and_not_so_is_named(daebench, folder, old, new, senten
     assert err.count("\n") == 1
 
 
+LATER = {
+    "a call": ("    turn = ", "    fragile.break_down()\n    turn = ", 15),
+    "the top": ("\n\ndef problem", "\nfragile.break_down()\n\n\ndef problem", 10),
+}
+
+
+@pytest.mark.parametrize(("old", "new", "line"), LATER.values(), ids=LATER)
+def test_the_place_is_in_the_users_file_where_another_package_in_its_folder_raises(tmp_path, monkeypatch, old, new, line):
+    library = tmp_path / ".venv" / "lib"
+    library.mkdir(parents=True)
+    (library / "fragile.py").write_text("def break_down():\n    raise ValueError('too much')\n")
+    monkeypatch.syspath_prepend(str(library))
+    (tmp_path / "ring.py").write_text(RING.replace(old, new, 1).replace("import sympy", "import fragile\nimport sympy", 1))
+    try:
+        with pytest.raises(InvalidProblem, match=rf"ring.py, line {line}: ValueError: too much; correct the file"):
+            find_setting(str(tmp_path / "ring.py"))
+    finally:
+        sys.modules.pop("fragile", None)
+
+
+@pytest.mark.parametrize("what", ["integrals", "kinetic_flow"])
+def test_a_declaration_that_is_checked_nowhere_is_not_found_sound(folder, monkeypatch, what):
+    scene = find_setting("./ring.py", "turning")
+    monkeypatch.setattr("daebench.declared_checks.points", lambda scene: iter(()))
+    fault = getattr(problem_check.declared_checks, what)(scene)
+    assert re.fullmatch(r"\./ring\.py: .* cannot be checked around the start of case 'turning'.*; correct .*\.", fault)
+
+
 OFF = {
     "g": ("Case(q=(r, 0), p=(0, 0))", "Case(q=(r + 1, 0), p=(0, 0))", "g[0] = q1**2 + q2**2 - radius**2, is 4 at q0 and not 0"),
     "G H_p": ("Case(q=(r, 0), p=(0, 0))", "Case(q=(r, 0), p=(4, 0))", "G H_p[0], is 6 at q0, p0 and not 0"),
@@ -430,6 +526,22 @@ def test_what_was_found_sound_is_not_looked_at_again_until_the_file_changes(fold
     (folder / "ring.py").write_text(RING + "\n")
     with pytest.raises(pytest.fail.Exception, match="checked again"):
         find_setting("./ring.py", "turning")
+
+
+DECIDE = ["problem_check", "declared_checks", "definition_checks", "nearby", "consistency", "manifold", "metric"]
+
+
+@pytest.mark.parametrize("name", DECIDE)
+def test_what_was_found_sound_is_looked_at_again_where_the_check_itself_changed(monkeypatch, name):
+    before, read = problem_check._code.__wrapped__(), Path.read_bytes
+    monkeypatch.setattr(Path, "read_bytes", lambda path: read(path) + (b"#" if path.stem == name else b""))
+    assert problem_check._code.__wrapped__() != before
+
+
+def test_what_refuses_a_definition_is_a_part_of_the_toolchain(monkeypatch):
+    before, read = cache.toolchain.__wrapped__(), Path.read_bytes
+    monkeypatch.setattr(Path, "read_bytes", lambda path: read(path) + (b"#" if path.name == "definition_checks.py" else b""))
+    assert cache.toolchain.__wrapped__() != before
 
 
 NOT_SMOOTH = {
@@ -506,6 +618,36 @@ def test_a_mistake_in_a_problem_of_another_package_is_named(daebench, install, m
     monkeypatch.setattr("daebench.catalogue.problems", dict)
     with pytest.warns(UserWarning, match="problem plugged_wrong of plugged2 1.2 cannot be used: plugged_wrong, in ring.py, line 14"):
         assert package.problems().empty
+
+
+@pytest.fixture
+def install_module(install, tmp_path):
+    """Return a function that installs a problem as a module that is in no package, with modules beside it."""
+
+    def installed(name, **files):
+        install(f"{name}_dist", {f"{name}_problem": name})
+        for each, text in files.items():
+            (tmp_path / f"{each}.py").write_text(text)
+
+    return installed
+
+
+def test_a_problem_in_a_module_of_its_own_depends_on_the_modules_that_it_imports(install_module, tmp_path):
+    install_module("plugged7", plugged7=HELPED.replace("helper_of_ring", "plugged7_helper"), plugged7_helper="SPEED = 3\n")
+    before = find_problem("plugged7_problem").digest
+    _plugins.cache_clear()
+    assert find_problem("plugged7_problem").digest == before
+    (tmp_path / "plugged7_helper.py").write_text("SPEED = 4\n")
+    _plugins.cache_clear()
+    assert find_problem("plugged7_problem").digest != before
+
+
+def test_the_place_of_a_mistake_in_a_module_of_its_own_is_in_no_other_package(install_module):
+    hidden = '__import__("importlib").import_module("plugged8_other")'
+    text = RING.replace("    turn =", f"    {hidden}.break_down()\n    turn =", 1)
+    install_module("plugged8", plugged8=text, plugged8_other="def break_down():\n    raise ValueError('too much')\n")
+    with pytest.raises(InvalidProblem, match=r"^plugged8_problem, in plugged8.py, line 14: ValueError: too much"):
+        find_setting("plugged8_problem")
 
 
 BROKEN = {

@@ -344,6 +344,8 @@ def test_geodesics_wind_round_the_axis_that_they_are_named_after(case, kind):
 
 
 def test_on_the_torus_the_orbits_do_what_they_say():
+    """Beside the innermost circle, of curvature -1 along it, geodesics part as cosh t, and are as near again after a turn of the tube."""
+
     def tube_angle(case, t):
         where = find_scene("torus", case)
         q, _ = independent(where, np.linspace(0, t, 100 * int(t) + 1)[1:])
@@ -352,8 +354,10 @@ def test_on_the_torus_the_orbits_do_what_they_say():
     assert np.ptp(tube_angle("through_hole", 20)) > 8 * np.pi
     trough = tube_angle("trough", 20)
     assert -1.7 < trough.min() < trough.max() < -0.6
-    inner = np.abs(np.abs(tube_angle("inner", 8)[:1]) - np.pi)
-    assert inner < 2e-3
+    beside = np.pi - tube_angle("inner", 24)
+    t = np.linspace(0, 24, 2401)[1:]
+    assert np.abs(beside / (1e-3 * np.cosh(t)) - 1)[t <= 3].max() < 0.01
+    assert np.abs(2 * np.pi - beside).min() == pytest.approx(1e-3, rel=0.01)
 
 
 def test_wells_and_barriers_of_butane_are_where_the_force_vanishes():

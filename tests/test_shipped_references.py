@@ -41,6 +41,11 @@ EXPECTED = {
 }
 """Names, and a time that each reaches, s."""
 
+BARI_Q = [15.81077119629904, -15.75637105984298, 0.04082224013073101, -0.5347301163226948, 0.5244099658805304, 0.5347301163226948]
+BARI_Q += [1.048080741042263]
+BARI_LAM = [199.1753333731910, -29.75531228015052, 23.06654119098399, 31.45271365475927, 22.64249232082739, 11.61740700019673]
+"""Andrews' squeezer at t = 0.03 s in the Bari test set."""
+
 
 def test_every_problem_has_one_and_none_is_missing():
     assert {load(name).problem for name in names()} >= set(problems())
@@ -94,12 +99,31 @@ def test_the_four_bar_linkage_is_where_a_published_program_converges_to():
 
 
 def test_the_heavy_top_has_the_published_energy_and_quaternion(plain_functions):
-    """A Runge-Kutta computation gave (-.70828, .43878, .54573, .0894) at t = 0.2."""
+    """A Runge-Kutta computation gave (-.70828, .43878, .54573, .0894) at t = 0.2: five decimals, so that an entry of Q is good to 1e-5."""
     found = load("rigid_body_rotation-heavy_top")
     a, b, c, d = -0.70828, 0.43878, 0.54573, 0.0894
-    row = [a * a + b * b - c * c - d * d, 2 * (b * c - a * d), 2 * (b * d + a * c)]
-    assert np.abs(states_at(found, [0.2]).states["q"][0, :3] - row).max() < 2e-3
+    Q = [
+        [a * a + b * b - c * c - d * d, 2 * (b * c - a * d), 2 * (b * d + a * c)],
+        [2 * (b * c + a * d), a * a - b * b + c * c - d * d, 2 * (c * d - a * b)],
+        [2 * (b * d - a * c), 2 * (c * d + a * b), a * a - b * b - c * c + d * d],
+    ]
+    assert np.abs(states_at(found, [0.2]).states["q"][0].reshape(3, 3) - Q).max() < 1e-5
     assert float(found.scene().value("H", found.p[-1], found.q[-1])) == pytest.approx(5435.696790865546875, rel=1e-14)
+
+
+@pytest.mark.slow
+def test_the_squeezer_is_where_the_bari_test_set_says_but_for_a_shift_of_its_time(plain_functions):
+    """The published positions are late by one shift of 1e-12 s, and the multipliers good to seven digits of the largest."""
+    found = load("andrews_squeezer-bari")
+    at = states_at(found, [0.03])
+    v = found.scene().along("H_p", at.states["p"], at.states["q"])[0]
+    off = at.states["q"][0] - BARI_Q
+    assert np.abs(off[2:]).max() < 5e-10
+    assert np.abs(off[:2]).max() < 2e-9
+    shift = off @ v / (v @ v)
+    assert shift == pytest.approx(-1e-12, rel=0.01)
+    assert np.abs(off - shift * v).max() < 1e-12
+    assert np.abs(at.states["lam"][0] - BARI_LAM).max() < 1e-7 * max(BARI_LAM)
 
 
 @pytest.mark.slow

@@ -1,5 +1,7 @@
 """Source of the solution of banded systems, node by node: elimination in a loop up the chain, substitution in one down the chain."""
 
+import ast
+import copy
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial
@@ -107,13 +109,13 @@ class Band:
             line = f"{b}_window[{b}_rows, {b}_rows + {ahead}] = {text}" if ahead else f"{b}_window[{b}_rows, {b}_rows] = {text}"
             lines.append(f"if {b}_rows >= {-ahead}: {line}" if ahead < 0 else line)
         lines.append(f"{b}_window[{b}_rows, {2 * w + 1}] = {row.right(at)}")
-        lines += [f"band_push({b}_window, {b}_size, {b}_scale, {b}_rows, {w}, par)", f"{b}_rows += 1", f"if {b}_rows == {w + 1}:"]
+        lines += [f"band{w}_push({b}_window, {b}_size, {b}_scale, {b}_rows)", f"{b}_rows += 1", f"if {b}_rows == {w + 1}:"]
         return lines + [f"    {line}" for line in self._settled()]
 
     def _settled(self) -> list[str]:
-        b, w = self.name, self.width
-        arrays = f"{b}_window, {b}_size, {b}_scale, {b}_rows, {w}, {b}_U, {b}_column, {b}_pivot"
-        return [f"{b}_pivot = band_settle({arrays}, par)", f"{b}_rows -= 1", f"{b}_column += 1"]
+        b = self.name
+        arrays = f"{b}_window, {b}_size, {b}_scale, {b}_rows, {b}_U, {b}_column, {b}_pivot"
+        return [f"{b}_pivot = band{self.width}_settle({arrays})", f"{b}_rows -= 1", f"{b}_column += 1"]
 
     def _one(self, r: int, at: At) -> list[str]:
         """Source of the elimination of one column between a pending row and the row that comes, as ``kernels/band.py`` does it."""
@@ -188,3 +190,34 @@ class Band:
             return [f"{b}_x[{u} * ({k}) + {i}]" for i in which]
 
         return Field(kind=kind, width=len(which), stage=stage, needs=(), write=write, ghost=["ZERO"] * len(which))
+
+
+class _OfWidth(ast.NodeTransformer):
+    """Puts a number in the place of the half-bandwidth w of ``kernels/band.py``, so that its loops have known ends and are unrolled."""
+
+    def __init__(self, width: int, functions: Sequence[str]) -> None:
+        self.width, self.functions = width, functions
+
+    def visit_FunctionDef(self, node: ast.FunctionDef) -> ast.AST:
+        """Rename a function, and take w and annotations from its arguments."""
+        node.name, node.returns = f"band{self.width}_{node.name}", None
+        node.args.args = [ast.arg(each.arg) for each in node.args.args if each.arg != "w"]
+        return self.generic_visit(node)
+
+    def visit_Call(self, node: ast.Call) -> ast.AST:
+        """Rename a call, and take w from what it hands over."""
+        if isinstance(node.func, ast.Name) and node.func.id in self.functions:
+            node.args = [each for each in node.args if not (isinstance(each, ast.Name) and each.id == "w")]
+            node.func.id = f"band{self.width}_{node.func.id}"
+        return self.generic_visit(node)
+
+    def visit_Name(self, node: ast.Name) -> ast.AST:
+        """Put in the number."""
+        return ast.Constant(self.width) if node.id == "w" else node
+
+
+def of_width(functions: Mapping[str, ast.FunctionDef], width: int) -> dict[str, str]:
+    """Return the sources of the functions of ``kernels/band.py`` for one half-bandwidth, by their names."""
+    specialise = _OfWidth(width, tuple(functions))
+    found = [specialise.visit(copy.deepcopy(each)) for each in functions.values()]
+    return {each.name: ast.unparse(ast.fix_missing_locations(each)) for each in found}

@@ -6,8 +6,11 @@ import typer
 
 from daebench.cli.arguments import Anyway, Case, Free, Json, Param, Problem
 from daebench.cli.console import bar, pairs, print_json, print_table
+from daebench.errors import BadInput
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
     from daebench.claims_bench import Finding
 
 
@@ -18,7 +21,7 @@ def check(
     ] = None,
     case: Case = None,
     h: Annotated[float | None, typer.Option("--h", help="Step size of all but the order; a small part of the motion if left out.")] = None,
-    steps: Annotated[int, typer.Option("--steps", help="Steps along which what is kept is watched.")] = 200,
+    steps: Annotated[int | None, typer.Option("--steps", help="Steps along which what is kept is watched; 200 if left out.")] = None,
     param: Param = None,
     option: Free = None,
     anyway: Anyway = False,
@@ -30,6 +33,7 @@ def check(
     integrals, closed form, kinetic flow and chart.
     """
     if method is None:
+        _refuse_idle({"--param": param, "--h": h, "--steps": steps, "--option": option, "--anyway": anyway or None})
         raise typer.Exit(_checked(problem, case, as_json=as_json))
     from dataclasses import asdict
 
@@ -42,7 +46,7 @@ def check(
     scene = setting_of(problem, case, pairs("param", param or []))
     chosen = measured(method_of(scene, method, pairs("option", option or []), anyway=anyway), scene, NO_CLAIMS)
     with bar(f"{method} on {problem}") as progress:
-        value = default_step(scene) if h is None else h
+        value, steps = default_step(scene) if h is None else h, 200 if steps is None else steps
         found = check_claims(scene, chosen, h=value, steps=steps, progress=progress)
     short = [each.property for each in found if each.verdict == FALLS_SHORT]
     if as_json:
@@ -63,6 +67,13 @@ def check(
         if short:
             print(f"{chosen.name} falls short of what it claims: {', '.join(short)}.")
     raise typer.Exit(1 if short else 0)
+
+
+def _refuse_idle(given: "Mapping[str, object]") -> None:
+    """Refuse options that only the check of a method has."""
+    for name, value in given.items():
+        if value is not None:
+            raise BadInput(f"{name} is for the check of a method; add --method, or leave it out.")
 
 
 def _checked(problem: str, case: str | None, *, as_json: bool) -> int:
