@@ -170,7 +170,7 @@ def pose(scene: Scene, formulation: str, options: Mapping[str, float] | None = N
         raise unknown("formulation", formulation, FORMULATIONS)
     if multipliers not in ("plain", "derivative"):
         raise unknown("treatment of multipliers", multipliers, ("plain", "derivative"))
-    par = np.array([*scene.par, *_options(formulation, options or {}).values()], dtype=float)
+    par = np.array([*scene.par, *free_numbers(formulation, options or {}).values()], dtype=float)
     module = _module(scene, formulation, multipliers if formulation != "ode" else "plain")
     with np.errstate(all="ignore"):
         y0, yp0 = _start(scene, formulation, multipliers, module, par)
@@ -181,7 +181,14 @@ def _multiplier_names(formulation: str) -> tuple[str, ...]:
     return {"ode": (), "ggl": ("lam", "mu")}.get(formulation, ("lam",))
 
 
-def _options(formulation: str, given: Mapping[str, float]) -> dict[str, float]:
+def free_numbers(formulation: str, given: Mapping[str, float]) -> dict[str, float]:
+    """Return the free numbers of a formulation, those given over the defaults.
+
+    Raises
+    ------
+    BadInput
+        If a name is unknown, or a value no finite number of at least 0.
+    """
     values = dict(OPTIONS.get(formulation, {}))
     for name, value in given.items():
         if name not in values:
@@ -207,16 +214,16 @@ def _start(scene: Scene, formulation: str, multipliers: str, module: types.Modul
     state = np.concatenate([scene.q0, _velocity(scene) if module.MECHANICAL else scene.p0])
     rates = np.empty_like(state)
     if formulation == "ode":
-        _require(scene, module.rhs(0.0, state, rates, par))
+        require_determined(scene, module.rhs(0.0, state, rates, par))
         return state, rates
     A, b = np.empty((module.K, module.K)), np.empty((module.K, 1))
     module.system(state, A, b[:, 0], par)
-    _require(scene, eliminate(A, b))
+    require_determined(scene, eliminate(A, b))
     module.slope(state, b[:, 0], rates, par)
     lam = b[-scene.m :, 0]
     mu: Any = np.zeros(scene.m * (len(_multiplier_names(formulation)) - 1))
     forces, nothing = np.concatenate([lam, mu]), np.zeros(len(lam) + len(mu))
-    _require(scene, float(np.sum(0.0 * rates) + np.sum(0.0 * lam) + 1.0))
+    require_determined(scene, float(np.sum(0.0 * rates) + np.sum(0.0 * lam) + 1.0))
     plain = multipliers == "plain"
     return np.concatenate([state, forces if plain else nothing]), np.concatenate([rates, nothing if plain else forces])
 
@@ -229,7 +236,7 @@ def _velocity(scene: Scene) -> Array:
     return v[:, 0]
 
 
-def _require(scene: Scene, health: float) -> None:
+def require_determined(scene: Scene, health: float) -> None:
     """Raise if the multiplier at the start is not determined."""
     if not health > SINGULAR:
         where = f"{scene.problem}, case {scene.case}, has no multiplier at the start"

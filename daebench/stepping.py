@@ -248,9 +248,9 @@ class Run:
         index = self.grid.every * np.arange(1, self.row + 1)
         end = [self.done] if self.done and (not len(index) or index[-1] != self.done) else []
         last = np.array([self.linked.leave(self.x)] * len(end), dtype=float).reshape(-1, self.scene.size)
-        rows = np.concatenate([np.concatenate(self.scene.start)[None], self.X[: self.row].astype(float), last])
+        rows = np.concatenate([np.concatenate(self.scene.start)[None], self.X[: self.row].astype(float, copy=False), last])
         return np.array([0, *index, *end], dtype=float) * self.grid.h, rows
 
     def multipliers(self) -> Array:
         """Return the raw multipliers of the steps that were taken, one row a step."""
-        return self.R[: self.row].astype(float)
+        return self.R[: self.row].astype(float, copy=False)

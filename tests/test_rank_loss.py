@@ -351,7 +351,7 @@ def test_tolerance_driven_runs_that_go_on_say_which_branch(lock_up, truth):
 
 
 @pytest.mark.slow
-def test_ida_on_index_2_takes_the_other_branch_at_the_lock_up_and_says_so(lock_up):
+def test_ida_on_index_2_says_which_branch_it_took_at_the_lock_up(lock_up):
     run = parse("ida:index2").solve(lock_up, Request(value=1e-10, t_end=1.2, on_singular="continue")).complete()
     (passage,) = run.passages
     on_slide = abs(run.q[-1, 2]) > 1e-3

@@ -1,6 +1,5 @@
 """Pose a scene whose vectors are arrays: a residual whose Jacobian is banded, in a number of operations linear in the nodes."""
 
-import math
 import types
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -9,9 +8,7 @@ from typing import Any
 import numpy as np
 
 from daebench.cache import generated
-from daebench.elimination import SINGULAR
-from daebench.errors import DaebenchError
-from daebench.pose import Array, Dae, Kernel, _options
+from daebench.pose import Array, Dae, Kernel, free_numbers, require_determined
 from daebench.scene import Scene
 
 
@@ -62,7 +59,7 @@ def pose_banded(scene: Scene, formulation: str, options: Mapping[str, float] | N
     DaebenchError
         If the multiplier at the start is not determined: G M^-1 G^T is singular, or a value is not finite.
     """
-    par = np.array([*scene.par, *_options(formulation, options or {}).values()], dtype=float)
+    par = np.array([*scene.par, *free_numbers(formulation, options or {}).values()], dtype=float)
     module = _module(scene, formulation, multipliers)
     slopes, starts = np.array(module.PLACES).T
     order = (np.arange(module.NODES)[:, None] * slopes + starts).ravel()[module.MISSING :]
@@ -103,17 +100,5 @@ def _start(scene: Scene, formulation: str, multipliers: str, residual: Kernel, o
     residual(0.0, y0[order], yp0[order], res, par)
     still[order] = res  # of v' = 0: its rows of momenta are U_q + G^T lam
     yp0[d : 2 * d] = scene.value("H_p", -still[d : 2 * d], q0)
-    _require(scene, pivot, y0, yp0)
+    require_determined(scene, pivot + 0.0 * float(np.sum(y0) + np.sum(yp0)))
     return y0, yp0
-
-
-def _require(scene: Scene, pivot: float, *values: Array) -> None:
-    """Raise if the multiplier at the start is not determined."""
-    where = f"{scene.problem}, case {scene.case}, has no multiplier at the start"
-    if pivot <= SINGULAR:
-        raise DaebenchError(
-            f"{where}: G M^-1 G^T is singular there (relative pivot {pivot:.1e}); "
-            "remove redundant constraints, or start where the constraints are independent."
-        )
-    if math.isnan(pivot) or not all(np.all(np.isfinite(each)) for each in values):
-        raise DaebenchError(f"{where}: a value is not finite there; check parameters and initial values.")

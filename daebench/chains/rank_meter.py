@@ -18,3 +18,6 @@ class ChainRankMeter(RankMeter):
 
     def _spike(self, y: Array) -> str:
         return ""
+
+    def _keep(self) -> None:
+        """Keep nothing: no force is told of."""
