@@ -35,6 +35,9 @@ class Values:
         Name of the run's number type.
     """
 
+    elementwise = True
+    """Whether entries may be arrays in the place of numbers, which makes a function one of many states at once."""
+
     def __init__(
         self,
         d: int,

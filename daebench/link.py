@@ -121,7 +121,7 @@ class Linker:
         lines.append("INF = " + ("numpy.float32(numpy.inf)" if self.options.precision == "float32" else "numpy.inf"))
         if self.scheme:
             lines += [f"EACH_{name.upper()} = {self.work.get(name, [])}" for name in ("one", "finish", "begin")]
-        lines.append(f"ELEMENTWISE = {'def solve' not in body and 'def _solve' not in body}")
+        lines.append(f"ELEMENTWISE = {self.algebra.elementwise and 'def solve' not in body and 'def _solve' not in body}")
         if self.options.compiled:
             lines.insert(1, "from numba import njit\n")
             body = decorated(body, names, cached)
