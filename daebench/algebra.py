@@ -40,6 +40,9 @@ class Values:
     least_squares = False
     """Whether systems of constraints are solved by least squares, which leave out what is dependent."""
 
+    elementwise = True
+    """Whether entries may be arrays in the place of numbers, which makes a function one of many states at once."""
+
     def __init__(
         self,
         d: int,

@@ -12,6 +12,9 @@ class Arrays:
         Number of coordinates; halves have half as many.
     """
 
+    elementwise = False
+    """Whether entries may be arrays in the place of numbers."""
+
     def __init__(self, n: int) -> None:
         self.n = n
 

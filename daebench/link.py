@@ -133,7 +133,7 @@ class Linker:
             lines += [f"DTYPE = numpy.{self.options.precision}", f"REAL = numpy.{real}", "ZERO = DTYPE(0)"]
         if self.scheme:
             lines += [f"EACH_{name.upper()} = {self.work.get(name, [])}" for name in ("one", "finish", "begin")]
-        lines.append(f"ELEMENTWISE = {'def solve' not in body and 'def _solve' not in body}")
+        lines.append(f"ELEMENTWISE = {self.algebra.elementwise and 'def solve' not in body and 'def _solve' not in body}")
         if self.options.compiled:
             lines.insert(1, "from numba import njit\n")
             body = decorated(body, names, cached)

@@ -23,14 +23,8 @@ from daebench.trajectory import POISSON, POISSON_WORK, Array, PoissonTrajectory
 FORMS = {"darboux": "canonical coordinates z = (q, p, c), HLW VII.4.3: z' = B0 grad K(z)"}
 """The forms of a Poisson system that a scheme can be run on besides its own coordinates."""
 
-LEFT = {
-    3: ("a value is no longer finite", "use a smaller h, and see whether the motion itself runs away there"),
-    6: (
-        "the state has left the domain {domain}",
-        "use a smaller h, and see whether the motion itself runs away there; steps of flows (strang) and of darboux: leave it by overflow "
-        "only",
-    ),
-}
+RUN_AWAY = "use a smaller h, and see whether the motion itself runs away there"
+LEFT = {3: ("a value is no longer finite", RUN_AWAY), 6: ("the state has left the domain {domain}", RUN_AWAY)}
 """Why a step of a Poisson system is refused besides :data:`daebench.stepping.REASONS`, and what to do."""
 
 PoissonFlow = Callable[[Sequence[complex]], Array]

@@ -227,9 +227,10 @@ class PoissonSystem:
         if twice := {str(symbol) for symbol in own if own.count(symbol) > 1}:
             raise InvalidProblem(f"{', '.join(sorted(twice))} stands for more than one coordinate or parameter; rename one.")
         for where, expression, symbols in self._expressions():
-            if extra := sp.sympify(expression).free_symbols - symbols - set(self.parameters):
+            written = sp.sympify(expression)
+            if extra := written.free_symbols - symbols - set(self.parameters):
                 raise InvalidProblem(f"{where} contains {', '.join(sorted(map(str, extra)))}, which it may not depend on; declare it.")
-            if sp.sympify(expression).has(sp.I, sp.nan, sp.zoo, sp.oo):
+            if written.has(sp.I, sp.nan, sp.zoo, sp.oo, -sp.oo):
                 raise InvalidProblem(f"{where} is not a real number everywhere: it contains an imaginary unit, infinity or NaN.")
         names = {str(symbol) for symbol in self.parameters}
         for name, case in self.cases.items():

@@ -222,7 +222,7 @@ class Setting:
         call = getattr(module, name)
         par = tuple(map(np.float64, self.par))
         with np.errstate(all="ignore"):
-            if self.arrays or not module.ELEMENTWISE:
+            if not module.ELEMENTWISE:
                 vector = np.asarray if self.arrays else tuple
                 return np.array([call(*map(vector, row), par) for row in zip(*arguments, strict=True)])
             columns = call(*(tuple(x.T) for x in arguments), par)

@@ -110,7 +110,8 @@ def test_a_lattice_without_two_neighbours_is_refused(sites):
 def test_functions_along_many_states_of_a_large_lattice_are_loops_too():
     where = find_setting("ablowitz_ladik", None, {"sites": 600})
     Y = np.array([where.y0, 0.5 * where.y0])
-    assert where.along("H", Y) == pytest.approx([by_hand(y)[1] for y in Y], rel=1e-9)
+    rounding = 600**2 * np.sum(Y[0] ** 2) * np.finfo(float).eps  # of either sum in H, which nearly cancel
+    assert where.along("H", Y) == pytest.approx([by_hand(y)[1] for y in Y], abs=4 * rounding)
 
 
 @pytest.mark.parametrize("name", ["ida:ode", "cvode:bdf", "scipy:Radau"], ids=str)

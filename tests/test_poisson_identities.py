@@ -208,6 +208,7 @@ WRONG_RECORDS = {
     "empty": ({"y": (), "B": sp.zeros(0, 0), "H": sp.Integer(0)}, "needs at least one coordinate"),
     "imaginary": ({"H": sp.I * sp.Symbol("a", real=True)}, "H is not a real number everywhere"),
     "nan": ({"H": sp.nan}, "H is not a real number everywhere"),
+    "infinite": ({"H": -sp.oo * sp.Symbol("a", real=True) ** 2}, "H is not a real number everywhere"),
 }
 
 

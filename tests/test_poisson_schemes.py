@@ -143,8 +143,7 @@ def test_the_printed_euler_form_leaves_the_domain_and_its_adjoint_does_not():
     assert failed.steps == 0
     assert failed.failure == (
         "symplectic_euler on lotka_volterra, case 6,2, stopped at t = 0 (step 1 of 1000, h = 0.25): the state has left the domain "
-        "u > 0 and v > 0; use a smaller h, and see whether the motion itself runs away there; steps of flows (strang) and of darboux: "
-        "leave it by overflow only."
+        "u > 0 and v > 0; use a smaller h, and see whether the motion itself runs away there."
     )
     with pytest.raises(RunFailed, match="left the domain"):
         failed.complete()
@@ -247,8 +246,10 @@ def test_symplectic_euler_takes_just_the_blocks_for_which_it_is_a_poisson_map(bl
         ("strang/", "ends with /, and no composition follows"),
         ("strang@", "ends with @, and no splitting follows"),
         ("local:strang", "unknown solver or form of Poisson systems 'local'"),
+        ("darboux:", "darboux: names no scheme; it has one of .*verlet"),
+        ("darboux:verlett", "unknown scheme after darboux: 'verlett'; did you mean verlet"),
     ],
-    ids=["unknown", "composition", "darboux", "at", "projection", "slash", "no-splitting", "form"],
+    ids=["unknown", "composition", "darboux", "at", "projection", "slash", "no-splitting", "form", "nothing", "unknown-in-form"],
 )
 def test_names_that_make_no_sense_are_refused(name, sentence):
     with pytest.raises(BadInput, match=sentence):
