@@ -11,9 +11,10 @@ from daebench.catalogue import ALGEBRAS, find_setting
 from daebench.errors import BadInput, DaebenchError, unknown
 from daebench.inputs import positive, real, whole
 from daebench.kinds import kind_of, knob_value, method_of
+from daebench.make_scene import constrained
 from daebench.method import ON_SINGULAR, Progress, Request
 from daebench.names import listed
-from daebench.scene import PoissonScene, Scene, constrained
+from daebench.scene import PoissonScene, Scene
 from daebench.trajectory import CONSTRAINED, POISSON, PoissonTrajectory, Trajectory
 
 if TYPE_CHECKING:
@@ -69,7 +70,8 @@ def _setting(
         return find_setting(os.fspath(problem), case, parameters, algebra=algebra, **start)
     if not hasattr(problem, "fingerprint"):
         raise BadInput(f"a problem is a name, a ConstrainedHamiltonian or a PoissonSystem, or the path of a file, not {problem!r}.")
-    from daebench.scene import make_setting, source_of
+    from daebench.make_scene import make_setting
+    from daebench.source import source_of
 
     if algebra and algebra not in ALGEBRAS:
         raise unknown("algebra", algebra, ALGEBRAS)

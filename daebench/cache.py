@@ -34,7 +34,7 @@ GENERATORS += (
     "poisson_watch",
     "pose",
 )
-GENERATORS += ("problem", "residuals", "scene", "sheet", "solvers", "syntax", "unroll", "watch")
+GENERATORS += ("problem", "residuals", "scene", "sheet", "solvers", "source", "syntax", "unroll", "watch")
 """The modules that decide what generated source says; kernels and schemes do too."""
 
 

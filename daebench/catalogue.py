@@ -19,7 +19,8 @@ from daebench.problem_files import Problem, read, summary
 
 if TYPE_CHECKING:
     from daebench.problem_plugins import Plugins
-    from daebench.scene import Definition, PoissonScene, Scene, Source
+    from daebench.scene import PoissonScene, Scene
+    from daebench.source import Definition, Source
 
 PACKAGE = Path(__file__).parent
 
@@ -106,7 +107,7 @@ def find_scene(
     algebra: str = "",
 ) -> "Scene":
     """Return the scene of a constrained problem's case, see :func:`find_setting`; it refuses Poisson systems."""
-    from daebench.scene import constrained
+    from daebench.make_scene import constrained
 
     return constrained(find_setting(problem, case, parameters, algebra=algebra, p0=p0, q0=q0))
 
@@ -163,7 +164,7 @@ def _setting(
     start: Mapping[str, Sequence[float] | None],
     algebra: str = "",
 ) -> "Scene | PoissonScene":
-    from daebench.scene import make_setting
+    from daebench.make_scene import make_setting
 
     given = dict(parameters or {})
     structure = {name: _whole(name, given.pop(name)) for name in list(given) if name in found.structure}

@@ -13,7 +13,7 @@ from daebench.neighbours import Fresh, Neighbours, importable, imported
 from daebench.problem_files import KINDS, Problem, parsed, read
 
 if TYPE_CHECKING:
-    from daebench.scene import Definition
+    from daebench.source import Definition
 
 
 def is_path(name: str) -> bool:

@@ -20,8 +20,9 @@ from daebench.diagnostics import consistency, manifold, metric
 from daebench.diagnostics.consistency import TOLERANCE
 from daebench.diagnostics.manifold import residual_scales
 from daebench.errors import DaebenchError, InvalidProblem
+from daebench.make_scene import make_setting
 from daebench.poisson_system import PoissonSystem
-from daebench.scene import PoissonScene, Scene, make_setting
+from daebench.scene import PoissonScene, Scene
 
 MOST = 200
 """Most positions, or coordinates, of a problem whose declarations are checked at points around the start."""

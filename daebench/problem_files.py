@@ -12,7 +12,7 @@ from daebench.errors import BadInput
 from daebench.inputs import real
 
 if TYPE_CHECKING:
-    from daebench.scene import Definition, Source
+    from daebench.source import Definition, Source
 
 KINDS = {"ConstrainedHamiltonian": "constrained", "ConstrainedChain": "constrained"}
 KINDS |= {"PoissonSystem": "poisson", "PoissonLattice": "poisson"}
@@ -75,7 +75,7 @@ class Problem:
 
     def source(self, structure: Mapping[str, int], algebra: str = "") -> "Source":
         """Return the source of the definition with these structural parameters."""
-        from daebench.scene import Source
+        from daebench.source import Source
 
         values = dict(self.structure) | dict(structure)
         key = f"{self.name} {self.digest} {sorted(values.items())} {algebra}".rstrip()

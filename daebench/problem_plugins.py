@@ -17,7 +17,7 @@ from daebench.outside_problems import call, is_path, naming, own_files
 from daebench.problem_files import Problem, parsed, read
 
 if TYPE_CHECKING:
-    from daebench.scene import Definition
+    from daebench.source import Definition
 
 GROUP = "daebench.problems"
 _VALUE = re.compile(r"\w+(\.\w+)*(:problem)?")

@@ -8,6 +8,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from daebench.diagnostics.symplecticity import tangent_basis
 from daebench.errors import BadInput
+from daebench.make_scene import initial_values
 from daebench.scene import Scene
 
 if TYPE_CHECKING:
@@ -165,9 +166,7 @@ def symplectic_projection(scene: Scene, p: ArrayLike, q: ArrayLike) -> Array:
         If p or q is not what it must be, or the two-form degenerates on the tangent space there, as where G loses rank and the system
         does not rest.
     """
-    p, q = np.asarray(p, dtype=float), np.asarray(q, dtype=float)
-    if p.shape != (scene.d,) or q.shape != (scene.d,) or not np.all(np.isfinite([p, q])):
-        raise BadInput(f"p and q of a point of {scene.problem} must be {scene.d} finite numbers each.")
+    p, q = (initial_values(name, values, scene.sheet) for name, values in (("p", p), ("q", q)))
     X = tangent_basis(scene, p, q)
     d = scene.d
     XJ = np.hstack([-X[d:].T, X[:d].T])

@@ -6,7 +6,8 @@ import mpmath
 import sympy as sp
 
 from daebench.errors import BadInput
-from daebench.scene import Array, Source
+from daebench.scene import Array
+from daebench.source import Source
 from daebench.truth import DIGITS as DIGITS
 from daebench.truth import evaluated
 

@@ -6,7 +6,8 @@ import definitions
 import pytest
 
 from daebench.catalogue import find_scene, problems
-from daebench.scene import make_scene, source_of
+from daebench.make_scene import make_scene
+from daebench.source import source_of
 
 IN_TENS = {"methyl": 1.5035, "methylene": 1.4027, "C0": 0.928, "C1": 1.216, "C2": -1.312, "C3": -0.306, "C4": 2.624, "C5": -3.15}
 """Butane in units of 10 u and 10 kJ/mol: the same motion with momenta of order one."""

@@ -8,6 +8,7 @@ import sympy as sp
 from scenes import scene
 
 from daebench.errors import BadInput, RunFailed
+from daebench.make_scene import make_scene
 from daebench.reference.certified import constrained, index_reduced, local, taylor
 from daebench.reference.certified.amplification import amplification, double_horizon
 from daebench.reference.certified.amplification import growth as growth_of
@@ -17,7 +18,7 @@ from daebench.reference.certified.local import Local
 from daebench.reference.certified.motions import Motions
 from daebench.reference.certified.multiprecision import Functions
 from daebench.reference.certified.quadruple import Translation, library, orthogonally
-from daebench.scene import make_scene, source_of
+from daebench.source import source_of
 
 
 @pytest.fixture(autouse=True)

@@ -14,11 +14,12 @@ from daebench.chains import residuals
 from daebench.chains.chain import ConstrainedChain
 from daebench.chains.pose import pose_banded
 from daebench.errors import BadInput, DaebenchError
+from daebench.make_scene import make_scene
 from daebench.method import Patience, Request
 from daebench.pose import pose
 from daebench.problem import Case
 from daebench.problems import pendulum_chain
-from daebench.scene import make_scene, source_of
+from daebench.source import source_of
 
 FORMULATIONS = {"index3": "plain", "index2": "derivative", "index1": "plain", "ggl": "derivative", "baumgarte": "plain"}
 CHAINS = ("pendulums", "bars", "one node")

@@ -13,10 +13,11 @@ from daebench.chains.derivation import WRITTEN_OUT
 from daebench.errors import BadInput, InvalidProblem
 from daebench.fixed_step import FixedStep
 from daebench.kernels import band
+from daebench.make_scene import make_scene
 from daebench.method import Request
 from daebench.names import parse
 from daebench.problem import Case
-from daebench.scene import make_scene, source_of
+from daebench.source import source_of
 
 EPS = np.finfo(float).eps
 PLACES = {"pendulum_chain": ("hanging", {"links": 3}), "four_bar": ("swing", {"bars": 2})}

@@ -11,9 +11,10 @@ from daebench.claims_bench import FALLS_SHORT, NOT_APPLICABLE, NOT_CLAIMED, OK, 
 from daebench.claims_check import check_claims, default_step
 from daebench.errors import BadInput, RunFailed
 from daebench.fixed_step import FixedStep
+from daebench.make_scene import make_scene
 from daebench.names import parse
 from daebench.problem import Case, ConstrainedHamiltonian, coordinates
-from daebench.scene import make_scene, source_of
+from daebench.source import source_of
 
 
 def checked(monkeypatch, scene, method, h=0.01, *, claims=None, order=False, **more):

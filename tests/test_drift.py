@@ -7,8 +7,9 @@ from daebench.diagnostics.energy import energy_drift
 from daebench.diagnostics.integrals import energy_error, integral_errors
 from daebench.diagnostics.manifold import manifold_drift
 from daebench.errors import BadInput
+from daebench.make_scene import make_scene
 from daebench.problems import planar_pendulum
-from daebench.scene import make_scene, source_of
+from daebench.source import source_of
 from daebench.trajectory import Trajectory
 
 

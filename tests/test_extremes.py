@@ -11,9 +11,10 @@ import daebench
 from daebench.errors import BadInput, InvalidProblem
 from daebench.fixed_step import FixedStep
 from daebench.grid import Grid
+from daebench.make_scene import make_scene
 from daebench.method import Request
 from daebench.problem import Case, ConstrainedHamiltonian, coordinates
-from daebench.scene import make_scene, source_of
+from daebench.source import source_of
 
 NAMES = ("v1", "lam1", "p", "q", "lambda", "par", "x", "t_0", "numpy")
 

@@ -16,10 +16,11 @@ from daebench.diagnostics.reversibility import reversibility_defect
 from daebench.diagnostics.symplecticity import symplecticity_defect
 from daebench.errors import BadInput, InvalidProblem
 from daebench.local_flow import arctan2, enter, leave, local_flow, structure_matrix
+from daebench.make_scene import make_scene
 from daebench.method import Request
 from daebench.names import parse
 from daebench.problem import Case, Chart, ConstrainedHamiltonian, coordinates
-from daebench.scene import make_scene, source_of
+from daebench.source import source_of
 
 
 def test_options_of_the_forms_are_checked():

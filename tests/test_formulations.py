@@ -14,10 +14,11 @@ from daebench import residuals
 from daebench.elimination import SINGULAR
 from daebench.equations import Equations
 from daebench.errors import BadInput, DaebenchError
+from daebench.make_scene import make_scene
 from daebench.method import Request
 from daebench.pose import FORMULATIONS, pose
 from daebench.reference.ida import Ida
-from daebench.scene import make_scene, source_of
+from daebench.source import source_of
 
 pytestmark = pytest.mark.usefixtures("plain_functions")
 

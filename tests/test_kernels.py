@@ -13,10 +13,11 @@ from daebench import cache
 from daebench.catalogue import schemes
 from daebench.errors import BadInput, RunFailed
 from daebench.fixed_step import FixedStep
+from daebench.make_scene import make_scene
 from daebench.members import members
 from daebench.method import Request
 from daebench.problem import Case, ConstrainedHamiltonian, coordinates
-from daebench.scene import make_scene, source_of
+from daebench.source import source_of
 
 FILES = {file: name for name, (file, _) in reversed(members().items())}
 """One scheme of each file: the others in it are the same code with more stages."""

@@ -10,12 +10,13 @@ from poisson_runs import method
 
 from daebench.catalogue import find_setting
 from daebench.errors import BadInput, InvalidProblem
+from daebench.make_scene import make_setting
 from daebench.method import Request
 from daebench.poisson_lattice import PoissonLattice
 from daebench.poisson_names import parse
 from daebench.poisson_step import coordinates
 from daebench.problems.ablowitz_ladik import problem
-from daebench.scene import make_setting, source_of
+from daebench.source import source_of
 
 SITES = 3
 NAMES = ("strang", "strang@UVD", "lie", "lie_adjoint", "rk4", "midpoint", "symplectic_euler", "darboux:verlet", "darboux:midpoint")

@@ -10,9 +10,10 @@ from daebench.diagnostics.consistency import consistency, project, projected, re
 from daebench.diagnostics.manifold import distance
 from daebench.diagnostics.metric import least_displacement
 from daebench.errors import BadInput, InconsistentStart
+from daebench.make_scene import make_scene
 from daebench.problem import Case, ConstrainedHamiltonian, coordinates
 from daebench.problems import planar_pendulum
-from daebench.scene import make_scene, source_of
+from daebench.source import source_of
 
 
 @pytest.fixture(scope="module")

@@ -20,10 +20,11 @@ from daebench.diagnostics.order import fit_order
 from daebench.diagnostics.symplecticity import tangent_basis, tangent_map
 from daebench.errors import RunFailed
 from daebench.fixed_step import FixedStep
+from daebench.make_scene import make_scene
 from daebench.method import Request
 from daebench.names import parse
 from daebench.problem import Case, ConstrainedHamiltonian, coordinates
-from daebench.scene import make_scene, source_of
+from daebench.source import source_of
 
 ORDERS = {"rk4": 4, "midpoint": 2, "gauss2": 4, "gauss3": 6, "gauss4": 8}
 

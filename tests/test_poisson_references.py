@@ -11,6 +11,7 @@ import pytest
 import sympy as sp
 
 from daebench.errors import BadInput
+from daebench.make_scene import make_setting
 from daebench.poisson_step import PoissonStep
 from daebench.poisson_system import PoissonCase, PoissonSystem
 from daebench.reference.certified import poisson, store
@@ -26,7 +27,7 @@ from daebench.reference.certified.poisson_coordinates import Canonical, Lifted, 
 from daebench.reference.certified.quadruple import Translation, library
 from daebench.reference.certified.taylor import integrated
 from daebench.reference.certified.verify import verify
-from daebench.scene import make_setting, source_of
+from daebench.source import source_of
 from daebench.testing import assert_agrees, assert_converges, assert_solver_converges, reference_trajectory
 
 NAME = "lotka_volterra-4,2"

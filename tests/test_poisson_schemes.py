@@ -9,12 +9,13 @@ from scipy.integrate import solve_ivp
 from daebench.catalogue import problems
 from daebench.diagnostics.poisson import poisson_defect
 from daebench.errors import BadInput, RunFailed
+from daebench.make_scene import make_setting
 from daebench.members import poisson_members
 from daebench.method import Request
 from daebench.poisson_names import parse
 from daebench.poisson_step import PoissonStep
 from daebench.poisson_system import PoissonCase, PoissonSystem
-from daebench.scene import make_setting, source_of
+from daebench.source import source_of
 
 PAIRS = pairs()
 each_pair = pytest.mark.parametrize(("problem", "name"), PAIRS, ids=[f"{name}-{problem}" for problem, name in PAIRS])

@@ -17,10 +17,11 @@ from daebench.diagnostics.reversibility import reversibility_defect
 from daebench.diagnostics.symplecticity import symplecticity_defect, tangent_basis
 from daebench.errors import BadInput
 from daebench.fixed_step import FixedStep
+from daebench.make_scene import make_scene
 from daebench.method import Request
 from daebench.names import parse
 from daebench.problem import Case, ConstrainedHamiltonian, coordinates
-from daebench.scene import make_scene, source_of
+from daebench.source import source_of
 
 EPS = 2.0**-52
 UP = np.array([0.0, 0.0, 1.0])

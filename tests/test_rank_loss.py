@@ -15,11 +15,12 @@ from daebench import api
 from daebench.catalogue import find_scene
 from daebench.diagnostics.rank import Crossing, dependence, extrapolated, zero_of
 from daebench.errors import BadInput, DaebenchError
+from daebench.make_scene import make_scene
 from daebench.method import Request
 from daebench.names import parse
 from daebench.problem import Case, ConstrainedHamiltonian, coordinates
-from daebench.scene import make_scene, source_of
 from daebench.solvers import least_squares_solver
+from daebench.source import source_of
 
 FIXED = ("rattle", "symplectic_euler", "shake", "lobatto3", "radau2_index2", "radau3_ggl", "se", "rk4", "energy_momentum", "rk4+proj")
 

@@ -12,8 +12,9 @@ from daebench.diagnostics.integrals import casimir_errors, energy_error, integra
 from daebench.diagnostics.order import fit_order
 from daebench.diagnostics.section import closure, section
 from daebench.errors import BadInput
+from daebench.make_scene import make_setting
 from daebench.poisson_system import PoissonCase, PoissonSystem
-from daebench.scene import make_setting, source_of
+from daebench.source import source_of
 from daebench.trajectory import PoissonTrajectory
 
 CENTER, PERIOD = np.array([0.3, -0.2]), 2 * np.pi

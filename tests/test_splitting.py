@@ -17,9 +17,10 @@ from daebench.diagnostics.symplecticity import symplecticity_defect, tangent_bas
 from daebench.errors import BadInput, InvalidProblem
 from daebench.fixed_step import FixedStep
 from daebench.kinetic_flows import product, rotation, sphere
+from daebench.make_scene import make_scene
 from daebench.method import Request
 from daebench.problem import KineticFlow, coordinates
-from daebench.scene import make_scene, source_of
+from daebench.source import source_of
 
 SPLITTINGS = ("lie", "lie_adjoint", "strang")
 PLACES = ("spherical", "two-spheres", "rotation")

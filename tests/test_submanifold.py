@@ -16,9 +16,10 @@ from daebench.diagnostics.poisson import poisson_defect
 from daebench.diagnostics.symplecticity import symplecticity_defect, tangent_basis, tangent_map
 from daebench.errors import BadInput, InvalidProblem
 from daebench.local_flow import enter, leave, local_flow, structure_matrix
+from daebench.make_scene import make_scene, make_setting
 from daebench.problem import Chart, ConstrainedHamiltonian, coordinates
 from daebench.reference.certified.store import load
-from daebench.scene import make_scene, make_setting, source_of
+from daebench.source import source_of
 from daebench.submanifold import as_poisson, symplectic_projection
 
 STEP = 1e-30
@@ -197,6 +198,26 @@ def test_the_symplectic_projection_does_not_depend_on_coordinates():
     X = chi_derivative(above, below.y0)
     known = X @ below.value("B", below.y0) @ X.T @ J(3)
     assert np.abs(symplectic_projection(above, above.p0, above.q0) - known).max() < 1e-13
+
+
+@pytest.mark.parametrize(
+    ("p", "sentence"),
+    [
+        ([1.0, 2.0], "p has 2 numbers; the problem has 3 positions"),
+        ([1.0, float("nan"), 0.0], r"p\[1\] = nan must be a finite number"),
+        (["a", "b", "c"], r"p\[0\] = 'a' must be a finite number"),
+        (1.0, "p = 1.0 must be 3 numbers"),
+    ],
+    ids=["too-few", "nan", "letters", "number"],
+)
+def test_no_point_has_no_symplectic_projection(p, sentence):
+    with pytest.raises(BadInput, match=sentence):
+        symplectic_projection(find_scene("spherical_pendulum"), p, [0.0, 0.0, 1.0])
+
+
+def test_what_is_no_constrained_problem_is_no_poisson_system():
+    with pytest.raises(BadInput, match=r"as_poisson takes a ConstrainedHamiltonian.*not 'spherical_pendulum'"):
+        as_poisson("spherical_pendulum")
 
 
 def test_there_is_no_symplectic_projection_where_the_constraint_loses_rank():

@@ -11,8 +11,9 @@ from scipy.integrate import solve_ivp
 from studies import plain
 
 from daebench.errors import RunFailed
+from daebench.make_scene import make_scene
 from daebench.order_study import study
-from daebench.scene import make_scene, source_of
+from daebench.source import source_of
 from daebench.truth import integrated, multipliers_between, reach, truth
 
 pytestmark = pytest.mark.usefixtures("plain_functions")

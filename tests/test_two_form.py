@@ -8,8 +8,9 @@ import pytest
 from daebench.diagnostics.manifold import constraint_jacobian
 from daebench.diagnostics.reversibility import reversibility_defect
 from daebench.diagnostics.symplecticity import symplecticity_defect, tangent_basis, tangent_map
+from daebench.make_scene import make_scene
 from daebench.problems import spherical_pendulum
-from daebench.scene import make_scene, source_of
+from daebench.source import source_of
 
 
 def geodesic(p, q):

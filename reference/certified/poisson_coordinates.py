@@ -7,12 +7,12 @@ from typing import Any
 import sympy as sp
 
 from daebench.catalogue import find_problem
+from daebench.make_scene import make_scene
 from daebench.reference.certified.definition import Definition
 from daebench.reference.certified.index_reduced import own_coordinates
 from daebench.reference.certified.quadruple import Translation, dotted, library
 from daebench.reference.certified.stages import Rows
 from daebench.reference.certified.taylor import Equations
-from daebench.scene import make_scene
 
 Vector = list[Any]
 

@@ -1,0 +1,126 @@
+"""Where a definition comes from, and what follows from it, derived only when something asks for it."""
+
+import types
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
+
+from daebench.cache import generated
+from daebench.errors import BadInput
+
+if TYPE_CHECKING:
+    from daebench.chains.chain import ConstrainedChain
+    from daebench.derive_local import LocalDerivation
+    from daebench.poisson_lattice import PoissonLattice
+    from daebench.poisson_system import PoissonSystem
+    from daebench.problem import ConstrainedHamiltonian
+
+    Definition = ConstrainedHamiltonian | ConstrainedChain | PoissonSystem | PoissonLattice
+
+
+@dataclass(frozen=True, eq=False)
+class Source:
+    """Where a definition comes from: it is made, and SymPy imported, only when something is derived.
+
+    Parameters
+    ----------
+    problem : str
+        Name of the problem.
+    key : str
+        Text that decides the definition, hashed before anything is imported.
+    define : callable
+        Returns the definition.
+    defaults : mapping of str to float, optional
+        Values of parameters that replace those of the sheet.
+    algebra : str
+        How a chain's vectors are held: "values" or "arrays", see ``chains.derivation``; "" as its size suggests.
+    """
+
+    problem: str
+    key: str = field(repr=False)
+    define: Callable[[], "Definition"] = field(repr=False)
+    defaults: Mapping[str, float] | None = None
+    algebra: str = ""
+
+    @cached_property
+    def derivation(self) -> Any:
+        """Everything that follows from the definition, shared by all that ask: a Derivation or a PoissonDerivation."""
+        return _derivation(self.define(), self.algebra)
+
+    def form(self, name: str) -> Any:
+        """Return everything that follows from the definition in a form of the system: most are in its own coordinates."""
+        if name == "local":
+            return self._local
+        return self._darboux if name == "darboux" else self.derivation
+
+    def split(self, splitting: str) -> Any:
+        """Return everything that follows from the definition of a Poisson system with this splitting; "" for the first."""
+        return self.derivation.split(splitting) if splitting else self.derivation
+
+    @cached_property
+    def _local(self) -> "LocalDerivation":
+        from daebench.derive_local import LocalDerivation
+
+        return LocalDerivation(self.derivation)
+
+    @cached_property
+    def _darboux(self) -> Any:
+        if self.sheet.SITES:
+            from daebench.lattice_derivation import DarbouxLattice
+
+            return DarbouxLattice(self.derivation)
+        from daebench.poisson_derivation import DarbouxDerivation
+
+        return DarbouxDerivation(self.derivation)
+
+    @cached_property
+    def sheet(self) -> types.ModuleType:
+        """Sizes, names and initial values."""
+
+        def build(cached: bool) -> str:
+            from daebench import lattice_sheet, poisson_sheet, sheet
+            from daebench.chains import sheet as chain_sheet
+            from daebench.chains.derivation import ChainDerivation
+            from daebench.lattice_derivation import LatticeDerivation
+
+            if isinstance(self.derivation, ChainDerivation):
+                return chain_sheet.source(self.problem, self.derivation)
+            if isinstance(self.derivation, LatticeDerivation):
+                return lattice_sheet.source(self.problem, self.derivation)
+            if self.derivation.states == "poisson":
+                return poisson_sheet.source(self.problem, self.derivation)
+            return sheet.source(self.problem, self.derivation)
+
+        return generated(f"{self.problem}_sheet", self.key, build)
+
+
+def _derivation(problem: "Definition", algebra: str) -> Any:
+    from daebench.chains.chain import ConstrainedChain
+    from daebench.problem import ConstrainedHamiltonian
+
+    if isinstance(problem, ConstrainedChain):
+        from daebench.chains.derivation import derived
+
+        return derived(problem, algebra)
+    if algebra == "arrays":
+        raise BadInput("the problem is not written as a chain of nodes, so that its vectors cannot be arrays; leave out the algebra.")
+    if isinstance(problem, ConstrainedHamiltonian):
+        from daebench.derive import Derivation
+
+        return Derivation(problem)
+    from daebench.poisson_lattice import PoissonLattice
+
+    if isinstance(problem, PoissonLattice):
+        from daebench.lattice_derivation import LatticeDerivation
+
+        return LatticeDerivation(problem)
+    from daebench.poisson_derivation import PoissonDerivation
+
+    return PoissonDerivation(problem)
+
+
+def source_of(problem: "Definition", name: str = "problem", algebra: str = "") -> Source:
+    """Return the source of a definition made in this process; ``algebra`` as for :class:`Source`."""
+    defaults = {str(symbol): float(value) for symbol, value in problem.parameters.items()}
+    return Source(name, f"{problem.fingerprint} {algebra}".rstrip(), lambda: problem, defaults, algebra)
