@@ -5,7 +5,8 @@ from typing import Any
 
 import numpy as np
 
-from daebench.diagnostics.rank import AFTER_FAILURE, GO_ON, MOST_STATES, REDUNDANT, WITHIN, Crossing, dependence, upcoming_loss, zero_of
+from daebench.diagnostics.passage import MOST_STATES, Crossing
+from daebench.diagnostics.rank import AFTER_FAILURE, GO_ON, REDUNDANT, WITHIN, dependence, upcoming_loss, zero_of
 from daebench.scene import Scene
 from daebench.stepping import Run
 from daebench.trajectory import Array, Passage

@@ -122,5 +122,11 @@ def _derivation(problem: "Definition", algebra: str) -> Any:
 
 def source_of(problem: "Definition", name: str = "problem", algebra: str = "") -> Source:
     """Return the source of a definition made in this process; ``algebra`` as for :class:`Source`."""
+    from daebench.chains.chain import ConstrainedChain
+
+    if isinstance(problem, ConstrainedChain):
+        from daebench.chains.derivation import held
+
+        problem = held(problem, algebra)  # so that its fingerprint tells of all that is in the kernels
     defaults = {str(symbol): float(value) for symbol, value in problem.parameters.items()}
     return Source(name, f"{problem.fingerprint} {algebra}".rstrip(), lambda: problem, defaults, algebra)

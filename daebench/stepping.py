@@ -25,7 +25,7 @@ REASONS = {
         "see whether constraints are redundant, or G has lost rank or a chart is singular there",
     ),
     3: (
-        "a value is no longer finite, residual {residual:.2e}",
+        "a value is no longer finite",
         "use a smaller h, and see whether the motion has left the domain of H or that of the chart of local:",
     ),
     4: ("a watched quantity is not finite after this step", "see whether parameters and state are in the range of double precision"),

@@ -8,7 +8,8 @@ from typing import Any
 import numpy as np
 
 from daebench.cache import generated
-from daebench.diagnostics.rank import GO_ON, Crossing, upcoming_loss, zero_of
+from daebench.diagnostics.passage import Crossing
+from daebench.diagnostics.rank import GO_ON, upcoming_loss, zero_of
 from daebench.pose import Dae
 from daebench.reference.meter import Meter, Stopped
 from daebench.reference.tolerance import Array

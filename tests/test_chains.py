@@ -351,3 +351,18 @@ def test_compiled_loops_follow_another_scheme_on_the_system_written_out():
     one, other = parse("rattle").solve(many, request), parse("lobatto4").solve(few, Request(value=0.01, steps=50))
     assert np.abs(one.q[-1] - other.q[-1]).max() < 1e-5
     assert np.abs(one.q[-1] - other.q[-1]).max() > 1e-10
+
+
+@pytest.mark.slow
+def test_compiled_loops_keep_the_number_type_of_the_run():
+    few = find_scene("pendulum_chain", "hanging", {"links": 6}, algebra="values")
+    many = find_scene("pendulum_chain", "hanging", {"links": 6}, algebra="arrays")
+    single = parse("rattle").solve(many, Request(value=1e-3, steps=50, precision="float32")).complete()
+    double = FixedStep("rattle", compiled=False).solve(few, Request(value=1e-3, steps=50))
+    assert 1e-9 < np.abs(single.q[-1] - double.q[-1]).max() < 1e-4
+    flow, by_hand = parse("rattle").flow(many, 1e-3, 10), FixedStep("rattle", compiled=False).flow(few, 1e-3, 10)
+    z = np.concatenate([many.p0, many.q0]).astype(complex)
+    z[7] += 1e-30j
+    one, other = (np.concatenate(phi(z[: many.d], z[many.d :])) for phi in (flow, by_hand))
+    assert np.abs(one.imag / 1e-30 - other.imag / 1e-30).max() < 1e-9
+    assert np.abs(other.imag / 1e-30).max() > 0.5

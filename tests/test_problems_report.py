@@ -99,7 +99,7 @@ def test_prose_is_escaped_and_its_marks_are_html():
 
 
 def test_a_residual_that_is_not_a_number_is_not_printed():
-    row = {"why": "rk4 on x, case y, stopped at t = 1 (step 2 of 3, h = 4): a value is no longer finite, residual nan; use a smaller h."}
+    row = {"why": "rk4 on x, case y, stopped at t = 1 (step 2 of 3, h = 4): a value is no longer finite; use a smaller h."}
     assert reason(row) == "a value is no longer finite"
 
 

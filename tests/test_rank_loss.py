@@ -13,7 +13,8 @@ from runs import method
 
 from daebench import api
 from daebench.catalogue import find_scene
-from daebench.diagnostics.rank import Crossing, dependence, extrapolated, zero_of
+from daebench.diagnostics.passage import Crossing, extrapolated
+from daebench.diagnostics.rank import dependence, zero_of
 from daebench.errors import BadInput, DaebenchError
 from daebench.make_scene import make_scene
 from daebench.method import Request

@@ -296,6 +296,19 @@ def test_a_run_that_stops_early_is_a_check_that_fails(references, monkeypatch):
     assert (found.digits, found.unseen) == ((), "")
 
 
+@pytest.mark.parametrize(("rows", "failed"), [(20, ""), (5, "ida:index2, tol = 1e-12")], ids=["far", "at-once"])
+def test_a_tenth_of_the_tolerance_may_be_too_small_for_ida(references, monkeypatch, rows, failed):
+    make = ida_run._by_tolerance
+
+    def collapsing(scene, ida, tol, *more):
+        run = make(scene, ida, tol, *more)
+        few = {part: x[:rows] for part, x in run.states.items()}
+        return run if tol == ida_run.TOL else replace(run, t=run.t[:rows], **few, failure="the step size has collapsed.")
+
+    monkeypatch.setattr(ida_run, "_by_tolerance", collapsing)
+    assert failing(references) == failed
+
+
 def test_a_method_with_a_large_error_of_its_own_does_not_pass_for_a_check(references, monkeypatch):
     make = own_run.stepped
     error = dict.fromkeys(PARTS, 1e-2)

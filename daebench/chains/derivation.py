@@ -21,11 +21,15 @@ WRITTEN_OUT = 14
 """Positions up to which a chain is written out as values: beyond, straight-line code takes longer to compile than loops, and to run."""
 
 
+def held(chain: ConstrainedChain, algebra: str) -> ConstrainedHamiltonian | ConstrainedChain:
+    """Return a chain for vectors as "values", which is the system written out, or as "arrays"; "" for what suits its size."""
+    return chain if algebra == "arrays" or (not algebra and chain.d > WRITTEN_OUT) else chain.written_out()
+
+
 def derived(chain: ConstrainedChain, algebra: str) -> "Derivation | ChainDerivation":
-    """Return what follows from a chain with vectors as "values" or "arrays", or "" for what suits its size."""
-    if algebra == "arrays" or (not algebra and chain.d > WRITTEN_OUT):
-        return ChainDerivation(chain)
-    return Derivation(chain.written_out())
+    """Return what follows from a chain; ``algebra`` as for :func:`held`."""
+    found = held(chain, algebra)
+    return ChainDerivation(found) if isinstance(found, ConstrainedChain) else Derivation(found)
 
 
 class ChainDerivation:

@@ -59,10 +59,17 @@ def require_consistent(scene: Scene, *, tolerance: float = TOLERANCE) -> None:
         )
     g_scale, Gv_scale = residual_scales(scene, scene.p0, scene.q0)
     if not (g <= tolerance * g_scale and Gv <= tolerance * Gv_scale):
+        worst = {name: _largest(scene, name) for name in ("g", "Gv")}
         raise InconsistentStart(
-            f"the initial values of {scene.problem}, case {scene.case}, are off the constraint manifold: |g| = {g:.3g} and "
-            f"|G H_p| = {Gv:.3g}; correct them, or add --project to move them to the nearest consistent ones."
+            f"the initial values of {scene.problem}, case {scene.case}, are off the constraint manifold: |g| = {g:.3g}{worst['g']} and "
+            f"|G H_p| = {Gv:.3g}{worst['Gv']}; correct them, or add --project to move them to the nearest consistent ones."
         )
+
+
+def _largest(scene: Scene, name: str) -> str:
+    """Return by which constraint one of these residuals is largest, where there are several."""
+    values = scene.value(name, scene.q0) if name == "g" else scene.value(name, scene.p0, scene.q0)
+    return f" (by g{np.argmax(np.abs(values)) + 1})" if scene.m > 1 else ""
 
 
 def project(scene: Scene, p: ArrayLike, q: ArrayLike) -> tuple[Array, Array, float, float]:

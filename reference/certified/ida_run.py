@@ -27,16 +27,17 @@ TABLE_FACTOR = 10.0
 def by_ida(reference: Reference) -> tuple[Recomputed | None, list[Check]]:
     """Return the run of IDA as far as it tells anything, and the checks that it reached its end with the certificate's error.
 
-    At rank loss it may take another branch, so that it is stopped before.
+    At rank loss it may take another branch, so that it is stopped before. A tenth of the tolerance may be too near to round-off for it:
+    then its error is estimated as far as that run came.
     """
     n = min(followed(reference), int(np.searchsorted(reference.t, min(IDA_END, first_loss(reference.rank_losses)), "right")))
     t_end, scene = float(reference.t[n - 1]), reference.scene()
     ida = ida_names(scene)[0]
     runs = [_by_tolerance(scene, ida, tol, t_end, n) for tol in (TOL, TOL / 10)]
-    for each in runs:
-        if each.failure:
-            return None, [Check(f"{each.method}, tol = {each.value:g}", f"reaches t = {t_end:g}", each.failure, False)]
-    loose, tight = (each.states for each in runs)
+    if why := runs[0].failure:
+        return None, [Check(f"{ida}, tol = {TOL:g}", f"reaches t = {t_end:g}", why, False)]
+    n = int(np.searchsorted(reference.t, runs[1].t[-1], "right"))
+    loose, tight = ({part: rows[:n] for part, rows in each.states.items()} for each in runs)
     estimate = {part: IDA_SAFETY * so_far(loose[part] - tight[part]) for part in loose}
     vague = np.any([estimate[part][:, 0] > VAGUE * reference.size(part) for part in loose], axis=0)
     told = int(np.argmax(vague)) if vague.any() else n

@@ -1,0 +1,112 @@
+"""The passage through a place where G loses rank: which branch the motion took."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from daebench.diagnostics.rank import LARGEST
+from daebench.scene import Scene
+from daebench.trajectory import Passage
+
+Array = NDArray[np.float64]
+
+SAME = 0.1
+"""A velocity is called the same as another where it differs by less than this part of it, in the norm of kinetic energy."""
+
+TELLING = 0.3
+"""Part of a velocity by which two ways to extrapolate it may differ for its branch to be told."""
+
+MOST_STATES = 20
+"""Steps after which a fixed-step run no longer waits for pivots to rise again."""
+
+
+@dataclass
+class Crossing:
+    """A place where G loses rank, while a run goes through it.
+
+    Parameters
+    ----------
+    scene : Scene
+        The problem.
+    t : float
+        When G loses rank, as extrapolated.
+    t0, p0, q0, pivot0
+        The last state before, its time, and what was measured there.
+    """
+
+    scene: Scene
+    t: float
+    t0: float
+    p0: Array
+    q0: Array
+    pivot0: float
+    after: list[tuple[float, Array, float]] = field(default_factory=list)
+
+    def add(self, t: float, p: Array, q: Array, pivot: float) -> None:
+        """Take note of a state that came after."""
+        self.after.append((t, self.scene.value("H_p", p, q), pivot))
+
+    @property
+    def over(self) -> bool:
+        """Whether pivots have risen again to what they were before, or nearly so, over three states beyond the place."""
+        if len(self.after) < 3 or self.after[-3][0] <= self.t:
+            return False
+        first, second, third = (pivot for _, _, pivot in self.after[-3:])
+        return first < second < third and 4 * third >= self.pivot0
+
+    @cached_property
+    def passage(self) -> Passage:
+        """Which branch the motion took: its velocity after, extrapolated back, against that before.
+
+        Branches meet in a place where G loses rank, and each is smooth: on the branch that the motion came on, the parabola through
+        three velocities after leads back to that before. Where it is far from the line through two, steps are too large to tell.
+        """
+        pivot = min([self.pivot0, *(pivot for _, _, pivot in self.after)])
+        told = self._spread() if self.over else ()
+        if not told:
+            return Passage(t=self.t, pivot=pivot, branch="unknown", turn=math.nan)
+        v0 = self.scene.value("H_p", self.p0, self.q0)
+        M = None if self.scene.arrays or self.scene.m > LARGEST else self.scene.value("mass", self.p0, self.q0)
+        back, rough = extrapolated(told, self.t0), extrapolated(told[1:], self.t0)
+        clear = _norm(back - rough, M) <= TELLING * _norm(v0, M)
+        return Passage(t=self.t, pivot=pivot, branch=_branch(v0, back, M) if clear else "unknown", turn=_turn(v0, back, M))
+
+    def _spread(self) -> list[tuple[float, Array]]:
+        """Return three states, as (t, v), that are spread over the time since G lost rank: the third is the last."""
+        beyond = [(t, v) for t, v, _ in self.after if t > self.t]
+        end = beyond[-1][0]
+        second = min(range(1, len(beyond) - 1), key=lambda k: abs(beyond[k][0] - self.t - (end - self.t) * 2 / 3))
+        first = min(range(second), key=lambda k: abs(beyond[k][0] - self.t - (end - self.t) / 3))
+        return [beyond[first], beyond[second], beyond[-1]]
+
+
+def extrapolated(points: Sequence[tuple[float, Array]], t: float) -> Array:
+    """Return the value at t of the polynomial through the points (t_i, v_i), by Lagrange's formula."""
+    total = np.zeros_like(points[0][1])
+    for i, (at, value) in enumerate(points):
+        total = total + math.prod((t - other) / (at - other) for k, (other, _) in enumerate(points) if k != i) * value
+    return total
+
+
+def _branch(v0: Array, v1: Array, M: Array | None) -> str:
+    if _norm(v1 - v0, M) <= SAME * _norm(v0, M):
+        return "through"
+    return "reflected" if _norm(v1 + v0, M) <= SAME * _norm(v0, M) else "other branch"
+
+
+def _turn(v0: Array, v1: Array, M: Array | None) -> float:
+    size = _norm(v0, M) * _norm(v1, M)
+    return math.degrees(math.acos(min(1.0, max(-1.0, _product(v0, v1, M) / size)))) if size > 0 else math.nan
+
+
+def _norm(v: Array, M: Array | None) -> float:
+    return math.sqrt(max(0.0, _product(v, v, M)))
+
+
+def _product(v: Array, w: Array, M: Array | None) -> float:
+    """Return v^T M w; of a problem too large for a full M, v^T w."""
+    return float(v @ w if M is None else v @ M @ w)
