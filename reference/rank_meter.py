@@ -37,9 +37,6 @@ EDGE = 1e-4
 KEPT = 64
 """States over a run that a multiplier is held against, about."""
 
-MOST_AFTER = 1000
-"""Steps after which a run no longer waits for pivots to rise again; each keeps a velocity."""
-
 LENGTHS = tuple(10.0**-k for k in range(2, 10))
 """Parts of the run in which a loss of rank is looked for where a solver gives up."""
 
@@ -153,7 +150,7 @@ class RankMeter(Meter):
     def _follow(self, crossing: Crossing) -> None:
         """Take note of a state after G lost rank, until it is known where the motion went."""
         crossing.add(self.t, *self._state(self.y), self.sigma**2)
-        if crossing.over or len(crossing.after) >= MOST_AFTER:
+        if crossing.over:
             self.passages.append(crossing.passage)
             self.crossing = None
 

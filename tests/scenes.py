@@ -59,7 +59,7 @@ SCENES = (
 That of the spherical pendulum is spherical-slow.
 """
 
-LARGE = ("andrews_squeezer", "butane")
+LARGE = ("andrews_squeezer", "butane", "rigid_body_rotation")
 """Problems of so many unknowns that a sweep over all schemes takes minutes, run as Python: they are swept among the slow tests."""
 
 

@@ -348,7 +348,8 @@ def test_compiled_loops_follow_another_scheme_on_the_system_written_out():
     few = find_scene("pendulum_chain", "hanging", {"links": 6}, algebra="values")
     many = find_scene("pendulum_chain", "hanging", {"links": 6}, algebra="arrays")
     request = Request(value=1e-3, steps=500)
-    one, other = parse("rattle").solve(many, request), parse("lobatto4").solve(few, Request(value=0.01, steps=50))
+    one = parse("rattle").solve(many, request)
+    other = FixedStep("lobatto4", compiled=False).solve(few, Request(value=0.01, steps=50))
     assert np.abs(one.q[-1] - other.q[-1]).max() < 1e-5
     assert np.abs(one.q[-1] - other.q[-1]).max() > 1e-10
 
@@ -364,5 +365,5 @@ def test_compiled_loops_keep_the_number_type_of_the_run():
     z = np.concatenate([many.p0, many.q0]).astype(complex)
     z[7] += 1e-30j
     one, other = (np.concatenate(phi(z[: many.d], z[many.d :])) for phi in (flow, by_hand))
-    assert np.abs(one.imag / 1e-30 - other.imag / 1e-30).max() < 1e-9
-    assert np.abs(other.imag / 1e-30).max() > 0.5
+    assert np.abs(one.imag - other.imag).max() < 1e-12 * 1e-30
+    assert np.abs(other.imag).max() > 0.05 * 1e-30

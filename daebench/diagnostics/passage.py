@@ -23,6 +23,9 @@ TELLING = 0.3
 MOST_STATES = 20
 """Steps after which a fixed-step run no longer waits for pivots to rise again."""
 
+KEPT = 64
+"""States after a place that are kept, about: a solver with error control may creep away from it in thousands of steps."""
+
 
 @dataclass
 class Crossing:
@@ -46,9 +49,15 @@ class Crossing:
     pivot0: float
     after: list[tuple[float, Array, float]] = field(default_factory=list)
 
+    def __post_init__(self) -> None:
+        self.smallest = self.pivot0
+
     def add(self, t: float, p: Array, q: Array, pivot: float) -> None:
-        """Take note of a state that came after."""
+        """Take note of a state that came after; of many, every other one is dropped but for the last three."""
         self.after.append((t, self.scene.value("H_p", p, q), pivot))
+        self.smallest = min(self.smallest, pivot)
+        if len(self.after) > 2 * KEPT:
+            self.after = [*self.after[:-3:2], *self.after[-3:]]
 
     @property
     def over(self) -> bool:
@@ -65,15 +74,14 @@ class Crossing:
         Branches meet in a place where G loses rank, and each is smooth: on the branch that the motion came on, the parabola through
         three velocities after leads back to that before. Where it is far from the line through two, steps are too large to tell.
         """
-        pivot = min([self.pivot0, *(pivot for _, _, pivot in self.after)])
         told = self._spread() if self.over else ()
         if not told:
-            return Passage(t=self.t, pivot=pivot, branch="unknown", turn=math.nan)
+            return Passage(t=self.t, pivot=self.smallest, branch="unknown", turn=math.nan)
         v0 = self.scene.value("H_p", self.p0, self.q0)
         M = None if self.scene.arrays or self.scene.m > LARGEST else self.scene.value("mass", self.p0, self.q0)
         back, rough = extrapolated(told, self.t0), extrapolated(told[1:], self.t0)
         clear = _norm(back - rough, M) <= TELLING * _norm(v0, M)
-        return Passage(t=self.t, pivot=pivot, branch=_branch(v0, back, M) if clear else "unknown", turn=_turn(v0, back, M))
+        return Passage(t=self.t, pivot=self.smallest, branch=_branch(v0, back, M) if clear else "unknown", turn=_turn(v0, back, M))
 
     def _spread(self) -> list[tuple[float, Array]]:
         """Return three states, as (t, v), that are spread over the time since G lost rank: the third is the last."""
