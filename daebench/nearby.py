@@ -17,6 +17,9 @@ State = tuple[Array, Array]
 POINTS = 4
 """Points around the start."""
 
+SLOWLY = 1e-3
+"""Speed in sizes of q in a second below which a state is at rest: residuals of velocities are not measured against less."""
+
 
 def points(scene: Scene) -> Iterator[State]:
     """Yield the start and points around it, all on the manifold and with finite rates; fewer where projections do not converge."""
@@ -56,9 +59,9 @@ def without_potential(scene: Scene, p: Array, q: Array, rate: Array) -> float:
 
 def off_manifold(scene: Scene, p: Array, q: Array) -> float:
     """Return the largest of |g| and |G H_p|, relative to what a relative change of one in p and q would make of it."""
-    state, slow = (tuple(p), tuple(q)), 1e-3 * scene.value("mass", tuple(p), tuple(q)) @ np.abs(q)
+    state, slow = (tuple(p), tuple(q)), SLOWLY * scene.value("mass", tuple(p), tuple(q)) @ np.abs(q)
     sizes = float(np.max(np.abs(scene.value("g", state[1])))), float(np.max(np.abs(scene.value("Gv", *state))))
-    scales = residual_scales(scene, np.abs(p) + np.abs(slow), q)  # at rest nothing is large, and rounding is no motion
+    scales = residual_scales(scene, np.abs(p) + np.abs(slow), q)
     return max(each / (scale or 1.0) for each, scale in zip(sizes, scales, strict=True))
 
 
