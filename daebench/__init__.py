@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from daebench.order_study import order
     from daebench.poisson_lattice import PoissonLattice
     from daebench.poisson_system import DarbouxMap, Lift, Part, PoissonCase, PoissonSystem
-    from daebench.problem import Case, Chart, ConstrainedHamiltonian, KineticFlow, Picture
+    from daebench.problem import Case, Chart, ConstrainedHamiltonian, KineticFlow, Picture, coordinates
     from daebench.submanifold import as_poisson, symplectic_projection
     from daebench.trajectory import PoissonTrajectory, Trajectory
 
@@ -44,6 +44,7 @@ __all__ = [
     "as_poisson",
     "check",
     "compare",
+    "coordinates",
     "methods",
     "order",
     "problems",
@@ -56,7 +57,7 @@ __all__ = [
 _HOME = {
     **dict.fromkeys(("methods", "run", "scene_of", "setting_of"), "api"),
     **dict.fromkeys(("BadInput", "DaebenchError", "InconsistentStart", "InvalidProblem", "RunFailed"), "errors"),
-    **dict.fromkeys(("Case", "Chart", "ConstrainedHamiltonian", "KineticFlow", "Picture"), "problem"),
+    **dict.fromkeys(("Case", "Chart", "ConstrainedHamiltonian", "KineticFlow", "Picture", "coordinates"), "problem"),
     **dict.fromkeys(("DarbouxMap", "Lift", "Part", "PoissonCase", "PoissonSystem"), "poisson_system"),
     **dict.fromkeys(("PoissonTrajectory", "Trajectory"), "trajectory"),
     **dict.fromkeys(("as_poisson", "symplectic_projection"), "submanifold"),

@@ -16,7 +16,7 @@ import numpy as np
 from daebench import declared_checks, definition_checks, nearby
 from daebench.cache import generated
 from daebench.definition_checks import check_smooth
-from daebench.diagnostics import consistency, manifold, metric
+from daebench.diagnostics import consistency, manifold, metric, rank
 from daebench.diagnostics.consistency import TOLERANCE
 from daebench.diagnostics.manifold import residual_scales
 from daebench.errors import DaebenchError, InvalidProblem
@@ -28,8 +28,12 @@ MOST = 200
 """Most positions, or coordinates, of a problem whose declarations are checked at points around the start."""
 
 SMOOTH, MASS, START = "twice differentiable at the start", "mass matrix positive definite", "initial values on the manifold"
-BASIC = (SMOOTH, MASS, START)
+RANK = "constraints independent at the start"
+BASIC = (SMOOTH, MASS, START, RANK)
 """What must hold before anything else has a meaning."""
+
+LEFT_TO_RUNS = (START, RANK)
+"""What a run may be told to go on with: a start may be projected, and dependent constraints solved by least squares."""
 
 Setting = Scene | PoissonScene
 Check = Callable[[Any], str]
@@ -72,9 +76,7 @@ def held(setting: Setting) -> list[Held]:
 
 
 def require_sound(setting: Setting) -> None:
-    """Accept a problem of which nothing is wrong at the case of a setting; what was accepted is remembered in the cache.
-
-    Whether the start is on the manifold is left to ``diagnostics.consistency``, for it may be projected.
+    """Accept a problem of which nothing is wrong at the case of a setting, but for what is left to runs; this is remembered in the cache.
 
     Raises
     ------
@@ -84,7 +86,7 @@ def require_sound(setting: Setting) -> None:
 
     def build(cached: bool) -> str:
         for each in held(setting):
-            if each.fault and each.what != START:
+            if each.fault and each.what not in LEFT_TO_RUNS:
                 raise InvalidProblem(each.fault)
         return '"""Nothing is wrong."""'
 
@@ -95,7 +97,7 @@ def require_sound(setting: Setting) -> None:
 @cache
 def _code() -> str:
     """Return a digest of what decides the verdict here."""
-    modules = (declared_checks, definition_checks, nearby, consistency, manifold, metric)
+    modules = (declared_checks, definition_checks, nearby, consistency, manifold, metric, rank)
     files = [Path(str(each)) for each in (__file__, *(module.__file__ for module in modules))]
     return hashlib.sha256(b"".join(file.read_bytes() for file in files)).hexdigest()
 
@@ -114,7 +116,7 @@ def _checks(setting: Setting) -> Mapping[str, Check]:
     if isinstance(setting, PoissonScene):
         found[SMOOTH] = poisson_smooth
     else:
-        found |= {SMOOTH: smooth, MASS: mass, START: start}
+        found |= {SMOOTH: smooth, MASS: mass, START: start, RANK: independent}
     if setting.size > 2 * MOST or not hasattr(problem, "closed_form"):
         return found
     if isinstance(setting, Scene) and problem.integrals:
@@ -141,6 +143,12 @@ def start(scene: Scene) -> str:
             where = f"constraint {k + 1} of {scene.m}, {name}[{k}]{text}, is {values[k]:.3g} at {at} and not 0"
             return f"{scene.problem}, case {scene.case!r}: {where}; correct the case, or add --project to move it to the manifold."
     return ""
+
+
+def independent(scene: Scene) -> str:
+    """Return which constraints depend on others at the start; "" where none does, or the case asks for least squares."""
+    why = None if scene.on_singular == "least-squares" else rank.dependence(scene)
+    return f"{scene.problem}, case {scene.case!r}: G M^-1 G^T is singular at the start: {why}; {rank.REDUNDANT}." if why else ""
 
 
 def mass(scene: Scene) -> str:

@@ -528,7 +528,7 @@ def test_what_was_found_sound_is_not_looked_at_again_until_the_file_changes(fold
         find_setting("./ring.py", "turning")
 
 
-DECIDE = ["problem_check", "declared_checks", "definition_checks", "nearby", "consistency", "manifold", "metric"]
+DECIDE = ["problem_check", "declared_checks", "definition_checks", "nearby", "consistency", "manifold", "metric", "rank"]
 
 
 @pytest.mark.parametrize("name", DECIDE)

@@ -13,13 +13,15 @@ from runs import method
 
 from daebench import api
 from daebench.catalogue import find_scene
+from daebench.diagnostics.consistency import require_consistent
 from daebench.diagnostics.passage import Crossing, extrapolated
 from daebench.diagnostics.rank import dependence, zero_of
-from daebench.errors import BadInput, DaebenchError
+from daebench.errors import BadInput, DaebenchError, InconsistentStart
 from daebench.make_scene import make_scene
 from daebench.method import Request
 from daebench.names import parse
 from daebench.problem import Case, ConstrainedHamiltonian, coordinates
+from daebench.problem_check import held
 from daebench.solvers import least_squares_solver
 from daebench.source import source_of
 
@@ -292,6 +294,23 @@ def test_dependent_constraints_are_named():
         doubled(REDUNDANT["a multiple"])
     )
     assert "g3 is a combination of g1 and g2, also nearby" in dependence(doubled(REDUNDANT["a combination"]))
+
+
+def test_a_check_of_the_problem_names_dependent_constraints_unless_the_case_asks_for_least_squares():
+    what = "constraints independent at the start"
+    assert [each.fault for each in held(plain()) if each.what == what] == [""]
+    twice = doubled(REDUNDANT["a multiple"])
+    (fault,) = (each.fault for each in held(twice) if each.what == what)
+    assert "G has rank 2 of 3: g3 is a combination of g1" in fault
+    assert fault.endswith("which leaves out what depends on others.")
+    bent = {"bent": dataclasses.replace(twice.source.define().cases["bent"], on_singular="least-squares")}
+    assert [each.fault for each in held(doubled(REDUNDANT["a multiple"], cases=bent)) if each.what == what] == [""]
+
+
+def test_a_start_off_the_manifold_is_said_with_the_constraint():
+    off = dataclasses.replace(plain(), q0=plain().q0 + np.array([0, 0, 0.1, 0]))
+    with pytest.raises(InconsistentStart, match=r"\|g\| = \S+ \(g2\) and \|G H_p\| = "):
+        require_consistent(off)
 
 
 def test_a_start_in_a_singular_configuration_is_told_from_redundancy(lock_up):

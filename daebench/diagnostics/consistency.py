@@ -67,9 +67,9 @@ def require_consistent(scene: Scene, *, tolerance: float = TOLERANCE) -> None:
 
 
 def _largest(scene: Scene, name: str) -> str:
-    """Return by which constraint one of these residuals is largest, where there are several."""
-    values = scene.value(name, scene.q0) if name == "g" else scene.value(name, scene.p0, scene.q0)
-    return f" (by g{np.argmax(np.abs(values)) + 1})" if scene.m > 1 else ""
+    """Return of which constraint a residual that is not zero is the largest, where there are several."""
+    values = np.abs(scene.value(name, scene.q0) if name == "g" else scene.value(name, scene.p0, scene.q0))
+    return f" (g{np.argmax(values) + 1})" if scene.m > 1 and np.max(values) > 0 else ""
 
 
 def project(scene: Scene, p: ArrayLike, q: ArrayLike) -> tuple[Array, Array, float, float]:
