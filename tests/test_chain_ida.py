@@ -92,6 +92,7 @@ def few(monkeypatch):
     """Have formulations of short chains run uncompiled, in loops over nodes and written out."""
     monkeypatch.setattr("daebench.pose._module", uncompiled.kept_module)
     monkeypatch.setattr("daebench.chains.pose._module", lambda scene, *how: interpreted(scene.source, *how))
+    monkeypatch.setattr("daebench.scene.Setting.functions", uncompiled.kept_functions)
 
 
 @pytest.fixture

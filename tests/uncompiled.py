@@ -3,6 +3,8 @@
 import types
 
 from daebench import residuals
+from daebench.link import Linker, Options
+from daebench.syntax import HOLE
 
 _kept = {}
 
@@ -20,4 +22,14 @@ def kept_module(scene, formulation, multipliers):
     key = (scene.source, formulation, multipliers)
     if key not in _kept:
         _kept[key] = module(scene, formulation, multipliers)
+    return _kept[key]
+
+
+def kept_functions(setting, *names):
+    """Return a module of a problem's functions without numba, made once; in place of ``daebench.scene.Setting.functions``."""
+    key = (setting.source, names)
+    if key not in _kept:
+        text = Linker(setting.source.derivation, Options(compiled=False)).module("Uncompiled.", [(HOLE, name) for name in names], False)
+        _kept[key] = types.ModuleType("_".join(names))
+        exec(text, _kept[key].__dict__)
     return _kept[key]
