@@ -10,9 +10,19 @@ import pytest
 os.environ.setdefault("DAEBENCH_CACHE", tempfile.mkdtemp(prefix="daebench-tests-"))
 
 import uncompiled
-from scenes import scene, swept
+from scenes import LARGE, scene, swept
 
 from daebench.catalogue import find_scene
+
+MANY_STAGES = ("lobatto5", "lobatto6", "gauss4", "radau3_ggl", "radau3_index2")
+"""Schemes whose systems are so large that a few steps of them on a large problem, run as Python, take longest of all."""
+
+
+def pytest_collection_modifyitems(items):
+    for item in items:
+        given = getattr(item, "callspec", None)
+        if given and given.params.get("each_scene") in LARGE and given.params.get("method") in MANY_STAGES:
+            item.add_marker(pytest.mark.exhaustive)
 
 
 @pytest.fixture(params=swept())
