@@ -143,7 +143,7 @@ def test_compensation_changes_round_off_and_nothing_else(get_scene):
 @pytest.mark.slow
 def test_compensation_takes_most_of_the_random_walk_away(get_scene):
     scene = get_scene("spherical-fast")
-    request = Request(value=0.002, steps=10**7, every=10**4, count=False, watch=("energy",))
+    request = Request(value=0.002, steps=2 * 10**6, every=2000, count=False, watch=("energy",))
     walks = [parse("rattle/kahan_li8", compensated=each).solve(scene, request).complete() for each in (False, True)]
     sizes = [np.std(energy_error(scene, walk)) for walk in walks]
     assert sizes[1] < sizes[0] / 5, sizes
