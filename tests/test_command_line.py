@@ -3,14 +3,17 @@
 import json
 import math
 import os
+import re
 import subprocess
 import sys
 
 import numpy as np
 import pytest
+import typer
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
+from daebench.cli import app
 from daebench.errors import BadInput
 
 KEYS = ("problem", "case", "method", "h", "steps", "t", "q", "p", "lam", "energy", "energy_error", "max_energy_error", "g", "Gv", "work")
@@ -217,6 +220,20 @@ def test_no_words_on_the_command_line_bring_a_traceback(daebench, h, steps, more
         found = json.loads(out)
         assert found["failure"] is None
         assert all(math.isfinite(x) for x in found["q"])
+
+
+def commands(group):
+    """Yield all commands, those of groups too."""
+    for each in group.commands.values():
+        yield from commands(each) if hasattr(each, "commands") else [each]
+
+
+def test_no_help_has_words_in_brackets_which_would_be_taken_for_a_style_and_left_out():
+    texts = [
+        text for each in commands(typer.main.get_command(app)) for text in (each.help, *(x.help for x in each.params if hasattr(x, "help")))
+    ]
+    assert len(texts) > 50
+    assert [text for text in texts if text and re.search(r"\[[a-z]", text)] == []
 
 
 def test_compare_prints_a_table_and_writes_table_and_picture(daebench, tmp_path):

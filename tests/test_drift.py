@@ -153,3 +153,12 @@ def test_errors_of_conserved_quantities_are_differences_from_their_start(pendulu
 def test_a_problem_without_integrals_has_no_errors_of_them():
     scene = make_scene(source_of(planar_pendulum.problem(), "planar_pendulum"), "horizontal")
     assert integral_errors(scene, trajectory_of(scene, np.zeros(1), scene.p0[None], scene.q0[None])) == {}
+
+
+def test_the_drift_of_a_run_that_blows_up_does_not_overflow():
+    t = np.linspace(0, 1000, 4001)
+    small, large = (energy_drift(t, size * (t + 10 * np.sin(t))) for size in (1.0, 2.0**1000))
+    assert large.slope == small.slope * 2.0**1000
+    assert (large.growth, large.kind) == (small.growth, small.kind) == (pytest.approx(1.0, abs=0.1), "linear")
+    burst = np.where(t > 990, 1e300, 0.0)
+    assert energy_drift(t, burst).kind == energy_drift(t, burst / 1e300).kind

@@ -11,12 +11,13 @@ Free = Annotated[list[str] | None, typer.Option("--option", help="Free number of
 Project = Annotated[bool, typer.Option("--project", help="Project the initial values onto the manifold.")]
 Anyway = Annotated[bool, typer.Option("--anyway", help="Run a scheme on a structure matrix B for which it is no Poisson integrator.")]
 Algebra = Annotated[
-    str, typer.Option("--algebra", help="How vectors are held: values, or arrays, for a chain of nodes [as the problem's size suggests].")
+    str, typer.Option("--algebra", help="How vectors are held: values, or arrays, for a chain of nodes; if left out, as its size suggests.")
 ]
 OnSingular = Annotated[
     str | None,
     typer.Option(
-        "--on-singular", help="Where G loses rank: stop, continue, or least-squares, for redundant constraints too [as the case declares]."
+        "--on-singular",
+        help="Where G loses rank: stop, continue, or least-squares, also for redundant constraints; else as the case declares.",
     ),
 ]
 Json = Annotated[bool, typer.Option("--json", help="One JSON object on standard output.")]

@@ -42,7 +42,8 @@ def run(
     p0: Annotated[str | None, typer.Option("--p0", help="Initial momenta, comma-separated, in place of the case's.")] = None,
     y0: Annotated[str | None, typer.Option("--y0", help="Initial state of a Poisson system, comma-separated.")] = None,
     watch: Annotated[
-        str | None, typer.Option("--watch", help="energy; manifold, or casimirs of a Poisson system; integrals; none [all but integrals].")
+        str | None,
+        typer.Option("--watch", help="energy; manifold, or casimirs of a Poisson system; integrals; none; if left out, all but integrals."),
     ] = None,
     project: Project = False,
     precision: Annotated[Precision, typer.Option("--precision")] = Precision.float64,

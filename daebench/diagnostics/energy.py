@@ -94,14 +94,15 @@ def energy_drift(t: ArrayLike, error: ArrayLike, *, resolution: float = 0.0) -> 
         return Drift(nan, nan, nan, nan, "undetermined")
     if np.any(np.diff(t) <= 0):
         raise BadInput("a drift needs increasing times; these do not increase.")
-    slope, slope_error, residual = _line(t, error)
-    noise = max(resolution, 8 * float(np.finfo(float).eps) * float(np.max(np.abs(error))))
+    size = float(np.max(np.abs(error))) or 1.0  # so that no square overflows
+    slope, slope_error, residual = _line(t, error / size)
+    noise = max(resolution / size, 8 * float(np.finfo(float).eps) * float(np.max(np.abs(error / size))))
     if abs(slope) <= SIGNIFICANT * slope_error or abs(slope) * (t[-1] - t[0]) <= noise:
         kind = "growing" if _spreads(residual, noise) else "bounded"
-        return Drift(slope, slope_error, float("nan"), float("nan"), kind)
-    growth, growth_error = growth_exponent(t, error, resolution=resolution)
+        return Drift(size * slope, size * slope_error, float("nan"), float("nan"), kind)
+    growth, growth_error = growth_exponent(t, error / size, resolution=resolution / size)
     linear = abs(growth - 1) <= LINEAR_BAND and growth_error <= LINEAR_BAND
-    return Drift(slope, slope_error, growth, growth_error, "linear" if linear else "growing")
+    return Drift(size * slope, size * slope_error, growth, growth_error, "linear" if linear else "growing")
 
 
 def _line(t: Array, error: Array) -> tuple[float, float, Array]:
