@@ -7,7 +7,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any, TypeVar, overload
 
 from daebench import poisson_names
-from daebench.catalogue import ALGEBRAS, find_setting
+from daebench.catalogue import find_setting
 from daebench.errors import BadInput, DaebenchError, unknown
 from daebench.inputs import positive, real, whole
 from daebench.kinds import kind_of, knob_value, method_of
@@ -73,8 +73,6 @@ def _setting(
     from daebench.make_scene import make_setting
     from daebench.source import source_of
 
-    if algebra and algebra not in ALGEBRAS:
-        raise unknown("algebra", algebra, ALGEBRAS)
     return make_setting(
         source_of(problem, algebra=algebra), case if case is not None else next(iter(problem.cases), ""), parameters, **start
     )

@@ -112,10 +112,6 @@ def find_scene(
     return constrained(find_setting(problem, case, parameters, algebra=algebra, p0=p0, q0=q0))
 
 
-ALGEBRAS = ("values", "arrays")
-"""How vectors are held: as values in straight-line code, for few unknowns, or as arrays in loops over the nodes of a chain."""
-
-
 def find_setting(
     problem: str,
     case: str | None = None,
@@ -126,15 +122,13 @@ def find_setting(
 ) -> "Scene | PoissonScene":
     """Return a problem of any kind with the numbers of a case, by default its first, and parameters and start replaced where given.
 
-    ``algebra`` is one of :data:`ALGEBRAS`, or "" for what suits the size of the problem.
+    ``algebra`` is one of :data:`daebench.source.ALGEBRAS`, or "" for what suits the size of the problem.
 
     Raises
     ------
     BadInput
         If a name is unknown, a value is not what it must be, or a problem from outside of daebench contradicts itself.
     """
-    if algebra and algebra not in ALGEBRAS:
-        raise unknown("algebra", algebra, ALGEBRAS)
     found = find_problem(problem)
     setting = _setting(found, case, parameters, start, algebra)
     if not found.own:

@@ -68,7 +68,7 @@ class Setting:
         return tuple(self.sheet.INTEGRALS)
 
     def functions(self, *names: str) -> types.ModuleType:
-        """Return a module of the problem's functions of these names, uncompiled: tuples in, tuples out."""
+        """Return a module of the problem's functions of these names: of tuples, and uncompiled, or where vectors are arrays compiled."""
 
         def build(cached: bool) -> str:
             from daebench.link import Linker, Options

@@ -1,9 +1,13 @@
 """The sheet of a problem: its sizes, names and initial values as plain Python, so that a second run needs no SymPy."""
 
+from typing import Any
+
 import sympy as sp
 
 from daebench import codegen
+from daebench.chains.chain import ConstrainedChain
 from daebench.derive import Derivation
+from daebench.problem import ConstrainedHamiltonian
 
 
 def source(problem: str, derivation: Derivation) -> str:
@@ -14,16 +18,7 @@ def source(problem: str, derivation: Derivation) -> str:
     CHART, and INITIAL (case to a function of ``par`` that returns p and q).
     """
     definition = derivation.problem
-    facts = {
-        "KIND": "constrained",
-        "D": derivation.d,
-        "M": derivation.m,
-        "PARAMETERS": {str(symbol): float(value) for symbol, value in definition.parameters.items()},
-        "POSITIVE": tuple(str(symbol) for symbol in definition.parameters if symbol.is_positive),
-        "CASES": {
-            name: {"parameters": dict(case.parameters), "about": case.about, "on_singular": case.on_singular}
-            for name, case in definition.cases.items()
-        },
+    facts = common_facts(definition, derivation.d, derivation.m) | {
         "INTEGRALS": tuple(definition.integrals),
         "SEPARABLE": derivation.separable,
         "QUADRATIC": derivation.quadratic,
@@ -38,3 +33,18 @@ def source(problem: str, derivation: Derivation) -> str:
         lines.append(codegen.expressions(f"initial_{k}", {}, values, (2, derivation.d), derivation.parameters))
     pairs = ", ".join(f"{name!r}: initial_{k}" for k, name in enumerate(definition.cases))
     return "\n".join([*lines, f"INITIAL = {{{pairs}}}", ""])
+
+
+def common_facts(definition: ConstrainedHamiltonian | ConstrainedChain, d: int, m: int) -> dict[str, Any]:
+    """Return what sheets say of constrained systems however they are written: kind, sizes, parameters and cases."""
+    return {
+        "KIND": "constrained",
+        "D": d,
+        "M": m,
+        "PARAMETERS": {str(symbol): float(value) for symbol, value in definition.parameters.items()},
+        "POSITIVE": tuple(str(symbol) for symbol in definition.parameters if symbol.is_positive),
+        "CASES": {
+            name: {"parameters": dict(case.parameters), "about": case.about, "on_singular": case.on_singular}
+            for name, case in definition.cases.items()
+        },
+    }

@@ -7,7 +7,7 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 from daebench.cache import generated
-from daebench.errors import BadInput
+from daebench.errors import BadInput, unknown
 
 if TYPE_CHECKING:
     from daebench.chains.chain import ConstrainedChain
@@ -17,6 +17,10 @@ if TYPE_CHECKING:
     from daebench.problem import ConstrainedHamiltonian
 
     Definition = ConstrainedHamiltonian | ConstrainedChain | PoissonSystem | PoissonLattice
+
+
+ALGEBRAS = ("values", "arrays")
+"""How vectors are held: as values in straight-line code, for few unknowns, or as arrays in loops over the nodes of a chain."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,7 +38,12 @@ class Source:
     defaults : mapping of str to float, optional
         Values of parameters that replace those of the sheet.
     algebra : str
-        How a chain's vectors are held: "values" or "arrays", see ``chains.derivation``; "" as its size suggests.
+        How a chain's vectors are held: one of :data:`ALGEBRAS`, see ``chains.derivation``; "" as its size suggests.
+
+    Raises
+    ------
+    BadInput
+        If the algebra is unknown.
     """
 
     problem: str
@@ -42,6 +51,10 @@ class Source:
     define: Callable[[], "Definition"] = field(repr=False)
     defaults: Mapping[str, float] | None = None
     algebra: str = ""
+
+    def __post_init__(self) -> None:
+        if self.algebra and self.algebra not in ALGEBRAS:
+            raise unknown("algebra", self.algebra, ALGEBRAS)
 
     @cached_property
     def derivation(self) -> Any:

@@ -1,6 +1,5 @@
 """IDA on chains whose functions are loops over nodes: the same equations as those of the system written out, in a band."""
 
-import types
 from functools import cache
 
 import numpy as np
@@ -82,9 +81,7 @@ def both(which):
 def interpreted(source, formulation, multipliers):
     """Return the generated module of a chain's formulation without numba."""
     text = residuals.source("Uncompiled.", source.derivation.chain, formulation, multipliers, cached=False)
-    found = types.ModuleType(f"{source.problem}_{formulation}")
-    exec(text.replace("from numba import njit", "def njit(**_):\n    return lambda function: function"), found.__dict__)
-    return found
+    return uncompiled.run(text, f"{source.problem}_{formulation}")
 
 
 @pytest.fixture

@@ -25,9 +25,9 @@ KNOWN = ("rattle", "lobatto2", "lobatto3", "lobatto4", "symplectic_euler", "symp
 COMPOSED = ("rattle/suzuki4", "symplectic_euler", "lobatto3")
 
 
-def place(problem, algebra, **more):
+def place(problem, algebra):
     case, parameters = PLACES[problem]
-    return find_scene(problem, case, parameters | more, algebra=algebra)
+    return find_scene(problem, case, parameters, algebra=algebra)
 
 
 def moved(scene):

@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pandas as pd
 import pytest
+from tampered import changed
 
 from daebench.report import build
 from daebench.reports import _poisson_body as body
@@ -293,18 +294,6 @@ def test_the_story_passes_on_numbers_of_which_it_is_true(numbers):
     assert found.lattice.ratio == pytest.approx(5e4, rel=1e-12)
     assert found.lattice.fast == 10
     assert 0.8 < found.body.shortest <= found.body.longest < 0.95
-
-
-def changed(table, column, value, **where):
-    def tamper(numbers):
-        frame = getattr(numbers, table)
-        chosen = np.ones(len(frame), dtype=bool)
-        for name, wanted in where.items():
-            chosen &= (frame[name] == wanted).to_numpy()
-        assert chosen.any()
-        return replace(numbers, **{table: frame.assign(**{column: frame[column].where(~chosen, value)})})
-
-    return tamper
 
 
 def orbit(column, value, **where):

@@ -6,6 +6,7 @@ from functools import cache
 
 import numpy as np
 import pytest
+import uncompiled
 from scipy.integrate import solve_ivp
 
 from daebench import poisson_pose as posing
@@ -30,9 +31,7 @@ def _module(scene, formulation, multipliers):
     key = (scene.problem, len(scene.y0), formulation, multipliers)
     if key not in _kept:
         text = poisson_residuals.source("Uncompiled.", scene.source.derivation, formulation, multipliers, cached=False)
-        module = types.ModuleType("uncompiled")
-        exec(text.replace("from numba import njit", "def njit(**_):\n    return lambda function: function"), module.__dict__)
-        _kept[key] = module
+        _kept[key] = uncompiled.run(text, "uncompiled")
     return _kept[key]
 
 

@@ -9,6 +9,7 @@ from xml.etree import ElementTree
 import numpy as np
 import pandas as pd
 import pytest
+from tampered import changed
 
 from daebench.catalogue import problems as catalogue
 from daebench.report import build
@@ -112,7 +113,7 @@ def test_a_drawing_starts_at_the_start_and_its_rods_keep_their_lengths(drawings)
     crank = drawings["slider_crank"]
     assert crank.dimension == 2
     assert crank.off < 1e-12
-    assert np.allclose(crank.points[0, crank.rods[0]], [[0, 0], [1, 0]], atol=1e-15)
+    assert np.allclose(crank.points[0, crank.rods[0]], [[0, 0], [1, 0]], rtol=0, atol=1e-15)
     for rod, length in zip(crank.rods, (1.0, 2.0), strict=True):
         assert np.allclose(np.linalg.norm(np.diff(crank.points[:, rod], axis=1)[:, 0], axis=1), length, rtol=0, atol=1e-12)
 
@@ -127,7 +128,7 @@ def test_points_and_lines_are_on_the_torus(drawings):
 
 def test_the_projection_keeps_lengths_across_the_line_of_sight():
     flat = projected(np.eye(3))
-    assert np.allclose(np.sum(flat**2), 2, atol=1e-14)
+    assert np.allclose(np.sum(flat**2), 2, rtol=0, atol=1e-14)
     assert np.array_equal(projected(np.ones((4, 5, 2))), np.ones((4, 5, 2)))
 
 
@@ -201,7 +202,7 @@ def test_errors_that_are_not_finite_are_infinite():
 
 def test_the_times_of_rank_loss_are_those_of_the_definitions():
     assert rank.loss("four_bar") == pytest.approx(0.71435553, abs=1e-8)
-    assert rank.loss("slider_crank") == pytest.approx(0.8874, abs=5e-5)
+    assert rank.loss("slider_crank") == pytest.approx(0.88743236848, abs=1e-8)
     assert rank.told_in("x stopped: G loses rank at about t = 0.714, within the next steps") == 0.714
     assert math.isnan(rank.told_in("x stopped"))
 
@@ -233,18 +234,6 @@ def test_the_story_passes_as_measured(numbers):
     assert found.rank.told < 5e-4
     assert found.rank.through == found.rank.went == 4
     assert found.across.reached + found.across.stopped + found.across.refused == found.across.runs == len(numbers.runs)
-
-
-def changed(table, column, value, **where):
-    def tamper(numbers):
-        frame = getattr(numbers, table)
-        chosen = np.ones(len(frame), dtype=bool)
-        for name, wanted in where.items():
-            chosen &= (frame[name] == wanted).to_numpy()
-        assert chosen.any()
-        return replace(numbers, **{table: frame.assign(**{column: frame[column].where(~chosen, value)})})
-
-    return tamper
 
 
 TAMPERED = {

@@ -9,12 +9,17 @@ from daebench.syntax import HOLE
 _kept = {}
 
 
+def run(text, name):
+    """Return a module of generated source with ``njit`` standing for nothing."""
+    found = types.ModuleType(name)
+    exec(text.replace("from numba import njit", "def njit(**_):\n    return lambda function: function"), found.__dict__)
+    return found
+
+
 def module(scene, formulation, multipliers):
     """Return the generated module of a formulation with ``njit`` standing for nothing; in place of ``daebench.pose._module``."""
     text = residuals.source("Uncompiled.", scene.source.derivation, formulation, multipliers, cached=False)
-    found = types.ModuleType(f"{scene.problem}_{formulation}_{multipliers}")
-    exec(text.replace("from numba import njit", "def njit(**_):\n    return lambda function: function"), found.__dict__)
-    return found
+    return run(text, f"{scene.problem}_{formulation}_{multipliers}")
 
 
 def kept_module(scene, formulation, multipliers):
@@ -30,6 +35,5 @@ def kept_functions(setting, *names):
     key = (setting.source, names)
     if key not in _kept:
         text = Linker(setting.source.derivation, Options(compiled=False)).module("Uncompiled.", [(HOLE, name) for name in names], False)
-        _kept[key] = types.ModuleType("_".join(names))
-        exec(text, _kept[key].__dict__)
+        _kept[key] = run(text, "_".join(names))
     return _kept[key]

@@ -7,22 +7,14 @@ import sympy as sp
 from daebench import codegen
 from daebench.chains.derivation import ChainDerivation
 from daebench.problem import Case, Exact
+from daebench.sheet import common_facts
 
 
 def source(problem: str, derivation: ChainDerivation) -> str:
     """Return the source of a chain's sheet; NODES is its number of nodes, and a chart or a closed form only a short chain has."""
     chain = derivation.chain
-    facts = {
-        "KIND": "constrained",
-        "D": chain.d,
-        "M": chain.m,
+    facts = common_facts(chain, chain.d, chain.m) | {
         "NODES": chain.nodes,
-        "PARAMETERS": {str(symbol): float(value) for symbol, value in chain.parameters.items()},
-        "POSITIVE": tuple(str(symbol) for symbol in chain.parameters if symbol.is_positive),
-        "CASES": {
-            name: {"parameters": dict(case.parameters), "about": case.about, "on_singular": case.on_singular}
-            for name, case in chain.cases.items()
-        },
         "INTEGRALS": (),
         "SEPARABLE": True,
         "QUADRATIC": True,
