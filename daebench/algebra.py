@@ -118,7 +118,7 @@ class Values:
                 "return " + pack([f"{half}[{a}]" for half in "uv" for a in m] + [f"y[{i}]" for i in range(2 * self.m, self.d)]),
             ),
             "identity_minus": matrix("identity_minus(w, X)", lambda a, b: f"{'1.0 ' * (a == b)}- w * X[{a}][{b}]", m, m),
-            "solve": lambda: self._of_constraints("solve", self.m) or solver("solve", self.m, ()),
+            "solve": lambda: self._of_constraints("solve", self.m) or solver("solve", self.m),
             "solve_d": lambda: eliminating("solve_d", self.d, self.dtype),
             "solve_dm": lambda: eliminating("solve_dm", self.d, self.dtype, self.m),
             "solve_dd": lambda: eliminating("solve_dd", self.d, self.dtype, self.d),
@@ -145,12 +145,12 @@ class Values:
         parts = pack(pack(f"z[{i * size + k}]" for k in range(size)) for i in range(blocks))
         main = function(f"{name}(B, b)", f"z, pivot = _{name}({whole}, {right})", f"return {parts}, pivot")
         inner = self._of_constraints(f"_{name}", n) if size == self.m else ""
-        inner = inner or (solver(f"_{name}", n, ()) if n <= UNROLLED else looping_solver(f"_{name}", n, self.dtype))
+        inner = inner or (solver(f"_{name}", n) if n <= UNROLLED else looping_solver(f"_{name}", n, self.dtype))
         return inner + main
 
     def _solve_2d(self) -> str:
         """Source of solve_2d(A, b): A (x, y) = b for two halves of the size of a state's."""
-        return solver("_solve_2d", 2 * self.d, ()) + function("solve_2d(A, b)", "z, pivot = _solve_2d(A, b)", _halves(self.d))
+        return solver("_solve_2d", 2 * self.d) + function("solve_2d(A, b)", "z, pivot = _solve_2d(A, b)", _halves(self.d))
 
     def _solve_2m(self) -> str:
         """Source of solve_2m(A, B, C, D, b, c): the block system [[A, B], [C, D]] (x, y) = (b, c)."""
@@ -159,4 +159,4 @@ class Values:
         whole = pack(pack(f"{blocks[i // m, j // m]}[{i % m}][{j % m}]" for j in range(2 * m)) for i in range(2 * m))
         right = pack([f"b[{i}]" for i in range(m)] + [f"c[{i}]" for i in range(m)])
         main = function("solve_2m(A, B, C, D, b, c)", f"z, pivot = _solve_2m({whole}, {right})", _halves(m))
-        return (self._of_constraints("_solve_2m", 2 * m) or solver("_solve_2m", 2 * m, ())) + main
+        return (self._of_constraints("_solve_2m", 2 * m) or solver("_solve_2m", 2 * m)) + main

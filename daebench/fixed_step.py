@@ -293,7 +293,7 @@ class FixedStep:
             p=p,
             lam=scene.along("lam", p, q) if request.multipliers else None,
             raw=stages.multipliers(run.multipliers(), grid.h, scene.m) if request.raw else {},
-            passages=tuple(getattr(run, "passages", ())),
+            passages=tuple(run.passages),
         )
 
     def check(self, scene: Scene, request: Request) -> None:

@@ -50,7 +50,7 @@ class Options:
     compiled : bool
         Whether functions are handed to numba; otherwise they run as they are.
     form : str
-        Form of the system whose right side the scheme is given: "" for (1.18), "local", "stiff" or "baumgarte".
+        Form of the system whose right side the scheme is given: "" for (1.18), "local", "stiff", "baumgarte" or "darboux".
     stages : int
         Number of stages of the scheme.
     composed, compensated : bool
@@ -99,6 +99,7 @@ class Linker:
         self.derivation, self.options, self.scheme = derivation, options, scheme
         self.algebra = derivation.algebra(options.stages, options.precision)
         self.algebra.least_squares = options.singular == "least-squares"
+        self.algebraic = cache(self.algebra.source)
         self.kinds = derivation.work
         self.constants: dict[str, bool | int] = derivation.constants | {
             "MULTISTEP": False,
@@ -172,7 +173,7 @@ class Linker:
         if name not in self.emitted:
             for needed in (*self.watch.needs(name), *self.derivation.needs(name)):
                 self.resolve(HOLE, needed)
-            source = self.derivation.source(name) or self.algebra.source(name) or self.watch.source(name)
+            source = self.derivation.source(name) or self.algebraic(name) or self.watch.source(name)
             if source is None:
                 return self._composed(name)
             self.emitted[name] = source
@@ -199,7 +200,7 @@ class Linker:
 
     def takes_par(self, module: str, name: str) -> bool:
         """Whether calls of this function hand on the problem's parameters."""
-        return module != HOLE or (self.algebra.source(name) is None and name not in _PLAIN)
+        return module != HOLE or (self.algebraic(name) is None and name not in _PLAIN)
 
     def work_of(self, emitted: str, name: str) -> list[int]:
         """Return what one call of this function counts for, Newton's sweeps apart."""

@@ -9,7 +9,7 @@ from daebench.diagnostics.passage import MOST_STATES, Crossing
 from daebench.diagnostics.rank import AFTER_FAILURE, GO_ON, REDUNDANT, WITHIN, dependence, upcoming_loss, zero_of
 from daebench.scene import Scene
 from daebench.stepping import Run
-from daebench.trajectory import Array, Passage
+from daebench.trajectory import Array
 
 
 class RankRun(Run):
@@ -27,7 +27,6 @@ class RankRun(Run):
 
     def __init__(self, mode: str, *settings: Any, **more: Any) -> None:
         self.mode = mode
-        self.passages: list[Passage] = []
         super().__init__(*settings, **more)
 
     def _no_pivots(self) -> Any:

@@ -58,6 +58,11 @@ class Setting:
         return self.source.sheet
 
     @property
+    def singular(self) -> str:
+        """How its functions solve systems that may be singular: "least-squares", or "" for elimination."""
+        return ""
+
+    @property
     def par(self) -> tuple[float, ...]:
         """Run-time parameters as kernels take them."""
         return tuple(self.parameters.values())
@@ -74,11 +79,10 @@ class Setting:
             from daebench.link import Linker, Options
             from daebench.syntax import HOLE
 
-            linker = Linker(self.source.derivation, Options(compiled=self.arrays, singular=singular))
+            linker = Linker(self.source.derivation, Options(compiled=self.arrays, singular=self.singular))
             return linker.module(f"Functions of {self.problem}.", [(HOLE, name) for name in names], cached)
 
-        singular = "least-squares" if getattr(self, "on_singular", "") == "least-squares" else ""
-        return generated(f"{self.problem}_{'_'.join(names)}", f"{self.source.key} functions {names} {singular}", build)
+        return generated(f"{self.problem}_{'_'.join(names)}", f"{self.source.key} functions {names} {self.singular}", build)
 
     def value(self, name: str, *arguments: Iterable[Any]) -> NDArray[Any]:
         """Return one of the problem's functions of (p, q), or of q, at one point."""
@@ -126,6 +130,11 @@ class Scene(Setting):
     p0: Array
     q0: Array
     on_singular: str = "stop"
+
+    @property
+    def singular(self) -> str:
+        """How its functions solve systems that may be singular: "least-squares", or "" for elimination."""
+        return "least-squares" if self.on_singular == "least-squares" else ""
 
     @property
     def start(self) -> tuple[Array, ...]:

@@ -13,7 +13,7 @@ UNROLLED_ENTRIES = 40
 
 def eliminating(name: str, n: int, dtype: str, rows: int = 0) -> str:
     """Source of elimination with so many extra right sides, unrolled or in loops by its size."""
-    return solver(name, n, range(rows)) if n * (n + rows) <= UNROLLED_ENTRIES else looping_solver(name, n, dtype, rows)
+    return solver(name, n, rows) if n * (n + rows) <= UNROLLED_ENTRIES else looping_solver(name, n, dtype, rows)
 
 
 def blocked(name: str, blocks: Sequence[Sequence[int]], dtype: str, rows: int = 0) -> str:
@@ -35,7 +35,7 @@ def blocked(name: str, blocks: Sequence[Sequence[int]], dtype: str, rows: int = 
     return inner + function(f"{name}(A, b{', X' * bool(rows)})", *lines, f"return {', '.join(found)}")
 
 
-def solver(name: str, n: int, extra: Sequence[int]) -> str:
+def solver(name: str, n: int, rows: int = 0) -> str:
     """Source of Gaussian elimination with scaled partial pivoting, unrolled.
 
     ``name(A, b)`` returns x and the smallest relative pivot; with extra right sides ``name(A, b, X)`` returns x, the solutions for
@@ -43,7 +43,7 @@ def solver(name: str, n: int, extra: Sequence[int]) -> str:
     share that cancellation has left, and scaling rows or columns (masses between 1e-8 and 1e8, say) does not change it. For a matrix
     of one entry nothing can cancel: its relative pivot is 1, or 0 if it is 0.
     """
-    N = range(n)
+    N, extra = range(n), range(rows)
     sides = ["x", *(f"y{r}_" for r in extra)]
     lines = [f"a{i}_{j} = A[{i}][{j}]" for i in N for j in N] + [f"x{i} = b[{i}]" for i in N]
     lines += [f"y{r}_{i} = X[{r}][{i}]" for r in extra for i in N]

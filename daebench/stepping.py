@@ -16,7 +16,7 @@ from daebench.kernels.rank import RANK_LOST
 from daebench.kernels.relax import ROUNDS
 from daebench.method import Request
 from daebench.scene import Setting
-from daebench.trajectory import Array
+from daebench.trajectory import Array, Passage
 
 REASONS = {
     1: ("the iteration did not converge in {sweeps} sweeps, residual {residual:.2e}", "use a smaller h"),
@@ -124,6 +124,7 @@ class Run:
         self.seconds = 0.0
         self.failure: str | None = None
         self.rank_lost = False
+        self.passages: list[Passage] = []
         self.interrupted = False
         with np.errstate(all="ignore"):
             try:

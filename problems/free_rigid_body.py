@@ -8,6 +8,7 @@ import sympy as sp
 
 from daebench.poisson_system import DarbouxMap, Lift, Part, PoissonCase, PoissonSystem
 from daebench.problems._rotations import hat, turned
+from daebench.problems.rigid_body_rotation import turning
 
 State = Sequence[sp.Expr]
 
@@ -107,9 +108,8 @@ def rotation(y: State, moments: State) -> Lift:
 
     A flat body, I3 = I1 + I2 say, has none: its D is singular.
     """
-    spin = hat([component / moment for component, moment in zip(y, moments, strict=True)])
-    D = sp.diag(*(sp.Add(*moments) / 2 - moment for moment in moments))
-    return Lift(problem="rigid_body_rotation", q=tuple(sp.eye(3)), p=tuple(spin * D), y=body_momentum)
+    omega = [component / moment for component, moment in zip(y, moments, strict=True)]
+    return Lift(problem="rigid_body_rotation", q=tuple(sp.eye(3)), p=turning(omega, moments), y=body_momentum)
 
 
 def body_momentum(p: Sequence[Any], q: Sequence[Any], parameters: Mapping[str, Any]) -> list[Any]:

@@ -89,12 +89,11 @@ def _right_side(scene: Scene, precision: str) -> Any:
 
     def build(cached: bool) -> str:
         from daebench.link import Linker, Options
-        from daebench.syntax import HOLE
+        from daebench.syntax import HOLE, decorated
 
         linker = Linker(scene.source.derivation, Options(precision=precision, singular="least-squares", compiled=COMPILED))
         module = linker.module(f"Right side of {scene.problem} by least squares, {precision}.", [(HOLE, "f")], cached)
-        handed = f"@njit(error_model='numpy'{', cache=True' * cached})\n" if COMPILED else ""
-        return f"{module}\n\n{handed}{wrapper}"
+        return f"{module}\n\n{decorated(wrapper, ['right_side'], cached) if COMPILED else wrapper}"
 
     module = generated(f"{scene.problem}_least_squares_{precision}", f"{scene.source.key} rhs {precision} {COMPILED} {wrapper}", build)
     return module.right_side

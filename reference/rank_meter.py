@@ -9,7 +9,7 @@ import numpy as np
 
 from daebench.cache import generated
 from daebench.diagnostics.passage import Crossing
-from daebench.diagnostics.rank import GO_ON, upcoming_loss, zero_of
+from daebench.diagnostics.rank import BELIEVED, GO_ON, WITHIN, upcoming_loss, zero_of
 from daebench.pose import Dae
 from daebench.reference.meter import Meter, Stopped
 from daebench.reference.tolerance import Array
@@ -21,9 +21,6 @@ AHEAD = 2.0
 
 CLOSE = 1e-3
 """Part of the largest sigma so far below which the loss is near however short the steps are: solvers shrink them towards it."""
-
-BELIEVED = 1 / 3
-"""Part of the present sigma that it may be, at most, where a line says that it is zero."""
 
 UNRESOLVED = 0.2
 """Relative change of sigma in a step above which the step is searched for a loss of rank inside."""
@@ -109,7 +106,7 @@ class RankMeter(Meter):
             return ""
         p, q = self._state(self.y)
         for part in LENGTHS:
-            t = upcoming_loss(self.dae.scene, p, q, part * self.t_end, 3)
+            t = upcoming_loss(self.dae.scene, p, q, part * self.t_end, WITHIN)
             if t is not None:
                 return f"; G loses rank at about t = {self.t + t:.9g}"
         return ""
@@ -195,14 +192,13 @@ def measure(scene: Scene, *, compiled: bool) -> Callable[..., float]:
 
     def build(cached: bool) -> str:
         from daebench.link import Linker, Options
-        from daebench.syntax import HOLE
+        from daebench.syntax import HOLE, decorated
 
         linker = Linker(scene.source.derivation, Options(compiled=compiled, singular=singular))
         module = linker.module(f"Rank of G of {scene.problem}.", [(HOLE, "independence")], cached)
-        handed = f"@njit(error_model='numpy'{', cache=True' * cached})\n" if compiled else ""
-        return f"{module}\n\n{handed}{wrapper}"
+        return f"{module}\n\n{decorated(wrapper, ['measured'], cached) if compiled else wrapper}"
 
-    singular = "least-squares" if scene.on_singular == "least-squares" else ""
+    singular = scene.singular
     module: types.ModuleType = generated(f"{scene.problem}_rank", f"{scene.source.key} rank {compiled} {singular} {wrapper}", build)
     function: Callable[..., float] = module.measured
     return function if compiled else np.errstate(all="ignore")(function)

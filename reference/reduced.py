@@ -4,7 +4,6 @@ import time
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Collection
 from dataclasses import dataclass
-from functools import partial
 from typing import ClassVar
 
 from daebench.chains.pose import refused
@@ -77,8 +76,11 @@ class OnReducedOde(ABC):
         began = time.perf_counter()
         self.check(scene, request)
         advice = "use a larger tol, and see whether G keeps its rank"
-        drive = partial(self.drive, request=request, began=began, advice=advice)
-        return constrained(self.name, scene, request, reduced, lambda dae, metered: drive(dae, metered=metered))
+
+        def driven(dae: Posed, metered: Callable[..., Meter]) -> Driven:
+            return self.drive(dae, request, began=began, advice=advice, metered=metered)
+
+        return constrained(self.name, scene, request, reduced, driven)
 
     def drive(self, posed: Posed, request: Request, *, began: float, advice: str, metered: Callable[..., Meter] = Meter) -> Driven:
         """Return what the solver gives on any ODE; see :func:`daebench.reference.tolerance.drive`."""

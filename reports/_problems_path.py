@@ -12,11 +12,11 @@ from daebench.reports._problems_runs import largest, method
 from daebench.reports._problems_scenes import definition, horizon, scene_of
 from daebench.scene import Array, Scene
 
-FINE, FRAMES = 1000, 4
-"""Steps of the fine run over the time that is drawn, and how many later positions are drawn."""
+FINE = 1000
+"""Steps of the fine run over the time that is drawn."""
 
 SHARES = (0.08, 0.2, 0.36, 0.6)
-"""When these are, as parts of the time that is drawn."""
+"""When later positions are drawn, as parts of the time that is drawn."""
 
 LINES, ALONG = 13, 61
 """Lines of constant coordinates of a surface, and points on each."""
@@ -60,7 +60,7 @@ class Drawing:
     @property
     def frames(self) -> list[int]:
         """Which times are drawn: the start and a few later ones."""
-        return [0, *(round(share * (len(self.t) - 1)) for share in SHARES[:FRAMES])]
+        return [0, *(round(share * (len(self.t) - 1)) for share in SHARES)]
 
     @property
     def moving(self) -> list[int]:

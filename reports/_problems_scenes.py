@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cache
 from types import MappingProxyType
 
 from daebench.catalogue import find_problem, find_scene, problems
@@ -69,6 +70,7 @@ def names() -> list[str]:
     return sorted(problems("constrained"), key=lambda name: (-ends.index(name) if name in ends else -len(ends), name))
 
 
+@cache
 def scene_of(name: str, case: str | None = None) -> Scene:
     """Return a case of a problem, by default its first."""
     return find_scene(name, case)

@@ -4,8 +4,9 @@ import time
 from pathlib import Path
 from types import SimpleNamespace
 
+from daebench.claims_bench import ROUNDINGS
 from daebench.report import Progress, picture, write_page
-from daebench.reports import _problems_path, _problems_rank, _problems_runs, _problems_scenes
+from daebench.reports import _problems_path, _problems_rank, _problems_scenes
 from daebench.reports._problems_claims import check
 from daebench.reports._problems_figures import draw
 from daebench.reports._problems_numbers import measure
@@ -13,9 +14,8 @@ from daebench.reports._problems_tables import reason, tables
 
 COMMAND = "daebench report problems"
 
-MODULES = (_problems_path, _problems_runs, _problems_scenes)
 CONSTANTS = SimpleNamespace(
-    RANK=_problems_rank, **{name: value for module in MODULES for name, value in vars(module).items() if name.isupper()}
+    RANK=_problems_rank, STEPS=_problems_scenes.STEPS, TOL=_problems_scenes.TOL, ROUNDINGS=ROUNDINGS, FINE=_problems_path.FINE
 )
 
 

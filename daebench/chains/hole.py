@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from functools import partial
+from functools import cached_property, partial
 from typing import TYPE_CHECKING, Any
 
 from daebench.chains.band import Band, Row
@@ -292,7 +292,7 @@ class Hole:
         return self.H_p(x, x) if isinstance(S, Mass) else self._heavy(x)
 
     def _heavy(self, x: Field) -> Field:
-        inertia, b = self.tracer.inertia(self._inertia_field), self.chain.b
+        inertia, b = self._inertia_field, self.chain.b
         ordered = [(side - 1, r, t) for side in range(3) for r, t in self.nodes.coupled[side]]
 
         def write(at: At, k: str) -> list[str]:
@@ -334,7 +334,7 @@ class Hole:
     def _gram_rows(self, A: Any, b: Sequence[Field]) -> Any:
         """Rows of A for the unknowns x_0, x_1, ... of each node, one after the other."""
         c, s = self.chain.c, len(b)
-        products = [(i, j, place, *pair) for i in range(s) for j in range(s) for place in (-1, 0, 1) for pair in self._meeting(place)]
+        products = [(i, j, place, *pair) for i in range(s) for j in range(s) for place in (-1, 0, 1) for pair in self.nodes.meeting[place]]
         rows, places = [], sorted({(i * c + r, place, j * c + t) for i, j, place, r, t, _, _ in products})
         for i in range(s):
             needs = [(A[i][0].left.entries, 0), (b[i], 0)]
@@ -342,16 +342,6 @@ class Hole:
             for a in range(c):
                 rows.append(Row(needs=needs, entries=self._gram_entries(A[i], i, a), right=_entry(b[i], a)))
         return rows, places, lambda j: (range(j * c, (j + 1) * c), ())
-
-    def _meeting(self, place: int) -> list[tuple[int, int, int, int]]:
-        """Rows of a node and of the one so many places on that meet, (row, row, entry, entry)."""
-        b, filled = self.chain.b, self.nodes.filled
-        return [
-            (r, t, i, j)
-            for i, (r, column) in enumerate(filled)
-            for j, (t, other) in enumerate(filled)
-            if (column // b - 1, column % b) == (other // b - 1 + place, other % b)
-        ]
 
     def _gram_entries(self, A: Sequence[Gram], stage: int, a: int) -> Callable[[At], dict[tuple[int, int], str]]:
         c = self.chain.c
@@ -363,7 +353,7 @@ class Hole:
                     for t in range(c):
                         terms = [
                             f"{at(each.left.entries, 0)}[{x}] * {at(each.right.entries, place)}[{y}]"  # type: ignore[arg-type]
-                            for r, u, x, y in self._meeting(place)
+                            for r, u, x, y in self.nodes.meeting[place]
                             if (r, u) == (a, t)
                         ]
                         if terms:
@@ -406,6 +396,7 @@ class Hole:
                 places += [(lam(j, row), -place, x(t, column % width)) for t in range(s)]
         return [rows[r] for r in range(u * s)], places, lambda j: ([lam(j, a) for a in range(chain.c)], [x(j, i) for i in range(width)])
 
+    @cached_property
     def _inertia_field(self) -> Field:
         self.tracer.node("inertia")
         width = sum(map(len, self.nodes.coupled))
@@ -417,7 +408,7 @@ class Hole:
 
     def _mass_row(self, i: int, J: Field | None, right: Any, x: Callable[[int], int], lam: Callable[[int], int], more: Any = ()) -> Row:
         """Row i of M x - G^T lam = right at a node; J is None where there is no lam."""
-        inertia = self.tracer.inertia(self._inertia_field)
+        inertia = self._inertia_field
         ordered = [(side, r, t) for side in range(3) for r, t in self.nodes.coupled[side]]
 
         def entries(at: At) -> dict[tuple[int, int], str]:

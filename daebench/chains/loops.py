@@ -72,13 +72,15 @@ class Loop:
             self.front[part] = ahead[part]
             for child, place in part.needs:
                 want(child, self.sign * ahead[part] + place, ahead[part])
+        self.fields = sorted(self.front, key=lambda each: each.number)
+        self.index = {part: i for i, part in enumerate(self.fields)}
 
     def lines(self) -> list[str]:
         """Return the source of the loop."""
         if not self.demands and not self.head:
             return []
         lead = max(self.front.values(), default=0)
-        lines = [f"{self._name(part, place)} = {self._outside(part)}" for part in self._fields() for place in self._behind(part)]
+        lines = [f"{self._name(part, place)} = {self._outside(part)}" for part in self.fields for place in self._behind(part)]
         span = f"range({-lead}, {self.nodes})" if self.up else f"range({self.nodes - 1 + lead}, -1, -1)"
         fronts = sorted({*self.front.values(), 0}, reverse=True)
         body = [line for front in fronts for line in self._begun(front, lead, self._turn(front))]
@@ -87,7 +89,7 @@ class Loop:
 
     def _turn(self, front: int) -> list[str]:
         """Source of the fields that are worked out so far ahead, and of the demands if that is where the turn is."""
-        parts = [part for part in self._fields() if self.front[part] == front]
+        parts = [part for part in self.fields if self.front[part] == front]
         k = self._ahead(front)
 
         def at(part: Field, place: int) -> str:
@@ -103,7 +105,7 @@ class Loop:
 
     def _handed_down(self, front: int) -> list[str]:
         """Source of the names' moving on by a node, for the fields that are worked out so far ahead."""
-        parts = [part for part in self._fields() if self.front[part] == front]
+        parts = [part for part in self.fields if self.front[part] == front]
         return [f"{self._name(part, place)} = {self._name(part, place + 1)}" for part in parts for place in self._behind(part)]
 
     def _begun(self, front: int, lead: int, lines: Sequence[str]) -> list[str]:
@@ -117,10 +119,7 @@ class Loop:
         return f"k {'+' if self.up else '-'} {front}" if front else "k"
 
     def _name(self, part: Field, place: int) -> str:
-        return f"{self.name}_{self._fields().index(part)}_{'m' if place < 0 else ''}{abs(place)}"
-
-    def _fields(self) -> list[Field]:
-        return sorted(self.front, key=lambda each: each.number)
+        return f"{self.name}_{self.index[part]}_{'m' if place < 0 else ''}{abs(place)}"
 
     def _behind(self, part: Field) -> range:
         """Places behind the one where a field is worked out, from the farthest on."""

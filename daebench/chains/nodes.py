@@ -68,6 +68,20 @@ class Nodes:
         b = range(self.chain.b)
         return [[(i, j) for i in b for j in b if any(block[side][i, j] != 0 for block in blocks)] for side in range(3)]
 
+    @cached_property
+    def meeting(self) -> dict[int, list[tuple[int, int, int, int]]]:
+        """Rows of G of a node and of the one so many places on that meet in G M^-1 G^T, (row, row, entry, entry)."""
+        b = self.chain.b
+        return {
+            place: [
+                (r, t, i, j)
+                for i, (r, column) in enumerate(self.filled)
+                for j, (t, other) in enumerate(self.filled)
+                if (column // b - 1, column % b) == (other // b - 1 + place, other % b)
+            ]
+            for place in (-1, 0, 1)
+        }
+
     def source(self, name: str) -> str:
         """Return the source of ``node_name``."""
         return self._rules[name]()

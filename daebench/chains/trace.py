@@ -55,7 +55,6 @@ class Tracer:
         self.momenta: dict[Field, Field] = {}
         self.memory: Any = ()
         self.numbers = count(1)
-        self._inertia: dict[int, Field] = {}
         self._functions: dict[tuple[str, str], Callable[..., Any]] = {}
 
     # ---- what generated functions call
@@ -82,10 +81,6 @@ class Tracer:
     def banded(self, width: int) -> None:
         """Emit the elimination of matrices of this half-bandwidth."""
         self.linker.emitted |= of_width(self.linker.file("daebench.kernels.band").functions, width)
-
-    def inertia(self, make: Callable[[], Field]) -> Field:
-        """Return the blocks of M in the function that is being written."""
-        return self._inertia.setdefault(id(self.programs[-1]), make())
 
     # ---- running files
 

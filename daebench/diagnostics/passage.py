@@ -8,7 +8,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from daebench.diagnostics.rank import LARGEST
+from daebench.diagnostics.rank import beyond_comparison
 from daebench.scene import Scene
 from daebench.trajectory import Passage
 
@@ -78,7 +78,7 @@ class Crossing:
         if not told:
             return Passage(t=self.t, pivot=self.smallest, branch="unknown", turn=math.nan)
         v0 = self.scene.value("H_p", self.p0, self.q0)
-        M = None if self.scene.arrays or self.scene.m > LARGEST else self.scene.value("mass", self.p0, self.q0)
+        M = None if beyond_comparison(self.scene) else self.scene.value("mass", self.p0, self.q0)
         back, rough = extrapolated(told, self.t0), extrapolated(told[1:], self.t0)
         clear = _norm(back - rough, M) <= TELLING * _norm(v0, M)
         return Passage(t=self.t, pivot=self.smallest, branch=_branch(v0, back, M) if clear else "unknown", turn=_turn(v0, back, M))

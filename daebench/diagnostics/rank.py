@@ -25,6 +25,9 @@ WITHIN = 3
 AFTER_FAILURE = 5
 """Steps in which it is looked for after a step that could not be done."""
 
+BELIEVED = 1 / 3
+"""Part of the present root of what is measured that it may be, at most, where a line says that it is zero."""
+
 GO_ON = "to go on, add --on-singular continue (on_singular), which says which branch the motion takes"
 """What to do where a run stops because G loses rank."""
 
@@ -55,12 +58,17 @@ def independent_rows(scene: Scene, q: Array) -> tuple[list[int], dict[int, list[
     return kept, others
 
 
+def beyond_comparison(scene: Scene) -> bool:
+    """Return whether a scene has so many constraints that whole matrices of them are not made."""
+    return scene.arrays or scene.m > LARGEST
+
+
 def dependence(scene: Scene) -> str | None:
     """Return which constraints depend on others at the start, and whether only there, as the end of a sentence; None if none does.
 
     More than :data:`LARGEST` constraints are not compared; nor where a value is not finite, which is told of elsewhere.
     """
-    if scene.arrays or scene.m > LARGEST:
+    if beyond_comparison(scene):
         return None
     try:
         kept, others = independent_rows(scene, scene.q0)
@@ -84,7 +92,7 @@ def upcoming_loss(scene: Scene, p: Array, q: Array, h: float, within: int) -> fl
     The roots of what :func:`daebench.kernels.rank.independence` measures at q, q - h v and q - 2 h v are extrapolated, and what is
     found is believed where it is there at most a third of what it is at q.
     """
-    if scene.arrays or scene.m > LARGEST:
+    if beyond_comparison(scene):
         return None
     v = scene.value("H_p", p, q)
 
@@ -95,7 +103,7 @@ def upcoming_loss(scene: Scene, p: Array, q: Array, h: float, within: int) -> fl
     if not s[0] > s[1] > s[2] or not s[2] <= within * (s[1] - s[2]):
         return None
     t = h * s[2] / (s[1] - s[2])
-    return t if sigma(t) <= s[2] / 3 else None
+    return t if sigma(t) <= BELIEVED * s[2] else None
 
 
 def zero_of(times: Sequence[float], pivots: Sequence[float]) -> float:

@@ -59,7 +59,7 @@ RANK_WATCHED: bool = False
 """The loop watches whether G keeps its rank."""
 
 SINGLE: bool = False
-"""There is one constraint."""
+"""Pivots of a step do not tell the rank of G, which is measured at its end: there is one constraint, or G M^-1 G^T is not formed."""
 
 STAGES: int = 1
 """Number of stages. A range that names this constant, or the next, is unrolled: ``tuple(... for i in range(STAGES))``, ``min``, ``max``

@@ -158,8 +158,8 @@ def _losses(stored: Stored, values: Array) -> Iterator[Check]:
     lost = rank_losses(stored.mathematics, t, values) if stored.mathematics.crosses else []
     claimed = rank.get("lost", [])
     same = len(lost) == len(claimed) and np.allclose(lost, claimed, rtol=0, atol=NEAR * t[1])
-    own, theirs = (", ".join(f"{x:.6g}" for x in times) or "never" for times in (lost, claimed))
-    yield Check("times of rank loss", theirs, "the same" if same else own, same)
+    ours, theirs = (", ".join(f"{x:.6g}" for x in times) or "never" for times in (lost, claimed))
+    yield Check("times of rank loss", theirs, "the same" if same else ours, same)
     if stored.mathematics.crosses:
         own = np.array(rank.get("values", ()), dtype=float)
         apart = float(np.max(np.abs(np.log(own / values)))) if own.shape == values.shape else np.inf
