@@ -6,7 +6,8 @@ Structural zeros of G are left out of every product that has a Jacobian of const
 from collections.abc import Callable, Sequence
 
 from daebench.codegen import function, pack
-from daebench.solvers import UNROLLED, blocked, eliminating, least_squares_solver, looping_solver, solver
+from daebench.least_squares_solver import least_squares_solver
+from daebench.solvers import UNROLLED, blocked, eliminating, looping_solver, solver
 
 
 def _sum(terms: Sequence[str]) -> str:

@@ -24,6 +24,7 @@ GENERATORS += (
     "lattice_derivation",
     "lattice_sheet",
     "lattice_watch",
+    "least_squares_solver",
     "link",
     "poisson_lattice",
     "poisson_derivation",

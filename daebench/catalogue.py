@@ -40,7 +40,7 @@ def plugins() -> "Plugins":
     """Return the problems that other packages bring, and why some of them cannot be used."""
     from daebench.problem_plugins import plugins
 
-    return plugins([path.stem for path in _files("problems")])
+    return plugins(tuple(path.stem for path in _files("problems")))
 
 
 @cache

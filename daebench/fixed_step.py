@@ -11,9 +11,10 @@ from typing import Any
 import numpy as np
 
 from daebench.cache import generated
+from daebench.chains.unwritten import unwritten
 from daebench.claims import Claims, Member, composed, on_form, projected
 from daebench.compositions import COMPOSITIONS, weights_of
-from daebench.errors import BadInput, InvalidProblem, RunFailed, require_known, unknown
+from daebench.errors import BadInput, RunFailed, require_known, unknown
 from daebench.forms import FORMS, OWN, Form
 from daebench.grid import Grid
 from daebench.inputs import real
@@ -164,7 +165,8 @@ class FixedStep:
         """Return why the method cannot be used on this problem, as a sentence, or None."""
         needs, sheet = self.member.claims, scene.sheet
         if scene.arrays:
-            return self._unwritten(scene)
+            why = unwritten(scene, self.file, form=self.form, stages=self.member.stages, projection=self.projection)
+            return f"{self.name} on the {scene.sheet.NODES} nodes of {scene.problem}: {why}" if why else None
         if needs.separable_only and not sheet.SEPARABLE:
             return f"{self.name} needs H = 1/2 p^T M^-1 p + U(q) with constant M, which {scene.problem} does not have; use rattle."
         if needs.quadratic_only and not sheet.QUADRATIC:
@@ -177,26 +179,6 @@ class FixedStep:
         if self.form == "local" and not sheet.CHART:
             return f"{self.name} needs a chart of the manifold, which {scene.problem} does not declare; leave out local:."
         return None
-
-    def _unwritten(self, scene: Scene) -> str | None:
-        """Return why the scheme cannot be written as loops over nodes, as a sentence, or None; kept with the generated modules."""
-        structure: dict[str, Any] = {"form": self.form, "stages": self.member.stages, "projection": self.projection}
-
-        def build(cached: bool) -> str:
-            from daebench.link import Linker, Options
-
-            linker = Linker(scene.source.derivation, Options(**structure), f"daebench.schemes.{self.file}")
-            why = ""
-            try:
-                linker.module("", [("daebench.kernels.loop", "integrate")], False)
-            except InvalidProblem as error:
-                why = str(error)
-            return f'"""Whether {self.file} is loops over nodes of {scene.problem}."""\n\nWHY = {why!r}\n'
-
-        why = generated(
-            f"{scene.problem}_{self.file}_loops", f"{scene.source.key} {self.file} {sorted(structure.items())} loops", build
-        ).WHY
-        return f"{self.name} on the {scene.sheet.NODES} nodes of {scene.problem}: {why}" if why else None
 
     @property
     def _solves(self) -> bool:

@@ -72,22 +72,20 @@ def importable(folder: Path) -> Iterator[Neighbours]:
         sys.modules.update(hidden)
 
 
-def imported(path: Path, tree: ast.Module) -> list[Path]:
+def imported(path: Path) -> list[Path]:
     """Return the files that a problem file may import: what it names of its folder, what these name, and packages whole.
 
     Parameters
     ----------
     path : Path
         The problem file.
-    tree : Module
-        Its syntax.
 
     Returns
     -------
     list of Path
         In a fixed order, without the file itself.
     """
-    folder, found, names = path.parent, dict[Path, None](), list(_imports(tree))
+    folder, found, names = path.parent, dict[Path, None](), list(_imports(_syntax(path)))
     seen: set[str] = set()
     while names:
         name = names.pop(0)

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 from daebench.errors import BadInput, DaebenchError, InvalidProblem
 from daebench.neighbours import Fresh, Neighbours, importable, imported
-from daebench.problem_files import KINDS, Problem, parsed, read
+from daebench.problem_files import KINDS, Problem, read
 
 if TYPE_CHECKING:
     from daebench.source import Definition
@@ -45,7 +45,7 @@ def own_files() -> list[Path]:
 
 
 def _files(problem: Problem) -> Sequence[Path]:
-    return [problem.path, *imported(problem.path, parsed(problem.path)), *own_files()]
+    return [problem.path, *imported(problem.path), *own_files()]
 
 
 def _run(problem: Problem, structure: Mapping[str, int]) -> "Definition":

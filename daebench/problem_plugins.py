@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 from daebench.errors import BadInput, DaebenchError
 from daebench.neighbours import imported
 from daebench.outside_problems import call, is_path, naming, own_files
-from daebench.problem_files import Problem, parsed, read
+from daebench.problem_files import Problem, read
 
 if TYPE_CHECKING:
     from daebench.source import Definition
@@ -39,13 +39,9 @@ class Plugins:
     broken: Mapping[str, str]
 
 
-def plugins(taken: Sequence[str]) -> Plugins:
-    """Return what other packages bring, beside the names that are taken."""
-    return _plugins(tuple(taken))
-
-
 @cache
-def _plugins(taken: tuple[str, ...]) -> Plugins:
+def plugins(taken: tuple[str, ...]) -> Plugins:
+    """Return what other packages bring, beside the names that are taken."""
     by_name: dict[str, list[EntryPoint]] = {}
     for each in entry_points(group=GROUP):
         by_name.setdefault(each.name, []).append(each)
@@ -117,7 +113,7 @@ def _files(module: str, path: Path) -> list[Path]:
     """Return the files of the package that a module is in, or what the file of a module that is in none imports beside it."""
     spec = _spec(module.partition(".")[0])
     places = (spec.submodule_search_locations or []) if spec is not None else []
-    return [each for place in places for each in sorted(Path(place).rglob("*.py"))] if places else imported(path, parsed(path))
+    return [each for place in places for each in sorted(Path(place).rglob("*.py"))] if places else imported(path)
 
 
 def _run(point: EntryPoint, problem: Problem, structure: Mapping[str, int]) -> "Definition":

@@ -5,13 +5,15 @@ import math
 import os
 import platform
 import re
+import time
 from collections.abc import Callable, Mapping, Sequence
 from datetime import UTC, datetime
 from functools import cache
 from importlib import resources
 from importlib.metadata import version
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from types import SimpleNamespace
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from markupsafe import Markup, escape
 
@@ -23,6 +25,8 @@ if TYPE_CHECKING:
 
 Progress = Callable[[float, str], None]
 """Told the fraction of the report that is done, and what is being done."""
+
+Numbers = TypeVar("Numbers")
 
 PACKAGES = ("daebench", "numpy", "scipy", "sympy", "mpmath", "numba", "pandas", "matplotlib", "scikit-sundae")
 PLAIN = (1e-3, 1e5)
@@ -183,6 +187,56 @@ def write_page(template: str, path: Path, command: str, **content: Any) -> Path:
     with atomic(path) as scratch:
         scratch.write_text(text, encoding="utf-8")
     return path
+
+
+MEASURED = 0.92
+"""Part of a report's time that goes into its numbers, about."""
+
+
+def make_page(
+    template: str,
+    out: Path,
+    command: str,
+    progress: Progress,
+    *,
+    measure: Callable[[Progress], Numbers],
+    check: Callable[[Numbers], SimpleNamespace],
+    content: Callable[[Numbers, SimpleNamespace], Mapping[str, Any]],
+) -> Path:
+    """Compute, check, draw and write a page; return its path.
+
+    Parameters
+    ----------
+    template : str
+        File of ``daebench.reports``.
+    out : Path
+        Folder of the report; made where it is missing.
+    command : str
+        What a reader calls to make it again.
+    progress : callable
+        Told the fraction done, and what is being done.
+    measure : callable
+        Returns the numbers; it is given what to tell of its own progress.
+    check : callable
+        Returns what the page says of them, or raises ClaimRefuted.
+    content : callable
+        Draws and writes figures and tables, and returns what else the template names.
+
+    Raises
+    ------
+    ClaimRefuted
+        If a sentence of the page does not hold in this run; nothing is written over an older page then.
+    """
+    began = time.perf_counter()
+    out.mkdir(parents=True, exist_ok=True)
+    progress(0.0, "runs")
+    numbers = measure(lambda fraction, doing: progress(MEASURED * fraction, doing))
+    found = check(numbers)
+    progress(MEASURED, "figures")
+    rest = {"picture": picture} | dict(content(numbers, found))
+    page = write_page(template, out / "index.html", command, **vars(found), **rest, took=time.perf_counter() - began)
+    progress(1.0, "done")
+    return page
 
 
 def versions() -> dict[str, str]:

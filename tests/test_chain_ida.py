@@ -156,15 +156,19 @@ def test_momenta_are_those_of_the_system_written_out(posed, which):
 @pytest.mark.parametrize("which", ["pendulums", "bars"], ids=str)
 def test_trajectory_is_that_of_dense_ida(few, which, formulation):
     # where multipliers are unknowns all steps are the same, up to round-off that index 3 divides by them; where their integrals are, these
-    # begin elsewhere, so that the error test differs, and the agreement is that of the tolerance
-    near = {"index3": 1e-7, "index2": 1e-4, "ggl": 1e-4}.get(formulation, 1e-9)
+    # begin elsewhere, so that the error test differs, and both runs have errors of their own: up to thirty times the tolerance, in lam
+    near = {"index3": 1e-7, "index2": 1e-5, "ggl": 1e-5}.get(formulation, 1e-9)
     request = Request(value=1e-7, t_end=0.3, points=4, multipliers=True)
     found, expected = (names.parse(f"ida:{formulation}").solve(each, request) for each in both(which))
     assert found.failure is None
     for part in ("t", "q", "p", "lam"):
         assert getattr(found, part) == pytest.approx(getattr(expected, part), rel=near, abs=near)
-    assert found.maxima == pytest.approx(expected.maxima, rel=near, abs=100 * near)
-    assert found.steps == expected.steps or FORMULATIONS[formulation] == "derivative"
+    assert found.maxima.keys() == expected.maxima.keys()
+    if FORMULATIONS[formulation] == "derivative":
+        assert all(most / 10 < found.maxima[name] < 10 * most for name, most in expected.maxima.items())
+    else:
+        assert found.maxima == pytest.approx(expected.maxima, rel=near, abs=near)
+        assert found.steps == expected.steps
     assert found.work.keys() == {"residual", "steps"}
 
 

@@ -22,20 +22,27 @@ from daebench.source import source_of
 FILES = {file: name for name, (file, _) in reversed(members().items())}
 """One scheme of each file: the others in it are the same code with more stages."""
 
+KINDS = ("stretched-M", "double-pendulum")
 PAIRS = [(name, "planar") for name in FILES.values()]
-SLOW_PAIRS = [(name, ("stretched-M", "double-pendulum")[k % 2]) for k, name in enumerate(FILES.values())]
+SLOW_PAIRS = [(name, KINDS[k % 2]) for k, name in enumerate(FILES.values())]
 SLOW_PAIRS += [(name, place) for name in ("rattle", "implicit_euler", "se") for place in ("relativistic", "coupled-rods", "stretched-H")]
 SLOW_PAIRS += [("lobatto4", "spherical-fast"), ("gauss3", "spherical-fast"), ("radau3_ggl", "spherical-fast")]
+OTHER_PAIRS = [(name, KINDS[(k + 1) % 2]) for k, name in enumerate(FILES.values())]
 
 
-OTHER_PAIRS = [(name, ("double-pendulum", "stretched-M")[k % 2]) for k, name in enumerate(FILES.values())]
+def marked(pairs, *marks):
+    return [pytest.param(*pair, id=" on ".join(pair), marks=marks) for pair in pairs]
 
 
-def names(pairs):
-    return [" on ".join(pair) for pair in pairs]
-
-
-def same_compiled_and_not(scheme, place):
+@pytest.mark.parametrize(
+    ("scheme", "place"),
+    [
+        *marked(PAIRS),
+        *marked(SLOW_PAIRS, pytest.mark.slow),
+        *marked(OTHER_PAIRS, pytest.mark.slow, pytest.mark.exhaustive),
+    ],
+)
+def test_machine_code_does_what_the_scheme_file_says(scheme, place):
     if why := FixedStep(scheme).refusal(scene(place)):
         pytest.skip(why)
     request = Request(value=0.002, steps=40, watch=("energy", "manifold", "integrals"))
@@ -45,24 +52,6 @@ def same_compiled_and_not(scheme, place):
     assert np.abs(fast.q - slow.q).max() < 1e-13
     assert np.abs(fast.p - slow.p).max() < 1e-12
     assert fast.maxima.keys() == slow.maxima.keys()
-
-
-@pytest.mark.parametrize(("scheme", "place"), PAIRS, ids=names(PAIRS))
-def test_machine_code_does_what_the_scheme_file_says(scheme, place):
-    same_compiled_and_not(scheme, place)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(("scheme", "place"), SLOW_PAIRS, ids=names(SLOW_PAIRS))
-def test_machine_code_does_what_the_scheme_file_says_for_every_kind_of_hamiltonian(scheme, place):
-    same_compiled_and_not(scheme, place)
-
-
-@pytest.mark.slow
-@pytest.mark.exhaustive
-@pytest.mark.parametrize(("scheme", "place"), OTHER_PAIRS, ids=names(OTHER_PAIRS))
-def test_machine_code_does_what_the_scheme_file_says_for_the_other_kind_too(scheme, place):
-    same_compiled_and_not(scheme, place)
 
 
 def test_float32_stays_float32_through_the_whole_kernel():

@@ -16,7 +16,7 @@ from daebench.catalogue import find_problem, find_setting
 from daebench.errors import InvalidProblem
 from daebench.neighbours import TAKEN
 from daebench.problem_check import held
-from daebench.problem_plugins import _plugins
+from daebench.problem_plugins import plugins
 
 RING = '''"""A bead on a ring, free to slide."""
 
@@ -583,10 +583,10 @@ def install(tmp_path, monkeypatch):
         (info / "METADATA").write_text(f"Metadata-Version: 2.1\nName: {package_name}\nVersion: 1.2\n")
         lines = "\n".join(f"{name} = {value}" for name, value in entry_points.items())
         (info / "entry_points.txt").write_text(f"[daebench.problems]\n{lines}\n")
-        _plugins.cache_clear()
+        plugins.cache_clear()
 
     yield installed
-    _plugins.cache_clear()
+    plugins.cache_clear()
     for name in list(sys.modules):
         if name.partition(".")[0].startswith("plugged"):
             del sys.modules[name]
@@ -635,10 +635,10 @@ def install_module(install, tmp_path):
 def test_a_problem_in_a_module_of_its_own_depends_on_the_modules_that_it_imports(install_module, tmp_path):
     install_module("plugged7", plugged7=HELPED.replace("helper_of_ring", "plugged7_helper"), plugged7_helper="SPEED = 3\n")
     before = find_problem("plugged7_problem").digest
-    _plugins.cache_clear()
+    plugins.cache_clear()
     assert find_problem("plugged7_problem").digest == before
     (tmp_path / "plugged7_helper.py").write_text("SPEED = 4\n")
-    _plugins.cache_clear()
+    plugins.cache_clear()
     assert find_problem("plugged7_problem").digest != before
 
 

@@ -17,12 +17,12 @@ from daebench.diagnostics.consistency import require_consistent
 from daebench.diagnostics.passage import Crossing, extrapolated
 from daebench.diagnostics.rank import dependence, zero_of
 from daebench.errors import BadInput, DaebenchError, InconsistentStart
+from daebench.least_squares_solver import least_squares_solver
 from daebench.make_scene import make_scene
 from daebench.method import Request
 from daebench.names import parse
 from daebench.problem import Case, ConstrainedHamiltonian, coordinates
 from daebench.problem_check import held
-from daebench.solvers import least_squares_solver
 from daebench.source import source_of
 
 FIXED = ("rattle", "symplectic_euler", "shake", "lobatto3", "radau2_index2", "radau3_ggl", "se", "rk4", "energy_momentum", "rk4+proj")

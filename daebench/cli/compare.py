@@ -6,8 +6,7 @@ from typing import Annotated
 import typer
 
 from daebench.cli.arguments import Algebra, Anyway, Case, Free, OnSingular, Param, Problem, Project
-from daebench.cli.console import bar, pairs, print_table, words
-from daebench.errors import BadInput
+from daebench.cli.console import bar, method_names, pairs, print_table
 
 HIDDEN = ("failure", "seconds", "h", "tol")
 """Columns of a comparison that are in its file and not on the screen; nor are the counts of work."""
@@ -36,9 +35,7 @@ def compare(
     from daebench.files import make_folder
     from daebench.kinds import methods_of
 
-    wanted = words(methods)
-    if not wanted:
-        raise BadInput("--methods names no method; give at least one, for example rattle.")
+    wanted = method_names(methods)
     if out is not None:
         make_folder(out)
     scene = singular_as(setting_of(problem, case, pairs("param", param or []), project=project, algebra=algebra), on_singular)

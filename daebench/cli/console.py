@@ -57,6 +57,19 @@ def words(text: str) -> list[str]:
     return [part.strip() for part in text.split(",") if part.strip()]
 
 
+def method_names(text: str) -> list[str]:
+    """Return the comma-separated names of methods.
+
+    Raises
+    ------
+    BadInput
+        If there is none.
+    """
+    if not (found := words(text)):
+        raise BadInput("--methods names no method; give at least one, for example rattle.")
+    return found
+
+
 def plain(value: Any) -> Any:
     """Return a value as JSON knows it: arrays as lists, what is not finite as null."""
     if isinstance(value, Mapping):

@@ -6,8 +6,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from daebench.cli.arguments import Anyway, Case, Free, Json, Param, Problem
-from daebench.cli.console import bar, pairs, print_json, print_table, words
-from daebench.errors import BadInput
+from daebench.cli.console import bar, method_names, pairs, print_json, print_table
 
 if TYPE_CHECKING:
     from daebench.order_series import OrderStudy, Series
@@ -32,9 +31,7 @@ def order(
 
     Errors are Euclidean norms, the largest over t = T k/8, k = 1..8.
     """
-    chosen = words(methods)
-    if not chosen:
-        raise BadInput("--methods names no method; give at least one, for example rattle.")
+    chosen = method_names(methods)
     from daebench.api import setting_of
     from daebench.files import make_folder
     from daebench.kinds import methods_of

@@ -1,0 +1,35 @@
+"""Which schemes cannot be written as loops over the nodes of a chain."""
+
+from typing import Any
+
+from daebench.cache import generated
+from daebench.errors import InvalidProblem
+from daebench.scene import Scene
+
+
+def unwritten(scene: Scene, file: str, **structure: Any) -> str:
+    """Return why a scheme's file cannot be written as loops over nodes, as a sentence, or ""; kept with the generated modules.
+
+    Parameters
+    ----------
+    scene : Scene
+        A chain whose vectors are arrays.
+    file : str
+        Name of the scheme's file.
+    **structure
+        Form, stages and projection, as for :class:`daebench.link.Options`.
+    """
+
+    def build(cached: bool) -> str:
+        from daebench.link import Linker, Options
+
+        linker = Linker(scene.source.derivation, Options(**structure), f"daebench.schemes.{file}")
+        why = ""
+        try:
+            linker.module("", [("daebench.kernels.loop", "integrate")], False)
+        except InvalidProblem as error:
+            why = str(error)
+        return f'"""Whether {file} is loops over nodes of {scene.problem}."""\n\nWHY = {why!r}\n'
+
+    key = f"{scene.source.key} {file} {sorted(structure.items())} loops"
+    return str(generated(f"{scene.problem}_{file}_loops", key, build).WHY)
