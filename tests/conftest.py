@@ -10,6 +10,7 @@ import pytest
 os.environ.setdefault("DAEBENCH_CACHE", tempfile.mkdtemp(prefix="daebench-tests-"))
 
 import uncompiled
+from own_files import ORBIT, RING
 from scenes import LARGE, scene, swept
 
 from daebench.catalogue import find_scene
@@ -91,3 +92,12 @@ def copied(references, tmp_path):
     import shutil
 
     return shutil.copytree(references, tmp_path / "references")
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch):
+    """A folder to work in, with a problem of either kind."""
+    (tmp_path / "ring.py").write_text(RING)
+    (tmp_path / "orbit.py").write_text(ORBIT)
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
