@@ -1,0 +1,157 @@
+"""One run of a study: everything that decides it, as plain values that can be hashed, stored and sent to another machine."""
+
+import hashlib
+import json
+import platform
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, fields, replace
+from functools import cache, lru_cache
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+from typing import Any
+
+from daebench.api import setting_of, singular_as
+from daebench.cache import toolchain
+from daebench.errors import BadInput
+from daebench.kinds import method_of
+from daebench.method import Request
+from daebench.scene import PoissonScene, Scene
+
+DECIDING = ("numpy", "scipy", "numba", "scikit-sundae", "mpmath")
+"""Packages whose versions may change a number."""
+
+SHOWING = ("cli", "reports")
+"""Folders of this package that only show what others compute."""
+
+OUTPUTS = 64
+"""Times at which a run is looked at, its start apart."""
+
+FEWEST = 3
+"""Fewest states that a number is taken from: two are a start and an end, and tell nothing of what is between."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Cell:
+    """One run.
+
+    Parameters
+    ----------
+    problem, case, method : str
+        Names; a problem may be the path of a file.
+    value : float
+        Value of the method's knob, h or tol.
+    t_end : float
+        End of the run, s.
+    metrics : tuple of str
+        What is measured, see :mod:`daebench.studies.metrics`.
+    parameters, options : tuple of (str, float)
+        The problem's parameters that differ from the case's, and the method's free numbers.
+    precision : str
+        "float64" or "float32".
+    compensated : bool
+        Whether sums over steps are compensated.
+    anyway : bool
+        Whether a scheme may run where it is no Poisson integrator.
+    on_singular : str
+        What is done where G loses rank; "" for what the case says.
+    outputs : int
+        States looked at, about.
+    repeat : int
+        Runs that are timed, of which the best counts; 0 where time is not asked for.
+    """
+
+    problem: str
+    case: str
+    method: str
+    value: float
+    t_end: float
+    metrics: tuple[str, ...]
+    parameters: tuple[tuple[str, float], ...] = ()
+    options: tuple[tuple[str, float], ...] = ()
+    precision: str = "float64"
+    compensated: bool = False
+    anyway: bool = False
+    on_singular: str = ""
+    outputs: int = OUTPUTS
+    repeat: int = 0
+
+    @property
+    def scene(self) -> Scene | PoissonScene:
+        """The problem with its numbers."""
+        return _scene(self.problem, self.case, self.parameters, self.on_singular)
+
+    @property
+    def solver(self) -> Any:
+        """The method."""
+        return method_of(self.scene, self.method, dict(self.options), compensated=self.compensated, anyway=self.anyway)
+
+    @property
+    def request(self) -> Request:
+        """What the method is asked to do where everything is looked at."""
+        return self.asked(self.solver.knob)
+
+    def asked(self, knob: str) -> Request:
+        """Return what a method with this knob is asked to do."""
+        output: dict[str, int] = {"every": self._every} if knob == "h" else {"points": max(FEWEST, self.outputs + 1)}
+        return Request(value=self.value, t_end=self.t_end, precision=self.precision, **output)
+
+    @property
+    def _every(self) -> int:
+        steps = self.t_end / self.value if self.value > 0 else 0.0
+        return max(1, int(steps / self.outputs + 0.5)) if steps < 1e15 else 1
+
+    def check(self) -> None:
+        """Accept a run that can be made.
+
+        Raises
+        ------
+        BadInput
+            If it cannot, as where the method refuses the problem.
+        """
+        solver = self.solver
+        solver.check(self.scene, self.asked(solver.knob))
+
+    def key(self) -> str:
+        """Return the hash of all that decides the numbers: the run, the definition, the methods' code and the versions of libraries."""
+        plain = json.dumps(asdict(self) | {"metrics": sorted(self.metrics)}, sort_keys=True)
+        scene = self.scene
+        numbers = [float(x).hex() for x in (*scene.par, *(x for part in scene.start for x in part))]
+        return hashlib.sha256("\n".join((plain, scene.source.key, *numbers, made_by())).encode()).hexdigest()
+
+    def plain(self) -> dict[str, Any]:
+        """Return the fields as JSON has them."""
+        return asdict(self)
+
+    @classmethod
+    def of_plain(cls, given: Mapping[str, Any]) -> "Cell":
+        """Return the cell with these fields, as :meth:`plain` gives them."""
+        known = {each.name for each in fields(cls)}
+        if extra := set(given) - known:
+            raise BadInput(f"a cell has no {', '.join(sorted(extra))}; this store is of another version.")
+        pairs = {name: tuple((str(k), float(v)) for k, v in given[name]) for name in ("parameters", "options") if name in given}
+        return cls(**{**given, **pairs, "metrics": tuple(given["metrics"])})
+
+    def at(self, value: float) -> "Cell":
+        """Return the same run with another value of the knob."""
+        return replace(self, value=value)
+
+
+@lru_cache(maxsize=64)
+def _scene(problem: str, case: str, parameters: tuple[tuple[str, float], ...], on_singular: str) -> Scene | PoissonScene:
+    return singular_as(setting_of(problem, case, dict(parameters)), on_singular or None)
+
+
+@cache
+def made_by() -> str:
+    """Return what the numbers of a run depend on besides its definition: this package's code, the libraries and the machine's kind."""
+    package = Path(__file__).parents[1]
+    files = sorted(file for file in package.rglob("*.py") if file.relative_to(package).parts[0] not in SHOWING)
+    own = hashlib.sha256(b"".join(file.read_bytes() for file in files)).hexdigest()
+    return "\n".join((toolchain(), own, platform.machine(), *(f"{name} {_version(name)}" for name in DECIDING)))
+
+
+def _version(name: str) -> str:
+    try:
+        return version(name)
+    except PackageNotFoundError:
+        return "none"

@@ -1,0 +1,67 @@
+"""A cell computed: one run, what it gave by column, and the best time of it."""
+
+import math
+from dataclasses import replace
+from typing import Any
+
+from daebench.errors import DaebenchError
+from daebench.studies.cell import Cell
+from daebench.studies.metrics import Measured, metrics_of
+
+NAN = float("nan")
+
+Row = dict[str, Any]
+
+
+def row_of(cell: Cell) -> Row:
+    """Return the row of a cell: names, numbers asked for, work, time, and why it failed where it did.
+
+    A run that failed, took no step, or was looked at twice has NaN where numbers would be, and says why: a row is never left out.
+    """
+    row: Row = {
+        "problem": cell.problem,
+        "case": cell.case,
+        "method": cell.method,
+        "knob": "",
+        "value": cell.value,
+        **dict(cell.parameters),
+        **dict(cell.options),
+        "precision": cell.precision,
+        "compensated": cell.compensated,
+        "t_end": cell.t_end,
+    }
+    metrics = metrics_of(cell.metrics)
+    row |= {column: NAN for metric in metrics for column in metric.columns}
+    row |= {"steps": 0, "seconds": NAN, "callback_seconds": NAN, "t_reached": 0.0, "failure": ""}
+    try:
+        scene, solver = cell.scene, cell.solver
+        row["knob"] = solver.knob
+        run = solver.solve(scene, cell.asked(solver.knob))
+        row |= {f"n_{kind}": count for kind, count in run.work.items()}
+        row |= {"steps": run.steps, "t_reached": float(run.t[-1]), "failure": run.failure or ""}
+        found = Measured(cell, scene, solver, run)
+        if not found.told:
+            row["failure"] = (
+                row["failure"] or f"{run.steps} steps and {len(run.t)} states, which tell nothing; take a smaller {solver.knob}"
+            )
+            return row
+        for metric in metrics:
+            row |= metric.measure(found)
+        if cell.repeat:
+            row |= _timed(cell, solver)
+    except DaebenchError as error:
+        row["failure"] = str(error)
+    return row
+
+
+def _timed(cell: Cell, solver: Any) -> Row:
+    """Return the least time of several runs that watch, count and keep nothing; the run before them has warmed up."""
+    bare = replace(cell.asked(solver.knob), watch=(), count=False)
+    bare = replace(bare, every=0) if solver.knob == "h" else bare
+    best: tuple[float, float | None] = math.inf, None
+    for _ in range(cell.repeat):
+        run = solver.solve(cell.scene, bare)
+        if run.failure is None and run.seconds < best[0]:
+            best = run.seconds, run.callback_seconds
+    seconds, inside = best
+    return {"seconds": seconds if math.isfinite(seconds) else NAN, "callback_seconds": NAN if inside is None else inside}

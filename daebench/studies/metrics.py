@@ -1,0 +1,231 @@
+"""What can be measured of one run, by name: each a few columns of the table, with its unit and what it takes."""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from daebench.diagnostics.energy import energy_drift
+from daebench.errors import BadInput, unknown
+from daebench.reference.certified import store
+from daebench.reference.certified.between import At, states_at
+from daebench.scene import PoissonScene, Scene
+from daebench.studies.cell import FEWEST, Cell
+from daebench.trajectory import Array, PoissonTrajectory, Trajectory
+
+NAN = float("nan")
+
+ENOUGH = 8
+"""Outputs at stored times from which on errors are taken at these alone: between stored times a reference has to be integrated."""
+
+
+@dataclass(frozen=True)
+class Measured:
+    """A run, and what there is to hold it against.
+
+    Parameters
+    ----------
+    cell : Cell
+        What was asked.
+    scene : Scene or PoissonScene
+        The problem.
+    solver : method
+        The method.
+    run : Trajectory or PoissonTrajectory
+        What it gave.
+    """
+
+    cell: Cell
+    scene: Scene | PoissonScene
+    solver: Any
+    run: Trajectory | PoissonTrajectory
+
+    @property
+    def told(self) -> bool:
+        """Whether the run tells anything: it took a step, did not fail, and was looked at more than twice."""
+        return self.run.failure is None and self.run.steps > 0 and len(self.run.t) >= FEWEST
+
+    @property
+    def states(self) -> tuple[Array, ...]:
+        """States at the outputs: p and q, or y."""
+        return (self.run.y,) if isinstance(self.run, PoissonTrajectory) else (self.run.p, self.run.q)
+
+    @cached_property
+    def compared(self) -> NDArray[np.bool_]:
+        """Which outputs errors are taken at, shape(n,)."""
+        stored = np.isin(self.run.t, store.find(self.cell.problem, self.cell.case).t)
+        return stored if np.sum(stored) >= ENOUGH else np.ones(len(self.run.t), dtype=bool)
+
+    @cached_property
+    def truth(self) -> At:
+        """The certified reference at these outputs."""
+        return states_at(store.find(self.cell.problem, self.cell.case), self.run.t[self.compared])
+
+    def part(self, name: str) -> Array:
+        """Return a part of the run's states at these outputs: "q", "p", "y", or "lam"."""
+        if name != "lam":
+            return np.asarray(getattr(self.run, name))[self.compared]
+        return np.asarray(self.scene.along("lam", *(x[self.compared] for x in self.states)), dtype=float)
+
+
+Columns = Mapping[str, float | str]
+
+
+@dataclass(frozen=True)
+class Metric:
+    """Something that is measured of a run.
+
+    Parameters
+    ----------
+    name : str
+        Name.
+    columns : mapping of str to str
+        Names of its columns, and their units.
+    about : str
+        What it is, in one line.
+    measure : callable
+        Returns the columns of a run that tells something.
+    poisson, constrained : bool
+        For which kinds of problems it is.
+    certified : bool
+        Whether it takes a certified reference.
+    fixed_step : bool
+        Whether it is for methods with fixed steps alone.
+    """
+
+    name: str
+    columns: Mapping[str, str]
+    about: str
+    measure: Callable[[Measured], Columns]
+    constrained: bool = True
+    poisson: bool = True
+    certified: bool = False
+    fixed_step: bool = False
+
+    def refusal(self, cell: Cell) -> str | None:
+        """Return why a cell cannot be measured by it, as a sentence, or None."""
+        scene = cell.scene
+        poisson = isinstance(scene, PoissonScene)
+        if not (self.poisson if poisson else self.constrained):
+            return f"{self.name} is not measured on {scene.problem}, which is {'a Poisson system' if poisson else 'a constrained problem'}."
+        if self.fixed_step and cell.solver.knob != "h":
+            return f"{self.name} is of methods with fixed steps, and {cell.method} has none; leave out one of them."
+        return self._uncertified(cell) if self.certified else None
+
+    def _uncertified(self, cell: Cell) -> str | None:
+        try:
+            reference = store.find(cell.problem, cell.case)
+        except BadInput as error:
+            return f"{self.name} is an error against a certified reference: {error}"
+        scene = cell.scene
+        other = [name for name, value in scene.parameters.items() if reference.parameters.get(name, value) != value]
+        if other:
+            return f"{self.name} is an error against {reference.name}, which has another {other[0]}; leave that out."
+        if cell.t_end > reference.horizon:
+            return f"{self.name} is an error against {reference.name}, which ends at t = {reference.horizon:g}; take a smaller t_end."
+        return None
+
+
+def _error(part: str) -> Callable[[Measured], Columns]:
+    def measure(found: Measured) -> Columns:
+        truth = found.truth
+        off = np.abs(found.part(part) - truth.states[part])
+        return {f"error_{part}": float(np.max(off)), f"bound_{part}": float(np.max(truth.bound[part]))}
+
+    return measure
+
+
+def _phase(found: Measured) -> Columns:
+    """Return by how much time the run is early or late, at most: its error along the motion over the speed there."""
+    truth, parts = found.truth, ("y",) if isinstance(found.scene, PoissonScene) else ("p", "q")
+    rates = _rates(found.scene, *(truth.states[part] for part in parts))
+    off = np.concatenate([found.part(part) - truth.states[part] for part in parts], axis=1)
+    speed = np.sum(rates**2, axis=1)
+    moving = speed > 1e-12 * float(np.max(speed))
+    late = np.sum(off * rates, axis=1)[moving] / speed[moving]
+    return {"phase": float(np.max(np.abs(late)))}
+
+
+def _rates(scene: Scene | PoissonScene, *states: Array) -> Array:
+    """Return p' and q' of HLW (1.18), or y', one row a state."""
+    if isinstance(scene, PoissonScene):
+        return np.asarray(scene.along("field", *states), dtype=float)
+    p, q = states
+    lam, G = (np.asarray(scene.along(name, *arguments), dtype=float) for name, arguments in (("lam", (p, q)), ("G", (q,))))
+    force = np.einsum("nij,ni->nj", G.reshape(len(q), scene.m, scene.d), lam)
+    dp = -np.asarray(scene.along("H_q", p, q), dtype=float) - force
+    return np.concatenate([dp, np.asarray(scene.along("H_p", p, q), dtype=float)], axis=1)
+
+
+def _energy(found: Measured) -> Columns:
+    H = np.asarray(found.scene.along("H", *found.states), dtype=float)
+    resolution = float(np.finfo(float).eps * max(1.0, abs(float(H[0]))))
+    drift = energy_drift(found.run.t, H - H[0], resolution=resolution)
+    worst = float(found.run.maxima.get("energy", np.max(np.abs(H - H[0]))))
+    return {"energy_drift": worst, "energy_slope": drift.slope, "growth": drift.growth, "energy_kind": drift.kind}
+
+
+def _maxima(*names: str) -> Callable[[Measured], Columns]:
+    return lambda found: {name: float(found.run.maxima.get(name, NAN)) for name in names}
+
+
+def _casimirs(found: Measured) -> Columns:
+    own = [value for name, value in found.run.maxima.items() if name in getattr(found.scene, "casimirs", ())]
+    return {"casimirs": float(max(own, default=NAN))}
+
+
+def _defect(found: Measured) -> Columns:
+    """Return the symplecticity defect of a few steps, or on a Poisson system the Poisson defect."""
+    h, scene = found.cell.value, found.scene
+    if isinstance(scene, PoissonScene):
+        from daebench.diagnostics.poisson import poisson_defect
+
+        return {"defect": float(poisson_defect(found.solver.flow(scene, h, DEFECT_STEPS), scene, scene.y0))}
+    from daebench.diagnostics.symplecticity import symplecticity_defect, tangent_basis
+
+    basis = tangent_basis(scene, scene.p0, scene.q0)
+    return {"defect": float(symplecticity_defect(found.solver.flow(scene, h, DEFECT_STEPS), scene.p0, scene.q0, basis))}
+
+
+DEFECT_STEPS = 10
+"""Steps over which a two-form is carried: one step of some schemes that are not symplectic keeps it, from the manifold."""
+
+METRICS: Mapping[str, Metric] = {
+    each.name: each
+    for each in (
+        Metric("q", {"error_q": "length", "bound_q": "length"}, "largest error of a position", _error("q"), poisson=False, certified=True),
+        Metric("p", {"error_p": "", "bound_p": ""}, "largest error of a momentum", _error("p"), poisson=False, certified=True),
+        Metric("lam", {"error_lam": "", "bound_lam": ""}, "largest error of a multiplier", _error("lam"), poisson=False, certified=True),
+        Metric("y", {"error_y": "", "bound_y": ""}, "largest error of a component", _error("y"), constrained=False, certified=True),
+        Metric("phase", {"phase": "s"}, "largest time by which it is early or late", _phase, certified=True),
+        Metric(
+            "energy",
+            {"energy_drift": "", "energy_slope": "1/s", "growth": "", "energy_kind": ""},
+            "largest energy error, its slope and growth",
+            _energy,
+        ),
+        Metric("manifold", {"g": "", "Gv": ""}, "largest |g| and |G H_p|", _maxima("g", "Gv"), poisson=False),
+        Metric("casimirs", {"casimirs": ""}, "largest error of a Casimir function", _casimirs, constrained=False),
+        Metric("defect", {"defect": ""}, f"defect of the two-form over {DEFECT_STEPS} steps", _defect, fixed_step=True),
+    )
+}
+"""What can be measured besides work and time, which every run has."""
+
+
+def metrics_of(names: Sequence[str]) -> list[Metric]:
+    """Return metrics by their names.
+
+    Raises
+    ------
+    BadInput
+        If a name is unknown, or there are none.
+    """
+    if not names:
+        raise BadInput(f"a study measures something; name some of {', '.join(METRICS)}.")
+    for name in names:
+        if name not in METRICS:
+            raise unknown("metric", name, METRICS)
+    return [METRICS[name] for name in names]

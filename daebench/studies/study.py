@@ -1,0 +1,152 @@
+"""A study: a grid of runs that is declared, and read as one long table."""
+
+from collections.abc import Iterator, Mapping, Sequence
+from concurrent.futures import Executor
+from dataclasses import dataclass, field
+from itertools import product
+from typing import TYPE_CHECKING, Any
+
+from daebench.api import setting_of
+from daebench.errors import BadInput, unknown
+from daebench.inputs import positive
+from daebench.kinds import methods_of
+from daebench.studies.cell import OUTPUTS, Cell
+from daebench.studies.metrics import metrics_of
+from daebench.studies.store import Store
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+    from daebench.studies.engine import Tell
+
+
+@dataclass(frozen=True, kw_only=True)
+class Study:
+    """Every method on every case, with every value of its knob and of the parameters.
+
+    Parameters
+    ----------
+    problem : str
+        Name in the catalogue, or path of a problem file.
+    methods : sequence of str
+        Names in the grammar of :mod:`daebench.names`.
+    values : mapping of str to sequence of float
+        Step sizes under "h" and tolerances under "tol"; under a method's name those of this method alone.
+    t_end : float
+        End of all runs, s.
+    cases : sequence of str, optional
+        Named initial values; by default the problem's first.
+    parameters : mapping of str to sequence of float, optional
+        Values of parameters of the problem.
+    options : mapping of str to float, optional
+        Free numbers of the methods; each goes to those that have it.
+    metrics : sequence of str
+        What is measured, see :data:`daebench.studies.metrics.METRICS`.
+    precisions : sequence of str
+        "float64", "float32", and "compensated" for float64 with compensated sums over steps.
+    outputs : int
+        States of each run that are looked at, about.
+    repeat : int
+        Runs that are timed, of which the best counts; 0 where time is not asked for.
+    anyway : bool
+        Whether schemes may run where they are no Poisson integrators.
+    on_singular : str
+        What is done where G loses rank; "" for what the case says.
+
+    Raises
+    ------
+    BadInput
+        If something is unknown, missing, given twice, or of no use to any method.
+    """
+
+    problem: str
+    methods: Sequence[str]
+    values: Mapping[str, Sequence[float]]
+    t_end: float
+    cases: Sequence[str] = ()
+    parameters: Mapping[str, Sequence[float]] = field(default_factory=dict)
+    options: Mapping[str, float] = field(default_factory=dict)
+    metrics: Sequence[str] = ("energy",)
+    precisions: Sequence[str] = ("float64",)
+    outputs: int = OUTPUTS
+    repeat: int = 0
+    anyway: bool = False
+    on_singular: str = ""
+
+    def __post_init__(self) -> None:
+        positive("t_end", self.t_end)
+        metrics_of(self.metrics)
+        axes = {"methods": self.methods, "cases": self.cases, "metrics": self.metrics, "precisions": self.precisions}
+        axes |= {f"values of {name}": each for name, each in (*self.values.items(), *self.parameters.items())}
+        for name, values in axes.items():
+            if isinstance(values, str) or not isinstance(values, Sequence | range):
+                raise BadInput(f"{name} of a study must be several, in a list, not {values!r}.")
+            if len(set(values)) < len(values):
+                twice = next(value for k, value in enumerate(values) if value in values[:k])
+                raise BadInput(f"{name} of a study has {twice!r} twice; leave one out.")
+            if not values and name != "cases":
+                raise BadInput(f"{name} of a study is empty; give some.")
+        for precision in self.precisions:
+            if precision not in ("float64", "float32", "compensated"):
+                raise unknown("precision", precision, ("float64", "float32", "compensated"))
+
+    def cells(self) -> list[Cell]:
+        """Return the runs, all of them checked.
+
+        Raises
+        ------
+        BadInput
+            If one cannot be made or measured; the message is of the first.
+        """
+        found = list(self._cells())
+        metrics = metrics_of(self.metrics)
+        for cell in found:
+            cell.check()
+        for cell in {(each.method, each.case, each.parameters): each for each in found}.values():
+            for metric in metrics:
+                if why := metric.refusal(cell):
+                    raise BadInput(why)
+        return found
+
+    def _cells(self) -> Iterator[Cell]:
+        scene = setting_of(self.problem, self.cases[0] if self.cases else None)
+        solvers = methods_of(scene, self.methods, self.options, anyway=self.anyway)
+        knobs = [self._values_of(name, solver.knob) for name, solver in zip(self.methods, solvers, strict=True)]
+        if useless := set(self.values) - set(self.methods) - {solver.knob for solver in solvers}:
+            raise BadInput(f"values of {', '.join(sorted(useless))} are of no use to {', '.join(self.methods)}; leave them out.")
+        grids = [[(name, float(x)) for x in values] for name, values in self.parameters.items()]
+        for case, given, (name, solver, values), precision in product(
+            self.cases or [scene.case], product(*grids), zip(self.methods, solvers, knobs, strict=True), self.precisions
+        ):
+            for value in values:
+                yield Cell(
+                    problem=self.problem,
+                    case=case,
+                    method=name,
+                    value=float(value),
+                    t_end=float(self.t_end),
+                    metrics=tuple(self.metrics),
+                    parameters=tuple(given),
+                    options=tuple((key, number) for key, number in self.options.items() if key in solver.free_numbers),
+                    precision="float32" if precision == "float32" else "float64",
+                    compensated=precision == "compensated",
+                    anyway=self.anyway,
+                    on_singular=self.on_singular,
+                    outputs=self.outputs,
+                    repeat=self.repeat,
+                )
+
+    def _values_of(self, method: str, knob: str) -> Sequence[float]:
+        values = self.values.get(method, self.values.get(knob))
+        if values is None:
+            raise BadInput(f"{method} needs values of {knob}; give values={{{knob!r}: [...]}}.")
+        return [positive(knob, value) for value in values]
+
+    def table(self, store: Store, *, executor: Executor | None = None, tell: "Tell | None" = None) -> "pd.DataFrame":
+        """Return one row a run, those that the store has taken from there; the others are computed and put there."""
+        import pandas as pd
+
+        from daebench.studies.engine import computed
+
+        rows: list[dict[str, Any]] = list(computed(self.cells(), store, executor=executor, tell=tell).values())
+        return pd.DataFrame(rows)
