@@ -92,8 +92,8 @@ class Cell:
 
     def asked(self, knob: str) -> Request:
         """Return what a method with this knob is asked to do."""
-        output: dict[str, int] = {"every": self._every} if knob == "h" else {"points": max(FEWEST, self.outputs + 1)}
-        return Request(value=self.value, t_end=self.t_end, precision=self.precision, **output)
+        every, points = (self._every, None) if knob == "h" else (None, max(FEWEST, self.outputs + 1))
+        return Request(value=self.value, t_end=self.t_end, precision=self.precision, every=every, points=points)
 
     @property
     def _every(self) -> int:

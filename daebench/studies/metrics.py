@@ -183,7 +183,7 @@ def _defect(found: Measured) -> Columns:
     if isinstance(scene, PoissonScene):
         from daebench.diagnostics.poisson import poisson_defect
 
-        return {"defect": float(poisson_defect(found.solver.flow(scene, h, DEFECT_STEPS), scene, scene.y0))}
+        return {"defect": float(poisson_defect(found.solver.flow(scene, h, DEFECT_STEPS), scene.y0, lambda y: scene.value("B", y)))}
     from daebench.diagnostics.symplecticity import symplecticity_defect, tangent_basis
 
     basis = tangent_basis(scene, scene.p0, scene.q0)

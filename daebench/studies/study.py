@@ -76,7 +76,7 @@ class Study:
     def __post_init__(self) -> None:
         positive("t_end", self.t_end)
         metrics_of(self.metrics)
-        axes = {"methods": self.methods, "cases": self.cases, "metrics": self.metrics, "precisions": self.precisions}
+        axes: dict[str, Sequence[object]] = {name: getattr(self, name) for name in ("methods", "cases", "metrics", "precisions")}
         axes |= {f"values of {name}": each for name, each in (*self.values.items(), *self.parameters.items())}
         for name, values in axes.items():
             if isinstance(values, str) or not isinstance(values, Sequence | range):

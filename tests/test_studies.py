@@ -1,0 +1,314 @@
+"""Studies: grids are checked before the first run, numbers are those of the runs, and what was computed is never computed again."""
+
+import json
+import math
+import os
+import signal
+import sqlite3
+import subprocess
+import sys
+import textwrap
+import time
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, replace
+
+import numpy as np
+import pytest
+
+from daebench import api
+from daebench.errors import BadInput
+from daebench.fixed_step import FixedStep
+from daebench.problems import planar_pendulum
+from daebench.reference.certified.store import load
+from daebench.studies import cell as cells
+from daebench.studies.cell import Cell
+from daebench.studies.measure import row_of
+from daebench.studies.metrics import METRICS
+from daebench.studies.store import LAYOUT, Store, StoreFull, opened
+from daebench.studies.study import Study
+
+PENDULUM = {"problem": "planar_pendulum", "cases": ["rotating"], "t_end": 4.0}
+
+
+@dataclass(frozen=True)
+class Uncompiled(FixedStep):
+    """A fixed-step method run as Python."""
+
+    compiled: bool = False
+
+
+@pytest.fixture(autouse=True)
+def uncompiled_schemes(monkeypatch):
+    monkeypatch.setattr("daebench.names.FixedStep", Uncompiled)
+
+
+@pytest.fixture
+def store(tmp_path):
+    with opened(tmp_path / "rows.db") as found:
+        yield found
+
+
+def study(**more):
+    return Study(**{**PENDULUM, "methods": ["rattle"], "values": {"h": [1 / 16, 1 / 32]}, **more})
+
+
+def one(**more):
+    given = {"problem": "planar_pendulum", "case": "rotating", "method": "rattle", "value": 1 / 16, "t_end": 4.0, "metrics": ("energy",)}
+    return Cell(**{**given, **more})
+
+
+# ---- the grid
+
+
+def test_a_grid_is_every_method_with_its_own_values_on_every_case_and_parameter():
+    found = study(
+        methods=["rattle", "scipy:DOP853", "lobatto3"],
+        values={"h": [0.1, 0.05], "tol": [1e-6], "lobatto3": [0.2]},
+        cases=["rotating", "near_top"],
+        parameters={"gravity": [1.0, 2.0, 3.0]},
+        precisions=["float64"],
+    ).cells()
+    assert len(found) == (2 + 1 + 1) * 2 * 3
+    assert {(each.method, each.value) for each in found} == {("rattle", 0.1), ("rattle", 0.05), ("scipy:DOP853", 1e-6), ("lobatto3", 0.2)}
+    assert {each.parameters for each in found} == {(("gravity", x),) for x in (1.0, 2.0, 3.0)}
+
+
+CONTRADICTIONS = {
+    "no methods": ({"methods": []}, "methods of a study is empty"),
+    "a word": ({"methods": "rattle"}, "must be several, in a list, not 'rattle'"),
+    "twice": ({"values": {"h": [0.1, 0.05, 0.1]}}, r"values of h of a study has 0\.1 twice"),
+    "no values": ({"values": {}}, "rattle needs values of h"),
+    "useless values": ({"values": {"h": [0.1], "tol": [1e-6]}}, "values of tol are of no use to rattle"),
+    "no number": ({"values": {"h": ["small"]}}, "'small'"),
+    "negative": ({"values": {"h": [-0.1]}}, "-0.1"),
+    "unknown metric": ({"metrics": ["enrgy"]}, "unknown metric 'enrgy'; did you mean energy"),
+    "unknown method": ({"methods": ["ratle"]}, "did you mean rattle"),
+    "unknown case": ({"cases": ["rotatin"]}, "did you mean rotating"),
+    "unknown parameter": ({"parameters": {"gravty": [1.0]}}, "gravty"),
+    "unknown precision": ({"precisions": ["float16"]}, "unknown precision 'float16'"),
+    "no reference": (
+        {"parameters": {"gravity": [2.0]}, "metrics": ["q"]},
+        "q is an error against planar_pendulum-rotating, which has another gravity",
+    ),
+    "beyond it": ({"t_end": 1e3, "metrics": ["q"]}, "which ends at t = "),
+    "no steps": ({"methods": ["scipy:DOP853"], "values": {"tol": [1e-6]}, "metrics": ["defect"]}, "defect is of methods with fixed steps"),
+    "other kind": ({"metrics": ["y"]}, "y is not measured on planar_pendulum, which is a constrained problem"),
+    "refused": ({"problem": "andrews_squeezer", "cases": ["bari"], "methods": ["shake"]}, "shake needs H"),
+    "an end": ({"t_end": 0.0}, "t_end"),
+}
+
+
+@pytest.mark.parametrize(("more", "sentence"), CONTRADICTIONS.values(), ids=CONTRADICTIONS)
+def test_a_contradiction_is_told_before_anything_is_run(more, sentence, monkeypatch):
+    monkeypatch.setattr("daebench.studies.measure.row_of", lambda cell: pytest.fail("run"))
+    with pytest.raises(BadInput, match=sentence):
+        study(**more).cells()
+
+
+# ---- the numbers
+
+
+def test_errors_are_those_against_the_reference_and_have_its_bounds():
+    row = row_of(one(metrics=("q", "p", "lam", "manifold")))
+    run = api.run("planar_pendulum", case="rotating", method="rattle", h=1 / 16, t_end=4.0, multipliers=True)
+    truth = load("planar_pendulum-rotating")
+    at, rows = np.arange(0, 65, 2), slice(0, 33)
+    assert np.array_equal(run.t[at], truth.t[rows])
+    for part in ("q", "p", "lam"):
+        assert row[f"error_{part}"] == pytest.approx(np.abs(getattr(run, part)[at] - truth.values[part][rows]).max(), rel=1e-12)
+        assert 0 < row[f"bound_{part}"] < 1e-15
+    assert row["g"] == run.maxima["g"]
+    assert (row["steps"], row["t_reached"], row["failure"]) == (64, 4.0, "")
+    assert row["n_solve"] == run.work["solve"]
+
+
+def test_the_phase_is_the_time_by_which_a_motion_is_late(monkeypatch):
+    late = 1e-4
+
+    def slow(self, scene, request):
+        t = np.arange(33) / 8
+        y0 = [float(x) for x in (*scene.q0, *scene.p0)]
+        rows = [planar_pendulum.closed_form(x * (1 - late), y0[:2], y0[2:], scene.parameters) for x in t]
+        q, p = (np.array([[float(x) for x in row[k]] for row in rows]) for k in (0, 1))
+        return replace(real(self, scene, request), t=t, q=q, p=p)
+
+    real = FixedStep.solve
+    monkeypatch.setattr(FixedStep, "solve", slow)
+    assert row_of(one(metrics=("phase",)))["phase"] == pytest.approx(4 * late, rel=1e-3)
+
+
+def test_a_run_that_tells_nothing_shows_no_number():
+    failed = row_of(one(problem="spherical_pendulum", case="fig1.2", value=2.0, t_end=50.0, metrics=("energy", "manifold")))
+    assert "stopped at t" in failed["failure"]
+    two = row_of(one(value=4.0))
+    assert "2 states tell nothing" in two["failure"]
+    for row in (failed, two):
+        assert all(math.isnan(row[name]) for name in ("energy_drift", "energy_slope", "growth"))
+    assert math.isnan(failed["g"])
+
+
+def test_the_two_form_is_measured_over_several_steps():
+    kept, lost = (row_of(one(method=name, metrics=("defect",)))["defect"] for name in ("rattle", "rk4"))
+    assert kept < 1e-12
+    assert lost > 1e-8
+
+
+def test_a_poisson_system_has_its_own_metrics():
+    row = row_of(one(problem="lotka_volterra", case="4,2", method="strang", metrics=("y", "energy", "defect")))
+    assert 1e-6 < row["error_y"] < 1
+    assert row["defect"] < 1e-12
+
+
+def test_time_is_the_best_of_several_runs_and_only_where_it_is_asked_for():
+    assert math.isnan(row_of(one())["seconds"])
+    assert row_of(one(repeat=2))["seconds"] > 0
+
+
+def test_every_metric_fills_the_columns_it_names():
+    for metric in METRICS.values():
+        place = {} if metric.constrained else {"problem": "lotka_volterra", "case": "4,2", "method": "strang"}
+        row = row_of(one(metrics=(metric.name,), **place))
+        assert row["failure"] == ""
+        assert set(metric.columns) <= set(row)
+
+
+# ---- what is kept
+
+
+def test_what_was_computed_is_not_computed_again(store, monkeypatch):
+    first = study().table(store)
+    monkeypatch.setattr("daebench.studies.engine.row_of", lambda cell: pytest.fail("computed again"))
+    again = study().table(store)
+    assert again.equals(first)
+    assert list(again["value"]) == [1 / 16, 1 / 32]
+
+
+def test_a_wider_grid_computes_what_is_missing_alone(store, monkeypatch):
+    study().table(store)
+    seen = []
+    monkeypatch.setattr("daebench.studies.engine.row_of", lambda cell: seen.append(cell.value) or row_of(cell))
+    found = study(values={"h": [1 / 8, 1 / 16, 1 / 32, 1 / 64]}).table(store)
+    assert seen == [1 / 8, 1 / 64]
+    assert list(found["value"]) == [1 / 8, 1 / 16, 1 / 32, 1 / 64]
+
+
+@pytest.mark.parametrize(
+    "more",
+    [
+        {"value": 1 / 32},
+        {"t_end": 5.0},
+        {"method": "lobatto2"},
+        {"case": "near_top"},
+        {"parameters": (("gravity", 2.0),)},
+        {"metrics": ("energy", "manifold")},
+        {"precision": "float32"},
+        {"compensated": True},
+        {"outputs": 32},
+        {"repeat": 3},
+        {"on_singular": "continue"},
+    ],
+    ids=lambda more: next(iter(more)),
+)
+def test_all_that_decides_a_run_is_in_its_key(more):
+    assert one(**more).key() != one().key()
+    assert one(**more).key() == one(**more).key()
+
+
+def test_code_and_versions_are_in_the_key(monkeypatch):
+    before = one().key()
+    monkeypatch.setattr(cells, "made_by", lambda: "another version")
+    assert one().key() != before
+
+
+def test_a_cell_goes_through_json_unchanged():
+    cell = one(parameters=(("gravity", 2.0),), options=(("rho_inf", 0.5),))
+    assert Cell.of_plain(json.loads(json.dumps(cell.plain()))) == cell
+    with pytest.raises(BadInput, match="a cell has no colour"):
+        Cell.of_plain(cell.plain() | {"colour": "red"})
+
+
+def test_numbers_that_json_does_not_have_come_back(store):
+    row = {"a": math.nan, "b": math.inf, "c": -math.inf, "d": 0.1, "e": "word", "f": 3, "g": None}
+    store.put("key", {}, row)
+    found = store.get("key")
+    assert math.isnan(found.pop("a"))
+    assert found == {name: value for name, value in row.items() if name != "a"}
+
+
+def test_a_file_of_something_else_is_refused(tmp_path):
+    text, base, newer = tmp_path / "text.db", tmp_path / "other.db", tmp_path / "newer.db"
+    text.write_text("no database at all, but long enough to be taken for one" * 20)
+    with sqlite3.connect(base) as other:
+        other.execute("CREATE TABLE books (name TEXT)")
+    other.close()
+    Store(newer).close()
+    with sqlite3.connect(newer) as other:
+        other.execute(f"PRAGMA user_version = {LAYOUT + 1}")
+    other.close()
+    for path, sentence in ((text, "is no store"), (base, "database of something else"), (newer, "written by a newer daebench")):
+        with pytest.raises(BadInput, match=sentence):
+            Store(path)
+    assert text.read_text().startswith("no database")
+
+
+def test_a_full_disk_keeps_what_there_is(store):
+    store.put("one", {}, {"a": 1})
+    store._base.execute(f"PRAGMA max_page_count = {store._base.execute('PRAGMA page_count').fetchone()[0]}")
+    with pytest.raises(StoreFull, match="the 1 rows in it are kept: make room"):
+        store.put("two", {}, {"text": "x" * 50_000})
+    assert store.get("one") == {"a": 1}
+
+
+def test_another_executor_gives_the_same_rows(store, tmp_path):
+    with ThreadPoolExecutor(2) as pool:
+        found = study().table(store, executor=pool)
+    with opened(tmp_path / "other.db") as other:
+        assert found.equals(study().table(other))
+
+
+def test_progress_tells_each_cell_that_is_computed(store):
+    told = []
+    study().table(store, tell=lambda done, of, cell: told.append((done, of, cell.value)))
+    assert told == [(1, 2, 1 / 16), (2, 2, 1 / 32)]
+
+
+@pytest.mark.slow
+def test_a_study_that_is_killed_keeps_what_was_done_and_goes_on(tmp_path):
+    path = tmp_path / "rows.db"
+    program = f"""
+    from pathlib import Path
+    from daebench.studies.study import Study
+    from daebench.studies.store import opened
+    from daebench.studies.engine import local_processes
+    if __name__ == "__main__":
+        values = [1 / k for k in range(16, 400)]
+        study = Study(problem="planar_pendulum", methods=["rattle"], values={{"h": values}}, t_end=50.0)
+        with opened(Path({str(path)!r})) as store, local_processes(2) as pool:
+            study.table(store, executor=pool)
+    """
+    (tmp_path / "program.py").write_text(textwrap.dedent(program))
+    process = subprocess.Popen(
+        [sys.executable, tmp_path / "program.py"], env=os.environ | {"PYTHONPATH": os.pathsep.join(sys.path)}, start_new_session=True
+    )
+    deadline = time.monotonic() + 120
+    while time.monotonic() < deadline and process.poll() is None:
+        time.sleep(0.05)
+        if path.exists():
+            with sqlite3.connect(path, timeout=10) as base:
+                if (
+                    base.execute("SELECT count(*) FROM sqlite_master").fetchone()[0]
+                    and base.execute("SELECT count(*) FROM rows").fetchone()[0] > 5
+                ):
+                    break
+            base.close()
+    os.killpg(process.pid, signal.SIGKILL)
+    process.wait()
+    with opened(path) as store:
+        done = len(store)
+        assert done > 5
+        values = [1 / k for k in range(16, 400)]
+        seen = []
+        whole = Study(problem="planar_pendulum", methods=["rattle"], values={"h": values}, t_end=50.0)
+        found = whole.table(store, tell=lambda _, of, cell: seen.append(of))
+        assert len(found) == len(values)
+        assert len(seen) == len(values) - done
