@@ -41,9 +41,8 @@ def row_of(cell: Cell) -> Row:
         row |= {"steps": run.steps, "t_reached": float(run.t[-1]), "failure": run.failure or ""}
         found = Measured(cell, scene, solver, run)
         if not found.told:
-            row["failure"] = (
-                row["failure"] or f"{run.steps} steps and {len(run.t)} states, which tell nothing; take a smaller {solver.knob}"
-            )
+            nothing = f"{run.steps} steps and {len(run.t)} states tell nothing; take a smaller {solver.knob} or more outputs"
+            row["failure"] = row["failure"] or nothing
             return row
         for metric in metrics:
             row |= metric.measure(found)
