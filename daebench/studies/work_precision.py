@@ -1,0 +1,166 @@
+"""The price of accuracy: errors of many methods against what they cost, and which method is cheapest for an accuracy."""
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from daebench.api import setting_of
+from daebench.errors import BadInput
+from daebench.kinds import methods_of
+from daebench.reference.certified import store
+from daebench.scene import PoissonScene
+from daebench.studies.study import Study
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+CONSTRAINED = (
+    *("symplectic_euler", "rattle", "rattle/suzuki4", "rattle/kahan_li8", "lobatto3", "lobatto4", "strang/suzuki4"),
+    *("rk4", "rk4+proj", "local:gauss3", "radau3_ggl", "generalized_alpha"),
+    *("ida:index3", "ida:index2", "ida:index1", "ida:ggl", "cvode:adams", "scipy:DOP853", "scipy:Radau"),
+)
+"""One or two methods of each family, by fixed steps and by tolerance."""
+
+POISSON = ("symplectic_euler", "strang", "strang/suzuki4", "strang/kahan_li8", "midpoint", "rk4", "ida:ode", "cvode:adams", "scipy:DOP853")
+"""The same for Poisson systems."""
+
+LONGEST = 10.0
+"""End of a study where none is given, s, if the reference reaches so far."""
+
+TOLERANCES = tuple(10.0**-k for k in range(3, 14))
+"""Tolerances where none are given."""
+
+HALVINGS = 8
+"""Step sizes where none are given: from the distance of stored times down, each half of the one before."""
+
+STEPS = 2**20
+"""Most steps of a run where step sizes are not given."""
+
+REPEAT = 3
+"""Runs that are timed, after the one that warms up."""
+
+NOT_COSTS = ("n_steps", "n_newton", "n_solve")
+"""Counts that are no evaluations of the problem's functions."""
+
+
+def standard(
+    problem: str,
+    *,
+    case: str | None = None,
+    methods: Sequence[str] | None = None,
+    h: Sequence[float] | None = None,
+    tol: Sequence[float] | None = None,
+    t_end: float | None = None,
+    metrics: Sequence[str] | None = None,
+    repeat: int = REPEAT,
+) -> tuple[Study, dict[str, str]]:
+    """Return the study of a problem, and why methods of the standard set are not in it; what is not given is chosen.
+
+    Step sizes are the distance of the reference's times, halved and halved again, so that errors are taken at stored times.
+
+    Raises
+    ------
+    BadInput
+        If the case has no certified reference: errors against anything else would be errors of that.
+    """
+    scene = setting_of(problem, case)
+    reference = store.find(problem, scene.case)
+    poisson = isinstance(scene, PoissonScene)
+    left_out: dict[str, str] = {}
+    if methods is None:
+        methods, left_out = _able(scene, POISSON if poisson else CONSTRAINED)
+    end = min(LONGEST, reference.horizon, reference.double_horizon) if t_end is None else t_end
+    spacing = float(reference.t[1])
+    steps = [spacing / 2**k for k in range(HALVINGS) if end / (spacing / 2**k) <= STEPS]
+    solvers = methods_of(scene, methods, anyway=poisson)
+    values = {"h": list(h or steps), "tol": list(tol or TOLERANCES)}
+    return (
+        Study(
+            problem=problem,
+            cases=[scene.case],
+            methods=list(methods),
+            values={knob: values[knob] for knob in dict.fromkeys(solver.knob for solver in solvers)},
+            t_end=end,
+            metrics=list(metrics or (("y",) if poisson else ("q", "p", "lam", "manifold")) + ("phase", "energy")),
+            repeat=repeat,
+            anyway=poisson,
+        ),
+        left_out,
+    )
+
+
+def _able(scene: object, names: Sequence[str]) -> tuple[list[str], dict[str, str]]:
+    """Return those of these methods that can be run, and why the others cannot."""
+    poisson = isinstance(scene, PoissonScene)
+    found: list[str] = []
+    refused: dict[str, str] = {}
+    for name in names:
+        try:
+            (solver,) = methods_of(scene, [name], anyway=poisson)  # type: ignore[arg-type]
+            why = solver.refusal(scene)
+        except BadInput as error:
+            why = str(error)
+        if why:
+            refused[name] = why
+        else:
+            found.append(name)
+    return found, refused
+
+
+def with_costs(table: "pd.DataFrame") -> "pd.DataFrame":
+    """Return a table with the column ``evaluations``: all counted evaluations of functions of the problem and of their derivatives."""
+    counts = [name for name in table.columns if name.startswith("n_") and name not in NOT_COSTS]
+    return table.assign(evaluations=table[counts].sum(axis=1, min_count=1))
+
+
+def cheapest(table: "pd.DataFrame", error: str, cost: str, levels: Sequence[float]) -> "pd.DataFrame":
+    """Return which method is cheapest for each accuracy, what it costs, and by how much the next one is dearer.
+
+    Between two runs of a method, one above an accuracy and one below it, log cost is taken as linear in log error. Errors below their
+    bound are unknown, and count as their bound.
+
+    Parameters
+    ----------
+    table : DataFrame
+        As :meth:`Study.table` gives it.
+    error, cost : str
+        Columns.
+    levels : sequence of float
+        Accuracies.
+
+    Returns
+    -------
+    DataFrame
+        Columns level, method, value, cost, next, ratio; a level that no method reaches has no row.
+    """
+    import pandas as pd
+
+    rows = []
+    for level in levels:
+        found = {str(name): at for name, runs in table.groupby("method", sort=False) if (at := _cost_at(runs, error, cost, level))}
+        ranked = sorted(found.items(), key=lambda entry: entry[1][0])
+        if ranked:
+            (method, (price, value)), second = ranked[0], ranked[1] if len(ranked) > 1 else None
+            dearer = {"next": second[0], "ratio": second[1][0] / price} if second else {"next": "", "ratio": float("nan")}
+            rows.append({"level": level, "method": method, "value": value, cost: price, **dearer})
+    return pd.DataFrame(rows, columns=["level", "method", "value", cost, "next", "ratio"])
+
+
+def _cost_at(runs: "pd.DataFrame", error: str, cost: str, level: float) -> tuple[float, float] | None:
+    """Return what an accuracy costs by one method, and the value of its knob that reaches it; None if it is not reached."""
+    bound = error.replace("error_", "bound_")
+    errors = np.maximum(runs[error], runs[bound]) if bound != error and bound in runs else runs[error]
+    good = runs.assign(found=errors)[np.isfinite(errors) & np.isfinite(runs[cost]) & (runs[cost] > 0)].sort_values(cost)
+    best: tuple[float, float] | None = None
+    before: tuple[float, float] | None = None
+    for found, price, value in zip(good["found"], good[cost], good["value"], strict=True):
+        if found <= level:
+            at = float(price)
+            if before and before[0] > level > found > 0:
+                share = np.log(before[0] / level) / np.log(before[0] / found)
+                at = float(before[1] * (price / before[1]) ** share)
+            best = at, float(value)
+            break
+        before = float(found), float(price)
+    return best
