@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from daebench.poisson_lattice import PoissonLattice
     from daebench.poisson_system import DarbouxMap, Lift, Part, PoissonCase, PoissonSystem
     from daebench.problem import Case, Chart, ConstrainedHamiltonian, KineticFlow, Picture, coordinates
+    from daebench.studies.study import Study
     from daebench.submanifold import as_poisson, symplectic_projection
     from daebench.trajectory import PoissonTrajectory, Trajectory
 
@@ -40,6 +41,7 @@ __all__ = [
     "PoissonSystem",
     "PoissonTrajectory",
     "RunFailed",
+    "Study",
     "Trajectory",
     "as_poisson",
     "check",
@@ -63,6 +65,7 @@ _HOME = {
     **dict.fromkeys(("as_poisson", "symplectic_projection"), "submanifold"),
     "ConstrainedChain": "chains.chain",
     "PoissonLattice": "poisson_lattice",
+    "Study": "studies.study",
     "check": "claims_check",
     "compare": "comparison",
     "order": "order_study",

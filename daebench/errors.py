@@ -24,6 +24,10 @@ class RunFailed(DaebenchError):
     """A run that stopped before its end, raised where a whole trajectory is required."""
 
 
+class Interrupted(DaebenchError):
+    """The person at the keyboard, or the system, ended what was being done; what is kept of it is in the message."""
+
+
 def unknown(kind: str, name: str, known: Iterable[str]) -> BadInput:
     """Return the error for a name that is not among the known ones, with the nearest of them."""
     names = sorted(known)

@@ -16,7 +16,8 @@ from daebench.cli.reference import app as reference
 from daebench.cli.report import report
 from daebench.cli.run import run
 from daebench.cli.show import show
-from daebench.errors import BadInput, DaebenchError
+from daebench.cli.work_precision import work_precision
+from daebench.errors import BadInput, DaebenchError, Interrupted
 
 ClickException: type[Exception] = next(base for base in typer.BadParameter.__mro__ if base.__name__ == "ClickException")
 """Base of the errors of the command line itself, wherever this version of typer keeps it."""
@@ -43,6 +44,7 @@ def top(version: Annotated[bool, typer.Option("--version", help="Print the versi
 app.command("list")(listing)
 for command in (show, run, compare, order, check, report, bench):
     app.command()(command)
+app.command("work-precision")(work_precision)
 app.add_typer(reference, name="reference")
 
 
@@ -53,6 +55,8 @@ def main() -> None:
         status = _called()
     except ClickException as error:
         status = _complain(_sentence(error), 2)
+    except Interrupted as error:
+        status = _complain(str(error), 130)
     except DaebenchError as error:
         status = _complain(str(error), 2 if isinstance(error, BadInput) else 1)
     except (typer.Abort, KeyboardInterrupt):

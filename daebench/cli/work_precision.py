@@ -1,0 +1,106 @@
+"""``daebench work-precision``: what accuracy costs, method by method."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from daebench.cli.arguments import Case, Json, Problem
+from daebench.cli.console import bar, numbers, print_json, print_table, words
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+    from daebench.studies.store import Store
+    from daebench.studies.study import Study
+
+LEVELS = tuple(10.0**-k for k in range(2, 14, 2))
+"""Accuracies for which the cheapest method is named."""
+
+
+def work_precision(
+    problem: Problem,
+    case: Case = None,
+    methods: Annotated[
+        str | None, typer.Option("--methods", help="Names of methods, comma-separated; some of each family if left out.")
+    ] = None,
+    h: Annotated[str | None, typer.Option("--h", help="Step sizes, comma-separated; halvings of a reference's if left out.")] = None,
+    tol: Annotated[str | None, typer.Option("--tol", help="Tolerances, comma-separated; 1e-3 to 1e-13 if left out.")] = None,
+    t_end: Annotated[float | None, typer.Option("--t-end", help="End of all runs; 10 or the end of the reference if left out.")] = None,
+    error: Annotated[
+        str | None, typer.Option("--error", help="Column that is drawn against costs; error_q, or error_y, if left out.")
+    ] = None,
+    repeat: Annotated[int, typer.Option("--repeat", help="Runs that are timed, of which the best counts; 0: no times.")] = 3,
+    store: Annotated[
+        Path | None, typer.Option("--store", help="File in which runs are kept; studies.db in the folder if left out.")
+    ] = None,
+    out: Annotated[Path, typer.Option("--out", help="Folder for table and picture.")] = Path("output/work-precision"),
+    dry_run: Annotated[bool, typer.Option("--dry-run", help="Say how many runs there are, and how many are kept already.")] = False,
+    json: Json = False,
+) -> None:
+    """Measure errors of many methods against time and work, and name the cheapest for each accuracy; what was measured is kept.
+
+    Runs are timed one at a time, the best of several after one that warms up.
+    """
+    from daebench.files import make_folder
+    from daebench.studies.store import opened
+    from daebench.studies.work_precision import cheapest, standard, with_costs
+
+    study, left_out = standard(
+        problem,
+        case=case,
+        methods=words(methods) if methods else None,
+        h=numbers("--h", h),
+        tol=numbers("--tol", tol),
+        t_end=t_end,
+        repeat=repeat,
+    )
+    cells = study.cells()
+    make_folder(out)
+    with opened(store or out / "studies.db") as kept:
+        there = sum(cell.key() in kept for cell in cells)
+        if dry_run:
+            print(f"{len(cells)} runs, {there} of them kept in {kept.path}, {len(cells) - there} to make.")
+            raise typer.Exit
+        table = with_costs(_table(study, kept, problem))
+    from daebench.figures import save_table
+    from daebench.studies.work_precision_figure import draw
+
+    error = error or ("error_y" if "error_y" in table else "error_q")
+    _require_column(error, table)
+    save_table(out / "work_precision.csv", table)
+    path = draw(out, table, error, error.replace("_", " of ").replace("error", "largest error"))
+    cost = "seconds" if repeat else "evaluations"
+    best = cheapest(table, error, cost, LEVELS)
+    if json:
+        print_json(
+            {"best": best.to_dict("records"), "left_out": left_out, "runs": len(table), "failed": int((table["failure"] != "").sum())}
+        )
+    else:
+        print_table(list(best.columns), [[_cell(value) for value in row] for row in best.itertuples(index=False)], f"cheapest for {error}")
+        for why in left_out.values():
+            print(f"left out: {why}")
+        print(f"written: {out / 'work_precision.csv'}, {path}")
+
+
+def _table(study: "Study", kept: "Store", problem: str) -> "pd.DataFrame":
+    """Return the rows of a study; an interruption says what is kept."""
+    from daebench.errors import Interrupted
+
+    with bar(f"work against precision on {problem}") as progress:
+        try:
+            return study.table(kept, tell=lambda done, of, cell: progress(done / of, f"{cell.method} on {problem}, {cell.value:g}"))
+        except KeyboardInterrupt as stop:
+            raise Interrupted(f"interrupted; {len(kept)} runs are kept in {kept.path}: run again to go on.") from stop
+
+
+def _require_column(error: str, table: "pd.DataFrame") -> None:
+    from daebench.errors import unknown
+
+    known = [name for name in table.columns if name.startswith(("error_", "phase", "energy_drift", "energy_slope", "g", "Gv", "defect"))]
+    if error not in known:
+        raise unknown("column", error, known)
+
+
+def _cell(value: object) -> str:
+    return f"{value:.3g}" if isinstance(value, float) else str(value)
