@@ -55,6 +55,7 @@ def work_precision(
         t_end=t_end,
         repeat=repeat,
     )
+    error = _column(error, study)
     cells = study.cells()
     make_folder(out)
     with opened(store or out / "studies.db") as kept:
@@ -66,8 +67,6 @@ def work_precision(
     from daebench.figures import save_table
     from daebench.studies.work_precision_figure import draw
 
-    error = error or ("error_y" if "error_y" in table else "error_q")
-    _require_column(error, table)
     save_table(out / "work_precision.csv", table)
     path = draw(out, table, error, error.replace("_", " of ").replace("error", "largest error"))
     cost = "seconds" if repeat else "evaluations"
@@ -94,12 +93,17 @@ def _table(study: "Study", kept: "Store", problem: str) -> "pd.DataFrame":
             raise Interrupted(f"interrupted; {len(kept)} runs are kept in {kept.path}: run again to go on.") from stop
 
 
-def _require_column(error: str, table: "pd.DataFrame") -> None:
+def _column(error: str | None, study: "Study") -> str:
+    """Return which column is drawn; refuse one that the study does not have."""
     from daebench.errors import unknown
+    from daebench.studies.metrics import metrics_of
 
-    known = [name for name in table.columns if name.startswith(("error_", "phase", "energy_drift", "energy_slope", "g", "Gv", "defect"))]
-    if error not in known:
+    known = [
+        name for metric in metrics_of(study.metrics) for name in metric.columns if not name.startswith(("bound", "growth", "energy_kind"))
+    ]
+    if error is not None and error not in known:
         raise unknown("column", error, known)
+    return error or known[0]
 
 
 def _cell(value: object) -> str:

@@ -62,7 +62,8 @@ def standard(
     Raises
     ------
     BadInput
-        If the case has no certified reference: errors against anything else would be errors of that.
+        If the case has no certified reference, for errors against anything else would be errors of that; if that ends too early, or
+        values are of no use.
     """
     scene = setting_of(problem, case)
     reference = store.find(problem, scene.case)
@@ -71,16 +72,22 @@ def standard(
     if methods is None:
         methods, left_out = _able(scene, POISSON if poisson else CONSTRAINED)
     end = min(LONGEST, reference.horizon, reference.double_horizon) if t_end is None else t_end
+    if end > reference.horizon:
+        raise BadInput(f"t_end = {end:g} is beyond {reference.name}, which ends at t = {reference.horizon:g}; take a smaller one.")
     spacing = float(reference.t[1])
     steps = [spacing / 2**k for k in range(HALVINGS) if end / (spacing / 2**k) <= STEPS]
     solvers = methods_of(scene, methods, anyway=poisson)
     values = {"h": list(h or steps), "tol": list(tol or TOLERANCES)}
+    knobs = {solver.knob for solver in solvers}
+    for knob, given in (("h", h), ("tol", tol)):
+        if given and knob not in knobs:
+            raise BadInput(f"values of {knob} are of no use to {', '.join(methods)}; leave them out.")
     return (
         Study(
             problem=problem,
             cases=[scene.case],
             methods=list(methods),
-            values={knob: values[knob] for knob in dict.fromkeys(solver.knob for solver in solvers)},
+            values={knob: values[knob] for knob in sorted(knobs)},
             t_end=end,
             metrics=list(metrics or (("y",) if poisson else ("q", "p", "lam", "manifold")) + ("phase", "energy")),
             repeat=repeat,
