@@ -24,6 +24,7 @@ from daebench.studies import cell as cells
 from daebench.studies.cell import Cell
 from daebench.studies.measure import row_of
 from daebench.studies.metrics import METRICS
+from daebench.studies.schedulers import dask_cluster
 from daebench.studies.store import LAYOUT, Store, StoreFull, opened
 from daebench.studies.study import Study
 
@@ -279,7 +280,7 @@ def test_a_study_that_is_killed_keeps_what_was_done_and_goes_on(tmp_path):
     from pathlib import Path
     from daebench.studies.study import Study
     from daebench.studies.store import opened
-    from daebench.studies.engine import local_processes
+    from daebench.studies.schedulers import local_processes
     if __name__ == "__main__":
         values = [1 / k for k in range(16, 400)]
         study = Study(problem="planar_pendulum", methods=["rattle"], values={{"h": values}}, t_end=50.0)
@@ -312,3 +313,35 @@ def test_a_study_that_is_killed_keeps_what_was_done_and_goes_on(tmp_path):
         found = whole.table(store, tell=lambda _, of, cell: seen.append(of))
         assert len(found) == len(values)
         assert len(seen) == len(values) - done
+
+
+@pytest.mark.slow
+@pytest.mark.filterwarnings("ignore::ResourceWarning", "ignore::DeprecationWarning", "ignore::pytest.PytestUnraisableExceptionWarning")
+def test_a_cluster_gives_the_same_rows_though_a_worker_is_killed(store, tmp_path, monkeypatch):
+    distributed = pytest.importorskip("distributed", reason="the extra scale is not installed")
+    monkeypatch.setattr("daebench.names.FixedStep", FixedStep)
+    wide = study(values={"h": [1 / k for k in range(16, 216)]}, t_end=200.0)
+    with distributed.LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None) as cluster:
+        killed = []
+
+        def tell(done, of, cell):
+            if done == 20:
+                worker = next(iter(cluster.workers.values()))
+                killed.append(worker.pid)
+                os.kill(worker.pid, signal.SIGKILL)
+
+        with dask_cluster(cluster.scheduler_address) as executor:
+            found = wide.table(store, executor=executor, tell=tell)
+    assert len(killed) == 1
+    with opened(tmp_path / "other.db") as other:
+        assert found.equals(wide.table(other))
+
+
+def test_a_scheduler_that_is_not_there_is_said(monkeypatch):
+    pytest.importorskip("distributed", reason="the extra scale is not installed")
+    monkeypatch.setattr("daebench.studies.schedulers.REACHED_SECONDS", 0.5)
+    with (
+        pytest.raises(BadInput, match=r"there is no Dask scheduler at tcp://127\.0\.0\.1:1.*start one by"),
+        dask_cluster("tcp://127.0.0.1:1"),
+    ):
+        pass

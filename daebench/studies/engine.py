@@ -1,11 +1,9 @@
 """Cells computed once each: what the store has is not computed again, and what is computed is stored before anything else happens."""
 
-import multiprocessing
 import os
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from concurrent.futures import FIRST_COMPLETED, Executor, Future, ProcessPoolExecutor, wait
+from concurrent.futures import FIRST_COMPLETED, Executor, Future, wait
 from concurrent.futures.process import BrokenProcessPool
-from contextlib import contextmanager
 
 from daebench.errors import DaebenchError
 from daebench.studies.cell import Cell
@@ -17,9 +15,6 @@ Tell = Callable[[int, int, Cell], None]
 
 AHEAD = 4
 """Cells that wait for a process, for each one: enough for none to be idle, and few enough to be given up at once."""
-
-THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
-"""What libraries of the processes read: one thread each."""
 
 
 def computed(cells: Sequence[Cell], store: Store, *, executor: Executor | None = None, tell: Tell | None = None) -> dict[str, Row]:
@@ -87,24 +82,3 @@ def _result(future: "Future[Row]", cell: Cell) -> Row:
         raise DaebenchError(
             f"a process that computes cells ended while {cell.method} ran on {cell.problem}; what was done is kept: run again."
         ) from error
-
-
-@contextmanager
-def local_processes(workers: int | None = None) -> Iterator[Executor]:
-    """Open a pool of processes on this machine, one thread each; they end with the block, whatever ends it."""
-    workers = workers or len(os.sched_getaffinity(0))
-    old = {name: os.environ.get(name) for name in THREADS}
-    os.environ |= dict.fromkeys(THREADS, "1")
-    before = set(multiprocessing.active_children())
-    pool = ProcessPoolExecutor(workers, mp_context=multiprocessing.get_context("spawn"))
-    try:
-        yield pool
-    finally:
-        pool.shutdown(wait=False, cancel_futures=True)
-        for process in set(multiprocessing.active_children()) - before:
-            process.terminate()
-        for name, value in old.items():
-            if value is None:
-                os.environ.pop(name, None)
-            else:
-                os.environ[name] = value
