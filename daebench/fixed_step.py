@@ -18,6 +18,7 @@ from daebench.errors import BadInput, RunFailed, require_known, unknown
 from daebench.forms import FORMS, OWN, Form
 from daebench.grid import Grid
 from daebench.inputs import real
+from daebench.kernels.hole import ROUNDINGS
 from daebench.members import members
 from daebench.method import Method, Request
 from daebench.rank_run import RankRun
@@ -55,6 +56,10 @@ class FixedStep:
         Whether sums over steps are compensated for rounding, HLW VIII.5.
     compiled : bool
         Whether the kernel is handed to numba.
+    sweeps : int
+        Sweeps after which Newton's iteration is ended, converged or not; 0 for convergence.
+    roundings : float
+        Increments of so many roundings end Newton's iteration.
 
     Raises
     ------
@@ -69,6 +74,8 @@ class FixedStep:
     options: Mapping[str, float] = field(default_factory=dict, hash=False)
     compensated: bool = False
     compiled: bool = True
+    sweeps: int = 0
+    roundings: float = ROUNDINGS
     knob = "h"
 
     def __post_init__(self) -> None:
@@ -218,6 +225,8 @@ class FixedStep:
             "compensated": self.compensated,
             "projection": self.projection,
             "raw": len(self.member.multipliers()) if raw else 0,
+            "sweeps": self.sweeps,
+            "roundings": self.roundings,
             "singular": "least-squares" if singular == "least-squares" else "watch" if singular and self._solves else "",
         }
 

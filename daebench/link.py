@@ -62,6 +62,8 @@ class Options:
     singular : str
         What becomes of a run where G loses rank: "" where it is not watched, "watch", or "least-squares" where systems of constraints
         are solved that way besides.
+    sweeps, roundings : int and float
+        Sweeps after which Newton's iteration is ended, 0 for convergence, and increments, in roundings, that end it.
     """
 
     precision: str = "float64"
@@ -75,6 +77,8 @@ class Options:
     projection: str = ""
     raw: int = 0
     singular: str = ""
+    sweeps: int = 0
+    roundings: float = 4.0
 
 
 @cache
@@ -101,7 +105,7 @@ class Linker:
         self.algebra.least_squares = options.singular == "least-squares"
         self.algebraic = cache(self.algebra.source)
         self.kinds = derivation.work
-        self.constants: dict[str, bool | int] = derivation.constants | {
+        self.constants: dict[str, bool | int | float] = derivation.constants | {
             "MULTISTEP": False,
             "COMPOSED": options.composed,
             "COMPENSATED": options.compensated,
@@ -111,7 +115,9 @@ class Linker:
             "STAGES": options.stages,
             "RANK_WATCHED": bool(options.singular),
             "SINGLE": derivation.constants.get("SINGLE", derivation.constants.get("CONSTRAINTS") == 1),
-            "AGAIN": 2 if options.precision == "complex128" else 1,
+            "AGAIN": 2 if options.precision == "complex128" and options.roundings == 4.0 else 1,
+            "SWEEPS_ASKED": options.sweeps,
+            "ROUNDINGS": options.roundings,
         }
         self.watch = derivation.watch(options.watch, len(self.kinds) if options.count else 0, options.raw)
         self.files: dict[str, SourceFile] = {}

@@ -12,14 +12,14 @@ HOLES = (HOLE, "daebench.kernels.poisson_hole")
 class SourceFile:
     """One source file as syntax, with its constant ``if`` statements settled."""
 
-    def __init__(self, name: str, text: str, constants: Mapping[str, bool | int]) -> None:
+    def __init__(self, name: str, text: str, constants: Mapping[str, bool | int | float]) -> None:
         self.name = name
         self.functions: dict[str, ast.FunctionDef] = {}
         self.literals: dict[str, ast.Constant] = {}
         self.imports: dict[str, tuple[str, str]] = {}
         self._read(ast.parse(text).body, constants)
 
-    def _read(self, body: Sequence[ast.stmt], constants: Mapping[str, bool | int]) -> None:
+    def _read(self, body: Sequence[ast.stmt], constants: Mapping[str, bool | int | float]) -> None:
         for node in body:
             if isinstance(node, ast.FunctionDef):
                 self.functions[node.name] = node

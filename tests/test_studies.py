@@ -154,6 +154,17 @@ def test_the_two_form_is_measured_over_several_steps():
     assert lost > 1e-8
 
 
+def test_newton_that_is_ended_early_loses_the_two_form_by_as_much_as_sweeps_are_missing():
+    fast = {"problem": "spherical_pendulum", "case": "fig1.2", "value": 1 / 64, "metrics": ("defect", "manifold")}
+    whole, one_, two, loose = (row_of(one(**fast, **how)) for how in ({}, {"sweeps": 1}, {"sweeps": 2}, {"newton": 1e-4}))
+    assert whole["defect"] < 1e-14 < 1e3 * two["defect"] < one_["defect"]
+    assert whole["n_newton"] > two["n_newton"] == 2 * one_["n_newton"] == 2 * one_["steps"]
+    assert one_["g"] > 1e3 * two["g"] > 1e6 * whole["g"]
+    assert loose["defect"] > 1e3 * whole["defect"]
+    with pytest.raises(BadInput, match="not in scipy:DOP853"):
+        one(method="scipy:DOP853", value=1e-6, sweeps=1).check()
+
+
 def test_a_poisson_system_has_its_own_metrics():
     row = row_of(one(problem="lotka_volterra", case="4,2", method="strang", metrics=("y", "energy", "defect")))
     assert 1e-6 < row["error_y"] < 1
@@ -206,6 +217,8 @@ def test_a_wider_grid_computes_what_is_missing_alone(store, monkeypatch):
         {"compensated": True},
         {"outputs": 32},
         {"repeat": 3},
+        {"sweeps": 1},
+        {"newton": 1e-6},
         {"on_singular": "continue"},
     ],
     ids=lambda more: next(iter(more)),

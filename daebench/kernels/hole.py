@@ -77,6 +77,12 @@ FORM_DATA: Any = ()
 AGAIN: int = 1
 """Newton's sweeps are done this many times over: 2 when derivatives are carried in the imaginary part."""
 
+SWEEPS_ASKED: int = 0
+"""Sweeps after which Newton's iteration is ended whether it has converged or not; 0: it is not."""
+
+ROUNDINGS: float = 4.0
+"""Increments of so many roundings end Newton's iteration."""
+
 EPS: Number = 0.0
 """Spacing of the run's numbers at 1."""
 

@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from typing import Any
 
-from daebench.kernels.hole import AGAIN, EPS, INF, Report, no_work, plus_work, tally
+from daebench.kernels.hole import AGAIN, EPS, INF, ROUNDINGS, SWEEPS_ASKED, Report, no_work, plus_work, tally
 
 OK = 0
 NOT_CONVERGED = 1
@@ -34,9 +34,12 @@ def newton(improve: Callable[..., Any], x: Any, data: Any) -> tuple[Any, Report]
     because the residual is small: that leaves a bias, and the energy a linear drift. Where the imaginary part carries a
     derivative it goes on for as many sweeps again, so that the derivative is as converged as the value. A relative pivot at
     round-off, anything that is not finite, or 100 sweeps without an end stop it with a status that says so.
+
+    A study of what that buys may ask for another number of roundings than 4, or for so many sweeps and no more; derivatives are then
+    those of what was done.
     """
     last = INF
-    until = 0
+    until = SWEEPS_ASKED
     residual = INF
     pivot = INF
     for sweep in range(1, 2 * SWEEPS + 1):
@@ -46,7 +49,7 @@ def newton(improve: Callable[..., Any], x: Any, data: Any) -> tuple[Any, Report]
             return x, (status, residual, pivot, tally(improve, sweep))
         if until == 0:
             bound = EPS * scale
-            if size <= 4.0 * bound or (size >= last and size <= 10000.0 * bound):
+            if size <= ROUNDINGS * bound or (size >= last and size <= 10000.0 * bound):
                 until = AGAIN * sweep
             elif sweep == SWEEPS:
                 return x, (NOT_CONVERGED, residual, pivot, tally(improve, sweep))

@@ -10,9 +10,13 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from daebench.api import setting_of, singular_as
 from daebench.cache import toolchain
 from daebench.errors import BadInput
+from daebench.fixed_step import FixedStep
+from daebench.kernels.hole import ROUNDINGS
 from daebench.kinds import method_of
 from daebench.method import Request
 from daebench.scene import PoissonScene, Scene
@@ -58,6 +62,10 @@ class Cell:
         States looked at, about.
     repeat : int
         Runs that are timed, of which the best counts; 0 where time is not asked for.
+    sweeps : int
+        Sweeps after which Newton's iteration is ended, converged or not; 0 for convergence.
+    newton : float
+        Relative increment that ends Newton's iteration; 0 for that of round-off.
     """
 
     problem: str
@@ -74,6 +82,8 @@ class Cell:
     on_singular: str = ""
     outputs: int = OUTPUTS
     repeat: int = 0
+    sweeps: int = 0
+    newton: float = 0.0
 
     @property
     def scene(self) -> Scene | PoissonScene:
@@ -82,8 +92,19 @@ class Cell:
 
     @property
     def solver(self) -> Any:
-        """The method."""
-        return method_of(self.scene, self.method, dict(self.options), compensated=self.compensated, anyway=self.anyway)
+        """The method.
+
+        Raises
+        ------
+        BadInput
+            If Newton's iteration is to be ended early and the method has none that can be.
+        """
+        found = method_of(self.scene, self.method, dict(self.options), compensated=self.compensated, anyway=self.anyway)
+        if not self.sweeps and not self.newton:
+            return found
+        if not isinstance(found, FixedStep):
+            raise BadInput(f"Newton's iteration is ended early in fixed-step methods for constrained problems alone, not in {self.method}.")
+        return replace(found, sweeps=self.sweeps, roundings=max(ROUNDINGS, self.newton / float(np.finfo(self.precision).eps)))
 
     @property
     def request(self) -> Request:
