@@ -74,7 +74,21 @@ def test_a_grid_is_every_method_with_its_own_values_on_every_case_and_parameter(
     assert {each.parameters for each in found} == {(("gravity", x),) for x in (1.0, 2.0, 3.0)}
 
 
+def test_the_ways_to_compute_are_an_axis():
+    found = study(precisions=["float64", "float32", "compensated", "sweeps=2", "newton=1e-6"], values={"h": [0.1]}).cells()
+    told = [(each.precision, each.compensated, each.sweeps, each.newton) for each in found]
+    assert told == [
+        ("float64", False, 0, 0.0),
+        ("float32", False, 0, 0.0),
+        ("float64", True, 0, 0.0),
+        ("float64", False, 2, 0.0),
+        ("float64", False, 0, 1e-6),
+    ]
+
+
 CONTRADICTIONS = {
+    "no sweeps": ({"precisions": ["sweeps=0"]}, "unknown precision 'sweeps=0'"),
+    "no tolerance": ({"precisions": ["newton=small"]}, "unknown precision 'newton=small'"),
     "no methods": ({"methods": []}, "methods of a study is empty"),
     "a word": ({"methods": "rattle"}, "must be several, in a list, not 'rattle'"),
     "twice": ({"values": {"h": [0.1, 0.05, 0.1]}}, r"values of h of a study has 0\.1 twice"),

@@ -28,6 +28,8 @@ def row_of(cell: Cell) -> Row:
         **dict(cell.options),
         "precision": cell.precision,
         "compensated": cell.compensated,
+        "sweeps": cell.sweeps,
+        "newton": cell.newton,
         "t_end": cell.t_end,
     }
     metrics = metrics_of(cell.metrics)

@@ -43,7 +43,8 @@ class Study:
     metrics : sequence of str
         What is measured, see :data:`daebench.studies.metrics.METRICS`.
     precisions : sequence of str
-        "float64", "float32", and "compensated" for float64 with compensated sums over steps.
+        "float64", "float32", "compensated" for float64 with compensated sums over steps; "sweeps=2" for Newton's iteration ended after
+        so many sweeps, "newton=1e-6" for one ended by this relative increment.
     outputs : int
         States of each run that are looked at, about.
     repeat : int
@@ -87,8 +88,7 @@ class Study:
             if not values and name != "cases":
                 raise BadInput(f"{name} of a study is empty; give some.")
         for precision in self.precisions:
-            if precision not in ("float64", "float32", "compensated"):
-                raise unknown("precision", precision, ("float64", "float32", "compensated"))
+            computed_in(precision)
 
     def cells(self) -> list[Cell]:
         """Return the runs, all of them checked.
@@ -128,12 +128,11 @@ class Study:
                     metrics=tuple(self.metrics),
                     parameters=tuple(given),
                     options=tuple((key, number) for key, number in self.options.items() if key in solver.free_numbers),
-                    precision="float32" if precision == "float32" else "float64",
-                    compensated=precision == "compensated",
                     anyway=self.anyway,
                     on_singular=self.on_singular,
                     outputs=self.outputs,
                     repeat=self.repeat,
+                    **computed_in(precision),
                 )
 
     def _values_of(self, method: str, knob: str) -> Sequence[float]:
@@ -150,3 +149,29 @@ class Study:
 
         rows: list[dict[str, Any]] = list(computed(self.cells(), store, executor=executor, tell=tell).values())
         return pd.DataFrame(rows)
+
+
+def computed_in(precision: str) -> dict[str, Any]:
+    """Return the fields of a cell for one of the words that ``precisions`` of a study has.
+
+    Raises
+    ------
+    BadInput
+        If it is none of them.
+    """
+    fixed: dict[str, dict[str, Any]] = {"float64": {}, "float32": {"precision": "float32"}, "compensated": {"compensated": True}}
+    if precision in fixed:
+        return fixed[precision]
+    name, _, value = precision.partition("=")
+    if name == "sweeps" and value.isdecimal() and int(value) > 0:
+        return {"sweeps": int(value)}
+    if name == "newton" and 0 < _float(value) < 1:
+        return {"newton": float(value)}
+    raise unknown("precision", precision, (*fixed, "sweeps=1", "newton=1e-6"))
+
+
+def _float(text: str) -> float:
+    try:
+        return float(text)
+    except ValueError:
+        return float("nan")
