@@ -1,6 +1,7 @@
 """Methods for problems of either kind, constrained Hamiltonian systems and Poisson systems, each kind with names of its own."""
 
 from collections.abc import Callable, Mapping, Sequence
+from functools import cache
 from typing import Any
 
 from daebench import names, poisson_names
@@ -63,6 +64,7 @@ def _require_kind(scene: Scene | PoissonScene, given: Sequence[str], anyway: boo
             raise BadInput(f"{name} is for {kind}, and {scene.problem} is {kind_of(scene)}; daebench list methods has those for both.")
 
 
+@cache
 def _known(parse: Callable[[str], Any], name: str) -> bool:
     try:
         parse(name)

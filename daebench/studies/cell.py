@@ -4,7 +4,7 @@ import hashlib
 import json
 import platform
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, fields, replace
+from dataclasses import dataclass, fields, replace
 from functools import cache, lru_cache
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
@@ -134,14 +134,14 @@ class Cell:
 
     def key(self) -> str:
         """Return the hash of all that decides the numbers: the run, the definition, the methods' code and the versions of libraries."""
-        plain = json.dumps(asdict(self) | {"metrics": sorted(self.metrics)}, sort_keys=True)
+        plain = json.dumps(self.plain() | {"metrics": sorted(self.metrics)}, sort_keys=True)
         scene = self.scene
         numbers = [float(x).hex() for x in (*scene.par, *(x for part in scene.start for x in part))]
         return hashlib.sha256("\n".join((plain, scene.source.key, *numbers, made_by())).encode()).hexdigest()
 
     def plain(self) -> dict[str, Any]:
         """Return the fields as JSON has them."""
-        return asdict(self)
+        return {each.name: getattr(self, each.name) for each in fields(self)}
 
     @classmethod
     def of_plain(cls, given: Mapping[str, Any]) -> "Cell":
