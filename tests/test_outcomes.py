@@ -12,6 +12,8 @@ FAST = {"problem": "spherical_pendulum", "case": "fig1.2", "t_end": 20.0}
 RUNS = {
     "fine": {**FAST, "method": "rattle", "value": 0.01},
     "drifting": {**FAST, "method": "rk4+proj", "value": 0.05},
+    "coarse": {**FAST, "method": "rk4+proj", "value": 0.2},
+    "wrong branch": {**FAST, "method": "rattle", "value": 10.0 / 1024, "t_end": 1.0, "parameters": (("gravity", 1.0),)},
     "off the manifold": {**FAST, "method": "se", "value": 0.003, "t_end": 3.0},
     "no solution": {**FAST, "method": "rattle", "value": 2.0},
     "rank lost": {"problem": "slider_crank", "case": "lock_up", "t_end": 2.0, "method": "rattle", "value": 0.01},

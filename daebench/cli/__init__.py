@@ -12,10 +12,12 @@ from daebench.cli.check import check
 from daebench.cli.compare import compare
 from daebench.cli.listing import listing
 from daebench.cli.order import order
+from daebench.cli.precision import precision
 from daebench.cli.reference import app as reference
 from daebench.cli.report import report
 from daebench.cli.run import run
 from daebench.cli.show import show
+from daebench.cli.stability import stability
 from daebench.cli.work_precision import work_precision
 from daebench.errors import BadInput, DaebenchError, Interrupted
 
@@ -42,7 +44,7 @@ def top(version: Annotated[bool, typer.Option("--version", help="Print the versi
 
 
 app.command("list")(listing)
-for command in (show, run, compare, order, check, report, bench):
+for command in (show, run, compare, order, check, precision, stability, report, bench):
     app.command()(command)
 app.command("work-precision")(work_precision)
 app.add_typer(reference, name="reference")

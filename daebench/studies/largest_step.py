@@ -11,6 +11,9 @@ from daebench.studies.measure import Row, row_of
 FINEST = 40
 """Halvings of the first step size after which there is none that gets through."""
 
+PART = 0.01
+"""Energy error, in parts of the energy's size, with which a step is still usable."""
+
 SCAN = 8
 """Step sizes between h and 2 h that are tried above the largest that got through: where there are gaps, a bisection may end in one."""
 
@@ -105,13 +108,7 @@ def completes(row: Row) -> str:
     return str(row["failure"])
 
 
-def keeps_energy(part: float, size: float) -> Callable[[Row], str]:
-    """Return the verdict on runs that come to their end and keep the energy within this part of a size."""
-
-    def passes(row: Row) -> str:
-        if row["failure"]:
-            return str(row["failure"])
-        off = row["energy_drift"] / size
-        return "" if off <= part else f"its energy is off by {off:.2g} of {size:.3g}."
-
-    return passes
+def keeps_energy(row: Row) -> str:
+    """Return why a run did not come to its end with the energy kept within :data:`PART` of its size; "" if it did."""
+    off, size = row["energy_drift"], row["energy_size"]
+    return completes(row) or ("" if off <= PART * size else f"its energy is off by {off:.2g}, and twice its kinetic energy is {size:.3g}")

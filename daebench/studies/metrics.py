@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from daebench.diagnostics.branch import largest_jump
 from daebench.diagnostics.energy import energy_drift
 from daebench.errors import BadInput, unknown
 from daebench.reference.certified import store
@@ -17,6 +18,9 @@ from daebench.studies.cell import FEWEST, Cell
 from daebench.trajectory import Array, PoissonTrajectory, Trajectory
 
 NAN = float("nan")
+
+LOST = 1e-2
+"""Error, in parts of the largest coordinate, with which a motion is lost."""
 
 ENOUGH = 8
 """Outputs at stored times from which on errors are taken at these alone: between stored times a reference has to be integrated."""
@@ -165,7 +169,33 @@ def _energy(found: Measured) -> Columns:
     resolution = float(np.finfo(float).eps * max(1.0, abs(float(H[0]))))
     drift = energy_drift(found.run.t, H - H[0], resolution=resolution)
     worst = float(found.run.maxima.get("energy", np.max(np.abs(H - H[0]))))
-    return {"energy_drift": worst, "energy_slope": drift.slope, "growth": drift.growth, "energy_kind": drift.kind}
+    told: dict[str, float | str] = {"energy_drift": worst, "energy_slope": drift.slope, "growth": drift.growth, "energy_kind": drift.kind}
+    return {**told, "energy_size": _energy_size(found)}
+
+
+def _energy_size(found: Measured) -> float:
+    """Return what an error of the energy is large or small against: the largest |p^T H_p|, twice the kinetic energy, or the largest |H|."""
+    if isinstance(found.run, PoissonTrajectory):
+        return float(np.max(np.abs(found.scene.along("H", found.run.y))))
+    p = found.run.p
+    return float(np.max(np.abs(np.sum(p * np.asarray(found.scene.along("H_p", p, found.run.q), dtype=float), axis=1))))
+
+
+def _jump(found: Measured) -> Columns:
+    """Return the largest jump of a step; NaN where not every step was looked at."""
+    run = found.run
+    if isinstance(run, PoissonTrajectory) or len(run.t) <= run.steps:
+        return {"jump": NAN}
+    return {"jump": largest_jump(run.t, run.q, np.asarray(found.scene.along("H_p", run.p, run.q), dtype=float))}
+
+
+def _horizon(found: Measured) -> Columns:
+    """Return the last time up to which the error of the position, or of the state, is at most a part of its size."""
+    part = "y" if isinstance(found.scene, PoissonScene) else "q"
+    truth = found.truth.states[part]
+    off = np.max(np.abs(found.part(part) - truth), axis=1) > LOST * np.max(np.abs(truth))
+    t = found.run.t[found.compared]
+    return {"horizon": float(t[max(int(np.argmax(off)) - 1, 0)] if np.any(off) else t[-1])}
 
 
 def _maxima(*names: str) -> Callable[[Measured], Columns]:
@@ -178,8 +208,13 @@ def _casimirs(found: Measured) -> Columns:
 
 
 def _defect(found: Measured) -> Columns:
-    """Return the symplecticity defect of a few steps, or on a Poisson system the Poisson defect."""
+    """Return the symplecticity defect of a few steps, or on a Poisson system the Poisson defect.
+
+    It is that of the map in double precision, of which the one in single precision is a rounding: of that it is NaN.
+    """
     h, scene = found.cell.value, found.scene
+    if found.cell.precision == "float32":
+        return {"defect": NAN}
     if isinstance(scene, PoissonScene):
         from daebench.diagnostics.poisson import poisson_defect
 
@@ -203,12 +238,14 @@ METRICS: Mapping[str, Metric] = {
         Metric("phase", {"phase": "s"}, "largest time by which it is early or late", _phase, certified=True),
         Metric(
             "energy",
-            {"energy_drift": "", "energy_slope": "1/s", "growth": "", "energy_kind": ""},
-            "largest energy error, its slope and growth",
+            {"energy_drift": "", "energy_slope": "1/s", "growth": "", "energy_kind": "", "energy_size": ""},
+            "largest energy error, its slope and growth, and its size: twice the largest kinetic energy, or |H|",
             _energy,
         ),
         Metric("manifold", {"g": "", "Gv": ""}, "largest |g| and |G H_p|", _maxima("g", "Gv"), poisson=False),
         Metric("casimirs", {"casimirs": ""}, "largest error of a Casimir function", _casimirs, constrained=False),
+        Metric("jump", {"jump": ""}, "largest jump of a step, see daebench.diagnostics.branch", _jump, poisson=False, fixed_step=True),
+        Metric("horizon", {"horizon": "s"}, f"time until which its error is within {LOST:g} of its size", _horizon, certified=True),
         Metric("defect", {"defect": ""}, f"defect of the two-form over {DEFECT_STEPS} steps", _defect, fixed_step=True),
     )
 }

@@ -1,18 +1,21 @@
 """What became of a run, in one word: what the colours of an outcome map stand for."""
 
+from daebench.diagnostics.branch import WRONG
 from daebench.diagnostics.manifold import residual_scales
 from daebench.scene import PoissonScene
 from daebench.stepping import REASONS
 from daebench.studies.cell import Cell
 from daebench.studies.measure import Row
 
-FINE, DRIFTING, OFF = "fine", "drifting", "off the manifold"
+FINE, COARSE, DRIFTING, OFF, OTHER = "fine", "coarse", "drifting", "off the manifold", "wrong branch"
 NO_SOLUTION, SINGULAR, RANK_LOST, BLOWN_UP, STOPPED = "no solution", "singular", "rank lost", "blown up", "stopped"
 
 OUTCOMES = {
-    FINE: "it came to its end, on the manifold, and its energy error is bounded",
+    FINE: "it came to its end, on the manifold, and its energy error is small and bounded",
+    COARSE: "its energy error is bounded, and more than a tenth of twice the largest kinetic energy",
     DRIFTING: "its energy error grows",
     OFF: "it left the manifold by more than a thousandth of what a change of all positions by one part would do",
+    OTHER: "a step ended far from where the velocities lead: Newton's iteration found another solution than that of the motion",
     NO_SOLUTION: "the equations of a step have no solution that Newton's iteration finds",
     SINGULAR: "their matrix is singular",
     RANK_LOST: "G loses rank on its way",
@@ -20,6 +23,15 @@ OUTCOMES = {
     STOPPED: "it was stopped by something else, as a solver that gives up",
 }
 """What became of a run, from the best to the worst, and what that says."""
+
+EPS = {"float64": 2.0**-52, "float32": 2.0**-23}
+"""Relative rounding, by precision."""
+
+LARGE = 0.1
+"""Part of its size from which on an energy error is large."""
+
+ROUNDED = 16.0
+"""An energy error within so many roundings of its size, times the square root of the number of steps, is of round-off, and no drift."""
 
 FAR = 1e-3
 """Relative residual of constraints from which on a state is off the manifold."""
@@ -34,7 +46,10 @@ TOLD = {
 
 
 def outcome_of(cell: Cell, row: Row) -> str:
-    """Return which of :data:`OUTCOMES` a row with the metrics "energy" and, on a constrained problem, "manifold" tells of."""
+    """Return which of :data:`OUTCOMES` a row tells of.
+
+    Of the metrics it needs "energy", and on a constrained problem "manifold"; "jump" where the other branch is to be told.
+    """
     if row["failure"]:
         return next((word for text, word in TOLD.items() if text in row["failure"]), STOPPED)
     scene = cell.scene
@@ -42,4 +57,9 @@ def outcome_of(cell: Cell, row: Row) -> str:
         scale = residual_scales(scene, scene.p0, scene.q0)[0]
         if not row["g"] <= FAR * (scale or 1.0):
             return OFF
-    return DRIFTING if row["energy_kind"] in ("linear", "growing") else FINE
+    if row.get("jump", 0.0) > WRONG:
+        return OTHER
+    part = row["energy_drift"] / (row["energy_size"] or 1.0)
+    if row["energy_kind"] in ("linear", "growing") and part > ROUNDED * EPS[cell.precision] * row["steps"] ** 0.5:
+        return DRIFTING
+    return COARSE if part > LARGE else FINE

@@ -10,6 +10,7 @@ from daebench.errors import BadInput
 from daebench.kinds import methods_of
 from daebench.reference.certified import store
 from daebench.scene import PoissonScene
+from daebench.studies.able import able
 from daebench.studies.study import Study
 
 if TYPE_CHECKING:
@@ -70,7 +71,7 @@ def standard(
     poisson = isinstance(scene, PoissonScene)
     left_out: dict[str, str] = {}
     if methods is None:
-        methods, left_out = _able(scene, POISSON if poisson else CONSTRAINED)
+        methods, left_out = able(scene, POISSON if poisson else CONSTRAINED)
     end = min(LONGEST, reference.horizon, reference.double_horizon) if t_end is None else t_end
     if end > reference.horizon:
         raise BadInput(f"t_end = {end:g} is beyond {reference.name}, which ends at t = {reference.horizon:g}; take a smaller one.")
@@ -95,24 +96,6 @@ def standard(
         ),
         left_out,
     )
-
-
-def _able(scene: object, names: Sequence[str]) -> tuple[list[str], dict[str, str]]:
-    """Return those of these methods that can be run, and why the others cannot."""
-    poisson = isinstance(scene, PoissonScene)
-    found: list[str] = []
-    refused: dict[str, str] = {}
-    for name in names:
-        try:
-            (solver,) = methods_of(scene, [name], anyway=poisson)  # type: ignore[arg-type]
-            why = solver.refusal(scene)
-        except BadInput as error:
-            why = str(error)
-        if why:
-            refused[name] = why
-        else:
-            found.append(name)
-    return found, refused
 
 
 def with_costs(table: "pd.DataFrame") -> "pd.DataFrame":

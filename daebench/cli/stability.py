@@ -1,0 +1,100 @@
+"""``daebench stability``: methods driven to their extremes."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from daebench.cli.arguments import Case, Json, Problem
+from daebench.cli.console import bar, numbers, print_json, words
+
+if TYPE_CHECKING:
+    from daebench.studies.extreme import Asked, Extreme, Runs
+    from daebench.studies.store import Store
+
+
+def stability(
+    problem: Problem,
+    case: Case = None,
+    methods: Annotated[
+        str | None, typer.Option("--methods", help="Names of methods, comma-separated; some of each family if left out.")
+    ] = None,
+    only: Annotated[
+        str | None,
+        typer.Option(
+            "--only", help="Which of step-limit, outcome-map, parameter-range, penalty, round-off, lost-motion; all that the problem has."
+        ),
+    ] = None,
+    h: Annotated[str | None, typer.Option("--h", help="Step sizes, comma-separated; chosen by each extreme if left out.")] = None,
+    param: Annotated[
+        str | None, typer.Option("--param", help="The parameter to vary and its values, name=value,value,...; chosen if left out.")
+    ] = None,
+    t_end: Annotated[float | None, typer.Option("--t-end", help="End of all runs; 10 or the end of the reference if left out.")] = None,
+    store: Annotated[
+        Path | None, typer.Option("--store", help="File in which runs are kept; studies.db in the folder if left out.")
+    ] = None,
+    out: Annotated[Path, typer.Option("--out", help="Folder for tables and pictures.")] = Path("output/stability"),
+    as_json: Json = False,
+) -> None:
+    """Drive methods to where they break: steps too large and too small, masses, penalties, chaos; what was run is kept."""
+    from daebench.files import make_folder
+    from daebench.inputs import positive
+    from daebench.studies.extreme import Asked
+    from daebench.studies.stability import chosen
+    from daebench.studies.store import opened
+
+    asked = Asked(
+        problem=problem,
+        case=case,
+        methods=words(methods) if methods else (),
+        t_end=None if t_end is None else positive("--t-end", t_end),
+        h=[positive("--h", value) for value in numbers("--h", h) or ()],
+        parameters=_varied(param, problem, case),
+    )
+    extremes, refused = chosen(asked, words(only) if only else ())
+    make_folder(out)
+    found: dict[str, Any] = {"said": {}, "left_out": refused, "files": []}
+    with opened(store or out / "studies.db") as kept:
+        for extreme in extremes:
+            found["said"][extreme.name], path = _made(extreme, asked, kept, out)
+            found["files"].append(str(path))
+            if not as_json:
+                print(f"{extreme.name}: {extreme.about}")
+                for sentence in found["said"][extreme.name]:
+                    print(f"  {sentence}")
+    if as_json:
+        print_json(found)
+    else:
+        for name, why in refused.items():
+            print(f"no {name}: {why}.")
+        print(f"written: {', '.join(found['files'])}")
+
+
+def _made(extreme: "Extreme", asked: "Asked", kept: "Store", out: Path) -> tuple[list[str], Path]:
+    """Return what an extreme says, and its picture; an interruption says what is kept."""
+    from daebench.errors import Interrupted
+    from daebench.studies.stability import runs_of
+
+    with bar(f"{extreme.name} on {asked.problem}") as progress:
+        runs: Runs = runs_of(kept, tell=lambda done, of, cell: progress(done / of, f"{extreme.name}: {cell.method}, {cell.value:.3g}"))
+        try:
+            table = extreme.measure(asked, runs)
+        except KeyboardInterrupt as stop:
+            raise Interrupted(f"interrupted; {len(kept)} runs are kept in {kept.path}: run again to go on.") from stop
+    return extreme.says(table), extreme.draw(out, extreme.name, table)
+
+
+def _varied(param: str | None, problem: str, case: str | None) -> dict[str, list[float]]:
+    """Return the parameter to vary and its values; refuse one that the problem does not have."""
+    from daebench.api import setting_of
+    from daebench.errors import BadInput, unknown
+
+    if param is None:
+        return {}
+    name, equals, values = param.partition("=")
+    if not equals:
+        raise BadInput(f"--param {param!r} must be of the form name=value,value,...")
+    known = setting_of(problem, case).parameters
+    if name.strip() not in known:
+        raise unknown(f"parameter of {problem}", name.strip(), known)
+    return {name.strip(): numbers(f"--param {name.strip()}", values) or []}

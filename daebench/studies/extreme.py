@@ -1,0 +1,149 @@
+"""An extreme: a way to drive methods to where they break, METHODS.md section 7 in one shape for all of them."""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from daebench.api import setting_of
+from daebench.errors import BadInput
+from daebench.kinds import method_of
+from daebench.reference.certified import store
+from daebench.reference.certified.record import Reference
+from daebench.scene import PoissonScene, Scene
+from daebench.studies.able import able
+from daebench.studies.cell import Cell
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+Runs = Callable[[Sequence[Cell]], "pd.DataFrame"]
+"""Makes the rows of cells, in their order."""
+
+CONSTRAINED = ("symplectic_euler", "rattle", "lobatto3", "rattle/kahan_li8", "rk4", "rk4+proj", "generalized_alpha")
+"""Methods with fixed steps on constrained problems, where none are given."""
+
+POISSON = ("symplectic_euler", "strang", "strang/kahan_li8", "midpoint", "rk4")
+"""The same on Poisson systems."""
+
+TOLERANT = ("ida:index3", "ida:index2", "ida:index1", "ida:ggl")
+"""Methods driven by a tolerance on constrained problems; on Poisson systems there is ida:ode alone."""
+
+LONGEST = 10.0
+"""End of runs where none is given, s, unless a reference ends before."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Asked:
+    """What is driven to an extreme.
+
+    Parameters
+    ----------
+    problem : str
+        Name, or path of a file.
+    case : str, optional
+        Named initial values; by default the problem's first.
+    methods : sequence of str
+        Names; some of each family by default.
+    t_end : float, optional
+        End of all runs, s; by default 10, or that of the reference.
+    h : sequence of float
+        Step sizes; chosen by each extreme by default.
+    parameters : mapping of str to sequence of float
+        Values of the parameter that is varied; chosen by each extreme by default.
+    """
+
+    problem: str
+    case: str | None = None
+    methods: Sequence[str] = ()
+    t_end: float | None = None
+    h: Sequence[float] = ()
+    parameters: Mapping[str, Sequence[float]] = field(default_factory=dict)
+
+    @cached_property
+    def scene(self) -> Scene | PoissonScene:
+        """The problem with the numbers of its case."""
+        return setting_of(self.problem, self.case)
+
+    @property
+    def poisson(self) -> bool:
+        """Whether it is a Poisson system."""
+        return isinstance(self.scene, PoissonScene)
+
+    @cached_property
+    def reference(self) -> Reference | None:
+        """The certified reference, if there is one."""
+        try:
+            return store.find(self.problem, self.scene.case)
+        except BadInput:
+            return None
+
+    @cached_property
+    def end(self) -> float:
+        """End of all runs, s."""
+        if self.t_end is not None:
+            return self.t_end
+        return min(LONGEST, self.reference.horizon, self.reference.double_horizon) if self.reference else LONGEST
+
+    @cached_property
+    def _chosen(self) -> list[str]:
+        if self.methods:
+            for name in self.methods:
+                if why := method_of(self.scene, name, anyway=self.poisson).refusal(self.scene):
+                    raise BadInput(why)
+            return list(self.methods)
+        names = (*POISSON, "ida:ode") if self.poisson else (*CONSTRAINED, *TOLERANT)
+        return able(self.scene, names)[0]
+
+    def knob(self, method: str) -> str:
+        """Return "h" or "tol"."""
+        return str(method_of(self.scene, method, anyway=self.poisson).knob)
+
+    @cached_property
+    def fixed(self) -> list[str]:
+        """Methods with fixed steps."""
+        return [name for name in self._chosen if self.knob(name) == "h"]
+
+    @cached_property
+    def tolerant(self) -> list[str]:
+        """Methods driven by a tolerance."""
+        return [name for name in self._chosen if self.knob(name) == "tol"]
+
+    def cell(self, method: str, value: float, metrics: Sequence[str], **more: Any) -> Cell:
+        """Return one run."""
+        settings: dict[str, Any] = {"problem": self.problem, "case": self.scene.case, "t_end": self.end, "anyway": self.poisson}
+        return Cell(method=method, value=value, metrics=tuple(metrics), **settings | more)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Extreme:
+    """A way to drive methods to where they break.
+
+    Parameters
+    ----------
+    name, about : str
+        Name on the command line, and what it does in one line.
+    refusal : callable
+        Returns why a problem has no such extreme, as a sentence, or "".
+    measure : callable
+        Makes the runs, and returns its table.
+    says : callable
+        Returns what a table says, in sentences.
+    draw : callable
+        Writes its picture into a folder as SVG, PNG and CSV of this name; returns the path of the SVG.
+    """
+
+    name: str
+    about: str
+    refusal: Callable[[Asked], str]
+    measure: Callable[[Asked, Runs], "pd.DataFrame"]
+    says: Callable[["pd.DataFrame"], list[str]]
+    draw: Callable[[Path, str, "pd.DataFrame"], Path]
+
+
+def uncertified(asked: Asked) -> str:
+    """Return why errors are unknown: there is no certified reference, so that errors are not known."""
+    if asked.reference:
+        return ""
+    return f"there is no certified reference of {asked.problem}, case {asked.scene.case}, and errors against anything else are not known"

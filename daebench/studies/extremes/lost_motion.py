@@ -1,0 +1,103 @@
+"""Until when a motion is followed that amplifies every error: chaos, and starts near an unstable equilibrium."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from daebench.figures import QUIET, STROKES, drawing, grid_of_axes, save
+from daebench.studies.extreme import Asked, Extreme, Runs, uncertified
+from daebench.studies.metrics import LOST
+from daebench.studies.rows import by_method, rows_of
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+LOUD = 1e6
+"""Amplification from which on a motion can be lost by what is small."""
+
+HALVINGS = tuple(range(0, 11, 2))
+"""Halvings of the distance of stored times, where no step sizes are given."""
+
+TOLERANCES = (1e-4, 1e-6, 1e-8, 1e-10, 1e-12)
+"""Tolerances."""
+
+
+def _able(asked: Asked) -> str:
+    if why := uncertified(asked):
+        return why
+    assert asked.reference is not None
+    largest = float(np.max(asked.reference.worst_amplification))
+    if largest < LOUD:
+        return f"errors of {asked.reference.name} grow by {largest:.2g} at most, so that nothing small makes it lost"
+    return ""
+
+
+def measure(asked: Asked, runs: Runs) -> "pd.DataFrame":
+    """Return one row a run, with the time until which it follows the motion, and the times at which that must end."""
+    reference = asked.reference
+    assert reference is not None
+    end, spacing = asked.t_end or reference.horizon, float(reference.t[1])
+    metrics, outputs = (("y", "horizon") if asked.poisson else ("q", "horizon")), int(end / spacing + 0.5)
+    steps = asked.h or [spacing / 2**k for k in HALVINGS]
+    knobs = [(method, h) for method in asked.fixed for h in steps] + [(method, tol) for method in asked.tolerant for tol in TOLERANCES]
+    table = runs([asked.cell(method, value, metrics, t_end=end, outputs=outputs) for method, value in knobs])
+    return table.assign(double_horizon=reference.double_horizon, tenfold=_tenfold(reference.t, reference.amplification))
+
+
+def _tenfold(t: np.ndarray, amplification: np.ndarray) -> float:
+    """Return in which time a perturbation grows tenfold, by the line through the logarithms from the first tenfold on."""
+    first = int(np.argmax(amplification > 10))
+    if not amplification[first] > 10 or len(t) - first < 3:
+        return float("nan")
+    slope = np.polyfit(t[first:], np.log10(amplification[first:]), 1)[0]
+    return float(1 / slope) if slope > 0 else float("nan")
+
+
+def says(table: "pd.DataFrame") -> list[str]:
+    """Return until when each method follows at best, and what no method can."""
+    found = []
+    double, tenfold, end = (float(table[name].iloc[0]) for name in ("double_horizon", "tenfold", "t_end"))
+    if tenfold == tenfold:
+        found.append(f"A perturbation grows tenfold in {tenfold:.2g} s, so that each digit of accuracy is worth so much time.")
+    if np.isfinite(double):
+        found.append(f"From t = {double:.3g} on no run in double precision can be trusted, whatever its method.")
+    for method, rows in by_method(table):
+        good = [row for row in rows_of(rows) if not row["failure"]]
+        if not good:
+            found.append(f"{method} never comes to the end.")
+            continue
+        best = max(good, key=lambda row: (float(row["horizon"]), float(row["value"])))
+        until = "to the end" if best["horizon"] >= end * (1 - 1e-12) else f"until t = {best['horizon']:.3g}"
+        found.append(f"{method} is within {LOST:.0%} {until} at best, with {best['knob']} = {best['value']:.1e}.")
+    return found
+
+
+def draw(out: Path, stem: str, table: "pd.DataFrame") -> Path:
+    """Draw the time until which each method follows against its step, and against its tolerance."""
+    knobs = [knob for knob in ("h", "tol") if (table["knob"] == knob).any()]
+    double = float(table["double_horizon"].iloc[0])
+    with drawing():
+        figure, axes = grid_of_axes(1, len(knobs), 4.4, sharey=True)
+        for axis, knob in zip(axes[0], knobs, strict=True):
+            for k, (method, rows) in enumerate(by_method(table[table["knob"] == knob])):
+                good = rows.dropna(subset=["horizon"]).sort_values("value")
+                axis.plot(good["value"], good["horizon"], label=method, **STROKES[k % len(STROKES)].points())
+            if np.isfinite(double):
+                axis.axhline(double, color=QUIET, linestyle="--", linewidth=1.0, label="double precision ends")
+            axis.set(xscale="log", xlabel="step size h [s]" if knob == "h" else "tolerance")
+            axis.invert_xaxis()
+            axis.legend(loc="upper center", bbox_to_anchor=(0.5, -0.16), ncols=2)
+        axes[0, 0].set_ylabel(f"followed within {LOST:.0%} until [s]")
+        axes[0, 0].set_ylim(bottom=0)
+        return save(figure, out, stem, table)
+
+
+EXTREME = Extreme(
+    name="lost-motion",
+    about="until when a motion is followed that amplifies errors: chaos, starts near unstable equilibria",
+    refusal=_able,
+    measure=measure,
+    says=says,
+    draw=draw,
+)

@@ -1,0 +1,94 @@
+"""Parameters to their extremes: mass ratios from 1e-8 to 1e8, or any parameter over any values, as towards a singular mechanism."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from daebench.figures import STROKES, drawing, grid_of_axes, save
+from daebench.studies.extreme import Asked, Extreme, Runs
+from daebench.studies.outcomes import FINE, outcome_of
+from daebench.studies.rows import by_method, rows_of
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+STEPS = 2048
+"""Steps of a run where no step size is given."""
+
+TOL = 1e-8
+"""Tolerance of methods that are driven by one."""
+
+RATIOS = tuple(10.0**k for k in range(-8, 9, 2))
+"""Factors of a mass, where no parameter is given."""
+
+SMALLEST = 1e-18
+"""Where a picture shows what is zero."""
+
+
+def masses(asked: Asked) -> list[str]:
+    """Return the parameters that are masses."""
+    return [name for name in asked.scene.parameters if "mass" in name]
+
+
+def _able(asked: Asked) -> str:
+    if asked.parameters or len(masses(asked)) > 1:
+        return ""
+    return f"{asked.problem} has no two masses as parameters whose ratio could be varied; name a parameter and its values"
+
+
+def measure(asked: Asked, runs: Runs) -> "pd.DataFrame":
+    """Return one row a run, with its outcome, and the energy error in parts of the energy's size."""
+    given = dict(asked.parameters) or {masses(asked)[0]: [asked.scene.parameters[masses(asked)[0]] * ratio for ratio in RATIOS]}
+    name, values = next(iter(given.items()))
+    metrics = ("energy",) if asked.poisson else ("energy", "manifold")
+    knobs = dict.fromkeys(asked.fixed, asked.h[0] if asked.h else asked.end / STEPS) | dict.fromkeys(asked.tolerant, TOL)
+    cells = [
+        asked.cell(method, knob, metrics, parameters=((name, float(value)),), outputs=STEPS)
+        for method, knob in knobs.items()
+        for value in values
+    ]
+    table = runs(cells)
+    outcomes = [outcome_of(cell, row) for cell, row in zip(cells, rows_of(table), strict=True)]
+    return table.assign(outcome=outcomes, parameter=name, varied=table[name], energy_part=table["energy_drift"] / table["energy_size"])
+
+
+def says(table: "pd.DataFrame") -> list[str]:
+    """Return how far each method goes, and what it does where it is not fine."""
+    name, found = table["parameter"].iloc[0], []
+    for method, rows in by_method(table):
+        bad = rows[rows["outcome"] != FINE]
+        worst = rows["energy_part"].max()
+        told = f"energy within {worst:.1e} of its size where it came to an end" if worst == worst else "it never came to an end"
+        words = ", ".join(
+            f"{word} at {', '.join(f'{value:.3g}' for value in each['varied'])}" for word, each in bad.groupby("outcome", sort=False)
+        )
+        found.append(f"{method}: fine for {len(rows) - len(bad)} of {len(rows)} values of {name}{f' ({words})' if words else ''}; {told}.")
+    return found
+
+
+def draw(out: Path, stem: str, table: "pd.DataFrame") -> Path:
+    """Draw energy error and residual of the constraints against the parameter."""
+    shown = {"energy_part": "energy error / twice kinetic energy", "g": "largest |g|"}
+    columns = [column for column in shown if column in table and table[column].notna().any()]
+    with drawing():
+        figure, axes = grid_of_axes(1, max(1, len(columns)), 3.6)
+        for axis, column in zip(axes[0], columns, strict=False):
+            for k, (method, rows) in enumerate(by_method(table)):
+                rows = rows.dropna(subset=[column]).sort_values("varied")
+                style = STROKES[k % len(STROKES)].points()
+                style |= {"markerfacecolor": style["color"]} if k >= len(STROKES) else {}
+                axis.plot(rows["varied"], rows[column].clip(lower=SMALLEST), label=method, **style)
+            axis.set(xscale="log", yscale="log", xlabel=str(table["parameter"].iloc[0]), ylabel=shown[column])
+        handles, labels = axes[0, 0].get_legend_handles_labels()
+        if handles:
+            figure.legend(handles, labels, loc="outside lower center", ncols=4)
+        return save(figure, out, stem, table)
+
+
+EXTREME = Extreme(
+    name="parameter-range",
+    about="mass ratios from 1e-8 to 1e8, or another parameter over given values",
+    refusal=_able,
+    measure=measure,
+    says=says,
+    draw=draw,
+)

@@ -1,0 +1,103 @@
+"""A penalty in place of the constraint, g^T g / (2 eps^2) added to H, as eps goes to 0: how near it comes to the constrained motion."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from daebench.figures import QUIET, STROKES, drawing, grid_of_axes, save
+from daebench.studies.able import able
+from daebench.studies.extreme import Asked, Extreme, Runs, uncertified
+from daebench.studies.measure import Row
+from daebench.studies.rows import by_method, rows_of
+from daebench.studies.work_precision import NOT_COSTS
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+STIFF = ("stiff:rk4", "stiff:midpoint", "stiff:gauss2")
+"""Methods on the stiff system."""
+
+LIMIT = "rattle"
+"""Method on the constrained system that they are held against."""
+
+EPS = tuple(10.0 ** (-k / 2) for k in range(2, 15))
+"""Values of eps."""
+
+HALVINGS = (3, 5, 7)
+"""Halvings of the distance of stored times, where no step sizes are given."""
+
+MOST = 1.0
+"""Where a picture ends: an error of the size of the motion."""
+
+
+def _able(asked: Asked) -> str:
+    if asked.poisson:
+        return f"{asked.problem} is a Poisson system, which has no constraint"
+    return uncertified(asked) or ("" if able(asked.scene, STIFF)[0] else f"{', '.join(STIFF)} cannot be run on {asked.problem}")
+
+
+def measure(asked: Asked, runs: Runs) -> "pd.DataFrame":
+    """Return one row a run; eps is 0 for the constrained system."""
+    assert asked.reference is not None
+    steps = asked.h or [float(asked.reference.t[1]) / 2**k for k in HALVINGS]
+    metrics = ("q", "energy", "manifold")
+    methods, _ = able(asked.scene, STIFF)
+    cells = [asked.cell(method, h, metrics, options=(("eps", eps),)) for method in methods for h in steps for eps in EPS]
+    cells += [asked.cell(LIMIT, h, metrics, options=()) for h in steps]
+    table = runs(cells)
+    return table.assign(eps=[dict(cell.options).get("eps", 0.0) for cell in cells])
+
+
+def says(table: "pd.DataFrame") -> list[str]:
+    """Return, for the smallest step, how near the penalty comes to the constrained motion, and what becomes of it as eps goes to 0."""
+    h = float(table["value"].min())
+    same = table[table["value"] == h]
+    limit = rows_of(same[same["eps"] == 0])[0]
+    found = [f"With h = {h:.3g} {LIMIT} on the constrained system has an error of {limit['error_q']:.1e} in q."]
+    return found + [_approach(method, rows_of(rows), limit) for method, rows in by_method(same[same["eps"] > 0])]
+
+
+def _approach(method: str, rows: list[Row], limit: Row) -> str:
+    """Return how near one method comes to the constrained motion."""
+    good = [row for row in rows if not row["failure"]]
+    if not good:
+        return f"{method} fails for every eps."
+    best, last = min(good, key=lambda row: float(row["error_q"])), min(good, key=lambda row: float(row["eps"]))
+    failed = "" if len(good) == len(rows) else f", and {len(rows) - len(good)} of {len(rows)} runs fail"
+    times, work = best["error_q"] / limit["error_q"], _evaluations(best) / _evaluations(limit)
+    compared = f"{times:.2g} times that of {LIMIT}, with {work:.2g} times its evaluations"
+    end = f"at the smallest eps that it comes to the end with, {last['eps']:.1e}, it has {last['error_q']:.1e}{failed}"
+    return f"{method} has {best['error_q']:.1e} at best, at eps = {best['eps']:.1e}, {compared}; {end}."
+
+
+def _evaluations(row: Row) -> float:
+    """Return the evaluations of the system's functions and derivatives in a run."""
+    counts = (float(value) for name, value in row.items() if name.startswith("n_") and name not in NOT_COSTS)
+    return sum(count for count in counts if count == count)
+
+
+def draw(out: Path, stem: str, table: "pd.DataFrame") -> Path:
+    """Draw the error in q against eps, a panel for each step."""
+    steps = sorted(set(table["value"]), reverse=True)
+    with drawing():
+        figure, axes = grid_of_axes(1, len(steps), 3.2, sharey=True)
+        for axis, h in zip(axes[0], steps, strict=True):
+            same = table[table["value"] == h]
+            for stroke, (method, rows) in zip(STROKES, by_method(same[same["eps"] > 0]), strict=False):
+                rows = rows.dropna(subset=["error_q"]).sort_values("eps")
+                axis.plot(rows["eps"], rows["error_q"].clip(upper=MOST), label=method, **stroke.points())
+            axis.axhline(float(same[same["eps"] == 0]["error_q"].iloc[0]), color=QUIET, label=f"{LIMIT}, constrained")
+            axis.set(xscale="log", yscale="log", xlabel="eps", title=f"h = {h:.3g} s")
+        axes[0, 0].set_ylabel("largest error of q")
+        handles, labels = axes[0, 0].get_legend_handles_labels()
+        figure.legend(handles, labels, loc="outside lower center", ncols=4)
+        return save(figure, out, stem, table)
+
+
+EXTREME = Extreme(
+    name="penalty",
+    about="a stiff penalty in place of the constraint, as eps goes to 0",
+    refusal=_able,
+    measure=measure,
+    says=says,
+    draw=draw,
+)

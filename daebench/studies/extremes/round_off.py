@@ -1,0 +1,97 @@
+"""Step sizes and tolerances to 0, until round-off wins or a solver gives up."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from daebench.figures import QUIET, STROKES, drawing, grid_of_axes, save
+from daebench.studies.extreme import Asked, Extreme, Runs, uncertified
+from daebench.studies.measure import Row
+from daebench.studies.rows import by_method, rows_of
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+STEPS = 2**20
+"""Most steps of a run."""
+
+TOLERANCES = tuple(10.0**-k for k in range(3, 16))
+"""Tolerances."""
+
+WORSE = 2.0
+"""An error is worse where it is so many times the least."""
+
+
+def error_of(table: "pd.DataFrame") -> str:
+    """Return the column of errors."""
+    return "error_q" if "error_q" in table else "error_y"
+
+
+def measure(asked: Asked, runs: Runs) -> "pd.DataFrame":
+    """Return one row a run."""
+    assert asked.reference is not None
+    spacing = float(asked.reference.t[1])
+    steps = asked.h or [spacing / 2**k for k in range(0, 40, 2) if asked.end / (spacing / 2**k) <= STEPS]
+    metrics = ("y",) if asked.poisson else ("q", "manifold")
+    knobs = [(method, h) for method in asked.fixed for h in steps] + [(method, tol) for method in asked.tolerant for tol in TOLERANCES]
+    return runs([asked.cell(method, value, metrics) for method, value in knobs])
+
+
+def says(table: "pd.DataFrame") -> list[str]:
+    """Return the least error of each method and where it is, what smaller steps do, and which solver gives up first."""
+    error = error_of(table)
+    found = [_least(method, rows_of(rows), error) for method, rows in by_method(table)]
+    limits = {method: limit for method, rows in by_method(table) if (limit := _gives_up(rows_of(rows)))}
+    if limits:
+        first = max(limits.values())
+        names = ", ".join(name for name, at in limits.items() if at == first)
+        later = ", ".join(f"{name} at {at:.0e}" for name, at in limits.items() if at < first)
+        found.append(f"First to give up: {names}, at {first:.0e}{f'; then {later}' if later else ''}.")
+    return found
+
+
+def _least(method: str, rows: list[Row], error: str) -> str:
+    knob, good = rows[0]["knob"], [row for row in rows if not row["failure"]]
+    if not good:
+        return f"{method} fails with every {knob}."
+    best, finest = min(good, key=lambda row: float(row[error])), min(good, key=lambda row: float(row["value"]))
+    known = max(float(best[error]), float(best[error.replace("error", "bound")]))
+    worse = float(finest[error]) / known
+    end = f"; at {knob} = {finest['value']:.1e} it is {worse:.2g} times that: round-off has won" if worse > WORSE else ""
+    return f"{method}: least error {known:.1e}, at {knob} = {best['value']:.1e}{end}."
+
+
+def _gives_up(rows: list[Row]) -> float:
+    """Return the largest value below all with which it comes to its end; 0 if there is none."""
+    finest = min((float(row["value"]) for row in rows if not row["failure"]), default=float("inf"))
+    return max((float(row["value"]) for row in rows if row["failure"] and row["value"] < finest), default=0.0)
+
+
+def draw(out: Path, stem: str, table: "pd.DataFrame") -> Path:
+    """Draw errors against step size, and against tolerance; a cross is the smallest value before a solver gives up."""
+    error = error_of(table)
+    knobs = [knob for knob in ("h", "tol") if (table["knob"] == knob).any()]
+    with drawing():
+        figure, axes = grid_of_axes(1, len(knobs), 4.6, sharey=True)
+        for axis, knob in zip(axes[0], knobs, strict=True):
+            for k, (method, rows) in enumerate(by_method(table[table["knob"] == knob])):
+                good = rows.dropna(subset=[error]).sort_values("value")
+                stroke = STROKES[k % len(STROKES)]
+                axis.plot(good["value"], good[error], label=method, **stroke.points())
+                if len(good) and (rows[rows["failure"] != ""]["value"] < good["value"].min()).any():
+                    axis.plot(good["value"].iloc[0], good[error].iloc[0], "x", color=stroke.color, markersize=9, markeredgewidth=1.6)
+            floor = float(table[error.replace("error", "bound")].max())
+            axis.axhline(max(floor, 2.0**-53), color=QUIET, linestyle=":", linewidth=1.0)
+            axis.set(xscale="log", yscale="log", xlabel="step size h [s]" if knob == "h" else "tolerance")
+            axis.legend(loc="upper center", bbox_to_anchor=(0.5, -0.16), ncols=2)
+        axes[0, 0].set_ylabel(f"largest error of {error.removeprefix('error_')}")
+        return save(figure, out, stem, table)
+
+
+EXTREME = Extreme(
+    name="round-off",
+    about="step sizes and tolerances to 0, until round-off wins or a solver gives up",
+    refusal=uncertified,
+    measure=measure,
+    says=says,
+    draw=draw,
+)

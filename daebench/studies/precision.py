@@ -1,0 +1,127 @@
+"""What precision buys: single, double and compensated arithmetic, and Newton's iteration ended early, held against what they cost."""
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+from daebench.errors import BadInput
+from daebench.studies.able import able
+from daebench.studies.cell import Cell
+from daebench.studies.extreme import Asked, Runs
+from daebench.studies.measure import Row
+from daebench.studies.rows import by_method, rows_of
+from daebench.studies.study import computed_in
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+WAYS = ("float64", "compensated", "float32", "sweeps=1", "sweeps=2", "sweeps=3", "newton=1e-6")
+"""How to compute, in the words of :class:`daebench.studies.study.Study`."""
+
+BASE = "float64"
+"""What the others are held against."""
+
+CONSTRAINED = ("rattle", "lobatto3")
+"""Methods on constrained problems, where none are given."""
+
+POISSON = ("midpoint", "strang")
+"""The same on Poisson systems."""
+
+HALVINGS = (2, 4, 6, 8)
+"""Halvings of the distance of stored times, where no step sizes are given."""
+
+REPEAT = 3
+"""Runs that are timed."""
+
+AS_GOOD = 1.1
+"""A number is as good as that of double precision up to this factor."""
+
+
+def cells_of(asked: Asked, ways: Sequence[str] = (), *, repeat: int = REPEAT) -> tuple[list[tuple[str, Cell]], dict[str, str]]:
+    """Return every way to compute with its run, and why some are left out.
+
+    Raises
+    ------
+    BadInput
+        If a way or a method is unknown, or no method has fixed steps.
+    """
+    methods = asked.fixed if asked.methods else able(asked.scene, POISSON if asked.poisson else CONSTRAINED)[0]
+    if not methods:
+        raise BadInput("precision is compared for methods with fixed steps, and none is given; give some, for example rattle.")
+    found: list[tuple[str, Cell]] = []
+    refused: dict[str, str] = {}
+    for method in methods:
+        for way in ways or WAYS:
+            cells = [asked.cell(method, h, _metrics(asked), repeat=repeat, **computed_in(way)) for h in asked.h or _steps(asked)]
+            try:
+                for cell in cells:
+                    cell.check()
+            except BadInput as error:
+                refused[f"{method}, {way}"] = str(error)
+                continue
+            found += [(way, cell) for cell in cells]
+    return found, refused
+
+
+def _metrics(asked: Asked) -> tuple[str, ...]:
+    error = () if asked.reference is None else ("y",) if asked.poisson else ("q",)
+    return (*error, "energy", "casimirs" if asked.poisson else "manifold", "defect")
+
+
+def _steps(asked: Asked) -> list[float]:
+    spacing = float(asked.reference.t[1]) if asked.reference else asked.end / 128
+    return [spacing / 2**k for k in HALVINGS]
+
+
+def table_of(found: Sequence[tuple[str, Cell]], runs: Runs) -> "pd.DataFrame":
+    """Return one row a run, with the column "way"."""
+    table = runs([cell for _, cell in found])
+    return table.assign(way=[way for way, _ in found])
+
+
+def error_of(table: "pd.DataFrame") -> str:
+    """Return the column that says how accurate a run is: the error against a reference, or that of the energy."""
+    return next((name for name in ("error_q", "error_y") if name in table), "energy_drift")
+
+
+def smallest_steps(table: "pd.DataFrame") -> "pd.DataFrame":
+    """Return the rows with each method's smallest step, where precision matters most, and their time over that of double precision."""
+    import pandas as pd
+
+    rows: list[dict[str, Any]] = []
+    for _, each in by_method(table):
+        last = rows_of(each[each["value"] == each["value"].min()])
+        base = next((float(row["seconds"]) for row in last if row["way"] == BASE), float("nan"))
+        rows += [{**row, "time_ratio": row["seconds"] / base} for row in last]
+    return pd.DataFrame(rows)
+
+
+def says(table: "pd.DataFrame") -> list[str]:
+    """Return, for each method, what double precision reaches and the cheapest way that is as good, and what single precision loses."""
+    error, found = error_of(table), []
+    for method, each in by_method(smallest_steps(table)):
+        rows = {str(row["way"]): row for row in rows_of(each) if not row["failure"]}
+        if BASE not in rows:
+            continue
+        base = rows[BASE]
+        found.append(f"{method} with h = {base['value']:.2g}: {_held(rows, base, error)}")
+    return found
+
+
+def _held(rows: dict[str, Row], base: Row, error: str) -> str:
+    """Return what ending Newton's iteration early, compensation and single precision do, against double precision."""
+    parts = [f"{error} {base[error]:.1e}"]
+    early = [way for way in rows if "=" in way]
+    good = [way for way in early if all(rows[way][name] <= AS_GOOD * base[name] for name in (error, "energy_drift", "defect"))]
+    timed = [way for way in good if rows[way]["time_ratio"] == rows[way]["time_ratio"]]
+    if timed:
+        best = min(timed, key=lambda way: float(rows[way]["time_ratio"]))
+        parts.append(f"{best} is as good in error, energy and two-form, in {rows[best]['time_ratio']:.2f} of the time")
+    elif early and not good:
+        parts.append("Newton's iteration ended early is never as good")
+    if "compensated" in rows:
+        more = rows["compensated"]
+        parts.append(f"compensated sums give {more[error]:.1e}, in {more['time_ratio']:.2f} of the time")
+    if "float32" in rows:
+        less = rows["float32"]
+        parts.append(f"single precision {less[error]:.1e}, in {less['time_ratio']:.2f} of the time")
+    return "; ".join(parts) + "."

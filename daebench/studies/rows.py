@@ -1,0 +1,16 @@
+"""A table of a study read row by row."""
+
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+
+def rows_of(table: "pd.DataFrame") -> list[dict[str, Any]]:
+    """Return the rows of a table as dictionaries."""
+    return [{str(name): value for name, value in row.items()} for row in table.to_dict("records")]
+
+
+def by_method(table: "pd.DataFrame") -> list[tuple[str, "pd.DataFrame"]]:
+    """Return the methods of a table in their order, each with its rows."""
+    return [(str(name), rows) for name, rows in table.groupby("method", sort=False)]

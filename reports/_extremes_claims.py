@@ -1,0 +1,62 @@
+"""What the report on extremes asserts, tested on the numbers before it is printed."""
+
+from types import SimpleNamespace
+
+import pandas as pd
+
+from daebench.reports._claims import require
+from daebench.reports._extremes_numbers import Numbers
+from daebench.studies.outcomes import FINE, OUTCOMES
+from daebench.studies.rows import by_method
+
+ON_MANIFOLD = 1e-12
+"""Largest |g|, in squares of a length of 1, of a scheme that keeps it to round-off."""
+
+
+def check(numbers: Numbers) -> SimpleNamespace:
+    """Return the numbers of the text, all sentences tested.
+
+    Raises
+    ------
+    ClaimRefuted
+        If one does not hold.
+    """
+    for key, table in numbers.tables.items():
+        require(len(table), f"the section {key} has runs", "none")
+    words = set(numbers.tables["map"]["outcome"])
+    require(words <= set(OUTCOMES), "every run of the map has one of the outcomes that are explained", words)
+    return SimpleNamespace(
+        runs=sum(len(table) for table in numbers.tables.values()) + len(numbers.precision),
+        steps=limits(numbers.tables["steps"]),
+        masses=ratios(numbers.tables["masses"]),
+        chaos=horizons(numbers.tables["chaos"]),
+        outcomes={word: OUTCOMES[word] for word in OUTCOMES if word in words},
+    )
+
+
+def limits(table: pd.DataFrame) -> SimpleNamespace:
+    """Return how far apart the two limits of a step are, and for which method most."""
+    both = table.pivot(index="method", columns="verdict", values="h")
+    require((both["keeps the energy"] <= both["completes"]).all(), "no run keeps the energy that does not come to its end", both)
+    room = (both["completes"] / both["keeps the energy"]).sort_values(ascending=False)
+    room = room[room < float("inf")]
+    best = both["keeps the energy"].idxmax()
+    return SimpleNamespace(best=best, h=float(both["keeps the energy"].max()), most=str(room.index[0]), room=float(room.iloc[0]), both=both)
+
+
+def ratios(table: pd.DataFrame) -> SimpleNamespace:
+    """Return which methods are fine for all masses, and test that RATTLE keeps the manifold wherever it comes to its end."""
+    rattle = table[(table["method"] == "rattle") & (table["failure"] == "")]
+    require((rattle["g"] <= ON_MANIFOLD).all(), "RATTLE keeps the constraints to round-off for every mass", rattle["g"].max())
+    count = {method: int((rows["outcome"] == FINE).sum()) for method, rows in by_method(table)}
+    values = table["varied"].nunique()
+    return SimpleNamespace(values=values, all=[name for name, n in count.items() if n == values], g=float(rattle["g"].max()), n=len(count))
+
+
+def horizons(table: pd.DataFrame) -> SimpleNamespace:
+    """Return when double precision ends, and test that no run follows the motion beyond that."""
+    double = float(table["double_horizon"].iloc[0])
+    longest = float(table["horizon"].max())
+    require(longest <= double * 1.1, "no run follows the chaotic motion beyond what double precision allows", (longest, double))
+    best = table.loc[table["horizon"] == longest].iloc[0]
+    return SimpleNamespace(double=double, longest=longest, method=str(best["method"]), tenfold=float(table["tenfold"].iloc[0]))

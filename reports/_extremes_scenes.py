@@ -1,0 +1,122 @@
+"""What the report on extremes drives to which extreme, and what is said before the numbers."""
+
+from dataclasses import dataclass, replace
+
+from daebench.studies.extreme import Asked
+
+FAST = Asked(problem="spherical_pendulum", case="fig1.2")
+
+RODS = (2.0, 1.5, 1.1, 1.03, 1.01, 1.003, 1.001)
+"""Rod of the slider-crank, in cranks: at 1 the mechanism can fold upon itself, where G loses rank."""
+
+MAPPED = ("symplectic_euler", "rattle", "lobatto3", "rk4", "rk4+proj", "generalized_alpha")
+"""Methods of which a map is drawn."""
+
+
+@dataclass(frozen=True)
+class Section:
+    """One extreme of one problem.
+
+    Parameters
+    ----------
+    key, title : str
+        Name in links and files, and heading.
+    extreme : str
+        Which, see :data:`daebench.studies.stability.EXTREMES`.
+    asked : Asked
+        What is driven to it.
+    about : str
+        What is done and why, as a paragraph.
+    alt : str
+        What the picture shows, for those who cannot see it.
+    """
+
+    key: str
+    title: str
+    extreme: str
+    asked: Asked
+    about: str
+    alt: str
+
+
+SECTIONS = (
+    Section(
+        "steps",
+        "Steps too large",
+        "step-limit",
+        FAST,
+        "An implicit scheme ends where its equations have no solution that Newton's iteration finds, an explicit one goes on long after its "
+        "numbers mean anything. Two limits are bisected: up to which step a run comes to its end, and up to which the energy stays within "
+        "one part in a hundred of twice the kinetic energy. A limit between them is room for numbers that look like a result.",
+        "A line for each method with two marks on a logarithmic scale of step sizes: the limit of coming to the end, and that of the energy.",
+    ),
+    Section(
+        "map",
+        "How they break",
+        "outcome-map",
+        replace(FAST, methods=MAPPED),
+        "The same motion with gravity from a hundredth to a hundred times its value, in 16 to 2048 steps. What became of each run is one "
+        "word, found from the run itself: its failure, the residual of the constraints, whether each step goes where the velocities lead, "
+        "and the energy error's growth. Fewer than 32 steps are too few to see a drift.",
+        "A map for each method, step size across and gravity up; coloured and lettered tiles say what became of each run.",
+    ),
+    Section(
+        "masses",
+        "Masses that differ by sixteen powers of ten",
+        "parameter-range",
+        Asked(problem="double_pendulum", case="swing"),
+        "The upper mass of the double pendulum from 1e-8 to 1e8 of the lower. G M^-1 G^T then has entries as far apart, and with a light "
+        "upper mass a fast motion appears that a fixed step does not resolve.",
+        "Energy error and constraint residual against the mass on logarithmic scales, a curve a method.",
+    ),
+    Section(
+        "lock",
+        "Towards a mechanism that locks",
+        "parameter-range",
+        Asked(problem="slider_crank", case="turning", parameters={"rod": RODS}),
+        "The slider-crank with a rod that is hardly longer than the crank: each turn it passes closer to the position in which the slider "
+        "meets the axle, the constraints' gradients are nearly dependent, and velocities are large.",
+        "Energy error and constraint residual against the length of the rod, a curve a method.",
+    ),
+    Section(
+        "penalty",
+        "A penalty in place of the constraint",
+        "penalty",
+        FAST,
+        "Instead of the constraint, g^T g / (2 eps^2) is added to H. As eps goes to 0 the motion becomes the constrained one, with an "
+        "oscillation of frequency of the order 1/eps across the manifold on top. The question is what a step that resolves the motion, and "
+        "not the oscillation, makes of it; errors are those against the certified constrained motion.",
+        "Three panels, one a step size: error of q against eps on logarithmic scales, with the constrained run as a level.",
+    ),
+    Section(
+        "round-off",
+        "Steps and tolerances too small",
+        "round-off",
+        FAST,
+        "Smaller steps make a smaller error until each step's rounding is more than its truncation. With solvers that choose their steps the "
+        "tolerance does the same, and a system of higher index suffers first: with index 3 round-off is divided by powers of the step.",
+        "Two panels: error against step size, and against tolerance, on logarithmic scales, a curve a method; a cross where a solver gives up.",
+    ),
+    Section(
+        "unstable",
+        "A start near an unstable equilibrium",
+        "lost-motion",
+        Asked(problem="planar_pendulum", case="near_top"),
+        "The pendulum is let go a thousandth of a radian from its highest point, and comes back there each turn. What is lost on the way up "
+        "grows on the way down.",
+        "Time until which each method follows, against its step and its tolerance; a dashed line where double precision ends, if it does.",
+    ),
+    Section(
+        "chaos",
+        "A chaotic motion",
+        "lost-motion",
+        Asked(problem="double_pendulum", case="horizontal"),
+        "The double pendulum released from the horizontal. Two motions that start a rounding apart part for good: after that no run tells "
+        "the motion, and none can be held against another; what can be compared are energies, constraints and statistics.",
+        "Time until which each method follows, against its step and its tolerance; a dashed line where double precision ends.",
+    ),
+)
+"""The sections, in their order."""
+
+PRECISION = replace(FAST, methods=("rattle", "lobatto3"))
+"""What is computed in several precisions."""

@@ -1,0 +1,55 @@
+"""The tables of the report on extremes, each with its data as CSV."""
+
+from collections.abc import Callable
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import pandas as pd
+from markupsafe import Markup
+
+from daebench.figures import save_table
+from daebench.report import number, table
+from daebench.reports._extremes_numbers import Numbers
+from daebench.studies.precision import error_of, smallest_steps
+
+
+def tables(numbers: Numbers, folder: Path) -> dict[str, Callable[[str], Markup]]:
+    """Write the tables as CSV; return what makes HTML of each, given a caption."""
+    steps = numbers.tables["steps"]
+    limits = steps.pivot(index="method", columns="verdict", values="h").reindex(list(dict.fromkeys(steps["method"]))).reset_index()
+    limits["why"] = list(steps[steps["verdict"] == "completes"]["why"].map(_reason))
+    precise = smallest_steps(numbers.precision)
+    error = error_of(precise)
+    found: dict[str, tuple[pd.DataFrame, dict[str, Callable[[Any], Any]], dict[str, str]]] = {
+        "limits": (
+            limits,
+            {"method": str, "completes": number, "keeps the energy": number, "why": str},
+            {"completes": "comes to its end up to <i>h</i>", "keeps the energy": "keeps the energy up to", "why": "what ends it"},
+        ),
+        "precision": (
+            precise,
+            {"method": str, "way": str, "value": number, "time_ratio": number, error: number, "energy_drift": number, "energy_kind": str, "g": number, "defect": number},
+            {
+                "value": "<i>h</i>",
+                "time_ratio": "time",
+                error: "error of <i>q</i>",
+                "energy_drift": "energy error",
+                "energy_kind": "its growth",
+                "g": "|<i>g</i>|",
+                "defect": "two-form",
+            },
+        ),
+    }
+    for name, (frame, _, _) in found.items():
+        save_table(folder / f"{name}.csv", frame)
+    return {name: partial(_html, name, *parts) for name, parts in found.items()}
+
+
+def _html(name: str, frame: pd.DataFrame, formats: dict[str, Callable[[Any], Any]], headings: dict[str, str], caption: str) -> Markup:
+    return table(name, frame, formats, headings, caption)
+
+
+def _reason(why: str) -> str:
+    """Return the reason in the sentence of a failure, without where it happened and what to do."""
+    return why.rpartition("): ")[2].split(";")[0].rstrip(".")
