@@ -45,10 +45,10 @@ SECTIONS = (
         "Steps too large",
         "step-limit",
         FAST,
-        "An implicit scheme ends where its equations have no solution that Newton's iteration finds, an explicit one goes on long after its "
-        "numbers mean anything. Two limits are bisected: up to which step a run comes to its end, and up to which the energy stays within "
-        "one part in a hundred of twice the kinetic energy. A limit between them is room for numbers that look like a result.",
-        "A line for each method with two marks on a logarithmic scale of step sizes: the limit of coming to the end, and that of the energy.",
+        "An implicit scheme ends where its equations have no solution that Newton's iteration finds, an explicit one goes on long after "
+        "its numbers mean anything. Two limits are bisected: up to which step a run comes to its end, and up to which the energy stays "
+        "within one part in a hundred of twice the kinetic energy. A limit between them is room for numbers that look like a result.",
+        "A line for each method with two marks on a logarithmic scale of step sizes: one for coming to the end, one for the energy.",
     ),
     Section(
         "map",
@@ -93,17 +93,17 @@ SECTIONS = (
         "Steps and tolerances too small",
         "round-off",
         FAST,
-        "Smaller steps make a smaller error until each step's rounding is more than its truncation. With solvers that choose their steps the "
-        "tolerance does the same, and a system of higher index suffers first: with index 3 round-off is divided by powers of the step.",
-        "Two panels: error against step size, and against tolerance, on logarithmic scales, a curve a method; a cross where a solver gives up.",
+        "Smaller steps make a smaller error until each step's rounding is more than its truncation. With solvers that choose their steps "
+        "the tolerance does the same, and a system of higher index suffers first: with index 3 round-off is divided by powers of the step.",
+        "Two panels: error against step size and against tolerance, logarithmic, a curve a method; a cross where a solver gives up.",
     ),
     Section(
         "unstable",
         "A start near an unstable equilibrium",
         "lost-motion",
         Asked(problem="planar_pendulum", case="near_top"),
-        "The pendulum is let go a thousandth of a radian from its highest point, and comes back there each turn. What is lost on the way up "
-        "grows on the way down.",
+        "The pendulum is let go a thousandth of a radian from its highest point, and comes back there each turn. What is lost on the way "
+        "up grows on the way down.",
         "Time until which each method follows, against its step and its tolerance; a dashed line where double precision ends, if it does.",
     ),
     Section(

@@ -29,7 +29,17 @@ def tables(numbers: Numbers, folder: Path) -> dict[str, Callable[[str], Markup]]
         ),
         "precision": (
             precise,
-            {"method": str, "way": str, "value": number, "time_ratio": number, error: number, "energy_drift": number, "energy_kind": str, "g": number, "defect": number},
+            {
+                "method": str,
+                "way": str,
+                "value": number,
+                "time_ratio": number,
+                error: number,
+                "energy_drift": number,
+                "energy_kind": str,
+                "g": number,
+                "defect": number,
+            },
             {
                 "value": "<i>h</i>",
                 "time_ratio": "time",

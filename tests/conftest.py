@@ -14,6 +14,7 @@ from own_files import ORBIT, RING
 from scenes import LARGE, scene, swept
 
 from daebench.catalogue import find_scene
+from daebench.fixed_step import FixedStep
 
 MANY_STAGES = ("lobatto5", "lobatto6", "gauss4", "radau3_ggl", "radau3_index2")
 """Schemes whose systems are so large that a few steps of them on a large problem, run as Python, take longest of all."""
@@ -101,3 +102,14 @@ def folder(tmp_path, monkeypatch):
     (tmp_path / "orbit.py").write_text(ORBIT)
     monkeypatch.chdir(tmp_path)
     return tmp_path
+
+
+@pytest.fixture
+def uncompiled_schemes(monkeypatch):
+    """Run schemes on constrained problems without the compiler."""
+
+    class Uncompiled(FixedStep):
+        def __init__(self, *settings, **more):
+            super().__init__(*settings, **more | {"compiled": False})
+
+    monkeypatch.setattr("daebench.names.FixedStep", Uncompiled)

@@ -4,7 +4,7 @@ import pytest
 
 from daebench.errors import BadInput
 from daebench.studies.cell import Cell
-from daebench.studies.largest_step import completes, keeps_energy, largest_step
+from daebench.studies.largest_step import PART, completes, keeps_energy, largest_step
 from daebench.studies.measure import row_of
 
 CELL = Cell(problem="planar_pendulum", case="rotating", method="rattle", value=1.0, t_end=4.0, metrics=("energy",))
@@ -38,9 +38,11 @@ def test_rattle_on_the_pendulum_ends_where_its_equations_have_no_solution():
     found = largest_step(CELL, completes, largest=1.0)
     assert row_of(CELL.at(found.h))["failure"] == ""
     assert "did not converge" in found.why or "singular" in found.why
-    tight = largest_step(CELL, keeps_energy(1e-3, 1.0), largest=1.0)
+    tight = largest_step(CELL, keeps_energy, largest=1.0)
     assert tight.h < found.h
-    assert row_of(CELL.at(tight.h))["energy_drift"] <= 1e-3 < row_of(CELL.at(tight.fails))["energy_drift"]
+    within, beyond = (row_of(CELL.at(h)) for h in (tight.h, tight.fails))
+    assert within["energy_drift"] <= PART * within["energy_size"]
+    assert beyond["energy_drift"] > PART * beyond["energy_size"]
 
 
 @pytest.mark.parametrize(

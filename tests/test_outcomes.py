@@ -2,18 +2,19 @@
 
 import pytest
 
-from daebench.fixed_step import FixedStep
 from daebench.stepping import REASONS
 from daebench.studies.cell import Cell
 from daebench.studies.measure import row_of
 from daebench.studies.outcomes import OUTCOMES, TOLD, outcome_of
 
+pytestmark = pytest.mark.usefixtures("uncompiled_schemes")
+
 FAST = {"problem": "spherical_pendulum", "case": "fig1.2", "t_end": 20.0}
 RUNS = {
     "fine": {**FAST, "method": "rattle", "value": 0.01},
     "drifting": {**FAST, "method": "rk4+proj", "value": 0.05},
-    "coarse": {**FAST, "method": "rk4+proj", "value": 0.2},
-    "wrong branch": {**FAST, "method": "rattle", "value": 10.0 / 1024, "t_end": 1.0, "parameters": (("gravity", 1.0),)},
+    "coarse": {**FAST, "method": "symplectic_euler", "value": 0.05, "t_end": 10.0, "parameters": (("gravity", 100.0),)},
+    "wrong branch": {**FAST, "method": "rattle", "value": 10 / 128, "t_end": 10.0, "parameters": (("gravity", 10**1.75),)},
     "off the manifold": {**FAST, "method": "se", "value": 0.003, "t_end": 3.0},
     "no solution": {**FAST, "method": "rattle", "value": 2.0},
     "rank lost": {"problem": "slider_crank", "case": "lock_up", "t_end": 2.0, "method": "rattle", "value": 0.01},
@@ -23,22 +24,20 @@ RUNS = {
 
 @pytest.mark.parametrize("word", RUNS)
 def test_a_run_is_called_what_it_is(word):
-    cell = Cell(metrics=("energy", "manifold"), **RUNS[word])
+    cell = Cell(metrics=("energy", "manifold", "jump"), outputs=10_000, **RUNS[word])
     row = row_of(cell)
     assert outcome_of(cell, row) == word, row
     assert word in OUTCOMES
+
+
+def test_a_walk_of_roundings_is_no_drift():
+    row = {"failure": "", "g": 0.0, "energy_kind": "growing", "energy_size": 10.0, "steps": 10_000, "energy_drift": 3e-12}
+    cell = Cell(metrics=("energy", "manifold"), **RUNS["fine"])
+    assert outcome_of(cell, row) == "fine"
+    assert outcome_of(cell, row | {"energy_drift": 3e-11}) == "drifting"
 
 
 def test_every_reason_of_a_scheme_has_a_word():
     for status, (reason, _) in REASONS.items():
         sentence = f"rattle stopped at t = 1: {reason.format(sweeps=100, relaxations=1000, residual=1.0)}; do something."
         assert [word for text, word in TOLD.items() if text in sentence], status
-
-
-@pytest.fixture(autouse=True)
-def uncompiled_schemes(monkeypatch):
-    class Uncompiled(FixedStep):
-        def __init__(self, *settings, **more):
-            super().__init__(*settings, **more | {"compiled": False})
-
-    monkeypatch.setattr("daebench.names.FixedStep", Uncompiled)

@@ -1,0 +1,152 @@
+"""Methods driven to their extremes: what tables say that were made by hand, which extremes a problem has, and the command."""
+
+import json
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from daebench.errors import BadInput
+from daebench.studies.extreme import Asked
+from daebench.studies.extremes import lost_motion, outcome_map, parameter_range, penalty, round_off, step_limit
+from daebench.studies.outcomes import OUTCOMES
+from daebench.studies.stability import EXTREMES, chosen
+
+
+def runs(method, values, **columns):
+    """Return rows of one method with a column "failure"."""
+    return pd.DataFrame({"method": method, "knob": "h", "value": values, "failure": ""} | columns)
+
+
+def test_the_largest_step_is_said_of_the_method_that_has_it():
+    table = pd.DataFrame(
+        {
+            "method": ["one", "one", "two", "two"],
+            "verdict": ["completes", "keeps the energy"] * 2,
+            "h": [0.5, 0.1, 2.0, 0.0],
+            "gaps": [False, False, True, False],
+        }
+    )
+    first, second, none, gaps = step_limit.says(table)
+    assert first == "two completes with the largest steps, up to h = 2; the smallest limit is that of one, 0.5."
+    assert second == "one keeps the energy with the largest steps, up to h = 0.1."
+    assert none == "With no step that was tried keeps the energy: two."
+    assert gaps.endswith("with two.")
+
+
+def test_a_map_counts_what_is_fine():
+    table = pd.DataFrame({"method": "one", "outcome": ["fine", "fine", "drifting", "drifting", "blown up"]})
+    assert outcome_map.says(table) == ["one: 2 of 5 runs are fine; most of the others: drifting (2)."]
+    assert set(outcome_map.LETTERS) == set(OUTCOMES)
+    assert len({letter for _, letter in outcome_map.LETTERS.values()}) == len(OUTCOMES)
+
+
+def test_a_range_tells_where_a_method_is_not_fine():
+    table = pd.DataFrame(
+        {
+            "method": "one",
+            "parameter": "mass1",
+            "varied": [0.1, 1.0, 10.0],
+            "outcome": ["fine", "fine", "blown up"],
+            "energy_part": [1e-3, 1e-2, np.nan],
+        }
+    )
+    assert parameter_range.says(table) == [
+        "one: fine for 2 of 3 values of mass1 (blown up at 10); energy within 1.0e-02 of its size where it came to an end."
+    ]
+
+
+def test_a_penalty_is_held_against_the_constrained_run_of_the_same_step():
+    eps = np.array([0.1, 0.01, 0.001, 0.0001])
+    stiff = runs("stiff:gauss2", 0.01, eps=eps, error_q=[1e-1, 1e-3, 5.0, np.nan], n_H_p=300.0, n_newton=999.0)
+    stiff.loc[3, "failure"] = "stopped"
+    coarse = runs("stiff:gauss2", 0.1, eps=eps, error_q=1e-9, n_H_p=1.0)
+    limit = runs("rattle", 0.01, eps=[0.0], error_q=[1e-4], n_H_p=100.0, n_newton=5.0)
+    first, second = penalty.says(pd.concat([stiff, coarse, limit], ignore_index=True))
+    assert first == "With h = 0.01 rattle on the constrained system has an error of 1.0e-04 in q."
+    assert "1.0e-03 at best, at eps = 1.0e-02, 10 times that of rattle, with 3 times its evaluations" in second
+    assert second.endswith("1.0e-03, it has 5.0e+00, and 1 of 4 runs fail.")
+
+
+def test_round_off_has_won_where_the_error_grows_again_and_who_gives_up_first_is_named():
+    h = 10.0 ** -np.arange(1, 5)
+    walk = runs("fixed", h, error_q=[1e-2, 1e-6, 1e-10, 1e-9], bound_q=1e-16)
+    ever = runs("other", h, error_q=[1e-2, 1e-4, 1e-6, 1e-8], bound_q=1e-16)
+    solvers = [runs(name, h, error_q=h, bound_q=1e-16).assign(knob="tol") for name in ("index3", "index2")]
+    for solver, limit in zip(solvers, (1e-2, 1e-3), strict=True):
+        solver.loc[solver["value"] < limit, ["error_q", "failure"]] = [np.nan, "gave up"]
+    said = round_off.says(pd.concat([walk, ever, *solvers], ignore_index=True))
+    assert said[0] == "fixed: least error 1.0e-10, at h = 1.0e-03; at h = 1.0e-04 it is 10 times that: round-off has won."
+    assert said[1] == "other: least error 1.0e-08, at h = 1.0e-04."
+    assert said[-1] == "First to give up: index3, at 1e-03; then index2 at 1e-04."
+
+
+def test_until_when_a_motion_is_followed():
+    both = pd.concat([runs("one", [0.1, 0.01], horizon=[2.0, 5.0]), runs("two", [0.1, 0.01], horizon=[8.0, 8.0])])
+    said = lost_motion.says(both.assign(double_horizon=6.5, tenfold=0.5, t_end=8.0))
+    assert said[:2] == [
+        "A perturbation grows tenfold in 0.5 s, so that each digit of accuracy is worth so much time.",
+        "From t = 6.5 on no run in double precision can be trusted, whatever its method.",
+    ]
+    assert said[2:] == ["one is within 1% until t = 5 at best, with h = 1.0e-02.", "two is within 1% to the end at best, with h = 1.0e-01."]
+
+
+def test_the_rate_of_growth_is_that_of_an_exponential():
+    t = np.linspace(0.0, 30.0, 200)
+    assert lost_motion._tenfold(t, np.exp(0.7 * t)) == pytest.approx(np.log(10) / 0.7, rel=1e-6)
+    assert np.isnan(lost_motion._tenfold(t, np.ones(200)))
+
+
+@pytest.mark.parametrize(
+    ("problem", "case", "names"),
+    [
+        ("planar_pendulum", "near_top", {"step-limit", "outcome-map", "penalty", "round-off", "lost-motion"}),
+        ("double_pendulum", "swing", {"step-limit", "outcome-map", "parameter-range", "penalty", "round-off"}),
+        ("torus", "inner", {"step-limit", "outcome-map"}),
+        ("lotka_volterra", None, {"step-limit", "outcome-map", "round-off"}),
+    ],
+)
+def test_a_problem_has_the_extremes_that_it_can_have(problem, case, names):
+    found, refused = chosen(Asked(problem=problem, case=case))
+    assert {each.name for each in found} == names
+    assert set(refused) == set(EXTREMES) - names
+    assert all(why and not why.endswith(".") for why in refused.values())
+
+
+def test_a_method_that_cannot_be_run_is_refused():
+    with pytest.raises(BadInput, match="kinetic energy in closed form"):
+        Asked(problem="double_pendulum", methods=("strang",)).fixed.append("")
+
+
+@pytest.mark.usefixtures("uncompiled_schemes")
+def test_the_command_says_what_it_found_and_keeps_its_runs(daebench, tmp_path):
+    words = ("stability", "planar_pendulum", "--case", "rotating", "--methods", "symplectic_euler,rattle", "--t-end", 2, "--out", tmp_path)
+    words = (*words, "--only", "step-limit,outcome-map,lost-motion", "--h", "0.5,0.05", "--param", "gravity=0.5,1,50", "--json")
+    status, out, err = daebench(*words)
+    assert (status, err) == (0, "")
+    found = json.loads(out)
+    assert set(found["said"]) == {"step-limit", "outcome-map"}
+    assert "lost-motion" in found["left_out"]
+    table = pd.read_csv(tmp_path / "outcome-map.csv")
+    assert len(table) == 2 * 3 * 2
+    assert set(table["outcome"]) <= set(OUTCOMES)
+    assert {"outcome-map.svg", "step-limit.png", "studies.db"} <= {path.name for path in tmp_path.iterdir()}
+    assert daebench(*words)[1] == out
+
+
+@pytest.mark.parametrize(
+    ("words", "sentence"),
+    [
+        (("planar_pendulum", "--only", "map"), "unknown extreme 'map'"),
+        (("planar_pendulum", "--param", "gravity"), "name=value"),
+        (("planar_pendulum", "--param", "weight=1"), "unknown parameter of planar_pendulum 'weight'"),
+        (("planar_pendulum", "--h", "-1"), "--h"),
+        (("planar_pendulum", "--methods", "rattel"), "rattel"),
+    ],
+    ids=["extreme", "form", "parameter", "negative", "method"],
+)
+def test_bad_input_is_one_sentence(daebench, tmp_path, words, sentence):
+    status, out, err = daebench("stability", *words, "--out", tmp_path / "new")
+    assert (status, out) == (2, "")
+    assert sentence in err
+    assert err.count("\n") == 1
