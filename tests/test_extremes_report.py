@@ -1,0 +1,86 @@
+"""The report on extremes: small runs make a whole page, its claims are refuted by faults, and its sections can be made as declared."""
+
+from dataclasses import replace
+
+import pandas as pd
+import pytest
+
+from daebench.report import build
+from daebench.reports import _extremes_numbers, _extremes_scenes
+from daebench.reports._claims import ClaimRefuted
+from daebench.reports._extremes_claims import check, horizons, limits, ratios
+from daebench.reports._extremes_numbers import measure
+from daebench.studies.extreme import Asked
+from daebench.studies.precision import WAYS, cells_of
+from daebench.studies.stability import EXTREMES
+
+PENDULUM = Asked(problem="planar_pendulum", case="near_top", methods=("rattle", "rk4"), t_end=4.0, h=(0.25, 0.125))
+SMALL = {
+    "steps": PENDULUM,
+    "map": replace(PENDULUM, parameters={"gravity": (1.0, 100.0)}),
+    "masses": Asked(problem="double_pendulum", case="swing", methods=("rattle",), t_end=0.5, h=(0.05,), parameters={"mass1": (0.1, 1e3)}),
+    "chaos": PENDULUM,
+}
+
+
+def changed(frame, row, **values):
+    """Return a table with some numbers of one row altered."""
+    return frame.assign(**{name: [value if k == row else old for k, old in enumerate(frame[name])] for name, value in values.items()})
+
+
+@pytest.fixture
+def small(monkeypatch):
+    """Make a small report without the compiler."""
+    sections = tuple(replace(each, asked=SMALL[each.key]) for each in _extremes_scenes.SECTIONS if each.key in SMALL)
+    monkeypatch.setattr(_extremes_scenes, "SECTIONS", sections)
+    monkeypatch.setattr(_extremes_numbers, "PRECISION", replace(PENDULUM, methods=("rattle",), h=(0.125,), t_end=0.5))
+    return sections
+
+
+@pytest.mark.usefixtures("uncompiled_schemes")
+def test_a_small_report_is_a_whole_page(small, tmp_path):
+    told = []
+    page = build("extremes", tmp_path, lambda fraction, doing: told.append(fraction)).read_text(encoding="utf-8")
+    assert told == sorted(told)
+    assert told[-1] == 1.0
+    for section in small:
+        assert f'id="{section.key}"' in page
+        assert (tmp_path / "extremes" / "figures" / f"{section.key}.csv").exists()
+    assert page.count("<figure") == len(small) + 1
+    assert "nan" not in page.lower().replace("andnan", "")
+    assert (tmp_path / "extremes" / "tables" / "precision.csv").exists()
+
+
+def test_a_run_that_keeps_the_energy_and_does_not_end_refutes_it():
+    steps = pd.DataFrame({"method": ["a", "a"], "verdict": ["completes", "keeps the energy"], "h": [0.5, 0.1]})
+    assert limits(steps).room == pytest.approx(5.0)
+    with pytest.raises(ClaimRefuted, match="does not come to its end"):
+        limits(changed(steps, 1, h=0.6))
+
+
+def test_rattle_off_its_manifold_refutes_it():
+    runs = pd.DataFrame({"method": "rattle", "failure": "", "g": [1e-16, 1e-15], "outcome": "fine", "varied": [0.1, 1.0]})
+    assert ratios(runs).all == ["rattle"]
+    assert ratios(changed(runs, 1, outcome="drifting")).all == []
+    with pytest.raises(ClaimRefuted, match="keeps the constraints"):
+        ratios(changed(runs, 1, g=1e-9))
+
+
+def test_a_run_that_follows_longer_than_its_digits_can_refutes_it():
+    runs = pd.DataFrame({"method": ["a", "b"], "double_horizon": 19.0, "horizon": [12.0, 17.0], "tenfold": 1.4})
+    assert horizons(runs).method == "b"
+    with pytest.raises(ClaimRefuted, match="beyond what double precision"):
+        horizons(changed(runs, 0, horizon=25.0))
+
+
+def test_every_section_has_its_extreme():
+    for section in _extremes_scenes.SECTIONS:
+        assert EXTREMES[section.extreme].refusal(section.asked) == "", section.key
+    assert {way for way, _ in cells_of(_extremes_scenes.PRECISION)[0]} == set(WAYS)
+
+
+@pytest.mark.slow
+@pytest.mark.exhaustive
+def test_the_whole_report_can_be_made(tmp_path):
+    numbers = measure(tmp_path, lambda fraction, doing: None)
+    assert check(numbers).masses.n >= 8
