@@ -40,17 +40,20 @@ def limits(table: pd.DataFrame) -> SimpleNamespace:
     require((both["keeps the energy"] <= both["completes"]).all(), "no run keeps the energy that does not come to its end", both)
     room = (both["completes"] / both["keeps the energy"]).sort_values(ascending=False)
     room = room[room < float("inf")]
-    best = both["keeps the energy"].idxmax()
-    return SimpleNamespace(best=best, h=float(both["keeps the energy"].max()), most=str(room.index[0]), room=float(room.iloc[0]), both=both)
+    most = str(room.index[0])
+    tried = table[(table["method"] == most) & (table["verdict"] == "completes")]["fails"].iloc[0] == float("inf")
+    kept = both["keeps the energy"]
+    return SimpleNamespace(best=kept.idxmax(), h=float(kept.max()), most=most, room=float(room.iloc[0]), least=bool(tried))
 
 
 def ratios(table: pd.DataFrame) -> SimpleNamespace:
     """Return which methods are fine for all masses, and test that RATTLE keeps the manifold wherever it comes to its end."""
     rattle = table[(table["method"] == "rattle") & (table["failure"] == "")]
     require((rattle["g"] <= ON_MANIFOLD).all(), "RATTLE keeps the constraints to round-off for every mass", rattle["g"].max())
-    count = {method: int((rows["outcome"] == FINE).sum()) for method, rows in by_method(table)}
-    values = table["varied"].nunique()
-    return SimpleNamespace(values=values, all=[name for name, n in count.items() if n == values], g=float(rattle["g"].max()), n=len(count))
+    methods = by_method(table)
+    through = [name for name, rows in methods if (rows["failure"] == "").all()]
+    fine = [name for name, rows in methods if (rows["outcome"] == FINE).all()]
+    return SimpleNamespace(through=through, fine=fine, g=float(rattle["g"].max()), n=len(methods))
 
 
 def horizons(table: pd.DataFrame) -> SimpleNamespace:
@@ -59,4 +62,6 @@ def horizons(table: pd.DataFrame) -> SimpleNamespace:
     longest = float(table["horizon"].max())
     require(longest <= double * 1.1, "no run follows the chaotic motion beyond what double precision allows", (longest, double))
     best = table.loc[table["horizon"] == longest].iloc[0]
-    return SimpleNamespace(double=double, longest=longest, method=str(best["method"]), tenfold=float(table["tenfold"].iloc[0]))
+    end, grown = (float(table[name].iloc[0]) for name in ("t_end", "grown"))
+    own = {"longest": longest, "method": str(best["method"]), "tenfold": float(table["tenfold"].iloc[0])}
+    return SimpleNamespace(double=double, end=end, rounding=grown * 2.0**-53, **own)

@@ -26,7 +26,7 @@ class Section:
     asked : Asked
         What is driven to it.
     about : str
-        What is done and why, as a paragraph.
+        What is done and why, as HTML.
     alt : str
         What the picture shows, for those who cannot see it.
     """
@@ -65,15 +65,16 @@ SECTIONS = (
         "Masses that differ by sixteen powers of ten",
         "parameter-range",
         Asked(problem="double_pendulum", case="swing"),
-        "The upper mass of the double pendulum from 1e-8 to 1e8 of the lower. G M^-1 G^T then has entries as far apart, and with a light "
-        "upper mass a fast motion appears that a fixed step does not resolve.",
+        "The upper mass of the double pendulum from 10<sup>&minus;8</sup> to 10<sup>8</sup> of the lower. "
+        "<i>G M</i><sup>&minus;1</sup><i>G</i><sup>T</sup> then has entries as far apart, and with "
+        "a light upper mass a fast motion appears that a fixed step does not resolve.",
         "Energy error and constraint residual against the mass on logarithmic scales, a curve a method.",
     ),
     Section(
         "lock",
         "Towards a mechanism that locks",
         "parameter-range",
-        Asked(problem="slider_crank", case="turning", parameters={"rod": RODS}),
+        Asked(problem="slider_crank", case="turning", parameters={"rod": RODS}, near=1.0),
         "The slider-crank with a rod that is hardly longer than the crank: each turn it passes closer to the position in which the slider "
         "meets the axle, the constraints' gradients are nearly dependent, and velocities are large.",
         "Energy error and constraint residual against the length of the rod, a curve a method.",
@@ -83,9 +84,10 @@ SECTIONS = (
         "A penalty in place of the constraint",
         "penalty",
         FAST,
-        "Instead of the constraint, g^T g / (2 eps^2) is added to H. As eps goes to 0 the motion becomes the constrained one, with an "
-        "oscillation of frequency of the order 1/eps across the manifold on top. The question is what a step that resolves the motion, and "
-        "not the oscillation, makes of it; errors are those against the certified constrained motion.",
+        "Instead of the constraint, <i>g</i><sup>T</sup><i>g</i>/(2 <i>ε</i><sup>2</sup>) is added to <i>H</i>. As <i>ε</i> goes to 0 "
+        "the motion becomes the constrained one, with an oscillation of frequency of the order 1/<i>ε</i> across the "
+        "manifold on top. The question is what a step "
+        "that resolves the motion, and not the oscillation, makes of it; errors are those against the certified constrained motion.",
         "Three panels, one a step size: error of q against eps on logarithmic scales, with the constrained run as a level.",
     ),
     Section(

@@ -1,12 +1,13 @@
 """The tables of the report on extremes, each with its data as CSV."""
 
-from collections.abc import Callable
+import re
+from collections.abc import Callable, Iterable
 from functools import partial
 from pathlib import Path
 from typing import Any
 
 import pandas as pd
-from markupsafe import Markup
+from markupsafe import Markup, escape
 
 from daebench.figures import save_table
 from daebench.report import number, table
@@ -19,6 +20,7 @@ def tables(numbers: Numbers, folder: Path) -> dict[str, Callable[[str], Markup]]
     steps = numbers.tables["steps"]
     limits = steps.pivot(index="method", columns="verdict", values="h").reindex(list(dict.fromkeys(steps["method"]))).reset_index()
     limits["why"] = list(steps[steps["verdict"] == "completes"]["why"].map(_reason))
+    limits["why"] = limits["why"].where(limits["why"] != "", "nothing that was tried: it is the largest")
     precise = smallest_steps(numbers.precision)
     error = error_of(precise)
     found: dict[str, tuple[pd.DataFrame, dict[str, Callable[[Any], Any]], dict[str, str]]] = {
@@ -63,3 +65,11 @@ def _html(name: str, frame: pd.DataFrame, formats: dict[str, Callable[[Any], Any
 def _reason(why: str) -> str:
     """Return the reason in the sentence of a failure, without where it happened and what to do."""
     return why.rpartition("): ")[2].split(";")[0].rstrip(".")
+
+
+def typeset(sentence: str, methods: Iterable[str]) -> Markup:
+    """Return a sentence as HTML: names of methods as code, and powers of ten as such."""
+    names = "|".join(re.escape(name) for name in sorted(methods, key=len, reverse=True))
+    found = str(escape(sentence))
+    found = re.sub(rf"(?<![\w:/+])({names})(?![\w:/+])", r"<code>\1</code>", found) if names else found
+    return Markup(re.sub(r"(?<![\w.=])(\d(?:\.\d+)?e[+-]\d+)", lambda each: str(number(float(each[1]))), found))

@@ -24,11 +24,12 @@ def test_the_largest_step_is_said_of_the_method_that_has_it():
             "method": ["one", "one", "two", "two"],
             "verdict": ["completes", "keeps the energy"] * 2,
             "h": [0.5, 0.1, 2.0, 0.0],
+            "fails": [0.6, 0.2, np.inf, 0.1],
             "gaps": [False, False, True, False],
         }
     )
     first, second, none, gaps = step_limit.says(table)
-    assert first == "two completes with the largest steps, up to h = 2; the smallest limit is that of one, 0.5."
+    assert first == "two completes with the largest steps, up to at least h = 2; the smallest limit is that of one, 0.5."
     assert second == "one keeps the energy with the largest steps, up to h = 0.1."
     assert none == "With no step that was tried keeps the energy: two."
     assert gaps.endswith("with two.")
@@ -83,18 +84,20 @@ def test_round_off_has_won_where_the_error_grows_again_and_who_gives_up_first_is
 
 def test_until_when_a_motion_is_followed():
     both = pd.concat([runs("one", [0.1, 0.01], horizon=[2.0, 5.0]), runs("two", [0.1, 0.01], horizon=[8.0, 8.0])])
-    said = lost_motion.says(both.assign(double_horizon=6.5, tenfold=0.5, t_end=8.0))
-    assert said[:2] == [
+    said = lost_motion.says(both.assign(double_horizon=6.5, tenfold=0.5, t_end=8.0, grown=2.0**30))
+    assert said[0] == "A rounding on the way may have grown 1.1e+09 times by t = 8, from 1.1e-16 to 1.2e-07."
+    assert said[1:3] == [
         "A perturbation grows tenfold in 0.5 s, so that each digit of accuracy is worth so much time.",
         "From t = 6.5 on no run in double precision can be trusted, whatever its method.",
     ]
-    assert said[2:] == ["one is within 1% until t = 5 at best, with h = 1.0e-02.", "two is within 1% to the end at best, with h = 1.0e-01."]
+    assert said[3:] == ["one is within 1% until t = 5 at best, with h = 1.0e-02.", "two is within 1% to the end at best, with h = 1.0e-01."]
 
 
 def test_the_rate_of_growth_is_that_of_an_exponential():
     t = np.linspace(0.0, 30.0, 200)
     assert lost_motion._tenfold(t, np.exp(0.7 * t)) == pytest.approx(np.log(10) / 0.7, rel=1e-6)
     assert np.isnan(lost_motion._tenfold(t, np.ones(200)))
+    assert np.isnan(lost_motion._tenfold(t, 1e4 * (2 + np.sin(t))))
 
 
 @pytest.mark.parametrize(

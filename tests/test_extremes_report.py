@@ -10,6 +10,7 @@ from daebench.reports import _extremes_numbers, _extremes_scenes
 from daebench.reports._claims import ClaimRefuted
 from daebench.reports._extremes_claims import check, horizons, limits, ratios
 from daebench.reports._extremes_numbers import measure
+from daebench.reports._extremes_tables import typeset
 from daebench.studies.extreme import Asked
 from daebench.studies.precision import WAYS, cells_of
 from daebench.studies.stability import EXTREMES
@@ -52,7 +53,7 @@ def test_a_small_report_is_a_whole_page(small, tmp_path):
 
 
 def test_a_run_that_keeps_the_energy_and_does_not_end_refutes_it():
-    steps = pd.DataFrame({"method": ["a", "a"], "verdict": ["completes", "keeps the energy"], "h": [0.5, 0.1]})
+    steps = pd.DataFrame({"method": ["a", "a"], "verdict": ["completes", "keeps the energy"], "h": [0.5, 0.1], "fails": [0.6, 0.2]})
     assert limits(steps).room == pytest.approx(5.0)
     with pytest.raises(ClaimRefuted, match="does not come to its end"):
         limits(changed(steps, 1, h=0.6))
@@ -60,17 +61,27 @@ def test_a_run_that_keeps_the_energy_and_does_not_end_refutes_it():
 
 def test_rattle_off_its_manifold_refutes_it():
     runs = pd.DataFrame({"method": "rattle", "failure": "", "g": [1e-16, 1e-15], "outcome": "fine", "varied": [0.1, 1.0]})
-    assert ratios(runs).all == ["rattle"]
-    assert ratios(changed(runs, 1, outcome="drifting")).all == []
+    assert ratios(runs).fine == ratios(runs).through == ["rattle"]
+    assert ratios(changed(runs, 1, outcome="drifting")).fine == []
+    assert ratios(changed(runs, 1, failure="stopped")).through == []
     with pytest.raises(ClaimRefuted, match="keeps the constraints"):
         ratios(changed(runs, 1, g=1e-9))
 
 
 def test_a_run_that_follows_longer_than_its_digits_can_refutes_it():
-    runs = pd.DataFrame({"method": ["a", "b"], "double_horizon": 19.0, "horizon": [12.0, 17.0], "tenfold": 1.4})
+    runs = pd.DataFrame(
+        {"method": ["a", "b"], "double_horizon": 19.0, "horizon": [12.0, 17.0], "tenfold": 1.4, "t_end": 20.0, "grown": 1e9}
+    )
     assert horizons(runs).method == "b"
     with pytest.raises(ClaimRefuted, match="beyond what double precision"):
         horizons(changed(runs, 0, horizon=25.0))
+
+
+def test_names_and_powers_of_ten_are_set_as_such():
+    found = typeset("rattle/kahan_li8 has 1.2e-05 < 3e+02 at h = 1e-3, rattle newton=1e-6.", {"rattle", "rattle/kahan_li8"})
+    assert found.startswith("<code>rattle/kahan_li8</code> has 1.2")
+    assert "<sup>\N{MINUS SIGN}5</sup> &lt; 300 at" in found
+    assert found.endswith("<code>rattle</code> newton=1e-6.")
 
 
 def test_every_section_has_its_extreme():

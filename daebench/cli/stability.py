@@ -29,6 +29,7 @@ def stability(
     param: Annotated[
         str | None, typer.Option("--param", help="The parameter to vary and its values, name=value,value,...; chosen if left out.")
     ] = None,
+    near: Annotated[float, typer.Option("--near", help="Value that the parameter approaches; pictures show the distance from it.")] = 0.0,
     t_end: Annotated[float | None, typer.Option("--t-end", help="End of all runs; 10 or the end of the reference if left out.")] = None,
     store: Annotated[
         Path | None, typer.Option("--store", help="File in which runs are kept; studies.db in the folder if left out.")
@@ -50,6 +51,7 @@ def stability(
         t_end=None if t_end is None else positive("--t-end", t_end),
         h=[positive("--h", value) for value in numbers("--h", h) or ()],
         parameters=_varied(param, problem, case),
+        near=near,
     )
     extremes, refused = chosen(asked, words(only) if only else ())
     make_folder(out)

@@ -52,6 +52,8 @@ class Asked:
         Step sizes; chosen by each extreme by default.
     parameters : mapping of str to sequence of float
         Values of the parameter that is varied; chosen by each extreme by default.
+    near : float
+        Value that the parameter approaches; pictures show the distance from it.
     """
 
     problem: str
@@ -60,6 +62,7 @@ class Asked:
     t_end: float | None = None
     h: Sequence[float] = ()
     parameters: Mapping[str, Sequence[float]] = field(default_factory=dict)
+    near: float = 0.0
 
     @cached_property
     def scene(self) -> Scene | PoissonScene:

@@ -35,8 +35,7 @@ def draw(out: Path, stem: str, table: "pd.DataFrame") -> Path:
                 for k, way in enumerate(ways):
                     runs = rows[rows["way"] == way].dropna(subset=[column]).sort_values("value")
                     axis.plot(runs[cost], runs[column].clip(lower=SMALLEST), label=way, **_style(k))
-                axis.set(xscale="log", yscale="log", title=f"{method}: {LABELS[column]}")
-                axis.title.set_fontsize(8)
+                axis.set(xscale="log", yscale="log", title=method, ylabel=LABELS[column])
         for axis in axes[-1]:
             axis.set_xlabel(unit)
         handles, labels = axes[0, 0].get_legend_handles_labels()

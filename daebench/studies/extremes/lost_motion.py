@@ -16,6 +16,9 @@ if TYPE_CHECKING:
 LOUD = 1e6
 """Amplification from which on a motion can be lost by what is small."""
 
+EXPONENTIAL = 0.8
+"""Part of the variance of logarithms that a line must explain for a growth to be called exponential."""
+
 HALVINGS = tuple(range(0, 11, 2))
 """Halvings of the distance of stored times, where no step sizes are given."""
 
@@ -42,22 +45,29 @@ def measure(asked: Asked, runs: Runs) -> "pd.DataFrame":
     steps = asked.h or [spacing / 2**k for k in HALVINGS]
     knobs = [(method, h) for method in asked.fixed for h in steps] + [(method, tol) for method in asked.tolerant for tol in TOLERANCES]
     table = runs([asked.cell(method, value, metrics, t_end=end, outputs=outputs) for method, value in knobs])
-    return table.assign(double_horizon=reference.double_horizon, tenfold=_tenfold(reference.t, reference.amplification))
+    grown = float(np.max(reference.worst_amplification[reference.t <= end]))
+    return table.assign(double_horizon=reference.double_horizon, grown=grown, tenfold=_tenfold(reference.t, reference.amplification))
 
 
 def _tenfold(t: np.ndarray, amplification: np.ndarray) -> float:
-    """Return in which time a perturbation grows tenfold, by the line through the logarithms from the first tenfold on."""
+    """Return in which time a perturbation grows tenfold, by the line through the logarithms from the first tenfold on.
+
+    It is NaN where that line explains less than :data:`EXPONENTIAL` of their variance: the growth is not exponential then.
+    """
     first = int(np.argmax(amplification > 10))
     if not amplification[first] > 10 or len(t) - first < 3:
         return float("nan")
-    slope = np.polyfit(t[first:], np.log10(amplification[first:]), 1)[0]
-    return float(1 / slope) if slope > 0 else float("nan")
+    logs = np.log10(amplification[first:])
+    slope = float(np.polyfit(t[first:], logs, 1)[0])
+    explained = float(np.corrcoef(t[first:], logs)[0, 1]) ** 2
+    return 1 / slope if slope > 0 and explained > EXPONENTIAL else float("nan")
 
 
 def says(table: "pd.DataFrame") -> list[str]:
     """Return until when each method follows at best, and what no method can."""
     found = []
-    double, tenfold, end = (float(table[name].iloc[0]) for name in ("double_horizon", "tenfold", "t_end"))
+    double, grown, tenfold, end = (float(table[name].iloc[0]) for name in ("double_horizon", "grown", "tenfold", "t_end"))
+    found.append(f"A rounding on the way may have grown {grown:.1e} times by t = {end:.3g}, from 1.1e-16 to {grown * 2.0**-53:.1e}.")
     if tenfold == tenfold:
         found.append(f"A perturbation grows tenfold in {tenfold:.2g} s, so that each digit of accuracy is worth so much time.")
     if np.isfinite(double):

@@ -20,6 +20,9 @@ TOL = 1e-8
 RATIOS = tuple(10.0**k for k in range(-8, 9, 2))
 """Factors of a mass, where no parameter is given."""
 
+FEW = 3
+"""So many values are listed."""
+
 SMALLEST = 1e-18
 """Where a picture shows what is zero."""
 
@@ -48,7 +51,8 @@ def measure(asked: Asked, runs: Runs) -> "pd.DataFrame":
     ]
     table = runs(cells)
     outcomes = [outcome_of(cell, row) for cell, row in zip(cells, rows_of(table), strict=True)]
-    return table.assign(outcome=outcomes, parameter=name, varied=table[name], energy_part=table["energy_drift"] / table["energy_size"])
+    part = table["energy_drift"] / table["energy_size"]
+    return table.assign(outcome=outcomes, parameter=name, near=asked.near, varied=table[name], energy_part=part)
 
 
 def says(table: "pd.DataFrame") -> list[str]:
@@ -58,16 +62,22 @@ def says(table: "pd.DataFrame") -> list[str]:
         bad = rows[rows["outcome"] != FINE]
         worst = rows["energy_part"].max()
         told = f"energy within {worst:.1e} of its size where it came to an end" if worst == worst else "it never came to an end"
-        words = ", ".join(
-            f"{word} at {', '.join(f'{value:.3g}' for value in each['varied'])}" for word, each in bad.groupby("outcome", sort=False)
-        )
+        words = ", ".join(f"{word} {_where(list(each['varied']))}" for word, each in bad.groupby("outcome", sort=False))
         found.append(f"{method}: fine for {len(rows) - len(bad)} of {len(rows)} values of {name}{f' ({words})' if words else ''}; {told}.")
     return found
+
+
+def _where(values: list[float]) -> str:
+    """Return at which values, or where there are many, how many they are and between which."""
+    if len(values) <= FEW:
+        return f"at {', '.join(f'{value:.4g}' for value in values)}"
+    return f"at {len(values)} from {min(values):.4g} to {max(values):.4g}"
 
 
 def draw(out: Path, stem: str, table: "pd.DataFrame") -> Path:
     """Draw energy error and residual of the constraints against the parameter."""
     shown = {"energy_part": "energy error / twice kinetic energy", "g": "largest |g|"}
+    name, near = str(table["parameter"].iloc[0]), float(table["near"].iloc[0])
     columns = [column for column in shown if column in table and table[column].notna().any()]
     with drawing():
         figure, axes = grid_of_axes(1, max(1, len(columns)), 3.6)
@@ -76,8 +86,8 @@ def draw(out: Path, stem: str, table: "pd.DataFrame") -> Path:
                 rows = rows.dropna(subset=[column]).sort_values("varied")
                 style = STROKES[k % len(STROKES)].points()
                 style |= {"markerfacecolor": style["color"]} if k >= len(STROKES) else {}
-                axis.plot(rows["varied"], rows[column].clip(lower=SMALLEST), label=method, **style)
-            axis.set(xscale="log", yscale="log", xlabel=str(table["parameter"].iloc[0]), ylabel=shown[column])
+                axis.plot((rows["varied"] - rows["near"]).abs(), rows[column].clip(lower=SMALLEST), label=method, **style)
+            axis.set(xscale="log", yscale="log", xlabel=f"|{name} - {near:g}|" if near else name, ylabel=shown[column])
         handles, labels = axes[0, 0].get_legend_handles_labels()
         if handles:
             figure.legend(handles, labels, loc="outside lower center", ncols=4)

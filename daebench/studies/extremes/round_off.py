@@ -80,7 +80,7 @@ def draw(out: Path, stem: str, table: "pd.DataFrame") -> Path:
                 if len(good) and (rows[rows["failure"] != ""]["value"] < good["value"].min()).any():
                     axis.plot(good["value"].iloc[0], good[error].iloc[0], "x", color=stroke.color, markersize=9, markeredgewidth=1.6)
             floor = float(table[error.replace("error", "bound")].max())
-            axis.axhline(max(floor, 2.0**-53), color=QUIET, linestyle=":", linewidth=1.0)
+            axis.axhline(max(floor, 2.0**-53), color=QUIET, linestyle=":", linewidth=1.0, label="one rounding")
             axis.set(xscale="log", yscale="log", xlabel="step size h [s]" if knob == "h" else "tolerance")
             axis.legend(loc="upper center", bbox_to_anchor=(0.5, -0.16), ncols=2)
         axes[0, 0].set_ylabel(f"largest error of {error.removeprefix('error_')}")

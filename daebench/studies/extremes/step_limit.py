@@ -52,7 +52,8 @@ def says(table: "pd.DataFrame") -> list[str]:
         if len(ranked):
             best, last = ranked.iloc[0], ranked.iloc[-1]
             several = f"; the smallest limit is that of {last['method']}, {last['h']:.2g}" if len(ranked) > 1 else ""
-            found.append(f"{best['method']} {verdict} with the largest steps, up to h = {best['h']:.2g}{several}.")
+            least = "at least " if best["fails"] == float("inf") else ""
+            found.append(f"{best['method']} {verdict} with the largest steps, up to {least}h = {best['h']:.2g}{several}.")
         if none:
             found.append(f"With no step that was tried {verdict}: {', '.join(none)}.")
     if gaps := sorted({str(name) for name in table[table["gaps"]]["method"]}):
