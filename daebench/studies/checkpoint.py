@@ -102,10 +102,10 @@ def load(path: Path, who: dict[str, Any]) -> Checkpoint:
         If the file is damaged or something else, or is of another run, another definition, or other versions.
     """
     try:
-        with np.load(path, allow_pickle=False) as kept:
+        with path.open("rb") as file, np.load(file, allow_pickle=False) as kept:
             about = json.loads(str(kept["about"]))
             reals, windows, means, numbers, waiting = (kept[name] for name in ("reals", "windows", "means", "numbers", "waiting"))
-    except (OSError, ValueError, KeyError, zipfile.BadZipFile) as error:
+    except (OSError, EOFError, ValueError, KeyError, zipfile.BadZipFile) as error:
         raise BadInput(f"{path} is damaged, or no checkpoint of a long run: {error}; remove it to begin anew.") from error
     _require_same(path, about, who)
     done, left, passages, length, pieces = about["counts"]

@@ -12,6 +12,10 @@ if TYPE_CHECKING:
     import pandas as pd
 
 
+BELOW = 30.0
+"""Factor below the least value over all members that is drawn: where a member's error changes sign it is as small as can be."""
+
+
 def draw(out: Path, stem: str, title: str, each: "pd.DataFrame", table: "pd.DataFrame") -> Path:
     """Write ``STEM.svg``, PNG and CSV of the windows over all members, and ``STEM-members.csv``; return the path of the SVG.
 
@@ -31,11 +35,12 @@ def draw(out: Path, stem: str, title: str, each: "pd.DataFrame", table: "pd.Data
     with drawing():
         figure, axes = grid_of_axes(1, 1 + several, 3.6, sharex=True)
         _panel(axes[0, 0], each, each["rms"], table["t"], table["rms"], VERMILION, "rms of all" if several else "rms")
-        axes[0, 0].set(title=title, ylabel="energy error H - H$_0$ [unit of H]")
+        figure.suptitle(title, fontsize="medium")
+        axes[0, 0].set(title="error from the start", ylabel="energy error H - H$_0$ [unit of H]")
         if several:
             own = (each["mean"] - each["window"].map(table["mean"])).abs()
             _panel(axes[0, 1], each, own, table["t"], table["spread"], BLUE, "spread of members")
-            axes[0, 1].set(title="distance from the mean of all members", ylabel="window means [unit of H]")
+            axes[0, 1].set(title="distance from the mean of all", ylabel="means over windows [unit of H]")
         save_table(out / f"{stem}-members.csv", each)
         return save(figure, out, stem, table)
 
@@ -46,6 +51,9 @@ def _panel(axis: Any, each: "pd.DataFrame", own: "pd.Series[float]", t: "pd.Seri
     axis.plot(t, all_.where(all_ > 0), color=color, marker="o", markersize=2.5, linewidth=1.6, label=label)
     _guides(axis, np.asarray(t, dtype=float), np.asarray(all_, dtype=float))
     axis.set(xscale="log", yscale="log", xlabel="time t [s]")
+    positive = all_[all_ > 0]
+    if len(positive):
+        axis.set_ylim(bottom=positive.min() / BELOW)
     axis.legend(loc="best")
 
 

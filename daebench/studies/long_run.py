@@ -9,7 +9,7 @@ import numpy as np
 
 from daebench.api import setting_of, singular_as
 from daebench.diagnostics.passage import MOST_STATES
-from daebench.errors import BadInput
+from daebench.errors import BadInput, require_known
 from daebench.grid import Grid
 from daebench.kinds import method_of
 from daebench.method import Request
@@ -19,6 +19,9 @@ from daebench.studies.blocks import BLOCK, Blocks
 from daebench.studies.starts import start_of
 from daebench.studies.windows import Windows
 from daebench.trajectory import Array
+
+LARGEST = 1e140
+"""Modulus of an energy beyond which a run is given up: sums of its squares would overflow."""
 
 TRIAL = 10**12
 """Most steps of a trial."""
@@ -102,6 +105,7 @@ class LongRun:
         BadInput
             If it cannot.
         """
+        require_known(("precision", self.precision, ("float64", "float32")))
         self._grid(self.solver, self.scene, steps)
 
     def _grid(self, solver: Any, scene: Scene | PoissonScene, steps: int) -> Grid:
@@ -195,13 +199,13 @@ class Stream:
         run.row = rest
 
     def _require_finite(self, first: int) -> None:
-        """Stop where a sample is not finite; those before it are kept."""
+        """Stop where a sample is not finite, or so large that its square may not be; those before it are kept."""
         run = self.run
-        wrong = np.flatnonzero(~np.isfinite(run.X[first : run.row, 0]))
+        wrong = np.flatnonzero(~(np.abs(run.X[first : run.row, 0].astype(float)) < LARGEST))
         if len(wrong):
             run.row = first + int(wrong[0])
             t = (self.windows.samples + run.row + 1) * run.grid.every * run.grid.h
-            run.failure = f"{self.spec.method} on {self.spec.problem}: the energy is not finite at t = {t:.9g}; use a smaller h."
+            run.failure = f"{self.spec.method} on {self.spec.problem}, case {self.spec.case}: the energy is beyond {LARGEST:g} at t = {t:.9g}; use a smaller h."
 
     def numbers(self) -> Array:
         """Return all numbers that the loop carries, on one line; float32 is exact in float64."""

@@ -9,6 +9,7 @@ from daebench.diagnostics.energy import Drift, energy_drift
 from daebench.diagnostics.random_walk import MEMBERS, Walk, random_walk
 from daebench.studies.checkpoint import Checkpoint
 from daebench.studies.long_run import LongRun
+from daebench.studies.starts import ROUNDINGS
 from daebench.studies.windows import COUNT, LEAST, MEAN, MOST, centres, mean_square
 from daebench.trajectory import Array
 
@@ -66,7 +67,7 @@ def growth(spec: LongRun, members: Mapping[int, Checkpoint]) -> Walk | Drift | N
     error = np.array([each[: min(map(len, means))] for each in means])
     t = _block_times(error.shape[1], length) * spec.stride * spec.h
     first = abs(next(iter(members.values())).first)
-    resolution = float(np.finfo(spec.precision).eps) * first
+    resolution = float(np.finfo(spec.precision).eps) * max(first, ROUNDINGS * float(np.max(np.abs(error))))
     if len(error) >= MEMBERS:
         return random_walk(t, error, resolution=resolution)
     return energy_drift(t, np.mean(error, axis=0), resolution=resolution)
