@@ -21,7 +21,7 @@ from daebench.errors import BadInput
 from daebench.method import Request
 from daebench.scene import PoissonScene
 from daebench.studies import blocks, checkpoint, long_run
-from daebench.studies.blocks import MANY, Blocks
+from daebench.studies.blocks import MANY, Blocks, middles
 from daebench.studies.checkpoint import Checkpoint, identity, load, resumed, save
 from daebench.studies.ensemble import Ensemble, run_member
 from daebench.studies.long_run import LongRun, Stream
@@ -68,6 +68,7 @@ def bits(stream):
 @pytest.mark.parametrize("name", RUNS)
 def test_a_run_that_is_left_and_taken_up_again_ends_with_the_same_bits(name, uncompiled, monkeypatch, random, tmp_path):
     spec, file = RUNS[name], tmp_path / "run.npz"
+    monkeypatch.setattr(blocks, "MANY", 2)
     whole = marched(spec)
     assert (whole.run.failure, whole.run.done) == (None, STEPS)
     assert whole.windows.samples + whole.run.row == STEPS // spec.stride
@@ -144,6 +145,7 @@ def test_blocks_are_few_and_their_means_are_those_of_the_series():
     assert found.length == 4 * blocks.BLOCK
     expected = np.arange(len(found.means)) * found.length + (found.length - 1) / 2
     assert found.means.tolist() == expected.tolist()
+    assert (middles(len(expected), found.length) - 1).tolist() == expected.tolist()
     assert len(found.means) * found.length + found.pieces * blocks.BLOCK == pieces * blocks.BLOCK
     assert found.at(2 * found.length).tolist() == [(a + b) / 2 for a, b in zip(expected[::2], expected[1::2], strict=False)]
 

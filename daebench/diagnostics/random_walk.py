@@ -136,7 +136,7 @@ def _drifting(t: Array, error: Array, slope: float, resolution: float) -> str:
     """Return whether the mean slopes of the two halves of the time are the same."""
     halves = slice(len(t) // 2), slice(len(t) // 2, None)
     first, second = (_slopes(t[half], error[:, half]) for half in halves)
-    noise = float(np.hypot(*(_noise(t[half], error[:, half], resolution) for half in halves)))
+    noise = sum(_noise(t[half], error[:, half], resolution) for half in halves)
     apart, apart_error = _mean_and_error(second - first, noise)
     return "linear" if abs(apart) <= max(LINEAR_BAND * abs(slope), SIGNIFICANT * apart_error) else "growing"
 

@@ -62,3 +62,8 @@ class Blocks:
 def joined(means: Array) -> Array:
     """Return the means of neighbours, two and two; the last one of an odd number is left out."""
     return np.asarray(np.mean(means[: len(means) // 2 * 2].reshape(-1, 2), axis=1))
+
+
+def middles(blocks: int, length: int) -> Array:
+    """Return the mean number of the samples of each block, samples being counted from 1, shape(blocks,)."""
+    return np.asarray(np.arange(blocks) * length + (length + 1) / 2)

@@ -1,4 +1,4 @@
-"""Interruptions that wait until they are asked for, so that what is under way is never torn."""
+"""Interruptions that wait for the end of what is under way, so that it is never torn."""
 
 import signal
 from collections.abc import Callable, Iterator
@@ -7,14 +7,22 @@ from contextlib import contextmanager
 
 @contextmanager
 def held() -> Iterator[Callable[[], bool]]:
-    """Give what tells whether Ctrl-C or SIGTERM came inside the block, where they do nothing else; only in the main thread."""
+    """Hold back Ctrl-C and SIGTERM until the block has ended, and give what tells whether one came; only in the main thread.
+
+    What is ignored outside is ignored inside.
+    """
     came: list[int] = []
-    old = {each: signal.signal(each, lambda number, _: came.append(number)) for each in (signal.SIGINT, signal.SIGTERM)}
+    old = {each: signal.getsignal(each) for each in (signal.SIGINT, signal.SIGTERM)}
+    for each in old:
+        if old[each] is not signal.SIG_IGN:
+            signal.signal(each, lambda number, _: came.append(number))
     try:
         yield lambda: bool(came)
     finally:
         for each, handler in old.items():
             signal.signal(each, handler)
+        if came:
+            signal.raise_signal(signal.Signals(came[0]))
 
 
 @contextmanager

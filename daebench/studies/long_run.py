@@ -205,7 +205,8 @@ class Stream:
         if len(wrong):
             run.row = first + int(wrong[0])
             t = (self.windows.samples + run.row + 1) * run.grid.every * run.grid.h
-            run.failure = f"{self.spec.method} on {self.spec.problem}, case {self.spec.case}: the energy is beyond {LARGEST:g} at t = {t:.9g}; use a smaller h."
+            where = f"{self.spec.method} on {self.spec.problem}, case {self.spec.case}"
+            run.failure = f"{where}: the energy is beyond {LARGEST:g} at t = {t:.9g}; use a smaller h."
 
     def numbers(self) -> Array:
         """Return all numbers that the loop carries, on one line; float32 is exact in float64."""

@@ -7,11 +7,11 @@ import numpy as np
 
 from daebench.diagnostics.energy import Drift, energy_drift
 from daebench.diagnostics.random_walk import MEMBERS, Walk, random_walk
+from daebench.studies.blocks import middles
 from daebench.studies.checkpoint import Checkpoint
 from daebench.studies.long_run import LongRun
 from daebench.studies.starts import ROUNDINGS
 from daebench.studies.windows import COUNT, LEAST, MEAN, MOST, centres, mean_square
-from daebench.trajectory import Array
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -65,14 +65,9 @@ def growth(spec: LongRun, members: Mapping[int, Checkpoint]) -> Walk | Drift | N
     length = max(each.length for each in blocks)
     means = [each.at(length) for each in blocks]
     error = np.array([each[: min(map(len, means))] for each in means])
-    t = _block_times(error.shape[1], length) * spec.stride * spec.h
+    t = middles(error.shape[1], length) * spec.stride * spec.h
     first = abs(next(iter(members.values())).first)
     resolution = float(np.finfo(spec.precision).eps) * max(first, ROUNDINGS * float(np.max(np.abs(error))))
     if len(error) >= MEMBERS:
         return random_walk(t, error, resolution=resolution)
     return energy_drift(t, np.mean(error, axis=0), resolution=resolution)
-
-
-def _block_times(blocks: int, length: int) -> Array:
-    """Return the mean number of the samples of each block, shape(blocks,)."""
-    return np.asarray(np.arange(blocks) * length + (length + 1) / 2)
