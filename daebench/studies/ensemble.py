@@ -112,8 +112,7 @@ class Ensemble:
         for k, spec in left.items():
             part = kept[k].done / self.steps if k in kept else 0.0
             others = self.done() - part / self.members
-            if run_member(spec, self.steps, self.path(k), partial(self._tell, tell, others)):
-                raise KeyboardInterrupt
+            run_member(spec, self.steps, self.path(k), partial(self._tell, tell, others))
 
     def _tell(self, tell: Tell, others: float, own: float) -> None:
         tell(others + own / self.members)
@@ -124,13 +123,11 @@ class Ensemble:
             running = {pool.submit(run_member, spec, self.steps, self.path(k)) for k, spec in left.items()}
             for future in self._ended(running, tell):
                 try:
-                    stopped = future.result()
+                    future.result()
                 except BrokenProcessPool as error:
                     raise DaebenchError("a process of the ensemble ended; what was done is kept: run again to go on.") from error
-                if stopped:
-                    raise KeyboardInterrupt
 
-    def _ended(self, running: "set[Future[bool]]", tell: Tell) -> "Iterator[Future[bool]]":
+    def _ended(self, running: "set[Future[None]]", tell: Tell) -> "Iterator[Future[None]]":
         while running:
             ended, running = wait(running, timeout=GLANCE)
             tell(self.done())
@@ -141,8 +138,8 @@ def _goes_on(kept: Checkpoint, steps: int) -> bool:
     return not kept.failure and kept.done < steps
 
 
-def run_member(spec: LongRun, steps: int, path: Path, tell: Tell | None = None) -> bool:
-    """Take a run to its end from where its checkpoint left it, and return whether Ctrl-C or SIGTERM stopped it before.
+def run_member(spec: LongRun, steps: int, path: Path, tell: Tell | None = None) -> None:
+    """Take a run to its end from where its checkpoint left it; Ctrl-C and SIGTERM come once the checkpoint is written.
 
     Parameters
     ----------
@@ -169,4 +166,3 @@ def run_member(spec: LongRun, steps: int, path: Path, tell: Tell | None = None) 
                 save(path, who, stream)
                 written = time.monotonic()
         save(path, who, stream)
-        return stopped() and stream.going

@@ -38,6 +38,7 @@ def local_processes(workers: int | None = None) -> Iterator[Executor]:
             process.terminate()
         for process in children:
             process.join(LAST_SECONDS)
+            process.kill()
         for name, value in old.items():
             if value is None:
                 os.environ.pop(name, None)
