@@ -264,34 +264,49 @@ class FixedStep:
         BadInput
             If the request cannot be met: see :class:`daebench.grid.Grid`.
         """
-        began = time.perf_counter()
-        grid = self._grid(scene, request)
-        watched = request.watched(CONSTRAINED)
-        mode = self.on_singular(scene, request)
-        scene = replace(scene, on_singular=mode)
-        kernel = self.kernel(scene, request.precision, watched, count=request.count, raw=request.raw, singular=mode)
-        stages, names = Stages(self.member.multipliers()), _watched_names(watched, scene)
-        raw = len(stages.nodes) * scene.m if request.raw else 0
-        begin: Callable[..., Run] = partial(RankRun, mode) if mode else Run
-        run = begin(self._linked(scene, kernel), scene, request, grid, names=names, raw=raw, began=began)
+        run = self.begin(scene, request, self.grid(scene, request), request.watched(CONSTRAINED))
         outcome = run.outcome()
         t, rows = run.states()
         p, q = rows[:, : scene.d].copy(), rows[:, scene.d :].copy()
+        stages = Stages(self.member.multipliers())
         return Trajectory(
             **outcome,
             t=t,
             q=q,
             p=p,
-            lam=scene.along("lam", p, q) if request.multipliers else None,
-            raw=stages.multipliers(run.multipliers(), grid.h, scene.m) if request.raw else {},
+            lam=run.scene.along("lam", p, q) if request.multipliers else None,
+            raw=stages.multipliers(run.multipliers(), run.grid.h, scene.m) if request.raw else {},
             passages=tuple(run.passages),
         )
 
+    def begin(self, scene: Scene, request: Request, grid: Grid, watched: tuple[str, ...]) -> Run:
+        """Return a run at its start.
+
+        Parameters
+        ----------
+        scene : Scene
+            The problem with its numbers.
+        request : Request
+            What is asked for.
+        grid : Grid
+            The steps that this comes to, see :meth:`grid`.
+        watched : tuple of str
+            What the loop watches, or ("samples",) for it to store H in place of states.
+        """
+        began = time.perf_counter()
+        mode = self.on_singular(scene, request)
+        scene = replace(scene, on_singular=mode)
+        kernel = self.kernel(scene, request.precision, watched, count=request.count, raw=request.raw, singular=mode)
+        raw = len(Stages(self.member.multipliers()).nodes) * scene.m if request.raw else 0
+        made: Callable[..., Run] = partial(RankRun, mode) if mode else Run
+        return made(self._linked(scene, kernel), scene, request, grid, names=_watched_names(watched, scene), raw=raw, began=began)
+
     def check(self, scene: Scene, request: Request) -> None:
         """Accept a request that can be met; raise :class:`BadInput` otherwise."""
-        self._grid(scene, request)
+        self.grid(scene, request)
 
-    def _grid(self, scene: Scene, request: Request) -> Grid:
+    def grid(self, scene: Scene, request: Request) -> Grid:
+        """Return the steps that a request comes to; raise :class:`BadInput` if it cannot be met."""
         if refusal := self.refusal(scene):
             raise BadInput(refusal)
         self.on_singular(scene, request)
@@ -343,7 +358,7 @@ def accepted(method: Method, scene: Scene, why: str) -> FixedStep:
 
 
 def _watched_names(watch: Sequence[str], scene: Scene) -> list[str]:
-    names = {"energy": ["energy"], "manifold": ["g", "Gv"], "integrals": list(scene.integrals)}
+    names = {"energy": ["energy"], "manifold": ["g", "Gv"], "integrals": list(scene.integrals), "samples": []}
     return [name for each in watch for name in names[each]]
 
 

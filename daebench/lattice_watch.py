@@ -1,7 +1,7 @@
 """What the loop does beside stepping a Poisson lattice: as for other Poisson systems, but that whole arrays are stored."""
 
-from daebench.codegen import function
 from daebench.poisson_watch import PoissonWatch
+from daebench.watch import stored_as
 
 
 class LatticeWatch(PoissonWatch):
@@ -9,6 +9,6 @@ class LatticeWatch(PoissonWatch):
 
     def source(self, name: str) -> str | None:
         """Return the source of the function of this name, or None if it is none of these."""
-        if name == "store":
-            return function("store(X, R, row, x, raw)", "X[row, :] = x")
+        if name == "store" and not self.sampled:
+            return stored_as("X[row, :] = x")
         return super().source(name)

@@ -25,7 +25,7 @@ _WORK |= dict.fromkeys(("solve_mass", "solve_mass_m", "solve_mass_d"), "solve")
 _WORK |= dict.fromkeys(("solve_stages", "solve_stages_but_one", "solve_stages_twice"), "solve")
 _WORK |= dict.fromkeys(("solve_stages_twice_d", "solve_2d"), "solve") | {"K_y": "H_q", "two_form": "second"}
 _UNCOUNTED = ("rows",)  # M^-1 on rows of G: part of the algebra, whatever it is composed of
-_PLAIN = ("worst", "total", "store", "no_work", "plus_work")
+_PLAIN = ("worst", "total", "no_work", "plus_work")
 PRECISIONS = {"float64": "2.220446049250313e-16", "float32": "numpy.float32(1.1920929e-07)", "complex128": "2.220446049250313e-16"}
 HEADER = """\"\"\"{title}\"\"\"
 
@@ -44,7 +44,7 @@ class Options:
     precision : str
         "float64", "float32" or "complex128".
     watch : tuple of str
-        Any of "energy", "manifold", "integrals": what the loop takes the maximum error of.
+        Any of "energy", "manifold", "integrals": what the loop takes the maximum error of; or "samples": that it stores H and no states.
     count : bool
         Whether evaluations, solves and sweeps are counted.
     compiled : bool

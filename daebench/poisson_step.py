@@ -182,21 +182,23 @@ class PoissonStep:
         BadInput
             If the request cannot be met.
         """
-        began = time.perf_counter()
-        grid = self._grid(scene, request)
-        watched = request.watched(POISSON)
-        kernel = self.kernel(scene, request.precision, watched, count=request.count)
-        names = watched_names(watched, scene)
-        run = Run(self._linked(scene, kernel), scene, request, grid, names=names, began=began)
+        run = self.begin(scene, request, self.grid(scene, request), request.watched(POISSON))
         outcome = run.outcome()
         t, y = run.states()
         return PoissonTrajectory(**outcome, t=t, y=y)
 
+    def begin(self, scene: PoissonScene, request: Request, grid: Grid, watched: tuple[str, ...]) -> Run:
+        """Return a run at its start; see :meth:`daebench.fixed_step.FixedStep.begin`."""
+        began = time.perf_counter()
+        kernel = self.kernel(scene, request.precision, watched, count=request.count)
+        return Run(self._linked(scene, kernel), scene, request, grid, names=watched_names(watched, scene), began=began)
+
     def check(self, scene: PoissonScene, request: Request) -> None:
         """Accept a request that can be met; raise :class:`BadInput` otherwise."""
-        self._grid(scene, request)
+        self.grid(scene, request)
 
-    def _grid(self, scene: PoissonScene, request: Request) -> Grid:
+    def grid(self, scene: PoissonScene, request: Request) -> Grid:
+        """Return the steps that a request comes to; raise :class:`BadInput` if it cannot be met."""
         if refusal := self.refusal(scene):
             raise BadInput(refusal)
         require_poisson(self.name, request)
@@ -235,7 +237,7 @@ def require_poisson(name: str, request: Request) -> None:
 
 def watched_names(watch: Sequence[str], scene: PoissonScene) -> list[str]:
     """Return the names of the errors that a run watches, in order."""
-    names: Mapping[str, Sequence[str]] = {"energy": ["energy"], "casimirs": scene.casimirs, "integrals": scene.integrals}
+    names: Mapping[str, Sequence[str]] = {"energy": ["energy"], "casimirs": scene.casimirs, "integrals": scene.integrals, "samples": ()}
     return [name for each in watch for name in names[each]]
 
 

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 
 from daebench.codegen import function, pack
-from daebench.watch import shared_rules
+from daebench.watch import shared_rules, stored_as
 
 
 class PoissonWatch:
@@ -16,29 +16,32 @@ class PoissonWatch:
     casimirs, integrals : int
         Numbers of Casimir functions and of other first integrals.
     watch : sequence of str
-        Any of "energy", "casimirs", "integrals".
+        Any of "energy", "casimirs", "integrals"; or "samples", for the loop to store H in place of states.
     kinds : int
         Number of kinds of work that are counted; 0 to count nothing.
     """
 
     def __init__(self, n: int, casimirs: int, integrals: int, watch: Sequence[str], kinds: int) -> None:
         self.n, self.kinds = n, kinds
-        self.conserved = ["H(x, par)"] * ("energy" in watch)
-        self.conserved += [f"casimirs(x, par)[{i}]" for i in range(casimirs) if "casimirs" in watch]
-        self.conserved += [f"integrals(x, par)[{i}]" for i in range(integrals) if "integrals" in watch]
+        self.sampled = "samples" in watch
+        H = ["H(x, par)"] * ("energy" in watch or self.sampled)
+        others = [f"casimirs(x, par)[{i}]" for i in range(casimirs) if "casimirs" in watch]
+        others += [f"integrals(x, par)[{i}]" for i in range(integrals) if "integrals" in watch]
+        self.conserved = H + others
+        changes = [f"abs({value} - first[{i}])" for i, value in enumerate(self.conserved)]
+        self.errors = changes[: len(H)] * ("energy" in watch) + changes[len(H) :]
 
     def needs(self, name: str) -> list[str]:
         """Return the names of the system's functions that one of these calls."""
-        texts = self.conserved if name in ("watched", "watch") else []
-        return [needed for needed in ("H", "casimirs", "integrals") if any(text.startswith(f"{needed}(") for text in texts)]
+        texts = {"watched": self.conserved, "watch": self.errors, "store": self.conserved * self.sampled}.get(name, [])
+        return [needed for needed in ("H", "casimirs", "integrals") if any(f"{needed}(" in text for text in texts)]
 
     def source(self, name: str) -> str | None:
         """Return the source of the function of this name, or None if it is none of these."""
-        errors = [f"abs({value} - first[{i}])" for i, value in enumerate(self.conserved)]
         own = {
             "watched": lambda: function("watched(x, par)", "return " + pack(self.conserved)),
-            "watch": lambda: function("watch(x, first, par)", "return " + pack(errors)),
-            "store": lambda: function("store(X, R, row, x, raw)", *(f"X[row, {i}] = x[{i}]" for i in range(self.n))),
+            "watch": lambda: function("watch(x, first, par)", "return " + pack(self.errors)),
+            "store": lambda: stored_as(*(f"X[row, {i}] = x[{i}]" for i in range(self.n)), sample=self.conserved[0] if self.sampled else ""),
         }
-        rule = (own | shared_rules(len(errors), self.kinds)).get(name)
+        rule = (own | shared_rules(len(self.errors), self.kinds)).get(name)
         return None if rule is None else rule()

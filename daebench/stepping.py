@@ -88,6 +88,11 @@ class Linked:
         return f"{self.name} on {scene.problem}, case {scene.case}, {where}: {reason}; {advice}."
 
 
+def next_piece(piece: int, took: float) -> int:
+    """Return how many steps take a fifth of a second where ``piece`` steps took so many seconds; at most eight times as many."""
+    return int(min(8 * piece, max(1, piece * CHUNK_SECONDS / max(took, 1e-6))))
+
+
 class Run:
     """One run of a linked scheme on a scene.
 
@@ -177,10 +182,18 @@ class Run:
     def _sentence(self, report: Sequence[Any], tried: int) -> str:
         return self.linked.failure(self.scene, self.grid.h, self.done, self.grid.steps, tried, report)
 
+    @property
+    def carried(self) -> tuple[Any, ...]:
+        """All numbers that go from one step into the next: state, memory, conserved quantities, maxima and pivots."""
+        return self.x, self.memory, self.conserved, self.maxima, self.pivots
+
+    @carried.setter
+    def carried(self, found: tuple[Any, ...]) -> None:
+        self.x, self.memory, self.conserved, self.maxima, self.pivots = found
+
     def _call(self, steps: int) -> Any:
-        state = (self.x, self.memory, self.conserved, self.maxima, self.pivots)
         outputs = (self.X[self.row :], self.R[self.row :])
-        return self.kernel.integrate(*state, self.h, self.weights, steps, self.left, self.grid.every, *outputs, self.par)
+        return self.kernel.integrate(*self.carried, self.h, self.weights, steps, self.left, self.grid.every, *outputs, self.par)
 
     def _advance(self, steps: int) -> float:
         """Take so many steps, or as many as there are; return the CPU time it took."""
@@ -203,14 +216,19 @@ class Run:
             self.failure = self._sentence(report, tried)
         return took
 
+    def piece(self, steps: int) -> float:
+        """Take so many steps, or as many as are left, and what is to be done where G loses rank; return the CPU time of the former."""
+        took = self._advance(min(steps, self.grid.steps - self.done))
+        if self.rank_lost and self.done < self.grid.steps:
+            self._lose_rank()
+        return took
+
     def _march(self) -> None:
         """Take all steps, in pieces of a fifth of a second."""
         piece, limit = 64, time.perf_counter() + (self.request.seconds_limit or np.inf)
         while self.done < self.grid.steps and self.failure is None:
-            took = self._advance(min(piece, self.grid.steps - self.done))
-            if self.rank_lost and self.done < self.grid.steps:
-                self._lose_rank()
-            piece = int(min(8 * piece, max(1, piece * CHUNK_SECONDS / max(took, 1e-6))))
+            took = self.piece(piece)
+            piece = next_piece(piece, took)
             if self.request.progress:
                 self.request.progress(self.done / self.grid.steps)
             if self.failure is None and self.done < self.grid.steps and time.perf_counter() > limit:

@@ -15,7 +15,7 @@ class Watch:
     count : int
         Number of first integrals that the problem declares besides H.
     watch : sequence of str
-        Any of "energy", "manifold", "integrals".
+        Any of "energy", "manifold", "integrals"; or "samples", for the loop to store H in place of states.
     kinds : int
         Number of kinds of work that are counted; 0 to count nothing.
     raw : int
@@ -26,16 +26,16 @@ class Watch:
         self.d, self.m = d, m
         self.kinds, self.raw = range(kinds), range(raw)
         integrals = range(count) if "integrals" in watch else range(0)
-        self.conserved = ["H(x[0], x[1], par)"] * ("energy" in watch)
-        self.conserved += [f"integrals(x[0], x[1], par)[{i}]" for i in integrals]
+        self.sampled = "samples" in watch
+        H = ["H(x[0], x[1], par)"] * ("energy" in watch or self.sampled)
+        self.conserved = [*H, *(f"integrals(x[0], x[1], par)[{i}]" for i in integrals)]
         constraints = [self._largest("g(x[1], par)"), self._largest("Gv(x[0], x[1], par)")] * ("manifold" in watch)
         changes = [f"abs({value} - first[{i}])" for i, value in enumerate(self.conserved)]
-        energy = int("energy" in watch)
-        self.errors = changes[:energy] + constraints + changes[energy:]
+        self.errors = changes[: len(H)] * ("energy" in watch) + constraints + changes[len(H) :]
 
     def needs(self, name: str) -> list[str]:
         """Return the names of the problem's functions that one of these calls."""
-        texts = {"watched": self.conserved, "watch": self.errors}.get(name, [])
+        texts = {"watched": self.conserved, "watch": self.errors, "store": self.conserved * self.sampled}.get(name, [])
         return [needed for needed in ("H", "g", "Gv", "integrals") if any(f"{needed}(" in text for text in texts)]
 
     def source(self, name: str) -> str | None:
@@ -49,10 +49,10 @@ class Watch:
         return shared_rules(len(self.errors), len(self.kinds)) | {
             "watched": lambda: function("watched(x, par)", "return " + pack(self.conserved)),
             "watch": lambda: function("watch(x, first, par)", "return " + pack(self.errors)),
-            "store": lambda: function(
-                "store(X, R, row, x, raw)",
+            "store": lambda: stored_as(
                 *(f"X[row, {half * self.d + i}] = x[{half}][{i}]" for half in (0, 1) for i in d),
                 *(f"R[row, {k * self.m + i}] = raw[{k}][{i}]" for k in self.raw for i in range(self.m)),
+                sample=self.conserved[0] if self.sampled else "",
             ),
         }
 
@@ -60,6 +60,11 @@ class Watch:
         """Source of the largest modulus of the m values of a call."""
         moduli = [f"abs({call}[{i}])" for i in range(self.m)]
         return moduli[0] if self.m == 1 else f"max({', '.join(moduli)})"
+
+
+def stored_as(*lines: str, sample: str = "") -> str:
+    """Return the source of what stores a state by these lines, or in its place the value of an expression of it."""
+    return function("store(X, R, row, x, raw, par)", *([f"X[row, 0] = {sample}"] if sample else lines))
 
 
 def shared_rules(errors: int, kinds: int) -> dict[str, Callable[[], str]]:

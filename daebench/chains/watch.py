@@ -1,7 +1,7 @@
 """What the loop does beside stepping a chain: as for other constrained systems, but that whole arrays are stored and watched."""
 
 from daebench.codegen import function
-from daebench.watch import Watch
+from daebench.watch import Watch, stored_as
 
 
 class ChainWatch(Watch):
@@ -14,9 +14,9 @@ class ChainWatch(Watch):
     def source(self, name: str) -> str | None:
         """Return the source of the function of this name, or None if it is none of these."""
         d, m = self.d, self.m
-        if name == "store":
+        if name == "store" and not self.sampled:
             lines = [f"X[row, :{d}] = x[0]", f"X[row, {d}:] = x[1]"]
-            return function("store(X, R, row, x, raw)", *lines, *(f"R[row, {k * m}:{(k + 1) * m}] = raw[{k}]" for k in self.raw))
+            return stored_as(*lines, *(f"R[row, {k * m}:{(k + 1) * m}] = raw[{k}]" for k in self.raw))
         if name == "largest":
             lines = ["found = abs(x[0])", "for each in x:", "    if not abs(each) <= found:", "        found = abs(each)"]
             return function("largest(x)", *lines, "return found")

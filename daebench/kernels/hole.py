@@ -534,4 +534,4 @@ def total(x: tuple[Number, ...]) -> Number:
 
 
 def store(X: Any, R: Any, row: int, x: State, raw: Any) -> None:
-    """Write a state into row ``row`` of the outputs, and the step's raw multipliers where they are wanted."""
+    """Write a state into row ``row`` of the outputs, and the step's raw multipliers where they are wanted; or H where samples are."""

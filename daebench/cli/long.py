@@ -1,0 +1,146 @@
+"""``daebench long``: what becomes of the energy over very many steps."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from daebench.cli.arguments import Anyway, Case, Free, Json, OnSingular, Param, Problem
+from daebench.cli.console import bar, method_names, pairs, print_json, print_table
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+    from daebench.studies.ensemble import Ensemble
+    from daebench.studies.long_findings import Findings
+
+LINES = 14
+"""Windows that are printed, about; the CSV has all."""
+
+
+def long(
+    problem: Problem,
+    methods: Annotated[str, typer.Option("--methods", "--method", help="Names of fixed-step methods, comma-separated.")],
+    h: Annotated[float, typer.Option("--h", help="Step size.")],
+    steps: Annotated[float, typer.Option("--steps", help="Number of steps, for example 1e8.")] = 1e8,
+    case: Case = None,
+    ensemble: Annotated[int, typer.Option("--ensemble", help="Number of starts; 16 or more tell a random walk.")] = 1,
+    stride: Annotated[int, typer.Option("--stride", help="Steps between samples of the energy.")] = 16,
+    param: Param = None,
+    option: Free = None,
+    compensated: Annotated[bool, typer.Option("--compensated", help="Compensate sums over steps for rounding.")] = False,
+    precision: Annotated[str, typer.Option("--precision", help="float64 or float32.")] = "float64",
+    on_singular: OnSingular = None,
+    anyway: Anyway = False,
+    out: Annotated[Path, typer.Option("--out", help="Folder for tables, pictures and checkpoints.")] = Path("output/long"),
+    workers: Annotated[int | None, typer.Option("--workers", help="Processes for the members; as many as cores if left out.")] = None,
+    dry_run: Annotated[bool, typer.Option("--dry-run", help="Say how many steps there are to do, and about how long they take.")] = False,
+    json: Json = False,
+) -> None:
+    """Follow the energy error over very many steps, and say whether it is bounded, a random walk, or drifts.
+
+    Ctrl-C and SIGTERM keep everything so far; the same command goes on from there, to the same bits. Exit 1 if a member stops early.
+    """
+    from daebench.api import setting_of
+    from daebench.files import make_folder
+    from daebench.studies.ensemble import Ensemble
+    from daebench.studies.interrupts import alike
+    from daebench.studies.long_run import LongRun
+
+    given = tuple(pairs("param", param or []).items())
+    named = setting_of(problem, case, dict(given)).case
+    shared: dict[str, Any] = {
+        "parameters": given,
+        "options": tuple(pairs("option", option or []).items()),
+        "on_singular": on_singular or "",
+    }
+    shared |= {"compensated": compensated, "precision": precision, "anyway": anyway, "h": h, "stride": stride}
+    specs = [LongRun(problem=problem, case=named, method=name, **shared) for name in method_names(methods)]
+    found = [Ensemble(spec, ensemble, _whole(steps), out / "checkpoints") for spec in specs]
+    for each in found:
+        each.check()
+    make_folder(out / "checkpoints")
+    at_once = _at_once(workers, ensemble)
+    with alike():
+        if dry_run:
+            for each in found:
+                _tell_duration(each, at_once)
+            raise typer.Exit
+        results = [_followed(each, at_once, out, json=json) for each in found]
+    if json:
+        print_json({"runs": [each.plain() for each in results]})
+    raise typer.Exit(1 if any(each.failures for each in results) else 0)
+
+
+def _followed(ensemble: "Ensemble", workers: int, out: Path, *, json: bool) -> "Findings":
+    """Run an ensemble and show what it tells; an interruption shows what there is so far."""
+    from daebench.errors import Interrupted
+    from daebench.studies.long_findings import Findings
+
+    spec = ensemble.spec
+    with bar(f"{spec.method} on {spec.problem}") as progress:
+        try:
+            ensemble.run(workers, progress)
+        except KeyboardInterrupt as stop:
+            progress.close()
+            if not json and ensemble.kept():
+                _print(Findings(ensemble, ensemble.kept()))
+            part = f"{100 * ensemble.done():.3g} % of {spec.method} on {spec.problem} is kept in {ensemble.folder}"
+            raise Interrupted(f"interrupted; {part}: the same command goes on from there.") from stop
+    found = Findings(ensemble, ensemble.kept())
+    path = found.write(out)
+    if not json:
+        _print(found)
+        if path:
+            print(f"written: {path.with_suffix('.csv')}, {path}")
+    return found
+
+
+def _print(found: "Findings") -> None:
+    if len(found.table):
+        _print_windows(found.table, found.name)
+    print(found.verdict)
+    for number, why in found.failures.items():
+        print(f"member {number}: {why} Its windows so far are kept.")
+
+
+def _print_windows(table: "pd.DataFrame", title: str) -> None:
+    """Print windows about equally far apart, the last among them."""
+    spacing = max(1, len(table) // LINES)
+    shown = table.iloc[(len(table) - 1) % spacing :: spacing].dropna(axis=1, how="all")
+    rows = [[str(value) if name == "members" else f"{value:.3g}" for name, value in row.items()] for row in shown.to_dict("records")]
+    print_table(list(shown.columns), rows, title)
+
+
+def _tell_duration(ensemble: "Ensemble", workers: int) -> None:
+    """Say how many steps there are to do, and about how long they take, as a short trial goes."""
+    left = round((1 - ensemble.done()) * ensemble.members * ensemble.steps)
+    lasts = _duration(left / ensemble.spec.rate() / workers)
+    print(f"{ensemble.spec.method}: {ensemble.members} x {ensemble.steps} steps, {left} of them to do, in about {lasts}.")
+
+
+def _duration(seconds: float) -> str:
+    for unit, size in (("days", 86400.0), ("hours", 3600.0), ("minutes", 60.0)):
+        if seconds >= 2 * size:
+            return f"{seconds / size:.3g} {unit}"
+    return f"{seconds:.2g} seconds"
+
+
+def _whole(steps: float) -> int:
+    """Return a number of steps, which may be written as 1e8."""
+    from daebench.errors import BadInput
+
+    if not (steps >= 1 and steps == steps // 1 and steps <= 2.0**53):
+        raise BadInput(f"--steps {steps:g} must be a whole number from 1 to 2^53.")
+    return int(steps)
+
+
+def _at_once(workers: int | None, members: int) -> int:
+    """Return how many processes run side by side."""
+    import os
+
+    from daebench.errors import BadInput
+
+    if workers is not None and workers < 1:
+        raise BadInput(f"--workers {workers} must be at least 1.")
+    return min(workers or len(os.sched_getaffinity(0)), max(1, members))

@@ -1,0 +1,141 @@
+"""Checkpoints of long runs: one file for each, replaced as a whole, from which a run goes on to the same bits."""
+
+import hashlib
+import json
+import zipfile
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from daebench.errors import BadInput
+from daebench.files import atomic
+from daebench.studies.blocks import Blocks
+from daebench.studies.cell import made_by
+from daebench.studies.long_run import LongRun, Stream
+from daebench.studies.windows import Windows
+from daebench.trajectory import Array
+
+LAYOUT = 1
+"""Version of the layout of the file."""
+
+
+@dataclass(frozen=True)
+class Checkpoint:
+    """A long run as it was left.
+
+    Parameters
+    ----------
+    done : int
+        Steps done.
+    left : int
+        Steps to the next sample.
+    passages : int
+        Passages through places where G loses rank.
+    seconds : float
+        CPU time of the loop.
+    failure : str
+        Why it stopped; "" if nothing but the end or an interruption stopped it.
+    windows, blocks : Windows, Blocks
+        Statistics of what is reduced.
+    numbers : ndarray, shape(k,)
+        All that the loop carries.
+    waiting : ndarray, shape(n,)
+        Energies H(x) that are sampled and not yet reduced, in the run's number type.
+    first : float
+        H(x0).
+    """
+
+    done: int
+    left: int
+    passages: int
+    seconds: float
+    failure: str
+    windows: Windows
+    blocks: Blocks
+    numbers: Array
+    waiting: Array
+    first: float
+
+    @property
+    def errors(self) -> Array:
+        """Errors of the energy that are not yet reduced, shape(n,)."""
+        return np.asarray(self.waiting - self.waiting.dtype.type(self.first), dtype=float)
+
+
+def identity(spec: LongRun) -> dict[str, Any]:
+    """Return all that decides the numbers of a run: its fields, its definition with its numbers, and the versions of everything."""
+    scene = spec.scene
+    numbers = [float(x).hex() for x in (*scene.par, *(x for part in scene.start for x in part))]
+    definition = hashlib.sha256("\n".join((scene.source.key, *numbers)).encode()).hexdigest()
+    return {**spec.plain(), "definition": definition, "versions": hashlib.sha256(made_by().encode()).hexdigest()}
+
+
+def save(path: Path, who: dict[str, Any], stream: Stream) -> None:
+    """Write a run as it is, whole or not at all."""
+    run, blocks = stream.run, stream.blocks
+    about = {
+        "layout": LAYOUT,
+        "who": who,
+        "counts": [run.done, run.left, stream.passages, blocks.length, blocks.pieces],
+        "failure": run.failure or "",
+    }
+    with atomic(path) as scratch, scratch.open("wb") as file:
+        np.savez(
+            file,
+            about=np.array(json.dumps(about)),
+            reals=np.array([run.seconds, blocks.total, float(run.conserved[0])]),
+            windows=stream.windows.table,
+            means=blocks.means,
+            numbers=stream.numbers(),
+            waiting=run.X[: run.row, 0],
+        )
+
+
+def load(path: Path, who: dict[str, Any]) -> Checkpoint:
+    """Return a run as it was left.
+
+    Raises
+    ------
+    BadInput
+        If the file is damaged or something else, or is of another run, another definition, or other versions.
+    """
+    try:
+        with path.open("rb") as file, np.load(file, allow_pickle=False) as kept:
+            about = json.loads(str(kept["about"]))
+            reals, windows, means, numbers, waiting = (kept[name] for name in ("reals", "windows", "means", "numbers", "waiting"))
+    except (OSError, EOFError, ValueError, KeyError, zipfile.BadZipFile) as error:
+        raise BadInput(f"{path} is damaged, or no checkpoint of a long run: {error}; remove it to begin anew.") from error
+    _require_same(path, about, who)
+    done, left, passages, length, pieces = about["counts"]
+    blocks = Blocks(length, means, float(reals[1]), pieces)
+    return Checkpoint(done, left, passages, float(reals[0]), about["failure"], Windows(windows), blocks, numbers, waiting, float(reals[2]))
+
+
+def _require_same(path: Path, about: dict[str, Any], who: dict[str, Any]) -> None:
+    """Refuse what another run left, or this one as other versions compute it."""
+    other = "name another folder by --out, or remove it to begin anew"
+    if about.get("layout") != LAYOUT:
+        raise BadInput(f"{path} is of another version of daebench (layout {about.get('layout')}, here {LAYOUT}); {other}.")
+    theirs = about["who"]
+    differ = [name for name in who if theirs.get(name) != who[name]]
+    named = [name for name in differ if name not in ("definition", "versions")]
+    if named:
+        what = ", ".join(f"{name} = {theirs.get(name)}, not {who[name]}" for name in named)
+        raise BadInput(f"{path} is of a run with {what}; {other}.")
+    if "definition" in differ:
+        raise BadInput(f"{path} is of another definition of {who['problem']}, whose file has changed since; {other}.")
+    if "versions" in differ:
+        raise BadInput(f"{path} was made by another version of daebench or of its libraries, which may round differently; {other}.")
+
+
+def resumed(stream: Stream, kept: Checkpoint) -> None:
+    """Put a run at its start to where a checkpoint left it."""
+    run = stream.run
+    stream.restore(kept.numbers)
+    stream.windows, stream.blocks, stream.passages = kept.windows, kept.blocks, kept.passages
+    run.done, run.left, run.row, run.seconds = kept.done, kept.left, len(kept.waiting), kept.seconds
+    run.X[: run.row, 0] = kept.waiting
+    run.failure = kept.failure or None
+    run.passages.clear()

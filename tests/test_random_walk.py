@@ -1,0 +1,118 @@
+"""The verdict on an ensemble: synthetic walks, biases and oscillations whose growth is known."""
+
+from collections import Counter
+
+import numpy as np
+import pytest
+
+from daebench.diagnostics.random_walk import random_walk
+from daebench.errors import BadInput
+
+BLOCKS, INSIDE, MEMBERS = 256, 16, 16
+STEP = np.arange(1, BLOCKS * INSIDE + 1.0)
+T = STEP[-1]
+t = STEP.reshape(BLOCKS, INSIDE).mean(axis=1)
+
+
+def blocks(series):
+    """Return means over blocks of series, shape(N, steps)."""
+    return series.reshape(len(series), BLOCKS, INSIDE).mean(axis=2)
+
+
+def walks(random, members=MEMBERS):
+    return blocks(np.cumsum(random.standard_normal((members, len(STEP))), axis=1))
+
+
+def oscillations(random, apart):
+    """Return oscillations of one start whose frequencies differ by a small part."""
+    rate = 0.37 * (1 + apart * random.standard_normal((MEMBERS, 1)))
+    return blocks(np.cos(rate * STEP) - 1)
+
+
+def kinds(make, random, count):
+    return Counter(random_walk(t, make(random)).kind for _ in range(count))
+
+
+def test_walks_are_walks_with_exponent_one_half(random):
+    found = [random_walk(t, walks(random)) for _ in range(100)]
+    told = Counter(each.kind for each in found)
+    assert told["random walk"] >= 90
+    assert told["bounded"] + told["linear"] + told["growing"] <= 1
+    exponents = np.array([each.exponent for each in found])
+    errors = np.array([each.exponent_error for each in found])
+    assert np.mean(exponents) == pytest.approx(0.5, abs=0.03)
+    assert np.std(exponents) == pytest.approx(np.mean(errors), rel=0.3)
+    assert np.mean(np.abs(exponents - 0.5) <= 2 * errors) >= 0.87
+
+
+def test_the_slope_of_walks_is_zero_within_its_standard_error(random):
+    found = [random_walk(t, walks(random)) for _ in range(100)]
+    sizes = np.array([each.slope / each.slope_error for each in found])
+    assert 0.4 < np.std(sizes) < 1.3  # below one, where the error that the mean's own wandering leaves is the larger one
+    assert abs(np.mean(sizes)) < 0.4
+
+
+def test_a_walk_is_seen_under_a_common_oscillation_a_thousand_times_larger(random):
+    assert kinds(lambda r: 1e-3 * walks(r) + oscillations(r, 2e-13), random, 30)["random walk"] >= 26
+
+
+def test_biased_walks_are_linear_and_their_slope_is_the_bias(random):
+    bias = 3 / np.sqrt(T)  # three standard deviations of one member at the end, twelve of the mean
+    found = [random_walk(t, walks(random) + bias * t) for _ in range(40)]
+    told = Counter(each.kind for each in found)
+    assert told["linear"] >= 38
+    assert told["linear"] + told["growing"] == 40
+    off = np.array([(each.slope - bias) / each.slope_error for each in found])
+    assert np.mean(np.abs(off) < 2.5) >= 0.9
+
+
+def test_a_quadratic_drift_is_growing(random):
+    assert kinds(lambda r: walks(r) + 6 * t**2 / T**1.5, random, 20) == {"growing": 20}
+
+
+def test_oscillations_are_bounded(random):
+    told = kinds(lambda r: oscillations(r, 1.0), random, 30)
+    assert told["bounded"] >= 26
+    assert told["bounded"] + told["undetermined"] == 30
+
+
+def test_one_oscillation_of_members_that_hardly_differ_is_no_walk(random):
+    told = kinds(lambda r: oscillations(r, 2e-13), random, 30)
+    assert told["bounded"] + told["undetermined"] == 30
+    assert random_walk(t, oscillations(random, 2e-13), resolution=1e-12).kind == "bounded"
+
+
+def test_noise_is_bounded(random):
+    assert kinds(lambda r: r.standard_normal((MEMBERS, BLOCKS)), random, 30) == {"bounded": 30}
+
+
+def test_members_that_drift_each_its_own_way_are_growing(random):
+    draws = random.standard_normal((MEMBERS, 1))
+    found = random_walk(t, (draws - draws.mean()) * t)
+    assert (found.kind, found.exponent) == ("growing", pytest.approx(1, abs=0.01))
+
+
+def test_what_is_below_the_resolution_is_no_spread(random):
+    found = random_walk(t, 1e-3 * walks(random), resolution=1.0)
+    assert (found.kind, np.isnan(found.exponent)) == ("bounded", True)
+
+
+def test_the_unit_of_the_error_does_not_matter(random):
+    error = walks(random)
+    one, other = random_walk(t, error), random_walk(t, 2.0**-400 * error)
+    assert (one.exponent, one.exponent_error, one.kind) == (other.exponent, other.exponent_error, other.kind)
+    assert other.slope == 2.0**-400 * one.slope
+
+
+def test_too_few_times_and_infinite_errors_tell_nothing(random):
+    error = walks(random)
+    assert random_walk(t[:63], error[:, :63]).kind == "undetermined"
+    error[3, 5] = np.inf
+    assert random_walk(t, error).kind == "undetermined"
+
+
+def test_fewer_than_sixteen_members_and_odd_shapes_are_refused(random):
+    with pytest.raises(BadInput, match="16 members or more, not from 15"):
+        random_walk(t, walks(random, 15))
+    with pytest.raises(BadInput, match="one error for each member and time"):
+        random_walk(t[:-1], walks(random))
