@@ -257,7 +257,7 @@ def test_a_cell_goes_through_json_unchanged():
 
 def test_numbers_that_json_does_not_have_come_back(store):
     row = {"a": math.nan, "b": math.inf, "c": -math.inf, "d": 0.1, "e": "word", "f": 3, "g": None}
-    store.put("key", {}, row)
+    store.put([("key", {}, row)])
     found = store.get("key")
     assert math.isnan(found.pop("a"))
     assert found == {name: value for name, value in row.items() if name != "a"}
@@ -280,11 +280,12 @@ def test_a_file_of_something_else_is_refused(tmp_path):
 
 
 def test_a_full_disk_keeps_what_there_is(store):
-    store.put("one", {}, {"a": 1})
+    store.put([("one", {}, {"a": 1})])
     store._base.execute(f"PRAGMA max_page_count = {store._base.execute('PRAGMA page_count').fetchone()[0]}")
     with pytest.raises(StoreFull, match="the 1 rows in it are kept: make room"):
-        store.put("two", {}, {"text": "x" * 50_000})
+        store.put([("small", {}, {"b": 2}), ("two", {}, {"text": "x" * 50_000})])
     assert store.get("one") == {"a": 1}
+    assert store.get("small") is None
 
 
 def test_another_executor_gives_the_same_rows(store, tmp_path):

@@ -5,7 +5,7 @@ import json
 import platform
 from collections.abc import Mapping
 from dataclasses import dataclass, fields, replace
-from functools import cache, lru_cache
+from functools import cache, cached_property, lru_cache
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
@@ -134,6 +134,10 @@ class Cell:
 
     def key(self) -> str:
         """Return the hash of all that decides the numbers: the run, the definition, the methods' code and the versions of libraries."""
+        return self._key
+
+    @cached_property
+    def _key(self) -> str:
         plain = json.dumps(self.plain() | {"metrics": sorted(self.metrics)}, sort_keys=True)
         scene = self.scene
         numbers = [float(x).hex() for x in (*scene.par, *(x for part in scene.start for x in part))]

@@ -84,16 +84,19 @@ class Store:
         found = self._base.execute("SELECT row FROM rows WHERE key = ?", (key,)).fetchone()
         return None if found is None else _read(found[0])
 
-    def put(self, key: str, cell: Mapping[str, Any], row: Mapping[str, Any]) -> None:
-        """Write a row, in place of the one of this key if there is one.
+    def put(self, entries: Iterable[tuple[str, Mapping[str, Any], Mapping[str, Any]]]) -> None:
+        """Write rows, each with its key and its cell, all or none, in place of those of these keys if there are any.
 
         Raises
         ------
         StoreFull
-            If it cannot be written; what was there before stays.
+            If they cannot be written; what was there before stays.
         """
+        written = [(key, json.dumps(cell), _written(row)) for key, cell, row in entries]
         try:
-            self._base.execute("INSERT OR REPLACE INTO rows VALUES (?, ?, ?)", (key, json.dumps(cell), _written(row)))
+            with self._base:
+                self._base.execute("BEGIN IMMEDIATE")
+                self._base.executemany("INSERT OR REPLACE INTO rows VALUES (?, ?, ?)", written)
         except sqlite3.OperationalError as error:
             kept = f"the {len(self)} rows in it are kept: make room, and run again"
             raise StoreFull(f"{self.path} cannot be written: {error}; {kept}.") from error
