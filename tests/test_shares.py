@@ -12,10 +12,10 @@ import pytest
 
 from daebench.errors import BadInput, DaebenchError
 from daebench.studies import shares
-from daebench.studies.cell import Cell, made_by
+from daebench.studies.cell import Cell, maker
 from daebench.studies.engine import computed
 from daebench.studies.schedulers import workers_of
-from daebench.studies.store import opened
+from daebench.studies.store import Kept, opened
 
 
 def cells(n):
@@ -41,7 +41,7 @@ class AtOnce(Executor):
 
 def taking(seconds):
     """Return what computes rows that tell their step sizes, and says that each took so long."""
-    return lambda share, maker: (tuple((key, {"value": cell.value}) for key, cell in share), seconds * len(share))
+    return lambda share, maker: tuple(Kept(key, cell.plain(), {"value": cell.value}, maker, seconds) for key, cell in share)
 
 
 @pytest.fixture
@@ -85,10 +85,9 @@ def test_what_was_done_before_a_loss_is_kept(store):
 def test_a_worker_of_another_version_is_refused(store):
     with pytest.raises(BadInput, match=r"a worker on .* has another version of daebench"):
         shares.rows_of([("key", cells(1)[0])], "something else")
-    rows, seconds = shares.rows_of([("key", cells(1)[0])], made_by())
-    assert rows[0][0] == "key"
-    assert rows[0][1]["failure"] == ""
-    assert seconds > 0
+    (found,) = shares.rows_of([("key", cells(1)[0])], maker())
+    assert (found.key, found.row["failure"], found.maker) == ("key", "", maker())
+    assert found.took > 0
 
 
 def test_an_executor_tells_how_many_it_computes_at_a_time():

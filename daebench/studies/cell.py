@@ -175,6 +175,12 @@ def made_by() -> str:
     return "\n".join((toolchain(), own, platform.machine(), *(f"{name} {_version(name)}" for name in DECIDING)))
 
 
+@cache
+def maker() -> str:
+    """Return the hash of :func:`made_by`."""
+    return hashlib.sha256(made_by().encode()).hexdigest()
+
+
 def _version(name: str) -> str:
     try:
         return version(name)

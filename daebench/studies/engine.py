@@ -4,7 +4,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import Executor
 
 from daebench.studies.cell import Cell
-from daebench.studies.measure import Row, row_of
+from daebench.studies.measure import Row, kept
 from daebench.studies.shares import Share, handed_out
 from daebench.studies.store import Store
 
@@ -36,15 +36,15 @@ def computed(cells: Sequence[Cell], store: Store, *, executor: Executor | None =
         else:
             found[key] = row
     for rows in handed_out(missing, executor) if executor else _here(missing):
-        store.put((key, wanted[key].plain(), row) for key, row in rows)
-        for key, row in rows:
-            found[key] = row
+        store.put(rows)
+        for each in rows:
+            found[each.key] = dict(each.row)
             if tell:
-                tell(len(found), len(wanted), wanted[key])
+                tell(len(found), len(wanted), wanted[each.key])
     return {key: found[key] for key in wanted}
 
 
 def _here(cells: Mapping[str, Cell]) -> Iterator[Share]:
     """Give the rows of cells one by one, computed in this process."""
     for key, cell in cells.items():
-        yield ((key, row_of(cell)),)
+        yield (kept(key, cell),)

@@ -1,14 +1,15 @@
 """Cells handed out to an executor in shares: as many to a share as take a moment, and a few shares ahead of those that compute."""
 
+import platform
 import sys
-import time
 from collections.abc import Iterator, Mapping, Sequence
 from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, CancelledError, Executor, Future, wait
 
 from daebench.errors import BadInput, DaebenchError
-from daebench.studies.cell import Cell, made_by
-from daebench.studies.measure import Row, row_of
+from daebench.studies.cell import Cell, maker
+from daebench.studies.measure import kept
 from daebench.studies.schedulers import workers_of
+from daebench.studies.store import Kept
 
 MOMENT = 0.1
 """Seconds that a share should take: handing it out costs a hundredth of that, and no more is lost with what computes it."""
@@ -20,8 +21,7 @@ AHEAD = 2
 """Shares under way for each process: one that it computes, and one that waits for it."""
 
 Entry = tuple[str, Cell]
-Computed = tuple[str, Row]
-Share = tuple[Computed, ...]
+Share = tuple[Kept, ...]
 
 
 def handed_out(cells: Mapping[str, Cell], executor: Executor) -> Iterator[Share]:
@@ -36,54 +36,51 @@ def handed_out(cells: Mapping[str, Cell], executor: Executor) -> Iterator[Share]
     """
     left = list(cells.items())[::-1]
     workers, size = workers_of(executor), 1
-    running: dict[Future[tuple[Share, float]], list[Entry]] = {}
+    running: dict[Future[Share], list[Entry]] = {}
     try:
         while left or running:
             while left and len(running) < AHEAD * workers:
                 share = [left.pop() for _ in range(min(size, 1 + len(left) // (AHEAD * workers)))]
-                running[executor.submit(rows_of, share, made_by())] = share
+                running[executor.submit(rows_of, share, maker())] = share
             done, _ = wait(running, return_when=FIRST_COMPLETED)
             for future in sorted(done, key=_failed):
-                rows, seconds = _result(future, running.pop(future))
-                size = max(1, min(MOST, int(len(rows) * MOMENT / max(seconds, 1e-9))))
+                rows = _result(future, running.pop(future))
+                size = max(1, min(MOST, int(len(rows) * MOMENT / max(sum(row.took for row in rows), 1e-9))))
                 yield rows
     finally:
         for future in running:
             future.cancel()
 
 
-def rows_of(share: Sequence[Entry], maker: str) -> tuple[Share, float]:
-    """Return the rows of a share, and how long they took, s.
+def rows_of(share: Sequence[Entry], made_by: str) -> Share:
+    """Return the rows of a share.
 
     Parameters
     ----------
     share : sequence of (str, Cell)
         Cells by their keys.
-    maker : str
-        What those keys say made the rows, see :func:`daebench.studies.cell.made_by`.
+    made_by : str
+        What those keys say makes the rows, see :func:`daebench.studies.cell.maker`.
 
     Raises
     ------
     BadInput
         If this process would make them with something else.
     """
-    if made_by() != maker:
+    if maker() != made_by:
         raise BadInput(f"{_host()} has another version of daebench, numba or another library than the study; install the same there.")
-    began = time.perf_counter()
-    return tuple((key, row_of(cell)) for key, cell in share), time.perf_counter() - began
+    return tuple(kept(key, cell) for key, cell in share)
 
 
 def _host() -> str:
-    import platform
-
     return f"a worker on {platform.node() or 'another machine'}"
 
 
-def _failed(future: "Future[tuple[Share, float]]") -> bool:
+def _failed(future: Future[Share]) -> bool:
     return future.cancelled() or future.exception() is not None
 
 
-def _result(future: "Future[tuple[Share, float]]", share: Sequence[Entry]) -> tuple[Share, float]:
+def _result(future: Future[Share], share: Sequence[Entry]) -> Share:
     try:
         return future.result()
     except _losses() as error:
