@@ -24,7 +24,7 @@ REACHED_SECONDS = 10.0
 @contextmanager
 def local_processes(workers: int | None = None) -> Iterator[Executor]:
     """Open a pool of processes on this machine, one thread each; they end with the block, whatever ends it, and with this process."""
-    workers = workers or len(os.sched_getaffinity(0))
+    workers = workers or cores()
     old = {name: os.environ.get(name) for name in THREADS}
     os.environ |= dict.fromkeys(THREADS, "1")
     before = set(multiprocessing.active_children())
@@ -40,6 +40,11 @@ def local_processes(workers: int | None = None) -> Iterator[Executor]:
                 os.environ.pop(name, None)
             else:
                 os.environ[name] = value
+
+
+def cores() -> int:
+    """Return how many cores this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 def _context() -> BaseContext:
