@@ -6,6 +6,7 @@ import sys
 import textwrap
 import time
 from concurrent.futures import BrokenExecutor, Executor, Future, ThreadPoolExecutor
+from importlib.util import find_spec
 from types import SimpleNamespace
 
 import pytest
@@ -14,7 +15,7 @@ from daebench.errors import BadInput, DaebenchError
 from daebench.studies import shares
 from daebench.studies.cell import Cell, maker
 from daebench.studies.engine import computed
-from daebench.studies.schedulers import workers_of
+from daebench.studies.schedulers import dask_cluster, workers_of
 from daebench.studies.store import Kept, opened
 
 
@@ -123,3 +124,43 @@ def _runs(process):
     except ProcessLookupError:
         return False
     return True
+
+
+class Client:
+    """A client of a cluster whose workers tell this of the module that they are asked for."""
+
+    def __init__(self, told):
+        self.told, self.closed = told, False
+
+    def wait_for_workers(self, count, timeout):
+        if len(self.told) < count:
+            raise TimeoutError
+
+    def run(self, function, name, on_error):
+        return self.told
+
+    def get_executor(self, pure):
+        return self
+
+    def close(self):
+        self.closed = True
+
+
+@pytest.mark.parametrize(
+    ("told", "sentence"),
+    [
+        ({}, "the Dask scheduler at tcp://a:1 has no workers; start some by: dask worker tcp://a:1"),
+        ({"tcp://b:2": find_spec("json"), "tcp://c:3": ModuleNotFoundError()}, "tcp://c:3 of the cluster has no daebench, or an older one"),
+        ({"tcp://b:2": find_spec("json"), "tcp://c:3": None}, "tcp://c:3 of the cluster has no daebench, or an older one"),
+    ],
+    ids=["none", "fails", "not-there"],
+)
+def test_a_cluster_that_cannot_compute_is_refused(monkeypatch, told, sentence):
+    client = Client(told)
+    monkeypatch.setitem(sys.modules, "distributed", SimpleNamespace(Client=lambda *_, **__: client))
+    with pytest.raises(BadInput, match=sentence), dask_cluster("tcp://a:1"):
+        pass
+    assert client.closed
+    client.told = {"tcp://b:2": find_spec("json")}
+    with dask_cluster("tcp://a:1") as executor:
+        assert executor is client

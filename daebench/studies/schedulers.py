@@ -1,12 +1,32 @@
-"""Where cells are computed besides this process: processes of this machine, or the workers of a Dask cluster."""
+"""Where cells are computed besides this process: processes of this machine, or the workers of a Dask cluster.
 
+A study takes any executor of ``concurrent.futures``. One of mpi4py makes it run under MPI, with a process that hands out cells and
+keeps their rows, and others that compute::
+
+    # study_mpi.py; run by: mpiexec -n 9 python -m mpi4py.futures study_mpi.py
+    from pathlib import Path
+
+    from mpi4py.futures import MPIPoolExecutor
+
+    from daebench.studies.store import opened
+    from daebench.studies.study import Study
+
+    if __name__ == "__main__":
+        study = Study(problem="planar_pendulum", methods=["rattle"], values={"h": [0.1, 0.05]}, t_end=100.0)
+        with opened(Path("studies.db")) as store, MPIPoolExecutor() as executor:
+            table = study.table(store, executor=executor)
+"""
+
+import logging
 import multiprocessing
 import os
 import signal
 import threading
 from collections.abc import Iterator
 from concurrent.futures import Executor, ProcessPoolExecutor
-from contextlib import contextmanager
+from contextlib import closing, contextmanager
+from importlib.machinery import ModuleSpec
+from importlib.util import find_spec
 from multiprocessing.context import BaseContext
 
 from daebench.errors import BadInput
@@ -16,6 +36,9 @@ THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_
 
 LOADED = ("numba", "scipy.linalg", "daebench.studies.shares")
 """What every process needs, loaded once by the server that they are forked from."""
+
+COMPUTES = "daebench.studies.shares"
+"""What a worker needs: one that gets what it cannot load leaves the cluster without a word to us."""
 
 REACHED_SECONDS = 10.0
 """How long a scheduler may take to answer."""
@@ -87,7 +110,7 @@ def dask_cluster(address: str) -> Iterator[Executor]:
     Raises
     ------
     BadInput
-        If Dask is not installed, or there is no scheduler at the address.
+        If Dask is not installed, there is no scheduler at the address, it has no workers, or one of them has no daebench.
     """
     try:
         from distributed import Client
@@ -97,7 +120,25 @@ def dask_cluster(address: str) -> Iterator[Executor]:
         client = Client(address, timeout=REACHED_SECONDS, set_as_default=False)
     except (OSError, TimeoutError, ValueError) as error:
         raise BadInput(f"there is no Dask scheduler at {address}: {error}; start one by: dask scheduler.") from error
-    try:
+    with _silent("distributed.client", "distributed.core", "asyncio"), closing(client):
+        try:
+            client.wait_for_workers(1, timeout=REACHED_SECONDS)
+        except TimeoutError as error:
+            raise BadInput(f"the Dask scheduler at {address} has no workers; start some by: dask worker {address}.") from error
+        found = client.run(find_spec, COMPUTES, on_error="return")
+        if strangers := [worker for worker, spec in found.items() if not isinstance(spec, ModuleSpec)]:
+            raise BadInput(f"{strangers[0]} of the cluster has no daebench, or an older one; install this version there.")
         yield client.get_executor(pure=False)
+
+
+@contextmanager
+def _silent(*names: str) -> Iterator[None]:
+    """Let loggers say nothing for the time of a block: what goes wrong is told in a sentence, and not in their tracebacks too."""
+    loggers = {logging.getLogger(name): logging.getLogger(name).level for name in names}
+    try:
+        for logger in loggers:
+            logger.setLevel(logging.CRITICAL + 1)
+        yield
     finally:
-        client.close()
+        for logger, level in loggers.items():
+            logger.setLevel(level)
