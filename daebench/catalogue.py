@@ -25,8 +25,9 @@ if TYPE_CHECKING:
 PACKAGE = Path(__file__).parent
 
 
-def _files(folder: str) -> list[Path]:
-    return sorted(path for path in (PACKAGE / folder).glob("*.py") if not path.stem.startswith("_"))
+@cache
+def _files(folder: str) -> tuple[Path, ...]:
+    return tuple(sorted(path for path in (PACKAGE / folder).glob("*.py") if not path.stem.startswith("_")))
 
 
 @cache

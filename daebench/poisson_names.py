@@ -1,6 +1,7 @@
 """Names of methods for Poisson systems, parsed in this one place; the grammar is in :mod:`daebench.names`."""
 
 from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 
 from daebench import names
 from daebench.errors import BadInput, unknown
@@ -10,15 +11,17 @@ from daebench.members import poisson_members
 from daebench.method import PoissonMethod
 from daebench.poisson_pose import FORMULATIONS
 from daebench.poisson_step import FORMS, PoissonStep
-from daebench.reference.cvode import Cvode
 from daebench.reference.poisson_ida import PoissonIda
 from daebench.reference.poisson_ode import PoissonOde
-from daebench.reference.scipy_ode import ScipyOde
+
+
+def _on_ode(name: str, variant: str) -> PoissonOde:
+    return PoissonOde(names.ON_ODE[name](variant))
+
 
 SOLVERS: dict[str, Callable[[str], PoissonMethod]] = {
     "ida": lambda variant: PoissonIda(*_cured(variant)),
-    "cvode": lambda variant: PoissonOde(Cvode(variant)),
-    "scipy": lambda variant: PoissonOde(ScipyOde(variant)),
+    **{name: partial(_on_ode, name) for name in names.ON_ODE},
 }
 """Tolerance-driven solvers, each from the part of a name that follows it."""
 
@@ -29,7 +32,7 @@ ABOUT = {**FORMS, LIFTED: "a constrained system above, HLW VII.5.3: any fixed-st
 def listed() -> list[str]:
     """Return the names of all methods for Poisson systems, schemes first."""
     ida = [f"ida:{name}" for name in FORMULATIONS]
-    others = [f"{each.solver}:{variant}" for each in (Cvode, ScipyOde) for variant in each.variants]
+    others = [f"{each.solver}:{variant}" for each in names.ON_ODE.values() for variant in each.variants]
     return [*poisson_members(), *ida, *others]
 
 

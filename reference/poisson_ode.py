@@ -31,7 +31,7 @@ class PoissonOde:
 
     def refusal(self, scene: Setting) -> str | None:
         """Return why the method cannot be used on this problem, as a sentence, or None."""
-        return refused(self.name, scene, dense=self.solver.dense)
+        return refused(self.name, scene, dense=self.solver.dense) or self.solver.lacks(scene)
 
     def check(self, scene: PoissonScene, request: Request) -> None:
         """Accept a request that can be met; raise :class:`BadInput` otherwise."""

@@ -14,7 +14,7 @@ from daebench.reference.constrained import constrained
 from daebench.reference.least_squares import reduced
 from daebench.reference.meter import Meter
 from daebench.reference.tolerance import TOLERANCES, Advance, Driven, check, drive
-from daebench.scene import Scene
+from daebench.scene import Scene, Setting
 from daebench.trajectory import Trajectory
 
 
@@ -55,7 +55,11 @@ class OnReducedOde(ABC):
 
     def refusal(self, scene: Scene) -> str | None:
         """Return why there is no ODE to solve, as a sentence, or None: a long chain has none, every other problem has one."""
-        return refused(self.name, scene)
+        return refused(self.name, scene) or self.lacks(scene)
+
+    def lacks(self, scene: Setting) -> str | None:
+        """Return what else the solver lacks to solve the ODE of a problem, as a sentence, or None."""
+        return None
 
     def check(self, scene: Scene, request: Request) -> None:
         """Accept a request that can be met; raise :class:`BadInput` otherwise."""

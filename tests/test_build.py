@@ -14,9 +14,9 @@ from daebench.reference.certified import certificate, constrained, motions
 from daebench.reference.certified.build import build
 from daebench.reference.certified.certify import NotCertified
 from daebench.reference.certified.ida_errors import ida_errors
-from daebench.reference.certified.quadruple import library
 from daebench.reference.certified.stages import Stages
 from daebench.reference.certified.store import load, names
+from daebench.reference.quadruple import library
 
 NAME = "planar_pendulum-rotating"
 

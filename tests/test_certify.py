@@ -9,7 +9,8 @@ from scenes import scene
 
 from daebench.errors import BadInput, RunFailed
 from daebench.make_scene import make_scene
-from daebench.reference.certified import constrained, index_reduced, local, taylor
+from daebench.reference import taylor_equations
+from daebench.reference.certified import constrained, local, taylor
 from daebench.reference.certified.amplification import amplification, double_horizon
 from daebench.reference.certified.amplification import growth as growth_of
 from daebench.reference.certified.certify import NotCertified, certify, largest_so_far, smallest_singular_values
@@ -17,7 +18,7 @@ from daebench.reference.certified.definition import Definition, define
 from daebench.reference.certified.local import Local
 from daebench.reference.certified.motions import Motions
 from daebench.reference.certified.multiprecision import Functions
-from daebench.reference.certified.quadruple import Translation, library, orthogonally
+from daebench.reference.quadruple import Translation, library, orthogonally
 from daebench.source import source_of
 
 
@@ -121,7 +122,7 @@ def test_constants_are_divided_in_quadruple_precision():
 
 def test_the_second_run_has_other_rounding_and_the_start_has_none():
     found = motions("double_pendulum", "swing", t_end=1)
-    again = taylor.integrated(index_reduced.own_coordinates(found.definition), found.own().rows[0], found.times, parts=3)
+    again = taylor.integrated(taylor_equations.own_coordinates(found.definition), found.own().rows[0], found.times, parts=3)
     apart = max(abs(x - y) for x, y in zip(found.own().rows[-1], again[-1], strict=True))
     assert 0 < apart < 1e-31
     assert [found.own().parts[part][0] for part in "qp"] == found.definition.start_numbers()
@@ -131,7 +132,7 @@ def test_the_second_run_has_other_rounding_and_the_start_has_none():
 def test_the_index_reduced_equation_is_that_of_the_kernels_off_the_manifold_too(place):
     where, hy = scene(place), library()
     q, p = where.q0 + 0.01, where.p0 + 0.02
-    variables, rates = zip(*index_reduced.own_coordinates(Definition(where, {})), strict=True)
+    variables, rates = zip(*taylor_equations.own_coordinates(Definition(where, {})), strict=True)
     compiled = hy.cfunc([hy.expression(rate) if isinstance(rate, hy.real128) else rate for rate in rates], vars=list(variables))
     force = -where.value("H_q", p, q) - where.value("G", q).T @ where.value("lam", p, q)
     np.testing.assert_allclose(compiled(np.concatenate([q, p])), [*where.value("H_p", p, q), *force], rtol=1e-12, atol=1e-13)
@@ -188,7 +189,7 @@ def spoiled(equations, where, share):
 @pytest.mark.parametrize("case", [("planar_pendulum", "rotating"), ("double_pendulum", "horizontal")], ids=lambda case: case[0])
 @pytest.mark.parametrize("share", ["1e-3", "1e-26"], ids=str)
 def test_an_equation_that_is_wrong_by_a_little_is_refused(case, share, monkeypatch):
-    right = index_reduced.own_coordinates
+    right = taylor_equations.own_coordinates
     monkeypatch.setattr(constrained, "own_coordinates", lambda definition: spoiled(right(definition), definition.derivation.d, share))
     with pytest.raises(NotCertified, match=r"was not certified: at t = .* differs in"):
         certify(motions(*case, t_end=1))

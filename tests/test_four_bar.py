@@ -25,9 +25,9 @@ from daebench.reference.certified.local import Local
 from daebench.reference.certified.motions import Motions
 from daebench.reference.certified.multiprecision import Functions
 from daebench.reference.certified.own_run import method_of
-from daebench.reference.certified.quadruple import library
 from daebench.reference.certified.stages import Stages
 from daebench.reference.certified.verify import _outside
+from daebench.reference.quadruple import library
 from daebench.reference.scipy_ode import ScipyOde
 
 NAME = "four_bar-iftomm"

@@ -24,9 +24,9 @@ from daebench.reference.certified.ida_errors import ida_errors
 from daebench.reference.certified.mathematics import mathematics
 from daebench.reference.certified.motions import Motions
 from daebench.reference.certified.poisson_coordinates import Canonical, Lifted, Skewed
-from daebench.reference.certified.quadruple import Translation, library
 from daebench.reference.certified.taylor import integrated
 from daebench.reference.certified.verify import verify
+from daebench.reference.quadruple import Translation, library
 from daebench.source import source_of
 from daebench.testing import assert_agrees, assert_converges, assert_solver_converges, reference_trajectory
 

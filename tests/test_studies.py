@@ -10,6 +10,7 @@ import sys
 import textwrap
 import time
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import closing
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -25,7 +26,7 @@ from daebench.studies.cell import Cell
 from daebench.studies.measure import row_of
 from daebench.studies.metrics import METRICS
 from daebench.studies.schedulers import dask_cluster
-from daebench.studies.store import LAYOUT, Store, StoreFull, opened
+from daebench.studies.store import LAYOUT, Kept, Store, StoreFull, opened
 from daebench.studies.study import Study
 
 PENDULUM = {"problem": "planar_pendulum", "cases": ["rotating"], "t_end": 4.0}
@@ -56,6 +57,10 @@ def study(**more):
 def one(**more):
     given = {"problem": "planar_pendulum", "case": "rotating", "method": "rattle", "value": 1 / 16, "t_end": 4.0, "metrics": ("energy",)}
     return Cell(**{**given, **more})
+
+
+def kept(key, row, cell=(), maker=""):
+    return Kept(key, dict(cell), row, maker, 0.0)
 
 
 # ---- the grid
@@ -203,7 +208,7 @@ def test_every_metric_fills_the_columns_it_names():
 
 def test_what_was_computed_is_not_computed_again(store, monkeypatch):
     first = study().table(store)
-    monkeypatch.setattr("daebench.studies.engine.row_of", lambda cell: pytest.fail("computed again"))
+    monkeypatch.setattr("daebench.studies.measure.row_of", lambda cell: pytest.fail("computed again"))
     again = study().table(store)
     assert again.equals(first)
     assert list(again["value"]) == [1 / 16, 1 / 32]
@@ -212,7 +217,7 @@ def test_what_was_computed_is_not_computed_again(store, monkeypatch):
 def test_a_wider_grid_computes_what_is_missing_alone(store, monkeypatch):
     study().table(store)
     seen = []
-    monkeypatch.setattr("daebench.studies.engine.row_of", lambda cell: seen.append(cell.value) or row_of(cell))
+    monkeypatch.setattr("daebench.studies.measure.row_of", lambda cell: seen.append(cell.value) or row_of(cell))
     found = study(values={"h": [1 / 8, 1 / 16, 1 / 32, 1 / 64]}).table(store)
     assert seen == [1 / 8, 1 / 64]
     assert list(found["value"]) == [1 / 8, 1 / 16, 1 / 32, 1 / 64]
@@ -257,34 +262,52 @@ def test_a_cell_goes_through_json_unchanged():
 
 def test_numbers_that_json_does_not_have_come_back(store):
     row = {"a": math.nan, "b": math.inf, "c": -math.inf, "d": 0.1, "e": "word", "f": 3, "g": None}
-    store.put("key", {}, row)
+    store.put([kept("key", row)])
     found = store.get("key")
     assert math.isnan(found.pop("a"))
     assert found == {name: value for name, value in row.items() if name != "a"}
 
 
 def test_a_file_of_something_else_is_refused(tmp_path):
-    text, base, newer = tmp_path / "text.db", tmp_path / "other.db", tmp_path / "newer.db"
+    text, base = tmp_path / "text.db", tmp_path / "other.db"
     text.write_text("no database at all, but long enough to be taken for one" * 20)
     with sqlite3.connect(base) as other:
         other.execute("CREATE TABLE books (name TEXT)")
     other.close()
-    Store(newer).close()
-    with sqlite3.connect(newer) as other:
-        other.execute(f"PRAGMA user_version = {LAYOUT + 1}")
-    other.close()
-    for path, sentence in ((text, "is no store"), (base, "database of something else"), (newer, "written by a newer daebench")):
+    for path, sentence in ((text, "is no store"), (base, "database of something else")):
         with pytest.raises(BadInput, match=sentence):
             Store(path)
     assert text.read_text().startswith("no database")
 
 
+@pytest.mark.parametrize(("step", "age"), [(1, "a newer"), (-1, "an older")], ids=["newer", "older"])
+def test_a_file_of_another_layout_is_refused_and_left_as_it_is(tmp_path, step, age):
+    path = tmp_path / "rows.db"
+    Store(path).close()
+    with closing(sqlite3.connect(path)) as other:
+        other.execute(f"PRAGMA user_version = {LAYOUT + step}")
+    with pytest.raises(BadInput, match=f"written by {age} daebench .*name another file"):
+        Store(path)
+    with closing(sqlite3.connect(path)) as other:
+        assert other.execute("PRAGMA user_version").fetchone() == (LAYOUT + step,)
+
+
+def test_rows_of_other_versions_are_told_from_those_of_other_cells(store, monkeypatch):
+    study(values={"h": [1 / 16, 1 / 32]}).table(store)
+    monkeypatch.setattr(cells, "made_by", lambda: "another version")
+    wanted = {each.key(): each.plain() for each in study(values={"h": [1 / 32, 1 / 64]}).cells()}
+    assert store.outdated(wanted) == 1
+    study(values={"h": [1 / 32, 1 / 64]}).table(store)
+    assert (store.outdated(wanted), len(store)) == (0, 4)
+
+
 def test_a_full_disk_keeps_what_there_is(store):
-    store.put("one", {}, {"a": 1})
+    store.put([kept("one", {"a": 1})])
     store._base.execute(f"PRAGMA max_page_count = {store._base.execute('PRAGMA page_count').fetchone()[0]}")
     with pytest.raises(StoreFull, match="the 1 rows in it are kept: make room"):
-        store.put("two", {}, {"text": "x" * 50_000})
+        store.put([kept("small", {"b": 2}), kept("two", {"text": "x" * 50_000})])
     assert store.get("one") == {"a": 1}
+    assert store.get("small") is None
 
 
 def test_another_executor_gives_the_same_rows(store, tmp_path):

@@ -68,11 +68,12 @@ def test_a_case_without_a_reference_is_refused():
         standard("torus", case="inner")
 
 
-def test_the_command_keeps_its_runs_and_names_a_winner(daebench, tmp_path):
+def test_the_command_keeps_its_runs_and_names_a_winner(daebench, tmp_path, monkeypatch):
     words = ("work-precision", "planar_pendulum", "--case", "rotating", "--methods", "scipy:DOP853,scipy:RK45", "--tol", "1e-4,1e-6,1e-8")
-    words = (*words, "--repeat", 0, "--out", tmp_path)
+    words = (*words, "--repeat", 0, "--workers", 1, "--out", tmp_path)
     status, out, _ = daebench(*words, "--dry-run")
     assert (status, out.split(",")[0]) == (0, "6 runs")
+    assert "6 to make: about 1 s in one process (an estimate" in out
     status, out, err = daebench(*words, "--json")
     assert (status, err) == (0, "")
     found = json.loads(out)
@@ -84,20 +85,41 @@ def test_the_command_keeps_its_runs_and_names_a_winner(daebench, tmp_path):
         assert own["evaluations"].item() >= each["evaluations"]
     assert {path.name for path in tmp_path.iterdir()} >= {"studies.db", "work_precision.csv", "work_precision_error_q.svg"}
     assert "6 of them kept" in daebench(*words, "--dry-run")[1]
+    monkeypatch.setattr("daebench.studies.cell.made_by", lambda: "another version")
+    again = "6 kept runs are of another version of daebench, of a library or of the problem, and made again."
+    assert again in daebench(*words, "--dry-run")[1]
+    assert again in daebench(*words)[1]
+    assert again not in daebench(*words)[1]
+
+
+def test_runs_without_times_are_made_by_processes(daebench, tmp_path):
+    words = ("work-precision", "planar_pendulum", "--case", "rotating", "--methods", "scipy:RK45", "--tol", "1e-4,1e-6", "--repeat", 0)
+    status, _, err = daebench(*words, "--workers", 2, "--out", tmp_path)
+    assert (status, err) == (0, "")
+    daebench(*words, "--workers", 1, "--out", tmp_path / "here")
+    there, here = (pd.read_csv(folder / "work_precision.csv") for folder in (tmp_path, tmp_path / "here"))
+    assert there.equals(here)
+
+
+PENDULUM = ("planar_pendulum", "--case", "rotating")
 
 
 @pytest.mark.parametrize(
     ("words", "sentence"),
     [
         (("torus", "--case", "inner"), "there is no reference torus-inner"),
-        (("planar_pendulum", "--case", "rotating", "--error", "error_z"), "unknown column 'error_z'"),
-        (("planar_pendulum", "--case", "rotating", "--t-end", "1e6"), "which ends at t ="),
-        (("planar_pendulum", "--case", "rotating", "--methods", "rattle", "--tol", "1e-3"), "tol"),
+        ((*PENDULUM, "--error", "error_z"), "unknown column 'error_z'"),
+        ((*PENDULUM, "--t-end", "1e6"), "which ends at t ="),
+        ((*PENDULUM, "--methods", "rattle", "--tol", "1e-3"), "tol"),
+        ((*PENDULUM, "--workers", "0"), "--workers 0 must be at least 1"),
+        ((*PENDULUM, "--workers", "2", "--scheduler", "tcp://a:1"), "leave out one of them"),
+        ((*PENDULUM, "--workers", "2", "--repeat", "1"), "runs that are timed are made one at a time"),
+        ((*PENDULUM, "--scheduler", "tcp://a:1", "--repeat", "1"), "runs that are timed are made one at a time"),
     ],
-    ids=["no-reference", "column", "too-long", "useless"],
+    ids=["no-reference", "column", "too-long", "useless", "no-workers", "two-places", "timed-beside", "timed-elsewhere"],
 )
 def test_bad_input_is_one_sentence(daebench, tmp_path, words, sentence):
-    status, out, err = daebench("work-precision", *words, "--repeat", 0, "--out", tmp_path / "new")
+    status, out, err = daebench("work-precision", "--repeat", 0, "--out", tmp_path / "new", *words)
     assert (status, out) == (2, "")
     assert sentence in err
     assert err.count("\n") == 1

@@ -10,6 +10,7 @@ import typer
 from daebench.cli.bench import bench
 from daebench.cli.check import check
 from daebench.cli.compare import compare
+from daebench.cli.export import export
 from daebench.cli.listing import listing
 from daebench.cli.long import long
 from daebench.cli.order import order
@@ -45,7 +46,7 @@ def top(version: Annotated[bool, typer.Option("--version", help="Print the versi
 
 
 app.command("list")(listing)
-for command in (show, run, compare, order, check, precision, stability, long, report, bench):
+for command in (show, run, compare, order, check, precision, stability, long, report, bench, export):
     app.command()(command)
 app.command("work-precision")(work_precision)
 app.add_typer(reference, name="reference")

@@ -21,3 +21,12 @@ OnSingular = Annotated[
     ),
 ]
 Json = Annotated[bool, typer.Option("--json", help="One JSON object on standard output.")]
+Workers = Annotated[
+    int | None, typer.Option("--workers", help="Processes of this machine that compute runs which are not timed; all cores if left out.")
+]
+Scheduler = Annotated[
+    str | None, typer.Option("--scheduler", help="Address of a Dask scheduler, tcp://host:port, whose workers compute in their place.")
+]
+SideBySide = Annotated[
+    bool, typer.Option("--side-by-side", help="Let runs that are timed run beside others too, whose load is then in their times.")
+]

@@ -5,13 +5,12 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from daebench.cli.arguments import Case, Json, Problem
-from daebench.cli.console import bar, numbers, print_json, print_table, words
+from daebench.cli.arguments import Case, Json, Problem, Scheduler, SideBySide, Workers
+from daebench.cli.console import numbers, print_json, print_table, words
+from daebench.cli.executors import Executors
+from daebench.cli.grids import made, outdated, plan
 
 if TYPE_CHECKING:
-    import pandas as pd
-
-    from daebench.studies.store import Store
     from daebench.studies.study import Study
 
 LEVELS = tuple(10.0**-k for k in range(2, 14, 2))
@@ -35,17 +34,21 @@ def work_precision(
         Path | None, typer.Option("--store", help="File in which runs are kept; studies.db in the folder if left out.")
     ] = None,
     out: Annotated[Path, typer.Option("--out", help="Folder for table and picture.")] = Path("output/work-precision"),
-    dry_run: Annotated[bool, typer.Option("--dry-run", help="Say how many runs there are, and how many are kept already.")] = False,
+    workers: Workers = None,
+    scheduler: Scheduler = None,
+    side_by_side: SideBySide = False,
+    dry_run: Annotated[bool, typer.Option("--dry-run", help="Say how many runs are to be made, and about how long they take.")] = False,
     json: Json = False,
 ) -> None:
     """Measure errors of many methods against time and work, and name the cheapest for each accuracy; what was measured is kept.
 
-    Runs are timed one at a time, the best of several after one that warms up.
+    Runs are timed one at a time, the best of several after one that warms up; without times they are made side by side.
     """
     from daebench.files import make_folder
     from daebench.studies.store import opened
     from daebench.studies.work_precision import cheapest, standard, with_costs
 
+    executors = Executors(timed=repeat > 0, workers=workers, scheduler=scheduler, side_by_side=side_by_side)
     study, left_out = standard(
         problem,
         case=case,
@@ -56,14 +59,13 @@ def work_precision(
         repeat=repeat,
     )
     error = _column(error, study)
-    cells = study.cells()
     make_folder(out)
     with opened(store or out / "studies.db") as kept:
-        there = sum(cell.key() in kept for cell in cells)
         if dry_run:
-            print(f"{len(cells)} runs, {there} of them kept in {kept.path}, {len(cells) - there} to make.")
+            print(plan(study, kept, executors))
             raise typer.Exit
-        table = with_costs(_table(study, kept, problem))
+        again = outdated(study, kept)
+        table = with_costs(made(study, kept, executors, f"work against precision on {problem}"))
     from daebench.figures import save_table
     from daebench.studies.work_precision_figure import draw
 
@@ -72,25 +74,15 @@ def work_precision(
     cost = "seconds" if repeat else "evaluations"
     best = cheapest(table, error, cost, LEVELS)
     if json:
-        print_json(
-            {"best": best.to_dict("records"), "left_out": left_out, "runs": len(table), "failed": int((table["failure"] != "").sum())}
-        )
+        failed = int((table["failure"] != "").sum())
+        print_json({"best": best.to_dict("records"), "left_out": left_out, "runs": len(table), "failed": failed, "made_again": again})
     else:
         print_table(list(best.columns), [[_cell(value) for value in row] for row in best.itertuples(index=False)], f"cheapest for {error}")
         for why in left_out.values():
             print(f"left out: {why}")
+        if again:
+            print(again)
         print(f"written: {out / 'work_precision.csv'}, {path}")
-
-
-def _table(study: "Study", kept: "Store", problem: str) -> "pd.DataFrame":
-    """Return the rows of a study; an interruption says what is kept."""
-    from daebench.errors import Interrupted
-
-    with bar(f"work against precision on {problem}") as progress:
-        try:
-            return study.table(kept, tell=lambda done, of, cell: progress(done / of, f"{cell.method} on {problem}, {cell.value:g}"))
-        except KeyboardInterrupt as stop:
-            raise Interrupted(f"interrupted; {len(kept)} runs are kept in {kept.path}: run again to go on.") from stop
 
 
 def _column(error: str | None, study: "Study") -> str:

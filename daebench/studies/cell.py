@@ -5,7 +5,7 @@ import json
 import platform
 from collections.abc import Mapping
 from dataclasses import dataclass, fields, replace
-from functools import cache, lru_cache
+from functools import cache, cached_property, lru_cache
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
@@ -21,7 +21,7 @@ from daebench.kinds import method_of
 from daebench.method import Request
 from daebench.scene import PoissonScene, Scene
 
-DECIDING = ("numpy", "scipy", "numba", "scikit-sundae", "mpmath")
+DECIDING = ("numpy", "scipy", "numba", "scikit-sundae", "mpmath", "heyoka")
 """Packages whose versions may change a number."""
 
 SHOWING = ("cli", "reports")
@@ -134,6 +134,10 @@ class Cell:
 
     def key(self) -> str:
         """Return the hash of all that decides the numbers: the run, the definition, the methods' code and the versions of libraries."""
+        return self._key
+
+    @cached_property
+    def _key(self) -> str:
         plain = json.dumps(self.plain() | {"metrics": sorted(self.metrics)}, sort_keys=True)
         scene = self.scene
         numbers = [float(x).hex() for x in (*scene.par, *(x for part in scene.start for x in part))]
@@ -169,6 +173,12 @@ def made_by() -> str:
     files = sorted(file for file in package.rglob("*.py") if file.relative_to(package).parts[0] not in SHOWING)
     own = hashlib.sha256(b"".join(file.read_bytes() for file in files)).hexdigest()
     return "\n".join((toolchain(), own, platform.machine(), *(f"{name} {_version(name)}" for name in DECIDING)))
+
+
+@cache
+def maker() -> str:
+    """Return the hash of :func:`made_by`."""
+    return hashlib.sha256(made_by().encode()).hexdigest()
 
 
 def _version(name: str) -> str:

@@ -1,16 +1,25 @@
 """A cell computed: one run, what it gave by column, and the best time of it."""
 
 import math
+import time
 from dataclasses import replace
 from typing import Any
 
 from daebench.errors import DaebenchError
-from daebench.studies.cell import Cell
+from daebench.studies.cell import Cell, maker
 from daebench.studies.metrics import Measured, metrics_of
+from daebench.studies.store import Kept
 
 NAN = float("nan")
 
 Row = dict[str, Any]
+
+
+def kept(key: str, cell: Cell) -> Kept:
+    """Return the row of a cell as it is kept under its key, with how long it took."""
+    began = time.perf_counter()
+    row = row_of(cell)
+    return Kept(key, cell.plain(), row, maker(), time.perf_counter() - began)
 
 
 def row_of(cell: Cell) -> Row:

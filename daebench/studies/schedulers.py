@@ -1,18 +1,44 @@
-"""Where cells are computed besides this process: processes of this machine, or the workers of a Dask cluster."""
+"""Where cells are computed besides this process: processes of this machine, or the workers of a Dask cluster.
 
+A study takes any executor of ``concurrent.futures``. One of mpi4py makes it run under MPI, with a process that hands out cells and
+keeps their rows, and others that compute::
+
+    # study_mpi.py; run by: mpiexec -n 9 python -m mpi4py.futures study_mpi.py
+    from pathlib import Path
+
+    from mpi4py.futures import MPIPoolExecutor
+
+    from daebench.studies.store import opened
+    from daebench.studies.study import Study
+
+    if __name__ == "__main__":
+        study = Study(problem="planar_pendulum", methods=["rattle"], values={"h": [0.1, 0.05]}, t_end=100.0)
+        with opened(Path("studies.db")) as store, MPIPoolExecutor() as executor:
+            table = study.table(store, executor=executor)
+"""
+
+import logging
 import multiprocessing
 import os
 import signal
 import threading
 from collections.abc import Iterator
 from concurrent.futures import Executor, ProcessPoolExecutor
-from contextlib import contextmanager
-from multiprocessing.process import BaseProcess
+from contextlib import closing, contextmanager
+from importlib.machinery import ModuleSpec
+from importlib.util import find_spec
+from multiprocessing.context import BaseContext
 
 from daebench.errors import BadInput
 
 THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
 """What numerical libraries read: one thread for each process."""
+
+LOADED = ("numba", "scipy.linalg", "daebench.studies.shares")
+"""What every process needs, loaded once by the server that they are forked from."""
+
+COMPUTES = "daebench.studies.shares"
+"""What a worker needs: one that gets what it cannot load leaves the cluster without a word to us."""
 
 REACHED_SECONDS = 10.0
 """How long a scheduler may take to answer."""
@@ -23,12 +49,12 @@ LAST_SECONDS = 30.0
 
 @contextmanager
 def local_processes(workers: int | None = None) -> Iterator[Executor]:
-    """Open a pool of processes on this machine, one thread each; they end with the block or with this process, whatever ends it."""
-    workers = workers or len(os.sched_getaffinity(0))
+    """Open a pool of processes on this machine, one thread each; they end with the block, whatever ends it, and with this process."""
+    workers = workers or cores()
     old = {name: os.environ.get(name) for name in THREADS}
     os.environ |= dict.fromkeys(THREADS, "1")
     before = set(multiprocessing.active_children())
-    pool = ProcessPoolExecutor(workers, mp_context=multiprocessing.get_context("spawn"), initializer=_end_with_parent)
+    pool = ProcessPoolExecutor(workers, mp_context=_context(), initializer=_begin_process)
     try:
         yield pool
     finally:
@@ -46,17 +72,42 @@ def local_processes(workers: int | None = None) -> Iterator[Executor]:
                 os.environ[name] = value
 
 
-def _end_with_parent() -> None:
-    """Have this process leave Ctrl-C to its parent, and end when that does, even if it is killed."""
+def cores() -> int:
+    """Return how many cores this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+def _context() -> BaseContext:
+    """Return how processes are begun: forked from a server that begins to load now what all of them need, where there is one."""
+    if "forkserver" not in multiprocessing.get_all_start_methods():
+        return multiprocessing.get_context("spawn")
+    from multiprocessing.forkserver import ensure_running
+
+    context = multiprocessing.get_context("forkserver")
+    context.set_forkserver_preload(list(LOADED))
+    ensure_running()
+    return context
+
+
+def _begin_process() -> None:
+    """Leave Ctrl-C to the process that hands out cells, and end with it even where it is killed."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-    parent = multiprocessing.parent_process()
-    if parent is not None:
-        threading.Thread(target=_end_after, args=(parent,), daemon=True).start()
+    if parent := multiprocessing.parent_process():
+
+        def end_with_parent() -> None:
+            parent.join()
+            os._exit(1)
+
+        threading.Thread(target=end_with_parent, daemon=True).start()
 
 
-def _end_after(parent: BaseProcess) -> None:
-    parent.join()
-    os._exit(1)
+def workers_of(executor: Executor) -> int:
+    """Return how many calls an executor makes at a time; Dask's has a client that tells."""
+    if client := getattr(executor, "_client", None):
+        threads: dict[str, int] = client.nthreads()
+        return sum(threads.values()) or 1
+    told: int | None = getattr(executor, "_max_workers", None) or getattr(executor, "num_workers", None)
+    return told or os.cpu_count() or 1
 
 
 @contextmanager
@@ -66,7 +117,7 @@ def dask_cluster(address: str) -> Iterator[Executor]:
     Raises
     ------
     BadInput
-        If Dask is not installed, or there is no scheduler at the address.
+        If Dask is not installed, there is no scheduler at the address, it has no workers, or one of them has no daebench.
     """
     try:
         from distributed import Client
@@ -76,7 +127,25 @@ def dask_cluster(address: str) -> Iterator[Executor]:
         client = Client(address, timeout=REACHED_SECONDS, set_as_default=False)
     except (OSError, TimeoutError, ValueError) as error:
         raise BadInput(f"there is no Dask scheduler at {address}: {error}; start one by: dask scheduler.") from error
-    try:
+    with _silent("distributed.client", "distributed.core", "asyncio"), closing(client):
+        try:
+            client.wait_for_workers(1, timeout=REACHED_SECONDS)
+        except TimeoutError as error:
+            raise BadInput(f"the Dask scheduler at {address} has no workers; start some by: dask worker {address}.") from error
+        found = client.run(find_spec, COMPUTES, on_error="return")
+        if strangers := [worker for worker, spec in found.items() if not isinstance(spec, ModuleSpec)]:
+            raise BadInput(f"{strangers[0]} of the cluster has no daebench, or an older one; install this version there.")
         yield client.get_executor(pure=False)
+
+
+@contextmanager
+def _silent(*names: str) -> Iterator[None]:
+    """Let loggers say nothing for the time of a block: what goes wrong is told in a sentence, and not in their tracebacks too."""
+    loggers = {logging.getLogger(name): logging.getLogger(name).level for name in names}
+    try:
+        for logger in loggers:
+            logger.setLevel(logging.CRITICAL + 1)
+        yield
     finally:
-        client.close()
+        for logger, level in loggers.items():
+            logger.setLevel(level)

@@ -5,12 +5,13 @@ import math
 import sqlite3
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import closing, contextmanager
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from daebench.errors import BadInput, DaebenchError
 
-LAYOUT = 1
+LAYOUT = 2
 """Version of the layout of the file; it is in SQLite's own ``user_version``."""
 
 MARK = 0x44414542
@@ -22,8 +23,35 @@ BUSY_SECONDS = 30.0
 TABLE = """CREATE TABLE IF NOT EXISTS rows (
     key TEXT PRIMARY KEY,
     cell TEXT NOT NULL,
-    row TEXT NOT NULL
+    row TEXT NOT NULL,
+    maker TEXT NOT NULL,
+    took REAL NOT NULL
 ) WITHOUT ROWID"""
+
+
+@dataclass(frozen=True)
+class Kept:
+    """A row as it is kept.
+
+    Parameters
+    ----------
+    key : str
+        Hash of all that decided it.
+    cell : mapping
+        Fields of the cell, as :meth:`daebench.studies.cell.Cell.plain` gives them.
+    row : mapping
+        What was computed, by column.
+    maker : str
+        Hash of the versions that made it, see :func:`daebench.studies.cell.maker`.
+    took : float
+        How long it took, s.
+    """
+
+    key: str
+    cell: Mapping[str, Any]
+    row: Mapping[str, Any]
+    maker: str
+    took: float
 
 
 class StoreFull(DaebenchError):
@@ -41,7 +69,7 @@ class Store:
     Raises
     ------
     BadInput
-        If the file is something else, or is of a newer version of daebench.
+        If the file is something else, or is of a version of daebench with another layout.
     """
 
     def __init__(self, path: Path) -> None:
@@ -58,10 +86,9 @@ class Store:
         empty = not self._base.execute("SELECT count(*) FROM sqlite_master").fetchone()[0]
         if not empty and mark != MARK:
             raise BadInput(f"{self.path} is a database of something else; name another file.")
-        if layout > LAYOUT:
-            raise BadInput(
-                f"{self.path} was written by a newer daebench (layout {layout}, here {LAYOUT}); install that, or name another file."
-            )
+        if not empty and layout != LAYOUT:
+            age = "a newer" if layout > LAYOUT else "an older"
+            raise BadInput(f"{self.path} was written by {age} daebench (layout {layout}, here {LAYOUT}); name another file.")
         if empty:
             self._base.execute(f"PRAGMA application_id = {MARK}")
             self._base.execute(f"PRAGMA user_version = {LAYOUT}")
@@ -84,24 +111,36 @@ class Store:
         found = self._base.execute("SELECT row FROM rows WHERE key = ?", (key,)).fetchone()
         return None if found is None else _read(found[0])
 
-    def put(self, key: str, cell: Mapping[str, Any], row: Mapping[str, Any]) -> None:
-        """Write a row, in place of the one of this key if there is one.
+    def put(self, rows: Iterable[Kept]) -> None:
+        """Write rows, all or none, in place of those of the same keys if there are any.
 
         Raises
         ------
         StoreFull
-            If it cannot be written; what was there before stays.
+            If they cannot be written; what was there before stays.
         """
+        written = [(each.key, _text(each.cell), _written(each.row), each.maker, each.took) for each in rows]
         try:
-            self._base.execute("INSERT OR REPLACE INTO rows VALUES (?, ?, ?)", (key, json.dumps(cell), _written(row)))
+            with self._base:
+                self._base.execute("BEGIN IMMEDIATE")
+                self._base.executemany("INSERT OR REPLACE INTO rows VALUES (?, ?, ?, ?, ?)", written)
         except sqlite3.OperationalError as error:
             kept = f"the {len(self)} rows in it are kept: make room, and run again"
             raise StoreFull(f"{self.path} cannot be written: {error}; {kept}.") from error
 
-    def others(self, keys: Iterable[str]) -> int:
-        """Return how many rows are of none of these keys: of other studies, or made by other versions."""
-        known = set(keys)
-        return sum(key not in known for (key,) in self._base.execute("SELECT key FROM rows"))
+    def all(self) -> Iterator[Kept]:
+        """Give all rows."""
+        for key, cell, row, maker, took in self._base.execute("SELECT key, cell, row, maker, took FROM rows"):
+            yield Kept(key, json.loads(cell), _read(row), maker, took)
+
+    def outdated(self, wanted: Mapping[str, Mapping[str, Any]]) -> int:
+        """Return how many cells, by their keys, are kept under another key alone: made by other versions, or of a changed definition."""
+        asked = {_text(cell): key for key, cell in wanted.items()}
+        found: dict[str, set[str]] = {}
+        for key, cell in self._base.execute("SELECT key, cell FROM rows"):
+            if cell in asked:
+                found.setdefault(cell, set()).add(key)
+        return sum(asked[cell] not in keys for cell, keys in found.items())
 
 
 @contextmanager
@@ -109,6 +148,10 @@ def opened(path: Path) -> Iterator[Store]:
     """Open a store for the time of a block."""
     with closing(Store(path)) as store:
         yield store
+
+
+def _text(cell: Mapping[str, Any]) -> str:
+    return json.dumps(cell, sort_keys=True)
 
 
 def _written(row: Mapping[str, Any]) -> str:

@@ -99,14 +99,19 @@ class Study:
             If one cannot be made or measured; the message is of the first.
         """
         found = list(self._cells())
-        metrics = metrics_of(self.metrics)
-        for cell in found:
+        measured: set[tuple[object, ...]] = set()
+        for cell in found:  # all of one before the next, while its scene is at hand: it takes longer to make than to use
             cell.check()
-        for cell in {(each.method, each.case, each.parameters): each for each in found}.values():
-            for metric in metrics:
-                if why := metric.refusal(cell):
-                    raise BadInput(why)
+            if (kind := (cell.method, cell.case, cell.parameters)) not in measured:
+                self._require_measurable(cell)
+                measured.add(kind)
+            cell.key()
         return found
+
+    def _require_measurable(self, cell: Cell) -> None:
+        for metric in metrics_of(self.metrics):
+            if why := metric.refusal(cell):
+                raise BadInput(why)
 
     def _cells(self) -> Iterator[Cell]:
         scene = setting_of(self.problem, self.cases[0] if self.cases else None)

@@ -19,11 +19,14 @@ if TYPE_CHECKING:
 CONSTRAINED = (
     *("symplectic_euler", "rattle", "rattle/suzuki4", "rattle/kahan_li8", "lobatto3", "lobatto4", "strang/suzuki4"),
     *("rk4", "rk4+proj", "local:gauss3", "radau3_ggl", "generalized_alpha"),
-    *("ida:index3", "ida:index2", "ida:index1", "ida:ggl", "cvode:adams", "scipy:DOP853", "scipy:Radau"),
+    *("ida:index3", "ida:index2", "ida:index1", "ida:ggl", "cvode:adams", "scipy:DOP853", "scipy:Radau", "heyoka:taylor"),
 )
 """One or two methods of each family, by fixed steps and by tolerance."""
 
-POISSON = ("symplectic_euler", "strang", "strang/suzuki4", "strang/kahan_li8", "midpoint", "rk4", "ida:ode", "cvode:adams", "scipy:DOP853")
+POISSON = (
+    *("symplectic_euler", "strang", "strang/suzuki4", "strang/kahan_li8", "midpoint", "rk4"),
+    *("ida:ode", "cvode:adams", "scipy:DOP853", "heyoka:taylor"),
+)
 """The same for Poisson systems."""
 
 LONGEST = 10.0

@@ -18,10 +18,10 @@ from daebench.reference.certified.certificate import certified_text
 from daebench.reference.certified.certify import FEWEST
 from daebench.reference.certified.definition import Definition, define
 from daebench.reference.certified.mathematics import mathematics
-from daebench.reference.certified.quadruple import library
 from daebench.reference.certified.runs import ida_names
 from daebench.reference.certified.stages import KEPT_DIGITS, Stages, alone
 from daebench.reference.certified.store import DATA, save
+from daebench.reference.quadruple import library
 
 T_END, SPACING = 100, 8
 """Last output, s, and outputs a second: each time is exact in double precision."""

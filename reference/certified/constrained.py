@@ -10,10 +10,10 @@ from numpy.typing import NDArray
 from daebench.diagnostics.symplecticity import tangent_basis
 from daebench.reference.certified.coordinates import Own
 from daebench.reference.certified.definition import Definition
-from daebench.reference.certified.index_reduced import own_coordinates
 from daebench.reference.certified.local import Local
 from daebench.reference.certified.multiprecision import Functions
 from daebench.reference.certified.stages import Rows
+from daebench.reference.taylor_equations import own_coordinates
 from daebench.scene import Scene
 
 Vector = list[Any]

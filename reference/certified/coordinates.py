@@ -3,7 +3,7 @@
 from typing import Any, Protocol
 
 from daebench.reference.certified.stages import Rows
-from daebench.reference.certified.taylor import Equations
+from daebench.reference.taylor_equations import Equations
 
 Vector = list[Any]
 

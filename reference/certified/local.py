@@ -8,8 +8,8 @@ import sympy as sp
 
 from daebench.errors import BadInput
 from daebench.reference.certified.definition import Definition
-from daebench.reference.certified.quadruple import Translation, dotted, library, orthogonally, solved
-from daebench.reference.certified.taylor import Equations
+from daebench.reference.quadruple import Translation, dotted, library, orthogonally, solved
+from daebench.reference.taylor_equations import Equations
 
 Rows = list[list[Any]]
 

@@ -10,8 +10,9 @@ from numpy.typing import NDArray
 
 from daebench.reference.certified.coordinates import Own
 from daebench.reference.certified.definition import Definition
-from daebench.reference.certified.poisson_coordinates import Canonical, Lifted, Skewed, compiled, hamiltonian
+from daebench.reference.certified.poisson_coordinates import Canonical, Lifted, Skewed, compiled
 from daebench.reference.certified.stages import Rows
+from daebench.reference.taylor_equations import hamiltonian
 
 Vector = list[Any]
 

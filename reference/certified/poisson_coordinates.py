@@ -1,4 +1,4 @@
-"""A Poisson system's motion in other coordinates, and Hamilton's equations with any structure matrix in quadruple precision."""
+"""A Poisson system's motion in other coordinates, in quadruple precision."""
 
 from collections.abc import Callable, Sequence
 from functools import cached_property
@@ -9,10 +9,8 @@ import sympy as sp
 from daebench.catalogue import find_problem
 from daebench.make_scene import make_scene
 from daebench.reference.certified.definition import Definition
-from daebench.reference.certified.index_reduced import own_coordinates
-from daebench.reference.certified.quadruple import Translation, dotted, library
 from daebench.reference.certified.stages import Rows
-from daebench.reference.certified.taylor import Equations
+from daebench.reference.taylor_equations import Equations, hamiltonian, own_coordinates
 
 Vector = list[Any]
 
@@ -20,16 +18,6 @@ Vector = list[Any]
 def compiled(definition: Definition, arguments: Sequence[sp.Symbol], expressions: Sequence[Any]) -> Callable[..., Vector]:
     """Return expressions with the parameters' values as a function of mpmath numbers that returns a list."""
     return sp.lambdify(list(arguments), definition.settled(expressions), modules="mpmath")  # type: ignore[no-any-return]
-
-
-def hamiltonian(definition: Definition, z: Sequence[sp.Symbol], B: sp.Matrix, K: sp.Expr) -> Equations:
-    """Return z' = B(z) grad K(z) with the parameters' values; gradient and product are taken here, and nothing is simplified."""
-    variables = [library().make_vars(f"z{i + 1}") for i in range(len(z))]
-    say = Translation(dict(zip(z, variables, strict=True)))
-    K_z = [say(sp.diff(K, x).subs(definition.parameters)) for x in z]
-    settled = B.subs(definition.parameters)
-    rates = [dotted([say(settled[i, j]) for j in range(len(z))], K_z) for i in range(len(z))]
-    return list(zip(variables, rates, strict=True))
 
 
 class Canonical:

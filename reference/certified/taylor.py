@@ -8,13 +8,11 @@ from typing import Any
 import mpmath as mp
 
 from daebench.errors import RunFailed
-from daebench.reference.certified.quadruple import Expression, library, multiple, quad
+from daebench.reference.quadruple import library, multiple, quad
+from daebench.reference.taylor_equations import Equations
 
 MOST_STEPS = 100_000
 """Most steps from output to output."""
-
-Equations = list[tuple[Expression, Expression]]
-"""A variable and its rate, for each unknown."""
 
 
 def integrated(

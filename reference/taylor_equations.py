@@ -1,15 +1,29 @@
-"""The index-reduced equation in the problem's own coordinates, HLW (1.18), as expressions of quadruple precision."""
+"""Equations of motion as expressions of heyoka: the index-reduced one, HLW (1.18), and those with any structure matrix."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from typing import Any, Protocol
 
 import sympy as sp
 
-from daebench.reference.certified.definition import Definition
-from daebench.reference.certified.quadruple import Expression, Translation, dotted, library, solved
-from daebench.reference.certified.taylor import Equations
+from daebench.reference.quadruple import Expression, Translation, dotted, library, solved
+
+Equations = list[tuple[Expression, Expression]]
+"""A variable and its rate, for each unknown."""
 
 
-def own_coordinates(definition: Definition) -> Equations:
+class Exact(Protocol):
+    """A problem in exact numbers."""
+
+    @property
+    def derivation(self) -> Any:
+        """What follows from the problem's definition."""
+
+    @property
+    def parameters(self) -> Mapping[sp.Symbol, sp.Rational]:
+        """Values of the parameters by their symbols."""
+
+
+def own_coordinates(definition: Exact) -> Equations:
     """Return the index-reduced equation, HLW (1.18), in q and p.
 
     ::
@@ -47,3 +61,13 @@ def own_coordinates(definition: Definition) -> Equations:
 
 def _times(A: Sequence[Sequence[Expression]], x: Sequence[Expression]) -> list[Expression]:
     return [dotted(row, x) for row in A]
+
+
+def hamiltonian(definition: Exact, z: Sequence[sp.Symbol], B: sp.Matrix, K: sp.Expr) -> Equations:
+    """Return z' = B(z) grad K(z) with the parameters' values; gradient and product are taken here, and nothing is simplified."""
+    variables = [library().make_vars(f"z{i + 1}") for i in range(len(z))]
+    say = Translation(dict(zip(z, variables, strict=True)))
+    K_z = [say(sp.diff(K, x).subs(definition.parameters)) for x in z]
+    settled = B.subs(definition.parameters)
+    rates = [dotted([say(settled[i, j]) for j in range(len(z))], K_z) for i in range(len(z))]
+    return list(zip(variables, rates, strict=True))

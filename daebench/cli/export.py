@@ -1,0 +1,34 @@
+"""``daebench export``: the runs of a store as one table."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from daebench.cli.arguments import Json
+from daebench.cli.console import print_json
+
+
+def export(
+    store: Annotated[Path, typer.Argument(help="File in which a study keeps its runs, such as output/work-precision/studies.db.")],
+    file: Annotated[Path, typer.Argument(help="FILE.csv or FILE.parquet to write.")],
+    json: Json = False,
+) -> None:
+    """Write all runs of a store as one long table, a row a run, with what made it and how long it took."""
+    from daebench.errors import BadInput
+    from daebench.studies.cell import maker
+    from daebench.studies.export import check_file, table_of, write
+    from daebench.studies.store import opened
+
+    if not store.is_file():
+        raise BadInput(f"there is no store {store}; a study makes one, by daebench work-precision say.")
+    check_file(file)
+    with opened(store) as kept:
+        table = table_of(kept)
+    write(table, file)
+    others = int((table["maker"] != maker()).sum())
+    if json:
+        print_json({"file": str(file), "rows": len(table), "columns": list(table.columns), "of_other_versions": others})
+        return
+    told = f", {others} of them made by other versions of daebench or of a library" if others else ""
+    print(f"written: {file}, {len(table)} rows{told}.")

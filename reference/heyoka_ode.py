@@ -1,0 +1,130 @@
+"""Taylor series in double precision by heyoka, on the index-reduced ODE: the peer to beat where motion is smooth."""
+
+import time
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import lru_cache
+from importlib.util import find_spec
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from daebench.errors import BadInput
+from daebench.pose import Posed
+from daebench.reference.meter import Meter, Stopped
+from daebench.reference.reduced import OnReducedOde
+from daebench.reference.tolerance import MOST_STEPS, Advance, Array
+from daebench.scene import Setting
+from daebench.source import Source
+
+if TYPE_CHECKING:
+    import sympy as sp
+
+    from daebench.reference.taylor_equations import Equations
+
+AT_ONCE = 1000
+"""Steps that heyoka makes before it is asked how far it has come."""
+
+FIRST = 1e-3
+"""Part of the run that the first step is at most: heyoka takes steps from the last two coefficients, which may vanish where it starts."""
+
+COMPACT = 8
+"""Unknowns above which loops are compiled in place of straight lines, which run in half the time: with 12, these compile for 20 s."""
+
+
+class HeyokaTaylor(OnReducedOde):
+    """Taylor series of the order that a tolerance asks for; what it evaluates inside is not told, and not counted.
+
+    Outputs are read from the series of the steps around them. Whether G keeps its rank is watched from output to output, for to look at
+    every step would take longer than the steps.
+    """
+
+    solver = "heyoka"
+    variants = ("taylor",)
+
+    @property
+    def dense(self) -> bool:
+        """Whether it solves with the whole Jacobian: it does not."""
+        return False
+
+    def lacks(self, scene: Setting) -> str | None:
+        """Return why there are no series: heyoka is not installed, or the equations are written as loops."""
+        if find_spec("heyoka") is None:
+            return f"{self.name} takes heyoka, which is not installed; install it by pip install 'daebench[peers]'."
+        if scene.arrays:
+            return f"{self.name} takes the equations as expressions, and {scene.problem} has them as loops; use scipy:DOP853."
+        if scene.singular:
+            return f"{self.name} solves for lam by elimination, not by least squares; use scipy:DOP853."
+        return None
+
+    def _begin(self, dae: Posed, tol: float, meter: Meter) -> Advance:
+        import heyoka as hy
+
+        if lacking := self.lacks(dae.scene):
+            raise BadInput(lacking)
+        scene = dae.scene
+        equations, velocity = _equations(scene.source, tuple(scene.parameters.items()))
+        start = np.concatenate(scene.start[::-1])
+        series = hy.taylor_adaptive(equations, start, tol=tol, compact_mode=len(start) > COMPACT)
+        return _Along(series, velocity, meter)
+
+
+@dataclass(frozen=True)
+class _Exact:
+    """A problem in exact numbers, each the decimal that its double stands for."""
+
+    derivation: Any
+    parameters: "Mapping[sp.Symbol, sp.Rational]"
+
+
+@lru_cache(maxsize=8)
+def _equations(source: Source, parameters: tuple[tuple[str, float], ...]) -> "tuple[Equations, Any]":
+    """Return variables and rates, and what gives velocities of states where these are the unknowns of others, or None."""
+    import heyoka as hy
+    import sympy as sp
+
+    from daebench.reference.taylor_equations import hamiltonian, own_coordinates
+
+    own, values = source.derivation, dict(parameters)
+    exact = _Exact(own, {symbol: sp.Rational(repr(values[str(symbol)])) for symbol in own.problem.parameters})
+    if own.states == "poisson":
+        return hamiltonian(exact, own.problem.y, sp.Matrix(own.problem.B), own.problem.H), None
+    equations = own_coordinates(exact)
+    if not own.mechanical:
+        return equations, None
+    variables = [variable for variable, _ in equations]
+    velocities = [rate for _, rate in equations[: own.d]]
+    return equations, hy.cfunc(velocities, vars=variables)
+
+
+class _Along:
+    """Goes along the series from output to output."""
+
+    def __init__(self, series: Any, velocity: Any, meter: Meter) -> None:
+        self.series, self.velocity, self.meter = series, velocity, meter
+        self.between: Any = None
+        self.end = 0.0
+
+    def __call__(self, t: float) -> Array:
+        while self.end < t:
+            self._go(self.meter.t_end if self.end else FIRST * self.meter.t_end)
+        y = np.array(self.between(t))
+        if self.velocity is not None:
+            d = len(y) // 2
+            y[d:] = self.velocity(y)
+        self.meter.steps -= 1
+        self.meter.stepped(t, y)
+        return y
+
+    def _go(self, t: float) -> None:
+        """Make some steps towards t, and keep the series of these alone."""
+        meter = self.meter
+        _, _, _, steps, self.between, _ = self.series.propagate_until(t, max_steps=AT_ONCE, c_output=True)
+        meter.steps += steps
+        if not np.all(np.isfinite(self.series.state)):
+            raise Stopped(f"a value is no longer finite after t = {self.end:.9g}")
+        self.end = float(self.series.time)
+        if time.perf_counter() > meter.deadline:
+            raise Stopped(f"the limit of {meter.limit:g} s is reached", advice="allow more time, or use a larger tol")
+        if meter.steps >= MOST_STEPS:
+            raise Stopped(f"{MOST_STEPS} steps were not enough")
