@@ -124,7 +124,18 @@ def test_a_method_that_cannot_be_run_is_refused():
 @pytest.mark.usefixtures("uncompiled_schemes")
 def test_the_command_says_what_it_found_and_keeps_its_runs(daebench, tmp_path):
     words = ("stability", "planar_pendulum", "--case", "rotating", "--methods", "symplectic_euler,rattle", "--t-end", 2, "--out", tmp_path)
-    words = (*words, "--only", "step-limit,outcome-map,lost-motion", "--h", "0.5,0.05", "--param", "gravity=0.5,1,50", "--json")
+    words = (
+        *words,
+        "--workers",
+        1,
+        "--only",
+        "step-limit,outcome-map,lost-motion",
+        "--h",
+        "0.5,0.05",
+        "--param",
+        "gravity=0.5,1,50",
+        "--json",
+    )
     status, out, err = daebench(*words)
     assert (status, err) == (0, "")
     found = json.loads(out)

@@ -1,39 +1,40 @@
 """What every command that makes the runs of a study does: say beforehand what there is to do, do it, and say what is kept."""
 
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
 from daebench.cli.console import bar
 from daebench.cli.executors import Executors
 
 if TYPE_CHECKING:
-    import pandas as pd
-
+    from daebench.studies.cell import Cell
+    from daebench.studies.runs import Runs
     from daebench.studies.store import Store
-    from daebench.studies.study import Study
 
 
-def plan(study: "Study", store: "Store", executors: Executors) -> str:
+def plan(cells: "Sequence[Cell]", store: "Store", executors: Executors) -> str:
     """Return how many runs a study has, how many are kept, and about how long the others take."""
     from daebench.studies.estimate import estimate
 
-    cells = study.cells()
     missing = [cell for cell in cells if cell.key() not in store]
     found = f"{len(cells)} runs, {len(cells) - len(missing)} of them kept in {store.path}, {len(missing)} to make"
     count = executors.processes
     where = "in one process" if count == 1 else f"on {count} processes" if count else "in one process, and less on those of the cluster"
     time = f": {estimate(missing, store).sentence(count or 1, where)}" if missing else ""
-    return " ".join(filter(None, (f"{found}{time}.", outdated(study, store))))
+    return " ".join(filter(None, (f"{found}{time}.", outdated(cells, store))))
 
 
-def outdated(study: "Study", store: "Store") -> str:
+def outdated(cells: "Sequence[Cell]", store: "Store") -> str:
     """Return how many kept runs of a study are of no use any more and will be made again, as a sentence; "" if none."""
-    count = store.outdated({cell.key(): cell.plain() for cell in study.cells()})
+    count = store.outdated({cell.key(): cell.plain() for cell in cells})
     verb = "run is" if count == 1 else "runs are"
     return f"{count} kept {verb} of another version of daebench, of a library or of the problem, and made again." if count else ""
 
 
-def made(study: "Study", store: "Store", executors: Executors, label: str) -> "pd.DataFrame":
-    """Return the rows of a study, with a progress bar.
+@contextmanager
+def making(store: "Store", executors: Executors, label: str) -> "Iterator[Runs]":
+    """Give what makes the rows of cells, with a progress bar, for the time of a block.
 
     Raises
     ------
@@ -41,9 +42,10 @@ def made(study: "Study", store: "Store", executors: Executors, label: str) -> "p
         If the person at the keyboard ends it; what was done is kept.
     """
     from daebench.errors import Interrupted
+    from daebench.studies.runs import runs_of
 
     with bar(label) as progress, executors.opened() as executor:
         try:
-            return study.table(store, executor=executor, tell=lambda done, of, cell: progress(done / of, f"{label}: {cell.method}"))
+            yield runs_of(store, executor=executor, tell=lambda done, of, cell: progress(done / of, f"{label}: {cell.method}"))
         except KeyboardInterrupt as stop:
             raise Interrupted(f"interrupted; {len(store)} runs are kept in {store.path}: run again to go on.") from stop

@@ -5,8 +5,10 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from daebench.cli.arguments import Case, Json, Problem
-from daebench.cli.console import bar, numbers, print_json, print_table, words
+from daebench.cli.arguments import Case, Json, Problem, Scheduler, SideBySide, Workers
+from daebench.cli.console import numbers, print_json, print_table, words
+from daebench.cli.executors import Executors
+from daebench.cli.grids import making, plan
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -32,16 +34,18 @@ def precision(
         Path | None, typer.Option("--store", help="File in which runs are kept; studies.db in the folder if left out.")
     ] = None,
     out: Annotated[Path, typer.Option("--out", help="Folder for table and picture.")] = Path("output/precision"),
+    workers: Workers = None,
+    scheduler: Scheduler = None,
+    side_by_side: SideBySide = False,
+    dry_run: Annotated[bool, typer.Option("--dry-run", help="Say how many runs are to be made, and about how long they take.")] = False,
     as_json: Json = False,
 ) -> None:
     """Compare single, double and compensated arithmetic, and Newton's iteration ended early, in error, energy, two-form and time."""
-    from daebench.errors import Interrupted
     from daebench.files import make_folder
     from daebench.inputs import positive
     from daebench.studies.extreme import Asked
     from daebench.studies.precision import cells_of, says, smallest_steps, table_of
     from daebench.studies.precision_figure import draw
-    from daebench.studies.stability import runs_of
     from daebench.studies.store import opened
 
     asked = Asked(
@@ -51,13 +55,15 @@ def precision(
         t_end=None if t_end is None else positive("--t-end", t_end),
         h=[positive("--h", value) for value in numbers("--h", h) or ()],
     )
+    executors = Executors(timed=repeat > 0, workers=workers, scheduler=scheduler, side_by_side=side_by_side)
     cells, refused = cells_of(asked, words(ways) if ways else (), repeat=repeat)
     make_folder(out)
-    with opened(store or out / "studies.db") as kept, bar(f"precision on {problem}") as progress:
-        try:
-            table = table_of(cells, runs_of(kept, tell=lambda done, of, cell: progress(done / of, f"{cell.method}, h = {cell.value:.3g}")))
-        except KeyboardInterrupt as stop:
-            raise Interrupted(f"interrupted; {len(kept)} runs are kept in {kept.path}: run again to go on.") from stop
+    with opened(store or out / "studies.db") as kept:
+        if dry_run:
+            print(plan([cell for _, cell in cells], kept, executors))
+            raise typer.Exit
+        with making(kept, executors, f"precision on {problem}") as runs:
+            table = table_of(cells, runs)
     path = draw(out, "precision", table)
     last = smallest_steps(table)
     if as_json:

@@ -1,15 +1,18 @@
 """``daebench stability``: methods driven to their extremes."""
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from daebench.cli.arguments import Case, Json, Problem
-from daebench.cli.console import bar, numbers, print_json, words
+from daebench.cli.arguments import Case, Json, Problem, Scheduler, Workers
+from daebench.cli.console import numbers, print_json, words
+from daebench.cli.executors import Executors
+from daebench.cli.grids import making, plan
 
 if TYPE_CHECKING:
-    from daebench.studies.extreme import Asked, Extreme, Runs
+    from daebench.studies.extreme import Asked, Extreme
     from daebench.studies.store import Store
 
 
@@ -35,6 +38,9 @@ def stability(
         Path | None, typer.Option("--store", help="File in which runs are kept; studies.db in the folder if left out.")
     ] = None,
     out: Annotated[Path, typer.Option("--out", help="Folder for tables and pictures.")] = Path("output/stability"),
+    workers: Workers = None,
+    scheduler: Scheduler = None,
+    dry_run: Annotated[bool, typer.Option("--dry-run", help="Say how many runs are to be made, and about how long they take.")] = False,
     as_json: Json = False,
 ) -> None:
     """Drive methods to where they break: steps too large and too small, masses, penalties, chaos; what was run is kept."""
@@ -53,12 +59,16 @@ def stability(
         parameters=_varied(param, problem, case),
         near=near,
     )
+    executors = Executors(timed=False, workers=workers, scheduler=scheduler)
     extremes, refused = chosen(asked, words(only) if only else ())
     make_folder(out)
     found: dict[str, Any] = {"said": {}, "left_out": refused, "files": []}
     with opened(store or out / "studies.db") as kept:
+        if dry_run:
+            _tell_plan(extremes, asked, kept, executors)
+            raise typer.Exit
         for extreme in extremes:
-            found["said"][extreme.name], path = _made(extreme, asked, kept, out)
+            found["said"][extreme.name], path = _made(extreme, asked, kept, executors, out)
             found["files"].append(str(path))
             if not as_json:
                 print(f"{extreme.name}: {extreme.about}")
@@ -72,17 +82,17 @@ def stability(
         print(f"written: {', '.join(found['files'])}")
 
 
-def _made(extreme: "Extreme", asked: "Asked", kept: "Store", out: Path) -> tuple[list[str], Path]:
-    """Return what an extreme says, and its picture; an interruption says what is kept."""
-    from daebench.errors import Interrupted
-    from daebench.studies.stability import runs_of
+def _tell_plan(extremes: "Sequence[Extreme]", asked: "Asked", kept: "Store", executors: Executors) -> None:
+    for extreme in extremes:
+        print(f"{extreme.name}: {plan(extreme.cells(asked), kept, executors)}")
+    if any(extreme.name == "step-limit" for extreme in extremes):
+        print("step-limit makes about twenty runs more for each of its own, by bisection.")
 
-    with bar(f"{extreme.name} on {asked.problem}") as progress:
-        runs: Runs = runs_of(kept, tell=lambda done, of, cell: progress(done / of, f"{extreme.name}: {cell.method}, {cell.value:.3g}"))
-        try:
-            table = extreme.measure(asked, runs)
-        except KeyboardInterrupt as stop:
-            raise Interrupted(f"interrupted; {len(kept)} runs are kept in {kept.path}: run again to go on.") from stop
+
+def _made(extreme: "Extreme", asked: "Asked", kept: "Store", executors: Executors, out: Path) -> tuple[list[str], Path]:
+    """Return what an extreme says, and its picture."""
+    with making(kept, executors, f"{extreme.name} on {asked.problem}") as runs:
+        table = extreme.measure(asked, runs)
     return extreme.says(table), extreme.draw(out, extreme.name, table)
 
 

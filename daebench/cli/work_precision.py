@@ -8,7 +8,7 @@ import typer
 from daebench.cli.arguments import Case, Json, Problem, Scheduler, SideBySide, Workers
 from daebench.cli.console import numbers, print_json, print_table, words
 from daebench.cli.executors import Executors
-from daebench.cli.grids import made, outdated, plan
+from daebench.cli.grids import making, outdated, plan
 
 if TYPE_CHECKING:
     from daebench.studies.study import Study
@@ -62,10 +62,11 @@ def work_precision(
     make_folder(out)
     with opened(store or out / "studies.db") as kept:
         if dry_run:
-            print(plan(study, kept, executors))
+            print(plan(study.cells(), kept, executors))
             raise typer.Exit
-        again = outdated(study, kept)
-        table = with_costs(made(study, kept, executors, f"work against precision on {problem}"))
+        again = outdated(study.cells(), kept)
+        with making(kept, executors, f"work against precision on {problem}") as runs:
+            table = with_costs(runs(study.cells()))
     from daebench.figures import save_table
     from daebench.studies.work_precision_figure import draw
 

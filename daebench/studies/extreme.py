@@ -14,12 +14,10 @@ from daebench.reference.certified.record import Reference
 from daebench.scene import PoissonScene, Scene
 from daebench.studies.able import able
 from daebench.studies.cell import Cell
+from daebench.studies.runs import Runs
 
 if TYPE_CHECKING:
     import pandas as pd
-
-Runs = Callable[[Sequence[Cell]], "pd.DataFrame"]
-"""Makes the rows of cells, in their order."""
 
 CONSTRAINED = ("symplectic_euler", "rattle", "lobatto3", "rattle/kahan_li8", "rk4", "rk4+proj", "generalized_alpha")
 """Methods with fixed steps on constrained problems, where none are given."""
@@ -129,6 +127,8 @@ class Extreme:
         Name on the command line, and what it does in one line.
     refusal : callable
         Returns why a problem has no such extreme, as a sentence, or "".
+    cells : callable
+        Returns the runs that are known beforehand.
     measure : callable
         Makes the runs, and returns its table.
     says : callable
@@ -140,6 +140,7 @@ class Extreme:
     name: str
     about: str
     refusal: Callable[[Asked], str]
+    cells: Callable[[Asked], list[Cell]]
     measure: Callable[[Asked, Runs], "pd.DataFrame"]
     says: Callable[["pd.DataFrame"], list[str]]
     draw: Callable[[Path, str, "pd.DataFrame"], Path]

@@ -6,9 +6,10 @@ from typing import TYPE_CHECKING, Any
 from daebench.errors import BadInput
 from daebench.studies.able import able
 from daebench.studies.cell import Cell
-from daebench.studies.extreme import Asked, Runs
+from daebench.studies.extreme import Asked
 from daebench.studies.measure import Row
 from daebench.studies.rows import by_method, rows_of
+from daebench.studies.runs import Runs
 from daebench.studies.study import computed_in
 
 if TYPE_CHECKING:

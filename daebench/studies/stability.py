@@ -1,19 +1,10 @@
 """All extremes of a problem, one after the other."""
 
 from collections.abc import Sequence
-from concurrent.futures import Executor
-from typing import TYPE_CHECKING
 
 from daebench.errors import require_known
-from daebench.studies.cell import Cell
-from daebench.studies.extreme import Asked, Extreme, Runs
+from daebench.studies.extreme import Asked, Extreme
 from daebench.studies.extremes import lost_motion, outcome_map, parameter_range, penalty, round_off, step_limit
-from daebench.studies.store import Store
-
-if TYPE_CHECKING:
-    import pandas as pd
-
-    from daebench.studies.engine import Tell
 
 EXTREMES = {module.EXTREME.name: module.EXTREME for module in (step_limit, outcome_map, parameter_range, penalty, round_off, lost_motion)}
 """The extremes, by name."""
@@ -31,17 +22,3 @@ def chosen(asked: Asked, only: Sequence[str] = ()) -> tuple[list[Extreme], dict[
         require_known(*(("extreme", name, EXTREMES) for name in only))
     refused = {name: why for name in only or EXTREMES if (why := EXTREMES[name].refusal(asked))}
     return [EXTREMES[name] for name in only or EXTREMES if name not in refused], refused
-
-
-def runs_of(store: Store, *, executor: Executor | None = None, tell: "Tell | None" = None) -> Runs:
-    """Return what makes the rows of cells: those that the store has are taken from there."""
-
-    def runs(cells: Sequence[Cell]) -> "pd.DataFrame":
-        import pandas as pd
-
-        from daebench.studies.engine import computed
-
-        rows = computed(cells, store, executor=executor, tell=tell)
-        return pd.DataFrame([rows[cell.key()] for cell in cells])
-
-    return runs

@@ -6,9 +6,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from daebench.figures import QUIET, STROKES, drawing, grid_of_axes, save
-from daebench.studies.extreme import Asked, Extreme, Runs, uncertified
+from daebench.studies.cell import Cell
+from daebench.studies.extreme import Asked, Extreme, uncertified
 from daebench.studies.metrics import LOST
 from daebench.studies.rows import by_method, rows_of
+from daebench.studies.runs import Runs
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -36,15 +38,22 @@ def _able(asked: Asked) -> str:
     return ""
 
 
-def measure(asked: Asked, runs: Runs) -> "pd.DataFrame":
-    """Return one row a run, with the time until which it follows the motion, and the times at which that must end."""
+def cells(asked: Asked) -> list[Cell]:
+    """Return the runs."""
     reference = asked.reference
     assert reference is not None
     end, spacing = asked.t_end or reference.horizon, float(reference.t[1])
     metrics, outputs = (("y", "horizon") if asked.poisson else ("q", "horizon")), int(end / spacing + 0.5)
     steps = asked.h or [spacing / 2**k for k in HALVINGS]
     knobs = [(method, h) for method in asked.fixed for h in steps] + [(method, tol) for method in asked.tolerant for tol in TOLERANCES]
-    table = runs([asked.cell(method, value, metrics, t_end=end, outputs=outputs) for method, value in knobs])
+    return [asked.cell(method, value, metrics, t_end=end, outputs=outputs) for method, value in knobs]
+
+
+def measure(asked: Asked, runs: Runs) -> "pd.DataFrame":
+    """Return one row a run, with the time until which it follows the motion, and the times at which that must end."""
+    reference = asked.reference
+    assert reference is not None
+    table, end = runs(cells(asked)), asked.t_end or reference.horizon
     grown = float(np.max(reference.worst_amplification[reference.t <= end]))
     return table.assign(double_horizon=reference.double_horizon, grown=grown, tenfold=_tenfold(reference.t, reference.amplification))
 
@@ -107,6 +116,7 @@ EXTREME = Extreme(
     name="lost-motion",
     about="until when a motion is followed that amplifies errors: chaos, starts near unstable equilibria",
     refusal=_able,
+    cells=cells,
     measure=measure,
     says=says,
     draw=draw,

@@ -6,9 +6,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from daebench.figures import drawing, grid_of_axes, save
-from daebench.studies.extreme import Asked, Extreme, Runs
+from daebench.studies.cell import Cell
+from daebench.studies.extreme import Asked, Extreme
 from daebench.studies.outcomes import OUTCOMES, outcome_of
 from daebench.studies.rows import by_method, rows_of
+from daebench.studies.runs import Runs
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -52,20 +54,25 @@ def _able(asked: Asked) -> str:
     return "" if parameter_of(asked) else f"{asked.problem} has no parameter that could be varied"
 
 
-def measure(asked: Asked, runs: Runs) -> "pd.DataFrame":
-    """Return one row a run, with the column "outcome"."""
+def cells(asked: Asked) -> list[Cell]:
+    """Return the runs."""
     name = parameter_of(asked)
     values = asked.parameters.get(name) or [asked.scene.parameters[name] * factor for factor in FACTORS]
     steps = asked.h or [asked.end / n for n in STEPS]
     metrics = ("energy",) if asked.poisson else ("energy", "manifold", "jump")
-    cells = [
+    return [
         asked.cell(method, h, metrics, parameters=((name, float(value)),), outputs=int(asked.end / h + 1))
         for method in (asked.fixed if asked.methods else asked.fixed[:METHODS])
         for value in values
         for h in steps
     ]
-    table = runs(cells)
-    outcomes = [outcome_of(cell, row) for cell, row in zip(cells, rows_of(table), strict=True)]
+
+
+def measure(asked: Asked, runs: Runs) -> "pd.DataFrame":
+    """Return one row a run, with the column "outcome"."""
+    given, name = cells(asked), parameter_of(asked)
+    table = runs(given)
+    outcomes = [outcome_of(cell, row) for cell, row in zip(given, rows_of(table), strict=True)]
     return table.assign(outcome=outcomes, parameter=name, varied=table[name])
 
 
@@ -148,6 +155,7 @@ EXTREME = Extreme(
     name="outcome-map",
     about="what becomes of runs over step size and a parameter",
     refusal=_able,
+    cells=cells,
     measure=measure,
     says=says,
     draw=draw,

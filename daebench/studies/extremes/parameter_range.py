@@ -1,12 +1,15 @@
 """Parameters to their extremes: mass ratios from 1e-8 to 1e8, or any parameter over any values, as towards a singular mechanism."""
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from daebench.figures import STROKES, drawing, grid_of_axes, save
-from daebench.studies.extreme import Asked, Extreme, Runs
+from daebench.studies.cell import Cell
+from daebench.studies.extreme import Asked, Extreme
 from daebench.studies.outcomes import FINE, outcome_of
 from daebench.studies.rows import by_method, rows_of
+from daebench.studies.runs import Runs
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -38,19 +41,31 @@ def _able(asked: Asked) -> str:
     return f"{asked.problem} has no two masses as parameters whose ratio could be varied; name a parameter and its values"
 
 
-def measure(asked: Asked, runs: Runs) -> "pd.DataFrame":
-    """Return one row a run, with its outcome, and the energy error in parts of the energy's size."""
-    given = dict(asked.parameters) or {masses(asked)[0]: [asked.scene.parameters[masses(asked)[0]] * ratio for ratio in RATIOS]}
-    name, values = next(iter(given.items()))
+def varied(asked: Asked) -> tuple[str, Sequence[float]]:
+    """Return the parameter that is varied, and its values."""
+    if asked.parameters:
+        return next(iter(asked.parameters.items()))
+    name = masses(asked)[0]
+    return name, [asked.scene.parameters[name] * ratio for ratio in RATIOS]
+
+
+def cells(asked: Asked) -> list[Cell]:
+    """Return the runs."""
+    name, values = varied(asked)
     metrics = ("energy",) if asked.poisson else ("energy", "manifold")
     knobs = dict.fromkeys(asked.fixed, asked.h[0] if asked.h else asked.end / STEPS) | dict.fromkeys(asked.tolerant, TOL)
-    cells = [
+    return [
         asked.cell(method, knob, metrics, parameters=((name, float(value)),), outputs=STEPS)
         for method, knob in knobs.items()
         for value in values
     ]
-    table = runs(cells)
-    outcomes = [outcome_of(cell, row) for cell, row in zip(cells, rows_of(table), strict=True)]
+
+
+def measure(asked: Asked, runs: Runs) -> "pd.DataFrame":
+    """Return one row a run, with its outcome, and the energy error in parts of the energy's size."""
+    given, (name, _) = cells(asked), varied(asked)
+    table = runs(given)
+    outcomes = [outcome_of(cell, row) for cell, row in zip(given, rows_of(table), strict=True)]
     part = table["energy_drift"] / table["energy_size"]
     return table.assign(outcome=outcomes, parameter=name, near=asked.near, varied=table[name], energy_part=part)
 
@@ -98,6 +113,7 @@ EXTREME = Extreme(
     name="parameter-range",
     about="mass ratios from 1e-8 to 1e8, or another parameter over given values",
     refusal=_able,
+    cells=cells,
     measure=measure,
     says=says,
     draw=draw,

@@ -5,9 +5,11 @@ from typing import TYPE_CHECKING
 
 from daebench.figures import QUIET, STROKES, drawing, grid_of_axes, save
 from daebench.studies.able import able
-from daebench.studies.extreme import Asked, Extreme, Runs, uncertified
+from daebench.studies.cell import Cell
+from daebench.studies.extreme import Asked, Extreme, uncertified
 from daebench.studies.measure import Row
 from daebench.studies.rows import by_method, rows_of
+from daebench.studies.runs import Runs
 from daebench.studies.work_precision import NOT_COSTS
 
 if TYPE_CHECKING:
@@ -35,16 +37,20 @@ def _able(asked: Asked) -> str:
     return uncertified(asked) or ("" if able(asked.scene, STIFF)[0] else f"{', '.join(STIFF)} cannot be run on {asked.problem}")
 
 
-def measure(asked: Asked, runs: Runs) -> "pd.DataFrame":
-    """Return one row a run; eps is 0 for the constrained system."""
+def cells(asked: Asked) -> list[Cell]:
+    """Return the runs."""
     assert asked.reference is not None
     steps = asked.h or [float(asked.reference.t[1]) / 2**k for k in HALVINGS]
     metrics = ("q", "energy", "manifold")
     methods, _ = able(asked.scene, STIFF)
-    cells = [asked.cell(method, h, metrics, options=(("eps", eps),)) for method in methods for h in steps for eps in EPS]
-    cells += [asked.cell(LIMIT, h, metrics, options=()) for h in steps]
-    table = runs(cells)
-    return table.assign(eps=[dict(cell.options).get("eps", 0.0) for cell in cells])
+    stiff = [asked.cell(method, h, metrics, options=(("eps", eps),)) for method in methods for h in steps for eps in EPS]
+    return stiff + [asked.cell(LIMIT, h, metrics, options=()) for h in steps]
+
+
+def measure(asked: Asked, runs: Runs) -> "pd.DataFrame":
+    """Return one row a run; eps is 0 for the constrained system."""
+    given = cells(asked)
+    return runs(given).assign(eps=[dict(cell.options).get("eps", 0.0) for cell in given])
 
 
 def says(table: "pd.DataFrame") -> list[str]:
@@ -97,6 +103,7 @@ EXTREME = Extreme(
     name="penalty",
     about="a stiff penalty in place of the constraint, as eps goes to 0",
     refusal=_able,
+    cells=cells,
     measure=measure,
     says=says,
     draw=draw,

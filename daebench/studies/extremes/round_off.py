@@ -4,9 +4,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from daebench.figures import QUIET, STROKES, drawing, grid_of_axes, save
-from daebench.studies.extreme import Asked, Extreme, Runs, uncertified
+from daebench.studies.cell import Cell
+from daebench.studies.extreme import Asked, Extreme, uncertified
 from daebench.studies.measure import Row
 from daebench.studies.rows import by_method, rows_of
+from daebench.studies.runs import Runs
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -26,14 +28,19 @@ def error_of(table: "pd.DataFrame") -> str:
     return "error_q" if "error_q" in table else "error_y"
 
 
-def measure(asked: Asked, runs: Runs) -> "pd.DataFrame":
-    """Return one row a run."""
+def cells(asked: Asked) -> list[Cell]:
+    """Return the runs."""
     assert asked.reference is not None
     spacing = float(asked.reference.t[1])
     steps = asked.h or [spacing / 2**k for k in range(0, 40, 2) if asked.end / (spacing / 2**k) <= STEPS]
     metrics = ("y",) if asked.poisson else ("q", "manifold")
     knobs = [(method, h) for method in asked.fixed for h in steps] + [(method, tol) for method in asked.tolerant for tol in TOLERANCES]
-    return runs([asked.cell(method, value, metrics) for method, value in knobs])
+    return [asked.cell(method, value, metrics) for method, value in knobs]
+
+
+def measure(asked: Asked, runs: Runs) -> "pd.DataFrame":
+    """Return one row a run."""
+    return runs(cells(asked))
 
 
 def says(table: "pd.DataFrame") -> list[str]:
@@ -91,6 +98,7 @@ EXTREME = Extreme(
     name="round-off",
     about="step sizes and tolerances to 0, until round-off wins or a solver gives up",
     refusal=uncertified,
+    cells=cells,
     measure=measure,
     says=says,
     draw=draw,

@@ -4,8 +4,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from daebench.figures import QUIET, STROKES, drawing, grid_of_axes, save
-from daebench.studies.extreme import Asked, Extreme, Runs
+from daebench.studies.cell import Cell
+from daebench.studies.extreme import Asked, Extreme
 from daebench.studies.largest_step import PART, completes, keeps_energy, largest_step
+from daebench.studies.runs import Runs
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -20,18 +22,22 @@ VERDICTS = {"completes": completes, "keeps the energy": keeps_energy}
 """What makes a step usable."""
 
 
+def cells(asked: Asked) -> list[Cell]:
+    """Return the runs that a bisection begins with; it makes some twenty more for each."""
+    return [asked.cell(method, asked.end / LARGEST, ("energy",)) for method in asked.fixed]
+
+
 def measure(asked: Asked, runs: Runs) -> "pd.DataFrame":
     """Return one row for each method and verdict: the step, the next one that fails, why, and whether larger ones pass again."""
     import pandas as pd
 
     rows = []
-    for method in asked.fixed:
+    for cell in cells(asked):
         for verdict, passes in VERDICTS.items():
-            cell = asked.cell(method, asked.end / LARGEST, ("energy",))
             edge = largest_step(cell, passes, largest=asked.end / LARGEST, digits=DIGITS, run=lambda each: dict(runs([each]).iloc[0]))
             rows.append(
                 {
-                    "method": method,
+                    "method": cell.method,
                     "verdict": verdict,
                     "h": edge.h,
                     "fails": edge.fails,
@@ -84,6 +90,7 @@ EXTREME = Extreme(
     name="step-limit",
     about="the largest usable step of each method, by bisection",
     refusal=lambda asked: "" if asked.fixed else "none of these methods has fixed steps",
+    cells=cells,
     measure=measure,
     says=says,
     draw=draw,
