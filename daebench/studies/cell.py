@@ -24,8 +24,8 @@ from daebench.scene import PoissonScene, Scene
 DECIDING = ("numpy", "scipy", "numba", "scikit-sundae", "mpmath", "heyoka")
 """Packages whose versions may change a number."""
 
-SHOWING = ("cli", "reports")
-"""Folders of this package that only show what others compute."""
+SHOWING = ("cli", "reports", "extremes")
+"""Folders of this package that only choose runs and show what they gave; so do files of figures."""
 
 OUTPUTS = 64
 """Times at which a run is looked at, its start apart."""
@@ -170,9 +170,13 @@ def _scene(problem: str, case: str, parameters: tuple[tuple[str, float], ...], o
 def made_by() -> str:
     """Return what the numbers of a run depend on besides its definition: this package's code, the libraries and the machine's kind."""
     package = Path(__file__).parents[1]
-    files = sorted(file for file in package.rglob("*.py") if file.relative_to(package).parts[0] not in SHOWING)
+    files = sorted(file for file in package.rglob("*.py") if not _shows(file.relative_to(package)))
     own = hashlib.sha256(b"".join(file.read_bytes() for file in files)).hexdigest()
     return "\n".join((toolchain(), own, platform.machine(), *(f"{name} {_version(name)}" for name in DECIDING)))
+
+
+def _shows(file: Path) -> bool:
+    return not {*SHOWING}.isdisjoint(file.parts) or file.stem.endswith(("figure", "figures"))
 
 
 @cache
