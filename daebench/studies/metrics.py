@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from daebench.diagnostics.energy import energy_drift
+from daebench.diagnostics.integrals import integral_errors
 from daebench.errors import BadInput, unknown
 from daebench.reference.certified import store
 from daebench.reference.certified.between import At, states_at
@@ -168,6 +169,11 @@ def _energy(found: Measured) -> Columns:
     return {"energy_drift": worst, "energy_slope": drift.slope, "growth": drift.growth, "energy_kind": drift.kind}
 
 
+def _integrals(found: Measured) -> Columns:
+    errors = integral_errors(found.scene, found.run)
+    return {"integrals": float(max((np.max(np.abs(error)) for error in errors.values()), default=NAN))}
+
+
 def _maxima(*names: str) -> Callable[[Measured], Columns]:
     return lambda found: {name: float(found.run.maxima.get(name, NAN)) for name in names}
 
@@ -177,17 +183,20 @@ def _casimirs(found: Measured) -> Columns:
     return {"casimirs": float(max(own, default=NAN))}
 
 
-def _defect(found: Measured) -> Columns:
-    """Return the symplecticity defect of a few steps, or on a Poisson system the Poisson defect."""
-    h, scene = found.cell.value, found.scene
+def defect_of(scene: Scene | PoissonScene, solver: Any, h: float) -> float:
+    """Return the symplecticity defect of a few steps of a method with fixed steps, or on a Poisson system the Poisson defect."""
     if isinstance(scene, PoissonScene):
         from daebench.diagnostics.poisson import poisson_defect
 
-        return {"defect": float(poisson_defect(found.solver.flow(scene, h, DEFECT_STEPS), scene.y0, lambda y: scene.value("B", y)))}
+        return float(poisson_defect(solver.flow(scene, h, DEFECT_STEPS), scene.y0, lambda y: scene.value("B", y)))
     from daebench.diagnostics.symplecticity import symplecticity_defect, tangent_basis
 
     basis = tangent_basis(scene, scene.p0, scene.q0)
-    return {"defect": float(symplecticity_defect(found.solver.flow(scene, h, DEFECT_STEPS), scene.p0, scene.q0, basis))}
+    return float(symplecticity_defect(solver.flow(scene, h, DEFECT_STEPS), scene.p0, scene.q0, basis))
+
+
+def _defect(found: Measured) -> Columns:
+    return {"defect": defect_of(found.scene, found.solver, found.cell.value)}
 
 
 DEFECT_STEPS = 10
@@ -209,6 +218,7 @@ METRICS: Mapping[str, Metric] = {
         ),
         Metric("manifold", {"g": "", "Gv": ""}, "largest |g| and |G H_p|", _maxima("g", "Gv"), poisson=False),
         Metric("casimirs", {"casimirs": ""}, "largest error of a Casimir function", _casimirs, constrained=False),
+        Metric("integrals", {"integrals": ""}, "largest error of another first integral that the problem declares", _integrals),
         Metric("defect", {"defect": ""}, f"defect of the two-form over {DEFECT_STEPS} steps", _defect, fixed_step=True),
     )
 }
