@@ -10,7 +10,16 @@ from daebench.studies.recommend import CONSERVED, recommended, with_conserved
 def runs(method, errors, costs, *, kinds="bounded", drift=1e-3, g=1e-15, knob="h", **more):
     n = len(errors)
     columns = {"method": method, "knob": knob, "value": 0.5 ** np.arange(n), "error_q": errors, "bound_q": 1e-16, "seconds": costs}
-    columns |= {"energy_kind": kinds, "energy_drift": drift, "g": g, "Gv": 1e-15, "steps": 100, "failure": ""}
+    columns |= {
+        "energy_kind": kinds,
+        "energy_drift": drift,
+        "energy_slope": 0.0,
+        "t_end": 10.0,
+        "g": g,
+        "Gv": 1e-15,
+        "steps": 100,
+        "failure": "",
+    }
     return pd.DataFrame(columns | more)
 
 
@@ -25,6 +34,12 @@ def test_a_run_that_is_bounded_by_chance_keeps_nothing():
     assert kept(runs("a", four, costs, kinds=["growing", "bounded", "bounded", "bounded"]), "energy") == [False, True, True, True]
     assert kept(runs("a", four, costs, kinds=["bounded", "linear", "bounded", "bounded"]), "energy") == [False] * 4
     assert kept(runs("a", four[:2], costs[:2]), "energy") == [False] * 2
+
+
+def test_a_slope_that_makes_up_the_error_is_a_drift_whatever_its_uncertainty():
+    three = [1e-2, 1e-4, 1e-6]
+    assert kept(runs("a", three, [1, 2, 4], drift=1e-3, energy_slope=4e-5), "energy") == [True] * 3
+    assert kept(runs("a", three, [1, 2, 4], drift=1e-3, energy_slope=-6e-5), "energy") == [False] * 3
 
 
 def test_the_order_of_rows_does_not_matter_and_methods_are_judged_apart():

@@ -15,6 +15,9 @@ ROUND_OFF = 1e-12
 
 EPS = float(np.finfo(float).eps)
 
+SECULAR = 0.5
+"""Part of the largest energy error that a bounded error may change by from the start to the end, by its slope."""
+
 LEAST = 3
 """Runs of a method that have to agree that it keeps something: a single one may do so by chance."""
 
@@ -41,13 +44,14 @@ def with_conserved(table: "pd.DataFrame", defects: Mapping[str, float]) -> "pd.D
     Returns
     -------
     DataFrame
-        ``keeps_nothing`` is true wherever a run came to its end. ``keeps_energy`` if its energy error is bounded or is round-off,
+        ``keeps_nothing`` is true wherever a run came to its end. ``keeps_energy`` if its energy error is bounded, with no slope that
+        would explain half of it, or is round-off;
         ``keeps_constraints`` if g and G H_p are round-off, ``keeps_casimirs`` likewise; these hold for a run only if they hold for all
         runs of the method with smaller values of its knob too, and for the three smallest at least. ``keeps_two_form`` if the defect of
         the method is round-off. A column is there for what can be conserved alone.
     """
     done = table["failure"] == ""
-    found = {"nothing": done, "energy": done & ((table["energy_kind"] == "bounded") | (table["energy_drift"] <= _rounding(table)))}
+    found = {"nothing": done, "energy": done & (_bounded(table) | (table["energy_drift"] <= _rounding(table)))}
     if {"g", "Gv"} <= set(table.columns):
         found["constraints"] = done & (table[["g", "Gv"]].max(axis=1, skipna=False) <= ROUND_OFF)
     if "casimirs" in table and table["casimirs"].notna().any():
@@ -56,6 +60,12 @@ def with_conserved(table: "pd.DataFrame", defects: Mapping[str, float]) -> "pd.D
         found[name] = _agreed(table, found[name])
     found["two_form"] = done & (table["method"].map(defects) <= ROUND_OFF)
     return table.assign(**{f"keeps_{name}": found[name] for name in CONSERVED if name in found})
+
+
+def _bounded(table: "pd.DataFrame") -> "pd.Series[bool]":
+    """Return where the energy error has no secular part that was found, nor one that hides in the error of its slope."""
+    secular = (table["energy_slope"] * table["t_end"]).abs()
+    return (table["energy_kind"] == "bounded") & (secular <= SECULAR * table["energy_drift"])
 
 
 def _rounding(table: "pd.DataFrame") -> "pd.Series[float]":
