@@ -92,10 +92,10 @@ def test_the_front_has_the_runs_than_which_none_is_better():
 
 
 def test_methods_are_in_the_family_of_their_knob_and_of_what_they_keep():
-    two = {"g": 1e-16, "Gv": 1e-16, "steps": 10, "energy_drift": 1e-3, "energy_slope": 0.0, "t_end": 10.0}
+    two = {"g": 1e-16, "Gv": 1e-16, "steps": 10, "energy_drift": 1e-3, "t_end": 10.0}
     kept, lost = (
-        power_law("rattle", 2, 1.0).assign(energy_kind="bounded", **two),
-        power_law("rk4", 4, 1.0).assign(energy_kind="linear", **two),
+        power_law("rattle", 2, 1.0).assign(energy_slope=0.0, **two),
+        power_law("rk4", 4, 1.0).assign(energy_slope=1e-4, **two),
     )
     parts = [kept, lost, kept.assign(method="rattle/suzuki4"), lost.assign(method="ida:ggl", knob="tol")]
     found = families(pd.concat([part if "knob" in part else part.assign(knob="h") for part in parts], ignore_index=True))
@@ -115,7 +115,7 @@ def test_nothing_is_drawn_below_the_bound_of_the_reference(tmp_path, monkeypatch
 
     monkeypatch.setattr(Axes, "plot", plot)
     table = power_law("rattle", 2, 1.0, floor=1e-5).assign(problem="torus", knob="h", callback_seconds=np.nan, n_H_p=1.0, energy_drift=1e-3)
-    table = with_costs(table.assign(energy_kind="bounded", energy_slope=0.0, t_end=10.0, g=0.0, Gv=0.0, steps=1))
+    table = with_costs(table.assign(energy_slope=0.0, t_end=10.0, g=0.0, Gv=0.0, steps=1))
     svg = draw(tmp_path, table, "error_q", "error")
     assert min(table["error_q"]) < 1e-5 < min(drawn)
     assert len(pd.read_csv(svg.with_suffix(".csv"))) == len(table)

@@ -15,8 +15,8 @@ ROUND_OFF = 1e-12
 
 EPS = float(np.finfo(float).eps)
 
-SECULAR = 0.5
-"""Part of the largest energy error that a bounded error may change by from the start to the end, by its slope."""
+SECULAR = 0.25
+"""Part of the largest energy error from which on what its slope adds up to over the run is a drift: where it drifts, that is all of it."""
 
 LEAST = 3
 """Runs of a method that have to agree that it keeps something: a single one may do so by chance."""
@@ -44,14 +44,14 @@ def with_conserved(table: "pd.DataFrame", defects: Mapping[str, float]) -> "pd.D
     Returns
     -------
     DataFrame
-        ``keeps_nothing`` is true wherever a run came to its end. ``keeps_energy`` if its energy error is bounded, with no slope that
-        would explain half of it, or is round-off;
+        ``keeps_nothing`` is true wherever a run came to its end. ``keeps_energy`` if the secular part of its energy error is a
+        small part of it, or the error is round-off;
         ``keeps_constraints`` if g and G H_p are round-off, ``keeps_casimirs`` likewise; these hold for a run only if they hold for all
         runs of the method with smaller values of its knob too, and for the three smallest at least. ``keeps_two_form`` if the defect of
         the method is round-off. A column is there for what can be conserved alone.
     """
     done = table["failure"] == ""
-    found = {"nothing": done, "energy": done & (_bounded(table) | (table["energy_drift"] <= _rounding(table)))}
+    found = {"nothing": done, "energy": done & (_without_drift(table) | (table["energy_drift"] <= _rounding(table)))}
     if {"g", "Gv"} <= set(table.columns):
         found["constraints"] = done & (table[["g", "Gv"]].max(axis=1, skipna=False) <= ROUND_OFF)
     if "casimirs" in table and table["casimirs"].notna().any():
@@ -62,10 +62,9 @@ def with_conserved(table: "pd.DataFrame", defects: Mapping[str, float]) -> "pd.D
     return table.assign(**{f"keeps_{name}": found[name] for name in CONSERVED if name in found})
 
 
-def _bounded(table: "pd.DataFrame") -> "pd.Series[bool]":
-    """Return where the energy error has no secular part that was found, nor one that hides in the error of its slope."""
-    secular = (table["energy_slope"] * table["t_end"]).abs()
-    return (table["energy_kind"] == "bounded") & (secular <= SECULAR * table["energy_drift"])
+def _without_drift(table: "pd.DataFrame") -> "pd.Series[bool]":
+    """Return where the slope of the energy error explains little of it; on a chaotic motion its scatter may grow without any drift."""
+    return (table["energy_slope"] * table["t_end"]).abs() <= SECULAR * table["energy_drift"]
 
 
 def _rounding(table: "pd.DataFrame") -> "pd.Series[float]":
