@@ -98,7 +98,7 @@ def standard(
             methods=list(methods),
             values={knob: values[knob] for knob in sorted(knobs)},
             t_end=end,
-            metrics=list(metrics or (("y",) if poisson else ("q", "p", "lam", "manifold")) + ("phase", "energy", "integrals")),
+            metrics=list(metrics or (("y", "casimirs") if poisson else ("q", "p", "lam", "manifold")) + ("phase", "energy", "integrals")),
             repeat=repeat,
             calls=CALLS,
             anyway=poisson,

@@ -22,6 +22,9 @@ FAMILIES = ("fixed steps,\nenergy kept", "fixed steps,\nenergy drifts", "composi
 OTHERS = "#d4d4d4"
 """Grey of the curves of all other families."""
 
+MARGIN = 3.0
+"""Factor between what is drawn and the frame."""
+
 HIGHEST = 10.0
 """Errors up to this are drawn: beyond it nothing is right."""
 
@@ -70,8 +73,9 @@ def draw(out: Path, table: "pd.DataFrame", error: str, label: str, *, stem: str 
                 _panel(axis, drawn, names, error, cost)
                 if floor > 0:
                     axis.axhline(floor, color=QUIET, linestyle=":", linewidth=1.0)
+                    axis.set_ylim(bottom=floor / MARGIN)
                 axis.set(xscale="log", yscale="log", xlabel=COSTS[cost], title=family if cost == costs[0] else "")
-                axis.set_ylim(top=min(HIGHEST, 3 * float(drawn[error].max())))
+                axis.set_ylim(top=min(HIGHEST, MARGIN * float(drawn[error].max())))
             row[0].set_ylabel(label)
         for axis in axes[-1]:
             axis.legend(loc="upper left", bbox_to_anchor=(-0.1, -0.28), handlelength=2.2, borderaxespad=0.0, fontsize=8)
