@@ -139,6 +139,19 @@ def test_a_long_run_is_timed_once(monkeypatch):
     assert len(solved) == 2
 
 
+@pytest.mark.parametrize("which", [0, 1], ids=["measured", "timed"])
+def test_an_interrupted_run_is_no_row(monkeypatch, which):
+    real, made = ScipyOde.solve, []
+
+    def solve(self, scene, request):
+        made.append(request)
+        return replace(real(self, scene, request), interrupted=len(made) == which + 1)
+
+    monkeypatch.setattr(ScipyOde, "solve", solve)
+    with pytest.raises(KeyboardInterrupt):
+        row_of(Cell(**PENDULUM, method="scipy:DOP853", value=1e-3, metrics=("energy",), repeat=1))
+
+
 def test_momenta_are_measured_where_the_problem_has_some():
     row = row_of(Cell(problem="lotka_volterra", case="4,2", t_end=4.0, method="scipy:DOP853", value=1e-6, metrics=("integrals",)))
     assert np.isnan(row["integrals"])
