@@ -12,6 +12,7 @@ from markupsafe import Markup
 from daebench.figures import save_table
 from daebench.report import NONE, THIN, count, number, power_of_ten, table
 from daebench.reports._index_reduction_tables import Formats, Tabulate, code, column, text, tiny
+from daebench.reports._work_precision_claims import MIDDLE
 from daebench.reports._work_precision_numbers import Numbers
 from daebench.reports._work_precision_scenes import Work
 from daebench.studies.recommend import CONSERVED
@@ -22,7 +23,7 @@ WORDS = CONSERVED | {"two_form": "two-form", "casimirs": "Casimir functions", "c
 def tables(numbers: Numbers, found: Mapping[str, SimpleNamespace], folder: Path) -> Mapping[str, Tabulate]:
     """Write the tables as CSV into a folder, all columns and rows, and return functions from a caption to HTML, by name and motion."""
     save_table(folder / "defects.csv", numbers.defects)
-    made: dict[str, Tabulate] = {}
+    made: dict[str, Tabulate] = {"summary": partial(summary_table, numbers, found)}
     for work in numbers.works:
         own = found[work.key]
         stems = {"runs": numbers.runs[work.key], "winners": own.winners, "keeps": own.keeps, "advice": own.advice}
@@ -61,6 +62,25 @@ def times(ratio: float) -> Markup:
 def named(value: str) -> Markup:
     """Return a method's name as HTML, an en dash for none."""
     return code(value) if value else Markup(NONE)
+
+
+def summary_table(numbers: Numbers, found: Mapping[str, SimpleNamespace], caption: str) -> Markup:
+    """Return what to take on each motion at one accuracy, a column for each thing that must be conserved."""
+    rows: list[dict[str, Any]] = []
+    for work in numbers.works:
+        advice = found[work.key].advice
+        own = advice[advice["level"] == MIDDLE].set_index("conserve").to_dict("index")
+        rows.append({"motion": work.title, "t": work.t_end, **{str(name): chosen(row) for name, row in own.items()}})
+    frame = pd.DataFrame(
+        rows, columns=["motion", "t", *(name for name in CONSERVED if any(name in row for row in rows))], dtype=object
+    ).fillna(NONE)
+    formats: Formats = {"motion": text, "t": count} | {str(name): text for name in frame.columns[2:]}
+    return table("summary", frame, formats, {"t": "to <i>t</i>"} | WORDS, caption)
+
+
+def chosen(row: Mapping[Any, Any]) -> Markup:
+    """Return a method with the value of its knob."""
+    return Markup("{}<br>{}").format(code(row["method"]), setting(row["knob"], row["value"])) if row["method"] else Markup(NONE)
 
 
 def winners_table(work: Work, frame: pd.DataFrame, knobs: Mapping[Any, str], caption: str) -> Markup:

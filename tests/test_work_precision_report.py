@@ -227,6 +227,13 @@ def test_a_refuted_claim_leaves_no_page(numbers, tmp_path, monkeypatch):
     assert not (tmp_path / "work-precision" / "index.html").exists()
 
 
+def test_what_to_take_is_the_recommendation_at_the_accuracy_of_the_page(numbers, tmp_path):
+    html = str(tables(numbers, check(numbers).found, tmp_path)["summary"]("A caption"))
+    # of order 4 both, the drifter and the fourth reach 1e-6 with h = 10^-1.5, the next of the halves is 1/32
+    assert html.count(f"<code>drifter</code><br><i>h</i>{THIN}={THIN}1/32") == 1
+    assert html.count(f"<code>fourth</code><br><i>h</i>{THIN}={THIN}1/32") == 3
+
+
 def test_tables_are_kept_as_csv_with_all_rows(numbers, tmp_path):
     made = tables(numbers, check(numbers).found, tmp_path)
     assert len(pd.read_csv(tmp_path / f"runs-{PLANTED.key}.csv")) == 33
