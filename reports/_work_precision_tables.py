@@ -66,15 +66,14 @@ def named(value: str) -> Markup:
 
 def summary_table(numbers: Numbers, found: Mapping[str, SimpleNamespace], caption: str) -> Markup:
     """Return what to take on each motion at one accuracy, a column for each thing that must be conserved."""
-    rows: list[dict[str, Any]] = []
+    asked = [name for name in CONSERVED if any(name in set(own.advice["conserve"]) for own in found.values())]
+    rows = []
     for work in numbers.works:
         advice = found[work.key].advice
         own = advice[advice["level"] == MIDDLE].set_index("conserve").to_dict("index")
-        rows.append({"motion": work.title, "t": work.t_end, **{str(name): chosen(row) for name, row in own.items()}})
-    frame = pd.DataFrame(
-        rows, columns=["motion", "t", *(name for name in CONSERVED if any(name in row for row in rows))], dtype=object
-    ).fillna(NONE)
-    formats: Formats = {"motion": text, "t": count} | {str(name): text for name in frame.columns[2:]}
+        rows.append([work.title, work.t_end, *(chosen(own[name]) if name in own else Markup(NONE) for name in asked)])
+    frame = pd.DataFrame(rows, columns=["motion", "t", *asked], dtype=object)
+    formats: Formats = {"motion": text, "t": count} | dict.fromkeys(asked, text)
     return table("summary", frame, formats, {"t": "to <i>t</i>"} | WORDS, caption)
 
 
