@@ -1,15 +1,24 @@
 """Work against precision: which runs are made, which method is called the cheapest, and what the command says."""
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pandas as pd
 import pytest
 
+from daebench import api
+from daebench.api import setting_of
 from daebench.catalogue import problems
 from daebench.errors import BadInput
+from daebench.fixed_step import FixedStep
+from daebench.method import Request
 from daebench.reference.certified import store
-from daebench.studies.work_precision import cheapest, standard, with_costs
+from daebench.reference.scipy_ode import ScipyOde
+from daebench.studies.cell import Cell
+from daebench.studies.measure import row_of
+from daebench.studies.work_precision import cheapest, front, standard, with_costs
+from daebench.studies.work_precision_figure import FAMILIES, draw, families
 
 
 def power_law(method, order, price, floor=1e-15):
@@ -42,11 +51,114 @@ def test_failed_and_untimed_runs_do_not_count():
     assert not cheapest(table, "error_q", "seconds", [1e-1]).empty
 
 
+def counted(problem, **counts):
+    return pd.DataFrame({"problem": [problem], "seconds": [2.0], "callback_seconds": [np.nan], **counts})
+
+
 def test_evaluations_leave_out_what_evaluates_nothing():
-    table = pd.DataFrame(
-        {"n_H_p": [2.0], "n_G": [3.0], "n_solve": [100.0], "n_newton": [100.0], "n_steps": [100.0], "n_residual": [np.nan]}
-    )
+    table = counted("torus", n_H_p=2.0, n_G=3.0, n_solve=100.0, n_newton=100.0, n_steps=100.0, n_residual=np.nan)
     assert with_costs(table)["evaluations"].tolist() == [5.0]
+
+
+def test_a_call_of_a_whole_right_side_counts_as_what_it_evaluates():
+    assert with_costs(counted("torus", n_rhs=10.0, n_jacobian=1.0))["evaluations"].tolist() == [44.0]
+    assert with_costs(counted("lotka_volterra", n_rhs=10.0, n_jacobian=1.0))["evaluations"].tolist() == [11.0]
+
+
+def test_a_stage_of_a_fixed_step_counts_as_much_as_a_call_of_a_solver():
+    run = FixedStep("rk4", compiled=False).solve(setting_of("planar_pendulum", "rotating"), Request(value=1 / 8, steps=10))
+    table = with_costs(counted("planar_pendulum", **{f"n_{name}": float(count) for name, count in run.work.items()}))
+    assert table["evaluations"].item() == 4 * run.steps * with_costs(counted("planar_pendulum", n_rhs=1.0))["evaluations"].item()
+
+
+def test_the_own_time_of_a_solver_is_without_its_callbacks():
+    table = with_costs(pd.concat([counted("torus"), counted("torus").assign(callback_seconds=0.5)]))
+    assert table["own_seconds"].tolist() == [2.0, 1.5]
+
+
+def test_the_front_has_the_runs_than_which_none_is_better():
+    table = pd.DataFrame(
+        {
+            "method": list("abcdef"),
+            "error_q": [1e-1, 1e-2, 1e-2, 1e-1, 1e-3, np.nan],
+            "bound_q": 1e-16,
+            "seconds": [1.0, 2.0, 3.0, 2.5, 4.0, 0.1],
+        }
+    )
+    assert front(table, "error_q", "seconds")["method"].tolist() == ["a", "b", "e"]
+    assert front(table.assign(bound_q=5e-3), "error_q", "seconds")["method"].tolist() == ["a", "b", "e"]
+    assert front(table.assign(bound_q=5e-2), "error_q", "seconds")["method"].tolist() == ["a", "b"]
+    assert front(table.iloc[:0], "error_q", "seconds").empty
+
+
+def test_methods_are_in_the_family_of_their_knob_and_of_what_they_keep():
+    two = {"g": 1e-16, "Gv": 1e-16, "steps": 10, "energy_drift": 1e-3, "t_end": 10.0}
+    kept, lost = (
+        power_law("rattle", 2, 1.0).assign(energy_slope=0.0, **two),
+        power_law("rk4", 4, 1.0).assign(energy_slope=1e-4, **two),
+    )
+    parts = [kept, lost, kept.assign(method="rattle/suzuki4"), lost.assign(method="ida:ggl", knob="tol")]
+    found = families(pd.concat([part if "knob" in part else part.assign(knob="h") for part in parts], ignore_index=True))
+    assert dict(found) == dict(zip(FAMILIES, (["rattle"], ["rk4"], ["rattle/suzuki4"], ["ida:ggl"]), strict=True))
+    assert list(families(kept.assign(knob="h"))) == [FAMILIES[0]]
+
+
+def test_nothing_is_drawn_below_the_bound_of_the_reference(tmp_path, monkeypatch):
+    from matplotlib.axes import Axes
+
+    drawn = []
+    real = Axes.plot
+
+    def plot(self, x, y, *rest, **more):
+        drawn.extend(np.asarray(y, dtype=float))
+        return real(self, x, y, *rest, **more)
+
+    monkeypatch.setattr(Axes, "plot", plot)
+    table = power_law("rattle", 2, 1.0, floor=1e-5).assign(problem="torus", knob="h", callback_seconds=np.nan, n_H_p=1.0, energy_drift=1e-3)
+    table = with_costs(table.assign(energy_slope=0.0, t_end=10.0, g=0.0, Gv=0.0, steps=1))
+    svg = draw(tmp_path, table, "error_q", "error")
+    assert min(table["error_q"]) < 1e-5 < min(drawn)
+    assert len(pd.read_csv(svg.with_suffix(".csv"))) == len(table)
+
+
+PENDULUM = {"problem": "planar_pendulum", "case": "rotating", "t_end": 4.0}
+
+
+def test_a_run_by_tolerance_is_given_up_after_so_many_calls():
+    cell = Cell(**PENDULUM, method="scipy:DOP853", value=1e-10, metrics=("energy",), calls=100)
+    assert "100 calls of the rhs were not enough" in row_of(cell)["failure"]
+    assert row_of(replace(cell, calls=100_000))["failure"] == ""
+
+
+def test_a_long_run_is_timed_once(monkeypatch):
+    monkeypatch.setattr("daebench.studies.measure.LONG", 0.0)
+    solved = []
+    real = ScipyOde.solve
+    monkeypatch.setattr(ScipyOde, "solve", lambda self, scene, request: solved.append(request) or real(self, scene, request))
+    row_of(Cell(**PENDULUM, method="scipy:DOP853", value=1e-3, metrics=("energy",), repeat=5))
+    assert len(solved) == 2
+
+
+@pytest.mark.parametrize("which", [0, 1], ids=["measured", "timed"])
+def test_an_interrupted_run_is_no_row(monkeypatch, which):
+    real, made = ScipyOde.solve, []
+
+    def solve(self, scene, request):
+        made.append(request)
+        return replace(real(self, scene, request), interrupted=len(made) == which + 1)
+
+    monkeypatch.setattr(ScipyOde, "solve", solve)
+    with pytest.raises(KeyboardInterrupt):
+        row_of(Cell(**PENDULUM, method="scipy:DOP853", value=1e-3, metrics=("energy",), repeat=1))
+
+
+def test_momenta_are_measured_where_the_problem_has_some():
+    row = row_of(Cell(problem="lotka_volterra", case="4,2", t_end=4.0, method="scipy:DOP853", value=1e-6, metrics=("integrals",)))
+    assert np.isnan(row["integrals"])
+    cell = Cell(problem="spherical_pendulum", case="fig1.1", t_end=4.0, method="scipy:DOP853", value=1e-6, metrics=("integrals",))
+    run = api.run("spherical_pendulum", case="fig1.1", method="scipy:DOP853", tol=1e-6, t_end=4.0, points=65)
+    L3 = run.q[:, 0] * run.p[:, 1] - run.q[:, 1] * run.p[:, 0]
+    assert row_of(cell)["integrals"] == pytest.approx(np.max(np.abs(L3 - L3[0])), rel=1e-6)
 
 
 @pytest.mark.parametrize("name", [each for each in problems() if any(x.startswith(f"{each}-") for x in store.names())])

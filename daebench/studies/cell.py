@@ -18,7 +18,7 @@ from daebench.errors import BadInput
 from daebench.fixed_step import FixedStep
 from daebench.kernels.hole import ROUNDINGS
 from daebench.kinds import method_of
-from daebench.method import Request
+from daebench.method import Patience, Request
 from daebench.scene import PoissonScene, Scene
 
 DECIDING = ("numpy", "scipy", "numba", "scikit-sundae", "mpmath", "heyoka")
@@ -66,6 +66,8 @@ class Cell:
         Sweeps after which Newton's iteration is ended, converged or not; 0 for convergence.
     newton : float
         Relative increment that ends Newton's iteration; 0 for that of round-off.
+    calls : int
+        Calls of the right side or residual after which a tolerance-driven run is given up; 0 for never.
     """
 
     problem: str
@@ -84,6 +86,7 @@ class Cell:
     repeat: int = 0
     sweeps: int = 0
     newton: float = 0.0
+    calls: int = 0
 
     @property
     def scene(self) -> Scene | PoissonScene:
@@ -114,7 +117,8 @@ class Cell:
     def asked(self, knob: str) -> Request:
         """Return what a method with this knob is asked to do."""
         every, points = (self._every, None) if knob == "h" else (None, max(FEWEST, self.outputs + 1))
-        return Request(value=self.value, t_end=self.t_end, precision=self.precision, every=every, points=points)
+        patience = Patience(self.calls, self.calls + 1, 1) if self.calls else None
+        return Request(value=self.value, t_end=self.t_end, precision=self.precision, every=every, points=points, patience=patience)
 
     @property
     def _every(self) -> int:

@@ -6,11 +6,15 @@ from dataclasses import replace
 from typing import Any
 
 from daebench.errors import DaebenchError
+from daebench.method import Request
 from daebench.studies.cell import Cell, maker
 from daebench.studies.metrics import Measured, metrics_of
 from daebench.studies.store import Kept
 
 NAN = float("nan")
+
+LONG = 1.0
+"""CPU time after which a run is not timed again, s: what disturbs a run of a second is small beside it."""
 
 Row = dict[str, Any]
 
@@ -26,6 +30,11 @@ def row_of(cell: Cell) -> Row:
     """Return the row of a cell: names, numbers asked for, work, time, and why it failed where it did.
 
     A run that failed, took no step, or was looked at twice has NaN where numbers would be, and says why: a row is never left out.
+
+    Raises
+    ------
+    KeyboardInterrupt
+        If Ctrl-C ends the run: what somebody did not wait for is no failure of the method, and no row.
     """
     row: Row = {
         "problem": cell.problem,
@@ -47,7 +56,7 @@ def row_of(cell: Cell) -> Row:
     try:
         scene, solver = cell.scene, cell.solver
         row["knob"] = solver.knob
-        run = solver.solve(scene, cell.asked(solver.knob))
+        run = _solved(solver, scene, cell.asked(solver.knob))
         row |= {f"n_{kind}": count for kind, count in run.work.items()}
         row |= {"steps": run.steps, "t_reached": float(run.t[-1]), "failure": run.failure or ""}
         found = Measured(cell, scene, solver, run)
@@ -64,14 +73,24 @@ def row_of(cell: Cell) -> Row:
     return row
 
 
+def _solved(solver: Any, scene: Any, request: Request) -> Any:
+    """Return a run; where it was interrupted, which a method notes in what it returns, go on with the interruption."""
+    run = solver.solve(scene, request)
+    if run.interrupted:
+        raise KeyboardInterrupt
+    return run
+
+
 def _timed(cell: Cell, solver: Any) -> Row:
-    """Return the least time of several runs that watch, count and keep nothing; the run before them has warmed up."""
+    """Return the least time of several runs that watch, count and keep nothing, of one if it is long; the run before has warmed up."""
     bare = replace(cell.asked(solver.knob), watch=(), count=False)
     bare = replace(bare, every=0) if solver.knob == "h" else bare
     best: tuple[float, float | None] = math.inf, None
     for _ in range(cell.repeat):
-        run = solver.solve(cell.scene, bare)
+        run = _solved(solver, cell.scene, bare)
         if run.failure is None and run.seconds < best[0]:
             best = run.seconds, run.callback_seconds
+        if run.seconds > LONG:
+            break
     seconds, inside = best
     return {"seconds": seconds if math.isfinite(seconds) else NAN, "callback_seconds": NAN if inside is None else inside}

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from daebench.diagnostics.branch import largest_jump
 from daebench.diagnostics.energy import energy_drift
+from daebench.diagnostics.integrals import integral_errors
 from daebench.errors import BadInput, unknown
 from daebench.reference.certified import store
 from daebench.reference.certified.between import At, states_at
@@ -198,6 +199,11 @@ def _horizon(found: Measured) -> Columns:
     return {"horizon": float(t[max(int(np.argmax(off)) - 1, 0)] if np.any(off) else t[-1])}
 
 
+def _integrals(found: Measured) -> Columns:
+    errors = integral_errors(found.scene, found.run)
+    return {"integrals": float(max((np.max(np.abs(error)) for error in errors.values()), default=NAN))}
+
+
 def _maxima(*names: str) -> Callable[[Measured], Columns]:
     return lambda found: {name: float(found.run.maxima.get(name, NAN)) for name in names}
 
@@ -207,22 +213,23 @@ def _casimirs(found: Measured) -> Columns:
     return {"casimirs": float(max(own, default=NAN))}
 
 
-def _defect(found: Measured) -> Columns:
-    """Return the symplecticity defect of a few steps, or on a Poisson system the Poisson defect.
-
-    It is that of the map in double precision, of which the one in single precision is a rounding: of that it is NaN.
-    """
-    h, scene = found.cell.value, found.scene
-    if found.cell.precision == "float32":
-        return {"defect": NAN}
+def defect_of(scene: Scene | PoissonScene, solver: Any, h: float) -> float:
+    """Return the symplecticity defect of a few steps of a method with fixed steps, or on a Poisson system the Poisson defect."""
     if isinstance(scene, PoissonScene):
         from daebench.diagnostics.poisson import poisson_defect
 
-        return {"defect": float(poisson_defect(found.solver.flow(scene, h, DEFECT_STEPS), scene.y0, lambda y: scene.value("B", y)))}
+        return float(poisson_defect(solver.flow(scene, h, DEFECT_STEPS), scene.y0, lambda y: scene.value("B", y)))
     from daebench.diagnostics.symplecticity import symplecticity_defect, tangent_basis
 
     basis = tangent_basis(scene, scene.p0, scene.q0)
-    return {"defect": float(symplecticity_defect(found.solver.flow(scene, h, DEFECT_STEPS), scene.p0, scene.q0, basis))}
+    return float(symplecticity_defect(solver.flow(scene, h, DEFECT_STEPS), scene.p0, scene.q0, basis))
+
+
+def _defect(found: Measured) -> Columns:
+    """Return the defect of the map in double precision; of the one in single precision, which is a rounding of it, it is NaN."""
+    if found.cell.precision == "float32":
+        return {"defect": NAN}
+    return {"defect": defect_of(found.scene, found.solver, found.cell.value)}
 
 
 DEFECT_STEPS = 10
@@ -246,6 +253,7 @@ METRICS: Mapping[str, Metric] = {
         Metric("casimirs", {"casimirs": ""}, "largest error of a Casimir function", _casimirs, constrained=False),
         Metric("jump", {"jump": ""}, "largest jump of a step, see daebench.diagnostics.branch", _jump, poisson=False, fixed_step=True),
         Metric("horizon", {"horizon": "s"}, f"time until which its error is within {LOST:g} of its size", _horizon, certified=True),
+        Metric("integrals", {"integrals": ""}, "largest error of another first integral that the problem declares", _integrals),
         Metric("defect", {"defect": ""}, f"defect of the two-form over {DEFECT_STEPS} steps", _defect, fixed_step=True),
     )
 }

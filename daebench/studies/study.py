@@ -49,6 +49,8 @@ class Study:
         States of each run that are looked at, about.
     repeat : int
         Runs that are timed, of which the best counts; 0 where time is not asked for.
+    calls : int
+        Calls of the right side or residual after which a tolerance-driven run is given up; 0 for never.
     anyway : bool
         Whether schemes may run where they are no Poisson integrators.
     on_singular : str
@@ -71,6 +73,7 @@ class Study:
     precisions: Sequence[str] = ("float64",)
     outputs: int = OUTPUTS
     repeat: int = 0
+    calls: int = 0
     anyway: bool = False
     on_singular: str = ""
 
@@ -137,6 +140,7 @@ class Study:
                     on_singular=self.on_singular,
                     outputs=self.outputs,
                     repeat=self.repeat,
+                    calls=self.calls,
                     **computed_in(precision),
                 )
 

@@ -44,8 +44,17 @@ STEPS = 2**20
 REPEAT = 3
 """Runs that are timed, after the one that warms up."""
 
+CALLS = 200_000
+"""Calls of the right side or residual after which a tolerance-driven run is given up."""
+
 NOT_COSTS = ("n_steps", "n_newton", "n_solve")
 """Counts that are no evaluations of the problem's functions."""
+
+WHOLE = ("n_rhs", "n_residual", "n_jacobian")
+"""Counts of calls that evaluate all functions of the equations at once."""
+
+IN_A_CALL = 4
+"""Functions that a call for a constrained problem evaluates: H_p, H_q, G, and g or the second derivatives of (1.18)."""
 
 
 def standard(
@@ -93,8 +102,9 @@ def standard(
             methods=list(methods),
             values={knob: values[knob] for knob in sorted(knobs)},
             t_end=end,
-            metrics=list(metrics or (("y",) if poisson else ("q", "p", "lam", "manifold")) + ("phase", "energy")),
+            metrics=list(metrics or (("y", "casimirs") if poisson else ("q", "p", "lam", "manifold")) + ("phase", "energy", "integrals")),
             repeat=repeat,
+            calls=CALLS,
             anyway=poisson,
         ),
         left_out,
@@ -102,9 +112,39 @@ def standard(
 
 
 def with_costs(table: "pd.DataFrame") -> "pd.DataFrame":
-    """Return a table with the column ``evaluations``: all counted evaluations of functions of the problem and of their derivatives."""
+    """Return a table with two more columns of costs.
+
+    ``evaluations`` are all counted evaluations of functions of the problem and of their derivatives; a call of the whole right side or
+    residual of a constrained problem counts as :data:`IN_A_CALL`, as a fixed-step method on the same equations has it. ``own_seconds``
+    is the CPU time without that spent in Python callbacks.
+    """
     counts = [name for name in table.columns if name.startswith("n_") and name not in NOT_COSTS]
-    return table.assign(evaluations=table[counts].sum(axis=1, min_count=1))
+    in_a_call = 1 if isinstance(setting_of(str(table["problem"].iloc[0])), PoissonScene) else IN_A_CALL
+    weights = {name: in_a_call if name in WHOLE else 1 for name in counts}
+    own = table["seconds"] - table["callback_seconds"].fillna(0.0)
+    return table.assign(evaluations=(table[counts] * weights).sum(axis=1, min_count=1), own_seconds=own)
+
+
+def at_least(runs: "pd.DataFrame", error: str) -> "pd.Series[float]":
+    """Return the errors of runs, and where one is below the bound of what it is taken against, that bound: less is not known."""
+    bound = error.replace("error_", "bound_")
+    return runs[[error, bound]].max(axis=1, skipna=False) if bound != error and bound in runs else runs[error]
+
+
+def front(table: "pd.DataFrame", error: str, cost: str) -> "pd.DataFrame":
+    """Return the Pareto front: the runs than which none is both cheaper and as accurate, from the cheapest to the most accurate.
+
+    Errors below their bound count as their bound, so that no run is on the front for digits that nobody knows.
+    """
+    errors = at_least(table, error)
+    good = table.assign(known=errors)[np.isfinite(errors) & (table[cost] > 0)].sort_values([cost, "known"])
+    return good[good["known"] < good["known"].cummin().shift(fill_value=np.inf)].drop(columns="known")
+
+
+def costs_at(table: "pd.DataFrame", error: str, cost: str, level: float) -> dict[str, tuple[float, float]]:
+    """Return what an accuracy costs and the value of the knob that reaches it, by method, the cheapest first; see :func:`cheapest`."""
+    found = {str(name): at for name, runs in table.groupby("method", sort=False) if (at := _cost_at(runs, error, cost, level))}
+    return dict(sorted(found.items(), key=lambda entry: entry[1][0]))
 
 
 def cheapest(table: "pd.DataFrame", error: str, cost: str, levels: Sequence[float]) -> "pd.DataFrame":
@@ -131,8 +171,7 @@ def cheapest(table: "pd.DataFrame", error: str, cost: str, levels: Sequence[floa
 
     rows = []
     for level in levels:
-        found = {str(name): at for name, runs in table.groupby("method", sort=False) if (at := _cost_at(runs, error, cost, level))}
-        ranked = sorted(found.items(), key=lambda entry: entry[1][0])
+        ranked = list(costs_at(table, error, cost, level).items())
         if ranked:
             (method, (price, value)), second = ranked[0], ranked[1] if len(ranked) > 1 else None
             dearer = {"next": second[0], "ratio": second[1][0] / price} if second else {"next": "", "ratio": float("nan")}
@@ -142,8 +181,7 @@ def cheapest(table: "pd.DataFrame", error: str, cost: str, levels: Sequence[floa
 
 def _cost_at(runs: "pd.DataFrame", error: str, cost: str, level: float) -> tuple[float, float] | None:
     """Return what an accuracy costs by one method, and the value of its knob that reaches it; None if it is not reached."""
-    bound = error.replace("error_", "bound_")
-    errors = np.maximum(runs[error], runs[bound]) if bound != error and bound in runs else runs[error]
+    errors = at_least(runs, error)
     good = runs.assign(found=errors)[np.isfinite(errors) & np.isfinite(runs[cost]) & (runs[cost] > 0)].sort_values(cost)
     best: tuple[float, float] | None = None
     before: tuple[float, float] | None = None

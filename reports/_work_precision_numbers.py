@@ -1,0 +1,128 @@
+"""Everything that the report on work against precision measures: runs timed one at a time and kept, and defects; no judgement here."""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import pandas as pd
+
+from daebench.errors import DaebenchError, Interrupted
+from daebench.kinds import methods_of
+from daebench.lifted import Lifted
+from daebench.reports._work_precision_compile import compile_ahead
+from daebench.reports._work_precision_scenes import WORKS, Work
+from daebench.scene import PoissonScene
+from daebench.studies.metrics import defect_of
+from daebench.studies.recommend import with_conserved
+from daebench.studies.store import Store, opened
+from daebench.studies.study import Study
+from daebench.studies.work_precision import with_costs
+
+Tell = Callable[[float, str], None]
+
+STORE = "studies.db"
+"""File of the runs, in the folder of the report."""
+
+COMPILING, TIMING = 0.3, 0.95
+"""Parts of the work that are done when all kernels are there, and when all runs are."""
+
+COARSER = 2
+"""Defects are those of steps this many times as long as the middle one of a method's step sizes."""
+
+
+@dataclass(frozen=True)
+class Numbers:
+    """What was measured.
+
+    Parameters
+    ----------
+    works : tuple of Work
+        The motions.
+    runs : mapping of str to DataFrame
+        One row a run, by key of the motion, with costs and what it keeps, see :func:`daebench.studies.recommend.with_conserved`.
+    defects : DataFrame
+        Columns key, method, h, claimed, defect: of methods with fixed steps; claimed is whether the method says that there is none.
+    left_out : DataFrame
+        Columns key, method, why: of the methods of the standard set that a problem cannot be solved by.
+    """
+
+    works: tuple[Work, ...]
+    runs: Mapping[str, pd.DataFrame]
+    defects: pd.DataFrame
+    left_out: pd.DataFrame
+
+
+def measure(folder: Path, tell: Tell, works: Sequence[Work] = WORKS) -> Numbers:
+    """Return the numbers; runs that the store in the folder has are not made again.
+
+    Raises
+    ------
+    Interrupted
+        If Ctrl-C ends it; what was done is kept.
+    """
+    studies = {work.key: work.study() for work in works}
+    with opened(folder / STORE) as kept:
+        try:
+            tables = _tables({key: study for key, (study, _) in studies.items()}, kept, tell)
+        except KeyboardInterrupt as stop:
+            raise Interrupted(f"interrupted; {len(kept)} runs are kept in {kept.path}: run again to go on.") from stop
+    tell(TIMING, "defects")
+    found = [row for work in works for row in defects(work, studies[work.key][0])]
+    frame = pd.DataFrame(found, columns=["key", "method", "h", "claimed", "defect"])
+    return Numbers(
+        works=tuple(works),
+        runs={key: with_conserved(with_costs(table), _by_method(frame, key)) for key, table in tables.items()},
+        defects=frame,
+        left_out=pd.DataFrame(
+            [(key, method, why) for key, (_, left) in studies.items() for method, why in left.items()], columns=["key", "method", "why"]
+        ),
+    )
+
+
+def _tables(studies: Mapping[str, Study], kept: Store, tell: Tell) -> dict[str, pd.DataFrame]:
+    """Return the table of every study: kernels are compiled first, then each run that is missing is made and timed alone."""
+    missing = [cell for study in studies.values() for cell in study.cells() if cell.key() not in kept]
+    if missing:
+        compile_ahead(missing, lambda done, doing: tell(COMPILING * done, doing))
+    left, tables = len(missing), {}
+    for key, study in studies.items():
+
+        def told(_: int, __: int, cell: Any) -> None:
+            nonlocal left
+            left -= 1
+            done = 1 - left / len(missing)
+            tell(COMPILING + (TIMING - COMPILING) * done, f"{cell.method} on {cell.problem}, {cell.value:g}")
+
+        tables[key] = study.table(kept, tell=told)
+    return tables
+
+
+def _by_method(frame: pd.DataFrame, key: str) -> dict[str, float]:
+    own = frame[frame["key"] == key]
+    return {str(name): float(defect) for name, defect in zip(own["method"], own["defect"], strict=True)}
+
+
+def defects(work: Work, study: Study) -> list[dict[str, object]]:
+    """Return what each method with fixed steps makes of the two-form, or of the structure matrix: exactly, and uncompiled."""
+    scene = study.cells()[0].scene
+    rows: list[dict[str, object]] = []
+    for name, solver in zip(study.methods, methods_of(scene, study.methods, anyway=study.anyway), strict=True):
+        if solver.knob != "h":
+            continue
+        steps = sorted(study.values.get(name, study.values["h"]))
+        h = COARSER * steps[len(steps) // 2]
+        try:
+            defect = defect_of(scene, _uncompiled(solver), h)
+        except DaebenchError:
+            defect = float("nan")
+        rows.append({"key": work.key, "method": name, "h": h, "claimed": _claimed(solver, scene), "defect": defect})
+    return rows
+
+
+def _uncompiled(solver: Any) -> Any:
+    return Lifted(replace(solver.method, compiled=False)) if isinstance(solver, Lifted) else replace(solver, compiled=False)
+
+
+def _claimed(solver: Any, scene: Any) -> bool:
+    return bool(solver.is_poisson(scene) if isinstance(scene, PoissonScene) else solver.claims.symplectic)

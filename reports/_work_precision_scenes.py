@@ -1,0 +1,80 @@
+"""What the report on work against precision runs on: a small standard set, each scene of another character."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from daebench.api import setting_of
+from daebench.scene import PoissonScene
+from daebench.studies.study import Study
+from daebench.studies.work_precision import TOLERANCES, standard
+
+EVERY_OTHER = TOLERANCES[1::2]
+"""Tolerances of long runs: 1e-4, 1e-6, ... 1e-12."""
+
+LEVELS = (1e-2, 1e-4, 1e-6, 1e-8, 1e-10, 1e-12)
+"""Accuracies for which the cheapest is named."""
+
+WANTED = (1e-3, 1e-6, 1e-9)
+"""Accuracies for which a method is recommended."""
+
+REPEAT = 3
+"""Runs that are timed."""
+
+
+@dataclass(frozen=True)
+class Work:
+    """A motion up to a horizon.
+
+    Parameters
+    ----------
+    problem, case : str
+        Names; the case has a certified reference.
+    t_end : float
+        Horizon, s.
+    title, character : str
+        What it is, and what it is here for, as HTML.
+    tol : tuple of float
+        Tolerances.
+    """
+
+    problem: str
+    case: str
+    t_end: float
+    title: str
+    character: str
+    tol: tuple[float, ...] = TOLERANCES
+
+    @property
+    def key(self) -> str:
+        """Name in files and links."""
+        return f"{self.problem}-{self.case}-{self.t_end:g}".replace(".", "_").replace(",", "_")
+
+    @property
+    def poisson(self) -> bool:
+        """Whether it is a Poisson system."""
+        return isinstance(setting_of(self.problem, self.case), PoissonScene)
+
+    @property
+    def letter(self) -> str:
+        """What errors are of: q, or y."""
+        return "y" if self.poisson else "q"
+
+    @property
+    def error(self) -> str:
+        """Column of the error."""
+        return f"error_{self.letter}"
+
+    def study(self) -> tuple[Study, Mapping[str, str]]:
+        """Return the standard study, and why methods of the standard set are not in it."""
+        return standard(self.problem, case=self.case, t_end=self.t_end, tol=self.tol, repeat=REPEAT)
+
+
+WORKS = (
+    Work("spherical_pendulum", "fig1.2", 10.0, "Spherical pendulum, short", "the standard: one constraint, a fast swing (HLW Fig. 1.2)"),
+    Work("spherical_pendulum", "fig1.2", 100.0, "Spherical pendulum, long", "the same motion over ten times the time", EVERY_OTHER),
+    Work("double_pendulum", "horizontal", 10.0, "Double pendulum", "chaotic: errors grow exponentially, so the horizon is short"),
+    Work("slider_crank", "turning", 10.0, "Slider crank", "a mechanism: two constraints, a mass matrix that is not diagonal"),
+    Work("free_rigid_body", "hlw", 100.0, "Free rigid body", "a Poisson system with a quadratic Casimir function", EVERY_OTHER),
+    Work("lotka_volterra", "4,2", 100.0, "Predator and prey", "a Poisson system whose structure matrix is not constant", EVERY_OTHER),
+)
+"""The standard set."""

@@ -1,0 +1,54 @@
+"""What accuracy costs: error against CPU time and evaluations for methods of all families, what each keeps, and which to take."""
+
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+from daebench.reference.certified import store
+from daebench.report import Progress, make_page
+from daebench.reports._work_precision_claims import MIDDLE, check
+from daebench.reports._work_precision_figures import draw_all
+from daebench.reports._work_precision_numbers import STORE, Numbers, measure
+from daebench.reports._work_precision_scenes import REPEAT, WANTED
+from daebench.reports._work_precision_tables import setting, tables, times
+from daebench.studies.measure import LONG
+from daebench.studies.recommend import LEAST, ROUND_OFF, SECULAR
+from daebench.studies.work_precision import CALLS, HALVINGS, IN_A_CALL
+
+COMMAND = "daebench report work-precision"
+
+CONSTANTS = SimpleNamespace(
+    CALLS=CALLS,
+    HALVINGS=HALVINGS,
+    IN_A_CALL=IN_A_CALL,
+    LEAST=LEAST,
+    LONG=LONG,
+    MIDDLE=MIDDLE,
+    REPEAT=REPEAT,
+    ROUND_OFF=ROUND_OFF,
+    SECULAR=SECULAR,
+    STORE=STORE,
+    WANTED=WANTED,
+)
+
+
+def make(out: Path, progress: Progress) -> Path:
+    """Make the report in a folder; return the path of its page, see :func:`daebench.report.make_page`.
+
+    Runs are kept in the folder: interrupted, it goes on where it stopped when it is called again.
+    """
+
+    def content(numbers: Numbers, found: SimpleNamespace) -> dict[str, Any]:
+        used = {f"{work.problem}-{work.case}" for work in numbers.works}
+        return {
+            "c": CONSTANTS,
+            "drawn": draw_all(numbers, out / "figures"),
+            "tables": tables(numbers, found.found, out / "tables"),
+            "references": len(store.names()),
+            "unused": len(set(store.names()) - used),
+            "left_out": numbers.left_out,
+            "setting": setting,
+            "times": times,
+        }
+
+    return make_page("work_precision.html", out, COMMAND, progress, measure=lambda tell: measure(out, tell), check=check, content=content)

@@ -1,0 +1,127 @@
+"""Recommendations: what a run was measured to keep, and the cheapest run that is as accurate and keeps it, on tables made by hand."""
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from daebench.studies.recommend import CONSERVED, recommended, with_conserved
+
+LEVEL, SLOPING = 0.2, 0.3
+"""Parts of an energy error that its slope explains: on either side of what is a drift."""
+
+
+def runs(method, errors, costs, *, secular=LEVEL, drift=1e-3, g=1e-15, knob="h", **more):
+    n = len(errors)
+    columns = {"method": method, "knob": knob, "value": 0.5 ** np.arange(n), "error_q": errors, "bound_q": 1e-16, "seconds": costs}
+    columns |= {
+        "energy_drift": drift,
+        "energy_slope": -np.asarray(secular) * drift / 10,
+        "t_end": 10.0,
+        "g": g,
+        "Gv": 1e-15,
+        "steps": 100,
+        "failure": "",
+    }
+    return pd.DataFrame(columns | more)
+
+
+def kept(table, name, defects=None):
+    return with_conserved(table, defects or {})[f"keeps_{name}"].tolist()
+
+
+def test_a_run_that_is_level_by_chance_keeps_nothing():
+    four = [1e-2, 1e-4, 1e-6, 1e-8]
+    costs = [1.0, 2.0, 4.0, 8.0]
+    assert kept(runs("a", four, costs, secular=[LEVEL, LEVEL, SLOPING, LEVEL]), "energy") == [False] * 4
+    assert kept(runs("a", four, costs, secular=[SLOPING, LEVEL, LEVEL, LEVEL]), "energy") == [False, True, True, True]
+    assert kept(runs("a", four, costs, secular=[LEVEL, SLOPING, LEVEL, LEVEL]), "energy") == [False] * 4
+    assert kept(runs("a", four[:2], costs[:2]), "energy") == [False] * 2
+
+
+def test_the_order_of_rows_does_not_matter_and_methods_are_judged_apart():
+    table = pd.concat(
+        [runs("a", [1e-2, 1e-4, 1e-6], [1, 2, 4]), runs("b", [1e-2, 1e-4, 1e-6], [1, 2, 4], secular=SLOPING)], ignore_index=True
+    )
+    shuffled = with_conserved(table.sample(frac=1, random_state=1), {})
+    assert set(shuffled[shuffled["keeps_energy"]]["method"]) == {"a"}
+    assert shuffled["keeps_energy"].sum() == 3
+
+
+def test_drift_that_is_round_off_is_none_and_more_steps_may_have_more():
+    five = [1e-2, 1e-4, 1e-6, 1e-8, 1e-10]
+    drift = [1e-3, 1e-6, 1e-9, 1e-13, 5e-12]
+    table = runs("a", five, range(1, 6), secular=[LEVEL] * 3 + [SLOPING] * 2, drift=np.array(drift))
+    assert kept(table, "energy") == [False] * 5
+    assert kept(table.assign(steps=100_000), "energy") == [True] * 5
+
+
+def test_constraints_are_kept_at_both_levels_or_not_at_all():
+    three = [1e-2, 1e-4, 1e-6]
+    assert kept(runs("a", three, [1, 2, 4]), "constraints") == [True] * 3
+    assert kept(runs("a", three, [1, 2, 4], Gv=1e-6), "constraints") == [False] * 3
+    assert kept(runs("a", three, [1, 2, 4], g=np.nan), "constraints") == [False] * 3
+
+
+def test_failed_runs_keep_nothing_and_do_not_speak_for_others():
+    table = runs("a", [1e-2, 1e-4, 1e-6, np.nan], [1, 2, 4, np.nan])
+    table.loc[3, "failure"] = "stopped"
+    assert kept(table, "energy") == [True, True, True, False]
+    assert kept(table, "nothing") == [True, True, True, False]
+
+
+def test_the_two_form_is_a_matter_of_the_method():
+    table = pd.concat([runs(name, [1e-2, 1e-4, 1e-6], [1, 2, 4]) for name in "abc"], ignore_index=True)
+    assert kept(table, "two_form", {"a": 1e-14, "b": 1e-6}) == [True] * 3 + [False] * 6
+
+
+def test_there_is_a_column_for_what_can_be_conserved_alone():
+    table = runs("a", [1e-2, 1e-4, 1e-6], [1, 2, 4])
+    assert "keeps_casimirs" not in with_conserved(table, {})
+    poisson = table.drop(columns=["g", "Gv"])
+    assert "keeps_constraints" not in with_conserved(poisson, {})
+    assert "keeps_casimirs" not in with_conserved(poisson.assign(casimirs=np.nan), {})
+    assert kept(poisson.assign(casimirs=1e-14), "casimirs") == [True] * 3
+    assert kept(poisson.assign(casimirs=1e-9), "casimirs") == [False] * 3
+
+
+@pytest.fixture
+def table():
+    """Return three methods: a cheap one that drifts, one that keeps the energy alone, and a dear one that keeps everything."""
+    errors = [1e-1, 1e-3, 1e-5, 1e-7]
+    drifting = runs("cheap", errors, [1.0, 10.0, 100.0, 1000.0], secular=SLOPING, g=1e-3)
+    bounded = runs("middle", errors, [3.0, 30.0, 300.0, 3000.0], g=1e-3)
+    whole = runs("dear", errors, [5.0, 50.0, 500.0, 5000.0])
+    return with_conserved(pd.concat([drifting, bounded, whole], ignore_index=True), {"cheap": 1e-3, "middle": 1e-3, "dear": 1e-15})
+
+
+def test_the_cheapest_that_keeps_what_it_must_is_recommended(table):
+    found = recommended(table, "error_q", "seconds", [1e-3]).set_index("conserve")
+    assert found["method"].to_dict() == {"nothing": "cheap", "energy": "middle", "constraints": "dear", "two_form": "dear"}
+    assert found["next"].to_dict() == {"nothing": "middle", "energy": "dear", "constraints": "", "two_form": ""}
+    assert found["ratio"]["nothing"] == pytest.approx(3, rel=1e-12)
+    assert found["ratio"]["energy"] == pytest.approx(5 / 3, rel=1e-12)
+    assert found["cost"].to_dict() == {"nothing": 10.0, "energy": 30.0, "constraints": 50.0, "two_form": 50.0}
+    assert (found["value"] == 0.5).all()
+
+
+def test_between_two_runs_the_finer_one_is_taken_and_the_price_is_that_of_the_accuracy(table):
+    (row,) = recommended(table, "error_q", "seconds", [1e-4]).query("conserve == 'nothing'").to_dict("records")
+    assert (row["value"], row["cost"], row["error"]) == (0.25, 100.0, 1e-5)
+    assert row["price"] == pytest.approx(10**1.5, rel=1e-12)
+
+
+def test_what_nobody_reaches_or_keeps_has_a_row_without_a_method(table):
+    found = recommended(table.assign(keeps_energy=False), "error_q", "seconds", [1e-3, 1e-9])
+    assert len(found) == 2 * 4
+    empty = found[(found["level"] == 1e-9) | (found["conserve"] == "energy")]
+    assert (empty["method"] == "").all()
+    assert empty[["value", "cost", "error", "price", "ratio"]].isna().all(axis=None)
+    assert set(found["conserve"]) <= set(CONSERVED)
+
+
+def test_a_method_is_recommended_with_a_value_that_keeps_and_not_with_a_coarser_one():
+    errors = [1e-4, 1e-5, 1e-6, 1e-7]
+    late = runs("late", errors, [1.0, 2.0, 4.0, 8.0], secular=[SLOPING, LEVEL, LEVEL, LEVEL])
+    found = recommended(with_conserved(late, {}), "error_q", "seconds", [1e-3]).set_index("conserve")
+    assert (found["value"]["nothing"], found["value"]["energy"]) == (1.0, 0.5)
+    assert found["cost"]["energy"] == 2.0
