@@ -71,5 +71,5 @@ def typeset(sentence: str, methods: Iterable[str]) -> Markup:
     """Return a sentence as HTML: names of methods as code, and powers of ten as such."""
     names = "|".join(re.escape(name) for name in sorted(methods, key=len, reverse=True))
     found = str(escape(sentence))
-    found = re.sub(rf"(?<![\w:/+])({names})(?![\w:/+])", r"<code>\1</code>", found) if names else found
+    found = re.sub(rf"(?<![\w:/+])({names})(?![\w/+]|:\w)", r"<code>\1</code>", found) if names else found
     return Markup(re.sub(r"(?<![\w.=])(\d(?:\.\d+)?e[+-]\d+)", lambda each: str(number(float(each[1]))), found))

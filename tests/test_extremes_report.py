@@ -82,6 +82,7 @@ def test_names_and_powers_of_ten_are_set_as_such():
     assert found.startswith("<code>rattle/kahan_li8</code> has 1.2")
     assert "<sup>\N{MINUS SIGN}5</sup> &lt; 300 at" in found
     assert found.endswith("<code>rattle</code> newton=1e-6.")
+    assert typeset("rattle: fine, ida:rattle and rattle/x are others.", {"rattle"}).startswith("<code>rattle</code>: fine, ida:rattle and")
 
 
 def test_every_section_has_its_extreme():
