@@ -4,7 +4,7 @@
 
     method      = solver ":" variant | [ form ":" ] scheme [ "/" composition ] [ "+" projection ]
     Poisson     = solver ":" variant | [ "darboux:" ] scheme [ "@" splitting ] [ "/" composition ] | "lifted:" method
-    solver      = "ida" | "cvode" | "scipy" | "heyoka"
+    solver      = "ida" | "cvode" | "scipy" | "heyoka" | "solve_dae"
     variant     = formulation [ ":" cure ] for ida, else the solver's own method on the index-reduced ODE
     cure        = "derivative" | "atol" | "none"      what keeps multipliers from spoiling IDA's error test
     form        = "local" | "stiff" | "baumgarte"     the form of the system that the scheme is run on
@@ -29,12 +29,13 @@ from daebench.pose import FORMULATIONS
 from daebench.reference.cvode import Cvode
 from daebench.reference.heyoka_ode import HeyokaTaylor
 from daebench.reference.ida import Ida
+from daebench.reference.radau_dae import RadauDae
 from daebench.reference.scipy_ode import ScipyOde
 
 ON_ODE = {each.solver: each for each in (Cvode, ScipyOde, HeyokaTaylor)}
 """Solvers of the index-reduced ODE by their names."""
 
-SOLVERS = ("ida", *ON_ODE)
+SOLVERS = ("ida", *ON_ODE, "solve_dae")
 
 
 @dataclass(frozen=True)
@@ -64,7 +65,7 @@ def listed() -> list[Listed]:
     fixed = [Listed(name, "h", member.claims.system, member.options) for name, (_, member) in sorted(members().items())]
     solvers = [Listed(f"ida:{name}", "tol", name, _ida_numbers(f"ida:{name}")) for name in FORMULATIONS]
     solvers += [Listed(f"{each.solver}:{name}", "tol", "ode") for each in ON_ODE.values() for name in each.variants]
-    return fixed + solvers
+    return [*fixed, *solvers, Listed(RadauDae().name, "tol", RadauDae().formulation)]
 
 
 def parse(name: str, options: Mapping[str, float] | None = None, *, compensated: bool = False) -> Method:
@@ -152,4 +153,6 @@ def _solver(name: str, variant: str, options: Mapping[str, float] | None) -> Met
         if formulation not in FORMULATIONS:
             raise unknown("formulation", formulation, FORMULATIONS)
         return Ida(formulation, cure or None, options)
+    if name.startswith("solve_dae:"):
+        return RadauDae.of(variant)
     return ON_ODE[name.partition(":")[0]](variant)

@@ -2,6 +2,7 @@
 
 import time
 import warnings
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -47,18 +48,30 @@ class ScipyOde(OnReducedOde):
             rhs_jacobian(0.0, dae.y0, np.empty((dae.n, dae.n)), par)
             options["jac"] = jacobian
         solver = getattr(integrate, self.variant)(right_side, 0.0, dae.y0, meter.t_end, **options)
-        return _stepwise(solver, meter)
+        return stepwise(solver, meter, "SciPy", lambda found: found)
 
 
-def _stepwise(solver: Any, meter: Meter) -> Advance:
-    """Return how a solver object of SciPy is advanced from output to output, by its own steps and its interpolant."""
+def stepwise(solver: Any, meter: Meter, whose: str, states: Callable[[Any], Any]) -> Advance:
+    """Return how a solver object is advanced from output to output, by its own steps and its interpolant.
+
+    Parameters
+    ----------
+    solver : object
+        With the interface of ``scipy.integrate.OdeSolver``.
+    meter : Meter
+        Where steps are counted.
+    whose : str
+        Name of its package.
+    states : callable
+        Returns what gives the unknowns at a time from what ``solver.dense_output()`` returned.
+    """
     between: Any = None
 
     def advance(t: float) -> Any:
         nonlocal between
         if solver.t < t:
-            _march(solver, t, meter)
-            between = solver.dense_output()
+            _march(solver, t, meter, whose)
+            between = states(solver.dense_output())
         y = solver.y.copy() if solver.t == t else between(t)
         if not np.all(np.isfinite(y)):
             raise Stopped(f"a value is no longer finite at t = {t:.9g}")
@@ -67,14 +80,14 @@ def _stepwise(solver: Any, meter: Meter) -> Advance:
     return advance
 
 
-def _march(solver: Any, t: float, meter: Meter) -> None:
+def _march(solver: Any, t: float, meter: Meter, whose: str) -> None:
     """Step until t is reached or passed."""
     with warnings.catch_warnings(), np.errstate(all="ignore"):
         warnings.simplefilter("ignore")  # what goes wrong is told by the status
         while solver.t < t:
             message = solver.step()
             if solver.status == "failed":
-                raise Stopped(f"SciPy says: {str(message).rstrip('.')}", float(solver.t))
+                raise Stopped(f"{whose} says: {str(message).rstrip('.')}", float(solver.t))
             meter.stepped(float(solver.t), solver.y)
             if meter.steps >= MOST_STEPS:
                 raise Stopped(f"{MOST_STEPS} steps were not enough")

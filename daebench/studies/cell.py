@@ -21,7 +21,7 @@ from daebench.kinds import method_of
 from daebench.method import Patience, Request
 from daebench.scene import PoissonScene, Scene
 
-DECIDING = ("numpy", "scipy", "numba", "scikit-sundae", "mpmath", "heyoka")
+DECIDING = ("numpy", "scipy", "numba", "scikit-sundae", "mpmath", "heyoka", "solve_dae")
 """Packages whose versions may change a number."""
 
 SHOWING = ("cli", "reports", "extremes")

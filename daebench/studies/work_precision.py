@@ -19,7 +19,17 @@ if TYPE_CHECKING:
 CONSTRAINED = (
     *("symplectic_euler", "rattle", "rattle/suzuki4", "rattle/kahan_li8", "lobatto3", "lobatto4", "strang/suzuki4"),
     *("rk4", "rk4+proj", "local:gauss3", "radau3_ggl", "generalized_alpha"),
-    *("ida:index3", "ida:index2", "ida:index1", "ida:ggl", "cvode:adams", "scipy:DOP853", "scipy:Radau", "heyoka:taylor"),
+    *(
+        "ida:index3",
+        "ida:index2",
+        "ida:index1",
+        "ida:ggl",
+        "cvode:adams",
+        "scipy:DOP853",
+        "scipy:Radau",
+        "heyoka:taylor",
+        "solve_dae:Radau",
+    ),
 )
 """One or two methods of each family, by fixed steps and by tolerance."""
 
