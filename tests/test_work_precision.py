@@ -2,6 +2,7 @@
 
 import json
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 import pandas as pd
@@ -130,13 +131,16 @@ def test_a_run_by_tolerance_is_given_up_after_so_many_calls():
     assert row_of(replace(cell, calls=100_000))["failure"] == ""
 
 
-def test_a_long_run_is_timed_once(monkeypatch):
+@pytest.mark.parametrize(("method", "value", "runs"), [("scipy:DOP853", 1e-3, 1), ("rattle", 1 / 8, 2)], ids=["tolerance", "fixed steps"])
+def test_a_long_run_is_timed_once(monkeypatch, method, value, runs):
+    monkeypatch.setattr("daebench.names.FixedStep", partial(FixedStep, compiled=False))
     monkeypatch.setattr("daebench.studies.measure.LONG", 0.0)
-    solved = []
-    real = ScipyOde.solve
-    monkeypatch.setattr(ScipyOde, "solve", lambda self, scene, request: solved.append(request) or real(self, scene, request))
-    row_of(Cell(**PENDULUM, method="scipy:DOP853", value=1e-3, metrics=("energy",), repeat=5))
-    assert len(solved) == 2
+    cell = Cell(**PENDULUM, method=method, value=value, metrics=("energy",), repeat=5)
+    owner, solved = type(cell.solver), []
+    real = owner.solve
+    monkeypatch.setattr(owner, "solve", lambda self, scene, request: solved.append(real(self, scene, request)) or solved[-1])
+    assert row_of(cell)["seconds"] == solved[-1].seconds
+    assert len(solved) == runs
 
 
 @pytest.mark.parametrize("which", [0, 1], ids=["measured", "timed"])
