@@ -9,9 +9,8 @@ import pandas as pd
 from daebench.report import Progress
 from daebench.reports._extremes_scenes import PRECISION, SECTIONS, Section
 from daebench.studies.cell import Cell
-from daebench.studies.runs import Runs
 from daebench.studies.precision import cells_of, table_of
-from daebench.studies.runs import runs_of
+from daebench.studies.runs import Runs, runs_of
 from daebench.studies.stability import EXTREMES
 from daebench.studies.store import opened
 

@@ -122,11 +122,11 @@ def test_nothing_is_drawn_below_the_bound_of_the_reference(tmp_path, monkeypatch
     assert len(pd.read_csv(svg.with_suffix(".csv"))) == len(table)
 
 
-PENDULUM = {"problem": "planar_pendulum", "case": "rotating", "t_end": 4.0}
+MOTION = {"problem": "planar_pendulum", "case": "rotating", "t_end": 4.0}
 
 
 def test_a_run_by_tolerance_is_given_up_after_so_many_calls():
-    cell = Cell(**PENDULUM, method="scipy:DOP853", value=1e-10, metrics=("energy",), calls=100)
+    cell = Cell(**MOTION, method="scipy:DOP853", value=1e-10, metrics=("energy",), calls=100)
     assert "100 calls of the rhs were not enough" in row_of(cell)["failure"]
     assert row_of(replace(cell, calls=100_000))["failure"] == ""
 
@@ -135,7 +135,7 @@ def test_a_run_by_tolerance_is_given_up_after_so_many_calls():
 def test_a_long_run_is_timed_once(monkeypatch, method, value, runs):
     monkeypatch.setattr("daebench.names.FixedStep", partial(FixedStep, compiled=False))
     monkeypatch.setattr("daebench.studies.measure.LONG", 0.0)
-    cell = Cell(**PENDULUM, method=method, value=value, metrics=("energy",), repeat=5)
+    cell = Cell(**MOTION, method=method, value=value, metrics=("energy",), repeat=5)
     owner, solved = type(cell.solver), []
     real = owner.solve
     monkeypatch.setattr(owner, "solve", lambda self, scene, request: solved.append(real(self, scene, request)) or solved[-1])
@@ -153,7 +153,7 @@ def test_an_interrupted_run_is_no_row(monkeypatch, which):
 
     monkeypatch.setattr(ScipyOde, "solve", solve)
     with pytest.raises(KeyboardInterrupt):
-        row_of(Cell(**PENDULUM, method="scipy:DOP853", value=1e-3, metrics=("energy",), repeat=1))
+        row_of(Cell(**MOTION, method="scipy:DOP853", value=1e-3, metrics=("energy",), repeat=1))
 
 
 def test_momenta_are_measured_where_the_problem_has_some():

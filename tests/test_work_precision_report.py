@@ -17,6 +17,7 @@ from daebench.reports._work_precision_figures import ratios
 from daebench.reports._work_precision_numbers import Numbers, measure
 from daebench.reports._work_precision_scenes import LEVELS, WANTED, WORKS, Work
 from daebench.reports._work_precision_tables import setting, tables, times
+from daebench.studies.measure import row_of
 from daebench.studies.recommend import with_conserved
 from daebench.studies.store import opened
 from daebench.studies.work_precision import standard, with_costs
@@ -56,7 +57,7 @@ def test_a_small_report_is_made_kept_and_made_again_without_a_run(tmp_path, monk
     monkeypatch.setattr(work_precision, "draw_all", lambda numbers, folder: {"overview": folder, SMALL.key: folder})
     first = build("work-precision", tmp_path).read_text(encoding="utf-8")
     assert uncompiled == [12]
-    monkeypatch.setattr("daebench.studies.engine.row_of", lambda cell: pytest.fail("a run"))
+    monkeypatch.setattr("daebench.studies.measure.row_of", lambda cell: pytest.fail("a run"))
     told = []
     second = build("work-precision", tmp_path, lambda fraction, doing: told.append(fraction)).read_text(encoding="utf-8")
     assert uncompiled == [12]
@@ -71,9 +72,7 @@ def test_a_small_report_is_made_kept_and_made_again_without_a_run(tmp_path, monk
 
 
 def test_an_interruption_says_what_is_kept(tmp_path, monkeypatch, uncompiled):
-    from daebench.studies import engine
-
-    real, made = engine.row_of, []
+    real, made = row_of, []
 
     def one_only(cell):
         if made:
@@ -81,7 +80,7 @@ def test_an_interruption_says_what_is_kept(tmp_path, monkeypatch, uncompiled):
         made.append(cell)
         return real(cell)
 
-    monkeypatch.setattr(engine, "row_of", one_only)
+    monkeypatch.setattr("daebench.studies.measure.row_of", one_only)
     with pytest.raises(Interrupted, match=r"1 runs are kept in .*studies\.db: run again to go on"):
         measure(tmp_path, lambda *told: None, [SMALL])
     with opened(tmp_path / "studies.db") as store:
