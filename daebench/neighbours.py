@@ -16,22 +16,8 @@ from importlib.machinery import FileFinder, ModuleSpec, PathFinder, SourceFileLo
 from pathlib import Path
 
 TAKEN = sys.stdlib_module_names | {"daebench", "heyoka", "jinja2", "llvmlite", "markupsafe", "matplotlib", "mpl_toolkits", "mpmath"}
-TAKEN |= {"solve_dae"}
-TAKEN |= {
-    "isympy",
-    "numba",
-    "numpy",
-    "pandas",
-    "platformdirs",
-    "pyarrow",
-    "pylab",
-    "rich",
-    "scipy",
-    "sksundae",
-    "solve_dae",
-    "sympy",
-    "typer",
-}
+TAKEN |= {"isympy", "numba", "numpy", "pandas", "platformdirs", "pyarrow", "pylab", "rich", "scipy"}
+TAKEN |= {"sksundae", "solve_dae", "sympy", "typer"}
 """Names that no file beside a problem file can take."""
 
 

@@ -53,7 +53,7 @@ class Outcome:
     pivot : float, optional
         Smallest relative pivot met in a linear solve.
     seconds : float
-        CPU time of stepping, compilation excluded.
+        CPU time of stepping; neither compilation nor, of tolerance-driven methods, the watch on the rank of G after each step is in it.
     compile_seconds : float
         Time until the kernel was ready.
     callback_seconds : float, optional

@@ -22,9 +22,6 @@ if TYPE_CHECKING:
 
     from daebench.reference.taylor_equations import Equations
 
-AT_ONCE = 1000
-"""Steps that heyoka makes before it is asked how far it has come."""
-
 FIRST = 1e-3
 """Part of the run that the first step is at most: heyoka takes steps from the last two coefficients, which may vanish where it starts."""
 
@@ -35,8 +32,7 @@ COMPACT = 8
 class HeyokaTaylor(OnReducedOde):
     """Taylor series of the order that a tolerance asks for; what it evaluates inside is not told, and not counted.
 
-    Outputs are read from the series of the steps around them. Whether G keeps its rank is watched from output to output, for to look at
-    every step would take longer than the steps.
+    Outputs are read from the series of the steps that pass them.
     """
 
     solver = "heyoka"
@@ -66,7 +62,7 @@ class HeyokaTaylor(OnReducedOde):
         equations, velocity = _equations(scene.source, tuple(scene.parameters.items()))
         start = np.concatenate(scene.start[::-1])
         series = hy.taylor_adaptive(equations, start, tol=tol, compact_mode=len(start) > COMPACT)
-        return _Along(series, velocity, meter)
+        return _Along(series, velocity, meter, hy.taylor_outcome.err_nf_state)
 
 
 @dataclass(frozen=True)
@@ -98,33 +94,39 @@ def _equations(source: Source, parameters: tuple[tuple[str, float], ...]) -> "tu
 
 
 class _Along:
-    """Goes along the series from output to output."""
+    """Goes along the series step by step, and reads outputs from the series of the step that passes them."""
 
-    def __init__(self, series: Any, velocity: Any, meter: Meter) -> None:
-        self.series, self.velocity, self.meter = series, velocity, meter
-        self.between: Any = None
-        self.end = 0.0
+    def __init__(self, series: Any, velocity: Any, meter: Meter, failed: object) -> None:
+        self.series, self.velocity, self.meter, self.failed = series, velocity, meter, failed
 
     def __call__(self, t: float) -> Array:
-        while self.end < t:
-            self._go(self.meter.t_end if self.end else FIRST * self.meter.t_end)
-        y = np.array(self.between(t))
-        if self.velocity is not None:
-            d = len(y) // 2
-            y[d:] = self.velocity(y)
-        self.meter.steps -= 1
-        self.meter.stepped(t, y)
-        return y
+        while self.meter.t < t:
+            self._step()
+        return self._unknowns(self.series.update_d_output(t))
 
-    def _go(self, t: float) -> None:
-        """Make some steps towards t, and keep the series of these alone."""
+    def _step(self) -> None:
+        """Make a step; what is done with it after that is none of heyoka's time, and would take longer than the step."""
+        series, meter = self.series, self.meter
+        outcome, _ = series.step(max_delta_t=meter.t_end - meter.t if meter.steps else FIRST * meter.t_end, write_tc=True)
+        began, aside = time.thread_time(), meter.aside
+        try:
+            self._taken(outcome)
+        finally:
+            meter.aside = aside + time.thread_time() - began
+
+    def _taken(self, outcome: Any) -> None:
         meter = self.meter
-        _, _, _, steps, self.between, _ = self.series.propagate_until(t, max_steps=AT_ONCE, c_output=True)
-        meter.steps += steps
-        if not np.all(np.isfinite(self.series.state)):
-            raise Stopped(f"a value is no longer finite after t = {self.end:.9g}")
-        self.end = float(self.series.time)
+        if outcome == self.failed:
+            raise Stopped(f"a value is no longer finite after t = {meter.t:.9g}", meter.t)
+        meter.stepped(float(self.series.time), self._unknowns(self.series.state))
         if time.perf_counter() > meter.deadline:
             raise Stopped(f"the limit of {meter.limit:g} s is reached", advice="allow more time, or use a larger tol")
         if meter.steps >= MOST_STEPS:
             raise Stopped(f"{MOST_STEPS} steps were not enough")
+
+    def _unknowns(self, state: Array) -> Array:
+        """Return a state in the unknowns that others have: velocities in place of momenta where they have these; as a copy."""
+        y = np.array(state)
+        if self.velocity is not None:
+            y[len(y) // 2 :] = self.velocity(y)
+        return y

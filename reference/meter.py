@@ -36,6 +36,8 @@ class Stopped(Exception):
 class Meter:
     """Counts and times what the callbacks do, and stops a run that has gone on for too long.
 
+    ``seconds`` is the time of callbacks; ``aside`` the CPU time of looking at what a solver gave, which is none of the solver's.
+
     Parameters
     ----------
     t_end : float
@@ -52,7 +54,7 @@ class Meter:
         self.t_end, self.limit, self.deadline, self.patience = t_end, limit, math.inf, patience
         self.outside = outside
         self.calls: dict[str, int] = {}
-        self.steps, self.t, self.seconds = 0, 0.0, 0.0
+        self.steps, self.t, self.seconds, self.aside = 0, 0.0, 0.0, 0.0
         self.target = t_end
         self.y: Any = None
         self._mark = self._slow_mark = 0.0

@@ -18,10 +18,10 @@ from daebench.scene import Scene
 
 @dataclass(frozen=True)
 class RadauDae(Ida):
-    """solve_dae's RadauDAE with the analytic Jacobian, on ``index2``; multipliers are derivatives, and its error test is on all unknowns.
+    """solve_dae's RadauDAE with the analytic Jacobian, on ``index2`` with multipliers as derivatives.
 
-    On three problems at tolerances from 1e-3 to 1e-12 it gets through in this way alone: with plain multipliers it soon stops, on ``ggl``
-    it stopped on double_pendulum at 1e-8 and 1e-9, and on ``index1`` it loses the manifold of spherical_pendulum.
+    On three problems at tolerances from 1e-3 to 1e-12 it gets through in this way alone, and keeps to the motion: with plain multipliers
+    it soon stops, on ``ggl`` it stopped on double_pendulum at 1e-8 and 1e-9, and on ``index1`` it loses spherical_pendulum at 1e-3.
     """
 
     formulation: str = "index2"

@@ -1,6 +1,7 @@
 """The meter of a tolerance-driven run on a constrained problem: it watches with every step whether G keeps its rank."""
 
 import math
+import time
 import types
 from collections.abc import Callable
 from typing import Any
@@ -80,6 +81,13 @@ class RankMeter(Meter):
             As :class:`daebench.reference.meter.Meter`, or if G loses rank and the run is to stop there: before the step where that is
             inside, and after it where that is ahead.
         """
+        began = time.thread_time()
+        try:
+            self._look(t, y)
+        finally:
+            self.aside += time.thread_time() - began
+
+    def _look(self, t: float, y: Any) -> None:
         t0, y0, sigma0 = self.t, self.y, self.sigma
         now = np.array(y)  # a solver's own may be read-only, which numba takes for another type
         sigma = self._sigma(now)

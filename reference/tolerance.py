@@ -134,6 +134,7 @@ def drive(
         failure = sentence(str(stop), max(meter.t, times[len(Y) - 1]) if stop.t is None else stop.t, stop.advice or advice)
     except KeyboardInterrupt:
         failure, interrupted = sentence("interrupted", meter.t, "run it again"), True
+    seconds -= meter.aside
     times = times[: len(Y)]
     if failure and meter.t > times[-1]:
         times = np.append(times, meter.t)

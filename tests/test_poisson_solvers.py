@@ -374,7 +374,14 @@ def test_dependent_gradients_at_the_start_are_an_error():
 
 
 def test_names_are_read_back_and_unknown_ones_refused():
-    assert set(NAMES) == {"ida:casimirs", "ida:ode", "cvode:adams", "cvode:bdf", *(f"scipy:{variant}" for variant in IMPLICIT)}
+    assert set(NAMES) == {
+        "ida:casimirs",
+        "ida:ode",
+        "cvode:adams",
+        "cvode:bdf",
+        "heyoka:taylor",
+        *(f"scipy:{variant}" for variant in IMPLICIT),
+    }
     for name in [*NAMES, "ida:casimirs:atol", "ida:casimirs:none"]:
         assert parse(name).name == name
         assert parse(name).knob == "tol"
