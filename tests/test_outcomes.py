@@ -31,7 +31,8 @@ def test_a_run_is_called_what_it_is(word):
 
 
 def test_a_walk_of_roundings_is_no_drift():
-    row = {"failure": "", "g": 0.0, "energy_kind": "growing", "energy_size": 10.0, "steps": 10_000, "energy_drift": 3e-12}
+    row = {"failure": "", "precision": "float64", "g": 0.0, "energy_size": 10.0, "steps": 10_000, "t_end": 1.0}
+    row |= {"energy_drift": 3e-12, "energy_slope": 3e-11}
     cell = Cell(metrics=("energy", "manifold"), **RUNS["fine"])
     assert outcome_of(cell, row) == "fine"
     assert outcome_of(cell, row | {"energy_drift": 3e-11}) == "drifting"

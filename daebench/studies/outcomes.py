@@ -5,15 +5,16 @@ from daebench.diagnostics.manifold import residual_scales
 from daebench.scene import PoissonScene
 from daebench.stepping import REASONS
 from daebench.studies.cell import Cell
+from daebench.studies.drift import secular, walked
 from daebench.studies.measure import Row
 
 FINE, COARSE, DRIFTING, OFF, OTHER = "fine", "coarse", "drifting", "off the manifold", "wrong branch"
 NO_SOLUTION, SINGULAR, RANK_LOST, BLOWN_UP, STOPPED = "no solution", "singular", "rank lost", "blown up", "stopped"
 
 OUTCOMES = {
-    FINE: "it came to its end, on the manifold, and its energy error is small and bounded",
-    COARSE: "its energy error is bounded, and more than a tenth of twice the largest kinetic energy",
-    DRIFTING: "its energy error grows",
+    FINE: "it came to its end, on the manifold, and its energy error is small and has no such slope",
+    COARSE: "its energy error is more than a tenth of twice the largest kinetic energy",
+    DRIFTING: "what the slope of its energy error adds up to is more than a quarter of it, and no walk of roundings",
     OFF: "it left the manifold by more than a thousandth of what a change of all positions by one part would do",
     OTHER: "a step ended far from where the velocities lead: Newton's iteration found another solution than that of the motion",
     NO_SOLUTION: "the equations of a step have no solution that Newton's iteration finds",
@@ -24,14 +25,8 @@ OUTCOMES = {
 }
 """What became of a run, from the best to the worst, and what that says."""
 
-EPS = {"float64": 2.0**-52, "float32": 2.0**-23}
-"""Relative rounding, by precision."""
-
 LARGE = 0.1
 """Part of its size from which on an energy error is large."""
-
-ROUNDED = 16.0
-"""An energy error within so many roundings of its size, times the square root of the number of steps, is of round-off, and no drift."""
 
 FAR = 1e-3
 """Relative residual of constraints from which on a state is off the manifold."""
@@ -59,7 +54,6 @@ def outcome_of(cell: Cell, row: Row) -> str:
             return OFF
     if row.get("jump", 0.0) > WRONG:
         return OTHER
-    part = row["energy_drift"] / (row["energy_size"] or 1.0)
-    if row["energy_kind"] in ("linear", "growing") and part > ROUNDED * EPS[cell.precision] * row["steps"] ** 0.5:
+    if secular(row) and not walked(row):
         return DRIFTING
-    return COARSE if part > LARGE else FINE
+    return COARSE if row["energy_drift"] > LARGE * row["energy_size"] else FINE

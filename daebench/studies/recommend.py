@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from daebench.studies.drift import secular
 from daebench.studies.work_precision import cheapest
 
 if TYPE_CHECKING:
@@ -14,9 +15,6 @@ ROUND_OFF = 1e-12
 """An error of a conserved quantity of the size of one, or a defect, up to this is round-off."""
 
 EPS = float(np.finfo(float).eps)
-
-SECULAR = 0.25
-"""Part of the largest energy error from which on what its slope adds up to over the run is a drift: where it drifts, that is all of it."""
 
 LEAST = 3
 """Runs of a method that have to agree that it keeps something: a single one may do so by chance."""
@@ -51,7 +49,7 @@ def with_conserved(table: "pd.DataFrame", defects: Mapping[str, float]) -> "pd.D
         the method is round-off. A column is there for what can be conserved alone.
     """
     done = table["failure"] == ""
-    found = {"nothing": done, "energy": done & (_without_drift(table) | (table["energy_drift"] <= _rounding(table)))}
+    found = {"nothing": done, "energy": done & (~secular(table) | (table["energy_drift"] <= _rounding(table)))}
     if {"g", "Gv"} <= set(table.columns):
         found["constraints"] = done & (table[["g", "Gv"]].max(axis=1, skipna=False) <= ROUND_OFF)
     if "casimirs" in table and table["casimirs"].notna().any():
@@ -60,11 +58,6 @@ def with_conserved(table: "pd.DataFrame", defects: Mapping[str, float]) -> "pd.D
         found[name] = _agreed(table, found[name])
     found["two_form"] = done & (table["method"].map(defects) <= ROUND_OFF)
     return table.assign(**{f"keeps_{name}": found[name] for name in CONSERVED if name in found})
-
-
-def _without_drift(table: "pd.DataFrame") -> "pd.Series[bool]":
-    """Return where the slope of the energy error explains little of it; on a chaotic motion its scatter may grow without any drift."""
-    return (table["energy_slope"] * table["t_end"]).abs() <= SECULAR * table["energy_drift"]
 
 
 def _rounding(table: "pd.DataFrame") -> "pd.Series[float]":
