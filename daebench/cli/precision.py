@@ -6,7 +6,8 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from daebench.cli.arguments import Case, Json, Problem, Scheduler, SideBySide, Workers
-from daebench.cli.console import numbers, print_json, print_table, words
+from daebench.cli.asked import asked_of
+from daebench.cli.console import print_json, print_table, words
 from daebench.cli.executors import Executors
 from daebench.cli.grids import making, plan
 
@@ -42,19 +43,11 @@ def precision(
 ) -> None:
     """Compare single, double and compensated arithmetic, and Newton's iteration ended early, in error, energy, two-form and time."""
     from daebench.files import make_folder
-    from daebench.inputs import positive
-    from daebench.studies.extreme import Asked
     from daebench.studies.precision import cells_of, says, smallest_steps, table_of
     from daebench.studies.precision_figure import draw
     from daebench.studies.store import opened
 
-    asked = Asked(
-        problem=problem,
-        case=case,
-        methods=words(methods) if methods else (),
-        t_end=None if t_end is None else positive("--t-end", t_end),
-        h=[positive("--h", value) for value in numbers("--h", h) or ()],
-    )
+    asked = asked_of(problem, case, methods=methods, h=h, t_end=t_end)
     executors = Executors(timed=repeat > 0, workers=workers, scheduler=scheduler, side_by_side=side_by_side)
     cells, refused = cells_of(asked, words(ways) if ways else (), repeat=repeat)
     make_folder(out)

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from daebench.cli.arguments import Case, Json, Problem, Scheduler, Workers
+from daebench.cli.asked import asked_of
 from daebench.cli.console import numbers, print_json, words
 from daebench.cli.executors import Executors
 from daebench.cli.grids import making, plan
@@ -45,20 +46,10 @@ def stability(
 ) -> None:
     """Drive methods to where they break: steps too large and too small, masses, penalties, chaos; what was run is kept."""
     from daebench.files import make_folder
-    from daebench.inputs import positive
-    from daebench.studies.extreme import Asked
     from daebench.studies.stability import chosen
     from daebench.studies.store import opened
 
-    asked = Asked(
-        problem=problem,
-        case=case,
-        methods=words(methods) if methods else (),
-        t_end=None if t_end is None else positive("--t-end", t_end),
-        h=[positive("--h", value) for value in numbers("--h", h) or ()],
-        parameters=_varied(param, problem, case),
-        near=near,
-    )
+    asked = asked_of(problem, case, methods=methods, h=h, t_end=t_end, parameters=_varied(param, problem, case), near=near)
     executors = Executors(timed=False, workers=workers, scheduler=scheduler)
     extremes, refused = chosen(asked, words(only) if only else ())
     make_folder(out)
