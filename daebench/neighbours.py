@@ -15,7 +15,18 @@ from importlib.abc import MetaPathFinder
 from importlib.machinery import FileFinder, ModuleSpec, PathFinder, SourceFileLoader
 from pathlib import Path
 
-TAKEN = sys.stdlib_module_names | {"daebench", "heyoka", "jinja2", "llvmlite", "markupsafe", "matplotlib", "mpl_toolkits", "mpmath"}
+TAKEN = sys.stdlib_module_names | {
+    "daebench",
+    "dask",
+    "distributed",
+    "heyoka",
+    "jinja2",
+    "llvmlite",
+    "markupsafe",
+    "matplotlib",
+    "mpl_toolkits",
+    "mpmath",
+}
 TAKEN |= {"isympy", "numba", "numpy", "pandas", "platformdirs", "pyarrow", "pylab", "rich", "scipy"}
 TAKEN |= {"sksundae", "solve_dae", "sympy", "typer"}
 """Names that no file beside a problem file can take."""

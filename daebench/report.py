@@ -2,15 +2,14 @@
 
 import importlib
 import math
-import os
 import platform
 import re
 import time
 from collections.abc import Callable, Mapping, Sequence
 from datetime import UTC, datetime
-from functools import cache
 from importlib import resources
 from importlib.metadata import version
+from importlib.util import find_spec
 from pathlib import Path
 from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any, TypeVar
@@ -19,6 +18,7 @@ from markupsafe import Markup, escape
 
 from daebench.errors import unknown
 from daebench.files import atomic
+from daebench.machine import machine
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -29,6 +29,9 @@ Progress = Callable[[float, str], None]
 Numbers = TypeVar("Numbers")
 
 PACKAGES = ("daebench", "numpy", "scipy", "sympy", "mpmath", "numba", "pandas", "matplotlib", "scikit-sundae")
+PEERS = ("heyoka", "solve_dae")
+"""Packages that methods come from where they are installed."""
+
 PLAIN = (1e-3, 1e5)
 """Moduli that are written without a power of ten."""
 
@@ -102,8 +105,8 @@ def with_error(value: float, error: float) -> Markup:
 
 
 def count(value: float) -> Markup:
-    """Return a whole number with its digits in threes."""
-    return Markup(f"{round(value):,}".replace(",", THIN))
+    """Return a whole number with its digits in threes; an en dash if it is not known."""
+    return Markup(NONE) if value != value else Markup(f"{round(value):,}".replace(",", THIN))
 
 
 def percent(value: float) -> Markup:
@@ -241,14 +244,5 @@ def make_page(
 
 def versions() -> dict[str, str]:
     """Return the versions of Python and of the packages that the numbers come from."""
-    return {"Python": platform.python_version()} | {name: version(name) for name in PACKAGES}
-
-
-@cache
-def machine() -> str:
-    """Return the processor and the operating system in words; no name by which the machine is known to others."""
-    processor, cpuinfo = platform.processor(), Path("/proc/cpuinfo")
-    if cpuinfo.is_file() and (found := re.search(r"^model name\s*:\s*(.+)$", cpuinfo.read_text(encoding="utf-8"), re.MULTILINE)):
-        processor = found[1]
-    system = f"{platform.system()} on {platform.machine()}"
-    return f"{processor or platform.machine()}, {os.cpu_count()} logical cores, {system}"
+    found = {"Python": platform.python_version()} | {name: version(name) for name in PACKAGES}
+    return found | {name: version(name) for name in PEERS if find_spec(name)}

@@ -45,7 +45,7 @@ SECTIONS = (
         "Steps too large",
         "step-limit",
         FAST,
-        "An implicit scheme ends where its equations have no solution that Newton's iteration finds, an explicit one goes on long after "
+        "An implicit scheme may end where its equations have no solution that Newton's iteration finds, another one may go on long after "
         "its numbers mean anything. Two limits are bisected: up to which step a run comes to its end, and up to which the energy stays "
         "within one part in a hundred of twice the kinetic energy. A limit between them is room for numbers that look like a result.",
         "A line for each method with two marks on a logarithmic scale of step sizes: one for coming to the end, one for the energy.",
@@ -62,12 +62,13 @@ SECTIONS = (
     ),
     Section(
         "masses",
-        "Masses that differ by sixteen powers of ten",
+        "Mass ratios over sixteen powers of ten",
         "parameter-range",
         Asked(problem="double_pendulum", case="swing"),
         "The upper mass of the double pendulum from 10<sup>&minus;8</sup> to 10<sup>8</sup> of the lower. "
-        "<i>G M</i><sup>&minus;1</sup><i>G</i><sup>T</sup> then has entries as far apart, and with "
-        "a light upper mass a fast motion appears that a fixed step does not resolve.",
+        "<i>G M</i><sup>&minus;1</sup><i>G</i><sup>T</sup> then has entries of very different size, and with "
+        "a light upper mass a fast motion appears that a fixed step does not resolve. "
+        "Energy errors are in parts of twice the largest kinetic energy.",
         "Energy error and constraint residual against the mass on logarithmic scales, a curve a method.",
     ),
     Section(
@@ -75,8 +76,8 @@ SECTIONS = (
         "Towards a mechanism that locks",
         "parameter-range",
         Asked(problem="slider_crank", case="turning", parameters={"rod": RODS}, near=1.0),
-        "The slider-crank with a rod that is hardly longer than the crank: each turn it passes closer to the position in which the slider "
-        "meets the axle, the constraints' gradients are nearly dependent, and velocities are large.",
+        "The slider-crank with a rod from twice the crank to hardly longer: the shorter, the closer each turn passes to the "
+        "position in which the slider meets the axle, the constraints' gradients are nearly dependent, and velocities are large.",
         "Energy error and constraint residual against the length of the rod, a curve a method.",
     ),
     Section(
@@ -96,8 +97,8 @@ SECTIONS = (
         "round-off",
         FAST,
         "Smaller steps make a smaller error until each step's rounding is more than its truncation. With solvers that choose their steps "
-        "the tolerance does the same, and a system of higher index suffers first: with index 3 round-off is divided by powers of the step.",
-        "Two panels: error against step size and against tolerance, logarithmic, a curve a method; a cross where a solver gives up.",
+        "the tolerance does a system of higher index should suffer first: with index 3 round-off is divided by powers of the step.",
+        "Two panels: error against step size and against tolerance, logarithmic, a curve a method; a cross where one gives up.",
     ),
     Section(
         "unstable",
@@ -113,9 +114,9 @@ SECTIONS = (
         "A chaotic motion",
         "lost-motion",
         Asked(problem="double_pendulum", case="horizontal"),
-        "The double pendulum released from the horizontal. Two motions that start a rounding apart part for good: after that no run tells "
-        "the motion, and none can be held against another; what can be compared are energies, constraints and statistics.",
-        "Time until which each method follows, against its step and its tolerance; a dashed line where double precision ends.",
+        "The double pendulum released from the horizontal. Two motions that start a rounding apart part in the end: after that no run "
+        "tells the motion, and what can be compared are energies, constraints and statistics.",
+        "Time until which each method follows, against its step and its tolerance; a dashed line where double precision ends, if it does.",
     ),
 )
 """The sections, in their order."""

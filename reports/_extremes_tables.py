@@ -38,7 +38,7 @@ def tables(numbers: Numbers, folder: Path) -> dict[str, Callable[[str], Markup]]
                 "time_ratio": number,
                 error: number,
                 "energy_drift": number,
-                "energy_kind": str,
+                "drifts": lambda found: "yes" if found else "no",
                 "g": number,
                 "defect": number,
             },
@@ -47,7 +47,7 @@ def tables(numbers: Numbers, folder: Path) -> dict[str, Callable[[str], Markup]]
                 "time_ratio": "time",
                 error: "error of <i>q</i>",
                 "energy_drift": "energy error",
-                "energy_kind": "its growth",
+                "drifts": "drifts",
                 "g": "|<i>g</i>|",
                 "defect": "two-form",
             },
@@ -55,11 +55,7 @@ def tables(numbers: Numbers, folder: Path) -> dict[str, Callable[[str], Markup]]
     }
     for name, (frame, _, _) in found.items():
         save_table(folder / f"{name}.csv", frame)
-    return {name: partial(_html, name, *parts) for name, parts in found.items()}
-
-
-def _html(name: str, frame: pd.DataFrame, formats: dict[str, Callable[[Any], Any]], headings: dict[str, str], caption: str) -> Markup:
-    return table(name, frame, formats, headings, caption)
+    return {name: partial(table, name, *parts) for name, parts in found.items()}
 
 
 def _reason(why: str) -> str:

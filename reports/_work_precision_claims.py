@@ -8,9 +8,9 @@ import pandas as pd
 
 from daebench.reports._claims import require
 from daebench.reports._work_precision_numbers import Numbers
-from daebench.reports._work_precision_scenes import LEVELS, WANTED, Work
+from daebench.reports._work_precision_scenes import WANTED, Work
 from daebench.studies.recommend import CONSERVED, ROUND_OFF, recommended
-from daebench.studies.work_precision import at_least, cheapest, front
+from daebench.studies.work_precision import LEVELS, at_least, cheapest, front
 
 MIDDLE = 1e-6
 """The accuracy of the sentences and of the overview."""
@@ -37,6 +37,7 @@ def check(numbers: Numbers) -> SimpleNamespace:
         price={name: price([each.advice for each in found.values()], name) for name in CONSERVED if name != "nothing"},
         callbacks=callbacks(found),
         structure=structure(numbers),
+        uncounted=[str(name) for name, each in runs.groupby("method", sort=False) if each["evaluations"].isna().all()],
     )
 
 
@@ -78,9 +79,9 @@ def check_work(work: Work, table: pd.DataFrame) -> SimpleNamespace:
 def winners(work: Work, table: pd.DataFrame) -> pd.DataFrame:
     """Return the cheapest method for each accuracy: by time, by evaluations, and by time if Python callbacks took none."""
     found = {cost: cheapest(table, work.error, cost, LEVELS).set_index("level") for cost in ("seconds", "evaluations", "own_seconds")}
-    require(found["seconds"].index.equals(found["evaluations"].index), f"the same accuracies have a winner on {work.key}", "others")
     joined = found["seconds"].join(found["evaluations"].add_suffix("_counted")).join(found["own_seconds"][["method"]].add_suffix("_own"))
-    return joined.rename(columns={"evaluations_counted": "evaluations"}).reset_index()
+    words = dict.fromkeys(("method_counted", "next_counted", "method_own"), "")  # where no method that counts evaluations gets there
+    return joined.rename(columns={"evaluations_counted": "evaluations"}).fillna(words).reset_index()
 
 
 def phrases(frame: pd.DataFrame) -> list[SimpleNamespace]:
@@ -90,9 +91,10 @@ def phrases(frame: pd.DataFrame) -> list[SimpleNamespace]:
     would be without Python callbacks, where that is another one.
     """
     found = []
-    for _, rows in frame.groupby((frame["method"] != frame["method"].shift()).cumsum()):
+    alone = frame["next"] == ""
+    for _, rows in frame.groupby(((frame["method"] != frame["method"].shift()) | (alone != alone.shift())).cumsum()):
         method = str(rows["method"].iloc[0])
-        counted, own = (list(dict.fromkeys(rows[name][rows[name] != method])) for name in ("method_counted", "method_own"))
+        counted, own = (list(dict.fromkeys(rows[name][~rows[name].isin([method, ""])])) for name in ("method_counted", "method_own"))
         followers = [name for name in dict.fromkeys(rows["next"]) if name]
         span = {"first": rows["level"].iloc[0], "last": rows["level"].iloc[-1], "least": rows["ratio"].min(), "most": rows["ratio"].max()}
         found.append(SimpleNamespace(method=method, next=followers, counted=counted, own=own, **span))
@@ -121,15 +123,21 @@ def tally(frames: list[pd.DataFrame]) -> list[tuple[str, int]]:
 
 
 def price(frames: list[pd.DataFrame], conserve: str) -> SimpleNamespace:
-    """Return by what factor the cheapest run that conserves something is dearer than the cheapest of all, over motions and accuracies."""
-    ratios = []
+    """Return by what factor the cheapest run that conserves something is dearer than the cheapest of all, over motions and accuracies.
+
+    Median and most are over those cases in which it is dearer; cases counts all in which it could be asked for, n those with such a run.
+    """
+    ratios, cases = [], 0
     for frame in frames:
         costs = frame.pivot_table(index="level", columns="conserve", values="price")
+        if conserve in set(frame["conserve"]):
+            cases += int(costs["nothing"].notna().sum())
         if conserve in costs:
             ratios += list((costs[conserve] / costs["nothing"]).dropna())
     require(all(ratio >= 1 for ratio in ratios), f"to conserve {conserve} is never cheaper than not to ask for it", ratios)
-    free = sum(ratio == 1 for ratio in ratios)
-    return SimpleNamespace(n=len(ratios), free=free, median=float(np.median(ratios or [np.nan])), most=max(ratios, default=float("nan")))
+    dear = [ratio for ratio in ratios if ratio > 1]
+    worst = {"median": float(np.median(dear or [np.nan])), "most": max(dear, default=float("nan"))}
+    return SimpleNamespace(cases=cases, n=len(ratios), free=len(ratios) - len(dear), **worst)
 
 
 def callbacks(found: dict[str, SimpleNamespace]) -> SimpleNamespace:

@@ -6,19 +6,13 @@ from dataclasses import dataclass
 from daebench.api import setting_of
 from daebench.scene import PoissonScene
 from daebench.studies.study import Study
-from daebench.studies.work_precision import TOLERANCES, standard
+from daebench.studies.work_precision import REPEAT, TOLERANCES, standard
 
 EVERY_OTHER = TOLERANCES[1::2]
 """Tolerances of long runs: 1e-4, 1e-6, ... 1e-12."""
 
-LEVELS = (1e-2, 1e-4, 1e-6, 1e-8, 1e-10, 1e-12)
-"""Accuracies for which the cheapest is named."""
-
 WANTED = (1e-3, 1e-6, 1e-9)
 """Accuracies for which a method is recommended."""
-
-REPEAT = 3
-"""Runs that are timed."""
 
 
 @dataclass(frozen=True)
@@ -75,6 +69,6 @@ WORKS = (
     Work("double_pendulum", "horizontal", 10.0, "Double pendulum", "chaotic: errors grow exponentially, so the horizon is short"),
     Work("slider_crank", "turning", 10.0, "Slider crank", "a mechanism: two constraints, a mass matrix that is not diagonal"),
     Work("free_rigid_body", "hlw", 100.0, "Free rigid body", "a Poisson system with a quadratic Casimir function", EVERY_OTHER),
-    Work("lotka_volterra", "4,2", 100.0, "Predator and prey", "a Poisson system whose structure matrix is not constant", EVERY_OTHER),
+    Work("lotka_volterra", "4,2", 100.0, "Predator and prey", "a Poisson system in the plane, whose orbits are closed curves", EVERY_OTHER),
 )
 """The standard set."""

@@ -74,7 +74,7 @@ def summary_table(numbers: Numbers, found: Mapping[str, SimpleNamespace], captio
         rows.append([work.title, work.t_end, *(chosen(own[name]) if name in own else Markup(NONE) for name in asked)])
     frame = pd.DataFrame(rows, columns=["motion", "t", *asked], dtype=object)
     formats: Formats = {"motion": text, "t": count} | dict.fromkeys(asked, text)
-    return table("summary", frame, formats, {"t": "to <i>t</i>"} | WORDS, caption)
+    return table("summary", frame, formats, {"t": "to <i>t</i><small>s</small>"} | WORDS, caption)
 
 
 def chosen(row: Mapping[Any, Any]) -> Markup:
@@ -88,8 +88,8 @@ def winners_table(work: Work, frame: pd.DataFrame, knobs: Mapping[Any, str], cap
         at=column([setting(knobs[method], value) for method, value in zip(frame["method"], frame["value"], strict=True)], frame)
     )
     formats: Formats = {"level": power_of_ten, "method": code, "at": text, "seconds": milliseconds, "next": named, "ratio": times}
-    formats |= {"method_counted": code, "evaluations": count, "next_counted": named, "ratio_counted": times}
-    headings = {"level": f"|Δ<i>{work.letter}</i>|", "method": "by time", "at": "", "seconds": "ms", "next": "next", "ratio": "dearer"}
+    formats |= {"method_counted": named, "evaluations": count, "next_counted": named, "ratio_counted": times}
+    headings = {"level": f"|Δ<i>{work.letter}</i>|", "method": "by time", "at": "with", "seconds": "ms", "next": "next", "ratio": "dearer"}
     headings |= {"method_counted": "by evaluations", "evaluations": "count", "next_counted": "next", "ratio_counted": "dearer"}
     return table(f"winners-{work.key}", shown, formats, headings, caption)
 
@@ -123,10 +123,9 @@ def verdict(row: Mapping[Any, Any]) -> Markup:
 
 def advice_table(work: Work, frame: pd.DataFrame, caption: str) -> Markup:
     """Return the recommendations."""
-    first = frame["level"] != frame["level"].shift()
     records = frame.to_dict("records")
     shown = frame.assign(
-        accuracy=column([power_of_ten(row["level"]) if new else Markup("") for row, new in zip(records, first, strict=True)], frame),
+        accuracy=column([power_of_ten(row["level"]) for row in records], frame),
         keep=[WORDS[row["conserve"]] for row in records],
         at=column([setting(row["knob"], row["value"]) if row["method"] else Markup(NONE) for row in records], frame),
     )
@@ -137,8 +136,13 @@ def advice_table(work: Work, frame: pd.DataFrame, caption: str) -> Markup:
     return table(f"advice-{work.key}", shown, formats, headings, caption)
 
 
+def sentence(value: str) -> Markup:
+    """Return a sentence that may take several lines."""
+    return Markup('<span class="long">{}</span>').format(value)
+
+
 def failed_table(work: Work, frame: pd.DataFrame, caption: str) -> Markup:
     """Return the runs that show no number, and why."""
     pairs = zip(frame["knob"], frame["value"], strict=True)
     shown = frame.assign(at=column([setting(knob or "h", value) for knob, value in pairs], frame))
-    return table(f"failed-{work.key}", shown, {"method": code, "at": text, "failure": text}, {"at": "with", "failure": "why"}, caption)
+    return table(f"failed-{work.key}", shown, {"method": code, "at": text, "failure": sentence}, {"at": "with", "failure": "why"}, caption)

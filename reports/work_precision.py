@@ -9,12 +9,12 @@ from daebench.report import Progress, make_page
 from daebench.reports._work_precision_claims import MIDDLE, check
 from daebench.reports._work_precision_figures import draw_all
 from daebench.reports._work_precision_numbers import STORE, Numbers, measure
-from daebench.reports._work_precision_scenes import REPEAT, WANTED
+from daebench.reports._work_precision_scenes import WANTED
 from daebench.reports._work_precision_tables import setting, tables, times
 from daebench.studies.drift import SECULAR
 from daebench.studies.measure import LONG
 from daebench.studies.recommend import LEAST, ROUND_OFF
-from daebench.studies.work_precision import CALLS, HALVINGS, IN_A_CALL
+from daebench.studies.work_precision import CALLS, HALVINGS, IN_A_CALL, REPEAT
 
 COMMAND = "daebench report work-precision"
 

@@ -29,8 +29,8 @@ def test_the_largest_step_is_said_of_the_method_that_has_it():
         }
     )
     first, second, none, gaps = step_limit.says(table)
-    assert first == "two completes with the largest steps, up to at least h = 2; the smallest limit is that of one, 0.5."
-    assert second == "one keeps the energy with the largest steps, up to h = 0.1."
+    assert first == "two completes with the largest steps, up to at least h = 2 s; the smallest limit is that of one, 0.5 s."
+    assert second == "one keeps the energy with the largest steps, up to h = 0.1 s."
     assert none == "With no step that was tried keeps the energy: two."
     assert gaps.endswith("with two.")
 
@@ -64,7 +64,7 @@ def test_a_penalty_is_held_against_the_constrained_run_of_the_same_step():
     coarse = runs("stiff:gauss2", 0.1, eps=eps, error_q=1e-9, n_H_p=1.0)
     limit = runs("rattle", 0.01, eps=[0.0], error_q=[1e-4], n_H_p=100.0, n_newton=5.0)
     first, second = penalty.says(pd.concat([stiff, coarse, limit], ignore_index=True))
-    assert first == "With h = 0.01 rattle on the constrained system has an error of 1.0e-04 in q."
+    assert first == "With h = 0.01 s rattle on the constrained system has an error of 1.0e-04 in q."
     assert "1.0e-03 at best, at eps = 1.0e-02, 10 times that of rattle, with 3 times its evaluations" in second
     assert second.endswith("1.0e-03, it has 5.0e+00, and 1 of 4 runs fail.")
 
@@ -77,20 +77,23 @@ def test_round_off_has_won_where_the_error_grows_again_and_who_gives_up_first_is
     for solver, limit in zip(solvers, (1e-2, 1e-3), strict=True):
         solver.loc[solver["value"] < limit, ["error_q", "failure"]] = [np.nan, "gave up"]
     said = round_off.says(pd.concat([walk, ever, *solvers], ignore_index=True))
-    assert said[0] == "fixed: least error 1.0e-10, at h = 1.0e-03; at h = 1.0e-04 it is 10 times that: round-off has won."
-    assert said[1] == "other: least error 1.0e-08, at h = 1.0e-04."
+    assert said[0] == "fixed: least error 1.0e-10, at h = 1.0e-03 s; at h = 1.0e-04 s it is 10 times that: round-off has won."
+    assert said[1] == "other: least error 1.0e-08, at h = 1.0e-04 s."
     assert said[-1] == "First to give up: index3, at 1e-03; then index2 at 1e-04."
 
 
 def test_until_when_a_motion_is_followed():
     both = pd.concat([runs("one", [0.1, 0.01], horizon=[2.0, 5.0]), runs("two", [0.1, 0.01], horizon=[8.0, 8.0])])
     said = lost_motion.says(both.assign(double_horizon=6.5, tenfold=0.5, t_end=8.0, grown=2.0**30))
-    assert said[0] == "A rounding on the way may have grown 1.1e+09 times by t = 8, from 1.1e-16 to 1.2e-07."
+    assert said[0] == "A rounding on the way may have grown 1.1e+09 times by t = 8 s, from 1.1e-16 to 1.2e-07."
     assert said[1:3] == [
         "A perturbation grows tenfold in 0.5 s, so that each digit of accuracy is worth so much time.",
-        "From t = 6.5 on no run in double precision can be trusted, whatever its method.",
+        "From t = 6.5 s on no run in double precision can be trusted, whatever its method.",
     ]
-    assert said[3:] == ["one is within 1% until t = 5 at best, with h = 1.0e-02.", "two is within 1% to the end at best, with h = 1.0e-01."]
+    assert said[3:] == [
+        "one is within 1% until t = 5 s at best, with h = 1.0e-02 s.",
+        "two is within 1% to the end at best, with h = 1.0e-01 s.",
+    ]
 
 
 def test_the_rate_of_growth_is_that_of_an_exponential():

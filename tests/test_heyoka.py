@@ -45,7 +45,9 @@ def test_its_steps_are_counted_and_what_it_does_not_tell_is_not_zero():
     assert 5 < found.steps == found.work["steps"] < 200
     import pandas as pd
 
-    table = pd.DataFrame([{"n_steps": found.steps, "n_H_q": np.nan}])
+    table = pd.DataFrame(
+        [{"problem": "planar_pendulum", "n_steps": found.steps, "n_H_q": np.nan, "seconds": 1.0, "callback_seconds": np.nan}]
+    )
     assert with_costs(table)["evaluations"].isna().all()
 
 

@@ -15,12 +15,12 @@ from daebench.reports._claims import ClaimRefuted
 from daebench.reports._work_precision_claims import check
 from daebench.reports._work_precision_figures import ratios
 from daebench.reports._work_precision_numbers import Numbers, measure
-from daebench.reports._work_precision_scenes import LEVELS, WANTED, WORKS, Work
+from daebench.reports._work_precision_scenes import WANTED, WORKS, Work
 from daebench.reports._work_precision_tables import setting, tables, times
 from daebench.studies.measure import row_of
 from daebench.studies.recommend import with_conserved
 from daebench.studies.store import opened
-from daebench.studies.work_precision import standard, with_costs
+from daebench.studies.work_precision import LEVELS, standard, with_costs
 
 
 @dataclass(frozen=True)

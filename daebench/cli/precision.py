@@ -14,7 +14,7 @@ from daebench.cli.grids import making, plan
 if TYPE_CHECKING:
     import pandas as pd
 
-SHOWN = ("method", "way", "time_ratio", "error_q", "error_y", "energy_drift", "energy_kind", "g", "casimirs", "defect", "failure")
+SHOWN = ("method", "way", "time_ratio", "error_q", "error_y", "energy_drift", "drifts", "g", "casimirs", "defect", "failure")
 """Columns of the table on the screen."""
 
 

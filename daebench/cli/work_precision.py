@@ -13,9 +13,6 @@ from daebench.cli.grids import making, outdated, plan
 if TYPE_CHECKING:
     from daebench.studies.study import Study
 
-LEVELS = tuple(10.0**-k for k in range(2, 14, 2))
-"""Accuracies for which the cheapest method is named."""
-
 
 def work_precision(
     problem: Problem,
@@ -46,7 +43,7 @@ def work_precision(
     """
     from daebench.files import make_folder
     from daebench.studies.store import opened
-    from daebench.studies.work_precision import cheapest, standard, with_costs
+    from daebench.studies.work_precision import LEVELS, cheapest, standard, with_costs
 
     executors = Executors(timed=repeat > 0, workers=workers, scheduler=scheduler, side_by_side=side_by_side)
     study, left_out = standard(

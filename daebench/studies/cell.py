@@ -18,6 +18,7 @@ from daebench.errors import BadInput
 from daebench.fixed_step import FixedStep
 from daebench.kernels.hole import ROUNDINGS
 from daebench.kinds import method_of
+from daebench.machine import machine
 from daebench.method import Patience, Request
 from daebench.scene import PoissonScene, Scene
 
@@ -137,7 +138,7 @@ class Cell:
         solver.check(self.scene, self.asked(solver.knob))
 
     def key(self) -> str:
-        """Return the hash of all that decides the numbers: the run, the definition, the methods' code and the versions of libraries."""
+        """Return the hash of all that decides the numbers: run, definition, code, versions of libraries, and of times the processor."""
         return self._key
 
     @cached_property
@@ -145,7 +146,8 @@ class Cell:
         plain = json.dumps(self.plain() | {"metrics": sorted(self.metrics)}, sort_keys=True)
         scene = self.scene
         numbers = [float(x).hex() for x in (*scene.par, *(x for part in scene.start for x in part))]
-        return hashlib.sha256("\n".join((plain, scene.source.key, *numbers, made_by())).encode()).hexdigest()
+        timed_on = machine() if self.repeat else ""
+        return hashlib.sha256("\n".join((plain, scene.source.key, *numbers, made_by(), timed_on)).encode()).hexdigest()
 
     def plain(self) -> dict[str, Any]:
         """Return the fields as JSON has them."""

@@ -19,6 +19,11 @@ def secular(runs: "pd.DataFrame | dict[str, Any]") -> Any:
     return abs(runs["energy_slope"] * runs["t_end"]) > SECULAR * runs["energy_drift"]
 
 
+def drifts(row: dict[str, Any]) -> bool:
+    """Return whether the energy error of a run is a drift, and no walk of roundings."""
+    return bool(secular(row)) and not walked(row)
+
+
 def walked(row: dict[str, Any]) -> bool:
     """Return whether a random walk of roundings explains the energy error of a run."""
     eps = float(np.finfo(row["precision"]).eps)

@@ -1,4 +1,4 @@
-"""An extreme: a way to drive methods to where they break, METHODS.md section 7 in one shape for all of them."""
+"""An extreme: a way to drive methods to where they break, in one shape for all of them."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field

@@ -5,7 +5,7 @@ from daebench.diagnostics.manifold import residual_scales
 from daebench.scene import PoissonScene
 from daebench.stepping import REASONS
 from daebench.studies.cell import Cell
-from daebench.studies.drift import secular, walked
+from daebench.studies.drift import drifts
 from daebench.studies.measure import Row
 
 FINE, COARSE, DRIFTING, OFF, OTHER = "fine", "coarse", "drifting", "off the manifold", "wrong branch"
@@ -54,6 +54,6 @@ def outcome_of(cell: Cell, row: Row) -> str:
             return OFF
     if row.get("jump", 0.0) > WRONG:
         return OTHER
-    if secular(row) and not walked(row):
+    if drifts(row):
         return DRIFTING
     return COARSE if row["energy_drift"] > LARGE * row["energy_size"] else FINE

@@ -6,11 +6,13 @@ from typing import TYPE_CHECKING, Any
 from daebench.errors import BadInput
 from daebench.studies.able import able
 from daebench.studies.cell import Cell
+from daebench.studies.drift import drifts
 from daebench.studies.extreme import Asked
 from daebench.studies.measure import Row
 from daebench.studies.rows import by_method, rows_of
 from daebench.studies.runs import Runs
 from daebench.studies.study import computed_in
+from daebench.studies.work_precision import REPEAT
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -29,9 +31,6 @@ POISSON = ("midpoint", "strang")
 
 HALVINGS = (2, 4, 6, 8)
 """Halvings of the distance of stored times, where no step sizes are given."""
-
-REPEAT = 3
-"""Runs that are timed."""
 
 AS_GOOD = 1.1
 """A number is as good as that of double precision up to this factor."""
@@ -95,7 +94,7 @@ def smallest_steps(table: "pd.DataFrame") -> "pd.DataFrame":
     for _, each in by_method(table):
         last = rows_of(each[each["value"] == each["value"].min()])
         base = next((float(row["seconds"]) for row in last if row["way"] == BASE), float("nan"))
-        rows += [{**row, "time_ratio": row["seconds"] / base} for row in last]
+        rows += [{**row, "time_ratio": row["seconds"] / base, "drifts": drifts(row)} for row in last]
     return pd.DataFrame(rows)
 
 
@@ -107,7 +106,7 @@ def says(table: "pd.DataFrame") -> list[str]:
         if BASE not in rows:
             continue
         base = rows[BASE]
-        found.append(f"{method} with h = {base['value']:.2g}: {_held(rows, base, error)}")
+        found.append(f"{method} with h = {base['value']:.2g} s: {_held(rows, base, error)}")
     return found
 
 

@@ -51,6 +51,9 @@ HALVINGS = 8
 STEPS = 2**20
 """Most steps of a run where step sizes are not given."""
 
+LEVELS = tuple(10.0**-k for k in range(2, 14, 2))
+"""Accuracies for which the cheapest method is named."""
+
 REPEAT = 3
 """Runs that are timed, after the one that warms up."""
 

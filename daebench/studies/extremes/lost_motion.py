@@ -76,19 +76,20 @@ def says(table: "pd.DataFrame") -> list[str]:
     """Return until when each method follows at best, and what no method can."""
     found = []
     double, grown, tenfold, end = (float(table[name].iloc[0]) for name in ("double_horizon", "grown", "tenfold", "t_end"))
-    found.append(f"A rounding on the way may have grown {grown:.1e} times by t = {end:.3g}, from 1.1e-16 to {grown * 2.0**-53:.1e}.")
+    found.append(f"A rounding on the way may have grown {grown:.1e} times by t = {end:.3g} s, from 1.1e-16 to {grown * 2.0**-53:.1e}.")
     if tenfold == tenfold:
         found.append(f"A perturbation grows tenfold in {tenfold:.2g} s, so that each digit of accuracy is worth so much time.")
     if np.isfinite(double):
-        found.append(f"From t = {double:.3g} on no run in double precision can be trusted, whatever its method.")
+        found.append(f"From t = {double:.3g} s on no run in double precision can be trusted, whatever its method.")
     for method, rows in by_method(table):
         good = [row for row in rows_of(rows) if not row["failure"]]
         if not good:
             found.append(f"{method} never comes to the end.")
             continue
         best = max(good, key=lambda row: (float(row["horizon"]), float(row["value"])))
-        until = "to the end" if best["horizon"] >= end * (1 - 1e-12) else f"until t = {best['horizon']:.3g}"
-        found.append(f"{method} is within {LOST:.0%} {until} at best, with {best['knob']} = {best['value']:.1e}.")
+        unit = " s" if best["knob"] == "h" else ""
+        until = "to the end" if best["horizon"] >= end * (1 - 1e-12) else f"until t = {best['horizon']:.3g} s"
+        found.append(f"{method} is within {LOST:.0%} {until} at best, with {best['knob']} = {best['value']:.1e}{unit}.")
     return found
 
 

@@ -58,7 +58,7 @@ def says(table: "pd.DataFrame") -> list[str]:
     h = float(table["value"].min())
     same = table[table["value"] == h]
     limit = rows_of(same[same["eps"] == 0])[0]
-    found = [f"With h = {h:.3g} {LIMIT} on the constrained system has an error of {limit['error_q']:.1e} in q."]
+    found = [f"With h = {h:.3g} s {LIMIT} on the constrained system has an error of {limit['error_q']:.1e} in q."]
     return found + [_approach(method, rows_of(rows), limit) for method, rows in by_method(same[same["eps"] > 0])]
 
 

@@ -63,8 +63,9 @@ def _least(method: str, rows: list[Row], error: str) -> str:
     best, finest = min(good, key=lambda row: float(row[error])), min(good, key=lambda row: float(row["value"]))
     known = max(float(best[error]), float(best[error.replace("error", "bound")]))
     worse = float(finest[error]) / known
-    end = f"; at {knob} = {finest['value']:.1e} it is {worse:.2g} times that: round-off has won" if worse > WORSE else ""
-    return f"{method}: least error {known:.1e}, at {knob} = {best['value']:.1e}{end}."
+    unit = " s" if knob == "h" else ""
+    end = f"; at {knob} = {finest['value']:.1e}{unit} it is {worse:.2g} times that: round-off has won" if worse > WORSE else ""
+    return f"{method}: least error {known:.1e}, at {knob} = {best['value']:.1e}{unit}{end}."
 
 
 def _gives_up(rows: list[Row]) -> float:

@@ -21,6 +21,9 @@ DIGITS = 2
 VERDICTS = {"completes": completes, "keeps the energy": keeps_energy}
 """What makes a step usable."""
 
+PLURAL = {"completes": "complete", "keeps the energy": "keep the energy"}
+"""The same of several methods."""
+
 
 def cells(asked: Asked) -> list[Cell]:
     """Return the runs that a bisection begins with; it makes some twenty more for each."""
@@ -52,14 +55,16 @@ def measure(asked: Asked, runs: Runs) -> "pd.DataFrame":
 def says(table: "pd.DataFrame") -> list[str]:
     """Return which method takes the largest steps, by each verdict, and where usable steps are no interval."""
     found = []
-    for verdict, rows in table.groupby("verdict", sort=False):
+    for verdict, rows in ((str(name), each) for name, each in table.groupby("verdict", sort=False)):
         ranked = rows[rows["h"] > 0].sort_values("h", ascending=False, kind="stable")
         none = list(rows[rows["h"] == 0]["method"])
         if len(ranked):
-            best, last = ranked.iloc[0], ranked.iloc[-1]
-            several = f"; the smallest limit is that of {last['method']}, {last['h']:.2g}" if len(ranked) > 1 else ""
-            least = "at least " if best["fails"] == float("inf") else ""
-            found.append(f"{best['method']} {verdict} with the largest steps, up to {least}h = {best['h']:.2g}{several}.")
+            best, last = ranked[ranked["h"] == ranked["h"].max()], ranked.iloc[-1]
+            several = f"; the smallest limit is that of {last['method']}, {last['h']:.2g} s" if last["h"] < best["h"].iloc[0] else ""
+            least = "at least " if best["fails"].iloc[0] == float("inf") else ""
+            names = " and ".join(best["method"])
+            verb = verdict if len(best) == 1 else PLURAL[verdict]
+            found.append(f"{names} {verb} with the largest steps, up to {least}h = {best['h'].iloc[0]:.2g} s{several}.")
         if none:
             found.append(f"With no step that was tried {verdict}: {', '.join(none)}.")
     if gaps := sorted({str(name) for name in table[table["gaps"]]["method"]}):
