@@ -79,7 +79,7 @@ def test_round_off_has_won_where_the_error_grows_again_and_who_gives_up_first_is
     said = round_off.says(pd.concat([walk, ever, *solvers], ignore_index=True))
     assert said[0] == "fixed: least error 1.0e-10, at h = 1.0e-03 s; at h = 1.0e-04 s it is 10 times that: round-off has won."
     assert said[1] == "other: least error 1.0e-08, at h = 1.0e-04 s."
-    assert said[-1] == "First to give up: index3, at 1e-03; then index2 at 1e-04."
+    assert said[-1] == "First to give up: index3, at tol = 1e-03; then index2 at 1e-04."
 
 
 def test_until_when_a_motion_is_followed():
@@ -117,6 +117,20 @@ def test_a_problem_has_the_extremes_that_it_can_have(problem, case, names):
     assert {each.name for each in found} == names
     assert set(refused) == set(EXTREMES) - names
     assert all(why and not why.endswith(".") for why in refused.values())
+
+
+@pytest.mark.parametrize(
+    ("name", "asked", "why"),
+    [
+        ("outcome-map", {"parameters": {"gravity": [0.0, 1.0]}}, "greater than 0, each once"),
+        ("outcome-map", {"h": [0.1, 0.1]}, "greater than 0, each once"),
+        ("parameter-range", {"h": [0.1, 0.2], "parameters": {"gravity": [1.0]}}, "one step size"),
+        ("round-off", {"t_end": 1e4}, "before t_end = 10000"),
+    ],
+    ids=["zero", "twice", "two steps", "too long"],
+)
+def test_what_an_extreme_cannot_use_is_refused(name, asked, why):
+    assert why in EXTREMES[name].refusal(Asked(problem="planar_pendulum", case="rotating", **asked))
 
 
 def test_a_method_that_cannot_be_run_is_refused():

@@ -1,5 +1,7 @@
 """What became of a run, in one word."""
 
+from dataclasses import replace
+
 import pytest
 
 from daebench.stepping import REASONS
@@ -32,10 +34,17 @@ def test_a_run_is_called_what_it_is(word):
 
 def test_a_walk_of_roundings_is_no_drift():
     row = {"failure": "", "precision": "float64", "g": 0.0, "energy_size": 10.0, "steps": 10_000, "t_end": 1.0}
-    row |= {"energy_drift": 3e-12, "energy_slope": 3e-11}
+    row |= {"energy_drift": 3e-12, "energy_slope": 3e-11, "energy_kind": "growing"}
     cell = Cell(metrics=("energy", "manifold"), **RUNS["fine"])
     assert outcome_of(cell, row) == "fine"
     assert outcome_of(cell, row | {"energy_drift": 3e-11}) == "drifting"
+
+
+def test_a_slope_within_its_error_is_no_drift():
+    cell = Cell(problem="planar_pendulum", case="rotating", method="rattle", value=0.01, t_end=4.0, metrics=("energy", "manifold"))
+    row = row_of(replace(cell, parameters=(("gravity", 0.01),)))
+    assert row["energy_kind"] == "bounded"
+    assert outcome_of(cell, row) == "fine"
 
 
 def test_every_reason_of_a_scheme_has_a_word():

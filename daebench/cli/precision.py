@@ -9,7 +9,7 @@ from daebench.cli.arguments import Case, Json, Problem, Scheduler, SideBySide, W
 from daebench.cli.asked import asked_of
 from daebench.cli.console import print_json, print_table, words
 from daebench.cli.executors import Executors
-from daebench.cli.grids import making, plan
+from daebench.cli.grids import making, outdated, plan
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -55,18 +55,23 @@ def precision(
         if dry_run:
             print(plan([cell for _, cell in cells], kept, executors))
             raise typer.Exit
+        again = outdated([cell for _, cell in cells], kept)
         with making(kept, executors, f"precision on {problem}") as runs:
             table = table_of(cells, runs)
     path = draw(out, "precision", table)
     last = smallest_steps(table)
     if as_json:
-        print_json({"says": says(table), "smallest_steps": last.to_dict("records"), "left_out": refused, "file": str(path)})
+        print_json(
+            {"says": says(table), "smallest_steps": last.to_dict("records"), "left_out": refused, "made_again": again, "file": str(path)}
+        )
         return
     _print(last)
     for sentence in says(table):
         print(sentence)
     for what, why in refused.items():
         print(f"left out: {what}: {why}")
+    if again:
+        print(again)
     print(f"written: {path}")
 
 

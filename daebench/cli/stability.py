@@ -10,7 +10,7 @@ from daebench.cli.arguments import Case, Json, Problem, Scheduler, Workers
 from daebench.cli.asked import asked_of
 from daebench.cli.console import numbers, print_json, words
 from daebench.cli.executors import Executors
-from daebench.cli.grids import making, plan
+from daebench.cli.grids import making, outdated, plan
 
 if TYPE_CHECKING:
     from daebench.studies.extreme import Asked, Extreme
@@ -58,6 +58,7 @@ def stability(
         if dry_run:
             _tell_plan(extremes, asked, kept, executors)
             raise typer.Exit
+        found["made_again"] = outdated([cell for extreme in extremes for cell in extreme.cells(asked)], kept)
         for extreme in extremes:
             found["said"][extreme.name], path = _made(extreme, asked, kept, executors, out)
             found["files"].append(str(path))
@@ -70,6 +71,8 @@ def stability(
     else:
         for name, why in refused.items():
             print(f"no {name}: {why}.")
+        if found["made_again"]:
+            print(found["made_again"])
         print(f"written: {', '.join(found['files'])}")
 
 

@@ -20,8 +20,11 @@ def secular(runs: "pd.DataFrame | dict[str, Any]") -> Any:
 
 
 def drifts(row: dict[str, Any]) -> bool:
-    """Return whether the energy error of a run is a drift, and no walk of roundings."""
-    return bool(secular(row)) and not walked(row)
+    """Return whether the energy error of a run is a drift: a significant slope that makes up much of it, and no walk of roundings.
+
+    A few periods of a bounded oscillation have a slope too, which is within its error then.
+    """
+    return bool(secular(row)) and row["energy_kind"] != "bounded" and not walked(row)
 
 
 def walked(row: dict[str, Any]) -> bool:

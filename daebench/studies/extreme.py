@@ -148,6 +148,8 @@ class Extreme:
 
 def uncertified(asked: Asked) -> str:
     """Return why errors are unknown: there is no certified reference, so that errors are not known."""
-    if asked.reference:
+    if asked.reference and asked.end <= asked.reference.horizon:
         return ""
+    if asked.reference:
+        return f"{asked.reference.name} ends at t = {asked.reference.horizon:g}, before t_end = {asked.end:g}"
     return f"there is no certified reference of {asked.problem}, case {asked.scene.case}, and errors against anything else are not known"

@@ -13,8 +13,8 @@ NO_SOLUTION, SINGULAR, RANK_LOST, BLOWN_UP, STOPPED = "no solution", "singular",
 
 OUTCOMES = {
     FINE: "it came to its end, on the manifold, and its energy error is small and has no such slope",
-    COARSE: "its energy error is more than a tenth of twice the largest kinetic energy",
-    DRIFTING: "what the slope of its energy error adds up to is more than a quarter of it, and no walk of roundings",
+    COARSE: "its energy error is more than a tenth of its size: of twice the largest kinetic energy, or of |H| of a Poisson system",
+    DRIFTING: "what the slope of its energy error adds up to is more than a quarter of it, is significant, and no walk of roundings",
     OFF: "it left the manifold by more than a thousandth of what a change of all positions by one part would do",
     OTHER: "a step ended far from where the velocities lead: Newton's iteration found another solution than that of the motion",
     NO_SOLUTION: "the equations of a step have no solution that Newton's iteration finds",

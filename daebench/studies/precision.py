@@ -7,7 +7,7 @@ from daebench.errors import BadInput
 from daebench.studies.able import able
 from daebench.studies.cell import Cell
 from daebench.studies.drift import drifts
-from daebench.studies.extreme import Asked
+from daebench.studies.extreme import Asked, uncertified
 from daebench.studies.measure import Row
 from daebench.studies.rows import by_method, rows_of
 from daebench.studies.runs import Runs
@@ -45,8 +45,10 @@ def cells_of(asked: Asked, ways: Sequence[str] = (), *, repeat: int = REPEAT) ->
     Raises
     ------
     BadInput
-        If a way or a method is unknown, or no method has fixed steps.
+        If a way or a method is unknown, no method has fixed steps, no way can be run, or the reference ends before the runs.
     """
+    if asked.reference and asked.end > asked.reference.horizon:
+        raise BadInput(f"{uncertified(asked)}; take a smaller t_end.")
     methods = asked.fixed if asked.methods else able(asked.scene, POISSON if asked.poisson else CONSTRAINED)[0]
     if not methods:
         raise BadInput("precision is compared for methods with fixed steps, and none is given; give some, for example rattle.")
@@ -62,6 +64,8 @@ def cells_of(asked: Asked, ways: Sequence[str] = (), *, repeat: int = REPEAT) ->
                 refused[f"{method}, {way}"] = str(error)
                 continue
             found += [(way, cell) for cell in cells]
+    if not found:
+        raise BadInput(f"none of these ways can be run: {next(iter(refused.values()))}")
     return found, refused
 
 
@@ -115,22 +119,24 @@ def _held(rows: dict[str, Row], base: Row, error: str) -> str:
     parts = [f"{'energy error' if error == 'energy_drift' else error.replace('_', ' of ')} {base[error]:.1e}"]
     early = [way for way in rows if "=" in way]
     good = [way for way in early if _as_good(rows[way], base, error)]
-    timed = [way for way in good if rows[way]["time_ratio"] == rows[way]["time_ratio"]]
-    if timed:
-        best = min(timed, key=lambda way: float(rows[way]["time_ratio"]))
-        parts.append(f"{best} is as good in error, energy, constraints and two-form, in {rows[best]['time_ratio']:.2f} of the time")
-    elif early and not good:
+    if good:
+        best = min(good, key=lambda way: float(rows[way]["time_ratio"]))
+        parts.append(f"{best} is as good in error, energy, constraints and two-form{_time(rows[best])}")
+    elif early:
         parts.append("Newton's iteration ended early is never as good")
     if "compensated" in rows:
-        more = rows["compensated"]
-        parts.append(f"compensated sums give {more[error]:.1e}, in {more['time_ratio']:.2f} of the time")
+        parts.append(f"compensated sums give {rows['compensated'][error]:.1e}{_time(rows['compensated'])}")
     if "float32" in rows:
-        less = rows["float32"]
-        parts.append(f"single precision {less[error]:.1e}, in {less['time_ratio']:.2f} of the time")
+        parts.append(f"single precision {rows['float32'][error]:.1e}{_time(rows['float32'])}")
     return "; ".join(parts) + "."
 
 
 def _as_good(row: Row, base: Row, error: str) -> bool:
     """Return whether error, energy, constraints and two-form are as good, or of round-off."""
-    sizes = {error: 1.0, "energy_drift": base["energy_size"], "g": 1.0, "defect": 1.0}
+    sizes = {error: 1.0, "energy_drift": base["energy_size"]} | dict.fromkeys(("g", "Gv", "casimirs", "defect"), 1.0)
     return all(row[name] <= max(AS_GOOD * base[name], ROUND_OFF * size) for name, size in sizes.items() if name in row)
+
+
+def _time(row: Row) -> str:
+    """Return in which part of the time of double precision, if it was timed."""
+    return f", in {row['time_ratio']:.2f} of the time" if row["time_ratio"] == row["time_ratio"] else ""

@@ -51,7 +51,12 @@ def parameter_of(asked: Asked) -> str:
 def _able(asked: Asked) -> str:
     if not asked.fixed:
         return "none of these methods has fixed steps"
-    return "" if parameter_of(asked) else f"{asked.problem} has no parameter that could be varied"
+    if not parameter_of(asked):
+        return f"{asked.problem} has no parameter that could be varied"
+    given = asked.parameters.get(parameter_of(asked), FACTORS)
+    if min(given) <= 0 or len(set(given)) < len(given) or len(set(asked.h)) < len(asked.h):
+        return "its axes are logarithmic, and take values greater than 0, each once"
+    return ""
 
 
 def cells(asked: Asked) -> list[Cell]:
@@ -73,7 +78,7 @@ def measure(asked: Asked, runs: Runs) -> "pd.DataFrame":
     given, name = cells(asked), parameter_of(asked)
     table = runs(given)
     outcomes = [outcome_of(cell, row) for cell, row in zip(given, rows_of(table), strict=True)]
-    return table.assign(outcome=outcomes, parameter=name, varied=table[name])
+    return table.assign(outcome=outcomes, parameter=name, varied=[dict(cell.parameters)[name] for cell in given])
 
 
 def says(table: "pd.DataFrame") -> list[str]:

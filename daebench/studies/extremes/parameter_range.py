@@ -36,6 +36,8 @@ def masses(asked: Asked) -> list[str]:
 
 
 def _able(asked: Asked) -> str:
+    if len(asked.h) > 1:
+        return "its runs have one step size, and several are given"
     if asked.parameters or len(masses(asked)) > 1:
         return ""
     return f"{asked.problem} has no two masses as parameters whose ratio could be varied; name a parameter and its values"
@@ -66,8 +68,9 @@ def measure(asked: Asked, runs: Runs) -> "pd.DataFrame":
     given, (name, _) = cells(asked), varied(asked)
     table = runs(given)
     outcomes = [outcome_of(cell, row) for cell, row in zip(given, rows_of(table), strict=True)]
+    values = [dict(cell.parameters)[name] for cell in given]
     part = table["energy_drift"] / table["energy_size"]
-    return table.assign(outcome=outcomes, parameter=name, near=asked.near, varied=table[name], energy_part=part)
+    return table.assign(outcome=outcomes, parameter=name, near=asked.near, varied=values, energy_part=part)
 
 
 def says(table: "pd.DataFrame") -> list[str]:
@@ -91,7 +94,7 @@ def _where(values: list[float]) -> str:
 
 def draw(out: Path, stem: str, table: "pd.DataFrame") -> Path:
     """Draw energy error and residual of the constraints against the parameter."""
-    shown = {"energy_part": "energy error / twice kinetic energy", "g": "largest |g|"}
+    shown = {"energy_part": "energy error / its size", "g": "largest |g|"}
     name, near = str(table["parameter"].iloc[0]), float(table["near"].iloc[0])
     columns = [column for column in shown if column in table and table[column].notna().any()]
     with drawing():

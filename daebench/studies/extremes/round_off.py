@@ -47,12 +47,12 @@ def says(table: "pd.DataFrame") -> list[str]:
     """Return the least error of each method and where it is, what smaller steps do, and which solver gives up first."""
     error = error_of(table)
     found = [_least(method, rows_of(rows), error) for method, rows in by_method(table)]
-    limits = {method: limit for method, rows in by_method(table) if (limit := _gives_up(rows_of(rows)))}
+    limits = {method: limit for method, rows in by_method(table[table["knob"] == "tol"]) if (limit := _gives_up(rows_of(rows)))}
     if limits:
         first = max(limits.values())
         names = ", ".join(name for name, at in limits.items() if at == first)
         later = ", ".join(f"{name} at {at:.0e}" for name, at in limits.items() if at < first)
-        found.append(f"First to give up: {names}, at {first:.0e}{f'; then {later}' if later else ''}.")
+        found.append(f"First to give up: {names}, at tol = {first:.0e}{f'; then {later}' if later else ''}.")
     return found
 
 
@@ -70,7 +70,7 @@ def _least(method: str, rows: list[Row], error: str) -> str:
 
 def _gives_up(rows: list[Row]) -> float:
     """Return the largest value below all with which it comes to its end; 0 if there is none."""
-    finest = min((float(row["value"]) for row in rows if not row["failure"]), default=float("inf"))
+    finest = min((float(row["value"]) for row in rows if not row["failure"]), default=0.0)
     return max((float(row["value"]) for row in rows if row["failure"] and row["value"] < finest), default=0.0)
 
 
