@@ -52,6 +52,8 @@ def methods():
     lines += [
         "| `cvode:adams` `cvode:bdf` | (1.18) | 1-12, 1-5 | no | no | neither | SUNDIALS CVODE |",
         "| `scipy:DOP853` `scipy:Radau` ... | (1.18) | 8, 5, ... | no | no | neither | SciPy |",
+        "| `heyoka:taylor` | (1.18) | by tolerance | no | no | neither | heyoka (extra `peers`) |",
+        "| `solve_dae:Radau` | as `ida:index2` | 5 | no | no | G H_p = 0 to tolerance | solve_dae (extra `peers`) |",
     ]
     return "\n".join(lines)
 
@@ -77,6 +79,7 @@ def poisson():
     lines += [
         "| `cvode:adams` `cvode:bdf` | no B | 1-12, 1-5 | no |  | SUNDIALS CVODE |",
         "| `scipy:DOP853` `scipy:Radau` ... | no B | 8, 5, ... | no |  | SciPy |",
+        "| `heyoka:taylor` | no B | by tolerance | no |  | heyoka (extra `peers`) |",
     ]
     return "\n".join(lines)
 
