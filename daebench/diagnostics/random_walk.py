@@ -46,6 +46,8 @@ class Walk:
         Number of members.
     why : str
         What the kind was told by: "slope", "scatter" or "spread", as the rule of :func:`random_walk` names them; "" if by nothing.
+    spreads : bool
+        Whether members spread beyond the resolution.
     """
 
     slope: float
@@ -55,6 +57,7 @@ class Walk:
     kind: str
     members: int
     why: str = ""
+    spreads: bool = False
 
 
 def random_walk(t: ArrayLike, error: ArrayLike, *, resolution: float = 0.0) -> Walk:
@@ -125,7 +128,7 @@ def random_walk(t: ArrayLike, error: ArrayLike, *, resolution: float = 0.0) -> W
         kind, why = "growing", "scatter"
     else:
         kind, why = _spreading(exponent, exponent_error) if spreads else "bounded", "spread"
-    return Walk(size * slope, size * slope_error, exponent, exponent_error, kind, members, why)
+    return Walk(size * slope, size * slope_error, exponent, exponent_error, kind, members, why, spreads)
 
 
 def _require_distinct(error: Array, resolution: float) -> None:
