@@ -128,7 +128,7 @@ class Run:
         self.work = np.zeros(len(linked.work), dtype=np.int64)
         self.seconds = 0.0
         self.failure: str | None = None
-        self.rank_lost = False
+        self.rank_lost, self.rank_pending = False, False
         self.passages: list[Passage] = []
         self.interrupted = False
         with np.errstate(all="ignore"):
@@ -217,9 +217,16 @@ class Run:
         return took
 
     def piece(self, steps: int) -> float:
-        """Take so many steps, or as many as are left, and what is to be done where G loses rank; return the CPU time of the former."""
-        took = self._advance(min(steps, self.grid.steps - self.done))
-        if self.rank_lost and self.done < self.grid.steps:
+        """Take so many steps, or as many as are left, and what is to be done where G loses rank; return the CPU time of the former.
+
+        Where the last step tells that G loses rank in the next one, that stays pending for a longer run that goes on from there.
+        """
+        took = 0.0
+        if not self.rank_pending:
+            took = self._advance(min(steps, self.grid.steps - self.done))
+            self.rank_pending = self.rank_lost
+        if self.rank_pending and self.done < self.grid.steps:
+            self.rank_pending = False
             self._lose_rank()
         return took
 

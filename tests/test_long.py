@@ -20,13 +20,13 @@ from daebench.diagnostics.random_walk import Walk
 from daebench.errors import BadInput
 from daebench.method import Request
 from daebench.scene import PoissonScene
-from daebench.studies import blocks, checkpoint, long_run
+from daebench.studies import blocks, checkpoint, long_run, starts
 from daebench.studies.blocks import MANY, Blocks, middles
 from daebench.studies.checkpoint import Checkpoint, identity, load, resumed, save
 from daebench.studies.ensemble import Ensemble, run_member
 from daebench.studies.interrupts import alike
 from daebench.studies.long_run import LongRun, Stream
-from daebench.studies.long_table import growth, members_table, windows_table
+from daebench.studies.long_table import growth, members_table, share, windows_table
 from daebench.studies.long_verdict import sentence
 from daebench.studies.starts import start_of
 from daebench.studies.windows import COUNT, EDGES, LEAST, MEAN, MOST, SQUARES, Windows, centres, mean_square
@@ -109,6 +109,24 @@ def test_a_longer_run_goes_on_from_a_shorter_one(uncompiled, tmp_path):
     assert bits(stream) == bits(marched(spec))
 
 
+def test_a_longer_run_stops_where_the_last_step_of_a_shorter_one_tells_that_G_loses_rank(uncompiled, tmp_path):
+    spec, file = (
+        LongRun(problem="slider_crank", case="lock_up", method="rattle", h=0.005, stride=3, on_singular="stop"),
+        tmp_path / "run.npz",
+    )
+    whole = marched(spec, STEPS)
+    assert "G loses rank" in whole.run.failure
+    shorter = marched(spec, whole.run.done)
+    assert (shorter.run.failure, shorter.run.rank_pending) == (None, True)
+    save(file, identity(spec), shorter)
+    stream = Stream(spec, STEPS)
+    resumed(stream, load(file, identity(spec)))
+    while stream.going:
+        stream.advance()
+    assert stream.run.failure == whole.run.failure
+    assert bits(stream) == bits(whole)
+
+
 def test_windows_have_the_moments_of_their_samples(random):
     series = 1e9 + random.standard_normal(3000)
     found, start = Windows(), 0
@@ -153,18 +171,31 @@ def test_blocks_are_few_and_their_means_are_those_of_the_series():
 
 def test_starts_are_of_the_same_motion_on_the_manifold_and_round_differently():
     own = scene("spherical-fast")
-    starts = [start_of(own, k, "float64") for k in range(8)]
-    assert starts[0] is own
-    energies = [float(each.value("H", each.p0, each.q0)) for each in starts]
+    found = [start_of(own, k, "float64") for k in range(8)]
+    assert found[0] is own
+    energies = [float(each.value("H", each.p0, each.q0)) for each in found]
     assert len(set(energies)) > 4
     np.testing.assert_allclose(energies, energies[0], rtol=1e-11)
     g_scale, Gv_scale = residual_scales(own, own.p0, own.q0)
-    for each in starts[1:]:
+    for each in found[1:]:
         assert np.all(np.abs(each.value("g", each.q0)) <= 1e-15 * g_scale)
         assert np.all(np.abs(each.value("Gv", each.p0, each.q0)) <= 1e-14 * Gv_scale)
         assert 1e-14 < np.abs(each.q0 - own.q0).max() < 1e-12
-        assert each.q0[own.q0 == 0].tolist() == [0.0] * int(np.sum(own.q0 == 0))
-    assert start_of(own, 3, "float64").q0.tobytes() == starts[3].q0.tobytes()
+    assert start_of(own, 3, "float64").q0.tobytes() == found[3].q0.tobytes()
+
+
+@pytest.mark.parametrize(("problem", "case"), [("planar_pendulum", "horizontal"), ("double_pendulum", "horizontal")])
+def test_members_of_a_start_with_zeros_are_distinct_runs(problem, case, tmp_path, uncompiled):
+    spec = LongRun(problem=problem, case=case, method="rattle", h=0.01, stride=1)
+    Ensemble(spec, 16, 64, tmp_path).check()
+    ends = {marched(spec.member_of(k), 31).waiting.tobytes() for k in range(16)}
+    assert len(ends) == 16
+
+
+def test_members_that_begin_alike_are_refused(monkeypatch, tmp_path):
+    monkeypatch.setattr(starts, "ROUNDINGS", 0.0)
+    with pytest.raises(BadInput, match=r"members 0 and 1 of planar_pendulum, case rotating, begin at the same state"):
+        Ensemble(replace(RUNS["shake"], stride=1, on_singular="stop"), 3, 10, tmp_path).check()
 
 
 def samples(spec, steps):
@@ -262,15 +293,61 @@ def test_sixteen_members_tell_a_walk_and_fewer_do_not(random):
     found = growth(spec, walkers(24, random))
     assert isinstance(found, Walk)
     assert found.kind == "random walk"
-    assert sentence(found).startswith("random walk: the spread of 24 members grows as t^(0.")
+    whole = share(spec, walkers(24, random), 24, 2048)
+    assert sentence(found, whole).startswith("random walk: the spread of 24 members grows as t^(0.")
+    assert "Told to" not in sentence(found, whole)
     assert growth(spec, walkers(20, random, failed=(0, 7))).members == 18
-    few = growth(spec, walkers(18, random, failed=(0, 1, 2)))
+    few = growth(spec, members := walkers(18, random, failed=(0, 1, 2)))
     assert isinstance(few, Drift)
-    assert sentence(few).endswith("whether it is a random walk is told from 16 members or more.")
+    said = sentence(few, share(spec, members, 18, 2048))
+    assert "told from 16 members or more, of which there are 15 so far. " in said
+    assert said.endswith("Told to t = 20.48 from 15 of 18 members; left out: 3 of 18 stopped early.")
     assert growth(spec, walkers(2, random, failed=(0, 1))) is None
     drifting = growth(spec, walkers(16, random, drift=1.0))
     assert drifting.kind == "linear"
     assert drifting.slope == pytest.approx(1e-10 / (spec.stride * spec.h), abs=4 * drifting.slope_error)
+
+
+def test_members_that_are_far_behind_are_left_out_and_the_sentence_says_so(random):
+    spec, members = replace(RUNS["rattle"], stride=16), walkers(20, random)
+    for number, most in ((3, 0), (4, 63), (5, 64)):
+        members[number] = replace(members[number], waiting=members[number].waiting[:most], done=16 * most)
+    found = growth(spec, members)
+    assert (type(found), found.members) == (Walk, 18)
+    said = sentence(found, share(spec, members, 32, 2048))
+    assert said.endswith(" Told to t = 10.24 from 18 of 32 members; left out: 2 of 32 far behind, 12 of 32 not begun.")
+    long = Blocks(length=4 * blocks.BLOCK, means=random.standard_normal(600))
+    table = Windows(np.array([[600.0 * long.length, 0, 1, -1, 1]]))
+    members[0] = replace(members[0], blocks=long, windows=table, waiting=np.ones(0))
+    assert isinstance(growth(spec, members), Drift)
+    assert share(spec, members, 32, 2048).told == 1
+
+
+def test_where_nothing_can_be_told_the_sentence_says_why(random):
+    spec = replace(RUNS["rattle"], stride=16)
+    failed, early = walkers(2, random, failed=(0, 1)), walkers(2, random)
+    early = {number: replace(kept, waiting=kept.waiting[:0]) for number, kept in early.items()}
+    assert sentence(growth(spec, failed), share(spec, failed, 2, 2048)) == "undetermined: every member stopped early."
+    assert "2 of 16 members have begun, and every one of them stopped early" in sentence(None, share(spec, failed, 16, 2048))
+    assert growth(spec, early) is None
+    assert sentence(None, share(spec, early, 2, 2048)).startswith("undetermined: there is too little to tell")
+
+
+@pytest.mark.parametrize(
+    ("kind", "why", "exponent", "spreads", "says"),
+    [
+        ("growing", "slope", 1.0, True, "not at the same rate in both halves"),
+        ("growing", "scatter", 0.46, True, "what all members do alike swells"),
+        ("growing", "spread", 1.0, True, "each drifts its own way; their mean does not drift beyond four standard errors"),
+        ("undetermined", "spread", float("nan"), True, "spread beyond round-off too late to tell"),
+        ("bounded", "spread", float("nan"), False, "do not spread beyond round-off, and their mean does not drift beyond four"),
+    ],
+)
+def test_each_reason_has_a_sentence_of_its_own(kind, why, exponent, spreads, says, random):
+    walk = Walk(1e-12, 1e-12, exponent, 0.1 + 0 * exponent, kind, 16, why, spreads)
+    whole = share(replace(RUNS["rattle"], stride=16), walkers(16, random), 16, 2048)
+    assert sentence(walk, whole).startswith(f"{kind}: ")
+    assert says in sentence(walk, whole)
 
 
 def test_the_windows_of_all_are_those_of_their_samples_together(random):
@@ -331,10 +408,56 @@ def test_an_interrupted_command_says_what_is_kept_and_goes_on(daebench, uncompil
         patch.setattr(Stream, "advance", stopped)
         status, out, err = daebench(*words)
     assert status == 130
-    assert "undetermined" in out or "bounded" in out
-    assert err.startswith("daebench: interrupted; ")
+    assert "undetermined: there is too little to tell; take more steps. Told to t = 0.64 from 1 of 1 members." in out
+    assert err.startswith("daebench: interrupted; 10.7 % of rattle")
     assert err.endswith("the same command goes on from there.\n")
+    spec = LongRun(problem="planar_pendulum", case="rotating", method="rattle", h=0.01)
+    ensemble = Ensemble(spec, 1, 600, tmp_path / "checkpoints")
+    assert ensemble.kept()[0].done == 64
     assert daebench(*words)[0] == 0
+    kept, whole = ensemble.kept()[0], marched(spec, 600)
+    assert (kept.done, kept.numbers.tobytes()) == (600, whole.numbers().tobytes())
+    assert kept.windows.with_(kept.errors).table.tobytes() == whole.windows.with_(whole.waiting).table.tobytes()
+
+
+def test_an_interruption_before_the_first_sample_is_no_traceback(daebench, uncompiled, tmp_path, monkeypatch):
+    advance = Stream.advance
+
+    def stopped(self):
+        advance(self)
+        signal.raise_signal(signal.SIGINT)
+
+    monkeypatch.setattr(Stream, "advance", stopped)
+    status, out, err = daebench(*WORDS, "--stride", "100", "--out", tmp_path)
+    assert (status, err.startswith("daebench: interrupted; ")) == (130, True)
+    assert "too little to tell; take more steps. Told from no member; left out: 1 of 1 before the first sample." in out
+
+
+def test_sixteen_short_members_end_to_end(daebench, uncompiled, tmp_path):
+    words = ("long", "planar_pendulum", "--case", "horizontal", "--methods", "rattle", "--h", "0.02", "--steps", "400", "--stride", "4")
+    status, out, err = daebench(*words, "--ensemble", "16", "--workers", "1", "--out", tmp_path, "--json")
+    assert (status, err) == (0, "")
+    (run,) = json.loads(out)["runs"]
+    assert run["steps"] == [400] * 16
+    assert run["told_from"] == {"asked": 16, "begun": 16, "failed": 0, "told": 16, "until": 8.0, "whole": True}
+    assert (run["growth"]["members"], run["growth"]["kind"] in run["verdict"]) == (16, True)
+    assert "16 members" in run["verdict"]
+    assert all(0 < row["spread"] < 1e-10 for row in run["windows"][4:])
+    status, out, _ = daebench(*words, "--ensemble", "17", "--workers", "1", "--out", tmp_path, "--dry-run")
+    assert (status, out.startswith("rattle: 17 x 400 steps, 400 of them to do; in about ")) == (0, True)
+
+
+def test_a_dry_run_whose_trial_fails_says_why(daebench, uncompiled, tmp_path):
+    words = ("long", "spherical_pendulum", "--case", "fig1.2", "--methods", "symplectic_euler", "--h", "0.625", "--steps", "1e4")
+    status, out, err = daebench(*words, "--out", tmp_path, "--dry-run")
+    assert (status, err) == (0, "")
+    assert "10000 of them to do; a trial stopped early: symplectic_euler on spherical_pendulum, case fig1.2, stopped at t = 0 " in out
+
+
+def test_a_method_above_the_problem_is_refused(daebench, tmp_path):
+    status, _, err = daebench("long", "free_rigid_body", "--methods", "lifted:rattle", "--h", "0.1", "--out", tmp_path)
+    assert (status, err.count("\n")) == (2, 1)
+    assert "lifted:rattle keeps its state above the problem" in err
 
 
 def test_a_member_that_stops_early_says_why_and_keeps_its_windows(daebench, uncompiled, tmp_path):

@@ -24,8 +24,10 @@ def walks(random, members=MEMBERS):
 
 
 def oscillations(random, apart):
-    """Return oscillations of one start whose frequencies differ by a small part."""
-    rate = 0.37 * (1 + apart * random.standard_normal((MEMBERS, 1)))
+    """Return oscillations of one start whose frequencies differ by a small part, and by one rounding at least."""
+    rate = np.full((MEMBERS, 1), 0.37)
+    while len(np.unique(rate)) < MEMBERS:
+        rate = 0.37 * (1 + apart * random.standard_normal((MEMBERS, 1)))
     return blocks(np.cos(rate * STEP) - 1)
 
 
@@ -116,3 +118,30 @@ def test_fewer_than_sixteen_members_and_odd_shapes_are_refused(random):
         random_walk(t, walks(random, 15))
     with pytest.raises(BadInput, match="one error for each member and time"):
         random_walk(t[:-1], walks(random))
+
+
+@pytest.mark.parametrize("power", [1, 2])
+@pytest.mark.parametrize("rate", [1.0, 0.02], ids=["fast", "slow"])
+def test_an_oscillation_of_all_members_that_swells_is_growing(power, rate, random):
+    common = T**0.5 * (t / T) ** power * np.sin(rate * t)
+    found = random_walk(t, walks(random) + 20 * common)
+    assert (found.kind, found.why) == ("growing", "scatter")
+    alike = random_walk(t, common + 1e-9 * random.standard_normal((MEMBERS, BLOCKS)))
+    assert (alike.kind, alike.why) == ("growing", "scatter")
+
+
+def test_a_spread_in_the_last_windows_alone_tells_nothing(random):
+    draws = random.standard_normal((MEMBERS, 1))
+    ends = 1e-10 * (draws - draws.mean()) * (t / T) ** 8
+    last = np.std(ends[:, -1], ddof=1)
+    found = random_walk(t, ends, resolution=last / 4.7)
+    assert (found.kind, found.why, np.isnan(found.exponent)) == ("undetermined", "spread", True)
+    assert random_walk(t, ends, resolution=2 * last).kind == "bounded"
+
+
+def test_members_that_are_the_same_run_are_refused(random):
+    error = walks(random)
+    error[7] = error[3]
+    with pytest.raises(BadInput, match="1 of 16 members have the errors of another one"):
+        random_walk(t, error)
+    assert random_walk(t, np.zeros((MEMBERS, BLOCKS))).kind == "bounded"

@@ -25,7 +25,7 @@ def long(
     steps: Annotated[float, typer.Option("--steps", help="Number of steps, for example 1e8.")] = 1e8,
     case: Case = None,
     ensemble: Annotated[int, typer.Option("--ensemble", help="Number of starts; 16 or more tell a random walk.")] = 1,
-    stride: Annotated[int, typer.Option("--stride", help="Steps between samples of the energy.")] = 16,
+    stride: Annotated[int | None, typer.Option("--stride", help="Steps between samples of the energy; 16 if left out.")] = None,
     param: Param = None,
     option: Free = None,
     compensated: Annotated[bool, typer.Option("--compensated", help="Compensate sums over steps for rounding.")] = False,
@@ -45,7 +45,7 @@ def long(
     from daebench.files import make_folder
     from daebench.studies.ensemble import Ensemble
     from daebench.studies.interrupts import alike
-    from daebench.studies.long_run import LongRun
+    from daebench.studies.long_run import STRIDE, LongRun
 
     given = tuple(pairs("param", param or []).items())
     named = setting_of(problem, case, dict(given)).case
@@ -54,7 +54,8 @@ def long(
         "options": tuple(pairs("option", option or []).items()),
         "on_singular": on_singular or "",
     }
-    shared |= {"compensated": compensated, "precision": precision, "anyway": anyway, "h": h, "stride": stride}
+    shared |= {"compensated": compensated, "precision": precision, "anyway": anyway, "h": h}
+    shared["stride"] = STRIDE if stride is None else stride
     specs = [LongRun(problem=problem, case=named, method=name, **shared) for name in method_names(methods)]
     found = [Ensemble(spec, ensemble, _whole(steps), out / "checkpoints") for spec in specs]
     for each in found:
@@ -115,8 +116,9 @@ def _print_windows(table: "pd.DataFrame", title: str) -> None:
 def _tell_duration(ensemble: "Ensemble", workers: int) -> None:
     """Say how many steps there are to do, and about how long they take, as a short trial goes."""
     left = round((1 - ensemble.done()) * ensemble.members * ensemble.steps)
-    lasts = _duration(left / ensemble.spec.rate() / workers)
-    print(f"{ensemble.spec.method}: {ensemble.members} x {ensemble.steps} steps, {left} of them to do, in about {lasts}.")
+    rate, failure = ensemble.spec.trial(ensemble.steps)
+    lasts = f"a trial stopped early: {failure}" if failure else f"in about {_duration(left / rate / workers)}."
+    print(f"{ensemble.spec.method}: {ensemble.members} x {ensemble.steps} steps, {left} of them to do; {lasts}")
 
 
 def _duration(seconds: float) -> str:
@@ -137,10 +139,9 @@ def _whole(steps: float) -> int:
 
 def _at_once(workers: int | None, members: int) -> int:
     """Return how many processes run side by side."""
-    import os
-
     from daebench.errors import BadInput
+    from daebench.studies.schedulers import cores
 
     if workers is not None and workers < 1:
         raise BadInput(f"--workers {workers} must be at least 1.")
-    return min(workers or len(os.sched_getaffinity(0)), max(1, members))
+    return min(workers or cores(), max(1, members))

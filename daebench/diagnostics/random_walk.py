@@ -44,6 +44,10 @@ class Walk:
         "bounded", "random walk", "linear", "growing" or "undetermined".
     members : int
         Number of members.
+    why : str
+        What the kind was told by: "slope", "scatter" or "spread", as the rule of :func:`random_walk` names them; "" if by nothing.
+    spreads : bool
+        Whether members spread beyond the resolution.
     """
 
     slope: float
@@ -52,6 +56,8 @@ class Walk:
     exponent_error: float
     kind: str
     members: int
+    why: str = ""
+    spreads: bool = False
 
 
 def random_walk(t: ArrayLike, error: ArrayLike, *, resolution: float = 0.0) -> Walk:
@@ -71,14 +77,20 @@ def random_walk(t: ArrayLike, error: ArrayLike, *, resolution: float = 0.0) -> W
     The kind is decided by this rule, in this order:
 
     - "undetermined", all numbers NaN: fewer than 64 times, or an error that is not finite.
-    - "linear" or "growing": the mean slope is beyond 4 of its standard errors; linear where the mean slopes of the two halves of the
-      time differ by at most a quarter of it, or by at most 4 standard errors of their difference.
-    - "bounded": there is no spread beyond the resolution, or alpha + 2 standard errors is at most 1/4.
-    - "random walk": alpha with 2 standard errors on both sides is between 1/4 and 3/4.
-    - "growing": alpha - 2 standard errors is at least 3/4: every member drifts its own way.
-    - "undetermined": anything else.
+    - slope: "linear" or "growing" where the mean slope is beyond 4 of its standard errors; linear where the mean slopes of the two halves
+      of the time differ by at most a quarter of it, or by at most 4 standard errors of their difference.
+    - scatter: "growing" where the mean over members is, by :func:`daebench.diagnostics.energy.energy_drift`, and its scatter about its
+      line in the last quarter of the time is beyond 4 of the standard errors that independent members give it: an oscillation that all
+      of them have and that swells.
+    - spread:
 
-    Of 2000 synthetic walks of 16 members none is called bounded, linear or growing, and 2 % are undetermined.
+      - "bounded": there is no spread beyond the resolution, or alpha + 2 standard errors is at most 1/4.
+      - "undetermined", alpha NaN: there is a spread in the last fewer than six windows only.
+      - "random walk": alpha with 2 standard errors on both sides is between 1/4 and 3/4.
+      - "growing": alpha - 2 standard errors is at least 3/4: every member drifts its own way.
+      - "undetermined": anything else.
+
+    Of 2000 synthetic walks of 16 members none is called bounded or growing, one or two linear, and 4 % are undetermined.
 
     Parameters
     ----------
@@ -93,7 +105,8 @@ def random_walk(t: ArrayLike, error: ArrayLike, *, resolution: float = 0.0) -> W
     Raises
     ------
     BadInput
-        If there are fewer than 16 members, or shapes do not fit.
+        If there are fewer than 16 members, shapes do not fit, or two members are the same run: their errors are equal, and not all
+        of them are zero or within the resolution.
     """
     t, error = np.asarray(t, dtype=float), np.asarray(error, dtype=float)
     if error.ndim != 2 or t.shape != error.shape[1:]:
@@ -104,14 +117,36 @@ def random_walk(t: ArrayLike, error: ArrayLike, *, resolution: float = 0.0) -> W
     nan = float("nan")
     if len(t) < 2 * SHORTEST or not np.all(np.isfinite(error)):
         return Walk(nan, nan, nan, nan, "undetermined", members)
+    _require_distinct(error, resolution)
     size = float(np.max(np.abs(error))) or 1.0
-    slope, slope_error = _mean_and_error(_slopes(t, error / size), _noise(t, error / size, resolution / size))
-    exponent, exponent_error = _exponent(t, error / size, resolution / size)
+    error, resolution = error / size, resolution / size
+    slope, slope_error = _mean_and_error(_slopes(t, error), _noise(t, error, resolution))
+    exponent, exponent_error, spreads = _exponent(t, error, resolution)
     if abs(slope) > SIGNIFICANT * slope_error:
-        kind = _drifting(t, error / size, slope, resolution / size)
+        kind, why = _drifting(t, error, slope, resolution), "slope"
+    elif _swells(t, error, resolution):
+        kind, why = "growing", "scatter"
     else:
-        kind = _spreading(exponent, exponent_error)
-    return Walk(size * slope, size * slope_error, exponent, exponent_error, kind, members)
+        kind, why = _spreading(exponent, exponent_error) if spreads else "bounded", "spread"
+    return Walk(size * slope, size * slope_error, exponent, exponent_error, kind, members, why, spreads)
+
+
+def _require_distinct(error: Array, resolution: float) -> None:
+    """Refuse members that are one run several times; where there is no error at all, distinct runs have the same."""
+    same = len(error) - len(np.unique(error, axis=0))
+    if same and np.max(np.abs(error)) > resolution:
+        raise BadInput(f"{same} of {len(error)} members have the errors of another one to the last bit; give runs that differ.")
+
+
+def _swells(t: Array, error: Array, resolution: float) -> bool:
+    """Return whether the members' mean grows without a slope, by more than independent errors of the members make of it."""
+    mean = np.mean(error, axis=0)
+    if energy_drift(t, mean, resolution=resolution).kind != "growing":
+        return False
+    last = slice(-(len(t) // 4), None)
+    residual = mean - np.polyval(np.polyfit(t - np.mean(t), mean, 1), t - np.mean(t))
+    scatter = float(np.mean(residual[last] ** 2))
+    return scatter > SIGNIFICANT**2 * float(np.mean(np.var(error[:, last], axis=0, ddof=1))) / len(error)
 
 
 def _slopes(t: Array, error: Array) -> Array:
@@ -142,28 +177,28 @@ def _drifting(t: Array, error: Array, slope: float, resolution: float) -> str:
 
 
 def _spreading(exponent: float, exponent_error: float) -> str:
-    """Return what the exponent of the spread says; NaN stands for no spread."""
+    """Return what the exponent of a spread says; NaN stands for one that is not known."""
     low, high = exponent - CONFIDENCE * exponent_error, exponent + CONFIDENCE * exponent_error
-    if np.isnan(exponent) or high <= WALK[0]:
+    if high <= WALK[0]:
         return "bounded"
     if WALK[0] < low and high < WALK[1]:
         return "random walk"
     return "growing" if low >= WALK[1] else "undetermined"
 
 
-def _exponent(t: Array, error: Array, resolution: float) -> tuple[float, float]:
-    """Return the exponent of the spread and its jackknife error; NaN where too few windows have a spread."""
+def _exponent(t: Array, error: Array, resolution: float) -> tuple[float, float, bool]:
+    """Return the exponent of the spread and its jackknife error, NaN where too few windows have a spread, and whether any has."""
     centres, means = _means(t, error)
     seen = np.std(means, axis=1, ddof=1) > max(resolution, 8 * float(np.finfo(float).eps))
-    first = int(np.argmax(seen)) if seen.any() else len(seen)
-    if len(centres) - first < WINDOWS:
-        return float("nan"), float("nan")
+    first = int(np.argmax(seen))
+    if not seen.any() or len(centres) - first < WINDOWS:
+        return float("nan"), float("nan"), bool(seen.any())
     x, values = np.log(centres[first:]), means[first:]
     N = values.shape[1]
     left = np.array([_log_slope(x, np.delete(values, i, axis=1))[0] for i in range(N)])
     jackknife = float(np.sqrt((N - 1) / N * np.sum((left - np.mean(left)) ** 2)))
     exponent, of_line = _log_slope(x, values)
-    return exponent, max(jackknife, of_line)
+    return exponent, max(jackknife, of_line), True
 
 
 def _means(t: Array, error: Array) -> tuple[Array, Array]:

@@ -17,7 +17,7 @@ from daebench.studies.long_run import LongRun, Stream
 from daebench.studies.windows import Windows
 from daebench.trajectory import Array
 
-LAYOUT = 1
+LAYOUT = 2
 """Version of the layout of the file."""
 
 
@@ -45,6 +45,8 @@ class Checkpoint:
         Energies H(x) that are sampled and not yet reduced, in the run's number type.
     first : float
         H(x0).
+    rank_pending : bool
+        Whether G loses rank in the step after the last one.
     """
 
     done: int
@@ -57,6 +59,7 @@ class Checkpoint:
     numbers: Array
     waiting: Array
     first: float
+    rank_pending: bool = False
 
     @property
     def errors(self) -> Array:
@@ -79,6 +82,7 @@ def save(path: Path, who: dict[str, Any], stream: Stream) -> None:
         "layout": LAYOUT,
         "who": who,
         "counts": [run.done, run.left, stream.passages, blocks.length, blocks.pieces],
+        "rank_pending": bool(run.rank_pending),
         "failure": run.failure or "",
     }
     with atomic(path) as scratch, scratch.open("wb") as file:
@@ -110,7 +114,9 @@ def load(path: Path, who: dict[str, Any]) -> Checkpoint:
     _require_same(path, about, who)
     done, left, passages, length, pieces = about["counts"]
     blocks = Blocks(length, means, float(reals[1]), pieces)
-    return Checkpoint(done, left, passages, float(reals[0]), about["failure"], Windows(windows), blocks, numbers, waiting, float(reals[2]))
+    seconds, _, first = map(float, reals)
+    failure, pending = about["failure"], about["rank_pending"]
+    return Checkpoint(done, left, passages, seconds, failure, Windows(windows), blocks, numbers, waiting, first, pending)
 
 
 def _require_same(path: Path, about: dict[str, Any], who: dict[str, Any]) -> None:
@@ -137,5 +143,5 @@ def resumed(stream: Stream, kept: Checkpoint) -> None:
     stream.windows, stream.blocks, stream.passages = kept.windows, kept.blocks, kept.passages
     run.done, run.left, run.row, run.seconds = kept.done, kept.left, len(kept.waiting), kept.seconds
     run.X[: run.row, 0] = kept.waiting
-    run.failure = kept.failure or None
+    run.failure, run.rank_pending = kept.failure or None, kept.rank_pending
     run.passages.clear()

@@ -9,6 +9,8 @@ from dataclasses import dataclass
 from functools import cached_property, partial
 from pathlib import Path
 
+import numpy as np
+
 from daebench.errors import BadInput, DaebenchError
 from daebench.studies.checkpoint import Checkpoint, identity, load, resumed, save
 from daebench.studies.interrupts import held
@@ -57,12 +59,22 @@ class Ensemble:
             raise BadInput(f"an ensemble of {self.members} has no member; give at least 1.")
         for number in range(min(2, self.members)):
             self.specs[number].check(self.steps)
+        self._require_distinct()
         for number, kept in self.kept().items():
             if kept.done > self.steps:
                 raise BadInput(
                     f"{self.path(number)} has {kept.done} steps already, and {self.steps} are asked for; "
                     f"ask for {kept.done} or more, or name another folder by --out."
                 )
+
+    def _require_distinct(self) -> None:
+        """Refuse members that would be the same run twice, for their spread would tell nothing."""
+        first: dict[bytes, int] = {}
+        for number, spec in enumerate(self.specs):
+            start = b"".join(np.asarray(x, dtype=spec.precision).tobytes() for x in spec.scene.start)
+            other = first.setdefault(start, number)
+            if other != number:
+                raise BadInput(f"members {other} and {number} of {spec.problem}, case {spec.case}, begin at the same state; run it once.")
 
     @cached_property
     def specs(self) -> list[LongRun]:
@@ -148,7 +160,7 @@ def run_member(spec: LongRun, steps: int, path: Path, tell: Tell | None = None) 
     steps : int
         Where it ends.
     path : Path
-        Its checkpoint, written every few seconds and at the end, whatever ends it.
+        Its checkpoint, written every few seconds, and when the run is at its end, has failed, or is interrupted.
     tell : callable, optional
         Told the fraction done.
     """

@@ -1,5 +1,6 @@
 """What an ensemble of long runs tells, as it is now."""
 
+import math
 from dataclasses import asdict, dataclass
 from functools import cached_property
 from pathlib import Path
@@ -10,7 +11,7 @@ from daebench.diagnostics.random_walk import Walk
 from daebench.studies.checkpoint import Checkpoint
 from daebench.studies.ensemble import Ensemble
 from daebench.studies.long_figure import draw
-from daebench.studies.long_table import growth, members_table, windows_table
+from daebench.studies.long_table import Share, growth, members_table, share, windows_table
 from daebench.studies.long_verdict import sentence
 
 if TYPE_CHECKING:
@@ -56,7 +57,12 @@ class Findings:
     @property
     def verdict(self) -> str:
         """That in a sentence."""
-        return sentence(self.growth)
+        return sentence(self.growth, self.share)
+
+    @property
+    def share(self) -> Share:
+        """Of which members, and up to when, that is."""
+        return share(self.ensemble.spec, self.members, self.ensemble.members, self.ensemble.steps)
 
     @property
     def failures(self) -> dict[int, str]:
@@ -77,6 +83,7 @@ class Findings:
             "passages": [kept.passages for kept in self.members.values()],
             "failures": self.failures,
             "growth": None if self.growth is None else asdict(self.growth),
+            "told_from": asdict(self.share) | {"until": None if math.isnan(self.share.until) else self.share.until},
             "verdict": self.verdict,
             "windows": self.table.to_dict("records"),
         }

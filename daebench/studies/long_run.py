@@ -12,6 +12,7 @@ from daebench.diagnostics.passage import MOST_STATES
 from daebench.errors import BadInput, require_known
 from daebench.grid import Grid
 from daebench.kinds import method_of
+from daebench.lifted import Lifted
 from daebench.method import Request
 from daebench.scene import PoissonScene, Scene
 from daebench.stepping import next_piece
@@ -22,9 +23,6 @@ from daebench.trajectory import Array
 
 LARGEST = 1e140
 """Modulus of an energy beyond which a run is given up: sums of its squares would overflow."""
-
-TRIAL = 10**12
-"""Most steps of a trial."""
 
 STRIDE = 16
 """Steps between samples of the energy where nothing else is said."""
@@ -81,11 +79,15 @@ class LongRun:
         Raises
         ------
         BadInput
-            If it chooses its steps itself.
+            If it chooses its steps itself, or is run above the problem.
         """
         found = method_of(self.scene, self.method, dict(self.options), compensated=self.compensated, anyway=self.anyway)
         if found.knob != "h":
             raise BadInput(f"{self.method} chooses its steps itself; a long run takes a method with fixed steps, for example rattle.")
+        if isinstance(found, Lifted):
+            raise BadInput(
+                f"{self.method} keeps its state above the problem, which a long run does not; take a method of the problem itself."
+            )
         return found
 
     def member_of(self, number: int) -> "LongRun":
@@ -117,12 +119,12 @@ class LongRun:
         """Return what the method is asked to do."""
         return Request(value=self.h, steps=steps, every=0, watch=(), count=False, precision=self.precision)
 
-    def rate(self, seconds: float = 0.3) -> float:
-        """Return the steps a second of CPU time, from a trial of about so many seconds."""
-        trial = Stream(self, TRIAL)
-        while trial.going and trial.run.seconds < seconds:
-            trial.advance()
-        return float(trial.run.done / max(trial.run.seconds, 1e-9))
+    def trial(self, steps: int, seconds: float = 0.3) -> tuple[float, str]:
+        """Return the steps a second of CPU time in a trial of about so many seconds, and why that stopped early; "" if it did not."""
+        stream = Stream(self, steps)
+        while stream.going and stream.run.seconds < seconds:
+            stream.advance()
+        return float(stream.run.done / max(stream.run.seconds, 1e-9)), stream.run.failure or ""
 
     def begun(self, steps: int) -> Any:
         """Return a run of so many steps at its start, linked and compiled."""

@@ -1,6 +1,7 @@
 """What long runs tell: statistics of windows, over the members of an ensemble, and a verdict."""
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -15,6 +16,58 @@ from daebench.studies.windows import COUNT, LEAST, MEAN, MOST, centres, mean_squ
 
 if TYPE_CHECKING:
     import pandas as pd
+
+
+FAR_BEHIND = 0.5
+"""A member that has less than this part of the samples of the longest one is left out of the verdict until it has caught up."""
+
+
+@dataclass(frozen=True)
+class Share:
+    """Of which members, and up to when, a verdict is told.
+
+    Parameters
+    ----------
+    asked : int
+        Members of the ensemble.
+    begun : int
+        Those that have begun.
+    failed : int
+        Those that stopped early, which are left out.
+    told : int
+        Those that the verdict is of.
+    until : float
+        Time in seconds up to which all of these are; NaN where there is none.
+    whole : bool
+        Whether these are all members, and each at its end.
+    """
+
+    asked: int
+    begun: int
+    failed: int
+    told: int
+    until: float
+    whole: bool
+
+
+def told_from(members: Mapping[int, Checkpoint]) -> dict[int, Checkpoint]:
+    """Return the members that a verdict is told from: those that have a sample, did not fail, and are not far behind the longest."""
+    sound = {number: kept for number, kept in members.items() if not kept.failure and samples(kept)}
+    most = max(map(samples, sound.values()), default=0)
+    return {number: kept for number, kept in sound.items() if samples(kept) >= FAR_BEHIND * most}
+
+
+def samples(kept: Checkpoint) -> int:
+    """Return how many samples a member has."""
+    return kept.windows.samples + len(kept.waiting)
+
+
+def share(spec: LongRun, members: Mapping[int, Checkpoint], asked: int, steps: int) -> Share:
+    """Return of which members, of so many that are asked for with so many steps each, the verdict is told."""
+    told = told_from(members)
+    until = min((samples(kept) * spec.stride * spec.h for kept in told.values()), default=float("nan"))
+    whole = len(told) == asked and all(kept.done >= steps for kept in told.values())
+    return Share(asked, len(members), sum(bool(kept.failure) for kept in members.values()), len(told), until, whole)
 
 
 def members_table(spec: LongRun, members: Mapping[int, Checkpoint]) -> "pd.DataFrame":
@@ -57,14 +110,15 @@ def windows_table(each: "pd.DataFrame") -> "pd.DataFrame":
 def growth(spec: LongRun, members: Mapping[int, Checkpoint]) -> Walk | Drift | None:
     """Return how the energy error grows: of an ensemble of 16 or more a :class:`Walk`, of fewer the :class:`Drift` of their mean.
 
-    Members that failed are left out; None if there is no other.
+    It is that of the members of :func:`told_from`, up to where the shortest of them is; None if there is none.
     """
-    blocks = [kept.blocks.with_(kept.errors) for kept in members.values() if not kept.failure]
-    if not blocks:
-        return None
-    length = max(each.length for each in blocks)
+    blocks = [kept.blocks.with_(kept.errors) for kept in told_from(members).values()]
+    length = max((each.length for each in blocks), default=1)
     means = [each.at(length) for each in blocks]
-    error = np.array([each[: min(map(len, means))] for each in means])
+    common = min(map(len, means), default=0)
+    if not common:
+        return None
+    error = np.array([each[:common] for each in means])
     t = middles(error.shape[1], length) * spec.stride * spec.h
     first = abs(next(iter(members.values())).first)
     resolution = float(np.finfo(spec.precision).eps) * max(first, ROUNDINGS * float(np.max(np.abs(error))))
