@@ -12,10 +12,10 @@ from daebench.diagnostics.branch import largest_jump
 from daebench.diagnostics.energy import energy_drift
 from daebench.diagnostics.integrals import integral_errors
 from daebench.errors import BadInput, unknown
-from daebench.reference.certified import store
 from daebench.reference.certified.between import At, states_at
 from daebench.scene import PoissonScene, Scene
 from daebench.studies.cell import FEWEST, Cell
+from daebench.studies.references import reference_of
 from daebench.trajectory import Array, PoissonTrajectory, Trajectory
 
 NAN = float("nan")
@@ -61,13 +61,13 @@ class Measured:
     @cached_property
     def compared(self) -> NDArray[np.bool_]:
         """Which outputs errors are taken at, shape(n,)."""
-        stored = np.isin(self.run.t, store.find(self.cell.problem, self.cell.case).t)
+        stored = np.isin(self.run.t, reference_of(self.cell.problem, self.cell.case).t)
         return stored if np.sum(stored) >= ENOUGH else np.ones(len(self.run.t), dtype=bool)
 
     @cached_property
     def truth(self) -> At:
         """The certified reference at these outputs."""
-        return states_at(store.find(self.cell.problem, self.cell.case), self.run.t[self.compared])
+        return states_at(reference_of(self.cell.problem, self.cell.case), self.run.t[self.compared])
 
     def part(self, name: str) -> Array:
         """Return a part of the run's states at these outputs: "q", "p", "y", or "lam"."""
@@ -122,7 +122,7 @@ class Metric:
 
     def _uncertified(self, cell: Cell) -> str | None:
         try:
-            reference = store.find(cell.problem, cell.case)
+            reference = reference_of(cell.problem, cell.case)
         except BadInput as error:
             return f"{self.name} is an error against a certified reference: {error}"
         scene = cell.scene
