@@ -12,6 +12,7 @@ import time
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import closing
 from dataclasses import dataclass, replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -236,6 +237,7 @@ def test_a_wider_grid_computes_what_is_missing_alone(store, monkeypatch):
         {"compensated": True},
         {"outputs": 32},
         {"repeat": 3},
+        {"beside": True},
         {"sweeps": 1},
         {"newton": 1e-6},
         {"on_singular": "continue"},
@@ -251,6 +253,43 @@ def test_code_and_versions_are_in_the_key(monkeypatch):
     before = one().key()
     monkeypatch.setattr(cells, "made_by", lambda: "another version")
     assert one().key() != before
+
+
+def test_the_code_of_linked_folders_is_in_what_numbers_are_made_by(tmp_path):
+    package = Path(cells.__file__).parents[1]
+    here = cells._files(package)
+    assert {"studies/cell.py", "reference/tolerance.py", "reference/certified/store.py", "problems/torus.py"} <= set(here)
+    assert not any(name.startswith(("cli/", "reports/")) for name in here)
+    assert len({file.resolve() for file in here.values()}) == len(here)
+    installed = tmp_path / "daebench"
+    for name, file in here.items():
+        (installed / name).parent.mkdir(parents=True, exist_ok=True)
+        (installed / name).write_bytes(file.read_bytes())
+    assert sorted(cells._files(installed)) == sorted(here)
+
+
+def test_the_reference_is_in_the_key_of_what_is_measured_against_it(monkeypatch):
+    errors, energy = one(metrics=("q",)).key(), one().key()
+    found = load("planar_pendulum-rotating")
+    other = replace(found, certificate={**found.certificate, "checksum": "another"})
+    monkeypatch.setattr("daebench.reference.certified.store.find", lambda problem, case: other)
+    assert one(metrics=("q",)).key() != errors
+    assert one().key() == energy
+
+
+def test_a_reference_is_read_once_for_many_runs(monkeypatch):
+    read = []
+    found = load("planar_pendulum-rotating")
+    monkeypatch.setattr("daebench.reference.certified.store.find", lambda problem, case: read.append(case) or found)
+    study(metrics=["q", "phase"], values={"h": [1 / 8, 1 / 16, 1 / 32]}).cells()
+    assert not math.isnan(row_of(one(metrics=("q", "phase")))["error_q"])
+    assert read == ["rotating"]
+
+
+def test_runs_that_may_be_timed_beside_others_are_other_runs():
+    beside = study(repeat=2, beside=True).cells()
+    assert {each.key() for each in beside}.isdisjoint(each.key() for each in study(repeat=2).cells())
+    assert [each.key() for each in study(beside=True).cells()] == [each.key() for each in study().cells()]
 
 
 def test_a_cell_goes_through_json_unchanged():

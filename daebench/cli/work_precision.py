@@ -54,6 +54,7 @@ def work_precision(
         tol=numbers("--tol", tol),
         t_end=t_end,
         repeat=repeat,
+        beside=executors.beside,
     )
     error = _column(error, study)
     make_folder(out)

@@ -51,6 +51,8 @@ class Study:
         Runs that are timed, of which the best counts; 0 where time is not asked for.
     calls : int
         Calls of the right side or residual after which a tolerance-driven run is given up; 0 for never.
+    beside : bool
+        Whether runs that are timed may run beside others; it is kept with their times, which are not those of runs alone.
     anyway : bool
         Whether schemes may run where they are no Poisson integrators.
     on_singular : str
@@ -74,6 +76,7 @@ class Study:
     outputs: int = OUTPUTS
     repeat: int = 0
     calls: int = 0
+    beside: bool = False
     anyway: bool = False
     on_singular: str = ""
 
@@ -141,6 +144,7 @@ class Study:
                     outputs=self.outputs,
                     repeat=self.repeat,
                     calls=self.calls,
+                    beside=self.beside and self.repeat > 0,
                     **computed_in(precision),
                 )
 

@@ -80,6 +80,7 @@ def standard(
     t_end: float | None = None,
     metrics: Sequence[str] | None = None,
     repeat: int = REPEAT,
+    beside: bool = False,
 ) -> tuple[Study, dict[str, str]]:
     """Return the study of a problem, and why methods of the standard set are not in it; what is not given is chosen.
 
@@ -118,6 +119,7 @@ def standard(
             metrics=list(metrics or (("y", "casimirs") if poisson else ("q", "p", "lam", "manifold")) + ("phase", "energy", "integrals")),
             repeat=repeat,
             calls=CALLS,
+            beside=beside,
             anyway=poisson,
         ),
         left_out,
