@@ -131,8 +131,8 @@ def test_a_run_by_tolerance_is_given_up_after_so_many_calls():
     assert row_of(replace(cell, calls=100_000))["failure"] == ""
 
 
-@pytest.mark.parametrize(("method", "value", "runs"), [("scipy:DOP853", 1e-3, 1), ("rattle", 1 / 8, 2)], ids=["tolerance", "fixed steps"])
-def test_a_long_run_is_timed_once(monkeypatch, method, value, runs):
+@pytest.mark.parametrize(("method", "value"), [("scipy:DOP853", 1e-3), ("rattle", 1 / 8)], ids=["tolerance", "fixed steps"])
+def test_a_long_run_is_timed_once(monkeypatch, method, value):
     monkeypatch.setattr("daebench.names.FixedStep", partial(FixedStep, compiled=False))
     monkeypatch.setattr("daebench.studies.measure.LONG", 0.0)
     cell = Cell(**MOTION, method=method, value=value, metrics=("energy",), repeat=5)
@@ -140,7 +140,30 @@ def test_a_long_run_is_timed_once(monkeypatch, method, value, runs):
     real = owner.solve
     monkeypatch.setattr(owner, "solve", lambda self, scene, request: solved.append(real(self, scene, request)) or solved[-1])
     assert row_of(cell)["seconds"] == solved[-1].seconds
-    assert len(solved) == runs
+    assert len(solved) == 2
+
+
+def test_time_and_work_of_a_run_by_tolerance_are_those_of_one_that_keeps_nothing():
+    cell = Cell(**MOTION, method="scipy:DOP853", value=1e-6, metrics=("energy",))
+    looked, timed, more = (row_of(each) for each in (cell, replace(cell, repeat=1), replace(cell, repeat=1, outputs=256)))
+    assert timed["energy_drift"] == looked["energy_drift"]
+    assert timed["steps"] == looked["steps"]
+    assert timed["n_rhs"] == more["n_rhs"] < looked["n_rhs"]
+
+
+def test_where_the_timed_run_fails_the_work_is_that_of_the_one_looked_at(monkeypatch):
+    real = ScipyOde.solve
+
+    def solve(self, scene, request):
+        run = real(self, scene, request)
+        return replace(run, failure="stopped", work={"rhs": 1}) if request.points == 2 else run
+
+    cell = Cell(**MOTION, method="scipy:DOP853", value=1e-6, metrics=("energy",))
+    before = row_of(cell)
+    monkeypatch.setattr(ScipyOde, "solve", solve)
+    row = row_of(replace(cell, repeat=2))
+    assert (row["failure"], row["n_rhs"]) == ("", before["n_rhs"])
+    assert np.isnan(row["seconds"])
 
 
 @pytest.mark.parametrize("which", [0, 1], ids=["measured", "timed"])

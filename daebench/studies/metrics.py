@@ -98,7 +98,7 @@ class Metric:
     certified : bool
         Whether it takes a certified reference.
     fixed_step : bool
-        Whether it is for methods with fixed steps alone.
+        Whether it is for methods with fixed steps alone; in a study that has others too, theirs is NaN.
     """
 
     name: str
@@ -110,13 +110,17 @@ class Metric:
     certified: bool = False
     fixed_step: bool = False
 
+    def measures(self, solver: Any) -> bool:
+        """Whether it is for methods like this one."""
+        return not self.fixed_step or bool(solver.knob == "h")
+
     def refusal(self, cell: Cell) -> str | None:
         """Return why a cell cannot be measured by it, as a sentence, or None."""
         scene = cell.scene
         poisson = isinstance(scene, PoissonScene)
         if not (self.poisson if poisson else self.constrained):
             return f"{self.name} is not measured on {scene.problem}, which is {'a Poisson system' if poisson else 'a constrained problem'}."
-        if self.fixed_step and cell.solver.knob != "h":
+        if not self.measures(cell.solver):
             return f"{self.name} is of methods with fixed steps, and {cell.method} has none; leave out one of them."
         return self._uncertified(cell) if self.certified else None
 
