@@ -92,7 +92,24 @@ def test_the_ways_to_compute_are_an_axis():
     ]
 
 
+def test_options_go_to_the_methods_that_have_them_and_others_may_be_beside():
+    found = study(
+        methods=["generalized_alpha", "ida:index1", "scipy:DOP853", "ida:baumgarte"],
+        values={"h": [1 / 16], "tol": [1e-6]},
+        options={"rho_inf": 0.5, "alpha": 3.0},
+    )
+    told = {cell.method: cell.options for cell in found.cells()}
+    assert told == {
+        "generalized_alpha": (("rho_inf", 0.5),),
+        "ida:index1": (),
+        "scipy:DOP853": (),
+        "ida:baumgarte": (("alpha", 3.0),),
+    }
+
+
 CONTRADICTIONS = {
+    "less than no repetitions": ({"repeat": -1}, "repeat = -1 must be 0 or more"),
+    "half a repetition": ({"repeat": 1.5}, "repeat = 1.5 must be a whole number"),
     "no sweeps": ({"precisions": ["sweeps=0"]}, "unknown precision 'sweeps=0'"),
     "no tolerance": ({"precisions": ["newton=small"]}, "unknown precision 'newton=small'"),
     "no methods": ({"methods": []}, "methods of a study is empty"),
@@ -191,9 +208,23 @@ def test_a_poisson_system_has_its_own_metrics():
     assert row["defect"] < 1e-12
 
 
+@pytest.mark.parametrize("name", ["steps", "g", "n_rhs"])
+def test_a_parameter_that_is_called_like_a_column_is_refused(name):
+    with pytest.raises(BadInput, match=f"^{name} of planar_pendulum has the name of another column .*; rename it to study it.$"):
+        one(parameters=((name, 1.0),), metrics=("manifold",)).check()
+
+
 def test_time_is_the_best_of_several_runs_and_only_where_it_is_asked_for():
     assert math.isnan(row_of(one())["seconds"])
     assert row_of(one(repeat=2))["seconds"] > 0
+
+
+def test_a_metric_of_fixed_steps_is_not_a_number_for_the_other_methods_of_a_study(store):
+    mixed = study(methods=["rattle", "scipy:DOP853"], values={"h": [1 / 16], "tol": [1e-6]}, metrics=["energy", "defect"])
+    table = mixed.table(store).set_index("method")
+    assert (table["failure"] == "").all()
+    assert table["defect"]["rattle"] < 1e-12
+    assert math.isnan(table["defect"]["scipy:DOP853"])
 
 
 def test_every_metric_fills_the_columns_it_names():

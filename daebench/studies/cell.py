@@ -32,6 +32,24 @@ LINKED = ("problems", "reference")
 SHOWING = ("cli", "reports", "extremes")
 """Folders of this package that only choose runs and show what they gave; so do files of figures."""
 
+COLUMNS = frozenset(
+    {"problem", "case", "method", "knob", "value", "precision", "compensated", "sweeps", "newton", "t_end"}
+    | {
+        "steps",
+        "seconds",
+        "callback_seconds",
+        "t_reached",
+        "failure",
+        "n_steps",
+        "n_newton",
+        "n_solve",
+        "n_rhs",
+        "n_residual",
+        "n_jacobian",
+    }
+)
+"""Columns that a row has in any case, or where its method counts such work; parameters and options have columns of their own names."""
+
 OUTPUTS = 64
 """Times at which a run is looked at, its start apart."""
 
@@ -141,8 +159,19 @@ class Cell:
         BadInput
             If it cannot, as where the method refuses the problem.
         """
+        self._require_own_columns()
         solver = self.solver
         solver.check(self.scene, self.asked(solver.knob))
+
+    def _require_own_columns(self) -> None:
+        """Refuse numbers whose column would be overwritten."""
+        from daebench.studies.metrics import METRICS
+
+        measured = {column for name in self.metrics if name in METRICS for column in METRICS[name].columns}
+        given = [name for name, _ in (*self.parameters, *self.options)]
+        for k, name in enumerate(given):
+            if name in COLUMNS | measured or name in given[:k]:
+                raise BadInput(f"{name} of {self.problem} has the name of another column of a study's table; rename it to study it.")
 
     def key(self) -> str:
         """Return the hash of all that decides the numbers: run, definition, code, versions of libraries, reference, and processor.
