@@ -251,7 +251,7 @@ def test_the_defect_is_measured_where_it_is_asked_for(daebench, tmp_path):
 @pytest.mark.parametrize(
     ("words", "sentence"),
     [
-        (("lotka_volterra", "--case", "4,2", "--error", "integrals"), "no run has a number for it"),
+        (("lotka_volterra", "--case", "4,2", "--error", "integrals"), "no run on lotka_volterra has a number for it"),
         (("planar_pendulum", "--case", "rotating"), "none of the 1 runs came to its end; the first says: "),
     ],
     ids=["no-number", "all-fail"],

@@ -47,7 +47,7 @@ def nothing_of(table: "pd.DataFrame", error: str) -> str:
     if done.empty:
         return f"none of the {len(table)} runs came to its end; the first says: {str(table['failure'].iloc[0]).rstrip('.')}"
     if done[error].isna().all():
-        return f"no run has a number for it, as where {table['problem'].iloc[0]} has nothing that it could be measured of"
+        return f"no run on {table['problem'].iloc[0]} has a number for it"
     drawn = _known(table, error)
     if drawn.empty:
         return "all errors are 0, or within the bound of what they are taken against"
