@@ -52,6 +52,11 @@ def methods_of(
     return list(names.several(given, options))
 
 
+def free_numbers(scene: Scene | PoissonScene, method: Any) -> Mapping[str, float]:
+    """Return the names of the free numbers of a method for problems of the scene's kind, and their defaults."""
+    return poisson_names.free_numbers(method) if isinstance(scene, PoissonScene) else names.free_numbers(method)
+
+
 def _require_kind(scene: Scene | PoissonScene, given: Sequence[str], anyway: bool) -> None:
     """Refuse methods that are known, but for the other kind of problems."""
     poisson = isinstance(scene, PoissonScene)

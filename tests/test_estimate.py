@@ -37,6 +37,11 @@ def test_time_is_in_proportion_to_steps_and_repetitions_and_not_to_what_the_firs
     assert found.sentence(2, "on 2 processes").startswith("about 10 s on 2 processes (an estimate from kept runs of the same methods")
 
 
+def test_rows_with_less_than_no_repetitions_are_no_division_by_zero(store):
+    keep(store, replace(FIXED, repeat=-1), 0.5)
+    assert estimate([FIXED], store).seconds == pytest.approx(0.5)
+
+
 def test_where_steps_are_chosen_the_nearest_tolerance_tells(store):
     keep(store, replace(CHOSEN, value=1e-4), 1.0)
     keep(store, replace(CHOSEN, value=1e-8), 3.0)

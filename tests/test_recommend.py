@@ -16,6 +16,7 @@ def runs(method, errors, costs, *, secular=LEVEL, drift=1e-3, g=1e-15, knob="h",
     columns |= {
         "energy_drift": drift,
         "energy_slope": -np.asarray(secular) * drift / 10,
+        "energy_size": 1.0,
         "t_end": 10.0,
         "g": g,
         "Gv": 1e-15,
@@ -53,6 +54,20 @@ def test_drift_that_is_round_off_is_none_and_more_steps_may_have_more():
     table = runs("a", five, range(1, 6), secular=[LEVEL] * 3 + [SLOPING] * 2, drift=np.array(drift))
     assert kept(table, "energy") == [False] * 5
     assert kept(table.assign(steps=100_000), "energy") == [True] * 5
+
+
+def test_round_off_of_the_energy_is_that_of_its_size():
+    three = [1e-2, 1e-4, 1e-6]
+    table = runs("a", three, [1, 2, 4], secular=SLOPING, drift=1e-10)
+    assert kept(table, "energy") == [False] * 3
+    assert kept(table.assign(energy_size=1e3), "energy") == [True] * 3
+    assert kept(table.assign(energy_size=1e-3, energy_drift=1e-13), "energy") == [False] * 3
+
+
+def test_a_slope_that_nobody_knows_is_no_slope_of_zero():
+    table = runs("a", [1e-2, 1e-4, 1e-6], [1, 2, 4], secular=np.nan)
+    assert kept(table, "energy") == [False] * 3
+    assert kept(table.assign(energy_drift=1e-14), "energy") == [True] * 3
 
 
 def test_constraints_are_kept_at_both_levels_or_not_at_all():

@@ -12,6 +12,7 @@ import time
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import closing
 from dataclasses import dataclass, replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -91,7 +92,24 @@ def test_the_ways_to_compute_are_an_axis():
     ]
 
 
+def test_options_go_to_the_methods_that_have_them_and_others_may_be_beside():
+    found = study(
+        methods=["generalized_alpha", "ida:index1", "scipy:DOP853", "ida:baumgarte"],
+        values={"h": [1 / 16], "tol": [1e-6]},
+        options={"rho_inf": 0.5, "alpha": 3.0},
+    )
+    told = {cell.method: cell.options for cell in found.cells()}
+    assert told == {
+        "generalized_alpha": (("rho_inf", 0.5),),
+        "ida:index1": (),
+        "scipy:DOP853": (),
+        "ida:baumgarte": (("alpha", 3.0),),
+    }
+
+
 CONTRADICTIONS = {
+    "less than no repetitions": ({"repeat": -1}, "repeat = -1 must be 0 or more"),
+    "half a repetition": ({"repeat": 1.5}, "repeat = 1.5 must be a whole number"),
     "no sweeps": ({"precisions": ["sweeps=0"]}, "unknown precision 'sweeps=0'"),
     "no tolerance": ({"precisions": ["newton=small"]}, "unknown precision 'newton=small'"),
     "no methods": ({"methods": []}, "methods of a study is empty"),
@@ -190,9 +208,23 @@ def test_a_poisson_system_has_its_own_metrics():
     assert row["defect"] < 1e-12
 
 
+@pytest.mark.parametrize("name", ["steps", "g", "n_rhs"])
+def test_a_parameter_that_is_called_like_a_column_is_refused(name):
+    with pytest.raises(BadInput, match=f"^{name} of planar_pendulum has the name of another column .*; rename it to study it.$"):
+        one(parameters=((name, 1.0),), metrics=("manifold",)).check()
+
+
 def test_time_is_the_best_of_several_runs_and_only_where_it_is_asked_for():
     assert math.isnan(row_of(one())["seconds"])
     assert row_of(one(repeat=2))["seconds"] > 0
+
+
+def test_a_metric_of_fixed_steps_is_not_a_number_for_the_other_methods_of_a_study(store):
+    mixed = study(methods=["rattle", "scipy:DOP853"], values={"h": [1 / 16], "tol": [1e-6]}, metrics=["energy", "defect"])
+    table = mixed.table(store).set_index("method")
+    assert (table["failure"] == "").all()
+    assert table["defect"]["rattle"] < 1e-12
+    assert math.isnan(table["defect"]["scipy:DOP853"])
 
 
 def test_every_metric_fills_the_columns_it_names():
@@ -236,6 +268,7 @@ def test_a_wider_grid_computes_what_is_missing_alone(store, monkeypatch):
         {"compensated": True},
         {"outputs": 32},
         {"repeat": 3},
+        {"beside": True},
         {"sweeps": 1},
         {"newton": 1e-6},
         {"on_singular": "continue"},
@@ -251,6 +284,43 @@ def test_code_and_versions_are_in_the_key(monkeypatch):
     before = one().key()
     monkeypatch.setattr(cells, "made_by", lambda: "another version")
     assert one().key() != before
+
+
+def test_the_code_of_linked_folders_is_in_what_numbers_are_made_by(tmp_path):
+    package = Path(cells.__file__).parents[1]
+    here = cells._files(package)
+    assert {"studies/cell.py", "reference/tolerance.py", "reference/certified/store.py", "problems/torus.py"} <= set(here)
+    assert not any(name.startswith(("cli/", "reports/")) for name in here)
+    assert len({file.resolve() for file in here.values()}) == len(here)
+    installed = tmp_path / "daebench"
+    for name, file in here.items():
+        (installed / name).parent.mkdir(parents=True, exist_ok=True)
+        (installed / name).write_bytes(file.read_bytes())
+    assert sorted(cells._files(installed)) == sorted(here)
+
+
+def test_the_reference_is_in_the_key_of_what_is_measured_against_it(monkeypatch):
+    errors, energy = one(metrics=("q",)).key(), one().key()
+    found = load("planar_pendulum-rotating")
+    other = replace(found, certificate={**found.certificate, "checksum": "another"})
+    monkeypatch.setattr("daebench.reference.certified.store.find", lambda problem, case: other)
+    assert one(metrics=("q",)).key() != errors
+    assert one().key() == energy
+
+
+def test_a_reference_is_read_once_for_many_runs(monkeypatch):
+    read = []
+    found = load("planar_pendulum-rotating")
+    monkeypatch.setattr("daebench.reference.certified.store.find", lambda problem, case: read.append(case) or found)
+    study(metrics=["q", "phase"], values={"h": [1 / 8, 1 / 16, 1 / 32]}).cells()
+    assert not math.isnan(row_of(one(metrics=("q", "phase")))["error_q"])
+    assert read == ["rotating"]
+
+
+def test_runs_that_may_be_timed_beside_others_are_other_runs():
+    beside = study(repeat=2, beside=True).cells()
+    assert {each.key() for each in beside}.isdisjoint(each.key() for each in study(repeat=2).cells())
+    assert [each.key() for each in study(beside=True).cells()] == [each.key() for each in study().cells()]
 
 
 def test_a_cell_goes_through_json_unchanged():

@@ -93,7 +93,7 @@ def test_the_front_has_the_runs_than_which_none_is_better():
 
 
 def test_methods_are_in_the_family_of_their_knob_and_of_what_they_keep():
-    two = {"g": 1e-16, "Gv": 1e-16, "steps": 10, "energy_drift": 1e-3, "t_end": 10.0}
+    two = {"g": 1e-16, "Gv": 1e-16, "steps": 10, "energy_drift": 1e-3, "energy_size": 1.0, "t_end": 10.0}
     kept, lost = (
         power_law("rattle", 2, 1.0).assign(energy_slope=0.0, **two),
         power_law("rk4", 4, 1.0).assign(energy_slope=1e-4, **two),
@@ -116,10 +116,17 @@ def test_nothing_is_drawn_below_the_bound_of_the_reference(tmp_path, monkeypatch
 
     monkeypatch.setattr(Axes, "plot", plot)
     table = power_law("rattle", 2, 1.0, floor=1e-5).assign(problem="torus", knob="h", callback_seconds=np.nan, n_H_p=1.0, energy_drift=1e-3)
-    table = with_costs(table.assign(energy_slope=0.0, t_end=10.0, g=0.0, Gv=0.0, steps=1))
+    table = with_costs(table.assign(energy_slope=0.0, energy_size=1.0, t_end=10.0, g=0.0, Gv=0.0, steps=1))
+    table.loc[0, "bound_q"] = 1e-2  # of another row: it hides none of the others
     svg = draw(tmp_path, table, "error_q", "error")
-    assert min(table["error_q"]) < 1e-5 < min(drawn)
+    assert min(table["error_q"]) < 1e-5 < min(drawn) < 1e-4
     assert len(pd.read_csv(svg.with_suffix(".csv"))) == len(table)
+
+
+def test_an_error_with_a_sign_is_taken_by_its_modulus():
+    table = power_law("one", 2, 1.0).assign(energy_slope=lambda runs: -runs["error_q"])
+    by_slope, by_error = (cheapest(table, error, "seconds", [1e-3]) for error in ("energy_slope", "error_q"))
+    assert by_slope.equals(by_error)
 
 
 MOTION = {"problem": "planar_pendulum", "case": "rotating", "t_end": 4.0}
@@ -131,8 +138,8 @@ def test_a_run_by_tolerance_is_given_up_after_so_many_calls():
     assert row_of(replace(cell, calls=100_000))["failure"] == ""
 
 
-@pytest.mark.parametrize(("method", "value", "runs"), [("scipy:DOP853", 1e-3, 1), ("rattle", 1 / 8, 2)], ids=["tolerance", "fixed steps"])
-def test_a_long_run_is_timed_once(monkeypatch, method, value, runs):
+@pytest.mark.parametrize(("method", "value"), [("scipy:DOP853", 1e-3), ("rattle", 1 / 8)], ids=["tolerance", "fixed steps"])
+def test_a_long_run_is_timed_once(monkeypatch, method, value):
     monkeypatch.setattr("daebench.names.FixedStep", partial(FixedStep, compiled=False))
     monkeypatch.setattr("daebench.studies.measure.LONG", 0.0)
     cell = Cell(**MOTION, method=method, value=value, metrics=("energy",), repeat=5)
@@ -140,7 +147,30 @@ def test_a_long_run_is_timed_once(monkeypatch, method, value, runs):
     real = owner.solve
     monkeypatch.setattr(owner, "solve", lambda self, scene, request: solved.append(real(self, scene, request)) or solved[-1])
     assert row_of(cell)["seconds"] == solved[-1].seconds
-    assert len(solved) == runs
+    assert len(solved) == 2
+
+
+def test_time_and_work_of_a_run_by_tolerance_are_those_of_one_that_keeps_nothing():
+    cell = Cell(**MOTION, method="scipy:DOP853", value=1e-6, metrics=("energy",))
+    looked, timed, more = (row_of(each) for each in (cell, replace(cell, repeat=1), replace(cell, repeat=1, outputs=256)))
+    assert timed["energy_drift"] == looked["energy_drift"]
+    assert timed["steps"] == looked["steps"]
+    assert timed["n_rhs"] == more["n_rhs"] < looked["n_rhs"]
+
+
+def test_where_the_timed_run_fails_the_work_is_that_of_the_one_looked_at(monkeypatch):
+    real = ScipyOde.solve
+
+    def solve(self, scene, request):
+        run = real(self, scene, request)
+        return replace(run, failure="stopped", work={"rhs": 1}) if request.points == 2 else run
+
+    cell = Cell(**MOTION, method="scipy:DOP853", value=1e-6, metrics=("energy",))
+    before = row_of(cell)
+    monkeypatch.setattr(ScipyOde, "solve", solve)
+    row = row_of(replace(cell, repeat=2))
+    assert (row["failure"], row["n_rhs"]) == ("", before["n_rhs"])
+    assert np.isnan(row["seconds"])
 
 
 @pytest.mark.parametrize("which", [0, 1], ids=["measured", "timed"])
@@ -208,6 +238,39 @@ def test_the_command_keeps_its_runs_and_names_a_winner(daebench, tmp_path, monke
     assert again not in daebench(*words)[1]
 
 
+def test_the_defect_is_measured_where_it_is_asked_for(daebench, tmp_path):
+    words = ("work-precision", "planar_pendulum", "--case", "rotating", "--methods", "rk4,scipy:RK45", "--h", "0.0625", "--tol", "1e-4")
+    status, _, err = daebench(*words, "--repeat", 0, "--workers", 1, "--out", tmp_path, "--error", "defect")
+    assert (status, err) == (0, "")
+    table = pd.read_csv(tmp_path / "work_precision.csv").set_index("method")
+    assert table["defect"]["rk4"] > 1e-12
+    assert np.isnan(table["defect"]["scipy:RK45"])
+    assert (tmp_path / "work_precision_defect.svg").exists()
+
+
+@pytest.mark.parametrize(
+    ("words", "sentence"),
+    [
+        (("lotka_volterra", "--case", "4,2", "--error", "integrals"), "no run on lotka_volterra has a number for it"),
+        (("planar_pendulum", "--case", "rotating"), "none of the 1 runs came to its end; the first says: "),
+    ],
+    ids=["no-number", "all-fail"],
+)
+def test_where_there_is_nothing_to_draw_there_is_a_table_and_a_sentence(daebench, tmp_path, monkeypatch, words, sentence):
+    if "integrals" not in words:
+        monkeypatch.setattr(ScipyOde, "solve", _refuse)
+    more = ("--methods", "scipy:RK45", "--tol", "1e-4", "--repeat", 0, "--workers", 1, "--out", tmp_path)
+    status, out, err = daebench("work-precision", *words, *more)
+    assert (status, out) == (1, "")
+    assert "to draw: " + sentence in err
+    assert err.count("\n") == 1
+    assert len(pd.read_csv(tmp_path / "work_precision.csv")) == 1
+
+
+def _refuse(self, scene, request):
+    raise BadInput("it will not.")
+
+
 def test_runs_without_times_are_made_by_processes(daebench, tmp_path):
     words = ("work-precision", "planar_pendulum", "--case", "rotating", "--methods", "scipy:RK45", "--tol", "1e-4,1e-6", "--repeat", 0)
     status, _, err = daebench(*words, "--workers", 2, "--out", tmp_path)
@@ -223,6 +286,7 @@ PENDULUM = ("planar_pendulum", "--case", "rotating")
 @pytest.mark.parametrize(
     ("words", "sentence"),
     [
+        ((*PENDULUM, "--error", "energy_size"), "unknown column 'energy_size'"),
         (("torus", "--case", "inner"), "there is no reference torus-inner"),
         ((*PENDULUM, "--error", "error_z"), "unknown column 'error_z'"),
         ((*PENDULUM, "--t-end", "1e6"), "which ends at t ="),
@@ -232,7 +296,7 @@ PENDULUM = ("planar_pendulum", "--case", "rotating")
         ((*PENDULUM, "--workers", "2", "--repeat", "1"), "runs that are timed are made one at a time"),
         ((*PENDULUM, "--scheduler", "tcp://a:1", "--repeat", "1"), "runs that are timed are made one at a time"),
     ],
-    ids=["no-reference", "column", "too-long", "useless", "no-workers", "two-places", "timed-beside", "timed-elsewhere"],
+    ids=["size", "no-reference", "column", "too-long", "useless", "no-workers", "two-places", "timed-beside", "timed-elsewhere"],
 )
 def test_bad_input_is_one_sentence(daebench, tmp_path, words, sentence):
     status, out, err = daebench("work-precision", "--repeat", 0, "--out", tmp_path / "new", *words)

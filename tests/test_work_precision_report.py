@@ -101,6 +101,7 @@ def power_law(method, order, price, *, slope=0.0, knob="h", drift=1e-3, **more):
     columns |= {
         "energy_drift": drift,
         "energy_slope": slope,
+        "energy_size": 1.0,
         "t_end": 10.0,
         "g": 1e-16,
         "Gv": 1e-15,

@@ -50,6 +50,11 @@ class Executors:
         return self.timed and not self.side_by_side
 
     @property
+    def beside(self) -> bool:
+        """Whether runs are timed while others run beside them, here or on a cluster."""
+        return self.timed and self.processes != 1
+
+    @property
     def processes(self) -> int | None:
         """How many processes of this machine compute; None where those of a cluster do."""
         if self.scheduler is not None:

@@ -9,6 +9,13 @@ from daebench.cli.arguments import Case, Json, Problem, Scheduler, SideBySide, W
 from daebench.cli.console import numbers, print_json, print_table, words
 from daebench.cli.executors import Executors
 from daebench.cli.grids import making, outdated, plan
+from daebench.errors import DaebenchError
+
+DEFECT = "defect"
+"""Column and metric that is measured only where it is asked for: it takes the longest."""
+
+NO_ERRORS = ("bound", "growth", "energy_kind", "energy_size")
+"""How columns begin that are no errors."""
 
 if TYPE_CHECKING:
     from daebench.studies.study import Study
@@ -24,9 +31,10 @@ def work_precision(
     tol: Annotated[str | None, typer.Option("--tol", help="Tolerances, comma-separated; 1e-3 to 1e-13 if left out.")] = None,
     t_end: Annotated[float | None, typer.Option("--t-end", help="End of all runs; 10 or the end of the reference if left out.")] = None,
     error: Annotated[
-        str | None, typer.Option("--error", help="Column that is drawn against costs; error_q, or error_y, if left out.")
+        str | None,
+        typer.Option("--error", help="Column that is drawn against costs; error_q, or error_y, if left out. defect: of the two-form."),
     ] = None,
-    repeat: Annotated[int, typer.Option("--repeat", help="Runs that are timed, of which the best counts; 0: no times.")] = 3,
+    repeat: Annotated[int, typer.Option("--repeat", min=0, help="Runs that are timed, of which the best counts; 0: no times.")] = 3,
     store: Annotated[
         Path | None, typer.Option("--store", help="File in which runs are kept; studies.db in the folder if left out.")
     ] = None,
@@ -54,20 +62,25 @@ def work_precision(
         tol=numbers("--tol", tol),
         t_end=t_end,
         repeat=repeat,
+        beside=executors.beside,
+        also=(DEFECT,) if error == DEFECT else (),
     )
     error = _column(error, study)
     make_folder(out)
     with opened(store or out / "studies.db") as kept:
+        cells = study.cells()
         if dry_run:
-            print(plan(study.cells(), kept, executors))
+            print(plan(cells, kept, executors))
             raise typer.Exit
-        again = outdated(study.cells(), kept)
+        again = outdated(cells, kept)
         with making(kept, executors, f"work against precision on {problem}") as runs:
-            table = with_costs(runs(study.cells()))
+            table = with_costs(runs(cells))
     from daebench.figures import save_table
-    from daebench.studies.work_precision_figure import draw
+    from daebench.studies.work_precision_figure import draw, nothing_of
 
     save_table(out / "work_precision.csv", table)
+    if why := nothing_of(table, error):
+        raise DaebenchError(f"there is nothing of {error} to draw: {why}; the table is {out / 'work_precision.csv'}.")
     path = draw(out, table, error, error.replace("_", " of ").replace("error", "largest error"))
     cost = "seconds" if repeat else "evaluations"
     best = cheapest(table, error, cost, LEVELS)
@@ -88,11 +101,9 @@ def _column(error: str | None, study: "Study") -> str:
     from daebench.errors import unknown
     from daebench.studies.metrics import metrics_of
 
-    known = [
-        name for metric in metrics_of(study.metrics) for name in metric.columns if not name.startswith(("bound", "growth", "energy_kind"))
-    ]
+    known = [name for metric in metrics_of(study.metrics) for name in metric.columns if not name.startswith(NO_ERRORS)]
     if error is not None and error not in known:
-        raise unknown("column", error, known)
+        raise unknown("column", error, {*known, DEFECT})
     return error or known[0]
 
 

@@ -21,12 +21,34 @@ from daebench.kinds import method_of
 from daebench.machine import machine
 from daebench.method import Patience, Request
 from daebench.scene import PoissonScene, Scene
+from daebench.studies.references import reference_of
 
 DECIDING = ("numpy", "scipy", "numba", "scikit-sundae", "mpmath", "heyoka", "solve_dae")
 """Packages whose versions may change a number."""
 
+LINKED = ("problems", "reference")
+"""Folders of this package that are links in a checkout, which a search of the package does not follow."""
+
 SHOWING = ("cli", "reports", "extremes")
 """Folders of this package that only choose runs and show what they gave; so do files of figures."""
+
+COLUMNS = frozenset(
+    {"problem", "case", "method", "knob", "value", "precision", "compensated", "sweeps", "newton", "t_end"}
+    | {
+        "steps",
+        "seconds",
+        "callback_seconds",
+        "t_reached",
+        "failure",
+        "n_steps",
+        "n_newton",
+        "n_solve",
+        "n_rhs",
+        "n_residual",
+        "n_jacobian",
+    }
+)
+"""Columns that a row has in any case, or where its method counts such work; parameters and options have columns of their own names."""
 
 OUTPUTS = 64
 """Times at which a run is looked at, its start apart."""
@@ -69,6 +91,8 @@ class Cell:
         Relative increment that ends Newton's iteration; 0 for that of round-off.
     calls : int
         Calls of the right side or residual after which a tolerance-driven run is given up; 0 for never.
+    beside : bool
+        Whether it is timed while others may run beside it, on this machine or a cluster: such times are no times of a run alone.
     """
 
     problem: str
@@ -88,6 +112,7 @@ class Cell:
     sweeps: int = 0
     newton: float = 0.0
     calls: int = 0
+    beside: bool = False
 
     @property
     def scene(self) -> Scene | PoissonScene:
@@ -134,11 +159,25 @@ class Cell:
         BadInput
             If it cannot, as where the method refuses the problem.
         """
+        self._require_own_columns()
         solver = self.solver
         solver.check(self.scene, self.asked(solver.knob))
 
+    def _require_own_columns(self) -> None:
+        """Refuse numbers whose column would be overwritten."""
+        from daebench.studies.metrics import METRICS
+
+        measured = {column for name in self.metrics if name in METRICS for column in METRICS[name].columns}
+        given = [name for name, _ in (*self.parameters, *self.options)]
+        for k, name in enumerate(given):
+            if name in COLUMNS | measured or name in given[:k]:
+                raise BadInput(f"{name} of {self.problem} has the name of another column of a study's table; rename it to study it.")
+
     def key(self) -> str:
-        """Return the hash of all that decides the numbers: run, definition, code, versions of libraries, and of times the processor."""
+        """Return the hash of all that decides the numbers: run, definition, code, versions of libraries, reference, and processor.
+
+        The reference is in it where an error against it is measured, and the processor where time is.
+        """
         return self._key
 
     @cached_property
@@ -147,7 +186,19 @@ class Cell:
         scene = self.scene
         numbers = [float(x).hex() for x in (*scene.par, *(x for part in scene.start for x in part))]
         timed_on = machine() if self.repeat else ""
-        return hashlib.sha256("\n".join((plain, scene.source.key, *numbers, made_by(), timed_on)).encode()).hexdigest()
+        return hashlib.sha256("\n".join((plain, scene.source.key, *numbers, made_by(), timed_on, self._certified)).encode()).hexdigest()
+
+    @property
+    def _certified(self) -> str:
+        """Checksum of the certificate, which has that of the numbers in it; "" where nothing is measured against a reference."""
+        from daebench.studies.metrics import METRICS
+
+        if not any(METRICS[name].certified for name in self.metrics if name in METRICS):
+            return ""
+        try:
+            return str(reference_of(self.problem, self.case).certificate["checksum"])
+        except BadInput:
+            return ""
 
     def plain(self) -> dict[str, Any]:
         """Return the fields as JSON has them."""
@@ -175,10 +226,22 @@ def _scene(problem: str, case: str, parameters: tuple[tuple[str, float], ...], o
 @cache
 def made_by() -> str:
     """Return what the numbers of a run depend on besides its definition: this package's code, the libraries and the machine's kind."""
-    package = Path(__file__).parents[1]
-    files = sorted(file for file in package.rglob("*.py") if not _shows(file.relative_to(package)))
-    own = hashlib.sha256(b"".join(file.read_bytes() for file in files)).hexdigest()
-    return "\n".join((toolchain(), own, platform.machine(), *(f"{name} {_version(name)}" for name in DECIDING)))
+    own = hashlib.sha256()
+    for name, file in sorted(_files(Path(__file__).parents[1]).items()):
+        own.update(f"{name}\n".encode() + file.read_bytes())
+    return "\n".join((toolchain(), own.hexdigest(), platform.machine(), *(f"{name} {_version(name)}" for name in DECIDING)))
+
+
+def _files(package: Path) -> dict[str, Path]:
+    """Return the files that decide numbers, by their names in the package, which are the same in a checkout and where it is installed."""
+    folders = [Path(), *map(Path, LINKED)]
+    found = {
+        folder / file.relative_to(place): file
+        for folder in folders
+        for place in [(package / folder).resolve()]
+        for file in place.rglob("*.py")
+    }
+    return {name.as_posix(): file for name, file in found.items() if not _shows(name)}
 
 
 def _shows(file: Path) -> bool:

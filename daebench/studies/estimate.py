@@ -51,22 +51,27 @@ def estimate(cells: Sequence[Cell], store: Store) -> Estimate:
         cell = Cell.of_plain(each.cell)
         kept.setdefault((cell.problem, cell.method), []).append(cell)
         took[cell] = each.took
+    knobs: dict[tuple[str, str], str] = {}
     seconds, like = 0.0, 0
     for cell in cells:
         others = kept.get((cell.problem, cell.method), [])
-        usual = STEP_SECONDS if cell.solver.knob == "h" else TOLERANCE_SECONDS
-        rate = min((took[other] / _work(other) for other in _nearest(cell, others)), default=usual)
-        seconds += max(LEAST_SECONDS, rate * _work(cell))
+        if (cell.problem, cell.method) not in knobs:
+            knobs[cell.problem, cell.method] = cell.solver.knob
+        knob = knobs[cell.problem, cell.method]
+        usual = STEP_SECONDS if knob == "h" else TOLERANCE_SECONDS
+        rate = min((took[other] / _work(other, knob) for other in _nearest(cell, knob, others)), default=usual)
+        seconds += max(LEAST_SECONDS, rate * _work(cell, knob))
         like += bool(others)
     return Estimate(seconds, like, len(cells))
 
 
-def _nearest(cell: Cell, others: Sequence[Cell]) -> Sequence[Cell]:
+def _nearest(cell: Cell, knob: str, others: Sequence[Cell]) -> Sequence[Cell]:
     """Return the cells to whose time that of this one is in proportion: with fixed steps all, and else those with the nearest tol."""
-    if cell.solver.knob == "h" or not others:
+    if knob == "h" or not others:
         return others
-    distance = {other: abs(math.log(other.value / cell.value)) for other in others}
-    return [other for other in others if distance[other] == min(distance.values())]
+    distances = [abs(math.log(other.value / cell.value)) for other in others]
+    least = min(distances)
+    return [other for other, distance in zip(others, distances, strict=True) if distance == least]
 
 
 def _whole(rows: Iterable[Kept]) -> Iterable[Kept]:
@@ -74,10 +79,9 @@ def _whole(rows: Iterable[Kept]) -> Iterable[Kept]:
     return (each for each in rows if not each.row.get("failure"))
 
 
-def _work(cell: Cell) -> float:
+def _work(cell: Cell, knob: str) -> float:
     """Return to what the time of a cell is taken as proportional: its runs times their steps, or their length where steps are chosen."""
-    runs = 1 + cell.repeat
-    return runs * (cell.t_end / cell.value if cell.solver.knob == "h" else cell.t_end)
+    return (1 + max(0, cell.repeat)) * (cell.t_end / cell.value if knob == "h" else cell.t_end)
 
 
 def _duration(seconds: float) -> str:

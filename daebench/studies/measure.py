@@ -1,6 +1,5 @@
 """A cell computed: one run, what it gave by column, and the best time of it."""
 
-import math
 import time
 from dataclasses import replace
 from typing import Any
@@ -30,6 +29,9 @@ def row_of(cell: Cell) -> Row:
     """Return the row of a cell: names, numbers asked for, work, time, and why it failed where it did.
 
     A run that failed, took no step, or was looked at twice has NaN where numbers would be, and says why: a row is never left out.
+
+    Where time is asked for, the work of a tolerance-driven run is that of the runs that are timed, which interpolate no outputs; where it
+    is not, that of the run that is looked at, in which some methods evaluate more for each output.
 
     Raises
     ------
@@ -65,9 +67,10 @@ def row_of(cell: Cell) -> Row:
             row["failure"] = row["failure"] or nothing
             return row
         for metric in metrics:
-            row |= metric.measure(found)
+            if metric.measures(solver):
+                row |= metric.measure(found)
         if cell.repeat:
-            row |= _timed(cell, solver, run)
+            row |= _timed(cell, solver)
     except DaebenchError as error:
         row["failure"] = str(error)
     return row
@@ -81,21 +84,28 @@ def _solved(solver: Any, scene: Any, request: Request) -> Any:
     return run
 
 
-def _timed(cell: Cell, solver: Any, first: Any) -> Row:
-    """Return the least time of several runs that watch, count and keep nothing, of one if it is long; the first has warmed up.
+def _timed(cell: Cell, solver: Any) -> Row:
+    """Return the least time of several runs that watch and keep nothing, of one if it is long; the run that was looked at has warmed up.
 
-    A first run by tolerance that was long is not repeated: solvers count their calls in any case, and nothing is watched between them.
+    Of a run by tolerance it returns the work as well: solvers count their calls in any case, and each output that DOP853 interpolates
+    takes some, so that time and work are of the same run. IDA, CVODE, heyoka and solve_dae interpolate by what they have.
     """
-    if solver.knob == "tol" and first.seconds > LONG:
-        return {"seconds": first.seconds, "callback_seconds": first.callback_seconds}
-    bare = replace(cell.asked(solver.knob), watch=(), count=False)
-    bare = replace(bare, every=0) if solver.knob == "h" else bare
-    best: tuple[float, float | None] = math.inf, None
+    bare, best = _bare(cell, solver.knob), None
     for _ in range(cell.repeat):
         run = _solved(solver, cell.scene, bare)
-        if run.failure is None and run.seconds < best[0]:
-            best = run.seconds, run.callback_seconds
+        if run.failure is None and (best is None or run.seconds < best.seconds):
+            best = run
         if run.seconds > LONG:
             break
-    seconds, inside = best
-    return {"seconds": seconds if math.isfinite(seconds) else NAN, "callback_seconds": NAN if inside is None else inside}
+    if best is None:
+        return {}
+    inside = best.callback_seconds
+    work = {f"n_{kind}": count for kind, count in best.work.items()}
+    return {**work, "seconds": best.seconds, "callback_seconds": NAN if inside is None else inside}
+
+
+def _bare(cell: Cell, knob: str) -> Request:
+    """Return what is asked for where a run is timed: its end alone, nothing watched, and counted what is counted in any case."""
+    if knob == "h":
+        return replace(cell.asked(knob), watch=(), count=False, every=0)
+    return replace(cell.asked(knob), watch=(), points=2)

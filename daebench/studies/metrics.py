@@ -12,10 +12,10 @@ from daebench.diagnostics.branch import largest_jump
 from daebench.diagnostics.energy import energy_drift
 from daebench.diagnostics.integrals import integral_errors
 from daebench.errors import BadInput, unknown
-from daebench.reference.certified import store
 from daebench.reference.certified.between import At, states_at
 from daebench.scene import PoissonScene, Scene
 from daebench.studies.cell import FEWEST, Cell
+from daebench.studies.references import reference_of
 from daebench.trajectory import Array, PoissonTrajectory, Trajectory
 
 NAN = float("nan")
@@ -61,13 +61,13 @@ class Measured:
     @cached_property
     def compared(self) -> NDArray[np.bool_]:
         """Which outputs errors are taken at, shape(n,)."""
-        stored = np.isin(self.run.t, store.find(self.cell.problem, self.cell.case).t)
+        stored = np.isin(self.run.t, reference_of(self.cell.problem, self.cell.case).t)
         return stored if np.sum(stored) >= ENOUGH else np.ones(len(self.run.t), dtype=bool)
 
     @cached_property
     def truth(self) -> At:
         """The certified reference at these outputs."""
-        return states_at(store.find(self.cell.problem, self.cell.case), self.run.t[self.compared])
+        return states_at(reference_of(self.cell.problem, self.cell.case), self.run.t[self.compared])
 
     def part(self, name: str) -> Array:
         """Return a part of the run's states at these outputs: "q", "p", "y", or "lam"."""
@@ -98,7 +98,7 @@ class Metric:
     certified : bool
         Whether it takes a certified reference.
     fixed_step : bool
-        Whether it is for methods with fixed steps alone.
+        Whether it is for methods with fixed steps alone; in a study that has others too, theirs is NaN.
     """
 
     name: str
@@ -110,19 +110,23 @@ class Metric:
     certified: bool = False
     fixed_step: bool = False
 
+    def measures(self, solver: Any) -> bool:
+        """Whether it is for methods like this one."""
+        return not self.fixed_step or bool(solver.knob == "h")
+
     def refusal(self, cell: Cell) -> str | None:
         """Return why a cell cannot be measured by it, as a sentence, or None."""
         scene = cell.scene
         poisson = isinstance(scene, PoissonScene)
         if not (self.poisson if poisson else self.constrained):
             return f"{self.name} is not measured on {scene.problem}, which is {'a Poisson system' if poisson else 'a constrained problem'}."
-        if self.fixed_step and cell.solver.knob != "h":
+        if not self.measures(cell.solver):
             return f"{self.name} is of methods with fixed steps, and {cell.method} has none; leave out one of them."
         return self._uncertified(cell) if self.certified else None
 
     def _uncertified(self, cell: Cell) -> str | None:
         try:
-            reference = store.find(cell.problem, cell.case)
+            reference = reference_of(cell.problem, cell.case)
         except BadInput as error:
             return f"{self.name} is an error against a certified reference: {error}"
         scene = cell.scene

@@ -42,14 +42,15 @@ def with_conserved(table: "pd.DataFrame", defects: Mapping[str, float]) -> "pd.D
     Returns
     -------
     DataFrame
-        ``keeps_nothing`` is true wherever a run came to its end. ``keeps_energy`` if the secular part of its energy error is a
-        small part of it, or the error is round-off;
-        ``keeps_constraints`` if g and G H_p are round-off, ``keeps_casimirs`` likewise; these hold for a run only if they hold for all
-        runs of the method with smaller values of its knob too, and for the three smallest at least. ``keeps_two_form`` if the defect of
-        the method is round-off. A column is there for what can be conserved alone.
+        ``keeps_nothing`` is true wherever a run came to its end. ``keeps_energy`` if the secular part of its energy error is known
+        and a small part of it, or the error is round-off of the energy's size, the column ``energy_size``; ``keeps_constraints`` if g and
+        G H_p are round-off, ``keeps_casimirs`` likewise, both absolute: held against 1, and against no size of the problem's. These hold
+        for a run only if they hold for all runs of the method with smaller values of its knob too, and for the three smallest at least.
+        ``keeps_two_form`` if the defect of the method is round-off. A column is there for what can be conserved alone.
     """
     done = table["failure"] == ""
-    found = {"nothing": done, "energy": done & (~secular(table) | (table["energy_drift"] <= _rounding(table)))}
+    level = table["energy_slope"].notna() & ~secular(table)
+    found = {"nothing": done, "energy": done & (level | (table["energy_drift"] <= _rounding(table) * table["energy_size"]))}
     if {"g", "Gv"} <= set(table.columns):
         found["constraints"] = done & (table[["g", "Gv"]].max(axis=1, skipna=False) <= ROUND_OFF)
     if "casimirs" in table and table["casimirs"].notna().any():
@@ -61,7 +62,7 @@ def with_conserved(table: "pd.DataFrame", defects: Mapping[str, float]) -> "pd.D
 
 
 def _rounding(table: "pd.DataFrame") -> "pd.Series[float]":
-    """Return what one rounding a step can add up to, at most."""
+    """Return what one rounding a step of a number of the size of one can add up to, at most."""
     return (EPS * table["steps"]).clip(lower=ROUND_OFF)
 
 

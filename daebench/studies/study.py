@@ -1,6 +1,6 @@
 """A study: a grid of runs that is declared, and read as one long table."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass, field
 from itertools import product
@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 from daebench.api import setting_of
 from daebench.errors import BadInput, unknown
-from daebench.inputs import positive
-from daebench.kinds import methods_of
+from daebench.inputs import positive, whole
+from daebench.kinds import free_numbers, methods_of
 from daebench.studies.cell import OUTPUTS, Cell
 from daebench.studies.metrics import metrics_of
 from daebench.studies.store import Store
@@ -51,6 +51,8 @@ class Study:
         Runs that are timed, of which the best counts; 0 where time is not asked for.
     calls : int
         Calls of the right side or residual after which a tolerance-driven run is given up; 0 for never.
+    beside : bool
+        Whether runs that are timed may run beside others; it is kept with their times, which are not those of runs alone.
     anyway : bool
         Whether schemes may run where they are no Poisson integrators.
     on_singular : str
@@ -74,11 +76,14 @@ class Study:
     outputs: int = OUTPUTS
     repeat: int = 0
     calls: int = 0
+    beside: bool = False
     anyway: bool = False
     on_singular: str = ""
 
     def __post_init__(self) -> None:
         positive("t_end", self.t_end)
+        if whole("repeat", self.repeat) < 0:
+            raise BadInput(f"repeat = {self.repeat} must be 0 or more.")
         metrics_of(self.metrics)
         axes: dict[str, Sequence[object]] = {name: getattr(self, name) for name in ("methods", "cases", "metrics", "precisions")}
         axes |= {f"values of {name}": each for name, each in (*self.values.items(), *self.parameters.items())}
@@ -106,14 +111,16 @@ class Study:
         for cell in found:  # all of one before the next, while its scene is at hand: it takes longer to make than to use
             cell.check()
             if (kind := (cell.method, cell.case, cell.parameters)) not in measured:
-                self._require_measurable(cell)
+                self._require_measurable(cell, found)
                 measured.add(kind)
             cell.key()
         return found
 
-    def _require_measurable(self, cell: Cell) -> None:
+    def _require_measurable(self, cell: Cell, cells: Sequence[Cell]) -> None:
+        """Refuse a metric that a cell cannot be measured by, unless it is not for its method and is for another of the study."""
         for metric in metrics_of(self.metrics):
-            if why := metric.refusal(cell):
+            for_others = not metric.measures(cell.solver) and any(metric.measures(each.solver) for each in _one_a_method(cells))
+            if not for_others and (why := metric.refusal(cell)):
                 raise BadInput(why)
 
     def _cells(self) -> Iterator[Cell]:
@@ -135,12 +142,13 @@ class Study:
                     t_end=float(self.t_end),
                     metrics=tuple(self.metrics),
                     parameters=tuple(given),
-                    options=tuple((key, number) for key, number in self.options.items() if key in solver.free_numbers),
+                    options=tuple((key, number) for key, number in self.options.items() if key in free_numbers(scene, solver)),
                     anyway=self.anyway,
                     on_singular=self.on_singular,
                     outputs=self.outputs,
                     repeat=self.repeat,
                     calls=self.calls,
+                    beside=self.beside and self.repeat > 0,
                     **computed_in(precision),
                 )
 
@@ -158,6 +166,10 @@ class Study:
 
         rows: list[dict[str, Any]] = list(computed(self.cells(), store, executor=executor, tell=tell).values())
         return pd.DataFrame(rows)
+
+
+def _one_a_method(cells: Sequence[Cell]) -> Iterable[Cell]:
+    return {cell.method: cell for cell in cells}.values()
 
 
 def computed_in(precision: str) -> dict[str, Any]:

@@ -80,8 +80,12 @@ def standard(
     t_end: float | None = None,
     metrics: Sequence[str] | None = None,
     repeat: int = REPEAT,
+    beside: bool = False,
+    also: Sequence[str] = (),
 ) -> tuple[Study, dict[str, str]]:
     """Return the study of a problem, and why methods of the standard set are not in it; what is not given is chosen.
+
+    ``also`` are metrics besides those that are chosen.
 
     Step sizes are the distance of the reference's times, halved and halved again, so that errors are taken at stored times.
 
@@ -102,6 +106,7 @@ def standard(
         raise BadInput(f"t_end = {end:g} is beyond {reference.name}, which ends at t = {reference.horizon:g}; take a smaller one.")
     spacing = float(reference.t[1])
     steps = [spacing / 2**k for k in range(HALVINGS) if end / (spacing / 2**k) <= STEPS]
+    usual = (("y", "casimirs") if poisson else ("q", "p", "lam", "manifold")) + ("phase", "energy", "integrals")
     solvers = methods_of(scene, methods, anyway=poisson)
     values = {"h": list(h or steps), "tol": list(tol or TOLERANCES)}
     knobs = {solver.knob for solver in solvers}
@@ -115,9 +120,10 @@ def standard(
             methods=list(methods),
             values={knob: values[knob] for knob in sorted(knobs)},
             t_end=end,
-            metrics=list(metrics or (("y", "casimirs") if poisson else ("q", "p", "lam", "manifold")) + ("phase", "energy", "integrals")),
+            metrics=[*(metrics or usual), *also],
             repeat=repeat,
             calls=CALLS,
+            beside=beside,
             anyway=poisson,
         ),
         left_out,
@@ -139,9 +145,10 @@ def with_costs(table: "pd.DataFrame") -> "pd.DataFrame":
 
 
 def at_least(runs: "pd.DataFrame", error: str) -> "pd.Series[float]":
-    """Return the errors of runs, and where one is below the bound of what it is taken against, that bound: less is not known."""
+    """Return the moduli of errors of runs, and where one is below the bound of what it is taken against, that bound: less is not known."""
     bound = error.replace("error_", "bound_")
-    return runs[[error, bound]].max(axis=1, skipna=False) if bound != error and bound in runs else runs[error]
+    errors = runs[error].abs()
+    return errors.where((errors >= runs[bound]) | errors.isna(), runs[bound]) if bound != error and bound in runs else errors
 
 
 def front(table: "pd.DataFrame", error: str, cost: str) -> "pd.DataFrame":

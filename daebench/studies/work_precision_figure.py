@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from daebench.errors import DaebenchError
 from daebench.figures import BLACK, QUIET, STROKES, drawing, grid_of_axes, save
 from daebench.studies.recommend import with_conserved
 from daebench.studies.work_precision import front
@@ -40,12 +41,49 @@ def families(table: "pd.DataFrame") -> Mapping[str, list[str]]:
     return {family: names for family, names in found.items() if names}
 
 
+def nothing_of(table: "pd.DataFrame", error: str) -> str:
+    """Return why there is nothing of an error to draw, as a clause; "" where there is something."""
+    done = table[table["failure"] == ""]
+    if done.empty:
+        return f"none of the {len(table)} runs came to its end; the first says: {str(table['failure'].iloc[0]).rstrip('.')}"
+    if done[error].isna().all():
+        return f"no run on {table['problem'].iloc[0]} has a number for it"
+    drawn = _known(table, error)
+    if drawn.empty:
+        return "all errors are 0, or within the bound of what they are taken against"
+    return "" if _costs(drawn) else "no run has a time, or evaluations that are counted; take --repeat 1 for times"
+
+
+def _known(table: "pd.DataFrame", error: str) -> "pd.DataFrame":
+    """Return the runs whose error is known, each above its own bound, with moduli."""
+    done = table[table["failure"] == ""]
+    runs, bound = done.assign(**{error: done[error].abs()}), _bound(done, error)
+    return runs[runs[error] > (runs[bound] if bound else 0.0)]
+
+
+def _bound(table: "pd.DataFrame", error: str) -> str:
+    """Return the column of the bounds of an error; "" if it has none."""
+    bound = error.replace("error_", "bound_")
+    return bound if bound != error and bound in table else ""
+
+
+def _floor(table: "pd.DataFrame", error: str) -> float:
+    """Return the largest bound of an error, 0 if it has none."""
+    bound = _bound(table, error)
+    return float(table[bound].max()) if bound else 0.0
+
+
+def _costs(table: "pd.DataFrame") -> list[str]:
+    return [cost for cost in COSTS if table[cost].notna().any()]
+
+
 def draw(out: Path, table: "pd.DataFrame", error: str, label: str, *, stem: str | None = None) -> Path:
     """Write the figure of one error, ``work_precision_ERROR`` as SVG, PNG and CSV; return the path of the SVG.
 
     Each family has a column, with the curves of the others in grey behind its own, and the Pareto front of all runs as a black line. A
-    curve ends where errors reach their bound: below it nothing is known. The part of the time that a solver spends in Python callbacks,
-    which is not its own, is a line that leads back from each of its points to what it would take without.
+    curve ends where an error reaches its own bound, below which nothing is known; a dotted line is at the largest of the bounds. Of what
+    has a sign, its modulus is drawn. The part of the time that a solver spends in Python callbacks, which is not its own, is a line that
+    leads back from each of its points to what it would take without.
 
     Parameters
     ----------
@@ -59,13 +97,18 @@ def draw(out: Path, table: "pd.DataFrame", error: str, label: str, *, stem: str 
         What it is.
     stem : str, optional
         Name of the files.
+
+    Raises
+    ------
+    DaebenchError
+        If there is nothing to draw, see :func:`nothing_of`.
     """
+    if why := nothing_of(table, error):
+        raise DaebenchError(f"there is nothing of {error} to draw: {why}.")
     shown = table[table["failure"] == ""].dropna(subset=[error])
-    bound = error.replace("error_", "bound_")
-    floor = float(shown[bound].max()) if bound in shown and bound != error else 0.0
-    drawn = shown[shown[error] > floor]
-    costs = [cost for cost in COSTS if drawn[cost].notna().any()]
-    groups = families(table)
+    drawn, floor = _known(table, error), _floor(shown, error)
+    costs = _costs(drawn)
+    groups = families(table[table["method"].isin(drawn["method"])])
     with drawing():
         figure, axes = grid_of_axes(len(costs), len(groups), 0.9 + 2.35 * len(costs), sharey=True, sharex="row")
         for row, cost in zip(axes, costs, strict=True):
@@ -73,7 +116,7 @@ def draw(out: Path, table: "pd.DataFrame", error: str, label: str, *, stem: str 
                 _panel(axis, drawn, names, error, cost)
                 if floor > 0:
                     axis.axhline(floor, color=QUIET, linestyle=":", linewidth=1.0)
-                    axis.set_ylim(bottom=floor / MARGIN)
+                    axis.set_ylim(bottom=min(floor, float(drawn[error].min())) / MARGIN)
                 axis.set(xscale="log", yscale="log", xlabel=COSTS[cost], title=family if cost == costs[0] else "")
                 axis.set_ylim(top=min(HIGHEST, MARGIN * float(drawn[error].max())))
             row[0].set_ylabel(label)
