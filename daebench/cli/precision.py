@@ -49,7 +49,7 @@ def precision(
 
     asked = asked_of(problem, case, methods=methods, h=h, t_end=t_end)
     executors = Executors(timed=repeat > 0, workers=workers, scheduler=scheduler, side_by_side=side_by_side)
-    cells, refused = cells_of(asked, words(ways) if ways else (), repeat=repeat)
+    cells, refused = cells_of(asked, words(ways) if ways else (), repeat=repeat, beside=executors.beside)
     make_folder(out)
     with opened(store or out / "studies.db") as kept:
         if dry_run:

@@ -39,7 +39,9 @@ ROUND_OFF = 1e-14
 """Where numbers are no worse than this, in parts of their size, they are of round-off all."""
 
 
-def cells_of(asked: Asked, ways: Sequence[str] = (), *, repeat: int = REPEAT) -> tuple[list[tuple[str, Cell]], dict[str, str]]:
+def cells_of(
+    asked: Asked, ways: Sequence[str] = (), *, repeat: int = REPEAT, beside: bool = False
+) -> tuple[list[tuple[str, Cell]], dict[str, str]]:
     """Return every way to compute with its run, and why some are left out.
 
     Raises
@@ -56,7 +58,10 @@ def cells_of(asked: Asked, ways: Sequence[str] = (), *, repeat: int = REPEAT) ->
     refused: dict[str, str] = {}
     for method in methods:
         for way in ways or WAYS:
-            cells = [asked.cell(method, h, _metrics(asked), repeat=repeat, **computed_in(way)) for h in asked.h or _steps(asked)]
+            cells = [
+                asked.cell(method, h, _metrics(asked), repeat=repeat, beside=beside and repeat > 0, **computed_in(way))
+                for h in asked.h or _steps(asked)
+            ]
             try:
                 for cell in cells:
                     cell.check()
