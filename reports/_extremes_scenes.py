@@ -97,7 +97,8 @@ SECTIONS = (
         "round-off",
         FAST,
         "Smaller steps make a smaller error until each step's rounding is more than its truncation. With solvers that choose their steps "
-        "the tolerance does a system of higher index should suffer first: with index 3 round-off is divided by powers of the step.",
+        "the tolerance does the same, and a system of higher index should suffer first: with index 3 round-off is divided by powers of the "
+        "step.",
         "Two panels: error against step size and against tolerance, logarithmic, a curve a method; a cross where one gives up.",
     ),
     Section(
