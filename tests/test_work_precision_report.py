@@ -220,6 +220,26 @@ def test_the_page_says_what_the_runs_say(page):
     assert "<script" not in page
 
 
+def test_a_method_that_tells_no_evaluations_has_no_part_where_they_count(numbers, tmp_path, monkeypatch):
+    table = numbers.runs[PLANTED.key]
+    swift = with_costs(power_law("swift", 8, 1e-8, knob="tol").assign(n_H_p=np.nan))
+    others = table[(table["method"] != "solver") | (table["error_q"] > 1e-6)]
+    joined = with_conserved(pd.concat([others[others["error_q"] > 1e-9], swift], ignore_index=True), DEFECTS)
+    planted = replace(numbers, runs={PLANTED.key: joined})
+    found = check(planted)
+    assert found.uncounted == ["swift"]
+    winners = found.found[PLANTED.key].winners.set_index("level")
+    assert winners["method"][1e-12] == "swift"
+    assert (winners["method_counted"][1e-12], winners["method_own"][1e-12]) == ("", "swift")
+    assert "swift" not in set(winners["method_counted"])
+    monkeypatch.setattr(work_precision, "draw_all", lambda numbers, folder: {"overview": folder, PLANTED.key: folder})
+    monkeypatch.setattr("daebench.report.picture", lambda *arguments: "")
+    monkeypatch.setattr(work_precision, "measure", lambda folder, tell: planted)
+    text = words(build("work-precision", tmp_path).read_text(encoding="utf-8"))
+    assert "swift tells of none, and so has no part wherever they count" in text
+    assert not re.search(r"\b(nan|None)\b", text)
+
+
 def test_a_refuted_claim_leaves_no_page(numbers, tmp_path, monkeypatch):
     monkeypatch.setattr(work_precision, "measure", lambda folder, tell: TAMPERED["a symplectic method is none"][0](numbers))
     with pytest.raises(ClaimRefuted):
