@@ -394,7 +394,8 @@ def test_progress_tells_each_cell_that_is_computed(store):
 
 
 @pytest.mark.slow
-def test_a_study_that_is_killed_keeps_what_was_done_and_goes_on(tmp_path):
+def test_a_study_that_is_killed_keeps_what_was_done_and_goes_on(tmp_path, monkeypatch):
+    monkeypatch.setattr("daebench.names.FixedStep", FixedStep)
     path = tmp_path / "rows.db"
     program = f"""
     from pathlib import Path
