@@ -14,6 +14,7 @@ from pathlib import Path
 from daebench import codegen
 from daebench.derive import Derivation
 from daebench.errors import InvalidProblem
+from daebench.kernels.hole import ROUNDINGS
 from daebench.syntax import HOLE, SourceFile, TypedLiterals, call, called, decorated, gathered, parameters_of
 from daebench.unroll import Unroller
 
@@ -78,7 +79,7 @@ class Options:
     raw: int = 0
     singular: str = ""
     sweeps: int = 0
-    roundings: float = 4.0
+    roundings: float = ROUNDINGS
 
 
 @cache
@@ -115,7 +116,7 @@ class Linker:
             "STAGES": options.stages,
             "RANK_WATCHED": bool(options.singular),
             "SINGLE": derivation.constants.get("SINGLE", derivation.constants.get("CONSTRAINTS") == 1),
-            "AGAIN": 2 if options.precision == "complex128" and options.roundings == 4.0 else 1,
+            "AGAIN": 2 if options.precision == "complex128" and options.roundings == ROUNDINGS else 1,
             "SWEEPS_ASKED": options.sweeps,
             "ROUNDINGS": options.roundings,
         }

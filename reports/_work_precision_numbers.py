@@ -7,7 +7,7 @@ from typing import Any
 
 import pandas as pd
 
-from daebench.errors import DaebenchError, Interrupted
+from daebench.errors import DaebenchError
 from daebench.kinds import methods_of
 from daebench.lifted import Lifted
 from daebench.reports._work_precision_compile import compile_ahead
@@ -63,10 +63,7 @@ def measure(folder: Path, tell: Tell, works: Sequence[Work] = WORKS) -> Numbers:
     """
     studies = {work.key: work.study() for work in works}
     with opened(folder / STORE) as kept:
-        try:
-            tables = _tables({key: study for key, (study, _) in studies.items()}, kept, tell)
-        except KeyboardInterrupt as stop:
-            raise Interrupted(f"interrupted; {len(kept)} runs are kept in {kept.path}: run again to go on.") from stop
+        tables = _tables({key: study for key, (study, _) in studies.items()}, kept, tell)
     tell(TIMING, "defects")
     found = [row for work in works for row in defects(work, studies[work.key][0])]
     frame = pd.DataFrame(found, columns=["key", "method", "h", "claimed", "defect"])

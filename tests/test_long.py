@@ -230,7 +230,7 @@ def test_a_checkpoint_of_something_else_is_refused(uncompiled, tmp_path, monkeyp
     refused(tmp_path, spec, lambda: identity(replace(spec, h=0.02)), r"is of a run with h = 0.01, not 0.02; name another folder by --out")
     refused(tmp_path, spec, lambda: identity(spec) | {"definition": "other"}, "another definition of spherical_pendulum")
     with monkeypatch.context() as patch:
-        patch.setattr(checkpoint, "made_by", lambda: "an older one")
+        patch.setattr(checkpoint, "maker", lambda: "an older one")
         ours = identity(spec)
     refused(tmp_path, spec, lambda: ours, "another version of daebench or of its libraries")
     monkeypatch.setattr(checkpoint, "LAYOUT", 0)

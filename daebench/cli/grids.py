@@ -34,18 +34,8 @@ def outdated(cells: "Sequence[Cell]", store: "Store") -> str:
 
 @contextmanager
 def making(store: "Store", executors: Executors, label: str) -> "Iterator[Runs]":
-    """Give what makes the rows of cells, with a progress bar, for the time of a block.
-
-    Raises
-    ------
-    Interrupted
-        If the person at the keyboard ends it; what was done is kept.
-    """
-    from daebench.errors import Interrupted
+    """Give what makes the rows of cells, with a progress bar, for the time of a block."""
     from daebench.studies.runs import runs_of
 
     with bar(label) as progress, executors.opened() as executor:
-        try:
-            yield runs_of(store, executor=executor, tell=lambda done, of, cell: progress(done / of, f"{label}: {cell.method}"))
-        except KeyboardInterrupt as stop:
-            raise Interrupted(f"interrupted; {len(store)} runs are kept in {store.path}: run again to go on.") from stop
+        yield runs_of(store, executor=executor, tell=lambda done, of, cell: progress(done / of, f"{label}: {cell.method}"))

@@ -115,17 +115,12 @@ def _print_windows(table: "pd.DataFrame", title: str) -> None:
 
 def _tell_duration(ensemble: "Ensemble", workers: int) -> None:
     """Say how many steps there are to do, and about how long they take, as a short trial goes."""
+    from daebench.studies.estimate import duration
+
     left = round((1 - ensemble.done()) * ensemble.members * ensemble.steps)
     rate, failure = ensemble.spec.trial(ensemble.steps)
-    lasts = f"a trial stopped early: {failure}" if failure else f"in about {_duration(left / rate / workers)}."
+    lasts = f"a trial stopped early: {failure}" if failure else f"in about {duration(left / rate / workers)}."
     print(f"{ensemble.spec.method}: {ensemble.members} x {ensemble.steps} steps, {left} of them to do; {lasts}")
-
-
-def _duration(seconds: float) -> str:
-    for unit, size in (("days", 86400.0), ("hours", 3600.0), ("minutes", 60.0)):
-        if seconds >= 2 * size:
-            return f"{seconds / size:.3g} {unit}"
-    return f"{seconds:.2g} seconds"
 
 
 def _whole(steps: float) -> int:

@@ -117,7 +117,7 @@ class Cell:
     @property
     def scene(self) -> Scene | PoissonScene:
         """The problem with its numbers."""
-        return _scene(self.problem, self.case, self.parameters, self.on_singular)
+        return scene_of(self.problem, self.case, self.parameters, self.on_singular)
 
     @property
     def solver(self) -> Any:
@@ -135,13 +135,8 @@ class Cell:
             raise BadInput(f"Newton's iteration is ended early in fixed-step methods for constrained problems alone, not in {self.method}.")
         return replace(found, sweeps=self.sweeps, roundings=max(ROUNDINGS, self.newton / float(np.finfo(self.precision).eps)))
 
-    @property
-    def request(self) -> Request:
-        """What the method is asked to do where everything is looked at."""
-        return self.asked(self.solver.knob)
-
     def asked(self, knob: str) -> Request:
-        """Return what a method with this knob is asked to do."""
+        """Return what a method with this knob is asked to do where everything is looked at."""
         every, points = (self._every, None) if knob == "h" else (None, max(FEWEST, self.outputs + 1))
         patience = Patience(self.calls, self.calls + 1, 1) if self.calls else None
         return Request(value=self.value, t_end=self.t_end, precision=self.precision, every=every, points=points, patience=patience)
@@ -183,10 +178,8 @@ class Cell:
     @cached_property
     def _key(self) -> str:
         plain = json.dumps(self.plain() | {"metrics": sorted(self.metrics)}, sort_keys=True)
-        scene = self.scene
-        numbers = [float(x).hex() for x in (*scene.par, *(x for part in scene.start for x in part))]
         timed_on = machine() if self.repeat else ""
-        return hashlib.sha256("\n".join((plain, scene.source.key, *numbers, made_by(), timed_on, self._certified)).encode()).hexdigest()
+        return digest(plain, *defined_by(self.scene), made_by(), timed_on, self._certified)
 
     @property
     def _certified(self) -> str:
@@ -219,8 +212,19 @@ class Cell:
 
 
 @lru_cache(maxsize=64)
-def _scene(problem: str, case: str, parameters: tuple[tuple[str, float], ...], on_singular: str) -> Scene | PoissonScene:
+def scene_of(problem: str, case: str, parameters: tuple[tuple[str, float], ...], on_singular: str) -> Scene | PoissonScene:
+    """Return a problem with its numbers from plain values; the last ones that were asked for are at hand."""
     return singular_as(setting_of(problem, case, dict(parameters)), on_singular or None)
+
+
+def defined_by(scene: Scene | PoissonScene) -> tuple[str, ...]:
+    """Return what defines a motion, exactly: the equations, the parameters and the start."""
+    return scene.source.key, *(float(x).hex() for x in (*scene.par, *(x for part in scene.start for x in part)))
+
+
+def digest(*texts: str) -> str:
+    """Return the hash of some texts."""
+    return hashlib.sha256("\n".join(texts).encode()).hexdigest()
 
 
 @cache
@@ -251,7 +255,7 @@ def _shows(file: Path) -> bool:
 @cache
 def maker() -> str:
     """Return the hash of :func:`made_by`."""
-    return hashlib.sha256(made_by().encode()).hexdigest()
+    return digest(made_by())
 
 
 def _version(name: str) -> str:

@@ -1,6 +1,5 @@
 """Checkpoints of long runs: one file for each, replaced as a whole, from which a run goes on to the same bits."""
 
-import hashlib
 import json
 import zipfile
 from dataclasses import dataclass
@@ -12,7 +11,7 @@ import numpy as np
 from daebench.errors import BadInput
 from daebench.files import atomic
 from daebench.studies.blocks import Blocks
-from daebench.studies.cell import made_by
+from daebench.studies.cell import defined_by, digest, maker
 from daebench.studies.long_run import LongRun, Stream
 from daebench.studies.windows import Windows
 from daebench.trajectory import Array
@@ -69,10 +68,7 @@ class Checkpoint:
 
 def identity(spec: LongRun) -> dict[str, Any]:
     """Return all that decides the numbers of a run: its fields, its definition with its numbers, and the versions of everything."""
-    scene = spec.scene
-    numbers = [float(x).hex() for x in (*scene.par, *(x for part in scene.start for x in part))]
-    definition = hashlib.sha256("\n".join((scene.source.key, *numbers)).encode()).hexdigest()
-    return {**spec.plain(), "definition": definition, "versions": hashlib.sha256(made_by().encode()).hexdigest()}
+    return {**spec.plain(), "definition": digest(*defined_by(spec.scene)), "versions": maker()}
 
 
 def save(path: Path, who: dict[str, Any], stream: Stream) -> None:

@@ -1,4 +1,4 @@
-"""When an energy error of a run is a drift: what its slope adds up to is most of it, and no mere rounding."""
+"""When an energy error of a run is a drift: what its slope adds up to is much of it, and no mere rounding."""
 
 from typing import TYPE_CHECKING, Any
 

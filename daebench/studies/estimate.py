@@ -40,7 +40,7 @@ class Estimate:
         whose = f"from kept runs for {self.like} of them, from what is usual for the others"
         if self.like in (0, self.cells):
             whose = "from kept runs of the same methods" if self.like else "from what is usual, for none of these methods was run before"
-        return f"about {_duration(self.seconds / processes)} {where} (an estimate {whose}; compilation not counted)"
+        return f"about {duration(self.seconds / processes)} {where} (an estimate {whose}; compilation not counted)"
 
 
 def estimate(cells: Sequence[Cell], store: Store) -> Estimate:
@@ -84,7 +84,10 @@ def _work(cell: Cell, knob: str) -> float:
     return (1 + max(0, cell.repeat)) * (cell.t_end / cell.value if knob == "h" else cell.t_end)
 
 
-def _duration(seconds: float) -> str:
+def duration(seconds: float) -> str:
+    """Return about how long something lasts, in words."""
     if seconds < 90:
         return f"{max(1, round(seconds))} s"
-    return f"{seconds / 60:.0f} min" if seconds < 5400 else f"{seconds / 3600:.1f} h"
+    if seconds < 5400:
+        return f"{seconds / 60:.0f} min"
+    return f"{seconds / 3600:.1f} h" if seconds < 2 * 86400 else f"{seconds / 86400:.3g} days"

@@ -9,11 +9,11 @@ from typing import TYPE_CHECKING, Any
 from daebench.api import setting_of
 from daebench.errors import BadInput
 from daebench.kinds import method_of
-from daebench.reference.certified import store
 from daebench.reference.certified.record import Reference
 from daebench.scene import PoissonScene, Scene
 from daebench.studies.able import able
 from daebench.studies.cell import Cell
+from daebench.studies.references import reference_of, usual_end
 from daebench.studies.runs import Runs
 
 if TYPE_CHECKING:
@@ -27,9 +27,6 @@ POISSON = ("symplectic_euler", "strang", "strang/kahan_li8", "midpoint", "rk4")
 
 TOLERANT = ("ida:index3", "ida:index2", "ida:index1", "ida:ggl")
 """Methods driven by a tolerance on constrained problems; on Poisson systems there is ida:ode alone."""
-
-LONGEST = 10.0
-"""End of runs where none is given, s, unless a reference ends before."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -76,16 +73,14 @@ class Asked:
     def reference(self) -> Reference | None:
         """The certified reference, if there is one."""
         try:
-            return store.find(self.problem, self.scene.case)
+            return reference_of(self.problem, self.scene.case)
         except BadInput:
             return None
 
     @cached_property
     def end(self) -> float:
         """End of all runs, s."""
-        if self.t_end is not None:
-            return self.t_end
-        return min(LONGEST, self.reference.horizon, self.reference.double_horizon) if self.reference else LONGEST
+        return usual_end(self.reference) if self.t_end is None else self.t_end
 
     @cached_property
     def _chosen(self) -> list[str]:
@@ -147,7 +142,7 @@ class Extreme:
 
 
 def uncertified(asked: Asked) -> str:
-    """Return why errors are unknown: there is no certified reference, so that errors are not known."""
+    """Return why errors are unknown: there is no certified reference, or it ends before the runs; "" if they are known."""
     if asked.reference and asked.end <= asked.reference.horizon:
         return ""
     if asked.reference:

@@ -7,7 +7,6 @@ from typing import Any
 
 import numpy as np
 
-from daebench.api import setting_of, singular_as
 from daebench.diagnostics.passage import MOST_STATES
 from daebench.errors import BadInput, require_known
 from daebench.grid import Grid
@@ -17,6 +16,7 @@ from daebench.method import Request
 from daebench.scene import PoissonScene, Scene
 from daebench.stepping import next_piece
 from daebench.studies.blocks import BLOCK, Blocks
+from daebench.studies.cell import scene_of
 from daebench.studies.starts import start_of
 from daebench.studies.windows import Windows
 from daebench.trajectory import Array
@@ -134,8 +134,7 @@ class LongRun:
 
 @lru_cache(maxsize=64)
 def _scene(spec: LongRun) -> Scene | PoissonScene:
-    scene = singular_as(setting_of(spec.problem, spec.case, dict(spec.parameters)), spec.on_singular or None)
-    return start_of(scene, spec.member, spec.precision)
+    return start_of(scene_of(spec.problem, spec.case, spec.parameters, spec.on_singular), spec.member, spec.precision)
 
 
 @dataclass(frozen=True)

@@ -6,6 +6,9 @@ from functools import lru_cache
 from daebench.reference.certified import store
 from daebench.reference.certified.record import Reference
 
+LONGEST = 10.0
+"""End of runs where none is given, s, if the reference reaches so far."""
+
 
 def reference_of(problem: str, case: str) -> Reference:
     """Return the certified reference of a problem's case.
@@ -16,6 +19,11 @@ def reference_of(problem: str, case: str) -> Reference:
         As :func:`daebench.reference.certified.store.find`.
     """
     return _found(store.find, problem, case)
+
+
+def usual_end(reference: Reference | None) -> float:
+    """Return where runs end that nobody gave an end: after :data:`LONGEST`, or where the reference or double precision ends."""
+    return min(LONGEST, reference.horizon, reference.double_horizon) if reference else LONGEST
 
 
 @lru_cache(maxsize=32)

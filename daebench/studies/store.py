@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from daebench.errors import BadInput, DaebenchError
+from daebench.errors import BadInput, DaebenchError, Interrupted
 
 LAYOUT = 2
 """Version of the layout of the file; it is in SQLite's own ``user_version``."""
@@ -59,7 +59,7 @@ class StoreFull(DaebenchError):
 
 
 class Store:
-    """A file of rows. One process writes; each row is on disk before the next is begun.
+    """A file of rows. One process writes; rows that are put are in the file together before anything else is done.
 
     Parameters
     ----------
@@ -145,9 +145,20 @@ class Store:
 
 @contextmanager
 def opened(path: Path) -> Iterator[Store]:
-    """Open a store for the time of a block."""
+    """Open a store for the time of a block.
+
+    Raises
+    ------
+    BadInput
+        See :class:`Store`.
+    Interrupted
+        If Ctrl-C ends the block; it says what is kept.
+    """
     with closing(Store(path)) as store:
-        yield store
+        try:
+            yield store
+        except KeyboardInterrupt as stop:
+            raise Interrupted(f"interrupted; {len(store)} runs are kept in {path}: run again to go on.") from stop
 
 
 def _text(cell: Mapping[str, Any]) -> str:

@@ -10,8 +10,10 @@ from daebench.api import setting_of
 from daebench.errors import BadInput, unknown
 from daebench.inputs import positive, whole
 from daebench.kinds import free_numbers, methods_of
+from daebench.scene import PoissonScene, Scene
 from daebench.studies.cell import OUTPUTS, Cell
 from daebench.studies.metrics import metrics_of
+from daebench.studies.runs import runs_of
 from daebench.studies.store import Store
 
 if TYPE_CHECKING:
@@ -130,8 +132,9 @@ class Study:
         if useless := set(self.values) - set(self.methods) - {solver.knob for solver in solvers}:
             raise BadInput(f"values of {', '.join(sorted(useless))} are of no use to {', '.join(self.methods)}; leave them out.")
         grids = [[(name, float(x)) for x in values] for name, values in self.parameters.items()]
-        for case, given, (name, solver, values), precision in product(
-            self.cases or [scene.case], product(*grids), zip(self.methods, solvers, knobs, strict=True), self.precisions
+        options = [self._options_of(scene, solver) for solver in solvers]
+        for case, given, (name, own, values), precision in product(
+            self.cases or [scene.case], product(*grids), zip(self.methods, options, knobs, strict=True), self.precisions
         ):
             for value in values:
                 yield Cell(
@@ -142,7 +145,7 @@ class Study:
                     t_end=float(self.t_end),
                     metrics=tuple(self.metrics),
                     parameters=tuple(given),
-                    options=tuple((key, number) for key, number in self.options.items() if key in free_numbers(scene, solver)),
+                    options=own,
                     anyway=self.anyway,
                     on_singular=self.on_singular,
                     outputs=self.outputs,
@@ -152,6 +155,10 @@ class Study:
                     **computed_in(precision),
                 )
 
+    def _options_of(self, scene: Scene | PoissonScene, solver: Any) -> tuple[tuple[str, float], ...]:
+        known = free_numbers(scene, solver)
+        return tuple((key, number) for key, number in self.options.items() if key in known)
+
     def _values_of(self, method: str, knob: str) -> Sequence[float]:
         values = self.values.get(method, self.values.get(knob))
         if values is None:
@@ -160,12 +167,7 @@ class Study:
 
     def table(self, store: Store, *, executor: Executor | None = None, tell: "Tell | None" = None) -> "pd.DataFrame":
         """Return one row a run, those that the store has taken from there; the others are computed and put there."""
-        import pandas as pd
-
-        from daebench.studies.engine import computed
-
-        rows: list[dict[str, Any]] = list(computed(self.cells(), store, executor=executor, tell=tell).values())
-        return pd.DataFrame(rows)
+        return runs_of(store, executor=executor, tell=tell)(self.cells())
 
 
 def _one_a_method(cells: Sequence[Cell]) -> Iterable[Cell]:

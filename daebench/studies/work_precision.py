@@ -8,9 +8,9 @@ import numpy as np
 from daebench.api import setting_of
 from daebench.errors import BadInput
 from daebench.kinds import methods_of
-from daebench.reference.certified import store
 from daebench.scene import PoissonScene
 from daebench.studies.able import able
+from daebench.studies.references import reference_of, usual_end
 from daebench.studies.study import Study
 
 if TYPE_CHECKING:
@@ -38,9 +38,6 @@ POISSON = (
     *("ida:ode", "cvode:adams", "scipy:DOP853", "heyoka:taylor"),
 )
 """The same for Poisson systems."""
-
-LONGEST = 10.0
-"""End of a study where none is given, s, if the reference reaches so far."""
 
 TOLERANCES = tuple(10.0**-k for k in range(3, 14))
 """Tolerances where none are given."""
@@ -96,12 +93,12 @@ def standard(
         values are of no use.
     """
     scene = setting_of(problem, case)
-    reference = store.find(problem, scene.case)
+    reference = reference_of(problem, scene.case)
     poisson = isinstance(scene, PoissonScene)
     left_out: dict[str, str] = {}
     if methods is None:
         methods, left_out = able(scene, POISSON if poisson else CONSTRAINED)
-    end = min(LONGEST, reference.horizon, reference.double_horizon) if t_end is None else t_end
+    end = usual_end(reference) if t_end is None else t_end
     if end > reference.horizon:
         raise BadInput(f"t_end = {end:g} is beyond {reference.name}, which ends at t = {reference.horizon:g}; take a smaller one.")
     spacing = float(reference.t[1])
