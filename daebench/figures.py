@@ -71,6 +71,20 @@ STROKES = (
 )
 """Strokes in the order of use; no two share a colour, dashes with a neighbour in lightness, or a marker."""
 
+
+def curve(k: int) -> dict[str, Any]:
+    """Return keyword arguments for the k-th of many curves with markers: the strokes in order, then once more with filled markers."""
+    stroke = STROKES[k % len(STROKES)]
+    return stroke.points() if k < len(STROKES) else stroke.points() | {"markerfacecolor": stroke.color, "linewidth": 0.8}
+
+
+def legend_below(figure: "Figure", axis: Any, columns: int) -> None:
+    """Put one legend below a figure, of the curves of one of its axes, if it has any."""
+    handles, labels = axis.get_legend_handles_labels()
+    if handles:
+        figure.legend(handles, labels, loc="outside lower center", ncols=columns)
+
+
 _STYLE: Any = {
     "font.family": "DejaVu Sans",
     "font.size": 9.0,

@@ -12,7 +12,8 @@ from markupsafe import Markup, escape
 from daebench.figures import save_table
 from daebench.report import number, table
 from daebench.reports._extremes_numbers import Numbers
-from daebench.studies.precision import error_of, smallest_steps
+from daebench.studies.precision import smallest_steps
+from daebench.studies.rows import error_of
 
 
 def tables(numbers: Numbers, folder: Path) -> dict[str, Callable[[str], Markup]]:

@@ -1,5 +1,8 @@
 """What became of a run, in one word: what the colours of an outcome map stand for."""
 
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
 from daebench.diagnostics.branch import WRONG
 from daebench.diagnostics.manifold import residual_scales
 from daebench.scene import PoissonScene
@@ -7,6 +10,11 @@ from daebench.stepping import REASONS
 from daebench.studies.cell import Cell
 from daebench.studies.drift import drifts
 from daebench.studies.measure import Row
+from daebench.studies.rows import rows_of
+from daebench.studies.runs import Runs
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 FINE, COARSE, DRIFTING, OFF, OTHER = "fine", "coarse", "drifting", "off the manifold", "wrong branch"
 NO_SOLUTION, SINGULAR, RANK_LOST, BLOWN_UP, STOPPED = "no solution", "singular", "rank lost", "blown up", "stopped"
@@ -38,6 +46,13 @@ TOLD = {
     **{REASONS[status][0]: BLOWN_UP for status in (3, 4)},
 }
 """What the sentence of a failure begins its reason with, and the word for it."""
+
+
+def varied_runs(cells: Sequence[Cell], parameter: str, runs: Runs) -> "pd.DataFrame":
+    """Return the rows of runs in which a parameter is varied, with the columns "outcome", "parameter" and "varied", its value."""
+    table = runs(cells)
+    outcomes = [outcome_of(cell, row) for cell, row in zip(cells, rows_of(table), strict=True)]
+    return table.assign(outcome=outcomes, parameter=parameter, varied=[dict(cell.parameters)[parameter] for cell in cells])
 
 
 def outcome_of(cell: Cell, row: Row) -> str:

@@ -9,7 +9,7 @@ from daebench.studies.cell import Cell
 from daebench.studies.drift import drifts
 from daebench.studies.extreme import Asked, uncertified
 from daebench.studies.measure import Row
-from daebench.studies.rows import by_method, rows_of
+from daebench.studies.rows import by_method, error_of, rows_of
 from daebench.studies.runs import Runs
 from daebench.studies.study import computed_in
 from daebench.studies.work_precision import REPEAT
@@ -88,11 +88,6 @@ def table_of(found: Sequence[tuple[str, Cell]], runs: Runs) -> "pd.DataFrame":
     """Return one row a run, with the column "way"."""
     table = runs([cell for _, cell in found])
     return table.assign(way=[way for way, _ in found])
-
-
-def error_of(table: "pd.DataFrame") -> str:
-    """Return the column that says how accurate a run is: the error against a reference, or that of the energy."""
-    return next((name for name in ("error_q", "error_y") if name in table), "energy_drift")
 
 
 def smallest_steps(table: "pd.DataFrame") -> "pd.DataFrame":

@@ -1,11 +1,10 @@
 """The picture of a precision study: error, energy error and two-form against time, every way to compute a curve."""
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
-from daebench.figures import STROKES, drawing, grid_of_axes, save
-from daebench.studies.precision import error_of
-from daebench.studies.rows import by_method
+from daebench.figures import curve, drawing, grid_of_axes, legend_below, save
+from daebench.studies.rows import by_method, error_of
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -34,15 +33,9 @@ def draw(out: Path, stem: str, table: "pd.DataFrame") -> Path:
             for axis, column in zip(line, columns, strict=True):
                 for k, way in enumerate(ways):
                     runs = rows[rows["way"] == way].dropna(subset=[column]).sort_values("value")
-                    axis.plot(runs[cost], runs[column].clip(lower=SMALLEST), label=way, **_style(k))
+                    axis.plot(runs[cost], runs[column].clip(lower=SMALLEST), label=way, **curve(k))
                 axis.set(xscale="log", yscale="log", title=method, ylabel=LABELS[column])
         for axis in axes[-1]:
             axis.set_xlabel(unit)
-        handles, labels = axes[0, 0].get_legend_handles_labels()
-        figure.legend(handles, labels, loc="outside lower center", ncols=5)
+        legend_below(figure, axes[0, 0], 5)
         return save(figure, out, stem, table)
-
-
-def _style(k: int) -> dict[str, Any]:
-    stroke = STROKES[k % len(STROKES)]
-    return stroke.points() if k < len(STROKES) else stroke.points() | {"markerfacecolor": stroke.color, "linewidth": 0.8}

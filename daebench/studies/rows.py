@@ -14,3 +14,8 @@ def rows_of(table: "pd.DataFrame") -> list[dict[str, Any]]:
 def by_method(table: "pd.DataFrame") -> list[tuple[str, "pd.DataFrame"]]:
     """Return the methods of a table in their order, each with its rows."""
     return [(str(name), rows) for name, rows in table.groupby("method", sort=False)]
+
+
+def error_of(table: "pd.DataFrame") -> str:
+    """Return the column that says how accurate runs are: the error against a reference, or where there is none that of the energy."""
+    return next((name for name in ("error_q", "error_y") if name in table), "energy_drift")

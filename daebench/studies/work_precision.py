@@ -11,6 +11,7 @@ from daebench.kinds import methods_of
 from daebench.scene import PoissonScene
 from daebench.studies.able import able
 from daebench.studies.references import reference_of, usual_end
+from daebench.studies.rows import by_method
 from daebench.studies.study import Study
 
 if TYPE_CHECKING:
@@ -160,7 +161,7 @@ def front(table: "pd.DataFrame", error: str, cost: str) -> "pd.DataFrame":
 
 def costs_at(table: "pd.DataFrame", error: str, cost: str, level: float) -> dict[str, tuple[float, float]]:
     """Return what an accuracy costs and the value of the knob that reaches it, by method, the cheapest first; see :func:`cheapest`."""
-    found = {str(name): at for name, runs in table.groupby("method", sort=False) if (at := _cost_at(runs, error, cost, level))}
+    found = {name: at for name, runs in by_method(table) if (at := _cost_at(runs, error, cost, level))}
     return dict(sorted(found.items(), key=lambda entry: entry[1][0]))
 
 

@@ -7,8 +7,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from daebench.errors import DaebenchError
-from daebench.figures import BLACK, QUIET, STROKES, drawing, grid_of_axes, save
+from daebench.figures import BLACK, QUIET, curve, drawing, grid_of_axes, save
 from daebench.studies.recommend import with_conserved
+from daebench.studies.rows import by_method
 from daebench.studies.work_precision import front
 
 if TYPE_CHECKING:
@@ -34,10 +35,10 @@ def families(table: "pd.DataFrame") -> Mapping[str, list[str]]:
     """Return the families that there are and their methods: by knob, by composition, and by whether the energy was measured to be kept."""
     keeps = with_conserved(table, {})
     found: dict[str, list[str]] = {name: [] for name in FAMILIES}
-    for name, runs in keeps.groupby("method", sort=False):
+    for name, runs in by_method(keeps):
         kept, drifts, composed, by_tolerance = FAMILIES
-        fixed = composed if "/" in str(name) else kept if runs["keeps_energy"].any() else drifts
-        found[fixed if (runs["knob"] == "h").all() else by_tolerance].append(str(name))
+        fixed = composed if "/" in name else kept if runs["keeps_energy"].any() else drifts
+        found[fixed if (runs["knob"] == "h").all() else by_tolerance].append(name)
     return {family: names for family, names in found.items() if names}
 
 
@@ -127,7 +128,7 @@ def draw(out: Path, table: "pd.DataFrame", error: str, label: str, *, stem: str 
 
 def _panel(axis: Any, table: "pd.DataFrame", names: list[str], error: str, cost: str) -> None:
     """Draw the methods of a family over those of all others, and the front of all."""
-    curves = {str(name): runs.sort_values(cost) for name, runs in table.groupby("method", sort=False)}
+    curves = {name: runs.sort_values(cost) for name, runs in by_method(table)}
     for name, runs in curves.items():
         if name not in names:
             axis.plot(runs[cost], runs[error], color=OTHERS, linewidth=0.7, zorder=1)
@@ -138,9 +139,8 @@ def _panel(axis: Any, table: "pd.DataFrame", names: list[str], error: str, cost:
 
 
 def _curve(axis: Any, k: int, name: str, runs: "pd.DataFrame", error: str, cost: str) -> None:
-    stroke = STROKES[k % len(STROKES)]
-    style = stroke.points() if k < len(STROKES) else stroke.points() | {"markerfacecolor": stroke.color}
+    style = curve(k)
     fixed = (runs["knob"] == "h").all()
     axis.plot(runs[cost], runs[error], label=name, zorder=3, **style | {"linestyle": "-" if fixed else (0, (4, 1.5)), "linewidth": 1.1})
     if cost == "seconds" and np.isfinite(runs["callback_seconds"]).any():
-        axis.hlines(runs[error], runs["own_seconds"], runs[cost], color=stroke.color, linewidth=0.7)
+        axis.hlines(runs[error], runs["own_seconds"], runs[cost], color=style["color"], linewidth=0.7)

@@ -5,9 +5,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from daebench.figures import QUIET, STROKES, drawing, grid_of_axes, save
+from daebench.figures import QUIET, drawing, save
 from daebench.studies.cell import Cell
 from daebench.studies.extreme import Asked, Extreme, uncertified
+from daebench.studies.knob_panels import knob_panels, legends_below
 from daebench.studies.metrics import LOST
 from daebench.studies.rows import by_method, rows_of
 from daebench.studies.runs import Runs
@@ -95,21 +96,16 @@ def says(table: "pd.DataFrame") -> list[str]:
 
 def draw(out: Path, stem: str, table: "pd.DataFrame") -> Path:
     """Draw the time until which each method follows against its step, and against its tolerance."""
-    knobs = [knob for knob in ("h", "tol") if (table["knob"] == knob).any()]
     double = float(table["double_horizon"].iloc[0])
     with drawing():
-        figure, axes = grid_of_axes(1, len(knobs), 4.4, sharey=True)
-        for axis, knob in zip(axes[0], knobs, strict=True):
-            for k, (method, rows) in enumerate(by_method(table[table["knob"] == knob])):
-                good = rows.dropna(subset=["horizon"]).sort_values("value")
-                axis.plot(good["value"], good["horizon"], label=method, **STROKES[k % len(STROKES)].points())
+        figure, panels = knob_panels(table, "horizon", 4.4)
+        for axis in panels.values():
             if np.isfinite(double):
                 axis.axhline(double, color=QUIET, linestyle="--", linewidth=1.0, label="double precision ends")
-            axis.set(xscale="log", xlabel="step size h [s]" if knob == "h" else "tolerance")
             axis.invert_xaxis()
-            axis.legend(loc="upper center", bbox_to_anchor=(0.5, -0.16), ncols=2)
-        axes[0, 0].set_ylabel(f"followed within {LOST:.0%} until [s]")
-        axes[0, 0].set_ylim(bottom=0)
+            axis.set_ylim(bottom=0)
+        next(iter(panels.values())).set_ylabel(f"followed within {LOST:.0%} until [s]")
+        legends_below(panels)
         return save(figure, out, stem, table)
 
 

@@ -8,8 +8,8 @@ import numpy as np
 from daebench.figures import drawing, grid_of_axes, save
 from daebench.studies.cell import Cell
 from daebench.studies.extreme import Asked, Extreme
-from daebench.studies.outcomes import OUTCOMES, outcome_of
-from daebench.studies.rows import by_method, rows_of
+from daebench.studies.outcomes import OUTCOMES, varied_runs
+from daebench.studies.rows import by_method
 from daebench.studies.runs import Runs
 
 if TYPE_CHECKING:
@@ -75,10 +75,7 @@ def cells(asked: Asked) -> list[Cell]:
 
 def measure(asked: Asked, runs: Runs) -> "pd.DataFrame":
     """Return one row a run, with the column "outcome"."""
-    given, name = cells(asked), parameter_of(asked)
-    table = runs(given)
-    outcomes = [outcome_of(cell, row) for cell, row in zip(given, rows_of(table), strict=True)]
-    return table.assign(outcome=outcomes, parameter=name, varied=[dict(cell.parameters)[name] for cell in given])
+    return varied_runs(cells(asked), parameter_of(asked), runs)
 
 
 def says(table: "pd.DataFrame") -> list[str]:

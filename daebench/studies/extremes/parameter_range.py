@@ -4,11 +4,11 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from daebench.figures import STROKES, drawing, grid_of_axes, save
+from daebench.figures import curve, drawing, grid_of_axes, legend_below, save
 from daebench.studies.cell import Cell
 from daebench.studies.extreme import Asked, Extreme
-from daebench.studies.outcomes import FINE, outcome_of
-from daebench.studies.rows import by_method, rows_of
+from daebench.studies.outcomes import FINE, varied_runs
+from daebench.studies.rows import by_method
 from daebench.studies.runs import Runs
 
 if TYPE_CHECKING:
@@ -65,12 +65,8 @@ def cells(asked: Asked) -> list[Cell]:
 
 def measure(asked: Asked, runs: Runs) -> "pd.DataFrame":
     """Return one row a run, with its outcome, and the energy error in parts of the energy's size."""
-    given, (name, _) = cells(asked), varied(asked)
-    table = runs(given)
-    outcomes = [outcome_of(cell, row) for cell, row in zip(given, rows_of(table), strict=True)]
-    values = [dict(cell.parameters)[name] for cell in given]
-    part = table["energy_drift"] / table["energy_size"]
-    return table.assign(outcome=outcomes, parameter=name, near=asked.near, varied=values, energy_part=part)
+    table = varied_runs(cells(asked), varied(asked)[0], runs)
+    return table.assign(near=asked.near, energy_part=table["energy_drift"] / table["energy_size"])
 
 
 def says(table: "pd.DataFrame") -> list[str]:
@@ -102,13 +98,9 @@ def draw(out: Path, stem: str, table: "pd.DataFrame") -> Path:
         for axis, column in zip(axes[0], columns, strict=False):
             for k, (method, rows) in enumerate(by_method(table)):
                 rows = rows.dropna(subset=[column]).sort_values("varied")
-                style = STROKES[k % len(STROKES)].points()
-                style |= {"markerfacecolor": style["color"]} if k >= len(STROKES) else {}
-                axis.plot((rows["varied"] - rows["near"]).abs(), rows[column].clip(lower=SMALLEST), label=method, **style)
+                axis.plot((rows["varied"] - rows["near"]).abs(), rows[column].clip(lower=SMALLEST), label=method, **curve(k))
             axis.set(xscale="log", yscale="log", xlabel=f"|{name} - {near:g}|" if near else name, ylabel=shown[column])
-        handles, labels = axes[0, 0].get_legend_handles_labels()
-        if handles:
-            figure.legend(handles, labels, loc="outside lower center", ncols=4)
+        legend_below(figure, axes[0, 0], 4)
         return save(figure, out, stem, table)
 
 

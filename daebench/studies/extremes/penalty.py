@@ -3,14 +3,14 @@
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from daebench.figures import QUIET, STROKES, drawing, grid_of_axes, save
+from daebench.figures import QUIET, curve, drawing, grid_of_axes, legend_below, save
 from daebench.studies.able import able
 from daebench.studies.cell import Cell
 from daebench.studies.extreme import Asked, Extreme, uncertified
 from daebench.studies.measure import Row
 from daebench.studies.rows import by_method, rows_of
 from daebench.studies.runs import Runs
-from daebench.studies.work_precision import NOT_COSTS
+from daebench.studies.work_precision import with_costs
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -48,9 +48,9 @@ def cells(asked: Asked) -> list[Cell]:
 
 
 def measure(asked: Asked, runs: Runs) -> "pd.DataFrame":
-    """Return one row a run; eps is 0 for the constrained system."""
+    """Return one row a run, with its costs; eps is 0 for the constrained system."""
     given = cells(asked)
-    return runs(given).assign(eps=[dict(cell.options).get("eps", 0.0) for cell in given])
+    return with_costs(runs(given)).assign(eps=[dict(cell.options).get("eps", 0.0) for cell in given])
 
 
 def says(table: "pd.DataFrame") -> list[str]:
@@ -58,6 +58,8 @@ def says(table: "pd.DataFrame") -> list[str]:
     h = float(table["value"].min())
     same = table[table["value"] == h]
     limit = rows_of(same[same["eps"] == 0])[0]
+    if limit["failure"]:
+        return [f"{LIMIT} on the constrained system fails with h = {h:.3g} s, so that there is nothing to hold the penalty against."]
     found = [f"With h = {h:.3g} s {LIMIT} on the constrained system has an error of {limit['error_q']:.1e} in q."]
     return found + [_approach(method, rows_of(rows), limit) for method, rows in by_method(same[same["eps"] > 0])]
 
@@ -69,16 +71,10 @@ def _approach(method: str, rows: list[Row], limit: Row) -> str:
         return f"{method} fails for every eps."
     best, last = min(good, key=lambda row: float(row["error_q"])), min(good, key=lambda row: float(row["eps"]))
     failed = "" if len(good) == len(rows) else f", and {len(rows) - len(good)} of {len(rows)} runs fail"
-    times, work = best["error_q"] / limit["error_q"], _evaluations(best) / _evaluations(limit)
+    times, work = best["error_q"] / limit["error_q"], best["evaluations"] / limit["evaluations"]
     compared = f"{times:.2g} times that of {LIMIT}, with {work:.2g} times its evaluations"
     end = f"at the smallest eps that it comes to the end with, {last['eps']:.1e}, it has {last['error_q']:.1e}{failed}"
     return f"{method} has {best['error_q']:.1e} at best, at eps = {best['eps']:.1e}, {compared}; {end}."
-
-
-def _evaluations(row: Row) -> float:
-    """Return the evaluations of the system's functions and derivatives in a run."""
-    counts = (float(value) for name, value in row.items() if name.startswith("n_") and name not in NOT_COSTS)
-    return sum(count for count in counts if count == count)
 
 
 def draw(out: Path, stem: str, table: "pd.DataFrame") -> Path:
@@ -88,14 +84,13 @@ def draw(out: Path, stem: str, table: "pd.DataFrame") -> Path:
         figure, axes = grid_of_axes(1, len(steps), 3.2, sharey=True)
         for axis, h in zip(axes[0], steps, strict=True):
             same = table[table["value"] == h]
-            for stroke, (method, rows) in zip(STROKES, by_method(same[same["eps"] > 0]), strict=False):
+            for k, (method, rows) in enumerate(by_method(same[same["eps"] > 0])):
                 rows = rows.dropna(subset=["error_q"]).sort_values("eps")
-                axis.plot(rows["eps"], rows["error_q"].clip(upper=MOST), label=method, **stroke.points())
+                axis.plot(rows["eps"], rows["error_q"].clip(upper=MOST), label=method, **curve(k))
             axis.axhline(float(same[same["eps"] == 0]["error_q"].iloc[0]), color=QUIET, label=f"{LIMIT}, constrained")
             axis.set(xscale="log", yscale="log", xlabel="eps", title=f"h = {h:.3g} s")
         axes[0, 0].set_ylabel("largest error of q")
-        handles, labels = axes[0, 0].get_legend_handles_labels()
-        figure.legend(handles, labels, loc="outside lower center", ncols=4)
+        legend_below(figure, axes[0, 0], 4)
         return save(figure, out, stem, table)
 
 

@@ -1,13 +1,14 @@
 """Step sizes and tolerances to 0, until round-off wins or a solver gives up."""
 
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
-from daebench.figures import QUIET, STROKES, drawing, grid_of_axes, save
+from daebench.figures import QUIET, curve, drawing, save
 from daebench.studies.cell import Cell
 from daebench.studies.extreme import Asked, Extreme, uncertified
+from daebench.studies.knob_panels import knob_panels, legends_below
 from daebench.studies.measure import Row
-from daebench.studies.rows import by_method, rows_of
+from daebench.studies.rows import by_method, error_of, rows_of
 from daebench.studies.runs import Runs
 
 if TYPE_CHECKING:
@@ -21,11 +22,6 @@ TOLERANCES = tuple(10.0**-k for k in range(3, 16))
 
 WORSE = 2.0
 """An error is worse where it is so many times the least."""
-
-
-def error_of(table: "pd.DataFrame") -> str:
-    """Return the column of errors."""
-    return "error_q" if "error_q" in table else "error_y"
 
 
 def cells(asked: Asked) -> list[Cell]:
@@ -77,22 +73,24 @@ def _gives_up(rows: list[Row]) -> float:
 def draw(out: Path, stem: str, table: "pd.DataFrame") -> Path:
     """Draw errors against step size, and against tolerance; a cross is the smallest value before a solver gives up."""
     error = error_of(table)
-    knobs = [knob for knob in ("h", "tol") if (table["knob"] == knob).any()]
     with drawing():
-        figure, axes = grid_of_axes(1, len(knobs), 4.6, sharey=True)
-        for axis, knob in zip(axes[0], knobs, strict=True):
-            for k, (method, rows) in enumerate(by_method(table[table["knob"] == knob])):
-                good = rows.dropna(subset=[error]).sort_values("value")
-                stroke = STROKES[k % len(STROKES)]
-                axis.plot(good["value"], good[error], label=method, **stroke.points())
-                if len(good) and (rows[rows["failure"] != ""]["value"] < good["value"].min()).any():
-                    axis.plot(good["value"].iloc[0], good[error].iloc[0], "x", color=stroke.color, markersize=9, markeredgewidth=1.6)
-            floor = float(table[error.replace("error", "bound")].max())
-            axis.axhline(max(floor, 2.0**-53), color=QUIET, linestyle=":", linewidth=1.0, label="one rounding")
-            axis.set(xscale="log", yscale="log", xlabel="step size h [s]" if knob == "h" else "tolerance")
-            axis.legend(loc="upper center", bbox_to_anchor=(0.5, -0.16), ncols=2)
-        axes[0, 0].set_ylabel(f"largest error of {error.removeprefix('error_')}")
+        figure, panels = knob_panels(table, error, 4.6)
+        floor = max(float(table[error.replace("error", "bound")].max()), 2.0**-53)
+        for knob, axis in panels.items():
+            for k, (_, rows) in enumerate(by_method(table[table["knob"] == knob])):
+                _cross(axis, rows, error, curve(k)["color"])
+            axis.axhline(floor, color=QUIET, linestyle=":", linewidth=1.0, label="one rounding")
+            axis.set(yscale="log")
+        next(iter(panels.values())).set_ylabel(f"largest error of {error.removeprefix('error_')}")
+        legends_below(panels)
         return save(figure, out, stem, table)
+
+
+def _cross(axis: Any, rows: "pd.DataFrame", error: str, color: str) -> None:
+    """Mark the smallest value with which a method comes to its end, where it gives up with a smaller one."""
+    good = rows.dropna(subset=[error]).sort_values("value")
+    if len(good) and (rows[rows["failure"] != ""]["value"] < good["value"].min()).any():
+        axis.plot(good["value"].iloc[0], good[error].iloc[0], "x", color=color, markersize=9, markeredgewidth=1.6)
 
 
 EXTREME = Extreme(
