@@ -1,0 +1,122 @@
+"""An axis: what is measured along it, between which numbers, and where its ticks are."""
+
+import itertools
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+import numpy.typing as npt
+from markupsafe import Markup
+
+from daebench.errors import BadInput
+
+Array = npt.NDArray[np.float64]
+
+TICKS = 5
+"""Ticks on an axis, at most about."""
+
+MINUS = "\N{MINUS SIGN}"
+
+
+@dataclass(frozen=True)
+class Axis:
+    """What is measured along an axis.
+
+    Parameters
+    ----------
+    label : str
+        Quantity and unit; text of an SVG where it is ``Markup``.
+    low, high : float
+        Ends, low < high; both positive where the scale is logarithmic.
+    log : bool
+        Whether the scale is logarithmic.
+
+    Raises
+    ------
+    BadInput
+        If the ends are not finite, not in order, or not positive where they must be.
+    """
+
+    label: str
+    low: float
+    high: float
+    log: bool = False
+
+    def __post_init__(self) -> None:
+        if not (math.isfinite(self.low) and math.isfinite(self.high) and self.low < self.high and not (self.log and self.low <= 0)):
+            scale = "logarithmic" if self.log else "linear"
+            raise BadInput(f"axis {self.label}: no {scale} scale goes from {self.low:g} to {self.high:g}; give finite ends in order.")
+
+    def share(self, values: npt.ArrayLike) -> Array:
+        """Return where values are along the axis, 0 at its low end and 1 at its high end; NaN where they have no place."""
+        low, high, given = (self._linear(each) for each in (self.low, self.high, values))
+        return np.asarray((given - low) / (high - low), dtype=float)
+
+    def _linear(self, values: npt.ArrayLike) -> Array:
+        given = np.asarray(values, dtype=float)
+        return np.log10(np.where(given > 0, given, np.nan)) if self.log else given
+
+    def ticks(self, most: int = TICKS) -> tuple[list[tuple[float, Markup]], int]:
+        """Return values of ticks, no more than about ``most``, what is written there, and the power of ten to be taken times."""
+        from matplotlib.ticker import MaxNLocator
+
+        if self.log:
+            decades = range(math.ceil(math.log10(self.low) - 1e-9), math.floor(math.log10(self.high) + 1e-9) + 1)
+            if len(decades) >= 2:
+                stride = math.ceil(len(decades) / most)
+                return [(10.0**k, power(k)) for k in decades if k % stride == 0], 0
+        inside = [float(x) for x in MaxNLocator(most, steps=[1, 2, 2.5, 5, 10]).tick_values(self.low, self.high)]
+        slack = 1e-9 * (self.high - self.low)
+        values = [x for x in inside if self.low - slack <= x <= self.high + slack and not (self.log and x <= 0)]
+        texts, exponent = labels(values)
+        return list(zip(values, texts, strict=True)), exponent
+
+    def widened(self, factor: float) -> "Axis":
+        """Return a linear axis about the same middle, so many times as long."""
+        middle, half = (self.low + self.high) / 2, factor * (self.high - self.low) / 2
+        return replace(self, low=middle - half, high=middle + half)
+
+
+def around(label: str, *values: npt.ArrayLike, log: bool = False, floor: float = 0.0, margin: float = 0.06) -> Axis:
+    """Return an axis that holds all finite values, with a margin.
+
+    Parameters
+    ----------
+    label : str
+        Quantity and unit.
+    *values : array_like
+        What has to fit; without any finite value the axis goes from 0 to 1, or from 0.1 to 1.
+    log : bool
+        Whether the scale is logarithmic: what is not positive then has no place.
+    floor : float
+        Where the scale is logarithmic, its low end is not below this.
+    margin : float
+        Part of the extent that is added at each end.
+    """
+    found = np.concatenate([np.ravel(np.asarray(each, dtype=float)) for each in values]) if values else np.empty(0)
+    found = found[np.isfinite(found) & ((found > 0) | (not log))]
+    if log:
+        ends = np.log10(np.maximum(found, floor or 0.0)) if len(found) else np.array([-1.0, 0.0])
+        low, high = math.floor(ends.min() - 1e-9), math.ceil(ends.max() + 1e-9)
+        return Axis(label, 10.0**low, 10.0 ** max(high, low + 1), log=True)
+    low, high = (float(found.min()), float(found.max())) if len(found) else (0.0, 1.0)
+    extent = high - low or max(abs(high), 1e-300)
+    return Axis(label, low - margin * extent, high + margin * extent)
+
+
+def power(k: int) -> Markup:
+    """Return 10^k as text of an SVG."""
+    return Markup('10<tspan dy="-.4em" font-size=".75em">{}</tspan>').format(str(k).replace("-", MINUS))
+
+
+def labels(values: Sequence[float]) -> tuple[list[Markup], int]:
+    """Return what is written at ticks of a linear axis, and the power of ten that all of it is to be taken times."""
+    largest = max((abs(x) for x in values), default=0.0)
+    step = min((abs(b - a) for a, b in itertools.pairwise(values)), default=largest) or 1.0
+    exponent = math.floor(math.log10(largest)) if largest else 0
+    exponent = 0 if -3 <= exponent < 5 else exponent
+    unit = 10.0**exponent
+    places = max(0, -math.floor(math.log10(step / unit) + 1e-9))
+    places += any(abs(round(x / unit, places) - x / unit) > 1e-6 * step / unit for x in values)
+    return [Markup(f"{x / unit + 0.0:.{places}f}".replace("-", MINUS)) for x in values], exponent
