@@ -13,8 +13,8 @@ from typing import TYPE_CHECKING, Any
 from daebench.errors import BadInput, unknown
 from daebench.inputs import real
 from daebench.members import members
+from daebench.outside_code import is_path
 from daebench.outside_problems import find as find_file
-from daebench.outside_problems import is_path
 from daebench.problem_files import Problem, read, summary
 
 if TYPE_CHECKING:

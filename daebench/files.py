@@ -47,7 +47,7 @@ def check_writable(path: Path) -> None:
     check_place(path)
 
 
-def check_place(path: Path) -> None:
+def check_place(path: Path, option: str = "--out") -> None:
     """Refuse a place of an output file before the work that would fill it.
 
     Raises
@@ -56,15 +56,15 @@ def check_place(path: Path) -> None:
         If it is a folder or device, or the folder is missing or cannot be written to.
     """
     if not path.parent.is_dir():
-        raise BadInput(f"--out {path}: there is no folder {path.parent}; make it first.")
+        raise BadInput(f"{option} {path}: there is no folder {path.parent}; make it first.")
     if path.exists() and not path.is_file():
-        raise BadInput(f"--out {path}: that is no file; choose another place.")
+        raise BadInput(f"{option} {path}: that is no file; choose another place.")
     trial = path.resolve().with_name(f".{path.stem}-{os.getpid()}-trial")
     try:
         trial.touch(exist_ok=False)
         trial.unlink()
     except OSError as error:
-        raise BadInput(f"--out {path}: cannot write there ({error.strerror}); choose another place.") from error
+        raise BadInput(f"{option} {path}: cannot write there ({error.strerror}); choose another place.") from error
 
 
 def make_folder(path: Path) -> None:

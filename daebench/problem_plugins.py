@@ -13,7 +13,8 @@ from typing import TYPE_CHECKING
 
 from daebench.errors import BadInput, DaebenchError
 from daebench.neighbours import imported
-from daebench.outside_problems import call, is_path, naming, own_files
+from daebench.outside_code import is_path
+from daebench.outside_problems import call, naming, own_files
 from daebench.problem_files import Problem, read
 
 if TYPE_CHECKING:

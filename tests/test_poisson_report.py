@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pandas as pd
 import pytest
+from pages import standalone
 from tampered import changed
 
 from daebench.report import build
@@ -407,11 +408,8 @@ def test_the_whole_report_is_made_and_its_page_loads_nothing(tmp_path):
     told = []
     page = build("poisson", tmp_path, lambda fraction, label: told.append(fraction))
     source = page.read_text(encoding="utf-8")
-    for forbidden in ("<script", "@import", "url(http", "src=", "{{", "{%"):
-        assert forbidden not in source
+    standalone(page)
     assert source.count("<svg") == len(FIGURES)
-    for link in re.findall(r'href="([^"#]+)"', source):
-        assert (page.parent / link).is_file(), link
     assert told == sorted(told)
     assert (told[0], told[-1]) == (0.0, 1.0)
     assert len(pd.read_csv(page.parent / "tables" / "lattice.csv")) == len(lattice.METHODS) + 1

@@ -2,13 +2,13 @@
 
 import math
 import pickle
-import re
 from dataclasses import replace
 from xml.etree import ElementTree
 
 import numpy as np
 import pandas as pd
 import pytest
+from pages import standalone
 from tampered import changed
 
 from daebench.catalogue import problems as catalogue
@@ -321,11 +321,8 @@ def test_the_whole_report_is_made_and_its_page_loads_nothing(tmp_path, monkeypat
     told_of = []
     page = build("problems", tmp_path, lambda fraction, label: told_of.append(fraction))
     source = page.read_text(encoding="utf-8")
-    for forbidden in ("<script", "@import", "url(http", "src=", "{{", "{%", "&lt;sup", "&lt;math"):
-        assert forbidden not in source
+    standalone(page)
     for name in own:
         assert f'<h2 id="{name}">' in source
-    text = re.sub(r"<[^>]*>", " ", re.sub(r"<(style|svg).*?</\1>", " ", source, flags=re.DOTALL))
-    assert not re.search(r"\b(nan|inf|None|True|False|Markup|undefined)\b", text)
     assert told_of == sorted(told_of)
     assert (told_of[0], told_of[-1]) == (0.0, 1.0)

@@ -9,6 +9,7 @@ from types import SimpleNamespace
 import numpy as np
 import pandas as pd
 import pytest
+from pages import standalone
 
 from daebench.errors import RunFailed
 from daebench.method import Patience, Request
@@ -419,11 +420,8 @@ def test_the_whole_report_is_made_and_its_page_loads_nothing(tmp_path):
     told = []
     page = build("tolerances", tmp_path, lambda fraction, label: told.append(fraction))
     source = page.read_text(encoding="utf-8")
-    for forbidden in ("<script", "@import", "url(http", "src=", "{{", "{%"):
-        assert forbidden not in source
+    standalone(page)
     assert source.count("<svg") == len(FIGURES)
-    for link in re.findall(r'href="([^"#]+)"', source):
-        assert (page.parent / link).is_file(), link
     assert told == sorted(told)
     assert (told[0], told[-1]) == (0.0, 1.0)
     runs = pd.read_csv(page.parent / "tables" / "runs.csv")

@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import pandas as pd
 import pytest
+from pages import standalone
 
 from daebench.errors import Interrupted
 from daebench.fixed_step import FixedStep
@@ -217,7 +218,6 @@ def test_the_page_says_what_the_runs_say(page):
     assert "1 run shows no number" in text
     assert "it stopped." in text
     assert "are not on every motion: other needs what is not there." in text
-    assert "<script" not in page
 
 
 def test_a_method_that_tells_no_evaluations_has_no_part_where_they_count(numbers, tmp_path, monkeypatch):
@@ -294,11 +294,8 @@ def test_the_whole_report_is_made_and_its_page_loads_nothing(tmp_path):
     told = []
     page = build("work-precision", tmp_path, lambda fraction, label: told.append(fraction))
     source = page.read_text(encoding="utf-8")
-    for forbidden in ("<script", "@import", "url(http", "src=", "{{", "{%"):
-        assert forbidden not in source
+    standalone(page)
     assert source.count("<svg") == len(WORKS) + 1
-    for link in re.findall(r'href="([^"#]+)"', source):
-        assert (page.parent / link).is_file(), link
     assert told == sorted(told)
     assert (told[0], told[-1]) == (0.0, 1.0)
     for work in WORKS:

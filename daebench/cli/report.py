@@ -1,28 +1,62 @@
-"""``daebench report``: a page that is computed as it is written."""
+"""``daebench report``: a page that is computed as it is written, or all of them."""
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from daebench.cli.console import bar
-from daebench.errors import unknown
+from daebench.errors import BadInput
+
+if TYPE_CHECKING:
+    from daebench.report.gallery import Made
+
+ALL = "all"
 
 
 def report(
-    name: Annotated[str, typer.Argument(help="Name of a report, for example index-reduction.")],
+    name: Annotated[str, typer.Argument(help="Name of a report, for example index-reduction; the path of a recipe; or all.")],
     out: Annotated[Path, typer.Option("--out", help="Folder to write to.")] = Path("output"),
+    anew: Annotated[bool, typer.Option("--anew", help="With all: make every page, not only those that are stale.")] = False,
+    archive: Annotated[Path | None, typer.Option("--archive", help="With all: put the pages into this ZIP file as well.")] = None,
 ) -> None:
-    """Write a report: one HTML page, its figures as SVG and PNG, and every figure's data as CSV."""
-    from daebench.catalogue import reports
+    """Write a report: one HTML page, its figures as SVG and PNG, and every figure's data as CSV; or all pages and an index.
 
-    if name not in reports():
-        raise unknown("report", name, reports())
+    With all, pages that are as they should be are left alone: interrupted, the same command goes on where it stopped.
+    """
+    if name != ALL and (anew or archive):
+        raise BadInput(f"--{'anew' if anew else 'archive'} goes with all; a single report is always made anew.")
     from daebench.files import make_folder
-    from daebench.report import build
 
+    if name == ALL:
+        _all(out, anew, archive)
+        return
+    from daebench.report.gallery import build
+    from daebench.report.recipes import find
+
+    find(name)
     make_folder(out)
-
     with bar(f"report {name}") as progress:
         page = build(name, out, progress)
     print(f"written: {page}")
+
+
+def _all(out: Path, anew: bool, archive: Path | None) -> None:
+    from daebench.files import make_folder
+    from daebench.report.archive import check_archive, write_archive
+    from daebench.report.gallery import build_all, pages
+
+    if archive:
+        check_archive(archive)
+    make_folder(out)
+    with bar("gallery") as progress:
+        build_all(out, pages(), progress, _tell, anew=anew)
+    print(f"written: {out / 'index.html'}")
+    if archive:
+        print(f"written: {write_archive(out, archive)}")
+
+
+def _tell(made: "Made") -> None:
+    """Print what became of a page."""
+    outcome = f"failed: {made.failure}" if made.failure else f"made in {made.seconds:.0f} s" if made.seconds else "as it should be"
+    print(f"{made.name}: {outcome}", flush=True)

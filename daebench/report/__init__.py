@@ -1,0 +1,35 @@
+"""What a report is written with: numbers in words, tables, figures in a page, the page as one HTML file, and the gallery of all of them.
+
+A recipe is a file with a docstring and a function ``make(out, progress)`` that writes ``out/index.html`` and returns its path. Those of
+daebench are in ``daebench.reports``; a recipe of one's own is built by its path::
+
+    daebench report ./my_report.py
+"""
+
+from daebench.report.gallery import build
+from daebench.report.page import Progress, make_page, write_page
+from daebench.report.pictures import inline_svg, picture
+from daebench.report.tables import table
+from daebench.report.versions import versions
+from daebench.report.words import MINUS, NONE, THIN, TIMES, count, listing, number, percent, power_of_ten, with_error
+
+__all__ = [
+    "MINUS",
+    "NONE",
+    "THIN",
+    "TIMES",
+    "Progress",
+    "build",
+    "count",
+    "inline_svg",
+    "listing",
+    "make_page",
+    "number",
+    "percent",
+    "picture",
+    "power_of_ten",
+    "table",
+    "versions",
+    "with_error",
+    "write_page",
+]

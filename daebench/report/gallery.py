@@ -1,0 +1,155 @@
+"""The gallery: pages in one folder, each with a stamp of what it was made of, and an index of all that is there."""
+
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from daebench.catalogue import reports
+from daebench.errors import DaebenchError
+from daebench.report import freshness
+from daebench.report.index import write_index
+from daebench.report.page import Progress
+from daebench.report.recipes import Recipe, find, own
+
+FIRST = ("index-reduction", "methods", "tolerances", "poisson", "problems", "work-precision", "extremes")
+"""Reports in the order in which they are best read; others follow."""
+
+
+class PagesFailed(DaebenchError):
+    """Pages of the gallery could not be made, or would have said what is not so."""
+
+
+@dataclass(frozen=True)
+class Made:
+    """What became of a page.
+
+    Parameters
+    ----------
+    name : str
+        Its name.
+    page : Path or None
+        The page; None where it failed.
+    seconds : float
+        How long it took; 0 where it was as it should be.
+    failure : str
+        Why it failed, or nothing.
+    """
+
+    name: str
+    page: Path | None
+    seconds: float
+    failure: str = ""
+
+
+def build(name: str, out: Path, progress: Progress | None = None) -> Path:
+    """Write a report into a folder of its name, and the index of all that is beside it; return the path of its page.
+
+    Parameters
+    ----------
+    name : str
+        Name as ``daebench list reports`` has it, or the path of a recipe, which is executed.
+    out : Path
+        Folder for all reports; made where it is missing.
+    progress : callable, optional
+        Told the fraction done and what is being done.
+
+    Raises
+    ------
+    BadInput
+        If there is no such report, or something is wrong with a recipe of one's own.
+    DaebenchError
+        If what the report is about to say is not what was measured; nothing is written over an older page then.
+    """
+    recipe, out = find(name), Path(out)
+    page = make(recipe, out, freshness.digest(recipe.files()), progress or (lambda fraction, label: None))
+    write_index(out, order(out), {})
+    return page
+
+
+def make(recipe: Recipe, out: Path, digest: str, progress: Progress) -> Path:
+    """Make a page and its stamp; return the page."""
+    began = time.perf_counter()
+    page = recipe.make(out / recipe.name, progress)
+    about = {"title": recipe.name, "kind": recipe.kind, "about": recipe.summary, "command": recipe.command}
+    freshness.write(out / recipe.name, **about, digest=digest, seconds=time.perf_counter() - began)
+    return page
+
+
+def pages() -> list[Recipe]:
+    """Return the recipes of daebench's own pages, in the order in which they are best read."""
+    names = [*(name for name in FIRST if name in reports()), *(name for name in reports() if name not in FIRST)]
+    return [own(name) for name in names]
+
+
+def order(out: Path) -> list[str]:
+    """Return the names of the pages that are in a folder, daebench's own first."""
+    known = [each.name for each in pages()]
+    there = sorted(path.parent.name for path in out.glob(f"*/{freshness.STAMP}"))
+    return [*(name for name in known if name in there), *(name for name in there if name not in known)]
+
+
+def build_all(out: Path, recipes: Sequence[Recipe], progress: Progress, told: Callable[[Made], None], *, anew: bool = False) -> list[Made]:
+    """Make every page that is stale, and the index; return what became of each page.
+
+    A page is stale where its recipe, what that imports, the package, the certified references, or the version of a package that it stands
+    on is another than when it was made, and where one of its files has been changed or lost. Interrupted, it goes on where it stopped. A
+    page that fails does not keep the others from being made.
+
+    Parameters
+    ----------
+    out : Path
+        Folder of the gallery.
+    recipes : sequence of Recipe
+        The pages.
+    progress : callable
+        Told the fraction of the time that is over, and what is being done.
+    told : callable
+        Told what became of each page, as soon as it is known.
+    anew : bool
+        Whether pages are made that are not stale, too.
+
+    Raises
+    ------
+    PagesFailed
+        If a page failed, when all others are made; the index says which, and why.
+    """
+    digests = {each.name: freshness.digest(each.files()) for each in recipes}
+    stale = {each.name: expected(each, out) for each in recipes if anew or not freshness.is_fresh(out / each.name, digests[each.name])}
+    whole, over, made = sum(stale.values()) or 1.0, 0.0, []
+    for recipe in recipes:
+        share = stale.get(recipe.name, 0.0) / whole
+        made.append(
+            _attempt(recipe, out, digests[recipe.name], _part(progress, recipe.name, over, share)) if share else _fresh(recipe, out)
+        )
+        over += share
+        told(made[-1])
+        write_index(out, order(out), {each.name: each.failure for each in made if each.failure})
+    progress(1.0, "done")
+    if failures := [f"{each.name}: {each.failure.rstrip('.')}" for each in made if each.failure]:
+        raise PagesFailed(f"{len(failures)} of {len(made)} pages failed, the others are there: {'; '.join(failures)}.")
+    return made
+
+
+def expected(recipe: Recipe, out: Path) -> float:
+    """Return how many seconds a page will take, about: as long as the last time, or as its recipe says."""
+    stamp = freshness.read(out / recipe.name)
+    return stamp.seconds if stamp and stamp.seconds > 0 else recipe.seconds
+
+
+def _part(progress: Progress, name: str, over: float, share: float) -> Progress:
+    return lambda fraction, doing: progress(over + share * fraction, f"{name}: {doing}")
+
+
+def _fresh(recipe: Recipe, out: Path) -> Made:
+    return Made(recipe.name, out / recipe.name / "index.html", 0.0)
+
+
+def _attempt(recipe: Recipe, out: Path, digest: str, progress: Progress) -> Made:
+    began = time.perf_counter()
+    try:
+        page: Path | None = make(recipe, out, digest, progress)
+        failure = ""
+    except DaebenchError as error:
+        page, failure = None, str(error)
+    return Made(recipe.name, page, time.perf_counter() - began, failure)

@@ -1,0 +1,48 @@
+"""Tables of a page: the first column heads the rows, and a reader can sort them by any column."""
+
+from collections.abc import Callable, Mapping
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from markupsafe import Markup, escape
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+
+def table(
+    name: str, frame: "pd.DataFrame", formats: Mapping[str, Callable[[Any], Any]], headings: Mapping[str, str], caption: str
+) -> Markup:
+    """Return a table as HTML: the first column heads the rows, numbers are set to the right (text that is HTML counts as such).
+
+    Parameters
+    ----------
+    name : str
+        Name of the table, unique in the page.
+    frame : DataFrame
+        The rows.
+    formats : mapping of str to callable
+        Columns that are shown, in order, each with what makes text of its value.
+    headings : mapping of str to str
+        HTML of a column's heading, where it is not the column's name.
+    caption : str
+        HTML above the table.
+    """
+    kinds = {key: "n" if frame[key].dtype.kind in "fiu" or isinstance(frame[key].iloc[0], Markup) else "t" for key in formats}
+    head = "".join(f'<th scope="col" class="{kinds[key]}">{headings.get(key, escape(key))}</th>' for key in formats)
+    rows = []
+    for record in frame.to_dict("records"):
+        cells = [f'<td class="{kinds[key]}"{order(record[key])}>{escape(make(record[key]))}</td>' for key, make in formats.items()]
+        cells[0] = cells[0].replace("<td", '<th scope="row"', 1).replace("</td>", "</th>")
+        rows.append(f"<tr>{''.join(cells)}</tr>")
+    body = f"<thead><tr>{head}</tr></thead><tbody>{''.join(rows)}</tbody>"
+    above = f'<p class="caption" id="table-{name}">{caption}</p>'
+    scroll = f'<div class="scroll" tabindex="0" role="region" aria-labelledby="table-{name}">'
+    return Markup(f'<div class="tabular">{above}{scroll}<table aria-labelledby="table-{name}">{body}</table></div></div>')
+
+
+def order(value: Any) -> Markup:
+    """Return the attribute by which a cell is put in order: the number itself, which its text has rounded; none for other cells."""
+    if isinstance(value, bool) or not isinstance(value, float | int | np.floating | np.integer):
+        return Markup("")
+    return Markup(' data-order="{}"').format(repr(float(value)))

@@ -1,0 +1,68 @@
+"""Numbers in words, as HTML: 0.0123, 1.2 x 10^-5, a value with its error, counts, shares and lists."""
+
+import math
+from collections.abc import Sequence
+from typing import Any
+
+from markupsafe import Markup, escape
+
+PLAIN = (1e-3, 1e5)
+"""Moduli that are written without a power of ten."""
+
+THIN, MINUS, TIMES, NONE = "\N{NARROW NO-BREAK SPACE}", "\N{MINUS SIGN}", "\N{MULTIPLICATION SIGN}", "\N{EN DASH}"
+
+
+def number(value: float, digits: int = 2) -> Markup:
+    """Return a number with so many significant digits as HTML: 0.0123, 1.2 x 10^-5; an en dash if it is not finite."""
+    value = float(value)
+    if not math.isfinite(value):
+        return Markup(NONE)
+    mantissa, _, exponent = f"{value:.{digits - 1}e}".partition("e")
+    if value == 0:
+        return Markup("0")
+    if PLAIN[0] <= abs(value) < PLAIN[1]:
+        return Markup(f"{value:.{max(0, digits - 1 - int(exponent))}f}".replace("-", MINUS))
+    return Markup(f"{mantissa}{THIN}{TIMES}{THIN}10<sup>{exponent_text(int(exponent))}</sup>".replace("-", MINUS))
+
+
+def exponent_text(exponent: int) -> str:
+    """Return an exponent with a proper minus sign."""
+    return str(exponent).replace("-", MINUS)
+
+
+def power_of_ten(value: float) -> Markup:
+    """Return 10^k for the k nearest to a positive number on a logarithmic scale."""
+    return Markup(f"10<sup>{exponent_text(round(math.log10(value)))}</sup>")
+
+
+def with_error(value: float, error: float) -> Markup:
+    """Return value +- error as HTML, both to the first digit of the error, or to its second where the first is 1 or 2.
+
+    A value that is not finite gives an en dash, and an error that is not finite leaves the value alone.
+    """
+    if not math.isfinite(value) or not math.isfinite(error) or error <= 0:
+        return number(value, 3)
+    last = math.floor(math.log10(error)) - (error < 3 * 10 ** math.floor(math.log10(error)))
+    plain = PLAIN[0] <= abs(value) < PLAIN[1]
+    power = 0 if plain else math.floor(math.log10(max(abs(value), error)))
+    places = max(0, power - last)
+    both = "\N{NO-BREAK SPACE}±\N{NO-BREAK SPACE}".join(f"{each / 10.0**power:.{places}f}" for each in (value, error)).replace("-", MINUS)
+    return Markup(both if plain else f"({both}){THIN}{TIMES}{THIN}10<sup>{exponent_text(power)}</sup>")
+
+
+def count(value: float) -> Markup:
+    """Return a whole number with its digits in threes; an en dash if it is not known."""
+    return Markup(NONE) if value != value else Markup(f"{round(value):,}".replace(",", THIN))
+
+
+def percent(value: float) -> Markup:
+    """Return a share as a percentage with a digit after the point, or more where it is close to 0 or 100."""
+    near = min(abs(value), abs(1 - value))
+    places = 1 if near >= 1e-3 or near == 0 else min(6, 1 - math.floor(math.log10(near)) - 2)
+    return Markup(f"{100 * value:.{places}f}{THIN}%")
+
+
+def listing(items: Sequence[Any]) -> Markup:
+    """Return "a, b and c"."""
+    parts = [escape(item) for item in items]
+    return Markup(", ").join(parts[:-1]) + Markup(" and ") + parts[-1] if len(parts) > 1 else Markup("").join(parts)
