@@ -89,7 +89,7 @@ def dependence(scene: Scene) -> str | None:
 def upcoming_loss(scene: Scene, p: Array, q: Array, h: float, within: int) -> float | None:
     """Return in what time G loses rank, if it does so within so many steps of size h, as one state and its velocity tell; else None.
 
-    The roots of what :func:`daebench.kernels.rank.independence` measures at q, q - h v and q - 2 h v are extrapolated, and what is
+    The roots of what ``independence`` in ``daebench/kernels/rank.py`` measures at q, q - h v and q - 2 h v are extrapolated, and what is
     found is believed where it is there at most a third of what it is at q.
     """
     if beyond_comparison(scene):

@@ -42,7 +42,7 @@ class Kept:
     row : mapping
         What was computed, by column.
     maker : str
-        Hash of the versions that made it, see :func:`daebench.studies.cell.maker`.
+        Hash of daebench's own source and of the versions of the packages that made it.
     took : float
         How long it took, s.
     """
