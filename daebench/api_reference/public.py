@@ -40,23 +40,27 @@ def public(tree: "Module") -> "dict[str, Public]":
     for task in TASKS:
         chapters[task.key] = {}
         for name in task.names:
-            chapters[task.key] |= dict(_entries(name, _object(tree, name)))
+            chapters[task.key] |= dict(_entries(name, _object(tree, NAMED.get(name, name).partition(".")[2])))
     for path, each in (pair for entries in chapters.values() for pair in entries.items()):
         _require_docstrings(path, each)
     return chapters
 
 
-def _object(tree: "Module", name: str) -> "Object":
+def _object(of: "Object", name: str) -> "Object":
     from griffe import Object
 
-    found: Object | Alias = tree[NAMED.get(name, name).partition(".")[2]]
+    found: Object | Alias = of[name]
     return found if isinstance(found, Object) else found.final_target
 
 
 def _entries(path: str, each: "Object") -> "Iterator[tuple[str, Object]]":
-    """Give a thing itself; of a module first itself, then what is public in it; of a package all its modules."""
+    """Give a thing itself; of a module first itself, then what it exports, or else what is public in it and in its modules."""
     yield path, each
     if not each.is_module:
+        return
+    if each.exports:
+        exported = {str(name): _object(each, str(name)) for name in each.exports}
+        yield from ((f"{path}.{name}", one) for name, one in exported.items() if one.docstring or not one.is_attribute)
         return
     for member in sorted(_own(each), key=lambda member: member.name):
         if member.is_module:
