@@ -172,7 +172,7 @@ def inline_svg(text: str, prefix: str, alt: str) -> str:
 
 
 def write_page(template: str, path: Path, command: str, **content: Any) -> Path:
-    """Fill a template of ``daebench.reports`` and write it as one file that needs no other to be read; return its path.
+    """Fill a template of ``daebench.reports``, or the text of one, and write one file that needs no other to be read; return its path.
 
     The templates know the functions of this module as filters, ``machine`` and ``versions`` as they were at this run.
     """
@@ -186,7 +186,8 @@ def write_page(template: str, path: Path, command: str, **content: Any) -> Path:
     environment.globals |= {"with_error": with_error}
     style = Markup((folder / "page.css").read_text(encoding="utf-8"))
     about = {"machine": machine(), "versions": versions(), "command": command, "day": datetime.now(UTC).date().isoformat()}
-    text = environment.get_template(template).render(style=style, **about, **content)
+    filled = environment.from_string(template) if "{%" in template else environment.get_template(template)
+    text = filled.render(style=style, **about, **content)
     with atomic(path) as scratch:
         scratch.write_text(text, encoding="utf-8")
     return path
