@@ -221,9 +221,11 @@ def prepare(
     multipliers : bool
         Whether lam(p, q) is computed at the output times.
     raw : bool
-        Whether the raw multipliers of every step of a fixed-step scheme are kept, see :attr:`Trajectory.raw`.
+        Whether the raw multipliers of every step of a fixed-step scheme are kept, see :attr:`Trajectory.raw`. Those of RATTLE are of
+        first order each; ``mean``, of two steps that meet, is of second.
     compensated : bool
-        Whether a fixed-step method compensates its sums over steps for rounding, HLW VIII.5.
+        Whether a fixed-step method compensates its sums over steps for rounding, HLW VIII.5: over 1e7 steps of rattle/kahan_li8 or
+        lobatto5 the energy wanders 7 to 40 times less, for 0 to 40 % more time.
     on_singular : str, optional
         What to do where G loses rank: "stop", "continue" or "least-squares"; by default what the case declares.
     algebra : str

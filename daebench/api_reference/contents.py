@@ -56,7 +56,14 @@ TASKS = (
     Task(
         "declare-a-study",
         "Declare a study",
-        "A grid of runs, each made once and kept. ``with opened(path) as store: table = study.table(store)`` gives one row a run.",
+        """A grid of runs, each made once and kept in an SQLite file under the hash of all that decides its numbers::
+
+    with opened(Path("study.db")) as store:
+        table = study.table(store)      # one row a run; stopped any way you like, only what is missing is made
+
+Runs that are timed are made one at a time, unless ``beside`` says otherwise, and which of the two is kept with their times. Runs that
+are not timed go to any executor: the cores of this machine, or the workers of a Dask cluster (extra ``scale``). Very long runs keep
+checkpoints instead, in a folder of their own.""",
         (
             "daebench.Study",
             "daebench.studies.store.opened",
@@ -90,7 +97,20 @@ TASKS = (
     Task(
         "write-a-problem",
         "Write a problem",
-        "A problem file is a docstring and a function ``problem(*, ...)`` that returns one of these records.",
+        """A problem file is a docstring and a function ``problem(*, ...)`` that returns one of these records. Arguments annotated ``float``
+are run-time parameters, ``int`` ones change the structure.
+
+- It is executed when it is used, with all that it imports: run those of people you trust.
+- A mistake gets one sentence that names the file, the line or the case, and what to do.
+- ``daebench check FILE`` holds all that it declares against its equations, in all its cases. Other commands check the case they use,
+  once per text of the file.
+- It may import the files beside it by their plain names, at its top or inside ``problem``. What is edited there is noticed, as long as
+  import statements name it; data files that it reads, and packages installed elsewhere, are not watched.
+- A package brings problems by entry points of the group ``daebench.problems``; ``daebench list problems`` has them without importing
+  them, and says which are broken.
+- A chain, whose constraints tie neighbours, is written at one node. With more than seven nodes vectors are arrays, and the files of the
+  schemes, unchanged, become a few loops over the nodes with a banded elimination with pivoting between them. What such loops cannot
+  do, as solving with a full Jacobian, is refused.""",
         (
             "daebench.ConstrainedHamiltonian",
             "daebench.Case",

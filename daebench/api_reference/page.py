@@ -2,6 +2,8 @@
 
 from pathlib import Path
 
+from markupsafe import Markup
+
 from daebench.api_reference.commands import commands
 from daebench.api_reference.contents import TASKS
 from daebench.api_reference.entries import Index, entry
@@ -10,6 +12,11 @@ from daebench.api_reference.public import package, public
 from daebench.report import write_page
 
 COMMAND = "daebench report all"
+
+
+def paragraphs(text: str) -> Markup:
+    """Return the help of a command as HTML."""
+    return blocks(text, lambda name: "")
 
 
 def write(out: Path) -> Path:
@@ -34,4 +41,4 @@ def write(out: Path) -> Path:
         (task, blocks(task.about, index.link(tree)), [entry(path, each, index) for path, each in found[task.key].items()]) for task in TASKS
     ]
     out.mkdir(parents=True, exist_ok=True)
-    return write_page("_api.html", out / "index.html", COMMAND, chapters=chapters, commands=commands())
+    return write_page("_api.html", out / "index.html", COMMAND, chapters=chapters, commands=commands(), paragraphs=paragraphs)
