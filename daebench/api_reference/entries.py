@@ -15,7 +15,7 @@ from daebench.errors import DaebenchError
 if TYPE_CHECKING:
     from griffe import DocstringSection, Object
 
-LONGEST = 96
+LONGEST = 84
 """Letters of a signature that stands in one line."""
 
 

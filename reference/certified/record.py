@@ -170,7 +170,15 @@ class Reference:
         return scene
 
     def restarted(self, scene: Scene | PoissonScene, row: int) -> Scene | PoissonScene:
-        """Return a scene that starts from a stored row, rounded to double precision."""
+        """Return a scene that starts from a stored row, rounded to double precision.
+
+        Parameters
+        ----------
+        scene : Scene or PoissonScene
+            The problem with its numbers, as :meth:`scene` gives it.
+        row : int
+            Which row, from 0.
+        """
         changes: dict[str, Any] = {f"{part}0": self.values[part][row] for part in self.kind.state}
         return replace(scene, **changes)
 
