@@ -175,7 +175,7 @@ class Study:
         executor : Executor, optional
             What makes runs side by side, see :func:`daebench.studies.schedulers.local_processes`; without one they are made in turn.
         tell : callable, optional
-            Told the fraction done and what is being done.
+            Told how many runs are done, of how many, and which is the last of them.
 
         Returns
         -------
