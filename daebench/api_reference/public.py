@@ -59,14 +59,24 @@ def _entries(path: str, each: "Object") -> "Iterator[tuple[str, Object]]":
     if not each.is_module:
         return
     if each.exports:
-        exported = {str(name): _object(each, str(name)) for name in each.exports}
-        yield from ((f"{path}.{name}", one) for name, one in exported.items() if one.docstring or not one.is_attribute)
+        yield from ((f"{path}.{name}", one) for name, one in _exported(each) if one.docstring or not one.is_attribute)
         return
     for member in sorted(_own(each), key=lambda member: member.name):
         if member.is_module:
             yield from _entries(f"{path}.{member.name}", member)
     for member in members(each):
         yield f"{path}.{member.name}", member
+
+
+def _exported(module: "Object") -> "Iterator[tuple[str, Object]]":
+    """Give what a module exports; constants that are assigned several at once have no entry in the tree, and no docstring."""
+    from griffe import AliasResolutionError
+
+    for name in module.exports or ():
+        try:
+            yield str(name), _object(module, str(name))
+        except AliasResolutionError:
+            continue
 
 
 def members(of: "Object") -> "list[Object]":
