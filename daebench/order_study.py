@@ -69,9 +69,9 @@ def order(
     t_end : float, optional
         Time T at which errors are taken, s; by default the power of two that 256 steps of DOP853 at 1e-13 just reach, at most 1024.
     h : float, optional
-        Largest step size, s; T is a whole number of them.
+        Largest step size, s, rounded down to T/(8 n). By default it depends on the order that a method claims.
     halvings : int, optional
-        How often it is halved.
+        How often it is halved. By default until round-off is reached.
     parameters, options : mapping of str to float, optional
         Values of the problem's parameters, and free numbers of the methods.
     anyway : bool
@@ -89,7 +89,7 @@ def order(
     BadInput
         If a name, time or step size cannot be used.
     RunFailed
-        If a run has no end, or there is no truth to hold it against.
+        If there is no reference to hold the runs against.
     """
     scene = setting_of(problem, case, parameters)
     given: Any = methods
