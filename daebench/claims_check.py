@@ -54,10 +54,37 @@ def check(
     options: Mapping[str, float] | None = None,
     anyway: bool = False,
 ) -> "pd.DataFrame":
-    """Return one row for each claim of a method on a problem, its columns the fields of :class:`Finding`.
+    """Return one row for each claim of a method on a problem, and for what no method claims but is measured beside it.
 
-    Takes what :func:`check_claims` takes besides a scene, and raises what it raises. ``anyway`` lets a scheme run on a Poisson system
-    for which it is no Poisson integrator.
+    Parameters
+    ----------
+    problem : str, ConstrainedHamiltonian or PoissonSystem
+        Name in the catalogue, the path of a problem file, which is executed, or a definition.
+    method : str
+        Name of a fixed-step method.
+    case : str, optional
+        Named initial values; by default the problem's first.
+    h : float, optional
+        Step size, s, of all but the order, which has step sizes of its own; by default the largest 1, 2 or 5 times a power of ten
+        up to a sixteenth of the mean of the first 64 steps of DOP853 at 1e-13, and up to 1 s.
+    steps : int
+        Steps of the run along which what is kept is watched.
+    parameters, options : mapping of str to float, optional
+        Values of the problem's parameters, and free numbers of the method.
+    anyway : bool
+        Whether a scheme may run on a Poisson system for which it is no Poisson integrator.
+
+    Returns
+    -------
+    DataFrame
+        Columns property, claimed, measured, bound, verdict, standard_error and note, as :class:`daebench.claims_bench.Finding` has them.
+
+    Raises
+    ------
+    BadInput
+        If a name or number cannot be used, or the method takes no steps of fixed size.
+    RunFailed
+        If the run stops early at this step size.
     """
     import pandas as pd
 

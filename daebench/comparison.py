@@ -43,13 +43,13 @@ def compare(
     Parameters
     ----------
     problem : str, ConstrainedHamiltonian or PoissonSystem
-        Name in the catalogue, or a definition.
+        Name in the catalogue, the path of a problem file, which is executed, or a definition.
     methods : sequence of str
         Names in the grammar of :mod:`daebench.names`.
     h : float, optional
-        Step size of the fixed-step methods.
+        Step size of the fixed-step methods, s.
     t_end : float
-        End time.
+        End time, s.
     case : str, optional
         Named initial values; by default the problem's first.
     tol : float
@@ -68,7 +68,10 @@ def compare(
     Returns
     -------
     DataFrame
-        Columns as :func:`row` gives them. A method that failed has its row, with the reason in ``failure``.
+        Columns method, h or tol, steps, t_reached (s), energy_error (largest modulus over all steps), its slope (per s), growth exponent
+        and kind (see :class:`daebench.diagnostics.energy.Drift`); g and Gv, the largest distances from g = 0 and G H_p = 0, or the Casimir
+        functions by name; seconds (CPU time of stepping), us_per_step (microseconds), counts of work n_H_p, n_H_q, ...; failure. A method
+        that stopped early has its row, with the reason in ``failure``.
 
     Raises
     ------

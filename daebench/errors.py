@@ -29,7 +29,17 @@ class Interrupted(DaebenchError):
 
 
 def unknown(kind: str, name: str, known: Iterable[str]) -> BadInput:
-    """Return the error for a name that is not among the known ones, with the nearest of them."""
+    """Return the error for a name that is not among the known ones, with the nearest of them.
+
+    Parameters
+    ----------
+    kind : str
+        What the name stands for, as "case of spherical_pendulum".
+    name : str
+        The name.
+    known : iterable of str
+        The names that there are.
+    """
     names = sorted(known)
     near = get_close_matches(name, names, n=3, cutoff=0.5)
     hint = f"did you mean {' or '.join(near)}?" if near else f"known: {', '.join(names) or 'none'}."

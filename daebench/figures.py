@@ -73,13 +73,34 @@ STROKES = (
 
 
 def curve(k: int) -> dict[str, Any]:
-    """Return keyword arguments for the k-th of many curves with markers: the strokes in order, then once more with filled markers."""
+    """Return keyword arguments for the k-th of many curves with markers: the strokes in order, then once more with filled markers.
+
+    Parameters
+    ----------
+    k : int
+        Number of the curve, from 0.
+
+    Returns
+    -------
+    dict
+        For Matplotlib's ``plot``, ``loglog``, ...
+    """
     stroke = STROKES[k % len(STROKES)]
     return stroke.points() if k < len(STROKES) else stroke.points() | {"markerfacecolor": stroke.color, "linewidth": 0.8}
 
 
 def legend_below(figure: "Figure", axis: Any, columns: int) -> None:
-    """Put one legend below a figure, of the curves of one of its axes, if it has any."""
+    """Put one legend below a figure, of the curves of one of its axes, if it has any.
+
+    Parameters
+    ----------
+    figure : Figure
+        The figure.
+    axis : Axes
+        Axes whose labelled curves are named.
+    columns : int
+        Entries side by side.
+    """
     handles, labels = axis.get_legend_handles_labels()
     if handles:
         figure.legend(handles, labels, loc="outside lower center", ncols=columns)
@@ -131,9 +152,25 @@ def drawing() -> Iterator[None]:
 
 
 def grid_of_axes(rows: int, columns: int, height: float, **settings: Any) -> tuple["Figure", Any]:
-    """Return a figure of the text's width and its axes, shape(rows, columns); ``settings`` go to Matplotlib's ``subplots``.
+    """Return a figure of the text's width and its axes, shape(rows, columns).
 
     The figure belongs to the caller alone: nothing is kept by pyplot, and no window can open.
+
+    Parameters
+    ----------
+    rows, columns : int
+        Numbers of axes.
+    height : float
+        Height of the figure, inches; its width is :data:`WIDTH`.
+    **settings
+        For Matplotlib's ``subplots``, for example ``sharex=True``.
+
+    Returns
+    -------
+    figure : Figure
+        The figure.
+    axes : ndarray of Axes, shape(rows, columns)
+        Its axes, also where there is one alone.
     """
     from matplotlib.figure import Figure
 
@@ -167,7 +204,15 @@ def save(figure: "Figure", directory: Path, stem: str, data: "pd.DataFrame | Map
 
 
 def save_table(path: Path, data: "pd.DataFrame | Mapping[str, Any]") -> None:
-    """Write columns as CSV, whole or not at all, with 12 significant digits."""
+    """Write columns as CSV, whole or not at all, with 12 significant digits.
+
+    Parameters
+    ----------
+    path : Path
+        The file; its folder is made where it is missing.
+    data : DataFrame or mapping of str to array_like
+        The columns.
+    """
     import pandas as pd
 
     path.parent.mkdir(parents=True, exist_ok=True)

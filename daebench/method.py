@@ -124,6 +124,13 @@ class Method(Protocol):
     def check(self, scene: Scene, request: Request) -> None:
         """Accept a request that can be met.
 
+        Parameters
+        ----------
+        scene : Scene
+            The problem with the numbers of a case.
+        request : Request
+            What is asked of the method.
+
         Raises
         ------
         BadInput
@@ -131,7 +138,15 @@ class Method(Protocol):
         """
 
     def solve(self, scene: Scene, request: Request) -> Trajectory:
-        """Return the trajectory; where the run stops early, what was computed so far and why."""
+        """Return the trajectory; where the run stops early, what was computed so far and why.
+
+        Parameters
+        ----------
+        scene : Scene
+            The problem with the numbers of a case.
+        request : Request
+            What is asked of the method.
+        """
 
 
 class PoissonMethod(Protocol):
@@ -149,7 +164,28 @@ class PoissonMethod(Protocol):
         """Return why the method cannot be used on this problem, as a sentence, or None."""
 
     def check(self, scene: PoissonScene, request: Request) -> None:
-        """Accept a request that can be met; raise :class:`BadInput` otherwise."""
+        """Accept a request that can be met; raise :class:`BadInput` otherwise.
+
+        Parameters
+        ----------
+        scene : PoissonScene
+            The system with the numbers of a case.
+        request : Request
+            What is asked of the method.
+
+        Raises
+        ------
+        BadInput
+            If it cannot; the message says why and what to do.
+        """
 
     def solve(self, scene: PoissonScene, request: Request) -> PoissonTrajectory:
-        """Return the trajectory; where the run stops early, what was computed so far and why."""
+        """Return the trajectory; where the run stops early, what was computed so far and why.
+
+        Parameters
+        ----------
+        scene : PoissonScene
+            The system with the numbers of a case.
+        request : Request
+            What is asked of the method.
+        """

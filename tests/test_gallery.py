@@ -9,6 +9,7 @@ import pandas as pd
 import pytest
 from pages import Page, standalone
 
+from daebench import pages
 from daebench.cli import app
 from daebench.errors import BadInput, DaebenchError, RunFailed
 from daebench.figures import STROKES, drawing, grid_of_axes, save
@@ -150,8 +151,8 @@ def test_progress_is_in_parts_of_the_time_that_pages_took(tmp_path, gallery_of):
 
 
 def test_all_own_reports_are_in_the_gallery_in_their_order():
-    names = [each.name for each in gallery.pages() if each.kind == "report"]
-    assert sorted(names) == sorted(gallery.reports())
+    names = [each.name for each in pages.pages() if each.kind == "report"]
+    assert sorted(names) == sorted(pages.reports())
     assert names[: len(gallery.FIRST)] == [name for name in gallery.FIRST if name in names]
 
 
@@ -251,7 +252,7 @@ def test_a_report_of_ones_own_does_not_take_the_name_of_another(own, tmp_path):
 
 def test_the_command_makes_the_gallery_and_its_archive(tmp_path, gallery_of, monkeypatch, capsys):
     parts = gallery_of("one", "two")
-    monkeypatch.setattr(gallery, "pages", lambda: [recipe for recipe, _, _ in parts])
+    monkeypatch.setattr(pages, "pages", lambda: [recipe for recipe, _, _ in parts])
     command = ["report", "all", "--out", str(tmp_path / "out")]
     app([*command, "--archive", str(tmp_path / "all.zip")], standalone_mode=False)
     assert re.findall(r"(?m)^(one|two): made in", capsys.readouterr().out) == ["one", "two"]

@@ -14,7 +14,7 @@ def export(
     file: Annotated[Path, typer.Argument(help="FILE.csv or FILE.parquet to write.")],
     json: Json = False,
 ) -> None:
-    """Write all runs of a store as one long table, a row a run, with what made it and how long it took."""
+    """Write all runs of a store as one table, a row a run, with what made it and how long it took; CSV, or Parquet (extra scale)."""
     from daebench.errors import BadInput
     from daebench.studies.cell import maker
     from daebench.studies.export import check_file, table_of, write

@@ -39,7 +39,8 @@ def long(
 ) -> None:
     """Follow the energy error over very many steps, and say whether it is bounded, a random walk, or drifts.
 
-    Ctrl-C and SIGTERM keep everything so far; the same command goes on from there, to the same bits. Exit 1 if a member stops early.
+    Memory is bounded, however many the steps. To tell a random walk from a drift takes an ensemble of at least 16 starts. Ctrl-C and
+    SIGTERM keep everything so far; the same command goes on from there, to the same bits. Exit 1 if a member stops early.
     """
     from daebench.api import setting_of
     from daebench.files import make_folder

@@ -41,7 +41,10 @@ def precision(
     dry_run: Annotated[bool, typer.Option("--dry-run", help="Say how many runs are to be made, and about how long they take.")] = False,
     as_json: Json = False,
 ) -> None:
-    """Compare single, double and compensated arithmetic, and Newton's iteration ended early, in error, energy, two-form and time."""
+    """Compare single, double and compensated arithmetic, and Newton's iteration ended early, in error, energy, two-form and time.
+
+    Newton's iteration is ended after 1, 2, 3 sweeps or at a tolerance, and held against a converged one.
+    """
     from daebench.files import make_folder
     from daebench.studies.precision import cells_of, says, smallest_steps, table_of
     from daebench.studies.precision_figure import draw

@@ -43,8 +43,9 @@ def report(
 
 def _all(out: Path, anew: bool, archive: Path | None) -> None:
     from daebench.files import make_folder
+    from daebench.pages import pages
     from daebench.report.archive import check_archive, write_archive
-    from daebench.report.gallery import build_all, pages
+    from daebench.report.gallery import build_all
 
     if archive:
         check_archive(archive)

@@ -44,7 +44,12 @@ def stability(
     dry_run: Annotated[bool, typer.Option("--dry-run", help="Say how many runs are to be made, and about how long they take.")] = False,
     as_json: Json = False,
 ) -> None:
-    """Drive methods to where they break: steps too large and too small, masses, penalties, chaos; what was run is kept."""
+    """Drive methods to where they break: steps too large and too small, masses, penalties, chaos; what was run is kept.
+
+    The largest usable step by bisection (step-limit); what becomes of runs over step size and a parameter, as a map (outcome-map); mass
+    ratios from 1e-8 to 1e8 or any parameter (parameter-range); a penalty in place of the constraint (penalty); steps and tolerances to 0
+    (round-off); until when a motion is followed that amplifies errors (lost-motion).
+    """
     from daebench.files import make_folder
     from daebench.studies.stability import chosen
     from daebench.studies.store import opened

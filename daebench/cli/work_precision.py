@@ -47,7 +47,8 @@ def work_precision(
 ) -> None:
     """Measure errors of many methods against time and work, and name the cheapest for each accuracy; what was measured is kept.
 
-    Runs are timed one at a time, the best of several after one that warms up; without times they are made side by side.
+    Runs are timed one at a time, the best of several after one that warms up; without times they are made side by side. heyoka's Taylor
+    series (heyoka:taylor) and solve_dae's Radau method (solve_dae:Radau) take part where their packages are installed (extra peers).
     """
     from daebench.files import make_folder
     from daebench.studies.store import opened

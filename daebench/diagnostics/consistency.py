@@ -25,7 +25,18 @@ SWEEPS = 100
 
 
 def consistency(scene: Scene) -> tuple[float, float]:
-    """Return the largest |g| and the largest |G H_p| of the scene's initial values."""
+    """Return the largest |g| and the largest |G H_p| of the scene's initial values.
+
+    Parameters
+    ----------
+    scene : Scene
+        The problem with its numbers.
+
+    Returns
+    -------
+    g, Gv : float
+        Largest modulus over the m components of g(q0), and of G H_p at (p0, q0), HLW (1.9), (1.11), in their units.
+    """
     p, q = tuple(scene.p0), tuple(scene.q0)
     g, Gv = scene.value("g", q), scene.value("Gv", p, q)
     return float(np.max(np.abs(g))), float(np.max(np.abs(Gv)))
@@ -113,6 +124,18 @@ def project(scene: Scene, p: ArrayLike, q: ArrayLike) -> tuple[Array, Array, flo
 
 def projected(scene: Scene) -> tuple[Scene, float, float]:
     """Return the scene with its initial values projected by :func:`project`, and how far positions and momenta were moved.
+
+    Parameters
+    ----------
+    scene : Scene
+        The problem with its numbers.
+
+    Returns
+    -------
+    scene : Scene
+        The same with consistent initial values.
+    moved_q, moved_p : float
+        Length of the change of q in the metric M, and of that of p in M^-1.
 
     Raises
     ------

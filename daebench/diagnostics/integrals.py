@@ -12,18 +12,52 @@ Array = NDArray[np.float64]
 
 
 def energy_error(scene: Setting, trajectory: Trajectory | PoissonTrajectory) -> Array:
-    """Return H(x(t)) - H(x0), or H(y(t)) - H(y0), at the outputs, shape(n,), in the unit of H."""
+    """Return H(x(t)) - H(x0), or H(y(t)) - H(y0), at the outputs, shape(n,), in the unit of H.
+
+    Parameters
+    ----------
+    scene : Scene or PoissonScene
+        The problem with its numbers.
+    trajectory : Trajectory or PoissonTrajectory
+        A run on it.
+    """
     H = scene.along("H", *_states(trajectory))
     return np.asarray(H - H[0], dtype=float)
 
 
 def integral_errors(scene: Setting, trajectory: Trajectory | PoissonTrajectory) -> dict[str, Array]:
-    """Return the error of each first integral that the problem declares besides H, by name, each shape(n,) over the outputs."""
+    """Return the error of each first integral that the problem declares besides H, by name, each shape(n,) over the outputs.
+
+    Parameters
+    ----------
+    scene : Scene or PoissonScene
+        The problem with its numbers.
+    trajectory : Trajectory or PoissonTrajectory
+        A run on it.
+
+    Returns
+    -------
+    dict of str to ndarray, shape(n,)
+        I(x(t)) - I(x0), in the unit of the integral; empty where the problem declares none.
+    """
     return _errors(scene, "integrals", scene.integrals, _states(trajectory))
 
 
 def casimir_errors(scene: PoissonScene, trajectory: PoissonTrajectory) -> dict[str, Array]:
-    """Return the error of each Casimir function of a Poisson system, HLW Def. 2.5, by name, each shape(n,) over the outputs."""
+    """Return the error of each Casimir function of a Poisson system, HLW Def. 2.5, by name, each shape(n,) over the outputs.
+
+    Parameters
+    ----------
+    scene : PoissonScene
+        The system with its numbers.
+    trajectory : PoissonTrajectory
+        A run on it.
+
+    Returns
+    -------
+    dict of str to ndarray, shape(n,)
+        C(y(t)) - C(y0), in the unit of C; empty where the system declares none.
+    """
     return _errors(scene, "casimirs", scene.casimirs, _states(trajectory))
 
 

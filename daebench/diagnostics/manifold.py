@@ -60,6 +60,18 @@ def residual_scales(scene: Scene, p: Array, q: Array) -> tuple[float, float]:
         max_i sum_j |G_ij| max |q|        max_i sum_j ( |Gv_q|_ij max |q| + |Gv_p|_ij max |p| )
 
     Times eps, these are the residuals that the rounding of p and q alone explains. Of a long chain v = H_p is changed in the place of p.
+
+    Parameters
+    ----------
+    scene : Scene
+        The problem with its numbers.
+    p, q : ndarray, shape(d,)
+        The state.
+
+    Returns
+    -------
+    g, Gv : float
+        In the units of g and of G H_p.
     """
     if scene.arrays:
         G, Gv_q = scene.value("row_moduli", p, q)
@@ -112,7 +124,15 @@ def distance(scene: Scene, P: Array, Q: Array, *, sweeps: int = 6) -> Array:
 
 
 def constraint_jacobian(scene: Scene, P: Array, Q: Array) -> Array:
-    """Return the Jacobian of (g, G H_p) with respect to x = (p, q), shape(n, 2m, 2d): rows (0, G) and (Gv_p, Gv_q)."""
+    """Return the Jacobian of (g, G H_p) with respect to x = (p, q), shape(n, 2m, 2d): rows (0, G) and (Gv_p, Gv_q).
+
+    Parameters
+    ----------
+    scene : Scene
+        The problem with its numbers.
+    P, Q : ndarray, shape(n, d)
+        States, one a row.
+    """
     G = scene.along("G", Q)
     upper = np.concatenate([np.zeros_like(G), G], axis=2)
     lower = np.concatenate([scene.along("Gv_p", P, Q), scene.along("Gv_q", P, Q)], axis=2)

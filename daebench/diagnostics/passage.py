@@ -39,6 +39,8 @@ class Crossing:
         When G loses rank, as extrapolated.
     t0, p0, q0, pivot0
         The last state before, its time, and what was measured there.
+    after : list of (float, ndarray, float)
+        States that came after: time, s, velocity, shape(d,), and pivot.
     """
 
     scene: Scene
@@ -53,7 +55,17 @@ class Crossing:
         self.smallest = self.pivot0
 
     def add(self, t: float, p: Array, q: Array, pivot: float) -> None:
-        """Take note of a state that came after; of many, every other one is dropped but for the last three."""
+        """Take note of a state that came after; of many, every other one is dropped but for the last three.
+
+        Parameters
+        ----------
+        t : float
+            Time, s.
+        p, q : ndarray, shape(d,)
+            The state.
+        pivot : float
+            Smallest relative pivot there.
+        """
         self.after.append((t, self.scene.value("H_p", p, q), pivot))
         self.smallest = min(self.smallest, pivot)
         if len(self.after) > 2 * KEPT:
@@ -93,7 +105,15 @@ class Crossing:
 
 
 def extrapolated(points: Sequence[tuple[float, Array]], t: float) -> Array:
-    """Return the value at t of the polynomial through the points (t_i, v_i), by Lagrange's formula."""
+    """Return the value at t of the polynomial through the points (t_i, v_i), by Lagrange's formula.
+
+    Parameters
+    ----------
+    points : sequence of (float, ndarray)
+        Times, all different, and values, all of one shape.
+    t : float
+        Where it is wanted.
+    """
     total = np.zeros_like(points[0][1])
     for i, (at, value) in enumerate(points):
         total = total + math.prod((t - other) / (at - other) for k, (other, _) in enumerate(points) if k != i) * value

@@ -42,6 +42,20 @@ def independent_rows(scene: Scene, q: Array) -> tuple[list[int], dict[int, list[
     """Return which rows of G are independent of those before them, and for each other one which of these it is a combination of.
 
     The rows are taken in the metric M^-1 and scaled to length one, so that neither masses nor units matter.
+
+    Parameters
+    ----------
+    scene : Scene
+        The problem with its numbers.
+    q : ndarray, shape(d,)
+        Positions.
+
+    Returns
+    -------
+    kept : list of int
+        Independent rows, from 0.
+    others : dict of int to list of int
+        Each other row with those of ``kept`` that it is a combination of.
     """
     G, H_pp = scene.value("G", q), scene.value("H_pp", scene.p0, q)
     rows = np.array(G @ np.linalg.cholesky(H_pp), dtype=float)
@@ -67,6 +81,11 @@ def dependence(scene: Scene) -> str | None:
     """Return which constraints depend on others at the start, and whether only there, as the end of a sentence; None if none does.
 
     More than :data:`LARGEST` constraints are not compared; nor where a value is not finite, which is told of elsewhere.
+
+    Parameters
+    ----------
+    scene : Scene
+        The problem with its numbers, whose q0 is looked at.
     """
     if beyond_comparison(scene):
         return None
@@ -89,8 +108,24 @@ def dependence(scene: Scene) -> str | None:
 def upcoming_loss(scene: Scene, p: Array, q: Array, h: float, within: int) -> float | None:
     """Return in what time G loses rank, if it does so within so many steps of size h, as one state and its velocity tell; else None.
 
-    The roots of what :func:`daebench.kernels.rank.independence` measures at q, q - h v and q - 2 h v are extrapolated, and what is
+    The roots of what ``independence`` in ``daebench/kernels/rank.py`` measures at q, q - h v and q - 2 h v are extrapolated, and what is
     found is believed where it is there at most a third of what it is at q.
+
+    Parameters
+    ----------
+    scene : Scene
+        The problem with its numbers.
+    p, q : ndarray, shape(d,)
+        The state.
+    h : float
+        Step size, s.
+    within : int
+        Number of steps.
+
+    Returns
+    -------
+    float or None
+        Time from this state to the loss, s.
     """
     if beyond_comparison(scene):
         return None
@@ -107,6 +142,19 @@ def upcoming_loss(scene: Scene, p: Array, q: Array, h: float, within: int) -> fl
 
 
 def zero_of(times: Sequence[float], pivots: Sequence[float]) -> float:
-    """Return where the line through the roots of two measurements in a row reaches zero, which go like the square of an angle."""
+    """Return where the line through the roots of two measurements in a row reaches zero, which go like the square of an angle.
+
+    Parameters
+    ----------
+    times : sequence of float
+        The two times, s.
+    pivots : sequence of float
+        Smallest relative pivot at each.
+
+    Returns
+    -------
+    float
+        Time of the zero, s; the second time where the roots do not fall.
+    """
     (t1, t2), (s1, s2) = times, (math.sqrt(abs(pivot)) for pivot in pivots)
     return t2 + (t2 - t1) * s2 / (s1 - s2) if s1 > s2 else t2

@@ -5,15 +5,14 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from daebench.catalogue import reports
 from daebench.errors import DaebenchError
 from daebench.report import freshness
 from daebench.report.index import write_index
 from daebench.report.page import Progress
-from daebench.report.recipes import Recipe, find, own
+from daebench.report.recipes import Recipe, find
 
 FIRST = ("index-reduction", "methods", "tolerances", "poisson", "problems", "work-precision", "extremes")
-"""Reports in the order in which they are best read; others follow."""
+"""Pages in the order in which they are best read; others follow."""
 
 
 class PagesFailed(DaebenchError):
@@ -76,17 +75,10 @@ def make(recipe: Recipe, out: Path, digest: str, progress: Progress) -> Path:
     return page
 
 
-def pages() -> list[Recipe]:
-    """Return the recipes of daebench's own pages, in the order in which they are best read."""
-    names = [*(name for name in FIRST if name in reports()), *(name for name in reports() if name not in FIRST)]
-    return [own(name) for name in names]
-
-
 def order(out: Path) -> list[str]:
-    """Return the names of the pages that are in a folder, daebench's own first."""
-    known = [each.name for each in pages()]
-    there = sorted(path.parent.name for path in out.glob(f"*/{freshness.STAMP}"))
-    return [*(name for name in known if name in there), *(name for name in there if name not in known)]
+    """Return the names of the pages that are in a folder in the order in which they are best read."""
+    there = [path.parent.name for path in out.glob(f"*/{freshness.STAMP}")]
+    return sorted(there, key=lambda name: (FIRST.index(name) if name in FIRST else len(FIRST), name))
 
 
 def build_all(out: Path, recipes: Sequence[Recipe], progress: Progress, told: Callable[[Made], None], *, anew: bool = False) -> list[Made]:

@@ -29,7 +29,7 @@ DECIDING = ("numpy", "scipy", "numba", "scikit-sundae", "mpmath", "heyoka", "sol
 LINKED = ("problems", "reference")
 """Folders of this package that are links in a checkout, which a search of the package does not follow."""
 
-SHOWING = ("cli", "reports", "extremes")
+SHOWING = ("cli", "reports", "extremes", "api_reference")
 """Folders of this package that only choose runs and show what they gave; so do files of figures."""
 
 COLUMNS = frozenset(
@@ -70,7 +70,7 @@ class Cell:
     t_end : float
         End of the run, s.
     metrics : tuple of str
-        What is measured, see :mod:`daebench.studies.metrics`.
+        What is measured, see :data:`daebench.studies.metrics.METRICS`.
     parameters, options : tuple of (str, float)
         The problem's parameters that differ from the case's, and the method's free numbers.
     precision : str

@@ -49,7 +49,18 @@ LAST_SECONDS = 30.0
 
 @contextmanager
 def local_processes(workers: int | None = None) -> Iterator[Executor]:
-    """Open a pool of processes on this machine, one thread each; they end with the block, whatever ends it, and with this process."""
+    """Open a pool of processes on this machine, one thread each; they end with the block, whatever ends it, and with this process.
+
+    Parameters
+    ----------
+    workers : int, optional
+        Number of processes; by default the cores that this process may use.
+
+    Yields
+    ------
+    Executor
+        To be given to :meth:`daebench.studies.study.Study.table`.
+    """
     workers = workers or cores()
     old = {name: os.environ.get(name) for name in THREADS}
     os.environ |= dict.fromkeys(THREADS, "1")
@@ -113,6 +124,16 @@ def workers_of(executor: Executor) -> int:
 @contextmanager
 def dask_cluster(address: str) -> Iterator[Executor]:
     """Connect to the scheduler of a Dask cluster; its workers need this version of daebench, and cells that a lost one had go to others.
+
+    Parameters
+    ----------
+    address : str
+        Address of the scheduler, for example "tcp://127.0.0.1:8786".
+
+    Yields
+    ------
+    Executor
+        To be given to :meth:`daebench.studies.study.Study.table`.
 
     Raises
     ------

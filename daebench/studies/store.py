@@ -42,7 +42,7 @@ class Kept:
     row : mapping
         What was computed, by column.
     maker : str
-        Hash of the versions that made it, see :func:`daebench.studies.cell.maker`.
+        Hash of daebench's own source and of the versions of the packages that made it.
     took : float
         How long it took, s.
     """
@@ -107,12 +107,23 @@ class Store:
         return int(self._base.execute("SELECT count(*) FROM rows").fetchone()[0])
 
     def get(self, key: str) -> dict[str, Any] | None:
-        """Return the row of a key, or None."""
+        """Return the row of a key, or None.
+
+        Parameters
+        ----------
+        key : str
+            As :meth:`daebench.studies.cell.Cell.key` gives it.
+        """
         found = self._base.execute("SELECT row FROM rows WHERE key = ?", (key,)).fetchone()
         return None if found is None else _read(found[0])
 
     def put(self, rows: Iterable[Kept]) -> None:
         """Write rows, all or none, in place of those of the same keys if there are any.
+
+        Parameters
+        ----------
+        rows : iterable of Kept
+            What is written, in one transaction.
 
         Raises
         ------
@@ -146,6 +157,16 @@ class Store:
 @contextmanager
 def opened(path: Path) -> Iterator[Store]:
     """Open a store for the time of a block.
+
+    Parameters
+    ----------
+    path : Path
+        The file; it is made with its folder if it is not there.
+
+    Yields
+    ------
+    Store
+        The store, closed when the block ends.
 
     Raises
     ------

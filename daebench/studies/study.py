@@ -166,7 +166,31 @@ class Study:
         return [positive(knob, value) for value in values]
 
     def table(self, store: Store, *, executor: Executor | None = None, tell: "Tell | None" = None) -> "pd.DataFrame":
-        """Return one row a run, those that the store has taken from there; the others are computed and put there."""
+        """Return one row a run, those that the store has taken from there; the others are computed and put there.
+
+        Parameters
+        ----------
+        store : Store
+            Where rows are kept, see :func:`daebench.studies.store.opened`.
+        executor : Executor, optional
+            What makes runs side by side, see :func:`daebench.studies.schedulers.local_processes`; without one they are made in turn.
+        tell : callable, optional
+            Told how many runs are done, of how many, and which is the last of them.
+
+        Returns
+        -------
+        DataFrame
+            The fields of the run, one column each for its parameters; steps, t_reached (s), seconds (CPU time of stepping), failure and
+            counts of work n_...; and the columns of every metric. A run that stopped early has its row, with NaN where nothing was
+            measured.
+
+        Raises
+        ------
+        BadInput
+            As :meth:`cells`.
+        StoreFull
+            If rows cannot be written; those that are kept stay.
+        """
         return runs_of(store, executor=executor, tell=tell)(self.cells())
 
 

@@ -23,6 +23,17 @@ EPS = 2.0**-53
 class Reference:
     """A trajectory whose every digit was checked.
 
+    It is kept as a CSV of 34-digit decimal strings, every t exact in double precision, beside a JSON certificate. Parameters are the
+    decimal numbers as they are written: gravity 9.81 is 981/100, not the double beside it. The certificate has
+
+    - the definition with exact initial values, and its hash;
+    - how the digits were made, and what they were checked by: quadruple precision or a closed form, a second time with another step or
+      method, the motion in other coordinates, and mpmath;
+    - a bound for every number at every time, and the amplification of a rounded start;
+    - two horizons: how far the digits are certified, and how far any run in double precision can follow;
+    - drifts of the stored digits, and the smallest singular value of G M^-1 G^T;
+    - what IDA reaches on this motion, tolerance by tolerance: error, its own estimate, and work.
+
     Parameters
     ----------
     name : str
@@ -159,7 +170,15 @@ class Reference:
         return scene
 
     def restarted(self, scene: Scene | PoissonScene, row: int) -> Scene | PoissonScene:
-        """Return a scene that starts from a stored row, rounded to double precision."""
+        """Return a scene that starts from a stored row, rounded to double precision.
+
+        Parameters
+        ----------
+        scene : Scene or PoissonScene
+            The problem with its numbers, as :meth:`scene` gives it.
+        row : int
+            Which row, from 0.
+        """
         changes: dict[str, Any] = {f"{part}0": self.values[part][row] for part in self.kind.state}
         return replace(scene, **changes)
 

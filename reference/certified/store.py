@@ -28,7 +28,12 @@ class Damaged(DaebenchError):
 
 
 def names(folder: Path = DATA) -> tuple[str, ...]:
-    """Return the names of all references.
+    """Return the names of all references, PROBLEM-CASE, in alphabetical order.
+
+    Parameters
+    ----------
+    folder : Path
+        Where they are kept; by default those that come with daebench.
 
     Raises
     ------
@@ -42,6 +47,13 @@ def names(folder: Path = DATA) -> tuple[str, ...]:
 
 def load(name: str, folder: Path = DATA) -> Reference:
     """Return the reference of this name.
+
+    Parameters
+    ----------
+    name : str
+        PROBLEM-CASE, for example "spherical_pendulum-fig1.2".
+    folder : Path
+        Where references are kept; by default those that come with daebench.
 
     Raises
     ------
@@ -75,6 +87,15 @@ def _loaded(name: str, folder: Path) -> Reference:
 
 def find(problem: str, case: str | None = None, folder: Path = DATA) -> Reference:
     """Return the reference of a problem's case, by default of its first case.
+
+    Parameters
+    ----------
+    problem : str
+        Name in the catalogue.
+    case : str, optional
+        Named initial values.
+    folder : Path
+        Where references are kept; by default those that come with daebench.
 
     Raises
     ------

@@ -1,0 +1,90 @@
+"""The command line as it describes itself: every command with its arguments and options."""
+
+import inspect
+from collections.abc import Iterator
+from dataclasses import dataclass
+from importlib import import_module
+from typing import Any
+
+
+@dataclass(frozen=True)
+class Option:
+    """An argument or option.
+
+    Parameters
+    ----------
+    names : tuple of str
+        As it is written, with the name of its value.
+    help : str
+        What it is for.
+    default : str
+        What it is where it is left out, "required", or "".
+    """
+
+    names: tuple[str, ...]
+    help: str
+    default: str
+
+
+@dataclass(frozen=True)
+class Command:
+    """One command.
+
+    Parameters
+    ----------
+    name : str
+        How it is called, without "daebench".
+    usage : str
+        The whole line.
+    about : str
+        What it does.
+    options : list of Option
+        Arguments, then options.
+    """
+
+    name: str
+    usage: str
+    about: str
+    options: list[Option]
+
+
+def commands() -> list[Command]:
+    """Return all commands of ``daebench``; the command line is imported by its name, as what is described here."""
+    import typer
+
+    return list(_commands(typer.main.get_command(import_module("daebench.cli").app), ()))
+
+
+def _commands(command: Any, path: tuple[str, ...]) -> Iterator[Command]:
+    inner = getattr(command, "commands", None)
+    if inner is None:
+        yield _described(command, " ".join(path))
+        return
+    for name in inner:
+        yield from _commands(inner[name], (*path, name))
+
+
+def _described(command: Any, name: str) -> Command:
+    places = [each for each in command.params if not _is_option(each)]
+    options = [each for each in command.params if _is_option(each) and each.name != "help"]
+    needed = [f"{each.opts[0]} {_value(each)}" for each in options if each.required]
+    words = ["daebench", name, *map(_value, places), *needed, *(["[OPTIONS]"] if len(options) > len(needed) else [])]
+    return Command(name, " ".join(words), inspect.cleandoc(command.help or ""), [_option(each) for each in [*places, *options]])
+
+
+def _is_option(parameter: Any) -> bool:
+    return str(parameter.opts[0]).startswith("-")
+
+
+def _value(parameter: Any) -> str:
+    name = str(parameter.name).upper().replace("_", "-")
+    return name if parameter.required or _is_option(parameter) else f"[{name}]"
+
+
+def _option(parameter: Any) -> Option:
+    flag = getattr(parameter, "is_flag", False)
+    written = [*parameter.opts, *parameter.secondary_opts]
+    names = tuple(each if flag else f"{each} {_value(parameter)}" for each in written) if _is_option(parameter) else (_value(parameter),)
+    default = parameter.default
+    told = "" if flag or default in (None, "") or callable(default) or not str(default) else f"default: {default}"
+    return Option(names, parameter.help or "", "required" if parameter.required else told)

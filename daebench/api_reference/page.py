@@ -1,0 +1,44 @@
+"""The page: contents, chapters, commands."""
+
+from pathlib import Path
+
+from markupsafe import Markup
+
+from daebench.api_reference.commands import commands
+from daebench.api_reference.contents import TASKS
+from daebench.api_reference.entries import Index, entry
+from daebench.api_reference.markup import blocks
+from daebench.api_reference.public import package, public
+from daebench.report import write_page
+
+COMMAND = "daebench report all"
+
+
+def paragraphs(text: str) -> Markup:
+    """Return the help of a command as HTML."""
+    return blocks(text, lambda name: "")
+
+
+def write(out: Path) -> Path:
+    """Write ``out/index.html``, the reference of everything public; return its path.
+
+    Parameters
+    ----------
+    out : Path
+        Folder of the page; made where it is missing.
+
+    Raises
+    ------
+    Undocumented
+        If something public has no docstring.
+    Dangling
+        If a docstring refers to what the page does not have.
+    """
+    tree = package()
+    found = public(tree)
+    index = Index({path: each for entries in found.values() for path, each in entries.items()})
+    chapters = [
+        (task, blocks(task.about, index.link(tree)), [entry(path, each, index) for path, each in found[task.key].items()]) for task in TASKS
+    ]
+    out.mkdir(parents=True, exist_ok=True)
+    return write_page("_api.html", out / "index.html", COMMAND, chapters=chapters, commands=commands(), paragraphs=paragraphs)
