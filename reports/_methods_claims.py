@@ -7,7 +7,8 @@ import pandas as pd
 
 from daebench.claims_bench import OK
 from daebench.reports._claims import require
-from daebench.reports._methods_guide import guide
+from daebench.reports._methods_families import method
+from daebench.reports._methods_guide import ROUND_OFF, guide
 from daebench.reports._methods_matrix import HIDDEN, LOST, check_claims, keeping, matrix
 from daebench.reports._methods_numbers import Numbers
 from daebench.reports._methods_series import KEEPING, powers
@@ -15,6 +16,9 @@ from daebench.reports._methods_sweep import PENDULUM, TORUS
 
 STEEP = 0.25
 """A power of h may fall short of the least that theory gives by so much."""
+
+NO_DEFECT = 1e-11
+"""A defect of ten steps up to this is round-off; SHAKE, whose momenta are difference quotients, has more of it than others."""
 
 ON_MANIFOLD = 1e-11
 """A distance from the manifold over a long run up to this is round-off."""
@@ -47,11 +51,18 @@ def tally(claims: pd.DataFrame, table: pd.DataFrame) -> SimpleNamespace:
     ode = table[table["family"].isin(["ode", "projected"])]
     untouched = ode.loc[ode["symplectic"] != LOST, "method"].tolist()
     require(not untouched, "no method of (1.18), projected or not, is symplectic", untouched)
+    for key in ("symplectic", "g", "Gv", "H"):
+        own = table[(table["family"] == "ode") & (table[key] != LOST)]
+        require(own.empty, f"methods for (1.18) lose {key}", list(own["method"]))
+    uneven = [name for name in keeping(table, "symplectic") if name not in keeping(table, "symmetric")]
+    everything = keeping(table, "symmetric", "symplectic", "g", "Gv")
     hidden = {key: list(table.loc[table[key] == HIDDEN, "method"]) for key in ("symmetric", "symplectic", "g", "Gv", "H")}
     return SimpleNamespace(
         methods=len(table),
         held=int((asked["verdict"] == OK).sum()),
-        everything=keeping(table, "symmetric", "symplectic", "g", "Gv"),
+        everything=everything,
+        schemes=list(dict.fromkeys(method(name).scheme for name in everything)),
+        uneven=uneven,
         symplectic=keeping(table, "symplectic"),
         energy=keeping(table, "H"),
         hidden={key: names for key, names in hidden.items() if names},
@@ -70,16 +81,18 @@ def orders(fits: pd.DataFrame, table: pd.DataFrame) -> SimpleNamespace:
     """Return how far measured orders are from those claimed, and what could not be told."""
     told = table[table["order"].notna()]
     off = (told["order"] - told["claimed"]).abs()
-    require(
-        off.max() < 0.5, "each measured order rounds to the one that is claimed", f"{told.loc[off.idxmax(), 'method']}: {off.max():.2f}"
-    )
+    worst = told.iloc[int(off.argmax())]
+    require(off.max() < 0.5, "each measured order rounds to the one that is claimed", f"{worst['method']}: {off.max():.2f}")
+    untold = list(table.loc[table["order"].isna(), "method"])
+    stiff = [name for name in untold if method(name).form == "stiff"]
+    require(untold == stiff, "all methods but those of the stiff form show an order", untold)
     torus = fits[(fits["problem"] == TORUS.problem) & fits["component"].isin(["q", "p"])]
     return SimpleNamespace(
         count=len(told),
         off=off.max(),
-        worst=told.loc[off.idxmax()],
+        worst=worst,
         highest=int(told["claimed"].max()),
-        untold=list(table.loc[table["order"].isna(), "method"]),
+        untold=untold,
         torus=sorted(set(torus["method"]), key=list(torus["method"]).index),
         error=told["order_error"].max(),
     )
@@ -90,19 +103,18 @@ def defects(found: pd.DataFrame) -> SimpleNamespace:
     two_form = found[found["property"] == "symplectic"].set_index("method")
     kept = two_form[two_form.index.isin(KEEPING)]
     lost = two_form[~two_form.index.isin(KEEPING)]
-    require(kept["most"].max() < 1e-11, "symplectic methods keep the two-form at every step size", f"a defect of {kept['most'].max():.1e}")
+    require(
+        kept["most"].max() < NO_DEFECT, "symplectic methods keep the two-form at every step size", f"a defect of {kept['most'].max():.1e}"
+    )
     for name, row in lost.iterrows():
         least = row["order"] + 1 - STEEP
         require(row["power"] > least, f"the defect of {name} falls at least with h^{row['order'] + 1}", f"a power of {row['power']:.2f}")
-    reversal = found[found["property"] == "symmetric"].set_index("method")
-    return SimpleNamespace(
-        table=found,
-        kept=list(kept.index),
-        most=kept["most"].max(),
-        lost=lost,
-        reversal=reversal,
-        flat=list(reversal.index[reversal["power"].isna()]),
-    )
+    reversal = found[found["property"] == "symmetric"]
+    flat = list(reversal.loc[reversal["most"] < NO_DEFECT, "method"])
+    said = [name for name in reversal["method"] if method(name).claims.symmetric]
+    require(flat == said, "of these methods the symmetric ones are reversible at every step size, and no others", flat)
+    uneven = [name for name in kept.index if name not in flat]
+    return SimpleNamespace(kept=list(kept.index), most=kept["most"].max(), lost=lost, flat=flat, uneven=uneven)
 
 
 def long(drift: pd.DataFrame, table: pd.DataFrame) -> SimpleNamespace:
@@ -117,6 +129,9 @@ def long(drift: pd.DataFrame, table: pd.DataFrame) -> SimpleNamespace:
             require(run["distance"][name] < ON_MANIFOLD, f"{name} stays on the manifold", f"a distance of {run['distance'][name]:.1e}")
     on = [name for name in run.index if name in keeping(table, "g", "Gv")]
     others = [name for name in run.index if name not in symplectic]
+    restless = [name for name in on if run["kind"][name] != "bounded"]
+    still = [name for name in run.index if name not in on and run["energy"][name] <= ROUND_OFF]
+    require(restless and still, "a method on the manifold may lose the energy, and one off it keep it", restless + still)
     return SimpleNamespace(row=run, symplectic=symplectic, others=others, on=on, most=run["distance"][on].max())
 
 

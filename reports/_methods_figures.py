@@ -47,7 +47,7 @@ def draw(numbers: Numbers, table: pd.DataFrame, folder: Path) -> dict[str, Path]
 def draw_orders(points: pd.DataFrame, folder: Path) -> Path:
     """Draw errors of the position against h, a panel a few families, and one of some methods on the torus."""
     shown = points[points["component"] == "q"]
-    figure, axes = grid_of_axes(3, 2, 10.6, sharey=True)
+    figure, axes = grid_of_axes(3, 2, 10.8, sharey=True)
     pendulum = shown[shown["problem"] == PENDULUM.problem]
     for ax, (title, families) in zip(axes.flat, PANELS, strict=False):
         own = [name for name in pendulum["method"].unique() if family(name) in families and name not in SAME]
@@ -69,7 +69,7 @@ def draw_panel(ax: Any, points: pd.DataFrame, own: Sequence[str], title: str) ->
     ax.set(xscale="log", yscale="log", title=title, ylim=(1e-15, 20))
     ax.set_xlabel("step size $h$ (s)", labelpad=1)
     if own:
-        ax.legend(fontsize=6.8, loc="upper center", bbox_to_anchor=(0.46, -0.17), ncols=3, handlelength=2.2, columnspacing=0.9)
+        ax.legend(fontsize=6.8, loc="upper center", bbox_to_anchor=(0.44, -0.17), ncols=2, handlelength=2.0, columnspacing=0.8)
 
 
 def draw_defects(defects: pd.DataFrame, folder: Path) -> Path:

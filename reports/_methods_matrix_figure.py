@@ -43,7 +43,7 @@ def lines(rows: Sequence[str]) -> list[tuple[str, str]]:
 
 def draw_matrix(table: pd.DataFrame, solvers: pd.DataFrame, folder: Path) -> Path:
     """Draw the signs of all methods, IDA's residuals among them."""
-    rows = table.set_index("method").to_dict("index") | ida_rows(solvers)
+    rows: dict[str, dict[Any, Any]] = {str(row["method"]): dict(row) for row in table.to_dict("records")} | ida_rows(solvers)
     shown = lines(list(rows))
     figure, axes = grid_of_axes(1, 1, ROW * (len(shown) + 5))
     ax = axes[0, 0]
@@ -59,10 +59,10 @@ def draw_matrix(table: pd.DataFrame, solvers: pd.DataFrame, folder: Path) -> Pat
     ax.set(xlim=(-2.15, FIRST_X + len(HEADINGS) * STEP_X - 0.35), ylim=(len(shown) - 0.4, -1.6))
     ax.axis("off")
     draw_key(figure)
-    return save(figure, folder, "matrix", pd.DataFrame([{"method": name} | row for name, row in rows.items()]))
+    return save(figure, folder, "matrix", pd.DataFrame(list(rows.values())))
 
 
-def draw_row(ax: Any, line: int, name: str, row: Mapping[str, Any]) -> None:
+def draw_row(ax: Any, line: int, name: str, row: Mapping[Any, Any]) -> None:
     """Draw one method: its name, its order claimed and measured, and its signs."""
     ax.text(-1.95, line, name, fontsize=7.6, va="center", family="DejaVu Sans Mono")
     if math.isfinite(row["claimed"]):
@@ -91,7 +91,7 @@ def ida_rows(solvers: pd.DataFrame) -> dict[str, dict[str, Any]]:
         numbers = {"g": row["g"], "Gv": row["Gv"], "H": row["energy"]}
         signs: dict[str, Any] = {key: LOST if key in numbers else "" for key in PROPERTIES}
         signs |= {f"{key}_most": value for key, value in numbers.items()}
-        found[row["method"]] = {"family": "ida", "claimed": np.nan, "order": np.nan} | signs
+        found[str(row["method"])] = {"method": row["method"], "family": "ida", "claimed": np.nan, "order": np.nan} | signs
     return found
 
 

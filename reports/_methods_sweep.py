@@ -101,7 +101,7 @@ def lasting_step(motion: Motion, name: str) -> float:
     scene = scene_of(motion)
     longest = motion.h * (LONGER if method(name).claims.order >= HIGH else 1)
     for k in range(HALVINGS + 1):
-        h = longest / 2**k
+        h = longest * 0.5**k
         run = timed(scene, name, h) if motion == PENDULUM else watched(scene, method(name), h)
         if run.failure is None:
             return h
@@ -133,4 +133,5 @@ def ida(name: str) -> dict[str, Any]:
 def nanoseconds(name: str, h: float, repeats: int) -> float:
     """Return the CPU time of a step on the pendulum, ns: the least of several runs."""
     scene = scene_of(PENDULUM)
-    return min(1e9 * run.seconds / run.steps for run in (timed(scene, name, h).complete() for _ in range(repeats)))
+    runs = [timed(scene, name, h).complete() for _ in range(repeats)]
+    return min(1e9 * float(run.seconds) / run.steps for run in runs)

@@ -12,7 +12,6 @@ from markupsafe import Markup
 from daebench.figures import save_table
 from daebench.report import NONE, count, number, table, with_error
 from daebench.reports._index_reduction_tables import Formats, Tabulate, code, column, text, tiny
-from daebench.reports._methods_families import TITLES
 from daebench.reports._methods_guide import EVALUATIONS
 from daebench.reports._methods_matrix import KEPT, LOST, PROPERTIES
 from daebench.reports._methods_numbers import Numbers
@@ -30,6 +29,7 @@ def tables(numbers: Numbers, matrix: pd.DataFrame, folder: Path) -> Mapping[str,
         save_table(folder / f"{stem}.csv", data)
     return {
         "methods": partial(methods_table, matrix),
+        "sources": partial(sources_table, matrix),
         "powers": partial(powers_table, found),
         "long": partial(long_table, numbers.drift),
         "work": partial(work_table, numbers.work),
@@ -38,16 +38,23 @@ def tables(numbers: Numbers, matrix: pd.DataFrame, folder: Path) -> Mapping[str,
 
 
 def methods_table(frame: pd.DataFrame, caption: str) -> Markup:
-    """Return a row a method: what it solves, its order, and each property with the largest number that was measured."""
+    """Return a row a method: its order, and each property with the largest number that was measured."""
     rows = frame.to_dict("records")
     orders = [with_error(row["order"], row["order_error"]) for row in rows]
-    shown = frame.assign(family=frame["family"].map(TITLES), measured=column(orders, frame))
+    shown = frame.assign(measured=column(orders, frame))
     for key in PROPERTIES:
         shown[key] = column([cell(row[key], row[f"{key}_most"]) for row in rows], frame)
-    formats: Formats = {"method": code, "system": text, "claimed": count, "measured": text} | dict.fromkeys(PROPERTIES, text)
-    headings = {"system": "solves", "claimed": "order<small>claimed</small>", "measured": "order<small>measured</small>"}
+    formats: Formats = {"method": code, "claimed": count, "measured": text}
+    formats |= dict.fromkeys(PROPERTIES, text)
+    headings = {"claimed": "order<small>claimed</small>", "measured": "order<small>measured</small>"}
     headings |= {"g": "<i>g</i> = 0", "Gv": "<i>G H<sub>p</sub></i> = 0", "H": "energy"}
-    return table("methods", shown, formats | {"source": text}, headings, caption)
+    return table("methods", shown, formats, headings, caption)
+
+
+def sources_table(frame: pd.DataFrame, caption: str) -> Markup:
+    """Return what each method solves, and where it is from."""
+    formats: Formats = {"method": code, "system": text, "source": Markup('<span class="long">{}</span>').format}
+    return table("sources", frame, formats, {"system": "solves"}, caption)
 
 
 def cell(state: str, most: float) -> Markup:
@@ -59,7 +66,7 @@ def powers_table(frame: pd.DataFrame, caption: str) -> Markup:
     """Return a row a method: the powers of h in its defects, or that it has none."""
     shown = frame.pivot(index="method", columns="property", values=["most", "power", "power_error"])
     shown = shown.loc[list(frame["method"].unique())]
-    cells = {}
+    cells: dict[str, list[Any]] = {}
     for each in ("symplectic", "symmetric"):
         columns = zip(shown["most", each], shown["power", each], shown["power_error", each], strict=True)
         cells[each] = [with_error(power, error) if np.isfinite(power) else tiny(most) for most, power, error in columns]
@@ -84,7 +91,8 @@ def work_table(frame: pd.DataFrame, caption: str) -> Markup:
     """Return the work of a step and its time."""
     kinds = ("newton", *EVALUATIONS, "solve")
     three = partial(number, digits=3)
-    formats: Formats = {"method": code, "h": three} | dict.fromkeys(kinds, three) | {"ns": three}
+    formats: Formats = {"method": code, "h": three}
+    formats |= dict.fromkeys((*kinds, "ns"), three)
     headings = {"h": "<i>h</i>", "newton": "Newton<small>sweeps</small>", "H_p": "<i>H<sub>p</sub></i>", "H_q": "<i>H<sub>q</sub></i>"}
     headings |= {"g": "<i>g</i>", "G": "<i>G</i>", "second": "second<small>derivatives</small>", "solve": "linear<small>solves</small>"}
     return table("work", frame, formats, headings | {"ns": "time<small>ns</small>"}, caption)
