@@ -148,7 +148,8 @@ def check_claims(
     bench: PoissonBench | Bench
     bench = PoissonBench(scene, fixed, run.complete()) if isinstance(scene, PoissonScene) else Bench(scene, fixed, run.complete())
     exact = bench.findings()
-    return [_order(scene, fixed, halvings, lambda fraction, label: told(0.4 + 0.6 * fraction, f"order of {label}")), *exact]
+    order, _ = order_finding(scene, fixed, halvings=halvings, began=lambda fraction, label: told(0.4 + 0.6 * fraction, f"order of {label}"))
+    return [order, *exact]
 
 
 def default_step(scene: Scene | PoissonScene) -> float:
@@ -161,25 +162,39 @@ def default_step(scene: Scene | PoissonScene) -> float:
     return float(next((digit * power for digit in (5, 2) if digit * power <= most), power))
 
 
-def _order(scene: Scene | PoissonScene, method: FixedStep | PoissonScheme, halvings: int | None, began: Progress) -> Finding:
-    """Return the finding on the order of q and p, or y: that of the worse one; one that is round-off throughout counts for nothing."""
+def order_finding(
+    scene: Scene | PoissonScene, method: FixedStep | PoissonScheme, *, halvings: int | None = None, began: Progress | None = None
+) -> tuple[Finding, tuple[Series, ...]]:
+    """Return the finding on the order of q and p, or y, and what the study found that it is read off.
+
+    The order is that of the worse one; one that is round-off throughout counts for nothing.
+
+    Parameters
+    ----------
+    scene : Scene or PoissonScene
+        A problem with consistent initial values.
+    method : FixedStep or PoissonScheme
+        A fixed-step method that takes it.
+    halvings, began
+        As for :func:`daebench.order_study.study`.
+    """
     claimed, missing = order_of(method), float("nan")
     if isinstance(method, FixedStep) and method.form == "stiff":
         note = "it is that of the penalised system, whose motion differs from the constrained one by eps^2 whatever h is."
-        return Finding("order", claimed, missing, missing, NOT_APPLICABLE, note=note)
+        return Finding("order", claimed, missing, missing, NOT_APPLICABLE, note=note), ()
     try:
         studied = study(scene, [method], halvings=halvings, began=began).series
-        series = [each for each in studied if each.component in ("q", "p", "y")]
     except RunFailed as error:
-        return Finding("order", claimed, missing, claimed - SLACK, UNDETERMINED, note=str(error))
+        return Finding("order", claimed, missing, claimed - SLACK, UNDETERMINED, note=str(error)), ()
+    series = [each for each in studied if each.component in ("q", "p", "y")]
     found = [each for each in series if np.isfinite(each.fit.slope)]
     if not found or any(set(each.fit.reasons) != {"round-off"} for each in series if each not in found):
         note = f"{'; '.join(map(_told, series))}. daebench order shows the points, and takes other step sizes and end times."
-        return Finding("order", claimed, missing, claimed - SLACK, UNDETERMINED, note=note)
+        return Finding("order", claimed, missing, claimed - SLACK, UNDETERMINED, note=note), studied
     fit = min((each.fit for each in found), key=lambda fit: fit.slope)
     bound = claimed - SLACK - 2 * fit.slope_error
     verdict = OK if fit.slope > bound else FALLS_SHORT
-    return Finding("order", claimed, fit.slope, bound, verdict, fit.slope_error, "; ".join(map(_told, series)) + ".")
+    return Finding("order", claimed, fit.slope, bound, verdict, fit.slope_error, "; ".join(map(_told, series)) + "."), studied
 
 
 def _told(series: Series) -> str:

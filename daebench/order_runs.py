@@ -20,6 +20,9 @@ from daebench.truth import EPS, Truth
 ROUND_OFF = 500.0
 """Of errors up to so many units of rounding of the largest state, rounding is a per cent and more."""
 
+ADDED = 10.0
+"""Of errors up to so many units of rounding of the largest state for each step, what rounding has added up to may be a large part."""
+
 NEAR = 1e-9
 """Round-off is looked for below this error, relative to the largest state."""
 
@@ -95,7 +98,7 @@ class Runs(ABC):
         state = name in self.state
         h, errors = [point.h for point in own], [point.errors.get(name, math.nan) for point in own]
         rest = CLEAR * self._rest([error for error in errors if math.isfinite(error)], name)
-        floor = max(self._floor(name, h, errors), rest, *(point.bound for point in own))
+        floor = max(self._floor(name, h, errors), rest, self._added(name, own), *(point.bound for point in own))
         fit = fit_order(h, errors, floor=floor)
         fit = _plateaus_named(fit, errors, floor, high=HIGH * self._size(name) if state else math.inf)
         return Series(self.method.name, name, order_of(self.method) if state else None, own, fit, floor)
@@ -109,6 +112,12 @@ class Runs(ABC):
         if len(errors) < 3 or max(late) > NEAR * self._size(name):
             return 0.0
         return max(late) if all(x > FALLEN * min(errors[: k - 2]) for k, x in enumerate(late)) else 0.0
+
+    def _added(self, name: str, points: Sequence[Point]) -> float:
+        """Return the largest error of a component of the state that roundings, one a step, may have added up to; 0 if there is none."""
+        size = self._size(name) if name in self.state else 0.0
+        errors = [(point.errors.get(name, math.nan), ADDED * EPS * size * point.steps) for point in points]
+        return max((error for error, most in errors if error <= most), default=0.0)
 
     def _spent(self, points: Sequence[Point]) -> bool:
         """Whether the leading errors in the last two points have not fallen, or are below what can be told."""

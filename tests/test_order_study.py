@@ -13,6 +13,7 @@ from daebench.errors import BadInput
 from daebench.fixed_step import FixedStep
 from daebench.order_bench import Bench
 from daebench.order_ladder import COMMON, ladder
+from daebench.order_series import Point
 from daebench.order_study import order, study
 from daebench.truth import EPS, truth
 
@@ -234,3 +235,16 @@ def test_the_python_interface_gives_the_table():
     assert table["claimed"].tolist()[:3] == [2, 2, 2]
     assert table["claimed"].isna().tolist() == [False] * 3 + [True] * 3
     assert (table["points"] == 3).all()
+
+
+GAUSS2 = (2.206e-08, 1.379e-09, 8.501e-11, 5.363e-12, 1.483e-12, 3.836e-13)
+"""Errors in q of gauss2 on the fast swing of the spherical pendulum with 1024, 2048, ... steps to t = 4: the last two are of rounding."""
+
+
+def test_roundings_that_add_up_over_many_steps_are_no_part_of_the_order():
+    own = scene("planar")
+    known = truth(own, [4.0 * k / COMMON for k in range(1, COMMON + 1)])
+    points = [Point(4.0 / n, n, {"q": error}) for n, error in zip((1024 * 2**k for k in range(6)), GAUSS2, strict=True)]
+    series = Bench(own, plain("gauss2"), known)._component("q", points)
+    assert abs(series.fit.slope - 4) < 0.02
+    assert series.fit.reasons[-2:] == ("round-off",) * 2
