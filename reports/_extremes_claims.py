@@ -4,7 +4,7 @@ from types import SimpleNamespace
 
 import pandas as pd
 
-from daebench.reports._claims import require
+from daebench.report.claims import require
 from daebench.reports._extremes_numbers import Numbers
 from daebench.studies.outcomes import FINE, OUTCOMES
 from daebench.studies.rows import by_method

@@ -7,7 +7,7 @@ import numpy as np
 import pandas as pd
 
 from daebench.diagnostics.energy import energy_drift
-from daebench.reports._claims import require
+from daebench.report.claims import require
 from daebench.reports._index_reduction_ida import TOLERANCES
 from daebench.reports._index_reduction_numbers import DEFECT_STEPS, FAST, SLOW, Numbers
 

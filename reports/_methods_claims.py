@@ -6,7 +6,7 @@ import numpy as np
 import pandas as pd
 
 from daebench.claims_bench import OK
-from daebench.reports._claims import require
+from daebench.report.claims import require
 from daebench.reports._methods_families import method
 from daebench.reports._methods_guide import ROUND_OFF, guide
 from daebench.reports._methods_matrix import HIDDEN, LOST, check_claims, keeping, matrix

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from daebench.reports._claims import require
+from daebench.report.claims import require
 from daebench.reports._methods_matrix import HIDDEN, keeping
 from daebench.reports._methods_numbers import Numbers
 from daebench.reports._methods_sweep import PENDULUM, TOL

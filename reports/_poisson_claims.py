@@ -5,7 +5,7 @@ from typing import Any
 
 import pandas as pd
 
-from daebench.reports._claims import require
+from daebench.report.claims import require
 from daebench.reports._poisson_casimirs import BLOW_UP
 from daebench.reports._poisson_defects import slopes
 from daebench.reports._poisson_numbers import Numbers

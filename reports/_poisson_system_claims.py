@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pandas as pd
 
-from daebench.reports._claims import require
+from daebench.report.claims import require
 from daebench.reports._poisson_body import ORDERS
 from daebench.reports._poisson_lattice import FINE, QUANTITIES, H
 from daebench.reports._poisson_runs import ROUND_OFF

@@ -5,7 +5,7 @@ from typing import Any
 
 import pandas as pd
 
-from daebench.reports._claims import require
+from daebench.report.claims import require
 from daebench.reports._problems_numbers import Numbers
 from daebench.reports._problems_runs import METHODS, ROUND_OFF
 

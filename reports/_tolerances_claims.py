@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from daebench.reports._claims import require
+from daebench.report.claims import require
 from daebench.reports._tolerances_cure_claims import check_cures
 from daebench.reports._tolerances_drift import QUANTITIES, TOL
 from daebench.reports._tolerances_numbers import Numbers

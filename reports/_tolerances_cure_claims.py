@@ -5,7 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 import pandas as pd
 
-from daebench.reports._claims import require
+from daebench.report.claims import require
 from daebench.reports._tolerances_runs import FAST, FORMULATIONS, REACHED, STOPPED
 
 

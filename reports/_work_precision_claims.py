@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from daebench.reports._claims import require
+from daebench.report.claims import require
 from daebench.reports._work_precision_numbers import Numbers
 from daebench.reports._work_precision_scenes import WANTED, Work
 from daebench.studies.recommend import CONSERVED, ROUND_OFF, recommended

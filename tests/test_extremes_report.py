@@ -7,8 +7,8 @@ import pandas as pd
 import pytest
 
 from daebench.report import build
+from daebench.report.claims import ClaimRefuted
 from daebench.reports import _extremes_numbers, _extremes_scenes
-from daebench.reports._claims import ClaimRefuted
 from daebench.reports._extremes_claims import horizons, limits, ratios
 from daebench.reports._extremes_tables import typeset
 from daebench.studies.extreme import Asked

@@ -19,12 +19,12 @@ from daebench.forms import FORMS
 from daebench.method import Request
 from daebench.pose import FORMULATIONS
 from daebench.report import MINUS, build
+from daebench.report.claims import ClaimRefuted
 from daebench.reports import _methods_families as families
 from daebench.reports import _methods_guide as guide
 from daebench.reports import _methods_numbers, methods
 from daebench.reports import _methods_series as series
 from daebench.reports import _methods_sweep as sweep
-from daebench.reports._claims import ClaimRefuted
 from daebench.reports._methods_claims import check, defects, long, tally
 from daebench.reports._methods_matrix import check_claims, keeping, matrix
 from daebench.reports._methods_matrix_figure import exponent, ida_rows, lines

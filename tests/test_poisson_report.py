@@ -11,12 +11,12 @@ from pages import standalone
 from tampered import changed
 
 from daebench.report import build
+from daebench.report.claims import ClaimRefuted
 from daebench.reports import _poisson_body as body
 from daebench.reports import _poisson_casimirs as casimirs
 from daebench.reports import _poisson_defects, _poisson_orbits, poisson
 from daebench.reports import _poisson_lattice as lattice
 from daebench.reports import _poisson_methods as methods
-from daebench.reports._claims import ClaimRefuted
 from daebench.reports._poisson_claims import check, check_defects, check_lemma, check_orbits
 from daebench.reports._poisson_figures import draw
 from daebench.reports._poisson_numbers import Numbers, jobs

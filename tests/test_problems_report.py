@@ -13,11 +13,11 @@ from tampered import changed
 
 from daebench.catalogue import problems as catalogue
 from daebench.report import build
+from daebench.report.claims import ClaimRefuted
 from daebench.reports import _problems_rank as rank
 from daebench.reports import _problems_runs as runs
 from daebench.reports import _problems_scenes as scenes
 from daebench.reports import problems
-from daebench.reports._claims import ClaimRefuted
 from daebench.reports._problems_claims import across, check, check_rank, per_problem
 from daebench.reports._problems_facts import facts, told, whole
 from daebench.reports._problems_figures import draw, projected

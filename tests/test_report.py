@@ -16,8 +16,8 @@ from daebench.errors import BadInput, DaebenchError
 from daebench.figures import STROKES, drawing, grid_of_axes, save
 from daebench.machine import machine
 from daebench.report import build, count, inline_svg, listing, number, percent, power_of_ten, table, versions, with_error
+from daebench.report.claims import ClaimRefuted, require
 from daebench.reports import index_reduction
-from daebench.reports._claims import ClaimRefuted, require
 from daebench.reports._index_reduction_claims import check, check_symplecticity
 from daebench.reports._index_reduction_tables import pairs
 

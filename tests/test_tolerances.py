@@ -17,8 +17,8 @@ from daebench.reference.certified import store
 from daebench.reference.cured import CURES
 from daebench.reference.ida import DEFAULT_CURES, Ida
 from daebench.report import build
+from daebench.report.claims import ClaimRefuted
 from daebench.reports import _tolerances_numbers, _tolerances_runs, tolerances
-from daebench.reports._claims import ClaimRefuted
 from daebench.reports._tolerances_claims import EXPONENTS, check, check_cost, check_estimate, last_decade, slopes
 from daebench.reports._tolerances_drift import T_LONG, TOL, fit_power, windows
 from daebench.reports._tolerances_exact import Exact, exact

@@ -11,8 +11,8 @@ from pages import standalone
 from daebench.errors import Interrupted
 from daebench.fixed_step import FixedStep
 from daebench.report import MINUS, NONE, THIN, TIMES, build
+from daebench.report.claims import ClaimRefuted
 from daebench.reports import _work_precision_numbers, work_precision
-from daebench.reports._claims import ClaimRefuted
 from daebench.reports._work_precision_claims import check
 from daebench.reports._work_precision_figures import ratios
 from daebench.reports._work_precision_numbers import Numbers, measure

@@ -6,6 +6,7 @@ daebench are in ``daebench.reports``; a recipe of one's own is built by its path
     daebench report ./my_report.py
 """
 
+from daebench.report.claims import ClaimRefuted, require
 from daebench.report.gallery import build
 from daebench.report.page import Progress, make_page, write_page
 from daebench.report.pictures import inline_svg, picture
@@ -18,6 +19,7 @@ __all__ = [
     "NONE",
     "THIN",
     "TIMES",
+    "ClaimRefuted",
     "Progress",
     "build",
     "count",
@@ -28,6 +30,7 @@ __all__ = [
     "percent",
     "picture",
     "power_of_ten",
+    "require",
     "table",
     "versions",
     "with_error",
