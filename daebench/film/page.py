@@ -102,7 +102,7 @@ def _scene(reel: Reel, k: int) -> dict[str, Any]:
     take = reel.takes[k]
     line = Curve([], [], reel.stroke(k), width=2.2)
     svg = sheet([scene_panel(reel, k)], alt=f"{reel.problem} with {take.method}", columns=1, width=SCENE[0], height=SCENE[1])
-    return {"take": take, "sample": sample(line, 2, 4), "svg": svg}
+    return {"take": take, "leaves": reel.leaves(k), "sample": sample(line, 2, 4), "svg": svg}
 
 
 def _graph(reel: Reel, column: str) -> Markup:

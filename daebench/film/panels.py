@@ -19,8 +19,8 @@ SCENE = (300.0, 300.0)
 GRAPH = (380.0, 215.0)
 """Width and height of a panel of curves, pixels."""
 
-ROD, MASS, TRAIL = 2.2, 9.0, 1.4
-"""Widths of rods, masses (their diameter) and trails, pixels."""
+ROD, TRAIL = 2.2, 1.4
+"""Widths of rods and trails, pixels."""
 
 
 @dataclass(frozen=True)
@@ -35,6 +35,8 @@ class Part:
         Its colour.
     lines : sequence of ndarray, shape(n, 2)
         Lines through points; a line of one point is a disc.
+    width : float
+        Width of the lines, pixels.
     inside : Markup
         What the path has in it.
     """
@@ -42,15 +44,15 @@ class Part:
     kind: str
     stroke: Stroke
     lines: list[Array]
+    width: float
     inside: Markup
 
     def svg(self, place: Place) -> Markup:
         """Return it as a path with round ends."""
-        width = {"rods": ROD, "masses": MASS, "trail": TRAIL}[self.kind]
         form = Markup(
             '<path class="{}" d="{}" fill="none" stroke="{}" stroke-width="{}" stroke-linecap="round" stroke-linejoin="round">{}</path>'
         )
-        return form.format(self.kind, path_of_lines(self.lines, place), color_of(self.stroke), width, self.inside)
+        return form.format(self.kind, path_of_lines(self.lines, place), color_of(self.stroke), self.width, self.inside)
 
 
 def path_of_lines(lines: list[Array], place: Place) -> str:
@@ -80,7 +82,9 @@ def scene_panel(reel: Reel, take: int, inside: dict[str, Markup] | None = None, 
     if reel.layout.dimension == 3:
         marks += triad(reel)
     colors = {"trail": stroke, "rods": Stroke("currentColor", "-", "o"), "masses": stroke}
-    marks += [Part(kind, colors[kind], lines, (inside or {}).get(kind, Markup(""))) for kind, lines in lines_at(reel, take, 0).items()]
+    widths = {"trail": TRAIL, "rods": ROD, "masses": reel.disc}
+    for kind, lines in lines_at(reel, take, 0).items():
+        marks.append(Part(kind, colors[kind], lines, widths[kind], (inside or {}).get(kind, Markup(""))))
     x, y = reel.flat[take][0, reel.layout.fixed].T
     marks.append(Dots(x, y, quiet, radius=3.0, hollow=True))
     return Panel(*reel.box, marks, title=title, equal=reel.equal, bare=reel.layout.dimension == 3)

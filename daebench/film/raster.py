@@ -23,11 +23,11 @@ ACROSS = 4
 DPI, INCHES = 100, 2.9
 """Pixels to the inch, and inches of a scene's width."""
 
-GRAPH = 1.5
+GRAPH = 1.7
 """Height of the curves, inches."""
 
-CAPTION = 0.55
-"""Height of the two lines below the curves, inches."""
+CAPTION = 0.3
+"""Height of the line below the curves, inches."""
 
 
 @dataclass(frozen=True)
@@ -78,7 +78,7 @@ def _axes(reel: Reel) -> tuple[Any, list[Any], list[Any]]:
     parts: Any = figure.subfigures(3, 1, height_ratios=[INCHES * rows, GRAPH * lines, CAPTION])
     upper, lower, _ = parts
     scenes = list(upper.subplots(rows, columns, squeeze=False).flat)
-    graphs = list(lower.subplots(lines, min(len(reel.columns), across), squeeze=False, sharex=True).flat)
+    graphs = list(lower.subplots(lines, min(len(reel.columns), across), squeeze=False).flat)
     for spare in [*scenes[len(reel.takes) :], *graphs[len(reel.columns) :]]:
         spare.axis("off")
     return figure, scenes, graphs
@@ -95,7 +95,7 @@ def _drawn(reel: Reel, figure: Any, scenes: list[Any], graphs: list[Any]) -> Mov
 
 
 def _scene(reel: Reel, k: int, ax: Any) -> dict[str, Any]:
-    take, stroke = reel.takes[k], reel.stroke(k)
+    stroke = reel.stroke(k)
     for line in projected(reel.layout.surface):
         ax.plot(*line.T, color="#c4c4c4", linewidth=0.5, zorder=0)
     ax.plot(
@@ -109,13 +109,14 @@ def _scene(reel: Reel, k: int, ax: Any) -> dict[str, Any]:
         _triad(reel, ax)
     elif reel.layout.axes:
         ax.set(xlabel=x.label, ylabel=y.label)
-    stopped = "" if take.failure is None else f", stopped at t = {take.t[-1]:.4g}"
-    ax.set_title(f"{take.method}{stopped}", color=stroke.color)
+    ax.set_title(reel.takes[k].method + reel.end_of(k), color=stroke.color)
     quiet: dict[str, Any] = {"animated": True, "solid_capstyle": "round"}
     return {
         "trail": ax.plot([], [], color=stroke.color, linewidth=1.2, **quiet)[0],
         "rods": ax.plot([], [], color="black", linewidth=1.8, **quiet)[0],
-        "masses": ax.plot([], [], color=stroke.color, linestyle="none", marker="o", markersize=7, animated=True)[0],
+        "masses": ax.plot(
+            [], [], color=stroke.color, linestyle="none", marker="o", markersize=0.8 * reel.disc, markeredgewidth=0, animated=True
+        )[0],
     }
 
 
@@ -135,7 +136,7 @@ def _graph(reel: Reel, column: str, ax: Any) -> Any:
     for k, take in enumerate(reel.takes):
         if column in take.errors:
             ax.plot(take.t, np.where(take.errors[column] > 0, take.errors[column], np.nan), linewidth=1.1, **reel.stroke(k).line())
-    ax.set(xlim=(0, reel.t_end), ylim=(axis.low, axis.high), yscale="log")
+    ax.set(xlim=(0, reel.t_end), ylim=(axis.low, axis.high), yscale="log", xlabel=reel.time_axis.label)
     ax.set_title(axis.label)
     return ax.plot([0, 0], [axis.low, axis.high], color="black", linewidth=0.8, animated=True)[0]
 

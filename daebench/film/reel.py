@@ -1,5 +1,6 @@
 """All that an animation shows: the takes of all methods, where their points are in the plane of the picture, and how long it lasts."""
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -23,6 +24,9 @@ MOST_TRAILS = 4
 
 TRAIL_SECONDS = 2.0
 """How long a trail is, in time that is shown."""
+
+DISC, FEW = 9.0, 8
+"""Diameter of a mass, pixels, where there are no more than so many."""
 
 FLOOR = 1e-18
 """Errors below this count as none."""
@@ -87,6 +91,11 @@ class Reel:
         found = moving(np.concatenate([np.nan_to_num(each) for each in self.points]), self.layout.masses)
         return found if len(found) <= MOST_TRAILS else found[-1:]
 
+    @property
+    def disc(self) -> float:
+        """Diameter of a mass in pixels: the smaller, the more there are."""
+        return DISC * min(1.0, math.sqrt(FEW / max(1, len(self.layout.masses))))
+
     @cached_property
     def columns(self) -> list[str]:
         """Names of the errors that are shown."""
@@ -103,6 +112,11 @@ class Reel:
         names = self.layout.axes if self.layout.dimension == 2 and self.layout.axes else ("x", "y")
         x, y = (around(name, rest[:, i], *(each[:, i] for each in near), margin=0.08) for i, name in enumerate(names))
         return x, y
+
+    def leaves(self, k: int) -> bool:
+        """Return whether parts of a take leave the picture, or are nowhere."""
+        shares = np.stack([axis.share(self.flat[k][..., i]) for i, axis in enumerate(self.box)])
+        return not bool(np.all((shares >= 0) & (shares <= 1)))
 
     @property
     def corner(self) -> tuple[Array, float]:
@@ -136,6 +150,12 @@ class Reel:
         sampled = [take.method for take in self.takes if take.over == "outputs"]
         steps = "The curves are the largest error of all steps since the state that is shown before"
         return steps + (f"; of {', '.join(sampled)}, that of all outputs." if sampled else ".")
+
+    def end_of(self, k: int) -> str:
+        """Return what the title of a scene adds to its method: that it stopped, and that it leaves the picture; or nothing."""
+        take = self.takes[k]
+        found = [f"stopped at t = {take.t[-1]:.4g}"] * (take.failure is not None) + ["leaves the picture"] * self.leaves(k)
+        return "".join(f", {each}" for each in found)
 
     @staticmethod
     def stroke(k: int) -> Stroke:

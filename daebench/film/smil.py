@@ -22,9 +22,8 @@ HEAD = 42.0
 """Height of the lines above the scenes, pixels."""
 
 PAPER = """
-svg { color: #1d1d1f; background: #fffffd; }
-@media (prefers-color-scheme: dark) { svg { color: #e4e4e0; background: #191a1c; } }
-.failure { font-size: 10px; }
+svg.sheet { color: #1d1d1f; background: #fffffd; }
+@media (prefers-color-scheme: dark) { svg.sheet { color: #e4e4e0; background: #191a1c; } }
 .cursor { stroke: currentColor; fill: none; }
 """
 
@@ -38,7 +37,7 @@ def most_frames(points: int, takes: int, columns: int) -> int:
 def write(path: Path, reel: Reel) -> None:
     """Write an animation as a drawing: scenes in columns, the curves below them."""
     width = max(SCENE[0] * len(reel.takes), GRAPH[0])
-    columns = max(1, min(len(reel.columns), round(width / GRAPH[0])))
+    columns = max(1, min(len(reel.columns), int(width / SCENE[0])))
     top = HEAD + SCENE[1]
     scenes = [_scene(reel, k) for k in range(len(reel.takes))]
     graphs = [
@@ -67,8 +66,7 @@ def _scene(reel: Reel, k: int) -> Markup:
             texts.setdefault(kind, []).append(path_of_lines(lines, frame))
     inside = {kind: _animated(values, reel.seconds) for kind, values in texts.items()}
     line = sample(Curve([], [], reel.stroke(k), width=2.2), frame.left + frame.width - 40, HEAD + 13)
-    stopped = "" if take.failure is None else f" stopped at t = {take.t[-1]:.4g}"
-    return panel_svg(scene_panel(reel, k, inside, title=f"{take.method}{stopped}"), frame) + line
+    return panel_svg(scene_panel(reel, k, inside, title=take.method + reel.end_of(k)), frame) + line
 
 
 def _animated(values: list[str], seconds: float) -> Markup:
