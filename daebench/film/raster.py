@@ -49,7 +49,6 @@ def frames(reel: Reel) -> Iterator[Pixels]:
         moving = _drawn(reel, figure, scenes, graphs)
         canvas.draw()
         figure.set_layout_engine("none")
-        canvas.draw()
     still = canvas.copy_from_bbox(figure.bbox)
     shown = [take.shown(reel.times) for take in reel.takes]
     for n, time in enumerate(reel.times):
@@ -101,10 +100,10 @@ def _scene(reel: Reel, k: int, ax: Any) -> dict[str, Any]:
     ax.plot(
         *reel.flat[k][0, reel.layout.fixed].T, linestyle="none", marker="o", markersize=5, markerfacecolor="white", markeredgecolor=QUIET
     )
-    x, y = reel.box
+    x, y = reel.square if reel.equal else reel.box
     ax.set(xlim=(x.low, x.high), ylim=(y.low, y.high))
     if reel.equal:
-        ax.set_aspect("equal", adjustable="datalim" if reel.layout.dimension == 2 else "box")
+        ax.set_aspect("equal")
     if reel.layout.dimension == 3:
         _triad(reel, ax)
     elif reel.layout.axes:

@@ -113,6 +113,13 @@ class Reel:
         x, y = (around(name, rest[:, i], *(each[:, i] for each in near), margin=0.08) for i, name in enumerate(names))
         return x, y
 
+    @property
+    def square(self) -> tuple[Axis, Axis]:
+        """The axes of all scenes, the shorter made as long as the longer."""
+        x, y = self.box
+        long = max(x.high - x.low, y.high - y.low)
+        return x.widened(long / (x.high - x.low)), y.widened(long / (y.high - y.low))
+
     def leaves(self, k: int) -> bool:
         """Return whether parts of a take leave the picture, or are nowhere."""
         shares = np.stack([axis.share(self.flat[k][..., i]) for i, axis in enumerate(self.box)])
