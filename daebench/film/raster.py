@@ -106,7 +106,7 @@ def _scene(reel: Reel, k: int, ax: Any) -> dict[str, Any]:
         ax.set_aspect("equal")
     if reel.layout.dimension == 3:
         _triad(reel, ax)
-    elif reel.layout.axes:
+    else:
         ax.set(xlabel=x.label, ylabel=y.label)
     ax.set_title(reel.takes[k].method + reel.end_of(k), color=stroke.color)
     quiet: dict[str, Any] = {"animated": True, "solid_capstyle": "round"}
