@@ -61,7 +61,7 @@ def problem(
         cases=cases(moments),
         parts=parts(y, Gamma, moments) | {"V": potential(y, Gamma, V, weight)},
         splittings={f"V{order}": ("V", *(f"T{axis}" for axis in order)) for order in orders},
-        picture=on_unit_sphere(Gamma, ("Gamma1", "Gamma2", "Gamma3")),
+        picture=on_unit_sphere(Gamma, ("Γ1", "Γ2", "Γ3")),
     )
 
 

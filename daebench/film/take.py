@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from daebench.comparison import errors_along
+from daebench.errors import Interrupted
 from daebench.grid import EPS
 from daebench.method import Progress, Request
 from daebench.scene import PoissonScene, Scene
@@ -53,7 +54,12 @@ class Take:
 
     def shown(self, times: Array) -> Any:
         """Return the number of the state that is shown at each of these times: the last that is not later."""
-        return np.searchsorted(self.t, times * (1 + 4 * EPS) + 1e-9 * times[1], side="right") - 1
+        return _latest(self.t, times)
+
+
+def _latest(t: Array, times: Array) -> Any:
+    """Return the number of the last of increasing times t that is not later, but for rounding, than each of the others."""
+    return np.searchsorted(t, times * (1 + 4 * EPS) + 1e-9 * times[1], side="right") - 1
 
 
 def requested(scene: Scene | PoissonScene, method: Any, value: float, times: Array) -> Request:
@@ -67,12 +73,20 @@ def requested(scene: Scene | PoissonScene, method: Any, value: float, times: Arr
 
 
 def take(scene: Scene | PoissonScene, method: Any, value: float, times: Array, progress: Progress) -> Take:
-    """Return a run of a method as it is shown at these times, the first 0."""
+    """Return a run of a method as it is shown at these times, the first 0.
+
+    Raises
+    ------
+    Interrupted
+        If the person at the keyboard ended it.
+    """
     request = requested(scene, method, value, times)
     if hasattr(method, "begin"):
         grid = method.grid(scene, request)
         return _stepped(scene, method.begin(scene, request, grid, request.watch), times, progress)
     run = method.solve(scene, request)
+    if run.interrupted:
+        raise Interrupted(run.failure)
     progress(1.0)
     return _sampled(scene, run, times)
 
@@ -125,7 +139,7 @@ def _named(scene: Scene | PoissonScene, names: Sequence[str], maxima: Array) -> 
 
 def _sampled(scene: Scene | PoissonScene, run: Any, times: Array) -> Take:
     """Return a run of which outputs are known."""
-    at = np.unique([*np.searchsorted(run.t, times * (1 + 4 * EPS) + 1e-9 * times[1], side="right") - 1, len(run.t) - 1])
+    at = np.unique([*_latest(run.t, times), len(run.t) - 1])
     since = np.concatenate([[0], at[:-1] + 1])
     errors = {name: np.maximum.reduceat(values, since) for name, values in errors_along(scene, run).items()}
     states = run.q if isinstance(run, Trajectory) else run.y
