@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from daebench.claims_check import check
     from daebench.comparison import compare
     from daebench.errors import BadInput, DaebenchError, InconsistentStart, InvalidProblem, RunFailed
+    from daebench.film.animation import animation
     from daebench.order_study import order
     from daebench.poisson_lattice import PoissonLattice
     from daebench.poisson_system import DarbouxMap, Lift, Part, PoissonCase, PoissonSystem
@@ -43,6 +44,7 @@ __all__ = [
     "RunFailed",
     "Study",
     "Trajectory",
+    "animation",
     "as_poisson",
     "check",
     "compare",
@@ -66,6 +68,7 @@ _HOME = {
     "ConstrainedChain": "chains.chain",
     "PoissonLattice": "poisson_lattice",
     "Study": "studies.study",
+    "animation": "film.animation",
     "check": "claims_check",
     "compare": "comparison",
     "order": "order_study",

@@ -23,6 +23,15 @@ TOLERANCE = 1e-8
 MOST_STATES = 20000
 """States kept by a fixed-step method in a comparison, about."""
 
+LABELS = {
+    "energy_error": "|energy error|",
+    "g": "|g(q)|",
+    "Gv": "|G H_p|",
+    "casimir_error": "|Casimir error|",
+    "integral_error": "|integral error|",
+}
+"""What can be seen along a run, of what its problem has."""
+
 
 def compare(
     problem: "str | ConstrainedHamiltonian | PoissonSystem",
@@ -152,3 +161,14 @@ def error_along(scene: Scene | PoissonScene, trajectory: Trajectory | PoissonTra
     states = (trajectory.y,) if isinstance(trajectory, PoissonTrajectory) else (trajectory.p, trajectory.q)
     values = np.asarray(scene.along(name, *states), dtype=float)
     return np.asarray(values - values[0], dtype=float)
+
+
+def errors_along(scene: Scene | PoissonScene, trajectory: Trajectory | PoissonTrajectory) -> dict[str, Array]:
+    """Return the errors along a run at its outputs, by name in :data:`LABELS`: largest moduli, shape(n,), where they are of several."""
+    found = {"energy_error": error_along(scene, trajectory, "H")}
+    if isinstance(trajectory, Trajectory):
+        found |= {"g": scene.along("g", trajectory.q), "Gv": scene.along("Gv", trajectory.p, trajectory.q)}
+    else:
+        kinds = {"casimir_error": ("casimirs", scene.sheet.CASIMIRS), "integral_error": ("integrals", scene.integrals)}
+        found |= {column: error_along(scene, trajectory, name) for column, (name, there) in kinds.items() if there}
+    return {name: np.abs(rows).max(axis=1) if rows.ndim == 2 else np.abs(rows) for name, rows in found.items()}

@@ -7,22 +7,13 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from daebench.comparison import error_along
+from daebench.comparison import LABELS, errors_along
 from daebench.figures import STROKES, drawing, grid_of_axes, save, save_table
 from daebench.scene import PoissonScene, Scene
-from daebench.trajectory import Array, PoissonTrajectory, Trajectory
+from daebench.trajectory import PoissonTrajectory, Trajectory
 
 MOST_POINTS = 2000
 """Points of a curve, about; more cannot be seen."""
-
-LABELS = {
-    "energy_error": "|energy error|",
-    "g": "|g(q)|",
-    "Gv": "|G H_p|",
-    "casimir_error": "|Casimir error|",
-    "integral_error": "|integral error|",
-}
-"""What is drawn, a panel each, of what a run has."""
 
 
 def write(out: Path, scene: Scene | PoissonScene, runs: Sequence[Trajectory | PoissonTrajectory], table: pd.DataFrame) -> list[Path]:
@@ -44,19 +35,10 @@ def write(out: Path, scene: Scene | PoissonScene, runs: Sequence[Trajectory | Po
 
 def _curves(scene: Scene | PoissonScene, run: Trajectory | PoissonTrajectory) -> pd.DataFrame:
     """Return what is drawn of one run, thinned by keeping the largest error of each group of neighbours."""
-    errors = {name: np.abs(rows).max(axis=1) if rows.ndim == 2 else np.abs(rows) for name, rows in _errors(scene, run).items()}
+    errors = errors_along(scene, run)
     starts = np.unique(np.linspace(0, len(run.t) - 1, MOST_POINTS).astype(int))
     thinned = {name: np.maximum.reduceat(values, starts) for name, values in errors.items()}
     return pd.DataFrame({"method": run.method, "t": run.t[starts], **thinned})
-
-
-def _errors(scene: Scene | PoissonScene, run: Trajectory | PoissonTrajectory) -> dict[str, Array]:
-    """Return the errors along a run by column, those of several functions side by side."""
-    energy = {"energy_error": error_along(scene, run, "H")}
-    if isinstance(run, Trajectory):
-        return energy | {"g": scene.along("g", run.q), "Gv": scene.along("Gv", run.p, run.q)}
-    casimirs = {"casimir_error": error_along(scene, run, "casimirs")} if scene.sheet.CASIMIRS else {}
-    return energy | casimirs | ({"integral_error": error_along(scene, run, "integrals")} if scene.integrals else {})
 
 
 def _panel(axis: Any, curves: pd.DataFrame, column: str, label: str) -> None:

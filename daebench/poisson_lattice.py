@@ -7,6 +7,7 @@ from functools import cached_property
 import sympy as sp
 
 from daebench.errors import InvalidProblem
+from daebench.picture import Picture, Point
 from daebench.poisson_system import DarbouxMap, Part, PoissonCase, PoissonSystem
 
 SMALLEST = 3
@@ -92,6 +93,10 @@ class PoissonLattice:
         As for :class:`daebench.poisson_system.PoissonSystem`.
     darboux : LatticeDarboux, optional
         Canonical coordinates, for two fields.
+    point : sequence of Expr, shape(2,)
+        Where a site is drawn in the plane, in ``here``, ``site`` and the parameters; a line joins the sites. Empty where it is not.
+    axes : sequence of str, shape(2,)
+        What the coordinates of the points are.
 
     Raises
     ------
@@ -113,6 +118,8 @@ class PoissonLattice:
     parts: Mapping[str, LatticePart] = field(default_factory=dict)
     splittings: Mapping[str, Sequence[str]] = field(default_factory=dict)
     darboux: LatticeDarboux | None = None
+    point: Point = ()
+    axes: Sequence[str] = ()
 
     def __post_init__(self) -> None:
         if self.sites < SMALLEST:
@@ -142,6 +149,24 @@ class PoissonLattice:
         """Number of coordinates."""
         return self.sites * len(self.here)
 
+    @property
+    def y(self) -> list[sp.Symbol]:
+        """The state, shape(n,), as it is written out."""
+        return [symbol for fields in self._fields(self.sites) for symbol in fields]
+
+    @property
+    def picture(self) -> Picture | None:
+        """How a state looks: a line through the points of all sites."""
+        if not self.point:
+            return None
+        fields = self._fields(self.sites)
+        values = [{self.site: sp.Integer(k + 1), **{own: fields[i][k] for i, own in enumerate(self.here)}} for k in range(self.sites)]
+        return Picture(rods=[[tuple(sp.sympify(x).xreplace(each) for x in self.point) for each in values]], axes=self.axes)
+
+    def _fields(self, sites: int) -> list[list[sp.Symbol]]:
+        """Return the symbols of each field at all sites."""
+        return [[sp.Symbol(f"{each}{k}", **each.assumptions0) for k in range(1, sites + 1)] for each in self.here]
+
     @cached_property
     def fingerprint(self) -> str:
         """Exact text of everything that decides the mathematics, the values of parameters apart, for content hashes."""
@@ -149,7 +174,7 @@ class PoissonLattice:
 
     def expanded(self, sites: int, *, verify: bool = False) -> PoissonSystem:
         """Return the system of so many sites, written out; its identities are verified for few sites, when the lattice is made."""
-        symbols = [[sp.Symbol(f"{each}{k}", **each.assumptions0) for k in range(1, sites + 1)] for each in self.here]
+        symbols = self._fields(sites)
 
         def at(expression: sp.Expr, k: int) -> sp.Expr:
             """Return an expression of a site and its neighbours at site k, counted from 0."""

@@ -8,6 +8,7 @@ from typing import Any
 import sympy as sp
 
 from daebench.errors import InvalidProblem
+from daebench.picture import Picture
 from daebench.poisson_identities import check_casimirs, check_darboux, check_jacobi, check_skew, check_splitting
 
 Exact = Any
@@ -134,6 +135,8 @@ class PoissonSystem:
         Canonical coordinates: what the form ``darboux`` needs.
     lift : Lift, optional
         A constrained system above this one: what the form ``lifted`` needs.
+    picture : Picture, optional
+        How a state looks.
     verify : bool
         Whether the identities are verified; what is written out from a lattice was verified there, for few sites.
 
@@ -158,6 +161,7 @@ class PoissonSystem:
     splittings: Mapping[str, Sequence[str]] = field(default_factory=dict)
     darboux: DarbouxMap | None = None
     lift: Lift | None = None
+    picture: Picture | None = None
     verify: InitVar[bool] = True
 
     def __post_init__(self, verify: bool) -> None:

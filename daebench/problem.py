@@ -9,6 +9,7 @@ import sympy as sp
 
 from daebench.definition_checks import check_parts, check_second_derivatives, strange
 from daebench.errors import InvalidProblem
+from daebench.picture import Picture as Picture
 
 Exact = Any
 """An exact number or expression: int, str as in "9.81", or a SymPy expression in the problem's parameters."""
@@ -35,35 +36,6 @@ class Case:
     parameters: Mapping[str, float] = field(default_factory=dict)
     about: str = ""
     on_singular: str = "stop"
-
-
-Point = Sequence[Exact]
-"""A point of the plane or of space, shape(2,) or shape(3,), in the problem's positions and parameters."""
-
-
-@dataclass(frozen=True, kw_only=True)
-class Picture:
-    """How a scene looks: what is drawn at given positions.
-
-    Parameters
-    ----------
-    rods : sequence of sequence of points
-        Rigid parts, each a line through its points.
-    masses : sequence of points
-        Point masses.
-    fixed : sequence of points
-        Pivots and other points that do not move.
-    surface : tuple of three Expr, optional
-        Surface on which the masses move, in the symbols ``over`` and the parameters.
-    over : sequence of (Symbol, lower bound, upper bound)
-        The two coordinates of the surface.
-    """
-
-    rods: Sequence[Sequence[Point]] = ()
-    masses: Sequence[Point] = ()
-    fixed: Sequence[Point] = ()
-    surface: tuple[sp.Expr, sp.Expr, sp.Expr] | None = None
-    over: Sequence[tuple[sp.Symbol, Exact, Exact]] = ()
 
 
 @dataclass(frozen=True, kw_only=True)

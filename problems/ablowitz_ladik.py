@@ -66,6 +66,8 @@ def problem(*, sites: int = 16) -> PoissonLattice:
         },
         splittings={"DUV": ("D", "U", "V"), "UVD": ("U", "V", "D")},
         darboux=LatticeDarboux(q=q, p=p, Q=v * sigma, P=u * sigma, here=(p * tau, q * tau)),
+        point=(k * dx, sp.sqrt(u**2 + v**2)),
+        axes=("place on the circle", "amplitude |y_k|"),
     )
 
 

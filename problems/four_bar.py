@@ -71,7 +71,8 @@ def problem(*, bars: int = 2, mass: float = 1.0, length: float = 1.0, gravity: f
                 about="released at rest 0.1 rad from hanging, any number of linkages: a small swing, far from the horizontal",
             ),
         },
-        more=lambda q, p: {"closed_form": closed_form, "chart": angle(q, p, m, length_), "picture": picture(q, length_)},
+        more=lambda q, p: {"closed_form": closed_form, "chart": angle(q, p, m, length_)},
+        drawn=lambda q: picture(q, length_),
     )
 
 

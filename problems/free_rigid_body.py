@@ -6,6 +6,7 @@ from typing import Any
 
 import sympy as sp
 
+from daebench.picture import Picture
 from daebench.poisson_system import DarbouxMap, Lift, Part, PoissonCase, PoissonSystem
 from daebench.problems._rotations import hat, turned
 from daebench.problems.rigid_body_rotation import turning
@@ -55,7 +56,16 @@ def problem(*, I1: float = 0.6, I2: float = 0.8, I3: float = 1.0) -> PoissonSyst
         splittings={"".join(order): tuple(f"T{axis}" for axis in order) for order in permutations("123")} | {"top": ("R", "S")},
         darboux=longitude(y),
         lift=rotation(y, moments),
+        picture=on_unit_sphere(y, ("y1", "y2", "y3")),
     )
+
+
+def on_unit_sphere(direction: State, axes: Sequence[str]) -> Picture:
+    """Return a picture of a vector of length one, from the origin to the unit sphere."""
+    theta, phi = sp.symbols("theta phi", real=True)
+    surface = (sp.sin(theta) * sp.cos(phi), sp.sin(theta) * sp.sin(phi), -sp.cos(theta))
+    over = [(theta, 0, sp.pi), (phi, 0, 2 * sp.pi)]
+    return Picture(rods=[[(0, 0, 0), direction]], masses=[direction], fixed=[(0, 0, 0)], surface=surface, over=over, axes=axes)
 
 
 def kinetic(y: State, moments: State) -> sp.Expr:

@@ -7,7 +7,7 @@ import sympy as sp
 
 from daebench.poisson_system import Part, PoissonCase, PoissonSystem
 from daebench.problems._rotations import hat, turned
-from daebench.problems.free_rigid_body import kinetic
+from daebench.problems.free_rigid_body import kinetic, on_unit_sphere
 
 State = Sequence[sp.Expr]
 
@@ -61,6 +61,7 @@ def problem(
         cases=cases(moments),
         parts=parts(y, Gamma, moments) | {"V": potential(y, Gamma, V, weight)},
         splittings={f"V{order}": ("V", *(f"T{axis}" for axis in order)) for order in orders},
+        picture=on_unit_sphere(Gamma, ("Γ1", "Γ2", "Γ3")),
     )
 
 

@@ -2,6 +2,7 @@
 
 import sympy as sp
 
+from daebench.picture import Picture
 from daebench.poisson_system import DarbouxMap, Part, PoissonCase, PoissonSystem
 
 
@@ -42,4 +43,5 @@ def problem(*, a: float = 1.0, b: float = 2.0) -> PoissonSystem:
         },
         splittings={"LK": ("L", "K")},
         darboux=DarbouxMap(q=(Q,), p=(P,), Q=(sp.log(u),), P=(sp.log(v),), y=(sp.exp(Q), sp.exp(P))),
+        picture=Picture(masses=[(u, v)], fixed=[(a_, b_)], axes=("predators u", "prey v")),
     )

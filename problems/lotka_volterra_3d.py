@@ -2,6 +2,7 @@
 
 import sympy as sp
 
+from daebench.picture import Picture
 from daebench.poisson_system import DarbouxMap, Part, PoissonCase, PoissonSystem
 
 
@@ -46,6 +47,7 @@ def problem() -> PoissonSystem:
             C=(C,),
             y=(sp.exp(q), sp.exp(p), sp.exp(c + q + p)),
         ),
+        picture=Picture(masses=[[sp.log(x) for x in y]], axes=("ln y1", "ln y2", "ln y3")),
     )
 
 

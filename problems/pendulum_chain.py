@@ -61,5 +61,6 @@ def problem(*, links: int = 5, mass: float = 1.0, length: float = 1.0, gravity: 
                 about="released at rest, straight, 0.1 rad from hanging, any number of links: a small swing",
             ),
         },
-        more=lambda q, p: {"chart": angles(q, p, [m] * links, [length_] * links), "picture": drawn(q)},
+        more=lambda q, p: {"chart": angles(q, p, [m] * links, [length_] * links)},
+        drawn=drawn,
     )

@@ -7,22 +7,16 @@ import numpy as np
 import pandas as pd
 
 from daebench.figures import BLUE, GREEN, VERMILION, grid_of_axes, save
+from daebench.orthographic import seen
 from daebench.reports._poisson_body import SHOWN, STARTS
 from daebench.reports._poisson_numbers import Numbers
 from daebench.scene import Array
 
-AZIMUTH, ELEVATION = np.radians(32), np.radians(24)
 COLORS, MARKERS = (BLUE, GREEN, VERMILION), ("o", "^", "D")
 AXES = ("y1", "y2", "y3")
 LABEL = {"boxstyle": "round,pad=0.1", "facecolor": "#f6f6f3", "edgecolor": "none", "alpha": 0.8}
 REACH = 1.28
 """Length of the axes that are drawn."""
-
-
-def seen(points: Array) -> Array:
-    """Return points, shape(n, 3), as seen from outside: to the right, up, and towards the eye; an orthographic projection."""
-    ca, sa, ce, se = np.cos(AZIMUTH), np.sin(AZIMUTH), np.cos(ELEVATION), np.sin(ELEVATION)
-    return np.asarray(points @ np.array([[-sa, ca, 0], [-se * ca, -se * sa, ce], [ce * ca, ce * sa, se]]).T)
 
 
 def draw_sphere(numbers: Numbers, folder: Path) -> Path:

@@ -9,8 +9,8 @@ import numpy as np
 import pandas as pd
 
 from daebench.figures import BLUE, ORANGE, QUIET, STROKES, VERMILION, drawing, grid_of_axes, save
+from daebench.orthographic import projected
 from daebench.reports import _problems_rank as rank
-from daebench.reports._poisson_sphere import seen
 from daebench.reports._problems_numbers import Numbers
 from daebench.reports._problems_path import Drawing
 from daebench.reports._problems_scenes import horizon
@@ -82,13 +82,6 @@ def position(ax: Any, scene: Drawing, points: Array, *, alpha: float, large: boo
         ax.plot(*points[rod].T, color="black", linewidth=1.8 if large else 1.1, alpha=alpha, zorder=3, solid_capstyle="round")
     dots = {"linestyle": "none", "marker": "o", "markersize": 6.0 if large else 3.5, "markeredgewidth": 0}
     ax.plot(*points[scene.masses].T, color=VERMILION, alpha=alpha, zorder=4, **dots)
-
-
-def projected(points: Array) -> Array:
-    """Return points of the plane as they are, and points of space as seen from outside, orthographically; shape(..., 2)."""
-    if points.shape[-1] == 2:
-        return points
-    return seen(points.reshape(-1, 3))[:, :2].reshape(*points.shape[:-1], 2)
 
 
 def triad(ax: Any, scene: Drawing, flat: Array) -> None:

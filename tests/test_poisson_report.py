@@ -10,6 +10,7 @@ import pytest
 from pages import standalone
 from tampered import changed
 
+from daebench.orthographic import seen
 from daebench.report import build
 from daebench.report.claims import ClaimRefuted
 from daebench.reports import _poisson_body as body
@@ -22,7 +23,6 @@ from daebench.reports._poisson_figures import draw
 from daebench.reports._poisson_numbers import Numbers, jobs
 from daebench.reports._poisson_orbits import level_curve, orbits, printed_step
 from daebench.reports._poisson_runs import defect, errors, kind, method, scene_of, solve
-from daebench.reports._poisson_sphere import seen
 from daebench.reports._poisson_tables import tables
 
 FIGURES = ("orbits", "energy", "defects", "casimirs", "lattice", "sphere")

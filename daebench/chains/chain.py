@@ -8,7 +8,7 @@ from typing import Any
 import sympy as sp
 
 from daebench.errors import InvalidProblem
-from daebench.problem import Case, ConstrainedHamiltonian, Exact, coordinates
+from daebench.problem import Case, ConstrainedHamiltonian, Exact, Picture, coordinates
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -53,7 +53,9 @@ class ConstrainedChain:
     speeds : bool
         Whether the p of the cases are velocities, from which the momenta p = M v are made.
     more : callable, optional
-        ``more(q, p)`` returns what else the system written out declares, as chart, closed form and picture; called for few nodes alone.
+        ``more(q, p)`` returns what else the system written out declares, as chart and closed form; called for few nodes alone.
+    drawn : callable, optional
+        ``drawn(q)`` returns the chain's picture, for any number of nodes; without it, it is the one that ``more`` returns, if it does.
 
     Raises
     ------
@@ -77,6 +79,7 @@ class ConstrainedChain:
     cases: Mapping[str, Case] = field(default_factory=dict)
     speeds: bool = False
     more: Callable[[Sequence[sp.Symbol], Sequence[sp.Symbol]], Mapping[str, Any]] | None = None
+    drawn: Callable[[Sequence[sp.Symbol]], Picture] | None = None
 
     def __post_init__(self) -> None:
         if self.nodes < 1:
@@ -118,6 +121,18 @@ class ConstrainedChain:
     def d(self) -> int:
         """Number of positions."""
         return self.nodes * self.b
+
+    @property
+    def q(self) -> tuple[sp.Symbol, ...]:
+        """The positions, shape(d,), as they are written out."""
+        return coordinates(self.d)[0]
+
+    @property
+    def picture(self) -> Picture | None:
+        """How the chain looks, if it is declared."""
+        if self.drawn:
+            return self.drawn(self.q)
+        return self.more(*coordinates(self.d)).get("picture") if self.more else None
 
     @property
     def c(self) -> int:
@@ -191,7 +206,7 @@ class ConstrainedChain:
             g=g,
             parameters=self.parameters,
             cases={name: self._case(case, M) for name, case in self.cases.items()},
-            **(self.more(q, p) if self.more else {}),
+            **(({"picture": self.drawn(q)} if self.drawn else {}) | dict(self.more(q, p) if self.more else {})),
         )
 
     def _placed(self, expression: sp.Expr, q: Sequence[sp.Symbol], k: int) -> sp.Expr:

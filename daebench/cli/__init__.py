@@ -7,6 +7,7 @@ from typing import Annotated
 
 import typer
 
+from daebench.cli.animate import animate
 from daebench.cli.bench import bench
 from daebench.cli.check import check
 from daebench.cli.compare import compare
@@ -46,7 +47,7 @@ def top(version: Annotated[bool, typer.Option("--version", help="Print the versi
 
 
 app.command("list")(listing)
-for command in (show, run, compare, order, check, precision, stability, long, report, bench, export):
+for command in (show, run, compare, order, check, precision, stability, long, animate, report, bench, export):
     app.command()(command)
 app.command("work-precision")(work_precision)
 app.add_typer(reference, name="reference")

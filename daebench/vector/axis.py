@@ -18,6 +18,12 @@ TICKS = 5
 
 MINUS = "\N{MINUS SIGN}"
 
+DIGITS = 15
+"""Places after the point that a label has at most."""
+
+LEAST, MOST = 1e-300, 1e300
+"""Shortest and longest extent of an axis, so that neither its ticks nor its shares overflow."""
+
 
 @dataclass(frozen=True)
 class Axis:
@@ -35,7 +41,7 @@ class Axis:
     Raises
     ------
     BadInput
-        If the ends are not finite, not in order, or not positive where they must be.
+        If the ends are not finite, not in order, too near or too far apart for numbers, or not positive where they must be.
     """
 
     label: str
@@ -44,7 +50,7 @@ class Axis:
     log: bool = False
 
     def __post_init__(self) -> None:
-        if not (math.isfinite(self.low) and math.isfinite(self.high) and self.low < self.high and not (self.log and self.low <= 0)):
+        if not LEAST <= self.high - self.low <= 2 * MOST or (self.log and self.low <= 0):
             scale = "logarithmic" if self.log else "linear"
             raise BadInput(f"axis {self.label}: no {scale} scale goes from {self.low:g} to {self.high:g}; give finite ends in order.")
 
@@ -97,11 +103,12 @@ def around(label: str, *values: npt.ArrayLike, log: bool = False, floor: float =
     found = np.concatenate([np.ravel(np.asarray(each, dtype=float)) for each in values]) if values else np.empty(0)
     found = found[np.isfinite(found) & ((found > 0) | (not log))]
     if log:
-        ends = np.log10(np.maximum(found, floor or 0.0)) if len(found) else np.array([-1.0, 0.0])
+        ends = np.log10(np.clip(found, max(floor, 100 * LEAST), MOST / 100)) if len(found) else np.array([-1.0, 0.0])
         low, high = math.floor(ends.min() - 1e-9), math.ceil(ends.max() + 1e-9)
         return Axis(label, 10.0**low, 10.0 ** max(high, low + 1), log=True)
+    found = np.clip(found, -MOST / 2, MOST / 2)
     low, high = (float(found.min()), float(found.max())) if len(found) else (0.0, 1.0)
-    extent = high - low or max(abs(high), 1e-300)
+    extent = high - low if high - low > 1e3 * LEAST else abs(high) if abs(high) > 1e3 * LEAST else 1.0
     return Axis(label, low - margin * extent, high + margin * extent)
 
 
@@ -118,5 +125,6 @@ def labels(values: Sequence[float]) -> tuple[list[Markup], int]:
     exponent = 0 if -3 <= exponent < 5 else exponent
     unit = 10.0**exponent
     places = max(0, -math.floor(math.log10(step / unit) + 1e-9))
-    places += any(abs(round(x / unit, places) - x / unit) > 1e-6 * step / unit for x in values)
+    while places < DIGITS and any(abs(round(x / unit, places) - x / unit) > 1e-6 * step / unit for x in values):
+        places += 1
     return [Markup(f"{x / unit + 0.0:.{places}f}".replace("-", MINUS)) for x in values], exponent

@@ -173,16 +173,19 @@ class Note:
 
 
 def thinned(x: Array, y: Array, most: int) -> tuple[Array, Array]:
-    """Return a curve with about as many points at most, none of its lowest and highest lost: two for each bin of neighbours."""
-    if len(x) <= most:
+    """Return a curve with about as many points at most, none of its lowest, highest and gaps lost: up to three for each bin."""
+    n = len(x)
+    if n <= most:
         return x, y
-    size = -(-len(x) // max(1, most // 2))
-    bins = len(x) // size
-    whole = y[: bins * size].reshape(bins, size)
-    first = size * np.arange(bins)
-    low = first + np.argmin(np.where(np.isfinite(whole), whole, np.inf), axis=1)
-    high = first + np.argmax(np.where(np.isfinite(whole), whole, -np.inf), axis=1)
-    kept = np.unique(np.concatenate([[0, len(x) - 1], low, high, np.arange(bins * size, len(x))]))
+    size = -(-n // max(1, most // 2))
+    bins = -(-n // size)
+    padded = np.full(bins * size, y[-1])
+    padded[:n] = y
+    whole = padded.reshape(bins, size)
+    finite = np.isfinite(whole)
+    places = (np.where(finite, whole, np.inf).argmin(axis=1), np.where(finite, whole, -np.inf).argmax(axis=1), finite.argmin(axis=1))
+    kept = np.unique(np.concatenate([[0, n - 1], *(size * np.arange(bins) + place for place in places)]))
+    kept = kept[kept < n]
     return x[kept], y[kept]
 
 

@@ -1,0 +1,146 @@
+"""A run as it is shown: its state at each time that is shown, and the largest errors since the one before."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from daebench.comparison import errors_along
+from daebench.errors import Interrupted
+from daebench.grid import EPS
+from daebench.method import Progress, Request
+from daebench.scene import PoissonScene, Scene
+from daebench.stepping import Run, next_piece
+from daebench.trajectory import CONSTRAINED, POISSON, Array, Trajectory
+
+WITHIN = 8
+"""Outputs of a tolerance-driven method for each time that is shown."""
+
+MOST_OUTPUTS = 200_000
+"""Outputs of a whole run, about, where a method gives them and not each step."""
+
+
+@dataclass(frozen=True)
+class Take:
+    """A run of one method as it is shown.
+
+    Parameters
+    ----------
+    method, knob : str
+        Name of the method, and what it is steered by.
+    value : float
+        Value of the knob.
+    t : ndarray, shape(n,)
+        Times of the states, the first 0.
+    states : ndarray, shape(n, ...)
+        Positions q, or states y of a Poisson system.
+    errors : mapping of str to ndarray, shape(n,)
+        By name in :data:`daebench.comparison.LABELS`, the largest modulus after the time before, up to this one.
+    over : str
+        "steps" or "outputs": what the largest was taken over.
+    failure : str, optional
+        Why it stopped early, as a sentence.
+    """
+
+    method: str
+    knob: str
+    value: float
+    t: Array
+    states: Array
+    errors: dict[str, Array]
+    over: str
+    failure: str | None
+
+    def shown(self, times: Array) -> Any:
+        """Return the number of the state that is shown at each of these times: the last that is not later."""
+        return _latest(self.t, times)
+
+
+def _latest(t: Array, times: Array) -> Any:
+    """Return the number of the last of increasing times t that is not later, but for rounding, than each of the others."""
+    return np.searchsorted(t, times * (1 + 4 * EPS) + 1e-9 * times[1], side="right") - 1
+
+
+def requested(scene: Scene | PoissonScene, method: Any, value: float, times: Array) -> Request:
+    """Return what is asked of a method to be shown at these times."""
+    kinds, t_end = POISSON if isinstance(scene, PoissonScene) else CONSTRAINED, float(times[-1])
+    if method.knob == "tol":
+        return Request(value=value, t_end=t_end, points=WITHIN * (len(times) - 1) + 1, watch=())
+    steps = t_end / value if value > 0 else 0.0
+    every = 0 if hasattr(method, "begin") else max(1, int(min(steps, 2.0**52) / MOST_OUTPUTS))
+    return Request(value=value, t_end=t_end, every=every, watch=kinds)
+
+
+def take(scene: Scene | PoissonScene, method: Any, value: float, times: Array, progress: Progress) -> Take:
+    """Return a run of a method as it is shown at these times, the first 0.
+
+    Raises
+    ------
+    Interrupted
+        If the person at the keyboard ended it.
+    """
+    request = requested(scene, method, value, times)
+    if hasattr(method, "begin"):
+        grid = method.grid(scene, request)
+        return _stepped(scene, method.begin(scene, request, grid, request.watch), times, progress)
+    run = method.solve(scene, request)
+    if run.interrupted:
+        raise Interrupted(run.failure)
+    progress(1.0)
+    return _sampled(scene, run, times)
+
+
+def _stepped(scene: Scene | PoissonScene, run: Run, times: Array, progress: Progress) -> Take:
+    """Return a run with fixed steps, each of which is watched."""
+    goals = np.unique(np.minimum(np.floor(times / run.grid.h * (1 + 4 * EPS) + 1e-9).astype(np.int64), run.grid.steps))
+    done, rows, maxima = [0], [np.concatenate(scene.start)], [_at_start(scene, run.names)]
+    for goal in goals[1:]:
+        _reach(run, int(goal))
+        progress(run.done / run.grid.steps)
+        if run.done > done[-1]:
+            done.append(run.done)
+            rows.append(np.asarray(run.linked.leave(run.x), dtype=float))
+            maxima.append(list(map(float, run.maxima)))
+        if run.failure is not None:
+            break
+        run.maxima = tuple(run.zero for _ in run.names)
+    states = np.array(rows)[:, scene.size - len(scene.start[-1]) :]
+    errors = _named(scene, run.names, np.array(maxima))
+    return Take(run.linked.name, "h", run.grid.h, np.array(done) * run.grid.h, states, errors, "steps", run.failure)
+
+
+def _reach(run: Run, goal: int) -> None:
+    """Take steps until so many are done, in pieces of a fifth of a second."""
+    piece = 64
+    while run.done < goal and run.failure is None:
+        piece = next_piece(piece, run.piece(min(piece, goal - run.done)))
+
+
+def _at_start(scene: Scene | PoissonScene, names: Sequence[str]) -> list[float]:
+    """Return what is watched at the start: how far it is off the manifold, and else 0."""
+    if isinstance(scene, PoissonScene):
+        return [0.0] * len(names)
+    off = {"g": scene.value("g", scene.q0), "Gv": scene.value("Gv", scene.p0, scene.q0)}
+    return [float(np.abs(off[name]).max()) if name in off else 0.0 for name in names]
+
+
+def _named(scene: Scene | PoissonScene, names: Sequence[str], maxima: Array) -> dict[str, Array]:
+    """Return columns of maxima by name in ``LABELS``: of several Casimir functions or integrals the largest."""
+    own = {"energy": "energy_error", "g": "g", "Gv": "Gv"}
+    if isinstance(scene, PoissonScene):
+        own |= dict.fromkeys(scene.casimirs, "casimir_error") | dict.fromkeys(scene.integrals, "integral_error")
+    found: dict[str, Array] = {}
+    for name, column in zip(names, maxima.T, strict=True):
+        if name in own:
+            found[own[name]] = np.maximum(found.get(own[name], column), column)
+    return found
+
+
+def _sampled(scene: Scene | PoissonScene, run: Any, times: Array) -> Take:
+    """Return a run of which outputs are known."""
+    at = np.unique([*_latest(run.t, times), len(run.t) - 1])
+    since = np.concatenate([[0], at[:-1] + 1])
+    errors = {name: np.maximum.reduceat(values, since) for name, values in errors_along(scene, run).items()}
+    states = run.q if isinstance(run, Trajectory) else run.y
+    return Take(run.method, run.knob, run.value, run.t[at], states[at], errors, "outputs", run.failure)

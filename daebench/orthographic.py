@@ -1,0 +1,22 @@
+"""Space as it is drawn: an orthographic view, always from the same side."""
+
+import numpy as np
+import numpy.typing as npt
+
+Array = npt.NDArray[np.float64]
+
+AZIMUTH, ELEVATION = np.radians(32), np.radians(24)
+"""Where the eye is, seen from the origin."""
+
+
+def seen(points: Array) -> Array:
+    """Return points, shape(n, 3), as seen from outside: to the right, up, and towards the eye; an orthographic projection."""
+    ca, sa, ce, se = np.cos(AZIMUTH), np.sin(AZIMUTH), np.cos(ELEVATION), np.sin(ELEVATION)
+    return np.asarray(points @ np.array([[-sa, ca, 0], [-se * ca, -se * sa, ce], [ce * ca, ce * sa, se]]).T)
+
+
+def projected(points: Array) -> Array:
+    """Return points of the plane as they are, and points of space as seen from outside; shape(..., 2)."""
+    if points.shape[-1] == 2:
+        return points
+    return seen(points.reshape(-1, 3))[:, :2].reshape(*points.shape[:-1], 2)

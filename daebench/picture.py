@@ -1,0 +1,41 @@
+"""How a problem looks: what is drawn of a state."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import sympy as sp
+
+Exact = Any
+"""An exact number or expression: int, str as in "9.81", or a SymPy expression in the problem's parameters."""
+
+Point = Sequence[Exact]
+"""A point of the plane or of space, shape(2,) or shape(3,), in the problem's positions, or its state y, and parameters."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Picture:
+    """How a scene looks: what is drawn at given positions.
+
+    Parameters
+    ----------
+    rods : sequence of sequence of points
+        Rigid parts, each a line through its points.
+    masses : sequence of points
+        Point masses.
+    fixed : sequence of points
+        Pivots and other points that do not move.
+    surface : tuple of three Expr, optional
+        Surface on which the masses move, in the symbols ``over`` and the parameters.
+    over : sequence of (Symbol, lower bound, upper bound)
+        The two coordinates of the surface.
+    axes : sequence of str, shape(2,) or shape(3,)
+        What the coordinates are where they are not the lengths x, y and z.
+    """
+
+    rods: Sequence[Sequence[Point]] = ()
+    masses: Sequence[Point] = ()
+    fixed: Sequence[Point] = ()
+    surface: tuple[sp.Expr, sp.Expr, sp.Expr] | None = None
+    over: Sequence[tuple[sp.Symbol, Exact, Exact]] = ()
+    axes: Sequence[str] = ()
