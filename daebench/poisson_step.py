@@ -11,6 +11,7 @@ import numpy as np
 
 from daebench.cache import generated
 from daebench.claims import CLASSES, PoissonClaims
+from daebench.complex_run import complex_run
 from daebench.compositions import COMPOSITIONS, weights_of
 from daebench.errors import BadInput, RunFailed, require_known
 from daebench.grid import Grid
@@ -209,19 +210,15 @@ class PoissonStep:
 
         The map raises :class:`RunFailed` where the scheme has no solution.
         """
-        kernel = self.kernel(scene, "complex128", (), count=False)
-        linked = self._linked(scene, kernel)
+        linked = self._linked(scene, self.kernel(scene, "complex128", (), count=False))
         enter, leave = coordinates(scene) if self.form else (_same, _same)
-        empty = np.empty((0, scene.size), dtype=complex)
 
         def phi(y: Sequence[complex]) -> Array:
             start = enter(np.array(y, dtype=complex))
-            x = start if scene.arrays else tuple(map(np.complex128, start))
-            with np.errstate(all="ignore"):
-                result = kernel.integrate(x, (), (), (), np.inf, h, self.weights, steps, -1, 0, empty, empty, linked.par)
-            if result[-1][0]:
-                raise RunFailed(linked.failure(scene, h, result[4], steps, result[-2], result[-1]))
-            return np.array(leave(result[0]))
+            x, _, failure = complex_run(linked, scene, start if scene.arrays else tuple(map(np.complex128, start)), h, steps)
+            if failure:
+                raise RunFailed(failure)
+            return np.array(leave(x))
 
         return phi
 
