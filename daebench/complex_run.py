@@ -4,7 +4,6 @@ from typing import Any
 
 import numpy as np
 
-from daebench.errors import RunFailed
 from daebench.scene import Setting
 from daebench.stepping import Linked
 
@@ -35,11 +34,6 @@ def complex_run(linked: Linked, scene: Setting, x: Any, h: float, steps: int, ev
         What was stored up to there.
     failure : str or None
         The sentence that says why it stopped.
-
-    Raises
-    ------
-    RunFailed
-        If a multistep scheme does not start.
     """
     kernel = linked.kernel
     rows = np.empty((steps // every if every else 0, scene.size), dtype=complex)
@@ -47,7 +41,7 @@ def complex_run(linked: Linked, scene: Setting, x: Any, h: float, steps: int, ev
     with np.errstate(all="ignore"):
         memory, report = kernel.begin(x, h, linked.par) if hasattr(kernel, "begin") else ((), (0,))
         if report[0]:
-            raise RunFailed(linked.failure(scene, h, 0, steps, 0, report))
+            return x, rows[:0], linked.failure(scene, h, 0, steps, 0, report)
         found = kernel.integrate(x, memory, (), (), np.inf, h, linked.weights, steps, every or -1, every, rows, empty, linked.par)
     done, stored, report = found[4], found[5], found[-1]
     return found[0], rows[:stored], linked.failure(scene, h, done, steps, found[-2], report) if report[0] else None
