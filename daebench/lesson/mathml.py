@@ -12,6 +12,9 @@ def static_html(text: str) -> str:
     text = FORMULA.sub(lambda found: formula(html.unescape(found[2]), display=found[1] == "["), text)
     text = re.sub(r'<span class="paragraph">(.*?)</span>', r"<p>\1</p>", text, flags=re.DOTALL)
     text = re.sub(r'<p>\s*(<div class="equation">.*?</div>)\s*</p>', r"\1", text, flags=re.DOTALL)
+    text = re.sub(
+        r"<table>.*?</table>", r'<div class="scroll" tabindex="0" role="region" aria-label="table">\g<0></div>', text, flags=re.DOTALL
+    )
     return re.sub(r'^<span class="markdown[^"]*">(.*)</span>\s*$', r"\1", text, flags=re.DOTALL)
 
 
