@@ -12,8 +12,10 @@ from daebench.lesson.control import Control, Values
 from daebench.lesson.experiment import Experiment, Preparation, Shown
 from daebench.report import number
 from daebench.reports._claims import require
+from daebench.reports.lessons._panels import seconds
 from daebench.reports.lessons._poisson_maps_runs import BY_HAND, Carried, carried, log_area, orbit, spun
 from daebench.reports.lessons._view import seen, view
+from daebench.scene import Array
 from daebench.vector.axis import Axis, around
 from daebench.vector.marks import Area, Curve, Dots
 from daebench.vector.sheet import Panel, sheet
@@ -35,11 +37,6 @@ BODIES = {
 SPINS = {"axis3": "about axis 3", "axis1": "about axis 1", "middle": "near the middle axis"}
 RUN, EXACT, BEGIN, END = Stroke(BLUE, "-", ""), Stroke(BLACK, (0, (4, 3)), ""), Stroke(GREEN, "-", ""), Stroke(VERMILION, "-", "")
 H, T_END, KEPT = 0.05, 10.0, 1e-9
-
-
-def seconds(value: float) -> str:
-    """Return a time with its unit."""
-    return f"{value:g} s"
 
 
 def show_orbits(values: Values) -> Shown:
@@ -66,13 +63,13 @@ def show_orbits(values: Values) -> Shown:
     return Shown(sheet(panels, alt=alt, height=270), orbits_said(run))
 
 
-def plane(run: Carried, exact: np.ndarray, x: Axis, y: Axis) -> Panel:  # type: ignore[type-arg]
+def plane(run: Carried, exact: Array, x: Axis, y: Axis) -> Panel:
     """Return the orbit and the cats in the plane of both populations."""
     marks = [Curve(exact[:, 0], exact[:, 1], EXACT, "exact orbit", width=1.0), Curve(run.y[:, 0], run.y[:, 1], RUN, "run", width=0.8)]
     return Panel(x, y, [*marks, *cats(run.cats)], "orbit, and a cat carried along")
 
 
-def logarithms(run: Carried, exact: np.ndarray, x: Axis, y: Axis) -> Panel:  # type: ignore[type-arg]
+def logarithms(run: Carried, exact: Array, x: Axis, y: Axis) -> Panel:
     """Return the cats where their Poisson volume is plain area."""
     return Panel(
         x,
@@ -82,7 +79,7 @@ def logarithms(run: Carried, exact: np.ndarray, x: Axis, y: Axis) -> Panel:  # t
     )
 
 
-def cats(outlines: list[np.ndarray]) -> list[Area]:  # type: ignore[type-arg]
+def cats(outlines: list[Array]) -> list[Area]:
     """Return the cat at the start and wherever it was drawn."""
     named = ["the cat at the start", *["carried along"] * (len(outlines) - 1)]
     return [Area(each[:, 0], each[:, 1], BEGIN if k == 0 else END, named[k]) for k, each in enumerate(outlines)]
@@ -123,7 +120,8 @@ def show_body(values: Values) -> Shown:
         for error, stroke, name in zip(errors, (RUN, END), ("Casimir function C", "energy H"), strict=True)
     ]
     says = Markup(
-        "Largest error of the Casimir function <i>C</i> = |<i>y</i>|<sup>2</sup>/2: <b>{}</b>; of the energy: {}. At the end |<i>y</i>| = {:.4f}."
+        "Largest error of the Casimir function <i>C</i> = |<i>y</i>|<sup>2</sup>/2: <b>{}</b>; of the energy: {}. "
+        "At the end |<i>y</i>| = {:.4f}."
     ).format(number(np.max(np.abs(run.casimir))), number(np.max(np.abs(run.energy))), float(np.linalg.norm(run.y[-1])))
     alt = "States of the rigid body on the sphere of constant angular momentum, and errors of Casimir function and energy against time."
     return Shown(

@@ -1,5 +1,6 @@
 """What the lesson on SHAKE, RATTLE and Lobatto lets one try, and the numbers that it tells."""
 
+from functools import partial
 from types import SimpleNamespace
 
 import numpy as np
@@ -14,7 +15,9 @@ from daebench.lesson.experiment import Experiment, Preparation, Shown
 from daebench.names import parse
 from daebench.report import number
 from daebench.reports._claims import require
+from daebench.reports.lessons._panels import seconds
 from daebench.reports.lessons._shake_to_lobatto_runs import CASES, hidden, ladder, solve
+from daebench.scene import Array
 from daebench.vector.axis import Axis, around
 from daebench.vector.marks import Curve, Dots, Mark
 from daebench.vector.sheet import Panel, sheet
@@ -32,11 +35,6 @@ OF = {"q": "positions q", "p": "momenta p"}
 LENGTHS, RUNGS, DEFAULT_RUNGS = (1.0, 2.0, 5.0), (3, 4, 5, 6, 7, 8, 9, 10), 7
 FLOOR, FINE, ROUGH = 1e-14, 1e-6, 1e-2
 H = 0.01
-
-
-def seconds(value: float) -> str:
-    """Return a time with its unit."""
-    return f"{value:g} s"
 
 
 def ladders(values: Values) -> dict[str, pd.DataFrame]:
@@ -58,13 +56,15 @@ def show_orders(values: Values) -> Shown:
     for column, label in (("h", "step size h [s]"), ("evaluations", "evaluations of the force")):
         axis = around(label, *(frame[column] for frame in found.values()), log=True)
         pairs = zip(found.items(), STROKES, strict=False)
-        marks = [mark for (name, frame), stroke in pairs for mark in curve(frame[column], frame[of], stroke, SCHEMES[name])]
+        marks = [
+            mark for (name, frame), stroke in pairs for mark in curve(frame[column].to_numpy(), frame[of].to_numpy(), stroke, SCHEMES[name])
+        ]
         panels.append(Panel(axis, error, marks, f"error against {label.partition(' [')[0]}"))
     picture = sheet(panels, alt=f"Error of {OF[of]} against step size and against evaluations of the force, a line a scheme.", height=330)
     return Shown(picture, orders_said({name: slope(frame, of) for name, frame in found.items()}, OF[of]))
 
 
-def curve(x: pd.Series, y: pd.Series, stroke: Stroke, name: str) -> list[Mark]:
+def curve(x: Array, y: Array, stroke: Stroke, name: str) -> list[Mark]:
     """Return a curve with a dot at each point."""
     return [Curve(x, y, stroke, name), Dots(x, y, stroke, radius=2.6)]
 
@@ -95,8 +95,8 @@ def show_hidden(values: Values) -> Shown:
         Panel(time, level, [Curve(run.t, energy, STROKES[0])], "energy error of SHAKE"),
     ]
     says = Markup(
-        "Positions of SHAKE and RATTLE differ by {} at most. SHAKE’s momenta are off the manifold by {} at most; projected, by {}, and "
-        "then they differ from RATTLE’s by {}."
+        "Positions of SHAKE and RATTLE differ by {} at most. SHAKE's momenta are off the manifold by {} at most; projected, by {}, and "
+        "then they differ from RATTLE's by {}."
     ).format(*(number(each) for each in (run.positions, run.shake.max(), run.projected.max(), run.momenta)))
     return Shown(
         sheet(panels, alt="Residual of the hidden constraint and energy error against time, of SHAKE and RATTLE.", height=270), says
@@ -126,7 +126,7 @@ HIDDEN = Experiment(
     name="hidden",
     title="The hidden constraint",
     controls=(
-        Control("project", "project SHAKE’s momenta", NO_YES, False, NO_YES),
+        Control("project", "project SHAKE's momenta", NO_YES, False, NO_YES),
         Control("h", "step size h", (0.002, 0.005, 0.01, 0.02, 0.04), H, (0.005, 0.01, 0.02, 0.04), seconds),
         Control("t_end", "length of the run", (0.5, 1.0, 2.0, 5.0), 2.0, (), seconds),
     ),
@@ -138,14 +138,14 @@ EXPERIMENTS = (ORDERS, HIDDEN)
 
 def preparations() -> list[Preparation]:
     """Return what has to be compiled and run before the controls answer at once."""
-    compiled: list[Preparation] = [(f"compiling {name}", lambda name=name: solve(name, "slow", 0.1, 1)) for name in SCHEMES]  # type: ignore[misc]
+    compiled: list[Preparation] = [(f"compiling {name}", partial(solve, name, "slow", 0.1, 1)) for name in SCHEMES]
     every = [(start, t_end) for start in CASES for t_end in LENGTHS]
 
     def runs(start: str, t_end: float) -> None:
         for name in SCHEMES:
             ladder(name, start, t_end, RUNGS[-1])
 
-    return compiled + [(f"runs of {t_end:g} s", lambda start=start, t_end=t_end: runs(start, t_end)) for start, t_end in every]  # type: ignore[misc]
+    return compiled + [(f"runs of {t_end:g} s", partial(runs, start, t_end)) for start, t_end in every]
 
 
 def claims() -> pd.DataFrame:

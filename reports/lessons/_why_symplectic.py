@@ -1,5 +1,6 @@
 """What the lesson on index reduction lets one try, and the numbers that it tells."""
 
+from functools import partial
 from types import SimpleNamespace
 
 import numpy as np
@@ -11,6 +12,7 @@ from daebench.lesson.control import NO_YES, Control, Values
 from daebench.lesson.experiment import Experiment, Preparation, Shown
 from daebench.report import number
 from daebench.reports._claims import require
+from daebench.reports.lessons._panels import seconds
 from daebench.reports.lessons._why_symplectic_picture import picture
 from daebench.reports.lessons._why_symplectic_run import Carried, carried, method_of, scene_of
 
@@ -26,11 +28,6 @@ SCHEMES = {
 FILM = ("se", "rk4", "midpoint", "symplectic_euler", "rattle", "implicit_euler")
 STARTS = {"slow": "slow, HLW Fig. 1.1", "wide": "wide", "fast": "fast, HLW Fig. 1.2"}
 H, T_END, FEW = 0.05, 10.0, 10
-
-
-def seconds(value: float) -> str:
-    """Return a time with its unit."""
-    return f"{value:g} s"
 
 
 def show(values: Values) -> Shown:
@@ -84,7 +81,7 @@ EXPERIMENTS = (PARALLELOGRAM,)
 def preparations() -> list[Preparation]:
     """Return what has to be compiled before the controls answer at once."""
     pairs = [(scheme, project) for scheme in SCHEMES for project in NO_YES if method_of(scheme, project)[1] or not project]
-    return [(f"compiling {method_of(*pair)[0].name}", lambda pair=pair: carried(*pair, "wide", H, H)) for pair in pairs]  # type: ignore[misc]
+    return [(f"compiling {method_of(*pair)[0].name}", partial(carried, *pair, "wide", H, H)) for pair in pairs]
 
 
 def facts() -> SimpleNamespace:
