@@ -60,6 +60,12 @@ def reports() -> Mapping[str, str]:
     return {path.stem.replace("_", "-"): summary(ast.parse(path.read_text(encoding="utf-8"))) for path in _files("reports")}
 
 
+@cache
+def lessons() -> Mapping[str, str]:
+    """Return all lessons by name, each with its summary."""
+    return {path.stem.replace("_", "-"): summary(ast.parse(path.read_text(encoding="utf-8"))) for path in _files("reports/lessons")}
+
+
 def _read(path: Path) -> Problem:
     """Return a problem of daebench's own, from its file's text."""
     return read(path, name=path.stem, package="daebench", depends_on=_beside, run=_run)

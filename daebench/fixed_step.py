@@ -9,10 +9,12 @@ from functools import cached_property, partial
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from daebench.cache import generated
 from daebench.chains.unwritten import unwritten
 from daebench.claims import Claims, Member, composed, on_form, projected
+from daebench.complex_run import complex_run
 from daebench.compositions import COMPOSITIONS, weights_of
 from daebench.errors import BadInput, RunFailed, require_known, unknown
 from daebench.forms import FORMS, OWN, Form
@@ -34,6 +36,7 @@ PROJECTIONS = {
 """What may follow a step, and what it is."""
 
 Flow = Callable[[Sequence[complex], Sequence[complex]], tuple[Sequence[complex], Sequence[complex]]]
+Path = Callable[[Sequence[complex], Sequence[complex]], tuple[NDArray[np.complex128], str | None]]
 
 
 @dataclass(frozen=True)
@@ -323,23 +326,33 @@ class FixedStep:
 
         The map raises :class:`RunFailed` where the scheme has no solution.
         """
-        kernel = self.kernel(scene, "complex128", (), count=False, singular="")
-        linked = self._linked(scene, kernel)
-        empty = np.empty((0, 2 * scene.d), dtype=complex)
+        linked = self._linked(scene, self.kernel(scene, "complex128", (), count=False, singular=""))
 
         def phi(p: Sequence[complex], q: Sequence[complex]) -> tuple[Sequence[complex], Sequence[complex]]:
-            state = linked.enter(([np.complex128(x) for x in p], [np.complex128(x) for x in q]))
-            x = tuple(np.array(part) if linked.arrays else tuple(map(np.complex128, part)) for part in state)
-            with np.errstate(all="ignore"):
-                memory, report = kernel.begin(x, h, linked.par) if hasattr(kernel, "begin") else ((), (0,))
-                if report[0]:
-                    raise RunFailed(linked.failure(scene, h, 0, steps, 0, report))
-                result = kernel.integrate(x, memory, (), (), np.inf, h, self.weights, steps, -1, 0, empty, empty, linked.par)
-            if result[-1][0]:
-                raise RunFailed(linked.failure(scene, h, result[4], steps, result[-2], result[-1]))
-            return self._form.leave(scene)(*result[0])
+            x, _, failure = complex_run(linked, scene, _complex_state(linked, p, q), h, steps)
+            if failure:
+                raise RunFailed(failure)
+            return self._form.leave(scene)(*x)
 
         return phi
+
+    def path(self, scene: Scene, h: float, steps: int) -> Path:
+        """Return the map from a complex state to those after 0, 1, 2, ... steps, exact to first order in the imaginary part.
+
+        It gives rows (p, q), and why there are fewer than ``steps`` more, or None.
+        """
+        linked = self._linked(scene, self.kernel(scene, "complex128", (), count=False, singular=""))
+
+        def along(p: Sequence[complex], q: Sequence[complex]) -> tuple[NDArray[np.complex128], str | None]:
+            _, rows, failure = complex_run(linked, scene, _complex_state(linked, p, q), h, steps, every=1)
+            return np.concatenate([np.concatenate([p, q])[None], rows]), failure
+
+        return along
+
+
+def _complex_state(linked: Linked, p: Sequence[complex], q: Sequence[complex]) -> Any:
+    state = linked.enter(([np.complex128(x) for x in p], [np.complex128(x) for x in q]))
+    return tuple(np.array(part) if linked.arrays else tuple(map(np.complex128, part)) for part in state)
 
 
 def accepted(method: Method, scene: Scene, why: str) -> FixedStep:

@@ -1,8 +1,10 @@
-"""The pages of daebench's own gallery: its reports and the reference of all that is public."""
+"""The pages of daebench's own gallery: its reports, its lessons and the reference of all that is public."""
 
 from pathlib import Path
 
-from daebench.catalogue import PACKAGE, reports
+from daebench.catalogue import PACKAGE, lessons, reports
+from daebench.errors import unknown
+from daebench.lesson.installed import missing
 from daebench.report.gallery import FIRST
 from daebench.report.page import Progress
 from daebench.report.recipes import COMMON, FOLDER, Recipe, own
@@ -11,9 +13,34 @@ REFERENCE = "reference"
 
 
 def pages() -> list[Recipe]:
-    """Return the recipes of all pages, in the order in which they are best read."""
+    """Return the recipes of all pages, in the order in which they are best read; lessons only where what they need is installed."""
     names = sorted(reports(), key=lambda name: (FIRST.index(name) if name in FIRST else len(FIRST), name))
-    return [*map(own, names), _reference()]
+    return [*map(own, names), *([] if missing() else map(lesson_page, lessons())), _reference()]
+
+
+def lesson_page(name: str) -> Recipe:
+    """Return the recipe of a lesson's static page.
+
+    Raises
+    ------
+    BadInput
+        If there is no such lesson.
+    """
+    if name not in lessons():
+        raise unknown("lesson", name, lessons())
+    folder = FOLDER / "lessons"
+
+    def files() -> list[Path]:
+        stem = name.replace("-", "_")
+        own = [folder / f"{stem}.py", *sorted(folder.glob("_*.py")), folder / "lesson.css"]
+        return [*own, *(FOLDER / each for each in ("lesson.html", *COMMON))]
+
+    def make(out: Path, progress: Progress) -> Path:
+        from daebench.lesson.page import export
+
+        return export(name, out, progress)
+
+    return Recipe(f"lesson-{name}", lessons()[name], f"daebench lesson {name}", files, make, kind="lesson", seconds=20.0)
 
 
 def _reference() -> Recipe:

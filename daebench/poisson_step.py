@@ -8,9 +8,11 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from daebench.cache import generated
 from daebench.claims import CLASSES, PoissonClaims
+from daebench.complex_run import complex_run
 from daebench.compositions import COMPOSITIONS, weights_of
 from daebench.errors import BadInput, RunFailed, require_known
 from daebench.grid import Grid
@@ -29,6 +31,9 @@ LEFT = {3: ("a value is no longer finite", RUN_AWAY), 6: ("the state has left th
 
 PoissonFlow = Callable[[Sequence[complex]], Array]
 """A map y -> y of vectors of shape(n,), real or complex."""
+
+PoissonPath = Callable[[Sequence[complex]], tuple[NDArray[np.complex128], str | None]]
+"""A map from y to the states after 0, 1, 2, ... steps, and to why there are no more, or None."""
 
 
 @dataclass(frozen=True)
@@ -209,21 +214,33 @@ class PoissonStep:
 
         The map raises :class:`RunFailed` where the scheme has no solution.
         """
-        kernel = self.kernel(scene, "complex128", (), count=False)
-        linked = self._linked(scene, kernel)
+        linked = self._linked(scene, self.kernel(scene, "complex128", (), count=False))
         enter, leave = coordinates(scene) if self.form else (_same, _same)
-        empty = np.empty((0, scene.size), dtype=complex)
 
         def phi(y: Sequence[complex]) -> Array:
             start = enter(np.array(y, dtype=complex))
-            x = start if scene.arrays else tuple(map(np.complex128, start))
-            with np.errstate(all="ignore"):
-                result = kernel.integrate(x, (), (), (), np.inf, h, self.weights, steps, -1, 0, empty, empty, linked.par)
-            if result[-1][0]:
-                raise RunFailed(linked.failure(scene, h, result[4], steps, result[-2], result[-1]))
-            return np.array(leave(result[0]))
+            x, _, failure = complex_run(linked, scene, start if scene.arrays else tuple(map(np.complex128, start)), h, steps)
+            if failure:
+                raise RunFailed(failure)
+            return np.array(leave(x))
 
         return phi
+
+    def path(self, scene: PoissonScene, h: float, steps: int) -> PoissonPath:
+        """Return the map from a complex state to those after 0, 1, 2, ... steps, exact to first order in the imaginary part.
+
+        It gives the states as rows, and why there are fewer than ``steps`` more, or None.
+        """
+        linked = self._linked(scene, self.kernel(scene, "complex128", (), count=False))
+        enter = coordinates(scene)[0] if self.form else _same
+
+        def along(y: Sequence[complex]) -> tuple[NDArray[np.complex128], str | None]:
+            start = enter(np.array(y, dtype=complex))
+            x = start if scene.arrays else tuple(map(np.complex128, start))
+            _, rows, failure = complex_run(linked, scene, x, h, steps, every=1)
+            return np.concatenate([np.array(y, dtype=complex)[None], rows]), failure
+
+        return along
 
 
 def require_poisson(name: str, request: Request) -> None:

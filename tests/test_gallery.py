@@ -282,3 +282,12 @@ def test_the_time_that_a_recipe_says_it_takes_is_read_without_running_it(tmp_pat
     (tmp_path / "silent.py").write_text('"""Nothing."""\n', encoding="utf-8")
     assert recipes._seconds(tmp_path / "slow.py") == 90.0
     assert recipes._seconds(tmp_path / "silent.py") == Recipe.seconds
+
+
+def test_without_what_lessons_need_the_gallery_is_made_without_them_and_says_so(tmp_path, monkeypatch, capsys):
+    assert sum(each.kind == "lesson" for each in pages.pages()) == len(pages.lessons()) > 0
+    monkeypatch.setattr("daebench.lesson.installed.find_spec", lambda name: None)
+    assert not [each for each in pages.pages() if each.kind == "lesson"]
+    monkeypatch.setattr(pages, "pages", list)
+    app(["report", "all", "--out", str(tmp_path / "out")], standalone_mode=False)
+    assert "pip install 'daebench[lessons]'" in capsys.readouterr().err

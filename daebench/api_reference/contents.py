@@ -148,6 +148,18 @@ are run-time parameters, ``int`` ones change the structure.
         ("daebench.report", "daebench.figures"),
     ),
     Task(
+        "animate-and-draw",
+        "Animate, and draw panels",
+        "Animations of a scene, and panels of curves as SVG in milliseconds, for lessons.",
+        (
+            "daebench.animation",
+            "daebench.film.animation.Animated",
+            "daebench.vector.axis",
+            "daebench.vector.marks",
+            "daebench.vector.sheet",
+        ),
+    ),
+    Task(
         "errors",
         "Errors",
         "Every message is one sentence: what, where, and what to do.",

@@ -12,6 +12,7 @@ from daebench.cli.bench import bench
 from daebench.cli.check import check
 from daebench.cli.compare import compare
 from daebench.cli.export import export
+from daebench.cli.lesson import lesson
 from daebench.cli.listing import listing
 from daebench.cli.long import long
 from daebench.cli.order import order
@@ -47,7 +48,7 @@ def top(version: Annotated[bool, typer.Option("--version", help="Print the versi
 
 
 app.command("list")(listing)
-for command in (show, run, compare, order, check, precision, stability, long, animate, report, bench, export):
+for command in (show, run, compare, order, check, precision, stability, long, animate, report, lesson, bench, export):
     app.command()(command)
 app.command("work-precision")(work_precision)
 app.add_typer(reference, name="reference")

@@ -22,16 +22,17 @@ class What(StrEnum):
     forms = "forms"
     formulations = "formulations"
     reports = "reports"
+    lessons = "lessons"
 
 
 def listing(
     what: Annotated[
         str | None,
-        typer.Argument(help="problems, methods, compositions, projections, forms, formulations, reports; or everything."),
+        typer.Argument(help="problems, methods, compositions, projections, forms, formulations, reports, lessons; or everything."),
     ] = None,
     as_json: Json = False,
 ) -> None:
-    """List problems, methods and what they can be combined with, formulations and reports."""
+    """List problems, methods and what they can be combined with, formulations, reports and lessons."""
     if what is not None and what not in list(What):
         raise unknown("listing", what, list(What))
     chosen = [What(what)] if what else list(What)
@@ -52,6 +53,8 @@ def _rows(what: What) -> list[dict[str, Any]]:
         return _methods()
     if what is What.forms:
         return _forms()
+    if what is What.lessons:
+        return [{"name": name, "about": text} for name, text in catalogue.lessons().items()]
     if what is What.reports:
         return [{"name": name, "about": text} for name, text in catalogue.reports().items()]
     from daebench import poisson_pose, pose

@@ -1,5 +1,6 @@
 """``daebench report``: a page that is computed as it is written, or all of them."""
 
+import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -43,6 +44,7 @@ def report(
 
 def _all(out: Path, anew: bool, archive: Path | None) -> None:
     from daebench.files import make_folder
+    from daebench.lesson.installed import missing
     from daebench.pages import pages
     from daebench.report.archive import check_archive, write_archive
     from daebench.report.gallery import build_all
@@ -52,6 +54,10 @@ def _all(out: Path, anew: bool, archive: Path | None) -> None:
     make_folder(out)
     with bar("gallery") as progress:
         build_all(out, pages(), progress, _tell, anew=anew)
+    if absent := missing():
+        print(
+            f"daebench: the lessons are left out, for they need {' and '.join(absent)}: pip install 'daebench[lessons]'.", file=sys.stderr
+        )
     print(f"written: {out / 'index.html'}")
     if archive:
         print(f"written: {write_archive(out, archive)}")

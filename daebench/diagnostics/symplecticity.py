@@ -14,6 +14,9 @@ Array = NDArray[np.float64]
 Flow = Callable[[Any, Any], tuple[Sequence[Any], Sequence[Any]]]
 """A map (p, q) -> (p, q) of vectors of shape(d,), real or complex, that leaves its arguments unchanged."""
 
+Path = Callable[[Any, Any], tuple[Any, str | None]]
+"""A map from (p, q) to the rows (p, q) after 0, 1, 2, ... steps, and to why there are no more, or None."""
+
 STEP = 1e-30
 """Imaginary step: its square is nothing, so the derivative has no error of truncation or cancellation."""
 
@@ -70,6 +73,49 @@ def tangent_map(flow: Flow, p: ArrayLike, q: ArrayLike, X: ArrayLike) -> Array:
     d = len(p)
     columns = [np.concatenate([np.asarray(part) for part in flow(p + 1j * STEP * x[:d], q + 1j * STEP * x[d:])]) for x in X.T]
     return np.array([np.imag(column) / STEP for column in columns]).reshape(-1, 2 * d).T
+
+
+def tangent_path(path: Path, p: ArrayLike, q: ArrayLike, X: ArrayLike) -> tuple[Array, Array, str | None]:
+    """Return the states of a run and what its linearised steps make of tangent vectors, by complex step.
+
+    Parameters
+    ----------
+    path : callable
+        The map of a complex state to the states after 0, 1, 2, ... steps, and to why there are no more, or None.
+    p, q, X
+        As for :func:`tangent_map`.
+
+    Returns
+    -------
+    x : ndarray, shape(n, 2d)
+        The states (p, q), momenta first.
+    X : ndarray, shape(n, 2d, k)
+        The vectors carried along: X[0] is the X that was given.
+    failure : str or None
+        Why the run ended early; x and X go up to there.
+    """
+    p, q, X = np.asarray(p, dtype=float), np.asarray(q, dtype=float), np.asarray(X, dtype=float)
+    d = len(p)
+    found = [path(p + 1j * STEP * each[:d], q + 1j * STEP * each[d:]) for each in X.T]
+    shown = min(len(rows) for rows, _ in found)
+    carried = np.stack([np.imag(rows[:shown]) / STEP for rows, _ in found], axis=-1)
+    return np.real(found[0][0][:shown]), carried, found[0][1]
+
+
+def areas(X: ArrayLike) -> Array:
+    """Return the oriented areas of the projections of parallelograms onto the planes (q_i, p_i), shape(..., d).
+
+    Their sum over i is the symplectic area dq ^ dp of a parallelogram, HLW VI.2, which a symplectic map keeps.
+
+    Parameters
+    ----------
+    X : array_like, shape(..., 2d, 2)
+        Its two sides as columns, momenta first.
+    """
+    X = np.asarray(X, dtype=float)
+    d = X.shape[-2] // 2
+    p, q = X[..., :d, :], X[..., d:, :]
+    return np.asarray(q[..., 0] * p[..., 1] - p[..., 0] * q[..., 1])
 
 
 def symplecticity_defect(flow: Flow, p: ArrayLike, q: ArrayLike, X: ArrayLike) -> float:

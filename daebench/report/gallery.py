@@ -60,7 +60,12 @@ def build(name: str, out: Path, progress: Progress | None = None) -> Path:
     DaebenchError
         If what the report is about to say is not what was measured; nothing is written over an older page then.
     """
-    recipe, out = find(name), Path(out)
+    return put(find(name), out, progress)
+
+
+def put(recipe: Recipe, out: Path, progress: Progress | None = None) -> Path:
+    """Write a page into a folder of its name, and the index of all that is beside it; return the path of the page."""
+    out = Path(out)
     page = make(recipe, out, freshness.digest(recipe.files()), progress or (lambda fraction, label: None))
     write_index(out, order(out), {})
     return page

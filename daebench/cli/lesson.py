@@ -1,0 +1,34 @@
+"""``daebench lesson``: something to play with, in the browser or as a page."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from daebench.cli.console import bar, print_table
+
+
+def lesson(
+    name: Annotated[str | None, typer.Argument(help="Name of a lesson, for example why-symplectic; without it, all are listed.")] = None,
+    port: Annotated[int | None, typer.Option("--port", help="Port of 127.0.0.1; by default any that is free.")] = None,
+    browser: Annotated[bool, typer.Option("--browser/--no-browser", help="Whether the browser is opened.")] = True,
+    export: Annotated[Path | None, typer.Option("--export", help="Write a static page below this folder in place of it.")] = None,
+) -> None:
+    """Open a lesson in the browser: sliders, pictures that follow them, questions with answers."""
+    if name is None:
+        from daebench.catalogue import lessons
+
+        print_table(["name", "about"], [list(each) for each in lessons().items()], "lessons")
+        return
+    if export is None:
+        from daebench.lesson.serve import serve
+
+        serve(name, port, browser=browser)
+        return
+    from daebench.pages import lesson_page
+    from daebench.report.gallery import put
+
+    recipe = lesson_page(name)
+    with bar(f"lesson {name}") as progress:
+        written = put(recipe, export, progress)
+    print(f"written: {written}")

@@ -1,0 +1,1 @@
+"""Lessons: notebooks of marimo, one file each, beside the pure functions that compute and draw what they show."""

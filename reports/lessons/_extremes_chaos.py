@@ -1,0 +1,82 @@
+"""Chaos: two double pendulums that start almost alike."""
+
+from functools import cache
+
+import numpy as np
+import pandas as pd
+from markupsafe import Markup
+
+from daebench.catalogue import find_scene
+from daebench.fixed_step import accepted
+from daebench.lesson.control import Control, Values
+from daebench.lesson.experiment import Experiment, Shown
+from daebench.method import Request
+from daebench.names import parse
+from daebench.report import number
+from daebench.reports.lessons._panels import MINUS_START, against_time, seconds, small
+from daebench.scene import Array
+from daebench.trajectory import Trajectory
+from daebench.vector.axis import Axis
+from daebench.vector.sheet import sheet
+
+SCHEMES = {"rattle": "RATTLE", "lobatto3": "Lobatto, 3 stages"}
+APART = tuple(float(f"1e-{k}") for k in range(14, 1, -2))
+DELTA, H, T_END, PARTED = 1e-10, 0.005, 40.0, 0.1
+
+
+@cache
+def run(scheme: str, delta: float, h: float, t_end: float) -> tuple[Trajectory, Array]:
+    """Return the run of a double pendulum released delta rad below the horizontal, and its energy error."""
+    c, s = float(np.cos(delta)), float(np.sin(delta))
+    scene = find_scene("double_pendulum", "horizontal", q0=(c, -s, 2 * c, -2 * s), p0=(0.0,) * 4)
+    method = accepted(parse(scheme), scene, "and parts by itself")
+    found = method.solve(scene, Request(value=h, t_end=t_end, every=max(1, round(t_end / h / 2000)), watch=()))
+    level = scene.along("H", found.p, found.q)
+    return found, level - level[0]
+
+
+def apart(values: Values) -> tuple[Array, Array, Array]:
+    """Return times, the distance of the lower points of both pendulums, and the energy error of the first."""
+    (one, energy), (other, _) = (run(values["scheme"], delta, values["h"], values["t_end"]) for delta in (0.0, values["delta"]))
+    n = min(len(one.t), len(other.t))
+    return one.t[:n], np.linalg.norm(one.q[:n, 2:] - other.q[:n, 2:], axis=1), energy[:n]
+
+
+def parted(t: Array, distance: Array) -> float:
+    """Return when the distance first is as large as a tenth of an arm; NaN if it never is."""
+    large = np.flatnonzero(distance > PARTED)
+    return float(t[large[0]]) if len(large) else float("nan")
+
+
+def show(values: Values) -> Shown:
+    """Return the distance of both pendulums and the energy error of one of them."""
+    t, distance, energy = apart(values)
+    panels = [
+        against_time(t, {"": distance}, "", "distance of the lower points", Axis("distance [m]", 1e-16, 1e1, log=True)),
+        against_time(t, {"": energy}, MINUS_START, "energy error of one of them"),
+    ]
+    when = parted(t, distance)
+    told = Markup("they are a tenth of an arm apart after <b>{:.1f} s</b>").format(when) if when == when else Markup("they have not parted")
+    says = Markup("Released {} rad apart, {}. The energy error is {} J at most.").format(
+        number(values["delta"], 1), told, number(np.max(np.abs(energy)))
+    )
+    return Shown(sheet(panels, alt="Distance of two double pendulums against time, and energy error of one.", height=250), says)
+
+
+def table(values: Values) -> pd.DataFrame:
+    """Return the numbers behind the picture."""
+    return pd.DataFrame(dict(zip(("t", "distance", "energy_error"), apart(values), strict=True)))
+
+
+CHAOS = Experiment(
+    name="chaos",
+    title="Two starts",
+    controls=(
+        Control("delta", "released so far apart [rad]", APART, DELTA, APART, small),
+        Control("scheme", "method", tuple(SCHEMES), "rattle", tuple(SCHEMES), SCHEMES.__getitem__),
+        Control("h", "step size h", (0.002, 0.005, 0.01), H, (), seconds),
+        Control("t_end", "length of the run", (10.0, 20.0, 30.0, 40.0), T_END, (), seconds),
+    ),
+    show=show,
+    table=table,
+)

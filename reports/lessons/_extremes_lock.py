@@ -1,0 +1,75 @@
+"""Lock-up: a slider-crank whose rod is hardly longer than its crank, and G close to losing rank."""
+
+from functools import cache
+
+import numpy as np
+import pandas as pd
+from markupsafe import Markup
+
+from daebench.catalogue import find_scene
+from daebench.fixed_step import accepted
+from daebench.lesson.control import Control, Values
+from daebench.lesson.experiment import Experiment, Shown
+from daebench.method import Request
+from daebench.names import parse
+from daebench.report import number
+from daebench.reports.lessons._panels import MINUS_START, against_time, seconds
+from daebench.scene import Array
+from daebench.trajectory import Trajectory
+from daebench.vector.axis import Axis
+from daebench.vector.sheet import sheet
+
+SCHEMES = {"rattle": "RATTLE", "rk4": "Runge and Kutta, index reduced (rk4)"}
+RODS, ROD, H, T_END = (2.0, 1.5, 1.2, 1.1, 1.03, 1.01, 1.003, 1.001, 1.0), 1.1, 0.005, 3.0
+
+
+@cache
+def run(scheme: str, rod: float, h: float) -> tuple[Trajectory, Array, Array]:
+    """Return a run, its energy error, and the smaller singular value of G in parts of the larger one."""
+    scene = find_scene("slider_crank", "turning", {"rod": rod})
+    found = accepted(parse(scheme), scene, "and cannot lock up in a step").solve(scene, Request(value=h, t_end=T_END, every=1, watch=()))
+    level = scene.along("H", found.p, found.q)
+    singular = np.linalg.svd(scene.along("G", found.q), compute_uv=False)
+    return found, level - level[0], singular[:, -1] / singular[:, 0]
+
+
+def show(values: Values) -> Shown:
+    """Return the energy error and the rank of G along a run."""
+    found, energy, rank = run(**values)
+    panels = [
+        against_time(found.t, {"": energy}, MINUS_START, "energy error"),
+        against_time(
+            found.t,
+            {"": rank},
+            "",
+            "how far G is from losing rank",
+            Axis("\N{GREEK SMALL LETTER SIGMA} least / largest", 1e-5, 1.0, log=True),
+        ),
+    ]
+    says = Markup("Largest energy error <b>{}</b> J; the smaller singular value of <i>G</i> falls to {} of the larger one.").format(
+        number(np.max(np.abs(energy))), number(rank.min())
+    )
+    if found.failure:
+        says += Markup(" The run stopped at <i>t</i> = {:.3g} s: {}").format(
+            found.t[-1], found.failure.partition(": ")[2].partition(", within")[0] + "."
+        )
+    return Shown(sheet(panels, alt="Energy error and rank of G against time.", height=250), says)
+
+
+def table(values: Values) -> pd.DataFrame:
+    """Return the numbers behind the picture."""
+    found, energy, rank = run(**values)
+    return pd.DataFrame({"t": found.t, "energy_error": energy, "rank": rank})
+
+
+LOCK = Experiment(
+    name="lock-up",
+    title="A mechanism that locks",
+    controls=(
+        Control("rod", "rod, in cranks", RODS, ROD, RODS),
+        Control("scheme", "method", tuple(SCHEMES), "rattle", tuple(SCHEMES), SCHEMES.__getitem__),
+        Control("h", "step size h", (0.001, 0.002, 0.005, 0.01), H, (), seconds),
+    ),
+    show=show,
+    table=table,
+)

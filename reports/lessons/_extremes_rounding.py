@@ -1,0 +1,67 @@
+"""Round-off: what a sum of many small steps loses, and compensated summation gives back."""
+
+from functools import cache
+
+import numpy as np
+import pandas as pd
+from markupsafe import Markup
+
+from daebench.catalogue import find_scene
+from daebench.fixed_step import accepted
+from daebench.lesson.control import NO_YES, Control, Values
+from daebench.lesson.experiment import Experiment, Shown
+from daebench.method import Request
+from daebench.names import parse
+from daebench.report import count, number
+from daebench.reports.lessons._panels import against_time, seconds
+from daebench.scene import Array
+from daebench.vector.axis import around
+from daebench.vector.sheet import sheet
+
+SHOWN = 400
+STEPS = (1000, 10_000, 50_000, 100_000, 200_000)
+NAMES = {False: "plain sums", True: "compensated sums"}
+
+
+@cache
+def run(compensated: bool, h: float, steps: int) -> tuple[Array, Array]:
+    """Return times and the error of the angular momentum about the vertical, which RATTLE keeps but for rounding."""
+    scene = find_scene("spherical_pendulum", "fig1.1")
+    method = accepted(parse("rattle", compensated=compensated), scene, "and rounds as it likes")
+    found = method.solve(scene, Request(value=h, steps=steps, every=max(1, steps // SHOWN), watch=()))
+    L3 = found.q[:, 0] * found.p[:, 1] - found.q[:, 1] * found.p[:, 0]
+    return found.t, L3 - L3[0]
+
+
+def show(values: Values) -> Shown:
+    """Return the error of the angular momentum, with plain sums and, if it is asked for, compensated ones."""
+    shown = {NAMES[each]: run(each, values["h"], values["steps"]) for each in NO_YES if not each or values["compensated"]}
+    errors = {name: error for name, (_, error) in shown.items()}
+    t = shown[NAMES[False]][0]
+    axis = around("L\N{SUBSCRIPT THREE} \N{MINUS SIGN} its start [J s]", *errors.values(), [0.0])
+    panels = [
+        against_time(t, errors, "", "error of the angular momentum", axis),
+        against_time(t, errors, "", "the same, modulus", around("|error| [J s]", [1e-19, 1e-13], log=True)),
+    ]
+    largest = Markup(", ").join(Markup("{} <b>{}</b>").format(name, number(np.max(np.abs(error)))) for name, error in errors.items())
+    says = Markup("After {} steps, the largest error of the angular momentum: {}.").format(count(values["steps"]), largest)
+    return Shown(sheet(panels, alt="Error of the angular momentum against time, with plain and with compensated sums.", height=250), says)
+
+
+def table(values: Values) -> pd.DataFrame:
+    """Return the numbers behind the picture."""
+    (t, plain), (_, compensated) = (run(each, values["h"], values["steps"]) for each in NO_YES)
+    return pd.DataFrame({"t": t, "plain": plain, "compensated": compensated})
+
+
+ROUNDING = Experiment(
+    name="round-off",
+    title="A long sum",
+    controls=(
+        Control("compensated", "show compensated sums too", NO_YES, False, NO_YES),
+        Control("steps", "steps", STEPS, 100_000, (10_000, 100_000, 200_000), lambda n: f"{n:,}".replace(",", " ")),
+        Control("h", "step size h", (0.001, 0.01, 0.1), 0.01, (), seconds),
+    ),
+    show=show,
+    table=table,
+)

@@ -1,0 +1,201 @@
+"""What the lesson on Poisson maps lets one try, and the numbers that it tells."""
+
+from functools import partial
+from types import SimpleNamespace
+
+import numpy as np
+import pandas as pd
+from markupsafe import Markup
+
+from daebench.figures import BLACK, BLUE, GREEN, VERMILION, Stroke
+from daebench.lesson.control import Control, Values
+from daebench.lesson.experiment import Experiment, Preparation, Shown
+from daebench.report import number
+from daebench.report.claims import require
+from daebench.reports.lessons._panels import seconds
+from daebench.reports.lessons._poisson_maps_runs import BY_HAND, Carried, carried, log_area, orbit, spun
+from daebench.reports.lessons._view import seen, view
+from daebench.scene import Array
+from daebench.vector.axis import Axis, around
+from daebench.vector.marks import Area, Curve, Dots
+from daebench.vector.sheet import Panel, sheet
+
+SCHEMES = {
+    BY_HAND: "explicit Euler",
+    "rk4": "Runge and Kutta (rk4)",
+    "midpoint": "midpoint rule",
+    "symplectic_euler_adjoint": "symplectic Euler",
+    "strang": "splitting (strang)",
+}
+STARTS = {"4,2": "(4, 2), HLW Fig. 4.1", "6,2": "(6, 2), HLW Fig. 4.1", "2,2": "(2, 2)"}
+BODIES = {
+    "strang@123": "splitting into three rotations",
+    "strang@top": "splitting, symmetric top",
+    "midpoint": "midpoint rule",
+    "rk4": "Runge and Kutta (rk4)",
+}
+SPINS = {"axis3": "about axis 3", "axis1": "about axis 1", "middle": "near the middle axis"}
+RUN, EXACT, BEGIN, END = Stroke(BLUE, "-", ""), Stroke(BLACK, (0, (4, 3)), ""), Stroke(GREEN, "-", ""), Stroke(VERMILION, "-", "")
+H, T_END, KEPT = 0.05, 10.0, 1e-9
+
+
+def show_orbits(values: Values) -> Shown:
+    """Return orbit, cat, energy error and Poisson volume of a run of predator and prey."""
+    run = carried(**values)
+    exact = orbit(values["start"])
+    time = Axis("t [s]", 0.0, max(float(run.t[-1]), 1e-6))
+    volume = np.clip(run.volume, 0.0, 4.0)
+    window = (np.vstack([exact, *run.cats[:1]]), np.log(np.vstack([exact, *run.cats[:1]])))
+    panels = [
+        plane(
+            run, exact, around("prey u", window[0][:, 0], [0.0], margin=0.15), around("predators v", window[0][:, 1], [0.0], margin=0.15)
+        ),
+        logarithms(run, np.log(exact), around("ln u", window[1][:, 0], margin=0.1), around("ln v", window[1][:, 1], margin=0.1)),
+        Panel(time, around("H \N{MINUS SIGN} H\N{SUBSCRIPT ZERO}", run.energy, [0.0]), [Curve(run.t, run.energy, RUN)], "energy error"),
+        Panel(
+            time,
+            around("volume / volume at the start", volume, [0.95, 1.05]),
+            [Curve(run.t, run.volume, RUN)],
+            "Poisson volume along the orbit",
+        ),
+    ]
+    alt = "Orbit of prey and predators with a cat carried along, the same in logarithms, energy error and Poisson volume against time."
+    return Shown(sheet(panels, alt=alt, height=270), orbits_said(run))
+
+
+def plane(run: Carried, exact: Array, x: Axis, y: Axis) -> Panel:
+    """Return the orbit and the cats in the plane of both populations."""
+    marks = [Curve(exact[:, 0], exact[:, 1], EXACT, "exact orbit", width=1.0), Curve(run.y[:, 0], run.y[:, 1], RUN, "run", width=0.8)]
+    return Panel(x, y, [*marks, *cats(run.cats)], "orbit, and a cat carried along")
+
+
+def logarithms(run: Carried, exact: Array, x: Axis, y: Axis) -> Panel:
+    """Return the cats where their Poisson volume is plain area."""
+    return Panel(
+        x,
+        y,
+        [Curve(exact[:, 0], exact[:, 1], EXACT, width=1.0), *cats([np.log(each) for each in run.cats])],
+        "in logarithms: volume is area",
+    )
+
+
+def cats(outlines: list[Array]) -> list[Area]:
+    """Return the cat at the start and wherever it was drawn."""
+    named = ["the cat at the start", *["carried along"] * (len(outlines) - 1)]
+    return [Area(each[:, 0], each[:, 1], BEGIN if k == 0 else END, named[k]) for k, each in enumerate(outlines)]
+
+
+def orbits_said(run: Carried) -> Markup:
+    """Return what became of a run in sentences."""
+    fate = "kept to round-off" if np.max(np.abs(run.volume - 1)) < KEPT else "not kept"
+    area = log_area(run.cats[-1]) / log_area(run.cats[0])
+    says = Markup("After {:g} s the Poisson volume along the orbit is <b>{}</b> of that at the start: {}. Energy error {}.").format(
+        run.t[-1], number(run.volume[-1], 4), fate, number(run.energy[-1])
+    )
+    if np.isfinite(area) and 0 < area < 10:
+        says += Markup(" The cat has {} of its volume.").format(number(area, 4))
+    return says + (Markup(" It {}").format(run.failure[run.failure.index("stopped") :]) if run.failure else Markup(""))
+
+
+def table_orbits(values: Values) -> pd.DataFrame:
+    """Return the numbers behind the picture, one row a state."""
+    run = carried(**values)
+    return pd.DataFrame({"t": run.t, "u": run.y[:, 0], "v": run.y[:, 1], "energy_error": run.energy, "volume": run.volume})
+
+
+def show_body(values: Values) -> Shown:
+    """Return states of the rigid body on, or off, its sphere, and the errors of Casimir function and energy."""
+    run = spun(**values)
+    at = seen(run.y)
+    dots = [
+        Dots(at[shown, 0], at[shown, 1], Stroke(color, "-", ""), radius=1.3)
+        for shown, color in ((at[:, 2] < 0, "#9aa7b4"), (at[:, 2] >= 0, BLUE))
+    ]
+    time = Axis("t [s]", 0.0, float(run.t[-1]))
+    low = 1e-17
+    errors = [np.maximum(np.abs(each), low) for each in (run.casimir, run.energy)]
+    axis = around("error", [1e-17, 1.0], log=True)
+    curves = [
+        Curve(run.t, error, stroke, name, width=1.0)
+        for error, stroke, name in zip(errors, (RUN, END), ("Casimir function C", "energy H"), strict=True)
+    ]
+    says = Markup(
+        "Largest error of the Casimir function <i>C</i> = |<i>y</i>|<sup>2</sup>/2: <b>{}</b>; of the energy: {}. "
+        "At the end |<i>y</i>| = {:.4f}."
+    ).format(number(np.max(np.abs(run.casimir))), number(np.max(np.abs(run.energy))), float(np.linalg.norm(run.y[-1])))
+    alt = "States of the rigid body on the sphere of constant angular momentum, and errors of Casimir function and energy against time."
+    return Shown(
+        sheet([view([*dots], "angular momentum, seen from the body"), Panel(time, axis, curves, "what is kept")], alt=alt, height=300), says
+    )
+
+
+def table_body(values: Values) -> pd.DataFrame:
+    """Return the numbers behind the picture, one row a state."""
+    run = spun(**values)
+    return pd.DataFrame(
+        {"t": run.t, "y1": run.y[:, 0], "y2": run.y[:, 1], "y3": run.y[:, 2], "energy_error": run.energy, "C_error": run.casimir}
+    )
+
+
+ORBITS = Experiment(
+    name="orbits",
+    title="Predator and prey, and a cat",
+    controls=(
+        Control("scheme", "method", tuple(SCHEMES), BY_HAND, tuple(SCHEMES), SCHEMES.__getitem__),
+        Control("h", "step size h", (0.05, 0.1, 0.15, 0.2, 0.25, 0.3, 0.4), H, (0.05, 0.1, 0.25, 0.4), seconds),
+        Control("t_end", "length of the run", (1.0, 2.0, 5.0, 10.0, 15.0, 20.0), T_END, (), seconds),
+        Control("start", "start (u, v)", tuple(STARTS), "4,2", (), STARTS.__getitem__),
+    ),
+    show=show_orbits,
+    table=table_orbits,
+)
+BODY = Experiment(
+    name="body",
+    title="The rigid body on its sphere",
+    controls=(
+        Control("scheme", "method", tuple(BODIES), "rk4", tuple(BODIES), BODIES.__getitem__),
+        Control("h", "step size h", (0.1, 0.2, 0.5, 1.0, 1.5, 2.0), 1.0, (0.5, 1.0, 2.0), seconds),
+        Control("start", "start", tuple(SPINS), "axis3", tuple(SPINS), SPINS.__getitem__),
+        Control("steps", "steps", (100, 200, 400, 800, 1600), 400),
+    ),
+    show=show_body,
+    table=table_body,
+)
+EXPERIMENTS = (ORBITS, BODY)
+
+
+def preparations() -> list[Preparation]:
+    """Return what has to be compiled before the controls answer at once."""
+    plane: list[Preparation] = [(f"compiling {name}", partial(carried, name, "4,2", H, H)) for name in SCHEMES]
+    plane += [(f"orbit from {start}", partial(orbit, start)) for start in STARTS]
+    return plane + [(f"compiling {name} for the body", partial(spun, name, "axis3", 1.0, 2)) for name in BODIES]
+
+
+def facts() -> SimpleNamespace:
+    """Return the numbers of the text.
+
+    Raises
+    ------
+    ClaimRefuted
+        If a sentence of the text does not hold.
+    """
+    runs = {name: carried(name, "4,2", H, T_END) for name in SCHEMES}
+    change = {name: float(np.max(np.abs(run.volume - 1))) for name, run in runs.items()}
+    share = {name: log_area(run.cats[-1]) / log_area(run.cats[0]) for name, run in runs.items()}
+    body = {name: spun(name, "axis3", 1.0, 400) for name in BODIES}
+    casimir = {name: float(np.max(np.abs(run.casimir))) for name, run in body.items()}
+    energy = {name: float(np.max(np.abs(run.energy))) for name, run in body.items()}
+    require(max(change["symplectic_euler_adjoint"], change["strang"]) < KEPT, "symplectic Euler and the splitting keep the volume", change)
+    require(abs(share["strang"] - 1) < 1e-3, "the cat keeps its volume with the splitting", share)
+    require(min(change[BY_HAND], change["rk4"], change["midpoint"]) > 1e3 * KEPT, "the others do not", change)
+    require(runs[BY_HAND].energy[-1] > 1, "explicit Euler spirals outwards", runs[BY_HAND].energy[-1])
+    require(change["rk4"] < 0.1 * change["midpoint"], "rk4 changes the volume less than the midpoint rule", change)
+    require(
+        casimir["rk4"] > 1e-6 > 1e-12 > max(casimir["strang@123"], casimir["strang@top"], casimir["midpoint"]),
+        "rk4 alone leaves the sphere",
+        casimir,
+    )
+    require(
+        energy["midpoint"] < 1e-12 < energy["strang@123"], "the midpoint rule keeps the energy of the body, the splitting does not", energy
+    )
+    return SimpleNamespace(runs=runs, change=change, share=share, casimir=casimir, energy=energy, h=H, t_end=T_END)

@@ -1,0 +1,186 @@
+"""What the lesson on tolerances lets one try, and the numbers that it tells: all runs are made when it starts."""
+
+from dataclasses import dataclass
+from functools import cache, partial
+from types import SimpleNamespace
+
+import numpy as np
+import pandas as pd
+from markupsafe import Markup
+
+from daebench.figures import BLACK, STROKES, VERMILION, Stroke
+from daebench.lesson.control import NO_YES, Control, Values
+from daebench.lesson.experiment import Experiment, Preparation, Shown
+from daebench.method import Patience, Request
+from daebench.reference.ida import DEFAULT_CURES, Ida
+from daebench.report import count, number
+from daebench.report.claims import require
+from daebench.reports._tolerances_runs import FAST, IN_WORDS, end, exact_of, scene_of
+from daebench.scene import Array
+from daebench.vector.axis import Axis, around
+from daebench.vector.marks import Curve, Dots, Mark
+from daebench.vector.sheet import Panel, sheet
+
+FORMULATIONS = {"index3": "index 3", "index2": "index 2", "index1": "index 1", "ggl": "GGL"}
+TOLERANCES = tuple(float(f"1e-{k}") for k in range(3, 11))
+T_END, TOL = 5.0, 1e-6
+PATIENCE = Patience(calls=20_000, slow_calls=5_000, slow_part=150)
+"""When a run is given up: the lesson waits for all of them."""
+
+ASKED, HIDDEN = Stroke(BLACK, (0, (4, 3)), ""), Stroke(VERMILION, (0, (6, 2)), "")
+FLOOR = 1e-17
+
+
+@dataclass(frozen=True)
+class Reached:
+    """A run of IDA.
+
+    Parameters
+    ----------
+    t : ndarray, shape(n,)
+        Times of output, s.
+    error, g, Gv : ndarray, shape(n,)
+        Largest error of a component of q against the certified reference, and moduli of both constraints' residuals.
+    worst : float
+        Largest error; NaN where the run ended early.
+    calls : int
+        Evaluations of the residual.
+    end : str
+        How it ended, see ``_tolerances_runs.end``.
+    """
+
+    t: Array
+    error: Array
+    g: Array
+    Gv: Array
+    worst: float
+    calls: int
+    end: str
+
+
+@cache
+def reached(formulation: str, cured: bool, tol: float) -> Reached:
+    """Return the run of a formulation with one tolerance, relative and absolute."""
+    scene, truth = scene_of(FAST), exact_of(FAST, T_END)
+    request = Request(value=tol, t_end=T_END, points=len(truth.t), watch=(), patience=PATIENCE)
+    run = Ida(formulation, DEFAULT_CURES[formulation] if cured else "none").solve(scene, request)
+    n = int(np.sum(run.t <= truth.t[-1] + 1e-9)) if not run.failure else int(np.sum(np.isin(np.round(run.t, 9), np.round(truth.t, 9))))
+    error = np.max(np.abs(run.q[:n] - truth.q[:n]), axis=1)
+    return Reached(
+        t=run.t[:n],
+        error=error,
+        g=np.abs(scene.along("g", run.q[:n])).ravel(),
+        Gv=np.abs(scene.along("Gv", run.p[:n], run.q[:n])).ravel(),
+        worst=float("nan") if run.failure else float(np.max(error)),
+        calls=run.work["residual"],
+        end=end(run.failure),
+    )
+
+
+def show(values: Values) -> Shown:
+    """Return asked against reached for all formulations, and error and drift of the chosen run."""
+    cured, chosen = values["cured"], reached(**values)
+    runs = {name: [reached(name, cured, tol) for tol in TOLERANCES] for name in FORMULATIONS}
+    time = Axis("t [s]", 0.0, T_END)
+    error = around("largest error of q [m]", [1e-10, 10.0], log=True)
+    residuals = (np.maximum(chosen.g, FLOOR), np.maximum(chosen.Gv, FLOOR))
+    lines = [
+        Curve(chosen.t, residuals[0], STROKES[3], "|g|"),
+        Curve(chosen.t, residuals[1], HIDDEN, "|G H\N{LATIN SUBSCRIPT SMALL LETTER P}|"),
+    ]
+    curve = Curve(chosen.t, np.maximum(chosen.error, FLOOR), STROKES[FORMULATIONS_ORDER[values["formulation"]]])
+    panels = [
+        Panel(Axis("tolerance asked for", 1e-11, 1e-2, log=True), error, asked(runs, values), "asked and reached"),
+        Panel(Axis("evaluations of the residual", 1e2, 1e5, log=True), error, cost(runs), "cost"),
+        Panel(time, Axis("error of q [m]", 1e-16, 1e2, log=True), [curve], "error of the chosen run"),
+        Panel(time, Axis("residual", 1e-17, 1e1, log=True), lines, "its constraints"),
+    ]
+    alt = "Error reached against tolerance and against evaluations, a line a formulation; error and constraints of one run."
+    return Shown(sheet(panels, alt=alt, height=270), says(values, chosen))
+
+
+FORMULATIONS_ORDER = {name: k for k, name in enumerate(FORMULATIONS)}
+
+
+def asked(runs: dict[str, list[Reached]], values: Values) -> list[Mark]:
+    """Return the lines of all formulations, with the chosen run in a ring, and the line on which both would agree."""
+    marks: list[Mark] = [Curve([1e-11, 1e-2], [1e-11, 1e-2], ASKED, "reached = asked", width=0.9)]
+    for (name, own), stroke in zip(runs.items(), STROKES, strict=False):
+        worst = [each.worst for each in own]
+        marks += [Curve(TOLERANCES, worst, stroke, FORMULATIONS[name]), Dots(TOLERANCES, worst, stroke)]
+    chosen = reached(**values)
+    return [*marks, Dots([values["tol"]], [chosen.worst], Stroke(BLACK, "-", ""), radius=6.5, hollow=True)]
+
+
+def cost(runs: dict[str, list[Reached]]) -> list[Mark]:
+    """Return error against evaluations, a line a formulation."""
+    marks: list[Mark] = []
+    for own, stroke in zip(runs.values(), STROKES, strict=False):
+        calls, worst = [each.calls for each in own], [each.worst for each in own]
+        marks += [Curve(calls, worst, stroke), Dots(calls, worst, stroke)]
+    return marks
+
+
+def says(values: Values, run: Reached) -> Markup:
+    """Return what one run reached, in sentences."""
+    name = FORMULATIONS[values["formulation"]]
+    if run.end != "reached":
+        why = Markup("<b>{}</b>, tolerance {}: the run ended early, at or after <i>t</i> = {:.3g} s; {}.")
+        return why.format(name, number(values["tol"], 1), float(run.t[-1]), IN_WORDS[run.end])
+    told = Markup("<b>{}</b>: asked was {}, reached {}, <b>{}</b> times as much, with {} evaluations of the residual. ").format(
+        name, number(values["tol"], 1), number(run.worst), number(run.worst / values["tol"]), count(run.calls)
+    )
+    return told + Markup("|<i>g</i>| is {} at most, |<i>G H<sub>p</sub></i>| {}.").format(number(run.g.max()), number(run.Gv.max()))
+
+
+def table(values: Values) -> pd.DataFrame:
+    """Return what all runs reached, with the cure or without it."""
+    rows = [(name, tol, reached(name, values["cured"], tol)) for name in FORMULATIONS for tol in TOLERANCES]
+    columns = ("worst", "calls", "end")
+    return pd.DataFrame([{"formulation": name, "tol": tol} | {each: getattr(run, each) for each in columns} for name, tol, run in rows])
+
+
+ASKED_REACHED = Experiment(
+    name="asked-reached",
+    title="Asked and reached",
+    controls=(
+        Control("formulation", "formulation", tuple(FORMULATIONS), "index1", tuple(FORMULATIONS), FORMULATIONS.__getitem__),
+        Control("cured", "multipliers kept out of the error test", NO_YES, True, NO_YES),
+        Control("tol", "tolerance", TOLERANCES, TOL, TOLERANCES, lambda tol: f"{tol:.0e}".replace("e-0", "e-")),
+    ),
+    show=show,
+    table=table,
+)
+EXPERIMENTS = (ASKED_REACHED,)
+
+
+def preparations() -> list[Preparation]:
+    """Return the runs, which are all made before the controls answer."""
+    return [
+        (f"IDA, {label}, {'cured' if cured else 'as it comes'}, tolerance {tol:.0e}", partial(reached, name, cured, tol))
+        for name, label in FORMULATIONS.items()
+        for cured in NO_YES
+        for tol in TOLERANCES
+    ]
+
+
+def facts() -> SimpleNamespace:
+    """Return the numbers of the text.
+
+    Raises
+    ------
+    ClaimRefuted
+        If a sentence of the text does not hold.
+    """
+    cured = {name: reached(name, True, TOL) for name in FORMULATIONS}
+    plain = {name: [reached(name, False, tol).end for tol in TOLERANCES] for name in FORMULATIONS}
+    came = {name: sum(each == "reached" for each in ends) for name, ends in plain.items()}
+    more = {name: run.worst / TOL for name, run in cured.items()}
+    require(all(run.end == "reached" for run in cured.values()), "with the cure all formulations come to the end", cured)
+    require(came["index3"] == 0, "without a cure index 3 never comes to the end", came)
+    require(max(came.values()) < len(TOLERANCES), "without a cure no formulation comes to the end at all tolerances", came)
+    require(min(more.values()) > 10, "every error is well above the tolerance", more)
+    drift = {name: float(run.g.max()) for name, run in cured.items()}
+    require(drift["index1"] > 5 * max(drift[name] for name in drift if name != "index1"), "index 1 leaves the constraint farthest", drift)
+    require(cured["index2"].g.max() > 10 * cured["ggl"].g.max(), "index 2 lets the positions drift, and GGL does not", cured["ggl"].g.max())
+    return SimpleNamespace(cured=cured, came=came, more=more, tol=TOL, t_end=T_END, n=len(TOLERANCES))

@@ -1,0 +1,151 @@
+# /// script
+# [tool.marimo.display]
+# theme = "system"
+# ///
+"""Orbits of predator and prey close or spiral, a cat keeps its Poisson volume or not, a rigid body stays on its sphere or leaves it."""
+
+import marimo
+
+app = marimo.App(width="medium", app_title="Poisson maps")
+
+
+@app.cell
+def _():
+    import marimo as mo
+
+    from daebench.lesson import live
+    from daebench.report import number
+    from daebench.reports.lessons import _poisson_maps as lesson
+
+    live.style()
+    return lesson, live, mo, number
+
+
+@app.cell
+def _(mo):
+    mo.md(r"""
+    # Poisson maps
+
+    A Hamiltonian system has an energy $H$ and a structure. In canonical coordinates the structure is $J$, and never changes. In other
+    coordinates it is a matrix that depends on the state:
+
+    $$\dot y = B(y)\,\nabla H(y), \qquad B(y)^T = -B(y) \tag{HLW VII.2.12}$$
+
+    Predators $v$ and prey $u$ are such a system:
+
+    $$\dot u = u\,(v - 2), \quad \dot v = v\,(1 - u), \qquad B = \begin{pmatrix} 0 & uv \\ -uv & 0 \end{pmatrix}, \quad
+    H = u - \ln u + v - 2\ln v \tag{HLW VII.2.13}$$
+
+    The flow keeps $H$, so that orbits are closed curves. It keeps $B$ as well, it is a *Poisson map*:
+
+    $$\varphi'(y)\,B(y)\,\varphi'(y)^T = B(\varphi(y)) \tag{HLW VII.2.21}$$
+
+    In the plane this says that the *Poisson volume* $du\,dv/(uv)$ of any set of states stays what it is. A cat, say.
+    """)
+    return
+
+
+@app.cell
+def _(lesson, live):
+    live.prepare(lesson.preparations())
+    facts = lesson.facts()
+    return (facts,)
+
+
+@app.cell
+def _(mo):
+    mo.md(r"""
+    ## Orbits close or spiral
+
+    The cat is a set of starts, drawn green, and red after each quarter of the run. In the logarithms of $u$ and $v$, its Poisson volume
+    is its plain area.
+    """)
+    return
+
+
+@app.cell
+def _(lesson, live):
+    orbit_knobs = live.panel(lesson.ORBITS)
+    live.arranged(orbit_knobs)
+    return (orbit_knobs,)
+
+
+@app.cell
+def _(lesson, live, orbit_knobs):
+    live.shown(lesson.ORBITS, orbit_knobs)
+    return
+
+
+@app.cell
+def _(facts, mo, number):
+    mo.md(f"""
+    With h = {facts.h} s, after {facts.t_end:g} s the explicit Euler method has spiralled outwards, and the cat has grown to
+    {number(facts.share["euler"], 3)} of its volume. Runge and Kutta's method closes the orbit to the eye; the volume along it is off by
+    {number(facts.change["rk4"], 1)} at most, and by {number(facts.change["midpoint"], 1)} with the midpoint rule, which is symplectic for
+    constant B and for no other. Symplectic Euler and the splitting change it by {number(facts.change["symplectic_euler_adjoint"], 1)} and
+    {number(facts.change["strang"], 1)}: they are Poisson maps.
+
+    ## A body on its sphere
+
+    Some structures have functions that every motion keeps, whatever the energy. They are called Casimir functions. For the angular
+    momentum y of a free rigid body it is the length of y: all motion is on a sphere. A Poisson map keeps the Casimir functions, if it is
+    one for this B.
+    """)
+    return
+
+
+@app.cell
+def _(lesson, live):
+    body_knobs = live.panel(lesson.BODY)
+    live.arranged(body_knobs)
+    return (body_knobs,)
+
+
+@app.cell
+def _(body_knobs, lesson, live):
+    live.shown(lesson.BODY, body_knobs)
+    return
+
+
+@app.cell
+def _(facts, mo, number):
+    mo.md(f"""
+    With h = 1 s the method of Runge and Kutta loses the sphere by {number(facts.casimir["rk4"])} in 400 steps. The splittings turn y, part
+    by part: each part is a rotation, and the length is kept to {number(facts.casimir["strang@123"], 1)}. The midpoint rule keeps both the
+    length and the energy, as it keeps all that is quadratic ({number(facts.energy["midpoint"], 1)}), and is no Poisson map all the same.
+
+    ## Questions to try
+
+    **Symplectic Euler with a large step: the orbit is not the exact one. Does it close?**
+
+    /// details | Answer
+    It is a closed curve nearby: that of a modified energy, which a Poisson integrator keeps almost exactly, HLW IX.3. Its own energy error
+    goes up and down and does not grow.
+    ///
+
+    **Which of the two would you keep: the energy, or the volume?**
+
+    /// details | Answer
+    The midpoint rule on the rigid body keeps the energy and is no Poisson map; the splitting is one, and its energy error is
+    {number(facts.energy["strang@123"])}, bounded. For single orbits of a small system both do. For clouds of states, in statistics, the
+    volume is what counts.
+    ///
+
+    **Start the body near its middle axis. What do methods agree on?**
+
+    /// details | Answer
+    On the sphere, if they keep it. The motion about the middle axis is unstable: the body turns over again and again, and a small change
+    of the method moves the turns in time.
+    ///
+    """)
+    return
+
+
+@app.cell
+def _(lesson, live):
+    live.report(lesson.EXPERIMENTS)
+    return
+
+
+if __name__ == "__main__":
+    app.run()

@@ -1,0 +1,135 @@
+# /// script
+# [tool.marimo.display]
+# theme = "system"
+# ///
+"""IDA at index 3, 2, 1 and GGL: which error the tolerance that was asked for comes to, and what becomes of the constraints."""
+
+import marimo
+
+app = marimo.App(width="medium", app_title="What tolerance buys")
+
+
+@app.cell
+def _():
+    import marimo as mo
+
+    from daebench.lesson import live
+    from daebench.report import number
+    from daebench.reports.lessons import _tolerance as lesson
+
+    live.style()
+    return lesson, live, mo, number
+
+
+@app.cell
+def _(mo):
+    mo.md(r"""
+    # What tolerance buys
+
+    IDA, of SUNDIALS, is the best known solver of differential-algebraic equations. One gives it a tolerance, it chooses steps and orders
+    such that an estimate of each step's error stays below. The motion is that of a spherical pendulum:
+
+    $$\dot q = v, \qquad M\dot v = -U_q(q) - G(q)^T\lambda, \qquad 0 = g(q) \tag{HLW VII.1.2}$$
+
+    The last equation can be posed in several ways, and each makes another system for the solver. The *index* is the number of
+    differentiations after which there is a differential equation for everything:
+
+    - **index 3**: the constraint $0 = g(q)$ itself;
+    - **index 2**: its first derivative, $0 = G(q)\,v$;
+    - **index 1**: its second derivative, which gives $\lambda$;
+    - **GGL**: $0 = g(q)$ and $0 = G(q)\,v$ together, with a second multiplier, $\dot q = v - G(q)^T\mu$.
+
+    What does the tolerance say about the error at the end? All errors here are against a certified reference.
+    """)
+    return
+
+
+@app.cell
+def _(lesson, live):
+    live.prepare(lesson.preparations())
+    facts = lesson.facts()
+    return (facts,)
+
+
+@app.cell
+def _(mo):
+    mo.md(r"""
+    ## Asked and reached
+
+    The ring is the chosen run; its error and its constraints are below. The switch decides whether the multipliers take part in the test
+    that chooses the steps. IDA as it comes tests all unknowns, multipliers included.
+    """)
+    return
+
+
+@app.cell
+def _(lesson, live):
+    knobs = live.panel(lesson.ASKED_REACHED)
+    live.arranged(knobs)
+    return (knobs,)
+
+
+@app.cell
+def _(knobs, lesson, live):
+    live.shown(lesson.ASKED_REACHED, knobs)
+    return
+
+
+@app.cell
+def _(facts, mo, number):
+    mo.md(f"""
+    ## What you see
+
+    With a tolerance of {number(facts.tol, 1)}, and multipliers out of the test, the error after {facts.t_end:g} s is
+    {number(facts.more["index3"], 2)} times the tolerance at index 3, {number(facts.more["index2"], 2)} times at index 2,
+    {number(facts.more["index1"], 2)} times at index 1 and {number(facts.more["ggl"], 2)} times with GGL. The tolerance is a local promise:
+    about one step, not about the end.
+
+    The constraints tell the formulations apart. GGL keeps g to {number(facts.cured["ggl"].g.max(), 1)}. Index 2 knows the velocity
+    constraint only, and its positions drift to {number(facts.cured["index2"].g.max(), 1)}. Index 1 knows neither:
+    {number(facts.cured["index1"].g.max(), 1)}.
+
+    As it comes, IDA reaches the end at {facts.came["index3"]} of {facts.n} tolerances at index 3, at {facts.came["index2"]} at index 2,
+    at {facts.came["index1"]} at index 1, and at {facts.came["ggl"]} with GGL.
+
+    ## Why
+
+    The estimate of a multiplier's error is much larger than that of a position: the multiplier is a second derivative of the motion, and
+    nothing smooths it. To pass the test, steps would have to be absurdly small. At index 2 and GGL a cure is to make the multiplier the
+    derivative of an unknown; at index 1 and 3, to give it an absolute tolerance that is always met (at index 3, the velocity too). It is
+    then computed anew, from position and velocity, when it is asked for.
+
+    ## Questions to try
+
+    **Take index 1, cured, and go to smaller tolerances. What becomes of g?**
+
+    /// details | Answer
+    It falls with the tolerance, as the error does. Nothing pulls it back: drift is an error like the others, only one that can be seen
+    without knowing the solution.
+    ///
+
+    **A run without the cure stops at a tight tolerance. Is a looser one safer?**
+
+    /// details | Answer
+    It may come to its end, and then one has an answer without digits. Look at index 1 at the loosest tolerances: the end is reached, and
+    the error is as large as the motion.
+    ///
+
+    **How would you find the error without a reference?**
+
+    /// details | Answer
+    Run again with a tenth of the tolerance, and take the difference for the error of the first. Residuals of the constraints alone say
+    little: a formulation may keep them to many digits with a phase that is wrong.
+    ///
+    """)
+    return
+
+
+@app.cell
+def _(lesson, live):
+    live.report(lesson.EXPERIMENTS)
+    return
+
+
+if __name__ == "__main__":
+    app.run()

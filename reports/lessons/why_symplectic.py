@@ -1,0 +1,165 @@
+# /// script
+# [tool.marimo.display]
+# theme = "system"
+# ///
+"""A parallelogram of tangent vectors is carried along by each step of a method: its symplectic area stays, or it does not."""
+
+import marimo
+
+app = marimo.App(width="medium", app_title="Why index reduction breaks symplecticity")
+
+
+@app.cell
+def _():
+    import marimo as mo
+
+    from daebench.lesson import live
+    from daebench.report import number
+    from daebench.reports.lessons import _why_symplectic as lesson
+
+    live.style()
+    return lesson, live, mo, number
+
+
+@app.cell
+def _(mo):
+    mo.md(r"""
+    # Why index reduction breaks symplecticity
+
+    A point of mass swings on a rod: a spherical pendulum. In Cartesian coordinates its equations have a constraint, the length of the
+    rod, and a multiplier, the force in the rod:
+
+    $$\dot q = H_p(p,q), \qquad \dot p = -H_q(p,q) - G(q)^T\lambda, \qquad 0 = g(q) = q^Tq - 1, \qquad G = g_q \tag{HLW VII.1.9}$$
+
+    Nobody gives an equation for $\lambda$. One way out is to differentiate the constraint until there is one. Once gives
+    $0 = G(q)H_p(p,q)$, the velocity is tangent to the sphere. Once more gives $\lambda = \lambda(p,q)$, and what is left is an
+    ordinary differential equation: the index is *reduced*.
+
+    $$\dot q = H_p(p,q), \qquad \dot p = -H_q(p,q) - G(q)^T\lambda(p,q) \tag{HLW VII.1.18}$$
+
+    On the manifold $\mathcal M$ of states with $g = 0$ and $GH_p = 0$ both systems have the same solutions. So it should not matter
+    which of the two a method is given. It does.
+
+    ## What to look at
+
+    Take two tangent vectors of $\mathcal M$: two small changes of the start that respect the rod. They span a parallelogram. Its
+    *symplectic area* is the sum of the oriented areas of its shadows in the three planes of a position and its momentum,
+
+    $$dq\wedge dp \,=\, \sum_{i=1}^{3} \left( dq_i\,\delta p_i - dp_i\,\delta q_i \right), \tag{HLW VI.2}$$
+
+    and the exact motion never changes it: the flow on $\mathcal M$ is symplectic. A method is a map too, and its linearised steps carry
+    the parallelogram along. Here they do, to the last digit: the derivative is taken by a complex step.
+    """)
+    return
+
+
+@app.cell
+def _(lesson, live):
+    live.prepare(lesson.preparations())
+    facts = lesson.facts()
+    return (facts,)
+
+
+@app.cell
+def _(mo):
+    mo.md(r"""
+    ## Try it
+
+    Green is the parallelogram at the start, with area 1; red is where the run has carried it. The shadows may grow long and thin.
+    The question is whether their areas still add up to 1.
+    """)
+    return
+
+
+@app.cell
+def _(lesson, live):
+    knobs = live.panel(lesson.PARALLELOGRAM)
+    live.arranged(knobs)
+    return (knobs,)
+
+
+@app.cell
+def _(knobs, lesson, live):
+    live.shown(lesson.PARALLELOGRAM, knobs)
+    return
+
+
+@app.cell
+def _(facts, mo, number):
+    mo.md(f"""
+    ## What you see
+
+    With h = {facts.h} s, after {facts.t_end:g} s the area is {number(facts.runs["se"].area[-1], 3)} with symplectic Euler on the reduced
+    equations, {number(facts.runs["rk4"].area[-1], 6)} with the method of Runge and Kutta on the same equations, and with RATTLE it
+    differs from 1 by {number(facts.runs["rattle"].change, 1)}. RATTLE is no more accurate than it has to be, and yet keeps the area to
+    round-off; the method of order four comes close, and misses.
+
+    Projecting each step of symplectic Euler back onto the manifold removes the distance from it, |g| is then
+    {number(max(facts.projected.g), 1)} at most. But the area becomes {number(facts.projected.area[-1], 3)}: a projection is one more map,
+    and not a symplectic one.
+    """)
+    return
+
+
+@app.cell
+def _(mo):
+    mo.md(r"""
+    ## Why
+
+    Off $\mathcal M$ the reduced system is *not Hamiltonian*: the force $G^T\lambda(p,q)$ is no gradient. Symplectic Euler is
+    symplectic for Hamiltonian systems only, and its first step already leaves $\mathcal M$. RATTLE never meets the reduced system.
+    It takes $\lambda$ as an unknown of each step, and solves for it such that the constraint holds at the *end* of the step:
+
+    $$p_{1/2} = p_0 - \tfrac h2\left(H_q + G(q_0)^T\lambda_0\right), \qquad q_1 = q_0 + hM^{-1}p_{1/2}, \qquad 0 = g(q_1)
+    \tag{HLW VII.1.26}$$
+
+    The forces of constraint then add to $dq\wedge dp$ a term with $d g(q_1)$ and one with $d g(q_0)$, and both vanish for vectors that
+    are tangent to the manifold.
+    """)
+    return
+
+
+@app.cell
+def _(facts, mo, number):
+    mo.md(f"""
+    ## Questions to try
+
+    **Take symplectic Euler (se) and a run of a single step. Is the area kept?**
+
+    /// details | Answer
+    From the manifold, one step of it is symplectic to round-off: the defect of its two-form is {number(facts.one, 1)}. After
+    {facts.few} steps it is {number(facts.several)}: the second step begins off the manifold, where the equations are not Hamiltonian.
+    So a test that looks at one step only finds nothing.
+    ///
+
+    **Halve the step size of rk4. What becomes of the change of the area? Does it ever vanish?**
+
+    /// details | Answer
+    It shrinks like a power of h, as errors do, and is gone only below rounding. With RATTLE it is at rounding for every h for which the
+    step can be solved at all, however wrong the path is.
+    ///
+
+    **Implicit Euler for the constrained equations stays on the manifold. Is that enough?**
+
+    /// details | Answer
+    No. Its area shrinks towards zero, and so does the energy: it is dissipative. On the manifold and symplectic are two properties.
+    ///
+
+    **With RATTLE, the largest step and the fast start: what happens, and what does the area say?**
+
+    /// details | Answer
+    The equations of the step have no solution that Newton's iteration finds, and the run ends at once. A symplectic scheme is no
+    licence for any step: it says nothing about a step that cannot be taken.
+    ///
+    """)
+    return
+
+
+@app.cell
+def _(lesson, live):
+    live.report(lesson.EXPERIMENTS)
+    return
+
+
+if __name__ == "__main__":
+    app.run()
