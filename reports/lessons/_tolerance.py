@@ -77,15 +77,20 @@ def reached(formulation: str, cured: bool, tol: float) -> Reached:
     )
 
 
+def of(values: Values) -> Reached:
+    """Return the run that the controls choose; its arguments are in the order in which it was made before, for it is kept by them."""
+    return reached(values["formulation"], values["cured"], values["tol"])
+
+
 def show(values: Values) -> Shown:
     """Return asked against reached for all formulations, and error and drift of the chosen run."""
-    cured, chosen = values["cured"], reached(**values)
+    cured, chosen = values["cured"], of(values)
     runs = {name: [reached(name, cured, tol) for tol in TOLERANCES] for name in FORMULATIONS}
     time = Axis("t [s]", 0.0, T_END)
     error = around("largest error of q [m]", [1e-10, 10.0], log=True)
     residuals = (np.maximum(chosen.g, FLOOR), np.maximum(chosen.Gv, FLOOR))
     lines = [
-        Curve(chosen.t, residuals[0], STROKES[3], "|g|"),
+        Curve(chosen.t, residuals[0], STROKES[6], "|g|"),
         Curve(chosen.t, residuals[1], HIDDEN, "|G H\N{LATIN SUBSCRIPT SMALL LETTER P}|"),
     ]
     curve = Curve(chosen.t, np.maximum(chosen.error, FLOOR), STROKES[FORMULATIONS_ORDER[values["formulation"]]])
@@ -108,7 +113,7 @@ def asked(runs: dict[str, list[Reached]], values: Values) -> list[Mark]:
     for (name, own), stroke in zip(runs.items(), STROKES, strict=False):
         worst = [each.worst for each in own]
         marks += [Curve(TOLERANCES, worst, stroke, FORMULATIONS[name]), Dots(TOLERANCES, worst, stroke)]
-    chosen = reached(**values)
+    chosen = of(values)
     return [*marks, Dots([values["tol"]], [chosen.worst], Stroke(BLACK, "-", ""), radius=6.5, hollow=True)]
 
 
