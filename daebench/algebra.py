@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 
 from daebench.codegen import function, pack
 from daebench.least_squares_solver import least_squares_solver
-from daebench.solvers import UNROLLED, blocked, eliminating, looping_solver, solver
+from daebench.solvers import UNROLLED, Target, blocked, eliminating, large_solver, solver
 
 
 def _sum(terms: Sequence[str]) -> str:
@@ -41,6 +41,9 @@ class Values:
     least_squares = False
     """Whether systems of constraints are solved by least squares, which leave out what is dependent."""
 
+    compiled = True
+    """Whether functions are handed to numba."""
+
     elementwise = True
     """Whether entries may be arrays in the place of numbers, which makes a function one of many states at once."""
 
@@ -58,6 +61,11 @@ class Values:
         self.d, self.m, self.structure, self.inverse_mass = d, m, structure, inverse_mass
         self.stages, self.dtype = stages, dtype
         self.mass = mass or [range(d)]
+
+    @property
+    def target(self) -> Target:
+        """What linear solvers are written for."""
+        return Target(self.dtype, self.compiled)
 
     def source(self, name: str) -> str | None:
         """Return the source of the operation of this name, or None if there is none."""
@@ -120,12 +128,12 @@ class Values:
             ),
             "identity_minus": matrix("identity_minus(w, X)", lambda a, b: f"{'1.0 ' * (a == b)}- w * X[{a}][{b}]", m, m),
             "solve": lambda: self._of_constraints("solve", self.m) or solver("solve", self.m),
-            "solve_d": lambda: eliminating("solve_d", self.d, self.dtype),
-            "solve_dm": lambda: eliminating("solve_dm", self.d, self.dtype, self.m),
-            "solve_dd": lambda: eliminating("solve_dd", self.d, self.dtype, self.d),
-            "solve_mass": lambda: blocked("solve_mass", self.mass, self.dtype),
-            "solve_mass_m": lambda: blocked("solve_mass_m", self.mass, self.dtype, self.m),
-            "solve_mass_d": lambda: blocked("solve_mass_d", self.mass, self.dtype, self.d),
+            "solve_d": lambda: eliminating("solve_d", self.d, self.target),
+            "solve_dm": lambda: eliminating("solve_dm", self.d, self.target, self.m),
+            "solve_dd": lambda: eliminating("solve_dd", self.d, self.target, self.d),
+            "solve_mass": lambda: blocked("solve_mass", self.mass, self.target),
+            "solve_mass_m": lambda: blocked("solve_mass_m", self.mass, self.target, self.m),
+            "solve_mass_d": lambda: blocked("solve_mass_d", self.mass, self.target, self.d),
             "solve_2m": self._solve_2m,
             "solve_stages": lambda: self._solve_blocks("solve_stages", self.stages, self.m),
             "solve_stages_but_one": lambda: self._solve_blocks("solve_stages_but_one", self.stages - 1, self.m),
@@ -146,7 +154,7 @@ class Values:
         parts = pack(pack(f"z[{i * size + k}]" for k in range(size)) for i in range(blocks))
         main = function(f"{name}(B, b)", f"z, pivot = _{name}({whole}, {right})", f"return {parts}, pivot")
         inner = self._of_constraints(f"_{name}", n) if size == self.m else ""
-        inner = inner or (solver(f"_{name}", n) if n <= UNROLLED else looping_solver(f"_{name}", n, self.dtype))
+        inner = inner or (solver(f"_{name}", n) if n <= UNROLLED else large_solver(f"_{name}", n, self.target))
         return inner + main
 
     def _solve_2d(self) -> str:

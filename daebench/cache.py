@@ -15,8 +15,12 @@ from pathlib import Path
 
 from daebench.errors import DaebenchError
 
-GENERATORS: tuple[str, ...] = ("algebra", "cache", "circles", "codegen", "definition_checks", "derive", "derive_local", "elimination")
+GENERATORS: tuple[str, ...] = ("algebra", "cache", "circles", "codegen", "compiled_elimination")
 GENERATORS += (
+    "definition_checks",
+    "derive",
+    "derive_local",
+    "elimination",
     "equations",
     "fixed_step",
     "kinetic_flows",

@@ -112,6 +112,45 @@ def assignments(targets: Sequence[str], values: Sequence[sp.Expr], names: Mappin
     return lines + [f"{target} = {printer.doprint(each)}" for target, each in zip(targets, reduced, strict=True)]
 
 
+def computed(
+    name: str, arguments: Mapping[str, Sequence[sp.Symbol]], values: Sequence[sp.Expr], parameters: Sequence[sp.Symbol]
+) -> tuple[list[str], list[str]]:
+    """Return lines that compute what values have in common, and the source of each value.
+
+    Parameters
+    ----------
+    name : str
+        Name of the function that they are for.
+    arguments : mapping of str to sequence of Symbol
+        What is indexed there, and the symbols that the entries stand for.
+    values : sequence of Expr
+        What is computed.
+    parameters : sequence of Symbol
+        The problem's parameters, in the order in which ``par`` holds them.
+
+    Raises
+    ------
+    InvalidProblem
+        If an expression has a function that has no numerical counterpart, or none that is smooth.
+    """
+    private = {s: _private(argument, i, s) for argument, symbols in arguments.items() for i, s in enumerate(symbols)}
+    private |= {s: _private("par", i, s) for i, s in enumerate(parameters)}
+    expressions_ = [_near_one(sp.sympify(value).xreplace(private)) for value in values]
+    if any(expression.has(sp.Piecewise, sp.Min, sp.Max, sp.floor, sp.ceiling) for expression in expressions_):
+        raise InvalidProblem(f"{name} has cases, a minimum, a maximum or a floor in it; H and g must be twice differentiable.")
+    shared, reduced = sp.cse(expressions_, symbols=sp.numbered_symbols("t_"), list=True)
+    used = set().union(*(e.free_symbols for e in [*reduced, *(e for _, e in shared)]))
+    printer = _Printer()
+    try:
+        lines = [f"{s} = {printer.doprint(e)}" for s, e in shared]
+        results = [printer.doprint(e) for e in reduced]
+    except (NotImplementedError, PrintMethodNotImplementedError, TypeError, ValueError) as error:
+        raise InvalidProblem(f"{name} cannot be written as a numerical function: {str(error).splitlines()[0]}.") from error
+    sources = {**arguments, "par": parameters}
+    load = [f"{private[s]} = {argument}[{i}]" for argument, symbols in sources.items() for i, s in enumerate(symbols) if private[s] in used]
+    return load + lines, results
+
+
 def expressions(
     name: str,
     arguments: Mapping[str, Sequence[sp.Symbol]],
@@ -137,21 +176,7 @@ def expressions(
     Raises
     ------
     InvalidProblem
-        If an expression has a function that has no numerical counterpart, or none that is smooth.
+        As :func:`computed`.
     """
-    private = {s: _private(argument, i, s) for argument, symbols in arguments.items() for i, s in enumerate(symbols)}
-    private |= {s: _private("par", i, s) for i, s in enumerate(parameters)}
-    expressions_ = [_near_one(sp.sympify(value).xreplace(private)) for value in values]
-    if any(expression.has(sp.Piecewise, sp.Min, sp.Max, sp.floor, sp.ceiling) for expression in expressions_):
-        raise InvalidProblem(f"{name} has cases, a minimum, a maximum or a floor in it; H and g must be twice differentiable.")
-    shared, reduced = sp.cse(expressions_, symbols=sp.numbered_symbols("t_"), list=True)
-    used = set().union(*(e.free_symbols for e in [*reduced, *(e for _, e in shared)]))
-    printer = _Printer()
-    try:
-        lines = [f"{s} = {printer.doprint(e)}" for s, e in shared]
-        result = shaped([printer.doprint(e) for e in reduced], shape)
-    except (NotImplementedError, PrintMethodNotImplementedError, TypeError, ValueError) as error:
-        raise InvalidProblem(f"{name} cannot be written as a numerical function: {str(error).splitlines()[0]}.") from error
-    sources = {**arguments, "par": parameters}
-    load = [f"{private[s]} = {argument}[{i}]" for argument, symbols in sources.items() for i, s in enumerate(symbols) if private[s] in used]
-    return function(f"{name}({', '.join([*arguments, 'par'])})", *load, *lines, f"return {result}")
+    lines, results = computed(name, arguments, values, parameters)
+    return function(f"{name}({', '.join([*arguments, 'par'])})", *lines, f"return {shaped(results, shape)}")

@@ -104,6 +104,7 @@ class Linker:
         self.derivation, self.options, self.scheme = derivation, options, scheme
         self.algebra = derivation.algebra(options.stages, options.precision)
         self.algebra.least_squares = options.singular == "least-squares"
+        self.algebra.compiled = options.compiled
         self.algebraic = cache(self.algebra.source)
         self.kinds = derivation.work
         self.constants: dict[str, bool | int | float] = derivation.constants | {

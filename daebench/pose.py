@@ -214,7 +214,9 @@ def _start(scene: Scene, formulation: str, multipliers: str, module: types.Modul
     state = np.concatenate([scene.q0, _velocity(scene) if module.MECHANICAL else scene.p0])
     rates = np.empty_like(state)
     if formulation == "ode":
-        require_determined(scene, module.rhs(0.0, state, rates, par))
+        fixed = state.copy()
+        fixed.flags.writeable = False  # as what solvers hand over, which numba takes for another type
+        require_determined(scene, module.rhs(0.0, fixed, rates, par))
         return state, rates
     A, b = np.empty((module.K, module.K)), np.empty((module.K, 1))
     module.system(state, A, b[:, 0], par)

@@ -1,11 +1,10 @@
 """The source of the module that evaluates a formulation: residual, Jacobian, and right side, written into arrays."""
 
-import inspect
 from collections.abc import Mapping, Sequence
 
 import sympy as sp
 
-from daebench import codegen, elimination
+from daebench import codegen
 from daebench.derive import Derivation
 from daebench.equations import OPTIONS, Equations
 
@@ -33,11 +32,10 @@ def writer(name: str, inputs: Columns, outputs: Mapping[str, sp.Matrix], paramet
         for column in range(matrix.cols)
         if matrix[row, column] != 0
     }
-    values = codegen.expressions(f"{name}_", inputs, list(entries.values()), (len(entries),), parameters)
-    lines = [f"{array}[:] = 0.0" for array in outputs]
-    lines.append(f"x = {name}_({', '.join([*inputs, 'par'])})")
-    lines += [f"{target} = x[{k}]" for k, target in enumerate(entries)]
-    return values + "\n\n" + codegen.function(f"{name}({', '.join([*inputs, *outputs, 'par'])})", *lines)
+    lines, values = codegen.computed(name, inputs, list(entries.values()), parameters)
+    lines += [f"{array}[:] = 0.0" for array in outputs]
+    lines += [f"{target} = {value}" for target, value in zip(entries, values, strict=True)]
+    return codegen.function(f"{name}({', '.join([*inputs, *outputs, 'par'])})", *lines)
 
 
 HEADER = """\"\"\"{title}\"\"\"
@@ -139,9 +137,8 @@ def source(title: str, derivation: Derivation, formulation: str, multipliers: st
         plain = []
     else:
         compiled, plain = [*_dae(equations, formulation, multipliers, parameters), DAE], start
-    compiled = [*(inspect.getsource(function) for function in elimination.FUNCTIONS), *compiled]
     facts = f"K = {len(z)}\nMECHANICAL = {derivation.mechanical}"
-    header = HEADER.format(title=title)
+    header = HEADER.format(title=title) + "from daebench.compiled_elimination import eliminate, finite\n"
     return "\n\n".join([header, facts, *plain, *(decorated(text, cached=cached) for text in compiled)]) + "\n"
 
 

@@ -1,6 +1,7 @@
 """Source of linear solvers for matrices of fixed size: Gaussian elimination with scaled partial pivoting, unrolled or in loops."""
 
 from collections.abc import Sequence
+from typing import NamedTuple
 
 from daebench.codegen import function, pack
 
@@ -11,17 +12,44 @@ UNROLLED_ENTRIES = 40
 """Entries of matrix and right sides up to which elimination with several of them is unrolled; with 42, in loops it is as fast."""
 
 
-def eliminating(name: str, n: int, dtype: str, rows: int = 0) -> str:
-    """Source of elimination with so many extra right sides, unrolled or in loops by its size."""
-    return solver(name, n, rows) if n * (n + rows) <= UNROLLED_ENTRIES else looping_solver(name, n, dtype, rows)
+class Target(NamedTuple):
+    """What source is written for.
+
+    Parameters
+    ----------
+    dtype : str
+        Name of the number type.
+    compiled : bool
+        Whether it is handed to numba.
+    """
+
+    dtype: str
+    compiled: bool = True
 
 
-def blocked(name: str, blocks: Sequence[Sequence[int]], dtype: str, rows: int = 0) -> str:
+def eliminating(name: str, n: int, target: Target, rows: int = 0) -> str:
+    """Source of elimination with so many extra right sides, unrolled or not by its size."""
+    return solver(name, n, rows) if n * (n + rows) <= UNROLLED_ENTRIES else large_solver(name, n, target, rows)
+
+
+def large_solver(name: str, n: int, target: Target, rows: int = 0) -> str:
+    """Source of elimination for many unknowns: in loops that are soon compiled, or by rows where they are not compiled at all."""
+    return looping_solver(name, n, target.dtype, rows) if target.compiled else row_solver(name, target.dtype, rows)
+
+
+def row_solver(name: str, dtype: str, rows: int = 0) -> str:
+    """Source of elimination by operations on rows, see :mod:`daebench.elimination_by_rows`."""
+    others = ", X" * bool(rows)
+    main = function(f"{name}(A, b{others})", f"return elimination_by_rows.solved(A, b, {dtype!r}{others})")
+    return f"from daebench import elimination_by_rows\n\n\n{main}"
+
+
+def blocked(name: str, blocks: Sequence[Sequence[int]], target: Target, rows: int = 0) -> str:
     """Source of elimination block by block, for a symmetric matrix whose rows couple within these sets of indices alone."""
     if len(blocks) == 1:
-        return eliminating(name, len(blocks[0]), dtype, rows)
+        return eliminating(name, len(blocks[0]), target, rows)
     sizes = sorted({len(block) for block in blocks})
-    inner = "".join(eliminating(f"_{name}_{size}", size, dtype, rows) for size in sizes)
+    inner = "".join(eliminating(f"_{name}_{size}", size, target, rows) for size in sizes)
     lines = []
     for k, block in enumerate(blocks):
         arguments = [pack(pack(f"A[{i}][{j}]" for j in block) for i in block), pack(f"b[{i}]" for i in block)]

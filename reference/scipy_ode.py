@@ -33,22 +33,29 @@ class ScipyOde(OnReducedOde):
 
         def right_side(t: float, y: Array) -> Array:
             began, out = time.perf_counter(), np.empty(dae.n)
-            meter.called("rhs", t, rhs(t, np.array(y), out, par), began)
+            meter.called("rhs", t, rhs(t, fixed(y), out, par), began)
             return out
 
         def jacobian(t: float, y: Array) -> Array:
             began, JJ = time.perf_counter(), np.empty((dae.n, dae.n))
-            meter.called("jacobian", t, rhs_jacobian(t, np.array(y), JJ, par), began)
+            meter.called("jacobian", t, rhs_jacobian(t, fixed(y), JJ, par), began)
             return JJ
 
         par, rhs, rhs_jacobian = dae.par, dae.rhs, dae.rhs_jacobian
-        rhs(0.0, dae.y0, np.empty(dae.n), par)
+        rhs(0.0, fixed(dae.y0), np.empty(dae.n), par)
         options: dict[str, Any] = {"rtol": tol, "atol": tol}
         if IMPLICIT[self.variant]:
-            rhs_jacobian(0.0, dae.y0, np.empty((dae.n, dae.n)), par)
+            rhs_jacobian(0.0, fixed(dae.y0), np.empty((dae.n, dae.n)), par)
             options["jac"] = jacobian
         solver = getattr(integrate, self.variant)(right_side, 0.0, dae.y0, meter.t_end, **options)
         return stepwise(solver, meter, "SciPy", lambda found: found)
+
+
+def fixed(y: Any) -> Array:
+    """Return a copy of unknowns that is read-only, as CVODE's own are, so that one compiled function serves both."""
+    found = np.array(y)
+    found.flags.writeable = False
+    return found
 
 
 def stepwise(solver: Any, meter: Meter, whose: str, states: Callable[[Any], Any]) -> Advance:

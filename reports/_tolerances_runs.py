@@ -33,6 +33,9 @@ T_END = 10.0
 PATIENCE = Patience(calls=450_000, slow_calls=20_000, slow_part=150)
 """When a run is given up."""
 
+SHORT_PATIENCE = Patience(calls=150_000, slow_calls=20_000, slow_part=40)
+"""When a run whose multipliers are left as they are is given up: most fail, and half of all work would go into them."""
+
 REACHED = "reached"
 KINDS = {
     "the local error test failed": "error test",
@@ -98,7 +101,8 @@ def solve(name: str, formulation: str, cure: str, tol: float, t_end: float = T_E
     KeyboardInterrupt
         If it was interrupted.
     """
-    request = Request(value=tol, t_end=t_end, points=len(exact_of(name, t_end).t), watch=("manifold",), patience=PATIENCE)
+    patience = SHORT_PATIENCE if cure == "none" else PATIENCE
+    request = Request(value=tol, t_end=t_end, points=len(exact_of(name, t_end).t), watch=("manifold",), patience=patience)
     run = Ida(formulation, cure).solve(scene_of(name), request)
     if run.interrupted:
         raise KeyboardInterrupt

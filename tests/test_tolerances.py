@@ -111,7 +111,8 @@ def tiny(plain_functions, get_scene, monkeypatch):
     q = Ida("index1").solve(scene, Request(value=1e-12, t_end=0.5, points=5)).q
     q[2, 1] += 1e-3
     truth = Exact(t, q, 1e-15, 1.0)
-    monkeypatch.setattr(_tolerances_runs, "PATIENCE", Patience(300, 1000, 100))
+    for patience in ("PATIENCE", "SHORT_PATIENCE"):
+        monkeypatch.setattr(_tolerances_runs, patience, Patience(300, 1000, 100))
     monkeypatch.setattr(_tolerances_runs, "T_END", 0.5)
     monkeypatch.setattr(_tolerances_runs.solve, "__defaults__", (0.5,))
     monkeypatch.setattr(_tolerances_runs, "scene_of", lambda name: scene)
