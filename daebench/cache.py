@@ -15,8 +15,9 @@ from pathlib import Path
 
 from daebench.errors import DaebenchError
 
-GENERATORS: tuple[str, ...] = ("algebra", "cache", "circles", "codegen", "definition_checks", "derive", "derive_local", "elimination")
+GENERATORS: tuple[str, ...] = ("algebra", "cache", "circles", "codegen", "compiled", "definition_checks", "derive", "derive_local")
 GENERATORS += (
+    "elimination",
     "equations",
     "fixed_step",
     "kinetic_flows",
