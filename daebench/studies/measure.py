@@ -12,8 +12,8 @@ from daebench.studies.store import Kept
 
 NAN = float("nan")
 
-LONG = 1.0
-"""CPU time after which a run is not timed again, s: what disturbs a run of a second is small beside it."""
+LONG = 0.3
+"""CPU time after which a run is not timed again, s: what disturbs a run of that length is small beside it."""
 
 Row = dict[str, Any]
 
