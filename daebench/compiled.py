@@ -3,6 +3,7 @@
 import gc
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from types import FunctionType
 from typing import Any
 
 _MADE: dict[str, Any] = {}
@@ -14,6 +15,9 @@ def shared(text: str) -> Callable[[Callable[..., Any]], Any]:
     Modules of one problem, or of one scheme, have most of their functions in common. Those of the same text are one function here, which
     numba compiles for a type when it is first called; what calls it has it inlined as before.
 
+    To numba it is a function of this file, under a name that has the hash in it: machine code on disk names the module of each function
+    that is in it, to be imported by a process that may never have seen it, and no two functions may ever have the same name.
+
     Parameters
     ----------
     text : str
@@ -21,9 +25,12 @@ def shared(text: str) -> Callable[[Callable[..., Any]], Any]:
     """
     from numba import njit
 
-    def made(function: Callable[..., Any]) -> Any:
+    def made(function: Any) -> Any:
         if text not in _MADE:
-            _MADE[text] = njit(error_model="numpy", no_cpython_wrapper=True, no_cfunc_wrapper=True)(function)
+            name = f"{function.__name__}_{text}"
+            own = FunctionType(function.__code__, {**function.__globals__, "__name__": __name__}, name)
+            own.__module__, own.__qualname__ = __name__, name
+            _MADE[text] = njit(error_model="numpy", no_cpython_wrapper=True, no_cfunc_wrapper=True)(own)
         return _MADE[text]
 
     return made
