@@ -15,7 +15,7 @@ from pathlib import Path
 
 from daebench.errors import DaebenchError
 
-GENERATORS: tuple[str, ...] = ("algebra", "cache", "circles", "codegen", "compiled_elimination")
+GENERATORS: tuple[str, ...] = ("algebra", "cache", "circles", "codegen", "compiled", "compiled_elimination")
 GENERATORS += (
     "definition_checks",
     "derive",

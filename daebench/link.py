@@ -144,8 +144,9 @@ class Linker:
             lines += [f"EACH_{name.upper()} = {self.work.get(name, [])}" for name in ("one", "finish", "begin")]
         lines.append(f"ELEMENTWISE = {self.algebra.elementwise and 'def solve' not in body and 'def _solve' not in body}")
         if self.options.compiled:
-            lines.insert(1, "from numba import njit\n")
-            body = decorated(body, names, cached)
+            constants = dict(line.split(" = ", 1) for line in lines[1:])
+            lines.insert(1, "from numba import njit\n\nfrom daebench.compiled import shared\n")
+            body = decorated(body, names, cached, constants)
         return "\n".join([*lines, "\n", body, ""])
 
     def file(self, module: str) -> SourceFile:

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from daebench.cache import damaged
+from daebench.compiled import uncollected
 from daebench.grid import Grid
 from daebench.kernels.newton import SWEEPS
 from daebench.kernels.rank import RANK_LOST
@@ -131,7 +132,7 @@ class Run:
         self.rank_lost, self.rank_pending = False, False
         self.passages: list[Passage] = []
         self.interrupted = False
-        with np.errstate(all="ignore"):
+        with np.errstate(all="ignore"), uncollected():
             try:
                 self._prepare()
             except (EOFError, pickle.UnpicklingError) as error:

@@ -1,8 +1,10 @@
 """Source files as syntax, and the small rewritings that the linker makes of them."""
 
 import ast
+import hashlib
 from collections.abc import Mapping, Sequence
-from functools import reduce
+from functools import cache, reduce
+from types import MappingProxyType
 
 HOLE = "daebench.kernels.hole"
 HOLES = (HOLE, "daebench.kernels.poisson_hole")
@@ -54,18 +56,32 @@ def call(name: str, arguments: Sequence[ast.expr]) -> ast.Call:
     return ast.Call(ast.Name(name, ast.Load()), list(arguments), [])
 
 
-def decorated(body: str, roots: Sequence[str], cached: bool) -> str:
+def decorated(body: str, roots: Sequence[str], cached: bool, constants: Mapping[str, str] = MappingProxyType({})) -> str:
     """Hand each function to numba; only the roots are kept on disk, with everything else inside them, and can be called from Python.
 
-    What wraps a function for Python takes as long to compile as a small function itself.
+    What wraps a function for Python takes as long to compile as a small function itself. The others are named by their text, and are
+    shared with modules in which it is the same, see :func:`daebench.compiled.shared`; ``constants`` are the texts of what they read.
     """
     tree = ast.parse(body)
-    for node in tree.body:
-        if isinstance(node, ast.FunctionDef):
-            inner = ", no_cpython_wrapper=True, no_cfunc_wrapper=True"
-            more = inner if node.name not in roots else ", cache=True" if cached else ""
-            node.decorator_list = [ast.parse(f"njit(error_model='numpy'{more})", mode="eval").body]
+    functions = {node.name: node for node in tree.body if isinstance(node, ast.FunctionDef)}
+    kept = f"njit(error_model='numpy'{', cache=True' if cached else ''})"
+    hashed = cache(lambda name: _hash(functions[name], [hashed(each) for each in _names(functions[name], functions)], constants))
+    decorators = {name: kept if name in roots else f"shared({hashed(name)!r})" for name in functions}
+    for name, node in functions.items():
+        node.decorator_list = [ast.parse(decorators[name], mode="eval").body]
     return ast.unparse(tree)
+
+
+def _names(node: ast.FunctionDef, functions: Mapping[str, ast.FunctionDef]) -> list[str]:
+    """Return which of some functions a function calls."""
+    return sorted({n.func.id for n in ast.walk(node) if isinstance(n, ast.Call) and isinstance(n.func, ast.Name)} & set(functions))
+
+
+def _hash(node: ast.FunctionDef, called: Sequence[str], constants: Mapping[str, str]) -> str:
+    """Return the hash of a function's text, of the hashes of what it calls, and of the constants that it reads."""
+    read = sorted({n.id for n in ast.walk(node) if isinstance(n, ast.Name)} & set(constants))
+    text = "\n".join([ast.unparse(node), *called, *(f"{name} = {constants[name]}" for name in read)])
+    return hashlib.sha256(text.encode()).hexdigest()[:16]
 
 
 def parameters_of(node: ast.FunctionDef) -> list[str]:

@@ -5,6 +5,7 @@ w = sqrt(gravity / length). The last component points up.
 """
 
 from collections.abc import Callable, Mapping, Sequence
+from functools import lru_cache
 from typing import Any
 
 import mpmath as mp
@@ -96,8 +97,9 @@ def spherical(tau: Any, x: Vector, v: Vector) -> tuple[Vector, Vector]:
     u0 = mp.ellipf(_amplitude(x[2], v[2], [z1, z2, z3]), k2)
     u = w * tau + u0
     sn, cn, dn = (mp.ellipfun(name, u, m=k2) for name in ("sn", "cn", "dn"))
-    turned = (_Pi(width / (1 - z1), u, k2) - _Pi(width / (1 - z1), u0, k2)) / (1 - z1)
-    turned += (_Pi(-width / below, u, k2) - _Pi(-width / below, u0, k2)) / below
+    precision = mp.mp.prec
+    turned = (_Pi(width / (1 - z1), u, k2, precision) - _Pi(width / (1 - z1), u0, k2, precision)) / (1 - z1)
+    turned += (_Pi(-width / below, u, k2, precision) - _Pi(-width / below, u0, k2, precision)) / below
     phi = mp.atan2(x[1], x[0]) + L / (2 * w) * turned
     z, z_rate = z1 + width * sn**2, 2 * width * w * sn * cn * dn
     rho = mp.sqrt((below + width * sn**2) * (above + width * cn**2))
@@ -121,13 +123,23 @@ def _amplitude(z: Any, z_rate: Any, roots: Vector) -> Any:
     return mp.atan2(up, -down if z_rate < 0 else down)
 
 
-def _Pi(n: Any, u: Any, k2: Any) -> Any:
-    """Return the elliptic integral of the third kind as a function of u: the integral of 1/(1 - n sn^2) from 0 to u."""
+@lru_cache(maxsize=64)
+def _Pi(n: Any, u: Any, k2: Any, precision: int) -> Any:
+    """Return the elliptic integral of the third kind as a function of u: the integral of 1/(1 - n sn^2) from 0 to u.
+
+    Values are kept for the precision in which they are worked out: that at the start is the same for all times of a motion.
+    """
     K = mp.ellipk(k2)
     turns = mp.nint(u / (2 * K))
     rest = u - 2 * K * turns
     phi = mp.atan2(mp.ellipfun("sn", rest, m=k2), mp.ellipfun("cn", rest, m=k2))
-    return 2 * turns * mp.ellippi(n, k2) + mp.ellippi(n, phi, k2)
+    return 2 * turns * _complete_Pi(n, k2, precision) + mp.ellippi(n, phi, k2)
+
+
+@lru_cache(maxsize=64)
+def _complete_Pi(n: Any, k2: Any, precision: int) -> Any:
+    """Return the complete elliptic integral of the third kind, the same for all times of a motion; see :func:`_Pi`."""
+    return mp.ellippi(n, k2)
 
 
 def _through_the_poles(tau: Any, x: Vector, v: Vector) -> tuple[Vector, Vector]:

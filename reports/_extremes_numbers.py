@@ -8,14 +8,17 @@ import pandas as pd
 
 from daebench.report import Progress
 from daebench.reports._extremes_scenes import PRECISION, SECTIONS, Section
-from daebench.studies.cell import Cell
+from daebench.reports._timed_runs import Processes, make_runs, two_processes
 from daebench.studies.precision import cells_of, table_of
-from daebench.studies.runs import Runs, runs_of
+from daebench.studies.runs import runs_of
 from daebench.studies.stability import EXTREMES
 from daebench.studies.store import opened
 
 STORE = "studies.db"
 """File in which runs are kept."""
+
+KNOWN = 0.95
+"""Part of the work that is done when the runs are that are known beforehand."""
 
 
 @dataclass(frozen=True)
@@ -34,18 +37,17 @@ class Numbers:
     precision: pd.DataFrame
 
 
-def measure(out: Path, progress: Progress, sections: Sequence[Section] = SECTIONS) -> Numbers:
-    """Return the numbers; runs that the store in the folder has are taken from there."""
-    tables: dict[str, pd.DataFrame] = {}
+def measure(out: Path, progress: Progress, sections: Sequence[Section] = SECTIONS, processes: Processes = two_processes) -> Numbers:
+    """Return the numbers; runs that the store in the folder has are taken from there.
+
+    Runs that are known beforehand are made in two processes, the timed ones of different precision last; a bisection asks for more.
+    """
+    ways = cells_of(PRECISION)[0]
     with opened(out / STORE) as kept:
-
-        def runs(k: int, name: str) -> Runs:
-            def tell(done: int, of: int, cell: Cell) -> None:
-                progress((k + done / of) / (len(sections) + 1), f"{name}: {cell.method}")
-
-            return runs_of(kept, tell=tell)
-
+        known = [cell for each in sections for cell in EXTREMES[each.extreme].cells(each.asked)]
+        make_runs([*known, *(cell for _, cell in ways)], kept, lambda done, doing: progress(KNOWN * done, doing), processes)
+        tables: dict[str, pd.DataFrame] = {}
         for k, section in enumerate(sections):
-            tables[section.key] = EXTREMES[section.extreme].measure(section.asked, runs(k, section.key))
-        precision = table_of(cells_of(PRECISION)[0], runs(len(sections), "precision"))
-    return Numbers(tables, precision)
+            progress(KNOWN + (1 - KNOWN) * k / len(sections), section.title)
+            tables[section.key] = EXTREMES[section.extreme].measure(section.asked, runs_of(kept))
+        return Numbers(tables, table_of(ways, runs_of(kept)))

@@ -10,12 +10,12 @@ import pandas as pd
 from daebench.errors import DaebenchError
 from daebench.kinds import methods_of
 from daebench.lifted import Lifted
-from daebench.reports._work_precision_compile import compile_ahead
+from daebench.reports._timed_runs import Processes, make_runs, two_processes
 from daebench.reports._work_precision_scenes import WORKS, Work
 from daebench.scene import PoissonScene
 from daebench.studies.metrics import defect_of
 from daebench.studies.recommend import with_conserved
-from daebench.studies.store import Store, opened
+from daebench.studies.store import opened
 from daebench.studies.study import Study
 from daebench.studies.work_precision import with_costs
 
@@ -24,8 +24,8 @@ Tell = Callable[[float, str], None]
 STORE = "studies.db"
 """File of the runs, in the folder of the report."""
 
-COMPILING, TIMING = 0.3, 0.95
-"""Parts of the work that are done when all kernels are there, and when all runs are."""
+MADE = 0.95
+"""Part of the work that is done when all runs are."""
 
 COARSER = 2
 """Defects are those of steps this many times as long as the middle one of a method's step sizes."""
@@ -53,7 +53,7 @@ class Numbers:
     left_out: pd.DataFrame
 
 
-def measure(folder: Path, tell: Tell, works: Sequence[Work] = WORKS) -> Numbers:
+def measure(folder: Path, tell: Tell, works: Sequence[Work] = WORKS, processes: Processes = two_processes) -> Numbers:
     """Return the numbers; runs that the store in the folder has are not made again.
 
     Raises
@@ -63,8 +63,10 @@ def measure(folder: Path, tell: Tell, works: Sequence[Work] = WORKS) -> Numbers:
     """
     studies = {work.key: work.study() for work in works}
     with opened(folder / STORE) as kept:
-        tables = _tables({key: study for key, (study, _) in studies.items()}, kept, tell)
-    tell(TIMING, "defects")
+        cells = [cell for study, _ in studies.values() for cell in study.cells()]
+        make_runs(cells, kept, lambda done, doing: tell(MADE * done, doing), processes)
+        tables = {key: study.table(kept) for key, (study, _) in studies.items()}
+    tell(MADE, "defects")
     found = [row for work in works for row in defects(work, studies[work.key][0])]
     frame = pd.DataFrame(found, columns=["key", "method", "h", "claimed", "defect"])
     return Numbers(
@@ -75,24 +77,6 @@ def measure(folder: Path, tell: Tell, works: Sequence[Work] = WORKS) -> Numbers:
             [(key, method, why) for key, (_, left) in studies.items() for method, why in left.items()], columns=["key", "method", "why"]
         ),
     )
-
-
-def _tables(studies: Mapping[str, Study], kept: Store, tell: Tell) -> dict[str, pd.DataFrame]:
-    """Return the table of every study: kernels are compiled first, then each run that is missing is made and timed alone."""
-    missing = [cell for study in studies.values() for cell in study.cells() if cell.key() not in kept]
-    if missing:
-        compile_ahead(missing, lambda done, doing: tell(COMPILING * done, doing))
-    left, tables = len(missing), {}
-    for key, study in studies.items():
-
-        def told(_: int, __: int, cell: Any) -> None:
-            nonlocal left
-            left -= 1
-            done = 1 - left / len(missing)
-            tell(COMPILING + (TIMING - COMPILING) * done, f"{cell.method} on {cell.problem}, {cell.value:g}")
-
-        tables[key] = study.table(kept, tell=told)
-    return tables
 
 
 def _by_method(frame: pd.DataFrame, key: str) -> dict[str, float]:

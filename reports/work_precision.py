@@ -9,7 +9,7 @@ from daebench.report import Progress, make_page
 from daebench.reports._work_precision_claims import MIDDLE, check
 from daebench.reports._work_precision_figures import draw_all
 from daebench.reports._work_precision_numbers import STORE, Numbers, measure
-from daebench.reports._work_precision_scenes import WANTED
+from daebench.reports._work_precision_scenes import COARSE, WANTED
 from daebench.reports._work_precision_tables import setting, tables, times
 from daebench.studies.drift import SECULAR
 from daebench.studies.measure import LONG
@@ -18,8 +18,12 @@ from daebench.studies.work_precision import CALLS, HALVINGS, IN_A_CALL, REPEAT
 
 COMMAND = "daebench report work-precision"
 
+SECONDS = 300
+"""Seconds that it takes, about, on two cores with nothing compiled."""
+
 CONSTANTS = SimpleNamespace(
     CALLS=CALLS,
+    COARSE=COARSE,
     HALVINGS=HALVINGS,
     IN_A_CALL=IN_A_CALL,
     LEAST=LEAST,

@@ -1,7 +1,9 @@
 """The report on extremes: small runs make a whole page, its claims are refuted by faults, and its sections can be made as declared."""
 
 import re
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
+from functools import partial
 
 import pandas as pd
 import pytest
@@ -35,6 +37,8 @@ def small(monkeypatch):
     sections = tuple(replace(each, asked=SMALL[each.key]) for each in _extremes_scenes.SECTIONS if each.key in SMALL)
     monkeypatch.setattr(_extremes_scenes, "SECTIONS", sections)
     monkeypatch.setattr(_extremes_numbers, "PRECISION", replace(PENDULUM, methods=("rattle",), h=(0.125,), t_end=0.5))
+    one_thread = partial(ThreadPoolExecutor, 1)
+    monkeypatch.setattr(_extremes_numbers, "measure", partial(_extremes_numbers.measure, processes=one_thread))
     return sections
 
 

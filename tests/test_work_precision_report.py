@@ -1,7 +1,9 @@
 """The report on work against precision: a small one of real runs, kept and resumed, and its sentences on planted numbers."""
 
 import re
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
+from types import SimpleNamespace
 
 import numpy as np
 import pandas as pd
@@ -12,7 +14,7 @@ from daebench.errors import Interrupted
 from daebench.fixed_step import FixedStep
 from daebench.report import MINUS, NONE, THIN, TIMES, build
 from daebench.report.claims import ClaimRefuted
-from daebench.reports import _work_precision_numbers, work_precision
+from daebench.reports import work_precision
 from daebench.reports._work_precision_claims import check
 from daebench.reports._work_precision_figures import ratios
 from daebench.reports._work_precision_numbers import Numbers, measure
@@ -47,21 +49,25 @@ SMALL = Small("planar_pendulum", "rotating", 4.0, "Pendulum", "one that turns ov
 @pytest.fixture
 def uncompiled(monkeypatch):
     monkeypatch.setattr("daebench.names.FixedStep", Uncompiled)
-    asked = []
-    monkeypatch.setattr(_work_precision_numbers, "compile_ahead", lambda cells, tell: asked.append(len(list(cells))))
-    return asked
+    opened = []
+
+    def one_thread():
+        opened.append("a pool")
+        return ThreadPoolExecutor(1)
+
+    return SimpleNamespace(processes=one_thread, opened=opened)
 
 
 def test_a_small_report_is_made_kept_and_made_again_without_a_run(tmp_path, monkeypatch, uncompiled):
-    monkeypatch.setattr(work_precision, "measure", lambda folder, tell: measure(folder, tell, [SMALL]))
+    monkeypatch.setattr(work_precision, "measure", lambda folder, tell: measure(folder, tell, [SMALL], uncompiled.processes))
     monkeypatch.setattr("daebench.report.picture", lambda *arguments: "")
     monkeypatch.setattr(work_precision, "draw_all", lambda numbers, folder: {"overview": folder, SMALL.key: folder})
     first = build("work-precision", tmp_path).read_text(encoding="utf-8")
-    assert uncompiled == [12]
+    assert len(uncompiled.opened) == 1
     monkeypatch.setattr("daebench.studies.measure.row_of", lambda cell: pytest.fail("a run"))
     told = []
     second = build("work-precision", tmp_path, lambda fraction, doing: told.append(fraction)).read_text(encoding="utf-8")
-    assert uncompiled == [12]
+    assert len(uncompiled.opened) == 1
     assert told == sorted(told)
     strip = re.compile(r"The last call took \d+ s")
     assert strip.sub("", first) == strip.sub("", second)
@@ -83,7 +89,7 @@ def test_an_interruption_says_what_is_kept(tmp_path, monkeypatch, uncompiled):
 
     monkeypatch.setattr("daebench.studies.measure.row_of", one_only)
     with pytest.raises(Interrupted, match=r"1 runs are kept in .*studies\.db: run again to go on"):
-        measure(tmp_path, lambda *told: None, [SMALL])
+        measure(tmp_path, lambda *told: None, [SMALL], uncompiled.processes)
     with opened(tmp_path / "studies.db") as store:
         assert len(store) == 1
 

@@ -12,8 +12,8 @@ from daebench.studies.store import Kept
 
 NAN = float("nan")
 
-LONG = 1.0
-"""CPU time after which a run is not timed again, s: what disturbs a run of a second is small beside it."""
+LONG = 0.3
+"""CPU time after which a run is not timed again, s: what disturbs a run of that length is small beside it."""
 
 Row = dict[str, Any]
 
@@ -26,12 +26,17 @@ def kept(key: str, cell: Cell) -> Kept:
 
 
 def row_of(cell: Cell) -> Row:
-    """Return the row of a cell: names, numbers asked for, work, time, and why it failed where it did.
+    """Return the row of a cell: what :func:`looked_at` gives, and the time where it is asked for."""
+    row = looked_at(cell)
+    return with_time(cell, row) if cell.repeat else row
+
+
+def looked_at(cell: Cell) -> Row:
+    """Return the row of a cell without its time: names, numbers asked for, work, and why it failed where it did.
 
     A run that failed, took no step, or was looked at twice has NaN where numbers would be, and says why: a row is never left out.
 
-    Where time is asked for, the work of a tolerance-driven run is that of the runs that are timed, which interpolate no outputs; where it
-    is not, that of the run that is looked at, in which some methods evaluate more for each output.
+    The work of a tolerance-driven run is that of the run that is looked at, in which some methods evaluate more for each output.
 
     Raises
     ------
@@ -69,11 +74,19 @@ def row_of(cell: Cell) -> Row:
         for metric in metrics:
             if metric.measures(solver):
                 row |= metric.measure(found)
-        if cell.repeat:
-            row |= _timed(cell, solver)
     except DaebenchError as error:
         row["failure"] = str(error)
     return row
+
+
+def with_time(cell: Cell, row: Row) -> Row:
+    """Return the row of a cell with its time, and the work of the run that is timed; a row of a run that failed is as it was."""
+    if row["failure"]:
+        return row
+    try:
+        return row | _timed(cell, cell.solver)
+    except DaebenchError as error:
+        return row | {"failure": str(error)}
 
 
 def _solved(solver: Any, scene: Any, request: Request) -> Any:
@@ -90,9 +103,9 @@ def _timed(cell: Cell, solver: Any) -> Row:
     Of a run by tolerance it returns the work as well: solvers count their calls in any case, and each output that DOP853 interpolates
     takes some, so that time and work are of the same run. IDA, CVODE, heyoka and solve_dae interpolate by what they have.
     """
-    bare, best = _bare(cell, solver.knob), None
+    request, best = bare(cell, solver.knob), None
     for _ in range(cell.repeat):
-        run = _solved(solver, cell.scene, bare)
+        run = _solved(solver, cell.scene, request)
         if run.failure is None and (best is None or run.seconds < best.seconds):
             best = run
         if run.seconds > LONG:
@@ -104,8 +117,8 @@ def _timed(cell: Cell, solver: Any) -> Row:
     return {**work, "seconds": best.seconds, "callback_seconds": NAN if inside is None else inside}
 
 
-def _bare(cell: Cell, knob: str) -> Request:
-    """Return what is asked for where a run is timed: its end alone, nothing watched, and counted what is counted in any case."""
+def bare(cell: Cell, knob: str) -> Request:
+    """Return what a method with this knob is asked where it is timed: its end alone, nothing watched, and no work counted that costs."""
     if knob == "h":
         return replace(cell.asked(knob), watch=(), count=False, every=0)
     return replace(cell.asked(knob), watch=(), points=2)
