@@ -377,7 +377,7 @@ def test_tables_are_kept_as_csv_and_shown_as_html(numbers, tmp_path):
 
 def test_the_page_is_made_of_numbers_and_words(numbers, tmp_path, monkeypatch):
     monkeypatch.setattr(poisson, "draw", lambda numbers, folder: dict.fromkeys(FIGURES, tmp_path))
-    monkeypatch.setattr("daebench.report.picture", lambda *arguments: "")
+    monkeypatch.setattr("daebench.report.page.picture", lambda *arguments: "")
     monkeypatch.setattr(poisson, "measure", lambda tell: numbers)
     text = build("poisson", tmp_path).read_text(encoding="utf-8")
     assert not re.search(r"\b(nan|inf|None|True|False|Markup|undefined)\b", re.sub(r"<style>.*?</style>", "", text, flags=re.DOTALL))

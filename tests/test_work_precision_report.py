@@ -60,7 +60,7 @@ def uncompiled(monkeypatch):
 
 def test_a_small_report_is_made_kept_and_made_again_without_a_run(tmp_path, monkeypatch, uncompiled):
     monkeypatch.setattr(work_precision, "measure", lambda folder, tell: measure(folder, tell, [SMALL], uncompiled.processes))
-    monkeypatch.setattr("daebench.report.picture", lambda *arguments: "")
+    monkeypatch.setattr("daebench.report.page.picture", lambda *arguments: "")
     monkeypatch.setattr(work_precision, "draw_all", lambda numbers, folder: {"overview": folder, SMALL.key: folder})
     first = build("work-precision", tmp_path).read_text(encoding="utf-8")
     assert len(uncompiled.opened) == 1
@@ -206,7 +206,7 @@ def test_a_method_that_begins_to_drift_is_no_longer_recommended(numbers):
 @pytest.fixture
 def page(numbers, tmp_path, monkeypatch):
     monkeypatch.setattr(work_precision, "draw_all", lambda numbers, folder: {"overview": folder, PLANTED.key: folder})
-    monkeypatch.setattr("daebench.report.picture", lambda *arguments: "")
+    monkeypatch.setattr("daebench.report.page.picture", lambda *arguments: "")
     monkeypatch.setattr(work_precision, "measure", lambda folder, tell: numbers)
     return build("work-precision", tmp_path).read_text(encoding="utf-8")
 
@@ -239,7 +239,7 @@ def test_a_method_that_tells_no_evaluations_has_no_part_where_they_count(numbers
     assert (winners["method_counted"][1e-12], winners["method_own"][1e-12]) == ("", "swift")
     assert "swift" not in set(winners["method_counted"])
     monkeypatch.setattr(work_precision, "draw_all", lambda numbers, folder: {"overview": folder, PLANTED.key: folder})
-    monkeypatch.setattr("daebench.report.picture", lambda *arguments: "")
+    monkeypatch.setattr("daebench.report.page.picture", lambda *arguments: "")
     monkeypatch.setattr(work_precision, "measure", lambda folder, tell: planted)
     text = words(build("work-precision", tmp_path).read_text(encoding="utf-8"))
     assert "swift tells of none, and so has no part wherever they count" in text

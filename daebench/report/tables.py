@@ -1,5 +1,6 @@
 """Tables of a page: the first column heads the rows, and a reader can sort them by any column."""
 
+import math
 from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any
 
@@ -42,7 +43,7 @@ def table(
 
 
 def order(value: Any) -> Markup:
-    """Return the attribute by which a cell is put in order: the number itself, which its text has rounded; none for other cells."""
+    """Return the attribute by which a cell is put in order: the number itself, which its text has rounded, or that there is none."""
     if isinstance(value, bool) or not isinstance(value, float | int | np.floating | np.integer):
         return Markup("")
-    return Markup(' data-order="{}"').format(repr(float(value)))
+    return Markup(' data-order="{}"').format(repr(float(value)) if math.isfinite(value) else "none")
