@@ -7,6 +7,7 @@ from functools import partial
 
 import pandas as pd
 import pytest
+from pages import standalone
 
 from daebench.report import build
 from daebench.report.claims import ClaimRefuted
@@ -52,7 +53,7 @@ def test_a_small_report_is_a_whole_page(small, tmp_path):
         assert f'id="{section.key}"' in page
         assert (tmp_path / "extremes" / "figures" / f"{section.key}.csv").exists()
     assert page.count("<figure") == len(small) + 1
-    assert "nan" not in page.lower()
+    standalone(tmp_path / "extremes" / "index.html")
     assert (tmp_path / "extremes" / "tables" / "precision.csv").exists()
 
 

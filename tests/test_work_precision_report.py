@@ -212,7 +212,9 @@ def page(numbers, tmp_path, monkeypatch):
 
 
 def words(html):
-    return re.sub(r"[ \n]+", " ", re.sub(r"<[^>]*>", "", re.sub(r"<style>.*?</style>", "", html, flags=re.DOTALL)).replace("&nbsp;", " "))
+    return re.sub(
+        r"[ \n]+", " ", re.sub(r"<[^>]*>", "", re.sub(r"<(style|script)>.*?</\1>", "", html, flags=re.DOTALL)).replace("&nbsp;", " ")
+    )
 
 
 def test_the_page_says_what_the_runs_say(page):
