@@ -19,15 +19,19 @@ TAKEN = sys.stdlib_module_names | {
     "daebench",
     "dask",
     "distributed",
+    "griffe",
     "heyoka",
+    "imageio_ffmpeg",
     "jinja2",
+    "latex2mathml",
     "llvmlite",
+    "marimo",
     "markupsafe",
     "matplotlib",
     "mpl_toolkits",
     "mpmath",
 }
-TAKEN |= {"isympy", "numba", "numpy", "pandas", "platformdirs", "pyarrow", "pylab", "rich", "scipy"}
+TAKEN |= {"PIL", "isympy", "numba", "numpy", "pandas", "platformdirs", "pyarrow", "pylab", "rich", "scipy"}
 TAKEN |= {"sksundae", "solve_dae", "sympy", "typer"}
 """Names that no file beside a problem file can take."""
 

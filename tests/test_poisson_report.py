@@ -1,7 +1,6 @@
 """The report on Poisson systems: its numbers against closed forms, claims that faults refute, tables, and the page."""
 
 import pickle
-import re
 from dataclasses import replace
 
 import numpy as np
@@ -379,10 +378,10 @@ def test_the_page_is_made_of_numbers_and_words(numbers, tmp_path, monkeypatch):
     monkeypatch.setattr(poisson, "draw", lambda numbers, folder: dict.fromkeys(FIGURES, tmp_path))
     monkeypatch.setattr("daebench.report.page.picture", lambda *arguments: "")
     monkeypatch.setattr(poisson, "measure", lambda tell: numbers)
-    text = build("poisson", tmp_path).read_text(encoding="utf-8")
-    assert not re.search(r"\b(nan|inf|None|True|False|Markup|undefined)\b", re.sub(r"<style>.*?</style>", "", text, flags=re.DOTALL))
+    page = build("poisson", tmp_path)
+    text = page.read_text(encoding="utf-8")
+    standalone(page)
     assert "stopped at t = 0 (step 1 of 1000, h = 0.25): the state has left the domain" in text
-    assert "{{" not in text
 
 
 def test_a_refuted_claim_leaves_no_page(numbers, tmp_path, monkeypatch):

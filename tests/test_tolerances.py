@@ -1,7 +1,6 @@
 """The report on tolerances: fits of powers, ends of runs in words, patience, and claims that tampered numbers refute."""
 
 import math
-import re
 from concurrent.futures.process import BrokenProcessPool
 from dataclasses import replace
 from types import SimpleNamespace
@@ -377,10 +376,10 @@ def test_the_page_is_made_of_numbers_and_words(numbers, tmp_path, monkeypatch):
     monkeypatch.setattr(tolerances, "draw", lambda numbers, folder: dict.fromkeys(FIGURES, tmp_path))
     monkeypatch.setattr("daebench.report.page.picture", lambda *arguments: "")
     monkeypatch.setattr(tolerances, "measure", lambda tell: numbers)
-    text = build("tolerances", tmp_path).read_text(encoding="utf-8")
-    assert not re.search(r"\b(nan|inf|None|True|False|Markup|undefined)\b", re.sub(r"<style>.*?</style>", "", text, flags=re.DOTALL))
+    page = build("tolerances", tmp_path)
+    text = page.read_text(encoding="utf-8")
+    standalone(page)
     assert "all 240 runs" in text
-    assert "{{" not in text
 
 
 def test_a_refuted_claim_leaves_no_page(numbers, tmp_path, monkeypatch):
