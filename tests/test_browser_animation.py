@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from browser import blank, chromium, seen  # noqa: F401
+from browser import blank
 
 from daebench.api import setting_of
 from daebench.film import page, smil
@@ -34,7 +34,7 @@ def rods(shown):
     return shown.page.eval_on_selector_all("path.rods", "each => each.map(one => one.getAttribute('d'))")
 
 
-def test_it_plays_to_the_end_stops_and_starts_again(seen, address):  # noqa: F811
+def test_it_plays_to_the_end_stops_and_starts_again(seen, address):
     shown = seen(address)
     shown.page.wait_for_function("document.getElementById('time').value === '40'", timeout=15000)
     end = rods(shown)
@@ -51,7 +51,7 @@ def test_it_plays_to_the_end_stops_and_starts_again(seen, address):  # noqa: F81
     shown.clean()
 
 
-def test_the_slider_moves_scenes_cursors_and_numbers_by_the_keyboard_too(seen, address, reel):  # noqa: F811
+def test_the_slider_moves_scenes_cursors_and_numbers_by_the_keyboard_too(seen, address, reel):
     shown = seen(address)
     slider = shown.page.get_by_role("slider", name="Time")
     slider.fill("10")
@@ -69,7 +69,7 @@ def test_the_slider_moves_scenes_cursors_and_numbers_by_the_keyboard_too(seen, a
 
 
 @pytest.mark.parametrize(("width", "dark"), [(1200, False), (390, True)], ids=["wide and light", "phone and dark"])
-def test_it_fits_and_is_not_blank(seen, address, tmp_path, width, dark):  # noqa: F811
+def test_it_fits_and_is_not_blank(seen, address, tmp_path, width, dark):
     shown = seen(address, width=width, dark=dark)
     shown.page.emulate_media(reduced_motion="reduce")
     shown.page.reload()
@@ -83,7 +83,7 @@ def test_it_fits_and_is_not_blank(seen, address, tmp_path, width, dark):  # noqa
     shown.clean()
 
 
-def test_without_scripts_the_start_and_the_whole_curves_are_there(chromium, address):  # noqa: F811
+def test_without_scripts_the_start_and_the_whole_curves_are_there(chromium, address):
     context = chromium.new_context(java_script_enabled=False)
     shown = context.new_page()
     shown.goto(address)
@@ -94,7 +94,7 @@ def test_without_scripts_the_start_and_the_whole_curves_are_there(chromium, addr
     context.close()
 
 
-def test_the_drawing_moves_by_itself(seen, reel, tmp_path):  # noqa: F811
+def test_the_drawing_moves_by_itself(seen, reel, tmp_path):
     smil.write(tmp_path / "pendulum.svg", reel)
     shown = seen((tmp_path / "pendulum.svg").as_uri())
     first = shown.screenshot(tmp_path / "first.png")

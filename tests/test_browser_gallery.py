@@ -5,7 +5,7 @@ import re
 import numpy as np
 import pandas as pd
 import pytest
-from browser import blank, chromium, seen  # noqa: F401
+from browser import blank
 from matplotlib.image import imread
 from pages import Page
 
@@ -46,7 +46,7 @@ def column(page, k):
     return [row.locator("th, td").nth(k).inner_text() for row in page.locator("tbody tr").all()]
 
 
-def test_cards_lead_to_pages_and_back(out, seen, tmp_path):  # noqa: F811
+def test_cards_lead_to_pages_and_back(out, seen, tmp_path):
     shown = seen((out / "index.html").as_uri())
     assert shown.page.locator("article").count() == 2
     assert all(shown.page.evaluate("[...document.images].map(each => each.complete && each.naturalWidth > 100)"))
@@ -60,7 +60,7 @@ def test_cards_lead_to_pages_and_back(out, seen, tmp_path):  # noqa: F811
     shown.clean()
 
 
-def test_a_click_on_a_heading_sorts_by_it_and_the_third_puts_rows_back(out, seen):  # noqa: F811
+def test_a_click_on_a_heading_sorts_by_it_and_the_third_puts_rows_back(out, seen):
     shown = seen((out / "sizes" / "index.html").as_uri())
     size = shown.page.locator("thead button").nth(1)
     orders = []
@@ -76,7 +76,7 @@ def test_a_click_on_a_heading_sorts_by_it_and_the_third_puts_rows_back(out, seen
 
 @pytest.mark.parametrize("dark", [False, True], ids=["light", "dark"])
 @pytest.mark.parametrize("width", [390, 1200])
-def test_a_page_fits_light_and_dark_narrow_and_wide(out, seen, tmp_path, dark, width):  # noqa: F811
+def test_a_page_fits_light_and_dark_narrow_and_wide(out, seen, tmp_path, dark, width):
     shown = seen((out / "sizes" / "index.html").as_uri(), width=width, dark=dark)
     assert shown.page.evaluate("document.documentElement.scrollWidth") <= width
     image = shown.screenshot(tmp_path / "page.png", full_page=True)
@@ -89,7 +89,7 @@ def test_a_page_fits_light_and_dark_narrow_and_wide(out, seen, tmp_path, dark, w
     shown.clean()
 
 
-def test_print_leaves_out_what_only_a_screen_needs(out, seen, tmp_path):  # noqa: F811
+def test_print_leaves_out_what_only_a_screen_needs(out, seen, tmp_path):
     shown = seen((out / "sizes" / "index.html").as_uri(), dark=True)
     pdf = shown.page.pdf(prefer_css_page_size=True)
     assert pdf.startswith(b"%PDF")
@@ -100,7 +100,7 @@ def test_print_leaves_out_what_only_a_screen_needs(out, seen, tmp_path):  # noqa
     shown.clean()
 
 
-def test_without_scripts_a_page_has_all_it_says(out, chromium):  # noqa: F811
+def test_without_scripts_a_page_has_all_it_says(out, chromium):
     context = chromium.new_context(java_script_enabled=False)
     page = context.new_page()
     page.goto((out / "sizes" / "index.html").as_uri())

@@ -9,7 +9,7 @@ import time
 from pathlib import Path
 
 import pytest
-from browser import blank, chromium, seen  # noqa: F401  fixtures
+from browser import blank
 
 from daebench.catalogue import lessons
 from daebench.lesson.page import export
@@ -23,14 +23,14 @@ STARTED = 180.0
 
 
 @pytest.fixture(scope="module")
-def pages(tmp_path_factory, chromium):  # noqa: F811
+def pages(tmp_path_factory, chromium):
     """Return the static page of a lesson, made once."""
     folder = tmp_path_factory.mktemp("lessons")
     return lambda name: folder / name / "index.html" if (folder / name).exists() else export(name, folder / name)
 
 
 @pytest.fixture
-def live(chromium):  # noqa: F811
+def live(chromium):
     """Return the address of a lesson that is served; the server ends with the test."""
     started = []
 
@@ -56,7 +56,7 @@ def live(chromium):  # noqa: F811
 
 
 @pytest.mark.parametrize("name", EVERY)
-def test_a_live_lesson_answers_a_control_with_another_picture(name, live, seen, tmp_path):  # noqa: F811
+def test_a_live_lesson_answers_a_control_with_another_picture(name, live, seen, tmp_path):
     shown = seen(live(name))
     page = shown.page
     page.wait_for_selector(".shown svg.sheet", timeout=1000 * STARTED)
@@ -75,7 +75,7 @@ def test_a_live_lesson_answers_a_control_with_another_picture(name, live, seen, 
 
 @pytest.mark.parametrize("name", EVERY)
 @pytest.mark.parametrize("dark", [False, True], ids=["light", "dark"])
-def test_a_static_page_turns_its_pictures_and_fits_a_phone(name, dark, pages, seen, tmp_path):  # noqa: F811
+def test_a_static_page_turns_its_pictures_and_fits_a_phone(name, dark, pages, seen, tmp_path):
     shown = seen(pages(name).as_uri(), width=390, dark=dark)
     page = shown.page
     assert page.evaluate("document.documentElement.scrollWidth") <= 390
@@ -88,16 +88,16 @@ def test_a_static_page_turns_its_pictures_and_fits_a_phone(name, dark, pages, se
         slider.press("ArrowRight")
         assert drawing.inner_html() != before
         assert slider.get_attribute("aria-valuetext")
-    assert page.locator("details[open]").count() == 0
-    page.locator("summary").first.click()
-    assert page.locator("details[open]").count() == 1
+    assert page.locator("main > details[open]").count() == 0
+    page.locator("main > details summary").first.click()
+    assert page.locator("main > details[open]").count() == 1
     image = shown.screenshot(tmp_path / "page.png", full_page=True)
     assert image.shape[1] == 390
     assert not blank(image)
     shown.clean()
 
 
-def test_without_scripts_a_static_page_shows_the_default_picture_and_no_controls(pages, chromium):  # noqa: F811
+def test_without_scripts_a_static_page_shows_the_default_picture_and_no_controls(pages, chromium):
     context = chromium.new_context(java_script_enabled=False)
     page = context.new_page()
     page.goto(pages(EVERY[0]).as_uri())

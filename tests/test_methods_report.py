@@ -8,6 +8,7 @@ from xml.etree import ElementTree
 import numpy as np
 import pandas as pd
 import pytest
+from pages import standalone
 from tampered import changed
 
 from daebench.catalogue import find_scene, schemes
@@ -334,10 +335,8 @@ def test_the_whole_report_is_made_and_its_page_loads_nothing(numbers, tmp_path, 
     monkeypatch.setattr(methods, "measure", lambda tell: numbers)
     page = build("methods", tmp_path)
     source = page.read_text(encoding="utf-8")
-    for forbidden in ("<script", "@import", "url(http", "src=", "{{", "{%", "&lt;"):
-        assert forbidden not in source
-    text = re.sub(r"<[^>]*>", " ", re.sub(r"<(style|svg).*?</\1>", " ", source, flags=re.DOTALL))
-    assert not re.search(r"\b(nan|inf|None|True|False|Markup|undefined)\b", text)
+    standalone(page)
+    assert "&lt;" not in source
     for name in SMALL:
         assert f"<code>{name}</code>" in source
     for link in re.findall(r'href="((?:tables|figures)/[^"#]+)"', source):
