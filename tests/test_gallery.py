@@ -1,7 +1,10 @@
 """The gallery: what is stale is made anew and nothing else, a failing page is told of and not linked, and pages sort and travel."""
 
 import json
+import os
 import re
+import subprocess
+import sys
 from pathlib import Path
 from zipfile import ZipFile
 
@@ -296,3 +299,17 @@ def test_without_what_lessons_need_the_gallery_is_made_without_them_and_says_so(
     monkeypatch.setattr(pages, "pages", list)
     app(["report", "all", "--out", str(tmp_path / "out")], standalone_mode=False)
     assert "pip install 'daebench[lessons]'" in capsys.readouterr().err
+
+
+def test_digests_are_the_same_in_every_process():
+    said = (
+        "from daebench import pages; from daebench.report.freshness import digest; print(*(digest(each.files()) for each in pages.pages()))"
+    )
+    found = {
+        subprocess.run(
+            [sys.executable, "-c", said], env=os.environ | {"PYTHONHASHSEED": seed}, check=True, capture_output=True, text=True
+        ).stdout
+        for seed in ("0", "1", "2")
+    }
+    assert len(found) == 1
+    assert len(found.pop().split()) == len(pages.pages())

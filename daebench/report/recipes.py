@@ -85,7 +85,7 @@ def _seconds(path: Path) -> float:
 
 
 def depends_on(stem: str) -> list[Path]:
-    """Return the files of ``daebench.reports`` that a recipe is made of: itself, those that it imports, and the templates."""
+    """Return the files of ``daebench.reports`` that a recipe is made of, in the same order in every process: modules, then templates."""
     found: dict[Path, None] = {}
     waiting = [FOLDER / f"{stem}.py"]
     while waiting:
@@ -94,7 +94,7 @@ def depends_on(stem: str) -> list[Path]:
             continue
         found[path] = None
         waiting += [FOLDER / f"{each}.py" for each in imports(path)]
-    return [*found, *(path for path in (FOLDER / f"{stem}.html", *(FOLDER / each for each in COMMON)) if path.is_file())]
+    return [*sorted(found), *(path for path in (FOLDER / f"{stem}.html", *(FOLDER / each for each in COMMON)) if path.is_file())]
 
 
 def imports(path: Path) -> set[str]:
