@@ -9,7 +9,7 @@ import pandas as pd
 from daebench.reports._methods_families import names, solvers
 from daebench.reports._methods_series import KEEPING, LONG, LOSING, defects, long_run
 from daebench.reports._methods_sweep import Swept, ida, nanoseconds, sweep, torus_orders
-from daebench.reports._tolerances_numbers import Job, computed
+from daebench.reports._two_processes import Job, computed
 
 Tell = Callable[[float, str], None]
 

@@ -12,7 +12,7 @@ from daebench.reports import _poisson_defects as defects
 from daebench.reports import _poisson_lattice as lattice
 from daebench.reports import _poisson_methods as methods
 from daebench.reports._poisson_orbits import Orbits, orbits
-from daebench.reports._tolerances_numbers import Job, computed
+from daebench.reports._two_processes import Job, computed
 
 Tell = Callable[[float, str], None]
 

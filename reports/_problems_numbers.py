@@ -11,7 +11,7 @@ from daebench.reports import _problems_runs as runs
 from daebench.reports._problems_facts import Facts, facts
 from daebench.reports._problems_path import Drawing, drawing_of
 from daebench.reports._problems_scenes import names
-from daebench.reports._tolerances_numbers import Job, computed
+from daebench.reports._two_processes import Job, computed
 
 Tell = Callable[[float, str], None]
 

@@ -5,13 +5,12 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from concurrent.futures import Executor
 from contextlib import AbstractContextManager
 from dataclasses import replace
-from functools import partial
 
 from daebench.errors import DaebenchError
+from daebench.reports._two_processes import two_processes
 from daebench.studies.cell import Cell, maker
 from daebench.studies.engine import computed
 from daebench.studies.measure import bare, with_time
-from daebench.studies.schedulers import local_processes
 from daebench.studies.store import Kept, Store
 
 Tell = Callable[[float, str], None]
@@ -23,8 +22,6 @@ STEPS = 3
 
 LOOKED, COMPILED = 0.5, 0.6
 """Parts of the work that are done when all runs are looked at, and when what is timed is compiled."""
-
-two_processes: Processes = partial(local_processes, 2)
 
 
 def make_runs(cells: Iterable[Cell], kept: Store, tell: Tell, processes: Processes = two_processes) -> None:

@@ -10,7 +10,8 @@ import pandas as pd
 from daebench.errors import DaebenchError
 from daebench.kinds import methods_of
 from daebench.lifted import Lifted
-from daebench.reports._timed_runs import Processes, make_runs, two_processes
+from daebench.reports._timed_runs import Processes, make_runs
+from daebench.reports._two_processes import two_processes
 from daebench.reports._work_precision_scenes import WORKS, Work
 from daebench.scene import PoissonScene
 from daebench.studies.metrics import defect_of

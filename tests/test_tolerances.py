@@ -1,7 +1,6 @@
 """The report on tolerances: fits of powers, ends of runs in words, patience, and claims that tampered numbers refute."""
 
 import math
-from concurrent.futures.process import BrokenProcessPool
 from dataclasses import replace
 from types import SimpleNamespace
 
@@ -17,12 +16,12 @@ from daebench.reference.cured import CURES
 from daebench.reference.ida import DEFAULT_CURES, Ida
 from daebench.report import build
 from daebench.report.claims import ClaimRefuted
-from daebench.reports import _tolerances_numbers, _tolerances_runs, tolerances
+from daebench.reports import _tolerances_runs, tolerances
 from daebench.reports._tolerances_claims import EXPONENTS, check, check_cost, check_estimate, last_decade, slopes
 from daebench.reports._tolerances_drift import T_LONG, TOL, fit_power, windows
 from daebench.reports._tolerances_exact import Exact, exact
 from daebench.reports._tolerances_figures import draw, shown
-from daebench.reports._tolerances_numbers import Numbers, computed
+from daebench.reports._tolerances_numbers import Numbers
 from daebench.reports._tolerances_runs import FAST, FORMULATIONS, REACHED, SCENES, TOLERANCES, difference, end, reason, series
 from daebench.reports._tolerances_tables import sentences, tables, to_ask
 
@@ -153,43 +152,6 @@ def test_errors_know_the_bound_of_their_reference_and_the_rounding(get_scene, mo
     found = exact(get_scene("planar"), 1.0)
     assert found.floor == 3e-17 + np.finfo(float).eps
     assert (len(found.t), found.amplification) == (2, 5.0)
-
-
-def double(x):
-    return 2 * x
-
-
-def broken(x):
-    raise RunFailed(f"{x} does not work.")
-
-
-def test_without_a_second_core_all_is_computed_here_and_in_order(monkeypatch):
-    monkeypatch.setattr("os.cpu_count", lambda: 1)
-    told = []
-    jobs = [(double, (1,)), (double, (3,))]
-    assert list(computed(jobs, lambda fraction, doing: told.append(fraction))) == [(jobs[0], 2), (jobs[1], 6)]
-    assert told == [0.5, 1.0]
-
-
-def test_a_job_that_fails_says_why(monkeypatch):
-    monkeypatch.setattr("os.cpu_count", lambda: 1)
-    with pytest.raises(RunFailed, match="7 does not work"):
-        list(computed([(broken, (7,))], lambda fraction, doing: None))
-
-
-def test_what_other_processes_leave_is_computed_here(monkeypatch):
-    def dying(jobs):
-        yield jobs[1], 6
-        raise BrokenProcessPool
-
-    monkeypatch.setattr("os.cpu_count", lambda: 2)
-    monkeypatch.setattr(_tolerances_numbers, "_from_two", dying)
-    told = []
-    jobs = [(double, (k,)) for k in (1, 3, 5)]
-    found = list(computed(jobs, lambda fraction, doing: told.append(fraction)))
-    assert [result for _, result in found] == [6, 2, 10]
-    assert told == sorted(told)
-    assert told[-1] == 1.0
 
 
 def test_what_to_ask_for_is_the_loosest_from_which_all_tighter_ones_do():
@@ -401,18 +363,6 @@ def test_the_figures_show_numbers_that_are_beside_them(numbers, tmp_path):
         assert np.std(imread(tmp_path / f"{stem}.png")[..., :3]) > 0.02
         assert len(pd.read_csv(tmp_path / f"{stem}.csv")) >= 100
         assert "<text" not in (tmp_path / f"{stem}.svg").read_text()
-
-
-@pytest.mark.slow
-def test_two_processes_give_what_one_gives():
-    jobs = [(math.sqrt, (k,)) for k in range(6)]
-    assert dict(computed(jobs, lambda fraction, doing: None)) == {job: math.sqrt(*job[1]) for job in jobs}
-
-
-@pytest.mark.slow
-def test_a_failure_in_another_process_is_raised_here():
-    with pytest.raises(ValueError, match="math domain"):
-        list(computed([(math.sqrt, (-1,)), *[(math.sqrt, (k,)) for k in range(4)]], lambda fraction, doing: None))
 
 
 @pytest.mark.slow
