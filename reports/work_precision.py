@@ -23,7 +23,6 @@ SECONDS = 300
 
 CONSTANTS = SimpleNamespace(
     CALLS=CALLS,
-    COARSE=COARSE,
     HALVINGS=HALVINGS,
     IN_A_CALL=IN_A_CALL,
     LEAST=LEAST,
@@ -45,8 +44,10 @@ def make(out: Path, progress: Progress) -> Path:
 
     def content(numbers: Numbers, found: SimpleNamespace) -> dict[str, Any]:
         used = {f"{work.problem}-{work.case}" for work in numbers.works}
+        methods = {method for runs in numbers.runs.values() for method in runs["method"]}
         return {
             "c": CONSTANTS,
+            "coarse": {method: tol for method, tol in COARSE.items() if method in methods},
             "drawn": draw_all(numbers, out / "figures"),
             "tables": tables(numbers, found.found, out / "tables"),
             "references": len(store.names()),

@@ -13,6 +13,7 @@ from markupsafe import Markup
 
 from daebench.files import atomic
 from daebench.machine import machine
+from daebench.report.formulas import set_parentheses
 from daebench.report.pictures import picture
 from daebench.report.versions import versions
 from daebench.report.words import count, listing, number, percent, power_of_ten, with_error
@@ -49,7 +50,7 @@ def write_page(template: str, path: Path, command: str, **content: Any) -> Path:
     style, script = (Markup((folder / f"page.{ending}").read_text(encoding="utf-8")) for ending in ("css", "js"))
     about = {"machine": machine(), "versions": versions(), "command": command, "day": datetime.now(UTC).date().isoformat()}
     filled = environment.from_string(template) if "{%" in template else environment.get_template(template)
-    text = filled.render(style=style, script=script, **about, **content)
+    text = set_parentheses(filled.render(style=style, script=script, **about, **content))
     path.parent.mkdir(parents=True, exist_ok=True)
     with atomic(path) as scratch:
         scratch.write_text(text, encoding="utf-8")
