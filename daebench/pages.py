@@ -5,7 +5,7 @@ from pathlib import Path
 from daebench.catalogue import PACKAGE, lessons, reports
 from daebench.errors import unknown
 from daebench.lesson.installed import missing
-from daebench.report.gallery import FIRST
+from daebench.report.gallery import in_order
 from daebench.report.page import Progress
 from daebench.report.recipes import COMMON, FOLDER, Recipe, own
 
@@ -14,8 +14,8 @@ REFERENCE = "reference"
 
 def pages() -> list[Recipe]:
     """Return the recipes of all pages, in the order in which they are best read; lessons only where what they need is installed."""
-    names = sorted(reports(), key=lambda name: (FIRST.index(name) if name in FIRST else len(FIRST), name))
-    return [*map(own, names), *([] if missing() else map(lesson_page, lessons())), _reference()]
+    by_name = {each.name: each for each in (*map(own, reports()), *([] if missing() else map(lesson_page, lessons())), _reference())}
+    return [by_name[name] for name in in_order(by_name)]
 
 
 def lesson_page(name: str) -> Recipe:

@@ -1,7 +1,7 @@
 """The gallery: pages in one folder, each with a stamp of what it was made of, and an index of all that is there."""
 
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -11,7 +11,10 @@ from daebench.report.index import write_index
 from daebench.report.page import Progress
 from daebench.report.recipes import Recipe, find
 
-FIRST = ("index-reduction", "methods", "tolerances", "poisson", "problems", "work-precision", "extremes")
+FIRST = (
+    *("index-reduction", "methods", "tolerances", "poisson", "problems", "work-precision", "extremes"),
+    *("lesson-why-symplectic", "lesson-shake-to-lobatto", "lesson-tolerance", "lesson-poisson-maps", "lesson-extremes"),
+)
 """Pages in the order in which they are best read; others follow."""
 
 
@@ -82,8 +85,12 @@ def make(recipe: Recipe, out: Path, digest: str, progress: Progress) -> Path:
 
 def order(out: Path) -> list[str]:
     """Return the names of the pages that are in a folder in the order in which they are best read."""
-    there = [path.parent.name for path in out.glob(f"*/{freshness.STAMP}")]
-    return sorted(there, key=lambda name: (FIRST.index(name) if name in FIRST else len(FIRST), name))
+    return in_order(path.parent.name for path in out.glob(f"*/{freshness.STAMP}"))
+
+
+def in_order(names: Iterable[str]) -> list[str]:
+    """Return names of pages in the order in which they are best read; those that are not known here follow by their names."""
+    return sorted(names, key=lambda name: (FIRST.index(name) if name in FIRST else len(FIRST), name))
 
 
 def build_all(out: Path, recipes: Sequence[Recipe], progress: Progress, told: Callable[[Made], None], *, anew: bool = False) -> list[Made]:
