@@ -34,14 +34,14 @@ def _(mo):
 
     **SHAKE** (1977) is the leapfrog method with one multiplier, found such that the next position is on the constraint:
 
-    $$q_{n+1} - 2q_n + q_{n-1} = -h^2M^{-1}\left(U_q(q_n) + G(q_n)^T\lambda_n\right), \qquad 0 = g(q_{n+1}) \tag{HLW VII.1.23}$$
+    $$q_{n+1} - 2q_n + q_{n-1} = -h^2M^{-1}(U_q(q_n) + G(q_n)^T\lambda_n), \qquad 0 = g(q_{n+1}) \tag{HLW VII.1.23}$$
 
     Its momenta are differences of positions, $p_n = M(q_{n+1}-q_{n-1})/2h$. Nobody asks them to meet the hidden constraint.
 
     **RATTLE** (1983) is the same recursion as a one-step map, with a second multiplier that puts the momentum right at the end of
     the step:
 
-    $$p_{n+1} = p_{n+1/2} - \tfrac h2\left(U_q(q_{n+1}) + G(q_{n+1})^T\mu_n\right), \qquad 0 = G(q_{n+1})M^{-1}p_{n+1}
+    $$p_{n+1} = p_{n+1/2} - \tfrac h2(U_q(q_{n+1}) + G(q_{n+1})^T\mu_n), \qquad 0 = G(q_{n+1})M^{-1}p_{n+1}
     \tag{HLW VII.1.25}$$
 
     **Lobatto IIIA-IIIB** pairs have $s$ stages, and the constraint at each of them: order $2s-2$. With $s = 2$ the pair *is* RATTLE.

@@ -29,9 +29,9 @@ def _(mo):
     A point of mass swings on a rod: a spherical pendulum. In Cartesian coordinates its equations have a constraint, the length of the
     rod, and a multiplier, the force in the rod:
 
-    $$\dot q = H_p(p,q), \qquad \dot p = -H_q(p,q) - G(q)^T\lambda, \qquad 0 = g(q) = q^Tq - 1, \qquad G = g_q \tag{HLW VII.1.9}$$
+    $$\dot q = H_p(p,q), \qquad \dot p = -H_q(p,q) - G(q)^T\lambda, \qquad 0 = g(q) = q^Tq - 1 \tag{HLW VII.1.9}$$
 
-    Nobody gives an equation for $\lambda$. One way out is to differentiate the constraint until there is one. Once gives
+    with $G = g_q$. Nobody gives an equation for $\lambda$. One way out is to differentiate the constraint until there is one. Once gives
     $0 = G(q)H_p(p,q)$, the velocity is tangent to the sphere. Once more gives $\lambda = \lambda(p,q)$, and what is left is an
     ordinary differential equation: the index is *reduced*.
 
@@ -45,7 +45,7 @@ def _(mo):
     Take two tangent vectors of $\mathcal M$: two small changes of the start that respect the rod. They span a parallelogram. Its
     *symplectic area* is the sum of the oriented areas of its shadows in the three planes of a position and its momentum,
 
-    $$dq\wedge dp \,=\, \sum_{i=1}^{3} \left( dq_i\,\delta p_i - dp_i\,\delta q_i \right), \tag{HLW VI.2}$$
+    $$dq\wedge dp \,=\, \sum_{i=1}^{3} ( dq_i\,\delta p_i - dp_i\,\delta q_i ), \tag{HLW VI.2}$$
 
     and the exact motion never changes it: the flow on $\mathcal M$ is symplectic. A method is a map too, and its linearised steps carry
     the parallelogram along. Here they do, to the last digit: the derivative is taken by a complex step.
@@ -110,7 +110,7 @@ def _(mo):
     symplectic for Hamiltonian systems only, and its first step already leaves $\mathcal M$. RATTLE never meets the reduced system.
     It takes $\lambda$ as an unknown of each step, and solves for it such that the constraint holds at the *end* of the step:
 
-    $$p_{1/2} = p_0 - \tfrac h2\left(H_q + G(q_0)^T\lambda_0\right), \qquad q_1 = q_0 + hM^{-1}p_{1/2}, \qquad 0 = g(q_1)
+    $$p_{1/2} = p_0 - \tfrac h2(H_q + G(q_0)^T\lambda_0), \qquad q_1 = q_0 + hM^{-1}p_{1/2}, \qquad 0 = g(q_1)
     \tag{HLW VII.1.26}$$
 
     The forces of constraint then add to $dq\wedge dp$ a term with $d g(q_1)$ and one with $d g(q_0)$, and both vanish for vectors that
