@@ -16,7 +16,7 @@ from daebench.reports._index_reduction_tables import tables
 
 COMMAND = "daebench report index-reduction"
 
-SECONDS = 45
+SECONDS = 30
 """Seconds that it takes, about, on two cores with nothing compiled."""
 
 CONSTANTS = SimpleNamespace(

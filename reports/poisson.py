@@ -13,7 +13,7 @@ from daebench.reports._poisson_tables import tables
 
 COMMAND = "daebench report poisson"
 
-SECONDS = 50
+SECONDS = 40
 """Seconds that it takes, about, on two cores with nothing compiled."""
 
 CONSTANTS = SimpleNamespace(

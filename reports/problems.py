@@ -14,7 +14,7 @@ from daebench.reports._problems_tables import reason, tables
 
 COMMAND = "daebench report problems"
 
-SECONDS = 200
+SECONDS = 100
 """Seconds that it takes, about, on two cores with nothing compiled."""
 
 CONSTANTS = SimpleNamespace(

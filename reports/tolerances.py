@@ -14,7 +14,7 @@ from daebench.reports._tolerances_tables import sentences, tables
 
 COMMAND = "daebench report tolerances"
 
-SECONDS = 180
+SECONDS = 110
 """Seconds that it takes, about, on two cores with nothing compiled."""
 
 MODULES = (_tolerances_claims, _tolerances_drift, _tolerances_runs, _tolerances_tables)
