@@ -21,7 +21,8 @@ from daebench.report.archive import write_archive
 from daebench.report.gallery import PagesFailed, build_all
 from daebench.report.recipes import Recipe, depends_on
 
-TEXT = """{% extends "page.html" %}{% block title %}A &lt;page&gt;{% endblock %}{% block content %}{{ drawn }}{{ shown }}{% endblock %}"""
+TEXT = """{% extends "page.html" %}{% block title %}A &lt;page&gt;{% endblock %}{% block content %}{{ drawn }}{{ shown }}
+<p>All of it: <a href="figures/line.csv">the <b>table</b></a>; <a href="#more" id="more">more</a>.</p>{% endblock %}"""
 
 
 def quick(name, tmp_path, *, fails=None, kind="report"):
@@ -182,7 +183,10 @@ def test_an_archive_has_pages_that_stand_alone_and_is_the_same_for_the_same_page
     found = {path.relative_to(tmp_path / "read").as_posix() for path in (tmp_path / "read").rglob("*.*")}
     assert found == {"index.html", *(f"{name}/{file}" for name in ("one", "two") for file in ("index.html", "figures/line.png"))}
     for name in (".", "one", "two"):
-        standalone(tmp_path / "read" / name / "index.html")
+        page = standalone(tmp_path / "read" / name / "index.html")
+        assert ("figures/line.csv" in standalone(out / name / "index.html").links) == (name != ".")
+        assert [link for link in page.links if link.endswith(".csv")] == []
+        assert ("All of it: the table ; more ." in page.text) == (name != ".")
 
 
 OWN = '''"""How far a pendulum falls."""
@@ -313,3 +317,13 @@ def test_digests_are_the_same_in_every_process():
     }
     assert len(found) == 1
     assert len(found.pop().split()) == len(pages.pages())
+
+
+def test_the_gallery_that_is_kept_has_every_page_and_each_stands_alone(tmp_path):
+    kept = Path(__file__).parent.parent / "reports" / "gallery" / "gallery.zip"
+    with ZipFile(kept) as archive:
+        assert archive.testzip() is None
+        archive.extractall(tmp_path)
+    assert {path.parent.name for path in tmp_path.glob("*/index.html")} == {each.name for each in pages.pages()}
+    for path in tmp_path.rglob("index.html"):
+        standalone(path, quotes=path.parent.name == "reference")
