@@ -86,6 +86,35 @@ def seen(chromium):
         context.close()
 
 
+@pytest.fixture
+def looks_right(request, tmp_path):
+    """Return what opens the file of a page, wide and narrow, and asserts that it shows itself as it should.
+
+    It fits, is not blank, shows its title and its pictures, its tables sort, and nothing goes wrong. Where no browser can be had it is
+    not looked at, for tests that have more to say of the page; those that have not are skipped, and say why.
+    """
+    try:
+        opened = request.getfixturevalue("seen")
+    except pytest.skip.Exception:
+        return lambda path: None
+
+    def looked(path):
+        for width, dark in ((1200, False), (390, True)):
+            shown = opened(path.as_uri(), width=width, dark=dark)
+            assert shown.page.evaluate("document.documentElement.scrollWidth") <= width
+            assert not blank(shown.screenshot(tmp_path / f"seen-{width}.png"))
+            assert len(shown.page.locator("h1").inner_text()) > 5
+            drawn = shown.page.locator(".drawing svg:visible")
+            sizes = drawn.evaluate_all("each => each.map(svg => svg.getBoundingClientRect()).map(box => [box.width, box.height])")
+            assert all(w > 250 and h > 40 for w, h in sizes), sizes
+            if (heading := shown.page.locator("thead button:visible").first).count():
+                heading.click()
+                assert shown.page.locator("thead th[aria-sort]").count() == 1
+            shown.clean()
+
+    return looked
+
+
 def blank(image):
     """Return whether a picture is of one colour, but for a part in a thousand."""
     import numpy as np

@@ -10,7 +10,7 @@ import pytest
 os.environ.setdefault("DAEBENCH_CACHE", tempfile.mkdtemp(prefix="daebench-tests-"))
 
 import uncompiled
-from browser import chromium, seen  # noqa: F401  defined once: a process can start one browser
+from browser import chromium, looks_right, seen  # noqa: F401  defined once: a process can start one browser
 from own_files import ORBIT, RING
 from scenes import LARGE, scene, swept
 

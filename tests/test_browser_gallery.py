@@ -1,6 +1,8 @@
 """The gallery in a real browser: cards lead to pages and back, tables sort, light, dark, narrow and printed pages show what they have."""
 
 import re
+from pathlib import Path
+from zipfile import ZipFile
 
 import numpy as np
 import pandas as pd
@@ -110,3 +112,19 @@ def test_without_scripts_a_page_has_all_it_says(out, chromium):
     for word in ("Part 4", "Few", "size", "known"):
         assert word in text
     assert Page((out / "sizes" / "index.html").read_text(encoding="utf-8")).text.count("Part 4") == 2
+
+
+KEPT = Path(__file__).parent.parent / "reports" / "gallery" / "gallery.zip"
+
+
+@pytest.fixture(scope="module")
+def kept(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("kept")
+    with ZipFile(KEPT) as archive:
+        archive.extractall(folder)
+    return folder
+
+
+@pytest.mark.parametrize("page", sorted(name for name in ZipFile(KEPT).namelist() if name.endswith(".html")))
+def test_every_page_of_the_gallery_that_is_kept_looks_right(page, kept, chromium, looks_right):
+    looks_right(kept / page)

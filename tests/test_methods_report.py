@@ -331,11 +331,12 @@ def test_the_story_passes_as_measured(numbers):
 
 
 @pytest.mark.slow
-def test_the_whole_report_is_made_and_its_page_loads_nothing(numbers, tmp_path, monkeypatch):
+def test_the_whole_report_is_made_and_its_page_loads_nothing(numbers, tmp_path, looks_right, monkeypatch):
     monkeypatch.setattr(methods, "measure", lambda tell: numbers)
     page = build("methods", tmp_path)
     source = page.read_text(encoding="utf-8")
     standalone(page)
+    looks_right(page)
     assert "&lt;" not in source
     for name in SMALL:
         assert f"<code>{name}</code>" in source

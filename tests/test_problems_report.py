@@ -316,12 +316,13 @@ def test_a_refuted_claim_leaves_no_page(numbers, tmp_path, monkeypatch):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("own", [FEW, pytest.param(catalogue("constrained"), marks=pytest.mark.exhaustive)], ids=["few", "all"])
-def test_the_whole_report_is_made_and_its_page_loads_nothing(tmp_path, monkeypatch, own):
+def test_the_whole_report_is_made_and_its_page_loads_nothing(tmp_path, looks_right, monkeypatch, own):
     monkeypatch.setattr("daebench.reports._problems_numbers.names", lambda: own)
     told_of = []
     page = build("problems", tmp_path, lambda fraction, label: told_of.append(fraction))
     source = page.read_text(encoding="utf-8")
     standalone(page)
+    looks_right(page)
     for name in own:
         assert f'<h2 id="{name}">' in source
     assert told_of == sorted(told_of)

@@ -209,8 +209,9 @@ def test_numbers_with_powers_of_ten_are_html_in_the_columns_of_tables():
 
 
 @pytest.mark.slow
-def test_the_page_is_one_file_that_loads_nothing(built):
+def test_the_page_is_one_file_that_loads_nothing(built, looks_right):
     standalone(built.page)
+    looks_right(built.page)
     source = built.page.read_text(encoding="utf-8")
     assert source.count("<svg") == len(FIGURES) == len(re.findall(r'<svg[^>]* aria-label="[^"]{40,}"', source))
 

@@ -366,11 +366,12 @@ def test_the_figures_show_numbers_that_are_beside_them(numbers, tmp_path):
 
 
 @pytest.mark.slow
-def test_the_whole_report_is_made_and_its_page_loads_nothing(tmp_path):
+def test_the_whole_report_is_made_and_its_page_loads_nothing(tmp_path, looks_right):
     told = []
     page = build("tolerances", tmp_path, lambda fraction, label: told.append(fraction))
     source = page.read_text(encoding="utf-8")
     standalone(page)
+    looks_right(page)
     assert source.count("<svg") == len(FIGURES)
     assert told == sorted(told)
     assert (told[0], told[-1]) == (0.0, 1.0)
