@@ -273,6 +273,7 @@ def prepare(
         progress=progress,
         seconds_limit=_given(positive, "seconds_limit", seconds_limit),
         on_singular=on_singular,
+        keep_interrupted=True,
     )
     chosen.check(scene, request)
     return chosen, scene, request

@@ -142,8 +142,6 @@ def check_claims(
     fixed.check(scene, request)
     told(0.0, f"{fixed.name} on {scene.problem}, {steps} steps")
     run = fixed.solve(scene, request)
-    if run.interrupted:
-        raise KeyboardInterrupt
     told(0.2, f"{fixed.name} on {scene.problem}, defects")
     bench: PoissonBench | Bench
     bench = PoissonBench(scene, fixed, run.complete()) if isinstance(scene, PoissonScene) else Bench(scene, fixed, run.complete())

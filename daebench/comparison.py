@@ -124,9 +124,9 @@ def trajectories(
 def _request(scene: Scene | PoissonScene, method: Any, h: float | None, tol: float, t_end: float) -> Request:
     watch = POISSON if isinstance(scene, PoissonScene) else CONSTRAINED
     if method.knob == "tol" or h is None:
-        return Request(value=tol, t_end=t_end, watch=watch)
+        return Request(value=tol, t_end=t_end, watch=watch, keep_interrupted=True)
     every = max(1, int(t_end / h / MOST_STATES)) if h > 0 and np.isfinite(t_end / h) else 1
-    return Request(value=h, t_end=t_end, every=every, watch=watch)
+    return Request(value=h, t_end=t_end, every=every, watch=watch, keep_interrupted=True)
 
 
 def row(scene: Scene | PoissonScene, trajectory: Trajectory | PoissonTrajectory) -> dict[str, Any]:

@@ -72,6 +72,8 @@ class Request:
         Limit of work of a tolerance-driven method.
     on_singular : str, optional
         What to do where G loses rank: one of :data:`ON_SINGULAR`. The default is what the case declares.
+    keep_interrupted : bool
+        Whether a run that Ctrl-C ends is returned as far as it came, with what its failure says; else the interruption goes on.
     """
 
     value: float
@@ -88,6 +90,7 @@ class Request:
     seconds_limit: float | None = None
     patience: Patience | None = None
     on_singular: str | None = None
+    keep_interrupted: bool = False
 
     def at_rank_loss(self, scene: Scene) -> str:
         """Return what to do where G loses rank: what is asked for, or else what the scene says; one of :data:`ON_SINGULAR`.

@@ -130,8 +130,6 @@ class Runs(ABC):
         steps = COMMON * n
         h = float(self.known.t[-1]) / steps
         run = self._run(h, steps, n)
-        if run.interrupted:
-            raise KeyboardInterrupt
         if run.failure is not None:
             return Point(h, steps, {}, run.failure, run.seconds)
         errors, bound = self._errors(run, n, halved=halved)

@@ -251,6 +251,8 @@ class Run:
         try:
             self._march()
         except KeyboardInterrupt:
+            if not self.request.keep_interrupted:
+                raise
             self.failure, self.interrupted = self._stopped("interrupted"), True
         scene, request = self.scene, self.request
         return {

@@ -133,6 +133,8 @@ def drive(
     except Stopped as stop:
         failure = sentence(str(stop), max(meter.t, times[len(Y) - 1]) if stop.t is None else stop.t, stop.advice or advice)
     except KeyboardInterrupt:
+        if not request.keep_interrupted:
+            raise
         failure, interrupted = sentence("interrupted", meter.t, "run it again"), True
     seconds -= meter.aside
     times = times[: len(Y)]

@@ -94,19 +94,10 @@ def series(name: str, formulation: str, tolerances: Sequence[float] = TOLERANCES
 
 
 def solve(name: str, formulation: str, cure: str, tol: float, t_end: float = T_END) -> Trajectory:
-    """Return the run of IDA, relative and absolute tolerance ``tol``, with output at the times of the reference.
-
-    Raises
-    ------
-    KeyboardInterrupt
-        If it was interrupted.
-    """
+    """Return the run of IDA, relative and absolute tolerance ``tol``, with output at the times of the reference."""
     patience = SHORT_PATIENCE if cure == "none" else PATIENCE
     request = Request(value=tol, t_end=t_end, points=len(exact_of(name, t_end).t), watch=("manifold",), patience=patience)
-    run = Ida(formulation, cure).solve(scene_of(name), request)
-    if run.interrupted:
-        raise KeyboardInterrupt
-    return run
+    return Ida(formulation, cure).solve(scene_of(name), request)
 
 
 def difference(one: Trajectory, other: Trajectory) -> float:

@@ -1,6 +1,7 @@
 """Names, numbers and files that are unusual and legal, or unusual and to be refused."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -190,11 +191,12 @@ def test_an_interruption_ends_a_whole_comparison():
             def press(_):
                 raise KeyboardInterrupt
 
-            request = Request(value=request.value, t_end=request.t_end, progress=press)
-            return FixedStep("rattle", compiled=False).solve(scene, request)
+            return FixedStep("rattle", compiled=False).solve(scene, replace(request, progress=press))
 
     found = trajectories(scene("spherical-slow"), [Interrupted(), FixedStep("rattle", compiled=False)], h=0.01, t_end=5.0)
     assert len(found) == 1
     assert found[0].interrupted
     assert "interrupted" in found[0].failure
     assert 0 < found[0].steps < 500
+    with pytest.raises(KeyboardInterrupt):
+        Interrupted().solve(scene("spherical-slow"), Request(value=0.01, t_end=5.0))

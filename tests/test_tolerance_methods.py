@@ -1,6 +1,7 @@
 """IDA, CVODE and SciPy's solvers as methods: accuracy, exact counts, grids, limits, and what they say when they fail."""
 
 import signal
+from contextlib import nullcontext
 from dataclasses import replace
 
 import numpy as np
@@ -222,7 +223,8 @@ def test_the_wall_clock_limit_keeps_what_there_is(method):
 
 @pytest.mark.skipif(not hasattr(signal, "setitimer"), reason="needs an interval timer")
 @pytest.mark.parametrize("method", **named(ONE_EACH))
-def test_an_interrupt_keeps_what_there_is(method):
+@pytest.mark.parametrize("kept", [True, False])
+def test_an_interrupt_goes_on_unless_what_there_is_is_to_be_kept(method, kept):
     def interrupt(*_):
         raise KeyboardInterrupt
 
@@ -230,12 +232,14 @@ def test_an_interrupt_keeps_what_there_is(method):
     old = signal.signal(signal.SIGALRM, interrupt)
     try:
         signal.setitimer(signal.ITIMER_REAL, 0.5)
-        trajectory = method.solve(scene("spherical-fast"), Request(value=1e-9, t_end=1e6, seconds_limit=60))
+        with nullcontext() if kept else pytest.raises(KeyboardInterrupt):
+            trajectory = method.solve(scene("spherical-fast"), Request(value=1e-9, t_end=1e6, seconds_limit=60, keep_interrupted=kept))
     finally:
         signal.setitimer(signal.ITIMER_REAL, 0)
         signal.signal(signal.SIGALRM, old)
-    assert "interrupted" in trajectory.failure
-    assert len(trajectory.t) == 2
+    if kept:
+        assert "interrupted" in trajectory.failure
+        assert len(trajectory.t) == 2
 
 
 def test_progress_goes_from_the_first_output_to_the_end():

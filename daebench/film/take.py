@@ -7,7 +7,6 @@ from typing import Any
 import numpy as np
 
 from daebench.comparison import errors_along
-from daebench.errors import Interrupted
 from daebench.grid import EPS
 from daebench.method import Progress, Request
 from daebench.scene import PoissonScene, Scene
@@ -73,20 +72,12 @@ def requested(scene: Scene | PoissonScene, method: Any, value: float, times: Arr
 
 
 def take(scene: Scene | PoissonScene, method: Any, value: float, times: Array, progress: Progress) -> Take:
-    """Return a run of a method as it is shown at these times, the first 0.
-
-    Raises
-    ------
-    Interrupted
-        If the person at the keyboard ended it.
-    """
+    """Return a run of a method as it is shown at these times, the first 0."""
     request = requested(scene, method, value, times)
     if hasattr(method, "begin"):
         grid = method.grid(scene, request)
         return _stepped(scene, method.begin(scene, request, grid, request.watch), times, progress)
     run = method.solve(scene, request)
-    if run.interrupted:
-        raise Interrupted(run.failure)
     progress(1.0)
     return _sampled(scene, run, times)
 

@@ -63,7 +63,7 @@ def looked_at(cell: Cell) -> Row:
     try:
         scene, solver = cell.scene, cell.solver
         row["knob"] = solver.knob
-        run = _solved(solver, scene, cell.asked(solver.knob))
+        run = solver.solve(scene, cell.asked(solver.knob))
         row |= {f"n_{kind}": count for kind, count in run.work.items()}
         row |= {"steps": run.steps, "t_reached": float(run.t[-1]), "failure": run.failure or ""}
         found = Measured(cell, scene, solver, run)
@@ -89,14 +89,6 @@ def with_time(cell: Cell, row: Row) -> Row:
         return row | {"failure": str(error)}
 
 
-def _solved(solver: Any, scene: Any, request: Request) -> Any:
-    """Return a run; where it was interrupted, which a method notes in what it returns, go on with the interruption."""
-    run = solver.solve(scene, request)
-    if run.interrupted:
-        raise KeyboardInterrupt
-    return run
-
-
 def _timed(cell: Cell, solver: Any) -> Row:
     """Return the least time of several runs that watch and keep nothing, of one if it is long; the run that was looked at has warmed up.
 
@@ -105,7 +97,7 @@ def _timed(cell: Cell, solver: Any) -> Row:
     """
     request, best = bare(cell, solver.knob), None
     for _ in range(cell.repeat):
-        run = _solved(solver, cell.scene, request)
+        run = solver.solve(cell.scene, request)
         if run.failure is None and (best is None or run.seconds < best.seconds):
             best = run
         if run.seconds > LONG:
