@@ -14,7 +14,7 @@ from pages import Page, standalone
 
 from daebench import pages
 from daebench.cli import app
-from daebench.errors import BadInput, DaebenchError, RunFailed
+from daebench.errors import BadInput, DaebenchError, Interrupted, RunFailed
 from daebench.figures import STROKES, drawing, grid_of_axes, save
 from daebench.report import build, freshness, gallery, number, picture, recipes, table, write_page
 from daebench.report.archive import write_archive
@@ -111,14 +111,25 @@ def test_a_report_depends_on_the_modules_that_it_imports_and_on_no_other_report(
     assert not {name for name in names if "poisson" in name or "tolerances" in name}
 
 
-def test_an_interrupted_gallery_goes_on_where_it_stopped(tmp_path, gallery_of):
-    (first, stopped), out = gallery_of("one", "two"), tmp_path / "out"
-    interrupted = quick("two", tmp_path, fails=KeyboardInterrupt())
-    with pytest.raises(KeyboardInterrupt):
-        built(out, [first, interrupted])
+@pytest.mark.parametrize("stop", [KeyboardInterrupt(), Interrupted("interrupted; 2 runs are kept.")], ids=["key", "with what is kept"])
+def test_an_interrupted_gallery_goes_on_where_it_stopped(tmp_path, gallery_of, monkeypatch, capsys, daebench, stop):
+    (first, stopped, last), out = gallery_of("one", "two", "three"), tmp_path / "out"
+    interrupted = quick("two", tmp_path, fails=stop)
+    monkeypatch.setattr(pages, "pages", lambda: [recipe for recipe, _, _ in (first, interrupted, last)])
+    status, said, told = daebench("report", "all", "--out", out)
+    assert (status, said.count("made in"), counts([first, last])) == (130, 1, [1, 0])
+    assert told == f"daebench: interrupted; what was made is in {out}: run again to go on.\n"
     assert 'href="one/index.html"' in (out / "index.html").read_text(encoding="utf-8")
-    built(out, [first, stopped])
-    assert counts([first, stopped]) == [1, 1]
+    built(out, [first, stopped, last])
+    assert counts([first, stopped, last]) == [1, 1, 1]
+
+
+def test_an_interrupted_report_says_so(tmp_path, monkeypatch, daebench):
+    def pressed(name, out, progress):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(gallery, "build", pressed)
+    assert daebench("report", "poisson", "--out", tmp_path) == (130, "", "daebench: interrupted.\n")
 
 
 def test_a_page_that_fails_is_told_of_and_the_others_are_made(tmp_path, gallery_of):

@@ -28,6 +28,9 @@ from daebench.errors import BadInput, DaebenchError, Interrupted
 ClickException: type[Exception] = next(base for base in typer.BadParameter.__mro__ if base.__name__ == "ClickException")
 """Base of the errors of the command line itself, wherever this version of typer keeps it."""
 
+INTERRUPTED = 130
+"""Status of a command that Ctrl-C ended, which some versions of typer return without a word."""
+
 app = typer.Typer(
     add_completion=False,
     no_args_is_help=True,
@@ -62,11 +65,11 @@ def main() -> None:
     except ClickException as error:
         status = _complain(_sentence(error), 2)
     except Interrupted as error:
-        status = _complain(str(error), 130)
+        status = _complain(str(error), INTERRUPTED)
     except DaebenchError as error:
         status = _complain(str(error), 2 if isinstance(error, BadInput) else 1)
     except (typer.Abort, KeyboardInterrupt):
-        status = _complain("interrupted.", 130)
+        status = _complain("interrupted.", INTERRUPTED)
     except BrokenPipeError:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # or Python complains at exit
         status = 1
@@ -80,6 +83,8 @@ def _called() -> int | None:
         status: int | None = app(standalone_mode=False)
     except typer.Exit as stop:
         status = stop.exit_code
+    if status == INTERRUPTED:
+        raise KeyboardInterrupt
     if sys.stdout is not None:  # it is None where standard output is closed
         sys.stdout.flush()
     return status

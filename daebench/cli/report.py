@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from daebench.cli.console import bar
-from daebench.errors import BadInput
+from daebench.errors import BadInput, Interrupted
 
 if TYPE_CHECKING:
     from daebench.report.gallery import Made
@@ -53,7 +53,10 @@ def _all(out: Path, anew: bool, archive: Path | None) -> None:
         check_archive(archive)
     make_folder(out)
     with bar("gallery") as progress:
-        build_all(out, pages(), progress, _tell, anew=anew)
+        try:
+            build_all(out, pages(), progress, _tell, anew=anew)
+        except (KeyboardInterrupt, Interrupted) as stop:
+            raise Interrupted(f"interrupted; what was made is in {out}: run again to go on.") from stop
     if absent := missing():
         print(
             f"daebench: the lessons are left out, for they need {' and '.join(absent)}: pip install 'daebench[lessons]'.", file=sys.stderr

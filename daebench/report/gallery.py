@@ -5,7 +5,7 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from daebench.errors import DaebenchError
+from daebench.errors import DaebenchError, Interrupted
 from daebench.report import freshness
 from daebench.report.index import write_index
 from daebench.report.page import Progress
@@ -154,6 +154,8 @@ def _attempt(recipe: Recipe, out: Path, digest: str, progress: Progress) -> Made
     try:
         page: Path | None = make(recipe, out, digest, progress)
         failure = ""
+    except Interrupted:
+        raise
     except DaebenchError as error:
         page, failure = None, str(error)
     return Made(recipe.name, page, time.perf_counter() - began, failure)
