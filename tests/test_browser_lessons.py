@@ -1,11 +1,10 @@
 """Lessons in a real browser: each opens, a control moves, the picture changes, and nothing is asked of another machine."""
 
-import os
+import re
+import select
 import signal
-import socket
 import subprocess
 import sys
-import time
 from pathlib import Path
 
 import pytest
@@ -35,24 +34,17 @@ def live(chromium):
     started = []
 
     def address(name):
-        with socket.socket() as free:
-            free.bind(("127.0.0.1", 0))
-            port = free.getsockname()[1]
-        words = [sys.executable, "-m", "daebench", "lesson", name, "--port", str(port), "--no-browser"]
-        process = subprocess.Popen(words, cwd=ROOT, env=os.environ, stdout=subprocess.DEVNULL, start_new_session=True)
+        words = [sys.executable, "-m", "daebench", "lesson", name, "--no-browser"]
+        process = subprocess.Popen(words, cwd=ROOT, stdout=subprocess.PIPE, text=True, start_new_session=True)
         started.append(process)
-        until = time.monotonic() + 60
-        while time.monotonic() < until:
-            with socket.socket() as probe:
-                if probe.connect_ex(("127.0.0.1", port)) == 0:
-                    return f"http://127.0.0.1:{port}"
-            time.sleep(0.1)
-        raise AssertionError(f"lesson {name} does not listen")
+        assert select.select([process.stdout], [], [], 60)[0], f"lesson {name} does not listen"
+        return re.search(r"http://127\.0\.0\.1:\d+/[\w-]+/", process.stdout.readline())[0]
 
     yield address
     for process in started:
         process.send_signal(signal.SIGINT)
         process.wait(timeout=20)
+        process.stdout.close()
 
 
 @pytest.mark.parametrize("name", EVERY)

@@ -18,7 +18,6 @@ from daebench.lesson.control import NO_YES, Control, defaults
 from daebench.lesson.film import film
 from daebench.lesson.mathml import static_html
 from daebench.lesson.page import export
-from daebench.lesson.serve import HOST, command, free_port
 from daebench.names import parse
 
 ROOT = Path(__file__).parent.parent
@@ -74,22 +73,6 @@ def test_formulas_become_mathml_and_paragraphs_paragraphs():
     assert "&#x0003C;" in found or "&lt;" in found
     assert '<span class="no">(HLW VI.2)</span>' in found
     assert "marimo" not in found
-
-
-def test_a_port_that_is_taken_is_refused_and_the_server_is_asked_for_the_loopback_address_alone():
-    import socket
-
-    with socket.socket() as taken:
-        taken.bind((HOST, 0))
-        taken.listen()
-        with pytest.raises(BadInput, match="give another --port"):
-            free_port(taken.getsockname()[1])
-    with pytest.raises(BadInput, match="from 1 to 65535"):
-        free_port(70000)
-    started = command(EVERY[0], 1234, browser=False)
-    assert started[started.index("--host") + 1] == "127.0.0.1"
-    assert "--headless" in started
-    assert Path(started[started.index("run") + 1]).is_file()
 
 
 @pytest.fixture(autouse=True)

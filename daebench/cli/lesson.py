@@ -14,7 +14,10 @@ def lesson(
     browser: Annotated[bool, typer.Option("--browser/--no-browser", help="Whether the browser is opened.")] = True,
     export: Annotated[Path | None, typer.Option("--export", help="Write a static page below this folder in place of it.")] = None,
 ) -> None:
-    """Open a lesson in the browser: sliders, pictures that follow them, questions with answers."""
+    """Open a lesson in the browser: sliders, pictures that follow them, questions with answers.
+
+    The address has a token, and is for this machine alone. The server ends with Ctrl-C, and with the program that started it.
+    """
     if name is None:
         from daebench.catalogue import lessons
 

@@ -1,45 +1,25 @@
-"""A lesson in the browser: marimo's server on this machine's own address, and on no other."""
+"""A lesson in the browser: marimo's server on this machine's own address, behind a token, for as long as the command runs."""
 
 import os
+import signal
 import socket
-import subprocess
-import sys
+import threading
+import time
+import webbrowser
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
-from daebench.errors import BadInput, DaebenchError, unknown
+from daebench.errors import BadInput, unknown
+from daebench.lesson.guard import HOST, LINGERS, Address, Guard
 from daebench.lesson.installed import require_marimo
 
-HOST = "127.0.0.1"
-
-
-def command(name: str, port: int, *, browser: bool) -> list[str]:
-    """Return what starts marimo with a lesson: read-only, on the loopback address, and silent towards the network."""
-    file = Path(__file__).parents[1] / "reports" / "lessons" / f"{name.replace('-', '_')}.py"
-    start = [sys.executable, "-m", "marimo", "--quiet", "--yes", "run", str(file), "--host", HOST, "--port", str(port), "--no-sandbox"]
-    return start if browser else [*start, "--headless"]
-
-
-def free_port(port: int | None) -> int:
-    """Return a port of the loopback address that nobody listens on: the one asked for, or any.
-
-    Raises
-    ------
-    BadInput
-        If the one asked for is no port, or is taken.
-    """
-    if port is not None and not 1 <= port <= 65535:
-        raise BadInput(f"port = {port} must be from 1 to 65535.")
-    with socket.socket() as listener:
-        listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
-        try:
-            listener.bind((HOST, port or 0))
-        except OSError as error:
-            raise BadInput(f"port {port} of {HOST} cannot be used ({error.strerror}); give another --port, or leave it out.") from error
-        return int(listener.getsockname()[1])
+LOOKS = 0.5
+"""Seconds between two looks at whether the parent is there."""
 
 
 def serve(name: str, port: int | None = None, *, browser: bool = True) -> None:
-    """Serve a lesson until it is interrupted.
+    """Serve a lesson until it is interrupted, in this process: no signal can leave a part of it behind.
 
     Parameters
     ----------
@@ -54,22 +34,79 @@ def serve(name: str, port: int | None = None, *, browser: bool = True) -> None:
     ------
     BadInput
         If there is no such lesson, marimo is not installed, or the port cannot be used.
-    DaebenchError
-        If marimo ends by itself.
     """
     from daebench.catalogue import lessons
 
     if name not in lessons():
         raise unknown("lesson", name, lessons())
     require_marimo()
-    port = free_port(port)
-    print(f"lesson {name}: http://{HOST}:{port}, until Ctrl-C", flush=True)
-    environment = os.environ | {"MARIMO_SKIP_UPDATE_CHECK": "1", "PYTHONPATH": os.pathsep.join(path for path in sys.path if path)}
-    with subprocess.Popen(command(name, port, browser=browser), env=environment) as process:
+    with listener(port) as bound:
+        address = Address(int(bound.getsockname()[1]))
+        app = application(name, address)
+        print(f"lesson {name}: {address.url}, until Ctrl-C", flush=True)
+        end_with_parent()
+        if browser:
+            threading.Thread(target=webbrowser.open, args=(address.url,), daemon=True).start()
+        run(app, bound)
+
+
+@contextmanager
+def listener(port: int | None) -> Iterator[socket.socket]:
+    """Listen on a port of the loopback address for the time of a block: the one asked for, or any.
+
+    Raises
+    ------
+    BadInput
+        If the one asked for is no port, or is taken.
+    """
+    if port is not None and not 1 <= port <= 65535:
+        raise BadInput(f"port = {port} must be from 1 to 65535.")
+    with socket.socket() as bound:
+        if os.name == "posix":  # elsewhere it would let two programs have one port
+            bound.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
         try:
-            status = process.wait()
-        except KeyboardInterrupt:
-            process.terminate()
-            return
-    if status:
-        raise DaebenchError(f"marimo ended with status {status}; what it said stands above.")
+            bound.bind((HOST, port or 0))
+            bound.listen()
+        except OSError as error:
+            raise BadInput(f"port {port} of {HOST} cannot be used ({error.strerror}); give another --port, or leave it out.") from error
+        yield bound
+
+
+def application(name: str, address: Address) -> Guard:
+    """Return the server of a lesson: read-only, without its code, and behind the checks of :class:`daebench.lesson.guard.Guard`."""
+    import marimo
+
+    file = Path(__file__).parents[1] / "reports" / "lessons" / f"{name.replace('-', '_')}.py"
+    builder = marimo.create_asgi_app(quiet=True, include_code=False, session_ttl=LINGERS)
+    return Guard(builder.with_app(path=address.root.rstrip("/"), root=str(file)).build(), address)
+
+
+def run(app: Guard, bound: socket.socket) -> None:
+    """Answer on a socket until a signal ends the process, Ctrl-C with status 0: there is nothing to save, and nothing is waited for.
+
+    The shutdown of the server waits for its pages, and for the threads in which their kernels compute.
+    """
+    import uvicorn
+
+    class Server(uvicorn.Server):
+        @contextmanager
+        def capture_signals(self) -> Iterator[None]:
+            yield
+
+    if signal.getsignal(signal.SIGINT) is not signal.SIG_IGN:
+        signal.signal(signal.SIGINT, lambda number, frame: os._exit(0))
+    Server(uvicorn.Config(app, log_level="critical", lifespan="off", proxy_headers=False, server_header=False)).run(sockets=[bound])
+
+
+def end_with_parent() -> None:
+    """End this process once the one that started it has ended, unless it is told to outlive that, as by nohup."""
+    if hasattr(signal, "SIGHUP") and signal.getsignal(signal.SIGHUP) is signal.SIG_IGN:
+        return
+    parent = os.getppid()
+
+    def look() -> None:
+        while os.getppid() == parent:
+            time.sleep(LOOKS)
+        os._exit(1)
+
+    threading.Thread(target=look, daemon=True).start()
