@@ -10,6 +10,7 @@ from daebench.api import setting_of, singular_as
 from daebench.diagnostics.energy import energy_drift
 from daebench.kinds import knob_value, methods_of
 from daebench.method import Request
+from daebench.position_error import position_errors
 from daebench.scene import PoissonScene, Scene
 from daebench.trajectory import CONSTRAINED, POISSON, Array, PoissonTrajectory, Trajectory
 
@@ -47,7 +48,7 @@ def compare(
     anyway: bool = False,
     on_singular: str | None = None,
 ) -> pd.DataFrame:
-    """Return one row a method: drift of energy and of what else is conserved, work and time, on one scene.
+    """Return one row a method: errors of position and energy, drift of what is conserved, work and time, on one scene.
 
     Parameters
     ----------
@@ -79,8 +80,10 @@ def compare(
     DataFrame
         Columns method, h or tol, steps, t_reached (s), energy_error (largest modulus over all steps), its slope (per s), growth exponent
         and kind (see :class:`daebench.diagnostics.energy.Drift`); g and Gv, the largest distances from g = 0 and G H_p = 0, or the Casimir
-        functions by name; seconds (CPU time of stepping), us_per_step (microseconds), counts of work n_H_p, n_H_q, ...; failure. A method
-        that stopped early has its row, with the reason in ``failure``.
+        functions by name; seconds (CPU time of stepping), us_per_step (microseconds), counts of work n_H_p, n_H_q, ...; t_end, as it was
+        asked for; position_error, the largest error of a coordinate of q, or of y, at about 64 outputs, what its reference may be wrong by
+        (position_bound) and what that is (position_reference): the certified one where it fits, else a closed form or a finer run;
+        failure. A method that stopped early has its row, with the reason in ``failure``.
 
     Raises
     ------
@@ -88,8 +91,36 @@ def compare(
         If the request cannot be met.
     """
     scene = singular_as(setting_of(problem, case, parameters, project=project), on_singular)
-    runs = trajectories(scene, methods_of(scene, methods, options, anyway=anyway), h=h, tol=tol, t_end=t_end)
-    return pd.DataFrame([row(scene, trajectory) for trajectory in runs])
+    chosen = methods_of(scene, methods, options, anyway=anyway)
+    return table_of(scene, chosen, trajectories(scene, chosen, h=h, tol=tol, t_end=t_end), t_end)
+
+
+def table_of(scene: Scene | PoissonScene, methods: Sequence[Any], runs: Sequence[Any], t_end: float) -> pd.DataFrame:
+    """Return one row a run of a comparison, see :func:`compare`; where it was ended, there are fewer runs than methods.
+
+    Parameters
+    ----------
+    scene : Scene or PoissonScene
+        The problem with the numbers of a case.
+    methods, runs : sequence
+        The methods, and what :func:`trajectories` gave.
+    t_end : float
+        End time that was asked for, s.
+    """
+    errors = position_errors(scene, methods[: len(runs)], runs)
+    return pd.DataFrame(
+        [
+            {
+                **{name: value for name, value in own.items() if name != "failure"},
+                "t_end": t_end,
+                "position_error": error.value,
+                "position_bound": error.bound,
+                "position_reference": error.reference,
+                "failure": own["failure"],
+            }
+            for own, error in ((row(scene, run), error) for run, error in zip(runs, errors, strict=True))
+        ]
+    )
 
 
 def trajectories(

@@ -34,7 +34,7 @@ class PoissonTruth:
     bound: Mapping[str, float]
 
 
-def poisson_truth(scene: PoissonScene, times: ArrayLike) -> PoissonTruth:
+def poisson_truth(scene: PoissonScene, times: ArrayLike, calls: float = np.inf) -> PoissonTruth:
     """Return the motion from the scene's own initial values, with the bounds of :func:`daebench.truth.truth`.
 
     Parameters
@@ -43,24 +43,26 @@ def poisson_truth(scene: PoissonScene, times: ArrayLike) -> PoissonTruth:
         The system with the numbers of one case.
     times : array_like, shape(n,)
         Ascending, at least 0.
+    calls : float
+        Most calls of the right side in each of the two runs.
 
     Raises
     ------
     RunFailed
-        If the integration stops early or leaves the domain.
+        If the integration stops early, takes more calls or leaves the domain.
     """
     if not scene.sheet.CLOSED_FORM:
-        return poisson_integrated(scene, times)
+        return poisson_integrated(scene, times, calls)
     closed_form = scene.source.derivation.problem.closed_form
     states = exactly(closed_form, times, scene.start, scene.parameters)
     y = np.array([[float(x) for x in state] for state in states])
     return PoissonTruth("closed form", np.asarray(times, dtype=float), y, bound={"y": rounding(y)})
 
 
-def poisson_integrated(scene: PoissonScene, times: ArrayLike) -> PoissonTruth:
+def poisson_integrated(scene: PoissonScene, times: ArrayLike, calls: float = np.inf) -> PoissonTruth:
     """Return the motion by two runs of DOP853, see :func:`poisson_truth`."""
     dae = pose_poisson(scene, "ode")
-    tight, loose = (advanced(dae, times, tol) for tol in (TIGHT, LOOSE))
+    tight, loose = (advanced(dae, times, tol, calls) for tol in (TIGHT, LOOSE))
     for t, y in zip(np.asarray(times, dtype=float), tight, strict=True):
         if left := dae.outside(y):
             raise RunFailed(

@@ -50,7 +50,7 @@ class Truth:
     bound: Mapping[str, float]
 
 
-def truth(scene: Scene, times: ArrayLike) -> Truth:
+def truth(scene: Scene, times: ArrayLike, calls: float = np.inf) -> Truth:
     """Return the motion from the scene's own initial values, as rounded as any method is handed them.
 
     A closed form is evaluated in mpmath numbers and rounded once; its bound is the rounding of the largest state. Else the
@@ -63,15 +63,17 @@ def truth(scene: Scene, times: ArrayLike) -> Truth:
         A problem with consistent initial values.
     times : array_like, shape(n,)
         Ascending, at least 0.
+    calls : float
+        Most calls of the right side in each of the two runs.
 
     Raises
     ------
     RunFailed
-        If the integration stops early, or a multiplier is not finite.
+        If the integration stops early or takes more calls, or a multiplier is not finite.
     """
     closed_form = scene.source.derivation.problem.closed_form
     if closed_form is None:
-        return integrated(scene, times)
+        return integrated(scene, times, calls)
     q, p = evaluated(closed_form, times, scene.q0, scene.p0, scene.parameters)
     states = {"q": q, "p": p, "lam": _multipliers(scene, p, q)}
     return Truth("closed form", np.asarray(times, dtype=float), **states, bound={x: rounding(rows) for x, rows in states.items()})
@@ -110,7 +112,7 @@ def exactly(
         return [closed_form(mpmath.mpf(float(t)), *initial, values) for t in np.asarray(times, dtype=float)]
 
 
-def integrated(scene: Scene, times: ArrayLike) -> Truth:
+def integrated(scene: Scene, times: ArrayLike, calls: float = np.inf) -> Truth:
     """Return the motion by two runs of DOP853, see :func:`truth`.
 
     Parameters
@@ -119,14 +121,16 @@ def integrated(scene: Scene, times: ArrayLike) -> Truth:
         A problem with consistent initial values, which belong to time 0.
     times : array_like, shape(n,)
         In the order in which they are reached: ascending, or descending from 0.
+    calls : float
+        Most calls of the right side in each of the two runs.
 
     Raises
     ------
     RunFailed
-        If the integration stops early, or a multiplier is not finite.
+        If the integration stops early or takes more calls, or a multiplier is not finite.
     """
     dae = pose(scene, "ode")
-    tight, loose = (_states(dae, times, tol) for tol in (TIGHT, LOOSE))
+    tight, loose = (_states(dae, times, tol, calls) for tol in (TIGHT, LOOSE))
     bound = {x: bound_of(tight[x], loose[x]) for x in tight}
     return Truth("DOP853", np.asarray(times, dtype=float), **tight, bound=bound)
 
@@ -179,40 +183,45 @@ def reached(posed: Posed, steps: int) -> float:
     return float(solver.t)
 
 
-def _states(dae: Dae, times: ArrayLike, tol: float) -> dict[str, Array]:
+def _states(dae: Dae, times: ArrayLike, tol: float, calls: float) -> dict[str, Array]:
     """Return q, p and lam at ascending times."""
-    q, v = dae.unpack(advanced(dae, times, tol))
+    q, v = dae.unpack(advanced(dae, times, tol, calls))
     p = dae.momenta(q, v)
     return {"q": q, "p": p, "lam": _multipliers(dae.scene, p, q)}
 
 
-def advanced(posed: Posed, times: ArrayLike, tol: float) -> Array:
+def advanced(posed: Posed, times: ArrayLike, tol: float, calls: float = np.inf) -> Array:
     """Return the unknowns of an ODE by DOP853 at times in the order in which they are reached, shape(len(times), n), each a step's end.
 
     Raises
     ------
     RunFailed
-        If the integration stops early.
+        If the integration stops early, or takes more calls of the right side than these.
     """
     Y, t = [posed.y0], 0.0
     for t_next in np.asarray(times, dtype=float):
-        Y.append(_advanced(posed, t, float(t_next), Y[-1], tol))
-        t = float(t_next)
+        y, made = _advanced(posed, t, float(t_next), Y[-1], tol, calls)
+        Y.append(y)
+        t, calls = float(t_next), calls - made
     return np.array(Y[1:])
 
 
-def _advanced(dae: Posed, t: float, t_end: float, y: Array, tol: float) -> Array:
+def _advanced(dae: Posed, t: float, t_end: float, y: Array, tol: float, calls: float) -> tuple[Array, int]:
+    """Return the unknowns at the end, and the calls of the right side that were made."""
     if t_end == t:
-        return y
+        return y, 0
     solver = _solver(dae, t, t_end, tol, y)
     with np.errstate(all="ignore"):
         while solver.status == "running":
             message = solver.step()
+            if solver.nfev > calls:
+                where = f"{dae.scene.problem}, case {dae.scene.case}, at t = {solver.t:.9g} of {t_end:g}"
+                raise RunFailed(f"the reference solution of {where} has used up its calls of the right side; choose a shorter end time.")
     if solver.status == "failed" or not np.all(np.isfinite(solver.y)):
         where = f"the reference solution of {dae.scene.problem}, case {dae.scene.case}, stopped at t = {solver.t:.9g} of {t_end:g}"
         why = str(message or "a value is no longer finite").rstrip(".")
         raise RunFailed(f"{where} (DOP853, tolerance {tol:g}): {why}; choose a shorter end time.")
-    return np.asarray(solver.y, dtype=float)
+    return np.asarray(solver.y, dtype=float), solver.nfev
 
 
 def _solver(dae: Posed, t: float, t_end: float, tol: float, y: Array | None = None) -> Any:

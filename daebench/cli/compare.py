@@ -1,15 +1,20 @@
 """``daebench compare``: several methods on one scene."""
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from daebench.cli.arguments import Algebra, Anyway, Case, Free, OnSingular, Param, Problem, Project
-from daebench.cli.console import bar, method_names, pairs, print_table
+from daebench.cli.arguments import Algebra, Anyway, Case, Free, Json, OnSingular, Param, Problem, Project
+from daebench.cli.console import bar, method_names, pairs, print_json
 
-HIDDEN = ("failure", "seconds", "h", "tol")
-"""Columns of a comparison that are in its file and not on the screen; nor are the counts of work."""
+if TYPE_CHECKING:
+    import pandas as pd
+
+NAMED = ("method", "h", "tol", "steps", "t_end", "t_reached")
+TOLD = ("energy_error", "energy_size", "energy_verdict", "energy_law", "energy_change_bound")
+ENDING = ("position_error", "position_bound", "position_reference", "seconds", "failure")
+"""Columns of a comparison that are in its JSON, in this order; the file of ``--out`` has all."""
 
 
 def compare(
@@ -26,12 +31,15 @@ def compare(
     algebra: Algebra = "",
     anyway: Anyway = False,
     out: Annotated[Path | None, typer.Option("--out", help="Write the table and the pictures, with their data, to a folder.")] = None,
+    json: Json = False,
 ) -> None:
-    """Compare methods on one problem: energy, manifold or Casimir functions, integrals, work and time; exit 1 if one stops early."""
-    import pandas as pd
+    """Compare methods on one problem: error, size and trend of the energy, error of the position, time; exit 1 if one stops early.
 
+    The position, or the state y of a Poisson system, is held against a certified reference where one fits, else against a closed form or a
+    finer run, which is said. The file that --out writes has more: manifold or Casimir functions, integrals, and work.
+    """
     from daebench.api import setting_of, singular_as
-    from daebench.comparison import row, trajectories
+    from daebench.comparison import table_of, trajectories
     from daebench.files import make_folder
     from daebench.kinds import methods_of
 
@@ -42,26 +50,42 @@ def compare(
     chosen = methods_of(scene, wanted, pairs("option", option or []), anyway=anyway)
     with bar(f"compare on {problem}") as progress:
         names = [method.name for method in chosen]
-        found = trajectories(
+        runs = trajectories(
             scene, chosen, h=h, tol=tol, t_end=t_end, began=lambda name: progress(names.index(name) / len(names), f"{name} on {problem}")
         )
-    table = pd.DataFrame([row(scene, each) for each in found])
-    shown = table[[name for name in table.columns if name not in HIDDEN and not name.startswith("n_")]].dropna(axis=1, how="all")
-    print_table(
-        list(shown.columns),
-        [[_cell(name, value) for name, value in zip(shown.columns, line, strict=True)] for line in shown.itertuples(index=False)],
-    )
-    for each in found:
-        if each.failure:
-            print(each.failure)
+        progress(1.0, "errors of the positions")
+        table = table_of(scene, chosen, runs, t_end)
+    written = []
     if out is not None:
         from daebench.comparison_figure import write
 
-        print(f"written: {', '.join(str(path) for path in write(out, scene, found, table))}")
-    raise typer.Exit(1 if any(each.failure for each in found) else 0)
+        written = [str(path) for path in write(out, scene, runs, table)]
+    if json:
+        print_json(_plain(scene, table) | {"written": written})
+    else:
+        _print(table, written)
+    raise typer.Exit(1 if any(each.failure for each in runs) else 0)
 
 
-def _cell(column: str, value: object) -> str:
-    if isinstance(value, float):
-        return "" if value != value else f"{value:.9g}" if column == "t_reached" else f"{value:.3g}"
-    return str(value)
+def _plain(scene: Any, table: "pd.DataFrame") -> dict[str, Any]:
+    """Return what a comparison says as one mapping; a row has h or tol, whichever steers its method."""
+    rows = []
+    for row in table.to_dict("records"):
+        knob = "h" if row.get("h") == row.get("h") and "h" in row else "tol"
+        names = [name for name in (*NAMED, *TOLD, *ENDING) if name in row and (name not in ("h", "tol") or name == knob)]
+        rows.append({name: row[name] for name in names} | {"failure": row["failure"] or None})
+    return {"problem": scene.problem, "case": scene.case, "parameters": dict(scene.parameters), "rows": rows}
+
+
+def _print(table: "pd.DataFrame", written: list[str]) -> None:
+    """Print what fits on 80 columns, then what positions were held against, why methods stopped, and what was written."""
+    from daebench.cli.comparison_table import notes, print_narrow
+
+    print_narrow(table)
+    for note in notes(table):
+        print(note)
+    for failure in table["failure"]:
+        if failure:
+            print(failure)
+    if written:
+        print(f"written: {', '.join(written)}")

@@ -86,14 +86,17 @@ def print_json(value: Any) -> None:
     print(json.dumps(plain(value), allow_nan=False, ensure_ascii=False))
 
 
-def print_table(columns: Sequence[str], rows: Sequence[Sequence[str]], title: str = "") -> None:
-    """Print a table."""
+def print_table(columns: Sequence[str], rows: Sequence[Sequence[str]], title: str = "", *, width: int = 0) -> None:
+    """Print a table, on so many columns of characters at most where a width is given."""
     from rich import box
     from rich.console import Console
     from rich.table import Table
     from rich.text import Text
 
-    table = Table(title=title or None, title_justify="left", title_style="bold", box=box.SIMPLE_HEAD, pad_edge=False)
+    narrow = bool(width)
+    table = Table(
+        title=title or None, title_justify="left", title_style="bold", box=box.SIMPLE_HEAD, pad_edge=False, collapse_padding=narrow
+    )
     for column in columns:
         table.add_column(Text(column), overflow="fold")
     for row in rows:
@@ -101,6 +104,8 @@ def print_table(columns: Sequence[str], rows: Sequence[Sequence[str]], title: st
     console = Console()
     if not console.is_terminal:
         console.width = 200
+    if width:
+        console.width = min(width, console.width)
     console.print(table)
 
 
