@@ -1,19 +1,19 @@
 """Generated modules: written once into the user's cache directory under the hash of what made them, then imported."""
 
 import hashlib
-import importlib.util
 import os
 import re
 import sys
-import tempfile
 import types
-import warnings
 from collections.abc import Callable
 from functools import cache
 from importlib.metadata import version
 from pathlib import Path
 
-from daebench.errors import DaebenchError
+from daebench import sealed
+from daebench.sealed import CacheWarning, warn
+
+__all__ = ["GENERATORS", "CacheWarning", "cache_directory", "generated", "toolchain"]
 
 GENERATORS: tuple[str, ...] = ("algebra", "cache", "circles", "codegen", "compiled", "compiled_elimination")
 GENERATORS += (
@@ -30,6 +30,7 @@ GENERATORS += (
     "lattice_watch",
     "least_squares_solver",
     "link",
+    "machine_code",
     "poisson_lattice",
     "poisson_derivation",
     "poisson_identities",
@@ -39,19 +40,18 @@ GENERATORS += (
     "poisson_watch",
     "pose",
 )
-GENERATORS += ("problem", "residuals", "scene", "sheet", "solvers", "source", "syntax", "unroll", "watch")
+GENERATORS += ("problem", "residuals", "scene", "sealed", "sheet", "solvers", "source", "syntax", "unroll", "watch")
 """The modules that decide what generated source says; kernels and schemes do too."""
 
 
 LONGEST = 80
 """Most characters of a module's name that are for people: numba's files beside it have its name and a kernel's, in 255 together."""
 
-END = "# end of module"
-"""Last line of a generated file; without it the file is not whole, and is written again."""
+END = "# end of module, SHA-256 "
+"""Beginning of the last line of a generated file: the digest of its name and of all lines before."""
 
-
-class CacheWarning(UserWarning):
-    """The cache directory cannot be used, so everything is compiled again in this process."""
+NAME = "daebench_generated_"
+"""Beginning of the names of generated modules, and so of all files in the cache directory."""
 
 
 def cache_directory() -> Path:
@@ -90,71 +90,61 @@ def generated(stem: str, key: str, build: Callable[[bool], str]) -> types.Module
     """
     hashed = hashlib.sha256(f"{key}\n{toolchain()}".encode()).hexdigest()[:16]
     shown = re.split(r"[/\\]", stem)[-1][-LONGEST:]
-    name = "daebench_generated_" + "".join(c if c.isalnum() else "_" for c in shown) + f"_{hashed}"
+    name = NAME + "".join(c if c.isalnum() else "_" for c in shown) + f"_{hashed}"
     if name in sys.modules:
         return sys.modules[name]
     path = cache_directory() / f"{name}.py"
+    source = "" if (refused := _refusal(path.parent)) else _read(path)
+    if not source and not refused:
+        source = f"{build(True)}\n"
+        refused = _write(path, source)
+    if refused:
+        warn(refused)
+        return _execute(name, build(False), name)
+    return _execute(name, source, str(path))
+
+
+def _refusal(folder: Path) -> str:
+    """Return why nothing is kept in a folder; "" where it is this user's and can be kept from others."""
     try:
-        if not path.exists():
-            _write(path, build(True))
-        return _load(name, path)
-    except _Damaged:
-        _write(path, build(True))
-        return _load(name, path)
-    except (OSError, RuntimeError) as error:
-        if isinstance(error, RuntimeError) and "cannot cache function" not in str(error):
-            raise
-        _warn(f"cannot write to the cache directory {path.parent}; compiling in memory, set DAEBENCH_CACHE to a writable folder.")
-        return _execute(name, compile(build(False), name, "exec"))
+        why = sealed.refusal(folder, NAME)
+    except OSError:
+        return f"cannot write to the cache directory {folder}; {ELSEWHERE}."
+    return f"the cache directory {folder} {why}, who could change what is run; {ELSEWHERE}." if why else ""
 
 
-class _Damaged(Exception):
-    """A file in the cache is not what was written there."""
+ELSEWHERE = "compiling in memory, set DAEBENCH_CACHE to a writable folder"
 
 
-def damaged(module: types.ModuleType) -> DaebenchError:
-    """Return the error for machine code that numba cannot read back."""
-    folder = Path(str(module.__file__)).parent
-    return DaebenchError(f"the machine code of {module.__name__} in {folder} is damaged; delete that folder and run again.")
+def _read(path: Path) -> str:
+    """Return the source of a generated module; "" where there is none, and where it is damaged or another's, and so removed."""
+    whole = sealed.own(path)
+    if whole is not None:
+        content, _, last = whole.rpartition(END.encode())
+        if last == sealed.digest(path.stem, content) + b"\n":
+            return content.decode()
+    sealed.remove(path)
+    return ""
 
 
-@cache
-def _warn(message: str) -> None:
-    """Say it once in a process, not once a kernel."""
-    warnings.warn(message, CacheWarning, stacklevel=4)
-
-
-def _write(path: Path, source: str) -> None:
-    """Write the file so that no other process ever sees a part of it, and only where numba can write beside it too."""
-    path.parent.mkdir(parents=True, exist_ok=True)
-    handle, scratch = tempfile.mkstemp(dir=path.parent, prefix=path.stem, suffix=".tmp")
+def _write(path: Path, source: str) -> str:
+    """Write the source of a generated module; return why that cannot be done, "" where it is done."""
+    content = source.encode()
     try:
-        with os.fdopen(handle, "w", encoding="utf-8") as file:
-            file.write(f"{source}\n{END}\n")
-        Path(scratch).replace(path)
-    except BaseException:
-        Path(scratch).unlink(missing_ok=True)
-        raise
+        sealed.put(path, content + END.encode() + sealed.digest(path.stem, content) + b"\n")
+    except OSError:
+        return f"cannot write to the cache directory {path.parent}; {ELSEWHERE}."
+    return ""
 
 
-def _load(name: str, path: Path) -> types.ModuleType:
-    if not path.read_bytes().endswith(f"\n{END}\n".encode()):
-        raise _Damaged(path)
-    spec = importlib.util.spec_from_file_location(name, path)
-    if spec is None or spec.loader is None:
-        raise DaebenchError(f"cannot import the generated module {path}; delete it and run again.")
-    module = importlib.util.module_from_spec(spec)
+def _execute(name: str, source: str, file: str) -> types.ModuleType:
+    """Return the module of a source; no byte code of it is kept, which nobody would check."""
+    module = types.ModuleType(name)
+    vars(module).update(__file__=file, __digest__=hashlib.sha256(source.encode()).hexdigest())
     sys.modules[name] = module
     try:
-        spec.loader.exec_module(module)
+        exec(compile(source, file, "exec"), module.__dict__)
     except BaseException:
         del sys.modules[name]
         raise
-    return module
-
-
-def _execute(name: str, code: types.CodeType) -> types.ModuleType:
-    module = types.ModuleType(name)
-    sys.modules[name] = module
-    exec(code, module.__dict__)
     return module

@@ -10,7 +10,7 @@ HEADER = '''"""Gaussian elimination."""
 from typing import Any
 
 import numpy as np
-from numba import njit
+from daebench.machine_code import njit
 '''
 
 

@@ -145,7 +145,7 @@ class Linker:
         lines.append(f"ELEMENTWISE = {self.algebra.elementwise and 'def solve' not in body and 'def _solve' not in body}")
         if self.options.compiled:
             constants = dict(line.split(" = ", 1) for line in lines[1:])
-            lines.insert(1, "from numba import njit\n\nfrom daebench.compiled import shared\n")
+            lines.insert(1, "from daebench.compiled import shared\nfrom daebench.machine_code import njit\n")
             body = decorated(body, names, cached, constants)
         return "\n".join([*lines, "\n", body, ""])
 

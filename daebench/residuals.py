@@ -43,7 +43,7 @@ HEADER = """\"\"\"{title}\"\"\"
 from typing import Any
 
 import numpy as np
-from numba import njit
+from daebench.machine_code import njit
 from numpy import *
 from builtins import abs, max, min
 """

@@ -1,6 +1,5 @@
 """A run of a linked scheme: the compiled loop called piece by piece, so that it can be watched and interrupted."""
 
-import pickle
 import time
 import types
 from collections.abc import Callable, Mapping, Sequence
@@ -9,7 +8,6 @@ from typing import Any
 
 import numpy as np
 
-from daebench.cache import damaged
 from daebench.compiled import uncollected
 from daebench.grid import Grid
 from daebench.kernels.newton import SWEEPS
@@ -133,10 +131,7 @@ class Run:
         self.passages: list[Passage] = []
         self.interrupted = False
         with np.errstate(all="ignore"), uncollected():
-            try:
-                self._prepare()
-            except (EOFError, pickle.UnpicklingError) as error:
-                raise damaged(self.kernel) from error
+            self._prepare()
         self.compile_seconds = time.perf_counter() - began
 
     def typed(self, x: Any) -> Any:

@@ -68,7 +68,8 @@ def root(x):
 for asked in sys.argv[1:]:
     inner, root = asked.split(";")
     text = decorated(BODY.format(inner=inner, root=root), ["root"], True)
-    module = generated("small", asked, lambda _: "from numba import njit\\nfrom daebench.compiled import shared\\n\\n" + text)
+    header = "from daebench.compiled import shared\\nfrom daebench.machine_code import njit\\n\\n"
+    module = generated("small", asked, lambda _: header + text)
     print(module.root(2.0), sum(module.root.stats.cache_hits.values()))
 """
 

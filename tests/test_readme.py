@@ -56,11 +56,11 @@ def what_is_said(daebench, words):
 def cache_unwritable(monkeypatch):
     """Have kernels be kept where nobody may write, and the warning of it said as it is at the command line."""
     monkeypatch.setenv("DAEBENCH_CACHE", NOWHERE)
-    cache._warn.cache_clear()
+    cache.warn.cache_clear()
     with warnings.catch_warnings():
         warnings.simplefilter("default", cache.CacheWarning)
         yield
-    cache._warn.cache_clear()
+    cache.warn.cache_clear()
 
 
 @pytest.mark.parametrize("trouble", said.troubles(), ids=lambda trouble: " ".join(trouble.words[:2]))

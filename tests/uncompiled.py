@@ -12,7 +12,7 @@ _kept = {}
 def run(text, name):
     """Return a module of generated source with ``njit`` standing for nothing."""
     found = types.ModuleType(name)
-    exec(text.replace("from numba import njit", "def njit(**_):\n    return lambda function: function"), found.__dict__)
+    exec(text.replace("from daebench.machine_code import njit", "def njit(**_):\n    return lambda function: function"), found.__dict__)
     return found
 
 

@@ -1,0 +1,154 @@
+"""Files whose content is checked before it is used, in a folder that nobody else can write to.
+
+A sealed file begins with a digest of what it is for and what is in it. Damage changes the digest, and so does another file's content under
+this file's name. The digest is no secret: against other people the folder is private, and a file of another user is not read.
+"""
+
+import hashlib
+import os
+import shutil
+import stat
+import tempfile
+import warnings
+from functools import cache
+from pathlib import Path
+
+MARK = b"daebench sealed 1\n"
+"""First bytes of every sealed file: the version of this layout."""
+
+OTHERS = stat.S_IRWXG | stat.S_IRWXO
+"""Rights of everybody but the owner."""
+
+WRITE = stat.S_IWGRP | stat.S_IWOTH
+"""Those of them that let others change a folder."""
+
+
+class CacheWarning(UserWarning):
+    """The cache directory cannot be used, so everything is compiled again in this process."""
+
+
+@cache
+def warn(message: str) -> None:
+    """Say it once in a process, not once a kernel."""
+    warnings.warn(message, CacheWarning, stacklevel=4)
+
+
+def digest(purpose: str, content: bytes) -> bytes:
+    """Return the SHA-256 of what a file is for and what is in it, in hexadecimal digits."""
+    return hashlib.sha256(purpose.encode() + b"\0" + content).hexdigest().encode()
+
+
+def write(path: Path, purpose: str, content: bytes) -> None:
+    """Write a sealed file, whole or not at all.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+    purpose : str
+        All that it depends on besides its content: it is read for the same purpose alone.
+    content : bytes
+        What is in it.
+
+    Raises
+    ------
+    OSError
+        If it cannot be written.
+    """
+    put(path, MARK + digest(purpose, content) + b"\n" + content)
+
+
+def read(path: Path, purpose: str) -> bytes | None:
+    """Return the content of a sealed file; None where there is none, and where it is damaged or foreign, and so removed."""
+    whole = own(path)
+    start = len(MARK) + 65
+    if whole is not None and whole[:start] == MARK + digest(purpose, whole[start:]) + b"\n":
+        return whole[start:]
+    remove(path)
+    return None
+
+
+def put(path: Path, whole: bytes) -> None:
+    """Write a file under a temporary name and rename it: no other process ever sees a part of it.
+
+    Raises
+    ------
+    OSError
+        If it cannot be written.
+    """
+    if path.is_dir():
+        remove(path)
+    handle, scratch = tempfile.mkstemp(dir=path.parent, prefix=path.stem[:64], suffix=".tmp")
+    try:
+        with os.fdopen(handle, "wb") as file:
+            file.write(whole)
+        Path(scratch).replace(path)
+    except BaseException:
+        Path(scratch).unlink(missing_ok=True)
+        raise
+
+
+def own(path: Path) -> bytes | None:
+    """Return the bytes of a file that belongs to this user; None where there is none."""
+    try:
+        with path.open("rb") as file:
+            return file.read() if _is_ours(os.fstat(file.fileno())) else None
+    except OSError:
+        return None
+
+
+def remove(path: Path) -> None:
+    """Remove what is in the place of a file, a folder too; what cannot be removed stays."""
+    try:
+        if path.is_dir() and not path.is_symlink():
+            shutil.rmtree(path, ignore_errors=True)
+        else:
+            path.unlink(missing_ok=True)
+    except OSError:
+        return
+
+
+def refusal(folder: Path, prefix: str) -> str:
+    """Make a folder private, and return why it cannot be trusted; "" where it can.
+
+    A folder that is made here gives others no rights. One that is there must belong to this user; rights of others are taken away where all
+    that is in it is ours. A folder with other things in it keeps its rights, and is trusted where others cannot write to it. Windows has
+    no such rights, and keeps a user's folders from others by itself.
+
+    Parameters
+    ----------
+    folder : Path
+        The folder; it is made if it is not there.
+    prefix : str
+        First letters of all names that are ours.
+
+    Raises
+    ------
+    OSError
+        If it cannot be made or looked at.
+    """
+    folder.parent.mkdir(parents=True, exist_ok=True)
+    folder.mkdir(mode=0o700, exist_ok=True)
+    if os.name == "nt":
+        return ""
+    found = folder.stat()
+    if not _is_ours(found):
+        return "belongs to another user"
+    if not found.st_mode & OTHERS:
+        return ""
+    with os.scandir(folder) as entries:
+        all_ours = all(entry.name.startswith((prefix, "__pycache__")) for entry in entries)
+    if all_ours:
+        _take_rights_of_others(folder, found.st_mode)
+    return "can be written to by other users" if folder.stat().st_mode & WRITE else ""
+
+
+def _take_rights_of_others(folder: Path, mode: int) -> None:
+    try:
+        folder.chmod(stat.S_IMODE(mode) & ~OTHERS)
+    except OSError:  # on a read-only disk, say: whether that matters is decided by the rights that there are
+        return
+
+
+def _is_ours(found: os.stat_result) -> bool:
+    return os.name == "nt" or found.st_uid == os.geteuid()
