@@ -15,7 +15,7 @@ from pages import Page, standalone
 from daebench.errors import BadInput, DaebenchError
 from daebench.figures import STROKES, drawing, grid_of_axes, save
 from daebench.machine import machine
-from daebench.report import build, count, inline_svg, listing, number, percent, power_of_ten, table, versions, with_error
+from daebench.report import at_least, at_most, build, count, inline_svg, listing, number, percent, power_of_ten, table, versions, with_error
 from daebench.report.claims import ClaimRefuted, require
 from daebench.reports import index_reduction
 from daebench.reports._index_reduction_claims import check, check_symplecticity
@@ -51,6 +51,26 @@ def plain(html):
 )
 def test_a_number_is_written_as_a_person_would(value, digits, text):
     assert plain(number(value, digits)) == text
+
+
+@pytest.mark.parametrize("digits", [1, 2, 3, 4])
+def test_at_most_is_an_upper_bound_and_at_least_a_lower_one(digits, random):
+    values = 10.0 ** random.uniform(-16, 4, 200)
+    for value in (*values, *(float(f"{value:.{digits - 1}e}") for value in values)):
+        above, below = (float(plain(each(value, digits)).replace(" x 10^", "e")) for each in (at_most, at_least))
+        assert below <= value * (1 + 1e-11)
+        assert above >= value * (1 - 1e-11)
+        assert above - below <= 1.0001 * 10.0 ** (math.floor(math.log10(value)) + 1 - digits)
+
+
+def test_at_most_of_a_decimal_number_is_that_number():
+    assert [plain(at_most(value)) for value in (0.1, 0.12, 1.3e-7, 0.0, math.nan)] == ["0.10", "0.12", "1.3 x 10^-7", "0", "\N{EN DASH}"]
+    assert [plain(at_most(value)) for value in (1.2001, 123.4)] == ["1.3", "124"]
+
+
+def test_a_share_that_is_at_most_is_rounded_up():
+    assert [plain(percent(value, up=True)) for value in (0.0011851619965985716, 0.3001, 0.0)] == ["0.12 %", "30.1 %", "0.0 %"]
+    assert plain(percent(0.0011851619965985716)) == "0.1 %"
 
 
 @pytest.mark.parametrize(

@@ -12,7 +12,7 @@ from daebench.report.page import Progress, make_page, write_page
 from daebench.report.pictures import inline_svg, picture
 from daebench.report.tables import table
 from daebench.report.versions import versions
-from daebench.report.words import MINUS, NONE, THIN, TIMES, count, listing, number, percent, power_of_ten, with_error
+from daebench.report.words import MINUS, NONE, THIN, TIMES, at_least, at_most, count, listing, number, percent, power_of_ten, with_error
 
 __all__ = [
     "MINUS",
@@ -21,6 +21,8 @@ __all__ = [
     "TIMES",
     "ClaimRefuted",
     "Progress",
+    "at_least",
+    "at_most",
     "build",
     "count",
     "inline_svg",

@@ -16,7 +16,7 @@ from daebench.machine import machine
 from daebench.report.formulas import set_parentheses
 from daebench.report.pictures import picture
 from daebench.report.versions import versions
-from daebench.report.words import count, listing, number, percent, power_of_ten, with_error
+from daebench.report.words import at_least, at_most, count, listing, number, percent, power_of_ten, with_error
 
 Progress = Callable[[float, str], None]
 """Told the fraction of the report that is done, and what is being done."""
@@ -45,7 +45,7 @@ def write_page(template: str, path: Path, command: str, **content: Any) -> Path:
     environment = Environment(
         loader=FileSystemLoader(folder), autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True
     )
-    environment.filters |= {each.__name__: each for each in (number, power_of_ten, count, percent, listing)}
+    environment.filters |= {each.__name__: each for each in (number, at_most, at_least, power_of_ten, count, percent, listing)}
     environment.globals |= {"with_error": with_error, "headings": headings}
     style, script = (Markup((folder / f"page.{ending}").read_text(encoding="utf-8")) for ending in ("css", "js"))
     about = {"machine": machine(), "versions": versions(), "command": command, "day": datetime.now(UTC).date().isoformat()}

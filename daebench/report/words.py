@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Sequence
+from decimal import ROUND_CEILING, ROUND_FLOOR, Context, Decimal
 from typing import Any
 
 from markupsafe import Markup, escape
@@ -23,6 +24,29 @@ def number(value: float, digits: int = 2) -> Markup:
     if PLAIN[0] <= abs(value) < PLAIN[1]:
         return Markup(f"{value:.{max(0, digits - 1 - int(exponent))}f}".replace("-", MINUS))
     return Markup(f"{mantissa}{THIN}{TIMES}{THIN}10<sup>{exponent_text(int(exponent))}</sup>".replace("-", MINUS))
+
+
+EXACT = 12
+"""Digits to which a float is the decimal number that it was meant to be: 0.1 is 0.1, and no upper bound of it is 0.11."""
+
+
+def at_most(value: float, digits: int = 2) -> Markup:
+    """Return an upper bound of a number as HTML, for sentences that say "at most" or "to": so many digits, the last one rounded up."""
+    return number(_bound(value, digits, ROUND_CEILING), digits)
+
+
+def at_least(value: float, digits: int = 2) -> Markup:
+    """Return a lower bound of a number as HTML, for sentences that say "at least": so many digits, the last one rounded down."""
+    return number(_bound(value, digits, ROUND_FLOOR), digits)
+
+
+def _bound(value: float, digits: int, rounding: str) -> float:
+    """Return the nearest decimal number of so many digits above or below a value; of all digits before the point where it has more."""
+    if not math.isfinite(value) or value == 0:
+        return value
+    if abs(value) < PLAIN[1]:
+        digits = max(digits, math.floor(math.log10(abs(value))) + 1)
+    return float(Context(prec=digits, rounding=rounding).plus(Context(prec=EXACT).create_decimal_from_float(value)))
 
 
 def exponent_text(exponent: int) -> str:
@@ -55,11 +79,15 @@ def count(value: float) -> Markup:
     return Markup(NONE) if value != value else Markup(f"{round(value):,}".replace(",", THIN))
 
 
-def percent(value: float) -> Markup:
-    """Return a share as a percentage with a digit after the point, or more where it is close to 0 or 100."""
+def percent(value: float, *, up: bool = False) -> Markup:
+    """Return a share as a percentage with a digit after the point, or more where it is close to 0 or 100; an upper bound on request."""
     near = min(abs(value), abs(1 - value))
     places = 1 if near >= 1e-3 or near == 0 else min(6, 1 - math.floor(math.log10(near)) - 2)
-    return Markup(f"{100 * value:.{places}f}{THIN}%")
+    if not up:
+        return Markup(f"{100 * value:.{places}f}{THIN}%")
+    places += 0 < near < 1e-2
+    share = Context(prec=EXACT).create_decimal_from_float(100 * value).quantize(Decimal(1).scaleb(-places), ROUND_CEILING)
+    return Markup(f"{share:f}{THIN}%")
 
 
 def listing(items: Sequence[Any]) -> Markup:

@@ -14,11 +14,11 @@ def _():
     import marimo as mo
 
     from daebench.lesson import live
-    from daebench.report import count, number
+    from daebench.report import at_most, count, number
     from daebench.reports.lessons import _extremes as lesson
 
     live.style()
-    return count, lesson, live, mo, number
+    return at_most, count, lesson, live, mo, number
 
 
 @app.cell
@@ -69,10 +69,10 @@ def _(lesson, live, lock_knobs):
 
 
 @app.cell
-def _(facts, mo, number):
+def _(at_most, facts, mo, number):
     mo.md(f"""
-    With a rod of two cranks, the energy error of RATTLE is {number(facts.energy[2.0])} J at most; with {facts.nearly:g} cranks, it is
-    {number(facts.energy[facts.nearly])} J. With a rod as long as the crank, the run stops at t = {number(facts.lock[1.0][0].t[-1], 2)} s:
+    With a rod of two cranks, the energy error of RATTLE is {at_most(facts.energy[2.0])} J at most; with {facts.nearly:g} cranks, it is
+    {at_most(facts.energy[facts.nearly])} J. With a rod as long as the crank, the run stops at t = {number(facts.lock[1.0][0].t[-1], 2)} s:
     two branches of motion meet there, and no equation says which to take.
 
     ## Stiffness

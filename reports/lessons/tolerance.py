@@ -14,11 +14,11 @@ def _():
     import marimo as mo
 
     from daebench.lesson import live
-    from daebench.report import number
+    from daebench.report import at_most, number
     from daebench.reports.lessons import _tolerance as lesson
 
     live.style()
-    return lesson, live, mo, number
+    return at_most, lesson, live, mo, number
 
 
 @app.cell
@@ -76,7 +76,7 @@ def _(knobs, lesson, live):
 
 
 @app.cell
-def _(facts, mo, number):
+def _(at_most, facts, mo, number):
     mo.md(f"""
     ## What you see
 
@@ -85,7 +85,7 @@ def _(facts, mo, number):
     {number(facts.more["index1"], 2)} times at index 1 and {number(facts.more["ggl"], 2)} times with GGL. The tolerance is a local promise:
     about one step, not about the end.
 
-    The constraints tell the formulations apart. GGL keeps g to {number(facts.cured["ggl"].g.max(), 1)}. Index 2 knows the velocity
+    The constraints tell the formulations apart. GGL keeps g to {at_most(facts.cured["ggl"].g.max(), 1)}. Index 2 knows the velocity
     constraint only, and its positions drift to {number(facts.cured["index2"].g.max(), 1)}. Index 1 knows neither:
     {number(facts.cured["index1"].g.max(), 1)}.
 
