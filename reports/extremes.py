@@ -14,7 +14,7 @@ from daebench.reports._extremes_claims import check
 from daebench.reports._extremes_numbers import Numbers
 from daebench.reports._extremes_tables import tables, typeset
 from daebench.studies import precision
-from daebench.studies.extremes.penalty import LIMIT
+from daebench.studies.extremes.penalty import LIMITS
 from daebench.studies.precision_figure import draw
 from daebench.studies.stability import EXTREMES
 
@@ -47,5 +47,5 @@ def make(out: Path, progress: Progress) -> Path:
 
 def _said(says: Callable[[pd.DataFrame], list[str]], table: pd.DataFrame) -> list[Markup]:
     """Return what is said of a table, as HTML."""
-    methods = set(table["method"]) | {LIMIT}
+    methods = set(table["method"]) | set(LIMITS.values())
     return [typeset(sentence, methods) for sentence in says(table)]

@@ -7,6 +7,7 @@ import pandas as pd
 import pytest
 
 from daebench.errors import BadInput
+from daebench.names import parse
 from daebench.studies.extreme import Asked
 from daebench.studies.extremes import lost_motion, outcome_map, parameter_range, penalty, round_off, step_limit
 from daebench.studies.outcomes import OUTCOMES
@@ -57,18 +58,24 @@ def test_a_range_tells_where_a_method_is_not_fine():
     ]
 
 
+def test_a_penalty_is_held_against_a_constrained_method_of_the_same_order():
+    orders = {method: (parse(method).claims.order, parse(limit).claims.order) for method, limit in penalty.LIMITS.items()}
+    assert all(own == held for own, held in orders.values()), orders
+
+
 def test_a_penalty_is_held_against_the_constrained_run_of_the_same_step():
     eps = np.array([0.1, 0.01, 0.001, 0.0001])
     stiff = runs("stiff:gauss2", 0.01, eps=eps, error_q=[1e-1, 1e-3, 5.0, np.nan], evaluations=300.0)
     stiff.loc[3, "failure"] = "stopped"
     coarse = runs("stiff:gauss2", 0.1, eps=eps, error_q=1e-9, evaluations=1.0)
-    limit = runs("rattle", 0.01, eps=[0.0], error_q=[1e-4], evaluations=100.0)
-    first, second = penalty.says(pd.concat([stiff, coarse, limit], ignore_index=True))
-    assert first == "With h = 0.01 s rattle on the constrained system has an error of 1.0e-04 in q."
-    assert "1.0e-03 at best, at eps = 1.0e-02, 10 times that of rattle, with 3 times its evaluations" in second
+    limit = runs("lobatto3", 0.01, eps=[0.0], error_q=[1e-4], evaluations=100.0)
+    other = runs("rattle", 0.01, eps=[0.0], error_q=[1e-2], evaluations=50.0)
+    first, _, second = penalty.says(pd.concat([stiff, coarse, limit, other], ignore_index=True))
+    assert first == "With h = 0.01 s lobatto3 on the constrained system has an error of 1.0e-04 in q."
+    assert "1.0e-03 at best, at eps = 1.0e-02, 10 times that of lobatto3, of the same order, with 3 times its evaluations" in second
     assert second.endswith("1.0e-03, it has 5.0e+00, and 1 of 4 runs fail.")
     (alone,) = penalty.says(pd.concat([stiff, limit.assign(failure="stopped", error_q=np.nan)], ignore_index=True))
-    assert alone.startswith("rattle on the constrained system fails with h = 0.01 s")
+    assert alone.startswith("lobatto3 on the constrained system fails with h = 0.01 s")
 
 
 def test_round_off_has_won_where_the_error_grows_again_and_who_gives_up_first_is_named():

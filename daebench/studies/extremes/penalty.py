@@ -15,11 +15,8 @@ from daebench.studies.work_precision import with_costs
 if TYPE_CHECKING:
     import pandas as pd
 
-STIFF = ("stiff:rk4", "stiff:midpoint", "stiff:gauss2")
-"""Methods on the stiff system."""
-
-LIMIT = "rattle"
-"""Method on the constrained system that they are held against."""
+LIMITS = {"stiff:midpoint": "rattle", "stiff:rk4": "lobatto3", "stiff:gauss2": "lobatto3"}
+"""Methods on the stiff system, each with a method of the same order on the constrained system that it is held against."""
 
 EPS = tuple(10.0 ** (-k / 2) for k in range(2, 15))
 """Values of eps."""
@@ -34,7 +31,7 @@ MOST = 1.0
 def _able(asked: Asked) -> str:
     if asked.poisson:
         return f"{asked.problem} is a Poisson system, which has no constraint"
-    return uncertified(asked) or ("" if able(asked.scene, STIFF)[0] else f"{', '.join(STIFF)} cannot be run on {asked.problem}")
+    return uncertified(asked) or ("" if able(asked.scene, tuple(LIMITS))[0] else f"{', '.join(LIMITS)} cannot be run on {asked.problem}")
 
 
 def cells(asked: Asked) -> list[Cell]:
@@ -42,9 +39,10 @@ def cells(asked: Asked) -> list[Cell]:
     assert asked.reference is not None
     steps = asked.h or [float(asked.reference.t[1]) / 2**k for k in HALVINGS]
     metrics = ("q", "energy", "manifold")
-    methods, _ = able(asked.scene, STIFF)
+    methods, _ = able(asked.scene, tuple(LIMITS))
     stiff = [asked.cell(method, h, metrics, options=(("eps", eps),)) for method in methods for h in steps for eps in EPS]
-    return stiff + [asked.cell(LIMIT, h, metrics, options=()) for h in steps]
+    limits = dict.fromkeys(LIMITS[method] for method in methods)
+    return stiff + [asked.cell(limit, h, metrics, options=()) for limit in limits for h in steps]
 
 
 def measure(asked: Asked, runs: Runs) -> "pd.DataFrame":
@@ -57,11 +55,21 @@ def says(table: "pd.DataFrame") -> list[str]:
     """Return, for the smallest step, how near the penalty comes to the constrained motion, and what becomes of it as eps goes to 0."""
     h = float(table["value"].min())
     same = table[table["value"] == h]
-    limit = rows_of(same[same["eps"] == 0])[0]
+    limits = {str(row["method"]): row for row in rows_of(same[same["eps"] == 0])}
+    found = [_constrained(h, row) for row in limits.values()]
+    good = {method: row for method, row in limits.items() if not row["failure"]}
+    stiff = [(method, rows) for method, rows in by_method(same[same["eps"] > 0]) if LIMITS[method] in good]
+    return found + [_approach(method, rows_of(rows), good[LIMITS[method]]) for method, rows in stiff]
+
+
+def _constrained(h: float, limit: Row) -> str:
+    """Return the error of a method on the constrained system."""
+    method = limit["method"]
     if limit["failure"]:
-        return [f"{LIMIT} on the constrained system fails with h = {h:.3g} s, so that there is nothing to hold the penalty against."]
-    found = [f"With h = {h:.3g} s {LIMIT} on the constrained system has an error of {limit['error_q']:.1e} in q."]
-    return found + [_approach(method, rows_of(rows), limit) for method, rows in by_method(same[same["eps"] > 0])]
+        return (
+            f"{method} on the constrained system fails with h = {h:.3g} s, so that there is nothing to hold penalties of its order against."
+        )
+    return f"With h = {h:.3g} s {method} on the constrained system has an error of {limit['error_q']:.1e} in q."
 
 
 def _approach(method: str, rows: list[Row], limit: Row) -> str:
@@ -72,7 +80,7 @@ def _approach(method: str, rows: list[Row], limit: Row) -> str:
     best, last = min(good, key=lambda row: float(row["error_q"])), min(good, key=lambda row: float(row["eps"]))
     failed = "" if len(good) == len(rows) else f", and {len(rows) - len(good)} of {len(rows)} runs fail"
     times, work = best["error_q"] / limit["error_q"], best["evaluations"] / limit["evaluations"]
-    compared = f"{times:.2g} times that of {LIMIT}, with {work:.2g} times its evaluations"
+    compared = f"{times:.2g} times that of {limit['method']}, of the same order, with {work:.2g} times its evaluations"
     end = f"at the smallest eps that it comes to the end with, {last['eps']:.1e}, it has {last['error_q']:.1e}{failed}"
     return f"{method} has {best['error_q']:.1e} at best, at eps = {best['eps']:.1e}, {compared}; {end}."
 
@@ -87,7 +95,8 @@ def draw(out: Path, stem: str, table: "pd.DataFrame") -> Path:
             for k, (method, rows) in enumerate(by_method(same[same["eps"] > 0])):
                 rows = rows.dropna(subset=["error_q"]).sort_values("eps")
                 axis.plot(rows["eps"], rows["error_q"].clip(upper=MOST), label=method, **curve(k))
-            axis.axhline(float(same[same["eps"] == 0]["error_q"].iloc[0]), color=QUIET, label=f"{LIMIT}, constrained")
+            for limit, dashes in zip(rows_of(same[same["eps"] == 0]), ("-", "--"), strict=False):
+                axis.axhline(float(limit["error_q"]), color=QUIET, linestyle=dashes, label=f"{limit['method']}, constrained")
             axis.set(xscale="log", yscale="log", xlabel="eps", title=f"h = {h:.3g} s")
         axes[0, 0].set_ylabel("largest error of q")
         legend_below(figure, axes[0, 0], 4)
