@@ -16,7 +16,7 @@ NAMES = {
     "midpoint": "implicit midpoint",
     PRINTED: "symplectic Euler as printed",
 }
-U, V = "prey $u$", "predators $v$"
+U, V = "predators $u$", "prey $v$"
 LIMITS = {"xlim": (-0.4, 9.6), "ylim": (-1.4, 9.4)}
 
 

@@ -48,7 +48,7 @@ def show_orbits(values: Values) -> Shown:
     window = (np.vstack([exact, *run.cats[:1]]), np.log(np.vstack([exact, *run.cats[:1]])))
     panels = [
         plane(
-            run, exact, around("prey u", window[0][:, 0], [0.0], margin=0.15), around("predators v", window[0][:, 1], [0.0], margin=0.15)
+            run, exact, around("predators u", window[0][:, 0], [0.0], margin=0.15), around("prey v", window[0][:, 1], [0.0], margin=0.15)
         ),
         logarithms(run, np.log(exact), around("ln u", window[1][:, 0], margin=0.1), around("ln v", window[1][:, 1], margin=0.1)),
         Panel(time, around("H \N{MINUS SIGN} H\N{SUBSCRIPT ZERO}", run.energy, [0.0]), [Curve(run.t, run.energy, RUN)], "energy error"),
@@ -59,7 +59,7 @@ def show_orbits(values: Values) -> Shown:
             "Poisson volume along the orbit",
         ),
     ]
-    alt = "Orbit of prey and predators with a cat carried along, the same in logarithms, energy error and Poisson volume against time."
+    alt = "Orbit of predators and prey with a cat carried along, the same in logarithms, energy error and Poisson volume against time."
     return Shown(sheet(panels, alt=alt, height=270), orbits_said(run))
 
 

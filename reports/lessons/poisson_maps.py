@@ -14,11 +14,11 @@ def _():
     import marimo as mo
 
     from daebench.lesson import live
-    from daebench.report import number
+    from daebench.report import at_most, number
     from daebench.reports.lessons import _poisson_maps as lesson
 
     live.style()
-    return lesson, live, mo, number
+    return at_most, lesson, live, mo, number
 
 
 @app.cell
@@ -31,14 +31,15 @@ def _(mo):
 
     $$\dot y = B(y)\,\nabla H(y), \qquad B(y)^T = -B(y) \tag{HLW VII.2.12}$$
 
-    Predators $v$ and prey $u$ are such a system:
+    and $B$ satisfies the Jacobi identity (HLW VII.2.10). Predators $u$ and prey $v$ are such a system: predators multiply where there is
+    prey, and die out where there is none.
 
     $$\dot u = u\,(v - 2), \quad \dot v = v\,(1 - u), \qquad B = \begin{pmatrix} 0 & uv \\ -uv & 0 \end{pmatrix}, \quad
     H = u - \ln u + v - 2\ln v \tag{HLW VII.2.13}$$
 
     The flow keeps $H$, so that orbits are closed curves. It keeps $B$ as well, it is a *Poisson map*:
 
-    $$\varphi'(y)\,B(y)\,\varphi'(y)^T = B(\varphi(y)) \tag{HLW VII.2.21}$$
+    $$\varphi'(y)\,B(y)\,\varphi'(y)^T = B(\varphi(y)) \tag{HLW VII.4.2}$$
 
     In the plane this says that the *Poisson volume* $du\,dv/(uv)$ of any set of states stays what it is. A cat, say.
     """)
@@ -77,19 +78,20 @@ def _(lesson, live, orbit_knobs):
 
 
 @app.cell
-def _(facts, mo, number):
+def _(at_most, facts, mo, number):
     mo.md(f"""
     With h = {facts.h} s, after {facts.t_end:g} s the explicit Euler method has spiralled outwards, and the cat has grown to
     {number(facts.share["euler"], 3)} of its volume. Runge and Kutta's method closes the orbit to the eye; the volume along it is off by
-    {number(facts.change["rk4"], 1)} at most, and by {number(facts.change["midpoint"], 1)} with the midpoint rule, which is symplectic for
-    constant B and for no other. Symplectic Euler and the splitting change it by {number(facts.change["symplectic_euler_adjoint"], 1)} and
-    {number(facts.change["strang"], 1)}: they are Poisson maps.
+    {at_most(facts.change["rk4"], 1)} at most, and by {at_most(facts.change["midpoint"], 1)} with the midpoint rule, which is symplectic for
+    constant B and for no other. Symplectic Euler and the splitting change it by {at_most(facts.change["symplectic_euler_adjoint"], 1)} and
+    {at_most(facts.change["strang"], 1)}: they are Poisson maps.
 
     ## A body on its sphere
 
     Some structures have functions that every motion keeps, whatever the energy. They are called Casimir functions. For the angular
-    momentum y of a free rigid body it is the length of y: all motion is on a sphere. A Poisson map keeps the Casimir functions, if it is
-    one for this B.
+    momentum y of a free rigid body it is the length of y: all motion is on a sphere. A map can be a
+    Poisson map and not keep them: (4.2) does not ask for it. A *Poisson integrator* is a Poisson map that keeps them (HLW VII, Definition
+    4.6).
     """)
     return
 
@@ -108,10 +110,10 @@ def _(body_knobs, lesson, live):
 
 
 @app.cell
-def _(facts, mo, number):
+def _(at_most, facts, mo, number):
     mo.md(f"""
     With h = 1 s the method of Runge and Kutta loses the sphere by {number(facts.casimir["rk4"])} in 400 steps. The splittings turn y, part
-    by part: each part is a rotation, and the length is kept to {number(facts.casimir["strang@123"], 1)}. The midpoint rule keeps both the
+    by part: each part is a rotation, and the length is kept to {at_most(facts.casimir["strang@123"], 1)}. The midpoint rule keeps both the
     length and the energy, as it keeps all that is quadratic ({number(facts.energy["midpoint"], 1)}), and is no Poisson map all the same.
 
     ## Questions to try
@@ -119,8 +121,8 @@ def _(facts, mo, number):
     **Symplectic Euler with a large step: the orbit is not the exact one. Does it close?**
 
     /// details | Answer
-    It is a closed curve nearby: that of a modified energy, which a Poisson integrator keeps almost exactly, HLW IX.3. Its own energy error
-    goes up and down and does not grow.
+    It is close to a closed curve: that of a modified energy, which a Poisson integrator keeps but for exponentially small terms (HLW IX.3).
+    Its energy error goes up and down and does not grow.
     ///
 
     **Which of the two would you keep: the energy, or the volume?**
