@@ -36,6 +36,9 @@ LENGTHS, RUNGS, DEFAULT_RUNGS = (1.0, 2.0, 5.0), (3, 4, 5, 6, 7, 8, 9, 10), 7
 FLOOR, FINE, ROUGH = 1e-14, 1e-6, 1e-2
 H = 0.01
 
+KICKS = 2
+"""Evaluations of the force by which the starts of SHAKE and RATTLE may differ."""
+
 
 def ladders(values: Values) -> dict[str, pd.DataFrame]:
     """Return the errors of all schemes, by scheme."""
@@ -186,11 +189,13 @@ def facts() -> SimpleNamespace:
     require(run.shake.max() > 1e6 * run.rattle.max(), "SHAKE's momenta are off the manifold", run.shake.max())
     fine, rough = ({name: cheapest(frame, error) for name, frame in found.items()} for error in (FINE, ROUGH))
     require(fine["lobatto3"] < fine["shake"] < fine["rattle"], "a higher order is cheaper for a small error", fine)
+    kept = fine["rattle"] / 2 + 1
+    require(abs(kept - fine["shake"]) <= KICKS, "RATTLE that keeps its force costs what SHAKE does", (kept, fine["shake"]))
     require(np.isnan(fine["symplectic_euler"]), "symplectic Euler does not reach a small error with any step", fine)
     require(
         max(rough["shake"], rough["rattle"]) < min(rough["lobatto3"], rough["lobatto4"]), "order two is cheaper for a large error", rough
     )
-    return SimpleNamespace(orders=orders, table=table, hidden=run, fine=fine, rough=rough, error=FINE, large=ROUGH)
+    return SimpleNamespace(orders=orders, table=table, hidden=run, fine=fine, kept=kept, rough=rough, error=FINE, large=ROUGH)
 
 
 def cheapest(frame: pd.DataFrame, error: float) -> float:

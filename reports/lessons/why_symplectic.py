@@ -14,11 +14,11 @@ def _():
     import marimo as mo
 
     from daebench.lesson import live
-    from daebench.report import number
+    from daebench.report import at_most, number
     from daebench.reports.lessons import _why_symplectic as lesson
 
     live.style()
-    return lesson, live, mo, number
+    return at_most, lesson, live, mo, number
 
 
 @app.cell
@@ -27,7 +27,7 @@ def _(mo):
     # Why index reduction breaks symplecticity
 
     A point of mass swings on a rod: a spherical pendulum. In Cartesian coordinates its equations have a constraint, the length of the
-    rod, and a multiplier, the force in the rod:
+    rod, and a multiplier $\lambda$: the rod exerts the force $-G(q)^T\lambda$.
 
     $$\dot q = H_p(p,q), \qquad \dot p = -H_q(p,q) - G(q)^T\lambda, \qquad 0 = g(q) = q^Tq - 1 \tag{HLW VII.1.9}$$
 
@@ -85,7 +85,7 @@ def _(knobs, lesson, live):
 
 
 @app.cell
-def _(facts, mo, number):
+def _(at_most, facts, mo, number):
     mo.md(f"""
     ## What you see
 
@@ -95,7 +95,7 @@ def _(facts, mo, number):
     round-off; the method of order four comes close, and misses.
 
     Projecting each step of symplectic Euler back onto the manifold removes the distance from it, |g| is then
-    {number(max(facts.projected.g), 1)} at most. But the area becomes {number(facts.projected.area[-1], 3)}: a projection is one more map,
+    {at_most(max(facts.projected.g), 1)} at most. But the area becomes {number(facts.projected.area[-1], 3)}: a projection is one more map,
     and not a symplectic one.
     """)
     return
@@ -106,12 +106,18 @@ def _(mo):
     mo.md(r"""
     ## Why
 
-    Off $\mathcal M$ the reduced system is *not Hamiltonian*: the force $G^T\lambda(p,q)$ is no gradient. Symplectic Euler is
-    symplectic for Hamiltonian systems only, and its first step already leaves $\mathcal M$. RATTLE never meets the reduced system.
-    It takes $\lambda$ as an unknown of each step, and solves for it such that the constraint holds at the *end* of the step:
+    Let $x = (p,q)$, and carry two vectors $\xi_1(t)$, $\xi_2(t)$ along with the reduced system. Their two-form changes by
 
-    $$p_{1/2} = p_0 - \tfrac h2(H_q + G(q_0)^T\lambda_0), \qquad q_1 = q_0 + hM^{-1}p_{1/2}, \qquad 0 = g(q_1)
-    \tag{HLW VII.1.26}$$
+    $$\frac{d}{dt}\,\xi_1^TJ\,\xi_2 = \sum_{i=1}^m \big(\,(\nabla g_i^T\xi_1)(\nabla\lambda_i^T\xi_2)
+    - (\nabla\lambda_i^T\xi_1)(\nabla g_i^T\xi_2)\big) \tag{HLW VII.1.17}$$
+
+    On $\mathcal M$ it is zero, since a tangent vector has $\nabla g_i^T\xi = 0$. A step that leaves $\mathcal M$ carries tangent vectors
+    to others, for which it is not zero: off $\mathcal M$ the reduced system is *not Hamiltonian*. Symplectic Euler is symplectic for
+    Hamiltonian systems only, and its first step already leaves $\mathcal M$. RATTLE never meets the reduced system. It takes $\lambda$ as
+    an unknown of each step, and solves for it such that the constraint holds at the *end* of the step:
+
+    $$p_{1/2} = p_0 - \tfrac h2(U_q(q_0) + G(q_0)^T\lambda_0), \qquad q_1 = q_0 + hM^{-1}p_{1/2}, \qquad 0 = g(q_1)
+    \tag{HLW VII.1.24}$$
 
     The forces of constraint then add to $dq\wedge dp$ a term with $d g(q_1)$ and one with $d g(q_0)$, and both vanish for vectors that
     are tangent to the manifold.
@@ -142,7 +148,8 @@ def _(facts, mo, number):
     **Implicit Euler for the constrained equations stays on the manifold. Is that enough?**
 
     /// details | Answer
-    No. Its area shrinks towards zero, and so does the energy: it is dissipative. On the manifold and symplectic are two properties.
+    No. Its area shrinks towards zero, and so does the energy above the lowest point: it is dissipative. On the manifold and symplectic
+    are two properties.
     ///
 
     **With RATTLE, the largest step and the fast start: what happens, and what does the area say?**
