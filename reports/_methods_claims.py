@@ -11,6 +11,7 @@ from daebench.reports._methods_families import method
 from daebench.reports._methods_guide import ROUND_OFF, guide
 from daebench.reports._methods_matrix import HIDDEN, LOST, check_claims, keeping, matrix
 from daebench.reports._methods_numbers import Numbers
+from daebench.reports._methods_reverse import reverse
 from daebench.reports._methods_series import KEEPING, powers
 from daebench.reports._methods_sweep import PENDULUM, TORUS
 
@@ -40,6 +41,7 @@ def check(numbers: Numbers) -> SimpleNamespace:
         orders=orders(numbers.orders, table),
         defects=defects(powers(numbers.defects)),
         long=long(numbers.drift, table),
+        reverse=reverse(numbers.reverse),
         work=work(numbers.work),
         guide=guide(numbers, table),
     )

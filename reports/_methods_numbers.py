@@ -7,6 +7,7 @@ from typing import Any
 import pandas as pd
 
 from daebench.reports._methods_families import names, solvers
+from daebench.reports._methods_reverse import RUNS, reversed_run
 from daebench.reports._methods_series import KEEPING, LONG, LOSING, defects, long_run
 from daebench.reports._methods_sweep import Swept, ida, nanoseconds, sweep, torus_orders
 from daebench.reports._two_processes import Job, computed
@@ -41,6 +42,8 @@ class Numbers:
         A row a long run: method, energy, distance, failure, kind, slope, slope_error, growth.
     ida : DataFrame
         Columns method, tol, g, Gv, energy, steps.
+    reverse : DataFrame
+        A row a run of :mod:`daebench.reports._methods_reverse`: method, case, energy, change, up, down.
     """
 
     claims: pd.DataFrame
@@ -51,12 +54,14 @@ class Numbers:
     energy: pd.DataFrame
     drift: pd.DataFrame
     ida: pd.DataFrame
+    reverse: pd.DataFrame
 
 
 def jobs(own: Sequence[str]) -> list[Job]:
     """Return what is measured of these methods besides times, the dearest first."""
     found: list[Job] = [(sweep, (name,)) for name in reversed(own)]
     found += [(work, (name,)) for work in (torus_orders, long_run) for name in LONG if name in own]
+    found += [(reversed_run, pair) for pair in RUNS]
     return found + [(defects, (name,)) for name in (*KEEPING, *LOSING) if name in own] + [(ida, (name,)) for name in solvers()]
 
 
@@ -75,6 +80,7 @@ def measure(tell: Tell) -> Numbers:
         energy=pd.concat([series for series, _ in runs], ignore_index=True),
         drift=_frame([row for _, row in runs]),
         ida=_frame([found[ida, (name,)] for name in solvers()]),
+        reverse=_frame([found[reversed_run, pair] for pair in RUNS]),
     )
 
 

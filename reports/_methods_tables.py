@@ -24,7 +24,7 @@ def tables(numbers: Numbers, matrix: pd.DataFrame, folder: Path) -> Mapping[str,
     """Write the tables as CSV into a folder, all columns and rows, and return functions from a caption to HTML, by name."""
     found = powers(numbers.defects)
     stems = {"methods": matrix, "claims": numbers.claims, "orders": numbers.orders, "powers": found, "work": numbers.work}
-    stems |= {"long": numbers.drift, "ida": numbers.ida}
+    stems |= {"long": numbers.drift, "ida": numbers.ida, "reverse": numbers.reverse}
     for stem, data in stems.items():
         save_table(folder / f"{stem}.csv", data)
     return {

@@ -6,7 +6,7 @@ from typing import Any
 
 from daebench.claims_bench import DEFECT_STEPS, ROUNDINGS
 from daebench.report import Progress, make_page
-from daebench.reports import _methods_families, _methods_guide, _methods_series, _methods_sweep
+from daebench.reports import _methods_families, _methods_guide, _methods_reverse, _methods_series, _methods_sweep
 from daebench.reports._methods_claims import check
 from daebench.reports._methods_figures import draw
 from daebench.reports._methods_numbers import REPEATS, Numbers, measure
@@ -20,6 +20,7 @@ SECONDS = 100
 CONSTANTS = SimpleNamespace(
     SWEEP=_methods_sweep,
     SERIES=_methods_series,
+    REVERSE=_methods_reverse,
     GUIDE=_methods_guide,
     TITLES=_methods_families.TITLES,
     ROUNDINGS=ROUNDINGS,

@@ -45,7 +45,7 @@ def pose_banded(scene: Scene, formulation: str, options: Mapping[str, float] | N
     Unknowns whose derivatives are the multipliers begin at 1: where they begin is free, and a difference quotient takes its increments from
     their size. From 0 they would be so small that round-off makes up the columns of the Jacobian that belong to them.
 
-    At the start lam solves HLW (1.13) and v' = -M^-1 (U_q + G^T lam), both by banded elimination; mu = 0.
+    At the start lam solves HLW (1.12), and v' = -M^-1 (U_q + G^T lam), both by banded elimination; mu = 0.
 
     Parameters
     ----------

@@ -125,7 +125,7 @@ def symplecticity_defect(flow: Flow, p: ArrayLike, q: ArrayLike, X: ArrayLike) -
 
         | X^T ( Phi'^T J Phi' - J ) X |_2        J = [[0, I], [-I, 0]]
 
-    Zero to round-off for a symplectic map of the manifold, HLW (1.17), when X is :func:`tangent_basis`. Take the map of several
+    Zero to round-off for a symplectic map of the manifold, HLW (1.16), when X is :func:`tangent_basis`. Take the map of several
     steps (10, say): a single step of a scheme that is not symplectic on the manifold may be exact there.
 
     Parameters

@@ -1,4 +1,4 @@
-"""The stages of Lobatto IIIA-IIIB, HLW (1.27)-(1.30), by an iteration in increments that leaves out the derivatives of the forces.
+"""The stages of Lobatto IIIA-IIIB, HLW VII.1.5, by an iteration in increments that leaves out the derivatives of the forces.
 
 Its matrix is exact in the multipliers; what is left out makes it linear with a factor O(h^2), and O(h) where H_p depends on q.
 ``DATA`` is what :func:`daebench.schemes.lobatto.numbers` returns: A, A^, the matrix N with c_i N = A A^, b and c.

@@ -41,7 +41,7 @@ def claims(s: int) -> Claims:
         keeps_g=False,
         keeps_Gv=False,
         system="ode",
-        source="HLW II.1.3 on (1.18)",
+        source="HLW II.1.3",
         any_form=True,
         canonical=True,
     )
@@ -104,7 +104,7 @@ if STIFF:
 else:
 
     def improve(x: Any, data: Any) -> Any:
-        """One sweep of fixed-point iteration, HLW VIII.6.1, for p' = F and q' = V at the stages.
+        """One sweep of fixed-point iteration, HLW VIII.6.2, for p' = F and q' = V at the stages.
 
         The change of V alone is measured, against |q| and |V| in the unit of time; and that of two sweeps in a row, because a
         change of F is seen in V one sweep later. By then both have been contracted once more.

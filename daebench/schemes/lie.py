@@ -13,7 +13,7 @@ CLAIMS = Claims(
     keeps_g=True,
     keeps_Gv=True,
     system="constrained",
-    source="HLW (1.45)",
+    source="HLW VII.1.6, (1.45)",
     separable_only=True,
     needs_kinetic_flow=True,
 )

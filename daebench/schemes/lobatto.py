@@ -1,4 +1,4 @@
-"""Lobatto IIIA-IIIB for constrained Hamiltonian systems, HLW (1.27)-(1.30): a symplectic partitioned method of order 2s-2."""
+"""Lobatto IIIA-IIIB, the partitioned Runge-Kutta form of the collocation HLW (1.27)-(1.30): symmetric, symplectic, of order 2s-2."""
 
 from collections.abc import Mapping
 from functools import partial
@@ -38,7 +38,7 @@ def _member(s: int) -> Member:
         keeps_g=True,
         keeps_Gv=True,
         system="constrained",
-        source="HLW (1.27)-(1.30); Jay (1996)",
+        source="HLW VII.1.5, the Runge-Kutta form of (1.27)-(1.30); Jay (1996)",
     )
     return Member(claims=claims, stages=s, numbers=partial(numbers, s), multipliers=partial(multipliers, s))
 

@@ -6,9 +6,7 @@ from daebench.claims import Claims
 from daebench.kernels.hole import Number, Vector, axpy, f, norm, scale
 from daebench.kernels.newton import linear
 
-CLAIMS = Claims(
-    order=4, symmetric=False, symplectic=False, keeps_g=False, keeps_Gv=False, system="ode", source="HLW (II.1.8) on (1.18)", any_form=True
-)
+CLAIMS = Claims(order=4, symmetric=False, symplectic=False, keeps_g=False, keeps_Gv=False, system="ode", source="HLW II.1.1", any_form=True)
 
 
 def increment(p0: Vector, q0: Vector, h: Number) -> Any:

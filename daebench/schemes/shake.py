@@ -1,4 +1,4 @@
-"""SHAKE, HLW (1.23): the three-term recursion in q, started by RATTLE; as HLW say, round-off accumulates in it, unlike in RATTLE."""
+"""SHAKE, HLW (1.23): the three-term recursion in q, started by RATTLE; as HLW say, round-off may accumulate in it."""
 
 from typing import Any
 
@@ -22,8 +22,8 @@ def start(p0: Vector, q0: Vector, h: Number) -> tuple[Vector, Report]:
 def step(p0: Vector, q0: Vector, q1: Vector, h: Number) -> Any:
     """Return p1, q1, q2, lam of q1 and a report; p1 needs the step after it, so the memory of SHAKE is the position one step ahead.
 
-    The momentum is defined by a central difference and does not satisfy G H_p = 0. That is also why SHAKE is not symmetric as a
-    map of (p, q) from the manifold, though its recursion in q is.
+    The recursion in q is symmetric: from q2 and q1 it leads back to q0. The momentum is a central difference and does not satisfy
+    G H_p = 0, so that the map of (p, q) begins on the manifold and ends off it: that map is not symmetric.
 
     ::
 

@@ -23,14 +23,14 @@ else:
     from daebench.kernels.hole import INF
 
     def improve(y1: Any, data: Any) -> Any:
-        """One sweep of fixed-point iteration for y1, HLW VIII.6.1."""
+        """One sweep of fixed-point iteration for y1, HLW VIII.6.2."""
         y0, h = data
         new = axpy(h, field(axpy(0.5, axpy(-1.0, y0, y1), y0)), y0)
         change = norm(axpy(-1.0, y1, new))
         return new, change, max(1.0, norm(y0)), change, INF
 
 
-CLAIMS = PoissonClaims(order=2, symmetric=True, poisson="constant", keeps="quadratic", source="HLW (II.1.7)")
+CLAIMS = PoissonClaims(order=2, symmetric=True, poisson="constant", keeps="quadratic", source="HLW (I.1.7)")
 
 
 def step(y0: Vector, h: Number) -> tuple[Vector, Report]:

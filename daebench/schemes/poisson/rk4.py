@@ -5,7 +5,7 @@ from daebench.kernels.hole import INF, Number, Report, Vector, axpy, no_work
 from daebench.kernels.newton import OK
 from daebench.kernels.poisson_hole import field
 
-CLAIMS = PoissonClaims(order=4, symmetric=False, poisson="", keeps="linear", source="HLW (II.1.8)")
+CLAIMS = PoissonClaims(order=4, symmetric=False, poisson="", keeps="linear", source="HLW II.1.1")
 
 
 def step(y0: Vector, h: Number) -> tuple[Vector, Report]:

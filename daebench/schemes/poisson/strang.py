@@ -1,4 +1,4 @@
-"""Strang splitting of a Poisson system, HLW (4.6): half a step of each flow, and back in the opposite order."""
+"""Strang splitting of a Poisson system, HLW VII.4.2, (4.6) for two parts: half a step of each flow, and back in the opposite order."""
 
 from dataclasses import replace
 
@@ -7,7 +7,7 @@ from daebench.kernels.newton import OK
 from daebench.kernels.poisson_hole import after, before, turn
 from daebench.schemes.poisson.lie import CLAIMS as LIE
 
-CLAIMS = replace(LIE, order=2, symmetric=True, source="HLW (4.6)")
+CLAIMS = replace(LIE, order=2, symmetric=True, source="HLW VII.4.2; (4.6) for two parts")
 
 
 def step(y0: Vector, h: Number) -> tuple[Vector, Report]:
