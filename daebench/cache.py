@@ -20,6 +20,7 @@ GENERATORS += (
     "definition_checks",
     "derive",
     "derive_local",
+    "domain",
     "elimination",
     "equations",
     "fixed_step",

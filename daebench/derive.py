@@ -8,6 +8,7 @@ import sympy as sp
 
 from daebench import codegen
 from daebench.algebra import Values
+from daebench.domain import may_be_left_unseen
 from daebench.problem import ConstrainedHamiltonian
 from daebench.trajectory import WORK
 from daebench.watch import Watch
@@ -195,7 +196,13 @@ class Derivation:
 
     def watch(self, names: Sequence[str], kinds: int, raw: int) -> Watch:
         """Return what the loop does beside stepping, see :class:`daebench.watch.Watch`."""
-        return Watch(self.d, self.m, len(self.problem.integrals), names, kinds, raw)
+        return Watch(self.d, self.m, len(self.problem.integrals), names, kinds, raw, guarded=self.guarded)
+
+    @cached_property
+    def guarded(self) -> bool:
+        """Whether H may have no value where the forces have one."""
+        problem = self.problem
+        return may_be_left_unseen([problem.H, problem.U, *(problem.M or ())], [*problem.q, *problem.p])
 
     def tracer(self, linker: Any) -> Any:
         """Return what writes its functions from loops over nodes: nothing, only a chain has that."""

@@ -8,6 +8,7 @@ import sympy as sp
 
 from daebench import codegen
 from daebench.codegen import function
+from daebench.domain import may_be_left_unseen
 from daebench.lattice_algebra import Arrays
 from daebench.lattice_watch import LatticeWatch
 from daebench.poisson_derivation import work_of_parts
@@ -88,7 +89,8 @@ class LatticeDerivation:
 
     def watch(self, names: Sequence[str], kinds: int, raw: int) -> LatticeWatch:
         """Return what the loop does beside stepping."""
-        return LatticeWatch(self.n, len(self.lattice.casimirs), len(self.lattice.integrals), names, kinds)
+        guarded = may_be_left_unseen([self.lattice.h], [*self.lattice.left, *self.lattice.here])
+        return LatticeWatch(self.n, len(self.lattice.casimirs), len(self.lattice.integrals), names, kinds, guarded=guarded)
 
     def tracer(self, linker: Any) -> Any:
         """Return what writes its functions from loops over nodes: nothing, only a chain has that."""

@@ -8,6 +8,7 @@ import sympy as sp
 
 from daebench import codegen
 from daebench.algebra import Values
+from daebench.domain import may_be_left_unseen
 from daebench.poisson_system import PoissonSystem
 from daebench.poisson_watch import PoissonWatch
 from daebench.trajectory import POISSON_WORK
@@ -150,7 +151,8 @@ class PoissonDerivation:
 
     def watch(self, names: Sequence[str], kinds: int, raw: int) -> PoissonWatch:
         """Return what the loop does beside stepping."""
-        return PoissonWatch(self.n, len(self.problem.casimirs), len(self.problem.integrals), names, kinds)
+        guarded = may_be_left_unseen([self.problem.H], self.problem.y, self.problem.domain)
+        return PoissonWatch(self.n, len(self.problem.casimirs), len(self.problem.integrals), names, kinds, guarded=guarded)
 
     def tracer(self, linker: Any) -> Any:
         """Return what writes its functions from loops over nodes: nothing, only a chain has that."""

@@ -19,11 +19,14 @@ class PoissonWatch:
         Any of "energy", "casimirs", "integrals"; or "samples", for the loop to store H in place of states.
     kinds : int
         Number of kinds of work that are counted; 0 to count nothing.
+    guarded : bool
+        Whether H may have no value where the rates have one, see :mod:`daebench.domain`.
     """
 
-    def __init__(self, n: int, casimirs: int, integrals: int, watch: Sequence[str], kinds: int) -> None:
+    def __init__(self, n: int, casimirs: int, integrals: int, watch: Sequence[str], kinds: int, *, guarded: bool = False) -> None:
         self.n, self.kinds = n, kinds
         self.sampled = "samples" in watch
+        self.guard = "H(x, par)" if guarded and "energy" not in watch else ""
         H = ["H(x, par)"] * ("energy" in watch or self.sampled)
         others = [f"casimirs(x, par)[{i}]" for i in range(casimirs) if "casimirs" in watch]
         others += [f"integrals(x, par)[{i}]" for i in range(integrals) if "integrals" in watch]
@@ -33,7 +36,9 @@ class PoissonWatch:
 
     def needs(self, name: str) -> list[str]:
         """Return the names of the system's functions that one of these calls."""
-        texts = {"watched": self.conserved, "watch": self.errors, "store": self.conserved * self.sampled}.get(name, [])
+        texts = {"watched": self.conserved, "watch": self.errors, "store": self.conserved * self.sampled, "defined": [self.guard]}.get(
+            name, []
+        )
         return [needed for needed in ("H", "casimirs", "integrals") if any(f"{needed}(" in text for text in texts)]
 
     def source(self, name: str) -> str | None:
@@ -43,5 +48,5 @@ class PoissonWatch:
             "watch": lambda: function("watch(x, first, par)", "return " + pack(self.errors)),
             "store": lambda: stored_as(*(f"X[row, {i}] = x[{i}]" for i in range(self.n)), sample=self.conserved[0] if self.sampled else ""),
         }
-        rule = (own | shared_rules(len(self.errors), self.kinds)).get(name)
+        rule = (own | shared_rules(len(self.errors), self.kinds, self.guard)).get(name)
         return None if rule is None else rule()

@@ -27,7 +27,10 @@ REASONS = {
         "a value is no longer finite",
         "use a smaller h, and see whether the motion has left the domain of H or that of the chart of local:",
     ),
-    4: ("a watched quantity is not finite after this step", "see whether parameters and state are in the range of double precision"),
+    4: (
+        "H or a watched quantity is not finite after this step",
+        "use a smaller h, and see whether the motion has left the domain of H or the range of double precision",
+    ),
     5: (
         "the constraints could not be met one at a time within the tolerance in {relaxations} rounds, residual {residual:.2e}",
         "use a smaller h or a larger tolerance",
@@ -249,6 +252,8 @@ class Run:
             if not self.request.keep_interrupted:
                 raise
             self.failure, self.interrupted = self._stopped("interrupted"), True
+        if self.failure is None and "energy" not in self.names and not np.isfinite(self._energy()):
+            self.failure = self._stopped(f"H is not finite there; {self.linked.reasons[4][1]}")
         scene, request = self.scene, self.request
         return {
             "problem": scene.problem,
@@ -266,6 +271,11 @@ class Run:
             "failure": self.failure,
             "interrupted": self.interrupted,
         }
+
+    def _energy(self) -> float:
+        """Return H at the last state."""
+        ends = np.cumsum([len(part) for part in self.scene.start])[:-1]
+        return float(self.scene.value("H", *np.split(np.asarray(self.linked.leave(self.x), dtype=float), ends)))
 
     def states(self) -> tuple[Array, Array]:
         """Return the times and the rows of states: the start, what the loop stored, and the end."""

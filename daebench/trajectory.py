@@ -26,6 +26,10 @@ POISSON_WORK = ("field", "half", "flow", "second", "solve", "newton")
 as :data:`WORK`."""
 
 
+DOUBTED = "use a smaller h or tol, and see whether the motion has left the domain of H, or G has lost rank"
+"""What to do where a run has come to its end with a number that is not finite."""
+
+
 @dataclass(frozen=True, kw_only=True)
 class Outcome:
     """What one method gave on one scene, the states apart.
@@ -53,7 +57,8 @@ class Outcome:
     pivot : float, optional
         Smallest relative pivot met in a linear solve.
     seconds : float
-        CPU time of stepping; neither compilation nor, of tolerance-driven methods, the watch on the rank of G after each step is in it.
+        CPU time of stepping; neither compilation nor, of tolerance-driven methods, the watch after each step on H, g and the rank of G is
+        in it.
     compile_seconds : float
         Time until the kernel was ready.
     callback_seconds : float, optional
@@ -81,6 +86,33 @@ class Outcome:
     callback_seconds: float | None = None
     failure: str | None = None
     interrupted: bool = False
+
+    def __post_init__(self) -> None:
+        """Make a run with a number that is not finite a failure, whichever method it is of: the last of all watches."""
+        if self.failure is None and (what := self._not_finite()):
+            why = f"{self.method} on {self.problem}, case {self.case}: {what}, so that the run is no result; {DOUBTED}."
+            object.__setattr__(self, "failure", why)
+
+    def _not_finite(self) -> str | None:
+        """Return which number is not finite, and when, as a sentence without an end; None if all are."""
+        numbers = {name: (self.t, rows) for name, rows in self.states.items()}
+        numbers |= {f"the raw multiplier {name}": each for name, each in self._raw.items()}
+        for name, (t, rows) in numbers.items():
+            wrong = np.flatnonzero(~np.isfinite(rows).all(axis=1))
+            if len(wrong):
+                return f"{name} is not finite at t = {t[wrong[0]]:.9g}"
+        wrong_maxima = [name for name, value in self.maxima.items() if not np.isfinite(value)]
+        return f"the largest error of {wrong_maxima[0]} is not finite" if wrong_maxima else None
+
+    @property
+    def states(self) -> Mapping[str, Array]:
+        """The states by name; each shape(n, ...)."""
+        raise NotImplementedError
+
+    @property
+    def _raw(self) -> Mapping[str, tuple[Array, Array]]:
+        """Raw multipliers of steps by name, with their times."""
+        return {}
 
     def complete(self) -> Self:
         """Return the trajectory itself.
@@ -144,6 +176,10 @@ class Trajectory(Outcome):
     def states(self) -> Mapping[str, Array]:
         """The states by name: q, p, and lam where there are multipliers; each shape(n, ...)."""
         return {"q": self.q, "p": self.p} | ({} if self.lam is None else {"lam": self.lam})
+
+    @property
+    def _raw(self) -> Mapping[str, tuple[Array, Array]]:
+        return self.raw
 
 
 @dataclass(frozen=True, kw_only=True)

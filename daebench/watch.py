@@ -20,13 +20,16 @@ class Watch:
         Number of kinds of work that are counted; 0 to count nothing.
     raw : int
         Number of raw multipliers of a step that are stored, each shape(m,); 0 to store none.
+    guarded : bool
+        Whether H may have no value where the forces have one, see :mod:`daebench.domain`.
     """
 
-    def __init__(self, d: int, m: int, count: int, watch: Sequence[str], kinds: int, raw: int = 0) -> None:
+    def __init__(self, d: int, m: int, count: int, watch: Sequence[str], kinds: int, raw: int = 0, *, guarded: bool = False) -> None:
         self.d, self.m = d, m
         self.kinds, self.raw = range(kinds), range(raw)
         integrals = range(count) if "integrals" in watch else range(0)
         self.sampled = "samples" in watch
+        self.guard = "H(x[0], x[1], par)" if guarded and "energy" not in watch else ""
         H = ["H(x[0], x[1], par)"] * ("energy" in watch or self.sampled)
         self.conserved = [*H, *(f"integrals(x[0], x[1], par)[{i}]" for i in integrals)]
         constraints = [self._largest("g(x[1], par)"), self._largest("Gv(x[0], x[1], par)")] * ("manifold" in watch)
@@ -35,7 +38,9 @@ class Watch:
 
     def needs(self, name: str) -> list[str]:
         """Return the names of the problem's functions that one of these calls."""
-        texts = {"watched": self.conserved, "watch": self.errors, "store": self.conserved * self.sampled}.get(name, [])
+        texts = {"watched": self.conserved, "watch": self.errors, "store": self.conserved * self.sampled, "defined": [self.guard]}.get(
+            name, []
+        )
         return [needed for needed in ("H", "g", "Gv", "integrals") if any(f"{needed}(" in text for text in texts)]
 
     def source(self, name: str) -> str | None:
@@ -46,7 +51,7 @@ class Watch:
     @property
     def _rules(self) -> dict[str, Callable[[], str]]:
         d = range(self.d)
-        return shared_rules(len(self.errors), len(self.kinds)) | {
+        return shared_rules(len(self.errors), len(self.kinds), self.guard) | {
             "watched": lambda: function("watched(x, par)", "return " + pack(self.conserved)),
             "watch": lambda: function("watch(x, first, par)", "return " + pack(self.errors)),
             "store": lambda: stored_as(
@@ -67,12 +72,13 @@ def stored_as(*lines: str, sample: str = "") -> str:
     return function("store(X, R, row, x, raw, par)", *([f"X[row, 0] = {sample}"] if sample else lines))
 
 
-def shared_rules(errors: int, kinds: int) -> dict[str, Callable[[], str]]:
-    """Return what each of the functions is that do not depend on what a state is, for so many errors and kinds of work."""
+def shared_rules(errors: int, kinds: int, guard: str) -> dict[str, Callable[[], str]]:
+    """Return the functions that do not depend on the kind of state: for so many errors and kinds of work, and H where it is guarded."""
     larger = "x[{i}] if x[{i}] != x[{i}] or x[{i}] >= y[{i}] else y[{i}]"
     return {
         "worst": lambda: function("worst(x, y)", "return " + pack(larger.format(i=i) for i in range(errors))),
         "total": lambda: function("total(x)", "return " + (" + ".join(f"x[{i}]" for i in range(errors)) or "0.0")),
+        "defined": lambda: function("defined(x, par)", f"return abs(0.0 * {guard})" if guard else "return 0.0"),
         "no_work": lambda: function("no_work()", "return " + pack("0" for _ in range(kinds))),
         "plus_work": lambda: function("plus_work(x, y)", "return " + pack(f"x[{i}] + y[{i}]" for i in range(kinds))),
     }

@@ -5,6 +5,8 @@ import time
 from collections.abc import Callable
 from typing import Any
 
+import numpy as np
+
 from daebench.elimination import SINGULAR
 from daebench.method import Patience
 
@@ -13,6 +15,16 @@ COLLAPSE = 1e-9
 
 LEAST = 10.0
 """So has one below this many spacings of the numbers at t, if it is neither at the very start nor the last: it will not move t at all."""
+
+
+Conserved = Callable[[Any], tuple[float, ...]]
+"""What is constant along a motion, as a function of a solver's unknowns y, shape(n,): H, and on constrained problems |g| and |G H_p|."""
+
+FIRST, TIMED = 64, 8
+"""The first steps are timed all of them, then one in so many: to ask for the CPU time takes as long as to look at a step."""
+
+LEFT = "end the run before, and see whether the motion leaves the domain of H there"
+"""What to do where H has no value."""
 
 
 class Stopped(Exception):
@@ -48,11 +60,20 @@ class Meter:
         Limit of work.
     outside : callable, optional
         ``outside(y)`` returns what the unknowns have left, as "the domain u > 0", or "".
+    conserved : callable, optional
+        See :data:`Conserved`.
     """
 
-    def __init__(self, t_end: float, limit: float, patience: Patience | None = None, outside: Callable[[Any], str] = lambda _: "") -> None:
+    def __init__(
+        self,
+        t_end: float,
+        limit: float,
+        patience: Patience | None = None,
+        outside: Callable[[Any], str] = lambda _: "",
+        conserved: Conserved = lambda _: (0.0,),
+    ) -> None:
         self.t_end, self.limit, self.deadline, self.patience = t_end, limit, math.inf, patience
-        self.outside = outside
+        self.outside, self.conserved = outside, conserved
         self.calls: dict[str, int] = {}
         self.steps, self.t, self.seconds, self.aside = 0, 0.0, 0.0, 0.0
         self.target = t_end
@@ -62,6 +83,18 @@ class Meter:
     def start(self) -> None:
         """Let the wall clock run from now."""
         self.deadline = time.perf_counter() + self.limit
+
+    def begin(self, y: Any) -> None:
+        """Take note of the unknowns at the start.
+
+        Raises
+        ------
+        Stopped
+            If H has no value there.
+        """
+        self.y = np.array(y)
+        if not math.isfinite(sum(self.conserved(self.y))):
+            raise Stopped("H is not finite at the start", 0.0, "check parameters and initial values")
 
     def called(self, kind: str, t: float, health: float, began: float) -> None:
         """Take note of one evaluation of the residual, right side or Jacobian at time t, begun at ``began`` on the wall clock.
@@ -98,9 +131,22 @@ class Meter:
         Stopped
             If the unknowns are where they may not be, before they are kept; or if the step size has collapsed.
         """
+        each = 1 if self.steps < FIRST else TIMED
+        if self.steps % each:
+            self._look(t, y)
+            return
+        began = time.thread_time()
+        try:
+            self._look(t, y)
+        finally:
+            self.aside += each * (time.thread_time() - began)
+
+    def _look(self, t: float, y: Any) -> None:
+        """Look at a step, and keep it."""
         self.steps += 1
-        self.require_inside(y)
-        h, self.t, self.y = t - self.t, t, y.copy()
+        now = np.array(y)  # a solver's own may be read-only, which numba takes for another type
+        self.require_inside(now)
+        h, self.t, self.y = t - self.t, t, now
         if h < LEAST * math.ulp(t) and COLLAPSE * self.t_end < t != self.t_end:
             raise Stopped(f"the step size has collapsed to {h:.1e}")
         if self.steps % 1000 == 0:
@@ -109,10 +155,12 @@ class Meter:
             self._mark = t
 
     def require_inside(self, y: Any) -> None:
-        """Stop where unknowns are outside of what is allowed, at the time of the last step that was not."""
+        """Stop where unknowns are outside of what is allowed, or H has no value, at the time of the last step that was not."""
         if left := self.outside(y):
             advice = "use a smaller tol, or a method whose steps stay inside, such as strang"
             raise Stopped(f"the state leaves {left} in the next step", advice=advice)
+        if not math.isfinite(sum(self.conserved(y))):
+            raise Stopped("H is not finite after the next step", advice=LEFT)
 
     @staticmethod
     def _ill(t: float, health: float) -> None:

@@ -1,7 +1,6 @@
 """The meter of a tolerance-driven run on a constrained problem: it watches with every step whether G keeps its rank."""
 
 import math
-import time
 import types
 from collections.abc import Callable
 from typing import Any
@@ -34,9 +33,6 @@ EDGE = 1e-4
 
 KEPT = 64
 """States over a run that a multiplier is held against, about."""
-
-FIRST, TIMED = 64, 8
-"""The first steps are timed all of them, then one in so many: to ask for the CPU time takes as long as to look at a step."""
 
 LENGTHS = tuple(10.0**-k for k in range(2, 10))
 """Parts of the run in which a loss of rank is looked for where a solver gives up."""
@@ -75,8 +71,8 @@ class RankMeter(Meter):
         """Return the function of (y, par) that gives sigma squared."""
         return measure(self.dae.scene, compiled=hasattr(self.dae.residual, "signatures"))
 
-    def stepped(self, t: float, y: Any) -> None:
-        """Take note of a step, and of the rank of G in it.
+    def _look(self, t: float, y: Any) -> None:
+        """Look at a step, and at the rank of G in it.
 
         Raises
         ------
@@ -84,17 +80,6 @@ class RankMeter(Meter):
             As :class:`daebench.reference.meter.Meter`, or if G loses rank and the run is to stop there: before the step where that is
             inside, and after it where that is ahead.
         """
-        each = 1 if self.steps < FIRST else TIMED
-        if self.steps % each:
-            self._look(t, y)
-            return
-        began = time.thread_time()
-        try:
-            self._look(t, y)
-        finally:
-            self.aside += each * (time.thread_time() - began)
-
-    def _look(self, t: float, y: Any) -> None:
         t0, y0, sigma0 = self.t, self.y, self.sigma
         now = np.array(y)  # a solver's own may be read-only, which numba takes for another type
         sigma = self._sigma(now)
@@ -102,7 +87,7 @@ class RankMeter(Meter):
             zero = self._inside(t0, y0, sigma0, t, now, sigma)
             if zero is not None:
                 self._lose(zero, t0, y0, sigma0)
-        super().stepped(t, now)
+        super()._look(t, now)
         self.sigma, self.largest = sigma, max(sigma, self.largest)
         self._keep()
         if self.crossing is not None:

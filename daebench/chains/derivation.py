@@ -8,6 +8,7 @@ from daebench.chains.chain import ConstrainedChain
 from daebench.chains.nodes import Nodes
 from daebench.chains.watch import ChainWatch
 from daebench.derive import Derivation
+from daebench.domain import may_be_left_unseen
 from daebench.lattice_algebra import Arrays
 from daebench.problem import ConstrainedHamiltonian
 from daebench.trajectory import WORK
@@ -67,7 +68,9 @@ class ChainDerivation:
 
     def watch(self, names: Sequence[str], kinds: int, raw: int) -> ChainWatch:
         """Return what the loop does beside stepping."""
-        return ChainWatch(self.d, self.m, 0, names, kinds, raw)
+        chain = self.chain
+        guarded = may_be_left_unseen([chain.U, chain.joint_U], [*chain.before, *chain.here])
+        return ChainWatch(self.d, self.m, 0, names, kinds, raw, guarded=guarded)
 
     def tracer(self, linker: "Linker") -> "Tracer":
         """Return what writes its functions for a linker."""

@@ -533,5 +533,10 @@ def total(x: tuple[Number, ...]) -> Number:
     """Sum of moduli that are watched; not finite where any of them is not."""
 
 
+def defined(x: State) -> Number:
+    """0 where H has a value, NaN where it has none; 0 everywhere if the forces tell that, or H is watched."""
+    raise NotImplementedError("filled in by the linker")
+
+
 def store(X: Any, R: Any, row: int, x: State, raw: Any) -> None:
     """Write a state into row ``row`` of the outputs, and the step's raw multipliers where they are wanted; or H where samples are."""

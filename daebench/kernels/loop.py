@@ -7,6 +7,7 @@ from daebench.kernels.hole import (
     INF,
     Number,
     State,
+    defined,
     finish,
     moduli,
     no_work,
@@ -83,7 +84,7 @@ def integrate(
             report = (NOT_FINITE, INF, report[2], report[3])
         y = seen(x1)
         larger = worst(maxima, watch(y, conserved))
-        if report[0] == OK and not total(larger) < INF:
+        if report[0] == OK and not total(larger) + defined(y) < INF:
             report = (WATCH_NOT_FINITE, INF, report[2], report[3])
         if report[0] != OK:
             return x, memory, maxima, pivots, k, row, left, work, tried if stepped != OK else -tried, report

@@ -1,0 +1,39 @@
+"""Problems whose motion ends in finite time, where H has no value beyond, while the forces have one."""
+
+from functools import cache
+
+import sympy as sp
+
+from daebench.make_scene import make_setting
+from daebench.poisson_system import PoissonCase, PoissonSystem
+from daebench.problem import Case, ConstrainedHamiltonian, coordinates
+from daebench.source import source_of
+
+ENDS = ("log", "atanh", "log_of_place", "mass", "momentum")
+"""Names of the constrained ones: the first is the particle that falls along a circle into the line q1 = 0."""
+
+
+@cache
+def ending(name):
+    """Return one of them as a scene that starts at rest, or nearly so."""
+    q, p = coordinates(2)
+    circle, start = [q[0] ** 2 + q[1] ** 2 - 1], Case(q=(sp.Rational(3, 5), sp.Rational(4, 5)), p=(0, 0))
+    mass = {"q": q, "p": p, "g": circle, "M": sp.eye(2)}
+    definitions = {
+        "log": {**mass, "U": sp.log(q[0])},
+        "atanh": {**mass, "U": -sp.atanh(sp.Rational(5, 4) * q[0])},
+        "log_of_place": {**mass, "U": sp.log(q[0] - sp.Rational(1, 4)) + q[1] / 3},
+        "mass": {**mass, "M": sp.diag(2 + sp.sin(q[0]), 1), "U": 2 * sp.log(q[0])},
+        "momentum": {"q": q, "p": p, "g": circle, "H": (p[0] ** 2 + p[1] ** 2) / 2 + p[0] * p[1] / 9 + sp.log(q[0])},
+    }
+    return make_setting(source_of(ConstrainedHamiltonian(**definitions[name], cases={"fall": start}), name), "fall")
+
+
+@cache
+def ending_poisson():
+    """Return the free fall q' = p, p' = -1/q into the line q = 0, without a word on its domain."""
+    y = sp.symbols("y1:3", real=True)
+    system = PoissonSystem(
+        y=y, B=sp.Matrix([[0, 1], [-1, 0]]), H=y[1] ** 2 / 2 + sp.log(y[0]), cases={"fall": PoissonCase(y=(1, sp.Rational(-1, 3)))}
+    )
+    return make_setting(source_of(system, "fall"), "fall")
