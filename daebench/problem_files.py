@@ -64,6 +64,18 @@ class Problem:
             found.update(f"{'' if self.own else file.resolve()} {len(content)}\n".encode() + content)
         return found.hexdigest()
 
+    @cached_property
+    def content(self) -> str:
+        """Content hash of the file and of all files that it may import, wherever they are; "" for what comes with daebench."""
+        if self.own:
+            return ""
+        found, folder = hashlib.sha256(), self.path.parent
+        for file in self.depends_on(self):
+            near = file.relative_to(folder).as_posix() if file.is_relative_to(folder) else file.name
+            content = file.read_bytes()
+            found.update(f"{'' if file == self.path else near} {len(content)}\n".encode() + content)
+        return found.hexdigest()
+
     @property
     def own(self) -> bool:
         """Whether it comes with daebench."""
@@ -78,8 +90,9 @@ class Problem:
         from daebench.source import Source
 
         values = dict(self.structure) | dict(structure)
-        key = f"{self.name} {self.digest} {sorted(values.items())} {algebra}".rstrip()
-        return Source(self.name, key, lambda: self.define(**values), algebra=algebra)
+        decided = f"{sorted(values.items())} {algebra}".rstrip()
+        content = f"{self.content} {decided}" if self.content else ""
+        return Source(self.name, f"{self.name} {self.digest} {decided}", lambda: self.define(**values), algebra=algebra, content=content)
 
 
 def read(path: Path, *, name: str, **origin: Any) -> Problem:

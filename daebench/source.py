@@ -1,5 +1,6 @@
 """Where a definition comes from, and what follows from it, derived only when something asks for it."""
 
+import hashlib
 import types
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
@@ -39,6 +40,8 @@ class Source:
         Values of parameters that replace those of the sheet.
     algebra : str
         How a chain's vectors are held: one of :data:`ALGEBRAS`, see ``chains.derivation``; "" as its size suggests.
+    content : str
+        What ``key`` says of a file outside of the package, without the name and the place of the file; "" where ``key`` has neither.
 
     Raises
     ------
@@ -51,6 +54,7 @@ class Source:
     define: Callable[[], "Definition"] = field(repr=False)
     defaults: Mapping[str, float] | None = None
     algebra: str = ""
+    content: str = field(default="", repr=False)
 
     def __post_init__(self) -> None:
         if self.algebra and self.algebra not in ALGEBRAS:
@@ -92,6 +96,9 @@ class Source:
         """Sizes, names and initial values."""
 
         def build(cached: bool) -> str:
+            return f"{facts()}FINGERPRINT = {_fingerprint(self.derivation)!r}\n"
+
+        def facts() -> str:
             from daebench import lattice_sheet, poisson_sheet, sheet
             from daebench.chains import sheet as chain_sheet
             from daebench.chains.derivation import ChainDerivation
@@ -106,6 +113,12 @@ class Source:
             return sheet.source(self.problem, self.derivation)
 
         return generated(f"{self.problem}_sheet", self.key, build)
+
+
+def _fingerprint(derivation: Any) -> str:
+    """Return a hash of everything that decides the mathematics of a definition; what is written at one node is not written out for it."""
+    definition = next(getattr(derivation, name) for name in ("chain", "lattice", "problem") if hasattr(derivation, name))
+    return hashlib.sha256(definition.fingerprint.encode()).hexdigest()
 
 
 def _derivation(problem: "Definition", algebra: str) -> Any:

@@ -16,6 +16,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from own_files import ORBIT, RING
 
 from daebench import api
 from daebench.errors import BadInput
@@ -244,6 +245,58 @@ def test_what_was_computed_is_not_computed_again(store, monkeypatch):
     again = study().table(store)
     assert again.equals(first)
     assert list(again["value"]) == [1 / 16, 1 / 32]
+
+
+MOVES = {
+    "another folder": ("b", "own.py"),
+    "another name": ("a", "bead.py"),
+    "a folder within": ("b/c", "own.py"),
+}
+
+
+@pytest.mark.parametrize("helped", [False, True], ids=["alone", "with a file beside it"])
+@pytest.mark.parametrize(("text", "case"), [(RING, "turning"), (ORBIT, "even")], ids=["constrained", "poisson"])
+@pytest.mark.parametrize(("place", "name"), MOVES.values(), ids=MOVES)
+def test_a_problem_file_that_is_moved_loses_no_row(store, tmp_path, monkeypatch, place, name, text, case, helped):
+    own = tmp_path / "a" / "own.py"
+    own.parent.mkdir()
+    own.write_text(text.replace("import sympy as sp\n", "import sympy as sp\nimport speeds_of_own\n", 1) if helped else text)
+    (own.parent / "speeds_of_own.py").write_text("SPEED = 1\n")
+    grid = {"cases": [case], "methods": ["rattle" if case == "turning" else "midpoint"], "anyway": case == "even"}
+    first = study(problem=str(own), **grid).table(store)
+    moved = tmp_path / place / name
+    moved.parent.mkdir(parents=True, exist_ok=True)
+    own.rename(moved)
+    if moved.parent != own.parent:
+        (own.parent / "speeds_of_own.py").rename(moved.with_name("speeds_of_own.py"))
+    monkeypatch.setattr("daebench.studies.measure.row_of", lambda cell: pytest.fail("computed again"))
+    again = study(problem=str(moved), **grid).table(store)
+    assert set(again["problem"]) == {str(moved)}
+    assert again.drop(columns="problem").equals(first.drop(columns="problem"))
+
+
+CHANGES = {
+    "the file": lambda own: own.write_text(own.read_text().replace("mass: float = 2.0", "mass: float = 2.5")),
+    "an imported file": lambda own: own.with_name("speeds_of_own.py").write_text("SPEED = 4\n"),
+    "a file that it reads": lambda own: own.with_name("speed.txt").write_text("4"),
+}
+
+
+@pytest.mark.parametrize("change", CHANGES.values(), ids=CHANGES)
+def test_a_problem_file_that_is_moved_and_changed_has_other_rows(tmp_path, change):
+    text = RING.replace("import mpmath", "from pathlib import Path\n\nimport speeds_of_own\nimport mpmath", 1)
+    text = text.replace("(3 * m, 0)", "(speeds_of_own.SPEED * int((Path(__file__).parent / 'speed.txt').read_text()) * m, 0)")
+    keys = []
+    for folder in ("a", "b", "c"):
+        own = tmp_path / folder / "own.py"
+        own.parent.mkdir()
+        own.write_text(text)
+        own.with_name("speeds_of_own.py").write_text("SPEED = 3\n")
+        own.with_name("speed.txt").write_text("1")
+        if folder == "c":
+            change(own)
+        keys.append(one(problem=str(own), case="turning").key())
+    assert keys[0] == keys[1] != keys[2]
 
 
 def test_a_wider_grid_computes_what_is_missing_alone(store, monkeypatch):

@@ -171,13 +171,15 @@ class Cell:
     def key(self) -> str:
         """Return the hash of all that decides the numbers: run, definition, code, versions of libraries, reference, and processor.
 
-        The reference is in it where an error against it is measured, and the processor where time is.
+        The reference is in it where an error against it is measured, and the processor where time is. The place of a problem file is not,
+        nor its name: a folder that is moved, to another machine too, loses no row.
         """
         return self._key
 
     @cached_property
     def _key(self) -> str:
-        plain = json.dumps(self.plain() | {"metrics": sorted(self.metrics)}, sort_keys=True)
+        name = {"problem": ""} if self.scene.source.content else {}
+        plain = json.dumps(self.plain() | {"metrics": sorted(self.metrics)} | name, sort_keys=True)
         timed_on = machine() if self.repeat else ""
         return digest(plain, *defined_by(self.scene), made_by(), timed_on, self._certified)
 
@@ -218,8 +220,13 @@ def scene_of(problem: str, case: str, parameters: tuple[tuple[str, float], ...],
 
 
 def defined_by(scene: Scene | PoissonScene) -> tuple[str, ...]:
-    """Return what defines a motion, exactly: the equations, the parameters and the start."""
-    return scene.source.key, *(float(x).hex() for x in (*scene.par, *(x for part in scene.start for x in part)))
+    """Return what defines a motion, exactly: the equations, the parameters and the start.
+
+    Of a file outside of the package these are its content and what it gave when it was run: it may read what is beside it.
+    """
+    source = scene.source
+    equations = (source.content, source.sheet.FINGERPRINT) if source.content else (source.key,)
+    return *equations, *(float(x).hex() for x in (*scene.par, *(x for part in scene.start for x in part)))
 
 
 def digest(*texts: str) -> str:

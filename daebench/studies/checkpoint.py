@@ -122,6 +122,8 @@ def _require_same(path: Path, about: dict[str, Any], who: dict[str, Any]) -> Non
         raise BadInput(f"{path} is of another version of daebench (layout {about.get('layout')}, here {LAYOUT}); {other}.")
     theirs = about["who"]
     differ = [name for name in who if theirs.get(name) != who[name]]
+    if "definition" not in differ:
+        differ = [name for name in differ if name != "problem"]  # its file may have been elsewhere
     named = [name for name in differ if name not in ("definition", "versions")]
     if named:
         what = ", ".join(f"{name} = {theirs.get(name)}, not {who[name]}" for name in named)

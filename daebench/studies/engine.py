@@ -34,7 +34,7 @@ def computed(cells: Sequence[Cell], store: Store, *, executor: Executor | None =
         if row is None:
             missing[key] = cell
         else:
-            found[key] = row
+            found[key] = row | {name: cell.problem for name in ("problem",) if name in row}  # its file may have been elsewhere
     for rows in handed_out(missing, executor) if executor else _here(missing):
         store.put(rows)
         for each in rows:
