@@ -48,7 +48,7 @@ Step = Callable[..., Any]
 """``step(p, q, h)`` returns p and q after a step of h, shape(d,) each; of a Poisson system ``step(y, h)`` returns y, shape(n,)."""
 
 
-def reference_trajectory(problem: str | Reference, case: str | None = None, *, folder: Path = store.DATA) -> Reference:
+def reference_trajectory(problem: str | Reference, case: str | None = None, *, folder: Path | None = None) -> Reference:
     """Return a certified reference: t, q, p, lam (of a Poisson system y), bound, amplification, horizon, certificate.
 
     Parameters
@@ -57,8 +57,8 @@ def reference_trajectory(problem: str | Reference, case: str | None = None, *, f
         Name of a reference, for example "spherical_pendulum-fig1.2", or of a problem. A Reference is handed back.
     case : str, optional
         Name of the case; of a problem, by default its first.
-    folder : Path
-        Where references are kept; by default those that come with daebench.
+    folder : Path, optional
+        Where references are kept; by default those that come with daebench, and the user's own.
 
     Raises
     ------

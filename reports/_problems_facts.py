@@ -10,6 +10,7 @@ from markupsafe import Markup, escape
 
 from daebench.catalogue import find_problem
 from daebench.reference.certified import store
+from daebench.reference.certified.places import DATA
 from daebench.report import MINUS
 from daebench.reports._problems_scenes import definition, scene_of
 
@@ -83,8 +84,8 @@ def facts(name: str) -> Facts:
 
 def case(problem: str, name: str, declared: Any) -> dict[str, Any]:
     """Return a case, and until when it has a certified reference."""
-    known = f"{problem}-{name}" in store.names()
-    certified = float(store.load(f"{problem}-{name}").t[-1]) if known else None
+    known = f"{problem}-{name}" in store.names(DATA)
+    certified = float(store.load(f"{problem}-{name}", DATA).t[-1]) if known else None
     return {"name": name, "about": declared.about, "on_singular": declared.on_singular, "certified": certified}
 
 

@@ -5,6 +5,7 @@ from types import SimpleNamespace
 from typing import Any
 
 from daebench.reference.certified import store
+from daebench.reference.certified.places import DATA
 from daebench.report import Progress, make_page
 from daebench.reports._work_precision_claims import MIDDLE, check
 from daebench.reports._work_precision_figures import draw_all
@@ -50,8 +51,8 @@ def make(out: Path, progress: Progress) -> Path:
             "coarse": {method: tol for method, tol in COARSE.items() if method in methods},
             "drawn": draw_all(numbers, out / "figures"),
             "tables": tables(numbers, found.found, out / "tables"),
-            "references": len(store.names()),
-            "unused": len(set(store.names()) - used),
+            "references": len(store.names(DATA)),
+            "unused": len(set(store.names(DATA)) - used),
             "left_out": numbers.left_out,
             "setting": setting,
             "times": times,

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 os.environ.setdefault("DAEBENCH_CACHE", tempfile.mkdtemp(prefix="daebench-tests-"))
+os.environ["DAEBENCH_REFERENCES"] = f"{os.environ['DAEBENCH_CACHE']}/no-references"
 
 import uncompiled
 from browser import chromium, looks_right, seen  # noqa: F401  defined once: a process can start one browser

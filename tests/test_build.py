@@ -98,7 +98,7 @@ def test_an_interrupted_build_goes_on_where_it_stopped(tmp_path, monkeypatch):
     assert len(done) == 4
     assert load(NAME, tmp_path).horizon == 2
     assert [path.name for path in tmp_path.iterdir()] == [NAME]
-    build(NAME, folder=tmp_path, t_end=2)
+    build(NAME, folder=tmp_path, t_end=2, overwrite=True)
     assert len(done) == 8
 
 
@@ -119,7 +119,7 @@ def test_what_other_code_made_is_not_used(tmp_path, monkeypatch):
     for code in ("one", "other"):
         monkeypatch.setattr(building, "_code", lambda problem, code=code: [code])
         with pytest.raises(KeyboardInterrupt):
-            build(NAME, folder=tmp_path, t_end=2)
+            build(NAME, folder=tmp_path, t_end=2, overwrite=True)
     assert len(done) == 8
 
 
@@ -157,7 +157,7 @@ def test_a_failed_certification_leaves_the_old_reference(copied, monkeypatch):
 
     monkeypatch.setattr(constrained, "own_coordinates", wrong)
     with pytest.raises(NotCertified):
-        build(NAME, folder=copied, t_end=4)
+        build(NAME, folder=copied, t_end=4, overwrite=True)
     assert load(NAME, copied).certificate["checksum"] == before
 
 

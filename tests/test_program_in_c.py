@@ -8,7 +8,7 @@ import textwrap
 import pytest
 
 from daebench import testing
-from daebench.reference.certified.store import DATA
+from daebench.reference.certified.places import DATA
 
 RATTLE = """
 void step(double *p, double *q, double h) {

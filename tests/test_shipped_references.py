@@ -8,7 +8,8 @@ from published import BARI_LAM, BARI_Q, FOUR_BAR_B0
 from daebench.catalogue import find_problem, problems
 from daebench.reference.certified.between import states_at
 from daebench.reference.certified.definition import define
-from daebench.reference.certified.store import DATA, load, names
+from daebench.reference.certified.places import DATA
+from daebench.reference.certified.store import load, names
 from daebench.reference.certified.verify import verify
 from daebench.reports._problems_facts import told
 

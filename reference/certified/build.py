@@ -18,9 +18,10 @@ from daebench.reference.certified.certificate import certified_text
 from daebench.reference.certified.certify import FEWEST
 from daebench.reference.certified.definition import Definition, define
 from daebench.reference.certified.mathematics import mathematics
+from daebench.reference.certified.places import DATA, own_folder, require_name
 from daebench.reference.certified.runs import ida_names
 from daebench.reference.certified.stages import KEPT_DIGITS, Stages, alone
-from daebench.reference.certified.store import DATA, save
+from daebench.reference.certified.store import names, save
 from daebench.reference.quadruple import library
 
 T_END, SPACING = 100, 8
@@ -34,32 +35,45 @@ PACKAGES = ("daebench", "numpy", "scipy", "sympy", "mpmath", "heyoka", "scikit-s
 Progress = Callable[[float, str], None]
 
 
-def build(name: str, *, folder: Path = DATA, t_end: float = T_END, spacing: int = SPACING, progress: Progress | None = None) -> Path:
+def build(
+    name: str,
+    *,
+    folder: Path | None = None,
+    t_end: float = T_END,
+    spacing: int = SPACING,
+    overwrite: bool = False,
+    progress: Progress | None = None,
+) -> Path:
     """Make, certify and store the reference of a problem's case; return its folder.
 
     Parameters
     ----------
     name : str
         PROBLEM-CASE.
-    folder : Path
-        Where references are kept.
+    folder : Path, optional
+        Where it is kept; by default with the user's own, see :func:`daebench.reference.certified.places.own_folder`.
     t_end : float
         Last output, s; the horizon may come before.
     spacing : int
         Outputs a second, a power of two, so that every time is exact in double precision.
+    overwrite : bool
+        Whether it may take the place of one that is there.
     progress : callable, optional
         Told the fraction done and what is being done.
 
     Raises
     ------
     BadInput
-        If there is no such problem or case, heyoka is missing, or a number is not what it must be.
+        If there is no such problem or case, heyoka is missing, a number is not what it must be, or there is such a reference already.
     NotCertified
         If the certification fails; the reference that was there stays.
     """
     definition = _defined(name)
     library()
     times = _times(t_end, spacing)
+    if (where := taken(name, folder)) and not overwrite:
+        raise BadInput(f"{name} is in {where} already; say that it shall be overwritten, or name another folder for the new one.")
+    folder = folder or own_folder()
     done = progress or (lambda fraction, doing: None)
     begun: list[str] = []
     expected = _stages(definition)
@@ -79,7 +93,23 @@ def build(name: str, *, folder: Path = DATA, t_end: float = T_END, spacing: int 
     return stored
 
 
+def taken(name: str, folder: Path | None = None) -> Path | None:
+    """Return the folder that has a reference of this name already, if the one has that it would be built in.
+
+    Raises
+    ------
+    BadInput
+        If the name is a path, or daebench has this reference and no folder is named: another one would never be found.
+    """
+    require_name(name)
+    if folder is None and name in names(DATA):
+        raise BadInput(f"{name} comes with daebench; to build it anew, name a folder for it, by --out DIR.")
+    where = folder or own_folder()
+    return where if where.is_dir() and name in names(where) else None
+
+
 def _defined(name: str) -> Definition:
+    require_name(name)
     problem, dash, case = name.partition("-")
     if not dash:
         raise BadInput(f"{name} is no name of a reference; it is PROBLEM-CASE, for example spherical_pendulum-fig1.2.")

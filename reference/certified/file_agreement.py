@@ -125,7 +125,7 @@ class FileAgreement:
         return self.worst.digits
 
 
-def agreement(path: Path, name: str, folder: Path = store.DATA, *, within: float = WITHIN, between: int = BETWEEN) -> FileAgreement:
+def agreement(path: Path, name: str, folder: Path | None = None, *, within: float = WITHIN, between: int = BETWEEN) -> FileAgreement:
     """Return in how many digits a file agrees with a reference.
 
     At stored times the difference is that of decimal numbers, so that a program of any precision can be compared. Between them the
@@ -137,8 +137,8 @@ def agreement(path: Path, name: str, folder: Path = store.DATA, *, within: float
         CSV file with a header: t and any of q1, ..., p1, ..., lam1, ..., or y1, ...
     name : str
         PROBLEM-CASE.
-    folder : Path
-        Where references are kept.
+    folder : Path, optional
+        Where references are kept; by default those that come with daebench, and the user's own.
     within : float
         Part of the motion beyond which the trajectory has left.
     between : int

@@ -11,10 +11,8 @@ from pathlib import Path
 from typing import Any
 
 from daebench.errors import BadInput, DaebenchError, unknown
+from daebench.reference.certified.places import NAME, folders, require_name
 from daebench.reference.certified.record import Reference
-
-DATA = Path(__file__).parent.parent / "data"
-"""Where the references that come with the package are."""
 
 CERTIFICATE = "certificate.json"
 FORMAT = 1
@@ -27,33 +25,57 @@ class Damaged(DaebenchError):
     """A stored reference that is not what was written; the message names the file and what was expected."""
 
 
-def names(folder: Path = DATA) -> tuple[str, ...]:
+def names(folder: Path | None = None) -> tuple[str, ...]:
     """Return the names of all references, PROBLEM-CASE, in alphabetical order.
 
     Parameters
     ----------
-    folder : Path
-        Where they are kept; by default those that come with daebench.
+    folder : Path, optional
+        Where they are kept; by default those that come with daebench, and the user's own.
 
     Raises
     ------
     BadInput
         If the folder is not there.
     """
-    if not folder.is_dir():
-        raise BadInput(f"{folder}: there is no such folder of references.")
-    return tuple(sorted({_plain(path.parent.name) for path in folder.glob(f"*/{CERTIFICATE}") if _is_reference(path.parent.name)}))
+    return tuple(sorted({name for place in folders(folder) for name in _names(place)}))
 
 
-def load(name: str, folder: Path = DATA) -> Reference:
+def _names(folder: Path) -> set[str]:
+    return {_plain(path.parent.name) for path in folder.glob(f"*/{CERTIFICATE}") if _is_reference(path.parent.name)}
+
+
+def kept_in(name: str, folder: Path | None = None) -> Path:
+    """Return the folder that has the reference of this name; where daebench has it, that is daebench's and not the user's own.
+
+    Parameters
+    ----------
+    name : str
+        PROBLEM-CASE, for example "spherical_pendulum-fig1.2".
+    folder : Path, optional
+        As for :func:`names`.
+
+    Raises
+    ------
+    BadInput
+        If there is none; the message has the nearest names.
+    """
+    require_name(name)
+    for place in folders(folder):
+        if name in _names(place):
+            return place
+    raise unknown("reference", name, names(folder))
+
+
+def load(name: str, folder: Path | None = None) -> Reference:
     """Return the reference of this name.
 
     Parameters
     ----------
     name : str
         PROBLEM-CASE, for example "spherical_pendulum-fig1.2".
-    folder : Path
-        Where references are kept; by default those that come with daebench.
+    folder : Path, optional
+        Where references are kept; by default those that come with daebench, and the user's own.
 
     Raises
     ------
@@ -62,19 +84,19 @@ def load(name: str, folder: Path = DATA) -> Reference:
     Damaged
         If a file is missing, truncated or altered.
     """
-    if name not in names(folder):
-        raise unknown("reference", name, names(folder))
+    place = kept_in(name, folder)
     try:
-        return _loaded(name, folder)
+        return _loaded(name, place)
     except Damaged:  # or replaced by a new one between its two files
-        return _loaded(name, folder)
+        return _loaded(name, place)
 
 
 def _loaded(name: str, folder: Path) -> Reference:
     place = _place(name, folder)
     certificate = _certificate(place / CERTIFICATE)
     _require(place / CERTIFICATE, "name", name, str(certificate["name"]))
-    data = place / certificate["data"]["file"]
+    _require(place / CERTIFICATE, "data file", f"{name}.csv", str(certificate["data"]["file"]))
+    data = place / f"{name}.csv"
     content = _read(data)
     _require(data, "SHA-256", certificate["data"]["sha256"], hashlib.sha256(content).hexdigest())
     try:
@@ -85,7 +107,7 @@ def _loaded(name: str, folder: Path) -> Reference:
     return Reference(name, certificate, text)
 
 
-def find(problem: str, case: str | None = None, folder: Path = DATA) -> Reference:
+def find(problem: str, case: str | None = None, folder: Path | None = None) -> Reference:
     """Return the reference of a problem's case, by default of its first case.
 
     Parameters
@@ -94,8 +116,8 @@ def find(problem: str, case: str | None = None, folder: Path = DATA) -> Referenc
         Name in the catalogue.
     case : str, optional
         Named initial values.
-    folder : Path
-        Where references are kept; by default those that come with daebench.
+    folder : Path, optional
+        Where references are kept; by default those that come with daebench, and the user's own.
 
     Raises
     ------
@@ -111,11 +133,12 @@ def find(problem: str, case: str | None = None, folder: Path = DATA) -> Referenc
     if name not in names(folder):
         own = [each for each in names(folder) if each.startswith(f"{scene.problem}-")]
         known = f"its references are {', '.join(own)}" if own else f"{scene.problem} has none yet"
-        raise BadInput(f"there is no reference {name}; {known}; make it by: daebench reference build {name}.")
+        advice = f"make it by: daebench reference build {name}" if NAME.fullmatch(name) else "references are of problems that have a name"
+        raise BadInput(f"there is no reference {name}; {known}; {advice}.")
     return load(name, folder)
 
 
-def save(name: str, certificate: Mapping[str, Any], text: Mapping[str, Sequence[str]], folder: Path = DATA) -> Path:
+def save(name: str, certificate: Mapping[str, Any], text: Mapping[str, Sequence[str]], folder: Path) -> Path:
     """Write a reference in place of the one of this name, if there is one, and return its folder.
 
     Both files are written beside the old ones and change places with them at the end: a crash leaves the old reference.
@@ -128,7 +151,15 @@ def save(name: str, certificate: Mapping[str, Any], text: Mapping[str, Sequence[
         What is known of it, without "data", "format" and "checksum".
     text : mapping of str to sequence of str
         Columns as decimal strings.
+    folder : Path
+        Where it is kept; made where it is missing.
+
+    Raises
+    ------
+    BadInput
+        If the name is a path, or may be read as one.
     """
+    require_name(name)
     new, old = folder / f".{name}.new-{os.getpid()}", _old(name, folder)
     shutil.rmtree(new, ignore_errors=True)
     new.mkdir(parents=True)

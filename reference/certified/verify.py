@@ -35,7 +35,7 @@ KEYS = ("horizon", "drift", "ida", "amplification", "bound")
 """What a certificate has besides the definition and the data; of a constrained problem "rank" too."""
 
 
-def verify(name: str, folder: Path = store.DATA, progress: Progress | None = None) -> Verification:
+def verify(name: str, folder: Path | None = None, progress: Progress | None = None) -> Verification:
     """Return what is found of a reference.
 
     ::
@@ -51,8 +51,8 @@ def verify(name: str, folder: Path = store.DATA, progress: Progress | None = Non
     ----------
     name : str
         PROBLEM-CASE.
-    folder : Path
-        Where references are kept.
+    folder : Path, optional
+        Where references are kept; by default those that come with daebench, and the user's own.
     progress : callable, optional
         Told the fraction done and what is being done.
 

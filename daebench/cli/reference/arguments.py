@@ -8,12 +8,12 @@ import typer
 Name = Annotated[str, typer.Argument(help="Name of a reference, PROBLEM-CASE.")]
 Folder = Annotated[
     Path | None,
-    typer.Option("--folder", help="Folder of references; daebench's own if left out.", show_default=False),
+    typer.Option("--folder", help="Folder of references; those of daebench, and your own, if left out.", show_default=False),
 ]
 
 
-def place(folder: Path | None) -> Path:
-    """Return the folder of references that is meant."""
-    from daebench.reference.certified.store import DATA
+def whose(place: Path) -> str:
+    """Return whose the references of a folder are: daebench's, or those of the folder."""
+    from daebench.reference.certified.places import DATA
 
-    return DATA if folder is None else folder
+    return "daebench" if place == DATA else str(place)

@@ -6,7 +6,7 @@ import typer
 
 from daebench.cli.arguments import Case, Json, Problem
 from daebench.cli.console import print_json, print_table
-from daebench.cli.reference.arguments import Folder, place
+from daebench.cli.reference.arguments import Folder, whose
 
 if TYPE_CHECKING:
     from daebench.reference.certified.between import At
@@ -22,14 +22,15 @@ def at(
 ) -> None:
     """Give q, p, lam, or y, and their bounds at a time: stored digits, or the nearest of them carried on in double precision."""
     from daebench.reference.certified.between import states_at
-    from daebench.reference.certified.store import find
+    from daebench.reference.certified.store import find, kept_in
 
-    reference = find(problem, case, place(folder))
+    reference = find(problem, case, folder)
+    home = whose(kept_in(reference.name, folder))
     found = states_at(reference, [t])
     if as_json:
-        print_json(_object(reference, found))
+        print_json(_object(reference, found) | {"kept_in": home})
         return
-    print(f"{reference.name} at t = {t!r}: {_origin(reference, found)}\n")
+    print(f"{reference.name} of {home} at t = {t!r}: {_origin(reference, found)}\n")
     print_table(["", "value", "bound"], [[name, value, f"{bound:.2g}"] for name, value, bound in _rows(reference, found)])
 
 

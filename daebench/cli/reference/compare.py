@@ -7,7 +7,7 @@ import typer
 
 from daebench.cli.arguments import Json
 from daebench.cli.console import print_json, print_table
-from daebench.cli.reference.arguments import Folder, place
+from daebench.cli.reference.arguments import Folder
 
 if TYPE_CHECKING:
     from daebench.reference.certified.file_agreement import FileAgreement, Place
@@ -26,7 +26,7 @@ def compare(
 
     from daebench.reference.certified.file_agreement import agreement
 
-    found = agreement(file, name, place(folder), within=within, between=between)
+    found = agreement(file, name, folder, within=within, between=between)
     if as_json:
         print_json(asdict(found) | {"digits": found.digits, "worst": found.worst.name})
         return

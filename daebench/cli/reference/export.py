@@ -6,7 +6,7 @@ from typing import Annotated
 import typer
 
 from daebench.cli.console import number, numbers
-from daebench.cli.reference.arguments import Folder, Name, place
+from daebench.cli.reference.arguments import Folder, Name
 from daebench.errors import BadInput
 
 MOST = 1_000_000
@@ -24,13 +24,15 @@ def export(
     from daebench.errors import unknown
     from daebench.files import check_place
     from daebench.reference.certified.export import WRITERS, extract, write
+    from daebench.reference.certified.places import require_name
     from daebench.reference.certified.store import load
 
+    require_name(name)
     if kind not in WRITERS:
         raise unknown("format", kind, WRITERS)
     path = Path(f"{name}.{kind}") if out is None else out
     check_place(path)
-    reference = load(name, place(folder))
+    reference = load(name, folder)
     write(path, kind, extract(reference, _times(times)))
     print(f"written: {path}")
 

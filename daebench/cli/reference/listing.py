@@ -7,40 +7,51 @@ import typer
 
 from daebench.cli.arguments import Json
 from daebench.cli.console import print_json, print_table
-from daebench.cli.reference.arguments import Folder, place
+from daebench.cli.reference.arguments import Folder, whose
 
 
 def listing(folder: Folder = None, as_json: Json = False) -> None:
-    """List all references: horizons, bound and how each was made; exit 1 if one is damaged."""
+    """List all references: horizons, bound, whose they are and how each was made; exit 1 if one is damaged."""
     from daebench.reference.certified.store import names
 
-    where = place(folder)
-    rows = [_row(name, where) for name in names(where)]
+    rows = [_row(name, folder) for name in names(folder)]
     if as_json:
         print_json(rows)
     else:
-        columns = ["reference", "rows", "to t", "in double to t", "bound at the end"]
+        columns = ["reference", "rows", "to t", "in double to t", "bound at the end", "of"]
         print_table(columns, [_cells(each) for each in rows if "damaged" not in each])
         for each in rows:
             if "damaged" in each:
                 print(f"damaged: {each['damaged']}")
+        for name, place in _hidden(folder):
+            print(f"{name} of {place} is not listed, for daebench has one of this name; see it with --folder.")
     raise typer.Exit(1 if any("damaged" in each for each in rows) else 0)
 
 
 def _cells(row: dict[str, Any]) -> list[str]:
     double = "the end" if row["double_horizon"] is None else f"{row['double_horizon']:g}"
-    return [row["name"], str(row["rows"]), f"{row['horizon']:g}", double, f"{row['bound']:.1g}"]
+    return [row["name"], str(row["rows"]), f"{row['horizon']:g}", double, f"{row['bound']:.1g}", row["kept_in"]]
 
 
-def _row(name: str, folder: Path) -> dict[str, Any]:
-    from daebench.reference.certified.store import Damaged, load
+def _hidden(folder: Path | None) -> list[tuple[str, Path]]:
+    """Return the user's own references that those of daebench hide, and where they are."""
+    from daebench.reference.certified.places import folders
+    from daebench.reference.certified.store import names
+
+    first, *rest = folders(folder)
+    return [(name, place) for place in rest for name in names(place) if name in names(first)]
+
+
+def _row(name: str, folder: Path | None) -> dict[str, Any]:
+    from daebench.reference.certified.store import Damaged, kept_in, load
 
     try:
         found = load(name, folder)
     except Damaged as error:
-        return {"name": name, "damaged": str(error)}
+        return {"name": name, "kept_in": whose(kept_in(name, folder)), "damaged": str(error)}
     return {
         "name": name,
+        "kept_in": whose(kept_in(name, folder)),
         "problem": found.problem,
         "case": found.case,
         "rows": len(found.t),

@@ -5,7 +5,7 @@ from typing import Any
 
 from daebench.cli.arguments import Json
 from daebench.cli.console import print_json, print_table
-from daebench.cli.reference.arguments import Folder, Name, place
+from daebench.cli.reference.arguments import Folder, Name, whose
 
 LONGEST = 600
 """Characters of an entry of the definition that are printed at most."""
@@ -13,17 +13,17 @@ LONGEST = 600
 
 def show(name: Name, folder: Folder = None, as_json: Json = False) -> None:
     """Show what is known of a reference: definition, checks, horizons, drifts, rank, and what IDA reaches on it."""
-    from daebench.reference.certified.store import load
+    from daebench.reference.certified.store import kept_in, load
 
-    found = load(name, place(folder))
+    found, home = load(name, folder), whose(kept_in(name, folder))
     certificate = found.certificate
     if as_json:
-        print_json(certificate)
+        print_json({**certificate, "kept_in": home})
         return
     print(f"{name}: {certificate['about']}\n")
     definition = {key: value for key, value in certificate["definition"].items() if value}
     print_table(["", ""], [[key, _text(value)] for key, value in definition.items()], "definition")
-    print_table(["", ""], list(_facts(found)), "what is known")
+    print_table(["", ""], [["kept in", home], *_facts(found)], "what is known")
     parts = found.kind.names
     checks = [[str(each["against"]), *_differences(each, parts)] for each in certificate["made"]["checks"]]
     print_table(["held against", *(f"max |d{part}|" for part in parts)], checks, "checks")

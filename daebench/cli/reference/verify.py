@@ -1,5 +1,6 @@
 """``daebench reference verify``: stored references held against everything that can be known of them without heyoka."""
 
+from collections.abc import Mapping
 from dataclasses import asdict
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -7,7 +8,7 @@ import typer
 
 from daebench.cli.arguments import Json
 from daebench.cli.console import bar, print_json, print_table
-from daebench.cli.reference.arguments import Folder, place
+from daebench.cli.reference.arguments import Folder, whose
 from daebench.errors import BadInput
 
 if TYPE_CHECKING:
@@ -23,20 +24,20 @@ def verify(
     as_json: Json = False,
 ) -> None:
     """Check checksums, definition and invariants, and recompute by a method of our own and by IDA; exit 1 if a check fails."""
-    from daebench.reference.certified.store import names
+    from daebench.reference.certified.store import kept_in, names
     from daebench.reference.certified.verify import verify as verified
 
-    where = place(folder)
-    wanted = names(where) if name is None else (name,)
+    wanted = names(folder) if name is None else (name,)
     if not wanted:
-        raise BadInput(f"there are no references in {where}; build one by: daebench reference build NAME.")
+        raise BadInput(f"there are no references in {folder}; build one by: daebench reference build NAME --out {folder}.")
     with bar("verify") as progress:
-        found = [verified(name, where, progress) if name is not None else _even_damaged(each, where, progress) for each in wanted]
+        found = [verified(name, folder, progress) if name is not None else _even_damaged(each, folder, progress) for each in wanted]
+    homes = {each.name: whose(kept_in(each.name, folder)) for each in found}
     ok = all(each.ok for each in found)
     if as_json:
-        print_json({"ok": ok, "references": [asdict(each) | {"ok": each.ok} for each in found]})
+        print_json({"ok": ok, "references": [asdict(each) | {"ok": each.ok, "kept_in": homes[each.name]} for each in found]})
     else:
-        _print(found)
+        _print(found, homes)
     raise typer.Exit(0 if ok else 1)
 
 
@@ -52,15 +53,16 @@ def _even_damaged(name: str, folder: Any, progress: Any) -> "Verification":
         return Verification(name, (Check("files", "as they were written", str(error).rstrip("."), False),))
 
 
-def _print(found: "list[Verification]") -> None:
+def _print(found: "list[Verification]", homes: Mapping[str, str]) -> None:
     for each in found:
+        title = f"{each.name} of {homes[each.name]}"
         if len(found) == 1:
-            print_table(["check", "expected", "found", ""], [[x.what, x.expected, x.found, _verdict(x.ok)] for x in each.checks], each.name)
+            print_table(["check", "expected", "found", ""], [[x.what, x.expected, x.found, _verdict(x.ok)] for x in each.checks], title)
             _print_digits(each)
             print(each.unseen)
     if len(found) > 1:
-        rows = [[each.name, str(len(each.checks)), *_least(each), _verdict(each.ok)] for each in found]
-        print_table(["reference", "checks", "digits, own method", "row to row", "IDA", "seen from", ""], rows)
+        rows = [[each.name, homes[each.name], str(len(each.checks)), *_least(each), _verdict(each.ok)] for each in found]
+        print_table(["reference", "of", "checks", "digits, own method", "row to row", "IDA", "seen from", ""], rows)
     for each in found:
         for check in each.checks:
             if not check.ok:
