@@ -15,7 +15,7 @@ from daebench.sealed import CacheWarning, warn
 
 __all__ = ["GENERATORS", "CacheWarning", "cache_directory", "generated", "toolchain"]
 
-GENERATORS: tuple[str, ...] = ("algebra", "cache", "circles", "codegen", "compiled", "compiled_elimination")
+GENERATORS: tuple[str, ...] = ("algebra", "assumptions", "cache", "circles", "codegen", "compiled", "compiled_elimination")
 GENERATORS += (
     "definition_checks",
     "derive",

@@ -6,6 +6,7 @@ from functools import cached_property
 
 import sympy as sp
 
+from daebench.assumptions import require_checked, require_plain
 from daebench.errors import InvalidProblem
 from daebench.picture import Picture, Point
 from daebench.poisson_system import DarbouxMap, Part, PoissonCase, PoissonSystem
@@ -131,6 +132,9 @@ class PoissonLattice:
 
     def _check_symbols(self) -> None:
         """Refuse an expression that depends on what it may not; that of a written-out lattice would be another one."""
+        require_plain("field", [*self.here, *self.left, *self.right])
+        require_plain("time", [part.t for part in self.parts.values()])
+        require_checked(self.parameters)
         own = {*self.here, *self.parameters}
         pair = own | {*self.left}
         found: list[tuple[str, sp.Expr, set[sp.Symbol]]] = [("b", self.b, own), ("h", self.h, pair)]

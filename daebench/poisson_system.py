@@ -7,6 +7,7 @@ from typing import Any
 
 import sympy as sp
 
+from daebench.assumptions import require_checked, require_plain
 from daebench.errors import InvalidProblem
 from daebench.picture import Picture
 from daebench.poisson_identities import check_casimirs, check_darboux, check_jacobi, check_skew, check_splitting
@@ -143,9 +144,9 @@ class PoissonSystem:
     Raises
     ------
     InvalidProblem
-        If sizes do not fit, an expression has an undeclared symbol, B is not skew-symmetric, the Jacobi identity fails (with the triple
-        at which it does), a Casimir function is none, a part's flow is not that of the part, the parts do not add up, or the canonical
-        coordinates are not canonical.
+        If sizes do not fit, an expression has an undeclared symbol, a coordinate is declared to be more than the domain keeps, B is
+        not skew-symmetric, the Jacobi identity fails (with the triple at which it does), a Casimir function is none, a part's flow
+        is not that of the part, the parts do not add up, or the canonical coordinates are not canonical.
     """
 
     y: Sequence[sp.Symbol]
@@ -225,11 +226,16 @@ class PoissonSystem:
         new = {*map_.q, *map_.p, *map_.c}
         if new & {*self.y, *self.parameters} or len(new) < self.n:
             raise InvalidProblem("a canonical coordinate is used twice, or is a coordinate or parameter too; rename it.")
+        require_plain("canonical coordinate", [*map_.q, *map_.p, *map_.c])
 
     def _check_symbols(self) -> None:
         own = [*self.y, *self.parameters]
         if twice := {str(symbol) for symbol in own if own.count(symbol) > 1}:
             raise InvalidProblem(f"{', '.join(sorted(twice))} stands for more than one coordinate or parameter; rename one.")
+        domain = [sp.sympify(each) for each in self.domain]
+        require_plain("coordinate", self.y, domain, advice=", or add it to the domain, so that a run ends where it is left")
+        require_plain("time", [part.t for part in self.parts.values()])
+        require_checked(self.parameters)
         for where, expression, symbols in self._expressions():
             written = sp.sympify(expression)
             if extra := written.free_symbols - symbols - set(self.parameters):

@@ -7,6 +7,7 @@ from typing import Any
 
 import sympy as sp
 
+from daebench.assumptions import require_checked, require_plain
 from daebench.definition_checks import check_parts, check_second_derivatives, strange
 from daebench.errors import InvalidProblem
 from daebench.picture import Picture as Picture
@@ -120,7 +121,8 @@ class ConstrainedHamiltonian:
     ------
     InvalidProblem
         If a part is not what it must be, sizes do not fit, an expression has an undeclared symbol, a symbol is used twice, H or g
-        contains a function that is not twice differentiable, or H and (M, U) are both given or both missing.
+        contains a function that is not twice differentiable, a position or momentum is declared to be more than real, or H and (M, U) are
+        both given or both missing.
     """
 
     q: Sequence[sp.Symbol]
@@ -187,6 +189,9 @@ class ConstrainedHamiltonian:
         own = [*self.q, *self.p, *self.parameters]
         if twice := {str(symbol) for symbol in own if own.count(symbol) > 1}:
             raise InvalidProblem(f"{', '.join(sorted(twice))} stands for more than one position, momentum or parameter; rename one.")
+        require_plain("position", self.q)
+        require_plain("momentum", self.p)
+        require_checked(self.parameters)
         positions, state, known = set(self.q), {*self.q, *self.p}, set(self.parameters)
         allowed: list[tuple[str, Any, set[sp.Symbol]]] = [("g", sp.Matrix(list(self.g)), positions), ("H", self.H, state)]
         allowed += [("M", self.M, positions), ("U", self.U, positions)]
@@ -207,12 +212,14 @@ class ConstrainedHamiltonian:
         known = {*self.q, *self.p, *self.parameters}
         if flow.t in known:
             raise InvalidProblem(f"the time {flow.t} of the kinetic flow is a position, momentum or parameter too; rename one.")
+        require_plain("time", [flow.t])
         if extra := sp.Matrix([*flow.p, *flow.q]).free_symbols - known - {flow.t}:
             raise InvalidProblem(f"the kinetic flow contains {', '.join(sorted(map(str, extra)))}, which is not declared; declare it.")
 
     def _check_chart(self, chart: Chart) -> None:
         own, n = {*self.q, *self.p}, self.d - self.m
         y = [*chart.eta, *chart.xi]
+        require_plain("local coordinate", y)
         if any(len(part) != n for part in (chart.eta, chart.xi, chart.inverse_eta, chart.inverse_xi)):
             raise InvalidProblem(f"the chart must have {n} eta and {n} xi, as many as positions less constraints, and an inverse of each.")
         if len(chart.p) != self.d or len(chart.q) != self.d:

@@ -207,7 +207,7 @@ def halves(block, H):
     """Return a system of two u and two v with this diagonal block of B."""
     D = sp.diag(*block)
     B = sp.Matrix(sp.BlockMatrix([[sp.zeros(2), D], [-D, sp.zeros(2)]]))
-    return make_setting(source_of(PoissonSystem(y=X, B=B, H=H, cases={"some": PoissonCase(y=(1, 2, 3, 1))}), "halves"), "some")
+    return make_setting(source_of(PoissonSystem(y=X, B=B, H=H, domain=X, cases={"some": PoissonCase(y=(1, 2, 3, 1))}), "halves"), "some")
 
 
 APART = sum(x - sp.log(x) for x in X)

@@ -7,6 +7,7 @@ from typing import Any
 
 import sympy as sp
 
+from daebench.assumptions import require_checked, require_plain
 from daebench.errors import InvalidProblem
 from daebench.problem import Case, ConstrainedHamiltonian, Exact, Picture, coordinates
 
@@ -101,6 +102,8 @@ class ConstrainedChain:
         self._check_symbols()
 
     def _check_symbols(self) -> None:
+        require_plain("position", [*self.here, *self.before])
+        require_checked(self.parameters)
         known = {self.node, *self.parameters}
         here, both = {*self.here}, {*self.here, *self.before}
         allowed: list[tuple[str, Any, set[sp.Symbol]]] = [("own", sp.Matrix([*self.own, 0]), here), ("U", self.U, here)]

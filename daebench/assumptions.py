@@ -1,0 +1,62 @@
+"""Assumptions that symbols carry: SymPy simplifies by them, so that each has to hold wherever a run goes."""
+
+from collections.abc import Iterable, Sequence
+from typing import Any
+
+import sympy as sp
+
+from daebench.errors import InvalidProblem
+
+TOLD_FIRST = ("positive", "negative", "zero", "integer", "nonnegative", "nonpositive", "nonzero")
+"""Assumptions from which others follow, in the order in which one is named."""
+
+
+def require_plain(what: str, symbols: Iterable[Any], domain: Sequence[Any] = (), *, advice: str = "") -> None:
+    """Accept symbols that are assumed to be real, and no more than a run keeps true.
+
+    A run goes where its equations lead it, through zero too: where sqrt(q**2) has become q because q was declared positive, the forces
+    are those of another system beyond.
+
+    Parameters
+    ----------
+    what : str
+        What they are, as "position".
+    symbols : iterable of Symbol
+        The symbols.
+    domain : sequence of Expr
+        Expressions that a run keeps greater than 0; a coordinate among them may be declared positive, and minus a coordinate negative.
+    advice : str
+        What else may be done, as the end of a sentence.
+
+    Raises
+    ------
+    InvalidProblem
+        Naming the symbol and the assumption.
+    """
+    for symbol in symbols:
+        kept = "positive" if symbol in domain else "negative" if -symbol in domain else "real"
+        allowed = sp.Symbol("x", **{kept: True}).assumptions0
+        if extra := [name for name, value in symbol.assumptions0.items() if allowed.get(name) is not value]:
+            told = next((name for name in TOLD_FIRST if symbol.assumptions0.get(name)), extra[0])
+            raise InvalidProblem(
+                f"the {what} {symbol} is declared {told}, which a run need not keep: SymPy has simplified by it, as sqrt(x**2) to x, and "
+                f"where it does not hold the equations are others; declare it by real=True alone{advice}."
+            )
+
+
+def require_checked(parameters: Iterable[Any]) -> None:
+    """Accept parameters that are assumed to be real or positive, which every value that is given is held against.
+
+    Raises
+    ------
+    InvalidProblem
+        Naming the parameter and the assumption.
+    """
+    for symbol in parameters:
+        allowed = sp.Symbol("x", real=True, positive=symbol.is_positive).assumptions0
+        if any(allowed.get(name) is not value for name, value in symbol.assumptions0.items()):
+            told = next((name for name in TOLD_FIRST if symbol.assumptions0.get(name)), "not to be a real number")
+            raise InvalidProblem(
+                f"the parameter {symbol} is declared {told}, and its values are held against real=True and positive=True alone; "
+                "use one of these."
+            )
