@@ -12,6 +12,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from cache_damage import FAMILY
 from scenes import scene
 
 from daebench.diagnostics.energy import Drift
@@ -241,13 +242,19 @@ def test_a_checkpoint_of_something_else_is_refused(uncompiled, tmp_path, monkeyp
         load(file, identity(spec))
 
 
-@pytest.mark.parametrize("damage", [lambda b: b[:-200], lambda b: b"nothing", lambda b: b""], ids=["cut", "other", "empty"])
+@pytest.mark.parametrize("damage", FAMILY.values(), ids=FAMILY)
 def test_a_damaged_checkpoint_is_named(damage, uncompiled, tmp_path):
     file = tmp_path / "run.npz"
     save(file, identity(RUNS["rattle"]), marched(RUNS["rattle"], 8))
     file.write_bytes(damage(file.read_bytes()))
     with pytest.raises(BadInput, match=r"is damaged, or no checkpoint of a long run.*remove it"):
         load(file, identity(RUNS["rattle"]))
+
+
+def test_a_checkpoint_is_still_an_archive_of_numpy(uncompiled, tmp_path):
+    save(tmp_path / "run.npz", identity(RUNS["rattle"]), marched(RUNS["rattle"], 8))
+    with np.load(tmp_path / "run.npz") as kept:
+        assert {"about", "reals", "windows", "means", "numbers", "waiting"} == set(kept)
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM], ids=["ctrl-c", "sigterm"])

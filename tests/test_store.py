@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from cache_damage import FAMILY
 
 from daebench.errors import BadInput
 from daebench.reference.certified import store
@@ -66,6 +67,18 @@ def test_damage_is_named_with_what_was_expected(damage, copied):
     damage(copied)
     with pytest.raises(Damaged, match=rf"{NAME}.*(truncated or altered: .*|cannot be read).*restore it"):
         load(NAME, copied)
+
+
+@pytest.mark.parametrize("file", [CERTIFICATE, f"{NAME}.csv"])
+def test_no_damage_of_a_reference_goes_unseen(copied, file):
+    whole, right = (copied / NAME / file).read_bytes(), load(NAME, copied)
+    for what, damage in FAMILY.items():
+        (copied / NAME / file).write_bytes(damage(whole))
+        try:
+            found = load(NAME, copied)
+        except Damaged:
+            continue
+        assert (found.text, dict(found.certificate)) == (right.text, dict(right.certificate)), what
 
 
 def test_another_layout_is_refused(copied):

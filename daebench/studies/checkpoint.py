@@ -1,5 +1,7 @@
 """Checkpoints of long runs: one file for each, replaced as a whole, from which a run goes on to the same bits."""
 
+import hashlib
+import io
 import json
 import zipfile
 from dataclasses import dataclass
@@ -16,8 +18,11 @@ from daebench.studies.long_run import LongRun, Stream
 from daebench.studies.windows import Windows
 from daebench.trajectory import Array
 
-LAYOUT = 2
-"""Version of the layout of the file."""
+LAYOUT = 3
+"""Version of the layout of the file: an archive of NumPy, and a digest of it."""
+
+SEAL = hashlib.sha256().digest_size
+"""Bytes of that digest; what reads archives of NumPy passes over it."""
 
 
 @dataclass(frozen=True)
@@ -81,16 +86,18 @@ def save(path: Path, who: dict[str, Any], stream: Stream) -> None:
         "rank_pending": bool(run.rank_pending),
         "failure": run.failure or "",
     }
-    with atomic(path) as scratch, scratch.open("wb") as file:
-        np.savez(
-            file,
-            about=np.array(json.dumps(about)),
-            reals=np.array([run.seconds, blocks.total, float(run.conserved[0])]),
-            windows=stream.windows.table,
-            means=blocks.means,
-            numbers=stream.numbers(),
-            waiting=run.X[: run.row, 0],
-        )
+    content = io.BytesIO()
+    np.savez(
+        content,
+        about=np.array(json.dumps(about)),
+        reals=np.array([run.seconds, blocks.total, float(run.conserved[0])]),
+        windows=stream.windows.table,
+        means=blocks.means,
+        numbers=stream.numbers(),
+        waiting=run.X[: run.row, 0],
+    )
+    with atomic(path) as scratch:
+        scratch.write_bytes(content.getvalue() + _seal(content.getvalue()))
 
 
 def load(path: Path, who: dict[str, Any]) -> Checkpoint:
@@ -102,7 +109,11 @@ def load(path: Path, who: dict[str, Any]) -> Checkpoint:
         If the file is damaged or something else, or is of another run, another definition, or other versions.
     """
     try:
-        with path.open("rb") as file, np.load(file, allow_pickle=False) as kept:
+        whole = path.read_bytes()
+        content, seal = whole[:-SEAL], whole[-SEAL:]
+        if seal != _seal(content):
+            raise ValueError("it is not what was written")
+        with np.load(io.BytesIO(content), allow_pickle=False) as kept:
             about = json.loads(str(kept["about"]))
             reals, windows, means, numbers, waiting = (kept[name] for name in ("reals", "windows", "means", "numbers", "waiting"))
     except (OSError, EOFError, ValueError, KeyError, zipfile.BadZipFile) as error:
@@ -113,6 +124,11 @@ def load(path: Path, who: dict[str, Any]) -> Checkpoint:
     seconds, _, first = map(float, reals)
     failure, pending = about["failure"], about["rank_pending"]
     return Checkpoint(done, left, passages, seconds, failure, Windows(windows), blocks, numbers, waiting, first, pending)
+
+
+def _seal(content: bytes) -> bytes:
+    """Return what follows the content of a file: a digest of it."""
+    return hashlib.sha256(content).digest()
 
 
 def _require_same(path: Path, about: dict[str, Any], who: dict[str, Any]) -> None:

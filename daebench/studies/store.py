@@ -1,8 +1,10 @@
-"""Rows that were computed, kept in one SQLite file under the hash of all that decided them."""
+"""Rows that were computed, kept in one SQLite file under the hash of all that decided them, each with a digest of what it says."""
 
+import hashlib
 import json
 import math
 import sqlite3
+import warnings
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import closing, contextmanager
 from dataclasses import dataclass
@@ -10,8 +12,9 @@ from pathlib import Path
 from typing import Any
 
 from daebench.errors import BadInput, DaebenchError, Interrupted
+from daebench.studies.salvage import COLUMNS, damaged_beside, readable
 
-LAYOUT = 2
+LAYOUT = 3
 """Version of the layout of the file; it is in SQLite's own ``user_version``."""
 
 MARK = 0x44414542
@@ -25,8 +28,26 @@ TABLE = """CREATE TABLE IF NOT EXISTS rows (
     cell TEXT NOT NULL,
     row TEXT NOT NULL,
     maker TEXT NOT NULL,
-    took REAL NOT NULL
+    took REAL NOT NULL,
+    digest TEXT NOT NULL
 ) WITHOUT ROWID"""
+
+ROWS = f"SELECT {', '.join(COLUMNS)} FROM rows"
+
+MALFORMED = "malformed"
+"""What SQLite calls a file whose structure is damaged."""
+
+PUT = "INSERT OR REPLACE INTO rows VALUES (?, ?, ?, ?, ?, ?)"
+
+LONGEST = 80
+"""Most characters of the name of a lost row."""
+
+NAMED = 3
+"""Most lost rows that a message names."""
+
+
+class StoreWarning(UserWarning):
+    """Some of what was in a store is lost; the rest is kept."""
 
 
 @dataclass(frozen=True)
@@ -76,25 +97,67 @@ class Store:
         self.path = path
         try:
             path.parent.mkdir(parents=True, exist_ok=True)
-            self._base = sqlite3.connect(path, timeout=BUSY_SECONDS, isolation_level=None)
-            self._open()
-        except (sqlite3.DatabaseError, OSError) as error:
+            self._base = self._connected()
+            if lost := self._lost():
+                self._renew(lost)
+        except (sqlite3.Error, OSError) as error:
             raise BadInput(f"{path} is no store of a study, or cannot be opened: {error}; name another file.") from error
 
-    def _open(self) -> None:
-        mark, layout = (self._base.execute(f"PRAGMA {name}").fetchone()[0] for name in ("application_id", "user_version"))
-        empty = not self._base.execute("SELECT count(*) FROM sqlite_master").fetchone()[0]
+    def _connected(self) -> sqlite3.Connection:
+        base = sqlite3.connect(self.path, timeout=BUSY_SECONDS, isolation_level=None)
+        base.text_factory = lambda text: text.decode(errors="replace")  # what is damaged fails its digest
+        try:
+            self._require_ours(base)
+            for command in ("PRAGMA journal_mode = WAL", "PRAGMA synchronous = NORMAL", TABLE):
+                base.execute(command)
+        except sqlite3.DatabaseError as error:
+            if MALFORMED not in str(error):  # a damaged one is looked at more closely
+                base.close()
+                raise
+        except BadInput:
+            base.close()
+            raise
+        return base
+
+    def _require_ours(self, base: sqlite3.Connection) -> None:
+        """Refuse a file of something else, or of another version; mark one that is new."""
+        mark, layout = (base.execute(f"PRAGMA {name}").fetchone()[0] for name in ("application_id", "user_version"))
+        empty = not base.execute("SELECT count(*) FROM sqlite_master").fetchone()[0]
         if not empty and mark != MARK:
             raise BadInput(f"{self.path} is a database of something else; name another file.")
         if not empty and layout != LAYOUT:
             age = "a newer" if layout > LAYOUT else "an older"
             raise BadInput(f"{self.path} was written by {age} daebench (layout {layout}, here {LAYOUT}); name another file.")
         if empty:
-            self._base.execute(f"PRAGMA application_id = {MARK}")
-            self._base.execute(f"PRAGMA user_version = {LAYOUT}")
-        self._base.execute("PRAGMA journal_mode = WAL")
-        self._base.execute("PRAGMA synchronous = NORMAL")
-        self._base.execute(TABLE)
+            base.execute(f"PRAGMA application_id = {MARK}")
+            base.execute(f"PRAGMA user_version = {LAYOUT}")
+
+    def _lost(self) -> str:
+        """Return what of the file is damaged, in words; "" where nothing is."""
+        try:
+            found = self._base.execute("PRAGMA quick_check(1)").fetchone()[0]
+            columns = tuple(row[1] for row in self._base.execute("PRAGMA table_info(rows)"))
+            if found != "ok" or columns != COLUMNS:
+                return "pages of it cannot be read"
+            rows = [row for row in self._base.execute(ROWS) if not _is_whole(row)]
+        except sqlite3.DatabaseError as error:
+            if isinstance(error, sqlite3.OperationalError) and MALFORMED not in str(error):
+                raise
+            return "pages of it cannot be read"
+        told = "; ".join(map(_named, rows[:NAMED])) + ("; ..." if len(rows) > NAMED else "")
+        return f"{'1 row is' if len(rows) == 1 else f'{len(rows)} rows are'} not what was written: {told}" if rows else ""
+
+    def _renew(self, lost: str) -> None:
+        """Put the file aside and a new one in its place, with the rows that can be read."""
+        rows = [row for row in readable(self._base) if _is_whole(row)]
+        self._base.close()
+        aside = damaged_beside(self.path)
+        self._base = self._connected()
+        with self._base:
+            self._base.execute("BEGIN IMMEDIATE")
+            self._base.executemany(PUT, rows)
+        kept = f"{len(rows)} rows are kept, the others are computed again when they are asked for, and the damaged file is {aside.name}"
+        warnings.warn(f"{self.path} was damaged, {lost}; {kept}.", StoreWarning, stacklevel=5)
 
     def close(self) -> None:
         """Close the file."""
@@ -130,11 +193,11 @@ class Store:
         StoreFull
             If they cannot be written; what was there before stays.
         """
-        written = [(each.key, _text(each.cell), _written(each.row), each.maker, each.took) for each in rows]
+        written = [(each.key, _text(each.cell), _written(each.row), each.maker, float(each.took)) for each in rows]
         try:
             with self._base:
                 self._base.execute("BEGIN IMMEDIATE")
-                self._base.executemany("INSERT OR REPLACE INTO rows VALUES (?, ?, ?, ?, ?)", written)
+                self._base.executemany(PUT, [(*row, _digest(*row)) for row in written])
         except sqlite3.OperationalError as error:
             kept = f"the {len(self)} rows in it are kept: make room, and run again"
             raise StoreFull(f"{self.path} cannot be written: {error}; {kept}.") from error
@@ -180,6 +243,25 @@ def opened(path: Path) -> Iterator[Store]:
             yield store
         except KeyboardInterrupt as stop:
             raise Interrupted(f"interrupted; {len(store)} runs are kept in {path}: run again to go on.") from stop
+
+
+def _digest(*columns: object) -> str:
+    """Return the SHA-256 of what a row says."""
+    return hashlib.sha256("\0".join(map(repr, columns)).encode()).hexdigest()
+
+
+def _is_whole(row: tuple[Any, ...]) -> bool:
+    """Whether a row, with its digest at the end, is what was written."""
+    return bool(_digest(*row[:-1]) == row[-1])
+
+
+def _named(row: tuple[Any, ...]) -> str:
+    """Return what a damaged row was of, as far as it can be read."""
+    try:
+        cell = json.loads(row[1])
+        return f"{cell['method']} on {cell['problem']}, case {cell['case']}, {cell['value']:g}"[:LONGEST]
+    except (ValueError, TypeError, KeyError):
+        return "one that cannot be told"
 
 
 def _text(cell: Mapping[str, Any]) -> str:
