@@ -12,6 +12,7 @@ from daebench.errors import InvalidProblem
 from daebench.neighbours import Neighbours, importable, imported
 from daebench.outside_code import executed, existing
 from daebench.problem_files import KINDS, Problem, read
+from daebench.same_definition import require_same
 
 if TYPE_CHECKING:
     from daebench.source import Definition
@@ -39,6 +40,21 @@ def _files(problem: Problem) -> Sequence[Path]:
 
 
 def _run(problem: Problem, structure: Mapping[str, int]) -> "Definition":
+    definition = _defined(problem, structure)
+    require_same(problem, structure, definition, lambda: (each(problem, structure) for each in (_defined, _afresh)))
+    return definition
+
+
+def _afresh(problem: Problem, structure: Mapping[str, int]) -> "Definition":
+    """Return the definition of a file that is executed once more, whatever its module has kept."""
+    kept = sys.modules.pop(_name(problem))
+    try:
+        return _defined(problem, structure)
+    finally:
+        sys.modules[_name(problem)] = kept
+
+
+def _defined(problem: Problem, structure: Mapping[str, int]) -> "Definition":
     try:
         with importable(problem.path.parent) as neighbours, naming(problem):
             definition = call(problem, executed(problem.path, _name(problem)), structure)

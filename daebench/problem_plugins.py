@@ -16,6 +16,7 @@ from daebench.neighbours import imported
 from daebench.outside_code import is_path
 from daebench.outside_problems import call, naming, own_files
 from daebench.problem_files import Problem, read
+from daebench.same_definition import require_same
 
 if TYPE_CHECKING:
     from daebench.source import Definition
@@ -118,5 +119,10 @@ def _files(module: str, path: Path) -> list[Path]:
 
 
 def _run(point: EntryPoint, problem: Problem, structure: Mapping[str, int]) -> "Definition":
-    with naming(problem):
-        return call(problem, importlib.import_module(point.module), structure)
+    def defined() -> "Definition":
+        with naming(problem):
+            return call(problem, importlib.import_module(point.module), structure)
+
+    definition = defined()
+    require_same(problem, structure, definition, lambda: [defined()])
+    return definition
