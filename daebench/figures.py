@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from daebench.csv_files import write_frame
 from daebench.files import atomic
 
 if TYPE_CHECKING:
@@ -213,8 +214,6 @@ def save_table(path: Path, data: "pd.DataFrame | Mapping[str, Any]") -> None:
     data : DataFrame or mapping of str to array_like
         The columns.
     """
-    import pandas as pd
-
     path.parent.mkdir(parents=True, exist_ok=True)
     with atomic(path) as scratch:
-        pd.DataFrame(data).to_csv(scratch, index=False, float_format="%.12g")
+        write_frame(scratch, data, float_format="%.12g")

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
+from daebench.csv_files import write_numbers, write_rows
 from daebench.errors import BadInput
 from daebench.trajectory import Array, PoissonTrajectory, Trajectory
 
@@ -96,8 +97,7 @@ def columns(trajectory: AnyTrajectory) -> dict[str, Array]:
 
 
 def _csv(path: Path, trajectory: AnyTrajectory) -> None:
-    found = columns(trajectory)
-    np.savetxt(path, np.column_stack(list(found.values())), fmt="%.17g", delimiter=",", header=",".join(found), comments="")
+    write_numbers(path, columns(trajectory))
 
 
 def _npz(path: Path, trajectory: AnyTrajectory) -> None:
@@ -134,7 +134,5 @@ def _raw(trajectory: AnyTrajectory) -> Mapping[str, tuple[Array, Array]]:
 
 def _raw_csv(path: Path, raw: Mapping[str, tuple[Array, Array]]) -> None:
     m = max(values.shape[1] for _, values in raw.values())
-    with path.open("w", encoding="ascii") as file:
-        file.write(",".join(["multiplier", "t", *(f"lam{i + 1}" for i in range(m))]) + "\n")
-        for name, (t, values) in raw.items():
-            file.writelines(f"{name},{','.join(f'{x:.17g}' for x in row)}\n" for row in np.column_stack([t, values]))
+    rows = ([name, *(f"{x:.17g}" for x in row)] for name, (t, values) in raw.items() for row in np.column_stack([t, values]))
+    write_rows(path, ["multiplier", "t", *(f"lam{i + 1}" for i in range(m))], rows)

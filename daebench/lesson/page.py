@@ -9,6 +9,7 @@ from typing import Any
 
 from markupsafe import Markup
 
+from daebench.csv_files import write_frame
 from daebench.errors import unknown
 from daebench.files import atomic
 from daebench.lesson.control import defaults
@@ -54,7 +55,7 @@ def export(name: str, folder: Path, progress: Progress | None = None) -> Path:
     folder.mkdir(parents=True, exist_ok=True)
     for each in experiments:
         with atomic(folder / f"{each.name}.csv") as scratch:
-            each.table(defaults(each.controls)).to_csv(scratch, index=False)
+            write_frame(scratch, each.table(defaults(each.controls)))
     from daebench.lesson.live import style_text
 
     command = f"daebench lesson {name} --export DIR"

@@ -4,6 +4,7 @@ from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from daebench.csv_files import write_frame
 from daebench.errors import BadInput
 from daebench.files import atomic, check_place
 from daebench.studies.store import Kept, Store
@@ -64,7 +65,7 @@ def write(table: "pd.DataFrame", path: Path) -> None:
     """
     with atomic(path) as scratch:
         if path.suffix.lower() == ".csv":
-            table.to_csv(scratch, index=False)
+            write_frame(scratch, table)
         else:
             table.to_parquet(scratch, index=False, engine="pyarrow")
 

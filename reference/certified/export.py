@@ -1,6 +1,5 @@
 """A reference as a file of another kind: CSV for every language, JSON, NPZ for NumPy, Parquet for tables; written whole or not at all."""
 
-import csv
 import json
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -9,6 +8,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from daebench.csv_files import write_rows
 from daebench.errors import BadInput, unknown
 from daebench.files import atomic
 from daebench.reference.certified.between import At, states_at
@@ -86,10 +86,7 @@ def write(path: Path, kind: str, found: Extract) -> None:
 def _csv(path: Path, found: Extract) -> None:
     bounds = {name: [f"{x:.3g}" for x in values] for name, values in found.numbers().items() if name.startswith("bound_")}
     columns = found.text() | bounds
-    with path.open("w", newline="", encoding="ascii") as file:
-        writer = csv.writer(file, lineterminator="\n")
-        writer.writerow(columns)
-        writer.writerows(zip(*columns.values(), strict=True))
+    write_rows(path, columns, zip(*columns.values(), strict=True))
 
 
 def _json(path: Path, found: Extract) -> None:

@@ -1,0 +1,103 @@
+"""Every CSV file that daebench writes: numbers as numbers, and no text that a spreadsheet takes for a formula.
+
+A cell that begins with = + - @, a tab or an end of line is computed when the file is opened, and a name or a message may come from a
+problem file of somebody else's. An apostrophe before it makes it text for every spreadsheet. A text that would look so marked gets one
+more, so that every text can be read back: :func:`read_text` takes one off.
+"""
+
+import csv
+import re
+from collections.abc import Iterable, Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, TextIO
+
+import numpy as np
+from numpy.typing import NDArray
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+FORMULA = re.compile(r"'*[=+\-@\t\r\n\uff1d\uff0b\uff0d\uff20]")
+"""Beginning of what a spreadsheet computes, in either width, and of what has been marked already."""
+
+
+def text_cell(value: Any) -> str:
+    """Return a value as the text of a cell: a number is a number, and what begins like a formula has an apostrophe before it."""
+    text = str(value)
+    return f"'{text}" if FORMULA.match(text) and not _is_number(text) else text
+
+
+def read_text(cell: str) -> str:
+    """Return the text that :func:`text_cell` was given."""
+    return cell[1:] if cell.startswith("'") and FORMULA.match(cell) else cell
+
+
+def _is_number(text: str) -> bool:
+    try:
+        float(text)
+    except ValueError:
+        return False
+    return text.isascii() and text == text.strip()
+
+
+class _Lines:
+    """A file for writers of CSV, which put a cell into quotes only if it has a character of their end of line: here each of both.
+
+    Parameters
+    ----------
+    file : text file
+        Where rows go, with an end of line of one character.
+    """
+
+    END = "\r\n"
+
+    def __init__(self, file: TextIO) -> None:
+        self.file = file
+
+    def write(self, row: str) -> int:
+        """Write one row."""
+        return self.file.write(row.removesuffix(self.END) + "\n")
+
+
+def write_frame(path: Path, data: "pd.DataFrame | Mapping[str, Any]", float_format: str | None = None) -> None:
+    """Write columns, of which those that are not numbers are texts.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+    data : DataFrame or mapping of str to array_like
+        The columns.
+    float_format : str, optional
+        Format of numbers, such as "%.12g"; by default as many digits as survive the round trip.
+    """
+    import pandas as pd
+
+    frame = pd.DataFrame(data)
+    texts = frame.select_dtypes(exclude=["number", "bool"]).columns
+    marked = frame.astype(dict.fromkeys(texts, object))
+    marked[texts] = marked[texts].map(_cell, na_action="ignore")
+    header = [text_cell(name) for name in frame]
+    with path.open("w", newline="", encoding="utf-8") as file:
+        lines: Any = _Lines(file)
+        marked.to_csv(lines, index=False, header=header, float_format=float_format, lineterminator=_Lines.END)
+
+
+def _cell(value: Any) -> Any:
+    """Return a value as it is, unless its text begins like a formula."""
+    text = text_cell(value)
+    return text if text != str(value) else value
+
+
+def write_rows(path: Path, header: Iterable[str], rows: Iterable[Sequence[str]]) -> None:
+    """Write rows of texts, some of which are numbers to any digits, under a header."""
+    with path.open("w", newline="", encoding="utf-8") as file:
+        writer = csv.writer(_Lines(file), lineterminator=_Lines.END)
+        writer.writerow(map(text_cell, header))
+        writer.writerows(map(text_cell, row) for row in rows)
+
+
+def write_numbers(path: Path, columns: Mapping[str, NDArray[np.float64]]) -> None:
+    """Write columns of numbers under their names, with the decimal digits that survive the round trip."""
+    header = ",".join(map(text_cell, columns))
+    np.savetxt(path, np.column_stack(list(columns.values())), fmt="%.17g", delimiter=",", header=header, comments="")
