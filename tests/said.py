@@ -1,44 +1,26 @@
-"""What the README quotes, and where: blocks of code below a marker, and what daebench says when it says no."""
+"""What a reader of the README has and does: its files and commands, and what daebench says when it says no."""
 
+import os
 import re
 import shlex
-import sqlite3
+import subprocess
+import sys
 from dataclasses import dataclass
+from pathlib import Path
 
 from readme import README
 
-MISTAKES = {
-    "undeclared.py": ("parameters={a: steepness, gamma: gravity}", "parameters={a: steepness}"),
-    "kinked.py": ("a * q[0] ** 2", "a * sp.Abs(q[0])"),
-    "off.py": ("q=(-1, a)", "q=(-1, 2 * a)"),
-    "mistyped.py": ("gravity: float = 9.81", "gravity = 9.81"),
-}
-"""Problem files that the README's mistakes are in: the bead, with one thing replaced."""
-
-BRACKET = '''"""A body whose bracket is none."""
-
-import sympy as sp
-
-from daebench import PoissonCase, PoissonSystem
-
-
-def problem() -> PoissonSystem:
-    y = sp.symbols("y1:4", real=True)
-    return PoissonSystem(
-        y=y,
-        B=sp.Matrix([[0, -y[2], y[1]], [y[2], 0, y[0] * y[1]], [-y[1], -y[0] * y[1], 0]]),
-        H=(y[0] ** 2 + y[1] ** 2) / 2,
-        cases={"tilted": PoissonCase(y=(1, 2, 3))},
-    )
-'''
+FILES = ("bead.py", "body.py", "my_report.py")
+"""Files that the README shows whole."""
 
 
 @dataclass(frozen=True)
 class Trouble:
-    """A command of the README, and what it is said to say."""
+    """A command of the README with the cache directory it names, if any, and what it is said to say."""
 
     words: tuple[str, ...]
     message: str
+    cache: str = ""
 
 
 def block(marker, language="python"):
@@ -50,26 +32,37 @@ def block(marker, language="python"):
 def troubles():
     """Return the rows of the README's table of messages."""
     text = README.read_text(encoding="utf-8").partition("## When it says no")[2].partition("\n## ")[0]
-    rows = re.findall(r"^\| `daebench (.*?)` \| (.*?) \| .*? \|$", text, re.MULTILINE)
-    return [Trouble(tuple(shlex.split(command)), message.replace("\\|", "|")) for command, message in rows]
+    rows = re.findall(r"^\| `(?:DAEBENCH_CACHE=(\S+) )?daebench (.*?)` \| (.*?) \| .*? \|$", text, re.MULTILINE)
+    return [Trouble(tuple(shlex.split(command)), message.replace("\\|", "|"), cache) for cache, command, message in rows]
+
+
+def commands():
+    """Return the commands of the README's blocks, in their order, but for those below a marker."""
+    blocks = re.findall(r"(?<!-->\n)^```sh\n(.*?)^```", README.read_text(encoding="utf-8"), re.MULTILINE | re.DOTALL)
+    return [line for each in blocks for line in each.splitlines()]
+
+
+def programs():
+    """Return the Python programs of the README, but for those below a marker, which are files."""
+    text = README.read_text(encoding="utf-8")
+    return re.findall(r"(?<!-->\n)^```python\n(.*?)^```", text, re.MULTILINE | re.DOTALL)
 
 
 def write_files(folder):
-    """Write the files that the commands name."""
-    bead = block("bead.py")
-    (folder / "bead.py").write_text(bead)
-    for name, (right, wrong) in MISTAKES.items():
-        assert bead.count(right) == 1, name
-        (folder / name).write_text(bead.replace(right, wrong))
-    (folder / "bracket.py").write_text(BRACKET)
+    """Write the files that the README shows, and make the others as it says."""
+    for name in FILES:
+        (folder / name).write_text(block(name), encoding="utf-8")
+    call(block("mistakes", "sh"), folder)
 
 
-def write_older_store(path):
-    """Write a store of the layout before the present one."""
-    from daebench.studies.store import LAYOUT, opened
-
-    with opened(path):
-        pass
-    with sqlite3.connect(path) as base:
-        base.execute(f"PRAGMA user_version = {LAYOUT - 1}")
-    base.close()
+def call(command, folder):
+    """Return the completed call of a command line in a folder, with daebench and python those of the tests."""
+    tools = folder / "tools"
+    tools.mkdir(exist_ok=True)
+    for name, what in (("daebench", "-m daebench"), ("python", "")):
+        tool = tools / name
+        tool.write_text(f'#!/bin/sh\nexec {shlex.quote(sys.executable)} {what} "$@"\n', encoding="utf-8")
+        tool.chmod(0o755)
+    source = str(Path(__file__).parent.parent)
+    path = {"PATH": f"{tools}{os.pathsep}{os.environ['PATH']}", "PYTHONPATH": source}
+    return subprocess.run(["sh", "-ec", command], cwd=folder, env=os.environ | path, capture_output=True, text=True, check=False)

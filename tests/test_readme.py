@@ -2,6 +2,7 @@
 
 import importlib.util
 import json
+import math
 import re
 import sys
 import tomllib
@@ -13,17 +14,17 @@ import pytest
 import said
 from readme import README
 
+import daebench as library
 from daebench import cache
+from daebench.catalogue import problems
 
-NOWHERE = "/proc/nope"
 ROOT = README.parent
 
 
 @pytest.fixture
 def files(tmp_path, monkeypatch):
-    """A folder with the files that the README's commands name, and none of what they miss."""
+    """A folder with the files that the README shows, and with what its commands make of them."""
     said.write_files(tmp_path)
-    said.write_older_store(tmp_path / "older.db")
     monkeypatch.chdir(tmp_path)
     return tmp_path
 
@@ -53,9 +54,9 @@ def what_is_said(daebench, words):
 
 
 @pytest.fixture
-def cache_unwritable(monkeypatch):
-    """Have kernels be kept where nobody may write, and the warning of it said as it is at the command line."""
-    monkeypatch.setenv("DAEBENCH_CACHE", NOWHERE)
+def cache_named(monkeypatch, trouble):
+    """Have kernels be kept where a row says, and the warning of it said as it is at the command line."""
+    monkeypatch.setenv("DAEBENCH_CACHE", trouble.cache)
     cache.warn.cache_clear()
     with warnings.catch_warnings():
         warnings.simplefilter("default", cache.CacheWarning)
@@ -67,8 +68,8 @@ def cache_unwritable(monkeypatch):
 def test_a_message_in_the_readme_is_what_the_command_says(
     daebench, files, heyoka_missing, refuted, plain_functions, uncompiled_schemes, request, trouble
 ):
-    if NOWHERE in trouble.message:
-        request.getfixturevalue("cache_unwritable")
+    if trouble.cache:
+        request.getfixturevalue("cache_named")
     status, message = what_is_said(daebench, trouble.words)
     quoted = re.escape(trouble.message).replace(r"\.\.\.", r"\S+?")
     assert re.fullmatch(quoted, message), message
@@ -91,6 +92,27 @@ def test_the_report_in_the_readme_is_written(tmp_path, plain_functions, uncompil
     assert "<title>RATTLE by step size</title>" in html
     assert "<svg" in html
     assert html.count('<th scope="row"') == 3
+
+
+def test_the_digits_that_ida_is_said_to_reach_are_those_of_the_picture_below():
+    """The CSV of the picture of tolerances: each formulation as it comes, at the tightest tolerance, all lengths being 1 m."""
+    table = pd.read_csv(ROOT / "reports" / "gallery" / "tolerances.csv")
+    errors = table[(table["tol"] == 1e-14) & table["default"] & (table["end"] == "reached")]["error"]
+    assert len(errors) >= 16
+    said_digits = re.search(r"At a tolerance of 1e-14 IDA reaches (\d+) to (\d+) digits", README.read_text(encoding="utf-8"))
+    assert [int(-math.log10(each)) for each in (errors.max(), errors.min())] == [int(each) for each in said_digits.groups()]
+
+
+def test_se_with_half_the_step_ends_as_said(uncompiled_schemes):
+    run = library.run("spherical_pendulum", case="fig1.2", method="se", h=0.005, steps=1000)
+    text = README.read_text(encoding="utf-8")
+    assert f"With h halved this run gets to t = {run.t[-1]:.2f} and ends in the same way, with \\|g\\| = {run.maxima['g']:.2f}" in text
+    assert "did not converge" in run.failure
+
+
+def test_there_are_as_many_drawings_as_problems():
+    assert len(problems("constrained")) == 13
+    assert "![Thirteen small drawings" in README.read_text(encoding="utf-8")
 
 
 def test_what_is_to_be_cited_is_this_version():
