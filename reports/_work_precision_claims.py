@@ -104,14 +104,14 @@ def phrases(frame: pd.DataFrame) -> list[SimpleNamespace]:
 def keeps(work: Work, table: pd.DataFrame) -> pd.DataFrame:
     """Return one row a method: its smallest error, largest value of its knob that keeps the energy, and conserved quantities there.
 
-    Columns method, knob, error, energy (NaN if it is kept with none), then of the most accurate run: energy_drift, g, Gv or casimirs,
-    and integrals.
+    Columns method, knob, error, claimed, energy (as measured; NaN if it is kept with none), then of the most accurate run: energy_drift,
+    g, Gv or casimirs, and integrals.
     """
     rows: list[dict[str, Any]] = []
     for name, runs in table[table["failure"] == ""].groupby("method", sort=False):
         best = runs.sort_values(work.error).iloc[0]
-        row = {"method": name, "knob": best["knob"], "error": best[work.error], "energy": runs["value"].where(runs["keeps_energy"]).max()}
-        row |= {"all": bool(runs["keeps_energy"].all()), "two_form": bool(runs["keeps_two_form"].any())}
+        row = {"method": name, "knob": best["knob"], "error": best[work.error], "claimed": bool(runs["claims_energy"].all())}
+        row |= {"energy": runs["value"].where(runs["measured_energy"]).max(), "all": bool(runs["measured_energy"].all())}
         rows.append(row | {each: best.get(each, np.nan) for each in ("energy_drift", "g", "Gv", "casimirs", "integrals")})
     return pd.DataFrame(rows)
 
@@ -148,14 +148,14 @@ def callbacks(found: dict[str, SimpleNamespace]) -> SimpleNamespace:
 
 
 def structure(numbers: Numbers) -> SimpleNamespace:
-    """Return how many pairs of method and motion keep the two-form, and how many of these and of the others keep the energy."""
+    """Return how many pairs of method and motion claim energy without drift, and how many of these and of the others were measured so."""
     frames = [keeps(work, numbers.runs[work.key]).assign(key=work.key) for work in numbers.works]
     every = pd.concat(frames, ignore_index=True)
-    symplectic, others = every[every["two_form"]], every[~every["two_form"]]
+    claiming, others = every[every["claimed"]], every[~every["claimed"]]
     return SimpleNamespace(
-        symplectic=len(symplectic),
-        bounded=int(symplectic["energy"].notna().sum()),
+        claiming=len(claiming),
+        level=int(claiming["energy"].notna().sum()),
         others=len(others),
-        others_bounded=int(others["energy"].notna().sum()),
+        others_level=int(others["energy"].notna().sum()),
         exceptions=list(dict.fromkeys(others["method"][others["energy"].notna()])),
     )

@@ -14,6 +14,7 @@ from daebench.reports._timed_runs import Processes, make_runs
 from daebench.reports._two_processes import two_processes
 from daebench.reports._work_precision_scenes import WORKS, Work
 from daebench.scene import PoissonScene
+from daebench.studies.claimed import claims_of
 from daebench.studies.metrics import defect_of
 from daebench.studies.recommend import with_conserved
 from daebench.studies.store import opened
@@ -72,7 +73,7 @@ def measure(folder: Path, tell: Tell, works: Sequence[Work] = WORKS, processes: 
     frame = pd.DataFrame(found, columns=["key", "method", "h", "claimed", "defect"])
     return Numbers(
         works=tuple(works),
-        runs={key: with_conserved(with_costs(table), _by_method(frame, key)) for key, table in tables.items()},
+        runs={key: with_conserved(with_costs(table), _by_method(frame, key), claims_of(table)) for key, table in tables.items()},
         defects=frame,
         left_out=pd.DataFrame(
             [(key, method, why) for key, (_, left) in studies.items() for method, why in left.items()], columns=["key", "method", "why"]

@@ -115,7 +115,9 @@ def keeps_table(work: Work, frame: pd.DataFrame, defects: pd.DataFrame, caption:
 
 
 def verdict(row: Mapping[Any, Any]) -> Markup:
-    """Return whether a method keeps the energy, and from where on."""
+    """Return whether a method claims energy without drift, and from where on it was measured to have none."""
+    if not row["claimed"]:
+        return Markup("not claimed")
     if row["all"]:
         return Markup("yes")
     return Markup("from {}").format(setting(row["knob"], row["energy"])) if row["energy"] == row["energy"] else Markup("no")

@@ -4,6 +4,13 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from daebench.api import setting_of
+from daebench.catalogue import problems
+from daebench.fixed_step import FixedStep
+from daebench.kinds import methods_of
+from daebench.members import members, poisson_members
+from daebench.studies.able import able
+from daebench.studies.claimed import THINGS, claimed, claims_of
 from daebench.studies.recommend import CONSERVED, recommended, with_conserved
 
 LEVEL, SLOPING = 0.2, 0.3
@@ -26,8 +33,13 @@ def runs(method, errors, costs, *, secular=LEVEL, drift=1e-3, g=1e-15, knob="h",
     return pd.DataFrame(columns | more)
 
 
+def of_claimants(table, defects):
+    """Return a table with what its runs keep, where every method claims everything."""
+    return with_conserved(table, defects, dict.fromkeys(table["method"], THINGS))
+
+
 def kept(table, name, defects=None):
-    return with_conserved(table, defects or {})[f"keeps_{name}"].tolist()
+    return of_claimants(table, defects or {})[f"keeps_{name}"].tolist()
 
 
 def test_a_run_that_is_level_by_chance_keeps_nothing():
@@ -43,7 +55,7 @@ def test_the_order_of_rows_does_not_matter_and_methods_are_judged_apart():
     table = pd.concat(
         [runs("a", [1e-2, 1e-4, 1e-6], [1, 2, 4]), runs("b", [1e-2, 1e-4, 1e-6], [1, 2, 4], secular=SLOPING)], ignore_index=True
     )
-    shuffled = with_conserved(table.sample(frac=1, random_state=1), {})
+    shuffled = of_claimants(table.sample(frac=1, random_state=1), {})
     assert set(shuffled[shuffled["keeps_energy"]]["method"]) == {"a"}
     assert shuffled["keeps_energy"].sum() == 3
 
@@ -91,10 +103,10 @@ def test_the_two_form_is_a_matter_of_the_method():
 
 def test_there_is_a_column_for_what_can_be_conserved_alone():
     table = runs("a", [1e-2, 1e-4, 1e-6], [1, 2, 4])
-    assert "keeps_casimirs" not in with_conserved(table, {})
+    assert "keeps_casimirs" not in of_claimants(table, {})
     poisson = table.drop(columns=["g", "Gv"])
-    assert "keeps_constraints" not in with_conserved(poisson, {})
-    assert "keeps_casimirs" not in with_conserved(poisson.assign(casimirs=np.nan), {})
+    assert "keeps_constraints" not in of_claimants(poisson, {})
+    assert "keeps_casimirs" not in of_claimants(poisson.assign(casimirs=np.nan), {})
     assert kept(poisson.assign(casimirs=1e-14), "casimirs") == [True] * 3
     assert kept(poisson.assign(casimirs=1e-9), "casimirs") == [False] * 3
 
@@ -106,7 +118,7 @@ def table():
     drifting = runs("cheap", errors, [1.0, 10.0, 100.0, 1000.0], secular=SLOPING, g=1e-3)
     bounded = runs("middle", errors, [3.0, 30.0, 300.0, 3000.0], g=1e-3)
     whole = runs("dear", errors, [5.0, 50.0, 500.0, 5000.0])
-    return with_conserved(pd.concat([drifting, bounded, whole], ignore_index=True), {"cheap": 1e-3, "middle": 1e-3, "dear": 1e-15})
+    return of_claimants(pd.concat([drifting, bounded, whole], ignore_index=True), {"cheap": 1e-3, "middle": 1e-3, "dear": 1e-15})
 
 
 def test_the_cheapest_that_keeps_what_it_must_is_recommended(table):
@@ -137,6 +149,95 @@ def test_what_nobody_reaches_or_keeps_has_a_row_without_a_method(table):
 def test_a_method_is_recommended_with_a_value_that_keeps_and_not_with_a_coarser_one():
     errors = [1e-4, 1e-5, 1e-6, 1e-7]
     late = runs("late", errors, [1.0, 2.0, 4.0, 8.0], secular=[SLOPING, LEVEL, LEVEL, LEVEL])
-    found = recommended(with_conserved(late, {}), "error_q", "seconds", [1e-3]).set_index("conserve")
+    found = recommended(of_claimants(late, {}), "error_q", "seconds", [1e-3]).set_index("conserve")
     assert (found["value"]["nothing"], found["value"]["energy"]) == (1.0, 0.5)
     assert found["cost"]["energy"] == 2.0
+
+
+# ---- no recommendation without a claim -------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("thing", THINGS)
+def test_what_is_measured_and_not_claimed_is_not_kept(thing):
+    three = [1e-2, 1e-4, 1e-6]
+    table = pd.concat([runs(name, three, [1, 2, 4]) for name in ("modest", "boasting")], ignore_index=True).assign(casimirs=1e-15)
+    claims = {"modest": set(THINGS) - {thing}, "boasting": set(THINGS)}
+    found = with_conserved(table, dict.fromkeys(claims, 1e-15), claims)
+    assert found[f"keeps_{thing}"].tolist() == [False] * 3 + [True] * 3
+    assert found[[f"keeps_{name}" for name in CONSERVED if name != thing]].all(axis=None)
+    assert found["measured_energy"].all()
+    advice = recommended(found[found["method"] == "modest"], "error_q", "seconds", [1e-3]).set_index("conserve")["method"]
+    assert {name for name, method in advice.items() if not method} == {thing}
+
+
+def test_a_claim_that_the_measurement_refutes_is_worth_nothing():
+    table = runs("boasting", [1e-2, 1e-4, 1e-6], [1, 2, 4], secular=SLOPING, g=1e-3)
+    assert (
+        kept(table, "energy", {"boasting": 1e-3})
+        == kept(table, "constraints")
+        == kept(table, "two_form", {"boasting": 1e-3})
+        == [False] * 3
+    )
+
+
+SYMPLECTIC = {
+    "symplectic_euler",
+    "symplectic_euler_adjoint",
+    "rattle",
+    "lie",
+    "lie_adjoint",
+    "strang",
+    *(f"lobatto{s}" for s in range(2, 7)),
+}
+"""Schemes on the manifold that the book calls symplectic there: HLW (1.19), (1.25), (1.27), (1.45)."""
+
+AT_REST, MOVING = ("double_pendulum", "horizontal"), ("spherical_pendulum", "fig1.2")
+SYMMETRIC = {"midpoint+symproj", "local:midpoint", "local:gauss2", "local:gauss3"}
+NEVER = {"rk4", "rk4+proj", "se", "seproj", "implicit_euler", "radau3_ggl", "radau2_index2", "generalized_alpha", "rattle_iterative"}
+NEVER |= {
+    "midpoint",
+    "gauss3",
+    "local:rk4",
+    "rattle/suzuki4".replace("rattle", "midpoint") + "+proj",
+    "baumgarte:rk4",
+    "ida:ggl",
+    "scipy:Radau",
+}
+
+
+@pytest.mark.parametrize("setting", [AT_REST, MOVING], ids=["at-rest", "moving"])
+def test_energy_without_drift_is_claimed_by_what_the_book_says_and_by_symmetry_on_motions_that_are_their_own_reverse(setting):
+    scene = setting_of(*setting)
+    names = [*members(), *SYMMETRIC, *NEVER, "rattle/suzuki4", "lobatto2/kahan_li8"]
+    given = {name: claimed(scene, methods_of(scene, [name])[0]) for name in dict.fromkeys(names)}
+    claiming = {name for name, things in given.items() if "energy" in things}
+    wanted = SYMPLECTIC | {"energy_momentum", "rattle/suzuki4", "lobatto2/kahan_li8"} | (SYMMETRIC if setting == AT_REST else set())
+    assert claiming == wanted
+    assert not claiming & NEVER
+
+
+@pytest.mark.parametrize("problem", problems("poisson"))
+def test_rk4_claims_no_casimir_function_that_is_not_linear_and_no_energy(problem):
+    scene = setting_of(problem)
+    names, _ = able(scene, [*poisson_members(), "darboux:midpoint"])
+    given = {name: claimed(scene, methods_of(scene, [name], anyway=True)[0]) for name in names}
+    assert "energy" not in given["rk4"]
+    assert ("casimirs" in given["rk4"]) == (bool(scene.casimirs) and set(scene.casimirs) <= set(scene.sheet.LINEAR))
+    if "strang" in given:
+        assert given["strang"] >= {"energy", "two_form"}
+        assert ("casimirs" in given["strang"]) == bool(scene.casimirs)
+
+
+def test_claims_are_those_on_all_cases_and_a_stranger_claims_nothing():
+    cases = [
+        {"problem": "double_pendulum", "case": case, "method": name} for case in ("horizontal", "swing") for name in ("rattle", "./m.py:f")
+    ]
+    found = claims_of(pd.DataFrame(cases))
+    assert found == {"rattle": frozenset({"energy", "constraints", "two_form"}), "./m.py:f": frozenset()}
+    one = claims_of(pd.DataFrame([{"problem": name, "case": case, "method": "local:midpoint"} for name, case in [AT_REST]]))
+    assert "energy" in one["local:midpoint"]
+
+
+def test_every_scheme_of_a_file_has_been_looked_at_here():
+    assert set(members()) - SYMPLECTIC - {"energy_momentum", "shake"} >= {name for name in NEVER if name in members()}
+    assert FixedStep("shake").claims.symplectic

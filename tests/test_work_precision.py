@@ -13,6 +13,8 @@ from daebench.api import setting_of
 from daebench.catalogue import problems
 from daebench.errors import BadInput
 from daebench.fixed_step import FixedStep
+from daebench.kinds import methods_of
+from daebench.members import members, poisson_members
 from daebench.method import Request
 from daebench.reference.certified import store
 from daebench.reference.scipy_ode import ScipyOde
@@ -92,16 +94,42 @@ def test_the_front_has_the_runs_than_which_none_is_better():
     assert front(table.iloc[:0], "error_q", "seconds").empty
 
 
-def test_methods_are_in_the_family_of_their_knob_and_of_what_they_keep():
-    two = {"g": 1e-16, "Gv": 1e-16, "steps": 10, "energy_drift": 1e-3, "energy_size": 1.0, "t_end": 10.0}
-    kept, lost = (
-        power_law("rattle", 2, 1.0).assign(energy_slope=0.0, **two),
-        power_law("rk4", 4, 1.0).assign(energy_slope=1e-4, **two),
-    )
-    parts = [kept, lost, kept.assign(method="rattle/suzuki4"), lost.assign(method="ida:ggl", knob="tol")]
-    found = families(pd.concat([part if "knob" in part else part.assign(knob="h") for part in parts], ignore_index=True))
-    assert dict(found) == dict(zip(FAMILIES, (["rattle"], ["rk4"], ["rattle/suzuki4"], ["ida:ggl"]), strict=True))
-    assert list(families(kept.assign(knob="h"))) == [FAMILIES[0]]
+def family_of(method, problem="spherical_pendulum", case="fig1.2"):
+    """Return the family of one method, whose runs in the table look as if they kept everything, and drifted."""
+    knob = "tol" if method.startswith(("ida:", "scipy:", "cvode:", "heyoka:", "solve_dae:")) else "h"
+    table = power_law(method, 2, 1.0).assign(problem=problem, case=case, knob=knob)
+    ((family, names),) = families(table).items()
+    assert names == [method]
+    return family
+
+
+CLAIMING, OTHERS, COMPOSED, BY_TOLERANCE = FAMILIES
+FAMILY = {
+    **dict.fromkeys(("symplectic_euler", "symplectic_euler_adjoint", "rattle", "lobatto3", "strang", "lie", "energy_momentum"), CLAIMING),
+    **dict.fromkeys(("radau3_ggl", "generalized_alpha", "rk4", "rk4+proj", "implicit_euler", "se", "midpoint+symproj"), OTHERS),
+    **dict.fromkeys(("rattle/suzuki4", "strang/kahan_li8"), COMPOSED),
+    **dict.fromkeys(("ida:ggl", "scipy:DOP853"), BY_TOLERANCE),
+}
+
+
+@pytest.mark.parametrize("method", FAMILY)
+def test_the_family_of_a_method_is_that_of_its_claim_whatever_ten_seconds_show(method):
+    assert family_of(method) == FAMILY[method]
+
+
+@pytest.mark.parametrize("method", members())
+def test_every_scheme_is_in_the_family_of_its_claims(method):
+    claims = members()[method][1].claims
+    kept = claims.conserves_energy or (claims.symplectic and claims.keeps_g and claims.keeps_Gv)
+    assert family_of(method) == (CLAIMING if kept else OTHERS)
+
+
+@pytest.mark.parametrize("method", poisson_members())
+@pytest.mark.parametrize("problem", ["lotka_volterra", "free_rigid_body"])
+def test_every_scheme_for_poisson_systems_is_too(problem, method):
+    scene = setting_of(problem)
+    (solver,) = methods_of(scene, [method], anyway=True)
+    assert family_of(method, problem, scene.case) == (CLAIMING if solver.is_poisson(scene) or "energy" in solver.keeps(scene) else OTHERS)
 
 
 def test_nothing_is_drawn_below_the_bound_of_the_reference(tmp_path, monkeypatch):
@@ -115,7 +143,8 @@ def test_nothing_is_drawn_below_the_bound_of_the_reference(tmp_path, monkeypatch
         return real(self, x, y, *rest, **more)
 
     monkeypatch.setattr(Axes, "plot", plot)
-    table = power_law("rattle", 2, 1.0, floor=1e-5).assign(problem="torus", knob="h", callback_seconds=np.nan, n_H_p=1.0, energy_drift=1e-3)
+    torus = {"problem": "torus", "case": "inner", "knob": "h"}
+    table = power_law("rattle", 2, 1.0, floor=1e-5).assign(**torus, callback_seconds=np.nan, n_H_p=1.0, energy_drift=1e-3)
     table = with_costs(table.assign(energy_slope=0.0, energy_size=1.0, t_end=10.0, g=0.0, Gv=0.0, steps=1))
     table.loc[0, "bound_q"] = 1e-2  # of another row: it hides none of the others
     svg = draw(tmp_path, table, "error_q", "error")

@@ -20,6 +20,7 @@ from daebench.reports._work_precision_figures import ratios
 from daebench.reports._work_precision_numbers import Numbers, measure
 from daebench.reports._work_precision_scenes import WANTED, WORKS, Work
 from daebench.reports._work_precision_tables import setting, tables, times
+from daebench.studies.claimed import THINGS
 from daebench.studies.measure import row_of
 from daebench.studies.recommend import with_conserved
 from daebench.studies.store import opened
@@ -121,6 +122,7 @@ def power_law(method, order, price, *, slope=0.0, knob="h", drift=1e-3, **more):
 
 PLANTED = replace(WORKS[0], problem="planar_pendulum", case="rotating", title="Pendulum")
 DEFECTS = {"verlet": 1e-15, "fourth": 1e-15, "drifter": 1e-3}
+CLAIMS = {"verlet": THINGS, "fourth": THINGS}
 
 
 @pytest.fixture
@@ -130,7 +132,7 @@ def numbers():
     parts = [power_law("verlet", 2, 1e-6), power_law("fourth", 4, 5e-6), power_law("drifter", 4, 2e-6, **kinds)]
     parts += [power_law("solver", 4, 1e-3, knob="tol", **kinds).assign(callback_seconds=0.9995e-3 / H, n_H_p=1 / H)]
     failed = power_law("fourth", 4, 5e-6).iloc[:1].assign(value=1.0, error_q=np.nan, seconds=np.nan, failure="it stopped.")
-    table = with_conserved(with_costs(pd.concat([*parts, failed], ignore_index=True)), DEFECTS)
+    table = with_conserved(with_costs(pd.concat([*parts, failed], ignore_index=True)), DEFECTS, CLAIMS)
     rows = [(PLANTED.key, name, 0.1, name != "drifter", defect) for name, defect in DEFECTS.items()]
     defects = pd.DataFrame(rows, columns=["key", "method", "h", "claimed", "defect"])
     left_out = pd.DataFrame([(PLANTED.key, "other", "other needs what is not there.")], columns=["key", "method", "why"])
@@ -152,7 +154,7 @@ def test_winners_and_prices_are_those_of_the_power_laws(numbers):
     advice = own.advice.set_index(["level", "conserve"])["method"]
     assert advice[1e-6].to_dict() == {"nothing": "drifter", "energy": "fourth", "constraints": "fourth", "two_form": "fourth"}
     assert (found.total, found.failed) == (33, 1)
-    assert (found.structure.symplectic, found.structure.bounded, found.structure.others_bounded) == (2, 2, 0)
+    assert (found.structure.claiming, found.structure.level, found.structure.others_level) == (2, 2, 0)
     assert found.callbacks.changed == sum(winners["method"] != winners["method_own"])
     assert set(winners.index) == {level for level in LEVELS if level >= 1e-12}
 
@@ -197,7 +199,7 @@ def test_a_tampered_number_refutes_the_story(numbers, tamper, sentence):
 
 def test_a_method_that_begins_to_drift_is_no_longer_recommended(numbers):
     table = numbers.runs[PLANTED.key]
-    drifting = with_conserved(table.assign(energy_slope=table["energy_slope"].where(table["method"] != "fourth", -1e-4)), DEFECTS)
+    drifting = with_conserved(table.assign(energy_slope=table["energy_slope"].where(table["method"] != "fourth", -1e-4)), DEFECTS, CLAIMS)
     advice = check(replace(numbers, runs={PLANTED.key: drifting})).found[PLANTED.key].advice.set_index(["level", "conserve"])["method"]
     assert advice[1e-6, "energy"] == "verlet"
     assert advice[1e-6, "two_form"] == "fourth"
@@ -231,7 +233,7 @@ def test_a_method_that_tells_no_evaluations_has_no_part_where_they_count(numbers
     table = numbers.runs[PLANTED.key]
     swift = with_costs(power_law("swift", 8, 1e-8, knob="tol").assign(n_H_p=np.nan))
     others = table[(table["method"] != "solver") | (table["error_q"] > 1e-6)]
-    joined = with_conserved(pd.concat([others[others["error_q"] > 1e-9], swift], ignore_index=True), DEFECTS)
+    joined = with_conserved(pd.concat([others[others["error_q"] > 1e-9], swift], ignore_index=True), DEFECTS, CLAIMS)
     planted = replace(numbers, runs={PLANTED.key: joined})
     found = check(planted)
     assert found.uncounted == ["swift"]

@@ -1,6 +1,6 @@
 """Which method to take, and with which step size or tolerance, for an accuracy and for what has to be conserved."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -29,8 +29,8 @@ CONSERVED = {
 """What may be asked for, and its words."""
 
 
-def with_conserved(table: "pd.DataFrame", defects: Mapping[str, float]) -> "pd.DataFrame":
-    """Return a table of a work-precision study with columns ``keeps_...``: what each run was measured to keep.
+def with_conserved(table: "pd.DataFrame", defects: Mapping[str, float], claims: Mapping[str, Collection[str]]) -> "pd.DataFrame":
+    """Return a table of a work-precision study with columns ``keeps_...``: what each run claims to keep and was measured to keep.
 
     Parameters
     ----------
@@ -38,6 +38,9 @@ def with_conserved(table: "pd.DataFrame", defects: Mapping[str, float]) -> "pd.D
         As :meth:`daebench.studies.study.Study.table` gives it, with the metrics "energy" and "manifold", or "casimirs".
     defects : mapping of str to float
         Defect of the two-form, or of the structure matrix, by method; a method that is not there has none that is known.
+    claims : mapping of str to collection of str
+        What each method claims, as :func:`daebench.studies.claimed.claims_of` gives it: what is measured and not claimed may be chance, or
+        no more than an accurate run over a short time.
 
     Returns
     -------
@@ -46,7 +49,8 @@ def with_conserved(table: "pd.DataFrame", defects: Mapping[str, float]) -> "pd.D
         and a small part of it, or the error is round-off of the energy's size, the column ``energy_size``; ``keeps_constraints`` if g and
         G H_p are round-off, ``keeps_casimirs`` likewise, both absolute: held against 1, and against no size of the problem's. These hold
         for a run only if they hold for all runs of the method with smaller values of its knob too, and for the three smallest at least.
-        ``keeps_two_form`` if the defect of the method is round-off. A column is there for what can be conserved alone.
+        ``keeps_two_form`` if the defect of the method is round-off. All of them but ``keeps_nothing`` need the method's claim besides. A
+        column is there for what can be conserved alone. ``claims_energy`` and ``measured_energy`` are the two parts of ``keeps_energy``.
     """
     done = table["failure"] == ""
     level = table["energy_slope"].notna() & ~secular(table)
@@ -58,7 +62,11 @@ def with_conserved(table: "pd.DataFrame", defects: Mapping[str, float]) -> "pd.D
     for name in set(found) - {"nothing"}:
         found[name] = _agreed(table, found[name])
     found["two_form"] = done & (table["method"].map(defects) <= ROUND_OFF)
-    return table.assign(**{f"keeps_{name}": found[name] for name in CONSERVED if name in found})
+    claiming = {name: table["method"].map({method: name in claims.get(method, ()) for method in set(table["method"])}) for name in found}
+    parts = {"claims_energy": claiming["energy"], "measured_energy": found["energy"]}
+    for name in set(found) - {"nothing"}:
+        found[name] = found[name] & claiming[name]
+    return table.assign(**parts, **{f"keeps_{name}": found[name] for name in CONSERVED if name in found})
 
 
 def _rounding(table: "pd.DataFrame") -> "pd.Series[float]":

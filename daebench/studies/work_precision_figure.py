@@ -8,7 +8,7 @@ import numpy as np
 
 from daebench.errors import DaebenchError
 from daebench.figures import BLACK, QUIET, curve, drawing, grid_of_axes, save
-from daebench.studies.recommend import with_conserved
+from daebench.studies.claimed import claims_of
 from daebench.studies.rows import by_method
 from daebench.studies.work_precision import front
 
@@ -18,8 +18,8 @@ if TYPE_CHECKING:
 COSTS = {"seconds": "CPU time [s]", "evaluations": "evaluations"}
 """What errors are drawn against, and its label."""
 
-FAMILIES = ("fixed steps,\nenergy kept", "fixed steps,\nenergy drifts", "compositions,\nfixed steps", "by tolerance")
-"""Columns of the picture."""
+FAMILIES = ("fixed steps,\nno drift claimed", "fixed steps,\nno such claim", "compositions,\nfixed steps", "by tolerance")
+"""Columns of the picture: methods that claim to keep the energy without drift, and others."""
 
 OTHERS = "#d4d4d4"
 """Grey of the curves of all other families."""
@@ -32,12 +32,12 @@ HIGHEST = 10.0
 
 
 def families(table: "pd.DataFrame") -> Mapping[str, list[str]]:
-    """Return the families that there are and their methods: by knob, by composition, and by whether the energy was measured to be kept."""
-    keeps = with_conserved(table, {})
+    """Return the families that there are and their methods: by knob, by composition, and by whether they claim energy without drift."""
+    claims = claims_of(table)
     found: dict[str, list[str]] = {name: [] for name in FAMILIES}
-    for name, runs in by_method(keeps):
-        kept, drifts, composed, by_tolerance = FAMILIES
-        fixed = composed if "/" in name else kept if runs["keeps_energy"].any() else drifts
+    for name, runs in by_method(table):
+        claiming, others, composed, by_tolerance = FAMILIES
+        fixed = composed if "/" in name else claiming if "energy" in claims[name] else others
         found[fixed if (runs["knob"] == "h").all() else by_tolerance].append(name)
     return {family: names for family, names in found.items() if names}
 
