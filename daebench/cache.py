@@ -18,6 +18,7 @@ __all__ = ["GENERATORS", "CacheWarning", "cache_directory", "generated", "toolch
 GENERATORS: tuple[str, ...] = ("algebra", "assumptions", "cache", "circles", "codegen", "compiled", "compiled_elimination")
 GENERATORS += (
     "definition_checks",
+    "definition_parts",
     "derive",
     "derive_local",
     "domain",

@@ -1,6 +1,7 @@
 """SymPy expressions as source text: straight-line functions on tuples, common subexpressions shared."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 
 import sympy as sp
 from sympy.codegen.cfunctions import expm1, log1p
@@ -69,6 +70,28 @@ def _near_one(expression: sp.Expr) -> sp.Expr:
     return logarithms.replace(lambda each: each.is_Add and sp.S.NegativeOne in each.args and any(t.func is sp.exp for t in each.args), near)
 
 
+UNPRINTED: tuple[type[Exception], ...] = (NotImplementedError, PrintMethodNotImplementedError, TypeError, ValueError, KeyError)
+UNPRINTED += (AttributeError, OverflowError, RecursionError)
+"""What SymPy raises where it cannot write an expression."""
+
+
+@contextmanager
+def printable(name: str, printer: _Printer) -> Iterator[None]:
+    """Turn whatever keeps an expression from being printed into an InvalidProblem that names the function it is of."""
+    try:
+        yield
+    except UNPRINTED as error:
+        raise InvalidProblem(f"{name} cannot be written as a numerical function: {_first_line(error)}.") from error
+    if strangers := sorted(part for module, parts in printer.module_imports.items() if module != "numpy" for part in parts):
+        raise InvalidProblem(f"{name} contains {', '.join(strangers)}, which NumPy does not have; write {name} with functions that it has.")
+
+
+def _first_line(error: BaseException) -> str:
+    """Return what an error says, without the class of our printer."""
+    text = (str(error) or type(error).__name__).splitlines()[0].rstrip(".")
+    return text.replace(f"Unsupported by {_Printer}: ", "it contains the function ")
+
+
 def pack(items: Iterable[str]) -> str:
     """Return the source of a tuple of these items."""
     inner = ", ".join(items)
@@ -108,8 +131,9 @@ def assignments(targets: Sequence[str], values: Sequence[sp.Expr], names: Mappin
     used = set().union(*(each.free_symbols for each in [*reduced, *(each for _, each in shared)]))
     printer = _Printer()
     lines = [f"{private[symbol]} = {source}" for symbol, source in names.items() if private[symbol] in used]
-    lines += [f"{symbol} = {printer.doprint(each)}" for symbol, each in shared]
-    return lines + [f"{target} = {printer.doprint(each)}" for target, each in zip(targets, reduced, strict=True)]
+    with printable("an expression", printer):
+        lines += [f"{symbol} = {printer.doprint(each)}" for symbol, each in shared]
+        return lines + [f"{target} = {printer.doprint(each)}" for target, each in zip(targets, reduced, strict=True)]
 
 
 def computed(
@@ -136,16 +160,18 @@ def computed(
     private = {s: _private(argument, i, s) for argument, symbols in arguments.items() for i, s in enumerate(symbols)}
     private |= {s: _private("par", i, s) for i, s in enumerate(parameters)}
     expressions_ = [_near_one(sp.sympify(value).xreplace(private)) for value in values]
+    if any(expression.has(sp.zoo, sp.nan, sp.oo, -sp.oo, sp.I) for expression in expressions_):
+        raise InvalidProblem(
+            f"{name} is no finite real number anywhere: it has infinity, NaN or the imaginary unit in it; write it otherwise."
+        )
     if any(expression.has(sp.Piecewise, sp.Min, sp.Max, sp.floor, sp.ceiling) for expression in expressions_):
         raise InvalidProblem(f"{name} has cases, a minimum, a maximum or a floor in it; H and g must be twice differentiable.")
     shared, reduced = sp.cse(expressions_, symbols=sp.numbered_symbols("t_"), list=True)
     used = set().union(*(e.free_symbols for e in [*reduced, *(e for _, e in shared)]))
     printer = _Printer()
-    try:
+    with printable(name, printer):
         lines = [f"{s} = {printer.doprint(e)}" for s, e in shared]
         results = [printer.doprint(e) for e in reduced]
-    except (NotImplementedError, PrintMethodNotImplementedError, TypeError, ValueError) as error:
-        raise InvalidProblem(f"{name} cannot be written as a numerical function: {str(error).splitlines()[0]}.") from error
     sources = {**arguments, "par": parameters}
     load = [f"{private[s]} = {argument}[{i}]" for argument, symbols in sources.items() for i, s in enumerate(symbols) if private[s] in used]
     return load + lines, results

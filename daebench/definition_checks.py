@@ -1,11 +1,12 @@
 """What can be said of a definition before any number is put in: its parts are what they must be, and H and g have second derivatives."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING, Any
 
 import sympy as sp
 from sympy.core.function import AppliedUndef
 
+from daebench.definition_parts import check_cases, check_coordinates, check_functions, check_parameters, check_real, several
 from daebench.errors import InvalidProblem
 
 if TYPE_CHECKING:
@@ -39,24 +40,48 @@ def check_parts(problem: "ConstrainedHamiltonian") -> None:
     InvalidProblem
         Naming the part, and what it is instead.
     """
-    for name, symbols in (("q", problem.q), ("p", problem.p), ("the parameters", problem.parameters)):
-        for each in _several(name, symbols):
-            if not isinstance(each, sp.Symbol):
-                raise InvalidProblem(f"{name} contains {each!r}, which is no SymPy Symbol.")
-    if problem.M is not None and not isinstance(problem.M, sp.MatrixBase):
-        raise InvalidProblem(f"the mass matrix M must be a SymPy Matrix, and is a {type(problem.M).__name__}.")
-    check_real("g", _several("g", problem.g))
-    for name, expression in _scalars(problem).items():
-        check_real(name, [expression])
-    _check_cases(problem.cases)
+    for name, symbols in (("q", problem.q), ("p", problem.p)):
+        check_coordinates(name, symbols)
+    check_parameters(problem.parameters)
+    check_cases(problem.cases, "Case", ("q", "p"))
+    check_functions("integral", problem.integrals)
+    check_real("g", several("g", problem.g))
+    for name, expression in {"H": problem.H, "U": problem.U}.items():
+        if expression is not None:
+            check_real(name, [expression])
+    if problem.M is not None:
+        check_mass(problem.M)
+    for name, (given, kind) in _declared(problem).items():
+        if given is not None and type(given).__name__ != kind:
+            raise InvalidProblem(f"{name} is a {type(given).__name__}; it must be a {kind}, or be left out.")
+    if problem.closed_form is not None and not callable(problem.closed_form):
+        raise InvalidProblem(f"closed_form is a {type(problem.closed_form).__name__}; it must be a function, or be left out.")
 
 
-def _check_cases(cases: Mapping[str, Any]) -> None:
-    for name, case in cases.items():
-        if type(case).__name__ != "Case":
-            raise InvalidProblem(f"case {name!r} is a {type(case).__name__}; it must be a Case(q=..., p=...).")
-        for part, values in (("q", case.q), ("p", case.p)):
-            check_real(f"{part} of case {name!r}", _several(f"{part} of case {name!r}", values))
+def _declared(problem: "ConstrainedHamiltonian") -> dict[str, tuple[Any, str]]:
+    """Return what may be declared of a problem, and the class that it must be of, by name."""
+    return {
+        "kinetic_flow": (problem.kinetic_flow, "KineticFlow"),
+        "chart": (problem.chart, "Chart"),
+        "picture": (problem.picture, "Picture"),
+    }
+
+
+def check_mass(M: Any) -> None:
+    """Accept a matrix of real expressions in which no position is without mass.
+
+    Raises
+    ------
+    InvalidProblem
+        Naming the entry.
+    """
+    if not isinstance(M, sp.MatrixBase):
+        raise InvalidProblem(f"the mass matrix M must be a SymPy Matrix, and is a {type(M).__name__}.")
+    check_real("M", list(M))
+    for k in range(min(M.shape)):
+        if not any(M.row(k)):
+            why = f"row {k + 1} is 0, so that position {k + 1} has no mass"
+            raise InvalidProblem(f"the mass matrix M is singular: {why}; give it one, or take its momentum out with another choice of q.")
 
 
 def check_second_derivatives(problem: "ConstrainedHamiltonian") -> None:
@@ -92,28 +117,6 @@ def check_smooth(name: str, expression: Any, state: Iterable[sp.Symbol]) -> None
             raise InvalidProblem(f"{name} contains {each}, which is not twice differentiable; write {name} with smooth functions alone.")
 
 
-def check_real(name: str, values: Sequence[Any]) -> None:
-    """Accept expressions that may be real numbers.
-
-    Raises
-    ------
-    InvalidProblem
-        Naming what is an equation, no expression, or has an imaginary unit, infinity or NaN in it.
-    """
-    for k, value in enumerate(values):
-        where = f"{name}[{k}]" if len(values) > 1 else name
-        try:
-            expression = sp.sympify(value)
-        except (sp.SympifyError, TypeError, SyntaxError) as error:
-            raise InvalidProblem(f"{where} is {value!r}, which is no number or expression.") from error
-        if isinstance(expression, sp.Equality):
-            raise InvalidProblem(f"{where} is the equation {expression}; give the difference of its sides, which is to vanish.")
-        if not isinstance(expression, sp.Expr):
-            raise InvalidProblem(f"{where} is {value!r}, which is no number or expression.")
-        if expression.has(sp.I, sp.nan, sp.zoo, sp.oo, -sp.oo):
-            raise InvalidProblem(f"{where} is not a real number everywhere: it contains an imaginary unit, infinity or NaN.")
-
-
 def strange(where: str, extra: Iterable[sp.Symbol], known: Iterable[sp.Symbol]) -> InvalidProblem:
     """Return the error for symbols that an expression may not depend on; one may have the name of a declared one, and not be it."""
     if same := {str(symbol) for symbol in set(extra) - set(known)} & {str(symbol) for symbol in known}:
@@ -128,10 +131,3 @@ def _scalars(problem: "ConstrainedHamiltonian") -> dict[str, Any]:
     """Return what must be one expression each, by name."""
     integrals: Mapping[str, Any] = {f"integral {name}": each for name, each in problem.integrals.items()}
     return {name: each for name, each in {"H": problem.H, "U": problem.U, **integrals}.items() if each is not None}
-
-
-def _several(name: str, values: Any) -> list[Any]:
-    try:
-        return list(values)
-    except TypeError:
-        raise InvalidProblem(f"{name} is {values!r}, and must be a sequence; write [{values!r}].") from None

@@ -3,9 +3,23 @@
 from collections.abc import Collection, Iterable
 from difflib import get_close_matches
 
+LONGEST = 2000
+"""Most characters of a message: names and values that it quotes may be of any length."""
+
+
+def bounded(text: str) -> str:
+    """Return a text of at most :data:`LONGEST` characters; of a longer one the beginning and the end, which says what to do."""
+    if len(text) <= LONGEST:
+        return text
+    part = LONGEST // 2 - 40
+    return f"{text[:part]} ... ({len(text)} characters) ... {text[-part:]}"
+
 
 class DaebenchError(Exception):
     """Anything daebench refuses or cannot finish; its text is one sentence for the person at the keyboard."""
+
+    def __str__(self) -> str:
+        return bounded(super().__str__())
 
 
 class BadInput(DaebenchError):
@@ -28,6 +42,10 @@ class Interrupted(DaebenchError):
     """The person at the keyboard, or the system, ended what was being done; what is kept of it is in the message."""
 
 
+LONGEST_NAME = 200
+"""Most characters of a name that is held against others: that takes time by their product."""
+
+
 def unknown(kind: str, name: str, known: Iterable[str]) -> BadInput:
     """Return the error for a name that is not among the known ones, with the nearest of them.
 
@@ -41,7 +59,7 @@ def unknown(kind: str, name: str, known: Iterable[str]) -> BadInput:
         The names that there are.
     """
     names = sorted(known)
-    near = get_close_matches(name, names, n=3, cutoff=0.5)
+    near = get_close_matches(name, names, n=3, cutoff=0.5) if len(name) <= LONGEST_NAME else []
     hint = f"did you mean {' or '.join(near)}?" if near else f"known: {', '.join(names) or 'none'}."
     return BadInput(f"unknown {kind} {name!r}; {hint}")
 

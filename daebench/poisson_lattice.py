@@ -7,6 +7,7 @@ from functools import cached_property
 import sympy as sp
 
 from daebench.assumptions import require_checked, require_plain
+from daebench.definition_parts import check_cases, check_coordinates, check_functions, check_parameters, check_real
 from daebench.errors import InvalidProblem
 from daebench.picture import Picture, Point
 from daebench.poisson_system import DarbouxMap, Part, PoissonCase, PoissonSystem
@@ -125,6 +126,16 @@ class PoissonLattice:
     def __post_init__(self) -> None:
         if self.sites < SMALLEST:
             raise InvalidProblem(f"a lattice of {self.sites} sites has none with two neighbours; it needs at least {SMALLEST}.")
+        for name, symbols in (("here", self.here), ("left", self.left), ("right", self.right)):
+            check_coordinates(name, symbols)
+        check_parameters(self.parameters)
+        check_cases(self.cases, "PoissonCase", ("y",))
+        if not isinstance(self.b, sp.MatrixBase) or self.b.shape != (len(self.here), len(self.here)):
+            raise InvalidProblem("the structure matrix b of a site must be a SymPy Matrix of as many rows and columns as here has symbols.")
+        check_real("b", list(self.b))
+        check_real("h", [self.h])
+        for what, functions in (("Casimir function", self.casimirs), ("integral", self.integrals)):
+            check_functions(what, functions)
         self._check_symbols()
         if self.fingerprint not in _VERIFIED:
             self.expanded(VERIFIED_ON, verify=True)

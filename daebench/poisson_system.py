@@ -8,6 +8,7 @@ from typing import Any
 import sympy as sp
 
 from daebench.assumptions import require_checked, require_plain
+from daebench.definition_parts import check_cases, check_coordinates, check_distinct, check_functions, check_parameters, check_real, several
 from daebench.errors import InvalidProblem
 from daebench.picture import Picture
 from daebench.poisson_identities import check_casimirs, check_darboux, check_jacobi, check_skew, check_splitting
@@ -166,6 +167,7 @@ class PoissonSystem:
     verify: InitVar[bool] = True
 
     def __post_init__(self, verify: bool) -> None:
+        self._check_parts()
         self._check_matrix()
         self._check_sizes()
         self._check_symbols()
@@ -197,6 +199,17 @@ class PoissonSystem:
         cases = [(name, case.y, dict(case.parameters), case.about) for name, case in self.cases.items()]
         return repr([sp.srepr(sp.sympify(part)) for part in found]) + repr((names, cases))
 
+    def _check_parts(self) -> None:
+        check_coordinates("y", self.y)
+        check_parameters(self.parameters)
+        check_cases(self.cases, "PoissonCase", ("y",))
+        check_real("H", [self.H])
+        check_real("the domain", several("the domain", self.domain))
+        for what, functions in (("Casimir function", self.casimirs), ("integral", self.integrals)):
+            check_functions(what, functions)
+        if self.closed_form is not None and not callable(self.closed_form):
+            raise InvalidProblem(f"closed_form is a {type(self.closed_form).__name__}; it must be a function, or be left out.")
+
     def _check_matrix(self) -> None:
         if not self.n:
             raise InvalidProblem("a Poisson system needs at least one coordinate y.")
@@ -204,6 +217,7 @@ class PoissonSystem:
             raise InvalidProblem(f"the structure matrix B must be a SymPy Matrix, and is a {type(self.B).__name__}.")
         if self.B.shape != (self.n, self.n):
             raise InvalidProblem(f"the structure matrix B has shape {self.B.shape}, but there are {self.n} coordinates.")
+        check_real("B", list(self.B))
 
     def _check_sizes(self) -> None:
         states = {f"case {name!r}": case.y for name, case in self.cases.items()}
@@ -229,13 +243,11 @@ class PoissonSystem:
         require_plain("canonical coordinate", [*map_.q, *map_.p, *map_.c])
 
     def _check_symbols(self) -> None:
-        own = [*self.y, *self.parameters]
-        if twice := {str(symbol) for symbol in own if own.count(symbol) > 1}:
-            raise InvalidProblem(f"{', '.join(sorted(twice))} stands for more than one coordinate or parameter; rename one.")
         domain = [sp.sympify(each) for each in self.domain]
         require_plain("coordinate", self.y, domain, advice=", or add it to the domain, so that a run ends where it is left")
         require_plain("time", [part.t for part in self.parts.values()])
         require_checked(self.parameters)
+        check_distinct([*self.y, *self.parameters], "coordinate or parameter")
         for where, expression, symbols in self._expressions():
             written = sp.sympify(expression)
             if extra := written.free_symbols - symbols - set(self.parameters):

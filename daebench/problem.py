@@ -9,6 +9,7 @@ import sympy as sp
 
 from daebench.assumptions import require_checked, require_plain
 from daebench.definition_checks import check_parts, check_second_derivatives, strange
+from daebench.definition_parts import check_coordinates, check_distinct, check_real, several
 from daebench.errors import InvalidProblem
 from daebench.picture import Picture as Picture
 
@@ -186,12 +187,10 @@ class ConstrainedHamiltonian:
                 raise InvalidProblem(f"case {name!r} has {len(case.q)} positions and {len(case.p)} momenta; both must be {self.d}.")
 
     def _check_symbols(self) -> None:
-        own = [*self.q, *self.p, *self.parameters]
-        if twice := {str(symbol) for symbol in own if own.count(symbol) > 1}:
-            raise InvalidProblem(f"{', '.join(sorted(twice))} stands for more than one position, momentum or parameter; rename one.")
         require_plain("position", self.q)
         require_plain("momentum", self.p)
         require_checked(self.parameters)
+        check_distinct([*self.q, *self.p, *self.parameters], "position, momentum or parameter")
         positions, state, known = set(self.q), {*self.q, *self.p}, set(self.parameters)
         allowed: list[tuple[str, Any, set[sp.Symbol]]] = [("g", sp.Matrix(list(self.g)), positions), ("H", self.H, state)]
         allowed += [("M", self.M, positions), ("U", self.U, positions)]
@@ -207,6 +206,8 @@ class ConstrainedHamiltonian:
                 raise InvalidProblem(f"case {name!r} sets {', '.join(sorted(foreign))}, which is no parameter of the problem.")
 
     def _check_kinetic_flow(self, flow: KineticFlow) -> None:
+        check_coordinates("the time of the kinetic flow", [flow.t])
+        check_real("the kinetic flow", [*several("p of the kinetic flow", flow.p), *several("q of the kinetic flow", flow.q)])
         if len(flow.p) != self.d or len(flow.q) != self.d:
             raise InvalidProblem(f"the kinetic flow has {len(flow.q)} positions and {len(flow.p)} momenta; both must be {self.d}.")
         known = {*self.q, *self.p, *self.parameters}
@@ -218,8 +219,11 @@ class ConstrainedHamiltonian:
 
     def _check_chart(self, chart: Chart) -> None:
         own, n = {*self.q, *self.p}, self.d - self.m
-        y = [*chart.eta, *chart.xi]
+        y = [*several("eta of the chart", chart.eta), *several("xi of the chart", chart.xi)]
+        check_coordinates("the chart's coordinates", y)
         require_plain("local coordinate", y)
+        for name in ("p", "q", "inverse_eta", "inverse_xi"):
+            check_real(f"{name} of the chart", several(f"{name} of the chart", getattr(chart, name)))
         if any(len(part) != n for part in (chart.eta, chart.xi, chart.inverse_eta, chart.inverse_xi)):
             raise InvalidProblem(f"the chart must have {n} eta and {n} xi, as many as positions less constraints, and an inverse of each.")
         if len(chart.p) != self.d or len(chart.q) != self.d:

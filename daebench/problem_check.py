@@ -29,7 +29,7 @@ MOST = 200
 
 SMOOTH, MASS, START = "twice differentiable at the start", "mass matrix positive definite", "initial values on the manifold"
 RANK = "constraints independent at the start"
-BASIC = (SMOOTH, MASS, START, RANK)
+BASIC = (MASS, SMOOTH, START, RANK)
 """What must hold before anything else has a meaning."""
 
 LEFT_TO_RUNS = (START, RANK)
@@ -116,7 +116,7 @@ def _checks(setting: Setting) -> Mapping[str, Check]:
     if isinstance(setting, PoissonScene):
         found[SMOOTH] = poisson_smooth
     else:
-        found |= {SMOOTH: smooth, MASS: mass, START: start, RANK: independent}
+        found |= {MASS: mass, SMOOTH: smooth, START: start, RANK: independent}
     if setting.size > 2 * MOST or not hasattr(problem, "closed_form"):
         return found
     if isinstance(setting, Scene) and problem.integrals:

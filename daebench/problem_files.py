@@ -81,7 +81,7 @@ class Problem:
         """Whether it comes with daebench."""
         return self.package == "daebench"
 
-    def define(self, **structure: int) -> "Definition":
+    def define(self, /, **structure: int) -> "Definition":
         """Return the definition; this runs the file."""
         return self.run(self, structure)
 
@@ -131,6 +131,8 @@ def parsed(path: Path) -> ast.Module:
         return ast.parse(path.read_bytes())
     except OSError as error:
         raise BadInput(f"{path}: the file cannot be read ({error.strerror}); give the path of a problem file.") from error
+    except (MemoryError, RecursionError) as error:
+        raise BadInput(f"{path}: its expressions are nested too deep for Python to read; write them flatter.") from error
     except (SyntaxError, ValueError) as error:
         line = f", line {error.lineno}" if isinstance(error, SyntaxError) and error.lineno else ""
         raise BadInput(f"{path}{line}: this is not Python: {getattr(error, 'msg', error)}.") from error

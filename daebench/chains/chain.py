@@ -8,6 +8,7 @@ from typing import Any
 import sympy as sp
 
 from daebench.assumptions import require_checked, require_plain
+from daebench.definition_parts import check_cases, check_coordinates, check_parameters, check_real, several
 from daebench.errors import InvalidProblem
 from daebench.problem import Case, ConstrainedHamiltonian, Exact, Picture, coordinates
 
@@ -83,6 +84,7 @@ class ConstrainedChain:
     drawn: Callable[[Sequence[sp.Symbol]], Picture] | None = None
 
     def __post_init__(self) -> None:
+        self._check_parts()
         if self.nodes < 1:
             raise InvalidProblem(f"a chain of {self.nodes} nodes is none; it needs at least one.")
         b = self.b
@@ -100,6 +102,24 @@ class ConstrainedChain:
             if len(case.q) != b or len(case.p) != b:
                 raise InvalidProblem(f"case {name!r} has {len(case.q)} positions and {len(case.p)} momenta of a node; both must be {b}.")
         self._check_symbols()
+
+    def _check_parts(self) -> None:
+        for name, symbols in (("here", self.here), ("before", self.before)):
+            check_coordinates(name, symbols)
+        check_parameters(self.parameters)
+        check_cases(self.cases, "Case", ("q", "p"))
+        for name, matrix in (("mass", self.mass), ("joint_mass", self.joint_mass)):
+            if matrix is not None and not isinstance(matrix, sp.MatrixBase):
+                raise InvalidProblem(f"{name} of the chain must be a SymPy Matrix, and is a {type(matrix).__name__}.")
+        self._check_expressions()
+
+    def _check_expressions(self) -> None:
+        for name, values in (("joints", self.joints), ("own", self.own), ("anchor", self.anchor or ())):
+            check_real(name, several(name, values))
+        check_real("mass", list(self.mass))
+        for name, value in (("pull", self.pull), ("U", self.U), ("joint_U", self.joint_U)):
+            if value is not None:
+                check_real(name, [value])
 
     def _check_symbols(self) -> None:
         require_plain("position", [*self.here, *self.before])
