@@ -1,5 +1,6 @@
 """Arguments that several commands take, each described once."""
 
+from pathlib import Path
 from typing import Annotated
 
 import typer
@@ -25,8 +26,18 @@ Workers = Annotated[
     int | None, typer.Option("--workers", help="Processes of this machine that compute runs which are not timed; all cores if left out.")
 ]
 Scheduler = Annotated[
-    str | None, typer.Option("--scheduler", help="Address of a Dask scheduler, tcp://host:port, whose workers compute in their place.")
+    str | None,
+    typer.Option(
+        "--scheduler",
+        help="Address of a Dask scheduler whose workers compute in their place: tls://host:port, or tcp://host:port, where whoever reaches "
+        "the scheduler can run any code on the workers and on this machine.",
+    ),
 ]
+TlsCaFile = Annotated[
+    Path | None, typer.Option("--tls-ca-file", help="For tls://, in PEM: certificate of the authority of that cluster alone.")
+]
+TlsCert = Annotated[Path | None, typer.Option("--tls-cert", help="For tls://: certificate of this machine, signed by that authority.")]
+TlsKey = Annotated[Path | None, typer.Option("--tls-key", help="For tls://: its key; in the same file if left out.")]
 SideBySide = Annotated[
     bool, typer.Option("--side-by-side", help="Let runs that are timed run beside others too, whose load is then in their times.")
 ]

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from daebench.errors import BadInput
+from daebench.studies.tls import NO_TLS, OPTIONS, Tls
 
 if TYPE_CHECKING:
     from concurrent.futures import Executor
@@ -23,6 +24,8 @@ class Executors:
         Processes of this machine; as many as it has cores if left out.
     scheduler : str, optional
         Address of a Dask scheduler, in their place.
+    tls : Tls
+        Certificates for that address.
     side_by_side : bool
         Whether runs that are timed may run beside others.
 
@@ -35,6 +38,7 @@ class Executors:
     timed: bool
     workers: int | None = None
     scheduler: str | None = None
+    tls: Tls = NO_TLS
     side_by_side: bool = False
 
     def __post_init__(self) -> None:
@@ -42,6 +46,8 @@ class Executors:
             raise BadInput(f"--workers {self.workers} must be at least 1.")
         if self.workers is not None and self.scheduler is not None:
             raise BadInput("--workers are processes of this machine, and --scheduler has workers of its own; leave out one of them.")
+        if self.tls and self.scheduler is None:
+            raise BadInput(f"{', '.join(OPTIONS)} are for --scheduler tls://host:port, which is not given.")
         if self._alone and (self.scheduler is not None or (self.workers or 1) > 1):
             raise BadInput("runs that are timed are made one at a time; take --repeat 0 for no times, or --side-by-side for worse ones.")
 
@@ -75,7 +81,7 @@ class Executors:
         from daebench.studies.schedulers import dask_cluster, local_processes
 
         if self.scheduler is not None:
-            with dask_cluster(self.scheduler) as executor:
+            with dask_cluster(self.scheduler, self.tls) as executor:
                 yield executor
         elif self.processes == 1:
             yield None

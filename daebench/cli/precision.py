@@ -5,11 +5,12 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from daebench.cli.arguments import Case, Json, Problem, Scheduler, SideBySide, Workers
+from daebench.cli.arguments import Case, Json, Problem, Scheduler, SideBySide, TlsCaFile, TlsCert, TlsKey, Workers
 from daebench.cli.asked import asked_of
 from daebench.cli.console import print_json, print_table, words
 from daebench.cli.executors import Executors
 from daebench.cli.grids import making, outdated, plan
+from daebench.studies.tls import Tls
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -37,6 +38,9 @@ def precision(
     out: Annotated[Path, typer.Option("--out", help="Folder for table and picture.")] = Path("output/precision"),
     workers: Workers = None,
     scheduler: Scheduler = None,
+    tls_ca_file: TlsCaFile = None,
+    tls_cert: TlsCert = None,
+    tls_key: TlsKey = None,
     side_by_side: SideBySide = False,
     dry_run: Annotated[bool, typer.Option("--dry-run", help="Say how many runs are to be made, and about how long they take.")] = False,
     as_json: Json = False,
@@ -51,7 +55,8 @@ def precision(
     from daebench.studies.store import opened
 
     asked = asked_of(problem, case, methods=methods, h=h, t_end=t_end)
-    executors = Executors(timed=repeat > 0, workers=workers, scheduler=scheduler, side_by_side=side_by_side)
+    tls = Tls(tls_ca_file, tls_cert, tls_key)
+    executors = Executors(timed=repeat > 0, workers=workers, scheduler=scheduler, tls=tls, side_by_side=side_by_side)
     cells, refused = cells_of(asked, words(ways) if ways else (), repeat=repeat, beside=executors.beside)
     make_folder(out)
     with opened(store or out / "studies.db") as kept:

@@ -6,11 +6,12 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from daebench.cli.arguments import Case, Json, Problem, Scheduler, Workers
+from daebench.cli.arguments import Case, Json, Problem, Scheduler, TlsCaFile, TlsCert, TlsKey, Workers
 from daebench.cli.asked import asked_of
 from daebench.cli.console import numbers, print_json, words
 from daebench.cli.executors import Executors
 from daebench.cli.grids import making, outdated, plan
+from daebench.studies.tls import Tls
 
 if TYPE_CHECKING:
     from daebench.studies.extreme import Asked, Extreme
@@ -41,6 +42,9 @@ def stability(
     out: Annotated[Path, typer.Option("--out", help="Folder for tables and pictures.")] = Path("output/stability"),
     workers: Workers = None,
     scheduler: Scheduler = None,
+    tls_ca_file: TlsCaFile = None,
+    tls_cert: TlsCert = None,
+    tls_key: TlsKey = None,
     dry_run: Annotated[bool, typer.Option("--dry-run", help="Say how many runs are to be made, and about how long they take.")] = False,
     as_json: Json = False,
 ) -> None:
@@ -55,7 +59,7 @@ def stability(
     from daebench.studies.store import opened
 
     asked = asked_of(problem, case, methods=methods, h=h, t_end=t_end, parameters=_varied(param, problem, case), near=near)
-    executors = Executors(timed=False, workers=workers, scheduler=scheduler)
+    executors = Executors(timed=False, workers=workers, scheduler=scheduler, tls=Tls(tls_ca_file, tls_cert, tls_key))
     extremes, refused = chosen(asked, words(only) if only else ())
     make_folder(out)
     found: dict[str, Any] = {"said": {}, "left_out": refused, "files": []}

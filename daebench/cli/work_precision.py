@@ -5,11 +5,12 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from daebench.cli.arguments import Case, Json, Problem, Scheduler, SideBySide, Workers
+from daebench.cli.arguments import Case, Json, Problem, Scheduler, SideBySide, TlsCaFile, TlsCert, TlsKey, Workers
 from daebench.cli.console import numbers, print_json, print_table, words
 from daebench.cli.executors import Executors
 from daebench.cli.grids import making, outdated, plan
 from daebench.errors import DaebenchError
+from daebench.studies.tls import Tls
 
 DEFECT = "defect"
 """Column and metric that is measured only where it is asked for: it takes the longest."""
@@ -41,6 +42,9 @@ def work_precision(
     out: Annotated[Path, typer.Option("--out", help="Folder for table and picture.")] = Path("output/work-precision"),
     workers: Workers = None,
     scheduler: Scheduler = None,
+    tls_ca_file: TlsCaFile = None,
+    tls_cert: TlsCert = None,
+    tls_key: TlsKey = None,
     side_by_side: SideBySide = False,
     dry_run: Annotated[bool, typer.Option("--dry-run", help="Say how many runs are to be made, and about how long they take.")] = False,
     json: Json = False,
@@ -54,7 +58,8 @@ def work_precision(
     from daebench.studies.store import opened
     from daebench.studies.work_precision import LEVELS, cheapest, standard, with_costs
 
-    executors = Executors(timed=repeat > 0, workers=workers, scheduler=scheduler, side_by_side=side_by_side)
+    tls = Tls(tls_ca_file, tls_cert, tls_key)
+    executors = Executors(timed=repeat > 0, workers=workers, scheduler=scheduler, tls=tls, side_by_side=side_by_side)
     study, left_out = standard(
         problem,
         case=case,

@@ -30,6 +30,7 @@ from importlib.util import find_spec
 from multiprocessing.context import BaseContext
 
 from daebench.errors import BadInput
+from daebench.studies.tls import NO_TLS, Tls, security
 
 THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
 """What numerical libraries read: one thread for each process."""
@@ -122,13 +123,17 @@ def workers_of(executor: Executor) -> int:
 
 
 @contextmanager
-def dask_cluster(address: str) -> Iterator[Executor]:
+def dask_cluster(address: str, tls: Tls = NO_TLS) -> Iterator[Executor]:
     """Connect to the scheduler of a Dask cluster; its workers need this version of daebench, and cells that a lost one had go to others.
+
+    A cluster is code execution: whoever reaches its scheduler runs code on the workers, and one that is not what it says runs code here.
 
     Parameters
     ----------
     address : str
-        Address of the scheduler, for example "tcp://127.0.0.1:8786".
+        Address of the scheduler: "tcp://127.0.0.1:8786", where everybody who reaches it is trusted, or tls://host:port.
+    tls : Tls
+        Certificates for tls://host:port; if none are given, those of Dask's configuration.
 
     Yields
     ------
@@ -138,14 +143,16 @@ def dask_cluster(address: str) -> Iterator[Executor]:
     Raises
     ------
     BadInput
-        If Dask is not installed, there is no scheduler at the address, it has no workers, or one of them has no daebench.
+        If Dask is not installed, there is no scheduler at the address, it has no workers, one of them has no daebench, or certificates
+        are missing or cannot be used.
     """
     try:
         from distributed import Client
     except ImportError as error:
         raise BadInput("a scheduler takes Dask; install it by: pip install 'daebench[scale]'.") from error
+    known_by = security(address, tls)
     try:
-        client = Client(address, timeout=REACHED_SECONDS, set_as_default=False)
+        client = Client(address, timeout=REACHED_SECONDS, set_as_default=False, security=known_by)
     except (OSError, TimeoutError, ValueError) as error:
         raise BadInput(f"there is no Dask scheduler at {address}: {error}; start one by: dask scheduler.") from error
     with _silent("distributed.client", "distributed.core", "asyncio"), closing(client):
