@@ -54,7 +54,7 @@ def closed_form(scene: Scene | PoissonScene) -> str:
         if len(first) != scene.size:
             return f"{where} returns {len(first)} numbers, and a state has {scene.size}; correct it."
         off = max(abs(a - b) for a, b in zip(first, begin, strict=True))
-        if not off <= mp.mpf("1e-25") * max(1, *map(abs, begin)):
+        if not off <= mp.mpf("1e-25") * (max(map(abs, begin)) or 1):
             return f"{where} is off the initial values at t = 0 by {mp.nstr(off, 3)}; correct it."
         for t in (mp.mpf(0), mp.mpf(1)):
             miss = differs(_rate(form, t), field(scene, np.array([float(x) for x in form(t)])))

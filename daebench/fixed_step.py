@@ -24,6 +24,7 @@ from daebench.kernels.hole import ROUNDINGS
 from daebench.members import members
 from daebench.method import Method, Request
 from daebench.rank_run import RankRun
+from daebench.scales import constrained_scales, in_coordinates
 from daebench.scene import Scene
 from daebench.stages import Stages
 from daebench.stepping import Linked, Run
@@ -245,12 +246,19 @@ class FixedStep:
         stem = f"{scene.problem}_{self.form}_{self.file}{self.member.stages}_{precision}"
         return generated(stem, f"{scene.source.key} {self.file} {sorted(structure.items())}", build)
 
-    def _linked(self, scene: Scene, kernel: types.ModuleType) -> Linked:
+    def _scales(self, scene: Scene, h: float) -> tuple[float, float]:
+        """Return the length and the rate of the initial value problem in the coordinates that the scheme computes in."""
+        scales = constrained_scales(scene, h, rated=self.member.claims.any_form)
+        if self.form != "local":
+            return scales
+        return in_coordinates(scales, self._form.leave(scene), self._form.enter(scene)(*scene.start), 1)
+
+    def _linked(self, scene: Scene, kernel: types.ModuleType, h: float) -> Linked:
         enter, leave = self._form.enter(scene), self._form.leave(scene)
         return Linked(
             self.name,
             kernel,
-            (*scene.par, *self.data),
+            (*scene.par, *self.data, self._scales(scene, h)),
             self.weights,
             self.compiled,
             enter=lambda start: enter(*start),
@@ -302,7 +310,7 @@ class FixedStep:
         kernel = self.kernel(scene, request.precision, watched, count=request.count, raw=request.raw, singular=mode)
         raw = len(Stages(self.member.multipliers()).nodes) * scene.m if request.raw else 0
         made: Callable[..., Run] = partial(RankRun, mode) if mode else Run
-        return made(self._linked(scene, kernel), scene, request, grid, names=_watched_names(watched, scene), raw=raw, began=began)
+        return made(self._linked(scene, kernel, grid.h), scene, request, grid, names=_watched_names(watched, scene), raw=raw, began=began)
 
     def check(self, scene: Scene, request: Request) -> None:
         """Accept a request that can be met; raise :class:`BadInput` otherwise."""
@@ -326,7 +334,7 @@ class FixedStep:
 
         The map raises :class:`RunFailed` where the scheme has no solution.
         """
-        linked = self._linked(scene, self.kernel(scene, "complex128", (), count=False, singular=""))
+        linked = self._linked(scene, self.kernel(scene, "complex128", (), count=False, singular=""), h)
 
         def phi(p: Sequence[complex], q: Sequence[complex]) -> tuple[Sequence[complex], Sequence[complex]]:
             x, _, failure = complex_run(linked, scene, _complex_state(linked, p, q), h, steps)
@@ -341,7 +349,7 @@ class FixedStep:
 
         It gives rows (p, q), and why there are fewer than ``steps`` more, or None.
         """
-        linked = self._linked(scene, self.kernel(scene, "complex128", (), count=False, singular=""))
+        linked = self._linked(scene, self.kernel(scene, "complex128", (), count=False, singular=""), h)
 
         def along(p: Sequence[complex], q: Sequence[complex]) -> tuple[NDArray[np.complex128], str | None]:
             _, rows, failure = complex_run(linked, scene, _complex_state(linked, p, q), h, steps, every=1)

@@ -15,7 +15,7 @@ from daebench import codegen
 from daebench.derive import Derivation
 from daebench.errors import InvalidProblem
 from daebench.kernels.hole import ROUNDINGS
-from daebench.syntax import HOLE, SourceFile, TypedLiterals, call, called, decorated, gathered, parameters_of
+from daebench.syntax import HOLE, RUN_TIME, SourceFile, TypedLiterals, call, called, decorated, gathered, parameters_of
 from daebench.unroll import Unroller
 
 PACKAGE = Path(__file__).parent
@@ -254,8 +254,8 @@ class _Specialise(Unroller):
         module, name = self._target(node.id)
         if module == HOLE and name in self.linker.constants:
             return ast.Constant(self.linker.constants[name])
-        if module == HOLE and name in ("DATA", "FORM_DATA"):
-            return ast.parse(f"par[{len(self.linker.derivation.parameters) + (name == 'FORM_DATA')}]", mode="eval").body
+        if module == HOLE and name in RUN_TIME:
+            return ast.parse(RUN_TIME[name].format(len(self.linker.derivation.parameters)), mode="eval").body
         return node if module == HOLE else self.linker.file(module).literals.get(name, node)
 
     def counts(self, name: str) -> bool:

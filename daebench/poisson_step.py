@@ -18,6 +18,7 @@ from daebench.errors import BadInput, RunFailed, require_known
 from daebench.grid import Grid
 from daebench.members import poisson_members
 from daebench.method import Request
+from daebench.scales import in_coordinates, poisson_scales
 from daebench.scene import PoissonScene, Setting
 from daebench.stepping import REASONS, Linked, Run
 from daebench.trajectory import POISSON, POISSON_WORK, Array, PoissonTrajectory
@@ -162,14 +163,17 @@ class PoissonStep:
         key = f"{scene.source.key} poisson {self.scheme} {splitting} {sorted(structure.items())}"
         return generated(f"{scene.problem}_{self.form}_{self.scheme}_{precision}", key, build)
 
-    def _linked(self, scene: PoissonScene, kernel: types.ModuleType) -> Linked:
+    def _linked(self, scene: PoissonScene, kernel: types.ModuleType, h: float) -> Linked:
         enter, leave = coordinates(scene) if self.form else (_same, _same)
+        scales = poisson_scales(scene, h)
+        if self.form and not scene.arrays:  # whose map would have to be compiled for complex numbers first, and stretches little
+            scales = in_coordinates(scales, leave, (enter(scene.y0),), 0)
         domain = " and ".join(f"{each} > 0" for each in scene.sheet.DOMAIN)
         reasons = REASONS | {status: (why.replace("{domain}", domain), advice) for status, (why, advice) in LEFT.items()}
         return Linked(
             self.name,
             kernel,
-            scene.par,
+            (*scene.par, (), (), scales),
             self.weights,
             self.compiled,
             enter=lambda start: enter(start[0]),
@@ -196,7 +200,7 @@ class PoissonStep:
         """Return a run at its start; see :meth:`daebench.fixed_step.FixedStep.begin`."""
         began = time.perf_counter()
         kernel = self.kernel(scene, request.precision, watched, count=request.count)
-        return Run(self._linked(scene, kernel), scene, request, grid, names=watched_names(watched, scene), began=began)
+        return Run(self._linked(scene, kernel, grid.h), scene, request, grid, names=watched_names(watched, scene), began=began)
 
     def check(self, scene: PoissonScene, request: Request) -> None:
         """Accept a request that can be met; raise :class:`BadInput` otherwise."""
@@ -214,7 +218,7 @@ class PoissonStep:
 
         The map raises :class:`RunFailed` where the scheme has no solution.
         """
-        linked = self._linked(scene, self.kernel(scene, "complex128", (), count=False))
+        linked = self._linked(scene, self.kernel(scene, "complex128", (), count=False), h)
         enter, leave = coordinates(scene) if self.form else (_same, _same)
 
         def phi(y: Sequence[complex]) -> Array:
@@ -231,7 +235,7 @@ class PoissonStep:
 
         It gives the states as rows, and why there are fewer than ``steps`` more, or None.
         """
-        linked = self._linked(scene, self.kernel(scene, "complex128", (), count=False))
+        linked = self._linked(scene, self.kernel(scene, "complex128", (), count=False), h)
         enter = coordinates(scene)[0] if self.form else _same
 
         def along(y: Sequence[complex]) -> tuple[NDArray[np.complex128], str | None]:

@@ -96,9 +96,10 @@ def surface_lines(picture: Picture, parameters: Sequence[Any], par: Sequence[flo
 def moving(points: Array, candidates: Sequence[int]) -> list[int]:
     """Return which of these points move, once each where several are always at the same place; points has shape(n, k, dimension)."""
     found: list[int] = []
+    least = 1e-9 * float(np.max(np.abs(points), initial=0.0))
     for k in candidates:
-        moves = np.ptp(points[:, k], axis=0).max() > 1e-9
-        if moves and all(np.max(np.abs(points[:, k] - points[:, j])) > 1e-9 for j in found):
+        moves = np.ptp(points[:, k], axis=0).max() > least
+        if moves and all(np.max(np.abs(points[:, k] - points[:, j])) > least for j in found):
             found.append(k)
     return found
 

@@ -10,6 +10,9 @@ HOLE = "daebench.kernels.hole"
 HOLES = (HOLE, "daebench.kernels.poisson_hole")
 """The files that declare what the linker fills in; what they declare is one set of names."""
 
+RUN_TIME = {"DATA": "par[{0}]", "FORM_DATA": "par[{0} + 1]", "LENGTH": "par[{0} + 2][0]", "RATE": "par[{0} + 2][1]"}
+"""Where run-time data stand behind the problem's parameters, of which there are so many."""
+
 
 class SourceFile:
     """One source file as syntax, with its constant ``if`` statements settled."""

@@ -9,14 +9,15 @@ from numpy.typing import ArrayLike
 
 from daebench.errors import RunFailed
 from daebench.pose import Dae, Posed, pose
-from daebench.scene import Array, Scene
+from daebench.scales import constrained_scales, poisson_scales
+from daebench.scene import Array, PoissonScene, Scene
 
 DIGITS = 20
 """Decimal digits of the closed form; double precision needs 16."""
 
 TIGHT, LOOSE = 2.5e-14, 1e-13
-"""Relative and absolute tolerance of the run that is used, hardly more than SciPy's least, and of the run whose difference from it
-tells how good it is."""
+"""Relative tolerance, and absolute one in units of the motion, of the run that is used, hardly more than SciPy's least, and of the run
+whose difference from it tells how good it is."""
 
 SAFETY = 10.0
 """The bound is so many times the difference between the two runs."""
@@ -233,7 +234,24 @@ def _solver(dae: Posed, t: float, t_end: float, tol: float, y: Array | None = No
         return out
 
     with np.errstate(all="ignore"):
-        return DOP853(right_side, t, dae.y0 if y is None else y, t_end, rtol=tol, atol=tol)
+        return DOP853(right_side, t, dae.y0 if y is None else y, t_end, rtol=tol, atol=tol * _sizes(dae))  # type: ignore[arg-type]
+
+
+def _sizes(dae: Posed) -> Array:
+    """Return what absolute tolerances of the unknowns are relative to, shape(n,).
+
+    These are the length of the problem and its speed, or its momentum |H_q| T where momenta are the unknowns; or the largest y.
+    """
+    scene = dae.scene
+    sizes = np.ones(dae.n)
+    if isinstance(scene, PoissonScene):
+        sizes[:] = poisson_scales(scene, 0.0)[0]
+    elif isinstance(scene, Scene) and isinstance(dae, Dae):
+        length, rate = constrained_scales(scene, 0.0, rated=True)
+        impulse = float(np.max(np.abs(scene.value("H_q", scene.p0, scene.q0)))) / rate if rate > 0 else 0.0
+        momentum = max(float(np.max(np.abs(scene.p0))), impulse)
+        sizes = np.repeat([length, length * rate if dae.mechanical else momentum], dae.n // 2)
+    return np.where(sizes > 0, sizes, 1.0)
 
 
 def _multipliers(scene: Scene, p: Array, q: Array) -> Array:

@@ -91,7 +91,7 @@ def test_single_precision_stays_single(problem):
     kernel = FixedStep("rattle", compiled=False).kernel(place(problem, "arrays"), "float32", (), count=False)
     scene = place(problem, "arrays")
     p, q = (np.float32(x) for x in (scene.p0, scene.q0))
-    par = (*map(np.float32, scene.par), (), ())
+    par = (*map(np.float32, scene.par), (), (), (np.float32(1), np.float32(0)))
     (p1, q1), _, _, report = kernel.one((p, q), (), np.float32(0.01), par)
     assert p1.dtype == q1.dtype == np.float32
     assert report[0] == 0

@@ -20,7 +20,7 @@ from daebench.chains.nodes import Nodes
 from daebench.chains.program import Iteration, Program
 from daebench.codegen import pack
 from daebench.errors import InvalidProblem
-from daebench.syntax import HOLE, parameters_of
+from daebench.syntax import HOLE, RUN_TIME, parameters_of
 
 if TYPE_CHECKING:
     from daebench.link import Linker
@@ -135,8 +135,8 @@ class Tracer:
             return self.linker.constants[own]
         if home == HOLE and own in ("EPS", "INF"):
             return Scalar(own)
-        if home == HOLE and own in ("DATA", "FORM_DATA"):
-            return Scalar(f"par[{len(self.nodes.parameters) + (own == 'FORM_DATA')}]")
+        if home == HOLE and own in RUN_TIME:
+            return Scalar(RUN_TIME[own].format(len(self.nodes.parameters)))
         if home != HOLE and own in self.linker.file(home).literals:
             return self.linker.file(home).literals[own].value
         return lambda *arguments: self._call(home, own)(*arguments)

@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 from daebench.diagnostics.manifold import residual_scales
 from daebench.diagnostics.metric import least_displacement
 from daebench.errors import BadInput, InconsistentStart
+from daebench.scales import constrained_scales
 from daebench.scene import Scene
 
 Array = NDArray[np.float64]
@@ -114,7 +115,8 @@ def project(scene: Scene, p: ArrayLike, q: ArrayLike) -> tuple[Array, Array, flo
     """
     p0, q0 = np.array(p, dtype=float), np.array(q, dtype=float)
     M, H_pp = _metric(scene, p0, q0)
-    q1 = _nearest(f"positions of {scene.problem}", lambda x: (scene.value("g", tuple(x)), scene.value("G", tuple(x))), q0, H_pp)
+    length, _ = constrained_scales(replace(scene, p0=p0, q0=q0), 0.0, rated=False)
+    q1 = _nearest(f"positions of {scene.problem}", lambda x: (scene.value("g", tuple(x)), scene.value("G", tuple(x))), q0, H_pp, length)
     moved_q = float(np.sqrt((q1 - q0) @ M @ (q1 - q0)))
     M, H_pp = _metric(scene, p0, q1)
     end = tuple(q1)
@@ -155,14 +157,17 @@ def _metric(scene: Scene, p: Array, q: Array) -> tuple[Array, Array]:
     return scene.value("mass", tuple(p), tuple(q)), scene.value("H_pp", tuple(p), tuple(q))
 
 
-def _nearest(what: str, conditions: Conditions, x0: Array, W: Array) -> Array:
-    """Return the x nearest to x0 in the metric W^-1 that meets the conditions, which are given with their Jacobian at x."""
+def _nearest(what: str, conditions: Conditions, x0: Array, W: Array, least: float = 0.0) -> Array:
+    """Return the x nearest to x0 in the metric W^-1 that meets the conditions, which are given with their Jacobian at x.
+
+    Increments are measured against the largest coordinate at x0 or at x, or against ``least`` where that is more.
+    """
     eps = float(np.finfo(float).eps)
-    dx, previous = np.zeros_like(x0), np.inf
+    dx, previous, least = np.zeros_like(x0), np.inf, max(least, float(np.max(np.abs(x0))))
     for _ in range(SWEEPS):
         residual, C = conditions(x0 + dx)
         new = least_displacement(C[None], W[None], (C @ dx - residual)[None])[0]
-        increment, size = float(np.max(np.abs(new - dx))), max(1.0, float(np.max(np.abs(x0 + new))))
+        increment, size = float(np.max(np.abs(new - dx))), max(least, float(np.max(np.abs(x0 + new))))
         dx = new
         stalled = increment >= previous and increment <= 1e4 * eps * size
         if (increment <= 4 * eps * size or stalled) and np.all(np.abs(residual) <= MET * size * np.sum(np.abs(C), axis=1)):

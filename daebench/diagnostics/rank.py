@@ -93,7 +93,7 @@ def dependence(scene: Scene) -> str | None:
         kept, others = independent_rows(scene, scene.q0)
         if not others:
             return None
-        shaken = scene.q0 + NEARBY * max(1.0, float(np.max(np.abs(scene.q0)))) * np.cos(1.0 + np.arange(scene.d))
+        shaken = scene.q0 + NEARBY * (float(np.max(np.abs(scene.q0))) or 1.0) * np.cos(1.0 + np.arange(scene.d))
         everywhere = independent_rows(scene, shaken)[1].keys() >= others.keys()
     except np.linalg.LinAlgError:
         return None

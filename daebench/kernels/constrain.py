@@ -3,6 +3,7 @@
 from typing import Any
 
 from daebench.kernels.hole import (
+    LENGTH,
     QUADRATIC,
     G,
     H_p,
@@ -35,7 +36,7 @@ def improve_reach(x: tuple[Vector, Multiplier], data: tuple[Vector, Matrix]) -> 
     value = g(q)
     change, pivot = solve(gram(G(q), V), value)
     back = mul_full_T(V, change)
-    return (axpy(-1.0, back, dq), axpy_m(1.0, change, nu)), norm(back), max(1.0, norm(q)), norm_m(value), pivot
+    return (axpy(-1.0, back, dq), axpy_m(1.0, change, nu)), norm(back), max(LENGTH, norm(q)), norm_m(value), pivot
 
 
 def reach(q0: Vector, dq: Vector, V: Matrix) -> tuple[Vector, Multiplier, Report]:

@@ -74,6 +74,12 @@ DATA: Any = ()
 FORM_DATA: Any = ()
 """Numbers of the form of the system: alpha and beta of Baumgarte's, eps of the penalised one."""
 
+LENGTH: Number = 0.0
+"""Length of the initial value problem, see :mod:`daebench.scales`: the least that positions are measured against; run-time data."""
+
+RATE: Number = 0.0
+"""Rate of the initial value problem, 1/s; run-time data that only schemes on every form of the system are given."""
+
 AGAIN: int = 1
 """Newton's sweeps are done this many times over: 2 when derivatives are carried in the imaginary part."""
 

@@ -8,6 +8,7 @@ from typing import Any
 
 from daebench.kernels.hole import (
     DATA,
+    LENGTH,
     SEPARABLE,
     STAGES,
     G,
@@ -93,7 +94,7 @@ if SEPARABLE:
         change, moved, residual, pivot = correct(h, dQ, free, Q, J, R)
         size = sum(norm(axpy(-1.0, dQ[i], moved[i])) for i in range(STAGES - 1))
         Lam = tuple(axpy_m(1.0, change[k], Lam[k]) for k in range(STAGES - 1))
-        return (moved, Lam), size, max(1.0, norm(Q[STAGES - 1])), residual, pivot
+        return (moved, Lam), size, max(LENGTH, norm(Q[STAGES - 1])), residual, pivot
 
     def stages(p0: Vector, q0: Vector, h: Number) -> tuple[Any, Any, Any, Report]:
         """Return the P_i as far as the forces need them, Q_2 - q0, ..., Q_s - q0, Lam_1, ..., Lam_s-1, and a report."""
@@ -123,7 +124,7 @@ else:
         size_Q = sum(norm(axpy(-1.0, dQ[i], moved[i])) for i in range(STAGES - 1))
         size_P = sum(norm(apply(S[i], axpy(-1.0, dP[i], moved_P[i]))) for i in range(STAGES))
         Lam = tuple(axpy_m(1.0, change[k], Lam[k]) for k in range(STAGES - 1))
-        return (moved_P, moved, Lam), size_Q + abs(h) * size_P, max(1.0, norm(Q[STAGES - 1])), residual, pivot
+        return (moved_P, moved, Lam), size_Q + abs(h) * size_P, max(LENGTH, norm(Q[STAGES - 1])), residual, pivot
 
     def stages(p0: Vector, q0: Vector, h: Number) -> tuple[Any, Any, Any, Report]:
         """Return P_1, ..., P_s, Q_2 - q0, ..., Q_s - q0, Lam_1, ..., Lam_s-1, and a report."""

@@ -3,6 +3,7 @@
 from typing import Any
 
 from daebench.kernels.hole import (
+    LENGTH,
     G,
     Gv_p,
     Gv_q,
@@ -71,7 +72,7 @@ def correction(w: Number, x: Any, p_free: Vector, q_free: Vector, inverse_mass: 
     )
     dp = axpy(w, mul_full_T(down_p, dmu), r_p)
     dq = axpy(w, axpy(1.0, mul_full_T(down_g, dnu), mul_full_T(down_q, dmu)), r_q)
-    scale_v, scale_q = norm(apply(inverse_mass, p_free)) + norm(apply(inverse_mass, p)), max(1.0, norm(q))
+    scale_v, scale_q = norm(apply(inverse_mass, p_free)) + norm(apply(inverse_mass, p)), max(LENGTH, norm(q))
     size = norm(apply(inverse_mass, dp)) * scale_q + norm(dq) * scale_v
     return (dp, dq, dnu, dmu), size, scale_v * scale_q, norm_m(value_g) + norm_m(value_v), pivot
 
@@ -91,7 +92,8 @@ def improve_projection(x: Any, data: Any) -> Any:
 def project(p: Vector, q: Vector) -> tuple[Vector, Vector, Report]:
     """Return the point of the manifold nearest to (p, q), and a report.
 
-    Minimises dq^T M dq + dp^T M^-1 dp subject to the 2m conditions, with M frozen at the point given; Euclidean for M = I.
+    Minimises dq^T M dq + dp^T M^-1 dp subject to the 2m conditions, with M frozen at the point given; Euclidean for M = I. The
+    metric adds energies of positions to those of momenta by a unit of time, 1 s: in another unit another point is the nearest.
     """
     data = (p, q, H_pp(p, q), mass(p, q))
     (p, q, _, _), report = newton(improve_projection, (p, q, zero_m(q), zero_m(q)), data)

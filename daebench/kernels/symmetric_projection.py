@@ -37,7 +37,7 @@ def step(p0: Vector, q0: Vector, h: Number) -> tuple[Vector, Vector, Any, Report
 
         x~ = x0 + N(x0) (nu, mu),      x1 = Phi_h(x~) + N(x1) (nu, mu),      g(q1) = 0,      G(q1) H_p(p1, q1) = 0
 
-    where the columns of N(x) = D^-1 C^T span the normal space of the manifold at x.
+    where the columns of N(x) = D^-1 C^T span the normal space of the manifold at x. Its metric has a unit of time, 1 s.
     """
     p_free, q_free, raw, inner = plain_step(p0, q0, h)
     begin = (p_free, q_free, zero_m(q0), zero_m(q0))

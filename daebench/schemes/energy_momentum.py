@@ -6,6 +6,7 @@ from daebench.claims import Claims, Member
 from daebench.kernels.eliminate import eliminate
 from daebench.kernels.hole import (
     EPS,
+    LENGTH,
     G,
     H,
     H_p,
@@ -55,7 +56,7 @@ def along(dq: Vector, q: Vector) -> Vector:
 
     What it multiplies, at least of first order in dq, is there lost in the rounding of H and g, which would be blown up by 1/|dq|.
     """
-    return scale(1.0 / (dot(dq, dq) + EPS * dot(q, q) + EPS * EPS * EPS * EPS), dq)
+    return scale(1.0 / (dot(dq, dq) + EPS * dot(q, q) + EPS * EPS * EPS * EPS * LENGTH * LENGTH), dq)
 
 
 def forces(p0: Vector, q0: Vector, dp: Vector, dq: Vector) -> tuple[Vector, Matrix, Multiplier]:
@@ -79,7 +80,7 @@ def improve(x: tuple[Vector, Vector, Multiplier], data: tuple[Vector, Vector, Nu
     back_p, back_q, change, pivot = eliminate(half, (r_p, r_q, value), H_qp(p, q), by_mass, stiffness, scale_md(h, DG), G1)
     x = (axpy(-1.0, back_p, dp), axpy(-1.0, back_q, dq), axpy_m(-1.0, change, lam))
     residual = norm(r_p) + norm(r_q) + norm_m(value)
-    return x, norm(back_q) + abs(half) * norm(apply(by_mass, back_p)), max(1.0, norm(q)), residual, pivot
+    return x, norm(back_q) + abs(half) * norm(apply(by_mass, back_p)), max(LENGTH, norm(q)), residual, pivot
 
 
 def increment(p0: Vector, q0: Vector, h: Number) -> tuple[Vector, Vector, Any, Report]:

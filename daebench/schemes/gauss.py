@@ -7,6 +7,8 @@ from daebench.claims import Claims, Member
 from daebench.kernels.hole import (
     DATA,
     FORM_DATA,
+    LENGTH,
+    RATE,
     STAGES,
     STIFF,
     G,
@@ -99,15 +101,15 @@ if STIFF:
         V1 = tuple(axpy(1.0, change[STAGES + i], V[i]) for i in range(STAGES))
         size = abs(h) * sum(norm(change[STAGES + i]) for i in range(STAGES))
         residual = sum(norm(r_F[i]) + norm(r_V[i]) for i in range(STAGES))
-        return (F1, V1, before), size, max(1.0, norm(q0)), residual, pivot
+        return (F1, V1, before), size, max(LENGTH, norm(q0)), residual, pivot
 
 else:
 
     def improve(x: Any, data: Any) -> Any:
         """One sweep of fixed-point iteration, HLW VIII.6.2, for p' = F and q' = V at the stages.
 
-        The change of V alone is measured, against |q| and |V| in the unit of time; and that of two sweeps in a row, because a
-        change of F is seen in V one sweep later. By then both have been contracted once more.
+        The change of V alone is measured, against |V| and the speed that goes with length and rate of the problem; and that of two
+        sweeps in a row, because a change of F is seen in V one sweep later. By then both have been contracted once more.
         """
         F, V, before = x
         p0, q0, h = data
@@ -116,7 +118,7 @@ else:
         F1, V1 = tuple(found[i][0] for i in range(STAGES)), tuple(found[i][1] for i in range(STAGES))
         change = sum(norm(axpy(-1.0, V[i], V1[i])) for i in range(STAGES))
         pivot = min(found[i][2] for i in range(STAGES))
-        return (F1, V1, change), change + before, max(1.0, norm(q0)) + norm(V1[0]), change, pivot
+        return (F1, V1, change), change + before, RATE * max(LENGTH, norm(q0)) + norm(V1[0]), change, pivot
 
 
 def increment(p0: Vector, q0: Vector, h: Number) -> Any:
@@ -127,6 +129,6 @@ def increment(p0: Vector, q0: Vector, h: Number) -> Any:
         X_i = x0 + h sum_j a_ij f(X_j)        x1 = x0 + h sum_i b_i f(X_i)
     """
     F0, v0, _ = f(p0, q0)
-    start = (tuple(F0 for i in range(STAGES)), tuple(v0 for i in range(STAGES)), max(1.0, norm(q0)))
+    start = (tuple(F0 for i in range(STAGES)), tuple(v0 for i in range(STAGES)), RATE * max(LENGTH, norm(q0)) + norm(v0))
     (F, V, _), report = newton(improve, start, (p0, q0, h))
     return weighted(h, DATA[1], F), weighted(h, DATA[1], V), (), report

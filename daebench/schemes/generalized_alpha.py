@@ -7,6 +7,7 @@ from daebench.errors import BadInput
 from daebench.inputs import real
 from daebench.kernels.hole import (
     DATA,
+    LENGTH,
     SEPARABLE,
     G,
     H_p,
@@ -110,7 +111,7 @@ def improve(x: tuple[Vector, Multiplier], data: Any) -> Any:
     change, pivot = solve(gram(G1, Z), axpy_m(-1.0, value, mul(G1, by_r)))
     back = axpy(-1.0, mul_full_T(Z, change), by_r)
     x = (axpy(-1.0, back, z), axpy_m(-1.0, change, nu))
-    return x, norm(back), max(1.0, norm(q)), norm(r) + norm_m(value), min(pivot, pivot_z)
+    return x, norm(back), max(LENGTH, norm(q)), norm(r) + norm_m(value), min(pivot, pivot_z)
 
 
 def start(p0: Vector, q0: Vector, h: Number) -> tuple[Any, Report]:

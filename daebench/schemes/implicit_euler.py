@@ -6,6 +6,7 @@ from daebench.claims import Claims
 from daebench.kernels.constrain import tangent
 from daebench.kernels.eliminate import eliminate
 from daebench.kernels.hole import (
+    LENGTH,
     G,
     H_p,
     H_pp,
@@ -48,7 +49,7 @@ def improve(x: tuple[Vector, Vector, Multiplier], data: tuple[Vector, Vector, Nu
     dp, dq, change, pivot = eliminate(h, (r_p, r_q, value), H_qp(p, q), by_mass, stiffness, scale_md(h, G1), G1)
     x = (axpy(-1.0, dp, p), axpy(-1.0, dq, q), axpy_m(-1.0, change, lam))
     residual = norm(r_p) + norm(r_q) + norm_m(value)
-    return x, norm(dq) + abs(h) * norm(apply(by_mass, dp)), max(1.0, norm(q)), residual, pivot
+    return x, norm(dq) + abs(h) * norm(apply(by_mass, dp)), max(LENGTH, norm(q)), residual, pivot
 
 
 def step(p0: Vector, q0: Vector, h: Number) -> tuple[Vector, Vector, Any, Report]:

@@ -6,6 +6,7 @@ from typing import Any
 from daebench.claims import Claims, Member
 from daebench.kernels.hole import (
     DATA,
+    LENGTH,
     STAGES,
     Multiplier,
     Number,
@@ -76,7 +77,7 @@ def improve(x: Any, data: tuple[Vector, Vector, Number]) -> Any:
     change, pivot = solve_stages_twice(matrix(h, J, R, C), value_v + value_g)
     P1, Q1 = moved(h, free_P, free_Q, J, R, change)
     Q1 = shifted(h, Q1, J, tuple(change[STAGES + i] for i in range(STAGES)))
-    scale_q = max(1.0, norm(Q[STAGES - 1]))
+    scale_q = max(LENGTH, norm(Q[STAGES - 1]))
     size = size_of(S, dP, dQ, P1, Q1, scale_v, scale_q)
     residual = sum(norm_m(value_v[i]) + norm_m(value_g[i]) for i in range(STAGES))
     Lam = tuple(axpy_m(1.0, change[i], Lam[i]) for i in range(STAGES))

@@ -6,6 +6,7 @@ from typing import Any
 from daebench.claims import Claims, Member
 from daebench.kernels.hole import (
     DATA,
+    LENGTH,
     STAGES,
     Number,
     Report,
@@ -42,7 +43,7 @@ def improve(x: Any, data: tuple[Vector, Vector, Number]) -> Any:
     value = tuple(axpy_m(1.0, mul(J[i], V[i]), mul_full(C[i], axpy(-1.0, dQ[i], free_Q[i]))) for i in range(STAGES))
     change, pivot = solve_stages(velocity_matrix(h, J, R, C), value)
     P1, Q1 = moved(h, free_P, free_Q, J, R, change)
-    scale_q = max(1.0, norm(Q[STAGES - 1]))
+    scale_q = max(LENGTH, norm(Q[STAGES - 1]))
     size = size_of(S, dP, dQ, P1, Q1, scale_v, scale_q)
     residual = sum(norm_m(value[i]) for i in range(STAGES))
     return (P1, Q1, tuple(axpy_m(1.0, change[i], Lam[i]) for i in range(STAGES))), size, scale_v * scale_q, residual, pivot

@@ -5,6 +5,7 @@ from typing import Any
 from daebench.claims import Claims, Member
 from daebench.kernels.constrain import normal, reach
 from daebench.kernels.hole import (
+    LENGTH,
     SEPARABLE,
     G,
     H_p,
@@ -83,7 +84,7 @@ else:
         x = (axpy(-1.0, back_p, dp), axpy(-1.0, back_q, dq), axpy_m(-1.0, change, lam))
         residual = norm(r_p) + norm(r_q) + norm_m(value)
         size = norm(back_q) + abs(half) * norm(apply(S, back_p))
-        return x, size, max(1.0, norm(q)), residual, min(pivot, min(pivot_p, pivot_q))
+        return x, size, max(LENGTH, norm(q)), residual, min(pivot, min(pivot_p, pivot_q))
 
     def increment(p0: Vector, q0: Vector, h: Number) -> tuple[Vector, Vector, Any, Report]:
         """Return p1 - p0, q1 - q0, lam and mu, and a report.

@@ -5,6 +5,7 @@ from typing import Any
 from daebench.claims import Claims
 from daebench.kernels.constrain import reach, tangent
 from daebench.kernels.hole import (
+    LENGTH,
     SEPARABLE,
     G,
     H_p,
@@ -74,7 +75,7 @@ else:
         change, pivot = solve(gram(G1, apply_md(S, P)), axpy_m(-1.0, value, mul(G1, apply(S, by_p))))
         dp = axpy(-1.0, mul_full_T(P, change), by_p)
         x = (axpy(-1.0, dp, p), axpy_m(-1.0, change, lam))
-        return x, norm(apply(S, dp)), max(1.0, norm(q1)), norm(r_p) + norm_m(value), min(pivot, pivot_p)
+        return x, norm(apply(S, dp)), max(LENGTH, norm(q1)), norm(r_p) + norm_m(value), min(pivot, pivot_p)
 
     def step(p0: Vector, q0: Vector, h: Number) -> tuple[Vector, Vector, Any, Report]:
         """Return p1, q1, no raw multipliers, and a report.

@@ -5,6 +5,7 @@ from typing import Any
 from daebench.claims import Claims
 from daebench.kernels.constrain import reach, tangent
 from daebench.kernels.hole import (
+    LENGTH,
     SEPARABLE,
     G,
     H_p,
@@ -74,7 +75,7 @@ else:
         change, pivot = solve(gram(G1, Q), axpy_m(-1.0, value, mul(G1, by_q)))
         dq = axpy(-1.0, mul_full_T(Q, change), by_q)
         x = (axpy(-1.0, dq, q), axpy_m(-1.0, change, mu))
-        return x, norm(dq), max(1.0, norm(q)), norm(r_q) + norm_m(value), min(pivot, pivot_q)
+        return x, norm(dq), max(LENGTH, norm(q)), norm(r_q) + norm_m(value), min(pivot, pivot_q)
 
     def step(p0: Vector, q0: Vector, h: Number) -> tuple[Vector, Vector, Any, Report]:
         """Return p1, q1, no raw multipliers, and a report.

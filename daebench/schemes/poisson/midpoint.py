@@ -3,7 +3,7 @@
 from typing import Any
 
 from daebench.claims import PoissonClaims
-from daebench.kernels.hole import Number, Report, Vector, axpy, norm
+from daebench.kernels.hole import LENGTH, Number, Report, Vector, axpy, norm
 from daebench.kernels.newton import newton
 from daebench.kernels.poisson_hole import DENSE, field
 
@@ -17,7 +17,7 @@ if DENSE:
         middle = axpy(0.5, axpy(-1.0, y0, y1), y0)
         r = axpy(-1.0, y0, axpy(-h, field(middle), y1))
         dy, pivot = solve_d(identity_plus(-0.5 * h, field_y(middle)), r)
-        return axpy(-1.0, dy, y1), norm(dy), max(1.0, norm(y0)), norm(r), pivot
+        return axpy(-1.0, dy, y1), norm(dy), max(LENGTH, norm(y0)), norm(r), pivot
 
 else:
     from daebench.kernels.hole import INF
@@ -27,7 +27,7 @@ else:
         y0, h = data
         new = axpy(h, field(axpy(0.5, axpy(-1.0, y0, y1), y0)), y0)
         change = norm(axpy(-1.0, y1, new))
-        return new, change, max(1.0, norm(y0)), change, INF
+        return new, change, max(LENGTH, norm(y0)), change, INF
 
 
 CLAIMS = PoissonClaims(order=2, symmetric=True, poisson="constant", keeps="quadratic", source="HLW (I.1.7)")

@@ -3,7 +3,7 @@
 from typing import Any
 
 from daebench.claims import PoissonClaims
-from daebench.kernels.hole import Number, Report, Vector, axpy_m, norm_m
+from daebench.kernels.hole import LENGTH, Number, Report, Vector, axpy_m, norm_m
 from daebench.kernels.newton import newton
 from daebench.kernels.poisson_hole import DENSE, first_half, joined, rate_u, rate_v, second_half
 
@@ -17,7 +17,7 @@ if DENSE:
         y = joined(u, second_half(y0), y0)
         r = axpy_m(-1.0, first_half(y0), axpy_m(-h, rate_u(y), u))
         du, pivot = solve(identity_minus(h, rate_u_u(y)), r)
-        return axpy_m(-1.0, du, u), norm_m(du), max(1.0, norm_m(u)), norm_m(r), pivot
+        return axpy_m(-1.0, du, u), norm_m(du), max(LENGTH, norm_m(u)), norm_m(r), pivot
 
 else:
     from daebench.kernels.hole import INF
@@ -27,7 +27,7 @@ else:
         y0, h = data
         new = axpy_m(h, rate_u(joined(u, second_half(y0), y0)), first_half(y0))
         change = norm_m(axpy_m(-1.0, u, new))
-        return new, change, max(1.0, norm_m(new)), change, INF
+        return new, change, max(LENGTH, norm_m(new)), change, INF
 
 
 CLAIMS = PoissonClaims(order=1, symmetric=False, poisson="bilinear", halves=True, source="HLW Example 4.7")

@@ -3,7 +3,7 @@
 from dataclasses import replace
 from typing import Any
 
-from daebench.kernels.hole import Number, Report, Vector, axpy_m, norm_m
+from daebench.kernels.hole import LENGTH, Number, Report, Vector, axpy_m, norm_m
 from daebench.kernels.newton import newton
 from daebench.kernels.poisson_hole import DENSE, first_half, joined, rate_u, rate_v, second_half
 from daebench.schemes.poisson.symplectic_euler import CLAIMS as SYMPLECTIC_EULER
@@ -18,7 +18,7 @@ if DENSE:
         y = joined(first_half(y0), v, y0)
         r = axpy_m(-1.0, second_half(y0), axpy_m(-h, rate_v(y), v))
         dv, pivot = solve(identity_minus(h, rate_v_v(y)), r)
-        return axpy_m(-1.0, dv, v), norm_m(dv), max(1.0, norm_m(v)), norm_m(r), pivot
+        return axpy_m(-1.0, dv, v), norm_m(dv), max(LENGTH, norm_m(v)), norm_m(r), pivot
 
 else:
     from daebench.kernels.hole import INF
@@ -28,7 +28,7 @@ else:
         y0, h = data
         new = axpy_m(h, rate_v(joined(first_half(y0), v, y0)), second_half(y0))
         change = norm_m(axpy_m(-1.0, v, new))
-        return new, change, max(1.0, norm_m(new)), change, INF
+        return new, change, max(LENGTH, norm_m(new)), change, INF
 
 
 CLAIMS = replace(SYMPLECTIC_EULER)
