@@ -1,4 +1,4 @@
-"""A rigid body with a fixed point by its rotation matrix: nine positions tied by six constraints, HLW VII.5.3."""
+"""A rigid body with a fixed point by its rotation matrix: nine positions tied by six constraints, HLW VII.5."""
 
 from collections.abc import Sequence
 
@@ -68,7 +68,7 @@ def picture(Q: sp.Matrix, r: Expressions) -> Picture:
 
 
 def shares(moments: Expressions) -> list[sp.Expr]:
-    """Return the entries d_k of D, HLW VII.5.3: the integrals of x_k^2 over the mass of the body."""
+    """Return the entries d_k of D, HLW VII.5: the integrals of x_k^2 over the mass of the body."""
     return [sp.Add(*moments) / 2 - moment for moment in moments]
 
 

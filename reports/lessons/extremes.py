@@ -45,7 +45,7 @@ def _(mo):
     mo.md(r"""
     ## Lock-up
 
-    All treatments of constraints solve, somewhere, a system with the matrix
+    Whoever computes a multiplier solves, somewhere, a system with this matrix or one close to it:
 
     $$G(q)\,H_{pp}\,G(q)^T \quad\text{invertible} \tag{HLW VII.1.13}$$
 

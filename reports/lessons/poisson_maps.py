@@ -82,9 +82,9 @@ def _(at_most, facts, mo, number):
     mo.md(f"""
     With h = {facts.h} s, after {facts.t_end:g} s the explicit Euler method has spiralled outwards, and the cat has grown to
     {number(facts.share["euler"], 3)} of its volume. Runge and Kutta's method closes the orbit to the eye; the volume along it is off by
-    {at_most(facts.change["rk4"], 1)} at most, and by {at_most(facts.change["midpoint"], 1)} with the midpoint rule, which is symplectic for
-    constant B and for no other. Symplectic Euler and the splitting change it by {at_most(facts.change["symplectic_euler_adjoint"], 1)} and
-    {at_most(facts.change["strang"], 1)}: they are Poisson maps.
+    {at_most(facts.change["rk4"], 1)} at most, and by {at_most(facts.change["midpoint"], 1)} with the midpoint rule, which is a Poisson
+    map for constant B, and not for this one. Symplectic Euler and the splitting change it by
+    {at_most(facts.change["symplectic_euler_adjoint"], 1)} and {at_most(facts.change["strang"], 1)}: they are Poisson maps.
 
     ## A body on its sphere
 
