@@ -1,5 +1,6 @@
 """The README's commands and programs run from what a reader has: its files, and what its earlier commands have written."""
 
+import re
 import shlex
 import subprocess
 import sys
@@ -101,6 +102,31 @@ def test_what_is_compared_with_a_reference_is_no_reference():
 def test_what_is_not_run_here_is_in_the_readme():
     for beginning in (*ELSEWHERE, *QUICK, *LONG, STOPS):
         assert any(command.startswith(beginning) for command in said.commands()), beginning
+
+
+TAKES_A_PROBLEM = {
+    "show": "",
+    "check": "",
+    "run": "--method rattle --h 0.1 --steps 1",
+    "compare": "--methods rattle --h 0.1 --t-end 1",
+    "order": "--methods rattle --t-end 1 --halvings 2",
+    "animate": "--methods rattle --h 0.1 --t-end 1 --out film.html",
+    "long": "--methods rattle --h 0.1 --steps 100 --dry-run",
+    "stability": "--dry-run",
+    "precision": "--dry-run",
+    "work-precision": "--dry-run",
+}
+"""Commands that take a problem, and what else they need."""
+
+
+def test_a_problem_file_goes_wherever_the_readme_says_that_it_does(daebench, reader, monkeypatch, uncompiled_schemes):
+    """Commands that it does not except are called with a file; of the sentence on it all excepted ones are named there."""
+    monkeypatch.chdir(reader)
+    excepted = re.search(r"Its path goes wherever .*?:\n", said.README.read_text(encoding="utf-8"), re.DOTALL)[0]
+    for command, more in TAKES_A_PROBLEM.items():
+        if f"`daebench {command}`" not in excepted:
+            status, _, err = daebench(command, "./bead.py", *more.split())
+            assert status == 0, (command, err)
 
 
 @pytest.mark.slow
