@@ -12,7 +12,7 @@ from daebench.lesson.control import Control, Values
 from daebench.lesson.experiment import Experiment, Shown
 from daebench.method import Request
 from daebench.names import parse
-from daebench.report import number
+from daebench.report import at_most, number
 from daebench.reports.lessons._panels import MINUS_START, against_time, seconds, small
 from daebench.scene import Array
 from daebench.trajectory import Trajectory
@@ -58,7 +58,7 @@ def show(values: Values) -> Shown:
     when = parted(t, distance)
     told = Markup("they are a tenth of an arm apart after <b>{:.1f} s</b>").format(when) if when == when else Markup("they have not parted")
     says = Markup("Released {} rad apart, {}. The energy error is {} J at most.").format(
-        number(values["delta"], 1), told, number(np.max(np.abs(energy)))
+        number(values["delta"], 1), told, at_most(np.max(np.abs(energy)))
     )
     return Shown(sheet(panels, alt="Distance of two double pendulums against time, and energy error of one.", height=250), says)
 

@@ -12,7 +12,7 @@ from daebench.lesson.control import Control, Values
 from daebench.lesson.experiment import Experiment, Shown
 from daebench.method import Request
 from daebench.names import parse
-from daebench.report import number
+from daebench.report import at_most, number
 from daebench.reports.lessons._panels import against_time, seconds, small
 from daebench.scene import Array
 from daebench.trajectory import Trajectory
@@ -53,7 +53,7 @@ def show(values: Values) -> Shown:
     turns = values["h"] / (np.pi * values["eps"])
     says = Markup(
         "The spring oscillates in {} s: a step is <b>{}</b> of that. |<i>g</i>| is {} at most; the distance at the end is {} m."
-    ).format(number(np.pi * values["eps"]), number(turns), number(g.max()), number(away[-1]))
+    ).format(number(np.pi * values["eps"]), number(turns), at_most(g.max()), number(away[-1]))
     if found.failure:
         says += Markup(" The run stopped at <i>t</i> = {:.3g} s.").format(found.t[-1])
     return Shown(sheet(panels, alt="Distance from the constrained motion and residual of the constraint against time.", height=250), says)

@@ -13,7 +13,7 @@ from daebench.fixed_step import FixedStep
 from daebench.lesson.control import NO_YES, Control, Values
 from daebench.lesson.experiment import Experiment, Preparation, Shown
 from daebench.names import parse
-from daebench.report import number
+from daebench.report import at_most
 from daebench.report.claims import require
 from daebench.reports.lessons._panels import seconds
 from daebench.reports.lessons._shake_to_lobatto_runs import CASES, hidden, ladder, solve
@@ -100,7 +100,7 @@ def show_hidden(values: Values) -> Shown:
     says = Markup(
         "Positions of SHAKE and RATTLE differ by {} at most. SHAKE's momenta are off the manifold by {} at most; projected, by {}, and "
         "then they differ from RATTLE's by {}."
-    ).format(*(number(each) for each in (run.positions, run.shake.max(), run.projected.max(), run.momenta)))
+    ).format(*(at_most(each) for each in (run.positions, run.shake.max(), run.projected.max(), run.momenta)))
     return Shown(
         sheet(panels, alt="Residual of the hidden constraint and energy error against time, of SHAKE and RATTLE.", height=270), says
     )

@@ -13,7 +13,7 @@ from daebench.lesson.control import NO_YES, Control, Values
 from daebench.lesson.experiment import Experiment, Preparation, Shown
 from daebench.method import Patience, Request
 from daebench.reference.ida import DEFAULT_CURES, Ida
-from daebench.report import count, number
+from daebench.report import at_most, count, number
 from daebench.report.claims import require
 from daebench.reports._tolerances_runs import FAST, IN_WORDS, end, exact_of, scene_of
 from daebench.scene import Array
@@ -135,7 +135,7 @@ def says(values: Values, run: Reached) -> Markup:
     told = Markup("<b>{}</b>: asked was {}, reached {}, <b>{}</b> times as much, with {} evaluations of the residual. ").format(
         name, number(values["tol"], 1), number(run.worst), number(run.worst / values["tol"]), count(run.calls)
     )
-    return told + Markup("|<i>g</i>| is {} at most, |<i>G H<sub>p</sub></i>| {}.").format(number(run.g.max()), number(run.Gv.max()))
+    return told + Markup("|<i>g</i>| is {} at most, |<i>G H<sub>p</sub></i>| {}.").format(at_most(run.g.max()), at_most(run.Gv.max()))
 
 
 def table(values: Values) -> pd.DataFrame:

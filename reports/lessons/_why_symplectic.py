@@ -10,7 +10,7 @@ from markupsafe import Markup
 from daebench.diagnostics.symplecticity import symplecticity_defect, tangent_basis
 from daebench.lesson.control import NO_YES, Control, Values
 from daebench.lesson.experiment import Experiment, Preparation, Shown
-from daebench.report import number
+from daebench.report import at_most, number
 from daebench.report.claims import require
 from daebench.reports.lessons._panels import seconds
 from daebench.reports.lessons._why_symplectic_picture import picture
@@ -44,7 +44,7 @@ def says(run: Carried, *, asked: bool) -> Markup:
             run.method, run.area[0], number(run.area[-1], 5), fate, number(run.change)
         ),
         Markup("Energy error at most {}, |<i>g</i>| at most {}, |<i>G H<sub>p</sub></i>| at most {}.").format(
-            *(number(np.max(np.abs(each))) for each in (run.energy, run.g, run.Gv))
+            *(at_most(np.max(np.abs(each))) for each in (run.energy, run.g, run.Gv))
         ),
     ]
     if asked and not run.projected:
