@@ -8,6 +8,7 @@ from typing import Annotated
 import typer
 
 from daebench.cli.animate import animate
+from daebench.cli.archive import archive
 from daebench.cli.bench import bench
 from daebench.cli.check import check
 from daebench.cli.compare import compare
@@ -19,6 +20,7 @@ from daebench.cli.order import order
 from daebench.cli.precision import precision
 from daebench.cli.reference import app as reference
 from daebench.cli.report import report
+from daebench.cli.reproduce import reproduce
 from daebench.cli.run import run
 from daebench.cli.show import show
 from daebench.cli.stability import stability
@@ -51,7 +53,7 @@ def top(version: Annotated[bool, typer.Option("--version", help="Print the versi
 
 
 app.command("list")(listing)
-for command in (show, run, compare, order, check, precision, stability, long, animate, report, lesson, bench, export):
+for command in (show, run, compare, order, check, precision, stability, long, animate, report, lesson, bench, export, archive, reproduce):
     app.command()(command)
 app.command("work-precision")(work_precision)
 app.add_typer(reference, name="reference")

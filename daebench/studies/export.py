@@ -1,5 +1,6 @@
 """All rows of a store as one table in a file, for other programs."""
 
+from collections.abc import Sequence
 from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -45,12 +46,17 @@ def table_of(store: Store) -> "pd.DataFrame":
     BadInput
         If the store has no rows.
     """
-    import pandas as pd
-
-    rows = [_flat(each) for each in store.all()]
+    rows = list(store.all())
     if not rows:
         raise BadInput(f"{store.path} has no rows; make some, by daebench work-precision say.")
-    return pd.DataFrame(rows).sort_values(["problem", "case", "method", "value", "key"], ignore_index=True)
+    return frame(rows)
+
+
+def frame(rows: Sequence[Kept]) -> "pd.DataFrame":
+    """Return rows as a table, see :func:`table_of`."""
+    import pandas as pd
+
+    return pd.DataFrame(map(_flat, rows)).sort_values(["problem", "case", "method", "value", "key"], ignore_index=True)
 
 
 def write(table: "pd.DataFrame", path: Path) -> None:

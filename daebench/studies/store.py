@@ -217,6 +217,26 @@ class Store:
         return sum(asked[cell] not in keys for cell, keys in found.items())
 
 
+def as_json(kept: Kept) -> str:
+    """Return a row as one line of JSON, which :func:`of_json` reads; numbers that JSON does not have are words."""
+    return json.dumps(
+        {"key": kept.key, "cell": dict(kept.cell), "row": json.loads(_written(kept.row)), "maker": kept.maker, "took": kept.took},
+        sort_keys=True,
+    )
+
+
+def of_json(line: str) -> Kept:
+    """Return the row of a line that :func:`as_json` gives.
+
+    Raises
+    ------
+    ValueError, KeyError, TypeError, AttributeError
+        If it is no such line.
+    """
+    found = json.loads(line)
+    return Kept(str(found["key"]), dict(found["cell"]), _read(json.dumps(found["row"])), str(found["maker"]), float(found["took"]))
+
+
 @contextmanager
 def opened(path: Path) -> Iterator[Store]:
     """Open a store for the time of a block.

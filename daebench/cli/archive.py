@@ -1,0 +1,32 @@
+"""``daebench archive``: a study in one file."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from daebench.cli.arguments import Json
+from daebench.cli.console import print_json
+
+
+def archive(
+    store: Annotated[Path, typer.Argument(help="File in which a study keeps its runs, such as output/work-precision/studies.db.")],
+    out: Annotated[Path | None, typer.Option("--out", help="FILE.zip to write; STORE.zip if left out.", show_default=False)] = None,
+    json: Json = False,
+) -> None:
+    """Write a study into one ZIP file: its runs, problem files, certificates, pictures, and how all of it was made, in words."""
+    from daebench.errors import BadInput
+    from daebench.studies.archive import check_archive, write_archive
+    from daebench.studies.store import opened
+
+    if not store.is_file():
+        raise BadInput(f"there is no store {store}; a study makes one, by daebench work-precision say.")
+    path = store.with_suffix(".zip") if out is None else out
+    check_archive(path)
+    with opened(store) as kept:
+        found = write_archive(kept, path)
+    if json:
+        print_json({"file": str(path), "rows": found.rows, "left_out": found.changed, "files": list(found.files)})
+        return
+    less = f", without {found.changed} of definitions that have changed since" if found.changed else ""
+    print(f"written: {path}, {found.rows} runs{less}; hold it against a new run by: daebench reproduce {path}")

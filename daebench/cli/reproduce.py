@@ -1,0 +1,85 @@
+"""``daebench reproduce``: an archive held against a new run."""
+
+from collections.abc import Sequence
+from math import isnan
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from daebench.cli.arguments import Json
+from daebench.cli.console import bar, print_json
+from daebench.errors import BadInput
+
+if TYPE_CHECKING:
+    from daebench.studies.reproduce import Reproduced
+
+MOST = 20
+"""Most runs that differ and are named; --json has all."""
+
+
+def reproduce(
+    file: Annotated[Path, typer.Argument(help="Archive that daebench archive wrote.")],
+    rtol: Annotated[float, typer.Option("--rtol", help="Relative difference that is still within.")] = 1e-6,
+    atol: Annotated[float, typer.Option("--atol", help="Difference that is round-off, whatever the number.")] = 1e-12,
+    trust: Annotated[bool, typer.Option("--trust", help="Execute problem files that are in the archive: read them first.")] = False,
+    json: Json = False,
+) -> None:
+    """Make the runs of an archive again: which are equal to the bit, within tolerances, or differ; exit 1 if one differs."""
+    from daebench.inputs import real
+    from daebench.studies.reproduce import DIFFERS, read, reproduced
+
+    for name, value in (("--rtol", rtol), ("--atol", atol)):
+        if real(name, value) < 0:
+            raise BadInput(f"{name} {value:g} must be 0 or more.")
+    archive = read(file)
+    if archive.own and not trust:
+        files = ", ".join(Path(name).name for name in archive.own)
+        raise BadInput(f"{file} has problem files of its own, {files}, which would be executed; read them, and add --trust.")
+    with bar(f"{file.name} again") as progress:
+        found = list(reproduced(archive, rtol=rtol, atol=atol, tell=progress))
+    if json:
+        print_json({"file": str(file), "made": archive.manifest["made"], "rtol": rtol, "atol": atol, "rows": list(map(_plain, found))})
+    else:
+        print(f"{file}: made on {archive.manifest['made']} by {_makers(archive.manifest['versions'])}; {archive.manifest['machine']}.")
+        print("\n".join(_told(found)))
+    raise typer.Exit(1 if any(each.verdict == DIFFERS for each in found) else 0)
+
+
+def _makers(versions: dict[str, str]) -> str:
+    return ", ".join(f"{name} {versions[name]}" for name in ("daebench", "numpy", "numba") if name in versions)
+
+
+def _told(found: "Sequence[Reproduced]") -> list[str]:
+    """Return what is said: how many runs are equal, how many within and by what, and which differ."""
+    from daebench.studies.reproduce import DIFFERS, EQUAL, WITHIN
+
+    lines = [f"equal to the bit: {sum(each.verdict == EQUAL for each in found)} of {len(found)} runs."]
+    if within := [each for each in found if each.verdict == WITHIN]:
+        largest = max(within, key=lambda each: -1.0 if isnan(each.difference) else each.difference)
+        lines.append(f"within tolerances: {len(within)} runs; most in {_place(largest)}.")
+    differ = [each for each in found if each.verdict == DIFFERS]
+    lines += [f"differs: {_place(each)}." for each in differ[:MOST]]
+    return [*lines, f"... and {len(differ) - MOST} more differ; --json has all."] if len(differ) > MOST else lines
+
+
+def _place(each: "Reproduced") -> str:
+    cell = each.cell
+    values = f"{each.column} = {_short(each.archived)}, here {_short(each.new)}"
+    return f"{cell.method} on {cell.problem}, case {cell.case}, {cell.value:g}: {values}"
+
+
+def _short(value: Any) -> str:
+    return f"{value:.17g}" if isinstance(value, float) else "nothing" if value is None else repr(value)[:80]
+
+
+def _plain(each: "Reproduced") -> dict[str, Any]:
+    cell = {name: getattr(each.cell, name) for name in ("problem", "case", "method", "value", "t_end")}
+    return {
+        **cell,
+        "verdict": each.verdict,
+        "difference": each.difference,
+        "column": each.column,
+        "archived": each.archived,
+        "new": each.new,
+    }
