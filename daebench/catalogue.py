@@ -24,6 +24,9 @@ if TYPE_CHECKING:
 
 PACKAGE = Path(__file__).parent
 
+MOST = 1_000_000
+"""Largest structural parameter: a chain of as many nodes takes some gigabytes."""
+
 
 @cache
 def _files(folder: str) -> tuple[Path, ...]:
@@ -188,4 +191,6 @@ def _first_case(source: "Source", start: Mapping[str, Sequence[float] | None]) -
 def _whole(name: str, value: float) -> int:
     if real(name, value) != int(value) or value < 1:
         raise BadInput(f"{name} = {value:g} must be a whole number of at least 1.")
+    if value > MOST:
+        raise BadInput(f"{name} = {value:g} is more than the {MOST} that fit into memory; give less.")
     return int(value)

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from daebench.csv_files import write_numbers, write_rows
-from daebench.errors import BadInput
+from daebench.errors import BadInput, DaebenchError
 from daebench.trajectory import Array, PoissonTrajectory, Trajectory
 
 _COUNTER = itertools.count()
@@ -23,16 +23,43 @@ def atomic(path: Path) -> Iterator[Path]:
     ------
     BadInput
         If the path is a folder or a device.
+    DaebenchError
+        If it cannot be written, as on a full disk; it names the path.
     """
     path = path.resolve()
     if path.exists() and not path.is_file():
         raise BadInput(f"{path} is no file that could be replaced; choose another place.")
     scratch = path.with_name(f".{path.stem}-{os.getpid()}-{next(_COUNTER)}{path.suffix}")
     try:
-        yield scratch
-        scratch.replace(path)
+        with named(path, scratch):
+            yield scratch
+            scratch.replace(path)
     finally:
         scratch.unlink(missing_ok=True)
+
+
+@contextmanager
+def named(path: Path, scratch: Path) -> Iterator[None]:
+    """Name a file, or folder, that cannot be written in a block: the system does not say which disk is full.
+
+    Parameters
+    ----------
+    path : Path
+        Its name.
+    scratch : Path
+        The name that it has while it is being written.
+
+    Raises
+    ------
+    DaebenchError
+        If writing it fails.
+    """
+    try:
+        yield
+    except OSError as error:
+        if error.filename is not None and not Path(error.filename).is_relative_to(scratch):
+            raise
+        raise DaebenchError(f"{path} cannot be written ({error.strerror or error}); make room, or choose another place.") from error
 
 
 def check_writable(path: Path) -> None:

@@ -58,11 +58,20 @@ class Held:
     fault: str
 
 
-def held(setting: Setting) -> list[Held]:
-    """Return what was checked of a case as it is declared, and what is wrong, up to the first that makes the others meaningless."""
+def held(setting: Setting, tell: Callable[[str], None] = lambda what: None) -> list[Held]:
+    """Return what was checked of a case as it is declared, and what is wrong, up to the first that makes the others meaningless.
+
+    Parameters
+    ----------
+    setting : Scene or PoissonScene
+        The case.
+    tell : callable
+        Told what is being checked, before it is.
+    """
     declared = _declared(setting)
     found: list[Held] = []
     for what, check in _checks(declared).items():
+        tell(what)
         try:
             with np.errstate(all="ignore"):
                 fault = check(declared)

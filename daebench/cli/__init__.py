@@ -1,6 +1,5 @@
 """The command line: one command a file, and one place where errors become a sentence and an exit status."""
 
-import os
 import sys
 import warnings
 from typing import Annotated
@@ -12,6 +11,7 @@ from daebench.cli.archive import archive
 from daebench.cli.bench import bench
 from daebench.cli.check import check
 from daebench.cli.compare import compare
+from daebench.cli.endings import INTERRUPTED, complain, ending, keep_interrupts
 from daebench.cli.export import export
 from daebench.cli.lesson import lesson
 from daebench.cli.listing import listing
@@ -25,13 +25,6 @@ from daebench.cli.run import run
 from daebench.cli.show import show
 from daebench.cli.stability import stability
 from daebench.cli.work_precision import work_precision
-from daebench.errors import BadInput, DaebenchError, Interrupted
-
-ClickException: type[Exception] = next(base for base in typer.BadParameter.__mro__ if base.__name__ == "ClickException")
-"""Base of the errors of the command line itself, wherever this version of typer keeps it."""
-
-INTERRUPTED = 130
-"""Status of a command that Ctrl-C ended, which some versions of typer return without a word."""
 
 app = typer.Typer(
     add_completion=False,
@@ -60,23 +53,17 @@ app.add_typer(reference, name="reference")
 
 
 def main() -> None:
-    """Run the command line; exit 2 on bad input, 1 on a run that stopped early, and never with a traceback of ours."""
+    """Run the command line; exit 2 on bad input, 1 on a run that stopped early, 130 on Ctrl-C, and never with a traceback."""
     warnings.showwarning = _say
+    sys.unraisablehook = keep_interrupts
+    for stream in (sys.stdout, sys.stderr):
+        if hasattr(stream, "reconfigure"):
+            stream.reconfigure(errors="backslashreplace")  # what the terminal's encoding does not have is no reason to stop
     try:
         status = _called()
-    except ClickException as error:
-        status = _complain(_sentence(error), 2)
-    except Interrupted as error:
-        status = _complain(str(error), INTERRUPTED)
-    except DaebenchError as error:
-        status = _complain(str(error), 2 if isinstance(error, BadInput) else 1)
-    except (typer.Abort, KeyboardInterrupt):
-        status = _complain("interrupted.", INTERRUPTED)
-    except BrokenPipeError:
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # or Python complains at exit
-        status = 1
-    except OSError as error:
-        status = _complain(f"{error.filename or 'output'}: {error.strerror or error}.", 2)
+    except (Exception, KeyboardInterrupt) as error:  # noqa: BLE001  each ends as a sentence of its own
+        message, status = ending(error)
+        complain(message)
     sys.exit(status or 0)
 
 
@@ -92,17 +79,5 @@ def _called() -> int | None:
     return status
 
 
-def _sentence(error: BaseException) -> str:
-    """Return what the command line itself has to say, and where to read on; its help needs no more words."""
-    message: str = error.format_message()  # type: ignore[attr-defined]
-    return f"{message.rstrip('.')}; see daebench --help." if message else ""
-
-
-def _complain(message: str, status: int) -> int:
-    if message:
-        print(f"daebench: {' '.join(message.split())}", file=sys.stderr)
-    return status
-
-
 def _say(message: Warning | str, *_: object, **__: object) -> None:
-    print(f"daebench: {message}", file=sys.stderr)
+    complain(str(message))

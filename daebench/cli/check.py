@@ -1,11 +1,12 @@
 """``daebench check``: what a method claims, or what a problem declares, and what is measured."""
 
+from functools import partial
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from daebench.cli.arguments import Anyway, Case, Free, Json, Param, Problem
-from daebench.cli.console import bar, pairs, print_json, print_table
+from daebench.cli.console import Bar, bar, pairs, print_json, print_table
 from daebench.errors import BadInput
 
 if TYPE_CHECKING:
@@ -87,8 +88,7 @@ def _checked(problem: str, case: str | None, *, as_json: bool) -> int:
     with bar(f"check {problem}") as progress:
         settings = declared_settings(problem, case)
         for k, setting in enumerate(settings):
-            progress(k / len(settings), f"check {problem}, case {setting.case}")
-            found += held(setting)
+            found += held(setting, partial(_tell, progress, k / len(settings), f"check {problem}, case {setting.case}"))
     if as_json:
         print_json({"problem": problem, "checks": [asdict(each) for each in found], "ok": not any(each.fault for each in found)})
     else:
@@ -97,6 +97,10 @@ def _checked(problem: str, case: str | None, *, as_json: bool) -> int:
             if each.fault:
                 print(each.fault)
     return 1 if any(each.fault for each in found) else 0
+
+
+def _tell(progress: Bar, part: float, where: str, what: str) -> None:
+    progress(part, f"{where}: {what}")
 
 
 def _print(title: str, found: "list[Finding]") -> None:

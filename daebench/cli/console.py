@@ -2,6 +2,7 @@
 
 import json
 import math
+import sys
 import threading
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
@@ -11,6 +12,9 @@ from daebench.errors import BadInput
 
 PATIENCE = 2.0
 """Seconds before a progress bar is worth showing."""
+
+SILENCE = 20.0
+"""Seconds before a command says what it is doing where no bar can be seen."""
 
 
 def pairs(what: str, given: Sequence[str]) -> dict[str, float]:
@@ -83,7 +87,8 @@ def plain(value: Any) -> Any:
 
 def print_json(value: Any) -> None:
     """Print exactly one JSON value on standard output."""
-    print(json.dumps(plain(value), allow_nan=False, ensure_ascii=False))
+    encoding = (getattr(sys.stdout, "encoding", None) or "utf-8").lower()
+    print(json.dumps(plain(value), allow_nan=False, ensure_ascii=not encoding.startswith("utf")))
 
 
 def print_table(columns: Sequence[str], rows: Sequence[Sequence[str]], title: str = "", *, width: int = 0) -> None:
@@ -110,7 +115,7 @@ def print_table(columns: Sequence[str], rows: Sequence[Sequence[str]], title: st
 
 
 class Bar:
-    """A progress bar with time left on standard error, shown only for what takes longer than two seconds."""
+    """A progress bar with time left on standard error, for what takes longer than two seconds; lines now and then in a file."""
 
     def __init__(self, label: str) -> None:
         from rich.console import Console
@@ -118,22 +123,37 @@ class Bar:
 
         columns = (TextColumn("{task.description}"), BarColumn(), TaskProgressColumn(), TimeRemainingColumn(compact=True))
         console = Console(stderr=True)
+        self._label, self._fraction = label, 0.0
         self._progress = Progress(*columns, console=console, transient=True, disable=not console.is_terminal)
         self._task = self._progress.add_task(label, total=None)
-        self._timer = threading.Timer(PATIENCE, self._progress.start)
-        self._timer.daemon = True
-        self._timer.start()
+        self._over = threading.Event()
+        self._shows = threading.Thread(target=self._show if console.is_terminal else self._tell, daemon=True)
+        self._shows.start()
 
     def __call__(self, fraction: float, label: str | None = None) -> None:
         """Show the fraction done, and what is being done."""
         if label is not None:
+            self._label = label
             self._progress.update(self._task, description=label)
+        self._fraction = fraction
         self._progress.update(self._task, completed=fraction, total=1.0)
+
+    def _show(self) -> None:
+        """Show the bar once it is worth it."""
+        if not self._over.wait(PATIENCE):
+            self._progress.start()
+
+    def _tell(self) -> None:
+        """Say what is being done after a while, and again after twice the time."""
+        seconds = waited = SILENCE
+        while not self._over.wait(waited):
+            print(f"daebench: {self._label}: {100 * self._fraction:.0f} % after {seconds:.0f} s", file=sys.stderr, flush=True)
+            seconds, waited = 2 * seconds, seconds
 
     def close(self) -> None:
         """Take the bar away."""
-        self._timer.cancel()
-        self._timer.join()
+        self._over.set()
+        self._shows.join()
         if self._progress.live.is_started:
             self._progress.stop()
 

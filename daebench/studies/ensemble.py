@@ -20,6 +20,9 @@ from daebench.studies.schedulers import local_processes
 SECONDS = 5.0
 """Between checkpoints: what a run loses that is killed."""
 
+MOST_MEMBERS = 10_000
+"""Members that an ensemble may have: each has a start, a checkpoint and windows of its own in memory."""
+
 GLANCE = 1.0
 """Seconds between looks at how far other processes are."""
 
@@ -57,6 +60,8 @@ class Ensemble:
         """
         if self.members < 1:
             raise BadInput(f"an ensemble of {self.members} has no member; give at least 1.")
+        if self.members > MOST_MEMBERS:
+            raise BadInput(f"an ensemble of {self.members} is more than {MOST_MEMBERS} members, each with a file; 16 tell a random walk.")
         for number in range(min(2, self.members)):
             self.specs[number].check(self.steps)
         self._require_distinct()

@@ -3,6 +3,7 @@
 import csv
 import hashlib
 import json
+import math
 import os
 import shutil
 import textwrap
@@ -11,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from daebench.errors import BadInput, DaebenchError, unknown
+from daebench.files import named
 from daebench.reference.certified.places import NAME, folders, require_name
 from daebench.reference.certified.record import Reference
 
@@ -162,18 +164,19 @@ def save(name: str, certificate: Mapping[str, Any], text: Mapping[str, Sequence[
     require_name(name)
     new, old = folder / f".{name}.new-{os.getpid()}", _old(name, folder)
     shutil.rmtree(new, ignore_errors=True)
-    new.mkdir(parents=True)
+    place = folder / name
     try:
-        content = "".join(",".join(row) + "\n" for row in [list(text), *zip(*text.values(), strict=True)]).encode("ascii")
-        (new / f"{name}.csv").write_bytes(content)
-        data = {"file": f"{name}.csv", "sha256": hashlib.sha256(content).hexdigest(), "columns": list(text), "rows": len(text["t"])}
-        whole = {"format": FORMAT, "name": name, **certificate, "data": data}
-        (new / CERTIFICATE).write_text(written(whole | {"checksum": checksum(whole)}), encoding="ascii")
-        place = folder / name
-        if place.exists():
-            shutil.rmtree(old, ignore_errors=True)
-            place.rename(old)
-        new.rename(place)
+        with named(place, new):
+            new.mkdir(parents=True)
+            content = "".join(",".join(row) + "\n" for row in [list(text), *zip(*text.values(), strict=True)]).encode("ascii")
+            (new / f"{name}.csv").write_bytes(content)
+            data = {"file": f"{name}.csv", "sha256": hashlib.sha256(content).hexdigest(), "columns": list(text), "rows": len(text["t"])}
+            whole = {"format": FORMAT, "name": name, **certificate, "data": data}
+            (new / CERTIFICATE).write_text(written(whole | {"checksum": checksum(whole)}), encoding="ascii")
+            if place.exists():
+                shutil.rmtree(old, ignore_errors=True)
+                place.rename(old)
+            new.rename(place)
     finally:
         shutil.rmtree(new, ignore_errors=True)
     shutil.rmtree(old, ignore_errors=True)
@@ -208,7 +211,7 @@ def _rows(value: Any) -> str:
 
 def _certificate(path: Path) -> dict[str, Any]:
     try:
-        found = json.loads(_read(path))
+        found = json.loads(_read(path), parse_constant=_no_number, parse_float=_finite)
         expected, layout, _ = found["checksum"], found["format"], (found["data"]["file"], found["name"])
     except (ValueError, KeyError, TypeError, RecursionError) as error:
         raise Damaged(f"{path} is truncated or altered: {error}; {RESTORE}.") from error
@@ -216,6 +219,17 @@ def _certificate(path: Path) -> dict[str, Any]:
     if layout != FORMAT:
         raise Damaged(f"{path} has layout {layout}, and this version of daebench reads layout {FORMAT}; build the reference again.")
     return dict(found)
+
+
+def _no_number(word: str) -> float:
+    raise ValueError(f"it has {word} in the place of a number")
+
+
+def _finite(digits: str) -> float:
+    """Return a number of a certificate; one beyond double precision is none that was written."""
+    if not math.isfinite(value := float(digits)):
+        _no_number(digits[:40])
+    return value
 
 
 def _require(path: Path, what: str, expected: str, found: str) -> None:

@@ -1,0 +1,137 @@
+"""How a command ends that does not end well: in one sentence and an exit status, whatever was raised."""
+
+import os
+import select
+import signal
+import sys
+import traceback
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import typer
+
+from daebench.errors import BadInput, DaebenchError, Interrupted, bounded
+
+ClickException: type[Exception] = next(base for base in typer.BadParameter.__mro__ if base.__name__ == "ClickException")
+"""Base of the errors of the command line itself, wherever this version of typer keeps it."""
+
+INTERRUPTED = 130
+"""Status of a command that Ctrl-C ended, which some versions of typer return without a word."""
+
+FAULT = 70
+"""Status of a command that a fault of daebench ended, which is none of those of what was asked; sysexits.h has it so."""
+
+TRACEBACK = "DAEBENCH_TRACEBACK"
+"""Variable of the environment that has a fault printed with its traceback."""
+
+Ending = tuple[str, int]
+
+
+def ending(error: BaseException) -> Ending:
+    """Return the sentence and the exit status that an exception stands for."""
+    if _interrupted(error):
+        return "interrupted.", INTERRUPTED
+    return next(end(error) for kind, end in ENDINGS if isinstance(error, kind))
+
+
+def complain(message: str) -> None:
+    """Print one sentence on standard error, if that is there."""
+    if message and sys.stderr is not None:
+        try:
+            print(f"daebench: {bounded(' '.join(message.split()))}", file=sys.stderr, flush=True)
+        except OSError:  # nobody reads it
+            _discard(sys.stderr)
+
+
+def keep_interrupts(unraisable: Any) -> None:
+    """Have Ctrl-C come again that came where no exception can be raised, as in the middle of an import."""
+    if issubclass(unraisable.exc_type, KeyboardInterrupt):
+        signal.raise_signal(signal.SIGINT)
+    else:
+        sys.__unraisablehook__(unraisable)
+
+
+def _interrupted(error: BaseException) -> bool:
+    """Return whether an exception is Ctrl-C, or what a library makes of it that was being loaded."""
+    seen: BaseException | None = error
+    while seen is not None and not isinstance(seen, DaebenchError):
+        if isinstance(seen, KeyboardInterrupt | typer.Abort):
+            return True
+        seen = seen.__cause__ or seen.__context__ if isinstance(seen, ImportError | SystemError) else None
+    return False
+
+
+def _of_command_line(error: BaseException) -> Ending:
+    """Return what the command line itself has to say, and where to read on; its help needs no more words."""
+    message: str = error.format_message()  # type: ignore[attr-defined]
+    return (f"{bounded(message).rstrip('.')}; see daebench --help." if message else ""), 2
+
+
+def _unread(error: BaseException) -> Ending:
+    """Return nothing where nobody reads standard output any more, as after ``| head -1``; any other broken pipe is an error."""
+    if _hung_up():
+        _discard(sys.stdout)
+        return "", 1
+    return f"a process or a connection that daebench writes to has ended ({error}); run again.", 1
+
+
+def _hung_up() -> bool:
+    try:
+        if not hasattr(select, "poll"):  # on Windows; there is no other pipe that daebench writes to in a command that prints
+            return True
+        poll = select.poll()
+        poll.register(sys.stdout.fileno(), select.POLLOUT)
+        return any(event & (select.POLLERR | select.POLLHUP) for _, event in poll.poll(0))
+    except (OSError, ValueError, AttributeError):
+        return False
+
+
+def _printing(error: BaseException) -> bool:
+    """Return whether an exception was raised in printing: commands write nothing else themselves, and files have names."""
+    last = traceback.extract_tb(error.__traceback__)[-1:]
+    return any(Path(frame.filename).parent.name in ("cli", "reference", "rich") for frame in last)
+
+
+def _discard(stream: Any) -> None:
+    """Have a stream that takes no more lead nowhere, or Python complains at exit."""
+    try:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())
+    except (OSError, ValueError, AttributeError):
+        return
+
+
+def _of_file(error: BaseException) -> Ending:
+    assert isinstance(error, OSError)
+    place = error.filename
+    if place is None and _printing(error):
+        place = "standard output"
+        _discard(sys.stdout)
+    return f"{place or 'a file or connection'}: {error.strerror or error}.", 2
+
+
+def _of_memory(error: BaseException) -> Ending:
+    why = f" ({error})" if str(error) else ""
+    return f"there is not enough memory for this{why}; ask for fewer steps, nodes or members.", 1
+
+
+def _fault(error: BaseException) -> Ending:
+    if os.environ.get(TRACEBACK):
+        traceback.print_exception(error)
+    *_, last = traceback.extract_tb(error.__traceback__) or [None]
+    where = f" in {Path(last.filename).name}, line {last.lineno}" if last else ""
+    what = f"{type(error).__name__}: {bounded(str(error))}"
+    return f"this is a fault of daebench{where}: {what.rstrip('. ')}; report it with all that {TRACEBACK}=1 prints.", FAULT
+
+
+ENDINGS: tuple[tuple[type[BaseException], Callable[[BaseException], Ending]], ...] = (
+    (ClickException, _of_command_line),
+    (Interrupted, lambda error: (str(error), INTERRUPTED)),
+    (BadInput, lambda error: (str(error), 2)),
+    (DaebenchError, lambda error: (str(error), 1)),
+    (BrokenPipeError, _unread),
+    (OSError, _of_file),
+    (MemoryError, _of_memory),
+    (BaseException, _fault),
+)
+"""What each kind of exception is said to be; the first that fits."""
