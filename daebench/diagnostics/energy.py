@@ -6,67 +6,104 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from daebench.diagnostics.growth import growth_exponent
+from daebench.diagnostics.trend import RED, Trend, trend
 from daebench.errors import BadInput
 
 Array = NDArray[np.float64]
 
+NAN = float("nan")
+
 SHORTEST = 32
 """Fewest samples from which a drift is read."""
-
-SIGNIFICANT = 4.0
-"""A slope beyond so many of its standard errors is a drift."""
 
 LINEAR_BAND = 0.25
 """Growth is linear where the exponent is known and equal to one within this."""
 
-SPREADING = 4.0
-"""An error spreads where its scatter grows by this factor from the first quarter of the run to the last."""
+MISFIT = 0.05
+"""A change has no law where the window means are off the shape by more than this part of it, neighbours alike."""
+
+ROUNDED = 10.0
+"""An error within so many roundings, times the square root of the number of steps, is kept."""
+
+KEPT, BOUNDED, DRIFTS, UNDETERMINED, FAILED = "kept", "bounded", "drifts", "undetermined", "failed"
+
+VERDICTS = {
+    KEPT: "it is round-off: at most 10 eps sqrt(N) max(|T|, |U|) after N steps",
+    BOUNDED: "its mean changes by no more than a stated bound, which is less than its oscillation",
+    DRIFTS: "its mean changes, or its oscillation grows, by a stated law",
+    UNDETERMINED: "neither is known, for a stated reason",
+    FAILED: "the run stopped, or a number in it is not finite",
+}
+"""Verdicts on an error, and what they say."""
 
 
 @dataclass(frozen=True)
 class Drift:
-    """The secular part of an error.
+    """The secular part of an error, and the verdict on it.
 
     Parameters
     ----------
+    verdict : str
+        One of :data:`VERDICTS`.
+    reason : str
+        Why it is undetermined, or failed; else "".
+    law : str
+        Of what drifts, "linear", "power", "exponential", "saturated", "step", "irregular" or "growing scatter"; else "".
+    exponent, exponent_error : float
+        Exponent alpha of the secular part ~ t^alpha and its standard error; NaN where no power of t fits.
+    change : float
+        Change of the mean from the start to the end, by the shape that fits best.
+    change_bound : float
+        Upper bound on the modulus of the change of the mean over the time.
+    level : float
+        Mean at the end; that of what saturated is the value at which it did.
     slope, slope_error : float
-        Least-squares slope over the whole run, in the error's unit per unit of time, and its standard error.
-    growth, growth_error : float
-        Exponent alpha of the secular part ~ t^alpha and its standard error; NaN where there is no secular part.
-    kind : str
-        "bounded", "linear", "growing" or "undetermined".
+        Least-squares slope over the whole run, in the error's unit per unit of time, and the standard error that it has if the secular
+        part is a straight line. The verdict does not use them.
     """
 
-    slope: float
-    slope_error: float
-    growth: float
-    growth_error: float
-    kind: str
+    verdict: str
+    reason: str = ""
+    law: str = ""
+    exponent: float = NAN
+    exponent_error: float = NAN
+    change: float = NAN
+    change_bound: float = NAN
+    level: float = NAN
+    slope: float = NAN
+    slope_error: float = NAN
+
+    @property
+    def words(self) -> str:
+        """The law in words: "linear", "t^2.0", "saturated at -26.6"; "" of what does not drift."""
+        if self.law == "power" and np.isfinite(self.exponent):
+            return f"t^{self.exponent:.2g}"
+        return f"saturated at {self.level:.3g}" if self.law == "saturated" else self.law
 
 
-def energy_drift(t: ArrayLike, error: ArrayLike, *, resolution: float = 0.0) -> Drift:
-    """Return the drift of an error e(t), of the energy or any other conserved quantity.
+def energy_drift(
+    t: ArrayLike, error: ArrayLike, *, resolution: float = 0.0, scale: float = 0.0, steps: int = 0, eps: float = 2.0**-52, failure: str = ""
+) -> Drift:
+    """Return the drift of an error e(t), of the energy or any other conserved quantity, and the verdict on it.
 
-    The slope is that of the least-squares line over all samples. Its standard error does not take the residuals r for
-    independent, for they oscillate: it is read off their running sum, which stays small for an oscillation and wanders for noise::
+    The mean of the error is taken over windows that hold two or more of its oscillations each, with a taper that lets through three
+    parts in a hundred of the oscillation at most (:mod:`daebench.diagnostics.window_means`). Of the monotone shapes t^a, exp(k t),
+    1 - exp(-k t) and steps the one that fits the means best is taken for the secular part
+    (:mod:`daebench.diagnostics.secular`). The verdict is decided by this rule, in this order:
 
-        R_j = r_1 + ... + r_j        slope_error = std(R) (t_n - t_1) / sum (t_j - mean t)^2
-
-    For white noise that is the textbook's value up to a tenth; for an oscillation of amplitude A and frequency w over a time T
-    it is 8.5 A / (w T^2), which the slope of a pure oscillation does not exceed by more than half: no choice of blocks that could
-    resonate. The growth exponent is :func:`daebench.diagnostics.growth.growth_exponent`.
-
-    The kind is decided by this rule, in this order:
-
-    - "undetermined", all numbers NaN: fewer than 32 samples, or one that is not finite. A failed run is a row, not an exception.
-    - "bounded": the slope is within 4 standard errors, or the drift over the run is within ``resolution`` or within 8 units of
-      round-off of the largest error; and the scatter about the line does not grow fourfold from the first quarter of the run
-      to the last. There is then no secular part, so growth is NaN.
-    - "linear": growth is within 0.25 of 1, and its standard error is at most 0.25.
-    - "growing": anything else. Growth is NaN if no power law between t^0.1 and t^6 fits, or if only the scatter grows.
-
-    One run cannot tell a random walk: a walk appears as "bounded" (two in three), "growing" or even "linear", with the exponent of
-    its own path; that takes an ensemble. Give at least several periods of the motion, for which the caller answers.
+    - "failed": there is a ``failure``, or a value is not finite.
+    - "kept": no error is larger than 10 eps sqrt(N) S with N steps and the scale S, or than ``resolution``.
+    - "undetermined": fewer than 32 samples.
+    - "drifts": the secular part changes from the first window to the last by more than 4.5 standard deviations of the means about it,
+      8 of fewer than 15 windows, 7 where the deviations are a slow oscillation, 20 where they are a random walk, and 15 where there
+      are too few oscillations for windows; or the first value is far outside of the range of all that are later than an eighth of the
+      time, or the last one likewise; or the oscillation grows fourfold, law "growing scatter". A change that may be the alias of an
+      oscillation is "undetermined".
+    - "bounded": there are at least five oscillations, and the bound on the change of the mean is less than the range of the error. The
+      bound is the range of the window means, carried on to both ends of the time, and a quarter more: it does not rest on the
+      absence of a significant drift.
+    - "undetermined": anything else, with the reason: too short, fewer than five oscillations, aliased output, or a single random walk,
+      which takes an ensemble, see :func:`daebench.diagnostics.random_walk.random_walk`.
 
     Parameters
     ----------
@@ -76,6 +113,14 @@ def energy_drift(t: ArrayLike, error: ArrayLike, *, resolution: float = 0.0) -> 
         Error from the start, H(x(t)) - H(x0).
     resolution : float
         Round-off of one value of the error, such as eps |H|, where it is known.
+    scale : float
+        Size of the numbers whose rounding makes the error, max(|T|, |U|) of the energy.
+    steps : int
+        Number N of steps.
+    eps : float
+        Machine epsilon of the number type of the run.
+    failure : str
+        Why the run stopped, if it did.
 
     Returns
     -------
@@ -89,32 +134,57 @@ def energy_drift(t: ArrayLike, error: ArrayLike, *, resolution: float = 0.0) -> 
     t, error = np.asarray(t, dtype=float), np.asarray(error, dtype=float)
     if t.ndim != 1 or t.shape != error.shape:
         raise BadInput(f"a drift needs one error for each time; the shapes are {error.shape} and {t.shape}.")
-    if len(t) < SHORTEST or not np.all(np.isfinite(t)) or not np.all(np.isfinite(error)):
-        nan = float("nan")
-        return Drift(nan, nan, nan, nan, "undetermined")
+    if failure or not np.all(np.isfinite(t)) or not np.all(np.isfinite(error)):
+        return Drift(FAILED, failure or "a value is not finite")
     if np.any(np.diff(t) <= 0):
         raise BadInput("a drift needs increasing times; these do not increase.")
-    size = float(np.max(np.abs(error))) or 1.0  # so that no square overflows
-    slope, slope_error, residual = _line(t, error / size)
-    noise = max(resolution / size, 8 * float(np.finfo(float).eps) * float(np.max(np.abs(error / size))))
-    if abs(slope) <= SIGNIFICANT * slope_error or abs(slope) * (t[-1] - t[0]) <= noise:
-        kind = "growing" if _spreads(residual, noise) else "bounded"
-        return Drift(size * slope, size * slope_error, float("nan"), float("nan"), kind)
-    growth, growth_error = growth_exponent(t, error / size, resolution=resolution / size)
-    linear = abs(growth - 1) <= LINEAR_BAND and growth_error <= LINEAR_BAND
-    return Drift(size * slope, size * slope_error, growth, growth_error, "linear" if linear else "growing")
+    largest = float(np.max(np.abs(error), initial=0.0))
+    kept = largest <= max(resolution, ROUNDED * eps * steps**0.5 * scale)
+    if len(t) < SHORTEST:
+        reason = f"too short: {len(t)} samples, and a drift is read from {SHORTEST}"
+        return Drift(KEPT, change_bound=2 * largest) if kept else Drift(UNDETERMINED, reason)
+    return _judged(t, error, largest or 1.0, resolution, kept)
 
 
-def _line(t: Array, error: Array) -> tuple[float, float, Array]:
-    """Return the least-squares slope, its standard error from the residuals' running sum, and the residuals."""
+def _judged(t: Array, error: Array, size: float, resolution: float, kept: bool) -> Drift:
+    """Return the verdict on an error of the given size, by which it is divided so that no square overflows."""
+    error, resolution = error / size, resolution / size
+    slope, slope_error = _line(t, error)
+    found = trend(t, error, max(resolution, 8 * float(np.finfo(float).eps)))
+    numbers = {"slope": size * slope, "slope_error": size * slope_error, "level": size * float(np.mean(error[-max(1, len(error) // 8) :]))}
+    numbers |= {"change": size * found.secular.change, "change_bound": size * found.bound}
+    if kept:
+        return Drift(KEPT, **numbers)
+    if found.drifts:
+        exponent, exponent_error = (NAN, NAN) if found.spreads else growth_exponent(t, error, resolution=resolution)
+        return Drift(DRIFTS, "", law_of(found, exponent, exponent_error), exponent, exponent_error, **numbers)
+    return Drift(UNDETERMINED if found.reason else BOUNDED, found.reason, **numbers)
+
+
+def law_of(found: Trend, exponent: float = NAN, exponent_error: float = NAN) -> str:
+    """Return the law of a drift in a word; without an exponent it is told from the shape that fits best."""
+    best = found.secular
+    if found.spreads:
+        return "growing scatter"
+    if best.scatter > MISFIT * best.seen and best.neighbours > RED:
+        return "irregular"
+    if np.isnan(exponent) and best.law == "power":
+        exponent, exponent_error = best.number, 0.0
+    return "linear" if best.law == "power" and abs(exponent - 1) <= LINEAR_BAND and exponent_error <= LINEAR_BAND else best.law
+
+
+def _line(t: Array, error: Array) -> tuple[float, float]:
+    """Return the least-squares slope and its standard error about a straight line, from the running sum of the residuals.
+
+    ::
+
+        R_j = r_1 + ... + r_j        slope_error = std(R) (t_n - t_1) / sum (t_j - mean t)^2
+
+    For white noise that is the textbook's value up to a tenth; for an oscillation of amplitude A and frequency w over a time T it is
+    8.5 A / (w T^2), which the slope of a pure oscillation does not exceed by more than half.
+    """
     s = t - np.mean(t)
     squares = float(s @ s)
     slope = float(s @ (error - np.mean(error))) / squares
     residual = error - np.mean(error) - slope * s
-    return slope, float(np.std(np.cumsum(residual))) * float(t[-1] - t[0]) / squares, residual
-
-
-def _spreads(residual: Array, noise: float) -> bool:
-    quarter = len(residual) // 4
-    first, last = (float(np.sqrt(np.mean(part**2))) for part in (residual[:quarter], residual[-quarter:]))
-    return last > noise and last > SPREADING * first
+    return slope, float(np.std(np.cumsum(residual))) * float(t[-1] - t[0]) / squares

@@ -1,12 +1,14 @@
 """The energy error of an ensemble: whether it is bounded, a random walk, or drifts."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from daebench.diagnostics.energy import SHORTEST, SIGNIFICANT, energy_drift
+from daebench.diagnostics.energy import NAN, SHORTEST, energy_drift, law_of
+from daebench.diagnostics.ensemble_trend import ensemble_trend
+from daebench.diagnostics.trend import Trend
 from daebench.errors import BadInput
 
 Array = NDArray[np.float64]
@@ -23,9 +25,6 @@ WINDOWS = 6
 CONFIDENCE = 2.0
 """An exponent is known to within so many of its standard errors: 94 in 100 intervals hold it."""
 
-LINEAR_BAND = 0.25
-"""A drift is linear where the slopes of its halves differ by at most this part of its slope."""
-
 WALK = (0.25, 0.75)
 """Exponents of a random walk are between these: halfway to those of what is bounded, 0, and of what is linear, 1."""
 
@@ -36,27 +35,38 @@ class Walk:
 
     Parameters
     ----------
+    verdict : str
+        "kept", "bounded", "drifts", "random walk" or "undetermined".
+    members : int
+        Number of members.
+    reason : str
+        Why it is undetermined; else "".
+    law : str
+        Of what drifts: that of the mean, see :class:`daebench.diagnostics.energy.Drift`, or "apart" where every member drifts its own
+        way; else "".
+    change, change_bound : float
+        Change of the mean over the time by the shape that fits best, and the upper bound on its modulus.
+    level : float
+        Mean at the end.
     slope, slope_error : float
         Mean over the members of their least-squares slopes, in the error's unit per unit of time, and its standard error.
     exponent, exponent_error : float
         Exponent alpha of the members' spread ~ t^alpha, and its standard error; NaN where there is no spread.
-    kind : str
-        "bounded", "random walk", "linear", "growing" or "undetermined".
-    members : int
-        Number of members.
-    why : str
-        What the kind was told by: "slope", "scatter" or "spread", as the rule of :func:`random_walk` names them; "" if by nothing.
     spreads : bool
         Whether members spread beyond the resolution.
     """
 
-    slope: float
-    slope_error: float
-    exponent: float
-    exponent_error: float
-    kind: str
+    verdict: str
     members: int
-    why: str = ""
+    reason: str = ""
+    law: str = ""
+    change: float = NAN
+    change_bound: float = NAN
+    level: float = NAN
+    slope: float = NAN
+    slope_error: float = NAN
+    exponent: float = NAN
+    exponent_error: float = NAN
     spreads: bool = False
 
 
@@ -67,30 +77,24 @@ def random_walk(t: ArrayLike, error: ArrayLike, *, resolution: float = 0.0) -> W
     random walk, with standard deviation ~ t^(1/2); biased rounding, as of an iteration that ends at a tolerance, makes it grow
     linearly, HLW VIII.5. So two things are looked at:
 
-    - the mean over members of their slopes b_i, by least squares, with the standard error std(b_i) / sqrt(N) of independent members,
-      but not less than the error that the oscillation of the mean leaves, see :func:`daebench.diagnostics.energy.energy_drift`;
+    - the mean over members, by the rule of :func:`daebench.diagnostics.energy.energy_drift`. Its change is a drift where the changes of the
+      members, fitted with the same shape, have a mean beyond 4 of its standard errors; the scatter of its window means has to be beaten
+      besides, unless independent members explain it;
     - the spread, the standard deviation s_w over members of their means over windows w of half an octave. The exponent alpha of
       s ~ t^alpha is the least-squares slope of log s_w against log t_w over the last eight octaves. Windows of one member are not
       independent, members are: the standard error is the jackknife's, leaving out one member at a time, but not less than that of the
       straight line, for where members hardly differ it is the same motion that makes the windows of all of them scatter.
 
-    The kind is decided by this rule, in this order:
+    The verdict is decided by this rule, in this order:
 
     - "undetermined", all numbers NaN: fewer than 64 times, or an error that is not finite.
-    - slope: "linear" or "growing" where the mean slope is beyond 4 of its standard errors; linear where the mean slopes of the two halves
-      of the time differ by at most a quarter of it, or by at most 4 standard errors of their difference.
-    - scatter: "growing" where the mean over members is, by :func:`daebench.diagnostics.energy.energy_drift`, and its scatter about its
-      line in the last quarter of the time is beyond 4 of the standard errors that independent members give it: an oscillation that all
-      of them have and that swells.
-    - spread:
-
-      - "bounded": there is no spread beyond the resolution, or alpha + 2 standard errors is at most 1/4.
-      - "undetermined", alpha NaN: there is a spread in the last fewer than six windows only.
-      - "random walk": alpha with 2 standard errors on both sides is between 1/4 and 3/4.
-      - "growing": alpha - 2 standard errors is at least 3/4: every member drifts its own way.
-      - "undetermined": anything else.
-
-    Of 2000 synthetic walks of 16 members none is called bounded or growing, one or two linear, and 4 % are undetermined.
+    - "kept": no error is beyond the resolution.
+    - "drifts": the mean drifts, or its oscillation grows fourfold by more than independent members explain.
+    - "random walk": alpha with 2 standard errors on both sides is between 1/4 and 3/4.
+    - "drifts", law "apart": alpha - 2 standard errors is at least 3/4.
+    - "bounded": members do not spread beyond the resolution, or alpha + 2 standard errors is at most 1/4; and the bound on the change of
+      the mean is less than the range of the mean, or than that of the members about it.
+    - "undetermined": anything else, with the reason.
 
     Parameters
     ----------
@@ -114,21 +118,40 @@ def random_walk(t: ArrayLike, error: ArrayLike, *, resolution: float = 0.0) -> W
     members = len(error)
     if members < MEMBERS:
         raise BadInput(f"a random walk is told from {MEMBERS} members or more, not from {members}.")
-    nan = float("nan")
     if len(t) < 2 * SHORTEST or not np.all(np.isfinite(error)):
-        return Walk(nan, nan, nan, nan, "undetermined", members)
+        return Walk("undetermined", members, f"too short: {len(t)} samples" if len(t) < 2 * SHORTEST else "an error is not finite")
     _require_distinct(error, resolution)
     size = float(np.max(np.abs(error))) or 1.0
-    error, resolution = error / size, resolution / size
-    slope, slope_error = _mean_and_error(_slopes(t, error), _noise(t, error, resolution))
+    found = _judged(t, error / size, resolution / size)
+    scaled = ("change", "change_bound", "level", "slope", "slope_error")
+    return replace(found, **{name: size * getattr(found, name) for name in scaled})
+
+
+def _judged(t: Array, error: Array, resolution: float) -> Walk:
+    """Return the verdict on errors of modulus at most 1."""
+    noise = max(resolution, 8 * float(np.finfo(float).eps))
+    of_mean = ensemble_trend(t, error, noise)
+    slopes = _slopes(t, error)
+    slope_error = max(float(np.std(slopes, ddof=1)) / np.sqrt(len(slopes)), energy_drift(t, np.mean(error, axis=0)).slope_error)
     exponent, exponent_error, spreads = _exponent(t, error, resolution)
-    if abs(slope) > SIGNIFICANT * slope_error:
-        kind, why = _drifting(t, error, slope, resolution), "slope"
-    elif _swells(t, error, resolution):
-        kind, why = "growing", "scatter"
-    else:
-        kind, why = _spreading(exponent, exponent_error) if spreads else "bounded", "spread"
-    return Walk(size * slope, size * slope_error, exponent, exponent_error, kind, members, why, spreads)
+    verdict, reason, law = _verdict(of_mean, error, (exponent, exponent_error), spreads, noise)
+    last = float(np.mean(error[:, -(len(t) // 8) :]))
+    numbers = (of_mean.secular.change, of_mean.bound, last, float(np.mean(slopes)), slope_error, exponent, exponent_error)
+    return Walk(verdict, len(error), reason, law, *numbers, spreads)
+
+
+def _verdict(of_mean: Trend, error: Array, exponent: tuple[float, float], spreads: bool, noise: float) -> tuple[str, str, str]:
+    """Return verdict, reason and law."""
+    if np.max(np.abs(error)) <= noise:
+        return "kept", "", ""
+    if of_mean.drifts:
+        return "drifts", "", law_of(of_mean)
+    told = _spreading(*exponent) if spreads else "bounded"
+    if told == "growing":
+        return "drifts", "", "apart"
+    if told == "bounded" and of_mean.reason:
+        return "undetermined", of_mean.reason, ""
+    return told, "" if told != "undetermined" else "the exponent of the spread is not known well enough", ""
 
 
 def _require_distinct(error: Array, resolution: float) -> None:
@@ -138,42 +161,10 @@ def _require_distinct(error: Array, resolution: float) -> None:
         raise BadInput(f"{same} of {len(error)} members have the errors of another one to the last bit; give runs that differ.")
 
 
-def _swells(t: Array, error: Array, resolution: float) -> bool:
-    """Return whether the members' mean grows without a slope, by more than independent errors of the members make of it."""
-    mean = np.mean(error, axis=0)
-    if energy_drift(t, mean, resolution=resolution).kind != "growing":
-        return False
-    last = slice(-(len(t) // 4), None)
-    residual = mean - np.polyval(np.polyfit(t - np.mean(t), mean, 1), t - np.mean(t))
-    scatter = float(np.mean(residual[last] ** 2))
-    return scatter > SIGNIFICANT**2 * float(np.mean(np.var(error[:, last], axis=0, ddof=1))) / len(error)
-
-
 def _slopes(t: Array, error: Array) -> Array:
     """Return the least-squares slope of each member, shape(N,)."""
     s = t - np.mean(t)
     return np.asarray(error @ s / float(s @ s))
-
-
-def _noise(t: Array, error: Array, resolution: float) -> float:
-    """Return the error of the slope of the members' mean that its own oscillation and round-off leave."""
-    of_mean = energy_drift(t, np.mean(error, axis=0), resolution=resolution)
-    least = max(resolution, 8 * float(np.finfo(float).eps)) / (SIGNIFICANT * float(t[-1] - t[0]))
-    return max(of_mean.slope_error, least)
-
-
-def _mean_and_error(values: Array, noise: float) -> tuple[float, float]:
-    """Return the mean over members and its standard error, at least ``noise``."""
-    return float(np.mean(values)), max(float(np.std(values, ddof=1)) / np.sqrt(len(values)), noise)
-
-
-def _drifting(t: Array, error: Array, slope: float, resolution: float) -> str:
-    """Return whether the mean slopes of the two halves of the time are the same."""
-    halves = slice(len(t) // 2), slice(len(t) // 2, None)
-    first, second = (_slopes(t[half], error[:, half]) for half in halves)
-    noise = sum(_noise(t[half], error[:, half], resolution) for half in halves)
-    apart, apart_error = _mean_and_error(second - first, noise)
-    return "linear" if abs(apart) <= max(LINEAR_BAND * abs(slope), SIGNIFICANT * apart_error) else "growing"
 
 
 def _spreading(exponent: float, exponent_error: float) -> str:

@@ -1,0 +1,59 @@
+"""Whether the mean over the members of an ensemble drifts: held against its own scatter, and against the scatter of independent members."""
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from daebench.diagnostics.secular import factors
+from daebench.diagnostics.trend import Trend, beyond, trend
+from daebench.diagnostics.window_means import MOST, window_means
+
+Array = NDArray[np.float64]
+
+SIGNIFICANT = 4.5
+"""The mean of the members' changes is a drift beyond so many of its standard errors."""
+
+EXPLAINED = 2.0
+"""Independent members explain a scatter of their mean of up to so many times what they make on average."""
+
+SPREAD_EARLY = 4.0
+"""A growing scatter of the mean is the members' own where it is within so many of the standard errors that they give it."""
+
+
+def ensemble_trend(t: Array, error: Array, noise: float) -> Trend:
+    """Return how the mean over members changes.
+
+    Parameters
+    ----------
+    t : ndarray, shape(n,)
+        Times, equally spaced.
+    error : ndarray, shape(N, n)
+        Errors of the members, of modulus at most about 1.
+    noise : float
+        Round-off of one value.
+    """
+    mean = np.mean(error, axis=0)
+    found = trend(t, mean, noise)
+    means = window_means((t - t[0]) / (t[-1] - t[0]), error.T, MOST)
+    own = float(np.sqrt(np.mean(np.var(means, axis=1, ddof=1)) / len(error)))
+    if found.spreads:
+        return found if _common(error, mean) else replace(found, drifts=False, spreads=False, reason="the members' own scatter grows")
+    changes = factors(means, found.secular)
+    deviation = float(np.std(changes, ddof=1)) / np.sqrt(len(error))
+    clear = abs(float(np.mean(changes))) > SIGNIFICANT * deviation and found.secular.seen > noise
+    bound = found.bound + SIGNIFICANT * deviation
+    if clear and (found.drifts or (found.secular.scatter <= EXPLAINED * own and beyond(found.secular))):
+        return replace(found, drifts=True, reason="", bound=bound)
+    if found.drifts:
+        return replace(found, drifts=False, reason="the mean changes by no more than independent members differ", bound=bound)
+    small = bound < max(float(np.ptp(mean)), 2 * float(np.max(np.std(error, axis=0))))
+    return replace(found, bound=bound, reason="" if small and found.reason.startswith(("too short", "a single")) else found.reason)
+
+
+def _common(error: Array, mean: Array) -> bool:
+    """Return whether the scatter of the mean at the end is more than that of independent members."""
+    last = slice(-(len(mean) // 4), None)
+    residual = mean[last] - np.mean(mean[last])
+    own = float(np.mean(np.var(error[:, last], axis=0, ddof=1))) / len(error)
+    return float(np.mean(residual**2)) > SPREAD_EARLY**2 * own
