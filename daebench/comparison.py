@@ -7,7 +7,7 @@ import numpy as np
 import pandas as pd
 
 from daebench.api import setting_of, singular_as
-from daebench.diagnostics.energy import energy_drift
+from daebench.diagnostics.energy_verdict import energy_scales, energy_verdict, size
 from daebench.kinds import knob_value, methods_of
 from daebench.method import Request
 from daebench.position_error import position_errors
@@ -78,8 +78,9 @@ def compare(
     Returns
     -------
     DataFrame
-        Columns method, h or tol, steps, t_reached (s), energy_error (largest modulus over all steps), its slope (per s), growth exponent
-        and kind (see :class:`daebench.diagnostics.energy.Drift`); g and Gv, the largest distances from g = 0 and G H_p = 0, or the Casimir
+        Columns method, h or tol, steps, t_reached (s), energy_error (largest modulus over all steps), energy_size (the same
+        over the mean kinetic energy; above 1 the motion is lost), energy_verdict, energy_law, energy_reason and energy_change_bound (see
+        :class:`daebench.diagnostics.energy.Drift`), slope (per s); g and Gv, the largest distances from g = 0 and G H_p = 0, or the Casimir
         functions by name; seconds (CPU time of stepping), us_per_step (microseconds), counts of work n_H_p, n_H_q, ...; t_end, as it was
         asked for; position_error, the largest error of a coordinate of q, or of y, at about 64 outputs, what its reference may be wrong by
         (position_bound) and what that is (position_reference): the certified one where it fits, else a closed form or a finer run;
@@ -163,22 +164,26 @@ def _request(scene: Scene | PoissonScene, method: Any, h: float | None, tol: flo
 def row(scene: Scene | PoissonScene, trajectory: Trajectory | PoissonTrajectory) -> dict[str, Any]:
     """Return what a comparison says of one run, by column.
 
-    ``energy_error`` is the largest modulus, ``slope`` and ``growth`` are those of :func:`energy_drift`, ``g`` and ``Gv``, or the Casimir
+    ``energy_error`` is the largest modulus, ``energy_size`` the same over the mean kinetic energy, the other columns of the energy and
+    ``slope`` are those of :func:`daebench.diagnostics.energy_verdict.energy_verdict`, ``g`` and ``Gv``, or the Casimir
     functions, and the first integrals are maxima, ``seconds`` is CPU time of stepping and ``us_per_step`` the same for one step, in
     microseconds.
     """
-    resolution = float(np.finfo(float).eps * max(1.0, abs(float(scene.value("H", *scene.start)))))
-    drift = energy_drift(trajectory.t, error_along(scene, trajectory, "H"), resolution=resolution)
+    drift = energy_verdict(scene, trajectory)
     maxima = dict(trajectory.maxima)
+    error = maxima.pop("energy")
     return {
         "method": trajectory.method,
         trajectory.knob: trajectory.value,
         "steps": trajectory.steps,
         "t_reached": float(trajectory.t[-1]),
-        "energy_error": maxima.pop("energy"),
+        "energy_error": error,
+        "energy_size": size(error, energy_scales(scene, trajectory)),
+        "energy_verdict": drift.verdict,
+        "energy_law": drift.words,
+        "energy_reason": drift.reason,
+        "energy_change_bound": drift.change_bound,
         "slope": drift.slope,
-        "growth": drift.growth,
-        "kind": drift.kind,
         **maxima,
         "seconds": trajectory.seconds,
         "us_per_step": 1e6 * trajectory.seconds / trajectory.steps if trajectory.steps else float("nan"),

@@ -73,5 +73,5 @@ def long_run(name: str) -> tuple[pd.DataFrame, dict[str, object]]:
     shown = sampled.groupby("window", as_index=False).max().assign(method=name)
     drift = energy_drift(run.t, energy)
     row = {"method": name, "energy": np.max(np.abs(energy)), "distance": np.max(away), "failure": run.failure or ""}
-    row |= {"kind": drift.kind, "slope": drift.slope, "slope_error": drift.slope_error, "growth": drift.growth}
+    row |= {"kind": drift.brief, "slope": drift.slope, "slope_error": drift.slope_error, "growth": drift.exponent}
     return shown[["method", "t", "energy", "distance"]], row

@@ -5,6 +5,7 @@ from types import MappingProxyType
 import numpy as np
 import pandas as pd
 
+from daebench.diagnostics.energy import LAWS
 from daebench.reports._poisson_runs import defect, errors, kind, method, scene_of, solve
 
 METHODS = ("strang", "strang/suzuki4", "darboux:verlet", "midpoint", "rk4")
@@ -54,7 +55,7 @@ def casimirs(problem: str) -> tuple[pd.DataFrame, pd.DataFrame]:
 
 def worst(kinds: list[str]) -> str:
     """Return the worst of what becomes of several errors."""
-    return max(kinds, key=("round-off", "bounded", "undetermined", "linear", "growing").index)
+    return max(kinds, key=("kept", "bounded", "undetermined", "failed", *LAWS).index)
 
 
 def break_off(name: str) -> dict[str, object]:

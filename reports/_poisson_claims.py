@@ -5,6 +5,7 @@ from typing import Any
 
 import pandas as pd
 
+from daebench.diagnostics.energy import LAWS
 from daebench.report.claims import require
 from daebench.reports._poisson_casimirs import BLOW_UP
 from daebench.reports._poisson_defects import slopes
@@ -13,7 +14,6 @@ from daebench.reports._poisson_orbits import CASES, METHODS, PRINTED, Orbits
 from daebench.reports._poisson_runs import ROUND_OFF
 from daebench.reports._poisson_system_claims import check_body, check_lattice, check_methods
 
-SECULAR = ("linear", "growing")
 VISIBLE = 1e-8
 """A defect from this on, at the largest step, is none of round-off."""
 
@@ -64,8 +64,8 @@ def check_orbits(orbits: Orbits) -> SimpleNamespace:
             both = {row["kind"], row["orbit"]}
             require(both == {"bounded"}, f"{name} bounds the energy and closes the orbit from ({case})", both)
         if name == "midpoint":
-            require(row["kind"] in SECULAR and row["slope"] < 0, "midpoint loses energy for good", (row["kind"], row["slope"]))
-            require(row["orbit"] in SECULAR and row["wander"] < 0, "its orbit spirals inwards", (row["orbit"], row["wander"]))
+            require(row["kind"] in LAWS and row["slope"] < 0, "midpoint loses energy for good", (row["kind"], row["slope"]))
+            require(row["orbit"] in LAWS and row["wander"] < 0, "its orbit spirals inwards", (row["orbit"], row["wander"]))
             require(row["left"] < 0.95, "midpoint loses over 5 % of the energy above the equilibrium", row["left"])
     chosen: dict[str, Any] = {name: SimpleNamespace(**{case[0]: rows[case, name] for case in CASES}) for name in METHODS}
     least = min(row["revolutions"] for (_, name), row in rows.items() if name in METHODS)

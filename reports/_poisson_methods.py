@@ -34,7 +34,7 @@ def summary(name: str) -> dict[str, object]:
     structure = chosen.member.poisson
     row: dict[str, object] = {"method": name, "order": chosen.order, "class": structure}
     row |= {"form": chosen.form, "claimed": chosen.is_poisson(scene), "defect": defect(scene, name, H, DEFECT_STEPS)}
-    row |= {"energy": np.max(np.abs(energy)), "kind": drift.kind, "slope": drift.slope, "slope_error": drift.slope_error}
+    row |= {"energy": np.max(np.abs(energy)), "kind": drift.brief, "slope": drift.slope, "slope_error": drift.slope_error}
     return row | {f"casimir_{problem}": casimir(problem, name) for problem in CASIMIR_SYSTEMS} | {"ns": nanoseconds(name)}
 
 

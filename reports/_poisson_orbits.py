@@ -23,6 +23,8 @@ PRINTED = "symplectic_euler"
 
 H, STEPS = 0.25, 1000
 AROUND = 361
+FOLLOWED = 5
+"""Closure is told from a run so many times as long: crossings come back to where they were after tens of revolutions only."""
 
 
 @dataclass(frozen=True)
@@ -55,8 +57,10 @@ def orbits(steps: int = STEPS) -> Orbits:
             energy = errors(scene, run)["energy"]
             points.append(pd.DataFrame({"case": case, "method": name, "t": run.t, "u": run.y[:, 0], "v": run.y[:, 1], "energy": energy}))
             drift = energy_drift(run.t, energy)
-            numbers = {"most": np.max(np.abs(energy)), "kind": drift.kind, "slope": drift.slope, "left": left(scene, run.y)}
-            numbers |= {"steps": run.steps, "t": run.t[-1], "failure": run.failure or ""} | (closed(scene, run) if not run.failure else {})
+            numbers = {"most": np.max(np.abs(energy)), "kind": drift.brief, "slope": drift.slope, "left": left(scene, run.y)}
+            numbers |= {"steps": run.steps, "t": run.t[-1], "failure": run.failure or ""} | (
+                closed(scene, solve(scene, name, H, FOLLOWED * steps)) if not run.failure else {}
+            )
             last = run.y[-1]
             u_next, v_next = printed_step(last, H, scene.parameters) if name == PRINTED and run.failure else (np.nan, np.nan)
             rows.append({"case": case, "method": name, "u": last[0], "v": last[1], "u_next": u_next, "v_next": v_next} | numbers)
@@ -99,7 +103,7 @@ def closed(scene: PoissonScene, run: PoissonTrajectory) -> dict[str, Any]:
     """Return how well the orbit of a run closes, from its crossings of the line v = b beyond the equilibrium."""
     found = closure(section(scene, run, center=(scene.parameters["a"], scene.parameters["b"]), direction=(1, 0)))
     wander = found.drift.slope * float(run.t[-1])
-    return {"revolutions": found.revolutions, "period": found.period, "spread": found.spread, "wander": wander, "orbit": found.drift.kind}
+    return {"revolutions": found.revolutions, "period": found.period, "spread": found.spread, "wander": wander, "orbit": found.drift.brief}
 
 
 def left(scene: PoissonScene, y: Array) -> float:

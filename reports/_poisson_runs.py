@@ -44,10 +44,10 @@ def errors(scene: PoissonScene, run: PoissonTrajectory) -> dict[str, Array]:
 
 
 def kind(t: Array, error: Array) -> str:
-    """Return what becomes of an error: "round-off", or a kind of :func:`daebench.diagnostics.energy.energy_drift`."""
+    """Return what becomes of an error: "kept", or what :func:`daebench.diagnostics.energy.energy_drift` says in brief."""
     if np.max(np.abs(error)) <= ROUND_OFF:
-        return "round-off"
-    return energy_drift(t, error).kind
+        return "kept"
+    return energy_drift(t, error).brief
 
 
 def defect(scene: PoissonScene, name: str, h: float, steps: int) -> float:

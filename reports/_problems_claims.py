@@ -5,11 +5,12 @@ from typing import Any
 
 import pandas as pd
 
+from daebench.diagnostics.energy import LAWS
 from daebench.report.claims import require
 from daebench.reports._problems_numbers import Numbers
 from daebench.reports._problems_runs import METHODS, ROUND_OFF
 
-SECULAR, NO_DRIFT = ("linear", "growing"), ("bounded", "round-off")
+NO_DRIFT = ("bounded", "kept")
 ON_PATH = 1e-9
 """A drawn path that is off its constraints by less than this is on them."""
 
@@ -55,7 +56,7 @@ def check_runs(runs: pd.DataFrame) -> SimpleNamespace:
         stopped=int((runs["end"] == "stopped").sum()),
         rattle_reached=len(own),
         rattle_quiet=int(own["kind"].isin(NO_DRIFT).sum()),
-        rattle_other=list(own["problem"][own["kind"].isin(SECULAR)]),
+        rattle_other=list(own["problem"][own["kind"].isin(LAWS)]),
         rattle_worst=at_most(own, "energy"),
         with_integrals=len(kept),
         keeps=list(kept["problem"][good]),
@@ -94,7 +95,7 @@ def per_problem(runs: pd.DataFrame) -> dict[str, SimpleNamespace]:
         h = done[done["knob"] == "h"]
         best = at_most(h.assign(kept=-h["energy"]), "kept")
         off = at_most(done, "g")
-        drifting = list(done["method"][done["kind"].isin(SECULAR)])
+        drifting = list(done["method"][done["kind"].isin(LAWS)])
         short = {end: own[own["end"] == end].to_dict("records") for end in ("stopped", "refused")}
         left = {why: list(each["method"]) for why, each in own[own["end"] == "not run"].groupby("why", sort=False)}
         found[str(problem)] = SimpleNamespace(best=best, off=off, drifting=drifting, left_out=left, reached=len(done), **short)

@@ -117,10 +117,10 @@ def largest(values: Any) -> float:
 
 
 def kind(run: Trajectory, error: Any) -> str:
-    """Return what becomes of a relative energy error: "round-off", or a kind of :func:`daebench.diagnostics.energy.energy_drift`."""
+    """Return what becomes of a relative energy error: "kept", or what :func:`daebench.diagnostics.energy.energy_drift` says in brief."""
     if largest(error) <= ROUND_OFF:
-        return "round-off"
-    return energy_drift(run.t, error).kind
+        return "kept"
+    return energy_drift(run.t, error).brief
 
 
 def total(work: Mapping[str, int], kinds: Sequence[str]) -> int:

@@ -112,7 +112,7 @@ def keeps(work: Work, table: pd.DataFrame) -> pd.DataFrame:
         best = runs.sort_values(work.error).iloc[0]
         row = {"method": name, "knob": best["knob"], "error": best[work.error], "claimed": bool(runs["claims_energy"].all())}
         row |= {"energy": runs["value"].where(runs["measured_energy"]).max(), "all": bool(runs["measured_energy"].all())}
-        rows.append(row | {each: best.get(each, np.nan) for each in ("energy_drift", "g", "Gv", "casimirs", "integrals")})
+        rows.append(row | {each: best.get(each, np.nan) for each in ("energy_error", "g", "Gv", "casimirs", "integrals")})
     return pd.DataFrame(rows)
 
 

@@ -105,10 +105,10 @@ def keeps_table(work: Work, frame: pd.DataFrame, defects: pd.DataFrame, caption:
     """Return what each method keeps."""
     defect = frame["method"].map(defects.set_index("method")["defect"])
     shown = frame.assign(defect=defect, kept=column([verdict(row) for row in frame.to_dict("records")], frame))
-    formats: Formats = {"method": code, "error": number, "kept": text, "energy_drift": tiny}
+    formats: Formats = {"method": code, "error": number, "kept": text, "energy_error": tiny}
     formats |= {name: tiny for name in ("g", "Gv", "casimirs", "integrals", "defect") if shown[name].notna().any()}
     headings = {"error": "smallest<small>error</small>", "kept": "energy<small>without drift</small>"}
-    headings |= {"energy_drift": "energy<small>error</small>", "g": "|<i>g</i>|", "Gv": "|<i>G H<sub>p</sub></i>|"}
+    headings |= {"energy_error": "energy<small>error</small>", "g": "|<i>g</i>|", "Gv": "|<i>G H<sub>p</sub></i>|"}
     headings |= {"casimirs": "Casimir<small>error</small>", "integrals": "momentum<small>error</small>"}
     headings |= {"defect": f"{'structure' if work.poisson else 'two-form'}<small>defect</small>"}
     return table(f"keeps-{work.key}", shown, formats, headings, caption)

@@ -1,7 +1,7 @@
 """Synthetic errors of conserved quantities that carry the true change of their mean: a secular part plus what has no trend.
 
-The true change is max |s(t) - s(0)| of the secular part s alone. What is added to it - oscillations, beats, noise, peaks - has the same mean
-over every long time by construction, so the change is known without any window, fit or filter.
+The true change is max |s(t) - s(0)| of the secular part s alone. What is added - oscillations, beats, noise, peaks - has the same mean over
+every long time by construction, so the change is known without any window, fit or filter.
 """
 
 from dataclasses import dataclass
@@ -85,7 +85,7 @@ def draw(random: np.random.Generator, secular: str, other: str, *, most: float =
     deviation = float(np.std([np.mean(rest[part]) for part in tenths], ddof=1))
     shift = abs(float(np.mean(s[tenths[-1]]) - np.mean(s[tenths[0]])))
     unit, time = 10 ** random.uniform(-9, 3), 10 ** random.uniform(-1, 4)
-    count = np.inf if other in ("coloured noise", "round-off") else periods
+    count = np.inf if other == "coloured noise" else periods
     change, error = float(np.max(np.abs(s - s[0]))), s + rest - s[0] - rest[0]
     return Series(f"{secular} + {other}", time * u, unit * error, unit * change, count, beats, unit * deviation, unit * shift)
 

@@ -41,8 +41,8 @@ def test_rattle_on_the_pendulum_ends_where_its_equations_have_no_solution():
     tight = largest_step(CELL, keeps_energy, largest=1.0)
     assert tight.h < found.h
     within, beyond = (row_of(CELL.at(h)) for h in (tight.h, tight.fails))
-    assert within["energy_drift"] <= PART * within["energy_size"]
-    assert beyond["energy_drift"] > PART * beyond["energy_size"]
+    assert within["energy_error"] <= PART * within["energy_scale"]
+    assert beyond["energy_error"] > PART * beyond["energy_scale"]
 
 
 @pytest.mark.parametrize(

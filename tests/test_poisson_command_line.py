@@ -190,7 +190,7 @@ def test_compare_has_a_column_for_each_casimir_function_and_no_constraints(daebe
         f"comparison{each}" for each in (".csv", "_drift.svg", "_drift.png", "_drift.csv")
     }
     table = np.genfromtxt(tmp_path / "comparison.csv", delimiter=",", names=True, dtype=None, encoding="ascii")
-    assert {"method", "energy_error", "slope", "growth", "kind", "C", "n_flow", "seconds", "failure"} <= set(table.dtype.names)
+    assert {"method", "energy_error", "energy_verdict", "slope", "C", "n_flow", "seconds", "failure"} <= set(table.dtype.names)
     assert not {"g", "Gv"} & set(table.dtype.names)
     casimir, error = (dict(zip(table["method"], table[column], strict=True)) for column in ("C", "energy_error"))
     assert max(casimir["strang@top"], casimir["midpoint"]) < 1e-13 < casimir["rk4"]
@@ -205,7 +205,7 @@ def test_a_method_that_leaves_the_domain_in_a_comparison_is_a_row_and_exit_1(dae
     status, out, _ = daebench(*words, "--t-end", 10)
     assert status == 1
     assert "symplectic_euler on lotka_volterra, case 6,2, stopped at t = 0" in out
-    assert "symplectic_euler_adjoint" in out
+    assert "symplectic_euler_a" in out  # which may be broken over two lines
 
 
 def test_show_gives_structure_cases_and_methods_with_reasons(daebench):

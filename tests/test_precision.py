@@ -28,8 +28,8 @@ def test_ways_that_a_method_does_not_have_are_left_out_and_said():
 
 def table(**ways):
     """Return a table with two steps of one method, the numbers of the smaller given: time, error, energy error, |g|, |G H_p|, defect."""
-    names = ("seconds", "error_q", "energy_drift", "g", "Gv", "defect")
-    every = {"method": "one", "failure": "", "energy_size": 1.0, "energy_slope": 0.0, "energy_kind": "bounded", "t_end": 1.0}
+    names = ("seconds", "error_q", "energy_error", "g", "Gv", "defect")
+    every = {"method": "one", "failure": "", "energy_scale": 1.0, "energy_slope": 0.0, "energy_verdict": "bounded", "t_end": 1.0}
     rows = [every | {"way": way, "value": h} | dict(zip(names, numbers, strict=True)) for h in (0.1, 0.01) for way, numbers in ways.items()]
     return pd.DataFrame(rows)
 

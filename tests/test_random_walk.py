@@ -5,6 +5,7 @@ from collections import Counter
 import numpy as np
 import pytest
 
+from daebench.diagnostics.energy import LAWS
 from daebench.diagnostics.random_walk import random_walk
 from daebench.errors import BadInput
 
@@ -32,14 +33,14 @@ def oscillations(random, apart):
 
 
 def kinds(make, random, count):
-    return Counter(random_walk(t, make(random)).kind for _ in range(count))
+    return Counter(random_walk(t, make(random)).brief for _ in range(count))
 
 
 def test_walks_are_walks_with_exponent_one_half(random):
     found = [random_walk(t, walks(random)) for _ in range(100)]
-    told = Counter(each.kind for each in found)
+    told = Counter(each.brief for each in found)
     assert told["random walk"] >= 90
-    assert told["bounded"] + told["linear"] + told["growing"] <= 1
+    assert told["bounded"] + sum(told[law] for law in LAWS) + told["apart"] <= 1
     exponents = np.array([each.exponent for each in found])
     errors = np.array([each.exponent_error for each in found])
     assert np.mean(exponents) == pytest.approx(0.5, abs=0.03)
@@ -61,15 +62,34 @@ def test_a_walk_is_seen_under_a_common_oscillation_a_thousand_times_larger(rando
 def test_biased_walks_are_linear_and_their_slope_is_the_bias(random):
     bias = 3 / np.sqrt(T)  # three standard deviations of one member at the end, twelve of the mean
     found = [random_walk(t, walks(random) + bias * t) for _ in range(40)]
-    told = Counter(each.kind for each in found)
+    told = Counter(each.brief for each in found)
     assert told["linear"] >= 38
-    assert told["linear"] + told["growing"] == 40
+    assert told["linear"] + told["power"] == 40
     off = np.array([(each.slope - bias) / each.slope_error for each in found])
     assert np.mean(np.abs(off) < 2.5) >= 0.9
 
 
-def test_a_quadratic_drift_is_growing(random):
-    assert kinds(lambda r: walks(r) + 6 * t**2 / T**1.5, random, 20) == {"growing": 20}
+def test_a_quadratic_drift_is_a_power(random):
+    told = kinds(lambda r: walks(r) + 6 * t**2 / T**1.5, random, 20)
+    assert told["power"] >= 16
+    assert told["power"] + told["exponential"] == 20
+
+
+@pytest.mark.parametrize("rate", [2.0, 8.0, 30.0])
+def test_means_that_fall_and_settle_have_saturated(rate, random):
+    fall = -26.6 * (1 - np.exp(-rate * t / T)) + 0.1 * np.sin(0.7 * t)
+    found = random_walk(t, fall + 1e-3 * walks(random))
+    assert found.verdict == "drifts"
+    assert found.law in ("saturated", "power")
+    assert found.change_bound > 26
+
+
+def test_a_bound_of_an_ensemble_holds(random):
+    """A drift of the mean that is too small to be seen is within the bound all the same."""
+    for drift in (0.0, 0.3, 1.0, 3.0) * 5:
+        found = random_walk(t, drift * (t / T) ** 2 + random.standard_normal((MEMBERS, BLOCKS)))
+        assert found.verdict in ("bounded", "drifts")
+        assert found.change_bound > drift
 
 
 def test_oscillations_are_bounded(random):
@@ -81,36 +101,36 @@ def test_oscillations_are_bounded(random):
 def test_one_oscillation_of_members_that_hardly_differ_is_no_walk(random):
     told = kinds(lambda r: oscillations(r, 2e-13), random, 30)
     assert told["bounded"] + told["undetermined"] == 30
-    assert random_walk(t, oscillations(random, 2e-13), resolution=1e-12).kind == "bounded"
+    assert random_walk(t, oscillations(random, 2e-13), resolution=1e-12).brief == "bounded"
 
 
 def test_noise_is_bounded(random):
     assert kinds(lambda r: r.standard_normal((MEMBERS, BLOCKS)), random, 30) == {"bounded": 30}
 
 
-def test_members_that_drift_each_its_own_way_are_growing(random):
+def test_members_that_drift_each_its_own_way_drift_apart(random):
     draws = random.standard_normal((MEMBERS, 1))
     found = random_walk(t, (draws - draws.mean()) * t)
-    assert (found.kind, found.exponent) == ("growing", pytest.approx(1, abs=0.01))
+    assert (found.brief, found.exponent) == ("apart", pytest.approx(1, abs=0.01))
 
 
 def test_what_is_below_the_resolution_is_no_spread(random):
     found = random_walk(t, 1e-3 * walks(random), resolution=1.0)
-    assert (found.kind, np.isnan(found.exponent)) == ("bounded", True)
+    assert (found.brief, np.isnan(found.exponent)) == ("kept", True)
 
 
 def test_the_unit_of_the_error_does_not_matter(random):
     error = walks(random)
     one, other = random_walk(t, error), random_walk(t, 2.0**-400 * error)
-    assert (one.exponent, one.exponent_error, one.kind) == (other.exponent, other.exponent_error, other.kind)
+    assert (one.exponent, one.exponent_error, one.brief) == (other.exponent, other.exponent_error, other.brief)
     assert other.slope == 2.0**-400 * one.slope
 
 
 def test_too_few_times_and_infinite_errors_tell_nothing(random):
     error = walks(random)
-    assert random_walk(t[:63], error[:, :63]).kind == "undetermined"
+    assert random_walk(t[:63], error[:, :63]).brief == "undetermined"
     error[3, 5] = np.inf
-    assert random_walk(t, error).kind == "undetermined"
+    assert random_walk(t, error).brief == "undetermined"
 
 
 def test_fewer_than_sixteen_members_and_odd_shapes_are_refused(random):
@@ -122,12 +142,12 @@ def test_fewer_than_sixteen_members_and_odd_shapes_are_refused(random):
 
 @pytest.mark.parametrize("power", [1, 2])
 @pytest.mark.parametrize("rate", [1.0, 0.02], ids=["fast", "slow"])
-def test_an_oscillation_of_all_members_that_swells_is_growing(power, rate, random):
+def test_an_oscillation_of_all_members_that_swells_drifts(power, rate, random):
     common = T**0.5 * (t / T) ** power * np.sin(rate * t)
     found = random_walk(t, walks(random) + 20 * common)
-    assert (found.kind, found.why) == ("growing", "scatter")
+    assert found.brief == "growing scatter"
     alike = random_walk(t, common + 1e-9 * random.standard_normal((MEMBERS, BLOCKS)))
-    assert (alike.kind, alike.why) == ("growing", "scatter")
+    assert alike.brief == "growing scatter"
 
 
 def test_a_spread_in_the_last_windows_alone_tells_nothing(random):
@@ -135,8 +155,8 @@ def test_a_spread_in_the_last_windows_alone_tells_nothing(random):
     ends = 1e-10 * (draws - draws.mean()) * (t / T) ** 8
     last = np.std(ends[:, -1], ddof=1)
     found = random_walk(t, ends, resolution=last / 4.7)
-    assert (found.kind, found.why, np.isnan(found.exponent)) == ("undetermined", "spread", True)
-    assert random_walk(t, ends, resolution=2 * last).kind == "bounded"
+    assert (found.brief, np.isnan(found.exponent)) == ("undetermined", True)
+    assert random_walk(t, ends, resolution=2 * last).brief in ("bounded", "kept")
 
 
 def test_members_that_are_the_same_run_are_refused(random):
@@ -144,4 +164,4 @@ def test_members_that_are_the_same_run_are_refused(random):
     error[7] = error[3]
     with pytest.raises(BadInput, match="1 of 16 members have the errors of another one"):
         random_walk(t, error)
-    assert random_walk(t, np.zeros((MEMBERS, BLOCKS))).kind == "bounded"
+    assert random_walk(t, np.zeros((MEMBERS, BLOCKS))).brief == "kept"

@@ -21,9 +21,9 @@ def runs(method, errors, costs, *, secular=LEVEL, drift=1e-3, g=1e-15, knob="h",
     n = len(errors)
     columns = {"method": method, "knob": knob, "value": 0.5 ** np.arange(n), "error_q": errors, "bound_q": 1e-16, "seconds": costs}
     columns |= {
-        "energy_drift": drift,
+        "energy_error": drift,
         "energy_slope": -np.asarray(secular) * drift / 10,
-        "energy_size": 1.0,
+        "energy_scale": 1.0,
         "t_end": 10.0,
         "g": g,
         "Gv": 1e-15,
@@ -72,14 +72,14 @@ def test_round_off_of_the_energy_is_that_of_its_size():
     three = [1e-2, 1e-4, 1e-6]
     table = runs("a", three, [1, 2, 4], secular=SLOPING, drift=1e-10)
     assert kept(table, "energy") == [False] * 3
-    assert kept(table.assign(energy_size=1e3), "energy") == [True] * 3
-    assert kept(table.assign(energy_size=1e-3, energy_drift=1e-13), "energy") == [False] * 3
+    assert kept(table.assign(energy_scale=1e3), "energy") == [True] * 3
+    assert kept(table.assign(energy_scale=1e-3, energy_error=1e-13), "energy") == [False] * 3
 
 
 def test_a_slope_that_nobody_knows_is_no_slope_of_zero():
     table = runs("a", [1e-2, 1e-4, 1e-6], [1, 2, 4], secular=np.nan)
     assert kept(table, "energy") == [False] * 3
-    assert kept(table.assign(energy_drift=1e-14), "energy") == [True] * 3
+    assert kept(table.assign(energy_error=1e-14), "energy") == [True] * 3
 
 
 def test_constraints_are_kept_at_both_levels_or_not_at_all():

@@ -182,7 +182,7 @@ def test_a_run_that_tells_nothing_shows_no_number():
     two = row_of(one(outputs=1))
     assert "2 states tell nothing" in two["failure"]
     for row in (failed, two):
-        assert all(math.isnan(row[name]) for name in ("energy_drift", "energy_slope", "growth"))
+        assert all(math.isnan(row[name]) for name in ("energy_error", "energy_slope", "growth"))
     assert math.isnan(failed["g"])
 
 

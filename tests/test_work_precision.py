@@ -144,8 +144,8 @@ def test_nothing_is_drawn_below_the_bound_of_the_reference(tmp_path, monkeypatch
 
     monkeypatch.setattr(Axes, "plot", plot)
     torus = {"problem": "torus", "case": "inner", "knob": "h"}
-    table = power_law("rattle", 2, 1.0, floor=1e-5).assign(**torus, callback_seconds=np.nan, n_H_p=1.0, energy_drift=1e-3)
-    table = with_costs(table.assign(energy_slope=0.0, energy_size=1.0, t_end=10.0, g=0.0, Gv=0.0, steps=1))
+    table = power_law("rattle", 2, 1.0, floor=1e-5).assign(**torus, callback_seconds=np.nan, n_H_p=1.0, energy_error=1e-3)
+    table = with_costs(table.assign(energy_slope=0.0, energy_scale=1.0, t_end=10.0, g=0.0, Gv=0.0, steps=1))
     table.loc[0, "bound_q"] = 1e-2  # of another row: it hides none of the others
     svg = draw(tmp_path, table, "error_q", "error")
     assert min(table["error_q"]) < 1e-5 < min(drawn) < 1e-4
@@ -182,7 +182,7 @@ def test_a_long_run_is_timed_once(monkeypatch, method, value):
 def test_time_and_work_of_a_run_by_tolerance_are_those_of_one_that_keeps_nothing():
     cell = Cell(**MOTION, method="scipy:DOP853", value=1e-6, metrics=("energy",))
     looked, timed, more = (row_of(each) for each in (cell, replace(cell, repeat=1), replace(cell, repeat=1, outputs=256)))
-    assert timed["energy_drift"] == looked["energy_drift"]
+    assert timed["energy_error"] == looked["energy_error"]
     assert timed["steps"] == looked["steps"]
     assert timed["n_rhs"] == more["n_rhs"] < looked["n_rhs"]
 
@@ -317,7 +317,7 @@ PENDULUM = ("planar_pendulum", "--case", "rotating")
 @pytest.mark.parametrize(
     ("words", "sentence"),
     [
-        ((*PENDULUM, "--error", "energy_size"), "unknown column 'energy_size'"),
+        ((*PENDULUM, "--error", "energy_scale"), "unknown column 'energy_scale'"),
         (("torus", "--case", "inner"), "there is no reference torus-inner"),
         ((*PENDULUM, "--error", "error_z"), "unknown column 'error_z'"),
         ((*PENDULUM, "--t-end", "1e6"), "which ends at t ="),

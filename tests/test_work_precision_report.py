@@ -107,9 +107,9 @@ def power_law(method, order, price, *, slope=0.0, knob="h", drift=1e-3, **more):
     columns = {"problem": "planar_pendulum", "case": "rotating", "method": method, "knob": knob, "value": H}
     columns |= {"error_q": errors, "bound_q": 1e-16, "seconds": price / H, "callback_seconds": np.nan, "steps": 1 / H, "failure": ""}
     columns |= {
-        "energy_drift": drift,
+        "energy_error": drift,
         "energy_slope": slope,
-        "energy_size": 1.0,
+        "energy_scale": 1.0,
         "t_end": 10.0,
         "g": 1e-16,
         "Gv": 1e-15,

@@ -15,7 +15,7 @@ from daebench.studies.tls import Tls
 if TYPE_CHECKING:
     import pandas as pd
 
-SHOWN = ("method", "way", "time_ratio", "error_q", "error_y", "energy_drift", "drifts", "g", "casimirs", "defect", "failure")
+SHOWN = ("method", "way", "time_ratio", "error_q", "error_y", "energy_error", "drifts", "g", "casimirs", "defect", "failure")
 """Columns of the table on the screen."""
 
 

@@ -15,7 +15,7 @@ from daebench.studies.tls import Tls
 DEFECT = "defect"
 """Column and metric that is measured only where it is asked for: it takes the longest."""
 
-NO_ERRORS = ("bound", "growth", "energy_kind", "energy_size")
+NO_ERRORS = ("bound", "growth", "energy_verdict", "energy_scale")
 """How columns begin that are no errors."""
 
 if TYPE_CHECKING:

@@ -1,6 +1,6 @@
 """Energy drift: the secular part of the error of a conserved quantity, seen under an oscillation that may be far larger."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -35,6 +35,10 @@ VERDICTS = {
     FAILED: "the run stopped, or a number in it is not finite",
 }
 """Verdicts on an error, and what they say."""
+
+
+LAWS = ("linear", "power", "exponential", "saturated", "step", "irregular", "growing scatter")
+"""Laws of drifts."""
 
 
 @dataclass(frozen=True)
@@ -72,6 +76,11 @@ class Drift:
     level: float = NAN
     slope: float = NAN
     slope_error: float = NAN
+
+    @property
+    def brief(self) -> str:
+        """The law of what drifts, and of anything else the verdict."""
+        return self.law or self.verdict
 
     @property
     def words(self) -> str:
@@ -151,14 +160,22 @@ def _judged(t: Array, error: Array, size: float, resolution: float, kept: bool) 
     error, resolution = error / size, resolution / size
     slope, slope_error = _line(t, error)
     found = trend(t, error, max(resolution, 8 * float(np.finfo(float).eps)))
-    numbers = {"slope": size * slope, "slope_error": size * slope_error, "level": size * float(np.mean(error[-max(1, len(error) // 8) :]))}
-    numbers |= {"change": size * found.secular.change, "change_bound": size * found.bound}
+    level = float(np.mean(error[-max(1, len(error) // 8) :]))
+    told = Drift(
+        BOUNDED,
+        change=size * found.secular.change,
+        change_bound=size * found.bound,
+        level=size * level,
+        slope=size * slope,
+        slope_error=size * slope_error,
+    )
     if kept:
-        return Drift(KEPT, **numbers)
+        return replace(told, verdict=KEPT)
     if found.drifts:
         exponent, exponent_error = (NAN, NAN) if found.spreads else growth_exponent(t, error, resolution=resolution)
-        return Drift(DRIFTS, "", law_of(found, exponent, exponent_error), exponent, exponent_error, **numbers)
-    return Drift(UNDETERMINED if found.reason else BOUNDED, found.reason, **numbers)
+        law = law_of(found, exponent, exponent_error)
+        return replace(told, verdict=DRIFTS, law=law, exponent=exponent, exponent_error=exponent_error)
+    return replace(told, verdict=UNDETERMINED, reason=found.reason) if found.reason else told
 
 
 def law_of(found: Trend, exponent: float = NAN, exponent_error: float = NAN) -> str:

@@ -13,7 +13,7 @@ OCTAVES = 5
 FEWEST = 16
 """Fewest samples in a window."""
 
-RANGE = (0.1, 6.0)
+RANGE = (0.1, 10.0)
 """Exponents that are looked for."""
 
 
@@ -38,7 +38,7 @@ def growth_exponent(t: Array, error: Array, *, resolution: float = 0.0) -> tuple
     Returns
     -------
     growth, growth_error : float
-        Both NaN if there are fewer than five windows of 16 samples or no exponent between 0.1 and 6 fits.
+        Both NaN if there are fewer than five windows of 16 samples or no exponent between 0.1 and 10 fits.
     """
     t = t - t[0]
     windows = _windows(t)

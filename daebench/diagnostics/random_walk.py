@@ -69,6 +69,11 @@ class Walk:
     exponent_error: float = NAN
     spreads: bool = False
 
+    @property
+    def brief(self) -> str:
+        """The law of what drifts, and of anything else the verdict."""
+        return self.law or self.verdict
+
 
 def random_walk(t: ArrayLike, error: ArrayLike, *, resolution: float = 0.0) -> Walk:
     """Return how the errors e_i(t) of the members i of an ensemble grow, of the energy or any other conserved quantity.

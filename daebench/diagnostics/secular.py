@@ -14,7 +14,7 @@ POWERS = (0.25, 0.5, 0.75, 1.0, 1.25, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 7.0, 8.
 RATES = (2.0, 3.0, 4.5, 7.0, 10.0, 15.0, 22.0, 33.0, 50.0, 75.0)
 """Rates of exponentials, times the whole time."""
 
-STEPS = 15
+STEPS = 63
 """Places of a step that are tried, equally far apart."""
 
 BETTER = 0.7

@@ -18,7 +18,9 @@ def window_count(oscillations: int) -> int:
 
 
 def window_means(u: Array, values: Array, windows: int) -> Array:
-    """Return tapered means over windows of equal length, each overlapping the next by half::
+    """Return tapered means over windows of equal length, each overlapping the next by half.
+
+    ::
 
         mean_k = sum w_k(u_i) e_i / sum w_k(u_i)        w_k(u) = sin^2( pi (u - a_k) / L ),   a_k <= u <= a_k + L
 
@@ -50,7 +52,7 @@ def window_means(u: Array, values: Array, windows: int) -> Array:
 
 
 def leakage(periods: float) -> float:
-    """Return the part of the amplitude of an oscillation that the mean over a window of so many periods leaves, at most: 1 / (pi x (x^2 - 1))."""
+    """Return 1 / (pi x (x^2 - 1)), the part of an oscillation that the mean over a window of x of its periods leaves, at most."""
     return min(1.0, 1 / (np.pi * periods * (periods**2 - 1))) if periods > 1 else 1.0
 
 

@@ -110,5 +110,5 @@ def completes(row: Row) -> str:
 
 def keeps_energy(row: Row) -> str:
     """Return why a run did not come to its end with the energy kept within :data:`PART` of its size; "" if it did."""
-    off, size = row["energy_drift"], row["energy_size"]
+    off, size = row["energy_error"], row["energy_scale"]
     return completes(row) or ("" if off <= PART * size else f"its energy is off by {off:.2g}, and its size is {size:.3g}")

@@ -44,20 +44,27 @@ def _told(share: Share) -> str:
 
 
 def _of_ensemble(walk: Walk) -> str:
-    slope, spread = _around(walk.slope, walk.slope_error), _spread(walk)
-    still = f"their mean does not drift beyond four standard errors: its slope is {slope}"
-    growing = {
-        "slope": f"growing: the mean drifts by {slope} a second, but not at the same rate in both halves of the time; {spread}.",
-        "scatter": f"growing: what all members do alike swells, where the slope of their mean is {slope}; {spread}.",
-        "spread": f"growing: {spread}, so that each drifts its own way; {still}.",
-    }
+    bound = f"their mean changes by at most {walk.change_bound:.2g} over the time"
+    if walk.verdict == "drifts":
+        apart = f"{_spread(walk)}, so that each drifts its own way; {bound}." if walk.law == "apart" else f"{_law(walk)}; {_spread(walk)}."
+        return f"drifts: {apart}"
     told = {
-        "bounded": f"bounded: {spread}, and {still}.",
-        "random walk": f"random walk: {spread}, and {still}.",
-        "linear": f"linear: the mean drifts by {slope} a second; {spread}.",
-        "undetermined": f"undetermined: {spread}, and {still}; take more steps or more members.",
+        "kept": "kept: no member is off by more than rounding.",
+        "bounded": f"bounded: {_spread(walk)}, and {bound}.",
+        "random walk": f"random walk: {_spread(walk)}; {bound}.",
+        "undetermined": f"undetermined: {walk.reason}; {_spread(walk)}; take more steps or more members.",
     }
-    return growing[walk.why] if walk.kind == "growing" else told[walk.kind]
+    return told[walk.verdict]
+
+
+def _law(found: Walk | Drift) -> str:
+    """Return the law of a drift of the mean, and how much it is."""
+    of = f"the mean of {found.members} members" if isinstance(found, Walk) else "the energy"
+    if found.law == "saturated":
+        return f"{of} saturated at {found.level:.3g}"
+    if found.law == "linear":
+        return f"linear: {of} drifts by {_around(found.slope, found.slope_error)} a second"
+    return f"{found.law}: {of} changes by {found.change:.3g} over the time"
 
 
 def _spread(walk: Walk) -> str:
@@ -70,15 +77,16 @@ def _spread(walk: Walk) -> str:
 
 
 def _of_few(drift: Drift, share: Share) -> str:
-    slope = _around(drift.slope, drift.slope_error)
-    growth = "" if math.isnan(drift.growth) else f", growing as t^({_around(drift.growth, drift.growth_error)})"
+    power = "" if math.isnan(drift.exponent) else f", as t^({_around(drift.exponent, drift.exponent_error)})"
     told = {
-        "bounded": f"bounded: the slope is {slope}",
-        "linear": f"linear: the energy drifts by {slope} a second{growth}",
-        "growing": f"growing: the slope is {slope}{growth}",
+        "kept": "kept: the error is no more than rounding",
+        "bounded": f"bounded: the mean changes by at most {drift.change_bound:.2g} over the time",
+        "drifts": f"drifts: {_law(drift)}{power if drift.law in ('linear', 'power') else ''}",
+        "undetermined": f"undetermined: {drift.reason}",
+        "failed": f"failed: {drift.reason}",
     }
     few = f", of which there are {share.told} so far" if share.asked >= MEMBERS else ""
-    return f"{told[drift.kind]}; whether it is a random walk is told from {MEMBERS} members or more{few}."
+    return f"{told[drift.verdict]}; whether it is a random walk is told from {MEMBERS} members or more{few}."
 
 
 def _around(value: float, error: float) -> str:

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from daebench.diagnostics.branch import largest_jump
-from daebench.diagnostics.energy import energy_drift
+from daebench.diagnostics.energy_verdict import energy_scales, energy_verdict, size
 from daebench.diagnostics.integrals import integral_errors
 from daebench.errors import BadInput, unknown
 from daebench.reference.certified.between import At, states_at
@@ -170,15 +170,15 @@ def _rates(scene: Scene | PoissonScene, *states: Array) -> Array:
 
 
 def _energy(found: Measured) -> Columns:
+    drift, scales = energy_verdict(found.scene, found.run), energy_scales(found.scene, found.run)
     H = np.asarray(found.scene.along("H", *found.states), dtype=float)
-    resolution = float(np.finfo(float).eps * max(1.0, abs(float(H[0]))))
-    drift = energy_drift(found.run.t, H - H[0], resolution=resolution)
     worst = float(found.run.maxima.get("energy", np.max(np.abs(H - H[0]))))
-    told: dict[str, float | str] = {"energy_drift": worst, "energy_slope": drift.slope, "growth": drift.growth, "energy_kind": drift.kind}
-    return {**told, "energy_size": _energy_size(found)}
+    told: dict[str, float | str] = {"energy_error": worst, "energy_size": size(worst, scales), "energy_scale": _energy_scale(found)}
+    told |= {"energy_verdict": drift.verdict, "energy_law": drift.words, "energy_change_bound": drift.change_bound}
+    return {**told, "energy_slope": drift.slope, "growth": drift.exponent}
 
 
-def _energy_size(found: Measured) -> float:
+def _energy_scale(found: Measured) -> float:
     """Return what an error of the energy is large or small against: the largest |p^T H_p|, twice the kinetic energy, or the largest |H|."""
     if isinstance(found.run, PoissonTrajectory):
         return float(np.max(np.abs(found.scene.along("H", found.run.y))))
@@ -249,8 +249,17 @@ METRICS: Mapping[str, Metric] = {
         Metric("phase", {"phase": "s"}, "largest time by which it is early or late", _phase, certified=True),
         Metric(
             "energy",
-            {"energy_drift": "", "energy_slope": "1/s", "growth": "", "energy_kind": "", "energy_size": ""},
-            "largest energy error, its slope and growth, and its size: twice the largest kinetic energy, or |H|",
+            {
+                "energy_error": "",
+                "energy_size": "",
+                "energy_verdict": "",
+                "energy_law": "",
+                "energy_change_bound": "",
+                "energy_slope": "1/s",
+                "growth": "",
+                "energy_scale": "",
+            },
+            "largest energy error, also over the mean kinetic energy, and the verdict on its trend; its scale is 2 max T, or |H|",
             _energy,
         ),
         Metric("manifold", {"g": "", "Gv": ""}, "largest |g| and |G H_p|", _maxima("g", "Gv"), poisson=False),

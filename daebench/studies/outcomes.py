@@ -20,9 +20,9 @@ FINE, COARSE, DRIFTING, OFF, OTHER = "fine", "coarse", "drifting", "off the mani
 NO_SOLUTION, SINGULAR, RANK_LOST, BLOWN_UP, STOPPED = "no solution", "singular", "rank lost", "blown up", "stopped"
 
 OUTCOMES = {
-    FINE: "it came to its end, on the manifold, and its energy error is small and has no such slope",
+    FINE: "it came to its end, on the manifold, and its energy error is small and does not drift",
     COARSE: "its energy error is more than a tenth of its size: of twice the largest kinetic energy, or of |H| of a Poisson system",
-    DRIFTING: "what the slope of its energy error adds up to is more than a quarter of it, is significant, and no walk of roundings",
+    DRIFTING: "its energy drifts: the mean changes beyond the scatter of its window means",
     OFF: "it left the manifold by more than a thousandth of what a change of all positions by one part would do",
     OTHER: "a step ended far from where the velocities lead: Newton's iteration found another solution than that of the motion",
     NO_SOLUTION: "the equations of a step have no solution that Newton's iteration finds",
@@ -71,4 +71,4 @@ def outcome_of(cell: Cell, row: Row) -> str:
         return OTHER
     if drifts(row):
         return DRIFTING
-    return COARSE if row["energy_drift"] > LARGE * row["energy_size"] else FINE
+    return COARSE if row["energy_error"] > LARGE * row["energy_scale"] else FINE

@@ -116,7 +116,7 @@ def says(table: "pd.DataFrame") -> list[str]:
 
 def _held(rows: dict[str, Row], base: Row, error: str) -> str:
     """Return what ending Newton's iteration early, compensation and single precision do, against double precision."""
-    parts = [f"{'energy error' if error == 'energy_drift' else error.replace('_', ' of ')} {base[error]:.1e}"]
+    parts = [f"{'energy error' if error == 'energy_error' else error.replace('_', ' of ')} {base[error]:.1e}"]
     early = [way for way in rows if "=" in way]
     good = [way for way in early if _as_good(rows[way], base, error)]
     if good:
@@ -133,7 +133,7 @@ def _held(rows: dict[str, Row], base: Row, error: str) -> str:
 
 def _as_good(row: Row, base: Row, error: str) -> bool:
     """Return whether error, energy, constraints and two-form are as good, or of round-off."""
-    sizes = {error: 1.0, "energy_drift": base["energy_size"]} | dict.fromkeys(("g", "Gv", "casimirs", "defect"), 1.0)
+    sizes = {error: 1.0, "energy_error": base["energy_scale"]} | dict.fromkeys(("g", "Gv", "casimirs", "defect"), 1.0)
     return all(row[name] <= max(AS_GOOD * base[name], ROUND_OFF * size) for name, size in sizes.items() if name in row)
 
 

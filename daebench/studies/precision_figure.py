@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 LABELS = {
     "error_q": "largest error of q",
     "error_y": "largest error of y",
-    "energy_drift": "largest energy error",
+    "energy_error": "largest energy error",
     "defect": "defect of the two-form",
 }
 """Columns that are drawn, and their labels."""
@@ -24,7 +24,7 @@ SMALLEST = 1e-18
 def draw(out: Path, stem: str, table: "pd.DataFrame") -> Path:
     """Write the figure, a row of panels for each method, as SVG, PNG and CSV; return the path of the SVG."""
     cost, unit = ("seconds", "CPU time [s]") if table["seconds"].notna().any() else ("value", "step size h [s]")
-    columns = [name for name in dict.fromkeys((error_of(table), "energy_drift", "defect")) if table[name].notna().any()]
+    columns = [name for name in dict.fromkeys((error_of(table), "energy_error", "defect")) if table[name].notna().any()]
     methods = by_method(table[table["failure"] == ""])
     ways = list(dict.fromkeys(table["way"]))
     with drawing():

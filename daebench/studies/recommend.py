@@ -54,7 +54,7 @@ def with_conserved(table: "pd.DataFrame", defects: Mapping[str, float], claims: 
     """
     done = table["failure"] == ""
     level = table["energy_slope"].notna() & ~secular(table)
-    found = {"nothing": done, "energy": done & (level | (table["energy_drift"] <= _rounding(table) * table["energy_size"]))}
+    found = {"nothing": done, "energy": done & (level | (table["energy_error"] <= _rounding(table) * table["energy_scale"]))}
     if {"g", "Gv"} <= set(table.columns):
         found["constraints"] = done & (table[["g", "Gv"]].max(axis=1, skipna=False) <= ROUND_OFF)
     if "casimirs" in table and table["casimirs"].notna().any():

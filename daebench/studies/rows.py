@@ -18,4 +18,4 @@ def by_method(table: "pd.DataFrame") -> list[tuple[str, "pd.DataFrame"]]:
 
 def error_of(table: "pd.DataFrame") -> str:
     """Return the column that says how accurate runs are: the error against a reference, or where there is none that of the energy."""
-    return next((name for name in ("error_q", "error_y") if name in table), "energy_drift")
+    return next((name for name in ("error_q", "error_y") if name in table), "energy_error")

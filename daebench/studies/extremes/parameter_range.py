@@ -66,7 +66,7 @@ def cells(asked: Asked) -> list[Cell]:
 def measure(asked: Asked, runs: Runs) -> "pd.DataFrame":
     """Return one row a run, with its outcome, and the energy error in parts of the energy's size."""
     table = varied_runs(cells(asked), varied(asked)[0], runs)
-    return table.assign(near=asked.near, energy_part=table["energy_drift"] / table["energy_size"])
+    return table.assign(near=asked.near, energy_part=table["energy_error"] / table["energy_scale"])
 
 
 def says(table: "pd.DataFrame") -> list[str]:

@@ -1,0 +1,83 @@
+"""The verdict on the energy of a run, and the size of its error."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from daebench.diagnostics.energy import Drift, energy_drift
+from daebench.diagnostics.integrals import energy_error
+from daebench.scene import Setting
+from daebench.trajectory import PoissonTrajectory, Trajectory
+
+Array = NDArray[np.float64]
+
+LOST = 1.0
+"""Energy error, in parts of the mean kinetic energy, above which a motion is lost."""
+
+
+@dataclass(frozen=True)
+class EnergyScales:
+    """Energies along a run, in the unit of H.
+
+    Parameters
+    ----------
+    kinetic : float
+        Mean kinetic energy p^T H_p / 2; of a Poisson system the mean |H|.
+    most : float
+        The largest of kinetic and potential energy, max(|T|, |U|), along the run; of a Poisson system the largest |H|.
+    """
+
+    kinetic: float
+    most: float
+
+
+def energy_scales(scene: Setting, run: Trajectory | PoissonTrajectory) -> EnergyScales:
+    """Return the energies along a run; infinite values are left out.
+
+    Parameters
+    ----------
+    scene : Scene or PoissonScene
+        The problem with its numbers.
+    run : Trajectory or PoissonTrajectory
+        A run on it.
+    """
+    if isinstance(run, PoissonTrajectory):
+        H = np.abs(np.asarray(scene.along("H", run.y), dtype=float))
+        return EnergyScales(_mean(H), _largest(H))
+    T = np.sum(run.p * np.asarray(scene.along("H_p", run.p, run.q), dtype=float), axis=1) / 2
+    U = np.asarray(scene.along("H", run.p, run.q), dtype=float) - T
+    return EnergyScales(_mean(np.abs(T)), max(_largest(T), _largest(U)))
+
+
+def energy_verdict(scene: Setting, run: Trajectory | PoissonTrajectory) -> Drift:
+    """Return the verdict on the energy error of a run, see :func:`daebench.diagnostics.energy.energy_drift`.
+
+    Parameters
+    ----------
+    scene : Scene or PoissonScene
+        The problem with its numbers.
+    run : Trajectory or PoissonTrajectory
+        A run on it, with outputs that resolve its oscillations.
+    """
+    states = run.y if isinstance(run, PoissonTrajectory) else run.q
+    eps = float(np.finfo(states.dtype).eps)
+    scale = energy_scales(scene, run).most
+    resolution = eps * max(abs(float(scene.value("H", *scene.start))), scale)
+    error, failure = energy_error(scene, run), run.failure or ""
+    return energy_drift(run.t, error, resolution=resolution, scale=scale, steps=run.steps, eps=eps, failure=failure)
+
+
+def size(error: float, scales: EnergyScales) -> float:
+    """Return an energy error in parts of the mean kinetic energy; above :data:`LOST` the motion is lost."""
+    return error / scales.kinetic if scales.kinetic > 0 else (0.0 if error == 0 else float("inf"))
+
+
+def _mean(values: Array) -> float:
+    finite = values[np.isfinite(values)]
+    return float(np.mean(finite)) if len(finite) else 0.0
+
+
+def _largest(values: Array) -> float:
+    finite = np.abs(values[np.isfinite(values)])
+    return float(np.max(finite)) if len(finite) else 0.0
