@@ -80,7 +80,7 @@ def test_midpoint_has_no_visible_energy_drift_over_a_million_steps_where_se_has_
         found.append((each.maxima["energy"], energy_drift(each.t, energy_error(where, each))))
     (early, _), (late, drift), (_, drift_of_se) = found
     assert late < 1.001 * early < 1e-6
-    assert drift.kind == "bounded"
+    assert drift.verdict == "bounded"
     assert abs(drift.slope) < 4 * drift.slope_error
     assert drift_of_se.slope > 100 * drift_of_se.slope_error
 

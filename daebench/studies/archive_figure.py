@@ -10,7 +10,7 @@ from daebench.studies.rows import by_method
 if TYPE_CHECKING:
     import pandas as pd
 
-COLUMNS = ("error_q", "error_y", "energy_error", "energy_drift")
+COLUMNS = ("error_q", "error_y", "energy_error")
 """What is drawn: the first of these that is a number anywhere."""
 
 
