@@ -1,7 +1,7 @@
 """Trajectories as files: CSV for every language, NPZ for NumPy; written whole or not at all."""
 
-import itertools
 import os
+import secrets
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
@@ -12,24 +12,25 @@ from daebench.csv_files import write_numbers, write_rows
 from daebench.errors import BadInput, DaebenchError
 from daebench.trajectory import Array, PoissonTrajectory, Trajectory
 
-_COUNTER = itertools.count()
-
 
 @contextmanager
 def atomic(path: Path) -> Iterator[Path]:
     """Give a temporary path in the same folder that becomes ``path`` once all is written, and vanishes otherwise.
 
+    Nobody can foresee its name, and so put a link there that leads to another file: the folder may be one that others write to.
+
     Raises
     ------
     BadInput
-        If the path is a folder or a device.
+        If the path is a folder or a device, or a link of another user's.
     DaebenchError
         If it cannot be written, as on a full disk; it names the path.
     """
+    _refuse_foreign_link(path)
     path = path.resolve()
     if path.exists() and not path.is_file():
         raise BadInput(f"{path} is no file that could be replaced; choose another place.")
-    scratch = path.with_name(f".{path.stem}-{os.getpid()}-{next(_COUNTER)}{path.suffix}")
+    scratch = _beside(path)
     try:
         with named(path, scratch):
             yield scratch
@@ -62,6 +63,17 @@ def named(path: Path, scratch: Path) -> Iterator[None]:
         raise DaebenchError(f"{path} cannot be written ({error.strerror or error}); make room, or choose another place.") from error
 
 
+def _beside(path: Path) -> Path:
+    """Return a hidden path in the same folder with the same ending."""
+    return path.with_name(f".{path.stem[:64]}-{secrets.token_hex(8)}{path.suffix}")
+
+
+def _refuse_foreign_link(path: Path, option: str = "--out") -> None:
+    """Refuse to follow a link that another user has made, as Linux does for files that are opened in folders like /tmp."""
+    if path.is_symlink() and hasattr(os, "geteuid") and path.lstat().st_uid not in (os.geteuid(), 0):
+        raise BadInput(f"{option} {path}: that is a link which another user has made; choose another place.")
+
+
 def check_writable(path: Path) -> None:
     """Refuse an output file before the run that would fill it.
 
@@ -81,13 +93,14 @@ def check_place(path: Path, option: str = "--out") -> None:
     Raises
     ------
     BadInput
-        If it is a folder or device, or the folder is missing or cannot be written to.
+        If it is a folder or device or a link of another user's, or the folder is missing or cannot be written to.
     """
     if not path.parent.is_dir():
         raise BadInput(f"{option} {path}: there is no folder {path.parent}; make it first.")
     if path.exists() and not path.is_file():
         raise BadInput(f"{option} {path}: that is no file; choose another place.")
-    trial = path.resolve().with_name(f".{path.stem}-{os.getpid()}-trial")
+    _refuse_foreign_link(path, option)
+    trial = _beside(path.resolve())
     try:
         trial.touch(exist_ok=False)
         trial.unlink()
@@ -105,7 +118,7 @@ def make_folder(path: Path) -> None:
     """
     try:
         path.mkdir(parents=True, exist_ok=True)
-        trial = path / f".{os.getpid()}-trial"
+        trial = _beside(path / "trial")
         trial.touch(exist_ok=False)
         trial.unlink()
     except OSError as error:

@@ -147,3 +147,18 @@ def test_a_reference_of_other_parameters_says_so(copied):
     save(NAME, kept, found.text, copied)
     with pytest.raises(BadInput, match=r"was made with parameters .*2.0.*build the reference again"):
         load(NAME, copied).scene()
+
+
+@pytest.mark.parametrize(
+    "text", ["\x1b[2J", "\x1b]0;title\x07", "\x9b2J", "\x08\x08", "\x0c", "\u202eabc", "\u2066", "\x7f", "\x00"], ids=ascii
+)
+@pytest.mark.parametrize("ascii_alone", [True, False])
+def test_nothing_of_a_reference_steers_a_terminal(text, ascii_alone, copied):
+    path = copied / NAME / CERTIFICATE
+    certificate = json.loads(path.read_text())
+    certificate["about"] += text
+    certificate["checksum"] = checksum(certificate)
+    path.write_text(json.dumps(certificate, ensure_ascii=ascii_alone), encoding="utf-8")
+    with pytest.raises(Damaged, match="which no terminal should be sent") as error:
+        load(NAME, copied)
+    assert str(error.value).isprintable()

@@ -99,9 +99,8 @@ def print_table(columns: Sequence[str], rows: Sequence[Sequence[str]], title: st
     from rich.text import Text
 
     narrow = bool(width)
-    table = Table(
-        title=title or None, title_justify="left", title_style="bold", box=box.SIMPLE_HEAD, pad_edge=False, collapse_padding=narrow
-    )
+    said = Text(title) if title else None
+    table = Table(title=said, title_justify="left", title_style="bold", box=box.SIMPLE_HEAD, pad_edge=False, collapse_padding=narrow)
     for column in columns:
         table.add_column(Text(column), overflow="fold")
     for row in rows:
@@ -121,7 +120,7 @@ class Bar:
         from rich.console import Console
         from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeRemainingColumn
 
-        columns = (TextColumn("{task.description}"), BarColumn(), TaskProgressColumn(), TimeRemainingColumn(compact=True))
+        columns = (TextColumn("{task.description}", markup=False), BarColumn(), TaskProgressColumn(), TimeRemainingColumn(compact=True))
         console = Console(stderr=True)
         self._label, self._fraction = label, 0.0
         self._progress = Progress(*columns, console=console, transient=True, disable=not console.is_terminal)

@@ -5,6 +5,7 @@ import hashlib
 import json
 import math
 import os
+import re
 import shutil
 import textwrap
 from collections.abc import Callable, Mapping, Sequence
@@ -19,6 +20,9 @@ from daebench.reference.certified.record import Reference
 CERTIFICATE = "certificate.json"
 FORMAT = 1
 """Version of the layout of both files."""
+
+UNPRINTABLE = re.compile(rb"[^\t\n\r -~]|\\u00[01789]|\\u20|\\[bf]")
+"""Characters, and their escapes in JSON, that would write over what a terminal shows, or turn it round: a reference has none of them."""
 
 RESTORE = "restore it from where it came, or build the reference again"
 
@@ -239,9 +243,12 @@ def _require(path: Path, what: str, expected: str, found: str) -> None:
 
 def _read(path: Path) -> bytes:
     try:
-        return path.read_bytes()
+        content = path.read_bytes()
     except OSError as error:
         raise Damaged(f"{path} cannot be read ({error.strerror}); {RESTORE}.") from error
+    if found := UNPRINTABLE.search(content):
+        raise Damaged(f"{path} is truncated or altered: it has {found[0]!r}, which no terminal should be sent; {RESTORE}.")
+    return content
 
 
 def _old(name: str, folder: Path) -> Path:
