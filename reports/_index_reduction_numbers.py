@@ -17,7 +17,7 @@ from daebench.diagnostics.symplecticity import symplecticity_defect, tangent_bas
 from daebench.fixed_step import FixedStep
 from daebench.method import Request
 from daebench.reports._compile_ahead import compiling_ahead
-from daebench.reports._exact_motion import exact_motion
+from daebench.reports._exact_motion import exact_motion, swing_period
 from daebench.scene import Array, Scene
 from daebench.trajectory import Trajectory
 
@@ -183,14 +183,22 @@ def swing(scene: Scene) -> pd.DataFrame:
 def facts(slow: Scene, fast: Scene) -> dict[str, Any]:
     """Return what the text says beside figures and table."""
     broken = fixed_step(fast, "se", H_FAST, T_FAST)
-    other = swing(find_scene(PROBLEM, OTHER_FAST))
+    turned = find_scene(PROBLEM, OTHER_FAST)
+    other = swing(turned)
     coarse = energy_drift(*_energy(slow, "se", H))
     return {
         "se_stops": broken.failure is not None,
         "se_stops_at": float(broken.t[-1]),
         "other_swing": other,
+        "periods": {scene.case: period(scene) for scene in (fast, turned)},
         "se_slope_same_h": coarse.slope,
     }
+
+
+def period(scene: Scene) -> float:
+    """Return the exact time of one swing from a scene's start."""
+    p, q = scene.p0, scene.q0
+    return swing_period(float(p @ p / 2 + q[2]), float(q[0] * p[1] - q[1] * p[0]))
 
 
 def _energy(scene: Scene, name: str, h: float) -> tuple[Array, Array]:

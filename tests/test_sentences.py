@@ -8,13 +8,16 @@ import pytest
 from runs import method, run
 from scenes import scene
 
-from daebench.catalogue import find_problem, find_setting
+from daebench.catalogue import find_problem, find_scene, find_setting
 from daebench.diagnostics.poisson import poisson_defect
 from daebench.forms import FORMS
 from daebench.method import Request
 from daebench.names import parse
 from daebench.problems import lotka_volterra
+from daebench.report import percent
 from daebench.reports import lessons
+from daebench.reports._exact_motion import exact_motion
+from daebench.reports._index_reduction_numbers import period
 
 ROUND_OFF = 1e-12
 PAGES = Path(lessons.__path__[0]).parent
@@ -173,6 +176,30 @@ def test_a_poisson_map_need_not_keep_a_casimir_function():
     B[0, 1], B[1, 0] = 1, -1
     y = np.array([0.3, -0.2, 1.5])
     assert poisson_defect(lambda y: np.asarray(y) + np.array([0, 0, 1.0]), y, lambda y: B) < ROUND_OFF
+
+
+# ---- the swing of Fig. 1.2 ----------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("case", ["fig1.2", "fig1.2b"])
+def test_the_period_of_a_swing_is_that_of_the_closed_form(case):
+    """After one period, and two, the height and its velocity are those of the start; after half of one they are not."""
+    where = find_scene("spherical_pendulum", case)
+    T = period(where)
+    q, p = exact_motion(where.source, case, [T / 2, T, 2 * T])
+    assert q[1:, 2] == pytest.approx(where.q0[2], abs=1e-11)
+    assert p[1:, 2] == pytest.approx(where.p0[2], abs=1e-11)
+    assert abs(p[0, 2] - where.p0[2]) > 0.1
+    assert f"{T:.6f}" == {"fig1.2": "0.872449", "fig1.2b": "0.881554"}[case]
+
+
+def test_the_energy_of_symplectic_euler_is_off_by_more_than_a_thousandth():
+    """0.1185 % of what it is above the lowest point, which "at most 0.1 %" is not."""
+    found = run("symplectic_euler", find_scene("spherical_pendulum", "fig1.2"), 0.01, 1000)
+    H = np.sum(found.p**2, axis=1) / 2 + found.q[:, 2] + 1
+    off = np.abs(H / H[0] - 1).max()
+    assert f"{off:.4%}" == "0.1185%"
+    assert str(percent(off, up=True)).startswith("0.12")
 
 
 # ---- methods ------------------------------------------------------------------------------------------------------------

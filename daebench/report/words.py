@@ -81,11 +81,12 @@ def count(value: float) -> Markup:
 
 def percent(value: float, *, up: bool = False) -> Markup:
     """Return a share as a percentage with a digit after the point, or more where it is close to 0 or 100; an upper bound on request."""
+    value = float(value)
     near = min(abs(value), abs(1 - value))
     places = 1 if near >= 1e-3 or near == 0 else min(6, 1 - math.floor(math.log10(near)) - 2)
     if not up:
         return Markup(f"{100 * value:.{places}f}{THIN}%")
-    places += 0 < near < 1e-2
+    places += int(0 < near < 1e-2)
     share = Context(prec=EXACT).create_decimal_from_float(100 * value).quantize(Decimal(1).scaleb(-places), ROUND_CEILING)
     return Markup(f"{share:f}{THIN}%")
 
