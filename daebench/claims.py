@@ -14,7 +14,8 @@ class Claims:
     order : int
         Order of convergence of q and p.
     symmetric : bool
-        Whether rho∘Phi∘rho∘Phi is the identity on the manifold, rho(p, q) = (-p, q).
+        Whether rho∘Phi∘rho∘Phi is the identity on the manifold, rho(p, q) = (-p, q); that is symmetry where rho∘Phi_h = Phi_{-h}∘rho, HLW
+        Theorem V.1.5.
     symplectic : bool
         Whether the two-form on the tangent space of the manifold is preserved.
     keeps_g, keeps_Gv : bool

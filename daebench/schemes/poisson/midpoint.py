@@ -1,4 +1,4 @@
-"""The implicit midpoint rule on y' = B(y) grad H(y): symplectic for constant B, no Poisson map for others, HLW Example 4.7."""
+"""The implicit midpoint rule on y' = B(y) grad H(y): a Poisson map for constant B, and none for that of HLW Example 4.7."""
 
 from typing import Any
 
