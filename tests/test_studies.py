@@ -21,6 +21,7 @@ from own_files import ORBIT, RING
 from daebench import api
 from daebench.errors import BadInput
 from daebench.fixed_step import FixedStep
+from daebench.poisson_step import PoissonStep
 from daebench.problems import planar_pendulum
 from daebench.reference.certified.store import load
 from daebench.studies import cell as cells
@@ -126,10 +127,9 @@ CONTRADICTIONS = {
     "unknown parameter": ({"parameters": {"gravty": [1.0]}}, "gravty"),
     "unknown precision": ({"precisions": ["float16"]}, "unknown precision 'float16'"),
     "no reference": (
-        {"parameters": {"gravity": [2.0]}, "metrics": ["q"]},
-        "q is an error against planar_pendulum-rotating, which has another gravity",
+        {"problem": "lotka_volterra_3d", "cases": ["blow_up"], "methods": ["strang"], "metrics": ["y"], "t_end": 3.0},
+        "the error y needs a certified reference that fits, or a finer run, and there is neither: ",
     ),
-    "beyond it": ({"t_end": 1e3, "metrics": ["q"]}, "which ends at t = "),
     "no steps": ({"methods": ["scipy:DOP853"], "values": {"tol": [1e-6]}, "metrics": ["defect"]}, "defect is of methods with fixed steps"),
     "other kind": ({"metrics": ["y"]}, "y is not measured on planar_pendulum, which is a constrained problem"),
     "refused": ({"problem": "andrews_squeezer", "cases": ["bari"], "methods": ["shake"]}, "shake needs H"),
@@ -145,6 +145,37 @@ def test_a_contradiction_is_told_before_anything_is_run(more, sentence, monkeypa
 
 
 # ---- the numbers
+
+
+OWN = {
+    "parameter": {"parameters": {"gravity": [3.0]}},
+    "beyond the reference": {"t_end": 101.0, "values": {"h": [101 / 8192]}},
+    "no reference": {"problem": "torus", "cases": ["inner"]},
+    "a file": {"problem": "./ring.py", "cases": ["turning"]},
+    "poisson": {"problem": "lotka_volterra", "cases": ["4,2"], "methods": ["strang"], "metrics": ["y"], "parameters": {"b": [2.5]}},
+}
+
+
+@pytest.mark.usefixtures("plain_functions")
+@pytest.mark.parametrize("more", OWN.values(), ids=OWN)
+def test_without_a_certified_reference_errors_are_against_a_finer_run_with_its_bound(folder, more, monkeypatch):
+    """The oracle is RATTLE or the splitting itself with much smaller steps, by Richardson of order 2."""
+    text = (folder / "ring.py").read_text()
+    (folder / "ring.py").write_text(text.replace("        closed_form=closed_form,\n", ""))
+    monkeypatch.setattr("daebench.poisson_names.PoissonStep", lambda *a, **k: PoissonStep(*a, **k | {"compiled": False}))
+    (cell,) = study(**{"metrics": ["q"], "values": {"h": [1 / 64]}, "t_end": 2.0} | more).cells()
+    row = row_of(cell)
+    letter = "y" if "y" in cell.metrics else "q"
+    assert (row["failure"], row["reference"][:8]) in {("", "own fine"), ("", "closed f")}
+    assert 0 < row[f"bound_{letter}"] < 1e-3 * row[f"error_{letter}"]
+    states = [getattr(cell.at(cell.value / k).solver.solve(cell.scene, _same_outputs(cell, k)), letter) for k in (1, 8, 16)]
+    true = (4 * states[2] - states[1]) / 3
+    assert row[f"error_{letter}"] == pytest.approx(np.abs(states[0] - true).max(), rel=1e-2)
+
+
+def _same_outputs(cell, k):
+    asked = cell.asked("h")
+    return replace(asked, value=cell.value / k, every=k * asked.every)
 
 
 def test_errors_are_those_against_the_reference_and_have_its_bounds():

@@ -240,9 +240,42 @@ def test_the_standard_study_of_a_problem_can_be_made(name):
             assert cell.value * round(times[1] / cell.value) == times[1]
 
 
-def test_a_case_without_a_reference_is_refused():
-    with pytest.raises(BadInput, match="there is no reference torus-inner"):
-        standard("torus", case="inner")
+@pytest.mark.parametrize(("certified", "styles"), [(True, {":"}), (False, {"--"})], ids=["certified", "own"])
+def test_what_a_reference_may_be_wrong_by_is_drawn_as_what_it_is(tmp_path, monkeypatch, certified, styles):
+    from matplotlib.axes import Axes
+
+    lines, areas = [], []
+    real = Axes.axhline, Axes.axhspan
+    monkeypatch.setattr(Axes, "axhline", lambda self, *x, **k: lines.append(k) or real[0](self, *x, **k))
+    monkeypatch.setattr(Axes, "axhspan", lambda self, *x, **k: areas.append(k) or real[1](self, *x, **k))
+    words = "certified torus-inner" if certified else "own finer run (DOP853, tol 2.5e-14)"
+    table = power_law("rattle", 2, 1.0, floor=1e-5).assign(problem="torus", case="inner", knob="h", reference=words, n_H_p=1.0)
+    svg = draw(tmp_path, with_costs(table.assign(callback_seconds=np.nan)), "error_q", "error")
+    assert {line["linestyle"] for line in lines} == styles
+    assert [area.get("hatch") for area in areas] == ([] if certified else ["///"] * len(areas))
+    assert bool(areas) != certified
+    assert ("bound 1.0e-05" in svg.read_text(encoding="utf-8").replace("&#x2212;", "-")) != certified
+
+
+@pytest.mark.parametrize(
+    ("words", "reference"),
+    [
+        (("planar_pendulum", "--case", "rotating", "--param", "gravity=3"), "closed form"),
+        (("torus", "--case", "inner"), "own finer run (DOP853, tol 2.5e-14)"),
+        (("planar_pendulum", "--case", "rotating"), "certified planar_pendulum-rotating"),
+    ],
+    ids=["parameter", "no reference", "certified"],
+)
+def test_the_command_says_what_errors_are_against(daebench, tmp_path, words, reference):
+    words = ("work-precision", *words, "--methods", "scipy:RK45", "--tol", "1e-4,1e-6", "--t-end", 2, "--repeat", 0, "--workers", 1)
+    status, out, err = daebench(*words, "--out", tmp_path, "--json")
+    assert (status, err) == (0, "")
+    ((told, bound),) = json.loads(out)["references"].items()
+    table = pd.read_csv(tmp_path / "work_precision.csv")
+    assert (told, set(table["reference"])) == (reference, {reference})
+    assert 0 < bound == pytest.approx(table["bound_q"].max(), rel=1e-9)
+    assert bound < table["error_q"].min()
+    assert f"errors are against: {reference}, which may be wrong by" in daebench(*words, "--out", tmp_path)[1]
 
 
 def test_the_command_keeps_its_runs_and_names_a_winner(daebench, tmp_path, monkeypatch):
@@ -318,9 +351,9 @@ PENDULUM = ("planar_pendulum", "--case", "rotating")
     ("words", "sentence"),
     [
         ((*PENDULUM, "--error", "energy_scale"), "unknown column 'energy_scale'"),
-        (("torus", "--case", "inner"), "there is no reference torus-inner"),
+        (("lotka_volterra_3d", "--case", "blow_up", "--t-end", "3"), "needs a certified reference that fits, or a finer run"),
         ((*PENDULUM, "--error", "error_z"), "unknown column 'error_z'"),
-        ((*PENDULUM, "--t-end", "1e6"), "which ends at t ="),
+        (("torus", "--case", "inner", "--t-end", "1e6"), "has used up its calls of the right side"),
         ((*PENDULUM, "--methods", "rattle", "--tol", "1e-3"), "tol"),
         ((*PENDULUM, "--workers", "0"), "--workers 0 must be at least 1"),
         ((*PENDULUM, "--workers", "2", "--scheduler", "tcp://a:1"), "leave out one of them"),

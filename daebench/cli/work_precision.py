@@ -5,8 +5,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from daebench.cli.arguments import Case, Json, Problem, Scheduler, SideBySide, TlsCaFile, TlsCert, TlsKey, Workers
-from daebench.cli.console import numbers, print_json, print_table, words
+from daebench.cli.arguments import Case, Json, Param, Problem, Scheduler, SideBySide, TlsCaFile, TlsCert, TlsKey, Workers
+from daebench.cli.console import numbers, pairs, print_json, print_table, words
 from daebench.cli.executors import Executors
 from daebench.cli.grids import making, outdated, plan
 from daebench.errors import DaebenchError
@@ -19,6 +19,8 @@ NO_ERRORS = ("bound", "growth", "energy_verdict", "energy_scale")
 """How columns begin that are no errors."""
 
 if TYPE_CHECKING:
+    import pandas as pd
+
     from daebench.studies.study import Study
 
 
@@ -31,6 +33,7 @@ def work_precision(
     h: Annotated[str | None, typer.Option("--h", help="Step sizes, comma-separated; halvings of a reference's if left out.")] = None,
     tol: Annotated[str | None, typer.Option("--tol", help="Tolerances, comma-separated; 1e-3 to 1e-13 if left out.")] = None,
     t_end: Annotated[float | None, typer.Option("--t-end", help="End of all runs; 10 or the end of the reference if left out.")] = None,
+    param: Param = None,
     error: Annotated[
         str | None,
         typer.Option("--error", help="Column that is drawn against costs; error_q, or error_y, if left out. defect: of the two-form."),
@@ -51,6 +54,9 @@ def work_precision(
 ) -> None:
     """Measure errors of many methods against time and work, and name the cheapest for each accuracy; what was measured is kept.
 
+    Errors are against the certified reference where it has these parameters and reaches the end, else against the closed form or a finer
+    run, which is said with its bound.
+
     Runs are timed one at a time, the best of several after one that warms up; without times they are made side by side. heyoka's Taylor
     series (heyoka:taylor) and solve_dae's Radau method (solve_dae:Radau) take part where their packages are installed (extra peers).
     """
@@ -67,6 +73,7 @@ def work_precision(
         h=numbers("--h", h),
         tol=numbers("--tol", tol),
         t_end=t_end,
+        parameters=pairs("param", param or []),
         repeat=repeat,
         beside=executors.beside,
         also=(DEFECT,) if error == DEFECT else (),
@@ -90,11 +97,15 @@ def work_precision(
     path = draw(out, table, error, error.replace("_", " of ").replace("error", "largest error"))
     cost = "seconds" if repeat else "evaluations"
     best = cheapest(table, error, cost, LEVELS)
+    references = _references(table, error)
     if json:
         failed = int((table["failure"] != "").sum())
-        print_json({"best": best.to_dict("records"), "left_out": left_out, "runs": len(table), "failed": failed, "made_again": again})
+        told = {"best": best.to_dict("records"), "left_out": left_out, "runs": len(table), "failed": failed, "made_again": again}
+        print_json(told | {"references": references})
     else:
         print_table(list(best.columns), [[_cell(value) for value in row] for row in best.itertuples(index=False)], f"cheapest for {error}")
+        for reference, bound in references.items():
+            print(f"errors are against: {reference}{f', which may be wrong by {bound:.1e}' if bound == bound else ''}")
         for why in left_out.values():
             print(f"left out: {why}")
         if again:
@@ -111,6 +122,15 @@ def _column(error: str | None, study: "Study") -> str:
     if error is not None and error not in known:
         raise unknown("column", error, {*known, DEFECT})
     return error or known[0]
+
+
+def _references(table: "pd.DataFrame", error: str) -> dict[str, float]:
+    """Return what errors are taken against, and what that may be wrong by in this error at most; empty where it is no such error."""
+    bound = error.replace("error_", "bound_")
+    if bound == error or "reference" not in table:
+        return {}
+    rows = table[table["reference"].fillna("") != ""]
+    return {str(words): float(own[bound].max()) for words, own in rows.groupby("reference")}
 
 
 def _cell(value: object) -> str:

@@ -21,7 +21,6 @@ from daebench.kinds import method_of
 from daebench.machine import machine
 from daebench.method import Patience, Request
 from daebench.scene import PoissonScene, Scene
-from daebench.studies.references import reference_of
 
 DECIDING = ("numpy", "scipy", "numba", "scikit-sundae", "mpmath", "heyoka", "solve_dae")
 """Packages whose versions may change a number."""
@@ -35,6 +34,7 @@ SHOWING = ("cli", "reports", "extremes", "api_reference")
 COLUMNS = frozenset(
     {"problem", "case", "method", "knob", "value", "precision", "compensated", "sweeps", "newton", "t_end"}
     | {
+        "reference",
         "steps",
         "seconds",
         "callback_seconds",
@@ -185,15 +185,15 @@ class Cell:
 
     @property
     def _certified(self) -> str:
-        """Checksum of the certificate, which has that of the numbers in it; "" where nothing is measured against a reference."""
+        """Checksum of the certificate, which has that of the numbers in it, or that there is none; "" where errors are not measured."""
         from daebench.studies.metrics import METRICS
 
         if not any(METRICS[name].certified for name in self.metrics if name in METRICS):
             return ""
-        try:
-            return str(reference_of(self.problem, self.case).certificate["checksum"])
-        except BadInput:
-            return ""
+        from daebench.studies.against import certified_of
+
+        found = certified_of(self)
+        return str(found.certificate["checksum"]) if found else "a finer run"
 
     def plain(self) -> dict[str, Any]:
         """Return the fields as JSON has them."""

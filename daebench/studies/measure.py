@@ -59,6 +59,7 @@ def looked_at(cell: Cell) -> Row:
     }
     metrics = metrics_of(cell.metrics)
     row |= {column: NAN for metric in metrics for column in metric.columns}
+    row |= {"reference": ""} if any(metric.certified for metric in metrics) else {}
     row |= {"steps": 0, "seconds": NAN, "callback_seconds": NAN, "t_reached": 0.0, "failure": ""}
     try:
         scene, solver = cell.scene, cell.solver
@@ -74,6 +75,7 @@ def looked_at(cell: Cell) -> Row:
         for metric in metrics:
             if metric.measures(solver):
                 row |= metric.measure(found)
+                row |= {"reference": found.against} if metric.certified else {}
     except DaebenchError as error:
         row["failure"] = str(error)
     return row

@@ -13,9 +13,10 @@ from daebench.diagnostics.energy_verdict import energy_scales, energy_verdict, s
 from daebench.diagnostics.integrals import integral_errors
 from daebench.errors import BadInput, unknown
 from daebench.reference.certified.between import At, states_at
+from daebench.reference_motion import OwnRun
 from daebench.scene import PoissonScene, Scene
+from daebench.studies.against import certified_of, own_of, require_reference
 from daebench.studies.cell import FEWEST, Cell
-from daebench.studies.references import reference_of
 from daebench.trajectory import Array, PoissonTrajectory, Trajectory
 
 NAN = float("nan")
@@ -61,13 +62,21 @@ class Measured:
     @cached_property
     def compared(self) -> NDArray[np.bool_]:
         """Which outputs errors are taken at, shape(n,)."""
-        stored = np.isin(self.run.t, reference_of(self.cell.problem, self.cell.case).t)
+        certified = certified_of(self.cell)
+        stored = np.isin(self.run.t, certified.t if certified else ())
         return stored if np.sum(stored) >= ENOUGH else np.ones(len(self.run.t), dtype=bool)
 
     @cached_property
-    def truth(self) -> At:
-        """The certified reference at these outputs."""
-        return states_at(reference_of(self.cell.problem, self.cell.case), self.run.t[self.compared])
+    def truth(self) -> At | OwnRun:
+        """The certified reference at these outputs, or a finer run where there is none."""
+        certified, t = certified_of(self.cell), self.run.t[self.compared]
+        return states_at(certified, t) if certified else own_of(self.cell, t)
+
+    @property
+    def against(self) -> str:
+        """What errors are taken against, in words."""
+        truth = self.truth
+        return truth.words if isinstance(truth, OwnRun) else f"certified {self.cell.problem}-{self.cell.case}"
 
     def part(self, name: str) -> Array:
         """Return a part of the run's states at these outputs: "q", "p", "y", or "lam"."""
@@ -96,7 +105,7 @@ class Metric:
     poisson, constrained : bool
         For which kinds of problems it is.
     certified : bool
-        Whether it takes a certified reference.
+        Whether it is an error against a reference: the certified one where it fits, else a finer run.
     fixed_step : bool
         Whether it is for methods with fixed steps alone; in a study that has others too, theirs is NaN.
     """
@@ -122,19 +131,10 @@ class Metric:
             return f"{self.name} is not measured on {scene.problem}, which is {'a Poisson system' if poisson else 'a constrained problem'}."
         if not self.measures(cell.solver):
             return f"{self.name} is of methods with fixed steps, and {cell.method} has none; leave out one of them."
-        return self._uncertified(cell) if self.certified else None
-
-    def _uncertified(self, cell: Cell) -> str | None:
         try:
-            reference = reference_of(cell.problem, cell.case)
+            require_reference(cell, f"the error {self.name}") if self.certified else None
         except BadInput as error:
-            return f"{self.name} is an error against a certified reference: {error}"
-        scene = cell.scene
-        other = [name for name, value in scene.parameters.items() if reference.parameters.get(name, value) != value]
-        if other:
-            return f"{self.name} is an error against {reference.name}, which has another {other[0]}; leave that out."
-        if cell.t_end > reference.horizon:
-            return f"{self.name} is an error against {reference.name}, which ends at t = {reference.horizon:g}; take a smaller t_end."
+            return str(error)
         return None
 
 

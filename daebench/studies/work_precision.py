@@ -1,6 +1,6 @@
 """The price of accuracy: errors of many methods against what they cost, and which method is cheapest for an accuracy."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -8,9 +8,11 @@ import numpy as np
 from daebench.api import setting_of
 from daebench.errors import BadInput
 from daebench.kinds import methods_of
+from daebench.reference_motion import certified_for
 from daebench.scene import PoissonScene
 from daebench.studies.able import able
-from daebench.studies.references import reference_of, usual_end
+from daebench.studies.cell import OUTPUTS
+from daebench.studies.references import usual_end
 from daebench.studies.rows import by_method
 from daebench.studies.study import Study
 
@@ -76,6 +78,7 @@ def standard(
     h: Sequence[float] | None = None,
     tol: Sequence[float] | None = None,
     t_end: float | None = None,
+    parameters: Mapping[str, float] | None = None,
     metrics: Sequence[str] | None = None,
     repeat: int = REPEAT,
     beside: bool = False,
@@ -83,26 +86,25 @@ def standard(
 ) -> tuple[Study, dict[str, str]]:
     """Return the study of a problem, and why methods of the standard set are not in it; what is not given is chosen.
 
-    ``also`` are metrics besides those that are chosen.
+    ``also`` are metrics besides those that are chosen, ``parameters`` values of the problem's.
 
-    Step sizes are the distance of the reference's times, halved and halved again, so that errors are taken at stored times.
+    Errors are taken against the certified reference where it is of these parameters and reaches the end, else against a finer run. Step
+    sizes are the distance of its times, halved and halved again, so that errors are taken at stored times; those of a finer run are
+    the end over :data:`daebench.studies.cell.OUTPUTS`.
 
     Raises
     ------
     BadInput
-        If the case has no certified reference, for errors against anything else would be errors of that; if that ends too early, or
-        values are of no use.
+        If values are of no use.
     """
-    scene = setting_of(problem, case)
-    reference = reference_of(problem, scene.case)
+    scene = setting_of(problem, case, parameters)
     poisson = isinstance(scene, PoissonScene)
     left_out: dict[str, str] = {}
     if methods is None:
         methods, left_out = able(scene, POISSON if poisson else CONSTRAINED)
-    end = usual_end(reference) if t_end is None else t_end
-    if end > reference.horizon:
-        raise BadInput(f"t_end = {end:g} is beyond {reference.name}, which ends at t = {reference.horizon:g}; take a smaller one.")
-    spacing = float(reference.t[1])
+    end = usual_end(certified_for(scene, 0.0)) if t_end is None else t_end
+    reference = certified_for(scene, end)
+    spacing = float(reference.t[1]) if reference else end / OUTPUTS
     steps = [spacing / 2**k for k in range(HALVINGS) if end / (spacing / 2**k) <= STEPS]
     usual = (("y", "casimirs") if poisson else ("q", "p", "lam", "manifold")) + ("phase", "energy", "integrals")
     solvers = methods_of(scene, methods, anyway=poisson)
@@ -118,6 +120,7 @@ def standard(
             methods=list(methods),
             values={knob: values[knob] for knob in sorted(knobs)},
             t_end=end,
+            parameters={name: [value] for name, value in (parameters or {}).items()},
             metrics=[*(metrics or usual), *also],
             repeat=repeat,
             calls=CALLS,

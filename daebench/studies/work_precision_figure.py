@@ -8,6 +8,7 @@ import numpy as np
 
 from daebench.errors import DaebenchError
 from daebench.figures import BLACK, QUIET, curve, drawing, grid_of_axes, save
+from daebench.studies.against import OWN
 from daebench.studies.claimed import claims_of
 from daebench.studies.rows import by_method
 from daebench.studies.work_precision import front
@@ -82,9 +83,10 @@ def draw(out: Path, table: "pd.DataFrame", error: str, label: str, *, stem: str 
     """Write the figure of one error, ``work_precision_ERROR`` as SVG, PNG and CSV; return the path of the SVG.
 
     Each family has a column, with the curves of the others in grey behind its own, and the Pareto front of all runs as a black line. A
-    curve ends where an error reaches its own bound, below which nothing is known; a dotted line is at the largest of the bounds. Of what
-    has a sign, its modulus is drawn. The part of the time that a solver spends in Python callbacks, which is not its own, is a line that
-    leads back from each of its points to what it would take without.
+    curve ends where an error reaches its own bound, below which nothing is known; a dotted line is at the largest of the bounds, and of a
+    finer run, which is not certified, a dashed one over a hatched area. Of what has a sign, its modulus is drawn. The part of the time
+    that a solver spends in Python callbacks, which is not its own, is a line that leads back from each of its points to what it would
+    take without.
 
     Parameters
     ----------
@@ -116,14 +118,28 @@ def draw(out: Path, table: "pd.DataFrame", error: str, label: str, *, stem: str 
             for axis, (family, names) in zip(row, groups.items(), strict=True):
                 _panel(axis, drawn, names, error, cost)
                 if floor > 0:
-                    axis.axhline(floor, color=QUIET, linestyle=":", linewidth=1.0)
                     axis.set_ylim(bottom=min(floor, float(drawn[error].min())) / MARGIN)
+                    _draw_floor(axis, floor, certified=not _own(shown))
                 axis.set(xscale="log", yscale="log", xlabel=COSTS[cost], title=family if cost == costs[0] else "")
                 axis.set_ylim(top=min(HIGHEST, MARGIN * float(drawn[error].max())))
             row[0].set_ylabel(label)
         for axis in axes[-1]:
             axis.legend(loc="upper left", bbox_to_anchor=(-0.1, -0.28), handlelength=2.2, borderaxespad=0.0, fontsize=8)
         return save(figure, out, stem or f"work_precision_{error}", shown)
+
+
+def _own(table: "pd.DataFrame") -> bool:
+    """Return whether errors of some runs are taken against a finer run, which is not certified."""
+    return "reference" in table and bool(table["reference"].astype(str).str.startswith(OWN).any())
+
+
+def _draw_floor(axis: Any, floor: float, *, certified: bool) -> None:
+    """Draw what the reference may be wrong by: a dotted line, of a finer run a dashed one over a hatched area, with words."""
+    if certified:
+        axis.axhline(floor, color=QUIET, linestyle=":", linewidth=1.0)
+        return
+    axis.axhline(floor, color=QUIET, linestyle="--", linewidth=1.0, label=f"{OWN},\nbound {floor:.1e}")
+    axis.axhspan(axis.get_ylim()[0], floor, facecolor="none", edgecolor=OTHERS, hatch="///", linewidth=0.0, zorder=0)
 
 
 def _panel(axis: Any, table: "pd.DataFrame", names: list[str], error: str, cost: str) -> None:
