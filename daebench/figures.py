@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from daebench.csv_files import write_frame
 from daebench.files import atomic
+from daebench.provenance import write_beside
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -205,7 +206,7 @@ def save(figure: "Figure", directory: Path, stem: str, data: "pd.DataFrame | Map
 
 
 def save_table(path: Path, data: "pd.DataFrame | Mapping[str, Any]") -> None:
-    """Write columns as CSV, whole or not at all, with 12 significant digits.
+    """Write columns as CSV, whole or not at all, with 12 significant digits, and beside it how it was made.
 
     Parameters
     ----------
@@ -217,3 +218,10 @@ def save_table(path: Path, data: "pd.DataFrame | Mapping[str, Any]") -> None:
     path.parent.mkdir(parents=True, exist_ok=True)
     with atomic(path) as scratch:
         write_frame(scratch, data, float_format="%.12g")
+    write_beside(path, {"Columns": ", ".join(map(str, data)), **_named(data)})
+
+
+def _named(data: "pd.DataFrame | Mapping[str, Any]") -> dict[str, str]:
+    """Return what columns of a table say of what it is of."""
+    names = {"problem": "Problems", "case": "Cases", "method": "Methods", "t_end": "Ends of runs [s]"}
+    return {words: ", ".join(dict.fromkeys(map(str, data[name]))) for name, words in names.items() if name in data}

@@ -111,7 +111,7 @@ def test_out_holds_the_trajectory_with_all_its_digits(daebench, tmp_path, ending
     assert list(t) == [0.0, 0.2, 0.4, 0.5]
     assert list(q[-1]) == end["q"]
     assert list(lam[-1]) == end["lam"]
-    assert [each.name for each in tmp_path.iterdir()] == [path.name]
+    assert {each.name for each in tmp_path.iterdir()} == {path.name, f"{path.name}.txt"}
 
 
 def test_a_run_without_solution_exits_1_and_keeps_what_it_has(daebench, tmp_path):
@@ -242,7 +242,8 @@ def test_compare_prints_a_table_and_writes_table_and_picture(daebench, tmp_path)
     assert status == 0
     assert "ida:index1" in out
     written = {path.name for path in tmp_path.iterdir()}
-    assert written == {"comparison.csv", "comparison_drift.svg", "comparison_drift.png", "comparison_drift.csv"}
+    tables = {"comparison.csv", "comparison_drift.csv"}
+    assert written == {*tables, *(f"{name}.txt" for name in tables), "comparison_drift.svg", "comparison_drift.png"}
     table = (tmp_path / "comparison.csv").read_text().splitlines()
     assert len(table) == 4
     assert {"method", "slope", "growth", "g", "Gv", "L3", "seconds", "failure"} <= set(table[0].split(","))

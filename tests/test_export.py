@@ -32,6 +32,9 @@ def test_all_rows_are_written_with_all_digits_and_the_fields_of_their_cells(daeb
     assert out == f"written: {file}, 2 rows, 1 of them made by other versions of daebench or of a library.\n"
     table = pd.read_csv(file, dtype={"error_q": str}) if ending == ".csv" else pd.read_parquet(file)
     assert list(table["key"]) == ["a", "b"]
+    told = file.with_name(f"{file.name}.txt").read_text()
+    assert "Runs: 2, a row each, 1 of them made by other versions" in told
+    assert "Problems: planar_pendulum (case rotating)\nMethods: rattle\n" in told
     assert list(map(float, table["error_q"])) == [np.inf, 0.1 + 0.2]
     assert list(table["took"]) == [0.25, 0.5]
     assert (table["metrics"] == "energy q").all()

@@ -51,7 +51,14 @@ def test_the_command_prints_a_row_for_each_component_and_writes_its_files(daeben
     assert [line.split()[1] for line in out.splitlines() if line.startswith(" rattle")] == ["q", "p", "lam", "lam_n", "mu_n", "mean"]
     assert "5/5" in out
     assert "t = T k/8" in out
-    assert {path.name for path in (tmp_path / "deep" / "er").iterdir()} == {"orders.csv", "order.csv", "order.svg", "order.png"}
+    assert {path.name for path in (tmp_path / "deep" / "er").iterdir()} == {
+        "orders.csv",
+        "orders.csv.txt",
+        "order.csv",
+        "order.csv.txt",
+        "order.svg",
+        "order.png",
+    }
 
 
 def test_the_command_gives_everything_as_one_json_object(daebench):

@@ -86,7 +86,7 @@ def test_out_holds_the_states_with_all_their_digits(daebench, tmp_path, ending):
     assert list(t) == [0.0, 2.0, 4.0, 5.0]
     assert list(y[0]) == [math.cos(1.1), 0.0, math.sin(1.1)]
     assert list(y[-1]) == json.loads(out)["y"]
-    assert [each.name for each in tmp_path.iterdir()] == [path.name]
+    assert {each.name for each in tmp_path.iterdir()} == {path.name, f"{path.name}.txt"}
 
 
 def test_y0_and_parameters_replace_those_of_the_case(daebench):
@@ -187,7 +187,7 @@ def test_compare_has_a_column_for_each_casimir_function_and_no_constraints(daebe
     assert status == 0
     assert "strang@top" in out
     assert {path.name for path in tmp_path.iterdir()} == {
-        f"comparison{each}" for each in (".csv", "_drift.svg", "_drift.png", "_drift.csv")
+        f"comparison{each}" for each in (".csv", ".csv.txt", "_drift.svg", "_drift.png", "_drift.csv", "_drift.csv.txt")
     }
     table = np.genfromtxt(tmp_path / "comparison.csv", delimiter=",", names=True, dtype=None, encoding="ascii")
     assert {"method", "energy_error", "energy_verdict", "slope", "C", "n_flow", "seconds", "failure"} <= set(table.dtype.names)

@@ -187,7 +187,14 @@ def test_the_command_measures_orders(daebench, monkeypatch, tmp_path):
         ["strang", "y", "2"],
         ["midpoint", "y", "2"],
     ]
-    assert {path.name for path in tmp_path.iterdir()} == {"orders.csv", "order.csv", "order.svg", "order.png"}
+    assert {path.name for path in tmp_path.iterdir()} == {
+        "orders.csv",
+        "orders.csv.txt",
+        "order.csv",
+        "order.csv.txt",
+        "order.svg",
+        "order.png",
+    }
 
 
 # ---- claims --------------------------------------------------------------------------------------------------------------

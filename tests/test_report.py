@@ -115,9 +115,9 @@ def drawn(directory, stem="line"):
     return save(figure, directory, stem, {"x": [0.1, 1.0], "y": [1 / 3, 1.0]})
 
 
-def test_a_figure_is_saved_as_svg_png_and_csv_and_nothing_else(tmp_path):
+def test_a_figure_is_saved_as_svg_png_and_csv_with_a_text_and_nothing_else(tmp_path):
     svg = drawn(tmp_path / "made")
-    assert sorted(path.name for path in svg.parent.iterdir()) == ["line.csv", "line.png", "line.svg"]
+    assert sorted(path.name for path in svg.parent.iterdir()) == ["line.csv", "line.csv.txt", "line.png", "line.svg"]
     assert ElementTree.parse(svg).getroot().tag == "{http://www.w3.org/2000/svg}svg"
     assert "<text" not in svg.read_text()
     assert (svg.parent / "line.csv").read_text().splitlines() == ["x,y", "0.1,0.333333333333", "1,1"]
@@ -139,7 +139,7 @@ def test_a_figure_that_cannot_be_saved_leaves_the_old_one(tmp_path, monkeypatch)
     with pytest.raises(OSError, match="disk full"):
         drawn(tmp_path)
     assert svg.read_bytes() == before
-    assert sorted(path.name for path in tmp_path.iterdir()) == ["line.csv", "line.png", "line.svg"]
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["line.csv", "line.csv.txt", "line.png", "line.svg"]
 
 
 def test_strokes_differ_in_more_than_colour():

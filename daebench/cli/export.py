@@ -15,9 +15,10 @@ def export(
     json: Json = False,
 ) -> None:
     """Write all runs of a store as one table, a row a run, with what made it and how long it took; CSV, or Parquet (extra scale)."""
+    from daebench import provenance
     from daebench.errors import BadInput
     from daebench.studies.cell import maker
-    from daebench.studies.export import check_file, table_of, write
+    from daebench.studies.export import check_file, described, table_of, write
     from daebench.studies.store import opened
 
     if not store.is_file():
@@ -26,6 +27,7 @@ def export(
     with opened(store) as kept:
         table = table_of(kept)
     write(table, file)
+    provenance.write_beside(file, described(table))
     others = int((table["maker"] != maker()).sum())
     if json:
         print_json({"file": str(file), "rows": len(table), "columns": list(table.columns), "of_other_versions": others})

@@ -12,6 +12,7 @@ from daebench.cli.console import bar, numbers, pairs, print_json, words
 from daebench.errors import BadInput
 
 if TYPE_CHECKING:
+    from daebench.method import Request
     from daebench.trajectory import Passage
 
 
@@ -59,6 +60,7 @@ def run(
     """Run one method on one problem; exit 1 if it stops early."""
     from dataclasses import asdict
 
+    from daebench import provenance
     from daebench.api import prepare
     from daebench.catalogue import find_scene
     from daebench.cli.summary import moved, print_summary, summary_of
@@ -97,7 +99,9 @@ def run(
         )
         trajectory = chosen.solve(scene, request)
     if out is not None:
-        write_trajectory(out, trajectory)
+        about = provenance.definition(scene) | {"Method": method, "Run": _settings(request, trajectory.steps, trajectory.failure)}
+        for path in write_trajectory(out, trajectory):
+            provenance.write_beside(path, about)
     summary = summary_of(scene, trajectory, compensated=compensated)
     if project:
         given = find_scene(problem, case, pairs("param", param or []), q0=numbers("--q0", q0), p0=numbers("--p0", p0), algebra=algebra)
@@ -110,6 +114,12 @@ def run(
     else:
         print_summary(summary)
     raise typer.Exit(1 if trajectory.failure else 0)
+
+
+def _settings(request: "Request", steps: int, failure: str | None) -> str:
+    """Return in words what was asked of a run, and what came of it."""
+    asked = f"value of h or tol {request.value!r}, t_end = {request.t_end!r}, {request.precision}"
+    return f"{asked}; {steps} steps; {failure or 'to the end'}"
 
 
 def _passed(passages: "Sequence[Passage]") -> str | None:

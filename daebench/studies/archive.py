@@ -168,13 +168,8 @@ def _certified(reference: Reference) -> dict[str, bytes]:
 
 
 def _readme(name: str, rows: Sequence[Kept], files: Mapping[str, bytes]) -> str:
-    cells = [row.cell for row in rows]
-    others = sum(row.maker != maker() for row in rows)
     about = {
-        "Runs": f"{len(rows)}, {others} of them made by other versions of daebench or of a library",
-        "Problems": ", ".join(dict.fromkeys(f"{cell['problem']} (case {cell['case']})" for cell in cells)),
-        "Methods": ", ".join(dict.fromkeys(str(cell["method"]) for cell in cells)),
-        "Settings": "in each line of rows.jsonl, and as columns of rows.csv",
+        **export.described(export.frame(rows)),
         "Files": ", ".join(files),
         "To hold it against a new run": f"daebench reproduce {name}",
     }

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 from daebench.csv_files import write_frame
 from daebench.errors import BadInput
 from daebench.files import atomic, check_place
+from daebench.studies.cell import maker
 from daebench.studies.store import Kept, Store
 
 if TYPE_CHECKING:
@@ -57,6 +58,19 @@ def frame(rows: Sequence[Kept]) -> "pd.DataFrame":
     import pandas as pd
 
     return pd.DataFrame(map(_flat, rows)).sort_values(["problem", "case", "method", "value", "key"], ignore_index=True)
+
+
+def described(table: "pd.DataFrame") -> dict[str, str]:
+    """Return in words what a table of runs is of: problems, methods and settings, and how many runs other versions made."""
+    here = maker()
+    problems = table[["problem", "case"]].drop_duplicates().itertuples(index=False)
+    others = int((table["maker"] != here).sum())
+    return {
+        "Runs": f"{len(table)}, a row each, {others} of them made by other versions of daebench or of a library",
+        "Problems": ", ".join(f"{problem} (case {case})" for problem, case in problems),
+        "Methods": ", ".join(dict.fromkeys(map(str, table["method"]))),
+        "Settings": "value (h or tol), t_end, parameters and options in columns of their names; what made a row has the hash in maker",
+    }
 
 
 def write(table: "pd.DataFrame", path: Path) -> None:

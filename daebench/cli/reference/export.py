@@ -21,6 +21,7 @@ def export(
     folder: Folder = None,
 ) -> None:
     """Write a reference to a file: stored digits where there are some, else integrated between them; bounds beside the numbers."""
+    from daebench import provenance
     from daebench.errors import unknown
     from daebench.files import check_place
     from daebench.reference.certified.export import WRITERS, extract, write
@@ -34,6 +35,13 @@ def export(
     check_place(path)
     reference = load(name, folder)
     write(path, kind, extract(reference, _times(times)))
+    certificate = reference.certificate
+    made = {
+        "Certificate": f"checksum {certificate['checksum']}",
+        "Definition": str(certificate["definition"]),
+        "Times": times or "all stored",
+    }
+    provenance.write_beside(path, {"Reference": f"{name}, certified, with a bound for every number", **made})
     print(f"written: {path}")
 
 
