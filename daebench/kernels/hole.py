@@ -75,7 +75,7 @@ FORM_DATA: Any = ()
 """Numbers of the form of the system: alpha and beta of Baumgarte's, eps of the penalised one."""
 
 LENGTH: Number = 0.0
-"""Length of the initial value problem, see :mod:`daebench.scales`: the least that positions are measured against; run-time data."""
+"""Length of the initial value problem, see ``daebench/scales.py``: the least that positions are measured against; run-time data."""
 
 RATE: Number = 0.0
 """Rate of the initial value problem, 1/s; run-time data that only schemes on every form of the system are given."""

@@ -29,7 +29,7 @@ def newton(improve: Callable[..., Any], x: Any, data: Any) -> tuple[Any, Report]
 
         |dx| <= 4 eps scale      or      |dx| no longer shrinks and is within 1e4 eps scale,
 
-    with scale = max(L, |q|), L being the length of the initial value problem, see :mod:`daebench.scales`: in other units the digits
+    with scale = max(L, |q|), L being the length of the initial value problem, see ``daebench/scales.py``: in other units the digits
     are the same. Momenta are measured as velocities, so that light and heavy parts count alike: as h M^-1 dp where they
     follow from g = 0, which leaves them uncertain by eps |q| / h; against |M^-1 p| where they do not. The iteration never ends
     because the residual is small: that leaves a bias, and the energy a linear drift. Where the imaginary part carries a
