@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Any, TypeVar, overload
 
 from daebench import poisson_names
 from daebench.catalogue import find_setting
-from daebench.errors import BadInput, DaebenchError, unknown
+from daebench.doubts import doubts
+from daebench.errors import BadInput, DaebenchError, LostMotion, unknown
 from daebench.inputs import positive, real, whole
 from daebench.kinds import kind_of, knob_value, method_of
 from daebench.make_scene import constrained
@@ -146,6 +147,11 @@ def run(problem: "str | ConstrainedHamiltonian | PoissonSystem", *, method: str,
         States, maxima and work. A run that stops early is no error: it has its states so far, and the reason in
         :attr:`daebench.trajectory.Outcome.failure`.
 
+    Warns
+    -----
+    LostMotion
+        If the run came to its end with an energy error above the mean kinetic energy, or with a constraint that is broken.
+
     Raises
     ------
     BadInput
@@ -155,6 +161,8 @@ def run(problem: "str | ConstrainedHamiltonian | PoissonSystem", *, method: str,
     """
     chosen, scene, request = prepare(problem, method=method, **settings)
     found: Trajectory | PoissonTrajectory = chosen.solve(scene, request)
+    for doubt in doubts(scene, found):
+        warnings.warn(doubt, LostMotion, stacklevel=2)
     return found
 
 

@@ -38,6 +38,10 @@ class RunFailed(DaebenchError):
     """A run that stopped before its end, raised where a whole trajectory is required."""
 
 
+class LostMotion(UserWarning):
+    """A run that came to its end and is no good all the same: its energy or its constraints are lost."""
+
+
 class Interrupted(DaebenchError):
     """The person at the keyboard, or the system, ended what was being done; what is kept of it is in the message."""
 

@@ -9,6 +9,7 @@ import numpy as np
 
 from daebench.elimination import SINGULAR
 from daebench.method import Patience
+from daebench.reference.conserved import NAMES, Conservation
 
 COLLAPSE = 1e-9
 """A thousand steps that cover less than this part of the run will not end: the step size has collapsed."""
@@ -17,14 +18,21 @@ LEAST = 10.0
 """So has one below this many spacings of the numbers at t, if it is neither at the very start nor the last: it will not move t at all."""
 
 
-Conserved = Callable[[Any], tuple[float, ...]]
-"""What is constant along a motion, as a function of a solver's unknowns y, shape(n,): H, and on constrained problems |g| and |G H_p|."""
+SUDDEN = 100.0
+"""A step that changes what is conserved by so many times as much as the tolerance explains has gone over a singularity.
+
+Over 8 problems of the catalogue with 14 solvers at tolerances from 1e-2 to 1e-11 no step changed it by more than 30 times as much.
+"""
 
 FIRST, TIMED = 64, 8
 """The first steps are timed all of them, then one in so many: to ask for the CPU time takes as long as to look at a step."""
 
-LEFT = "end the run before, and see whether the motion leaves the domain of H there"
-"""What to do where H has no value."""
+LEFT = "end the run before, and see whether the motion leaves the domain of H or g there"
+"""What to do where H or g has no value."""
+
+
+OVER = "end the run before, and see whether bodies collide there, an entry of the mass matrix vanishes, or g has a cusp"
+"""What to do where a step has gone over a singularity."""
 
 
 class Stopped(Exception):
@@ -60,8 +68,8 @@ class Meter:
         Limit of work.
     outside : callable, optional
         ``outside(y)`` returns what the unknowns have left, as "the domain u > 0", or "".
-    conserved : callable, optional
-        See :data:`Conserved`.
+    conservation : Conservation, optional
+        What the run conserves.
     """
 
     def __init__(
@@ -70,14 +78,17 @@ class Meter:
         limit: float,
         patience: Patience | None = None,
         outside: Callable[[Any], str] = lambda _: "",
-        conserved: Conserved = lambda _: (0.0,),
+        conservation: Conservation | None = None,
     ) -> None:
         self.t_end, self.limit, self.deadline, self.patience = t_end, limit, math.inf, patience
-        self.outside, self.conserved = outside, conserved
+        self.outside, self.conservation = outside, conservation
         self.calls: dict[str, int] = {}
         self.steps, self.t, self.seconds, self.aside = 0, 0.0, 0.0, 0.0
         self.target = t_end
         self.y: Any = None
+        self.steady = True
+        self._values: tuple[float, ...] = ()
+        self._jumps: list[float] = []
         self._mark = self._slow_mark = 0.0
 
     def start(self) -> None:
@@ -93,8 +104,10 @@ class Meter:
             If H has no value there.
         """
         self.y = np.array(y)
-        if not math.isfinite(sum(self.conserved(self.y))):
-            raise Stopped("H is not finite at the start", 0.0, "check parameters and initial values")
+        self._values = self.values(self.y)
+        self._jumps = [0.0] * len(self._values)
+        if not math.isfinite(sum(self._values)):
+            raise Stopped(f"{_wrong(self._values)} is not finite at the start", 0.0, "check parameters and initial values")
 
     def called(self, kind: str, t: float, health: float, began: float) -> None:
         """Take note of one evaluation of the residual, right side or Jacobian at time t, begun at ``began`` on the wall clock.
@@ -145,7 +158,9 @@ class Meter:
         """Look at a step, and keep it."""
         self.steps += 1
         now = np.array(y)  # a solver's own may be read-only, which numba takes for another type
-        self.require_inside(now)
+        values = self.require_inside(now)
+        self._require_steady(t, now, values)
+        self._values = values
         h, self.t, self.y = t - self.t, t, now
         if h < LEAST * math.ulp(t) and COLLAPSE * self.t_end < t != self.t_end:
             raise Stopped(f"the step size has collapsed to {h:.1e}")
@@ -154,13 +169,40 @@ class Meter:
                 raise Stopped(f"the step size has collapsed to {(t - self._mark) / 1000:.1e}")
             self._mark = t
 
-    def require_inside(self, y: Any) -> None:
-        """Stop where unknowns are outside of what is allowed, or H has no value, at the time of the last step that was not."""
+    def values(self, y: Any) -> tuple[float, ...]:
+        """Return what is conserved, see :data:`daebench.reference.conserved.Conserved`."""
+        return self.conservation.values(y) if self.conservation else ()
+
+    def _require_steady(self, t: float, y: Any, values: tuple[float, ...]) -> None:
+        """Stop where H or |G H_p| change more in a step than ever before and far more than the tolerance explains."""
+        law = self.conservation
+        if law is None or not self.steady:
+            return
+        for k in {0, len(values) - 1}:
+            jump = abs(values[k] - self._values[k])
+            if jump > self._jumps[k]:
+                self._jumps[k] = jump
+                explained = max(law.explained(each, t - self.t)[k] for each in (self.y, y))
+                if jump > SUDDEN * explained > 0.0:
+                    raise Stopped(
+                        f"{NAMES[k]} changes by {jump:.1e} in the step to t = {t:.9g}, {jump / explained:.0f} times as much as the "
+                        "tolerance explains, so that the step has gone over a singularity",
+                        self.t,
+                        OVER,
+                    )
+
+    def require_inside(self, y: Any) -> tuple[float, ...]:
+        """Return what is conserved; stop where unknowns are outside of what is allowed, or H has no value.
+
+        It is said at the time of the last step that was inside.
+        """
         if left := self.outside(y):
             advice = "use a smaller tol, or a method whose steps stay inside, such as strang"
             raise Stopped(f"the state leaves {left} in the next step", advice=advice)
-        if not math.isfinite(sum(self.conserved(y))):
-            raise Stopped("H is not finite after the next step", advice=LEFT)
+        values = self.values(y)
+        if not math.isfinite(sum(values)):
+            raise Stopped(f"{_wrong(values)} is not finite after the next step", advice=LEFT)
+        return values
 
     @staticmethod
     def _ill(t: float, health: float) -> None:
@@ -168,3 +210,8 @@ class Meter:
             raise Stopped(f"a value is no longer finite at t = {t:.9g}")
         why = f"G M^-1 G^T is singular at t = {t:.9g} (relative pivot {health:.1e}), so that the multiplier is not determined"
         raise Stopped(why, advice="use a formulation or scheme that does not need it there")
+
+
+def _wrong(values: tuple[float, ...]) -> str:
+    """Return the name of the first value that is not finite."""
+    return next((name for name, value in zip(NAMES, values, strict=False) if not math.isfinite(value)), NAMES[0])

@@ -58,6 +58,7 @@ class RankMeter(Meter):
     def __init__(self, dae: Dae, mode: str, *settings: Any) -> None:
         super().__init__(*settings)
         self.dae, self.mode = dae, mode
+        self.steady = mode == "stop"
         self.y = dae.y0.copy()
         self.par = tuple(map(float, dae.scene.par))
         self.measure = self._measure()

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from daebench.errors import BadInput
 from daebench.method import Request
 from daebench.pose import Posed
-from daebench.reference.conserved import conserved
+from daebench.reference.conserved import conservation
 from daebench.reference.meter import Meter, Stopped
 
 Array = NDArray[np.float64]
@@ -108,7 +108,9 @@ def drive(
         Makes the meter.
     """
     assert request.t_end is not None
-    meter = metered(request.t_end, request.seconds_limit or SECONDS_LIMIT, request.patience, posed.outside, conserved(posed))
+    meter = metered(
+        request.t_end, request.seconds_limit or SECONDS_LIMIT, request.patience, posed.outside, conservation(posed, request.value)
+    )
     scene, failure, interrupted = posed.scene, None, False
     times = np.linspace(0.0, request.t_end, max(3, request.points or POINTS))
     Y, seconds, ready = [posed.y0], 0.0, began

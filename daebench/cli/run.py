@@ -64,6 +64,7 @@ def run(
     from daebench.api import prepare
     from daebench.catalogue import find_scene
     from daebench.cli.summary import moved, print_summary, summary_of
+    from daebench.doubts import doubts
     from daebench.files import check_writable, write_trajectory
 
     if raw and out is None:
@@ -106,13 +107,16 @@ def run(
     if project:
         given = find_scene(problem, case, pairs("param", param or []), q0=numbers("--q0", q0), p0=numbers("--p0", p0), algebra=algebra)
         summary["projected"] = moved(given, scene)
+    summary["warnings"] = doubts(scene, trajectory)
     passages = getattr(trajectory, "passages", None)
     if passages is not None:
         summary["passages"] = [asdict(each) for each in passages] if as_json else _passed(passages)
     if as_json:
         print_json(summary)
     else:
-        print_summary(summary)
+        print_summary({name: value for name, value in summary.items() if name != "warnings"})
+        for warning in summary["warnings"]:
+            print(f"Warning: {warning}")
     raise typer.Exit(1 if trajectory.failure else 0)
 
 

@@ -1,0 +1,76 @@
+"""What is to be said of a run that came to its end and is no good all the same: its energy or its constraints are lost."""
+
+import numpy as np
+
+from daebench.scene import PoissonScene, Scene
+from daebench.trajectory import Array, PoissonTrajectory, Trajectory
+
+BROKEN = 0.25
+"""Part of what the motion could change g by, along its way from the start, above which a constraint is broken."""
+
+RESOLVED = 1e-6
+"""Relative change of positions below which g is not held against their way: a motion may begin at rest."""
+
+SMALLER = "use a smaller h or tol, or another method"
+"""What to do."""
+
+
+def doubts(scene: Scene | PoissonScene, run: Trajectory | PoissonTrajectory) -> list[str]:
+    """Return why a run is not to be believed although nothing stopped it, as sentences; none of one that failed, which says so itself.
+
+    The energy is lost where its error is larger than the mean kinetic energy T of the motion, or, on a Poisson system, than the modulus
+    of H at the start. The T of the run is not that of the motion, but has the error e in it: the mean modulus of T - e stands for it.
+
+    Parameters
+    ----------
+    scene : Scene or PoissonScene
+        The problem with its numbers.
+    run : Trajectory or PoissonTrajectory
+        A run on it.
+
+    Returns
+    -------
+    list of str
+    """
+    if run.failure is not None:
+        return []
+    found = [_lost_energy(scene, run)]
+    if isinstance(run, Trajectory) and isinstance(scene, Scene):
+        found.append(_broken_constraint(scene, run))
+    return [f"{run.method} on {run.problem}, case {run.case}: {each}; {SMALLER}." for each in found if each]
+
+
+def _lost_energy(scene: Scene | PoissonScene, run: Trajectory | PoissonTrajectory) -> str:
+    states = (run.y,) if isinstance(run, PoissonTrajectory) else (run.p, run.q)
+    H = np.asarray(scene.along("H", *states), dtype=float)
+    error = H - H[0]
+    if isinstance(run, PoissonTrajectory):
+        scale, what = abs(float(H[0])), "|H|"
+    else:
+        T = np.sum(run.p * np.asarray(scene.along("H_p", run.p, run.q), dtype=float), axis=1) / 2
+        scale, what = float(np.mean(np.abs(T - error))), "the mean kinetic energy"
+    largest = max(float(np.max(np.abs(error))), run.maxima.get("energy", 0.0))
+    if not largest > scale > 0:
+        return ""
+    beyond = np.flatnonzero(np.abs(error) > scale)
+    since = f" from t = {run.t[beyond[0]]:.9g} on" if len(beyond) else ""
+    return f"the motion is lost{since}: the energy error, {largest:.3g}, is {largest / scale:.3g} times {what}, {scale:.3g}"
+
+
+def _broken_constraint(scene: Scene, run: Trajectory) -> str:
+    """Return which constraint is off by a large part of its own change along the way, and from when on; "" if none is."""
+    if scene.arrays:
+        return ""
+    g, G = np.abs(scene.along("g", run.q)), np.abs(scene.along("G", run.q))
+    room, floor = (np.einsum("rij,rj->ri", G, length) for length in (_way(run.q), 1.0 + np.abs(run.q)))
+    broken = np.argwhere(g > np.maximum(BROKEN * room, RESOLVED * floor))
+    if not len(broken):
+        return ""
+    row, k = broken[0]
+    return f"g{k + 1} = 0 is broken from t = {run.t[row]:.9g} on, where |g{k + 1}| is {g[row, k]:.3g}, and {g[:, k].max():.3g} at most"
+
+
+def _way(q: Array) -> Array:
+    """Return how far each position has gone from its start at most, up to each row."""
+    found: Array = np.maximum.accumulate(np.abs(q - q[0]), axis=0)
+    return found
