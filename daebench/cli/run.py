@@ -114,9 +114,7 @@ def run(
     if as_json:
         print_json(summary)
     else:
-        print_summary({name: value for name, value in summary.items() if name != "warnings"})
-        for warning in summary["warnings"]:
-            print(f"Warning: {warning}")
+        print_summary(summary)
     raise typer.Exit(1 if trajectory.failure else 0)
 
 

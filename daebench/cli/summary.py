@@ -66,8 +66,11 @@ def moved(given: Scene, scene: Scene | PoissonScene) -> dict[str, float]:
 
 
 def print_summary(summary: Mapping[str, Any]) -> None:
-    """Print a summary as a table, without what is missing or empty."""
-    print_table(["", ""], [[name, _text(value)] for name, value in summary.items() if value is not None and _text(value)])
+    """Print a summary as a table, without what is missing or empty, and below it the warnings."""
+    shown = {name: value for name, value in summary.items() if name != "warnings"}
+    print_table(["", ""], [[name, _text(value)] for name, value in shown.items() if value is not None and _text(value)])
+    for warning in summary.get("warnings", ()):
+        print(f"Warning: {warning}")
 
 
 def _text(value: Any) -> str:
