@@ -2,7 +2,6 @@
 
 import re
 import select
-import signal
 import subprocess
 import sys
 from pathlib import Path
@@ -42,7 +41,7 @@ def live(chromium):
 
     yield address
     for process in started:
-        process.send_signal(signal.SIGINT)
+        process.terminate()
         process.wait(timeout=20)
         process.stdout.close()
 

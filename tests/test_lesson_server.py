@@ -32,11 +32,17 @@ STRANGE_ORIGINS += ("http://localhost:{port}", "http://127.0.0.1:{port}.evil.exa
 STRANGE_PATHS = ("/", "/ws", "/{short}/", "/{token}x/", "/{upper}/", "//{token}/", "/?token={token}", "/assets/", "/health", "/{token}")
 
 
+def listening():
+    """Take signals as a command at a terminal does: tests may run in the background or under nohup, where some are ignored."""
+    for number in (signal.SIGINT, signal.SIGHUP):
+        signal.signal(number, signal.SIG_DFL)
+
+
 @contextmanager
 def started(*words, through=()):
     """Start the lesson's command, perhaps through another program, and give its process and address once it listens."""
     command = [*through, sys.executable, "-m", "daebench", "lesson", NAME, "--no-browser", *words]
-    process = subprocess.Popen(command, cwd=ROOT, stdout=subprocess.PIPE, text=True, start_new_session=True)
+    process = subprocess.Popen(command, cwd=ROOT, stdout=subprocess.PIPE, text=True, start_new_session=True, preexec_fn=listening)
     try:
         assert select.select([process.stdout], [], [], STARTED)[0]
         port, token = re.search(rf"http://{HOST}:(\d+)/([\w-]+)/", process.stdout.readline()).groups()

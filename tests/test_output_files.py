@@ -6,10 +6,25 @@ from pathlib import Path
 import pytest
 from rich.console import Console
 
-from daebench.cli.console import bar, print_table
+from daebench.cli.console import bar, print_table, printable
+from daebench.cli.endings import complain
 from daebench.errors import BadInput
 from daebench.files import atomic, check_place, make_folder
 from daebench.reference.certified.stages import alone
+
+HOSTILE = """{}
+
+import sympy as sp
+
+from daebench import Case, ConstrainedHamiltonian
+
+
+def problem() -> ConstrainedHamiltonian:
+    q, p = sp.symbols("q1:3", real=True), sp.symbols("p1:3", real=True)
+    cases = {{"on": Case(q=(0, -1), p=(1, 0))}}
+    return ConstrainedHamiltonian(q=q, p=p, M=sp.eye(2), U=sp.S.Zero, g=[q[0] ** 2 + q[1] ** 2 - 1], cases=cases)
+"""
+"""A problem file whose first line is what is shown of it."""
 
 pytestmark = pytest.mark.skipif(not hasattr(os, "geteuid"), reason="links have no owners here")
 
@@ -93,3 +108,24 @@ def test_only_one_function_makes_names_of_temporary_files():
     root = Path(__file__).parent.parent
     found = [path.name for folder in ("daebench", "reports") for path in (root / folder).rglob("*.py") if "getpid()}" in path.read_text()]
     assert set(found) <= {"store.py"}  # which makes a folder of that name, or fails
+
+
+STEERING = ["\x1b[2J", "\x1b]0;title\x07", "\x9b2J", "\x08\x08", "\r", "\x7f", "\u202ecba", "\u2066", "\u2028", "\x00"]
+
+
+@pytest.mark.parametrize("text", STEERING, ids=ascii)
+def test_what_is_printed_steers_no_terminal(text, capsys, daebench, tmp_path):
+    print_table([f"a{text}b"], [[f"c{text}d"]], f"e{text}f{40 * 'x'}")
+    complain(f"g{text}h")
+    printed = capsys.readouterr()
+    assert all(line.isprintable() for line in (printed.out + printed.err).split("\n"))
+    (tmp_path / "hostile.py").write_text(HOSTILE.format(ascii(f"A bead {text}.")), encoding="utf-8")
+    status, out, _ = daebench("show", tmp_path / "hostile.py")
+    assert status == 0
+    assert all(line.isprintable() for line in out.split("\n"))
+    assert "A bead" in out
+
+
+@pytest.mark.parametrize("text", ["a sum \u03a3 \u2202q", "\u00e9t\u00e9", "two\nlines", "back\\slash", "\u2212"], ids=ascii)
+def test_letters_of_any_language_are_printed_as_they_are(text):
+    assert printable(text) == text

@@ -91,6 +91,11 @@ def print_json(value: Any) -> None:
     print(json.dumps(plain(value), allow_nan=False, ensure_ascii=not encoding.startswith("utf")))
 
 
+def printable(text: str) -> str:
+    """Return a text with what would steer a terminal written out: it may come from a file of somebody else's."""
+    return "".join(c if c.isprintable() or c == "\n" else ascii(c)[1:-1] for c in text)
+
+
 def print_table(columns: Sequence[str], rows: Sequence[Sequence[str]], title: str = "", *, width: int = 0) -> None:
     """Print a table, on so many columns of characters at most where a width is given."""
     from rich import box
@@ -99,12 +104,12 @@ def print_table(columns: Sequence[str], rows: Sequence[Sequence[str]], title: st
     from rich.text import Text
 
     narrow = bool(width)
-    said = Text(title) if title else None
+    said = Text(printable(title)) if title else None
     table = Table(title=said, title_justify="left", title_style="bold", box=box.SIMPLE_HEAD, pad_edge=False, collapse_padding=narrow)
     for column in columns:
-        table.add_column(Text(column), overflow="fold")
+        table.add_column(Text(printable(column)), overflow="fold")
     for row in rows:
-        table.add_row(*map(Text, row))
+        table.add_row(*map(Text, map(printable, row)))
     console = Console()
     if not console.is_terminal:
         console.width = 200

@@ -11,6 +11,7 @@ from typing import Any
 
 import typer
 
+from daebench.cli.console import printable
 from daebench.errors import BadInput, DaebenchError, Interrupted, bounded
 
 ClickException: type[Exception] = next(base for base in typer.BadParameter.__mro__ if base.__name__ == "ClickException")
@@ -39,7 +40,7 @@ def complain(message: str) -> None:
     """Print one sentence on standard error, if that is there."""
     if message and sys.stderr is not None:
         try:
-            print(f"daebench: {bounded(' '.join(message.split()))}", file=sys.stderr, flush=True)
+            print(f"daebench: {bounded(printable(' '.join(message.split())))}", file=sys.stderr, flush=True)
         except OSError:  # nobody reads it
             _discard(sys.stderr)
 

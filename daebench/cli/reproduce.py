@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from daebench.cli.arguments import Json
-from daebench.cli.console import bar, print_json
+from daebench.cli.console import bar, print_json, printable
 from daebench.errors import BadInput
 
 if TYPE_CHECKING:
@@ -41,8 +41,8 @@ def reproduce(
     if json:
         print_json({"file": str(file), "made": archive.manifest["made"], "rtol": rtol, "atol": atol, "rows": list(map(_plain, found))})
     else:
-        print(f"{file}: made on {archive.manifest['made']} by {_makers(archive.manifest['versions'])}; {archive.manifest['machine']}.")
-        print("\n".join(_told(found)))
+        made = f"{file}: made on {archive.manifest['made']} by {_makers(archive.manifest['versions'])}; {archive.manifest['machine']}."
+        print(printable("\n".join([made, *_told(found)])))
     raise typer.Exit(1 if any(each.verdict == DIFFERS for each in found) else 0)
 
 

@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from daebench.cli.arguments import Json, Problem
-from daebench.cli.console import print_json, print_table
+from daebench.cli.console import print_json, print_table, printable
 
 EQUATIONS = {
     "constrained": "q' = H_p,  p' = -H_q - G^T lam,  0 = g(q)      HLW (1.9)",
@@ -34,7 +34,7 @@ def show(
 
 
 def _print(about: Mapping[str, Any]) -> None:
-    print(f"{about['problem']}: {about['about']}\n")
+    print(printable(f"{about['problem']}: {about['about']}\n"))
     print(f"{EQUATIONS[about['kind']]}\n")
     print_table(["", ""], [[name, _lines(text)] for name, text in about["definition"].items()], "definition")
     print_table(["parameter", "default"], [[name, f"{value:g}"] for name, value in about["parameters"].items()], "parameters")
