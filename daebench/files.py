@@ -151,6 +151,11 @@ def _npz(path: Path, trajectory: AnyTrajectory) -> None:
 WRITERS: dict[str, Callable[[Path, AnyTrajectory], None]] = {".csv": _csv, ".npz": _npz}
 
 
+def written(path: Path, *, raw: bool) -> list[Path]:
+    """Return the files that :func:`write_trajectory` writes, of a trajectory with or without raw multipliers."""
+    return [path, path.with_suffix(".raw.csv")] if raw and path.suffix.lower() == ".csv" else [path]
+
+
 def write_trajectory(path: Path, trajectory: AnyTrajectory) -> list[Path]:
     """Write a trajectory to FILE.csv (decimal digits that survive the round trip) or FILE.npz; return what was written.
 

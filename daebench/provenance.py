@@ -13,6 +13,7 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
 
+from daebench.errors import BadInput
 from daebench.files import atomic
 from daebench.machine import machine
 from daebench.scene import PoissonScene, Scene
@@ -81,3 +82,48 @@ def write_beside(path: Path, about: Mapping[str, str]) -> Path:
     with atomic(beside) as scratch:
         scratch.write_text(text(path.name, told), encoding="utf-8")
     return beside
+
+
+MAKER = "Made by: "
+"""Beginning of the line that says which command made a file."""
+
+
+def made_by(command: str) -> dict[str, str]:
+    """Return the line that :func:`require_own` looks for, for :func:`write_beside`."""
+    return {MAKER.strip(": "): command}
+
+
+def require_own(path: Path, command: str, *, overwrite: bool, option: str = "--out") -> None:
+    """Accept an output file that is new, or that the same command made before, as the text beside it says.
+
+    Parameters
+    ----------
+    path : Path
+        The file that is to be written.
+    command : str
+        Who is to write it, as "daebench run".
+    overwrite : bool
+        Whether any file may be replaced.
+    option : str
+        Where the path was given.
+
+    Raises
+    ------
+    BadInput
+        If it is there and another command made it, or nothing says who did.
+    """
+    if overwrite or not path.exists():
+        return
+    maker = _maker(path.with_name(f"{path.name}.txt"))
+    if maker != command:
+        whose = f"{maker} made it" if maker else f"nothing beside it says that {command} made it"
+        raise BadInput(f"{option} {path}: the file is there, and {whose}; choose another name, or add --overwrite to replace it.")
+
+
+def _maker(beside: Path) -> str:
+    """Return which command made a file, as the text beside it says; "" where there is none."""
+    try:
+        lines = beside.read_text(encoding="utf-8", errors="replace").splitlines()
+    except OSError:
+        return ""
+    return next((line.removeprefix(MAKER).strip() for line in lines if line.startswith(MAKER)), "")

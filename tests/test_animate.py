@@ -363,8 +363,8 @@ def test_the_command_writes_a_page_and_its_numbers(daebench, uncompiled_schemes,
     out = tmp_path / "p.html"
     words = ["animate", NAME, "--methods", "se,rattle", "--h", "0.05", "--t-end", "2", "--seconds", "1", "--fps", "10", "--out", out]
     status, told, _ = daebench(*words)
-    assert (status, told) == (0, f"written: {out}, {out.with_suffix('.csv')}\n")
-    table = pd.read_csv(out.with_suffix(".csv"))
+    assert (status, told) == (0, f"written: {out}, {out.with_suffix('.frames.csv')}\n")
+    table = pd.read_csv(out.with_suffix(".frames.csv"))
     assert list(table.columns) == ["method", "t", "energy_error", "g", "Gv", "x1", "y1"]
     assert table.groupby("method").size().to_dict() == {"rattle": 11, "se": 11}
     own = table[table["method"] == "rattle"]

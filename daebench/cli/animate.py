@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from daebench.cli.arguments import Algebra, Anyway, Case, Free, OnSingular, Param, Problem, Project
+from daebench.cli.arguments import Algebra, Anyway, Case, Free, OnSingular, Overwrite, Param, Problem, Project
 from daebench.cli.console import bar, method_names, pairs
 
 
@@ -14,7 +14,8 @@ def animate(
     methods: Annotated[str, typer.Option("--methods", help="Names of methods, comma-separated; each has its scene beside the others.")],
     t_end: Annotated[float, typer.Option("--t-end", help="End time.")],
     out: Annotated[
-        Path, typer.Option("--out", help="File: .html (a page that plays), .svg, .gif or .mp4; its numbers go beside it as .csv.")
+        Path,
+        typer.Option("--out", help="File: .html (a page that plays), .svg, .gif or .mp4; its numbers go to FILE.frames.csv."),
     ],
     case: Case = None,
     h: Annotated[float | None, typer.Option("--h", help="Step size of the fixed-step methods.")] = None,
@@ -28,6 +29,7 @@ def animate(
     on_singular: OnSingular = None,
     algebra: Algebra = "",
     anyway: Anyway = False,
+    overwrite: Overwrite = False,
 ) -> None:
     """Animate methods on one problem: the scene of each above its energy error and what the structure keeps; exit 1 if one stops early."""
     wanted = method_names(methods)
@@ -51,6 +53,7 @@ def animate(
             anyway=anyway,
             on_singular=on_singular,
             algebra=algebra,
+            overwrite=overwrite,
             progress=progress,
         )
     for failure in found.failures:

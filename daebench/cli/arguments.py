@@ -21,6 +21,7 @@ OnSingular = Annotated[
         help="Where G loses rank: stop, continue, or least-squares, also for redundant constraints; else as the case declares.",
     ),
 ]
+Overwrite = Annotated[bool, typer.Option("--overwrite", help="Replace a file at --out that another command, or another program, made.")]
 Json = Annotated[bool, typer.Option("--json", help="One JSON object on standard output.")]
 Workers = Annotated[
     int | None, typer.Option("--workers", help="Processes of this machine that compute runs which are not timed; all cores if left out.")

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from daebench.cli.arguments import Algebra, Anyway, Case, Free, Json, OnSingular, Param, Problem, Project
+from daebench.cli.arguments import Algebra, Anyway, Case, Free, Json, OnSingular, Overwrite, Param, Problem, Project
 from daebench.cli.console import bar, numbers, pairs, print_json, words
 from daebench.errors import BadInput
 
@@ -15,6 +15,9 @@ if TYPE_CHECKING:
     from daebench.method import Request
     from daebench.trajectory import Passage
 
+
+MAKER = "daebench run"
+"""Who made a file, as the text beside it says."""
 
 MOST_PASSAGES = 6
 """Passages through places where G loses rank that are printed; JSON has all."""
@@ -55,6 +58,7 @@ def run(
     algebra: Algebra = "",
     anyway: Anyway = False,
     compensated: Annotated[bool, typer.Option("--compensated", help="Compensate sums over steps for rounding.")] = False,
+    overwrite: Overwrite = False,
     as_json: Json = False,
 ) -> None:
     """Run one method on one problem; exit 1 if it stops early."""
@@ -65,12 +69,9 @@ def run(
     from daebench.catalogue import find_scene
     from daebench.cli.summary import moved, print_summary, summary_of
     from daebench.doubts import doubts
-    from daebench.files import check_writable, write_trajectory
+    from daebench.files import write_trajectory
 
-    if raw and out is None:
-        raise BadInput("--raw needs a file to write to; add --out FILE.csv or FILE.npz.")
-    if out is not None:
-        check_writable(out)
+    _check_place(out, raw=raw, overwrite=overwrite)
     with bar(f"{method} on {problem}") as progress:
         chosen, scene, request = prepare(
             problem,
@@ -100,7 +101,8 @@ def run(
         )
         trajectory = chosen.solve(scene, request)
     if out is not None:
-        about = provenance.definition(scene) | {"Method": method, "Run": _settings(request, trajectory.steps, trajectory.failure)}
+        about = provenance.made_by(MAKER) | provenance.definition(scene) | {"Method": method}
+        about["Run"] = _settings(request, trajectory.steps, trajectory.failure)
         for path in write_trajectory(out, trajectory):
             provenance.write_beside(path, about)
     summary = summary_of(scene, trajectory, compensated=compensated)
@@ -116,6 +118,19 @@ def run(
     else:
         print_summary(summary)
     raise typer.Exit(1 if trajectory.failure else 0)
+
+
+def _check_place(out: Path | None, *, raw: bool, overwrite: bool) -> None:
+    """Refuse, before the run, files that cannot be written or are another command's."""
+    from daebench import provenance
+    from daebench.files import check_writable, written
+
+    if raw and out is None:
+        raise BadInput("--raw needs a file to write to; add --out FILE.csv or FILE.npz.")
+    if out is not None:
+        check_writable(out)
+        for file in written(out, raw=raw):
+            provenance.require_own(file, MAKER, overwrite=overwrite)
 
 
 def _settings(request: "Request", steps: int, failure: str | None) -> str:

@@ -18,6 +18,7 @@ from daebench.film.take import requested, take
 from daebench.inputs import positive
 from daebench.kinds import knob_value, methods_of
 from daebench.method import Progress
+from daebench.provenance import definition, made_by, require_own, write_beside
 from daebench.scene import PoissonScene, Scene
 from daebench.scene_picture import Layout, layout_of
 
@@ -57,6 +58,10 @@ class Animated:
     failures: tuple[str, ...]
 
 
+MAKER = "daebench animate"
+"""Who made a file, as the text beside it says."""
+
+
 @dataclass(frozen=True)
 class Format:
     """A kind of file: how many frames it may have of so many points, methods and errors, and what writes it."""
@@ -93,9 +98,10 @@ def animation(
     anyway: bool = False,
     on_singular: str | None = None,
     algebra: str = "",
+    overwrite: bool = False,
     progress: Told | None = None,
 ) -> Animated:
-    """Write an animation of several methods on one scene, and the numbers that it shows beside it as CSV.
+    """Write an animation of several methods on one scene, and the numbers that it shows beside it, as FILE.frames.csv.
 
     Parameters
     ----------
@@ -119,6 +125,8 @@ def animation(
         Values of the problem's parameters, and free numbers of the methods.
     project, anyway, on_singular, algebra
         As for :func:`daebench.api.prepare`.
+    overwrite : bool
+        Whether files may be replaced that no animation wrote.
     progress : callable, optional
         Told the fraction done and what is being done.
 
@@ -128,7 +136,7 @@ def animation(
         If the request cannot be met; nothing was run then.
     """
     path = Path(out)
-    form, length = _form(path), _seconds(positive("t_end", t_end), seconds, speed)
+    form, length = _form(path, overwrite=overwrite), _seconds(positive("t_end", t_end), seconds, speed)
     scene = singular_as(setting_of(problem, case, parameters, project=project, algebra=algebra), on_singular)
     layout = _layout(scene)
     chosen = methods_of(scene, methods, options, anyway=anyway)
@@ -148,7 +156,9 @@ def animation(
         takes.append(take(scene, each, value, times, _part(told, share * k / len(chosen), share / len(chosen), each.name)))
     reel = Reel(scene.problem, scene.case, dict(scene.parameters), layout, takes, times, length)
     form.write(path, reel, _part(told, share, 1 - share, f"drawing {path.name}"))
-    save_table(beside := path.with_suffix(".csv"), reel.table())
+    save_table(beside := _numbers(path), reel.table())
+    for each in (path, beside):
+        write_beside(each, made_by(MAKER) | definition(scene))
     return Animated((path, beside), tuple(each.failure for each in takes if each.failure))
 
 
@@ -158,15 +168,21 @@ def _part(told: Told, start: float, share: float, label: str) -> Progress:
     return lambda fraction: told(start + share * fraction, label)
 
 
-def _form(path: Path) -> Format:
-    """Return the kind of a file; refuse one that cannot be written."""
+def _numbers(path: Path) -> Path:
+    """Return where the numbers of an animation go: not to FILE.csv, which may be a trajectory."""
+    return path.with_suffix(".frames.csv")
+
+
+def _form(path: Path, *, overwrite: bool) -> Format:
+    """Return the kind of a file; refuse one that cannot be written, or is another's."""
     form = FORMATS.get(path.suffix.lower())
     if form is None:
         raise BadInput(f"--out {path}: the file must end in {', '.join(list(FORMATS)[:-1])} or {list(FORMATS)[-1]}.")
     if path.suffix.lower() == ".mp4":
         mp4.require()
-    check_place(path)
-    check_place(path.with_suffix(".csv"))
+    for each in (path, _numbers(path)):
+        check_place(each)
+        require_own(each, MAKER, overwrite=overwrite)
     return form
 
 

@@ -5,9 +5,13 @@ from typing import Annotated
 
 import typer
 
+from daebench.cli.arguments import Overwrite
 from daebench.cli.console import number, numbers
 from daebench.cli.reference.arguments import Folder, Name
 from daebench.errors import BadInput
+
+MAKER = "daebench reference export"
+"""Who made a file, as the text beside it says."""
 
 MOST = 1_000_000
 """Most times of a range."""
@@ -18,6 +22,7 @@ def export(
     kind: Annotated[str, typer.Option("--format", help="csv, json, npz or parquet.")] = "csv",
     times: Annotated[str | None, typer.Option("--times", help="t1,t2,... or from:to:step; all stored times if left out.")] = None,
     out: Annotated[Path | None, typer.Option("--out", help="File to write; NAME.FORMAT here if left out.", show_default=False)] = None,
+    overwrite: Overwrite = False,
     folder: Folder = None,
 ) -> None:
     """Write a reference to a file: stored digits where there are some, else integrated between them; bounds beside the numbers."""
@@ -33,10 +38,11 @@ def export(
         raise unknown("format", kind, WRITERS)
     path = Path(f"{name}.{kind}") if out is None else out
     check_place(path)
+    provenance.require_own(path, MAKER, overwrite=overwrite)
     reference = load(name, folder)
     write(path, kind, extract(reference, _times(times)))
     certificate = reference.certificate
-    made = {
+    made = provenance.made_by(MAKER) | {
         "Certificate": f"checksum {certificate['checksum']}",
         "Definition": str(certificate["definition"]),
         "Times": times or "all stored",
