@@ -12,7 +12,6 @@ from daebench.reports._work_precision_figures import draw_all
 from daebench.reports._work_precision_numbers import STORE, Numbers, measure
 from daebench.reports._work_precision_scenes import COARSE, WANTED
 from daebench.reports._work_precision_tables import setting, tables, times
-from daebench.studies.drift import SECULAR
 from daebench.studies.measure import LONG
 from daebench.studies.recommend import LEAST, ROUND_OFF
 from daebench.studies.work_precision import CALLS, HALVINGS, IN_A_CALL, REPEAT
@@ -31,7 +30,6 @@ CONSTANTS = SimpleNamespace(
     MIDDLE=MIDDLE,
     REPEAT=REPEAT,
     ROUND_OFF=ROUND_OFF,
-    SECULAR=SECULAR,
     STORE=STORE,
     WANTED=WANTED,
 )

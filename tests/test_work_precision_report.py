@@ -101,14 +101,14 @@ def test_an_interruption_says_what_is_kept(tmp_path, monkeypatch, uncompiled):
 H = 0.5 ** np.arange(3, 11)
 
 
-def power_law(method, order, price, *, slope=0.0, knob="h", drift=1e-3, **more):
+def power_law(method, order, price, *, verdict="bounded", knob="h", drift=1e-3, **more):
     """Return runs whose error is h^order, at this price a step."""
     errors = np.maximum(H**order, 1e-15)
     columns = {"problem": "planar_pendulum", "case": "rotating", "method": method, "knob": knob, "value": H}
     columns |= {"error_q": errors, "bound_q": 1e-16, "seconds": price / H, "callback_seconds": np.nan, "steps": 1 / H, "failure": ""}
     columns |= {
         "energy_error": drift,
-        "energy_slope": slope,
+        "energy_verdict": verdict,
         "energy_scale": 1.0,
         "t_end": 10.0,
         "g": 1e-16,
@@ -128,7 +128,7 @@ CLAIMS = {"verlet": THINGS, "fourth": THINGS}
 @pytest.fixture
 def numbers():
     """Return runs of four methods by power laws: a symplectic pair, a cheap one that drifts, a solver that lives in callbacks."""
-    kinds = {"slope": 1e-4, "g": 1e-3}
+    kinds = {"verdict": "drifts", "g": 1e-3}
     parts = [power_law("verlet", 2, 1e-6), power_law("fourth", 4, 5e-6), power_law("drifter", 4, 2e-6, **kinds)]
     parts += [power_law("solver", 4, 1e-3, knob="tol", **kinds).assign(callback_seconds=0.9995e-3 / H, n_H_p=1 / H)]
     failed = power_law("fourth", 4, 5e-6).iloc[:1].assign(value=1.0, error_q=np.nan, seconds=np.nan, failure="it stopped.")
@@ -199,7 +199,9 @@ def test_a_tampered_number_refutes_the_story(numbers, tamper, sentence):
 
 def test_a_method_that_begins_to_drift_is_no_longer_recommended(numbers):
     table = numbers.runs[PLANTED.key]
-    drifting = with_conserved(table.assign(energy_slope=table["energy_slope"].where(table["method"] != "fourth", -1e-4)), DEFECTS, CLAIMS)
+    drifting = with_conserved(
+        table.assign(energy_verdict=table["energy_verdict"].where(table["method"] != "fourth", "drifts")), DEFECTS, CLAIMS
+    )
     advice = check(replace(numbers, runs={PLANTED.key: drifting})).found[PLANTED.key].advice.set_index(["level", "conserve"])["method"]
     assert advice[1e-6, "energy"] == "verlet"
     assert advice[1e-6, "two_form"] == "fourth"

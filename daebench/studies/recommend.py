@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from daebench.studies.drift import secular
+from daebench.diagnostics.energy import BOUNDED, KEPT
 from daebench.studies.work_precision import cheapest
 
 if TYPE_CHECKING:
@@ -45,16 +45,15 @@ def with_conserved(table: "pd.DataFrame", defects: Mapping[str, float], claims: 
     Returns
     -------
     DataFrame
-        ``keeps_nothing`` is true wherever a run came to its end. ``keeps_energy`` if the secular part of its energy error is known
-        and a small part of it, or the error is round-off of the energy's size, the column ``energy_size``; ``keeps_constraints`` if g and
+        ``keeps_nothing`` is true wherever a run came to its end. ``keeps_energy`` if the verdict on its energy is kept or bounded,
+        so that the change of its mean has a bound, see :func:`daebench.diagnostics.energy.energy_drift`; ``keeps_constraints`` if g and
         G H_p are round-off, ``keeps_casimirs`` likewise, both absolute: held against 1, and against no size of the problem's. These hold
         for a run only if they hold for all runs of the method with smaller values of its knob too, and for the three smallest at least.
         ``keeps_two_form`` if the defect of the method is round-off. All of them but ``keeps_nothing`` need the method's claim besides. A
         column is there for what can be conserved alone. ``claims_energy`` and ``measured_energy`` are the two parts of ``keeps_energy``.
     """
     done = table["failure"] == ""
-    level = table["energy_slope"].notna() & ~secular(table)
-    found = {"nothing": done, "energy": done & (level | (table["energy_error"] <= _rounding(table) * table["energy_scale"]))}
+    found = {"nothing": done, "energy": done & table["energy_verdict"].isin((KEPT, BOUNDED))}
     if {"g", "Gv"} <= set(table.columns):
         found["constraints"] = done & (table[["g", "Gv"]].max(axis=1, skipna=False) <= ROUND_OFF)
     if "casimirs" in table and table["casimirs"].notna().any():

@@ -45,6 +45,9 @@ POISSON = (
 TOLERANCES = tuple(10.0**-k for k in range(3, 14))
 """Tolerances where none are given."""
 
+SAMPLES = 256
+"""States of a run that are looked at, about: enough for oscillations of the energy to be told from its drift."""
+
 HALVINGS = 8
 """Step sizes where none are given: from the distance of stored times down, each half of the one before."""
 
@@ -122,6 +125,7 @@ def standard(
             t_end=end,
             parameters={name: [value] for name, value in (parameters or {}).items()},
             metrics=[*(metrics or usual), *also],
+            outputs=SAMPLES,
             repeat=repeat,
             calls=CALLS,
             beside=beside,
