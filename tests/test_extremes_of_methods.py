@@ -10,7 +10,7 @@ from daebench.errors import BadInput
 from daebench.names import parse
 from daebench.studies.extreme import Asked
 from daebench.studies.extremes import lost_motion, outcome_map, parameter_range, penalty, round_off, step_limit
-from daebench.studies.outcomes import OUTCOMES
+from daebench.studies.outcomes import OUTCOMES, SIZED
 from daebench.studies.stability import EXTREMES, chosen
 
 
@@ -37,10 +37,37 @@ def test_the_largest_step_is_said_of_the_method_that_has_it():
 
 
 def test_a_map_counts_what_is_fine():
-    table = pd.DataFrame({"method": "one", "outcome": ["fine", "fine", "drifting", "drifting", "blown up"]})
-    assert outcome_map.says(table) == ["one: 2 of 5 runs are fine; most of the others: drifting (2)."]
-    assert set(outcome_map.LETTERS) == set(OUTCOMES)
-    assert len({letter for _, letter in outcome_map.LETTERS.values()}) == len(OUTCOMES)
+    words, trends = ["fine", "fine", "lost", "lost", "blown up"], ["drifts", "bounded", "drifts", "drifts", ""]
+    table = pd.DataFrame({"method": "one", "outcome": words, "trend": trends, "size": [1e-3, 3e-3, 2.0, 3.0, np.nan]})
+    told = "2 of 5 runs are fine, with energy errors of 2.0e-03 of the kinetic energy in the median; 1 of them drift"
+    assert outcome_map.says(table) == [f"one: {told}; most of the others: lost (2)."]
+    none = outcome_map.says(table[table["outcome"] == "lost"])
+    assert none == ["one: 0 of 2 runs are fine; most of the others: lost (2)."]
+
+
+def test_every_outcome_has_a_colour_by_its_size_or_one_of_its_own():
+    assert set(outcome_map.LETTERS) == set(OUTCOMES) - set(SIZED)
+    letters = [letter for _, letter in outcome_map.LETTERS.values()]
+    assert len({*letters, *outcome_map.TRENDS.values()}) == len(letters) + len(outcome_map.TRENDS)
+
+
+def test_a_map_is_coloured_by_size_and_has_letters_for_trends(tmp_path, monkeypatch):
+    """A run of rk4+proj 100 times as accurate as one of RATTLE has the lighter colour, and its drift is a letter."""
+    from matplotlib.axes import Axes
+
+    written, drawn = [], []
+    text, tiles = Axes.text, Axes.pcolormesh
+    monkeypatch.setattr(Axes, "text", lambda self, x, y, s, **k: written.append((self.get_title(), s)) or text(self, x, y, s, **k))
+    monkeypatch.setattr(Axes, "pcolormesh", lambda self, x, y, c, **k: drawn.append(tiles(self, x, y, c, **k)) or drawn[-1])
+    rows = [("rattle", 0.1, "fine", "bounded", 1e-3), ("rattle", 0.2, "lost", "undetermined", 3.0)]
+    rows += [("rk4+proj", 0.1, "fine", "drifts", 1e-5), ("rk4+proj", 0.2, "no solution", "", np.nan)]
+    table = pd.DataFrame(rows, columns=["method", "value", "outcome", "trend", "size"]).assign(varied=1.0, parameter="gravity")
+    outcome_map.draw(tmp_path, "map", table)
+    assert [letter for _, letter in written] == ["", "?", "d", "n"]
+    of_rattle, _, of_rk4, *_ = drawn
+    lightness = [float(np.mean(each.to_rgba(each.get_array())[0, 0, :3])) for each in (of_rattle, of_rk4)]
+    assert lightness[1] > lightness[0]
+    assert np.ma.getmaskarray(of_rk4.get_array()).tolist() == [[False, True]]
 
 
 def test_a_range_tells_where_a_method_is_not_fine():

@@ -68,7 +68,7 @@ def test_a_run_that_keeps_the_energy_and_does_not_end_refutes_it():
 def test_rattle_off_its_manifold_refutes_it():
     runs = pd.DataFrame({"method": "rattle", "failure": "", "g": [1e-16, 1e-15], "outcome": "fine", "varied": [0.1, 1.0]})
     assert ratios(runs).fine == ratios(runs).through == ["rattle"]
-    assert ratios(changed(runs, 1, outcome="drifting")).fine == []
+    assert ratios(changed(runs, 1, outcome="coarse")).fine == []
     assert ratios(changed(runs, 1, failure="stopped")).through == []
     with pytest.raises(ClaimRefuted, match="keeps the constraints"):
         ratios(changed(runs, 1, g=1e-9))

@@ -1,14 +1,14 @@
-"""What became of a run, in one word: what the colours of an outcome map stand for."""
+"""What became of a run, in one word, by the size of its error; the trend of its energy is told apart."""
 
+import math
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from daebench.diagnostics.branch import WRONG
 from daebench.diagnostics.manifold import residual_scales
 from daebench.scene import PoissonScene
 from daebench.stepping import REASONS
 from daebench.studies.cell import Cell
-from daebench.studies.drift import drifts
 from daebench.studies.measure import Row
 from daebench.studies.rows import rows_of
 from daebench.studies.runs import Runs
@@ -16,13 +16,13 @@ from daebench.studies.runs import Runs
 if TYPE_CHECKING:
     import pandas as pd
 
-FINE, COARSE, DRIFTING, OFF, OTHER = "fine", "coarse", "drifting", "off the manifold", "wrong branch"
+FINE, COARSE, LOST, OFF, OTHER = "fine", "coarse", "lost", "off the manifold", "wrong branch"
 NO_SOLUTION, SINGULAR, RANK_LOST, BLOWN_UP, STOPPED = "no solution", "singular", "rank lost", "blown up", "stopped"
 
 OUTCOMES = {
-    FINE: "it came to its end, on the manifold, and its energy error is small and does not drift",
-    COARSE: "its energy error is more than a tenth of its size: of twice the largest kinetic energy, or of |H| of a Poisson system",
-    DRIFTING: "its energy drifts: the mean changes beyond the scatter of its window means",
+    FINE: "it came to its end, on the manifold, and its energy error is at most a tenth of the mean kinetic energy",
+    COARSE: "its energy error is more than a tenth of that",
+    LOST: "its energy error is more than all of that",
     OFF: "it left the manifold by more than a thousandth of what a change of all positions by one part would do",
     OTHER: "a step ended far from where the velocities lead: Newton's iteration found another solution than that of the motion",
     NO_SOLUTION: "the equations of a step have no solution that Newton's iteration finds",
@@ -31,10 +31,13 @@ OUTCOMES = {
     BLOWN_UP: "a number is no longer finite",
     STOPPED: "it was stopped by something else, as a solver that gives up",
 }
-"""What became of a run, from the best to the worst, and what that says."""
+"""What became of a run, from the best to the worst, and what that says; whether its energy drifts is another matter."""
 
-LARGE = 0.1
-"""Part of its size from which on an energy error is large."""
+SIZED = (FINE, COARSE, LOST)
+"""What became of runs that came to their end on the manifold: words for the size of their energy error."""
+
+LARGE, ALL = 0.1, 1.0
+"""Sizes of an energy error above which it is large, and above which the motion is lost."""
 
 FAR = 1e-3
 """Relative residual of constraints from which on a state is off the manifold."""
@@ -49,10 +52,26 @@ TOLD = {
 
 
 def varied_runs(cells: Sequence[Cell], parameter: str, runs: Runs) -> "pd.DataFrame":
-    """Return the rows of runs in which a parameter is varied, with the columns "outcome", "parameter" and "varied", its value."""
+    """Return the rows of runs in which a parameter is varied, with more columns: "outcome", "size", "trend", "parameter", "varied".
+
+    The trend is the verdict on the energy, "" of a run that did not come to its end on the manifold; varied is the parameter's value.
+    """
     table = runs(cells)
-    outcomes = [outcome_of(cell, row) for cell, row in zip(cells, rows_of(table), strict=True)]
-    return table.assign(outcome=outcomes, parameter=parameter, varied=[dict(cell.parameters)[parameter] for cell in cells])
+    rows = rows_of(table)
+    outcomes = [outcome_of(cell, row) for cell, row in zip(cells, rows, strict=True)]
+    trends = [str(row["energy_verdict"]) if word in SIZED else "" for word, row in zip(outcomes, rows, strict=True)]
+    more: dict[str, Any] = {
+        "size": [size_of(row) for row in rows],
+        "trend": trends,
+        "varied": [dict(cell.parameters)[parameter] for cell in cells],
+    }
+    return table.assign(outcome=outcomes, parameter=parameter, **more)
+
+
+def size_of(row: Row) -> float:
+    """Return the energy error over the mean kinetic energy, or over the energy's scale where that is not known."""
+    size = float(row.get("energy_size", float("nan")))
+    return size if math.isfinite(size) else float(row["energy_error"] / row["energy_scale"])
 
 
 def outcome_of(cell: Cell, row: Row) -> str:
@@ -69,6 +88,5 @@ def outcome_of(cell: Cell, row: Row) -> str:
             return OFF
     if row.get("jump", 0.0) > WRONG:
         return OTHER
-    if drifts(row):
-        return DRIFTING
-    return COARSE if row["energy_error"] > LARGE * row["energy_scale"] else FINE
+    size = size_of(row)
+    return LOST if not size <= ALL else COARSE if size > LARGE else FINE

@@ -1,14 +1,14 @@
-"""What becomes of runs over step size and a parameter: where a method is fine, and how it breaks."""
+"""What becomes of runs over step size and a parameter: how large their energy errors are, where they drift, and how methods break."""
 
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from daebench.figures import drawing, grid_of_axes, save
 from daebench.studies.cell import Cell
 from daebench.studies.extreme import Asked, Extreme
-from daebench.studies.outcomes import OUTCOMES, varied_runs
+from daebench.studies.outcomes import ALL, FINE, OUTCOMES, SIZED, varied_runs
 from daebench.studies.rows import by_method
 from daebench.studies.runs import Runs
 
@@ -27,19 +27,28 @@ FIRST = ("gravity", "strength", "stiffness")
 METHODS = 6
 """Methods of the standard set that are mapped, for a picture that can be read."""
 
+SMALLEST = 1e-8
+"""Energy errors below this are drawn alike, as those above all of the kinetic energy are."""
+
+SIZES, LOST_COLOUR = "YlOrBr", "#3d1700"
+"""Colours of energy errors, from small to large, and of those that are larger than the kinetic energy."""
+
+DARK = 1e-2
+"""Energy error from which on its colour is so dark that letters are white."""
+
+TRENDS = {"drifts": "d", "undetermined": "?"}
+"""Letters of the verdicts on the energy of runs that came to their end; what is kept or bounded has none."""
+
 LETTERS = {
-    "fine": ("#f2f2f2", ""),
-    "coarse": ("#f0e442", "c"),
-    "drifting": ("#e69f00", "d"),
     "off the manifold": ("#cc79a7", "m"),
     "wrong branch": ("#0072b2", "w"),
     "no solution": ("#56b4e9", "n"),
     "singular": ("#009e73", "s"),
     "rank lost": ("#767676", "r"),
     "blown up": ("#000000", "b"),
-    "stopped": ("#d55e00", "x"),
+    "stopped": ("#ffffff", "x"),
 }
-"""Colour and letter of each outcome."""
+"""Colour and letter of each outcome that has no size."""
 
 
 def parameter_of(asked: Asked) -> str:
@@ -74,74 +83,85 @@ def cells(asked: Asked) -> list[Cell]:
 
 
 def measure(asked: Asked, runs: Runs) -> "pd.DataFrame":
-    """Return one row a run, with the column "outcome"."""
+    """Return one row a run, with the columns "outcome", "size" and "trend"."""
     return varied_runs(cells(asked), parameter_of(asked), runs)
 
 
 def says(table: "pd.DataFrame") -> list[str]:
-    """Return which part of the map is fine for each method, and what else happens most."""
+    """Return which part of the map is fine for each method, how large its energy errors are there, where they drift, and what else is."""
     found = []
     for method, rows in by_method(table):
         counts = rows["outcome"].value_counts()
-        worst = counts.drop("fine", errors="ignore")
+        fine, worst = rows[rows["outcome"] == FINE], counts.drop(FINE, errors="ignore")
+        drift = int((fine["trend"] == "drifts").sum())
+        sized = f", with energy errors of {fine['size'].median():.1e} of the kinetic energy in the median; {drift} of them drift"
         most = f"; most of the others: {worst.index[0]} ({worst.iloc[0]})" if len(worst) else ""
-        found.append(f"{method}: {counts.get('fine', 0)} of {len(rows)} runs are fine{most}.")
+        found.append(f"{method}: {len(fine)} of {len(rows)} runs are fine{sized if len(fine) else ''}{most}.")
     return found
 
 
 def draw(out: Path, stem: str, table: "pd.DataFrame") -> Path:
-    """Draw a map for each method, step size across and parameter up."""
-    from matplotlib.patches import Patch
-
+    """Draw a map for each method, step size across and parameter up: colours are sizes of the energy error, letters its trend."""
     methods = list(dict.fromkeys(table["method"]))
     columns = min(3, len(methods))
     lines = -(-len(methods) // columns)
-    seen = [word for word in OUTCOMES if (table["outcome"] == word).any()]
     with drawing():
-        figure, axes = grid_of_axes(lines, columns, 0.8 + 2.1 * lines, sharex=True, sharey=True)
+        figure, axes = grid_of_axes(lines, columns, 1.1 + 2.1 * lines, sharex=True, sharey=True)
         for k, axis in enumerate(axes.flat):
             if k < len(methods):
-                _map(axis, table[table["method"] == methods[k]], methods[k])
+                tiles = _map(axis, table[table["method"] == methods[k]], methods[k])
             else:
                 axis.set_visible(False)
         for axis in axes[-1]:
             axis.set_xlabel("step size h [s]")
         for axis in axes[:, 0]:
             axis.set_ylabel(str(table["parameter"].iloc[0]))
-        patches = [Patch(facecolor=LETTERS[word][0], edgecolor="#767676", label=f"{word} {LETTERS[word][1]}".strip()) for word in seen]
-        figure.legend(handles=patches, loc="outside lower center", ncols=5, handlelength=1.2)
+        bar = figure.colorbar(tiles, ax=axes, label="energy error / mean kinetic energy", extend="both", aspect=30, pad=0.01)
+        bar.solids.set(rasterized=False, edgecolor="face")  # type: ignore[union-attr]  # an image would be data: in a page
+        figure.legend(handles=_patches(table), loc="outside lower center", ncols=4, handlelength=1.2)
         return save(figure, out, stem, table)
 
 
-def _map(axis: object, rows: "pd.DataFrame", title: str) -> None:
-    """Draw one map; every tile has its colour and its letter."""
-    from matplotlib.axes import Axes
-    from matplotlib.colors import ListedColormap
+def _patches(table: "pd.DataFrame") -> list[Any]:
+    """Return the keys of the trends, and of the outcomes that have no size, as far as they are there."""
+    from matplotlib.patches import Patch
 
-    assert isinstance(axis, Axes)
+    grey: dict[str, Any] = {"facecolor": "none", "edgecolor": "#767676"}
+    trends = [Patch(**grey, label=f"{letter}  energy {word}") for word, letter in TRENDS.items() if (table["trend"] == word).any()]
+    seen = [word for word in OUTCOMES if word in LETTERS and (table["outcome"] == word).any()]
+    return [*trends, *(Patch(**grey | {"facecolor": LETTERS[word][0]}, label=f"{LETTERS[word][1]}  {word}") for word in seen)]
+
+
+def _map(axis: Any, rows: "pd.DataFrame", title: str) -> Any:
+    """Draw one map; return the tiles that are coloured by size."""
+    from matplotlib import colormaps
+    from matplotlib.colors import ListedColormap, LogNorm
+
     words = list(LETTERS)
-    grid = rows.pivot(index="varied", columns="value", values="outcome")
-    numbers = np.array([[words.index(word) for word in line] for line in grid.to_numpy()])
+    outcomes, sizes, trends = (rows.pivot(index="varied", columns="value", values=name) for name in ("outcome", "size", "trend"))
+    across, up = _edges(outcomes.columns.to_numpy(dtype=float)), _edges(outcomes.index.to_numpy(dtype=float))
+    sized = outcomes.isin(SIZED).to_numpy()
+    look = {"edgecolors": "white", "linewidth": 0.2, "rasterized": False}
+    scale = colormaps[SIZES].with_extremes(over=LOST_COLOUR)
+    errors = np.ma.masked_where(~sized, np.maximum(sizes.to_numpy(dtype=float), SMALLEST / 10))
+    tiles = axis.pcolormesh(across, up, errors, cmap=scale, norm=LogNorm(SMALLEST, ALL), **look)
+    numbers = np.array([[words.index(word) if word in words else 0 for word in line] for line in outcomes.to_numpy()])
     colours = ListedColormap([colour for colour, _ in LETTERS.values()])
-    across, up = _edges(grid.columns.to_numpy(dtype=float)), _edges(grid.index.to_numpy(dtype=float))
-    axis.pcolormesh(
-        across, up, numbers, cmap=colours, vmin=-0.5, vmax=len(words) - 0.5, edgecolors="white", linewidth=0.2, rasterized=False
-    )
-    for value, line in grid.iterrows():
-        for h, word in line.items():
-            dark = word in ("blown up", "wrong branch", "rank lost")
-            axis.text(
-                float(str(h)),
-                float(str(value)),
-                LETTERS[word][1],
-                fontsize=4.5,
-                ha="center",
-                va="center",
-                color="white" if dark else "black",
-            )
+    axis.pcolormesh(across, up, np.ma.masked_where(sized, numbers), cmap=colours, vmin=-0.5, vmax=len(words) - 0.5, **look)
+    for j, value in enumerate(outcomes.index):
+        for k, h in enumerate(outcomes.columns):
+            _letter(axis, float(str(h)), float(str(value)), str(outcomes.iloc[j, k]), str(trends.iloc[j, k]), float(str(sizes.iloc[j, k])))
     axis.set(xscale="log", yscale="log")
     axis.set_title(title)
     axis.grid(visible=False)
+    return tiles
+
+
+def _letter(axis: Any, h: float, value: float, word: str, trend: str, size: float) -> None:
+    """Write the letter of a tile: of its trend where it has a size, else of its outcome."""
+    letter = TRENDS.get(trend, "") if word in SIZED else LETTERS[word][1]
+    dark = word in ("blown up", "wrong branch", "rank lost") or (word in SIZED and size > DARK)
+    axis.text(h, value, letter, fontsize=4.5, ha="center", va="center", color="white" if dark else "black")
 
 
 def _edges(values: np.ndarray) -> np.ndarray:
