@@ -15,8 +15,8 @@ from typing import Any
 import numpy as np
 
 from daebench.claims_bench import DEFECT_STEPS, ROUNDINGS, Finding, held, tried
+from daebench.diagnostics.derivative import STEP, derivative
 from daebench.diagnostics.poisson import Map, poisson_defect
-from daebench.diagnostics.symplecticity import STEP
 from daebench.measurable import PoissonScheme, symmetric
 from daebench.scene import Array, PoissonScene
 from daebench.trajectory import PoissonTrajectory
@@ -118,9 +118,9 @@ class PoissonBench:
 
 
 def tangent(flow: Map, y: Array) -> tuple[Array, Array]:
-    """Return Phi(y), shape(n,), and Phi'(y), shape(n, n), by complex step."""
-    images = np.array([np.asarray(flow(y + 1j * STEP * e)) for e in np.eye(len(y))])
-    return np.real(images[0]), np.imag(images).T / STEP
+    """Return Phi(y), shape(n,), and Phi'(y), shape(n, n)."""
+    found = derivative(flow, y, np.eye(len(y)))
+    return found.image, found.value
 
 
 def _size(F: Callable[..., Any], y: Array) -> Array:

@@ -1,4 +1,4 @@
-"""The Poisson defect of a map, exact to round-off by complex step."""
+"""The Poisson defect of a map, exact to round-off where the map computes in complex numbers."""
 
 from collections.abc import Callable, Sequence
 from typing import Any
@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from daebench.diagnostics.symplecticity import STEP
+from daebench.diagnostics.derivative import derivative
 
 Map = Callable[[NDArray[Any]], Sequence[Any] | NDArray[Any]]
 """A map y -> y of vectors of shape(n,), real or complex, that leaves its argument unchanged."""
@@ -27,8 +27,8 @@ def poisson_defect(flow: Map, y: ArrayLike, B: Structure) -> float:
     Parameters
     ----------
     flow : callable
-        The map Phi, analytic in its argument and computed in complex numbers; iterations inside it must converge in the
-        imaginary part too.
+        The map Phi, best analytic in its argument and computed in complex numbers, with iterations inside it that converge in the
+        imaginary part too; of other maps Phi' is had from differences, and a warning says how good they are.
     y : array_like, shape(n,)
         The point.
     B : callable
@@ -40,7 +40,6 @@ def poisson_defect(flow: Map, y: ArrayLike, B: Structure) -> float:
         NaN if the map gives one.
     """
     y0 = np.asarray(y, dtype=float)
-    images = np.array([np.asarray(flow(y0 + 1j * STEP * e)) for e in np.eye(len(y0))])
-    derivative = np.imag(images).T / STEP
-    carried = derivative @ np.asarray(B(y0), dtype=float) @ derivative.T
-    return float(np.max(np.abs(carried - np.asarray(B(np.real(images[0])), dtype=float))))
+    found = derivative(flow, y0, np.eye(len(y0)))
+    carried = found.value @ np.asarray(B(y0), dtype=float) @ found.value.T
+    return float(np.max(np.abs(carried - np.asarray(B(found.image), dtype=float))))

@@ -1,4 +1,4 @@
-"""The symplecticity defect of a map on the constraint manifold, exact to round-off by complex step."""
+"""The symplecticity defect of a map on the constraint manifold, exact to round-off where the map computes in complex numbers."""
 
 from collections.abc import Callable, Sequence
 from typing import Any
@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from daebench.diagnostics.derivative import STEP, derivative
 from daebench.diagnostics.manifold import constraint_jacobian
 from daebench.scene import Scene
 
@@ -16,9 +17,6 @@ Flow = Callable[[Any, Any], tuple[Sequence[Any], Sequence[Any]]]
 
 Path = Callable[[Any, Any], tuple[Any, str | None]]
 """A map from (p, q) to the rows (p, q) after 0, 1, 2, ... steps, and to why there are no more, or None."""
-
-STEP = 1e-30
-"""Imaginary step: its square is nothing, so the derivative has no error of truncation or cancellation."""
 
 
 def tangent_basis(scene: Scene, p: ArrayLike, q: ArrayLike) -> Array:
@@ -49,17 +47,20 @@ def tangent_basis(scene: Scene, p: ArrayLike, q: ArrayLike) -> Array:
 
 
 def tangent_map(flow: Flow, p: ArrayLike, q: ArrayLike, X: ArrayLike) -> Array:
-    """Return Phi'(x) X, the derivative of a map along the columns of X, by complex step.
+    """Return Phi'(x) X, the derivative of a map along the columns of X, by complex step or by differences.
 
     ::
 
         Phi'(x) X_k = Im Phi(x + i s X_k) / s        s = 1e-30
 
+    A complex step is believed where differences agree with it, see :func:`daebench.diagnostics.derivative.derivative`; where they do
+    not, because the map drops imaginary parts, say, it is they that are returned, and a warning says how good they are.
+
     Parameters
     ----------
     flow : callable
-        The map Phi, analytic in its arguments and computed in complex numbers; iterations inside it must converge in the
-        imaginary part too.
+        The map Phi, best analytic in its arguments and computed in complex numbers, with iterations inside it that converge in the
+        imaginary part too: then the result is exact to round-off.
     p, q : array_like, shape(d,)
         The point x = (p, q).
     X : array_like, shape(2d, k)
@@ -68,11 +69,19 @@ def tangent_map(flow: Flow, p: ArrayLike, q: ArrayLike, X: ArrayLike) -> Array:
     Returns
     -------
     ndarray, shape(2d, k)
+
+    Raises
+    ------
+    BadInput
+        If neither gives a derivative.
     """
-    p, q, X = np.asarray(p, dtype=float), np.asarray(q, dtype=float), np.asarray(X, dtype=float)
+    p, q = np.asarray(p, dtype=float), np.asarray(q, dtype=float)
     d = len(p)
-    columns = [np.concatenate([np.asarray(part) for part in flow(p + 1j * STEP * x[:d], q + 1j * STEP * x[d:])]) for x in X.T]
-    return np.array([np.imag(column) / STEP for column in columns]).reshape(-1, 2 * d).T
+
+    def phi(x: NDArray[Any]) -> NDArray[Any]:
+        return np.concatenate([np.asarray(part) for part in flow(x[:d], x[d:])])
+
+    return derivative(phi, np.concatenate([p, q]), X, parts=2).value
 
 
 def tangent_path(path: Path, p: ArrayLike, q: ArrayLike, X: ArrayLike) -> tuple[Array, Array, str | None]:

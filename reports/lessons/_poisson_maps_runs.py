@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from daebench.diagnostics.symplecticity import STEP
+from daebench.diagnostics.derivative import STEP
 from daebench.method import Request
 from daebench.poisson_names import parse
 from daebench.reports._poisson_orbits import level_curve

@@ -1,0 +1,211 @@
+"""The derivative of a map along vectors: by complex step, which is believed only where differences of real states agree with it."""
+
+import warnings
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from daebench.errors import BadInput, DaebenchError, RunFailed
+
+Array = NDArray[np.float64]
+
+Mapping = Callable[[NDArray[Any]], Any]
+"""A map x -> x of vectors of shape(n,), real or complex, that leaves its argument unchanged."""
+
+STEP = 1e-30
+"""Imaginary step: its square is nothing, so the derivative has no error of truncation or cancellation."""
+
+FIRST, SHRINK, LEVELS = 2.0**-8, 4.0, 9
+"""Difference quotients begin with a change of x by this part of its size, go on with steps so many times smaller, at most so often."""
+
+NEAR = 2.0**-17
+"""Where they begin when they disagree."""
+
+LONGEST = 3
+"""Levels after which differences that do not settle any better are ended."""
+
+ENOUGH = 1e-10
+"""Differences that have settled to this part of the largest are not made any better."""
+
+ROUGH = 1e-4
+"""Differences that do not settle to this part of the largest tell little."""
+
+ALLOWED = 8.0
+"""A complex step agrees with differences where it misses them by at most so many times their floor."""
+
+
+class DerivativeWarning(UserWarning):
+    """A derivative is not what a complex step gives."""
+
+
+@dataclass(frozen=True)
+class Derivative:
+    """What a map makes of vectors to first order.
+
+    Parameters
+    ----------
+    value : ndarray, shape(n, k)
+        Phi'(x) X.
+    image : ndarray, shape(n,)
+        Phi(x).
+    floor : float
+        Largest error of the value, relative to its largest entry, as far as differences tell; 0 of a complex step.
+    """
+
+    value: Array
+    image: Array
+    floor: float = 0.0
+
+
+def derivative(phi: Mapping, x: ArrayLike, X: ArrayLike, parts: int = 1) -> Derivative:
+    """Return Phi'(x) X by complex step where differences of real states agree with it, and by those differences where they do not.
+
+    ::
+
+        Phi'(x) X_k = Im Phi(x + i s X_k) / s,      s = 1e-30
+
+    A map that drops imaginary parts, all of them or some, as where an iteration inside it is one of real numbers, has another
+    derivative by complex step than its own. So the derivative along one vector, a sum of all X_k with irregular weights, is also had
+    from central differences, extrapolated until they settle; and from smaller ones where these disagree, for a map may be smooth in
+    pieces only. Where the complex step agrees with neither to within their floor, all X_k are differentiated by differences, and a
+    :class:`DerivativeWarning` says to what floor. Differences that do not settle, as between masses of a ratio of 1e8, contradict
+    nothing but a derivative of zero. An iteration that ends too early does not count as dropping: what is differentiated
+    is the map as it is computed.
+
+    Parameters
+    ----------
+    phi : callable
+        The map.
+    x : array_like, shape(n,)
+        The point.
+    X : array_like, shape(n, k)
+        Directions.
+    parts : int
+        Number of parts of x, of equal length, that have units of their own: 2 for x = (p, q).
+
+    Raises
+    ------
+    BadInput
+        If it is had neither by complex step nor by differences.
+    """
+    x, X = np.asarray(x, dtype=float), np.asarray(X, dtype=float)
+    if not X.size:
+        return Derivative(X, np.asarray(_vector(phi, x), dtype=float))
+    value, image, why = _by_complex_step(phi, x, X)
+    if value is not None and not (np.all(np.isfinite(value)) and np.all(np.isfinite(image))):
+        return Derivative(value, image)
+    weights = np.cos(1.0 + np.arange(X.shape[1]))
+    along, floor = _by_differences(phi, x, X @ weights, parts, FIRST)
+    share = _share(along, floor, parts)
+    if value is not None:
+        if _agree(value @ weights, along, floor) and (share <= ROUGH or _nowhere_zero(value @ weights, parts)):
+            return Derivative(value, image)
+        near, its_floor = _by_differences(phi, x, X @ weights, parts, NEAR)
+        if _agree(value @ weights, near, its_floor) and _share(near, its_floor, parts) <= ROUGH:
+            return Derivative(value, image)
+    if share > ROUGH:
+        raise BadInput(
+            f"the map has no derivative by complex step, for {why}, and its differences settle no better than to {share:.1e} of it; let it "
+            "compute in complex numbers throughout, or iterate to round-off."
+        )
+    columns = [_by_differences(phi, x, each, parts, FIRST) for each in X.T]
+    share = max(_share(along, floor, parts) for along, floor in columns)
+    _warn(f"{why}; the derivative is that of differences, good to {share:.1e} of its largest entry")
+    return Derivative(np.array([column for column, _ in columns]).T, np.real(_vector(phi, x)).astype(float), share)
+
+
+def _by_complex_step(phi: Mapping, x: Array, X: Array) -> tuple[Any, Any, str]:
+    """Return Phi'(x) X and Phi(x), or None, and why they may be wrong."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", np.exceptions.ComplexWarning)  # what is dropped is seen by its effect
+        try:
+            columns = np.array([_vector(phi, x + 1j * STEP * each) for each in X.T])
+        except DaebenchError:
+            raise
+        except Exception as error:  # noqa: BLE001 - whatever code of the user's own makes of complex numbers
+            return None, None, f"it does not take complex numbers ({type(error).__name__})"
+    return np.imag(columns).T / STEP, np.real(columns[0]), "it drops imaginary parts"
+
+
+def _by_differences(phi: Mapping, x: Array, direction: Array, parts: int, first: float) -> tuple[Array, Array]:
+    """Return Phi'(x) along a direction, and by how much each entry may be wrong, by central differences extrapolated to s = 0.
+
+    Steps are relative to the size of each part of x or of its image, which tell how large a momentum is that begins at rest; or of x
+    alone, where that settles better. The floor of an entry is what the last two extrapolations differ by, in the worst
+    entry of its part, and the rounding of the images at the smallest step that was used.
+    """
+    image = np.real(_vector(phi, x))
+    best: tuple[Array, Array] = np.zeros(len(image)), np.full(len(image), np.inf)
+    for other in (image, x):
+        moving = _sizes(x, other, parts)
+        s = first / (float(np.max(np.abs(direction) / moving)) or 1.0)
+        found = _extrapolated(phi, x, direction, parts, s, image)
+        best = min(best, found, key=lambda each: _share(each[0], each[1], parts))
+        if _share(best[0], best[1], parts) <= ROUGH:
+            break
+    return best
+
+
+def _extrapolated(phi: Mapping, x: Array, direction: Array, parts: int, s: float, image: Array) -> tuple[Array, Array]:
+    """Return the same by quotients that begin with a step s, and end where they no longer settle."""
+    best, error, share = np.zeros(len(image)), np.full(len(image), np.inf), np.inf
+    last: list[Array] = []
+    now = np.inf
+    for level in range(LEVELS):
+        row = [_quotient(phi, x, direction, s)]
+        for k, coarser in enumerate(last):
+            row.append(row[k] + (row[k] - coarser) / (SHRINK ** (2 * k + 2) - 1.0))
+        if len(row) > 1:
+            off = np.maximum(np.abs(row[-1] - row[-2]), np.abs(row[-1] - last[-1])) + np.finfo(float).eps * np.abs(image) / s
+            found = _sizes(off, off, parts)
+            now = _share(row[-1], found, parts)
+            if now < share:
+                best, error, share = row[-1], found, now
+        if share <= ENOUGH or (level > LONGEST and now > share):
+            break
+        last, s = row if np.all(np.isfinite(row[0])) else [], s / SHRINK
+    return best, error
+
+
+def _quotient(phi: Mapping, x: Array, direction: Array, s: float) -> Array:
+    """Return the central difference quotient of a real map; NaN where the map has no image, as of an implicit step that is too large."""
+    try:
+        forth, back = (np.real(_vector(phi, x + sign * s * direction)) for sign in (1.0, -1.0))
+    except RunFailed:
+        return np.full(len(x), np.nan)
+    return np.asarray((forth - back) / (2.0 * s), dtype=float)
+
+
+def _vector(phi: Mapping, x: NDArray[Any]) -> NDArray[Any]:
+    return np.ravel(np.asarray(phi(x)))
+
+
+def _sizes(x: Array, image: Array, parts: int) -> Array:
+    """Return the size of the part that each entry belongs to: its largest modulus in either of two vectors, or of all where it is zero."""
+    moduli = np.maximum(np.abs(x), np.abs(image)) if len(x) == len(image) else np.abs(x)
+    whole = float(np.max(moduli)) or 1.0
+    if len(moduli) % parts:
+        return np.full_like(moduli, whole)
+    largest = np.max(moduli.reshape(parts, -1), axis=1)
+    return np.repeat(np.where(largest > 0, largest, whole), len(moduli) // parts)
+
+
+def _share(along: Array, floor: Array, parts: int) -> float:
+    """Return the largest floor relative to what it belongs to."""
+    return float(np.max(floor / _sizes(along, along, parts)))
+
+
+def _agree(value: Array, along: Array, floor: Array) -> bool:
+    return bool(np.all(np.abs(value - along) <= ALLOWED * floor))
+
+
+def _nowhere_zero(along: Array, parts: int) -> bool:
+    """Return whether no part is zero throughout, as what is cast to real numbers is."""
+    return all(bool(np.any(part)) for part in np.array_split(along, parts))
+
+
+def _warn(what: str) -> None:
+    warnings.warn(f"of the map whose derivative is taken: {what}.", DerivativeWarning, stacklevel=4)
