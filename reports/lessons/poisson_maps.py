@@ -26,7 +26,7 @@ def _(mo):
     mo.md(r"""
     # Poisson maps
 
-    A Hamiltonian system has an energy $H$ and a structure. In canonical coordinates the structure is $J$, and never changes. In other
+    A Hamiltonian system has an energy $H$ and a structure. In canonical coordinates the structure is $J^{-1}$, and never changes. In other
     coordinates it is a matrix that depends on the state:
 
     $$\dot y = B(y)\,\nabla H(y), \qquad B(y)^T = -B(y) \tag{HLW VII.2.12}$$
