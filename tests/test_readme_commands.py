@@ -30,6 +30,8 @@ LONG = (
     "daebench stability",
     "daebench long",
     "daebench export",
+    "daebench archive",
+    "daebench reproduce",
     "daebench reference verify",
 )
 """Beginnings of commands that take minutes, or need one that does; of those with grids the slow tests ask what they would run."""
@@ -53,14 +55,11 @@ def named_after(command, option):
 
 
 def makers(command):
-    """Return the earlier commands that write a file or folder which a command reads."""
-    before = HERE[: HERE.index(command)]
+    """Return the earlier commands that write a file or folder which a command reads, in their order, with those that they need."""
     reads = [word for word in shlex.split(command) if word != named_after(command, "--out")]
-    return [
-        each
-        for each in before
-        if (made := named_after(each, "--out")) and any(word == made or word.startswith(made + "/") for word in reads)
-    ]
+    before = [(each, named_after(each, "--out")) for each in HERE[: HERE.index(command)]]
+    own = [each for each, made in before if made and any(word == made or word.startswith(made + "/") for word in reads)]
+    return list(dict.fromkeys(needed for each in own for needed in (*makers(each), each)))
 
 
 @pytest.fixture
