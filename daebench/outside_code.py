@@ -80,7 +80,9 @@ def naming(
     except SyntaxError as error:
         where = f"{Path(error.filename).name}, line {error.lineno}" if error.filename else "a file that it imports"
         raise wrong(f"{name}: {where} is not Python: {error.msg}.") from error
-    except (Exception, SystemExit) as error:
+    except KeyboardInterrupt:
+        raise
+    except BaseException as error:
         text = " ".join(str(error).split()).rstrip(".")
         what = type(error).__name__ + (f": {text}" if text else "")
         raise wrong(f"{_place(name, path, own, error)}: {what}; correct the file.") from error

@@ -164,3 +164,51 @@ def test_a_cluster_that_cannot_compute_is_refused(monkeypatch, told, sentence):
     client.told = {"tcp://b:2": find_spec("json")}
     with dask_cluster("tcp://a:1") as executor:
         assert executor is client
+
+
+class Deserted(Executor):
+    """A cluster that computes so many shares, and then has no worker, for ever or for so many looks."""
+
+    def __init__(self, computes, looks=10**9):
+        self.computes, self.looks, self.waiting = computes, looks, []
+        self._client = self
+        self._rows_of = taking(1.0)
+
+    def nthreads(self):
+        if self.computes > 0 or self.looks == 0:
+            for future, words in self.waiting:
+                future.set_result(self._rows_of(*words))
+            self.waiting = []
+            return {"tcp://b:2": 1}
+        self.looks -= 1
+        return {}
+
+    def submit(self, fn, *words):
+        future = Future()
+        if self.computes > 0:
+            self.computes -= 1
+            future.set_result(self._rows_of(*words))
+        else:
+            self.waiting.append((future, words))
+        return future
+
+
+@pytest.mark.parametrize("computes", [1, 2, 5])
+def test_a_cluster_that_loses_its_workers_is_given_up_after_a_while_and_its_rows_are_kept(store, monkeypatch, computes):
+    monkeypatch.setattr(shares, "GLANCE", 0.01)
+    monkeypatch.setattr(shares, "UNATTENDED_SECONDS", 0.2)
+    executor = Deserted(computes)
+    given_up = r"has had no workers for 0\.2 s; what was done before is kept: start some, and run again"
+    with pytest.warns(UserWarning, match=r"has no workers any more; waiting 0\.2 s"), pytest.raises(DaebenchError, match=given_up):
+        computed(cells(12), store, executor=executor)
+    assert len(store) == computes
+    assert all(future.cancelled() for future, _ in executor.waiting)
+
+
+@pytest.mark.parametrize("looks", [2, 5])
+def test_a_cluster_that_gets_a_worker_again_goes_on(store, monkeypatch, looks):
+    monkeypatch.setattr(shares, "GLANCE", 0.01)
+    executor = Deserted(1, looks)
+    with pytest.warns(UserWarning, match="has no workers any more"):
+        computed(cells(2), store, executor=executor)
+    assert len(store) == 2

@@ -122,6 +122,15 @@ def workers_of(executor: Executor) -> int:
     return told or os.cpu_count() or 1
 
 
+def attended(executor: Executor) -> bool:
+    """Return whether somebody computes what an executor is given: a Dask cluster may lose its workers, one after the other."""
+    client = getattr(executor, "_client", None)
+    try:
+        return client is None or bool(client.nthreads())
+    except (OSError, TimeoutError):
+        return False
+
+
 @contextmanager
 def dask_cluster(address: str, tls: Tls = NO_TLS) -> Iterator[Executor]:
     """Connect to the scheduler of a Dask cluster; its workers need this version of daebench, and cells that a lost one had go to others.

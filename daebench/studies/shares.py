@@ -2,13 +2,15 @@
 
 import platform
 import sys
-from collections.abc import Iterator, Mapping, Sequence
+import time
+import warnings
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, CancelledError, Executor, Future, wait
 
 from daebench.errors import BadInput, DaebenchError
 from daebench.studies.cell import Cell, maker
 from daebench.studies.measure import kept
-from daebench.studies.schedulers import workers_of
+from daebench.studies.schedulers import attended, workers_of
 from daebench.studies.store import Kept
 
 MOMENT = 0.1
@@ -19,6 +21,12 @@ MOST = 64
 
 AHEAD = 2
 """Shares under way for each process: one that it computes, and one that waits for it."""
+
+GLANCE = 1.0
+"""Seconds between looks at whether a cluster still has workers."""
+
+UNATTENDED_SECONDS = 60.0
+"""How long a cluster may have no workers before a study gives up."""
 
 Entry = tuple[str, Cell]
 Share = tuple[Kept, ...]
@@ -32,7 +40,7 @@ def handed_out(cells: Mapping[str, Cell], executor: Executor) -> Iterator[Share]
     BadInput
         If one that computes has another version of daebench or of a library.
     DaebenchError
-        If one that computes is lost, and its cells with it.
+        If one that computes is lost, and its cells with it, or a cluster has lost all its workers and gets no other.
     """
     left = list(cells.items())[::-1]
     workers, size = workers_of(executor), 1
@@ -42,14 +50,32 @@ def handed_out(cells: Mapping[str, Cell], executor: Executor) -> Iterator[Share]
             while left and len(running) < AHEAD * workers:
                 share = [left.pop() for _ in range(min(size, 1 + len(left) // (AHEAD * workers)))]
                 running[executor.submit(rows_of, share, maker())] = share
-            done, _ = wait(running, return_when=FIRST_COMPLETED)
-            for future in sorted(done, key=_failed):
+            for future in sorted(_done(running, executor), key=_failed):
                 rows = _result(future, running.pop(future))
                 size = max(1, min(MOST, int(len(rows) * MOMENT / max(sum(row.took for row in rows), 1e-9))))
                 yield rows
     finally:
         for future in running:
             future.cancel()
+
+
+def _done(running: Iterable[Future[Share]], executor: Executor) -> set[Future[Share]]:
+    """Wait for shares that are done; no longer than :data:`UNATTENDED_SECONDS` where nobody computes them."""
+    deserted = None
+    while True:
+        done, _ = wait(running, timeout=GLANCE, return_when=FIRST_COMPLETED)
+        if done:
+            return done
+        if attended(executor):
+            deserted = None
+        elif deserted is None:
+            deserted = time.monotonic()
+            warnings.warn(f"the Dask cluster has no workers any more; waiting {UNATTENDED_SECONDS:g} s for one.", stacklevel=2)
+        elif time.monotonic() - deserted > UNATTENDED_SECONDS:
+            raise DaebenchError(
+                f"the Dask cluster has had no workers for {UNATTENDED_SECONDS:g} s; "
+                "what was done before is kept: start some, and run again."
+            )
 
 
 def rows_of(share: Sequence[Entry], made_by: str) -> Share:
