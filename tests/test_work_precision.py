@@ -283,7 +283,8 @@ def test_the_command_keeps_its_runs_and_names_a_winner(daebench, tmp_path, monke
     words = (*words, "--repeat", 0, "--workers", 1, "--out", tmp_path)
     status, out, _ = daebench(*words, "--dry-run")
     assert (status, out.split(",")[0]) == (0, "6 runs")
-    assert "6 to make: about 1 s in one process (an estimate" in out
+    assert "6 to make: about 2 s in one process (an estimate" in out
+    assert "with 2 s in all for kernels to compile, 2 at most)" in out
     status, out, err = daebench(*words, "--json")
     assert (status, err) == (0, "")
     found = json.loads(out)

@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     import pandas as pd
 
 NAMED = ("method", "h", "tol", "steps", "t_end", "t_reached")
-TOLD = ("energy_error", "energy_size", "energy_verdict", "energy_law", "energy_change_bound")
+TOLD = ("energy_error", "energy_size", "energy_verdict", "energy_law", "energy_reason", "energy_change_bound")
 ENDING = ("position_error", "position_bound", "position_reference", "seconds", "failure")
 """Columns of a comparison that are in its JSON, in this order; the file of ``--out`` has all."""
 

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from daebench.diagnostics.energy import DRIFTS
 from daebench.errors import DaebenchError
 from daebench.figures import BLACK, QUIET, curve, drawing, grid_of_axes, save
 from daebench.studies.against import OWN
@@ -82,11 +83,12 @@ def _costs(table: "pd.DataFrame") -> list[str]:
 def draw(out: Path, table: "pd.DataFrame", error: str, label: str, *, stem: str | None = None) -> Path:
     """Write the figure of one error, ``work_precision_ERROR`` as SVG, PNG and CSV; return the path of the SVG.
 
-    Each family has a column, with the curves of the others in grey behind its own, and the Pareto front of all runs as a black line. A
-    curve ends where an error reaches its own bound, below which nothing is known; a dotted line is at the largest of the bounds, and of a
-    finer run, which is not certified, a dashed one over a hatched area. Of what has a sign, its modulus is drawn. The part of the time
-    that a solver spends in Python callbacks, which is not its own, is a line that leads back from each of its points to what it would
-    take without.
+    Each family has a column - fixed steps with a claim to energy without drift, and without - and a method whose energy was measured to
+    drift in the run with the smallest value of its knob says so in the legend. The curves of the other families are in grey behind, and
+    the Pareto front of all runs is a black line. A curve ends where an error reaches its own bound, below which nothing is known; a dotted
+    line is at the largest of the bounds, and of a finer run, which is not certified, a dashed one over a hatched area. Of what has a sign,
+    its modulus is drawn. The part of the time that a solver spends in Python callbacks, which is not its own, is a line that leads back
+    from each of its points to what it would take without.
 
     Parameters
     ----------
@@ -154,9 +156,22 @@ def _panel(axis: Any, table: "pd.DataFrame", names: list[str], error: str, cost:
         _curve(axis, k, name, curves[name], error, cost)
 
 
+def _drift(runs: "pd.DataFrame") -> str:
+    """Return a mark for a method whose energy drifts in the run with the smallest value of its knob, whatever it claims; else ""."""
+    if "energy_verdict" not in runs:
+        return ""
+    return ", drifts" if runs.sort_values("value")["energy_verdict"].iloc[0] == DRIFTS else ""
+
+
 def _curve(axis: Any, k: int, name: str, runs: "pd.DataFrame", error: str, cost: str) -> None:
     style = curve(k)
     fixed = (runs["knob"] == "h").all()
-    axis.plot(runs[cost], runs[error], label=name, zorder=3, **style | {"linestyle": "-" if fixed else (0, (4, 1.5)), "linewidth": 1.1})
+    axis.plot(
+        runs[cost],
+        runs[error],
+        label=f"{name}{_drift(runs)}",
+        zorder=3,
+        **style | {"linestyle": "-" if fixed else (0, (4, 1.5)), "linewidth": 1.1},
+    )
     if cost == "seconds" and np.isfinite(runs["callback_seconds"]).any():
         axis.hlines(runs[error], runs["own_seconds"], runs[cost], color=style["color"], linewidth=0.7)
