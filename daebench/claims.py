@@ -143,6 +143,8 @@ class Member:
         the time t_n + c h.
     vanishing : tuple of str
         Names of those raw multipliers that are zero along the exact solution, as mu of GGL; all others stand for lam.
+    simplified : bool
+        Whether its iteration leaves out derivatives, as fixed-point iteration does, so that it may end before solutions do.
     """
 
     claims: Claims
@@ -151,3 +153,4 @@ class Member:
     options: Mapping[str, float] = field(default_factory=dict)
     multipliers: Callable[[], Mapping[str, float]] = _no_multipliers
     vanishing: tuple[str, ...] = ()
+    simplified: bool = False

@@ -27,7 +27,7 @@ from daebench.rank_run import RankRun
 from daebench.scales import constrained_scales, in_coordinates
 from daebench.scene import Scene
 from daebench.stages import Stages
-from daebench.stepping import Linked, Run
+from daebench.stepping import REASONS, SIMPLIFIED, Linked, Run
 from daebench.trajectory import CONSTRAINED, WORK, Array, Trajectory
 
 PROJECTIONS = {
@@ -264,6 +264,7 @@ class FixedStep:
             enter=lambda start: enter(*start),
             leave=lambda x: np.concatenate(leave(*x)),
             work=WORK,
+            reasons=SIMPLIFIED if self.member.simplified and self.form != "stiff" else REASONS,
             arrays=scene.arrays,
         )
 

@@ -38,6 +38,12 @@ REASONS = {
 }
 """Why a scheme stopped, and what to do, by the status of its report."""
 
+ITS_OWN = "this is the limit of the iteration, which leaves out derivatives, and not necessarily that of the equations"
+"""Of which limit it is that a simplified iteration does not converge."""
+
+SIMPLIFIED = REASONS | {1: (REASONS[1][0], f"{REASONS[1][1]}; {ITS_OWN}")}
+"""The same of a scheme whose iteration leaves out derivatives."""
+
 LIMITS = {"sweeps": SWEEPS, "relaxations": ROUNDS}
 CHUNK_SECONDS = 0.2
 

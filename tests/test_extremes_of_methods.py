@@ -8,6 +8,7 @@ import pytest
 
 from daebench.errors import BadInput
 from daebench.names import parse
+from daebench.stepping import ITS_OWN
 from daebench.studies.extreme import Asked
 from daebench.studies.extremes import lost_motion, outcome_map, parameter_range, penalty, round_off, step_limit
 from daebench.studies.outcomes import OUTCOMES, SIZED
@@ -26,10 +27,12 @@ def test_the_largest_step_is_said_of_the_method_that_has_it():
             "verdict": ["completes", "keeps the energy"] * 2,
             "h": [0.5, 0.1, 2.0, 0.0],
             "fails": [0.6, 0.2, np.inf, 0.1],
+            "why": [f"it stopped; use a smaller h; {ITS_OWN}.", "", "", ""],
             "gaps": [False, False, True, False],
         }
     )
-    first, second, none, gaps = step_limit.says(table)
+    first, second, none, own, gaps = step_limit.says(table)
+    assert own == "Of one this is the limit of the iteration, which leaves out derivatives, and not necessarily that of the equations."
     assert first == "two completes with the largest steps, up to at least h = 2 s; the smallest limit is that of one, 0.5 s."
     assert second == "one keeps the energy with the largest steps, up to h = 0.1 s."
     assert none == "With no step that was tried keeps the energy: two."

@@ -248,3 +248,22 @@ def test_a_wrong_tableau_is_caught(family, spoil, what, monkeypatch):
 def test_a_planted_fault_is_caught(file, right, wrong, what, monkeypatch, tmp_path):
     plant(monkeypatch, tmp_path, file, right, wrong)
     assert defects()[what] > 2 * ALLOWED[what]
+
+
+@pytest.mark.parametrize(
+    ("name", "h", "own"),
+    [
+        ("lobatto3", 0.35, True),
+        ("lobatto4", 0.5, True),
+        ("radau2_ggl", 0.3, True),
+        ("radau3_index2", 0.34, True),
+        ("gauss2", 0.34, True),
+        ("midpoint", 0.2, True),
+        ("lobatto2", 0.15, False),
+        ("rattle", 0.15, False),
+    ],
+)
+def test_a_failure_says_whether_it_is_the_iteration_that_ends(name, h, own):
+    done = FixedStep(name, compiled=False).solve(find_scene("spherical_pendulum", "fig1.2"), Request(value=h, t_end=20.0, watch=()))
+    assert done.failure is not None
+    assert ("this is the limit of the iteration, which leaves out derivatives" in done.failure) == own

@@ -40,7 +40,7 @@ def _member(s: int) -> Member:
         system="constrained",
         source="HLW VII.1.5, the Runge-Kutta form of (1.27)-(1.30); Jay (1996)",
     )
-    return Member(claims=claims, stages=s, numbers=partial(numbers, s), multipliers=partial(multipliers, s))
+    return Member(claims=claims, stages=s, numbers=partial(numbers, s), multipliers=partial(multipliers, s), simplified=s > 2)
 
 
 MEMBERS = {f"lobatto{s}": _member(s) for s in range(2, 7)}

@@ -40,6 +40,7 @@ def _member(s: int) -> Member:
         numbers=partial(numbers, s),
         multipliers=partial(nodes, s, "Lam", "mu"),
         vanishing=tuple(f"mu_{i + 1}" for i in range(s)),
+        simplified=True,
     )
 
 

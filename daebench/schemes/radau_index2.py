@@ -28,7 +28,7 @@ from daebench.kernels.stages import weighted
 def _member(s: int) -> Member:
     source = "HLW (1.9) with (1.11); Hairer, Wanner, Solving ODEs II, VII.4"
     claims = Claims(order=2 * s - 1, symmetric=False, symplectic=False, keeps_g=False, keeps_Gv=True, system="index2", source=source)
-    return Member(claims=claims, stages=s, numbers=partial(numbers, s), multipliers=partial(nodes, s, "Lam"))
+    return Member(claims=claims, stages=s, numbers=partial(numbers, s), multipliers=partial(nodes, s, "Lam"), simplified=True)
 
 
 MEMBERS = {f"radau{s}_index2": _member(s) for s in (2, 3)}

@@ -4,6 +4,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from daebench.figures import QUIET, STROKES, drawing, grid_of_axes, save
+from daebench.stepping import ITS_OWN
 from daebench.studies.cell import Cell
 from daebench.studies.extreme import Asked, Extreme
 from daebench.studies.largest_step import PART, completes, keeps_energy, largest_step
@@ -67,6 +68,9 @@ def says(table: "pd.DataFrame") -> list[str]:
             found.append(f"{names} {verb} with the largest steps, up to {least}h = {best['h'].iloc[0]:.2g} s{several}.")
         if none:
             found.append(f"With no step that was tried {verdict}: {', '.join(none)}.")
+    own = table["why"].astype(str).str.contains(ITS_OWN, regex=False) & (table["verdict"] == "completes")
+    if simplified := list(dict.fromkeys(table["method"][own])):
+        found.append(f"Of {', '.join(simplified)} {ITS_OWN}.")
     if gaps := sorted({str(name) for name in table[table["gaps"]]["method"]}):
         found.append(f"Above the limit some larger steps pass again, by chance, with {', '.join(gaps)}.")
     return found
