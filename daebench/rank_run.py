@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from daebench.diagnostics.passage import MOST_STATES, Crossing
-from daebench.diagnostics.rank import AFTER_FAILURE, GO_ON, REDUNDANT, WITHIN, dependence, upcoming_loss, zero_of
+from daebench.diagnostics.rank import AFTER_FAILURE, GO_ON, HEAVIER, REDUNDANT, WITHIN, badly_scaled, dependence, upcoming_loss, zero_of
 from daebench.scene import Scene
 from daebench.stepping import Run
 from daebench.trajectory import Array
@@ -54,6 +54,8 @@ class RankRun(Run):
         """Return why the run stopped; where G is about to lose rank, that is why."""
         sentence = super()._sentence(report, tried)
         t = self._upcoming(AFTER_FAILURE)
+        if t is not None and (light := badly_scaled(self.scene, *self._state(), t - self.done * self.grid.h)):
+            return f"{sentence[:-1]}; {light}."
         return sentence if t is None else f"{sentence[:-1]}; G loses rank at about t = {t:.9g}, which not every scheme and h can pass."
 
     def _lose_rank(self, t: float | None = None) -> None:
@@ -61,6 +63,11 @@ class RankRun(Run):
         pivots = [float(pivot) for pivot in self.pivots[:0:-1]]
         if t is None:
             t = self._ahead + zero_of([(self.done - 1) * self.grid.h, self.done * self.grid.h], pivots)
+        if light := badly_scaled(self.scene, *self._state(), t - self.done * self.grid.h):
+            if self.mode == "stop":
+                near = f"G M^-1 G^T is nearly singular at about t = {t:.9g}, within the next steps of h = {self.grid.h:g}"
+                self.failure = self._stopped(f"{near}; {light}; {HEAVIER}")
+            return
         if self.mode == "stop":
             self.failure = self._stopped(f"G loses rank at about t = {t:.9g}, within the next steps of h = {self.grid.h:g}; {GO_ON}")
             return

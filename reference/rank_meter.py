@@ -9,7 +9,7 @@ import numpy as np
 
 from daebench.cache import generated
 from daebench.diagnostics.passage import Crossing
-from daebench.diagnostics.rank import BELIEVED, GO_ON, WITHIN, upcoming_loss, zero_of
+from daebench.diagnostics.rank import BELIEVED, GO_ON, WITHIN, badly_scaled, upcoming_loss, zero_of
 from daebench.pose import Dae
 from daebench.reference.meter import Meter, Stopped
 from daebench.reference.tolerance import Array
@@ -109,7 +109,8 @@ class RankMeter(Meter):
         for part in LENGTHS:
             t = upcoming_loss(self.dae.scene, p, q, part * self.t_end, WITHIN)
             if t is not None:
-                return f"; G loses rank at about t = {self.t + t:.9g}"
+                light = badly_scaled(self.dae.scene, p, q, t)
+                return f"; {light}" if light else f"; G loses rank at about t = {self.t + t:.9g}"
         return ""
 
     def _look_ahead(self, zero: float) -> None:
@@ -140,6 +141,8 @@ class RankMeter(Meter):
 
     def _lose(self, zero: float, t: float, y: Array, sigma: float) -> None:
         """Stop at a state before G loses rank, or begin to follow the motion from there."""
+        if badly_scaled(self.dae.scene, *self._state(y), zero - t):
+            return  # its own error test is to tell whether the steps resolve the light mass
         if self.mode == "stop":
             self.told = True
             raise Stopped(f"G loses rank at about t = {zero:.9g} (smallest pivot {sigma**2:.1e}{self._spike(y)})", t, GO_ON)

@@ -28,6 +28,12 @@ AFTER_FAILURE = 5
 BELIEVED = 1 / 3
 """Part of the present root of what is measured that it may be, at most, where a line says that it is zero."""
 
+LIGHT = 1e-2
+"""Part of the largest mass below which a mass is light."""
+
+HEAVIER = "use a smaller h, which resolves the light mass, or leave that mass out; --on-singular continue goes on all the same"
+"""What to do where a run stops because a mass is too light for the step."""
+
 GO_ON = "to go on, add --on-singular continue (on_singular), which says which branch the motion takes"
 """What to do where a run stops because G loses rank."""
 
@@ -139,6 +145,36 @@ def upcoming_loss(scene: Scene, p: Array, q: Array, h: float, within: int) -> fl
         return None
     t = h * s[2] / (s[1] - s[2])
     return t if sigma(t) <= BELIEVED * s[2] else None
+
+
+def badly_scaled(scene: Scene, p: Array, q: Array, t: float) -> str:
+    """Return which coordinate is too light for the step where G keeps its rank in a time t, as part of a sentence; "" where G loses it.
+
+    G M^-1 G^T is nearly singular where G is, and also where the masses are of very different size: rows of G that are independent are
+    then nearly parallel in the metric M^-1. The smallest singular value of G itself, its rows in parts of their lengths at q, tells.
+
+    Parameters
+    ----------
+    scene : Scene
+        The problem with its numbers.
+    p, q : ndarray, shape(d,)
+        A state before.
+    t : float
+        Time from there to the place in question, s.
+    """
+    if beyond_comparison(scene):
+        return ""
+    G, there = scene.value("G", q), scene.value("G", q + t * scene.value("H_p", p, q))
+    lengths = np.linalg.norm(G, axis=1)[:, None]
+    if not (np.all(np.isfinite(there)) and np.all(lengths > 0)):
+        return ""
+    now, then = (float(np.linalg.svd(rows / lengths, compute_uv=False)[-1]) for rows in (G, there))
+    masses = 1.0 / np.diag(scene.value("H_pp", p, q))
+    light = int(np.argmin(masses))
+    share = float(masses[light] / np.max(masses))
+    if then <= BELIEVED * now or not 0 < share < LIGHT:
+        return ""
+    return f"G keeps its rank, but M is badly scaled: the mass of q{light + 1}, {masses[light]:.3g}, is {share:.1e} of the largest"
 
 
 def zero_of(times: Sequence[float], pivots: Sequence[float]) -> float:
