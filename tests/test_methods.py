@@ -86,9 +86,9 @@ def test_a_substep_without_a_solution_is_named(get_scene):
 
 def test_a_projection_that_fails_after_good_substeps_is_not_blamed_on_a_substep(get_scene):
     linked = FixedStep("midpoint", composition="suzuki4", projection="proj", compiled=False)
-    sentence = linked._linked(get_scene("planar"), None).failure(get_scene("planar"), 0.1, 0, 1, -5, (1, 1.0))
+    sentence = linked._linked(get_scene("planar"), None, 0.1).failure(get_scene("planar"), 0.1, 0, 1, -5, (1, 1.0))
     assert "substep" not in sentence
-    assert "substep 5 of 5" in linked._linked(get_scene("planar"), None).failure(get_scene("planar"), 0.1, 0, 1, 5, (1, 1.0))
+    assert "substep 5 of 5" in linked._linked(get_scene("planar"), None, 0.1).failure(get_scene("planar"), 0.1, 0, 1, 5, (1, 1.0))
 
 
 def test_a_projected_energy_momentum_step_claims_no_energy():
