@@ -1,4 +1,8 @@
-"""Generalized-alpha of Arnold and Brüls on the constraint g = 0 itself, index 3: what flexible multibody codes use; it damps."""
+"""Generalized-alpha of Arnold and Brüls on the constraint g = 0 itself, index 3: what flexible multibody codes use; it damps.
+
+At the default rho_inf = 0.8 it loses the motion where steps turn the constraint's normal by about 0.2 rad: pendulums at 3, 10 and 30 rad/s
+are kept at h omega = 0.15 and lost at 0.2, where velocities normal to the manifold grow without bound. A run that is lost is warned of.
+"""
 
 from typing import Any
 
@@ -68,7 +72,7 @@ CLAIMS = Claims(
     keeps_g=True,
     keeps_Gv=False,
     system="index3",
-    source="Arnold and Brüls, Multibody Syst. Dyn. 18 (2007)",
+    source="Arnold and Brüls, Multibody Syst. Dyn. 18 (2007); loses the motion where a step turns normals by 0.2 rad",
     quadratic_only=True,
 )
 MEMBERS = {
@@ -146,7 +150,8 @@ def step(p0: Vector, q0: Vector, memory: Any, h: Number) -> Any:
         v1' = H_pp p1' + d/dq[H_p] v1,                         p1' = -H_q(p1, q1) - G(q1)^T lam,             0 = g(q1)
 
     lam is of second order for rho_inf < 1. For rho_inf = 1 its errors are not damped but add up, so that it is of first order only;
-    there, and from about 0.95 on, velocities normal to the manifold then grow until the motion is lost, and no report says so.
+    there, and from about 0.95 on at any step, and for 0.8 where a step turns normals of the manifold by 0.2 rad or more, velocities along
+    them grow until the motion is lost; each step solves its equations, so that no report says so.
     """
     alpha_m, alpha_f, beta, gamma = DATA
     v0, a0, rate0 = memory
