@@ -145,7 +145,7 @@ def test_nothing_is_drawn_below_the_bound_of_the_reference(tmp_path, monkeypatch
     monkeypatch.setattr(Axes, "plot", plot)
     torus = {"problem": "torus", "case": "inner", "knob": "h"}
     table = power_law("rattle", 2, 1.0, floor=1e-5).assign(**torus, callback_seconds=np.nan, n_H_p=1.0, energy_error=1e-3)
-    table = with_costs(table.assign(energy_slope=0.0, energy_scale=1.0, t_end=10.0, g=0.0, Gv=0.0, steps=1))
+    table = with_costs(table.assign(energy_verdict="bounded", energy_scale=1.0, t_end=10.0, g=0.0, Gv=0.0, steps=1))
     table.loc[0, "bound_q"] = 1e-2  # of another row: it hides none of the others
     svg = draw(tmp_path, table, "error_q", "error")
     assert min(table["error_q"]) < 1e-5 < min(drawn) < 1e-4
