@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from daebench.diagnostics.energy import energy_drift
+from daebench.diagnostics.growth import growth_exponent
 from daebench.diagnostics.integrals import energy_error, integral_errors
 from daebench.diagnostics.manifold import manifold_drift
 from daebench.errors import BadInput
@@ -161,3 +162,20 @@ def test_the_drift_of_a_run_that_blows_up_does_not_overflow():
     assert (large.exponent, large.law) == (small.exponent, small.law) == (pytest.approx(1.0, abs=0.1), "linear")
     burst = np.where(t > 990, 1e300, 0.0)
     assert energy_drift(t, burst).verdict == energy_drift(t, burst / 1e300).verdict
+
+
+FIRST = np.linspace(0, 32, 3201)
+BEGUN = {
+    "a jump, then a line": 1.0 * (FIRST >= 1) + 0.05 * FIRST,
+    "a ramp, then a root": np.minimum(FIRST, 1) + 0.02 * np.sqrt(FIRST),
+    "rest, then a line": np.where(FIRST < 1, 0, FIRST),
+}
+
+
+@pytest.mark.parametrize("error", BEGUN.values(), ids=BEGUN)
+def test_the_first_window_takes_part_in_the_growth_exponent(error):
+    """From the second window on each is a power of t to many digits; with the first one, which ends at t = 1, none is."""
+    exponent, exponent_error = growth_exponent(FIRST, error)
+    assert not exponent_error < 5e-3
+    assert growth_exponent(FIRST, 2 + FIRST)[1] < 1e-3
+    assert np.isnan(exponent) == np.isnan(exponent_error)

@@ -10,6 +10,9 @@ Array = NDArray[np.float64]
 PERIODIC = 20
 """Fewer oscillations than this are compared one by one at the ends, where windows of several hide a fast change."""
 
+ENOUGH = 15
+"""Windows that are not few."""
+
 EDGE = 1 / 8
 """Part of the time at either end in which a change may be too fast for windows."""
 
@@ -24,8 +27,8 @@ def change_bound(u: Array, error: Array, means: Array, swings: int) -> float:
     """Return an upper bound on the change of the mean.
 
     It is a quarter more than the range of the window means, carried on to both ends of the time by twice their last differences, and of
-    the plain means over two oscillations at either end where these are shorter than a window. Where the oscillations are fewer than
-    20, what the first and the last one differ from their neighbours by is added.
+    the plain means over two oscillations at either end where these are shorter than a window. Where oscillations and windows are few,
+    the differences of the first and the last oscillation from their neighbours are added.
 
     Parameters
     ----------
@@ -41,7 +44,7 @@ def change_bound(u: Array, error: Array, means: Array, swings: int) -> float:
     if length < 2 / (len(means) + 1):
         short = max(length, SAMPLES / len(u))
         ends += [float(np.mean(error[u <= short])), float(np.mean(error[u >= 1 - short]))]
-    unlike = _unlike(error, swings) if 0 < swings < PERIODIC else 0.0
+    unlike = _unlike(error, swings) if 0 < swings < PERIODIC and len(means) < ENOUGH else 0.0
     return MARGIN * float(np.ptp(np.concatenate([means, ends]))) + unlike
 
 

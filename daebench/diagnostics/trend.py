@@ -6,7 +6,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from daebench.diagnostics.ends import change_bound, edge_change
+from daebench.diagnostics.ends import ENOUGH, change_bound, edge_change
 from daebench.diagnostics.oscillations import aliased, oscillations, rough
 from daebench.diagnostics.secular import Secular, secular
 from daebench.diagnostics.window_means import MOST, leakage, smooth, window_count, window_means
@@ -18,9 +18,6 @@ OSCILLATIONS = 5
 
 WINDOWS = 9
 """Fewest windows whose scatter is known well enough to hold a drift against it."""
-
-ENOUGH = 15
-"""Windows that are not few."""
 
 NOISE, FEW_WINDOWS, SLOW, WALK, NO_WINDOWS = 4.5, 8.0, 7.0, 20.0, 15.0
 """A drift is beyond so many standard deviations of the window means: of noise; of noise in fewer than 15 windows; of what is an

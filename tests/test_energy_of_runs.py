@@ -1,0 +1,67 @@
+"""The verdict on the energy of real runs: symplectic methods are bounded or kept, and no bound of another method is violated."""
+
+import numpy as np
+import pytest
+
+from daebench.api import setting_of
+from daebench.comparison import row
+from daebench.diagnostics.energy_verdict import energy_verdict
+from daebench.diagnostics.integrals import energy_error
+from daebench.fixed_step import FixedStep
+from daebench.kinds import methods_of
+from daebench.method import Request
+
+MOTIONS = {"fast swing": ("spherical_pendulum", "fig1.2", 0.05, 100.0), "rotating": ("planar_pendulum", "rotating", 0.02, 60.0)}
+SYMPLECTIC = ("rattle", "symplectic_euler", "lobatto3", "strang", "rattle/suzuki4")
+OTHERS = ("rk4", "implicit_euler", "generalized_alpha", "rk4+proj", "radau2_ggl", "se", "scipy:RK45", "scipy:Radau")
+
+
+def run_of(motion, name, times=1.0):
+    problem, case, h, t_end = MOTIONS[motion]
+    scene = setting_of(problem, case)
+    (method,) = methods_of(scene, [name])
+    value = h if method.knob == "h" else 1e-6
+    every = {"every": 2} if method.knob == "h" else {"points": 2001}
+    return scene, method.solve(scene, Request(value=value, t_end=times * t_end, keep_interrupted=True, **every))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("motion", MOTIONS)
+@pytest.mark.parametrize("name", SYMPLECTIC)
+def test_symplectic_methods_keep_or_bound_the_energy(motion, name):
+    scene, run = run_of(motion, name)
+    found = energy_verdict(scene, run)
+    assert found.verdict in ("kept", "bounded")
+    assert found.change_bound < max(np.ptp(energy_error(scene, run)), 1e-13)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("motion", MOTIONS)
+@pytest.mark.parametrize("name", OTHERS)
+def test_no_bound_of_another_method_is_violated_by_a_run_four_times_as_long(motion, name):
+    """The truth is the mean over the first eighth of the longer run against that about the end of the shorter one."""
+    scene, run = run_of(motion, name)
+    found = energy_verdict(scene, run)
+    assert found.verdict != "kept"
+    if found.verdict == "bounded":
+        scene, longer = run_of(motion, name, 4.0)
+        error, t = energy_error(scene, longer), longer.t / run.t[-1]
+        change = np.mean(error[(t > 0.8) & (t < 1.2)]) - np.mean(error[t < 0.2])
+        assert abs(change) <= found.change_bound
+
+
+def test_the_four_methods_of_the_fast_swing_have_a_true_verdict_each():
+    problem, case, h, t_end = MOTIONS["fast swing"]
+    scene = setting_of(problem, case)
+    told = {}
+    for name in ("implicit_euler", "rk4", "rattle", "generalized_alpha"):
+        told[name] = row(scene, FixedStep(name).solve(scene, Request(value=h, t_end=t_end)))
+    assert {name: each["energy_verdict"] for name, each in told.items()} == {
+        "implicit_euler": "drifts",
+        "rk4": "drifts",
+        "rattle": "bounded",
+        "generalized_alpha": "drifts",
+    }
+    assert told["implicit_euler"]["energy_law"] == "saturated at -26.9"
+    assert [name for name, each in told.items() if each["energy_size"] > 1] == ["implicit_euler", "generalized_alpha"]
+    assert told["rattle"]["energy_change_bound"] < 1e-3 < told["rattle"]["energy_error"]
