@@ -86,8 +86,8 @@ def stability(
 
 
 def _tell_plan(extremes: "Sequence[Extreme]", asked: "Asked", kept: "Store", executors: Executors) -> None:
-    for extreme in extremes:
-        print(f"{extreme.name}: {plan(extreme.cells(asked), kept, executors)}")
+    plans = [f"{extreme.name}: {plan(extreme.cells(asked), kept, executors)}" for extreme in extremes]  # all, or a sentence alone
+    print("\n".join(plans))
     if any(extreme.name == "step-limit" for extreme in extremes):
         print("step-limit makes about twenty runs more for each of its own, by bisection.")
 
