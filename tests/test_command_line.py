@@ -246,7 +246,9 @@ def test_compare_prints_a_table_and_writes_table_and_picture(daebench, tmp_path)
     assert written == {*tables, *(f"{name}.txt" for name in tables), "comparison_drift.svg", "comparison_drift.png"}
     table = (tmp_path / "comparison.csv").read_text().splitlines()
     assert len(table) == 4
-    assert {"method", "slope", "growth", "g", "Gv", "L3", "seconds", "failure"} <= set(table[0].split(","))
+    assert {"method", "energy_verdict", "energy_law", "energy_change_bound", "g", "Gv", "L3", "seconds", "failure"} <= set(
+        table[0].split(",")
+    )
 
 
 def test_a_method_that_stops_in_a_comparison_is_a_row_and_exit_1(daebench):

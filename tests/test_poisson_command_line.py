@@ -15,7 +15,7 @@ from daebench.cli.summary import print_summary
 from daebench.errors import BadInput
 
 KEYS = {"problem", "case", "parameters", "method", "h", "tol", "steps", "t", "y", "energy", "energy_error", "max_energy_error", "casimirs"}
-KEYS |= {"integrals", "maxima_over", "work", "seconds", "compile_seconds", "callback_seconds", "failure", "compensated"}
+KEYS |= {"warnings", "integrals", "maxima_over", "work", "seconds", "compile_seconds", "callback_seconds", "failure", "compensated"}
 LOTKA = ("run", "lotka_volterra", "--case", "4,2", "--method", "strang", "--h", "0.1")
 BODY = ("run", "free_rigid_body", "--method", "strang", "--h", "0.1", "--steps", "50")
 
@@ -244,7 +244,7 @@ def test_list_has_both_kinds_of_problems_methods_and_forms(daebench):
     both = [row for row in tables["methods"] if row["name"] == "strang"]
     assert [row["kind"] for row in both] == ["constrained", "poisson"]
     assert both[0]["on_manifold"] is True
-    assert (both[1]["order"], both[1]["symmetric"], both[1]["source"]) == (2, True, "HLW (4.6)")
+    assert (both[1]["order"], both[1]["symmetric"], both[1]["source"]) == (2, True, "HLW VII.4.2; (4.6) for two parts")
     assert next(row for row in tables["methods"] if row["kind"] == "poisson" and row["name"] == "midpoint")["poisson"] == "constant B"
     status, out, _ = daebench("list", "methods")
     assert status == 0

@@ -126,8 +126,8 @@ def test_amplification_is_that_of_the_tangent_map_in_every_direction(truth, solu
 
 def test_the_hash_changes_with_the_structure_matrix():
     def hashed(B):
-        u, v = sp.symbols("u v", positive=True)
-        system = PoissonSystem(y=(u, v), B=B(u, v), H=u + v - sp.log(u), cases={"one": PoissonCase(y=(1, 2))})
+        u, v = sp.symbols("u v", real=True)
+        system = PoissonSystem(y=(u, v), B=B(u, v), H=u + v - sp.log(u), domain=[u], cases={"one": PoissonCase(y=(1, 2))})
         return Definition(make_setting(source_of(system, "own"), "one"), {}).hash
 
     one, again, other = (hashed(lambda u, v, k=k: sp.Matrix([[0, k * u * v], [-k * u * v, 0]])) for k in (1, 1, 2))
