@@ -187,7 +187,7 @@ def test_planted_wrong_sign_of_the_curvature_term_shows_in_the_multiplier(plant)
 def test_planted_wrong_sign_of_the_velocity_terms_shows_in_the_energy_and_ends_the_run(plant):
     plant("momenta", lambda self, rows: rows - 2 * self.of.c)
     assert start_defect(pose(scene("stretched-M"), "index2")) < 1e-14
-    with pytest.raises(RunFailed, match="H changes by .* times as much as the tolerance explains"):
+    with pytest.raises(RunFailed, match=r"H changes by .* times as much as the tolerance explains"):
         state_error("stretched-M", "index2")
 
 
