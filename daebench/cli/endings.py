@@ -4,6 +4,7 @@ import os
 import select
 import signal
 import sys
+import threading
 import traceback
 from collections.abc import Callable
 from pathlib import Path
@@ -26,6 +27,9 @@ FAULT = 70
 TRACEBACK = "DAEBENCH_TRACEBACK"
 """Variable of the environment that has a fault printed with its traceback."""
 
+AGAIN = 0.02
+"""Seconds after which a Ctrl-C that could not be raised comes again."""
+
 Ending = tuple[str, int]
 
 
@@ -46,11 +50,25 @@ def complain(message: str) -> None:
 
 
 def keep_interrupts(unraisable: Any) -> None:
-    """Have Ctrl-C come again that came where no exception can be raised, as in the middle of an import."""
+    """Have Ctrl-C come again that came where no exception can be raised, as in the middle of an import.
+
+    It comes a moment later, from another thread: raised here, it would be in the same place and be ignored once more.
+    """
     if issubclass(unraisable.exc_type, KeyboardInterrupt):
-        signal.raise_signal(signal.SIGINT)
+        again = threading.Timer(AGAIN, _interrupt)
+        again.daemon = True
+        again.start()
     else:
         sys.__unraisablehook__(unraisable)
+
+
+def _interrupt() -> None:
+    """Send Ctrl-C to the main thread, which it wakes where it waits."""
+    main = threading.main_thread().ident
+    if hasattr(signal, "pthread_kill") and main is not None:
+        signal.pthread_kill(main, signal.SIGINT)
+    else:
+        signal.raise_signal(signal.SIGINT)
 
 
 def _interrupted(error: BaseException) -> bool:

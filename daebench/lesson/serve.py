@@ -43,8 +43,9 @@ def serve(name: str, port: int | None = None, *, browser: bool = True) -> None:
     with listener(port) as bound:
         address = Address(int(bound.getsockname()[1]))
         app = application(name, address)
-        print(f"lesson {name}: {address.url}, until Ctrl-C", flush=True)
+        end_with_interrupt()
         end_with_parent()
+        print(f"lesson {name}: {address.url}, until Ctrl-C", flush=True)
         if browser:
             threading.Thread(target=webbrowser.open, args=(address.url,), daemon=True).start()
         run(app, bound)
@@ -82,7 +83,7 @@ def application(name: str, address: Address) -> Guard:
 
 
 def run(app: Guard, bound: socket.socket) -> None:
-    """Answer on a socket until a signal ends the process, Ctrl-C with status 0: there is nothing to save, and nothing is waited for.
+    """Answer on a socket until a signal ends the process: there is nothing to save, and nothing is waited for.
 
     The shutdown of the server waits for its pages, and for the threads in which their kernels compute.
     """
@@ -93,9 +94,13 @@ def run(app: Guard, bound: socket.socket) -> None:
         def capture_signals(self) -> Iterator[None]:
             yield
 
+    Server(uvicorn.Config(app, log_level="critical", lifespan="off", proxy_headers=False, server_header=False)).run(sockets=[bound])
+
+
+def end_with_interrupt() -> None:
+    """End this process with status 0 at Ctrl-C, which is how a lesson ends; where it is ignored, as in the background, it stays so."""
     if signal.getsignal(signal.SIGINT) is not signal.SIG_IGN:
         signal.signal(signal.SIGINT, lambda number, frame: os._exit(0))
-    Server(uvicorn.Config(app, log_level="critical", lifespan="off", proxy_headers=False, server_header=False)).run(sockets=[bound])
 
 
 def end_with_parent() -> None:
