@@ -526,7 +526,7 @@ def test_a_cluster_gives_the_same_rows_though_a_worker_is_killed(store, tmp_path
     distributed = pytest.importorskip("distributed", reason="the extra scale is not installed")
     monkeypatch.setattr("daebench.names.FixedStep", FixedStep)
     wide = study(values={"h": [1 / k for k in range(16, 216)]}, t_end=200.0)
-    with distributed.LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None) as cluster:
+    with distributed.LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=":0") as cluster:
         killed = []
 
         def tell(done, of, cell):

@@ -63,7 +63,7 @@ def test_a_cluster_behind_tls_lets_in_its_own_and_nobody_else(certificates, fore
     served |= {"tls_worker_cert": certificates.cert, "tls_worker_key": certificates.key}
     served |= {"tls_client_cert": certificates.cert, "tls_client_key": certificates.key, "tls_ca_file": certificates.ca_file}
     safe = distributed.Security(require_encryption=True, **{name: str(path) for name, path in served.items()})
-    cluster = distributed.LocalCluster(n_workers=1, threads_per_worker=1, dashboard_address=None, protocol="tls", security=safe)
+    cluster = distributed.LocalCluster(n_workers=1, threads_per_worker=1, dashboard_address=":0", protocol="tls", security=safe)
     with cluster:
         address = cluster.scheduler_address
         assert address.startswith("tls://")
