@@ -22,7 +22,7 @@ PATHS = [
     "../x-y",
     "..",
     ".",
-    "/tmp/x-y",
+    "/somewhere/x-y",
     "/x-y",
     "x/../y-z",
     "x-y/",
