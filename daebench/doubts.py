@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from daebench.diagnostics.integrals import energy_error
 from daebench.scene import PoissonScene, Scene
 from daebench.trajectory import Array, PoissonTrajectory, Trajectory
 
@@ -41,11 +42,9 @@ def doubts(scene: Scene | PoissonScene, run: Trajectory | PoissonTrajectory) -> 
 
 
 def _lost_energy(scene: Scene | PoissonScene, run: Trajectory | PoissonTrajectory) -> str:
-    states = (run.y,) if isinstance(run, PoissonTrajectory) else (run.p, run.q)
-    H = np.asarray(scene.along("H", *states), dtype=float)
-    error = H - H[0]
+    error = energy_error(scene, run)
     if isinstance(run, PoissonTrajectory):
-        scale, what = abs(float(H[0])), "|H|"
+        scale, what = abs(float(scene.along("H", run.y[:1])[0])), "|H|"
     else:
         T = np.sum(run.p * np.asarray(scene.along("H_p", run.p, run.q), dtype=float), axis=1) / 2
         scale, what = float(np.mean(np.abs(T - error))), "the mean kinetic energy"
