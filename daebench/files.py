@@ -108,6 +108,19 @@ def check_place(path: Path, option: str = "--out") -> None:
         raise BadInput(f"{option} {path}: cannot write there ({error.strerror}); choose another place.") from error
 
 
+def check_zip(path: Path, option: str = "--out") -> None:
+    """Refuse the place of a ZIP file before the work that would fill it.
+
+    Raises
+    ------
+    BadInput
+        If it does not end in .zip, or for what :func:`check_place` refuses.
+    """
+    if path.suffix.lower() != ".zip":
+        raise BadInput(f"{option} {path}: the file must end in .zip.")
+    check_place(path, option)
+
+
 def make_folder(path: Path) -> None:
     """Make an output folder before the work that would fill it.
 

@@ -16,13 +16,14 @@ def archive(
 ) -> None:
     """Write a study into one ZIP file: its runs, problem files, certificates, pictures, and how all of it was made, in words."""
     from daebench.errors import BadInput
-    from daebench.studies.archive import check_archive, write_archive
+    from daebench.files import check_zip
+    from daebench.studies.archive import write_archive
     from daebench.studies.store import opened
 
     if not store.is_file():
         raise BadInput(f"there is no store {store}; a study makes one, by daebench work-precision say.")
     path = store.with_suffix(".zip") if out is None else out
-    check_archive(path)
+    check_zip(path)
     with opened(store) as kept:
         found = write_archive(kept, path)
     if json:

@@ -43,14 +43,14 @@ def report(
 
 
 def _all(out: Path, anew: bool, archive: Path | None) -> None:
-    from daebench.files import make_folder
+    from daebench.files import check_zip, make_folder
     from daebench.lesson.installed import missing
     from daebench.pages import pages
-    from daebench.report.archive import check_archive, write_archive
+    from daebench.report.archive import write_archive
     from daebench.report.gallery import build_all
 
     if archive:
-        check_archive(archive)
+        check_zip(archive, "--archive")
     make_folder(out)
     with bar("gallery") as progress:
         try:

@@ -5,8 +5,7 @@ import re
 from pathlib import Path
 from zipfile import ZIP_DEFLATED, ZipFile, ZipInfo
 
-from daebench.errors import BadInput
-from daebench.files import atomic, check_place
+from daebench.files import atomic
 from daebench.report import freshness
 
 LONG_AGO = (1980, 1, 1, 0, 0, 0)
@@ -17,19 +16,6 @@ BESIDE = re.compile(r'\s*<span class="(?:files|beside)">.*?</span>', re.DOTALL)
 
 LINK = re.compile(r'<a\b[^>]*?href="(?![a-z]+:|#)([^"#]+)[^"]*"[^>]*>(.*?)</a>', re.DOTALL)
 """A link to another file."""
-
-
-def check_archive(path: Path) -> None:
-    """Refuse an archive before the work that would fill it.
-
-    Raises
-    ------
-    BadInput
-        If it does not end in .zip, or cannot be written.
-    """
-    if path.suffix.lower() != ".zip":
-        raise BadInput(f"--archive {path}: the file must end in .zip.")
-    check_place(path, "--archive")
 
 
 def write_archive(out: Path, path: Path) -> Path:

@@ -23,7 +23,7 @@ from zipfile import ZIP_DEFLATED, ZipFile
 from daebench import provenance
 from daebench.catalogue import find_problem
 from daebench.errors import BadInput
-from daebench.files import atomic, check_place
+from daebench.files import atomic
 from daebench.machine import machine
 from daebench.outside_problems import own_files
 from daebench.problem_files import Problem
@@ -59,19 +59,6 @@ class Archived:
     files: tuple[str, ...]
     rows: int
     changed: int
-
-
-def check_archive(path: Path) -> None:
-    """Refuse an archive before the work that would fill it.
-
-    Raises
-    ------
-    BadInput
-        If it does not end in .zip, or cannot be written.
-    """
-    if path.suffix.lower() != ".zip":
-        raise BadInput(f"--out {path}: the file must end in .zip.")
-    check_place(path)
 
 
 def write_archive(store: Store, path: Path) -> Archived:
