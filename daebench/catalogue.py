@@ -15,6 +15,7 @@ from daebench.inputs import real
 from daebench.members import members
 from daebench.outside_code import is_path
 from daebench.outside_problems import find as find_file
+from daebench.package_files import folder
 from daebench.problem_files import Problem, read, summary
 
 if TYPE_CHECKING:
@@ -22,21 +23,19 @@ if TYPE_CHECKING:
     from daebench.scene import PoissonScene, Scene
     from daebench.source import Definition, Source
 
-PACKAGE = Path(__file__).parent
-
 MOST = 1_000_000
 """Largest structural parameter: a chain of as many nodes takes some gigabytes."""
 
 
 @cache
-def _files(folder: str) -> tuple[Path, ...]:
-    return tuple(sorted(path for path in (PACKAGE / folder).glob("*.py") if not path.stem.startswith("_")))
+def _files(package: str) -> tuple[Path, ...]:
+    return tuple(sorted(path for path in folder(package).glob("*.py") if not path.stem.startswith("_")))
 
 
 @cache
 def problems(kind: str | None = None) -> Mapping[str, Problem]:
     """Return daebench's own problems by name, or those of a kind, "constrained" or "poisson"."""
-    found = {path.stem: _read(path) for path in _files("problems")}
+    found = {path.stem: _read(path) for path in _files("daebench.problems")}
     return {name: each for name, each in found.items() if kind in (None, each.kind)}
 
 
@@ -44,12 +43,12 @@ def plugins() -> "Plugins":
     """Return the problems that other packages bring, and why some of them cannot be used."""
     from daebench.problem_plugins import plugins
 
-    return plugins(tuple(path.stem for path in _files("problems")))
+    return plugins(tuple(path.stem for path in _files("daebench.problems")))
 
 
 @cache
 def _problem(name: str) -> Problem:
-    return _read(PACKAGE / "problems" / f"{name}.py")
+    return _read(folder("daebench.problems") / f"{name}.py")
 
 
 def schemes() -> tuple[str, ...]:
@@ -60,13 +59,15 @@ def schemes() -> tuple[str, ...]:
 @cache
 def reports() -> Mapping[str, str]:
     """Return all reports by name, each with its summary."""
-    return {path.stem.replace("_", "-"): summary(ast.parse(path.read_text(encoding="utf-8"))) for path in _files("reports")}
+    return {path.stem.replace("_", "-"): summary(ast.parse(path.read_text(encoding="utf-8"))) for path in _files("daebench.reports")}
 
 
 @cache
 def lessons() -> Mapping[str, str]:
     """Return all lessons by name, each with its summary."""
-    return {path.stem.replace("_", "-"): summary(ast.parse(path.read_text(encoding="utf-8"))) for path in _files("reports/lessons")}
+    return {
+        path.stem.replace("_", "-"): summary(ast.parse(path.read_text(encoding="utf-8"))) for path in _files("daebench.reports.lessons")
+    }
 
 
 def _read(path: Path) -> Problem:
@@ -96,7 +97,7 @@ def find_problem(name: str) -> Problem:
     """
     if is_path(name):
         return find_file(name)
-    own = [path.stem for path in _files("problems")]
+    own = [path.stem for path in _files("daebench.problems")]
     if name in own:
         return _problem(name)
     others = plugins()

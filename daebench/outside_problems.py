@@ -11,6 +11,7 @@ from daebench import outside_code
 from daebench.errors import InvalidProblem
 from daebench.neighbours import Neighbours, importable, imported
 from daebench.outside_code import executed, existing
+from daebench.package_files import folder
 from daebench.problem_files import KINDS, Problem, read
 from daebench.same_definition import require_same
 
@@ -32,7 +33,7 @@ def find(name: str) -> Problem:
 
 def own_files() -> list[Path]:
     """Return the files of daebench's own problems: a file of another's may import their helpers."""
-    return sorted((Path(__file__).parent / "problems").rglob("*.py"))
+    return sorted(folder("daebench.problems").rglob("*.py"))
 
 
 def _files(problem: Problem) -> Sequence[Path]:

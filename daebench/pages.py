@@ -2,9 +2,10 @@
 
 from pathlib import Path
 
-from daebench.catalogue import PACKAGE, lessons, reports
+from daebench.catalogue import lessons, reports
 from daebench.errors import unknown
 from daebench.lesson.installed import missing
+from daebench.package_files import folder
 from daebench.report.gallery import in_order
 from daebench.report.page import Progress
 from daebench.report.recipes import COMMON, FOLDER, Recipe, own
@@ -28,11 +29,11 @@ def lesson_page(name: str) -> Recipe:
     """
     if name not in lessons():
         raise unknown("lesson", name, lessons())
-    folder = FOLDER / "lessons"
 
     def files() -> list[Path]:
         stem = name.replace("-", "_")
-        own = [folder / f"{stem}.py", *sorted(folder.glob("_*.py")), folder / "lesson.css"]
+        notebooks = folder("daebench.reports.lessons")
+        own = [notebooks / f"{stem}.py", *sorted(notebooks.glob("_*.py")), notebooks / "lesson.css"]
         return [*own, *(FOLDER / each for each in ("lesson.html", *COMMON))]
 
     def make(out: Path, progress: Progress) -> Path:
@@ -45,7 +46,7 @@ def lesson_page(name: str) -> Recipe:
 
 def _reference() -> Recipe:
     def files() -> list[Path]:
-        apart = [*(PACKAGE / "cli").rglob("*.py"), *FOLDER.resolve().glob("*.py")]
+        apart = [*folder("daebench.cli").rglob("*.py"), *FOLDER.glob("*.py")]
         return [*sorted(apart), *(FOLDER / name for name in ("_api.html", *COMMON))]
 
     def make(out: Path, progress: Progress) -> Path:

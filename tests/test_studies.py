@@ -12,13 +12,12 @@ import time
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import closing
 from dataclasses import dataclass, replace
-from pathlib import Path
 
 import numpy as np
 import pytest
 from own_files import ORBIT, RING
 
-from daebench import api
+from daebench import api, package_files
 from daebench.errors import BadInput
 from daebench.fixed_step import FixedStep
 from daebench.poisson_step import PoissonStep
@@ -370,17 +369,17 @@ def test_code_and_versions_are_in_the_key(monkeypatch):
     assert one().key() != before
 
 
-def test_the_code_of_linked_folders_is_in_what_numbers_are_made_by(tmp_path):
-    package = Path(cells.__file__).parents[1]
-    here = cells._files(package)
+def test_the_code_of_linked_folders_is_in_what_numbers_are_made_by(tmp_path, monkeypatch):
+    here = cells._files()
     assert {"studies/cell.py", "reference/tolerance.py", "reference/certified/store.py", "problems/torus.py"} <= set(here)
     assert not any(name.startswith(("cli/", "reports/")) for name in here)
     assert len({file.resolve() for file in here.values()}) == len(here)
-    installed = tmp_path / "daebench"
     for name, file in here.items():
-        (installed / name).parent.mkdir(parents=True, exist_ok=True)
-        (installed / name).write_bytes(file.read_bytes())
-    assert sorted(cells._files(installed)) == sorted(here)
+        installed = tmp_path / "daebench" / name
+        installed.parent.mkdir(parents=True, exist_ok=True)
+        installed.write_bytes(file.read_bytes())
+    monkeypatch.setattr(package_files, "folder", lambda package: tmp_path.joinpath(*package.split(".")))
+    assert sorted(cells._files()) == sorted(here)
 
 
 def test_the_reference_is_in_the_key_of_what_is_measured_against_it(monkeypatch):

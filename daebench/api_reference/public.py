@@ -1,10 +1,9 @@
 """The public things of the package as they stand in its source, without importing it: what the page has an entry for."""
 
 from collections.abc import Iterator
-from pathlib import Path
 from typing import TYPE_CHECKING
 
-import daebench
+from daebench import package_files
 from daebench.api_reference.contents import NAMED, TASKS
 from daebench.errors import DaebenchError
 
@@ -22,9 +21,14 @@ def package() -> "Module":
     """Return the source of the package as a tree."""
     import griffe
 
-    found = griffe.load("daebench", search_paths=[Path(daebench.__file__).parent.parent], allow_inspection=False)
+    place = package_files.folder("daebench")
+    loader = griffe.GriffeLoader(search_paths=[place.parent], allow_inspection=False)
+    found = loader.load("daebench")
     if not isinstance(found, griffe.Module):
-        raise DaebenchError(f"the source of daebench is not beside {daebench.__file__}; install it from its source.")
+        raise DaebenchError(f"the source of daebench is not in {place}; install it from its source.")
+    for name in package_files.APART:
+        if name not in found.members:  # a checkout without symbolic links
+            found.set_member(name, loader.load(name))
     return found
 
 

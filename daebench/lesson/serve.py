@@ -8,11 +8,11 @@ import time
 import webbrowser
 from collections.abc import Iterator
 from contextlib import contextmanager
-from pathlib import Path
 
 from daebench.errors import BadInput, unknown
 from daebench.lesson.guard import HOST, LINGERS, Address, Guard
 from daebench.lesson.installed import require_marimo
+from daebench.package_files import folder
 
 LOOKS = 0.5
 """Seconds between two looks at whether the parent is there."""
@@ -77,7 +77,7 @@ def application(name: str, address: Address) -> Guard:
     """Return the server of a lesson: read-only, without its code, and behind the checks of :class:`daebench.lesson.guard.Guard`."""
     import marimo
 
-    file = Path(__file__).parents[1] / "reports" / "lessons" / f"{name.replace('-', '_')}.py"
+    file = folder("daebench.reports.lessons") / f"{name.replace('-', '_')}.py"
     builder = marimo.create_asgi_app(quiet=True, include_code=False, session_ttl=LINGERS)
     return Guard(builder.with_app(path=address.root.rstrip("/"), root=str(file)).build(), address)
 

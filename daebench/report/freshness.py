@@ -2,14 +2,13 @@
 
 import hashlib
 import json
-import os
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable
 from dataclasses import asdict, dataclass
 from datetime import UTC, datetime
 from functools import cache
 from pathlib import Path
 
-from daebench.catalogue import PACKAGE
+from daebench import package_files
 from daebench.files import atomic
 from daebench.report.versions import versions
 
@@ -103,14 +102,12 @@ def digest(files: Iterable[Path]) -> str:
 def common() -> str:
     """Return the digest of what every page stands on: the code of the package, certified references, and versions of packages."""
     found = hashlib.sha256(json.dumps(versions(), sort_keys=True).encode())
-    for path in sorted(_sources()):
+    for name, path in sorted(sources().items()):
         content = path.read_bytes()
-        found.update(f"{path.relative_to(PACKAGE).as_posix()} {len(content)}\n".encode() + content)
+        found.update(f"{name} {len(content)}\n".encode() + content)
     return found.hexdigest()
 
 
-def _sources() -> Iterator[Path]:
-    for root, folders, files in os.walk(PACKAGE, followlinks=True):
-        apart = ("__pycache__", *(APART if Path(root) == PACKAGE else ()))
-        folders[:] = [each for each in folders if each not in apart]
-        yield from (Path(root) / name for name in files if name.endswith(SOURCES) and not name.startswith("."))
+def sources() -> dict[str, Path]:
+    """Return the files that decide what every page stands on, by their paths in the package."""
+    return {name: path for name, path in package_files.files(*SOURCES).items() if name.partition("/")[0] not in APART}

@@ -7,14 +7,15 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from daebench.catalogue import PACKAGE, reports
+from daebench.catalogue import reports
 from daebench.errors import BadInput, DaebenchError, unknown
 from daebench.neighbours import importable, imported
 from daebench.outside_code import executed, existing, is_path, naming
+from daebench.package_files import folder
 from daebench.problem_files import parsed, summary
 from daebench.report.page import Progress
 
-FOLDER = PACKAGE / "reports"
+FOLDER = folder("daebench.reports")
 COMMON = ("page.html", "page.css", "page.js")
 """Files of the folder that every page is made with."""
 

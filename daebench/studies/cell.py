@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from daebench import package_files
 from daebench.api import setting_of, singular_as
 from daebench.cache import toolchain
 from daebench.errors import BadInput
@@ -24,9 +25,6 @@ from daebench.scene import PoissonScene, Scene
 
 DECIDING = ("numpy", "scipy", "numba", "scikit-sundae", "mpmath", "heyoka", "solve_dae")
 """Packages whose versions may change a number."""
-
-LINKED = ("problems", "reference")
-"""Folders of this package that are links in a checkout, which a search of the package does not follow."""
 
 SHOWING = ("cli", "reports", "extremes", "api_reference")
 """Folders of this package that only choose runs and show what they gave; so do files of figures."""
@@ -238,21 +236,14 @@ def digest(*texts: str) -> str:
 def made_by() -> str:
     """Return what the numbers of a run depend on besides its definition: this package's code, the libraries and the machine's kind."""
     own = hashlib.sha256()
-    for name, file in sorted(_files(Path(__file__).parents[1]).items()):
+    for name, file in sorted(_files().items()):
         own.update(f"{name}\n".encode() + file.read_bytes())
     return "\n".join((toolchain(), own.hexdigest(), platform.machine(), *(f"{name} {_version(name)}" for name in DECIDING)))
 
 
-def _files(package: Path) -> dict[str, Path]:
-    """Return the files that decide numbers, by their names in the package, which are the same in a checkout and where it is installed."""
-    folders = [Path(), *map(Path, LINKED)]
-    found = {
-        folder / file.relative_to(place): file
-        for folder in folders
-        for place in [(package / folder).resolve()]
-        for file in place.rglob("*.py")
-    }
-    return {name.as_posix(): file for name, file in found.items() if not _shows(name)}
+def _files() -> dict[str, Path]:
+    """Return the files that decide numbers, by their paths in the package, which are the same in a checkout and where it is installed."""
+    return {name: file for name, file in package_files.files(".py").items() if not _shows(Path(name))}
 
 
 def _shows(file: Path) -> bool:

@@ -1,0 +1,34 @@
+"""Where the package's own files are: in a wheel, in a checkout with symbolic links, and in one without them."""
+
+from functools import cache
+from importlib.util import find_spec
+from pathlib import Path
+
+APART = ("problems", "reference", "reports")
+"""Packages inside daebench whose folders stand beside it in a checkout."""
+
+
+@cache
+def folder(package: str) -> Path:
+    """Return the folder of a package such as ``daebench.problems``, which is found and not imported; the packages above it are.
+
+    Raises
+    ------
+    ModuleNotFoundError
+        If there is no such package.
+    """
+    spec = find_spec(package)
+    if spec is None or not spec.submodule_search_locations:
+        raise ModuleNotFoundError(f"there is no package {package}; install daebench anew.", name=package)
+    return Path(next(iter(spec.submodule_search_locations)))
+
+
+def files(*endings: str) -> dict[str, Path]:
+    """Return the files with one of these endings by their paths in the package, which do not depend on where its folders stand."""
+    places = {Path(): folder("daebench"), **{Path(name): folder(f"daebench.{name}") for name in APART}}
+    return {
+        (inside / path.relative_to(place)).as_posix(): path
+        for inside, place in places.items()
+        for path in sorted(place.rglob("*"))
+        if path.suffix in endings and path.is_file()
+    }
