@@ -9,7 +9,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from daebench.api import methods, problems, run, scene_of, setting_of
+    from daebench.api import list_problems, methods, run, scene_of, setting_of
     from daebench.chains.chain import ConstrainedChain
     from daebench.claims_check import check
     from daebench.comparison import compare
@@ -49,9 +49,9 @@ __all__ = [
     "check",
     "compare",
     "coordinates",
+    "list_problems",
     "methods",
     "order",
-    "problems",
     "run",
     "scene_of",
     "setting_of",
@@ -59,7 +59,7 @@ __all__ = [
 ]
 
 _HOME = {
-    **dict.fromkeys(("methods", "run", "scene_of", "setting_of"), "api"),
+    **dict.fromkeys(("list_problems", "methods", "run", "scene_of", "setting_of"), "api"),
     **dict.fromkeys(("BadInput", "DaebenchError", "InconsistentStart", "InvalidProblem", "RunFailed"), "errors"),
     **dict.fromkeys(("Case", "Chart", "ConstrainedHamiltonian", "KineticFlow", "Picture", "coordinates"), "problem"),
     **dict.fromkeys(("DarbouxMap", "Lift", "Part", "PoissonCase", "PoissonSystem"), "poisson_system"),
@@ -78,7 +78,7 @@ _HOME = {
 def __getattr__(name: str) -> Any:
     """Import what is asked for when it is asked for: NumPy alone takes longer than ``daebench list`` may."""
     if name == "problems":
-        return import_module("daebench.problems")  # callable, see there
+        return import_module("daebench.problems")
     if name not in _HOME:
         raise AttributeError(f"module 'daebench' has no attribute {name!r}")
     return getattr(import_module(f"daebench.{_HOME[name]}"), name)

@@ -321,7 +321,7 @@ def _watched(scene: Scene | PoissonScene, watch: Sequence[str] | None) -> tuple[
     return tuple(wanted)
 
 
-def problems() -> "pd.DataFrame":
+def list_problems() -> "pd.DataFrame":
     """Return all problems, one a row: name, kind, summary, parameters, cases; with a warning on each that cannot be used.
 
     Returns
@@ -346,7 +346,7 @@ def problems() -> "pd.DataFrame":
         parameters = {**each.parameters, **each.structure}
         rows.append({"problem": name, "kind": each.kind, "summary": each.summary, "parameters": parameters, "cases": cases})
     for sentence in broken:
-        warnings.warn(sentence, stacklevel=3)
+        warnings.warn(sentence, stacklevel=2)
     return pd.DataFrame(rows)
 
 

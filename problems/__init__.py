@@ -1,25 +1,21 @@
-"""The problem collection: one file a problem, each with a function ``problem(*, ...)`` that returns its definition.
-
-The package is also what ``daebench.problems()`` calls: a table of all that is in it.
-"""
+"""The problem collection: one file a problem, each with a function ``problem(*, ...)`` that returns its definition."""
 
 import sys
 import types
+import warnings
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     import pandas as pd
 
 
-class _Collection(types.ModuleType):
-    """The package made callable, because the same name stands for the collection and for the table of it."""
+class _OldCall(types.ModuleType):
+    """The package with its old call, which goes with the next release."""
 
     def __call__(self) -> "pd.DataFrame":
-        """Return all problems, one a row: problem, summary, parameters, cases."""
-        from importlib import import_module
-
-        table = import_module("daebench.api").problems()
-        return table  # type: ignore[no-any-return]
+        warnings.warn("daebench.problems() is now daebench.list_problems(); the old call goes with the next release.", FutureWarning, 2)
+        table: pd.DataFrame = sys.modules["daebench"].list_problems()
+        return table
 
 
-sys.modules[__name__].__class__ = _Collection
+sys.modules[__name__].__class__ = _OldCall

@@ -265,7 +265,7 @@ def test_python_gives_what_the_command_line_gives(daebench):
     assert list(trajectory.q[-1]) == json.loads(out)["q"]
     table = package.compare("spherical_pendulum", case="fig1.1", methods=["rattle", "se"], h=0.03, t_end=30)
     assert list(table["method"]) == ["rattle", "se"]
-    names = list(package.problems()["problem"])
+    names = list(package.list_problems()["problem"])
     assert names == sorted(names)
     assert {"double_pendulum", "pendulum_chain", "planar_pendulum", "spherical_pendulum"} <= set(names)
     assert {"rattle", "ida:ggl", "scipy:DOP853"} <= set(package.methods()["method"])

@@ -5,11 +5,13 @@ import os
 import subprocess
 import sys
 import tomllib
+from importlib.util import find_spec
 from pathlib import Path
 
 import pytest
 import readme
 
+import daebench
 from daebench.members import members
 
 ROOT = Path(__file__).parent.parent
@@ -71,6 +73,17 @@ def test_editing_a_problem_or_a_helper_beside_it_makes_other_kernels(tmp_path):
     (tmp_path / "mine.py").write_text(text.replace("q[1]", "q[0]"))
     digests.append(_read(tmp_path / "mine.py").digest)
     assert len(set(digests)) == 3
+
+
+def test_no_public_name_is_that_of_a_module_which_would_hide_it_once_it_is_imported():
+    assert [name for name in daebench.__all__ if find_spec(f"daebench.{name}")] == []
+
+
+def test_the_old_call_of_the_problem_collection_warns_and_gives_the_table(monkeypatch):
+    monkeypatch.setattr("daebench.catalogue.problems", dict)
+    with pytest.warns(FutureWarning, match=r"daebench\.list_problems\(\)"):
+        table = daebench.problems()
+    assert table.equals(daebench.list_problems())
 
 
 def test_importing_the_diagnostics_imports_neither_sympy_nor_numba_nor_pandas():

@@ -268,7 +268,7 @@ def test_python_gives_what_the_command_line_gives(daebench):
 
 
 def test_tables_in_python_have_both_kinds():
-    problems, methods = package.problems(), package.methods()
+    problems, methods = package.list_problems(), package.methods()
     assert dict(zip(problems["problem"], problems["kind"], strict=True))["lotka_volterra"] == "poisson"
     assert set(methods["kind"]) == {"constrained", "poisson"}
     own = methods[(methods["method"] == "verlet") & (methods["kind"] == "poisson")]

@@ -45,7 +45,7 @@ def test_a_problem_of_another_package_is_listed_without_importing_it_and_used_by
     (find_problem("plugged_ring").path.parent / "__init__.py").write_text("")
     assert find_setting("plugged_ring", "turning").p0.tolist() == [6.0, 0.0]
     monkeypatch.setattr("daebench.catalogue.problems", dict)
-    assert package.problems().to_dict("list") == {
+    assert package.list_problems().to_dict("list") == {
         "problem": ["plugged_ring"],
         "kind": ["constrained"],
         "summary": ["A bead on a ring, free to slide."],
@@ -60,7 +60,7 @@ def test_a_mistake_in_a_problem_of_another_package_is_named(daebench, install, m
     assert (status, err) == (2, "daebench: plugged_wrong, in ring.py, line 14: ZeroDivisionError: division by zero; correct the file.\n")
     monkeypatch.setattr("daebench.catalogue.problems", dict)
     with pytest.warns(UserWarning, match="problem plugged_wrong of plugged2 1.2 cannot be used: plugged_wrong, in ring.py, line 14"):
-        assert package.problems().empty
+        assert package.list_problems().empty
 
 
 @pytest.fixture

@@ -25,9 +25,6 @@ class Task:
     names: tuple[str, ...]
 
 
-NAMED = {"daebench.problems": "daebench.api.problems"}
-"""Public names behind which a package of the same name hides what is called."""
-
 TASKS = (
     Task(
         "run-and-compare",
@@ -40,7 +37,7 @@ TASKS = (
             "daebench.compare",
             "daebench.order",
             "daebench.check",
-            "daebench.problems",
+            "daebench.list_problems",
             "daebench.methods",
             "daebench.claims_bench.Finding",
             "daebench.scene_of",

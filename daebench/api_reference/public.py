@@ -4,7 +4,7 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 from daebench import package_files
-from daebench.api_reference.contents import NAMED, TASKS
+from daebench.api_reference.contents import TASKS
 from daebench.errors import DaebenchError
 
 if TYPE_CHECKING:
@@ -44,7 +44,7 @@ def public(tree: "Module") -> "dict[str, Public]":
     for task in TASKS:
         chapters[task.key] = {}
         for name in task.names:
-            chapters[task.key] |= dict(_entries(name, _object(tree, NAMED.get(name, name).partition(".")[2])))
+            chapters[task.key] |= dict(_entries(name, _object(tree, name.partition(".")[2])))
     for path, each in (pair for entries in chapters.values() for pair in entries.items()):
         _require_docstrings(path, each)
     return chapters
