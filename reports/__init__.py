@@ -1,1 +1,1 @@
-"""Reports: recipes that compute, check and write one page each; ``daebench list reports`` names them."""
+"""Reports: files that compute, check and write one page each; ``daebench list reports`` names them."""

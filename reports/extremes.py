@@ -20,9 +20,6 @@ from daebench.studies.stability import EXTREMES
 
 COMMAND = "daebench report extremes"
 
-SECONDS = 100
-"""Seconds that it takes, about, on two cores with nothing compiled."""
-
 
 def make(out: Path, progress: Progress) -> Path:
     """Make the report in a folder; return the path of its page, see :func:`daebench.report.make_page`."""

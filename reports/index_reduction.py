@@ -16,9 +16,6 @@ from daebench.reports._index_reduction_tables import tables
 
 COMMAND = "daebench report index-reduction"
 
-SECONDS = 30
-"""Seconds that it takes, about, on two cores with nothing compiled."""
-
 CONSTANTS = SimpleNamespace(
     **{name: value for name, value in vars(_index_reduction_numbers).items() if name.isupper()},
     DIGITS=_exact_motion.DIGITS,

@@ -14,9 +14,6 @@ from daebench.reports._methods_tables import tables
 
 COMMAND = "daebench report methods"
 
-SECONDS = 100
-"""Seconds that it takes, about, on two cores with nothing compiled."""
-
 CONSTANTS = SimpleNamespace(
     SWEEP=_methods_sweep,
     SERIES=_methods_series,

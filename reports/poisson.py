@@ -13,9 +13,6 @@ from daebench.reports._poisson_tables import tables
 
 COMMAND = "daebench report poisson"
 
-SECONDS = 40
-"""Seconds that it takes, about, on two cores with nothing compiled."""
-
 CONSTANTS = SimpleNamespace(
     ORBITS=_poisson_orbits,
     DEFECTS=_poisson_defects,

@@ -14,9 +14,6 @@ from daebench.reports._problems_tables import reason, tables
 
 COMMAND = "daebench report problems"
 
-SECONDS = 100
-"""Seconds that it takes, about, on two cores with nothing compiled."""
-
 CONSTANTS = SimpleNamespace(
     RANK=_problems_rank, STEPS=_problems_scenes.STEPS, TOL=_problems_scenes.TOL, ROUNDINGS=ROUNDINGS, FINE=_problems_path.FINE
 )

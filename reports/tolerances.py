@@ -14,9 +14,6 @@ from daebench.reports._tolerances_tables import sentences, tables
 
 COMMAND = "daebench report tolerances"
 
-SECONDS = 110
-"""Seconds that it takes, about, on two cores with nothing compiled."""
-
 MODULES = (_tolerances_claims, _tolerances_drift, _tolerances_runs, _tolerances_tables)
 CONSTANTS = SimpleNamespace(**{name: value for module in MODULES for name, value in vars(module).items() if name.isupper()})
 

@@ -18,9 +18,6 @@ from daebench.studies.work_precision import CALLS, HALVINGS, IN_A_CALL, REPEAT
 
 COMMAND = "daebench report work-precision"
 
-SECONDS = 300
-"""Seconds that it takes, about, on two cores with nothing compiled."""
-
 CONSTANTS = SimpleNamespace(
     CALLS=CALLS,
     HALVINGS=HALVINGS,

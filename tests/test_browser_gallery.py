@@ -14,7 +14,7 @@ from pages import Page
 from daebench.figures import STROKES, drawing, grid_of_axes, save
 from daebench.report import number, picture, table, with_error, write_page
 from daebench.report.gallery import build_all
-from daebench.report.recipes import Recipe
+from daebench.report.reports import Report
 
 pytestmark = pytest.mark.slow
 
@@ -39,8 +39,8 @@ def make(out, progress):
 @pytest.fixture(scope="module")
 def out(tmp_path_factory):
     folder = tmp_path_factory.mktemp("gallery")
-    recipes = [Recipe(name, f"About {name}", f"daebench report {name}", list, make) for name in ("sizes", "more-sizes")]
-    build_all(folder, recipes, lambda fraction, doing: None, lambda made: None)
+    reports = [Report(name, f"About {name}", f"daebench report {name}", make) for name in ("sizes", "more-sizes")]
+    build_all(folder, reports, lambda fraction, doing: None, lambda made: None)
     return folder
 
 

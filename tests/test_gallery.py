@@ -16,17 +16,17 @@ from daebench import pages
 from daebench.cli import app
 from daebench.errors import BadInput, DaebenchError, Interrupted, RunFailed
 from daebench.figures import STROKES, drawing, grid_of_axes, save
-from daebench.report import build, freshness, gallery, number, picture, recipes, table, write_page
+from daebench.report import build, freshness, gallery, number, picture, table, write_page
 from daebench.report.archive import write_archive
 from daebench.report.gallery import PagesFailed, build_all
-from daebench.report.recipes import Recipe, depends_on
+from daebench.report.reports import Report, find
 
 TEXT = """{% extends "page.html" %}{% block title %}A &lt;page&gt;{% endblock %}{% block content %}{{ drawn }}{{ shown }}
 <p>All of it: <a href="figures/line.csv">the <b>table</b></a>; <a href="#more" id="more">more</a>.</p>{% endblock %}"""
 
 
 def quick(name, tmp_path, *, fails=None, kind="report"):
-    """A recipe that takes no time, the file that decides it, and how often it was run."""
+    """A report that takes no time, the file that decides it, and how often it was run."""
     source = tmp_path / f"{name}.txt"
     source.write_text("1", encoding="utf-8")
     calls = []
@@ -43,7 +43,7 @@ def quick(name, tmp_path, *, fails=None, kind="report"):
         shown = table("few", pd.DataFrame({"name": ["b", "a", "c"], "size": [2e-9, 1.5, 3.0]}), {"name": str, "size": number}, {}, "Few")
         return write_page(TEXT, out / "index.html", f"make {name}", drawn=drawn, shown=shown)
 
-    return Recipe(name, f"About {name}", f"make {name}", lambda: [source], make, kind=kind, seconds=3.0), source, calls
+    return Report(name, f"About {name}", f"make {name}", make, lambda: [source], kind=kind), source, calls
 
 
 @pytest.fixture
@@ -56,7 +56,7 @@ def gallery_of(tmp_path):
 
 def built(out, parts, **more):
     told = []
-    made = build_all(out, [recipe for recipe, _, _ in parts], lambda fraction, doing: told.append(fraction), lambda each: None, **more)
+    made = build_all(out, [report for report, _, _ in parts], lambda fraction, doing: told.append(fraction), lambda each: None, **more)
     assert told == sorted(told)
     assert told[-1] == 1.0
     return {each.name: each for each in made}
@@ -75,11 +75,11 @@ def test_what_is_as_it_should_be_is_left_alone(tmp_path, gallery_of):
     assert counts(parts) == [2, 2]
 
 
-@pytest.mark.parametrize("change", ["recipe", "figure", "lost page", "lost stamp", "broken stamp", "package"])
+@pytest.mark.parametrize("change", ["own file", "figure", "lost page", "lost stamp", "broken stamp", "package"])
 def test_only_what_is_stale_is_made_anew(tmp_path, gallery_of, monkeypatch, change):
     parts, out = gallery_of("one", "two"), tmp_path / "out"
     built(out, parts)
-    if change == "recipe":
+    if change == "own file":
         parts[1][1].write_text("2", encoding="utf-8")
     elif change == "figure":
         (out / "two" / "figures" / "line.csv").write_text("x\n7\n", encoding="utf-8")
@@ -90,32 +90,40 @@ def test_only_what_is_stale_is_made_anew(tmp_path, gallery_of, monkeypatch, chan
     elif change == "broken stamp":
         (out / "two" / freshness.STAMP).write_text('{"title": ', encoding="utf-8")
     else:
-        monkeypatch.setattr(freshness, "common", lambda: "another package")
+        monkeypatch.setattr(freshness, "_package", lambda: "another package")
     built(out, parts)
     assert counts(parts) == ([2, 2] if change == "package" else [1, 2])
 
 
-def test_what_every_page_stands_on_is_the_code_the_references_and_the_versions(monkeypatch):
-    sources = set(freshness.sources())
-    assert {"link.py", "schemes/rattle.py", "problems/spherical_pendulum.py", "reference/ida.py"} <= sources
-    assert any(name.startswith("reference/data/") and name.endswith(".csv") for name in sources)
-    assert not {name for name in sources if name.startswith(("cli/", "reports/")) or "__pycache__" in name}
-    before = freshness.common.__wrapped__()
-    monkeypatch.setattr(freshness, "versions", lambda: {"numpy": "0"})
-    assert freshness.common.__wrapped__() != before
+@pytest.mark.parametrize("change", ["code", "template", "certified reference", "versions"])
+def test_every_page_stands_on_the_whole_package_and_on_the_versions(tmp_path, monkeypatch, change):
+    names = {
+        "code": "link.py",
+        "template": "reports/page.html",
+        "certified reference": "reference/data/torus-through_hole/torus-through_hole.csv",
+    }
+    files = freshness.package_files.files(*freshness.SOURCES)
+    before = freshness._package.__wrapped__()
+    if change == "versions":
+        monkeypatch.setattr(freshness, "versions", lambda: {"numpy": "0"})
+    else:
+        (tmp_path / "edited").write_bytes(files[names[change]].read_bytes() + b"\n")
+        monkeypatch.setattr(freshness.package_files, "files", lambda *endings: files | {names[change]: tmp_path / "edited"})
+    assert freshness._package.__wrapped__() != before
 
 
-def test_a_report_depends_on_the_modules_that_it_imports_and_on_no_other_report():
-    names = {path.name for path in depends_on("index_reduction")}
-    assert {"index_reduction.py", "_index_reduction_claims.py", "_exact_motion.py", "index_reduction.html", "page.css", "page.js"} <= names
-    assert not {name for name in names if "poisson" in name or "tolerances" in name}
+def test_a_report_of_ones_own_depends_on_its_file_and_on_what_that_imports(tmp_path):
+    (tmp_path / "mine.py").write_text("import beside\n", encoding="utf-8")
+    for name in ("beside", "other"):
+        (tmp_path / f"{name}.py").write_text("", encoding="utf-8")
+    assert [path.name for path in find(str(tmp_path / "mine.py")).files()] == ["mine.py", "beside.py"]
 
 
 @pytest.mark.parametrize("stop", [KeyboardInterrupt(), Interrupted("interrupted; 2 runs are kept.")], ids=["key", "with what is kept"])
 def test_an_interrupted_gallery_goes_on_where_it_stopped(tmp_path, gallery_of, monkeypatch, capsys, daebench, stop):
     (first, stopped, last), out = gallery_of("one", "two", "three"), tmp_path / "out"
     interrupted = quick("two", tmp_path, fails=stop)
-    monkeypatch.setattr(pages, "pages", lambda: [recipe for recipe, _, _ in (first, interrupted, last)])
+    monkeypatch.setattr(pages, "pages", lambda: [report for report, _, _ in (first, interrupted, last)])
     status, said, told = daebench("report", "all", "--out", out)
     assert (status, said.count("made in"), counts([first, last])) == (130, 1, [1, 0])
     assert told == f"daebench: interrupted; what was made is in {out}: run again to go on.\n"
@@ -168,7 +176,7 @@ def test_progress_is_in_parts_of_the_time_that_pages_took(tmp_path, gallery_of):
 def test_all_own_reports_are_in_the_gallery_in_their_order():
     names = [each.name for each in pages.pages() if each.kind == "report"]
     assert sorted(names) == sorted(pages.reports())
-    assert names[: len(gallery.FIRST)] == [name for name in gallery.FIRST if name in names]
+    assert names[: len(gallery.SECONDS)] == [name for name in gallery.SECONDS if name in names]
 
 
 def test_cells_are_sorted_by_their_numbers_and_not_by_their_texts():
@@ -275,7 +283,7 @@ def test_a_report_of_ones_own_does_not_take_the_name_of_another(own, tmp_path):
 
 def test_the_command_makes_the_gallery_and_its_archive(tmp_path, gallery_of, monkeypatch, capsys):
     parts = gallery_of("one", "two")
-    monkeypatch.setattr(pages, "pages", lambda: [recipe for recipe, _, _ in parts])
+    monkeypatch.setattr(pages, "pages", lambda: [report for report, _, _ in parts])
     command = ["report", "all", "--out", str(tmp_path / "out")]
     app([*command, "--archive", str(tmp_path / "all.zip")], standalone_mode=False)
     assert re.findall(r"(?m)^(one|two): made in", capsys.readouterr().out) == ["one", "two"]
@@ -300,11 +308,10 @@ def test_what_cannot_be_asked_for_is_refused_before_any_work(tmp_path, more, sen
     assert not (tmp_path / "out").exists()
 
 
-def test_the_time_that_a_recipe_says_it_takes_is_read_without_running_it(tmp_path):
-    (tmp_path / "slow.py").write_text("SECONDS = 90.0\nraise SystemExit\n", encoding="utf-8")
-    (tmp_path / "silent.py").write_text('"""Nothing."""\n', encoding="utf-8")
-    assert recipes._seconds(tmp_path / "slow.py") == 90.0
-    assert recipes._seconds(tmp_path / "silent.py") == Recipe.seconds
+def test_the_time_that_a_page_takes_is_what_it_took_or_what_is_known_of_it_or_a_minute(tmp_path, gallery_of):
+    assert [gallery.expected(each, tmp_path) for each in pages.pages()] == [*gallery.SECONDS.values()]
+    ((mine, _, _),) = gallery_of("mine")
+    assert gallery.expected(mine, tmp_path) == 60.0
 
 
 def test_without_what_lessons_need_the_gallery_is_made_without_them_and_says_so(tmp_path, monkeypatch, capsys):
@@ -317,9 +324,7 @@ def test_without_what_lessons_need_the_gallery_is_made_without_them_and_says_so(
 
 
 def test_digests_are_the_same_in_every_process():
-    said = (
-        "from daebench import pages; from daebench.report.freshness import digest; print(*(digest(each.files()) for each in pages.pages()))"
-    )
+    said = "from daebench.report.freshness import digest; print(digest())"
     found = {
         subprocess.run(
             [sys.executable, "-c", said], env=os.environ | {"PYTHONHASHSEED": seed}, check=True, capture_output=True, text=True
@@ -327,7 +332,6 @@ def test_digests_are_the_same_in_every_process():
         for seed in ("0", "1", "2")
     }
     assert len(found) == 1
-    assert len(found.pop().split()) == len(pages.pages())
 
 
 def test_the_gallery_that_is_kept_has_every_page_and_each_stands_alone(tmp_path):

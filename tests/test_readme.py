@@ -83,9 +83,9 @@ def test_the_readme_quotes_enough_messages():
 def test_the_report_in_the_readme_is_written(tmp_path, plain_functions, uncompiled_schemes):
     (tmp_path / "my_report.py").write_text(said.block("my_report.py"))
     spec = importlib.util.spec_from_file_location("my_report", tmp_path / "my_report.py")
-    recipe = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(recipe)
-    page = recipe.make(tmp_path / "out", lambda fraction, doing: None)
+    report = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(report)
+    page = report.make(tmp_path / "out", lambda fraction, doing: None)
     html = page.read_text(encoding="utf-8")
     energy = pd.read_csv(tmp_path / "out" / "figures" / "energy.csv")["energy_error"]
     assert list(energy / energy.shift(-1))[:-1] == pytest.approx([4, 4], rel=0.05)

@@ -31,7 +31,7 @@ def lesson(
     from daebench.pages import lesson_page
     from daebench.report.gallery import put
 
-    recipe = lesson_page(name)
+    page = lesson_page(name)
     with bar(f"lesson {name}") as progress:
-        written = put(recipe, export, progress)
+        written = put(page, export, progress)
     print(f"written: {written}")

@@ -16,7 +16,7 @@ ALL = "all"
 
 
 def report(
-    name: Annotated[str, typer.Argument(help="Name of a report, for example index-reduction; the path of a recipe; or all.")],
+    name: Annotated[str, typer.Argument(help="Name of a report, for example index-reduction; the path of a file; or all.")],
     out: Annotated[Path, typer.Option("--out", help="Folder to write to.")] = Path("output"),
     anew: Annotated[bool, typer.Option("--anew", help="With all: make every page, not only those that are stale.")] = False,
     archive: Annotated[Path | None, typer.Option("--archive", help="With all: put the pages into this ZIP file as well.")] = None,
@@ -33,7 +33,7 @@ def report(
         _all(out, anew, archive)
         return
     from daebench.report.gallery import build
-    from daebench.report.recipes import find
+    from daebench.report.reports import find
 
     find(name)
     make_folder(out)

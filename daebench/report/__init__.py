@@ -1,7 +1,7 @@
 """What a report is written with: numbers in words, tables, figures in a page, the page as one HTML file, and the gallery of all of them.
 
-A recipe is a file with a docstring and a function ``make(out, progress)`` that writes ``out/index.html`` and returns its path. Those of
-daebench are in ``daebench.reports``; a recipe of one's own is built by its path::
+A report is a file with a docstring and a function ``make(out, progress)`` that writes ``out/index.html`` and returns its path. Those of
+daebench are in ``daebench.reports``; one's own is built by its path::
 
     daebench report ./my_report.py
 """

@@ -1,4 +1,4 @@
-"""Whether a page is still what its recipe would write: a stamp beside it, with a digest of all that decided it and of its files."""
+"""Whether a page is up to date: a stamp beside it has a digest of the code that made it, and one of each of its files."""
 
 import hashlib
 import json
@@ -14,11 +14,8 @@ from daebench.report.versions import versions
 
 STAMP = "made.json"
 
-APART = ("reports", "cli")
-"""Folders of the package whose files decide a page only where its recipe says so."""
-
-SOURCES = (".py", ".c", ".css", ".csv", ".json")
-"""Endings of the files that decide numbers: code and certified references."""
+SOURCES = (".py", ".c", ".css", ".js", ".html", ".csv", ".json")
+"""Endings of the package's files that decide a page: code, templates and certified references."""
 
 
 @dataclass(frozen=True)
@@ -71,7 +68,7 @@ def write(folder: Path, *, title: str, kind: str, about: str, command: str, dige
 
 
 def is_fresh(folder: Path, digest: str) -> bool:
-    """Return whether a folder holds what its recipe would write: made of the same, and no file of it changed or lost."""
+    """Return whether a page was made of the same code, and none of its files is changed or lost."""
     stamp = read(folder)
     if stamp is None or stamp.digest != digest or not (folder / "index.html").is_file():
         return False
@@ -89,25 +86,20 @@ def contents(folder: Path) -> dict[str, str]:
     }
 
 
-def digest(files: Iterable[Path]) -> str:
-    """Return the digest of a page's own files and of all that every page stands on."""
-    found = hashlib.sha256(common().encode())
-    for path in files:
-        content = path.read_bytes()
-        found.update(f"{path.name} {len(content)}\n".encode() + content)
-    return found.hexdigest()
+def digest(outside: Iterable[Path] = ()) -> str:
+    """Return the digest of the package as a whole, and of the files outside of it that decide a page."""
+    return _hashed(_package(), ((path.name, path) for path in outside))
 
 
 @cache
-def common() -> str:
-    """Return the digest of what every page stands on: the code of the package, certified references, and versions of packages."""
-    found = hashlib.sha256(json.dumps(versions(), sort_keys=True).encode())
-    for name, path in sorted(sources().items()):
+def _package() -> str:
+    """Return the digest of the package's code, templates and certified references, and of the versions of the packages it stands on."""
+    return _hashed(json.dumps(versions(), sort_keys=True), sorted(package_files.files(*SOURCES).items()))
+
+
+def _hashed(text: str, files: Iterable[tuple[str, Path]]) -> str:
+    hashed = hashlib.sha256(text.encode())
+    for name, path in files:
         content = path.read_bytes()
-        found.update(f"{name} {len(content)}\n".encode() + content)
-    return found.hexdigest()
-
-
-def sources() -> dict[str, Path]:
-    """Return the files that decide what every page stands on, by their paths in the package."""
-    return {name: path for name, path in package_files.files(*SOURCES).items() if name.partition("/")[0] not in APART}
+        hashed.update(f"{name} {len(content)}\n".encode() + content)
+    return hashed.hexdigest()

@@ -9,13 +9,24 @@ from daebench.errors import DaebenchError, Interrupted
 from daebench.report import freshness
 from daebench.report.index import write_index
 from daebench.report.page import Progress
-from daebench.report.recipes import Recipe, find
+from daebench.report.reports import Report, find
 
-FIRST = (
-    *("index-reduction", "methods", "tolerances", "poisson", "problems", "work-precision", "extremes"),
-    *("lesson-why-symplectic", "lesson-shake-to-lobatto", "lesson-tolerance", "lesson-poisson-maps", "lesson-extremes"),
-)
-"""Pages in the order in which they are best read; others follow."""
+SECONDS = {
+    "index-reduction": 30,
+    "methods": 100,
+    "tolerances": 110,
+    "poisson": 40,
+    "problems": 100,
+    "work-precision": 300,
+    "extremes": 100,
+    "lesson-why-symplectic": 20,
+    "lesson-shake-to-lobatto": 20,
+    "lesson-tolerance": 20,
+    "lesson-poisson-maps": 20,
+    "lesson-extremes": 20,
+    "reference": 5,
+}
+"""Pages in the order in which they are best read, others follow; and how long each takes, about, on two cores with nothing compiled."""
 
 
 class PagesFailed(DaebenchError):
@@ -50,7 +61,7 @@ def build(name: str, out: Path, progress: Progress | None = None) -> Path:
     Parameters
     ----------
     name : str
-        Name as ``daebench list reports`` has it, or the path of a recipe, which is executed.
+        Name as ``daebench list reports`` has it, or the path of a file, which is executed.
     out : Path
         Folder for all reports; made where it is missing.
     progress : callable, optional
@@ -59,27 +70,27 @@ def build(name: str, out: Path, progress: Progress | None = None) -> Path:
     Raises
     ------
     BadInput
-        If there is no such report, or something is wrong with a recipe of one's own.
+        If there is no such report, or something is wrong with a report of one's own.
     DaebenchError
         If what the report is about to say is not what was measured; nothing is written over an older page then.
     """
     return put(find(name), out, progress)
 
 
-def put(recipe: Recipe, out: Path, progress: Progress | None = None) -> Path:
+def put(report: Report, out: Path, progress: Progress | None = None) -> Path:
     """Write a page into a folder of its name, and the index of all that is beside it; return the path of the page."""
     out = Path(out)
-    page = make(recipe, out, freshness.digest(recipe.files()), progress or (lambda fraction, label: None))
+    page = make(report, out, freshness.digest(report.files()), progress or (lambda fraction, label: None))
     write_index(out, order(out), {})
     return page
 
 
-def make(recipe: Recipe, out: Path, digest: str, progress: Progress) -> Path:
+def make(report: Report, out: Path, digest: str, progress: Progress) -> Path:
     """Make a page and its stamp; return the page."""
     began = time.perf_counter()
-    page = recipe.make(out / recipe.name, progress)
-    about = {"title": recipe.name, "kind": recipe.kind, "about": recipe.summary, "command": recipe.command}
-    freshness.write(out / recipe.name, **about, digest=digest, seconds=time.perf_counter() - began)
+    page = report.make(out / report.name, progress)
+    about = {"title": report.name, "kind": report.kind, "about": report.summary, "command": report.command}
+    freshness.write(out / report.name, **about, digest=digest, seconds=time.perf_counter() - began)
     return page
 
 
@@ -90,21 +101,22 @@ def order(out: Path) -> list[str]:
 
 def in_order(names: Iterable[str]) -> list[str]:
     """Return names of pages in the order in which they are best read; those that are not known here follow by their names."""
-    return sorted(names, key=lambda name: (FIRST.index(name) if name in FIRST else len(FIRST), name))
+    known = list(SECONDS)
+    return sorted(names, key=lambda name: (known.index(name) if name in known else len(known), name))
 
 
-def build_all(out: Path, recipes: Sequence[Recipe], progress: Progress, told: Callable[[Made], None], *, anew: bool = False) -> list[Made]:
+def build_all(out: Path, reports: Sequence[Report], progress: Progress, told: Callable[[Made], None], *, anew: bool = False) -> list[Made]:
     """Make every page that is stale, and the index; return what became of each page.
 
-    A page is stale where its recipe, what that imports, the package, the certified references, or the version of a package that it stands
-    on is another than when it was made, and where one of its files has been changed or lost. Interrupted, it goes on where it stopped. A
-    page that fails does not keep the others from being made.
+    A page is stale where daebench, a file of one's own that makes it, or the version of a package that it stands on is another than when
+    it was made, and where one of its files has been changed or lost. Interrupted, it goes on where it stopped. A page that fails does not
+    keep the others from being made.
 
     Parameters
     ----------
     out : Path
         Folder of the gallery.
-    recipes : sequence of Recipe
+    reports : sequence of Report
         The pages.
     progress : callable
         Told the fraction of the time that is over, and what is being done.
@@ -118,13 +130,13 @@ def build_all(out: Path, recipes: Sequence[Recipe], progress: Progress, told: Ca
     PagesFailed
         If a page failed, when all others are made; the index says which, and why.
     """
-    digests = {each.name: freshness.digest(each.files()) for each in recipes}
-    stale = {each.name: expected(each, out) for each in recipes if anew or not freshness.is_fresh(out / each.name, digests[each.name])}
+    digests = {each.name: freshness.digest(each.files()) for each in reports}
+    stale = {each.name: expected(each, out) for each in reports if anew or not freshness.is_fresh(out / each.name, digests[each.name])}
     whole, over, made = sum(stale.values()) or 1.0, 0.0, []
-    for recipe in recipes:
-        share = stale.get(recipe.name, 0.0) / whole
+    for report in reports:
+        share = stale.get(report.name, 0.0) / whole
         made.append(
-            _attempt(recipe, out, digests[recipe.name], _part(progress, recipe.name, over, share)) if share else _fresh(recipe, out)
+            _attempt(report, out, digests[report.name], _part(progress, report.name, over, share)) if share else _fresh(report, out)
         )
         over += share
         told(made[-1])
@@ -135,27 +147,27 @@ def build_all(out: Path, recipes: Sequence[Recipe], progress: Progress, told: Ca
     return made
 
 
-def expected(recipe: Recipe, out: Path) -> float:
-    """Return how many seconds a page will take, about: as long as the last time, or as its recipe says."""
-    stamp = freshness.read(out / recipe.name)
-    return stamp.seconds if stamp and stamp.seconds > 0 else recipe.seconds
+def expected(report: Report, out: Path) -> float:
+    """Return how many seconds a page will take, about: as long as the last time, or as is known of it, or a minute."""
+    stamp = freshness.read(out / report.name)
+    return stamp.seconds if stamp and stamp.seconds > 0 else SECONDS.get(report.name, 60.0)
 
 
 def _part(progress: Progress, name: str, over: float, share: float) -> Progress:
     return lambda fraction, doing: progress(over + share * fraction, f"{name}: {doing}")
 
 
-def _fresh(recipe: Recipe, out: Path) -> Made:
-    return Made(recipe.name, out / recipe.name / "index.html", 0.0)
+def _fresh(report: Report, out: Path) -> Made:
+    return Made(report.name, out / report.name / "index.html", 0.0)
 
 
-def _attempt(recipe: Recipe, out: Path, digest: str, progress: Progress) -> Made:
+def _attempt(report: Report, out: Path, digest: str, progress: Progress) -> Made:
     began = time.perf_counter()
     try:
-        page: Path | None = make(recipe, out, digest, progress)
+        page: Path | None = make(report, out, digest, progress)
         failure = ""
     except Interrupted:
         raise
     except DaebenchError as error:
         page, failure = None, str(error)
-    return Made(recipe.name, page, time.perf_counter() - began, failure)
+    return Made(report.name, page, time.perf_counter() - began, failure)
