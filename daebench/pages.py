@@ -1,6 +1,7 @@
 """The pages of daebench's own gallery: its reports, its lessons and the reference of all that is public."""
 
 from pathlib import Path
+from typing import Any
 
 from daebench.catalogue import lessons, reports
 from daebench.errors import unknown
@@ -12,9 +13,16 @@ from daebench.report.reports import Report, own
 REFERENCE = "reference"
 
 
-def pages() -> list[Report]:
-    """Return all pages, in the order in which they are best read; lessons only where what they need is installed."""
-    by_name = {each.name: each for each in (*map(own, reports()), *([] if missing() else map(lesson_page, lessons())), _reference())}
+def pages(command_line: Any) -> list[Report]:
+    """Return all pages, in the order in which they are best read; lessons only where what they need is installed.
+
+    Parameters
+    ----------
+    command_line : click.Group
+        The commands that the page of reference describes.
+    """
+    notebooks = [] if missing() else map(lesson_page, lessons())
+    by_name = {page.name: page for page in (*map(own, reports()), *notebooks, _reference(command_line))}
     return [by_name[name] for name in in_order(by_name)]
 
 
@@ -37,12 +45,12 @@ def lesson_page(name: str) -> Report:
     return Report(f"lesson-{name}", lessons()[name], f"daebench lesson {name}", make, kind="lesson")
 
 
-def _reference() -> Report:
+def _reference(command_line: Any) -> Report:
     def make(out: Path, progress: Progress) -> Path:
         from daebench.api_reference.page import write
 
         progress(0.0, "docstrings")
-        return write(out)
+        return write(out, command_line)
 
     about = "Everything public in Python, by task, and every command."
     return Report(REFERENCE, about, "daebench report all", make, kind="reference")

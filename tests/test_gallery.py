@@ -123,7 +123,7 @@ def test_a_report_of_ones_own_depends_on_its_file_and_on_what_that_imports(tmp_p
 def test_an_interrupted_gallery_goes_on_where_it_stopped(tmp_path, gallery_of, monkeypatch, capsys, daebench, stop):
     (first, stopped, last), out = gallery_of("one", "two", "three"), tmp_path / "out"
     interrupted = quick("two", tmp_path, fails=stop)
-    monkeypatch.setattr(pages, "pages", lambda: [report for report, _, _ in (first, interrupted, last)])
+    monkeypatch.setattr(pages, "pages", lambda command_line: [report for report, _, _ in (first, interrupted, last)])
     status, said, told = daebench("report", "all", "--out", out)
     assert (status, said.count("made in"), counts([first, last])) == (130, 1, [1, 0])
     assert told == f"daebench: interrupted; what was made is in {out}: run again to go on.\n"
@@ -174,7 +174,7 @@ def test_progress_is_in_parts_of_the_time_that_pages_took(tmp_path, gallery_of):
 
 
 def test_all_own_reports_are_in_the_gallery_in_their_order():
-    names = [each.name for each in pages.pages() if each.kind == "report"]
+    names = [each.name for each in pages.pages(None) if each.kind == "report"]
     assert sorted(names) == sorted(pages.reports())
     assert names[: len(gallery.SECONDS)] == [name for name in gallery.SECONDS if name in names]
 
@@ -283,7 +283,7 @@ def test_a_report_of_ones_own_does_not_take_the_name_of_another(own, tmp_path):
 
 def test_the_command_makes_the_gallery_and_its_archive(tmp_path, gallery_of, monkeypatch, capsys):
     parts = gallery_of("one", "two")
-    monkeypatch.setattr(pages, "pages", lambda: [report for report, _, _ in parts])
+    monkeypatch.setattr(pages, "pages", lambda command_line: [report for report, _, _ in parts])
     command = ["report", "all", "--out", str(tmp_path / "out")]
     app([*command, "--archive", str(tmp_path / "all.zip")], standalone_mode=False)
     assert re.findall(r"(?m)^(one|two): made in", capsys.readouterr().out) == ["one", "two"]
@@ -309,16 +309,16 @@ def test_what_cannot_be_asked_for_is_refused_before_any_work(tmp_path, more, sen
 
 
 def test_the_time_that_a_page_takes_is_what_it_took_or_what_is_known_of_it_or_a_minute(tmp_path, gallery_of):
-    assert [gallery.expected(each, tmp_path) for each in pages.pages()] == [*gallery.SECONDS.values()]
+    assert [gallery.expected(each, tmp_path) for each in pages.pages(None)] == [*gallery.SECONDS.values()]
     ((mine, _, _),) = gallery_of("mine")
     assert gallery.expected(mine, tmp_path) == 60.0
 
 
 def test_without_what_lessons_need_the_gallery_is_made_without_them_and_says_so(tmp_path, monkeypatch, capsys):
-    assert sum(each.kind == "lesson" for each in pages.pages()) == len(pages.lessons()) > 0
+    assert sum(each.kind == "lesson" for each in pages.pages(None)) == len(pages.lessons()) > 0
     monkeypatch.setattr("daebench.lesson.installed.find_spec", lambda name: None)
-    assert not [each for each in pages.pages() if each.kind == "lesson"]
-    monkeypatch.setattr(pages, "pages", list)
+    assert not [each for each in pages.pages(None) if each.kind == "lesson"]
+    monkeypatch.setattr(pages, "pages", lambda command_line: [])
     app(["report", "all", "--out", str(tmp_path / "out")], standalone_mode=False)
     assert "pip install 'daebench[lessons]'" in capsys.readouterr().err
 
@@ -339,6 +339,6 @@ def test_the_gallery_that_is_kept_has_every_page_and_each_stands_alone(tmp_path)
     with ZipFile(kept) as archive:
         assert archive.testzip() is None
         archive.extractall(tmp_path)
-    assert {path.parent.name for path in tmp_path.glob("*/index.html")} == {each.name for each in pages.pages()}
+    assert {path.parent.name for path in tmp_path.glob("*/index.html")} == {each.name for each in pages.pages(None)}
     for path in tmp_path.rglob("index.html"):
         standalone(path, quotes=path.parent.name == "reference")

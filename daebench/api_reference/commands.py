@@ -3,7 +3,6 @@
 import inspect
 from collections.abc import Iterator
 from dataclasses import dataclass
-from importlib import import_module
 from typing import Any
 
 
@@ -48,11 +47,9 @@ class Command:
     options: list[Option]
 
 
-def commands() -> list[Command]:
-    """Return all commands of ``daebench``; the command line is imported by its name, as what is described here."""
-    import typer
-
-    return list(_commands(typer.main.get_command(import_module("daebench.cli").app), ()))
+def commands(command_line: Any) -> list[Command]:
+    """Return all commands of a command line, which is given as a group of Click commands."""
+    return list(_commands(command_line, ()))
 
 
 def _commands(command: Any, path: tuple[str, ...]) -> Iterator[Command]:

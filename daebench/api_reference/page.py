@@ -1,6 +1,7 @@
 """The page: contents, chapters, commands."""
 
 from pathlib import Path
+from typing import Any
 
 from markupsafe import Markup
 
@@ -19,13 +20,15 @@ def paragraphs(text: str) -> Markup:
     return blocks(text, lambda name: "")
 
 
-def write(out: Path) -> Path:
+def write(out: Path, command_line: Any) -> Path:
     """Write ``out/index.html``, the reference of everything public; return its path.
 
     Parameters
     ----------
     out : Path
         Folder of the page; made where it is missing.
+    command_line : click.Group
+        The commands that are described.
 
     Raises
     ------
@@ -41,4 +44,4 @@ def write(out: Path) -> Path:
         (task, blocks(task.about, index.link(tree)), [entry(path, each, index) for path, each in found[task.key].items()]) for task in TASKS
     ]
     out.mkdir(parents=True, exist_ok=True)
-    return write_page("_api.html", out / "index.html", COMMAND, chapters=chapters, commands=commands(), paragraphs=paragraphs)
+    return write_page("_api.html", out / "index.html", COMMAND, chapters=chapters, commands=commands(command_line), paragraphs=paragraphs)

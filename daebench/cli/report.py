@@ -2,7 +2,7 @@
 
 import sys
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -16,6 +16,7 @@ ALL = "all"
 
 
 def report(
+    context: typer.Context,
     name: Annotated[str, typer.Argument(help="Name of a report, for example index-reduction; the path of a file; or all.")],
     out: Annotated[Path, typer.Option("--out", help="Folder to write to.")] = Path("output"),
     anew: Annotated[bool, typer.Option("--anew", help="With all: make every page, not only those that are stale.")] = False,
@@ -30,7 +31,7 @@ def report(
     from daebench.files import make_folder
 
     if name == ALL:
-        _all(out, anew, archive)
+        _all(context.find_root().command, out, anew, archive)
         return
     from daebench.report.gallery import build
     from daebench.report.reports import find
@@ -42,7 +43,7 @@ def report(
     print(f"written: {page}")
 
 
-def _all(out: Path, anew: bool, archive: Path | None) -> None:
+def _all(command_line: Any, out: Path, anew: bool, archive: Path | None) -> None:
     from daebench.files import check_zip, make_folder
     from daebench.lesson.installed import missing
     from daebench.pages import pages
@@ -54,7 +55,7 @@ def _all(out: Path, anew: bool, archive: Path | None) -> None:
     make_folder(out)
     with bar("gallery") as progress:
         try:
-            build_all(out, pages(), progress, _tell, anew=anew)
+            build_all(out, pages(command_line), progress, _tell, anew=anew)
         except (KeyboardInterrupt, Interrupted) as stop:
             raise Interrupted(f"interrupted; what was made is in {out}: run again to go on.") from stop
     if absent := missing():
