@@ -9,8 +9,7 @@ from typing import TYPE_CHECKING, Any, TypeVar, overload
 from daebench import poisson_names
 from daebench.catalogue import find_setting
 from daebench.doubts import doubts
-from daebench.errors import BadInput, DaebenchError, LostMotion, unknown
-from daebench.inputs import positive, real, whole
+from daebench.errors import BadInput, DaebenchError, LostMotion, positive, real, unknown, whole
 from daebench.kinds import kind_of, knob_value, method_of
 from daebench.make_scene import constrained
 from daebench.method import ON_SINGULAR, Progress, Request

@@ -10,8 +10,7 @@ from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from daebench.errors import BadInput, unknown
-from daebench.inputs import real
+from daebench.errors import BadInput, real, unknown
 from daebench.members import members
 from daebench.outside_code import is_path
 from daebench.outside_problems import find as find_file

@@ -5,8 +5,7 @@ from typing import Any
 
 import sympy as sp
 
-from daebench.errors import BadInput, InvalidProblem
-from daebench.inputs import real
+from daebench.errors import BadInput, InvalidProblem, real
 
 DEEPEST = 100
 """Most operations within each other in an expression: SymPy calls itself several times for each."""

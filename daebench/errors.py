@@ -1,7 +1,9 @@
-"""What can go wrong, as a small tree: every message says what, where, and what to do."""
+"""Errors as a small tree, and the validation of names and numeric input: every message says what, where, and what to do."""
 
+import math
 from collections.abc import Collection, Iterable
 from difflib import get_close_matches
+from typing import Any
 
 LONGEST = 2000
 """Most characters of a message: names and values that it quotes may be of any length."""
@@ -86,3 +88,47 @@ def require_known(required: tuple[str, str, Collection[str]], *optional: tuple[s
     for kind, name, known in (required, *(each for each in optional if each[1])):
         if name not in known:
             raise unknown(kind, name, known)
+
+
+def real(name: str, value: Any) -> float:
+    """Return a value as a finite float.
+
+    Raises
+    ------
+    BadInput
+        If it is none.
+    """
+    try:
+        number = float(value) if not isinstance(value, bool | str | bytes) else math.nan
+    except (TypeError, ValueError, OverflowError):
+        number = math.nan
+    if not math.isfinite(number):
+        raise BadInput(f"{name} = {value!r} must be a finite number.")
+    return float(number)
+
+
+def positive(name: str, value: Any) -> float:
+    """Return a value as a finite float greater than 0.
+
+    Raises
+    ------
+    BadInput
+        If it is none.
+    """
+    number = real(name, value)
+    if number <= 0:
+        raise BadInput(f"{name} = {number:g} must be greater than 0.")
+    return number
+
+
+def whole(name: str, value: Any) -> int:
+    """Return a value as a whole number.
+
+    Raises
+    ------
+    BadInput
+        If it is none.
+    """
+    if isinstance(value, bool) or not hasattr(value, "__index__"):
+        raise BadInput(f"{name} = {value!r} must be a whole number.")
+    return int(value)

@@ -16,10 +16,9 @@ from daebench.chains.unwritten import unwritten
 from daebench.claims import Claims, Member, composed, on_form, projected
 from daebench.complex_run import complex_run
 from daebench.compositions import COMPOSITIONS, weights_of
-from daebench.errors import BadInput, RunFailed, require_known, unknown
+from daebench.errors import BadInput, RunFailed, real, require_known, unknown
 from daebench.forms import FORMS, OWN, Form
 from daebench.grid import Grid
-from daebench.inputs import real
 from daebench.kernels.hole import ROUNDINGS
 from daebench.members import members
 from daebench.method import Method, Request

@@ -4,7 +4,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-from daebench.inputs import positive
+from daebench.errors import positive
 from daebench.local_flow import Map, State, enter, leave
 from daebench.scene import Scene
 

@@ -6,8 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Self
 
-from daebench.errors import BadInput
-from daebench.inputs import positive
+from daebench.errors import BadInput, positive
 from daebench.method import Request
 
 MOST_STEPS = 2**53

@@ -6,8 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from daebench.errors import BadInput, unknown
-from daebench.inputs import real
+from daebench.errors import BadInput, real, unknown
 from daebench.scene import Array, PoissonScene, Scene, Setting
 from daebench.source import Source
 

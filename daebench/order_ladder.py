@@ -2,8 +2,7 @@
 
 import math
 
-from daebench.errors import BadInput
-from daebench.inputs import positive, whole
+from daebench.errors import BadInput, positive, whole
 
 COMMON = 8
 """Number of common times."""

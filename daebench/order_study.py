@@ -19,8 +19,7 @@ import pandas as pd
 
 from daebench import poisson_names
 from daebench.api import setting_of
-from daebench.errors import BadInput
-from daebench.inputs import positive
+from daebench.errors import BadInput, positive
 from daebench.kinds import methods_of
 from daebench.measurable import measured, order_of, reach_of
 from daebench.method import Method, PoissonMethod

@@ -8,8 +8,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from daebench.errors import BadInput
-from daebench.inputs import real
+from daebench.errors import BadInput, real
 
 if TYPE_CHECKING:
     from daebench.source import Definition, Source

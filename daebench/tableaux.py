@@ -12,8 +12,7 @@ from functools import cache
 from math import comb, factorial
 from typing import Any
 
-from daebench.errors import BadInput
-from daebench.inputs import whole
+from daebench.errors import BadInput, whole
 
 FLOATS = 40
 """Digits to which a tableau is computed before it is rounded, once, to floating-point numbers."""

@@ -33,8 +33,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from daebench.diagnostics.order import SLACK
-from daebench.errors import DaebenchError
-from daebench.inputs import positive, real
+from daebench.errors import DaebenchError, positive, real
 from daebench.reference.certified import store
 from daebench.reference.certified.agreement import agreement
 from daebench.reference.certified.convergence import Solve, convergence

@@ -3,6 +3,7 @@
 from typing import TYPE_CHECKING, Any
 
 from daebench.cli.console import numbers, words
+from daebench.errors import positive
 
 if TYPE_CHECKING:
     from daebench.studies.extreme import Asked
@@ -10,7 +11,6 @@ if TYPE_CHECKING:
 
 def asked_of(problem: str, case: str | None, *, methods: str | None, h: str | None, t_end: float | None, **more: Any) -> "Asked":
     """Return what is asked by comma-separated names of methods and step sizes; refuse steps and ends that are not positive."""
-    from daebench.inputs import positive
     from daebench.studies.extreme import Asked
 
     return Asked(

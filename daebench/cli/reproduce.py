@@ -9,7 +9,7 @@ import typer
 
 from daebench.cli.arguments import Json
 from daebench.cli.console import bar, print_json, printable
-from daebench.errors import BadInput
+from daebench.errors import BadInput, real
 
 if TYPE_CHECKING:
     from daebench.studies.reproduce import Reproduced
@@ -26,7 +26,6 @@ def reproduce(
     json: Json = False,
 ) -> None:
     """Make the runs of an archive again: which are equal to the bit, within tolerances, or differ; exit 1 if one differs."""
-    from daebench.inputs import real
     from daebench.studies.reproduce import DIFFERS, read, reproduced
 
     for name, value in (("--rtol", rtol), ("--atol", atol)):

@@ -9,13 +9,12 @@ import numpy as np
 
 from daebench.api import setting_of, singular_as
 from daebench.comparison import TOLERANCE
-from daebench.errors import BadInput
+from daebench.errors import BadInput, positive
 from daebench.figures import save_table
 from daebench.files import check_place
 from daebench.film import gif, mp4, page, smil
 from daebench.film.reel import Reel
 from daebench.film.take import requested, take
-from daebench.inputs import positive
 from daebench.kinds import knob_value, methods_of
 from daebench.method import Progress
 from daebench.provenance import definition, made_by, require_own, write_beside

@@ -7,8 +7,7 @@ are kept at h omega = 0.15 and lost at 0.2, where velocities normal to the manif
 from typing import Any
 
 from daebench.claims import Claims, Member
-from daebench.errors import BadInput
-from daebench.inputs import real
+from daebench.errors import BadInput, real
 from daebench.kernels.hole import (
     DATA,
     LENGTH,

@@ -3,8 +3,7 @@
 from typing import Any
 
 from daebench.claims import Claims, Member
-from daebench.errors import BadInput
-from daebench.inputs import positive
+from daebench.errors import BadInput, positive
 from daebench.kernels.hole import (
     CONSTRAINTS,
     DATA,

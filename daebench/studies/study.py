@@ -7,8 +7,7 @@ from itertools import product
 from typing import TYPE_CHECKING, Any
 
 from daebench.api import setting_of
-from daebench.errors import BadInput, unknown
-from daebench.inputs import positive, whole
+from daebench.errors import BadInput, positive, unknown, whole
 from daebench.kinds import free_numbers, methods_of
 from daebench.scene import PoissonScene, Scene
 from daebench.studies.cell import OUTPUTS, Cell

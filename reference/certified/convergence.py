@@ -9,8 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from daebench.diagnostics.order import OrderFit, fit_order
-from daebench.errors import BadInput
-from daebench.inputs import positive, whole
+from daebench.errors import BadInput, positive, whole
 from daebench.reference.certified.handed import handed
 from daebench.reference.certified.record import EPS, Reference
 

@@ -8,8 +8,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from daebench.errors import BadInput
-from daebench.inputs import positive, whole
+from daebench.errors import BadInput, positive, whole
 from daebench.reference.certified import store
 from daebench.reference.certified.between import states_at
 from daebench.reference.certified.record import EPS, Reference
