@@ -262,28 +262,27 @@ def prepare(
     InconsistentStart
         If the initial values are off the manifold and are not to be projected.
     """
-    if precision not in ("float64", "float32"):
-        raise BadInput(f"unknown precision {precision!r}; it is float64 or float32.")
+    _require_precision(precision)
     scene = singular_as(setting_of(problem, case, parameters, p0=p0, q0=q0, y0=y0, project=project, algebra=algebra), on_singular)
     chosen = method_of(scene, method, options, compensated=compensated, anyway=anyway)
-    request = Request(
-        value=real(chosen.knob, knob_value(chosen, h=h, tol=tol)),
-        t_end=_given(real, "t_end", t_end),
-        steps=_given(whole, "steps", steps),
-        every=_given(whole, "every", every),
-        points=_given(whole, "points", points),
-        watch=_watched(scene, watch),
-        count=count,
-        precision=precision,
-        multipliers=multipliers,
-        raw=raw,
-        progress=progress,
-        seconds_limit=_given(positive, "seconds_limit", seconds_limit),
-        on_singular=on_singular,
-        keep_interrupted=True,
-    )
+    value = real(chosen.knob, knob_value(chosen, h=h, tol=tol))
+    extent = _extent(t_end=t_end, steps=steps, every=every, points=points, seconds_limit=seconds_limit)
+    results: dict[str, Any] = {"watch": _watched(scene, watch), "count": count, "multipliers": multipliers, "raw": raw}
+    manner: dict[str, Any] = {"precision": precision, "on_singular": on_singular, "progress": progress, "keep_interrupted": True}
+    request = Request(value=value, **extent, **results, **manner)
     chosen.check(scene, request)
     return chosen, scene, request
+
+
+def _require_precision(precision: str) -> None:
+    if precision not in ("float64", "float32"):
+        raise BadInput(f"unknown precision {precision!r}; it is float64 or float32.")
+
+
+def _extent(*, seconds_limit: float | None, t_end: float | None, **counts: int | None) -> dict[str, Any]:
+    """Return how far a run goes, in time and in numbers of steps and outputs, each number checked."""
+    wholes = {name: _given(whole, name, count) for name, count in counts.items()}
+    return {"t_end": _given(real, "t_end", t_end), **wholes, "seconds_limit": _given(positive, "seconds_limit", seconds_limit)}
 
 
 def singular_as(scene: Scene | PoissonScene, on_singular: str | None) -> Scene | PoissonScene:

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from enum import StrEnum
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -13,6 +13,7 @@ from daebench.errors import BadInput
 
 if TYPE_CHECKING:
     from daebench.method import Request
+    from daebench.scene import Scene
     from daebench.trajectory import Passage
 
 
@@ -30,6 +31,12 @@ class Precision(StrEnum):
     float32 = "float32"
 
 
+Watch = Annotated[
+    str | None,
+    typer.Option("--watch", help="energy; manifold, or casimirs of a Poisson system; integrals; none; if left out, all but integrals."),
+]
+
+
 def run(
     problem: Problem,
     method: Annotated[str, typer.Option("--method", help="Name of a method, for example rattle or ida:index2.")],
@@ -45,10 +52,7 @@ def run(
     q0: Annotated[str | None, typer.Option("--q0", help="Initial positions, comma-separated, in place of the case's.")] = None,
     p0: Annotated[str | None, typer.Option("--p0", help="Initial momenta, comma-separated, in place of the case's.")] = None,
     y0: Annotated[str | None, typer.Option("--y0", help="Initial state of a Poisson system, comma-separated.")] = None,
-    watch: Annotated[
-        str | None,
-        typer.Option("--watch", help="energy; manifold, or casimirs of a Poisson system; integrals; none; if left out, all but integrals."),
-    ] = None,
+    watch: Watch = None,
     project: Project = False,
     precision: Annotated[Precision, typer.Option("--precision", help="Numbers of the run: float64 or float32.")] = Precision.float64,
     out: Annotated[Path | None, typer.Option("--out", help="Write the trajectory to FILE.csv or FILE.npz.")] = None,
@@ -62,52 +66,46 @@ def run(
     as_json: Json = False,
 ) -> None:
     """Run one method on one problem; exit 1 if it stops early."""
-    from dataclasses import asdict
-
-    from daebench import provenance
     from daebench.api import prepare
     from daebench.catalogue import find_scene
-    from daebench.cli.summary import moved, print_summary, summary_of
-    from daebench.doubts import doubts
-    from daebench.files import write_trajectory
 
     _check_place(out, raw=raw, overwrite=overwrite)
     with bar(f"{method} on {problem}") as progress:
-        chosen, scene, request = prepare(
-            problem,
-            method=method,
-            case=case,
-            h=h,
-            tol=tol,
-            steps=steps,
-            t_end=t_end,
-            points=points,
-            every=every,
-            parameters=pairs("param", param or []),
-            options=pairs("option", option or []),
-            q0=numbers("--q0", q0),
-            p0=numbers("--p0", p0),
-            y0=numbers("--y0", y0),
-            watch=None if watch is None else _watched(watch),
-            project=project,
-            precision=precision.value,
-            multipliers=lam,
-            raw=raw,
-            compensated=compensated,
-            on_singular=on_singular,
-            algebra=algebra,
-            anyway=anyway,
-            progress=progress,
-        )
+        start: dict[str, Any] = {"case": case, "parameters": pairs("param", param or []), "algebra": algebra}
+        start |= {"q0": numbers("--q0", q0), "p0": numbers("--p0", p0)}
+        asked: dict[str, Any] = {"h": h, "tol": tol, "steps": steps, "t_end": t_end, "points": points, "every": every}
+        asked |= {"watch": None if watch is None else _watched(watch), "multipliers": lam, "raw": raw, "progress": progress}
+        asked |= {"options": pairs("option", option or []), "compensated": compensated, "precision": precision.value, "anyway": anyway}
+        asked |= {"y0": numbers("--y0", y0), "project": project, "on_singular": on_singular}
+        chosen, scene, request = prepare(problem, method=method, **start, **asked)
         trajectory = chosen.solve(scene, request)
-    if out is not None:
-        about = provenance.made_by(MAKER) | provenance.definition(scene) | {"Method": method}
-        about["Run"] = _settings(request, trajectory.steps, trajectory.failure)
-        for path in write_trajectory(out, trajectory):
-            provenance.write_beside(path, about)
+    _write(out, scene, request, method, trajectory)
+    _print(scene, trajectory, find_scene(problem, **start) if project else None, compensated=compensated, as_json=as_json)
+    raise typer.Exit(1 if trajectory.failure else 0)
+
+
+def _write(out: Path | None, scene: Any, request: "Request", method: str, trajectory: Any) -> None:
+    """Write a trajectory where there is a place for it, and beside each file how it was made."""
+    from daebench import provenance
+    from daebench.files import write_trajectory
+
+    if out is None:
+        return
+    about = provenance.made_by(MAKER) | provenance.definition(scene) | {"Method": method}
+    about["Run"] = _settings(request, trajectory.steps, trajectory.failure)
+    for path in write_trajectory(out, trajectory):
+        provenance.write_beside(path, about)
+
+
+def _print(scene: Any, trajectory: Any, given: "Scene | None", *, compensated: bool, as_json: bool) -> None:
+    """Print the summary of a run; ``given`` has the initial values as they were before they were projected."""
+    from dataclasses import asdict
+
+    from daebench.cli.summary import moved, print_summary, summary_of
+    from daebench.doubts import doubts
+
     summary = summary_of(scene, trajectory, compensated=compensated)
-    if project:
-        given = find_scene(problem, case, pairs("param", param or []), q0=numbers("--q0", q0), p0=numbers("--p0", p0), algebra=algebra)
+    if given is not None:
         summary["projected"] = moved(given, scene)
     summary["warnings"] = doubts(scene, trajectory)
     passages = getattr(trajectory, "passages", None)
@@ -117,7 +115,6 @@ def run(
         print_json(summary)
     else:
         print_summary(summary)
-    raise typer.Exit(1 if trajectory.failure else 0)
 
 
 def _check_place(out: Path | None, *, raw: bool, overwrite: bool) -> None:
