@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from daebench.errors import BadInput
-from daebench.method import Request
+from daebench.method import Progress, Request
 from daebench.pose import Posed
 from daebench.reference.conserved import conservation
 from daebench.reference.meter import Meter, Stopped
@@ -76,6 +76,27 @@ class Driven:
     outcome: Mapping[str, Any]
 
 
+@dataclass
+class _Outputs:
+    """The unknowns at the output times so far, and the CPU time, s, that the solver took for them."""
+
+    Y: list[Array]
+    seconds: float = 0.0
+
+    def extend(self, advance: Advance, times: Array, meter: Meter, progress: Progress | None) -> None:
+        """Go on to each time but the first; the outputs so far stay where the solver stops."""
+        for t in times[1:]:
+            cpu = time.thread_time()
+            try:
+                y = advance(float(t))
+            finally:
+                self.seconds += time.thread_time() - cpu
+            meter.require_inside(y)
+            self.Y.append(y)
+            if progress:
+                progress(float(t) / float(times[-1]))
+
+
 def drive(
     name: str,
     posed: Posed,
@@ -111,55 +132,48 @@ def drive(
     meter = metered(
         request.t_end, request.seconds_limit or SECONDS_LIMIT, request.patience, posed.outside, conservation(posed, request.value)
     )
-    scene, failure, interrupted = posed.scene, None, False
+    failure, interrupted, ready = None, False, began
     times = np.linspace(0.0, request.t_end, max(3, request.points or POINTS))
-    Y, seconds, ready = [posed.y0], 0.0, began
-
-    def sentence(why: str, t: float, advice: str) -> str:
-        where = f"{name} on {scene.problem}, case {scene.case}, stopped at t = {t:.9g} of {request.t_end:g} (tol = {request.value:g})"
-        return f"{where}: {why}; {advice}."
-
+    outputs = _Outputs([posed.y0])
     try:
         meter.begin(posed.y0)
         advance = begin(meter)
         ready = time.perf_counter()
         meter.start()
-        for t in times[1:]:
-            cpu = time.thread_time()
-            try:
-                y = advance(float(t))
-            finally:
-                seconds += time.thread_time() - cpu
-            meter.require_inside(y)
-            Y.append(y)
-            if request.progress:
-                request.progress(float(t) / request.t_end)
+        outputs.extend(advance, times, meter, request.progress)
     except Stopped as stop:
-        failure = sentence(str(stop), max(meter.t, times[len(Y) - 1]) if stop.t is None else stop.t, stop.advice or advice)
+        t = max(meter.t, times[len(outputs.Y) - 1]) if stop.t is None else stop.t
+        failure = _sentence(name, posed, request, t, f"{stop}; {stop.advice or advice}")
     except KeyboardInterrupt:
         if not request.keep_interrupted:
             raise
-        failure, interrupted = sentence("interrupted", meter.t, "run it again"), True
-    seconds -= meter.aside
-    times = times[: len(Y)]
+        failure, interrupted = _sentence(name, posed, request, meter.t, "interrupted; run it again"), True
+    Y, times = outputs.Y, times[: len(outputs.Y)]
     if failure and meter.t > times[-1]:
         times = np.append(times, meter.t)
         Y.append(meter.y)
     kept: slice | list[int] = slice(None) if request.every is None and request.points != 2 else [0, -1] if len(Y) > 1 else [0]
-    outcome = {
-        "problem": scene.problem,
-        "case": scene.case,
-        "method": name,
-        "parameters": dict(scene.parameters),
+    ending = {"method": name, "failure": failure, "interrupted": interrupted, "compile_seconds": ready - began}
+    return Driven(times, np.array(Y), kept, ending | _outcome(posed, request, meter, outputs.seconds - meter.aside))
+
+
+def _sentence(name: str, posed: Posed, request: Request, t: float, why: str) -> str:
+    """Return where and why a run stopped, and what to do."""
+    where = f"{name} on {posed.scene.problem}, case {posed.scene.case}"
+    return f"{where}, stopped at t = {t:.9g} of {request.t_end:g} (tol = {request.value:g}): {why}."
+
+
+def _outcome(posed: Posed, request: Request, meter: Meter, seconds: float) -> dict[str, Any]:
+    """Return what was run and what it cost; ``seconds`` is the CPU time of the solver."""
+    return {
+        "problem": posed.scene.problem,
+        "case": posed.scene.case,
+        "parameters": dict(posed.scene.parameters),
         "knob": "tol",
         "value": request.value,
         "steps": meter.steps,
         "work": dict(meter.calls) | {"steps": meter.steps} if request.count else {},
         "maxima_over": "outputs",
         "callback_seconds": min(meter.seconds, seconds),
-        "failure": failure,
-        "interrupted": interrupted,
         "seconds": seconds,
-        "compile_seconds": ready - began,
     }
-    return Driven(times, np.array(Y), kept, outcome)
