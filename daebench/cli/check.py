@@ -51,18 +51,8 @@ def check(
         found = check_claims(scene, chosen, h=value, steps=steps, progress=progress)
     short = [each.property for each in found if each.verdict == FALLS_SHORT]
     if as_json:
-        print_json(
-            {
-                "problem": scene.problem,
-                "case": scene.case,
-                "parameters": dict(scene.parameters),
-                "method": chosen.name,
-                "h": value,
-                "steps": steps,
-                "claims": [asdict(each) for each in found],
-                "falls_short": short,
-            }
-        )
+        about = {"problem": scene.problem, "case": scene.case, "parameters": dict(scene.parameters), "method": chosen.name}
+        print_json(about | {"h": value, "steps": steps, "claims": [asdict(each) for each in found], "falls_short": short})
     else:
         _print(f"{chosen.name} on {scene.problem}, case {scene.case}, h = {value:g}, {steps} steps", found)
         if short:

@@ -1,5 +1,6 @@
 """``daebench work-precision``: what accuracy costs, method by method."""
 
+from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -62,7 +63,7 @@ def work_precision(
     """
     from daebench.files import make_folder
     from daebench.studies.store import opened
-    from daebench.studies.work_precision import LEVELS, cheapest, standard, with_costs
+    from daebench.studies.work_precision import standard, with_costs
 
     tls = Tls(tls_ca_file, tls_cert, tls_key)
     executors = Executors(timed=repeat > 0, workers=workers, scheduler=scheduler, tls=tls, side_by_side=side_by_side)
@@ -88,29 +89,40 @@ def work_precision(
         again = outdated(cells, kept)
         with making(kept, executors, f"work against precision on {problem}") as runs:
             table = with_costs(runs(cells))
+    path = _drawn(out, table, error)
+    _tell(table, error, "seconds" if repeat else "evaluations", left_out, again, json=json)
+    if not json:
+        print(f"written: {out / 'work_precision.csv'}, {path}")
+
+
+def _drawn(out: Path, table: "pd.DataFrame", error: str) -> Path:
+    """Write the table, and return the path of the picture of an error against costs."""
     from daebench.figures import save_table
     from daebench.studies.work_precision_figure import draw, nothing_of
 
     save_table(out / "work_precision.csv", table)
     if why := nothing_of(table, error):
         raise DaebenchError(f"there is nothing of {error} to draw: {why}; the table is {out / 'work_precision.csv'}.")
-    path = draw(out, table, error, error.replace("_", " of ").replace("error", "largest error"))
-    cost = "seconds" if repeat else "evaluations"
-    best = cheapest(table, error, cost, LEVELS)
-    references = _references(table, error)
+    return draw(out, table, error, error.replace("_", " of ").replace("error", "largest error"))
+
+
+def _tell(table: "pd.DataFrame", error: str, cost: str, left_out: Mapping[str, str], again: str, *, json: bool) -> None:
+    """Print which method is the cheapest for each accuracy, what errors are against, and what was left out or made again."""
+    from daebench.studies.work_precision import LEVELS, cheapest
+
+    best, references = cheapest(table, error, cost, LEVELS), _references(table, error)
     if json:
         failed = int((table["failure"] != "").sum())
         told = {"best": best.to_dict("records"), "left_out": left_out, "runs": len(table), "failed": failed, "made_again": again}
         print_json(told | {"references": references})
-    else:
-        print_table(list(best.columns), [[_cell(value) for value in row] for row in best.itertuples(index=False)], f"cheapest for {error}")
-        for reference, bound in references.items():
-            print(f"errors are against: {reference}{f', which may be wrong by {bound:.1e}' if bound == bound else ''}")
-        for why in left_out.values():
-            print(f"left out: {why}")
-        if again:
-            print(again)
-        print(f"written: {out / 'work_precision.csv'}, {path}")
+        return
+    print_table(list(best.columns), [[_cell(value) for value in row] for row in best.itertuples(index=False)], f"cheapest for {error}")
+    for reference, bound in references.items():
+        print(f"errors are against: {reference}{f', which may be wrong by {bound:.1e}' if bound == bound else ''}")
+    for why in left_out.values():
+        print(f"left out: {why}")
+    if again:
+        print(again)
 
 
 def _column(error: str | None, study: "Study") -> str:

@@ -141,18 +141,16 @@ def animation(
     chosen = methods_of(scene, methods, options, anyway=anyway)
     if not chosen:
         raise BadInput("an animation needs at least one method, for example rattle.")
-    size = layout.at(scene.start[-1][None]).shape[1]
     rate = gif.possible(_within("fps", fps)) if path.suffix.lower() == ".gif" else _within("fps", fps)
-    frames = 1 + max(1, min(round(rate * length), form.most_frames(size, len(chosen), ERRORS) - 1))
+    frames = 1 + max(1, min(round(rate * length), form.most_frames(layout.at(scene.start[-1][None]).shape[1], len(chosen), ERRORS) - 1))
     times = np.linspace(0.0, t_end, frames)
     values = [knob_value(each, h=h if each.knob == "h" else None, tol=tol if each.knob == "tol" else None) for each in chosen]
     for each, value in zip(chosen, values, strict=True):
         each.check(scene, requested(scene, each, value, times))
     told = progress or (lambda fraction, label: None)
     share = DRAWING if form.pixels else 1.0
-    takes = []
-    for k, (each, value) in enumerate(zip(chosen, values, strict=True)):
-        takes.append(take(scene, each, value, times, _part(told, share * k / len(chosen), share / len(chosen), each.name)))
+    parts = [_part(told, share * k / len(chosen), share / len(chosen), method.name) for k, method in enumerate(chosen)]
+    takes = [take(scene, method, value, times, part) for method, value, part in zip(chosen, values, parts, strict=True)]
     reel = Reel(scene.problem, scene.case, dict(scene.parameters), layout, takes, times, length)
     form.write(path, reel, _part(told, share, 1 - share, f"drawing {path.name}"))
     save_table(beside := _numbers(path), reel.table())

@@ -1,7 +1,7 @@
 """The price of accuracy: errors of many methods against what they cost, and which method is cheapest for an accuracy."""
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -112,27 +112,14 @@ def standard(
     usual = (("y", "casimirs") if poisson else ("q", "p", "lam", "manifold")) + ("phase", "energy", "integrals")
     solvers = methods_of(scene, methods, anyway=poisson)
     values = {"h": list(h or steps), "tol": list(tol or TOLERANCES)}
-    knobs = {solver.knob for solver in solvers}
+    knobs = sorted({solver.knob for solver in solvers})
     for knob, given in (("h", h), ("tol", tol)):
         if given and knob not in knobs:
             raise BadInput(f"values of {knob} are of no use to {', '.join(methods)}; leave them out.")
-    return (
-        Study(
-            problem=problem,
-            cases=[scene.case],
-            methods=list(methods),
-            values={knob: values[knob] for knob in sorted(knobs)},
-            t_end=end,
-            parameters={name: [value] for name, value in (parameters or {}).items()},
-            metrics=[*(metrics or usual), *also],
-            outputs=SAMPLES,
-            repeat=repeat,
-            calls=CALLS,
-            beside=beside,
-            anyway=poisson,
-        ),
-        left_out,
-    )
+    runs: dict[str, Any] = {"problem": problem, "cases": [scene.case], "methods": list(methods), "t_end": end, "anyway": poisson}
+    runs |= {"values": {knob: values[knob] for knob in knobs}, "parameters": {name: [x] for name, x in (parameters or {}).items()}}
+    measured: dict[str, Any] = {"metrics": [*(metrics or usual), *also], "outputs": SAMPLES}
+    return Study(**runs, **measured, repeat=repeat, calls=CALLS, beside=beside), left_out
 
 
 def with_costs(table: "pd.DataFrame") -> "pd.DataFrame":
