@@ -11,7 +11,7 @@ from daebench.algebra import Values
 from daebench.domain import may_be_left_unseen
 from daebench.problem import ConstrainedHamiltonian
 from daebench.trajectory import WORK
-from daebench.watch import Watch
+from daebench.watch import State, Watch, of_constrained
 
 Arguments = dict[str, Sequence[sp.Symbol]]
 Rule = tuple[Arguments, Sequence[sp.Expr], tuple[int, ...]]
@@ -196,7 +196,9 @@ class Derivation:
 
     def watch(self, names: Sequence[str], kinds: int, raw: int) -> Watch:
         """Return what the loop does beside stepping, see :class:`daebench.watch.Watch`."""
-        return Watch(self.d, self.m, len(self.problem.integrals), names, kinds, raw, guarded=self.guarded)
+        quantities = of_constrained(self.m, len(self.problem.integrals))
+        state = State((("x[0]", self.d), ("x[1]", self.d)), self.m)
+        return Watch(quantities, state, names, kinds, raw, guarded=self.guarded)
 
     @cached_property
     def guarded(self) -> bool:

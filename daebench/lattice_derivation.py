@@ -10,11 +10,11 @@ from daebench import codegen
 from daebench.codegen import function
 from daebench.domain import may_be_left_unseen
 from daebench.lattice_algebra import Arrays
-from daebench.lattice_watch import LatticeWatch
 from daebench.poisson_derivation import work_of_parts
 from daebench.poisson_lattice import PoissonLattice
 from daebench.poisson_system import PoissonSystem
 from daebench.trajectory import POISSON_WORK
+from daebench.watch import State, Watch, of_poisson
 
 
 class LatticeDerivation:
@@ -87,10 +87,11 @@ class LatticeDerivation:
         """Return the algebra of its vectors."""
         return Arrays(self.n)
 
-    def watch(self, names: Sequence[str], kinds: int, raw: int) -> LatticeWatch:
+    def watch(self, names: Sequence[str], kinds: int, raw: int) -> Watch:
         """Return what the loop does beside stepping."""
         guarded = may_be_left_unseen([self.lattice.h], [*self.lattice.left, *self.lattice.here])
-        return LatticeWatch(self.n, len(self.lattice.casimirs), len(self.lattice.integrals), names, kinds, guarded=guarded)
+        quantities = of_poisson(len(self.lattice.casimirs), len(self.lattice.integrals))
+        return Watch(quantities, State((("x", self.n),), arrays=True), names, kinds, guarded=guarded)
 
     def tracer(self, linker: Any) -> Any:
         """Return what writes its functions from loops over nodes: nothing, only a chain has that."""

@@ -10,8 +10,8 @@ from daebench import codegen
 from daebench.algebra import Values
 from daebench.domain import may_be_left_unseen
 from daebench.poisson_system import PoissonSystem
-from daebench.poisson_watch import PoissonWatch
 from daebench.trajectory import POISSON_WORK
+from daebench.watch import State, Watch, of_poisson
 
 Rule = tuple[Sequence[sp.Symbol], Sequence[sp.Expr], tuple[int, ...]]
 
@@ -149,10 +149,11 @@ class PoissonDerivation:
         n, m = self.n, max(1, self.m)
         return Values(n, m, [[True] * n] * m, [[True] * n] * n, stages=stages, dtype=dtype)
 
-    def watch(self, names: Sequence[str], kinds: int, raw: int) -> PoissonWatch:
+    def watch(self, names: Sequence[str], kinds: int, raw: int) -> Watch:
         """Return what the loop does beside stepping."""
         guarded = may_be_left_unseen([self.problem.H], self.problem.y, self.problem.domain)
-        return PoissonWatch(self.n, len(self.problem.casimirs), len(self.problem.integrals), names, kinds, guarded=guarded)
+        quantities = of_poisson(len(self.problem.casimirs), len(self.problem.integrals))
+        return Watch(quantities, State((("x", self.n),)), names, kinds, guarded=guarded)
 
     def tracer(self, linker: Any) -> Any:
         """Return what writes its functions from loops over nodes: nothing, only a chain has that."""

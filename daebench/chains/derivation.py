@@ -6,12 +6,12 @@ from typing import TYPE_CHECKING
 
 from daebench.chains.chain import ConstrainedChain
 from daebench.chains.nodes import Nodes
-from daebench.chains.watch import ChainWatch
 from daebench.derive import Derivation
 from daebench.domain import may_be_left_unseen
 from daebench.lattice_algebra import Arrays
 from daebench.problem import ConstrainedHamiltonian
 from daebench.trajectory import WORK
+from daebench.watch import State, Watch, of_constrained
 
 if TYPE_CHECKING:
     from daebench.chains.trace import Tracer
@@ -66,11 +66,12 @@ class ChainDerivation:
         """Return the algebra of its vectors outside of steps."""
         return Arrays(self.d)
 
-    def watch(self, names: Sequence[str], kinds: int, raw: int) -> ChainWatch:
+    def watch(self, names: Sequence[str], kinds: int, raw: int) -> Watch:
         """Return what the loop does beside stepping."""
         chain = self.chain
         guarded = may_be_left_unseen([chain.U, chain.joint_U], [*chain.before, *chain.here])
-        return ChainWatch(self.d, self.m, 0, names, kinds, raw, guarded=guarded)
+        state = State((("x[0]", self.d), ("x[1]", self.d)), self.m, arrays=True)
+        return Watch(of_constrained(self.m, 0), state, names, kinds, raw, guarded=guarded)
 
     def tracer(self, linker: "Linker") -> "Tracer":
         """Return what writes its functions for a linker."""
