@@ -12,7 +12,7 @@ from daebench.domain import may_be_left_unseen
 from daebench.lattice_algebra import Arrays
 from daebench.poisson_derivation import work_of_parts
 from daebench.poisson_lattice import PoissonLattice
-from daebench.poisson_system import PoissonSystem
+from daebench.poisson_system import PoissonCase, PoissonSystem
 from daebench.trajectory import POISSON_WORK
 from daebench.watch import State, Watch, of_poisson
 
@@ -34,7 +34,7 @@ class LatticeDerivation:
     work = POISSON_WORK
 
     def __init__(self, lattice: PoissonLattice, splitting: str = "") -> None:
-        self.lattice, self.n = lattice, lattice.n
+        self.definition, self.lattice, self.n = lattice, lattice, lattice.n
         self.parameters = list(lattice.parameters)
         first = next(iter(lattice.splittings), "")
         self.parts = [lattice.parts[name] for name in lattice.splittings[splitting or first]] if lattice.splittings else []
@@ -77,6 +77,26 @@ class LatticeDerivation:
     def constants(self) -> dict[str, bool | int]:
         """Constants of the holes that the lattice settles."""
         return {"DENSE": False, "BOUNDED": False, "CONSTRAINTS": 1}
+
+    def facts(self) -> dict[str, Any]:
+        """Return the facts of the lattice, by the names of :meth:`daebench.poisson_derivation.PoissonDerivation.facts`."""
+        lattice = self.lattice
+        return {
+            "N": lattice.n,
+            "CASIMIRS": tuple(lattice.casimirs),
+            "INTEGRALS": tuple(lattice.integrals),
+            "DOMAIN": (),
+            "CONSTANT": not lattice.b.free_symbols & set(lattice.here),
+            "BILINEAR": False,
+            "HALVES": len(lattice.here) % 2 == 0,
+            "SPLITTINGS": {name: tuple(parts) for name, parts in lattice.splittings.items()},
+            "LINEAR": self.of_degree(1),
+            "QUADRATIC": self.of_degree(2),
+            "CLOSED_FORM": False,
+            "DARBOUX": lattice.darboux is not None,
+            "LIFT": "",
+            "SITES": lattice.sites,
+        }
 
     @property
     def costs(self) -> Mapping[str, list[int]]:
@@ -165,12 +185,12 @@ class LatticeDerivation:
         lines = self._loop([f"out[{i * N} + k, {j * N} + k]" for i, j in pairs], [self.lattice.b[i, j] for i, j in pairs])
         return function("B(y, par)", f"out = zeros(({self.n}, {self.n}), dtype=y.dtype)", *lines, "return out")
 
-    def initial(self, name: str, values: Sequence[Any]) -> str:
-        """Source of name(par), which returns the state with these expressions in the number of the site."""
+    def initial(self, name: str, case: PoissonCase) -> str:
+        """Return the source of name(par), which returns the initial y, given by expressions in the number of the site."""
         site = {self.lattice.site: sp.Symbol("site")}
         lines = codegen.assignments(
             [f"field_{i}" for i in range(self.fields)],
-            [sp.sympify(value).xreplace(site) for value in values],
+            [sp.sympify(value).xreplace(site) for value in case.y],
             {sp.Symbol("site"): "site", **{parameter: f"par[{i}]" for i, parameter in enumerate(self.parameters)}},
         )
         start = f"site = arange(1.0, {self.lattice.sites} + 1.0)"

@@ -9,7 +9,7 @@ import sympy as sp
 from daebench import codegen
 from daebench.algebra import Values
 from daebench.domain import may_be_left_unseen
-from daebench.poisson_system import PoissonSystem
+from daebench.poisson_system import PoissonCase, PoissonSystem
 from daebench.trajectory import POISSON_WORK
 from daebench.watch import State, Watch, of_poisson
 
@@ -43,7 +43,7 @@ class PoissonDerivation:
     work = POISSON_WORK
 
     def __init__(self, system: PoissonSystem, splitting: str = "") -> None:
-        self.problem, self.n = system, system.n
+        self.definition, self.problem, self.n = system, system, system.n
         self.y = sp.Matrix(list(system.y))
         self.parameters = list(system.parameters)
         self.parts = (
@@ -138,6 +138,35 @@ class PoissonDerivation:
     def constants(self) -> dict[str, bool | int]:
         """Constants of ``kernels/hole.py`` and ``kernels/poisson_hole.py`` that the system settles."""
         return {"DENSE": True, "BOUNDED": bool(self.problem.domain), "CONSTRAINTS": self.m}
+
+    def facts(self) -> dict[str, Any]:
+        """Return the facts of the system.
+
+        They are N (size), CASIMIRS and INTEGRALS (names), DOMAIN (sources of what stays positive), CONSTANT and BILINEAR (classes of B, see
+        :data:`daebench.claims.CLASSES`), HALVES, SPLITTINGS (names), LINEAR and QUADRATIC (names of integrals), CLOSED_FORM, DARBOUX,
+        LIFT (name of the problem above, or ""), and SITES (of a lattice, or 0).
+        """
+        system = self.problem
+        return {
+            "N": self.n,
+            "CASIMIRS": tuple(system.casimirs),
+            "INTEGRALS": tuple(system.integrals),
+            "DOMAIN": tuple(map(str, system.domain)),
+            "CONSTANT": self.constant,
+            "BILINEAR": self.bilinear,
+            "HALVES": self.halves,
+            "SPLITTINGS": {name: tuple(parts) for name, parts in system.splittings.items()},
+            "LINEAR": self.linear,
+            "QUADRATIC": self.quadratic,
+            "CLOSED_FORM": system.closed_form is not None,
+            "SITES": 0,
+            "DARBOUX": system.darboux is not None,
+            "LIFT": system.lift.problem if system.lift else "",
+        }
+
+    def initial(self, name: str, case: PoissonCase) -> str:
+        """Return the source of name(par), which returns the initial y."""
+        return codegen.expressions(name, {}, [sp.sympify(value) for value in case.y], (self.n,), self.parameters)
 
     @property
     def costs(self) -> Mapping[str, list[int]]:
