@@ -19,6 +19,11 @@ def _halves(n: int) -> str:
     return f"return {pack(f'z[{i}]' for i in range(n))}, {pack(f'z[{i}]' for i in range(n, 2 * n))}, pivot"
 
 
+def _matrix(signature: str, entry: Callable[[int, int], str], left: range, right: range) -> Callable[[], str]:
+    """Return what writes a function of this signature that returns a matrix of these entries."""
+    return lambda: function(signature, "return " + pack(pack(entry(i, j) for j in right) for i in left))
+
+
 class Values:
     """Source of the functions declared in ``kernels/hole.py`` under *algebra*, for tuples of fixed length.
 
@@ -74,15 +79,22 @@ class Values:
 
     @property
     def _rules(self) -> dict[str, Callable[[], str]]:
-        d, m = range(self.d), range(self.m)
-        columns = [[i for i in d if self.structure[a][i]] for a in m]
+        """Source of each operation, by its name."""
+        return self._vectors | self._matrices | self._halves | self._solvers
+
+    @property
+    def _columns(self) -> list[list[int]]:
+        """Columns in which each row of G is not zero."""
+        return [[i for i in range(self.d) if row[i]] for row in self.structure]
+
+    @property
+    def _vectors(self) -> dict[str, Callable[[], str]]:
+        """Operations that return a vector, a multiplier or a number."""
+        d, m, columns = range(self.d), range(self.m), self._columns
         rows = [[a for a in m if self.structure[a][i]] for i in d]
 
         def vector(signature: str, entry: str, over: range) -> Callable[[], str]:
             return lambda: function(signature, "return " + pack(entry.format(i=i) for i in over))
-
-        def matrix(signature: str, entry: Callable[[int, int], str], left: range, right: range) -> Callable[[], str]:
-            return lambda: function(signature, "return " + pack(pack(entry(i, j) for j in right) for i in left))
 
         return {
             "axpy": vector("axpy(w, x, y)", "w * x[{i}] + y[{i}]", d),
@@ -98,35 +110,55 @@ class Values:
             "mul_full": lambda: function("mul_full(X, v)", "return " + pack(_sum([f"X[{a}][{i}] * v[{i}]" for i in d]) for a in m)),
             "mul_T": lambda: function("mul_T(X, y)", "return " + pack(_sum([f"X[{a}][{i}] * y[{a}]" for a in rows[i]]) for i in d)),
             "mul_full_T": lambda: function("mul_full_T(X, y)", "return " + pack(_sum([f"X[{a}][{i}] * y[{a}]" for a in m]) for i in d)),
-            "gram": matrix("gram(X, Y)", lambda a, b: _sum([f"X[{a}][{i}] * Y[{b}][{i}]" for i in columns[a]]), m, m),
-            "gram_full": matrix("gram_full(X, Y)", lambda a, b: _sum([f"X[{a}][{i}] * Y[{b}][{i}]" for i in d]), m, m),
-            "plus_mm": matrix("plus_mm(X, Y)", lambda a, b: f"X[{a}][{b}] + Y[{a}][{b}]", m, m),
-            "scale_mm": matrix("scale_mm(w, X)", lambda a, b: f"w * X[{a}][{b}]", m, m),
-            "scale_dd": matrix("scale_dd(w, X)", lambda i, j: f"w * X[{i}][{j}]", d, d),
-            "minus_md": matrix("minus_md(X, Y)", lambda a, i: f"X[{a}][{i}] - Y[{a}][{i}]", m, d),
-            "jacobian_times": matrix(
+            "apply": lambda: function("apply(S, x)", "return " + pack(_sum([f"S[{i}][{j}] * x[{j}]" for j in d]) for i in d)),
+        }
+
+    @property
+    def _matrices(self) -> dict[str, Callable[[], str]]:
+        """Operations that return a matrix."""
+        d, m, columns = range(self.d), range(self.m), self._columns
+        return {
+            "gram": _matrix("gram(X, Y)", lambda a, b: _sum([f"X[{a}][{i}] * Y[{b}][{i}]" for i in columns[a]]), m, m),
+            "gram_full": _matrix("gram_full(X, Y)", lambda a, b: _sum([f"X[{a}][{i}] * Y[{b}][{i}]" for i in d]), m, m),
+            "plus_mm": _matrix("plus_mm(X, Y)", lambda a, b: f"X[{a}][{b}] + Y[{a}][{b}]", m, m),
+            "scale_mm": _matrix("scale_mm(w, X)", lambda a, b: f"w * X[{a}][{b}]", m, m),
+            "scale_dd": _matrix("scale_dd(w, X)", lambda i, j: f"w * X[{i}][{j}]", d, d),
+            "minus_md": _matrix("minus_md(X, Y)", lambda a, i: f"X[{a}][{i}] - Y[{a}][{i}]", m, d),
+            "jacobian_times": _matrix(
                 "jacobian_times(X, S)",
                 lambda a, i: _sum([f"X[{a}][{j}] * S[{j}][{i}]" for j in columns[a] if self.inverse_mass[j][i]]),
                 m,
                 d,
             ),
-            "scale_md": matrix("scale_md(w, X)", lambda a, i: f"w * X[{a}][{i}]", m, d),
-            "outer_md": matrix("outer_md(y, x, X)", lambda a, i: f"y[{a}] * x[{i}] + X[{a}][{i}]", m, d),
-            "apply_md": matrix("apply_md(S, X)", lambda a, i: _sum([f"S[{i}][{j}] * X[{a}][{j}]" for j in d]), m, d),
-            "apply": lambda: function("apply(S, x)", "return " + pack(_sum([f"S[{i}][{j}] * x[{j}]" for j in d]) for i in d)),
-            "axpy_dd": matrix("axpy_dd(w, X, Y)", lambda i, j: f"w * X[{i}][{j}] + Y[{i}][{j}]", d, d),
-            "identity_plus": matrix("identity_plus(w, X)", lambda i, j: f"{'1.0 + ' * (i == j)}w * X[{i}][{j}]", d, d),
-            "identity_d": matrix("identity_d(q)", lambda i, j: f"{float(i == j)} + 0.0 * q[0]", d, d),
-            "transpose": matrix("transpose(X)", lambda i, j: f"X[{j}][{i}]", d, d),
-            "product": matrix("product(X, Y)", lambda i, j: _sum([f"X[{i}][{k}] * Y[{k}][{j}]" for k in d]), d, d),
-            "product_T": matrix("product_T(X, Y)", lambda i, j: _sum([f"X[{a}][{i}] * Y[{a}][{j}]" for a in m]), d, d),
+            "scale_md": _matrix("scale_md(w, X)", lambda a, i: f"w * X[{a}][{i}]", m, d),
+            "outer_md": _matrix("outer_md(y, x, X)", lambda a, i: f"y[{a}] * x[{i}] + X[{a}][{i}]", m, d),
+            "apply_md": _matrix("apply_md(S, X)", lambda a, i: _sum([f"S[{i}][{j}] * X[{a}][{j}]" for j in d]), m, d),
+            "axpy_dd": _matrix("axpy_dd(w, X, Y)", lambda i, j: f"w * X[{i}][{j}] + Y[{i}][{j}]", d, d),
+            "identity_plus": _matrix("identity_plus(w, X)", lambda i, j: f"{'1.0 + ' * (i == j)}w * X[{i}][{j}]", d, d),
+            "identity_d": _matrix("identity_d(q)", lambda i, j: f"{float(i == j)} + 0.0 * q[0]", d, d),
+            "transpose": _matrix("transpose(X)", lambda i, j: f"X[{j}][{i}]", d, d),
+            "product": _matrix("product(X, Y)", lambda i, j: _sum([f"X[{i}][{k}] * Y[{k}][{j}]" for k in d]), d, d),
+            "product_T": _matrix("product_T(X, Y)", lambda i, j: _sum([f"X[{a}][{i}] * Y[{a}][{j}]" for a in m]), d, d),
+            "identity_minus": _matrix("identity_minus(w, X)", lambda a, b: f"{'1.0 ' * (a == b)}- w * X[{a}][{b}]", m, m),
+        }
+
+    @property
+    def _halves(self) -> dict[str, Callable[[], str]]:
+        """Operations on the halves u and v of a Poisson system's state (u, v, c)."""
+        m = range(self.m)
+        return {
             "first_half": lambda: function("first_half(y)", "return " + pack(f"y[{a}]" for a in m)),
             "second_half": lambda: function("second_half(y)", "return " + pack(f"y[{self.m + a}]" for a in m)),
             "joined": lambda: function(
                 "joined(u, v, y)",
                 "return " + pack([f"{half}[{a}]" for half in "uv" for a in m] + [f"y[{i}]" for i in range(2 * self.m, self.d)]),
             ),
-            "identity_minus": matrix("identity_minus(w, X)", lambda a, b: f"{'1.0 ' * (a == b)}- w * X[{a}][{b}]", m, m),
+        }
+
+    @property
+    def _solvers(self) -> dict[str, Callable[[], str]]:
+        """Solutions of linear systems."""
+        return {
             "solve": lambda: self._of_constraints("solve", self.m) or solver("solve", self.m),
             "solve_d": lambda: eliminating("solve_d", self.d, self.target),
             "solve_dm": lambda: eliminating("solve_dm", self.d, self.target, self.m),

@@ -15,36 +15,8 @@ from daebench.sealed import CacheWarning, warn
 
 __all__ = ["GENERATORS", "CacheWarning", "cache_directory", "generated", "toolchain"]
 
-GENERATORS: tuple[str, ...] = ("algebra", "assumptions", "cache", "circles", "codegen", "compiled", "compiled_elimination")
-GENERATORS += (
-    "definition_checks",
-    "definition_parts",
-    "derive",
-    "derive_local",
-    "domain",
-    "elimination",
-    "equations",
-    "fixed_step",
-    "kinetic_flows",
-    "lattice_algebra",
-    "lattice_derivation",
-    "lattice_sheet",
-    "lattice_watch",
-    "least_squares_solver",
-    "link",
-    "machine_code",
-    "poisson_lattice",
-    "poisson_derivation",
-    "poisson_identities",
-    "poisson_sheet",
-    "poisson_step",
-    "poisson_system",
-    "poisson_watch",
-    "pose",
-)
-GENERATORS += ("problem", "residuals", "scene", "sealed", "sheet", "solvers", "source", "syntax", "unroll", "watch")
-"""The modules that decide what generated source says; kernels and schemes do too."""
-
+GENERATORS = ("*.py", "chains/**/*.py", "kernels/**/*.py", "schemes/**/*.py")
+"""Files of this package that may decide what generated source says: whole folders, so that none can be forgotten."""
 
 LONGEST = 80
 """Most characters of a module's name that are for people: numba's files beside it have its name and a kernel's, in 255 together."""
@@ -69,13 +41,17 @@ def cache_directory() -> Path:
 @cache
 def toolchain() -> str:
     """Return the text that stands for everything that turns definitions into source: this package's own code and SymPy's version."""
+    return f"{code_of_generators()} sympy {version('sympy')} python {sys.version_info[:2]}"
+
+
+def code_of_generators() -> str:
+    """Return the hash of the names and contents of all files of :data:`GENERATORS`."""
     package = Path(__file__).parent
-    files = [package / f"{name}.py" for name in GENERATORS]
     digest = hashlib.sha256()
-    folders = [sorted((package / folder).rglob("*.py")) for folder in ("kernels", "schemes", "chains")]
-    for file in [*files, *(file for folder in folders for file in folder)]:
-        digest.update(file.read_bytes())
-    return f"{digest.hexdigest()} sympy {version('sympy')} python {sys.version_info[:2]}"
+    for file in sorted(file for pattern in GENERATORS for file in package.glob(pattern)):
+        content = file.read_bytes()
+        digest.update(f"{file.relative_to(package).as_posix()} {len(content)}\n".encode() + content)
+    return digest.hexdigest()
 
 
 def generated(stem: str, key: str, build: Callable[[bool], str]) -> types.ModuleType:

@@ -9,9 +9,9 @@ import sympy as sp
 from daebench import codegen
 from daebench.algebra import Values
 from daebench.domain import may_be_left_unseen
-from daebench.problem import ConstrainedHamiltonian
+from daebench.problem import Case, ConstrainedHamiltonian
 from daebench.trajectory import WORK
-from daebench.watch import Watch
+from daebench.watch import State, Watch, of_constrained
 
 Arguments = dict[str, Sequence[sp.Symbol]]
 Rule = tuple[Arguments, Sequence[sp.Expr], tuple[int, ...]]
@@ -35,7 +35,7 @@ class Derivation:
     """Work of functions that count for what their name does not say."""
 
     def __init__(self, problem: ConstrainedHamiltonian) -> None:
-        self.problem = problem
+        self.definition = self.problem = problem
         self.d, self.m = problem.d, problem.m
         self.q, self.p = sp.Matrix(problem.q), sp.Matrix(problem.p)
         self.v = sp.Matrix([sp.Dummy(f"v{i + 1}", real=True) for i in range(self.d)])
@@ -190,13 +190,34 @@ class Derivation:
         """Constants of ``kernels/hole.py`` that the problem settles."""
         return {"SEPARABLE": self.separable, "QUADRATIC": self.quadratic, "CONSTRAINTS": self.m}
 
+    def facts(self) -> dict[str, Any]:
+        """Return sizes D and M, names of INTEGRALS, properties of H, and whether CLOSED_FORM, KINETIC_FLOW and CHART are declared."""
+        return {
+            "D": self.d,
+            "M": self.m,
+            "INTEGRALS": tuple(self.problem.integrals),
+            "SEPARABLE": self.separable,
+            "QUADRATIC": self.quadratic,
+            "EXPLICIT": self.explicit,
+            "CLOSED_FORM": self.problem.closed_form is not None,
+            "KINETIC_FLOW": self.problem.kinetic_flow is not None,
+            "CHART": self.problem.chart is not None,
+        }
+
+    def initial(self, name: str, case: Case) -> str:
+        """Return the source of name(par), which returns initial p and q."""
+        values = [sp.sympify(value) for value in (*case.p, *case.q)]
+        return codegen.expressions(name, {}, values, (2, self.d), self.parameters)
+
     def algebra(self, stages: int, dtype: str) -> Values:
         """Return the algebra of its vectors, for a scheme with so many stages and a number type."""
         return Values(self.d, self.m, self.structure, self.inverse_mass, stages=stages, dtype=dtype, mass=self.coupled)
 
     def watch(self, names: Sequence[str], kinds: int, raw: int) -> Watch:
         """Return what the loop does beside stepping, see :class:`daebench.watch.Watch`."""
-        return Watch(self.d, self.m, len(self.problem.integrals), names, kinds, raw, guarded=self.guarded)
+        quantities = of_constrained(self.m, len(self.problem.integrals))
+        state = State((("x[0]", self.d), ("x[1]", self.d)), self.m)
+        return Watch(quantities, state, names, kinds, raw, guarded=self.guarded)
 
     @cached_property
     def guarded(self) -> bool:

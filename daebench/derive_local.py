@@ -66,7 +66,7 @@ class LocalDerivation(Derivation):
 
     def watch(self, names: Sequence[str], kinds: int, raw: int) -> Watch:
         """Return what the loop does beside stepping, for states in the problem's own coordinates."""
-        return Watch(self.own.d, self.m, len(self.problem.integrals), names, kinds, raw, guarded=self.own.guarded)
+        return self.own.watch(names, kinds, raw)
 
     @cached_property
     def K_y(self) -> sp.Matrix:

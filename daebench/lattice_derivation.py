@@ -10,11 +10,11 @@ from daebench import codegen
 from daebench.codegen import function
 from daebench.domain import may_be_left_unseen
 from daebench.lattice_algebra import Arrays
-from daebench.lattice_watch import LatticeWatch
 from daebench.poisson_derivation import work_of_parts
 from daebench.poisson_lattice import PoissonLattice
-from daebench.poisson_system import PoissonSystem
+from daebench.poisson_system import PoissonCase, PoissonSystem
 from daebench.trajectory import POISSON_WORK
+from daebench.watch import State, Watch, of_poisson
 
 
 class LatticeDerivation:
@@ -34,7 +34,7 @@ class LatticeDerivation:
     work = POISSON_WORK
 
     def __init__(self, lattice: PoissonLattice, splitting: str = "") -> None:
-        self.lattice, self.n = lattice, lattice.n
+        self.definition, self.lattice, self.n = lattice, lattice, lattice.n
         self.parameters = list(lattice.parameters)
         first = next(iter(lattice.splittings), "")
         self.parts = [lattice.parts[name] for name in lattice.splittings[splitting or first]] if lattice.splittings else []
@@ -78,6 +78,26 @@ class LatticeDerivation:
         """Constants of the holes that the lattice settles."""
         return {"DENSE": False, "BOUNDED": False, "CONSTRAINTS": 1}
 
+    def facts(self) -> dict[str, Any]:
+        """Return the facts of the lattice, by the names of :meth:`daebench.poisson_derivation.PoissonDerivation.facts`."""
+        lattice = self.lattice
+        return {
+            "N": lattice.n,
+            "CASIMIRS": tuple(lattice.casimirs),
+            "INTEGRALS": tuple(lattice.integrals),
+            "DOMAIN": (),
+            "CONSTANT": not lattice.b.free_symbols & set(lattice.here),
+            "BILINEAR": False,
+            "HALVES": len(lattice.here) % 2 == 0,
+            "SPLITTINGS": {name: tuple(parts) for name, parts in lattice.splittings.items()},
+            "LINEAR": self.of_degree(1),
+            "QUADRATIC": self.of_degree(2),
+            "CLOSED_FORM": False,
+            "DARBOUX": lattice.darboux is not None,
+            "LIFT": "",
+            "SITES": lattice.sites,
+        }
+
     @property
     def costs(self) -> Mapping[str, list[int]]:
         """Work of one call of each function."""
@@ -87,10 +107,11 @@ class LatticeDerivation:
         """Return the algebra of its vectors."""
         return Arrays(self.n)
 
-    def watch(self, names: Sequence[str], kinds: int, raw: int) -> LatticeWatch:
+    def watch(self, names: Sequence[str], kinds: int, raw: int) -> Watch:
         """Return what the loop does beside stepping."""
         guarded = may_be_left_unseen([self.lattice.h], [*self.lattice.left, *self.lattice.here])
-        return LatticeWatch(self.n, len(self.lattice.casimirs), len(self.lattice.integrals), names, kinds, guarded=guarded)
+        quantities = of_poisson(len(self.lattice.casimirs), len(self.lattice.integrals))
+        return Watch(quantities, State((("x", self.n),), arrays=True), names, kinds, guarded=guarded)
 
     def tracer(self, linker: Any) -> Any:
         """Return what writes its functions from loops over nodes: nothing, only a chain has that."""
@@ -164,12 +185,12 @@ class LatticeDerivation:
         lines = self._loop([f"out[{i * N} + k, {j * N} + k]" for i, j in pairs], [self.lattice.b[i, j] for i, j in pairs])
         return function("B(y, par)", f"out = zeros(({self.n}, {self.n}), dtype=y.dtype)", *lines, "return out")
 
-    def initial(self, name: str, values: Sequence[Any]) -> str:
-        """Source of name(par), which returns the state with these expressions in the number of the site."""
+    def initial(self, name: str, case: PoissonCase) -> str:
+        """Return the source of name(par), which returns the initial y, given by expressions in the number of the site."""
         site = {self.lattice.site: sp.Symbol("site")}
         lines = codegen.assignments(
             [f"field_{i}" for i in range(self.fields)],
-            [sp.sympify(value).xreplace(site) for value in values],
+            [sp.sympify(value).xreplace(site) for value in case.y],
             {sp.Symbol("site"): "site", **{parameter: f"par[{i}]" for i, parameter in enumerate(self.parameters)}},
         )
         start = f"site = arange(1.0, {self.lattice.sites} + 1.0)"

@@ -17,7 +17,6 @@ def least_squares_solver(name: str, n: int, dtype: str) -> str:
     the scaled x. A P = Q R is found by modified Gram-Schmidt with b as a last column, and ended where what is left of the columns is
     below :data:`DEPENDENT`. Products are taken without conjugation, so that an imaginary part carries a derivative.
     """
-    N = f"range({n})"
     return function(
         f"{name}(A, b)",
         f"a = numpy.empty(({n}, {n + 1}), dtype=numpy.{dtype})",
@@ -25,6 +24,21 @@ def least_squares_solver(name: str, n: int, dtype: str) -> str:
         *(f"a[{i}, {n}] = b[{i}]" for i in range(n)),
         f"r, x, null = numpy.zeros(({n}, {n + 1}), a.dtype), numpy.zeros({n}, a.dtype), numpy.zeros(({n}, {n}), a.dtype)",
         f"size, order = numpy.abs(a[0, :{n}]), numpy.arange({n})",
+        *_scaling(n),
+        *_factorisation(n, DEPENDENT[dtype]),
+        *_substitution(n),
+        *_of_least_norm(n),
+        "z = numpy.empty_like(x)",
+        f"for k in range({n}):",
+        "    z[order[k]] = x[k] / size[order[k]]",
+        f"return {pack(f'z[{i}]' for i in range(n))}, pivot + total",
+    )
+
+
+def _scaling(n: int) -> list[str]:
+    """Lines that scale the rows of a, then the columns by ``size``; ``total`` becomes NaN where A is not finite."""
+    N = f"range({n})"
+    return [
         "total = 0.0 * size[0]",
         f"for i in {N}:",
         "    most = 0.0 * total",
@@ -42,6 +56,13 @@ def least_squares_solver(name: str, n: int, dtype: str) -> str:
         "        size[j] = 1.0",
         f"    for i in {N}:",
         "        a[i, j] = a[i, j] / size[j]",
+    ]
+
+
+def _factorisation(n: int, dependent: float) -> list[str]:
+    """Lines that find A P = Q R by modified Gram-Schmidt with column pivoting: Q in a, R in r, P in ``order``, and the rank."""
+    N = f"range({n})"
+    return [
         "rank, first, pivot = 0, 0.0 * total, 0.0 * total",
         f"for k in {N}:",
         "    best, most = k, 0.0 * total",
@@ -54,7 +75,7 @@ def least_squares_solver(name: str, n: int, dtype: str) -> str:
         "    most = sqrt(most)",
         "    if k == 0:",
         "        first = most",
-        f"    if not most > {DEPENDENT[dtype]!r} * first:",
+        f"    if not most > {dependent!r} * first:",
         "        break",
         "    rank, pivot = k + 1, most / first",
         "    if best != k:",
@@ -73,11 +94,24 @@ def least_squares_solver(name: str, n: int, dtype: str) -> str:
         "            r[k, j] += a[i, k] * a[i, j]",
         f"        for i in {N}:",
         "            a[i, j] -= r[k, j] * a[i, k]",
+    ]
+
+
+def _substitution(n: int) -> list[str]:
+    """Lines that solve with the upper triangle of R, shape(rank, rank), for x; its other entries stay zero."""
+    return [
         "for k in range(rank - 1, -1, -1):",
         f"    x[k] = r[k, {n}]",
         "    for j in range(k + 1, rank):",
         "        x[k] -= r[k, j] * x[j]",
         "    x[k] = x[k] / r[k, k]",
+    ]
+
+
+def _of_least_norm(n: int) -> list[str]:
+    """Lines that find an orthogonal basis of the null space of R and subtract from x its components along it."""
+    N = f"range({n})"
+    return [
         f"for free in range(rank, {n}):",
         "    null[free, free] = 1.0",
         "    for k in range(rank - 1, -1, -1):",
@@ -99,8 +133,4 @@ def least_squares_solver(name: str, n: int, dtype: str) -> str:
         "        square += null[free, j] * null[free, j]",
         f"    for j in {N}:",
         "        x[j] -= along / square * null[free, j]",
-        "z = numpy.empty_like(x)",
-        f"for k in {N}:",
-        "    z[order[k]] = x[k] / size[order[k]]",
-        f"return {pack(f'z[{i}]' for i in range(n))}, pivot + total",
-    )
+    ]

@@ -9,9 +9,9 @@ import sympy as sp
 from daebench import codegen
 from daebench.algebra import Values
 from daebench.domain import may_be_left_unseen
-from daebench.poisson_system import PoissonSystem
-from daebench.poisson_watch import PoissonWatch
+from daebench.poisson_system import PoissonCase, PoissonSystem
 from daebench.trajectory import POISSON_WORK
+from daebench.watch import State, Watch, of_poisson
 
 Rule = tuple[Sequence[sp.Symbol], Sequence[sp.Expr], tuple[int, ...]]
 
@@ -43,7 +43,7 @@ class PoissonDerivation:
     work = POISSON_WORK
 
     def __init__(self, system: PoissonSystem, splitting: str = "") -> None:
-        self.problem, self.n = system, system.n
+        self.definition, self.problem, self.n = system, system, system.n
         self.y = sp.Matrix(list(system.y))
         self.parameters = list(system.parameters)
         self.parts = (
@@ -139,6 +139,35 @@ class PoissonDerivation:
         """Constants of ``kernels/hole.py`` and ``kernels/poisson_hole.py`` that the system settles."""
         return {"DENSE": True, "BOUNDED": bool(self.problem.domain), "CONSTRAINTS": self.m}
 
+    def facts(self) -> dict[str, Any]:
+        """Return the facts of the system.
+
+        They are N (size), CASIMIRS and INTEGRALS (names), DOMAIN (sources of what stays positive), CONSTANT and BILINEAR (classes of B, see
+        :data:`daebench.claims.CLASSES`), HALVES, SPLITTINGS (names), LINEAR and QUADRATIC (names of integrals), CLOSED_FORM, DARBOUX,
+        LIFT (name of the problem above, or ""), and SITES (of a lattice, or 0).
+        """
+        system = self.problem
+        return {
+            "N": self.n,
+            "CASIMIRS": tuple(system.casimirs),
+            "INTEGRALS": tuple(system.integrals),
+            "DOMAIN": tuple(map(str, system.domain)),
+            "CONSTANT": self.constant,
+            "BILINEAR": self.bilinear,
+            "HALVES": self.halves,
+            "SPLITTINGS": {name: tuple(parts) for name, parts in system.splittings.items()},
+            "LINEAR": self.linear,
+            "QUADRATIC": self.quadratic,
+            "CLOSED_FORM": system.closed_form is not None,
+            "SITES": 0,
+            "DARBOUX": system.darboux is not None,
+            "LIFT": system.lift.problem if system.lift else "",
+        }
+
+    def initial(self, name: str, case: PoissonCase) -> str:
+        """Return the source of name(par), which returns the initial y."""
+        return codegen.expressions(name, {}, [sp.sympify(value) for value in case.y], (self.n,), self.parameters)
+
     @property
     def costs(self) -> Mapping[str, list[int]]:
         """Work of one call of each function."""
@@ -149,10 +178,11 @@ class PoissonDerivation:
         n, m = self.n, max(1, self.m)
         return Values(n, m, [[True] * n] * m, [[True] * n] * n, stages=stages, dtype=dtype)
 
-    def watch(self, names: Sequence[str], kinds: int, raw: int) -> PoissonWatch:
+    def watch(self, names: Sequence[str], kinds: int, raw: int) -> Watch:
         """Return what the loop does beside stepping."""
         guarded = may_be_left_unseen([self.problem.H], self.problem.y, self.problem.domain)
-        return PoissonWatch(self.n, len(self.problem.casimirs), len(self.problem.integrals), names, kinds, guarded=guarded)
+        quantities = of_poisson(len(self.problem.casimirs), len(self.problem.integrals))
+        return Watch(quantities, State((("x", self.n),)), names, kinds, guarded=guarded)
 
     def tracer(self, linker: Any) -> Any:
         """Return what writes its functions from loops over nodes: nothing, only a chain has that."""

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from daebench.cache import generated
 from daebench.errors import BadInput, unknown
+from daebench.facts import facts
 
 if TYPE_CHECKING:
     from daebench.chains.chain import ConstrainedChain
@@ -37,7 +38,7 @@ class Source:
     define : callable
         Returns the definition.
     defaults : mapping of str to float, optional
-        Values of parameters that replace those of the sheet.
+        Values of parameters that replace the defaults of the definition.
     algebra : str
         How a chain's vectors are held: one of :data:`ALGEBRAS`, see ``chains.derivation``; "" as its size suggests.
     content : str
@@ -93,32 +94,13 @@ class Source:
 
     @cached_property
     def sheet(self) -> types.ModuleType:
-        """Sizes, names and initial values."""
+        """Facts of the problem: sizes, names and initial values, see :func:`daebench.facts.facts`."""
 
         def build(cached: bool) -> str:
-            return f"{facts()}FINGERPRINT = {_fingerprint(self.derivation)!r}\n"
+            fingerprint = hashlib.sha256(self.derivation.definition.fingerprint.encode()).hexdigest()
+            return f"{facts(self.problem, self.derivation)}FINGERPRINT = {fingerprint!r}\n"
 
-        def facts() -> str:
-            from daebench import lattice_sheet, poisson_sheet, sheet
-            from daebench.chains import sheet as chain_sheet
-            from daebench.chains.derivation import ChainDerivation
-            from daebench.lattice_derivation import LatticeDerivation
-
-            if isinstance(self.derivation, ChainDerivation):
-                return chain_sheet.source(self.problem, self.derivation)
-            if isinstance(self.derivation, LatticeDerivation):
-                return lattice_sheet.source(self.problem, self.derivation)
-            if self.derivation.states == "poisson":
-                return poisson_sheet.source(self.problem, self.derivation)
-            return sheet.source(self.problem, self.derivation)
-
-        return generated(f"{self.problem}_sheet", self.key, build)
-
-
-def _fingerprint(derivation: Any) -> str:
-    """Return a hash of everything that decides the mathematics of a definition; what is written at one node is not written out for it."""
-    definition = next(getattr(derivation, name) for name in ("chain", "lattice", "problem") if hasattr(derivation, name))
-    return hashlib.sha256(definition.fingerprint.encode()).hexdigest()
+        return generated(f"{self.problem}_facts", self.key, build)
 
 
 def _derivation(problem: "Definition", algebra: str) -> Any:

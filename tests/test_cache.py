@@ -54,6 +54,22 @@ def in_a_process(program, *words, **environment):
     return subprocess.run(run, env=os.environ | where | environment, capture_output=True, text=True)
 
 
+GENERATORS = ("", "chains", "kernels", "schemes")
+"""Folders of the package whose files decide what generated source says."""
+
+
+def test_an_edit_of_any_file_that_decides_generated_source_changes_the_key(monkeypatch):
+    package, before, read = Path(cache.__file__).parent, cache.toolchain.__wrapped__(), Path.read_bytes
+    files = [file for folder in GENERATORS for file in sorted((package / folder).glob("*.py"))]
+    overlooked = []
+    for edited in files:
+        monkeypatch.setattr(Path, "read_bytes", lambda path, edited=edited: read(path) + b"#" * (path == edited))
+        if cache.toolchain.__wrapped__() == before:
+            overlooked.append(edited.relative_to(package).as_posix())
+    assert "poisson_residuals" in {file.stem for file in files}
+    assert overlooked == []
+
+
 def test_damaged_files_are_made_anew_and_the_numbers_are_right(tmp_path):
     done = in_a_process(PROGRAM, tmp_path / "kept", tmp_path / "pristine", DAEBENCH_CACHE=str(tmp_path / "kept"))
     told = [json.loads(line) for line in done.stdout.splitlines()]

@@ -32,12 +32,6 @@ def test_every_folder_with_python_in_it_is_a_listed_package():
     assert listed == {".".join(folder.relative_to(ROOT).parts) for folder in folders}
 
 
-def test_the_modules_that_decide_generated_source_exist():
-    from daebench.cache import GENERATORS
-
-    assert [name for name in GENERATORS if not (ROOT / "daebench" / f"{name}.py").is_file()] == []
-
-
 def test_the_table_of_methods_in_the_readme_is_what_the_schemes_claim():
     text = readme.README.read_text(encoding="utf-8")
     assert text == readme.replaced(text)

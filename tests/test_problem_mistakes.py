@@ -9,7 +9,7 @@ import pytest
 from own_files import ORBIT, RING
 
 import daebench as package
-from daebench import cache, problem_check
+from daebench import problem_check
 from daebench.catalogue import find_setting
 from daebench.errors import InvalidProblem
 
@@ -264,12 +264,6 @@ def test_what_was_found_sound_is_looked_at_again_where_the_check_itself_changed(
     before, read = problem_check._code.__wrapped__(), Path.read_bytes
     monkeypatch.setattr(Path, "read_bytes", lambda path: read(path) + (b"#" if path.stem == name else b""))
     assert problem_check._code.__wrapped__() != before
-
-
-def test_what_refuses_a_definition_is_a_part_of_the_toolchain(monkeypatch):
-    before, read = cache.toolchain.__wrapped__(), Path.read_bytes
-    monkeypatch.setattr(Path, "read_bytes", lambda path: read(path) + (b"#" if path.name == "definition_checks.py" else b""))
-    assert cache.toolchain.__wrapped__() != before
 
 
 NOT_SMOOTH = {

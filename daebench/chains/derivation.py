@@ -2,16 +2,19 @@
 
 from collections.abc import Mapping, Sequence
 from functools import cached_property
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
+import sympy as sp
+
+from daebench import codegen
 from daebench.chains.chain import ConstrainedChain
 from daebench.chains.nodes import Nodes
-from daebench.chains.watch import ChainWatch
 from daebench.derive import Derivation
 from daebench.domain import may_be_left_unseen
 from daebench.lattice_algebra import Arrays
-from daebench.problem import ConstrainedHamiltonian
+from daebench.problem import Case, ConstrainedHamiltonian, Exact
 from daebench.trajectory import WORK
+from daebench.watch import State, Watch, of_constrained
 
 if TYPE_CHECKING:
     from daebench.chains.trace import Tracer
@@ -48,7 +51,7 @@ class ChainDerivation:
     explicit = True
 
     def __init__(self, chain: ConstrainedChain) -> None:
-        self.chain, self.d, self.m = chain, chain.d, chain.m
+        self.definition, self.chain, self.d, self.m = chain, chain, chain.d, chain.m
         self.nodes = Nodes(chain)
         self.parameters = list(chain.parameters)
 
@@ -62,15 +65,56 @@ class ChainDerivation:
         """Constants of the hole that the chain settles."""
         return {"SEPARABLE": True, "QUADRATIC": True, "CONSTRAINTS": self.m, "SINGLE": self.m == 1 or not self.chain.diagonal}
 
+    def facts(self) -> dict[str, Any]:
+        """Return the facts of :meth:`daebench.derive.Derivation.facts`, and NODES; a chart or a closed form only a short chain has."""
+        return {
+            "D": self.d,
+            "M": self.m,
+            "NODES": self.chain.nodes,
+            "INTEGRALS": (),
+            "SEPARABLE": True,
+            "QUADRATIC": True,
+            "EXPLICIT": self.chain.diagonal,
+            "CLOSED_FORM": False,
+            "KINETIC_FLOW": False,
+            "CHART": False,
+        }
+
+    def initial(self, name: str, case: Case) -> str:
+        """Return the source of name(par), which returns initial p and q, each shape(d,)."""
+        p, q = f"{name}_p", f"{name}_q"
+        functions = [self._of_node(q, case.q)]
+        functions += self._of_speeds(p, case.p) if self.chain.speeds else [self._of_node(p, case.p)]
+        rows = [f"numpy.array([{part}((float(k),), par) for k in range({self.chain.nodes})], dtype=float).ravel()" for part in (p, q)]
+        return "\n".join([*functions, codegen.function(f"{name}(par)", f"return {', '.join(rows)}")])
+
+    def _of_node(self, name: str, values: Sequence[Exact]) -> str:
+        """Source of name(k, par), which returns the values at node k."""
+        return codegen.expressions(name, {"k": [self.chain.node]}, [sp.sympify(x) for x in values], (self.chain.b,), self.parameters)
+
+    def _of_speeds(self, name: str, speeds: Sequence[Exact]) -> list[str]:
+        """Source of name(k, par), which returns the momenta of node k, M times the velocities, at the two ends of the chain and within."""
+        n, k = self.chain.nodes, self.chain.node
+        speed = sp.Matrix([sp.sympify(x) for x in speeds])
+        lines, functions = [], []
+        for number, end in enumerate(sorted({0, min(1, n - 1), n - 1})):
+            blocks = self.chain.inertia(end, k)
+            total = sum((block * speed.subs(k, k + side - 1) for side, block in enumerate(blocks)), sp.zeros(self.chain.b, 1))
+            functions.append(self._of_node(f"{name}_{number}", list(total)))
+            lines.append(f"return {name}_{number}(k, par)" if end == 1 and n > 2 else f"if k[0] == {end}: return {name}_{number}(k, par)")
+        lines.sort(key=lambda line: line.startswith("return"))
+        return [*functions, codegen.function(f"{name}(k, par)", *lines)]
+
     def algebra(self, stages: int, dtype: str) -> Arrays:
         """Return the algebra of its vectors outside of steps."""
         return Arrays(self.d)
 
-    def watch(self, names: Sequence[str], kinds: int, raw: int) -> ChainWatch:
+    def watch(self, names: Sequence[str], kinds: int, raw: int) -> Watch:
         """Return what the loop does beside stepping."""
         chain = self.chain
         guarded = may_be_left_unseen([chain.U, chain.joint_U], [*chain.before, *chain.here])
-        return ChainWatch(self.d, self.m, 0, names, kinds, raw, guarded=guarded)
+        state = State((("x[0]", self.d), ("x[1]", self.d)), self.m, arrays=True)
+        return Watch(of_constrained(self.m, 0), state, names, kinds, raw, guarded=guarded)
 
     def tracer(self, linker: "Linker") -> "Tracer":
         """Return what writes its functions for a linker."""

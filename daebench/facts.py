@@ -1,0 +1,55 @@
+"""The facts of a problem: its sizes, names and initial values as plain Python, so that a second run needs no SymPy."""
+
+from collections.abc import Mapping
+from typing import Any, Protocol
+
+
+class Derived(Protocol):
+    """What a derivation says of a problem."""
+
+    definition: Any
+    """The definition, with its ``parameters`` and ``cases``."""
+
+    states: str
+    """Kind of the problem, "constrained" or "poisson"."""
+
+    def facts(self) -> Mapping[str, Any]:
+        """Return the facts that problems of this kind have, by name."""
+
+    def initial(self, name: str, case: Any) -> str:
+        """Return the source of a function of ``par``, of this name, that returns the initial values of a case."""
+
+
+CASE = {"constrained": ("about", "on_singular"), "poisson": ("about",)}
+"""Facts of a case besides its parameters, by the kind of the problem."""
+
+
+def facts(problem: str, derivation: Derived) -> str:
+    """Return the source of a module with the facts of a problem.
+
+    The module has KIND, PARAMETERS (name to default, in the order of ``par``), POSITIVE (parameters that must be positive), CASES (name
+    to its parameters and to what :data:`CASE` names), the facts that the derivation gives, and INITIAL (case to a function of ``par``
+    that returns p and q, or y).
+
+    Parameters
+    ----------
+    problem : str
+        Name of the problem.
+    derivation : Derived
+        The derivation of its functions.
+    """
+    definition = derivation.definition
+    values = {
+        "KIND": derivation.states,
+        "PARAMETERS": {str(symbol): float(value) for symbol, value in definition.parameters.items()},
+        "POSITIVE": tuple(str(symbol) for symbol in definition.parameters if symbol.is_positive),
+        "CASES": {
+            name: {"parameters": dict(case.parameters)} | {fact: getattr(case, fact) for fact in CASE[derivation.states]}
+            for name, case in definition.cases.items()
+        },
+    }
+    lines = [f'"""Facts about {problem}."""', "import numpy", "from numpy import *"]
+    lines += [f"{name} = {value!r}" for name, value in (values | dict(derivation.facts())).items()]
+    lines += [derivation.initial(f"initial_{k}", case) for k, case in enumerate(definition.cases.values())]
+    pairs = ", ".join(f"{name!r}: initial_{k}" for k, name in enumerate(definition.cases))
+    return "\n".join([*lines, f"INITIAL = {{{pairs}}}", ""])
