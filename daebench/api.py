@@ -249,7 +249,7 @@ def prepare(
 
     Returns
     -------
-    method : Method or PoissonMethod
+    method : Method
         What solves.
     scene : Scene or PoissonScene
         The problem with the numbers of its case.

@@ -6,7 +6,7 @@ What is claimed to hold exactly is measured to be zero but for rounding; the bou
 
 from collections.abc import Callable, Mapping
 from dataclasses import asdict
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -17,7 +17,7 @@ from daebench.errors import RunFailed
 from daebench.fixed_step import FixedStep
 from daebench.kinds import method_of
 from daebench.measurable import PoissonScheme, measured, order_of, reach_of
-from daebench.method import Method, PoissonMethod, Request
+from daebench.method import Method, Request
 from daebench.order_series import Series
 from daebench.order_study import study
 from daebench.poisson_claims_bench import PoissonBench
@@ -95,7 +95,7 @@ def check(
 
 def check_claims(
     scene: Scene | PoissonScene,
-    method: Method | PoissonMethod,
+    method: Method[Any, Any],
     *,
     h: float | None = None,
     steps: int = STEPS,
@@ -108,7 +108,7 @@ def check_claims(
     ----------
     scene : Scene or PoissonScene
         A problem with consistent initial values.
-    method : Method or PoissonMethod
+    method : Method
         A fixed-step method.
     h : float, optional
         Step size, s, of all but the order, which has step sizes of its own; by default :func:`default_step`.

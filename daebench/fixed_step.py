@@ -364,7 +364,7 @@ def _complex_state(linked: Linked, p: Sequence[complex], q: Sequence[complex]) -
     return tuple(np.array(part) if linked.arrays else tuple(map(np.complex128, part)) for part in state)
 
 
-def accepted(method: Method, scene: Scene, why: str) -> FixedStep:
+def accepted(method: Method[Scene, Trajectory], scene: Scene, why: str) -> FixedStep:
     """Return a method where it is a fixed-step method that takes this problem.
 
     Raises

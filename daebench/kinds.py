@@ -6,7 +6,7 @@ from typing import Any
 
 from daebench import names, poisson_names
 from daebench.errors import BadInput
-from daebench.method import Method, PoissonMethod
+from daebench.method import Method
 from daebench.scene import PoissonScene, Scene
 
 
@@ -23,7 +23,7 @@ def method_of(
     compensated: bool = False,
     anyway: bool = False,
 ) -> Any:
-    """Return the method of this name for problems of the scene's kind: a Method, or a PoissonMethod.
+    """Return the method of this name for problems of the scene's kind.
 
     Raises
     ------
@@ -78,7 +78,7 @@ def _known(parse: Callable[[str], Any], name: str) -> bool:
     return True
 
 
-def knob_value(method: Method | PoissonMethod, *, h: float | None, tol: float | None) -> float:
+def knob_value(method: Method[Any, Any], *, h: float | None, tol: float | None) -> float:
     """Return the value of a method's knob.
 
     Raises

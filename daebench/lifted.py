@@ -45,7 +45,7 @@ class Lifted:
     knob = "h"
 
     @classmethod
-    def of(cls, method: Method) -> "Lifted":
+    def of(cls, method: Method[Scene, Trajectory]) -> "Lifted":
         """Return a method lifted; raise :class:`BadInput` where it chooses its own steps."""
         if not isinstance(method, FixedStep):
             raise BadInput(f"{FORM}: takes fixed-step methods, and {method.name} chooses its own steps; run it as it is, or {FORM}:rattle.")

@@ -15,7 +15,7 @@ PoissonScheme = PoissonStep | Lifted
 
 
 def measured(method: Any, scene: Scene | PoissonScene, why: str) -> Any:
-    """Return a method, a Method or a PoissonMethod, where it is a fixed-step method that takes this problem.
+    """Return a method, of either kind of problem, where it is a fixed-step method that takes this problem.
 
     Raises
     ------

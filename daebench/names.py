@@ -31,6 +31,10 @@ from daebench.reference.heyoka_ode import HeyokaTaylor
 from daebench.reference.ida import Ida
 from daebench.reference.radau_dae import RadauDae
 from daebench.reference.scipy_ode import ScipyOde
+from daebench.scene import Scene
+from daebench.trajectory import Trajectory
+
+ConstrainedMethod = Method[Scene, Trajectory]
 
 ON_ODE = {each.solver: each for each in (Cvode, ScipyOde, HeyokaTaylor)}
 """Solvers of the index-reduced ODE by their names."""
@@ -68,7 +72,7 @@ def listed() -> list[Listed]:
     return [*fixed, *solvers, Listed(RadauDae().name, "tol", RadauDae().formulation)]
 
 
-def parse(name: str, options: Mapping[str, float] | None = None, *, compensated: bool = False) -> Method:
+def parse(name: str, options: Mapping[str, float] | None = None, *, compensated: bool = False) -> ConstrainedMethod:
     """Return the method of this name.
 
     Parameters
@@ -112,7 +116,7 @@ def _fixed_step(name: str, form: str, rest: str, options: Mapping[str, float], c
     return FixedStep(scheme, form, composition, projection, options, compensated)
 
 
-def several(names: Sequence[str | Method], options: Mapping[str, float] | None = None) -> list[Method]:
+def several(names: Sequence[str | ConstrainedMethod], options: Mapping[str, float] | None = None) -> list[ConstrainedMethod]:
     """Return the methods of these names, each with those of the options that it has; what is a method already stays as it is.
 
     Raises
@@ -131,7 +135,7 @@ def several(names: Sequence[str | Method], options: Mapping[str, float] | None =
     ]
 
 
-def free_numbers(method: Method) -> Mapping[str, float]:
+def free_numbers(method: ConstrainedMethod) -> Mapping[str, float]:
     """Return the names of a method's free numbers and their defaults."""
     if isinstance(method, FixedStep):
         return method.free_numbers
@@ -143,7 +147,7 @@ def _ida_numbers(name: str) -> Mapping[str, float]:
     return FORMS["baumgarte"].options if name.startswith("ida:baumgarte") else {}
 
 
-def _solver(name: str, variant: str, options: Mapping[str, float] | None) -> Method:
+def _solver(name: str, variant: str, options: Mapping[str, float] | None) -> ConstrainedMethod:
     allowed = _ida_numbers(name)
     for option in options or {}:
         if option not in allowed:

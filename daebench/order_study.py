@@ -23,7 +23,7 @@ from daebench.errors import BadInput
 from daebench.inputs import positive
 from daebench.kinds import methods_of
 from daebench.measurable import measured, order_of, reach_of
-from daebench.method import Method, PoissonMethod
+from daebench.method import Method
 from daebench.names import several
 from daebench.order_bench import Bench
 from daebench.order_ladder import COMMON, ladder
@@ -47,7 +47,7 @@ Began = Callable[[float, str], None]
 def order(
     problem: "str | ConstrainedHamiltonian | PoissonSystem",
     *,
-    methods: Sequence[str | Method | PoissonMethod],
+    methods: Sequence[str | Method[Any, Any]],
     case: str | None = None,
     t_end: float | None = None,
     h: float | None = None,
@@ -98,7 +98,7 @@ def order(
 
 def study(
     scene: Scene | PoissonScene,
-    methods: Sequence[str | Method | PoissonMethod],
+    methods: Sequence[str | Method[Any, Any]],
     *,
     t_end: float | None = None,
     h: float | None = None,
@@ -111,7 +111,7 @@ def study(
     ----------
     scene : Scene or PoissonScene
         A problem with consistent initial values.
-    methods : sequence of str, Method or PoissonMethod
+    methods : sequence of str or Method
         Fixed-step methods, or their names.
     t_end : float, optional
         End time T, s; by default the power of two that 256 steps of DOP853 at 1e-13 just reach, at most 1024.

@@ -8,11 +8,15 @@ from daebench.errors import BadInput, unknown
 from daebench.lifted import FORM as LIFTED
 from daebench.lifted import Lifted
 from daebench.members import poisson_members
-from daebench.method import PoissonMethod
+from daebench.method import Method
 from daebench.poisson_pose import FORMULATIONS
 from daebench.poisson_step import FORMS, PoissonStep
 from daebench.reference.poisson_ida import PoissonIda
 from daebench.reference.poisson_ode import PoissonOde
+from daebench.scene import PoissonScene
+from daebench.trajectory import PoissonTrajectory
+
+PoissonMethod = Method[PoissonScene, PoissonTrajectory]
 
 
 def _on_ode(name: str, variant: str) -> PoissonOde:

@@ -55,7 +55,7 @@ EVALUATIONS = ("H_p", "H_q", "g", "G", "second", "residual", "rhs")
 SOLVES = ("solve", "jacobian")
 
 
-def method(name: str) -> Method:
+def method(name: str) -> Method[Scene, Trajectory]:
     """Return a method, uncompiled if it has fixed steps: runs are so short that compiling would take longer."""
     found = parse(name)
     return replace(found, compiled=False) if isinstance(found, FixedStep) else found
@@ -83,7 +83,7 @@ def row(problem: str, name: str, against: Sizes) -> dict[str, Any]:
     return about | measured(scene, run, against)
 
 
-def solve(problem: str, scene: Scene, found: Method) -> Trajectory:
+def solve(problem: str, scene: Scene, found: Method[Scene, Trajectory]) -> Trajectory:
     """Return the run of a method to the end of a scene."""
     if found.knob == "h":
         return found.solve(scene, Request(value=step_size(problem), steps=STEPS, watch=()))

@@ -28,7 +28,7 @@ def claimed(scene: Scene | PoissonScene, method: Any) -> frozenset[str]:
     ----------
     scene : Scene or PoissonScene
         The problem with the numbers of a case.
-    method : Method or PoissonMethod
+    method : Method
         The method.
     """
     if method.knob != "h":
