@@ -15,9 +15,9 @@ from daebench.claims_bench import FALLS_SHORT, NOT_APPLICABLE, OK, UNDETERMINED,
 from daebench.diagnostics.order import SLACK
 from daebench.errors import RunFailed
 from daebench.fixed_step import FixedStep
-from daebench.kinds import method_of
 from daebench.measurable import PoissonScheme, measured, order_of, reach_of
 from daebench.method import Method, Request
+from daebench.names import method_of
 from daebench.order_series import Series
 from daebench.order_study import study
 from daebench.poisson_claims_bench import PoissonBench

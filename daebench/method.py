@@ -2,9 +2,9 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
-from typing import Protocol, TypeVar
+from typing import Any, Protocol, TypeVar
 
-from daebench.errors import unknown
+from daebench.errors import BadInput, unknown
 from daebench.scene import Scene
 
 Progress = Callable[[float], None]
@@ -156,3 +156,18 @@ class Method(Protocol[Ivp, Result]):
         request : Request
             What is asked of the method.
         """
+
+
+def knob_value(method: Method[Any, Any], *, h: float | None, tol: float | None) -> float:
+    """Return the value of a method's knob.
+
+    Raises
+    ------
+    BadInput
+        If it is missing, or the other one is given.
+    """
+    own, other = (h, tol) if method.knob == "h" else (tol, h)
+    if own is None or other is not None:
+        wanted, unwanted = ("a step size h", "a tolerance") if method.knob == "h" else ("a tolerance tol", "a step size")
+        raise BadInput(f"{method.name} is steered by {wanted}; {'give one' if own is None else f'leave out {unwanted}'}.")
+    return own

@@ -17,14 +17,12 @@ from typing import TYPE_CHECKING, Any
 
 import pandas as pd
 
-from daebench import poisson_names
 from daebench.api import setting_of
 from daebench.errors import BadInput
 from daebench.inputs import positive
-from daebench.kinds import methods_of
 from daebench.measurable import measured, order_of, reach_of
 from daebench.method import Method
-from daebench.names import several
+from daebench.names import kind_of, methods_of, several
 from daebench.order_bench import Bench
 from daebench.order_ladder import COMMON, ladder
 from daebench.order_series import OrderStudy, Series
@@ -130,7 +128,7 @@ def study(
         If there is no reference.
     """
     given: Sequence[Any] = methods
-    parsed = poisson_names.several(given) if isinstance(scene, PoissonScene) else several(given)
+    parsed = several(given, kind=kind_of(scene))
     chosen = [measured(each, scene, "and has no order in h") for each in parsed]
     if not chosen:
         raise BadInput("an order study needs at least one method, for example rattle.")

@@ -119,4 +119,4 @@ def uncompiled_schemes(monkeypatch):
         def __init__(self, *settings, **more):
             super().__init__(*settings, **more | {"compiled": False})
 
-    monkeypatch.setattr("daebench.names.FixedStep", Uncompiled)
+    monkeypatch.setattr("daebench.names_tables.FixedStep", Uncompiled)

@@ -19,8 +19,8 @@ from daebench.errors import BadInput, RunFailed
 from daebench.fixed_step import FixedStep
 from daebench.lifted import Lifted
 from daebench.measurable import reach_of
+from daebench.names import POISSON, parse
 from daebench.order_study import order, study
-from daebench.poisson_names import parse
 from daebench.poisson_step import PoissonStep
 from daebench.poisson_truth import poisson_integrated, poisson_truth
 
@@ -34,7 +34,7 @@ def plain_sources(monkeypatch):
 
 def plain(name, **more):
     """Return the method of this name with an uncompiled kernel."""
-    return replace(parse(name, **more), compiled=False)
+    return replace(parse(name, **more, kind=POISSON), compiled=False)
 
 
 # ---- reference -----------------------------------------------------------------------------------------------------------
@@ -176,7 +176,7 @@ def test_the_python_interface_gives_the_table():
 
 
 def test_the_command_measures_orders(daebench, monkeypatch, tmp_path):
-    monkeypatch.setattr("daebench.poisson_names.PoissonStep", lambda *a, **k: PoissonStep(*a, **k | {"compiled": False}))
+    monkeypatch.setattr("daebench.names_tables.PoissonStep", lambda *a, **k: PoissonStep(*a, **k | {"compiled": False}))
     words = ("order", "lotka_volterra", "--methods", "strang,midpoint", "--t-end", 1, "--h", 0.03125, "--halvings", 3)
     status, out, err = daebench(*words)
     assert (status, out) == (2, "")
@@ -273,7 +273,7 @@ def test_a_claim_too_much_falls_short_and_no_other_does(boast, monkeypatch):
         monkeypatch.setattr(PoissonStep, "is_poisson", lambda *_: True)
         monkeypatch.setattr(PoissonStep, "keeps", lambda *_: ())
     elif short == "symmetric":
-        boasting = replace(parse(method).member, symmetric=True)
+        boasting = replace(parse(method, kind=POISSON).member, symmetric=True)
         monkeypatch.setattr(PoissonStep, "member", property(lambda _: boasting))
     else:
         monkeypatch.setattr(PoissonStep, "keeps", lambda *_: ("energy" if short == "keeps H" else "C1",))
@@ -366,7 +366,7 @@ def test_the_order_is_measured_and_a_false_one_falls_short(monkeypatch):
 
 def test_what_stops_early_or_has_no_claims_is_an_error(monkeypatch):
     with pytest.raises(BadInput, match="ida:ode chooses its own steps and makes no claims to check"):
-        check_claims(setting("prey"), parse("ida:ode"), h=0.1)
+        check_claims(setting("prey"), parse("ida:ode", kind=POISSON), h=0.1)
     with pytest.raises(RunFailed, match="stopped at t = "):
         checked(monkeypatch, "prey", "symplectic_euler", 0.5)
     with pytest.raises(BadInput, match="--anyway"):
@@ -385,7 +385,7 @@ def test_the_step_size_chosen_is_a_small_round_part_of_the_motion(name, low, hig
 
 
 def test_the_command_checks_claims(daebench, monkeypatch):
-    monkeypatch.setattr("daebench.poisson_names.PoissonStep", lambda *a, **k: PoissonStep(*a, **k | {"compiled": False}))
+    monkeypatch.setattr("daebench.names_tables.PoissonStep", lambda *a, **k: PoissonStep(*a, **k | {"compiled": False}))
     monkeypatch.setattr("daebench.claims_check.study", no_study)
     words = ("check", "free_rigid_body", "--h", 0.05, "--steps", 20, "--method")
     status, out, err = daebench(*words, "strang", "--json")

@@ -38,7 +38,7 @@ MIDDLE = 5
 def uncompiled_methods():
     """Have our own method run uncompiled."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("daebench.poisson_names.PoissonStep", lambda *a: replace(PoissonStep(*a), compiled=False))
+        patch.setattr("daebench.names_tables.PoissonStep", lambda *a: replace(PoissonStep(*a), compiled=False))
         yield
 
 

@@ -49,7 +49,7 @@ SMALL = Small("planar_pendulum", "rotating", 4.0, "Pendulum", "one that turns ov
 
 @pytest.fixture
 def uncompiled(monkeypatch):
-    monkeypatch.setattr("daebench.names.FixedStep", Uncompiled)
+    monkeypatch.setattr("daebench.names_tables.FixedStep", Uncompiled)
     opened = []
 
     def one_thread():

@@ -17,9 +17,9 @@ from daebench.cache import toolchain
 from daebench.errors import BadInput
 from daebench.fixed_step import FixedStep
 from daebench.kernels.hole import ROUNDINGS
-from daebench.kinds import method_of
 from daebench.machine import machine
 from daebench.method import Patience, Request
+from daebench.names import method_of
 from daebench.scene import PoissonScene, Scene
 
 DECIDING = ("numpy", "scipy", "numba", "scikit-sundae", "mpmath", "heyoka", "solve_dae")

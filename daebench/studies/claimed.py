@@ -7,7 +7,7 @@ import numpy as np
 from daebench.api import setting_of
 from daebench.errors import BadInput
 from daebench.fixed_step import FixedStep
-from daebench.kinds import methods_of
+from daebench.names import methods_of
 from daebench.scene import PoissonScene, Scene
 
 if TYPE_CHECKING:

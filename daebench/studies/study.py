@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 from daebench.api import setting_of
 from daebench.errors import BadInput, unknown
 from daebench.inputs import positive, whole
-from daebench.kinds import free_numbers, methods_of
+from daebench.names import free_numbers, methods_of
 from daebench.scene import PoissonScene, Scene
 from daebench.studies.cell import OUTPUTS, Cell
 from daebench.studies.metrics import metrics_of
@@ -156,7 +156,7 @@ class Study:
                 )
 
     def _options_of(self, scene: Scene | PoissonScene, solver: Any) -> tuple[tuple[str, float], ...]:
-        known = free_numbers(scene, solver)
+        known = free_numbers(solver)
         return tuple((key, number) for key, number in self.options.items() if key in known)
 
     def _values_of(self, method: str, knob: str) -> Sequence[float]:

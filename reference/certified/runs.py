@@ -50,13 +50,13 @@ def solved(scene: Setting, name: str, request: Request) -> Solution:
 
     A method for Poisson systems is run whether it is a Poisson integrator for this one or not: it is its accuracy that counts here.
     """
+    from daebench.names import POISSON, parse
+
     if isinstance(scene, PoissonScene):
-        from daebench import poisson_names
-
-        return poisson_names.parse(name, anyway=True).solve(scene, request)
-    from daebench import names
-
-    return names.parse(name, compensated=name == RATTLE).solve(scene, replace(request, multipliers=True))
+        run: Solution = parse(name, kind=POISSON, anyway=True).solve(scene, request)
+    else:
+        run = parse(name, compensated=name == RATTLE).solve(scene, replace(request, multipliers=True))
+    return run
 
 
 @dataclass(frozen=True)
