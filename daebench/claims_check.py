@@ -14,7 +14,7 @@ from daebench.api import setting_of
 from daebench.claims_bench import FALLS_SHORT, NOT_APPLICABLE, OK, UNDETERMINED, Bench, Finding
 from daebench.diagnostics.order import SLACK
 from daebench.errors import RunFailed
-from daebench.fixed_step import FixedStep
+from daebench.fixed_step_constrained import FixedStep
 from daebench.measurable import PoissonScheme, measured, order_of, reach_of
 from daebench.method import Method, Request
 from daebench.names import method_of

@@ -3,9 +3,9 @@
 from typing import Any
 
 from daebench.errors import BadInput
-from daebench.fixed_step import FixedStep, accepted
+from daebench.fixed_step_constrained import FixedStep, accepted
+from daebench.fixed_step_poisson import PoissonStep
 from daebench.lifted import Lifted
-from daebench.poisson_step import PoissonStep
 from daebench.poisson_truth import poisson_reach
 from daebench.scene import PoissonScene, Scene
 from daebench.truth import reach

@@ -21,7 +21,7 @@ from functools import cache
 from typing import Any
 
 from daebench.errors import BadInput, unknown
-from daebench.fixed_step import FixedStep
+from daebench.fixed_step_constrained import FixedStep
 from daebench.lifted import FORM as LIFTED
 from daebench.lifted import Lifted
 from daebench.method import Method

@@ -7,14 +7,14 @@ from typing import Any
 
 from daebench import pose
 from daebench.catalogue import schemes
-from daebench.fixed_step import FixedStep
+from daebench.fixed_step_constrained import FixedStep
+from daebench.fixed_step_poisson import FORMS as POISSON_FORMS
+from daebench.fixed_step_poisson import PoissonStep
 from daebench.forms import FORMS
 from daebench.lifted import FORM as LIFTED
 from daebench.members import members, poisson_members
 from daebench.method import Method
 from daebench.poisson_pose import FORMULATIONS
-from daebench.poisson_step import FORMS as POISSON_FORMS
-from daebench.poisson_step import PoissonStep
 from daebench.reference.cvode import Cvode
 from daebench.reference.heyoka_ode import HeyokaTaylor
 from daebench.reference.ida import Ida

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from daebench.fixed_step import FixedStep
+from daebench.fixed_step_constrained import FixedStep
 from daebench.method import Request
 from daebench.order_runs import CLEAR, ROUND_OFF, Runs, at_common_times, largest
 from daebench.scene import Array, Scene

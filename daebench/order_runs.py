@@ -9,7 +9,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from daebench.diagnostics.order import OrderFit, fit_order
-from daebench.fixed_step import FixedStep
+from daebench.fixed_step_constrained import FixedStep
 from daebench.measurable import PoissonScheme, order_of
 from daebench.order_ladder import COMMON
 from daebench.order_series import Point, Series

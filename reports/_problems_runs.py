@@ -11,7 +11,7 @@ from daebench.claims_bench import ROUNDINGS
 from daebench.diagnostics.energy import energy_drift
 from daebench.diagnostics.integrals import energy_error, integral_errors
 from daebench.errors import DaebenchError
-from daebench.fixed_step import FixedStep
+from daebench.fixed_step_constrained import FixedStep
 from daebench.method import Method, Request
 from daebench.names import parse
 from daebench.reports._problems_scenes import STEPS, TOL, horizon, scene_of, step_size

@@ -6,7 +6,8 @@ from daebench import poisson_pose
 from daebench.catalogue import schemes
 from daebench.claims import CLASSES
 from daebench.compositions import COMPOSITIONS
-from daebench.fixed_step import PROJECTIONS, FixedStep
+from daebench.fixed_step_constrained import FixedStep
+from daebench.fixed_step_parts import PROJECTIONS
 from daebench.forms import FORMS
 from daebench.members import members, poisson_members
 from daebench.names import POISSON

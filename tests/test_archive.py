@@ -13,7 +13,7 @@ from cache_damage import FAMILY
 from own_files import RING
 
 from daebench.errors import BadInput
-from daebench.fixed_step import FixedStep
+from daebench.fixed_step_constrained import FixedStep
 from daebench.studies import reproduce
 from daebench.studies.archive import FORMAT, MANIFEST, ROWS, write_archive
 from daebench.studies.cell import scene_of

@@ -9,7 +9,7 @@ from checks import EXACT, Study
 
 from daebench.claims_bench import FALLS_SHORT, OK
 from daebench.cli import main
-from daebench.fixed_step import FixedStep
+from daebench.fixed_step_constrained import FixedStep
 
 CHECK = ("check", "spherical_pendulum", "--case", "fig1.1", "--h", 0.03, "--steps", 20, "--method")
 

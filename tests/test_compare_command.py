@@ -8,7 +8,7 @@ import pandas as pd
 import pytest
 
 from daebench.cli.comparison_table import WIDTH, notes, print_narrow
-from daebench.poisson_step import PoissonStep
+from daebench.fixed_step_poisson import PoissonStep
 
 COMMANDS = {
     "certified": ("planar_pendulum", "--case", "rotating", "--methods", "rattle,rk4+proj,scipy:DOP853", "--h", 0.05, "--t-end", 3),

@@ -7,7 +7,7 @@ from daebench.api import setting_of
 from daebench.comparison import row
 from daebench.diagnostics.energy_verdict import energy_verdict
 from daebench.diagnostics.integrals import energy_error
-from daebench.fixed_step import FixedStep
+from daebench.fixed_step_constrained import FixedStep
 from daebench.method import Request
 from daebench.names import methods_of
 

@@ -10,11 +10,11 @@ from poisson_runs import method
 
 from daebench.catalogue import find_setting
 from daebench.errors import BadInput, InvalidProblem
+from daebench.fixed_step_poisson import coordinates
 from daebench.make_scene import make_setting
 from daebench.method import Request
 from daebench.names import POISSON, parse
 from daebench.poisson_lattice import PoissonLattice
-from daebench.poisson_step import coordinates
 from daebench.problems.ablowitz_ladik import problem
 from daebench.source import source_of
 

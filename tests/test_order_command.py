@@ -9,7 +9,7 @@ from scenes import scene
 from studies import plain, rattle_on_planar
 
 import daebench.pose
-from daebench.fixed_step import FixedStep
+from daebench.fixed_step_constrained import FixedStep
 from daebench.names import several
 from daebench.order_figure import write
 from daebench.order_study import study

@@ -10,7 +10,7 @@ from scenes import scene
 from studies import plain, rattle_on_planar
 
 from daebench.errors import BadInput
-from daebench.fixed_step import FixedStep
+from daebench.fixed_step_constrained import FixedStep
 from daebench.order_bench import Bench
 from daebench.order_ladder import COMMON, ladder
 from daebench.order_series import Point

@@ -9,7 +9,7 @@ from scipy.integrate import solve_ivp
 
 from daebench.catalogue import find_scene
 from daebench.errors import BadInput
-from daebench.fixed_step import FixedStep
+from daebench.fixed_step_constrained import FixedStep
 from daebench.method import Request
 from daebench.problems import double_pendulum, pendulum_chain, planar_pendulum
 from daebench.reference.ida import Ida

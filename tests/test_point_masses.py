@@ -11,7 +11,7 @@ from scipy.integrate import quad, solve_ivp
 from scipy.special import ellipe
 
 from daebench.catalogue import find_scene
-from daebench.fixed_step import FixedStep
+from daebench.fixed_step_constrained import FixedStep
 from daebench.method import Request
 from daebench.truth import integrated
 

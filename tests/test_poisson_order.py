@@ -16,12 +16,12 @@ from daebench.catalogue import find_setting
 from daebench.claims_bench import FALLS_SHORT, NOT_CLAIMED, OK, UNDETERMINED
 from daebench.claims_check import check, check_claims, default_step
 from daebench.errors import BadInput, RunFailed
-from daebench.fixed_step import FixedStep
+from daebench.fixed_step_constrained import FixedStep
+from daebench.fixed_step_poisson import PoissonStep
 from daebench.lifted import Lifted
 from daebench.measurable import reach_of
 from daebench.names import POISSON, parse
 from daebench.order_study import order, study
-from daebench.poisson_step import PoissonStep
 from daebench.poisson_truth import poisson_integrated, poisson_truth
 
 TIMES = np.arange(1, 9) / 4

@@ -11,8 +11,8 @@ import pytest
 import sympy as sp
 
 from daebench.errors import BadInput
+from daebench.fixed_step_poisson import PoissonStep
 from daebench.make_scene import make_setting
-from daebench.poisson_step import PoissonStep
 from daebench.poisson_system import PoissonCase, PoissonSystem
 from daebench.reference.certified import poisson, store
 from daebench.reference.certified.between import states_at

@@ -9,11 +9,11 @@ from scipy.integrate import solve_ivp
 from daebench.catalogue import problems
 from daebench.diagnostics.poisson import poisson_defect
 from daebench.errors import BadInput, RunFailed
+from daebench.fixed_step_poisson import PoissonStep
 from daebench.make_scene import make_setting
 from daebench.members import poisson_members
 from daebench.method import Request
 from daebench.names import POISSON, parse
-from daebench.poisson_step import PoissonStep
 from daebench.poisson_system import PoissonCase, PoissonSystem
 from daebench.source import source_of
 

@@ -10,7 +10,7 @@ import sympy as sp
 import daebench as package
 from daebench.api import setting_of
 from daebench.catalogue import find_setting
-from daebench.poisson_step import PoissonStep
+from daebench.fixed_step_poisson import PoissonStep
 from daebench.reference_motion import certified_for, own_run
 
 pytestmark = pytest.mark.usefixtures("plain_functions", "uncompiled_schemes")

@@ -6,7 +6,7 @@ import pytest
 
 from daebench.api import setting_of
 from daebench.catalogue import problems
-from daebench.fixed_step import FixedStep
+from daebench.fixed_step_constrained import FixedStep
 from daebench.members import members, poisson_members
 from daebench.names import methods_of
 from daebench.studies.able import able

@@ -11,12 +11,12 @@ from rescaled import CHANGES, difference, factors, options, rescaled
 from daebench.catalogue import find_scene, find_setting
 from daebench.diagnostics.consistency import projected
 from daebench.diagnostics.symplecticity import tangent_basis, tangent_map
-from daebench.fixed_step import FixedStep
+from daebench.fixed_step_constrained import FixedStep
+from daebench.fixed_step_poisson import PoissonStep
 from daebench.kernels import newton as iteration
 from daebench.make_scene import make_scene
 from daebench.members import members, poisson_members
 from daebench.method import Request
-from daebench.poisson_step import PoissonStep
 from daebench.problem import Case, ConstrainedHamiltonian, coordinates
 from daebench.scales import constrained_scales, poisson_scales
 from daebench.source import source_of

@@ -20,8 +20,8 @@ from own_files import ORBIT, RING
 
 from daebench import api
 from daebench.errors import BadInput
-from daebench.fixed_step import FixedStep
-from daebench.poisson_step import PoissonStep
+from daebench.fixed_step_constrained import FixedStep
+from daebench.fixed_step_poisson import PoissonStep
 from daebench.problems import planar_pendulum
 from daebench.reference.certified.store import load
 from daebench.studies import cell as cells

@@ -10,7 +10,7 @@ import pytest
 import uncompiled
 
 from daebench.errors import BadInput
-from daebench.fixed_step import FixedStep
+from daebench.fixed_step_constrained import FixedStep
 from daebench.reference.certified import ida_run, own_run, store
 from daebench.reference.certified.definition import define
 from daebench.reference.certified.recomputation import followed

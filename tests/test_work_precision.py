@@ -12,7 +12,7 @@ from daebench import api
 from daebench.api import setting_of
 from daebench.catalogue import problems
 from daebench.errors import BadInput
-from daebench.fixed_step import FixedStep
+from daebench.fixed_step_constrained import FixedStep
 from daebench.members import members, poisson_members
 from daebench.method import Request
 from daebench.names import methods_of

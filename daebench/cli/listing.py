@@ -59,7 +59,7 @@ def _rows(what: What) -> list[dict[str, Any]]:
         return [{"name": name, "about": text} for name, text in catalogue.reports().items()]
     from daebench import poisson_pose, pose
     from daebench.compositions import COMPOSITIONS
-    from daebench.fixed_step import PROJECTIONS
+    from daebench.fixed_step_parts import PROJECTIONS
 
     if what is What.compositions:
         return [{"name": f"/{name}", "order": x.order, "stages": x.stages, "source": x.source} for name, x in COMPOSITIONS.items()]

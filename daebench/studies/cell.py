@@ -15,7 +15,7 @@ import numpy as np
 from daebench.api import setting_of, singular_as
 from daebench.cache import toolchain
 from daebench.errors import BadInput
-from daebench.fixed_step import FixedStep
+from daebench.fixed_step_constrained import FixedStep
 from daebench.kernels.hole import ROUNDINGS
 from daebench.machine import machine
 from daebench.method import Patience, Request

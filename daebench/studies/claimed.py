@@ -6,7 +6,7 @@ import numpy as np
 
 from daebench.api import setting_of
 from daebench.errors import BadInput
-from daebench.fixed_step import FixedStep
+from daebench.fixed_step_constrained import FixedStep
 from daebench.names import methods_of
 from daebench.scene import PoissonScene, Scene
 
