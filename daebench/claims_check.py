@@ -15,13 +15,14 @@ from daebench.claims_bench import FALLS_SHORT, NOT_APPLICABLE, OK, UNDETERMINED,
 from daebench.diagnostics.order import SLACK
 from daebench.errors import RunFailed
 from daebench.fixed_step_constrained import FixedStep
-from daebench.measurable import PoissonScheme, measured, order_of, reach_of
+from daebench.measurable import PoissonScheme, measured, order_of
 from daebench.method import Method, Request
 from daebench.names import method_of
 from daebench.order_series import Series
 from daebench.order_study import study
 from daebench.poisson_claims_bench import PoissonBench
 from daebench.scene import PoissonScene, Scene
+from daebench.solution import reach
 from daebench.trajectory import CONSTRAINED, POISSON
 
 if TYPE_CHECKING:
@@ -155,7 +156,7 @@ def default_step(scene: Scene | PoissonScene) -> float:
 
     It is the largest such up to a sixteenth of the mean of the first 64 steps of DOP853 at 1e-13, and up to 1 s.
     """
-    most = min(reach_of(scene, 64) / 64 / 16, 1.0)
+    most = min(reach(scene, 64) / 64 / 16, 1.0)
     power = 10.0 ** np.floor(np.log10(most))
     return float(next((digit * power for digit in (5, 2) if digit * power <= most), power))
 

@@ -19,10 +19,9 @@ from daebench.errors import BadInput, RunFailed
 from daebench.fixed_step_constrained import FixedStep
 from daebench.fixed_step_poisson import PoissonStep
 from daebench.lifted import Lifted
-from daebench.measurable import reach_of
 from daebench.names import POISSON, parse
 from daebench.order_study import order, study
-from daebench.poisson_truth import poisson_integrated, poisson_truth
+from daebench.solution import integrated, reach, reference_solution
 
 TIMES = np.arange(1, 9) / 4
 
@@ -41,37 +40,37 @@ def plain(name, **more):
 
 
 def test_the_closed_form_and_the_integration_agree_within_the_bound_of_the_worse():
-    exact, steps = poisson_truth(setting("body"), TIMES), poisson_integrated(setting("body"), TIMES)
+    exact, steps = reference_solution(setting("body"), TIMES), integrated(setting("body"), TIMES)
     assert (exact.kind, steps.kind) == ("closed form", "DOP853")
-    assert 0 < np.max(np.linalg.norm(exact.y - steps.y, axis=1)) <= steps.bound["y"] < 1e-11
+    assert 0 < np.max(np.linalg.norm(exact.states["y"] - steps.states["y"], axis=1)) <= steps.bound["y"] < 1e-11
     assert exact.bound["y"] < 1e-15
 
 
 @pytest.mark.parametrize(("name", "t"), [("three", 1.5), ("prey", 2.0), ("top", 2.0)])
 def test_the_reference_is_the_motion_written_by_hand(name, t):
-    found = poisson_truth(setting(name), [t / 2, t])
+    found = reference_solution(setting(name), [t / 2, t])
     assert found.kind == "DOP853"
-    assert np.linalg.norm(found.y[-1] - solution(name, t)) <= 3 * found.bound["y"] < 1e-9
+    assert np.linalg.norm(found.states["y"][-1] - solution(name, t)) <= 3 * found.bound["y"] < 1e-9
 
 
 def test_the_bound_holds_against_an_integration_with_thirty_digits():
     with mpmath.workdps(30):
         f = mpmath.odefun(lambda _, y: [y[0] * (y[1] - 2), y[1] * (1 - y[0])], 0, [mpmath.mpf(6), mpmath.mpf(2)], tol=1e-22)
         exact = np.array([float(x) for x in f(1)])
-    found = poisson_truth(setting("prey"), [1.0])
-    assert np.linalg.norm(found.y[0] - exact) <= found.bound["y"] < 1e-11
+    found = reference_solution(setting("prey"), [1.0])
+    assert np.linalg.norm(found.states["y"][0] - exact) <= found.bound["y"] < 1e-11
 
 
 def test_beyond_a_blow_up_there_is_no_reference_and_the_default_end_is_before_it():
     with pytest.raises(RunFailed, match=r"case blow_up, stopped at t = 1.7479\d* of 2 .*; choose a shorter end time"):
-        poisson_truth(setting("three"), [2.0])
-    assert 1 < reach_of(setting("three"), 64) < reach_of(setting("three"), 10_000) < 1.7480
+        reference_solution(setting("three"), [2.0])
+    assert 1 < reach(setting("three"), 64) < reach(setting("three"), 10_000) < 1.7480
 
 
 def test_a_reference_that_has_left_the_domain_is_an_error(monkeypatch):
-    monkeypatch.setattr("daebench.poisson_truth.advanced", lambda dae, times, tol, calls: np.array([[1.0, -1e-3]] * len(times)))
+    monkeypatch.setattr("daebench.solution.advanced", lambda dae, times, tol, calls: np.array([[1.0, -1e-3]] * len(times)))
     with pytest.raises(RunFailed, match="has left the domain u > 0 and v > 0 at t = 1; choose a shorter end time"):
-        poisson_truth(setting("prey"), [1.0])
+        reference_solution(setting("prey"), [1.0])
 
 
 # ---- orders --------------------------------------------------------------------------------------------------------------

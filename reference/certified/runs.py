@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from daebench import poisson_truth, truth
+from daebench import solution
 from daebench.method import Request
 from daebench.scene import PoissonScene, Scene
 from daebench.trajectory import PoissonTrajectory, Trajectory
@@ -68,9 +68,6 @@ class Motion:
 
 
 def integrated(scene: Setting, times: Array) -> Motion:
-    """Return the motion by DOP853 at times that ascend, or descend from 0, see :func:`daebench.truth.integrated`."""
-    if isinstance(scene, PoissonScene):
-        near = poisson_truth.poisson_integrated(scene, times)
-        return Motion({"y": near.y}, near.bound)
-    found = truth.integrated(scene, times)
-    return Motion({"q": found.q, "p": found.p, "lam": found.lam}, found.bound)
+    """Return the motion by DOP853 at times that ascend, or descend from 0, see :func:`daebench.solution.integrated`."""
+    found = solution.integrated(scene, times)
+    return Motion(found.states, found.bound)
