@@ -17,7 +17,8 @@ from daebench.scales import constrained_scales, in_coordinates
 from daebench.scene import Scene
 from daebench.stages import Stages
 from daebench.stepping import REASONS, SIMPLIFIED, Run
-from daebench.trajectory import CONSTRAINED, WORK, Trajectory
+from daebench.trajectory import CONSTRAINED, Trajectory
+from daebench.work import WORK
 
 
 @dataclass(frozen=True)

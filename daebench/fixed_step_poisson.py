@@ -16,7 +16,8 @@ from daebench.method import Request
 from daebench.scales import in_coordinates, poisson_scales
 from daebench.scene import PoissonScene, Setting
 from daebench.stepping import REASONS, Run
-from daebench.trajectory import POISSON, POISSON_WORK, PoissonTrajectory
+from daebench.trajectory import POISSON, PoissonTrajectory
+from daebench.work import POISSON_WORK
 
 FORMS = {"darboux": "canonical coordinates z = (q, p, c), HLW VII.4.3: z' = B0 grad K(z)"}
 """The forms of a Poisson system that a scheme can be run on besides its own coordinates."""

@@ -14,7 +14,7 @@ from daebench.lattice_watch import LatticeWatch
 from daebench.poisson_derivation import work_of_parts
 from daebench.poisson_lattice import PoissonLattice
 from daebench.poisson_system import PoissonSystem
-from daebench.trajectory import POISSON_WORK
+from daebench.work import POISSON_WORK
 
 
 class LatticeDerivation:

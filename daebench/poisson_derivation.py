@@ -11,7 +11,7 @@ from daebench.algebra import Values
 from daebench.domain import may_be_left_unseen
 from daebench.poisson_system import PoissonSystem
 from daebench.poisson_watch import PoissonWatch
-from daebench.trajectory import POISSON_WORK
+from daebench.work import POISSON_WORK
 
 Rule = tuple[Sequence[sp.Symbol], Sequence[sp.Expr], tuple[int, ...]]
 

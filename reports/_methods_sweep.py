@@ -12,7 +12,8 @@ from daebench.method import Request
 from daebench.names import parse
 from daebench.reports._methods_families import method
 from daebench.scene import Scene
-from daebench.trajectory import CONSTRAINED, WORK, Trajectory
+from daebench.trajectory import CONSTRAINED, Trajectory
+from daebench.work import WORK
 
 
 class Motion(NamedTuple):

@@ -11,7 +11,7 @@ from daebench.derive import Derivation
 from daebench.domain import may_be_left_unseen
 from daebench.lattice_algebra import Arrays
 from daebench.problem import ConstrainedHamiltonian
-from daebench.trajectory import WORK
+from daebench.work import WORK
 
 if TYPE_CHECKING:
     from daebench.chains.trace import Tracer

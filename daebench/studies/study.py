@@ -12,6 +12,7 @@ from daebench.inputs import positive, whole
 from daebench.names import free_numbers, methods_of
 from daebench.scene import PoissonScene, Scene
 from daebench.studies.cell import OUTPUTS, Cell
+from daebench.studies.cell_key import key_of, require_possible
 from daebench.studies.metrics import metrics_of
 from daebench.studies.runs import runs_of
 from daebench.studies.store import Store
@@ -111,11 +112,11 @@ class Study:
         found = list(self._cells())
         measured: set[tuple[object, ...]] = set()
         for cell in found:  # all of one before the next, while its scene is at hand: it takes longer to make than to use
-            cell.check()
+            require_possible(cell)
             if (kind := (cell.method, cell.case, cell.parameters)) not in measured:
                 self._require_measurable(cell, found)
                 measured.add(kind)
-            cell.key()
+            key_of(cell)
         return found
 
     def _require_measurable(self, cell: Cell, cells: Sequence[Cell]) -> None:
