@@ -6,14 +6,13 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, TypeVar, overload
 
-from daebench import poisson_names
+from daebench import names
 from daebench.catalogue import find_setting
 from daebench.doubts import doubts
 from daebench.errors import BadInput, DaebenchError, LostMotion, positive, real, unknown, whole
-from daebench.kinds import kind_of, knob_value, method_of
 from daebench.make_scene import constrained
-from daebench.method import ON_SINGULAR, Progress, Request
-from daebench.names import listed
+from daebench.method import ON_SINGULAR, Progress, Request, knob_value
+from daebench.names import kind_of, method_of
 from daebench.scene import PoissonScene, Scene
 from daebench.trajectory import CONSTRAINED, POISSON, PoissonTrajectory, Trajectory
 
@@ -248,7 +247,7 @@ def prepare(
 
     Returns
     -------
-    method : Method or PoissonMethod
+    method : Method
         What solves.
     scene : Scene or PoissonScene
         The problem with the numbers of its case.
@@ -313,7 +312,7 @@ def _watched(scene: Scene | PoissonScene, watch: Sequence[str] | None) -> tuple[
     wanted = [watch] if isinstance(watch, str) else list(watch)
     for name in wanted:
         if name in other and name not in own:
-            raise BadInput(f"{name} cannot be watched on {scene.problem}, which is {kind_of(scene)}; watch any of {', '.join(own)}.")
+            raise BadInput(f"{name} cannot be watched on {scene.problem}, which is {kind_of(scene).words}; watch any of {', '.join(own)}.")
         if name not in own:
             raise unknown("quantity to watch", name, own)
     return tuple(wanted)
@@ -364,8 +363,9 @@ def methods() -> "pd.DataFrame":
     from daebench.members import members, poisson_members
 
     own, poisson = members(), poisson_members()
-    rows = [{"kind": "constrained", **asdict(each)} | (asdict(own[each.name][1].claims) if each.name in own else {}) for each in listed()]
-    for name in poisson_names.listed():
-        about = {"kind": "poisson", "name": name, "knob": poisson_names.parse(name).knob, "system": "poisson", "options": {}}
-        rows.append(about | (asdict(poisson[name]) if name in poisson else {}))
+    rows = [
+        {"kind": "constrained", **asdict(each)} | (asdict(own[each.name][1].claims) if each.name in own else {}) for each in names.listed()
+    ]
+    for each in names.listed(names.POISSON):
+        rows.append({"kind": "poisson", **asdict(each)} | (asdict(poisson[each.name]) if each.name in poisson else {}))
     return pd.DataFrame(rows).rename(columns={"name": "method"}).convert_dtypes()

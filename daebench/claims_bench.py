@@ -30,11 +30,11 @@ from daebench.diagnostics.poisson import poisson_defect
 from daebench.diagnostics.reversibility import reversibility_defect
 from daebench.diagnostics.symplecticity import Flow, symplecticity_defect, tangent_basis, tangent_map
 from daebench.errors import BadInput, RunFailed
-from daebench.fixed_step import FixedStep
+from daebench.fixed_step_constrained import FixedStep
 from daebench.local_flow import enter, local_flow, structure_matrix
 from daebench.scene import Array, Scene
+from daebench.solution import EPS
 from daebench.trajectory import Trajectory
-from daebench.truth import EPS
 
 OK, FALLS_SHORT, NOT_CLAIMED = "ok", "FALLS SHORT", "not claimed"
 NOT_APPLICABLE, UNDETERMINED = "not applicable", "undetermined"

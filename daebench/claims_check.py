@@ -6,7 +6,7 @@ What is claimed to hold exactly is measured to be zero but for rounding; the bou
 
 from collections.abc import Callable, Mapping
 from dataclasses import asdict
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -14,14 +14,15 @@ from daebench.api import setting_of
 from daebench.claims_bench import FALLS_SHORT, NOT_APPLICABLE, OK, UNDETERMINED, Bench, Finding
 from daebench.diagnostics.order import SLACK
 from daebench.errors import RunFailed
-from daebench.fixed_step import FixedStep
-from daebench.kinds import method_of
-from daebench.measurable import PoissonScheme, measured, order_of, reach_of
-from daebench.method import Method, PoissonMethod, Request
+from daebench.fixed_step_constrained import FixedStep
+from daebench.measurable import PoissonScheme, measured, order_of
+from daebench.method import Method, Request
+from daebench.names import method_of
 from daebench.order_series import Series
 from daebench.order_study import study
 from daebench.poisson_claims_bench import PoissonBench
 from daebench.scene import PoissonScene, Scene
+from daebench.solution import reach
 from daebench.trajectory import CONSTRAINED, POISSON
 
 if TYPE_CHECKING:
@@ -95,7 +96,7 @@ def check(
 
 def check_claims(
     scene: Scene | PoissonScene,
-    method: Method | PoissonMethod,
+    method: Method[Any, Any],
     *,
     h: float | None = None,
     steps: int = STEPS,
@@ -108,7 +109,7 @@ def check_claims(
     ----------
     scene : Scene or PoissonScene
         A problem with consistent initial values.
-    method : Method or PoissonMethod
+    method : Method
         A fixed-step method.
     h : float, optional
         Step size, s, of all but the order, which has step sizes of its own; by default :func:`default_step`.
@@ -155,7 +156,7 @@ def default_step(scene: Scene | PoissonScene) -> float:
 
     It is the largest such up to a sixteenth of the mean of the first 64 steps of DOP853 at 1e-13, and up to 1 s.
     """
-    most = min(reach_of(scene, 64) / 64 / 16, 1.0)
+    most = min(reach(scene, 64) / 64 / 16, 1.0)
     power = 10.0 ** np.floor(np.log10(most))
     return float(next((digit * power for digit in (5, 2) if digit * power <= most), power))
 

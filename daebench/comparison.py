@@ -8,8 +8,8 @@ import pandas as pd
 
 from daebench.api import setting_of, singular_as
 from daebench.diagnostics.energy_verdict import energy_scales, energy_verdict, size
-from daebench.kinds import knob_value, methods_of
-from daebench.method import Request
+from daebench.method import Request, knob_value
+from daebench.names import methods_of
 from daebench.position_error import position_errors
 from daebench.scene import PoissonScene, Scene
 from daebench.trajectory import CONSTRAINED, POISSON, Array, PoissonTrajectory, Trajectory

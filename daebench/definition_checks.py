@@ -1,7 +1,7 @@
 """What can be said of a definition before any number is put in: its parts are what they must be, and H and g have second derivatives."""
 
 from collections.abc import Iterable, Mapping
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import sympy as sp
 from sympy.core.function import AppliedUndef
@@ -9,8 +9,8 @@ from sympy.core.function import AppliedUndef
 from daebench.definition_parts import check_cases, check_coordinates, check_functions, check_parameters, check_real, several
 from daebench.errors import InvalidProblem
 
-if TYPE_CHECKING:
-    from daebench.problem import ConstrainedHamiltonian
+Problem = Any
+"""A ConstrainedHamiltonian. Its class calls these functions when it is made, so that its type cannot be imported here."""
 
 KINKED: tuple[type, ...] = (
     sp.Abs,
@@ -32,7 +32,7 @@ OPEN: tuple[type, ...] = (sp.Derivative, sp.Subs, sp.Integral, sp.Sum, sp.Produc
 """Operations that SymPy has not carried out."""
 
 
-def check_parts(problem: "ConstrainedHamiltonian") -> None:
+def check_parts(problem: Problem) -> None:
     """Accept a definition whose parts are of the types that they must be.
 
     Raises
@@ -58,7 +58,7 @@ def check_parts(problem: "ConstrainedHamiltonian") -> None:
         raise InvalidProblem(f"closed_form is a {type(problem.closed_form).__name__}; it must be a function, or be left out.")
 
 
-def _declared(problem: "ConstrainedHamiltonian") -> dict[str, tuple[Any, str]]:
+def _declared(problem: Problem) -> dict[str, tuple[Any, str]]:
     """Return what may be declared of a problem, and the class that it must be of, by name."""
     return {
         "kinetic_flow": (problem.kinetic_flow, "KineticFlow"),
@@ -84,7 +84,7 @@ def check_mass(M: Any) -> None:
             raise InvalidProblem(f"the mass matrix M is singular: {why}; give it one, or take its momentum out with another choice of q.")
 
 
-def check_second_derivatives(problem: "ConstrainedHamiltonian") -> None:
+def check_second_derivatives(problem: Problem) -> None:
     """Accept a definition whose H, or M and U, and g are made of functions that are twice differentiable.
 
     Raises
@@ -127,7 +127,7 @@ def strange(where: str, extra: Iterable[sp.Symbol], known: Iterable[sp.Symbol]) 
     return InvalidProblem(f"{where} contains {', '.join(sorted(map(str, extra)))}, which it may not depend on; declare it.")
 
 
-def _scalars(problem: "ConstrainedHamiltonian") -> dict[str, Any]:
+def _scalars(problem: Problem) -> dict[str, Any]:
     """Return what must be one expression each, by name."""
     integrals: Mapping[str, Any] = {f"integral {name}": each for name, each in problem.integrals.items()}
     return {name: each for name, each in {"H": problem.H, "U": problem.U, **integrals}.items() if each is not None}

@@ -10,8 +10,8 @@ from daebench import codegen
 from daebench.algebra import Values
 from daebench.domain import may_be_left_unseen
 from daebench.problem import Case, ConstrainedHamiltonian
-from daebench.trajectory import WORK
 from daebench.watch import State, Watch, of_constrained
+from daebench.work import WORK
 
 Arguments = dict[str, Sequence[sp.Symbol]]
 Rule = tuple[Arguments, Sequence[sp.Expr], tuple[int, ...]]

@@ -13,8 +13,8 @@ from daebench.lattice_algebra import Arrays
 from daebench.poisson_derivation import work_of_parts
 from daebench.poisson_lattice import PoissonLattice
 from daebench.poisson_system import PoissonCase, PoissonSystem
-from daebench.trajectory import POISSON_WORK
 from daebench.watch import State, Watch, of_poisson
+from daebench.work import POISSON_WORK
 
 
 class LatticeDerivation:

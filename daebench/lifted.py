@@ -9,10 +9,10 @@ import numpy as np
 from daebench.catalogue import find_setting
 from daebench.diagnostics.integrals import casimir_errors, energy_error, integral_errors
 from daebench.errors import BadInput, RunFailed
-from daebench.fixed_step import FixedStep
+from daebench.fixed_step_constrained import FixedStep
+from daebench.fixed_step_poisson import require_poisson
 from daebench.make_scene import constrained
 from daebench.method import Method, Request
-from daebench.poisson_step import require_poisson
 from daebench.scene import PoissonScene, Scene, Setting
 from daebench.trajectory import POISSON, Array, Outcome, PoissonTrajectory, Trajectory
 
@@ -45,7 +45,7 @@ class Lifted:
     knob = "h"
 
     @classmethod
-    def of(cls, method: Method) -> "Lifted":
+    def of(cls, method: Method[Scene, Trajectory]) -> "Lifted":
         """Return a method lifted; raise :class:`BadInput` where it chooses its own steps."""
         if not isinstance(method, FixedStep):
             raise BadInput(f"{FORM}: takes fixed-step methods, and {method.name} chooses its own steps; run it as it is, or {FORM}:rattle.")

@@ -1,21 +1,19 @@
-"""Fixed-step methods for either kind of problem as what is measured: which are accepted, what order they claim, what time is long."""
+"""Fixed-step methods for either kind of problem as what is measured: which are accepted and what order they claim."""
 
 from typing import Any
 
 from daebench.errors import BadInput
-from daebench.fixed_step import FixedStep, accepted
+from daebench.fixed_step_constrained import FixedStep, accepted
+from daebench.fixed_step_poisson import PoissonStep
 from daebench.lifted import Lifted
-from daebench.poisson_step import PoissonStep
-from daebench.poisson_truth import poisson_reach
 from daebench.scene import PoissonScene, Scene
-from daebench.truth import reach
 
 PoissonScheme = PoissonStep | Lifted
 """A fixed-step method for Poisson systems, with its claims."""
 
 
 def measured(method: Any, scene: Scene | PoissonScene, why: str) -> Any:
-    """Return a method, a Method or a PoissonMethod, where it is a fixed-step method that takes this problem.
+    """Return a method, of either kind of problem, where it is a fixed-step method that takes this problem.
 
     Raises
     ------
@@ -46,8 +44,3 @@ def order_of(method: FixedStep | PoissonScheme) -> int:
 def symmetric(method: PoissonScheme) -> bool:
     """Return whether a method for Poisson systems claims that Phi_{-h} o Phi_h is the identity; a composition of one that does too."""
     return method.member.symmetric if isinstance(method, PoissonStep) else method.method.claims.symmetric
-
-
-def reach_of(scene: Scene | PoissonScene, steps: int) -> float:
-    """Return the time that DOP853 at 1e-13 reaches in so many steps."""
-    return poisson_reach(scene, steps) if isinstance(scene, PoissonScene) else reach(scene, steps)

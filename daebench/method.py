@@ -2,11 +2,10 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
-from typing import Protocol
+from typing import Any, Protocol, TypeVar
 
-from daebench.errors import unknown
-from daebench.scene import PoissonScene, Scene, Setting
-from daebench.trajectory import PoissonTrajectory, Trajectory
+from daebench.errors import BadInput, unknown
+from daebench.scene import Scene
 
 Progress = Callable[[float], None]
 """Called now and then with the fraction of the run that is done."""
@@ -110,8 +109,15 @@ class Request:
         return tuple(name for name in kinds if (name != "integrals" if self.watch is None else name in self.watch))
 
 
-class Method(Protocol):
-    """Anything that solves a scene and is steered by one number."""
+Ivp = TypeVar("Ivp", contravariant=True)
+Result = TypeVar("Result", covariant=True)
+
+
+class Method(Protocol[Ivp, Result]):
+    """Anything that solves an initial value problem and is steered by one number.
+
+    One for constrained problems is a ``Method[Scene, Trajectory]``, one for Poisson systems a ``Method[PoissonScene, PoissonTrajectory]``.
+    """
 
     @property
     def name(self) -> str:
@@ -121,15 +127,15 @@ class Method(Protocol):
     def knob(self) -> str:
         """What it is steered by: "h" or "tol"."""
 
-    def refusal(self, scene: Scene) -> str | None:
+    def refusal(self, scene: Ivp) -> str | None:
         """Return why the method cannot be used on this problem, as a sentence, or None."""
 
-    def check(self, scene: Scene, request: Request) -> None:
+    def check(self, scene: Ivp, request: Request) -> None:
         """Accept a request that can be met.
 
         Parameters
         ----------
-        scene : Scene
+        scene : Ivp
             The problem with the numbers of a case.
         request : Request
             What is asked of the method.
@@ -140,55 +146,28 @@ class Method(Protocol):
             If it cannot; the message says why and what to do.
         """
 
-    def solve(self, scene: Scene, request: Request) -> Trajectory:
+    def solve(self, scene: Ivp, request: Request) -> Result:
         """Return the trajectory; where the run stops early, what was computed so far and why.
 
         Parameters
         ----------
-        scene : Scene
+        scene : Ivp
             The problem with the numbers of a case.
         request : Request
             What is asked of the method.
         """
 
 
-class PoissonMethod(Protocol):
-    """Anything that solves a Poisson system and is steered by one number; see :class:`Method`."""
+def knob_value(method: Method[Any, Any], *, h: float | None, tol: float | None) -> float:
+    """Return the value of a method's knob.
 
-    @property
-    def name(self) -> str:
-        """Name in the grammar of methods."""
-
-    @property
-    def knob(self) -> str:
-        """What it is steered by: "h" or "tol"."""
-
-    def refusal(self, scene: Setting) -> str | None:
-        """Return why the method cannot be used on this problem, as a sentence, or None."""
-
-    def check(self, scene: PoissonScene, request: Request) -> None:
-        """Accept a request that can be met; raise :class:`BadInput` otherwise.
-
-        Parameters
-        ----------
-        scene : PoissonScene
-            The system with the numbers of a case.
-        request : Request
-            What is asked of the method.
-
-        Raises
-        ------
-        BadInput
-            If it cannot; the message says why and what to do.
-        """
-
-    def solve(self, scene: PoissonScene, request: Request) -> PoissonTrajectory:
-        """Return the trajectory; where the run stops early, what was computed so far and why.
-
-        Parameters
-        ----------
-        scene : PoissonScene
-            The system with the numbers of a case.
-        request : Request
-            What is asked of the method.
-        """
+    Raises
+    ------
+    BadInput
+        If it is missing, or the other one is given.
+    """
+    own, other = (h, tol) if method.knob == "h" else (tol, h)
+    if own is None or other is not None:
+        wanted, unwanted = ("a step size h", "a tolerance") if method.knob == "h" else ("a tolerance tol", "a step size")
+        raise BadInput(f"{method.name} is steered by {wanted}; {'give one' if own is None else f'leave out {unwanted}'}.")
+    return own

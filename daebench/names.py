@@ -13,63 +13,47 @@
     projection  = "proj" | "symproj"                  after each step
 
 Methods for Poisson systems have names of their own: their schemes are those in daebench/schemes/poisson, and the same name stands for
-what the book calls so on either kind of system.
+what the book calls so on either kind of system. What may stand where is in :mod:`daebench.names_tables`, a table for each kind of problems.
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from functools import cache
+from typing import Any
 
-from daebench.catalogue import schemes
 from daebench.errors import BadInput, unknown
-from daebench.fixed_step import FixedStep
-from daebench.forms import FORMS
-from daebench.members import members
+from daebench.fixed_step_constrained import FixedStep
+from daebench.lifted import FORM as LIFTED
+from daebench.lifted import Lifted
 from daebench.method import Method
-from daebench.pose import FORMULATIONS
-from daebench.reference.cvode import Cvode
-from daebench.reference.heyoka_ode import HeyokaTaylor
-from daebench.reference.ida import Ida
-from daebench.reference.radau_dae import RadauDae
-from daebench.reference.scipy_ode import ScipyOde
+from daebench.names_tables import CONSTRAINED, ON_ODE, POISSON, SOLVERS, Kind, Listed, kind_of, solver_numbers
+from daebench.scene import PoissonScene, Scene
 
-ON_ODE = {each.solver: each for each in (Cvode, ScipyOde, HeyokaTaylor)}
-"""Solvers of the index-reduced ODE by their names."""
-
-SOLVERS = ("ida", *ON_ODE, "solve_dae")
-
-
-@dataclass(frozen=True)
-class Listed:
-    """A method as the catalogue lists it, before anything heavy is imported.
-
-    Parameters
-    ----------
-    name : str
-        Name in the grammar.
-    knob : str
-        "h" or "tol".
-    system : str
-        What it is applied to.
-    options : mapping of str to float
-        Free numbers and their defaults.
-    """
-
-    name: str
-    knob: str
-    system: str
-    options: Mapping[str, float] = field(default_factory=dict)
+__all__ = [
+    "CONSTRAINED",
+    "ON_ODE",
+    "POISSON",
+    "SOLVERS",
+    "Kind",
+    "Listed",
+    "free_numbers",
+    "kind_of",
+    "listed",
+    "method_of",
+    "methods_of",
+    "parse",
+    "several",
+]
 
 
-def listed() -> list[Listed]:
-    """Return all methods, schemes first."""
-    fixed = [Listed(name, "h", member.claims.system, member.options) for name, (_, member) in sorted(members().items())]
-    solvers = [Listed(f"ida:{name}", "tol", name, _ida_numbers(f"ida:{name}")) for name in FORMULATIONS]
-    solvers += [Listed(f"{each.solver}:{name}", "tol", "ode") for each in ON_ODE.values() for name in each.variants]
-    return [*fixed, *solvers, Listed(RadauDae().name, "tol", RadauDae().formulation)]
+def listed(kind: Kind = CONSTRAINED) -> list[Listed]:
+    """Return all methods for problems of a kind, schemes first."""
+    return kind.listed()
 
 
-def parse(name: str, options: Mapping[str, float] | None = None, *, compensated: bool = False) -> Method:
-    """Return the method of this name.
+def parse(
+    name: str, options: Mapping[str, float] | None = None, *, kind: Kind = CONSTRAINED, compensated: bool = False, anyway: bool = False
+) -> Any:
+    """Return the method of this name for problems of a kind.
 
     Parameters
     ----------
@@ -77,8 +61,16 @@ def parse(name: str, options: Mapping[str, float] | None = None, *, compensated:
         A name in the grammar above.
     options : mapping of str to float, optional
         Free numbers of the method: alpha and beta of ida:baumgarte, eps of stiff:, rho_inf of generalized_alpha, ...
+    kind : Kind
+        :data:`CONSTRAINED` or :data:`POISSON`.
     compensated : bool
-        Whether a fixed-step method compensates its sums over steps for rounding.
+        Whether a fixed-step method compensates its sums over steps for rounding; for Poisson systems only methods that are lifted can.
+    anyway : bool
+        Whether a scheme may be run on a Poisson system that is not of the class for which it is a Poisson integrator.
+
+    Returns
+    -------
+    Method
 
     Raises
     ------
@@ -87,32 +79,65 @@ def parse(name: str, options: Mapping[str, float] | None = None, *, compensated:
     """
     if not isinstance(name, str):
         raise BadInput(f"a method is given by its name, not {name!r}.")
-    head, colon, variant = name.partition(":")
-    if colon and head in SOLVERS:
-        if compensated:
-            raise BadInput(f"{name} chooses its own steps and sums; compensated summation is for fixed-step methods.")
-        return _solver(name, variant, options)
-    if colon and head not in FORMS:
-        raise unknown("solver or form", head, [*SOLVERS, *FORMS])
-    return _fixed_step(name, head if colon else "", variant if colon else name, dict(options or {}), compensated)
+    head, colon, rest = name.partition(":")
+    if colon and head == LIFTED and LIFTED in kind.forms:
+        return Lifted.of(parse(rest, options, compensated=compensated))
+    solver = kind.solvers.get(head) if colon else None
+    if compensated and solver:
+        raise BadInput(f"{name} chooses its own steps and sums; compensated summation is for fixed-step methods.")
+    if kind is POISSON and compensated:
+        raise BadInput(f"{name} does not give its increments, which compensated summation needs; leave it out.")
+    if kind is POISSON or solver:
+        _require_options(name, options, solver_numbers(name) if kind is CONSTRAINED else {})
+    if solver:
+        return solver(rest, options)
+    if colon and head not in kind.forms:
+        raise unknown(f"solver or form{kind.of_kind}", head, [*kind.solvers, *kind.forms])
+    form, rest = (head, rest) if colon else ("", name)
+    return kind.fixed_step(*_parts(kind, name, form, rest), dict(options or {}), compensated, anyway)
 
 
-def _fixed_step(name: str, form: str, rest: str, options: Mapping[str, float], compensated: bool) -> FixedStep:
-    rest, plus, projection = rest.partition("+")
-    scheme, slash, composition = rest.partition("/")
-    if "/" in projection:
-        first, _, second = projection.partition("/")
-        raise BadInput(f"{name}: a composition comes before a projection; write {rest}/{second}+{first}.")
-    if scheme not in schemes():
-        known = schemes() if form or slash or plus else [each.name for each in listed()]
-        raise unknown("method", scheme, known)
-    for sign, part, what in ((slash, composition, "composition"), (plus, projection, "projection")):
-        if sign and not part:
-            raise BadInput(f"{name} ends with {sign}, and no {what} follows; name one, or leave it out.")
-    return FixedStep(scheme, form, composition, projection, options, compensated)
+def _require_options(name: str, options: Mapping[str, float] | None, allowed: Mapping[str, float]) -> None:
+    for option in options or {}:
+        if option not in allowed:
+            raise unknown(f"option of {name}", option, allowed)
 
 
-def several(names: Sequence[str | Method], options: Mapping[str, float] | None = None) -> list[Method]:
+def _parts(kind: Kind, name: str, form: str, rest: str) -> tuple[str, str, dict[str, str]]:
+    """Return the scheme, its form, and what follows the scheme: composition, and projection or splitting."""
+    before, plus, after = rest.partition("+")
+    if plus and "+" not in kind.signs:
+        raise BadInput(f"{name}: projections are for constrained problems; leave out +{after}.")
+    if "/" in after:
+        projection, _, composition = after.partition("/")
+        raise BadInput(f"{name}: a composition comes before a projection; write {before}/{composition}+{projection}.")
+    scheme, parts, empty = rest, {}, []
+    for sign, part in kind.signs.items():
+        scheme, present, parts[part] = scheme.partition(sign)
+        if present and not parts[part]:
+            empty.append(f"{name} ends with {sign}, and no {part} follows; name one, or leave it out.")
+    if scheme not in kind.schemes():
+        raise _unknown_scheme(kind, name, form, scheme, alone=scheme == rest)
+    if empty:
+        raise BadInput(empty[0])
+    return scheme, form, parts
+
+
+def _unknown_scheme(kind: Kind, name: str, form: str, scheme: str, *, alone: bool) -> BadInput:
+    """Return the error for a scheme that is not known; where it stands alone, a solver may have been meant."""
+    if kind is POISSON and not scheme:
+        return BadInput(f"{name} names no scheme; it has one of {', '.join(kind.schemes())}.")
+    known = [method.name for method in kind.listed()] if alone and not form else kind.schemes()
+    return unknown(kind.noun(form), scheme, known)
+
+
+def several(
+    names: Sequence[str | Method[Any, Any]],
+    options: Mapping[str, float] | None = None,
+    *,
+    kind: Kind = CONSTRAINED,
+    anyway: bool = False,
+) -> list[Any]:
     """Return the methods of these names, each with those of the options that it has; what is a method already stays as it is.
 
     Raises
@@ -120,39 +145,71 @@ def several(names: Sequence[str | Method], options: Mapping[str, float] | None =
     BadInput
         As :func:`parse`, or if an option is one of none of them.
     """
-    given = dict(options or {})
-    known = [free_numbers(parse(name)) if isinstance(name, str) else {} for name in names]
-    for option in given:
-        if not any(option in own for own in known):
-            raise unknown("option of these methods", option, sorted({each for own in known for each in own}))
+    values = dict(options or {})
+    known = [free_numbers(parse(name, kind=kind, anyway=anyway)) if isinstance(name, str) else {} for name in names]
+    for option in values:
+        if not any(option in numbers for numbers in known):
+            raise unknown("option of these methods", option, sorted({number for numbers in known for number in numbers}))
     return [
-        parse(name, {x: given[x] for x in own if x in given}) if isinstance(name, str) else name
-        for name, own in zip(names, known, strict=True)
+        parse(name, {x: values[x] for x in numbers if x in values}, kind=kind, anyway=anyway) if isinstance(name, str) else name
+        for name, numbers in zip(names, known, strict=True)
     ]
 
 
-def free_numbers(method: Method) -> Mapping[str, float]:
-    """Return the names of a method's free numbers and their defaults."""
-    if isinstance(method, FixedStep):
-        return method.free_numbers
-    return _ida_numbers(method.name)
+def free_numbers(method: Method[Any, Any]) -> Mapping[str, float]:
+    """Return the names of a method's free numbers and their defaults; those of one that is lifted are those of the method above."""
+    scheme = method.method if isinstance(method, Lifted) else method
+    return scheme.free_numbers if isinstance(scheme, FixedStep) else solver_numbers(method.name)
 
 
-def _ida_numbers(name: str) -> Mapping[str, float]:
-    """Return the free numbers of a solver's method: ida:baumgarte has those of the form."""
-    return FORMS["baumgarte"].options if name.startswith("ida:baumgarte") else {}
+def method_of(
+    scene: Scene | PoissonScene,
+    name: str,
+    options: Mapping[str, float] | None = None,
+    *,
+    compensated: bool = False,
+    anyway: bool = False,
+) -> Any:
+    """Return the method of this name for problems of the scene's kind.
+
+    Raises
+    ------
+    BadInput
+        If the name or an option is unknown, the parts of a name do not go together, or the method is for the other kind of problems.
+    """
+    _require_kind(scene, [name], anyway)
+    return parse(name, options, kind=kind_of(scene), compensated=compensated, anyway=anyway)
 
 
-def _solver(name: str, variant: str, options: Mapping[str, float] | None) -> Method:
-    allowed = _ida_numbers(name)
-    for option in options or {}:
-        if option not in allowed:
-            raise unknown(f"option of {name}", option, allowed)
-    if name.startswith("ida:"):
-        formulation, _, cure = variant.partition(":")
-        if formulation not in FORMULATIONS:
-            raise unknown("formulation", formulation, FORMULATIONS)
-        return Ida(formulation, cure or None, options)
-    if name.startswith("solve_dae:"):
-        return RadauDae.of(variant)
-    return ON_ODE[name.partition(":")[0]](variant)
+def methods_of(
+    scene: Scene | PoissonScene, names: Sequence[str], options: Mapping[str, float] | None = None, *, anyway: bool = False
+) -> list[Any]:
+    """Return the methods of these names for problems of the scene's kind, each with those of the options that it has.
+
+    Raises
+    ------
+    BadInput
+        As :func:`method_of`, or if an option is one of none of them.
+    """
+    _require_kind(scene, names, anyway)
+    return several(names, options, kind=kind_of(scene), anyway=anyway)
+
+
+def _require_kind(scene: Scene | PoissonScene, names: Sequence[str], anyway: bool) -> None:
+    """Refuse methods that are known, but for the other kind of problems."""
+    kind = kind_of(scene)
+    other = CONSTRAINED if kind is POISSON else POISSON
+    if anyway and kind is CONSTRAINED:
+        raise BadInput(f"anyway is for schemes on Poisson systems, and {scene.problem} is {kind.words}; leave it out.")
+    for name in names:
+        if _known(other, name) and not _known(kind, name):
+            raise BadInput(f"{name} is for {other.plural}, and {scene.problem} is {kind.words}; daebench list methods has those for both.")
+
+
+@cache
+def _known(kind: Kind, name: str) -> bool:
+    try:
+        parse(name, kind=kind)
+    except BadInput:
+        return False
+    return True

@@ -1,16 +1,17 @@
-"""The runs of one method on a constrained problem in an order study: errors of q, p, lam and raw multipliers."""
+"""The runs of one method in an order study: errors of q, p, lam and raw multipliers, or of y on a Poisson system."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from daebench.fixed_step import FixedStep
+from daebench.fixed_step_constrained import FixedStep
+from daebench.measurable import PoissonScheme
 from daebench.method import Request
 from daebench.order_runs import CLEAR, ROUND_OFF, Runs, at_common_times, largest
-from daebench.scene import Array, Scene
-from daebench.trajectory import Trajectory
-from daebench.truth import EPS, Truth, multipliers_between
+from daebench.scene import Array, PoissonScene, Scene
+from daebench.solution import EPS, multipliers_between
+from daebench.trajectory import PoissonTrajectory, Trajectory
 
 ON_GRID = 1e-6
 """Times this close to a grid point, in steps, are it."""
@@ -29,13 +30,12 @@ class Bench(Runs):
         What is solved.
     method : FixedStep
         What is measured.
-    known : Truth
+    known : ReferenceSolution
         The reference at the common times.
     """
 
     scene: Scene
     method: FixedStep
-    known: Truth
     state = ("q", "p", "lam")
     leading = ("q", "p")
 
@@ -45,8 +45,7 @@ class Bench(Runs):
         return {} if self.method.composition else self.method.member.multipliers()
 
     def _exact(self, name: str) -> Array:
-        rows: Array = getattr(self.known, self._like(name))
-        return rows
+        return self.known.states[self._like(name)]
 
     def _like(self, name: str) -> str:
         """Return the component that one is compared with: raw multipliers stand for lam."""
@@ -59,11 +58,11 @@ class Bench(Runs):
 
     def _push(self) -> float:
         """Return what the forces make of a momentum in T/32: their rounding is in p, however small they leave it."""
-        return largest(self.scene.along("H_q", self.known.p, self.known.q)) * float(self.known.t[-1]) / 32
+        return largest(self.scene.along("H_q", self.known.states["p"], self.known.states["q"])) * float(self.known.t[-1]) / 32
 
     def _lost(self, h: Sequence[float], errors: Sequence[float]) -> float:
         """Return the largest error of a raw multiplier that the rounding of positions may have made, eps |G| |q| / (h^2 G M^-1 G^T)."""
-        p, q = self.known.p[:1], self.known.q[:1]
+        p, q = (self.known.states[name][:1] for name in ("p", "q"))
         G, M_inverse = self.scene.along("G", q)[0], self.scene.along("H_pp", p, q)[0]
         least = float(np.linalg.svd(G @ M_inverse @ G.T, compute_uv=False)[-1])
         unit = EPS * float(np.linalg.norm(G)) * self._size("q") / least
@@ -104,3 +103,31 @@ class Bench(Runs):
             return np.concatenate([[0.0], self.known.t])[(step[kept] // n).astype(int)], values[kept]
         kept = np.floor(t / h) % n == 0
         return t[kept], values[kept]
+
+
+@dataclass(frozen=True)
+class PoissonBench(Runs):
+    """Where the runs of one method are made and held against the reference at the common times.
+
+    Parameters
+    ----------
+    scene : PoissonScene
+        What is solved.
+    method : PoissonScheme
+        What is measured.
+    known : ReferenceSolution
+        The reference at the common times.
+    """
+
+    scene: PoissonScene
+    method: PoissonScheme
+    state = leading = ("y",)
+
+    def _floor(self, name: str, h: Sequence[float], errors: Sequence[float]) -> float:
+        return max(self.known.bound["y"], ROUND_OFF * EPS * self._size("y"))
+
+    def _run(self, h: float, steps: int, n: int) -> PoissonTrajectory:
+        return self.method.solve(self.scene, Request(value=h, steps=steps, every=n, watch=(), count=False))
+
+    def _errors(self, run: PoissonTrajectory, n: int, *, halved: bool) -> tuple[dict[str, float], float]:
+        return {"y": largest(at_common_times(run.y) - self._exact("y"))}, 0.0

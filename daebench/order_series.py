@@ -8,9 +8,8 @@ from typing import Any
 import pandas as pd
 
 from daebench.diagnostics.order import OrderFit
-from daebench.poisson_truth import PoissonTruth
 from daebench.scene import PoissonScene, Scene
-from daebench.truth import Truth
+from daebench.solution import ReferenceSolution
 
 
 @dataclass(frozen=True)
@@ -125,7 +124,7 @@ class OrderStudy:
         What was solved.
     t_end : float
         End time, s.
-    truth : Truth or PoissonTruth
+    truth : ReferenceSolution
         The reference at the common times.
     series : tuple of Series
         One for each method and component.
@@ -133,7 +132,7 @@ class OrderStudy:
 
     scene: Scene | PoissonScene
     t_end: float
-    truth: Truth | PoissonTruth
+    truth: ReferenceSolution
     series: tuple[Series, ...]
 
     def table(self) -> pd.DataFrame:

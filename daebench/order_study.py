@@ -17,20 +17,16 @@ from typing import TYPE_CHECKING, Any
 
 import pandas as pd
 
-from daebench import poisson_names
 from daebench.api import setting_of
 from daebench.errors import BadInput, positive
-from daebench.kinds import methods_of
-from daebench.measurable import measured, order_of, reach_of
-from daebench.method import Method, PoissonMethod
-from daebench.names import several
-from daebench.order_bench import Bench
+from daebench.measurable import measured, order_of
+from daebench.method import Method
+from daebench.names import kind_of, methods_of, several
+from daebench.order_bench import Bench, PoissonBench
 from daebench.order_ladder import COMMON, ladder
 from daebench.order_series import OrderStudy, Series
-from daebench.poisson_order_bench import PoissonBench
-from daebench.poisson_truth import PoissonTruth, poisson_truth
 from daebench.scene import PoissonScene, Scene
-from daebench.truth import Truth, truth
+from daebench.solution import reach, reference_solution
 
 if TYPE_CHECKING:
     from daebench.poisson_system import PoissonSystem
@@ -46,7 +42,7 @@ Began = Callable[[float, str], None]
 def order(
     problem: "str | ConstrainedHamiltonian | PoissonSystem",
     *,
-    methods: Sequence[str | Method | PoissonMethod],
+    methods: Sequence[str | Method[Any, Any]],
     case: str | None = None,
     t_end: float | None = None,
     h: float | None = None,
@@ -97,7 +93,7 @@ def order(
 
 def study(
     scene: Scene | PoissonScene,
-    methods: Sequence[str | Method | PoissonMethod],
+    methods: Sequence[str | Method[Any, Any]],
     *,
     t_end: float | None = None,
     h: float | None = None,
@@ -110,7 +106,7 @@ def study(
     ----------
     scene : Scene or PoissonScene
         A problem with consistent initial values.
-    methods : sequence of str, Method or PoissonMethod
+    methods : sequence of str or Method
         Fixed-step methods, or their names.
     t_end : float, optional
         End time T, s; by default the power of two that 256 steps of DOP853 at 1e-13 just reach, at most 1024.
@@ -129,23 +125,19 @@ def study(
         If there is no reference.
     """
     given: Sequence[Any] = methods
-    parsed = poisson_names.several(given) if isinstance(scene, PoissonScene) else several(given)
+    parsed = several(given, kind=kind_of(scene))
     chosen = [measured(each, scene, "and has no order in h") for each in parsed]
     if not chosen:
         raise BadInput("an order study needs at least one method, for example rattle.")
-    end = positive("t_end", t_end) if t_end is not None else min(LONGEST, 2.0 ** math.floor(math.log2(reach_of(scene, LONG))))
+    end = positive("t_end", t_end) if t_end is not None else min(LONGEST, 2.0 ** math.floor(math.log2(reach(scene, LONG))))
     ladders = [ladder(end, order_of(method), h, halvings) for method in chosen]
-    known = _reference(scene, [end * k / COMMON for k in range(1, COMMON + 1)])
+    known = reference_solution(scene, [end * k / COMMON for k in range(1, COMMON + 1)])
     series: list[Series] = []
     for k, (method, counts) in enumerate(zip(chosen, ladders, strict=True)):
         if began:
             began(k / len(chosen), f"{method.name} on {scene.problem}")
         series += _bench(scene, method, known).series(counts, stop=halvings is None)
     return OrderStudy(scene, end, known, tuple(series))
-
-
-def _reference(scene: Scene | PoissonScene, times: Sequence[float]) -> Truth | PoissonTruth:
-    return poisson_truth(scene, times) if isinstance(scene, PoissonScene) else truth(scene, times)
 
 
 def _bench(scene: Scene | PoissonScene, method: Any, known: Any) -> Bench | PoissonBench:

@@ -19,8 +19,8 @@ from daebench.diagnostics.derivative import STEP, derivative
 from daebench.diagnostics.poisson import Map, poisson_defect
 from daebench.measurable import PoissonScheme, symmetric
 from daebench.scene import Array, PoissonScene
+from daebench.solution import EPS
 from daebench.trajectory import PoissonTrajectory
-from daebench.truth import EPS
 
 MULTIPLES = (1, 2, 4)
 """The Poisson defect is measured at these multiples of the step size: a Poisson map is one at all of them, and what is none shows it."""

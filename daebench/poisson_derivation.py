@@ -10,8 +10,8 @@ from daebench import codegen
 from daebench.algebra import Values
 from daebench.domain import may_be_left_unseen
 from daebench.poisson_system import PoissonCase, PoissonSystem
-from daebench.trajectory import POISSON_WORK
 from daebench.watch import State, Watch, of_poisson
+from daebench.work import POISSON_WORK
 
 Rule = tuple[Sequence[sp.Symbol], Sequence[sp.Expr], tuple[int, ...]]
 

@@ -16,21 +16,21 @@ else by 50 digits at random points of the domain, with the parameters as random 
 from collections import defaultdict
 from collections.abc import Mapping
 from itertools import combinations
-from typing import TYPE_CHECKING
+from typing import Any
 
 import sympy as sp
 
 from daebench.errors import InvalidProblem
 from daebench.vanishing import first_nonzero
 
-if TYPE_CHECKING:
-    from daebench.poisson_system import DarbouxMap, Part, PoissonSystem
+System = Any
+"""A PoissonSystem. Its class calls these functions when it is made, so that its type cannot be imported here."""
 
 Sparse = dict[int, sp.Expr]
 """A vector by its components that are not zero."""
 
 
-def check_skew(system: "PoissonSystem") -> None:
+def check_skew(system: System) -> None:
     """Verify B^T = -B.
 
     Raises
@@ -46,7 +46,7 @@ def check_skew(system: "PoissonSystem") -> None:
     )
 
 
-def check_jacobi(system: "PoissonSystem") -> None:
+def check_jacobi(system: System) -> None:
     """Verify the Jacobi identity, HLW (2.10).
 
     ::
@@ -72,7 +72,7 @@ def check_jacobi(system: "PoissonSystem") -> None:
     _refuse(system, claims, "the Jacobi identity (2.10) fails at the triple {where}: its sum is {what}, not 0.")
 
 
-def check_casimirs(system: "PoissonSystem") -> None:
+def check_casimirs(system: System) -> None:
     """Verify grad C^T B = 0 of each Casimir function, HLW Def. 2.5, and {F, H} = 0 of each integral F.
 
     Raises
@@ -88,7 +88,7 @@ def check_casimirs(system: "PoissonSystem") -> None:
     _refuse(system, brackets, "{where} is no first integral: its bracket with H is {what}, not 0.")
 
 
-def check_splitting(system: "PoissonSystem") -> None:
+def check_splitting(system: System) -> None:
     """Verify the flow of each part, HLW VII.4.2, and that the parts of each splitting add up to H.
 
     Raises
@@ -104,7 +104,7 @@ def check_splitting(system: "PoissonSystem") -> None:
         _refuse(system, claims, f"the parts of splitting {name!r} do not add up to H: they miss {{where}}' by {{what}}.")
 
 
-def check_darboux(system: "PoissonSystem") -> None:
+def check_darboux(system: System) -> None:
     """Verify that canonical coordinates are canonical, HLW (3.13) with the signs of (2.3), and lead back to the state.
 
     Raises
@@ -130,7 +130,7 @@ def gradient(F: sp.Expr, index: Mapping[sp.Symbol, int]) -> Sparse:
     return {i: sp.Add(*slopes[i]) for i in sorted(slopes)}
 
 
-def field(system: "PoissonSystem", F: sp.Expr) -> Sparse:
+def field(system: System, F: sp.Expr) -> Sparse:
     """Return the vector field B(y) grad F(y)."""
     slopes = gradient(F, _index(system))
     terms: dict[int, list[sp.Expr]] = defaultdict(list)
@@ -140,7 +140,7 @@ def field(system: "PoissonSystem", F: sp.Expr) -> Sparse:
     return {i: sp.Add(*terms[i]) for i in sorted(terms)}
 
 
-def _check_flow(system: "PoissonSystem", name: str, part: "Part") -> None:
+def _check_flow(system: System, name: str, part: Any) -> None:
     if part.t in {*system.y, *system.parameters}:
         raise InvalidProblem(f"the time {part.t} of part {name!r} is a coordinate or parameter too; rename one.")
     after, right = [sp.sympify(y) for y in part.y], field(system, part.H)
@@ -151,7 +151,7 @@ def _check_flow(system: "PoissonSystem", name: str, part: "Part") -> None:
     _refuse(system, rates, f"the flow of part {name!r} is not that of B grad H: it misses {{where}}' by {{what}}.", time=[part.t])
 
 
-def _canonical_brackets(system: "PoissonSystem", map_: "DarbouxMap") -> dict[str, sp.Expr]:
+def _canonical_brackets(system: System, map_: Any) -> dict[str, sp.Expr]:
     """Return by how much the brackets of the coordinates differ from those of (3.13), {Q_i, P_i} = 1 and all others 0."""
     index = _index(system)
     symbols, functions = [*map_.q, *map_.p, *map_.c], [*map_.Q, *map_.P, *map_.C]
@@ -163,20 +163,18 @@ def _canonical_brackets(system: "PoissonSystem", map_: "DarbouxMap") -> dict[str
     }
 
 
-def _refuse(
-    system: "PoissonSystem", claims: Mapping[str, sp.Expr], sentence: str, *, sign: int = 1, time: list[sp.Symbol] | None = None
-) -> None:
+def _refuse(system: System, claims: Mapping[str, sp.Expr], sentence: str, *, sign: int = 1, time: list[sp.Symbol] | None = None) -> None:
     """Raise InvalidProblem for the first claim that does not vanish, with its name and what it is in the places of the sentence."""
     symbols = [*system.y, *system.parameters, *(time or [])]
     if found := first_nonzero({name: sign * sp.sympify(claim) for name, claim in claims.items()}, symbols, system.domain):
         raise InvalidProblem(sentence.format(where=found[0], what=found[1]))
 
 
-def _index(system: "PoissonSystem") -> dict[sp.Symbol, int]:
+def _index(system: System) -> dict[sp.Symbol, int]:
     return {symbol: i for i, symbol in enumerate(system.y)}
 
 
-def _names(system: "PoissonSystem", *indices: int) -> str:
+def _names(system: System, *indices: int) -> str:
     """Return coordinates by name: one as it is, more in parentheses."""
     names = ", ".join(str(system.y[i]) for i in indices)
     return names if len(indices) == 1 else f"({names})"

@@ -8,11 +8,10 @@ from numpy.typing import ArrayLike
 
 from daebench.catalogue import find_setting
 from daebench.errors import BadInput, RunFailed
-from daebench.poisson_truth import poisson_truth
 from daebench.reference.certified import store
 from daebench.reference.certified.record import Reference
 from daebench.scene import Array, PoissonScene, Scene
-from daebench.truth import TIGHT, truth
+from daebench.solution import TIGHT, reference_solution
 
 CALLS = 400_000
 """Most calls of the right side in each of the two runs of DOP853: some seconds."""
@@ -73,7 +72,7 @@ def _same(scene: Scene | PoissonScene, other: Scene | PoissonScene) -> bool:
 
 
 def own_run(scene: Scene | PoissonScene, times: ArrayLike, calls: float = CALLS) -> OwnRun:
-    """Return the motion at these times from the problem's closed form, else from two runs of DOP853, see :func:`daebench.truth.truth`.
+    """Return the motion at these times, and how far it may be off, see :func:`daebench.solution.reference_solution`.
 
     Parameters
     ----------
@@ -90,14 +89,9 @@ def own_run(scene: Scene | PoissonScene, times: ArrayLike, calls: float = CALLS)
         If a run stops early, takes more calls, or does not keep the energy: it has then passed a collision or a rank loss unseen.
     """
     t = np.asarray(times, dtype=float)
-    if isinstance(scene, PoissonScene):
-        near = poisson_truth(scene, t, calls)
-        states, kind, bound = {"y": near.y}, near.kind, near.bound
-        energy = scene.along("H", near.y)
-    else:
-        found = truth(scene, t, calls)
-        states, kind, bound = {"q": found.q, "p": found.p, "lam": found.lam}, found.kind, found.bound
-        energy = scene.along("H", found.p, found.q)
+    exact = reference_solution(scene, t, calls)
+    kind, states, bound = exact.kind, exact.states, exact.bound
+    energy = scene.along("H", *(states[name] for name in ("p", "q", "y") if name in states))
     start = float(scene.value("H", *scene.start))
     if not np.max(np.abs(energy - start)) <= CONSERVED * _energy_size(scene, states, start):
         raise RunFailed(f"a finer run of {scene.problem}, case {scene.case}, does not keep the energy; choose a shorter end time.")

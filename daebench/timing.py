@@ -12,9 +12,9 @@ from typing import Any
 import numpy as np
 
 from daebench.errors import BadInput, DaebenchError
-from daebench.fixed_step import FixedStep
-from daebench.kinds import method_of
+from daebench.fixed_step_constrained import FixedStep
 from daebench.method import Request
+from daebench.names import method_of
 from daebench.scene import PoissonScene, Scene
 
 BY_HAND = ("rattle", "rk4", "strang")

@@ -17,15 +17,6 @@ CONSTRAINED = ("energy", "manifold", "integrals")
 POISSON = ("energy", "casimirs", "integrals")
 """What a run on a Poisson system can watch."""
 
-WORK = ("H_p", "H_q", "g", "G", "second", "solve", "newton")
-"""What schemes count as work: evaluations of H_p, H_q, g, G, second derivatives, linear solves, Newton sweeps."""
-
-
-POISSON_WORK = ("field", "half", "flow", "second", "solve", "newton")
-"""What schemes for Poisson systems count as work: evaluations of B grad H, of one half of its components, and of flows of parts; then
-as :data:`WORK`."""
-
-
 DOUBTED = "use a smaller h or tol, and see whether the motion has left the domain of H, or G has lost rank"
 """What to do where a run has come to its end with a number that is not finite."""
 

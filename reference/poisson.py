@@ -5,9 +5,10 @@ from collections.abc import Mapping
 import numpy as np
 
 from daebench.errors import BadInput
+from daebench.fixed_step_base import watched_names
+from daebench.fixed_step_poisson import require_poisson
 from daebench.method import Request
 from daebench.poisson_pose import PoissonDae
-from daebench.poisson_step import require_poisson, watched_names
 from daebench.reference.tolerance import TOLERANCES, Array, Driven, check
 from daebench.scene import PoissonScene, Setting
 from daebench.trajectory import POISSON, PoissonTrajectory
@@ -38,7 +39,7 @@ def accept(name: str, refusal: str | None, request: Request, least: float = TOLE
     Raises
     ------
     BadInput
-        If the method refuses the system, or see :func:`daebench.poisson_step.require_poisson` and
+        If the method refuses the system, or see :func:`daebench.fixed_step_poisson.require_poisson` and
         :func:`daebench.reference.tolerance.check`.
     """
     if refusal:

@@ -32,7 +32,7 @@ def compiling_ahead(problem: str, case: str, schemes: Sequence[str]) -> Iterator
 def compile_tangents(problem: str, case: str, schemes: Sequence[str]) -> None:
     """Make the complex kernel of each scheme by taking a step of no consequence."""
     from daebench.catalogue import find_scene
-    from daebench.fixed_step import FixedStep
+    from daebench.fixed_step_constrained import FixedStep
 
     scene = find_scene(problem, case)
     for name in schemes:

@@ -7,9 +7,9 @@ import sympy as sp
 
 from daebench.errors import BadInput
 from daebench.scene import Array
+from daebench.solution import DIGITS as DIGITS
+from daebench.solution import evaluated
 from daebench.source import Source
-from daebench.truth import DIGITS as DIGITS
-from daebench.truth import evaluated
 
 
 def exact_motion(source: Source, case: str, times: Sequence[float]) -> tuple[Array, Array]:

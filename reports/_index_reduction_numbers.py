@@ -14,7 +14,7 @@ from daebench.diagnostics.manifold import distance
 from daebench.diagnostics.order import fit_order
 from daebench.diagnostics.reversibility import reversibility_defect
 from daebench.diagnostics.symplecticity import symplecticity_defect, tangent_basis
-from daebench.fixed_step import FixedStep
+from daebench.fixed_step_constrained import FixedStep
 from daebench.method import Request
 from daebench.reports._compile_ahead import compiling_ahead
 from daebench.reports._exact_motion import exact_motion, swing_period

@@ -5,7 +5,8 @@ from dataclasses import replace
 
 from daebench.catalogue import schemes
 from daebench.compositions import COMPOSITIONS
-from daebench.fixed_step import PROJECTIONS, FixedStep
+from daebench.fixed_step_constrained import FixedStep
+from daebench.fixed_step_parts import PROJECTIONS
 from daebench.forms import FORMS
 from daebench.names import parse
 from daebench.pose import FORMULATIONS

@@ -7,7 +7,7 @@ import pandas as pd
 
 from daebench.claims_bench import FALLS_SHORT, NOT_APPLICABLE, OK
 from daebench.compositions import COMPOSITIONS
-from daebench.fixed_step import PROJECTIONS
+from daebench.fixed_step_parts import PROJECTIONS
 from daebench.report.claims import require
 from daebench.reports._methods_families import SYSTEMS, family, method
 

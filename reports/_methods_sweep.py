@@ -7,12 +7,13 @@ from daebench.catalogue import find_scene
 from daebench.claims_bench import Bench
 from daebench.claims_check import order_finding
 from daebench.errors import RunFailed
-from daebench.fixed_step import FixedStep
+from daebench.fixed_step_constrained import FixedStep
 from daebench.method import Request
 from daebench.names import parse
 from daebench.reports._methods_families import method
 from daebench.scene import Scene
-from daebench.trajectory import CONSTRAINED, WORK, Trajectory
+from daebench.trajectory import CONSTRAINED, Trajectory
+from daebench.work import WORK
 
 
 class Motion(NamedTuple):

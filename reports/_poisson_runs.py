@@ -5,13 +5,13 @@ from typing import Any
 
 import numpy as np
 
-from daebench import poisson_names
 from daebench.catalogue import find_setting
 from daebench.diagnostics.energy import energy_drift
 from daebench.diagnostics.integrals import casimir_errors, energy_error, integral_errors
 from daebench.diagnostics.poisson import poisson_defect
 from daebench.lifted import Lifted
 from daebench.method import Request
+from daebench.names import POISSON, parse
 from daebench.scene import Array, PoissonScene
 from daebench.trajectory import PoissonTrajectory
 
@@ -28,7 +28,7 @@ def scene_of(problem: str, case: str, parameters: dict[str, float] | None = None
 
 def method(name: str, *, compiled: bool = False) -> Any:
     """Return a method whatever the class of B: most runs are so short that compiling would take longer."""
-    found: Any = poisson_names.parse(name, anyway=True)
+    found: Any = parse(name, kind=POISSON, anyway=True)
     return Lifted(replace(found.method, compiled=compiled)) if isinstance(found, Lifted) else replace(found, compiled=compiled)
 
 

@@ -11,7 +11,7 @@ from daebench.claims_bench import ROUNDINGS
 from daebench.diagnostics.energy import energy_drift
 from daebench.diagnostics.integrals import energy_error, integral_errors
 from daebench.errors import DaebenchError
-from daebench.fixed_step import FixedStep
+from daebench.fixed_step_constrained import FixedStep
 from daebench.method import Method, Request
 from daebench.names import parse
 from daebench.reports._problems_scenes import STEPS, TOL, horizon, scene_of, step_size
@@ -55,7 +55,7 @@ EVALUATIONS = ("H_p", "H_q", "g", "G", "second", "residual", "rhs")
 SOLVES = ("solve", "jacobian")
 
 
-def method(name: str) -> Method:
+def method(name: str) -> Method[Scene, Trajectory]:
     """Return a method, uncompiled if it has fixed steps: runs are so short that compiling would take longer."""
     found = parse(name)
     return replace(found, compiled=False) if isinstance(found, FixedStep) else found
@@ -83,7 +83,7 @@ def row(problem: str, name: str, against: Sizes) -> dict[str, Any]:
     return about | measured(scene, run, against)
 
 
-def solve(problem: str, scene: Scene, found: Method) -> Trajectory:
+def solve(problem: str, scene: Scene, found: Method[Scene, Trajectory]) -> Trajectory:
     """Return the run of a method to the end of a scene."""
     if found.knob == "h":
         return found.solve(scene, Request(value=step_size(problem), steps=STEPS, watch=()))

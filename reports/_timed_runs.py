@@ -9,6 +9,7 @@ from dataclasses import replace
 from daebench.errors import DaebenchError
 from daebench.reports._two_processes import two_processes
 from daebench.studies.cell import Cell, maker
+from daebench.studies.cell_key import key_of
 from daebench.studies.engine import computed
 from daebench.studies.measure import bare, with_time
 from daebench.studies.store import Kept, Store
@@ -34,7 +35,7 @@ def make_runs(cells: Iterable[Cell], kept: Store, tell: Tell, processes: Process
     DaebenchError
         If a process is lost.
     """
-    missing = {key: cell for cell in cells if (key := cell.key()) not in kept}
+    missing = {key: cell for cell in cells if (key := key_of(cell)) not in kept}
     if not missing:
         return
     looked = {key: replace(cell, repeat=0) for key, cell in missing.items()}
@@ -51,7 +52,7 @@ def make_runs(cells: Iterable[Cell], kept: Store, tell: Tell, processes: Process
             warm(cell)
             warmed.remove(_kind(cell))
         began = time.perf_counter()
-        row = with_time(cell, rows[looked[key].key()])
+        row = with_time(cell, rows[key_of(looked[key])])
         kept.put([Kept(key, cell.plain(), row, maker(), time.perf_counter() - began)])
         tell(COMPILED + (1 - COMPILED) * (k + 1) / len(timed), doing(cell))
 

@@ -8,8 +8,8 @@ from typing import Any
 import pandas as pd
 
 from daebench.errors import DaebenchError
-from daebench.kinds import methods_of
 from daebench.lifted import Lifted
+from daebench.names import methods_of
 from daebench.reports._timed_runs import Processes, make_runs
 from daebench.reports._two_processes import two_processes
 from daebench.reports._work_precision_scenes import WORKS, Work

@@ -16,7 +16,7 @@ from own_files import ORBIT, RING
 from scenes import LARGE, scene, swept
 
 from daebench.catalogue import find_scene
-from daebench.fixed_step import FixedStep
+from daebench.fixed_step_constrained import FixedStep
 
 MANY_STAGES = ("lobatto5", "lobatto6", "gauss4", "radau3_ggl", "radau3_index2")
 """Schemes whose systems are so large that a few steps of them on a large problem, run as Python, take longest of all."""
@@ -119,4 +119,4 @@ def uncompiled_schemes(monkeypatch):
         def __init__(self, *settings, **more):
             super().__init__(*settings, **more | {"compiled": False})
 
-    monkeypatch.setattr("daebench.names.FixedStep", Uncompiled)
+    monkeypatch.setattr("daebench.names_tables.FixedStep", Uncompiled)

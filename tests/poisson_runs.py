@@ -8,7 +8,7 @@ import numpy as np
 from daebench.catalogue import find_setting, problems
 from daebench.members import poisson_members
 from daebench.method import Request
-from daebench.poisson_names import parse
+from daebench.names import POISSON, parse
 
 FORMS = ("", "darboux:")
 SMALLER = {"ablowitz_ladik": {"sites": 5}}
@@ -22,7 +22,7 @@ def scene(name, case=None):
 
 
 def method(name, *, anyway=True):
-    return replace(parse(name, anyway=anyway), compiled=False)
+    return replace(parse(name, anyway=anyway, kind=POISSON), compiled=False)
 
 
 def pairs():

@@ -2,13 +2,15 @@
 
 from pathlib import Path
 
-from daebench import poisson_names, poisson_pose
+from daebench import poisson_pose
 from daebench.catalogue import schemes
 from daebench.claims import CLASSES
 from daebench.compositions import COMPOSITIONS
-from daebench.fixed_step import PROJECTIONS, FixedStep
+from daebench.fixed_step_constrained import FixedStep
+from daebench.fixed_step_parts import PROJECTIONS
 from daebench.forms import FORMS
 from daebench.members import members, poisson_members
+from daebench.names import POISSON
 from daebench.pose import FORMULATIONS
 
 README = Path(__file__).parent.parent / "README.md"
@@ -87,7 +89,7 @@ def poisson():
 def poisson_forms():
     """Return the table of forms of Poisson systems, as Markdown."""
     lines = ["| form | what it is |", "|---|---|"]
-    return "\n".join(lines + [f"| `{name}:` | {about} |" for name, about in poisson_names.ABOUT.items()])
+    return "\n".join(lines + [f"| `{name}:` | {about} |" for name, about in POISSON.forms.items()])
 
 
 def replaced(text):

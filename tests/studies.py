@@ -6,7 +6,7 @@ import pytest
 import uncompiled
 from scenes import scene
 
-from daebench.fixed_step import FixedStep
+from daebench.fixed_step_constrained import FixedStep
 from daebench.order_study import study
 
 plain = partial(FixedStep, compiled=False)

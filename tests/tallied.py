@@ -1,6 +1,7 @@
 """The work of a run counted independently: by wrapping the functions of its uncompiled kernel."""
 
-from daebench.trajectory import CONSTRAINED, WORK
+from daebench.trajectory import CONSTRAINED
+from daebench.work import WORK
 
 KINDS = {name: name for name in ("H_p", "H_q", "g", "G")} | {"K_y": "H_q", "two_form": "second"}
 KINDS |= dict.fromkeys(("H_pp", "H_qq", "H_qp", "Gv_p", "Gv_q", "curvature", "a_p"), "second")

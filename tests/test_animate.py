@@ -20,7 +20,7 @@ from daebench.film import gif, mp4, page, smil
 from daebench.film.raster import frames
 from daebench.film.reel import Reel
 from daebench.film.take import Take, take
-from daebench.fixed_step import FixedStep
+from daebench.fixed_step_constrained import FixedStep
 from daebench.method import Request
 from daebench.picture import Picture
 from daebench.scene_picture import layout_of, surface_lines
@@ -165,7 +165,7 @@ def test_the_vector_of_a_rigid_body_is_on_the_sphere_that_is_drawn():
 
 
 def parse_poisson(name):
-    from daebench.poisson_step import PoissonStep
+    from daebench.fixed_step_poisson import PoissonStep
 
     return PoissonStep(name, compiled=False)
 

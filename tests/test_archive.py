@@ -13,7 +13,7 @@ from cache_damage import FAMILY
 from own_files import RING
 
 from daebench.errors import BadInput
-from daebench.fixed_step import FixedStep
+from daebench.fixed_step_constrained import FixedStep
 from daebench.studies import reproduce
 from daebench.studies.archive import FORMAT, MANIFEST, ROWS, write_archive
 from daebench.studies.cell import scene_of
@@ -36,7 +36,7 @@ def made(tmp_path_factory):
     (folder / "ring.py").write_text(RING)
     with pytest.MonkeyPatch.context() as patch, opened(folder / "s.db") as store:
         patch.chdir(folder)
-        patch.setattr("daebench.names.FixedStep", Uncompiled)
+        patch.setattr("daebench.names_tables.FixedStep", Uncompiled)
         pendulum = {"problem": "planar_pendulum", "cases": ["rotating"], "metrics": ("q", "energy")}
         Study(**pendulum, methods=["rattle", "scipy:DOP853"], values={"h": [1 / 8, 1 / 16], "tol": [1e-6]}, t_end=2.0).table(store)
         Study(problem="./ring.py", methods=["rattle"], values={"h": [1 / 8]}, t_end=2.0, repeat=1).table(store)

@@ -8,7 +8,7 @@ from daebench.api import setting_of
 from daebench.film import page, smil
 from daebench.film.reel import Reel
 from daebench.film.take import take
-from daebench.fixed_step import FixedStep
+from daebench.fixed_step_constrained import FixedStep
 from daebench.scene_picture import layout_of
 
 pytestmark = pytest.mark.slow

@@ -11,7 +11,7 @@ from daebench.catalogue import find_scene
 from daebench.chains.chain import ConstrainedChain
 from daebench.chains.derivation import WRITTEN_OUT
 from daebench.errors import BadInput, InvalidProblem
-from daebench.fixed_step import FixedStep
+from daebench.fixed_step_constrained import FixedStep
 from daebench.kernels import band
 from daebench.make_scene import make_scene
 from daebench.method import Request

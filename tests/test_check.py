@@ -10,7 +10,7 @@ from checks import EXACT, Study
 from daebench.claims_bench import FALLS_SHORT, NOT_APPLICABLE, NOT_CLAIMED, OK, UNDETERMINED
 from daebench.claims_check import check_claims, default_step
 from daebench.errors import BadInput, RunFailed
-from daebench.fixed_step import FixedStep
+from daebench.fixed_step_constrained import FixedStep
 from daebench.make_scene import make_scene
 from daebench.names import parse
 from daebench.problem import Case, ConstrainedHamiltonian, coordinates

@@ -9,7 +9,7 @@ from checks import EXACT, Study
 
 from daebench.claims_bench import FALLS_SHORT, OK
 from daebench.cli import main
-from daebench.fixed_step import FixedStep
+from daebench.fixed_step_constrained import FixedStep
 
 CHECK = ("check", "spherical_pendulum", "--case", "fig1.1", "--h", 0.03, "--steps", 20, "--method")
 
@@ -17,7 +17,7 @@ CHECK = ("check", "spherical_pendulum", "--case", "fig1.1", "--h", 0.03, "--step
 @pytest.fixture
 def daebench(daebench, monkeypatch):
     """Run the command line on uncompiled kernels, with a study made up."""
-    monkeypatch.setattr("daebench.names.FixedStep", lambda *a, **k: FixedStep(*a, **k | {"compiled": False}))
+    monkeypatch.setattr("daebench.names_tables.FixedStep", lambda *a, **k: FixedStep(*a, **k | {"compiled": False}))
     monkeypatch.setattr("daebench.claims_check.study", lambda *_, **__: Study(q=lambda h: h**2, p=lambda h: h**2))
     return daebench
 

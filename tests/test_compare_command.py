@@ -8,7 +8,7 @@ import pandas as pd
 import pytest
 
 from daebench.cli.comparison_table import WIDTH, notes, print_narrow
-from daebench.poisson_step import PoissonStep
+from daebench.fixed_step_poisson import PoissonStep
 
 COMMANDS = {
     "certified": ("planar_pendulum", "--case", "rotating", "--methods", "rattle,rk4+proj,scipy:DOP853", "--h", 0.05, "--t-end", 3),
@@ -25,7 +25,7 @@ VERDICT = {"kept", "bounded", "drifts", "undetermined", "failed"}
 @pytest.fixture
 def plain(plain_functions, uncompiled_schemes, folder, monkeypatch):
     """Have everything run uncompiled, in a folder with a problem file."""
-    monkeypatch.setattr("daebench.poisson_names.PoissonStep", lambda *a, **k: PoissonStep(*a, **k | {"compiled": False}))
+    monkeypatch.setattr("daebench.names_tables.PoissonStep", lambda *a, **k: PoissonStep(*a, **k | {"compiled": False}))
 
 
 def _refuse(name):

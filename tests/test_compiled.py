@@ -9,7 +9,7 @@ import pytest
 from scenes import scene
 
 from daebench.compiled import uncollected
-from daebench.fixed_step import FixedStep
+from daebench.fixed_step_constrained import FixedStep
 from daebench.syntax import decorated
 
 BODY = """

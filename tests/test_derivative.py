@@ -10,7 +10,7 @@ from daebench.diagnostics.derivative import DerivativeWarning
 from daebench.diagnostics.poisson import poisson_defect
 from daebench.diagnostics.symplecticity import symplecticity_defect, tangent_map
 from daebench.errors import BadInput, RunFailed
-from daebench.fixed_step import FixedStep
+from daebench.fixed_step_constrained import FixedStep
 
 H = 0.1
 P, Q = np.array([0.3, -0.4]), np.array([0.9, 0.2])

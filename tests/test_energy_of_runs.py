@@ -7,9 +7,9 @@ from daebench.api import setting_of
 from daebench.comparison import row
 from daebench.diagnostics.energy_verdict import energy_verdict
 from daebench.diagnostics.integrals import energy_error
-from daebench.fixed_step import FixedStep
-from daebench.kinds import methods_of
+from daebench.fixed_step_constrained import FixedStep
 from daebench.method import Request
+from daebench.names import methods_of
 
 MOTIONS = {"fast swing": ("spherical_pendulum", "fig1.2", 0.05, 100.0), "rotating": ("planar_pendulum", "rotating", 0.02, 60.0)}
 SYMPLECTIC = ("rattle", "symplectic_euler", "lobatto3", "strang", "rattle/suzuki4")

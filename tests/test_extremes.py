@@ -10,7 +10,7 @@ from scenes import scene
 
 import daebench
 from daebench.errors import BadInput, InvalidProblem
-from daebench.fixed_step import FixedStep
+from daebench.fixed_step_constrained import FixedStep
 from daebench.grid import Grid
 from daebench.make_scene import make_scene
 from daebench.method import Request

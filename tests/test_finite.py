@@ -8,11 +8,10 @@ import sympy as sp
 import uncompiled as plain
 from leaving import ENDS, ending, ending_poisson
 
-from daebench import poisson_names
 from daebench import pose as posing
 from daebench.make_scene import make_setting
 from daebench.method import Request
-from daebench.names import listed, parse
+from daebench.names import POISSON, listed, parse
 from daebench.problem import Case, ConstrainedHamiltonian, coordinates
 from daebench.source import source_of
 from daebench.trajectory import PoissonTrajectory, Trajectory
@@ -53,9 +52,9 @@ def test_no_method_comes_to_the_end_of_a_run_beyond_the_end_of_the_motion(end, w
     assert ran > (35 if watch == "nothing" else 6)
 
 
-@pytest.mark.parametrize("name", poisson_names.listed())
+@pytest.mark.parametrize("name", [method.name for method in listed(POISSON)])
 def test_no_method_for_poisson_systems_does_either(name):
-    scene, method = ending_poisson(), uncompiled(poisson_names.parse(name))
+    scene, method = ending_poisson(), uncompiled(parse(name, kind=POISSON))
     if method.refusal(scene):
         pytest.skip(method.refusal(scene))
     for watch in ((), ("energy",)):

@@ -12,7 +12,7 @@ from tallied import tally
 from daebench import cache
 from daebench.catalogue import schemes
 from daebench.errors import BadInput, RunFailed
-from daebench.fixed_step import FixedStep
+from daebench.fixed_step_constrained import FixedStep
 from daebench.make_scene import make_scene
 from daebench.members import members
 from daebench.method import Request

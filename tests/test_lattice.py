@@ -10,11 +10,11 @@ from poisson_runs import method
 
 from daebench.catalogue import find_setting
 from daebench.errors import BadInput, InvalidProblem
+from daebench.fixed_step_poisson import coordinates
 from daebench.make_scene import make_setting
 from daebench.method import Request
+from daebench.names import POISSON, parse
 from daebench.poisson_lattice import PoissonLattice
-from daebench.poisson_names import parse
-from daebench.poisson_step import coordinates
 from daebench.problems.ablowitz_ladik import problem
 from daebench.source import source_of
 
@@ -118,8 +118,8 @@ def test_functions_along_many_states_of_a_large_lattice_are_loops_too():
 @pytest.mark.parametrize("name", ["ida:ode", "cvode:bdf", "scipy:Radau"], ids=str)
 def test_solvers_with_the_whole_jacobian_refuse_a_large_lattice(name):
     large = find_setting("ablowitz_ladik", None, {"sites": 5000})
-    assert "solves with the whole Jacobian, and ablowitz_ladik has 10000 coordinates" in parse(name).refusal(large)
-    assert parse("scipy:DOP853").refusal(large) is None
+    assert "solves with the whole Jacobian, and ablowitz_ladik has 10000 coordinates" in parse(name, kind=POISSON).refusal(large)
+    assert parse("scipy:DOP853", kind=POISSON).refusal(large) is None
 
 
 def test_a_wrong_number_of_sites_is_refused_in_a_sentence():

@@ -10,7 +10,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from daebench import poisson_names
 from daebench.catalogue import lessons
 from daebench.diagnostics.symplecticity import areas, symplecticity_defect, tangent_path
 from daebench.errors import BadInput
@@ -83,7 +82,7 @@ def short_runs_uncompiled(request, monkeypatch):
             module = importlib.import_module(f"daebench.reports.lessons.{name}")
             monkeypatch.setattr(module, "parse", lambda *words: replace(parse(*words), compiled=False))
         poisson = "daebench.reports.lessons._poisson_maps_runs.parse"
-        monkeypatch.setattr(poisson, lambda name, anyway: replace(poisson_names.parse(name, anyway=anyway), compiled=False))
+        monkeypatch.setattr(poisson, lambda name, **more: replace(parse(name, **more), compiled=False))
 
 
 def run_of(scheme, **changed):

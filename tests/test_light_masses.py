@@ -7,7 +7,7 @@ import uncompiled
 from daebench import pose as posing
 from daebench.catalogue import find_scene
 from daebench.diagnostics.rank import badly_scaled
-from daebench.fixed_step import FixedStep
+from daebench.fixed_step_constrained import FixedStep
 from daebench.method import Request
 from daebench.reference.cvode import Cvode
 from daebench.reference.ida import Ida

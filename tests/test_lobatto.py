@@ -15,7 +15,7 @@ from daebench.diagnostics.order import fit_order
 from daebench.diagnostics.reversibility import reversibility_defect
 from daebench.diagnostics.symplecticity import symplecticity_defect, tangent_basis
 from daebench.errors import RunFailed
-from daebench.fixed_step import FixedStep
+from daebench.fixed_step_constrained import FixedStep
 from daebench.method import Request
 from daebench.problems.spherical_pendulum import closed_form
 

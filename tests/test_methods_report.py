@@ -15,7 +15,7 @@ from daebench.catalogue import find_scene, schemes
 from daebench.claims_bench import FALLS_SHORT, NOT_CLAIMED, OK, UNDETERMINED
 from daebench.claims_check import order_finding
 from daebench.compositions import COMPOSITIONS
-from daebench.fixed_step import PROJECTIONS
+from daebench.fixed_step_parts import PROJECTIONS
 from daebench.forms import FORMS
 from daebench.method import Request
 from daebench.pose import FORMULATIONS

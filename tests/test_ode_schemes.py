@@ -19,7 +19,7 @@ from daebench.diagnostics.integrals import energy_error
 from daebench.diagnostics.order import fit_order
 from daebench.diagnostics.symplecticity import tangent_basis, tangent_map
 from daebench.errors import RunFailed
-from daebench.fixed_step import FixedStep
+from daebench.fixed_step_constrained import FixedStep
 from daebench.make_scene import make_scene
 from daebench.method import Request
 from daebench.names import parse

@@ -9,7 +9,7 @@ from scenes import scene
 from studies import plain, rattle_on_planar
 
 import daebench.pose
-from daebench.fixed_step import FixedStep
+from daebench.fixed_step_constrained import FixedStep
 from daebench.names import several
 from daebench.order_figure import write
 from daebench.order_study import study
@@ -23,8 +23,8 @@ COMMAND = ("order", "planar_pendulum", "--case", "rotating", "--methods", "rattl
 def daebench(daebench, monkeypatch):
     """Run the command line, uncompiled."""
 
-    def uncompiled_methods(methods, options=None):
-        return [replace(each, compiled=False) if isinstance(each, FixedStep) else each for each in several(methods, options)]
+    def uncompiled_methods(methods, options=None, **kind):
+        return [replace(each, compiled=False) if isinstance(each, FixedStep) else each for each in several(methods, options, **kind)]
 
     monkeypatch.setattr("daebench.order_study.several", uncompiled_methods)
     return daebench

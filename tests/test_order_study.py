@@ -10,12 +10,12 @@ from scenes import scene
 from studies import plain, rattle_on_planar
 
 from daebench.errors import BadInput
-from daebench.fixed_step import FixedStep
+from daebench.fixed_step_constrained import FixedStep
 from daebench.order_bench import Bench
 from daebench.order_ladder import COMMON, ladder
 from daebench.order_series import Point
 from daebench.order_study import order, study
-from daebench.truth import EPS, truth
+from daebench.solution import EPS, reference_solution
 
 pytestmark = pytest.mark.usefixtures("plain_functions")
 
@@ -97,11 +97,11 @@ def test_errors_are_the_largest_over_the_common_times_in_the_euclidean_norm():
     point = series["q"].points[1]
     assert (point.h, point.steps) == (1 / 64, 64)
     q, p = _rattle_by_hand(scene("planar"), point.h, point.steps)
-    exact = truth(scene("planar"), np.arange(1, COMMON + 1) / COMMON)
-    assert point.errors["q"] == pytest.approx(np.max(np.linalg.norm(q - exact.q, axis=1)), rel=1e-9)
-    assert point.errors["p"] == pytest.approx(np.max(np.linalg.norm(p - exact.p, axis=1)), rel=1e-9)
+    exact = reference_solution(scene("planar"), np.arange(1, COMMON + 1) / COMMON)
+    assert point.errors["q"] == pytest.approx(np.max(np.linalg.norm(q - exact.states["q"], axis=1)), rel=1e-9)
+    assert point.errors["p"] == pytest.approx(np.max(np.linalg.norm(p - exact.states["p"], axis=1)), rel=1e-9)
     lam = (np.sum(p**2, axis=1) - q[:, 1]) / (2 * np.sum(q**2, axis=1))
-    assert point.errors["lam"] == pytest.approx(np.max(np.abs(lam - exact.lam[:, 0])), rel=1e-9)
+    assert point.errors["lam"] == pytest.approx(np.max(np.abs(lam - exact.states["lam"][:, 0])), rel=1e-9)
 
 
 def _rattle_by_hand(pendulum, h, steps):
@@ -183,10 +183,10 @@ def test_a_method_that_fails_at_every_step_size_has_its_rows():
 
 def test_points_below_what_the_reference_is_good_for_are_round_off(monkeypatch):
     def vague(scene_, times):
-        found = truth(scene_, times)
+        found = reference_solution(scene_, times)
         return replace(found, kind="vague", bound={"q": 1e-3, "p": 1e-4, "lam": 1e-9})
 
-    monkeypatch.setattr("daebench.order_study.truth", vague)
+    monkeypatch.setattr("daebench.order_study.reference_solution", vague)
     found = by_component(study(scene("planar"), [plain("rattle")], t_end=1.0, h=1 / 32, halvings=4))
     for name, bound in (("q", 1e-3), ("p", 1e-4)):
         assert found[name].floor == bound
@@ -207,12 +207,12 @@ def test_multipliers_inside_of_a_step_are_taken_where_steps_begin_at_common_time
     n, times = 4, np.arange(1, COMMON + 1) / COMMON
     pendulum, h = scene("planar"), 1 / 32
     inside = (np.arange(COMMON * n) + 0.3) * h
-    values = truth(pendulum, inside).lam.copy()
+    values = reference_solution(pendulum, inside).states["lam"].copy()
     values[::n] += 1e-3
     values[1::n] += 1.0
     values[3 * n] += 2e-3
     run = SimpleNamespace(raw={"lam_1": (inside, values)}, value=h)
-    errors, bound = Bench(pendulum, plain("rattle"), truth(pendulum, times))._raw_errors(run, n)
+    errors, bound = Bench(pendulum, plain("rattle"), reference_solution(pendulum, times))._raw_errors(run, n)
     assert errors == {"lam_1": pytest.approx(3e-3, abs=bound)}
     assert bound < 1e-10
 
@@ -243,7 +243,7 @@ GAUSS2 = (2.206e-08, 1.379e-09, 8.501e-11, 5.363e-12, 1.483e-12, 3.836e-13)
 
 def test_roundings_that_add_up_over_many_steps_are_no_part_of_the_order():
     own = scene("planar")
-    known = truth(own, [4.0 * k / COMMON for k in range(1, COMMON + 1)])
+    known = reference_solution(own, [4.0 * k / COMMON for k in range(1, COMMON + 1)])
     points = [Point(4.0 / n, n, {"q": error}) for n, error in zip((1024 * 2**k for k in range(6)), GAUSS2, strict=True)]
     series = Bench(own, plain("gauss2"), known)._component("q", points)
     assert abs(series.fit.slope - 4) < 0.02

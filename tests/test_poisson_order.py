@@ -16,13 +16,12 @@ from daebench.catalogue import find_setting
 from daebench.claims_bench import FALLS_SHORT, NOT_CLAIMED, OK, UNDETERMINED
 from daebench.claims_check import check, check_claims, default_step
 from daebench.errors import BadInput, RunFailed
-from daebench.fixed_step import FixedStep
+from daebench.fixed_step_constrained import FixedStep
+from daebench.fixed_step_poisson import PoissonStep
 from daebench.lifted import Lifted
-from daebench.measurable import reach_of
+from daebench.names import POISSON, parse
 from daebench.order_study import order, study
-from daebench.poisson_names import parse
-from daebench.poisson_step import PoissonStep
-from daebench.poisson_truth import poisson_integrated, poisson_truth
+from daebench.solution import integrated, reach, reference_solution
 
 TIMES = np.arange(1, 9) / 4
 
@@ -34,44 +33,44 @@ def plain_sources(monkeypatch):
 
 def plain(name, **more):
     """Return the method of this name with an uncompiled kernel."""
-    return replace(parse(name, **more), compiled=False)
+    return replace(parse(name, **more, kind=POISSON), compiled=False)
 
 
 # ---- reference -----------------------------------------------------------------------------------------------------------
 
 
 def test_the_closed_form_and_the_integration_agree_within_the_bound_of_the_worse():
-    exact, steps = poisson_truth(setting("body"), TIMES), poisson_integrated(setting("body"), TIMES)
+    exact, steps = reference_solution(setting("body"), TIMES), integrated(setting("body"), TIMES)
     assert (exact.kind, steps.kind) == ("closed form", "DOP853")
-    assert 0 < np.max(np.linalg.norm(exact.y - steps.y, axis=1)) <= steps.bound["y"] < 1e-11
+    assert 0 < np.max(np.linalg.norm(exact.states["y"] - steps.states["y"], axis=1)) <= steps.bound["y"] < 1e-11
     assert exact.bound["y"] < 1e-15
 
 
 @pytest.mark.parametrize(("name", "t"), [("three", 1.5), ("prey", 2.0), ("top", 2.0)])
 def test_the_reference_is_the_motion_written_by_hand(name, t):
-    found = poisson_truth(setting(name), [t / 2, t])
+    found = reference_solution(setting(name), [t / 2, t])
     assert found.kind == "DOP853"
-    assert np.linalg.norm(found.y[-1] - solution(name, t)) <= 3 * found.bound["y"] < 1e-9
+    assert np.linalg.norm(found.states["y"][-1] - solution(name, t)) <= 3 * found.bound["y"] < 1e-9
 
 
 def test_the_bound_holds_against_an_integration_with_thirty_digits():
     with mpmath.workdps(30):
         f = mpmath.odefun(lambda _, y: [y[0] * (y[1] - 2), y[1] * (1 - y[0])], 0, [mpmath.mpf(6), mpmath.mpf(2)], tol=1e-22)
         exact = np.array([float(x) for x in f(1)])
-    found = poisson_truth(setting("prey"), [1.0])
-    assert np.linalg.norm(found.y[0] - exact) <= found.bound["y"] < 1e-11
+    found = reference_solution(setting("prey"), [1.0])
+    assert np.linalg.norm(found.states["y"][0] - exact) <= found.bound["y"] < 1e-11
 
 
 def test_beyond_a_blow_up_there_is_no_reference_and_the_default_end_is_before_it():
     with pytest.raises(RunFailed, match=r"case blow_up, stopped at t = 1.7479\d* of 2 .*; choose a shorter end time"):
-        poisson_truth(setting("three"), [2.0])
-    assert 1 < reach_of(setting("three"), 64) < reach_of(setting("three"), 10_000) < 1.7480
+        reference_solution(setting("three"), [2.0])
+    assert 1 < reach(setting("three"), 64) < reach(setting("three"), 10_000) < 1.7480
 
 
 def test_a_reference_that_has_left_the_domain_is_an_error(monkeypatch):
-    monkeypatch.setattr("daebench.poisson_truth.advanced", lambda dae, times, tol, calls: np.array([[1.0, -1e-3]] * len(times)))
+    monkeypatch.setattr("daebench.solution.advanced", lambda dae, times, tol, calls: np.array([[1.0, -1e-3]] * len(times)))
     with pytest.raises(RunFailed, match="has left the domain u > 0 and v > 0 at t = 1; choose a shorter end time"):
-        poisson_truth(setting("prey"), [1.0])
+        reference_solution(setting("prey"), [1.0])
 
 
 # ---- orders --------------------------------------------------------------------------------------------------------------
@@ -176,7 +175,7 @@ def test_the_python_interface_gives_the_table():
 
 
 def test_the_command_measures_orders(daebench, monkeypatch, tmp_path):
-    monkeypatch.setattr("daebench.poisson_names.PoissonStep", lambda *a, **k: PoissonStep(*a, **k | {"compiled": False}))
+    monkeypatch.setattr("daebench.names_tables.PoissonStep", lambda *a, **k: PoissonStep(*a, **k | {"compiled": False}))
     words = ("order", "lotka_volterra", "--methods", "strang,midpoint", "--t-end", 1, "--h", 0.03125, "--halvings", 3)
     status, out, err = daebench(*words)
     assert (status, out) == (2, "")
@@ -273,7 +272,7 @@ def test_a_claim_too_much_falls_short_and_no_other_does(boast, monkeypatch):
         monkeypatch.setattr(PoissonStep, "is_poisson", lambda *_: True)
         monkeypatch.setattr(PoissonStep, "keeps", lambda *_: ())
     elif short == "symmetric":
-        boasting = replace(parse(method).member, symmetric=True)
+        boasting = replace(parse(method, kind=POISSON).member, symmetric=True)
         monkeypatch.setattr(PoissonStep, "member", property(lambda _: boasting))
     else:
         monkeypatch.setattr(PoissonStep, "keeps", lambda *_: ("energy" if short == "keeps H" else "C1",))
@@ -366,7 +365,7 @@ def test_the_order_is_measured_and_a_false_one_falls_short(monkeypatch):
 
 def test_what_stops_early_or_has_no_claims_is_an_error(monkeypatch):
     with pytest.raises(BadInput, match="ida:ode chooses its own steps and makes no claims to check"):
-        check_claims(setting("prey"), parse("ida:ode"), h=0.1)
+        check_claims(setting("prey"), parse("ida:ode", kind=POISSON), h=0.1)
     with pytest.raises(RunFailed, match="stopped at t = "):
         checked(monkeypatch, "prey", "symplectic_euler", 0.5)
     with pytest.raises(BadInput, match="--anyway"):
@@ -385,7 +384,7 @@ def test_the_step_size_chosen_is_a_small_round_part_of_the_motion(name, low, hig
 
 
 def test_the_command_checks_claims(daebench, monkeypatch):
-    monkeypatch.setattr("daebench.poisson_names.PoissonStep", lambda *a, **k: PoissonStep(*a, **k | {"compiled": False}))
+    monkeypatch.setattr("daebench.names_tables.PoissonStep", lambda *a, **k: PoissonStep(*a, **k | {"compiled": False}))
     monkeypatch.setattr("daebench.claims_check.study", no_study)
     words = ("check", "free_rigid_body", "--h", 0.05, "--steps", 20, "--method")
     status, out, err = daebench(*words, "strang", "--json")

@@ -11,8 +11,8 @@ import pytest
 import sympy as sp
 
 from daebench.errors import BadInput
+from daebench.fixed_step_poisson import PoissonStep
 from daebench.make_scene import make_setting
-from daebench.poisson_step import PoissonStep
 from daebench.poisson_system import PoissonCase, PoissonSystem
 from daebench.reference.certified import poisson, store
 from daebench.reference.certified.between import states_at
@@ -38,7 +38,7 @@ MIDDLE = 5
 def uncompiled_methods():
     """Have our own method run uncompiled."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("daebench.poisson_names.PoissonStep", lambda *a: replace(PoissonStep(*a), compiled=False))
+        patch.setattr("daebench.names_tables.PoissonStep", lambda *a: replace(PoissonStep(*a), compiled=False))
         yield
 
 

@@ -9,11 +9,11 @@ from scipy.integrate import solve_ivp
 from daebench.catalogue import problems
 from daebench.diagnostics.poisson import poisson_defect
 from daebench.errors import BadInput, RunFailed
+from daebench.fixed_step_poisson import PoissonStep
 from daebench.make_scene import make_setting
 from daebench.members import poisson_members
 from daebench.method import Request
-from daebench.poisson_names import parse
-from daebench.poisson_step import PoissonStep
+from daebench.names import POISSON, parse
 from daebench.poisson_system import PoissonCase, PoissonSystem
 from daebench.source import source_of
 
@@ -254,7 +254,7 @@ def test_symplectic_euler_takes_just_the_blocks_for_which_it_is_a_poisson_map(bl
 )
 def test_names_that_make_no_sense_are_refused(name, sentence):
     with pytest.raises(BadInput, match=sentence):
-        parse(name)
+        parse(name, kind=POISSON)
 
 
 def test_what_has_no_meaning_for_poisson_systems_is_refused():

@@ -2,7 +2,7 @@
 
 import types
 from dataclasses import replace
-from functools import cache
+from functools import cache, partial
 
 import numpy as np
 import pytest
@@ -14,12 +14,14 @@ from daebench import poisson_residuals
 from daebench.catalogue import find_setting
 from daebench.errors import BadInput, DaebenchError, RunFailed
 from daebench.method import Request
-from daebench.poisson_names import SOLVERS, listed, parse
+from daebench.names import POISSON, listed
+from daebench.names import parse as parse_name
 from daebench.poisson_pose import pose_poisson
 from daebench.reference.poisson_ida import PoissonIda
 from daebench.reference.scipy_ode import IMPLICIT
 
-NAMES = [name for name in listed() if name.partition(":")[0] in SOLVERS]
+parse = partial(parse_name, kind=POISSON)
+NAMES = [method.name for method in listed(POISSON) if method.knob == "tol"]
 ONE_EACH = ["ida:casimirs", "ida:ode", "cvode:adams", "scipy:RK45", "scipy:LSODA"]
 END = Request(value=1e-8, t_end=2.0, points=3)
 

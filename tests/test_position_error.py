@@ -10,7 +10,7 @@ import sympy as sp
 import daebench as package
 from daebench.api import setting_of
 from daebench.catalogue import find_setting
-from daebench.poisson_step import PoissonStep
+from daebench.fixed_step_poisson import PoissonStep
 from daebench.reference_motion import certified_for, own_run
 
 pytestmark = pytest.mark.usefixtures("plain_functions", "uncompiled_schemes")
@@ -18,7 +18,7 @@ pytestmark = pytest.mark.usefixtures("plain_functions", "uncompiled_schemes")
 
 @pytest.fixture(autouse=True)
 def _plain(monkeypatch):
-    monkeypatch.setattr("daebench.poisson_names.PoissonStep", lambda *a, **k: PoissonStep(*a, **k | {"compiled": False}))
+    monkeypatch.setattr("daebench.names_tables.PoissonStep", lambda *a, **k: PoissonStep(*a, **k | {"compiled": False}))
 
 
 def oscillator():

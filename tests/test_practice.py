@@ -16,7 +16,7 @@ from daebench.diagnostics.order import fit_order
 from daebench.diagnostics.reversibility import reversibility_defect
 from daebench.diagnostics.symplecticity import symplecticity_defect, tangent_basis
 from daebench.errors import BadInput
-from daebench.fixed_step import FixedStep
+from daebench.fixed_step_constrained import FixedStep
 from daebench.make_scene import make_scene
 from daebench.method import Request
 from daebench.names import parse

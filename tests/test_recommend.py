@@ -6,9 +6,9 @@ import pytest
 
 from daebench.api import setting_of
 from daebench.catalogue import problems
-from daebench.fixed_step import FixedStep
-from daebench.kinds import methods_of
+from daebench.fixed_step_constrained import FixedStep
 from daebench.members import members, poisson_members
+from daebench.names import methods_of
 from daebench.studies.able import able
 from daebench.studies.claimed import THINGS, claimed, claims_of
 from daebench.studies.recommend import CONSERVED, recommended, with_conserved

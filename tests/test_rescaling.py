@@ -11,16 +11,16 @@ from rescaled import CHANGES, difference, factors, options, rescaled
 from daebench.catalogue import find_scene, find_setting
 from daebench.diagnostics.consistency import projected
 from daebench.diagnostics.symplecticity import tangent_basis, tangent_map
-from daebench.fixed_step import FixedStep
+from daebench.fixed_step_constrained import FixedStep
+from daebench.fixed_step_poisson import PoissonStep
 from daebench.kernels import newton as iteration
 from daebench.make_scene import make_scene
 from daebench.members import members, poisson_members
 from daebench.method import Request
-from daebench.poisson_step import PoissonStep
 from daebench.problem import Case, ConstrainedHamiltonian, coordinates
 from daebench.scales import constrained_scales, poisson_scales
+from daebench.solution import integrated
 from daebench.source import source_of
-from daebench.truth import integrated
 
 PLACES = {
     "slow": ("spherical_pendulum", "fig1.1"),
@@ -142,8 +142,8 @@ def test_initial_values_are_projected_alike_in_all_units(change):
 def test_the_reference_of_errors_has_the_same_digits(change):
     scene, (L, M, T) = place("slow"), factors(change)
     here, there = integrated(scene, [0.25]), integrated(rescaled(scene, change), [0.25 * T])
-    assert np.allclose(there.q / L, here.q, rtol=0, atol=1e-12)
-    assert np.allclose(there.p / (M * L / T), here.p, rtol=0, atol=1e-12)
+    assert np.allclose(there.states["q"] / L, here.states["q"], rtol=0, atol=1e-12)
+    assert np.allclose(there.states["p"] / (M * L / T), here.states["p"], rtol=0, atol=1e-12)
 
 
 # ---- the bound within which an iteration that stagnates has converged ----------------------------------------------------

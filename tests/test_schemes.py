@@ -14,7 +14,7 @@ from daebench.diagnostics.order import fit_order
 from daebench.diagnostics.reversibility import reversibility_defect
 from daebench.diagnostics.symplecticity import symplecticity_defect, tangent_basis
 from daebench.errors import InvalidProblem
-from daebench.fixed_step import FixedStep
+from daebench.fixed_step_constrained import FixedStep
 from daebench.method import Request
 
 ROUND_OFF = 1e-12

@@ -13,7 +13,7 @@ from daebench import pose as posing
 from daebench.catalogue import find_scene
 from daebench.doubts import doubts
 from daebench.errors import LostMotion
-from daebench.fixed_step import FixedStep
+from daebench.fixed_step_constrained import FixedStep
 from daebench.method import Request
 from daebench.pose import FORMULATIONS, pose
 from daebench.reference.conserved import conservation

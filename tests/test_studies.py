@@ -19,12 +19,13 @@ from own_files import ORBIT, RING
 
 from daebench import api, package_files
 from daebench.errors import BadInput
-from daebench.fixed_step import FixedStep
-from daebench.poisson_step import PoissonStep
+from daebench.fixed_step_constrained import FixedStep
+from daebench.fixed_step_poisson import PoissonStep
 from daebench.problems import planar_pendulum
 from daebench.reference.certified.store import load
 from daebench.studies import cell as cells
 from daebench.studies.cell import Cell
+from daebench.studies.cell_key import key_of, require_possible
 from daebench.studies.measure import row_of
 from daebench.studies.metrics import METRICS
 from daebench.studies.schedulers import dask_cluster
@@ -43,7 +44,7 @@ class Uncompiled(FixedStep):
 
 @pytest.fixture(autouse=True)
 def uncompiled_schemes(monkeypatch):
-    monkeypatch.setattr("daebench.names.FixedStep", Uncompiled)
+    monkeypatch.setattr("daebench.names_tables.FixedStep", Uncompiled)
 
 
 @pytest.fixture
@@ -161,7 +162,7 @@ def test_without_a_certified_reference_errors_are_against_a_finer_run_with_its_b
     """The oracle is RATTLE or the splitting itself with much smaller steps, by Richardson of order 2."""
     text = (folder / "ring.py").read_text()
     (folder / "ring.py").write_text(text.replace("        closed_form=closed_form,\n", ""))
-    monkeypatch.setattr("daebench.poisson_names.PoissonStep", lambda *a, **k: PoissonStep(*a, **k | {"compiled": False}))
+    monkeypatch.setattr("daebench.names_tables.PoissonStep", lambda *a, **k: PoissonStep(*a, **k | {"compiled": False}))
     (cell,) = study(**{"metrics": ["q"], "values": {"h": [1 / 64]}, "t_end": 2.0} | more).cells()
     row = row_of(cell)
     letter = "y" if "y" in cell.metrics else "q"
@@ -230,7 +231,7 @@ def test_newton_that_is_ended_early_loses_the_two_form_by_as_much_as_sweeps_are_
     assert one_["g"] > 1e3 * two["g"] > 1e6 * whole["g"]
     assert loose["defect"] > 1e3 * whole["defect"]
     with pytest.raises(BadInput, match="not in scipy:DOP853"):
-        one(method="scipy:DOP853", value=1e-6, sweeps=1).check()
+        require_possible(one(method="scipy:DOP853", value=1e-6, sweeps=1))
 
 
 def test_a_poisson_system_has_its_own_metrics():
@@ -242,7 +243,7 @@ def test_a_poisson_system_has_its_own_metrics():
 @pytest.mark.parametrize("name", ["steps", "g", "n_rhs"])
 def test_a_parameter_that_is_called_like_a_column_is_refused(name):
     with pytest.raises(BadInput, match=f"^{name} of planar_pendulum has the name of another column .*; rename it to study it.$"):
-        one(parameters=((name, 1.0),), metrics=("manifold",)).check()
+        require_possible(one(parameters=((name, 1.0),), metrics=("manifold",)))
 
 
 def test_time_is_the_best_of_several_runs_and_only_where_it_is_asked_for():
@@ -325,7 +326,7 @@ def test_a_problem_file_that_is_moved_and_changed_has_other_rows(tmp_path, chang
         own.with_name("speed.txt").write_text("1")
         if folder == "c":
             change(own)
-        keys.append(one(problem=str(own), case="turning").key())
+        keys.append(key_of(one(problem=str(own), case="turning")))
     assert keys[0] == keys[1] != keys[2]
 
 
@@ -359,14 +360,14 @@ def test_a_wider_grid_computes_what_is_missing_alone(store, monkeypatch):
     ids=lambda more: next(iter(more)),
 )
 def test_all_that_decides_a_run_is_in_its_key(more):
-    assert one(**more).key() != one().key()
-    assert one(**more).key() == one(**more).key()
+    assert key_of(one(**more)) != key_of(one())
+    assert key_of(one(**more)) == key_of(one(**more))
 
 
 def test_code_and_versions_are_in_the_key(monkeypatch):
-    before = one().key()
-    monkeypatch.setattr(cells, "made_by", lambda: "another version")
-    assert one().key() != before
+    before = key_of(one())
+    monkeypatch.setattr("daebench.studies.cell_key.made_by", lambda: "another version")
+    assert key_of(one()) != before
 
 
 def test_the_code_of_linked_folders_is_in_what_numbers_are_made_by(tmp_path, monkeypatch):
@@ -383,12 +384,12 @@ def test_the_code_of_linked_folders_is_in_what_numbers_are_made_by(tmp_path, mon
 
 
 def test_the_reference_is_in_the_key_of_what_is_measured_against_it(monkeypatch):
-    errors, energy = one(metrics=("q",)).key(), one().key()
+    errors, energy = key_of(one(metrics=("q",))), key_of(one())
     found = load("planar_pendulum-rotating")
     other = replace(found, certificate={**found.certificate, "checksum": "another"})
     monkeypatch.setattr("daebench.reference.certified.store.find", lambda problem, case: other)
-    assert one(metrics=("q",)).key() != errors
-    assert one().key() == energy
+    assert key_of(one(metrics=("q",))) != errors
+    assert key_of(one()) == energy
 
 
 def test_a_reference_is_read_once_for_many_runs(monkeypatch):
@@ -402,8 +403,8 @@ def test_a_reference_is_read_once_for_many_runs(monkeypatch):
 
 def test_runs_that_may_be_timed_beside_others_are_other_runs():
     beside = study(repeat=2, beside=True).cells()
-    assert {each.key() for each in beside}.isdisjoint(each.key() for each in study(repeat=2).cells())
-    assert [each.key() for each in study(beside=True).cells()] == [each.key() for each in study().cells()]
+    assert {key_of(each) for each in beside}.isdisjoint(key_of(each) for each in study(repeat=2).cells())
+    assert [key_of(each) for each in study(beside=True).cells()] == [key_of(each) for each in study().cells()]
 
 
 def test_a_cell_goes_through_json_unchanged():
@@ -448,7 +449,8 @@ def test_a_file_of_another_layout_is_refused_and_left_as_it_is(tmp_path, step, a
 def test_rows_of_other_versions_are_told_from_those_of_other_cells(store, monkeypatch):
     study(values={"h": [1 / 16, 1 / 32]}).table(store)
     monkeypatch.setattr(cells, "made_by", lambda: "another version")
-    wanted = {each.key(): each.plain() for each in study(values={"h": [1 / 32, 1 / 64]}).cells()}
+    monkeypatch.setattr("daebench.studies.cell_key.made_by", lambda: "another version")
+    wanted = {key_of(each): each.plain() for each in study(values={"h": [1 / 32, 1 / 64]}).cells()}
     assert store.outdated(wanted) == 1
     study(values={"h": [1 / 32, 1 / 64]}).table(store)
     assert (store.outdated(wanted), len(store)) == (0, 4)
@@ -478,7 +480,7 @@ def test_progress_tells_each_cell_that_is_computed(store):
 
 @pytest.mark.slow
 def test_a_study_that_is_killed_keeps_what_was_done_and_goes_on(tmp_path, monkeypatch):
-    monkeypatch.setattr("daebench.names.FixedStep", FixedStep)
+    monkeypatch.setattr("daebench.names_tables.FixedStep", FixedStep)
     path = tmp_path / "rows.db"
     program = f"""
     from pathlib import Path
@@ -523,7 +525,7 @@ def test_a_study_that_is_killed_keeps_what_was_done_and_goes_on(tmp_path, monkey
 @pytest.mark.filterwarnings("ignore::ResourceWarning", "ignore::DeprecationWarning", "ignore::pytest.PytestUnraisableExceptionWarning")
 def test_a_cluster_gives_the_same_rows_though_a_worker_is_killed(store, tmp_path, monkeypatch):
     distributed = pytest.importorskip("distributed", reason="the extra scale is not installed")
-    monkeypatch.setattr("daebench.names.FixedStep", FixedStep)
+    monkeypatch.setattr("daebench.names_tables.FixedStep", FixedStep)
     wide = study(values={"h": [1 / k for k in range(16, 216)]}, t_end=200.0)
     with distributed.LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=":0") as cluster:
         killed = []

@@ -9,6 +9,7 @@ import pytest
 from daebench.reports import _timed_runs
 from daebench.reports._timed_runs import make_runs
 from daebench.studies.cell import Cell
+from daebench.studies.cell_key import key_of
 from daebench.studies.measure import row_of
 from daebench.studies.store import opened
 
@@ -49,7 +50,7 @@ def test_rows_are_those_of_one_step_but_for_their_times(tmp_path, monkeypatch, p
     with opened(tmp_path / "studies.db") as kept:
         make_runs(CELLS, kept, lambda done, doing: told.append(done), one_thread)
         for cell in CELLS:
-            row, expected = (dict(each) for each in (kept.get(cell.key()), row_of(cell)))
+            row, expected = (dict(each) for each in (kept.get(key_of(cell)), row_of(cell)))
             assert all((row[name] == row[name]) == (expected[name] == expected[name]) for name in TIMES)
             assert {k: str(v) for k, v in row.items() if k not in TIMES} == {k: str(v) for k, v in expected.items() if k not in TIMES}
         make_runs(CELLS, kept, lambda done, doing: pytest.fail("made again"), one_thread)
@@ -71,4 +72,4 @@ def test_what_was_looked_at_is_not_looked_at_again(tmp_path, monkeypatch, pools)
     monkeypatch.setattr("daebench.studies.measure.looked_at", lambda cell: pytest.fail("looked at"))
     with opened(tmp_path / "studies.db") as kept:
         make_runs(CELLS, kept, lambda *told: None, pools[1])
-        assert all(cell.key() in kept for cell in CELLS)
+        assert all(key_of(cell) in kept for cell in CELLS)

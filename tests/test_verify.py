@@ -10,7 +10,7 @@ import pytest
 import uncompiled
 
 from daebench.errors import BadInput
-from daebench.fixed_step import FixedStep
+from daebench.fixed_step_constrained import FixedStep
 from daebench.reference.certified import ida_run, own_run, store
 from daebench.reference.certified.definition import define
 from daebench.reference.certified.recomputation import followed
@@ -44,7 +44,7 @@ def recomputed_once():
 
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("daebench.pose._module", uncompiled.kept_module)
-        patch.setattr("daebench.names.FixedStep", lambda *a, **k: FixedStep(*a, **k | {"compiled": False}))
+        patch.setattr("daebench.names_tables.FixedStep", lambda *a, **k: FixedStep(*a, **k | {"compiled": False}))
         patch.setattr(own_run, "FINEST", 64)
         patch.setattr(own_run, "stepped", once(own_run.stepped))
         patch.setattr(ida_run, "_by_tolerance", once(ida_run._by_tolerance))

@@ -12,10 +12,10 @@ from daebench import api
 from daebench.api import setting_of
 from daebench.catalogue import problems
 from daebench.errors import BadInput
-from daebench.fixed_step import FixedStep
-from daebench.kinds import methods_of
+from daebench.fixed_step_constrained import FixedStep
 from daebench.members import members, poisson_members
 from daebench.method import Request
+from daebench.names import methods_of
 from daebench.reference.certified import store
 from daebench.reference.scipy_ode import ScipyOde
 from daebench.studies.cell import Cell
@@ -169,7 +169,7 @@ def test_a_run_by_tolerance_is_given_up_after_so_many_calls():
 
 @pytest.mark.parametrize(("method", "value"), [("scipy:DOP853", 1e-3), ("rattle", 1 / 8)], ids=["tolerance", "fixed steps"])
 def test_a_long_run_is_timed_once(monkeypatch, method, value):
-    monkeypatch.setattr("daebench.names.FixedStep", partial(FixedStep, compiled=False))
+    monkeypatch.setattr("daebench.names_tables.FixedStep", partial(FixedStep, compiled=False))
     monkeypatch.setattr("daebench.studies.measure.LONG", 0.0)
     cell = Cell(**MOTION, method=method, value=value, metrics=("energy",), repeat=5)
     owner, solved = type(cell.solver), []
@@ -297,6 +297,7 @@ def test_the_command_keeps_its_runs_and_names_a_winner(daebench, tmp_path, monke
     assert {path.name for path in tmp_path.iterdir()} >= {"studies.db", "work_precision.csv", "work_precision_error_q.svg"}
     assert "6 of them kept" in daebench(*words, "--dry-run")[1]
     monkeypatch.setattr("daebench.studies.cell.made_by", lambda: "another version")
+    monkeypatch.setattr("daebench.studies.cell_key.made_by", lambda: "another version")
     again = "6 kept runs are of another version of daebench, of a library or of the problem, and made again."
     assert again in daebench(*words, "--dry-run")[1]
     assert again in daebench(*words)[1]

@@ -11,7 +11,7 @@ import pytest
 from pages import standalone
 
 from daebench.errors import Interrupted
-from daebench.fixed_step import FixedStep
+from daebench.fixed_step_constrained import FixedStep
 from daebench.report import MINUS, NONE, THIN, TIMES, build
 from daebench.report.claims import ClaimRefuted
 from daebench.reports import work_precision
@@ -49,7 +49,7 @@ SMALL = Small("planar_pendulum", "rotating", 4.0, "Pendulum", "one that turns ov
 
 @pytest.fixture
 def uncompiled(monkeypatch):
-    monkeypatch.setattr("daebench.names.FixedStep", Uncompiled)
+    monkeypatch.setattr("daebench.names_tables.FixedStep", Uncompiled)
     opened = []
 
     def one_thread():

@@ -13,8 +13,8 @@ from daebench.derive import Derivation
 from daebench.domain import may_be_left_unseen
 from daebench.lattice_algebra import Arrays
 from daebench.problem import Case, ConstrainedHamiltonian, Exact
-from daebench.trajectory import WORK
 from daebench.watch import State, Watch, of_constrained
+from daebench.work import WORK
 
 if TYPE_CHECKING:
     from daebench.chains.trace import Tracer

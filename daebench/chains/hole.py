@@ -3,7 +3,7 @@
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property, partial
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from daebench.chains.band import Band, Row
 from daebench.chains.fields import At, Field, Needs, Scalar, applied, combined, made, nothing, weight
@@ -13,9 +13,6 @@ from daebench.chains.program import Program, Solve
 from daebench.codegen import pack
 from daebench.errors import InvalidProblem
 from daebench.syntax import HOLE
-
-if TYPE_CHECKING:
-    from daebench.chains.trace import Tracer
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,14 +60,15 @@ class Bent:
 class Hole:
     """The names of ``kernels/hole.py`` for the functions of a chain, on symbols."""
 
-    def __init__(self, tracer: "Tracer") -> None:
+    def __init__(self, tracer: Any) -> None:
         self.tracer, self.nodes = tracer, tracer.nodes
         self.chain = tracer.nodes.chain
 
     @property
     def program(self) -> Program:
         """The function that is being written."""
-        return self.tracer.programs[-1]
+        program: Program = self.tracer.programs[-1]
+        return program
 
     # ---- the problem
 

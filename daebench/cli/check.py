@@ -41,8 +41,8 @@ def check(
     from daebench.api import setting_of
     from daebench.claims_bench import FALLS_SHORT
     from daebench.claims_check import NO_CLAIMS, check_claims, default_step
-    from daebench.kinds import method_of
     from daebench.measurable import measured
+    from daebench.names import method_of
 
     scene = setting_of(problem, case, pairs("param", param or []))
     chosen = measured(method_of(scene, method, pairs("option", option or []), anyway=anyway), scene, NO_CLAIMS)

@@ -41,7 +41,7 @@ def compare(
     from daebench.api import setting_of, singular_as
     from daebench.comparison import table_of, trajectories
     from daebench.files import make_folder
-    from daebench.kinds import methods_of
+    from daebench.names import methods_of
 
     wanted = method_names(methods)
     if out is not None:

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 from daebench.cli.console import bar
 from daebench.cli.executors import Executors
+from daebench.studies.cell_key import key_of
 
 if TYPE_CHECKING:
     from daebench.studies.cell import Cell
@@ -17,7 +18,7 @@ def plan(cells: "Sequence[Cell]", store: "Store", executors: Executors) -> str:
     """Return how many runs a study has, how many are kept, and about how long the others take."""
     from daebench.studies.estimate import estimate
 
-    missing = [cell for cell in cells if cell.key() not in store]
+    missing = [cell for cell in cells if key_of(cell) not in store]
     found = f"{len(cells)} runs, {len(cells) - len(missing)} of them kept in {store.path}, {len(missing)} to make"
     count = executors.processes
     where = "in one process" if count == 1 else f"on {count} processes" if count else "in one process, and less on those of the cluster"
@@ -27,7 +28,7 @@ def plan(cells: "Sequence[Cell]", store: "Store", executors: Executors) -> str:
 
 def outdated(cells: "Sequence[Cell]", store: "Store") -> str:
     """Return how many kept runs of a study are of no use any more and will be made again, as a sentence; "" if none."""
-    count = store.outdated({cell.key(): cell.plain() for cell in cells})
+    count = store.outdated({key_of(cell): cell.plain() for cell in cells})
     verb = "run is" if count == 1 else "runs are"
     return f"{count} kept {verb} of another version of daebench, of a library or of the problem, and made again." if count else ""
 

@@ -59,7 +59,7 @@ def _rows(what: What) -> list[dict[str, Any]]:
         return [{"name": name, "about": text} for name, text in catalogue.reports().items()]
     from daebench import poisson_pose, pose
     from daebench.compositions import COMPOSITIONS
-    from daebench.fixed_step import PROJECTIONS
+    from daebench.fixed_step_parts import PROJECTIONS
 
     if what is What.compositions:
         return [{"name": f"/{name}", "order": x.order, "stages": x.stages, "source": x.source} for name, x in COMPOSITIONS.items()]
@@ -83,17 +83,17 @@ def _problems() -> list[dict[str, Any]]:
 
 
 def _forms() -> list[dict[str, Any]]:
-    from daebench import poisson_names
     from daebench.forms import FORMS
+    from daebench.names import POISSON
 
     own = [{"name": f"{name}:", "kind": "constrained", "options": dict(form.options), "about": form.about} for name, form in FORMS.items()]
-    return own + [{"name": f"{name}:", "kind": "poisson", "options": {}, "about": about} for name, about in poisson_names.ABOUT.items()]
+    return own + [{"name": f"{name}:", "kind": "poisson", "options": {}, "about": about} for name, about in POISSON.forms.items()]
 
 
 def _methods() -> list[dict[str, Any]]:
-    from daebench import names, poisson_names
+    from daebench.names import POISSON, listed
 
-    return [_constrained(each) for each in names.listed()] + [_poisson(name) for name in poisson_names.listed()]
+    return [_constrained(each) for each in listed()] + [_poisson(each) for each in listed(POISSON)]
 
 
 def _constrained(each: Any) -> dict[str, Any]:
@@ -105,14 +105,13 @@ def _constrained(each: Any) -> dict[str, Any]:
     return about | {"options": dict(each.options)} | {name: getattr(claims, name, None) for name in claimed}
 
 
-def _poisson(name: str) -> dict[str, Any]:
+def _poisson(each: Any) -> dict[str, Any]:
     """Return a method for Poisson systems with its claims; ``poisson`` says for which B it is a Poisson integrator."""
-    from daebench import poisson_names
     from daebench.claims import CLASSES
     from daebench.members import poisson_members
 
-    about: dict[str, Any] = {"name": name, "kind": "poisson", "knob": poisson_names.parse(name).knob, "system": "poisson"}
-    claims = poisson_members().get(name)
+    about: dict[str, Any] = {"name": each.name, "kind": "poisson", "knob": each.knob, "system": each.system}
+    claims = poisson_members().get(each.name)
     about |= {claim: getattr(claims, claim, None) for claim in ("order", "symmetric", "keeps")}
     return about | {"poisson": CLASSES.get(claims.poisson, "no B") if claims else None, "source": claims.source if claims else None}
 

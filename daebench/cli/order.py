@@ -34,7 +34,7 @@ def order(
     chosen = method_names(methods)
     from daebench.api import setting_of
     from daebench.files import make_folder
-    from daebench.kinds import methods_of
+    from daebench.names import methods_of
     from daebench.order_study import study
 
     if out is not None:

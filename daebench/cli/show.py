@@ -61,12 +61,11 @@ def _lines(text: str) -> str:
 
 def _use(setting: Any) -> dict[str, Any]:
     """Return the methods that take a problem, and why others do not."""
-    from daebench import names, poisson_names
+    from daebench.names import kind_of, listed, parse
 
-    if setting.sheet.KIND == "poisson":
-        refusals = {name: poisson_names.parse(name).refusal(setting) for name in _poisson_names()}
-    else:
-        refusals = {each.name: names.parse(each.name).refusal(setting) for each in names.listed()}
+    kind = kind_of(setting)
+    names = _poisson_names() if setting.sheet.KIND == "poisson" else [method.name for method in listed()]
+    refusals = {name: parse(name, kind=kind).refusal(setting) for name in names}
     return {
         "methods": [name for name, why in refusals.items() if why is None],
         "refused": {name: why for name, why in refusals.items() if why is not None},
@@ -75,9 +74,9 @@ def _use(setting: Any) -> dict[str, Any]:
 
 def _poisson_names() -> list[str]:
     """Return the methods for Poisson systems, the schemes that can be run in canonical coordinates there too, and one that is lifted."""
-    from daebench import poisson_names
     from daebench.members import poisson_members
+    from daebench.names import POISSON, listed
 
-    own = poisson_names.listed()
+    own = [method.name for method in listed(POISSON)]
     canonical = [f"darboux:{name}" for name, claims in poisson_members().items() if claims.poisson != "split"]
     return [*own, *(name for name in canonical if name not in own), "lifted:rattle"]

@@ -15,8 +15,8 @@ from daebench.files import check_place
 from daebench.film import gif, mp4, page, smil
 from daebench.film.reel import Reel
 from daebench.film.take import requested, take
-from daebench.kinds import knob_value, methods_of
-from daebench.method import Progress
+from daebench.method import Progress, knob_value
+from daebench.names import methods_of
 from daebench.provenance import definition, made_by, require_own, write_beside
 from daebench.scene import PoissonScene, Scene
 from daebench.scene_picture import Layout, layout_of

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 
 from daebench.errors import BadInput
-from daebench.kinds import methods_of
+from daebench.names import methods_of
 from daebench.scene import PoissonScene, Scene
 
 

@@ -31,6 +31,7 @@ from daebench.reference.certified.record import Reference
 from daebench.reference.certified.store import written
 from daebench.studies import archive_figure, export
 from daebench.studies.cell import Cell, maker
+from daebench.studies.cell_key import key_of
 from daebench.studies.metrics import METRICS
 from daebench.studies.references import reference_of
 from daebench.studies.store import Kept, Store, as_json
@@ -112,7 +113,7 @@ def _write(path: Path, files: Mapping[str, bytes], own: Sequence[str]) -> None:
 def _current(rows: Sequence[Kept]) -> tuple[list[Kept], int]:
     """Return the rows whose definition is still there, and how many others there are; those of other versions are not told apart."""
     here = maker()
-    kept = [row for row in rows if row.maker != here or Cell.of_plain(row.cell).key() == row.key]
+    kept = [row for row in rows if row.maker != here or key_of(Cell.of_plain(row.cell)) == row.key]
     return kept, len(rows) - len(kept)
 
 

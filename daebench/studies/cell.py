@@ -1,11 +1,10 @@
 """One run of a study: everything that decides it, as plain values that can be hashed, stored and sent to another machine."""
 
 import hashlib
-import json
 import platform
 from collections.abc import Mapping
 from dataclasses import dataclass, fields, replace
-from functools import cache, cached_property, lru_cache
+from functools import cache, lru_cache
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
@@ -16,11 +15,10 @@ from daebench import package_files
 from daebench.api import setting_of, singular_as
 from daebench.cache import toolchain
 from daebench.errors import BadInput
-from daebench.fixed_step import FixedStep
+from daebench.fixed_step_constrained import FixedStep
 from daebench.kernels.hole import ROUNDINGS
-from daebench.kinds import method_of
-from daebench.machine import machine
 from daebench.method import Patience, Request
+from daebench.names import method_of
 from daebench.scene import PoissonScene, Scene
 
 DECIDING = ("numpy", "scipy", "numba", "scikit-sundae", "mpmath", "heyoka", "solve_dae")
@@ -143,55 +141,6 @@ class Cell:
     def _every(self) -> int:
         steps = self.t_end / self.value if self.value > 0 else 0.0
         return max(1, int(steps / self.outputs + 0.5)) if steps < 1e15 else 1
-
-    def check(self) -> None:
-        """Accept a run that can be made.
-
-        Raises
-        ------
-        BadInput
-            If it cannot, as where the method refuses the problem.
-        """
-        self._require_own_columns()
-        solver = self.solver
-        solver.check(self.scene, self.asked(solver.knob))
-
-    def _require_own_columns(self) -> None:
-        """Refuse numbers whose column would be overwritten."""
-        from daebench.studies.metrics import METRICS
-
-        measured = {column for name in self.metrics if name in METRICS for column in METRICS[name].columns}
-        given = [name for name, _ in (*self.parameters, *self.options)]
-        for k, name in enumerate(given):
-            if name in COLUMNS | measured or name in given[:k]:
-                raise BadInput(f"{name} of {self.problem} has the name of another column of a study's table; rename it to study it.")
-
-    def key(self) -> str:
-        """Return the hash of all that decides the numbers: run, definition, code, versions of libraries, reference, and processor.
-
-        The reference is in it where an error against it is measured, and the processor where time is. The place of a problem file is not,
-        nor its name: a folder that is moved, to another machine too, loses no row.
-        """
-        return self._key
-
-    @cached_property
-    def _key(self) -> str:
-        name = {"problem": ""} if self.scene.source.content else {}
-        plain = json.dumps(self.plain() | {"metrics": sorted(self.metrics)} | name, sort_keys=True)
-        timed_on = machine() if self.repeat else ""
-        return digest(plain, *defined_by(self.scene), made_by(), timed_on, self._certified)
-
-    @property
-    def _certified(self) -> str:
-        """Checksum of the certificate, which has that of the numbers in it, or that there is none; "" where errors are not measured."""
-        from daebench.studies.metrics import METRICS
-
-        if not any(METRICS[name].certified for name in self.metrics if name in METRICS):
-            return ""
-        from daebench.studies.against import certified_of
-
-        found = certified_of(self)
-        return str(found.certificate["checksum"]) if found else "a finer run"
 
     def plain(self) -> dict[str, Any]:
         """Return the fields as JSON has them."""

@@ -6,8 +6,8 @@ import numpy as np
 
 from daebench.api import setting_of
 from daebench.errors import BadInput
-from daebench.fixed_step import FixedStep
-from daebench.kinds import methods_of
+from daebench.fixed_step_constrained import FixedStep
+from daebench.names import methods_of
 from daebench.scene import PoissonScene, Scene
 
 if TYPE_CHECKING:
@@ -28,7 +28,7 @@ def claimed(scene: Scene | PoissonScene, method: Any) -> frozenset[str]:
     ----------
     scene : Scene or PoissonScene
         The problem with the numbers of a case.
-    method : Method or PoissonMethod
+    method : Method
         The method.
     """
     if method.knob != "h":

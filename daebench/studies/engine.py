@@ -4,6 +4,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import Executor
 
 from daebench.studies.cell import Cell
+from daebench.studies.cell_key import key_of
 from daebench.studies.measure import Row, kept
 from daebench.studies.shares import Share, handed_out
 from daebench.studies.store import Store
@@ -26,7 +27,7 @@ def computed(cells: Sequence[Cell], store: Store, *, executor: Executor | None =
     tell : callable, optional
         Told of progress.
     """
-    wanted = {cell.key(): cell for cell in cells}
+    wanted = {key_of(cell): cell for cell in cells}
     found: dict[str, Row] = {}
     missing: dict[str, Cell] = {}
     for key, cell in wanted.items():

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from daebench.api import setting_of
 from daebench.errors import BadInput
-from daebench.kinds import method_of
+from daebench.names import method_of
 from daebench.reference.certified.record import Reference
 from daebench.scene import PoissonScene, Scene
 from daebench.studies.able import able

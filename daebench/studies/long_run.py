@@ -10,9 +10,9 @@ import numpy as np
 from daebench.diagnostics.passage import MOST_STATES
 from daebench.errors import BadInput, require_known
 from daebench.grid import Grid
-from daebench.kinds import method_of
 from daebench.lifted import Lifted
 from daebench.method import Request
+from daebench.names import method_of
 from daebench.scene import PoissonScene, Scene
 from daebench.stepping import next_piece
 from daebench.studies.blocks import BLOCK, Blocks

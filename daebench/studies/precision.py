@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 from daebench.errors import BadInput
 from daebench.studies.able import able
 from daebench.studies.cell import Cell
+from daebench.studies.cell_key import require_possible
 from daebench.studies.drift import drifts
 from daebench.studies.extreme import Asked, uncertified
 from daebench.studies.measure import Row
@@ -64,7 +65,7 @@ def cells_of(
             ]
             try:
                 for cell in cells:
-                    cell.check()
+                    require_possible(cell)
             except BadInput as error:
                 refused[f"{method}, {way}"] = str(error)
                 continue

@@ -5,6 +5,7 @@ from concurrent.futures import Executor
 from typing import TYPE_CHECKING
 
 from daebench.studies.cell import Cell
+from daebench.studies.cell_key import key_of
 from daebench.studies.store import Store
 
 if TYPE_CHECKING:
@@ -25,6 +26,6 @@ def runs_of(store: Store, *, executor: Executor | None = None, tell: "Tell | Non
         from daebench.studies.engine import computed
 
         rows = computed(cells, store, executor=executor, tell=tell)
-        return pd.DataFrame([rows[cell.key()] for cell in cells])
+        return pd.DataFrame([rows[key_of(cell)] for cell in cells])
 
     return runs

@@ -8,9 +8,10 @@ from typing import TYPE_CHECKING, Any
 
 from daebench.api import setting_of
 from daebench.errors import BadInput, positive, unknown, whole
-from daebench.kinds import free_numbers, methods_of
+from daebench.names import free_numbers, methods_of
 from daebench.scene import PoissonScene, Scene
 from daebench.studies.cell import OUTPUTS, Cell
+from daebench.studies.cell_key import key_of, require_possible
 from daebench.studies.metrics import metrics_of
 from daebench.studies.runs import runs_of
 from daebench.studies.store import Store
@@ -110,11 +111,11 @@ class Study:
         found = list(self._cells())
         measured: set[tuple[object, ...]] = set()
         for cell in found:  # all of one before the next, while its scene is at hand: it takes longer to make than to use
-            cell.check()
+            require_possible(cell)
             if (kind := (cell.method, cell.case, cell.parameters)) not in measured:
                 self._require_measurable(cell, found)
                 measured.add(kind)
-            cell.key()
+            key_of(cell)
         return found
 
     def _require_measurable(self, cell: Cell, cells: Sequence[Cell]) -> None:
@@ -155,7 +156,7 @@ class Study:
                 )
 
     def _options_of(self, scene: Scene | PoissonScene, solver: Any) -> tuple[tuple[str, float], ...]:
-        known = free_numbers(scene, solver)
+        known = free_numbers(solver)
         return tuple((key, number) for key, number in self.options.items() if key in known)
 
     def _values_of(self, method: str, knob: str) -> Sequence[float]:

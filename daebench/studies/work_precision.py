@@ -7,7 +7,7 @@ import numpy as np
 
 from daebench.api import setting_of
 from daebench.errors import BadInput
-from daebench.kinds import methods_of
+from daebench.names import methods_of
 from daebench.reference_motion import certified_for
 from daebench.scene import PoissonScene
 from daebench.studies.able import able

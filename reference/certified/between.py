@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 from daebench.errors import BadInput
 from daebench.reference.certified.record import Reference
 from daebench.reference.certified.runs import Motion, Setting, integrated
-from daebench.truth import EPS, SAFETY
+from daebench.solution import EPS, SAFETY
 
 Array = NDArray[np.float64]
 
@@ -55,7 +55,7 @@ def states_at(reference: Reference, times: ArrayLike) -> At:
     """Return the states at these times, in the order given.
 
     Between stored times the index-reduced equation, HLW (1.18), or y' = B(y) grad H(y), is integrated forwards or backwards from the
-    nearest stored state by DOP853. The bound is that of :func:`daebench.truth.integrated` and ten times what becomes of the rounding of
+    nearest stored state by DOP853. The bound is that of :func:`daebench.solution.integrated` and ten times what becomes of the rounding of
     that state on the way, as a neighbour of it shows. A motion that passes rank loss, which that equation cannot, is worked out anew from
     its closed form with 50 digits, and the bound is that of rounding it to double precision.
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from daebench import poisson_truth, truth
+from daebench import solution
 from daebench.method import Request
 from daebench.scene import PoissonScene, Scene
 from daebench.trajectory import PoissonTrajectory, Trajectory
@@ -50,13 +50,13 @@ def solved(scene: Setting, name: str, request: Request) -> Solution:
 
     A method for Poisson systems is run whether it is a Poisson integrator for this one or not: it is its accuracy that counts here.
     """
+    from daebench.names import POISSON, parse
+
     if isinstance(scene, PoissonScene):
-        from daebench import poisson_names
-
-        return poisson_names.parse(name, anyway=True).solve(scene, request)
-    from daebench import names
-
-    return names.parse(name, compensated=name == RATTLE).solve(scene, replace(request, multipliers=True))
+        run: Solution = parse(name, kind=POISSON, anyway=True).solve(scene, request)
+    else:
+        run = parse(name, compensated=name == RATTLE).solve(scene, replace(request, multipliers=True))
+    return run
 
 
 @dataclass(frozen=True)
@@ -68,9 +68,6 @@ class Motion:
 
 
 def integrated(scene: Setting, times: Array) -> Motion:
-    """Return the motion by DOP853 at times that ascend, or descend from 0, see :func:`daebench.truth.integrated`."""
-    if isinstance(scene, PoissonScene):
-        near = poisson_truth.poisson_integrated(scene, times)
-        return Motion({"y": near.y}, near.bound)
-    found = truth.integrated(scene, times)
-    return Motion({"q": found.q, "p": found.p, "lam": found.lam}, found.bound)
+    """Return the motion by DOP853 at times that ascend, or descend from 0, see :func:`daebench.solution.integrated`."""
+    found = solution.integrated(scene, times)
+    return Motion(found.states, found.bound)

@@ -7,7 +7,7 @@ import pandas as pd
 from markupsafe import Markup
 
 from daebench.catalogue import find_scene
-from daebench.fixed_step import accepted
+from daebench.fixed_step_constrained import accepted
 from daebench.lesson.control import Control, Values
 from daebench.lesson.experiment import Experiment, Shown
 from daebench.method import Request

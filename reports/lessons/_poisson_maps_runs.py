@@ -8,7 +8,7 @@ import numpy as np
 
 from daebench.diagnostics.derivative import STEP
 from daebench.method import Request
-from daebench.poisson_names import parse
+from daebench.names import POISSON, parse
 from daebench.reports._poisson_orbits import level_curve
 from daebench.reports._poisson_runs import scene_of
 from daebench.scene import Array, PoissonScene
@@ -52,7 +52,7 @@ def paths(scene: PoissonScene, name: str, h: float, steps: int, starts: Array) -
 
 def compiled(scene: PoissonScene, name: str, h: float, steps: int, starts: Array) -> tuple[list[Array], str | None]:
     """Return the runs of a scheme from several starts, and why the first ended early."""
-    method: Any = parse(name, anyway=True)
+    method: Any = parse(name, kind=POISSON, anyway=True)
     path = method.path(scene, h, steps)
     runs = [path(y) for y in starts]
     return [rows for rows, _ in runs], runs[0][1]
@@ -163,6 +163,6 @@ STARTS = {"axis3": (np.cos(1.1), 0.0, np.sin(1.1)), "axis1": (np.cos(0.45), 0.0,
 def spun(scheme: str, start: str, h: float, steps: int) -> Spun:
     """Return a run of the rigid body."""
     scene = scene_of(BODY, "hlw", y0=STARTS[start])
-    run = parse(scheme, anyway=True).solve(scene, Request(value=h, steps=steps, watch=()))
+    run = parse(scheme, kind=POISSON, anyway=True).solve(scene, Request(value=h, steps=steps, watch=()))
     level, length = scene.along("H", run.y), np.sum(run.y**2, axis=1) / 2
     return Spun(run.t, run.y, level - level[0], length - length[0], run.failure)

@@ -9,7 +9,7 @@ from markupsafe import Markup
 
 from daebench.diagnostics.order import OrderFit, fit_order
 from daebench.figures import STROKES, Stroke
-from daebench.fixed_step import FixedStep
+from daebench.fixed_step_constrained import FixedStep
 from daebench.lesson.control import NO_YES, Control, Values
 from daebench.lesson.experiment import Experiment, Preparation, Shown
 from daebench.names import parse

@@ -7,7 +7,7 @@ import numpy as np
 import pandas as pd
 
 from daebench.catalogue import find_scene
-from daebench.fixed_step import accepted
+from daebench.fixed_step_constrained import accepted
 from daebench.method import Request
 from daebench.names import parse
 from daebench.reports._exact_motion import exact_motion

@@ -1,4 +1,4 @@
-"""The reference solution that errors are taken against: the closed form where the problem has one, else two runs of DOP853."""
+"""The reference solution that errors are taken against, of a problem of either kind: the closed form, else two runs of DOP853."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -8,9 +8,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from daebench.errors import RunFailed
+from daebench.poisson_pose import pose_poisson
 from daebench.pose import Dae, Posed, pose
 from daebench.scales import constrained_scales, poisson_scales
-from daebench.scene import Array, PoissonScene, Scene
+from daebench.scene import Array, PoissonScene, Scene, Setting
 
 DIGITS = 20
 """Decimal digits of the closed form; double precision needs 16."""
@@ -26,7 +27,7 @@ EPS = float(np.finfo(float).eps)
 
 
 @dataclass(frozen=True)
-class Truth:
+class ReferenceSolution:
     """States of the exact motion, and by how much they may be wrong.
 
     Parameters
@@ -35,33 +36,29 @@ class Truth:
         "closed form" or "DOP853".
     t : ndarray, shape(n,)
         Times, s, ascending.
-    q, p : ndarray, shape(n, d)
-        Positions and momenta.
-    lam : ndarray, shape(n, m)
-        Multipliers lam(p, q), HLW (1.12).
+    states : mapping of str to ndarray, shape(n, components)
+        "q", "p" and the multipliers "lam"(p, q) of HLW (1.12), or "y" of a Poisson system.
     bound : mapping of str to float
-        Euclidean norm of the error of "q", "p" and "lam", at most, at any of the times.
+        Euclidean norm of the error of each of them, at most, at any of the times.
     """
 
     kind: str
     t: Array
-    q: Array
-    p: Array
-    lam: Array
+    states: Mapping[str, Array]
     bound: Mapping[str, float]
 
 
-def truth(scene: Scene, times: ArrayLike, calls: float = np.inf) -> Truth:
+def reference_solution(scene: Setting, times: ArrayLike, calls: float = np.inf) -> ReferenceSolution:
     """Return the motion from the scene's own initial values, as rounded as any method is handed them.
 
     A closed form is evaluated in mpmath numbers and rounded once; its bound is the rounding of the largest state. Else the
-    index-reduced ODE, HLW (1.18), is integrated by SciPy's DOP853 at 2.5e-14 from time to time, without interpolation, and the
-    bound is 10 times the difference from a run at 1e-13, or that rounding where it is more.
+    index-reduced ODE, HLW (1.18), or a Poisson system as it stands, is integrated by SciPy's DOP853 at 2.5e-14 from time to time, without
+    interpolation, and the bound is 10 times the difference from a run at 1e-13, or that rounding where it is more.
 
     Parameters
     ----------
-    scene : Scene
-        A problem with consistent initial values.
+    scene : Setting
+        A problem of either kind with consistent initial values.
     times : array_like, shape(n,)
         Ascending, at least 0.
     calls : float
@@ -70,14 +67,18 @@ def truth(scene: Scene, times: ArrayLike, calls: float = np.inf) -> Truth:
     Raises
     ------
     RunFailed
-        If the integration stops early or takes more calls, or a multiplier is not finite.
+        If the integration stops early, takes more calls or leaves the domain, or a multiplier is not finite.
     """
-    closed_form = scene.source.derivation.problem.closed_form
-    if closed_form is None:
+    if not scene.sheet.CLOSED_FORM:
         return integrated(scene, times, calls)
-    q, p = evaluated(closed_form, times, scene.q0, scene.p0, scene.parameters)
-    states = {"q": q, "p": p, "lam": _multipliers(scene, p, q)}
-    return Truth("closed form", np.asarray(times, dtype=float), **states, bound={x: rounding(rows) for x, rows in states.items()})
+    closed_form, states = scene.source.derivation.problem.closed_form, {}
+    if isinstance(scene, Scene):
+        q, p = evaluated(closed_form, times, scene.q0, scene.p0, scene.parameters)
+        states = {"q": q, "p": p, "lam": _multipliers(scene, p, q)}
+    else:
+        rows = exactly(closed_form, times, scene.start, scene.parameters)
+        states = {"y": np.array([[float(x) for x in row] for row in rows])}
+    return ReferenceSolution("closed form", np.asarray(times, dtype=float), states, {name: rounding(rows) for name, rows in states.items()})
 
 
 def evaluated(
@@ -113,13 +114,13 @@ def exactly(
         return [closed_form(mpmath.mpf(float(t)), *initial, values) for t in np.asarray(times, dtype=float)]
 
 
-def integrated(scene: Scene, times: ArrayLike, calls: float = np.inf) -> Truth:
-    """Return the motion by two runs of DOP853, see :func:`truth`.
+def integrated(scene: Setting, times: ArrayLike, calls: float = np.inf) -> ReferenceSolution:
+    """Return the motion by two runs of DOP853, see :func:`reference_solution`.
 
     Parameters
     ----------
-    scene : Scene
-        A problem with consistent initial values, which belong to time 0.
+    scene : Setting
+        A problem of either kind with consistent initial values, which belong to time 0.
     times : array_like, shape(n,)
         In the order in which they are reached: ascending, or descending from 0.
     calls : float
@@ -128,12 +129,20 @@ def integrated(scene: Scene, times: ArrayLike, calls: float = np.inf) -> Truth:
     Raises
     ------
     RunFailed
-        If the integration stops early or takes more calls, or a multiplier is not finite.
+        If the integration stops early, takes more calls or leaves the domain, or a multiplier is not finite.
     """
-    dae = pose(scene, "ode")
-    tight, loose = (_states(dae, times, tol, calls) for tol in (TIGHT, LOOSE))
-    bound = {x: bound_of(tight[x], loose[x]) for x in tight}
-    return Truth("DOP853", np.asarray(times, dtype=float), **tight, bound=bound)
+    posed, t = _ode(scene), np.asarray(times, dtype=float)
+    tight, loose = (_states(posed, advanced(posed, times, tol, calls)) for tol in (TIGHT, LOOSE))
+    for time, y in zip(t, tight.get("y", ()), strict=False):
+        if left := posed.outside(y):
+            where = f"the reference solution of {scene.problem}, case {scene.case}, has left {left} at t = {time:.9g}"
+            raise RunFailed(f"{where}; choose a shorter end time.")
+    return ReferenceSolution("DOP853", t, tight, {name: bound_of(tight[name], loose[name]) for name in tight})
+
+
+def _ode(scene: Any) -> Posed:
+    """Return the ODE of a problem: the index-reduced one, HLW (1.18), or a Poisson system as it stands."""
+    return pose(scene, "ode") if isinstance(scene, Scene) else pose_poisson(scene, "ode")
 
 
 def bound_of(tight: Array, loose: Array) -> float:
@@ -141,7 +150,7 @@ def bound_of(tight: Array, loose: Array) -> float:
     return max(SAFETY * float(np.max(np.linalg.norm(tight - loose, axis=1))), rounding(tight))
 
 
-def multipliers_between(scene: Scene, known: Truth, times: ArrayLike) -> tuple[Array, float]:
+def multipliers_between(scene: Scene, known: ReferenceSolution, times: ArrayLike) -> tuple[Array, float]:
     """Return lam(p, q) at the start, at known times and between them, shape(n, m), and the bound of its error.
 
     What is between is reached by DOP853 from the last known state before it.
@@ -156,7 +165,7 @@ def multipliers_between(scene: Scene, known: Truth, times: ArrayLike) -> tuple[A
         Times, s, at least 0, in any order.
     """
     wanted, starts = np.asarray(times, dtype=float), np.concatenate([[0.0], known.t])
-    p, q = (np.concatenate([[x0], rows]) for x0, rows in ((scene.p0, known.p), (scene.q0, known.q)))
+    p, q = (np.concatenate([[x0], known.states[name]]) for x0, name in ((scene.p0, "p"), (scene.q0, "q")))
     last = np.searchsorted(starts, wanted, side="right") - 1
     lam, bound = _multipliers(scene, p, q)[last], known.bound["lam"]
     between = wanted > starts[last]
@@ -164,19 +173,14 @@ def multipliers_between(scene: Scene, known: Truth, times: ArrayLike) -> tuple[A
         here = between & (last == k)
         after, places = np.unique(wanted[here] - starts[k], return_inverse=True)
         found = integrated(replace(scene, p0=p[k], q0=q[k]), after)
-        lam[here] = found.lam[places]
+        lam[here] = found.states["lam"][places]
         bound = max(bound, found.bound["lam"])
     return lam, bound
 
 
-def reach(scene: Scene, steps: int) -> float:
-    """Return the time that DOP853 at 1e-13 reaches in so many steps: what the motion itself calls long."""
-    return reached(pose(scene, "ode"), steps)
-
-
-def reached(posed: Posed, steps: int) -> float:
-    """Return the time that DOP853 at 1e-13 reaches on an ODE in so many steps, or where it can go no further."""
-    solver = _solver(posed, 0.0, np.inf, LOOSE)
+def reach(scene: Setting, steps: int) -> float:
+    """Return the time that DOP853 at 1e-13 reaches in so many steps, or where it can go no further: what the motion itself calls long."""
+    solver = _solver(_ode(scene), 0.0, np.inf, LOOSE)
     with np.errstate(all="ignore"):
         for _ in range(steps):
             if solver.status != "running" or solver.step() is not None:
@@ -184,11 +188,13 @@ def reached(posed: Posed, steps: int) -> float:
     return float(solver.t)
 
 
-def _states(dae: Dae, times: ArrayLike, tol: float, calls: float) -> dict[str, Array]:
-    """Return q, p and lam at ascending times."""
-    q, v = dae.unpack(advanced(dae, times, tol, calls))
-    p = dae.momenta(q, v)
-    return {"q": q, "p": p, "lam": _multipliers(dae.scene, p, q)}
+def _states(posed: Posed, rows: Array) -> dict[str, Array]:
+    """Return q, p and lam, or y, from rows of unknowns of an ODE."""
+    if not isinstance(posed, Dae):
+        return {"y": rows}
+    q, v = posed.unpack(rows)
+    p = posed.momenta(q, v)
+    return {"q": q, "p": p, "lam": _multipliers(posed.scene, p, q)}
 
 
 def advanced(posed: Posed, times: ArrayLike, tol: float, calls: float = np.inf) -> Array:

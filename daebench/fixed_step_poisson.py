@@ -1,27 +1,23 @@
-"""Fixed-step methods for Poisson systems: a scheme on a form of the system, with a splitting, composed, and linked to a problem."""
+"""Fixed-step methods for Poisson systems: a scheme on a form of the system, with a splitting, composed, linked to a problem and run."""
 
-import time
-import types
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from functools import cached_property
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from daebench.cache import generated
 from daebench.claims import CLASSES, PoissonClaims
-from daebench.complex_run import complex_run
-from daebench.compositions import COMPOSITIONS, weights_of
-from daebench.errors import BadInput, RunFailed, require_known
-from daebench.grid import Grid
+from daebench.compositions import COMPOSITIONS
+from daebench.errors import BadInput, require_known
+from daebench.fixed_step_base import FixedStepMethod
 from daebench.members import poisson_members
 from daebench.method import Request
 from daebench.scales import in_coordinates, poisson_scales
 from daebench.scene import PoissonScene, Setting
-from daebench.stepping import REASONS, Linked, Run
-from daebench.trajectory import POISSON, POISSON_WORK, Array, PoissonTrajectory
+from daebench.stepping import REASONS, Run
+from daebench.trajectory import POISSON, PoissonTrajectory
+from daebench.work import POISSON_WORK
 
 FORMS = {"darboux": "canonical coordinates z = (q, p, c), HLW VII.4.3: z' = B0 grad K(z)"}
 """The forms of a Poisson system that a scheme can be run on besides its own coordinates."""
@@ -30,15 +26,9 @@ RUN_AWAY = "use a smaller h, and see whether the motion itself runs away there"
 LEFT = {3: ("a value is no longer finite", RUN_AWAY), 6: ("the state has left the domain {domain}", RUN_AWAY)}
 """Why a step of a Poisson system is refused besides :data:`daebench.stepping.REASONS`, and what to do."""
 
-PoissonFlow = Callable[[Sequence[complex]], Array]
-"""A map y -> y of vectors of shape(n,), real or complex."""
-
-PoissonPath = Callable[[Sequence[complex]], tuple[NDArray[np.complex128], str | None]]
-"""A map from y to the states after 0, 1, 2, ... steps, and to why there are no more, or None."""
-
 
 @dataclass(frozen=True)
-class PoissonStep:
+class PoissonStep(FixedStepMethod[PoissonScene, PoissonTrajectory]):
     """A scheme of ``daebench.schemes.poisson`` run with constant step size.
 
     Parameters
@@ -68,7 +58,8 @@ class PoissonStep:
     composition: str = ""
     anyway: bool = False
     compiled: bool = True
-    knob = "h"
+    watchable = POISSON
+    counted = POISSON_WORK
 
     def __post_init__(self) -> None:
         require_known(
@@ -101,11 +92,6 @@ class PoissonStep:
     def order(self) -> int:
         """Order of convergence that the whole method claims."""
         return COMPOSITIONS[self.composition].order if self.composition else self.member.order
-
-    @cached_property
-    def weights(self) -> Array:
-        """Weights of the substeps of a composition, shape(k,); empty where there is none."""
-        return np.array(weights_of(self.composition), dtype=float)
 
     def is_poisson(self, scene: Setting) -> bool:
         """Return whether the method claims to be a Poisson integrator for this system: whether B is of the class that it states."""
@@ -140,111 +126,39 @@ class PoissonStep:
             )
         return None
 
-    def kernel(self, scene: PoissonScene, precision: str, watch: tuple[str, ...], *, count: bool) -> types.ModuleType:
-        """Return the generated module of this method and problem; other numbers of the same structure share it."""
-        structure: dict[str, Any] = {
-            "precision": precision,
-            "watch": watch,
-            "count": count,
-            "compiled": self.compiled,
-            "form": self.form,
-            "composed": bool(self.composition),
-        }
-        splitting = self.splitting or next(iter(scene.sheet.SPLITTINGS), "") if self.member.poisson == "split" else ""
+    def _require(self, scene: PoissonScene, request: Request) -> None:
+        require_poisson(self.name, request)
 
-        def build(cached: bool) -> str:
-            from daebench.link import Linker, Options
+    @property
+    def scheme_module(self) -> str:
+        """Name of the module that the scheme is in."""
+        return f"daebench.schemes.poisson.{self.scheme}"
 
-            derivation = scene.source.form("darboux") if self.form else scene.source.split(splitting)
-            linker = Linker(derivation, Options(**structure), f"daebench.schemes.poisson.{self.scheme}")
-            roots = [("daebench.kernels.loop", "integrate"), ("daebench.kernels.loop", "first")]
-            return linker.module(f"{self.name} on {scene.problem}, {precision}.", roots, cached)
+    def _derivation(self, scene: PoissonScene) -> Any:
+        if self.form:
+            return scene.source.form(self.form)
+        return scene.source.split(self.splitting or next(iter(scene.sheet.SPLITTINGS), "") if self.member.poisson == "split" else "")
 
-        key = f"{scene.source.key} poisson {self.scheme} {splitting} {sorted(structure.items())}"
-        return generated(f"{scene.problem}_{self.form}_{self.scheme}_{precision}", key, build)
+    def _coordinates(self, scene: PoissonScene) -> tuple[Callable[[Sequence[Any]], Any], Callable[[Any], Sequence[Any]]]:
+        if not self.form:
+            return lambda vectors: vectors[0], lambda y: (y,)
+        enter, leave = coordinates(scene)
+        return lambda vectors: enter(vectors[0]), lambda x: (leave(x),)
 
-    def _linked(self, scene: PoissonScene, kernel: types.ModuleType, h: float) -> Linked:
-        enter, leave = coordinates(scene) if self.form else (_same, _same)
+    def _scales(self, scene: PoissonScene, h: float) -> tuple[float, float]:
         scales = poisson_scales(scene, h)
         if self.form and not scene.arrays:  # whose map would have to be compiled for complex numbers first, and stretches little
-            scales = in_coordinates(scales, leave, (enter(scene.y0),), 0)
-        domain = " and ".join(f"{each} > 0" for each in scene.sheet.DOMAIN)
-        reasons = REASONS | {status: (why.replace("{domain}", domain), advice) for status, (why, advice) in LEFT.items()}
-        return Linked(
-            self.name,
-            kernel,
-            (*scene.par, (), (), scales),
-            self.weights,
-            self.compiled,
-            enter=lambda start: enter(start[0]),
-            leave=lambda x: np.asarray(leave(x), dtype=float),
-            work=POISSON_WORK,
-            reasons=reasons,
-            arrays=scene.arrays,
-        )
+            enter, leave = coordinates(scene)
+            return in_coordinates(scales, leave, (enter(scene.y0),), 0)
+        return scales
 
-    def solve(self, scene: PoissonScene, request: Request) -> PoissonTrajectory:
-        """Return the trajectory; where the scheme stops early, what was computed so far and why.
+    def _reasons(self, scene: PoissonScene) -> Mapping[int, tuple[str, str]]:
+        domain = " and ".join(f"{function} > 0" for function in scene.sheet.DOMAIN)
+        return REASONS | {status: (why.replace("{domain}", domain), advice) for status, (why, advice) in LEFT.items()}
 
-        Raises
-        ------
-        BadInput
-            If the request cannot be met.
-        """
-        run = self.begin(scene, request, self.grid(scene, request), request.watched(POISSON))
-        outcome = run.outcome()
+    def _trajectory(self, run: Run, outcome: dict[str, Any]) -> PoissonTrajectory:
         t, y = run.states()
         return PoissonTrajectory(**outcome, t=t, y=y)
-
-    def begin(self, scene: PoissonScene, request: Request, grid: Grid, watched: tuple[str, ...]) -> Run:
-        """Return a run at its start; see :meth:`daebench.fixed_step.FixedStep.begin`."""
-        began = time.perf_counter()
-        kernel = self.kernel(scene, request.precision, watched, count=request.count)
-        return Run(self._linked(scene, kernel, grid.h), scene, request, grid, names=watched_names(watched, scene), began=began)
-
-    def check(self, scene: PoissonScene, request: Request) -> None:
-        """Accept a request that can be met; raise :class:`BadInput` otherwise."""
-        self.grid(scene, request)
-
-    def grid(self, scene: PoissonScene, request: Request) -> Grid:
-        """Return the steps that a request comes to; raise :class:`BadInput` if it cannot be met."""
-        if refusal := self.refusal(scene):
-            raise BadInput(refusal)
-        require_poisson(self.name, request)
-        return Grid.fixed_step(self.name, request, scene.size)
-
-    def flow(self, scene: PoissonScene, h: float, steps: int) -> PoissonFlow:
-        """Return the map of ``steps`` steps for complex states, exact to first order in the imaginary part.
-
-        The map raises :class:`RunFailed` where the scheme has no solution.
-        """
-        linked = self._linked(scene, self.kernel(scene, "complex128", (), count=False), h)
-        enter, leave = coordinates(scene) if self.form else (_same, _same)
-
-        def phi(y: Sequence[complex]) -> Array:
-            start = enter(np.array(y, dtype=complex))
-            x, _, failure = complex_run(linked, scene, start if scene.arrays else tuple(map(np.complex128, start)), h, steps)
-            if failure:
-                raise RunFailed(failure)
-            return np.array(leave(x))
-
-        return phi
-
-    def path(self, scene: PoissonScene, h: float, steps: int) -> PoissonPath:
-        """Return the map from a complex state to those after 0, 1, 2, ... steps, exact to first order in the imaginary part.
-
-        It gives the states as rows, and why there are fewer than ``steps`` more, or None.
-        """
-        linked = self._linked(scene, self.kernel(scene, "complex128", (), count=False), h)
-        enter = coordinates(scene)[0] if self.form else _same
-
-        def along(y: Sequence[complex]) -> tuple[NDArray[np.complex128], str | None]:
-            start = enter(np.array(y, dtype=complex))
-            x = start if scene.arrays else tuple(map(np.complex128, start))
-            _, rows, failure = complex_run(linked, scene, x, h, steps, every=1)
-            return np.concatenate([np.array(y, dtype=complex)[None], rows]), failure
-
-        return along
 
 
 def require_poisson(name: str, request: Request) -> None:
@@ -254,16 +168,6 @@ def require_poisson(name: str, request: Request) -> None:
             raise BadInput(f"{name} runs on a Poisson system, which has no {what}; leave them out.")
     if request.watch and "manifold" in request.watch:
         raise BadInput("a Poisson system has no constraints to watch; watch energy, casimirs or integrals.")
-
-
-def watched_names(watch: Sequence[str], scene: PoissonScene) -> list[str]:
-    """Return the names of the errors that a run watches, in order."""
-    names: Mapping[str, Sequence[str]] = {"energy": ["energy"], "casimirs": scene.casimirs, "integrals": scene.integrals, "samples": ()}
-    return [name for each in watch for name in names[each]]
-
-
-def _same(y: Any) -> Any:
-    return y
 
 
 def coordinates(scene: PoissonScene) -> tuple[Callable[[Any], Any], Callable[[Any], Any]]:

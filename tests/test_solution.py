@@ -13,8 +13,8 @@ from studies import plain
 from daebench.errors import RunFailed
 from daebench.make_scene import make_scene
 from daebench.order_study import study
+from daebench.solution import integrated, multipliers_between, reach, reference_solution
 from daebench.source import source_of
-from daebench.truth import integrated, multipliers_between, reach, truth
 
 pytestmark = pytest.mark.usefixtures("plain_functions")
 
@@ -37,28 +37,28 @@ def double_pendulum_in_angles(times):
 
 
 def test_both_kinds_of_reference_agree_within_the_bound_of_the_worse():
-    exact, steps = truth(scene("planar"), TIMES), integrated(scene("planar"), TIMES)
+    exact, steps = reference_solution(scene("planar"), TIMES), integrated(scene("planar"), TIMES)
     assert (exact.kind, steps.kind) == ("closed form", "DOP853")
     for name in ("q", "p", "lam"):
-        difference = np.linalg.norm(getattr(exact, name) - getattr(steps, name), axis=1)
+        difference = np.linalg.norm(exact.states[name] - steps.states[name], axis=1)
         assert np.max(difference) <= steps.bound[name] < 1e-8
         assert exact.bound[name] < 1e-14
 
 
 def test_the_reference_is_the_motion_in_angles():
-    found = truth(scene("double-pendulum"), TIMES)
+    found = reference_solution(scene("double-pendulum"), TIMES)
     q, p = double_pendulum_in_angles(TIMES)
     assert found.kind == "DOP853"
-    assert 0 < np.max(np.linalg.norm(found.q - q, axis=1)) <= found.bound["q"] < 1e-10
-    assert np.max(np.linalg.norm(found.p - p, axis=1)) <= found.bound["p"] < 1e-9
+    assert 0 < np.max(np.linalg.norm(found.states["q"] - q, axis=1)) <= found.bound["q"] < 1e-10
+    assert np.max(np.linalg.norm(found.states["p"] - p, axis=1)) <= found.bound["p"] < 1e-9
 
 
 def test_multipliers_between_known_times_are_those_of_the_motion_itself():
     fine = np.arange(1, 33) / 16
-    known, all_ = truth(scene("planar"), fine[3::4]), truth(scene("planar"), fine)
+    known, all_ = reference_solution(scene("planar"), fine[3::4]), reference_solution(scene("planar"), fine)
     times = [0.0, 1.0, *fine[[30, 0, 17, 5]]]
     lam, bound = multipliers_between(scene("planar"), known, times)
-    assert np.max(np.abs(lam[1:, 0] - all_.lam[[15, 30, 0, 17, 5], 0])) <= bound < 1e-10
+    assert np.max(np.abs(lam[1:, 0] - all_.states["lam"][[15, 30, 0, 17, 5], 0])) <= bound < 1e-10
     q, p = scene("planar").q0, scene("planar").p0
     assert lam[0, 0] == pytest.approx((p @ p - q[1]) / 2, rel=1e-14)
 
@@ -68,7 +68,7 @@ def test_a_reference_that_breaks_down_is_an_error_that_says_when():
     sheet = replace(definitions.stretched(), M=sp.eye(2), U=1 / (q[0] - sp.Rational(1, 5)), cases={}, parameters={})
     bad = make_scene(source_of(sheet, "pole"), "", p0=[1.0, 0.0], q0=_lowest(sheet))
     with pytest.raises(RunFailed, match=r"the reference solution of pole, case , stopped at t = .*; choose a shorter end time"):
-        truth(bad, [50.0])
+        reference_solution(bad, [50.0])
 
 
 def _lowest(sheet):
