@@ -8,13 +8,17 @@ of Hairer, Lubich and Wanner, *Geometric Numerical Integration*, chapter VII (HL
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
+from daebench.renamed import current_name
+
 if TYPE_CHECKING:
-    from daebench.api import list_problems, methods, run, scene_of, setting_of
+    from daebench.api import list_problems, methods, run
     from daebench.chains.chain import ConstrainedChain
     from daebench.claims_check import check
     from daebench.comparison import compare
     from daebench.errors import BadInput, DaebenchError, InconsistentStart, InvalidProblem, RunFailed
     from daebench.film.animation import animation
+    from daebench.ivp import InitialValueProblem
+    from daebench.ivp_constructor import initial_value_problem
     from daebench.order_study import order
     from daebench.poisson_lattice import PoissonLattice
     from daebench.poisson_system import DarbouxMap, Lift, Part, PoissonCase, PoissonSystem
@@ -32,6 +36,7 @@ __all__ = [
     "DaebenchError",
     "DarbouxMap",
     "InconsistentStart",
+    "InitialValueProblem",
     "InvalidProblem",
     "KineticFlow",
     "Lift",
@@ -49,17 +54,16 @@ __all__ = [
     "check",
     "compare",
     "coordinates",
+    "initial_value_problem",
     "list_problems",
     "methods",
     "order",
     "run",
-    "scene_of",
-    "setting_of",
     "symplectic_projection",
 ]
 
 _HOME = {
-    **dict.fromkeys(("list_problems", "methods", "run", "scene_of", "setting_of"), "api"),
+    **dict.fromkeys(("list_problems", "methods", "run"), "api"),
     **dict.fromkeys(("BadInput", "DaebenchError", "InconsistentStart", "InvalidProblem", "RunFailed"), "errors"),
     **dict.fromkeys(("Case", "Chart", "ConstrainedHamiltonian", "KineticFlow", "Picture", "coordinates"), "problem"),
     **dict.fromkeys(("DarbouxMap", "Lift", "Part", "PoissonCase", "PoissonSystem"), "poisson_system"),
@@ -67,10 +71,12 @@ _HOME = {
     **dict.fromkeys(("as_poisson", "symplectic_projection"), "submanifold"),
     "ConstrainedChain": "chains.chain",
     "PoissonLattice": "poisson_lattice",
+    "InitialValueProblem": "ivp",
     "Study": "studies.study",
     "animation": "film.animation",
     "check": "claims_check",
     "compare": "comparison",
+    "initial_value_problem": "ivp_constructor",
     "order": "order_study",
 }
 
@@ -79,6 +85,7 @@ def __getattr__(name: str) -> Any:
     """Import what is asked for when it is asked for: NumPy alone takes longer than ``daebench list`` may."""
     if name == "problems":
         return import_module("daebench.problems")
+    name = current_name(name)
     if name not in _HOME:
         raise AttributeError(f"module 'daebench' has no attribute {name!r}")
     return getattr(import_module(f"daebench.{_HOME[name]}"), name)

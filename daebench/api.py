@@ -1,19 +1,17 @@
 """The same things from Python as from the command line: run and compare."""
 
-import os
 import warnings
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, TypeVar, overload
 
 from daebench import names
-from daebench.catalogue import find_setting
 from daebench.doubts import doubts
 from daebench.errors import BadInput, DaebenchError, LostMotion, positive, real, unknown, whole
-from daebench.make_scene import constrained
+from daebench.ivp import ConstrainedIvp, InitialValueProblem, Ivp, PoissonIvp
+from daebench.ivp_constructor import initial_value_problem
 from daebench.method import ON_SINGULAR, Progress, Request, knob_value
 from daebench.names import kind_of, method_of
-from daebench.scene import PoissonScene, Scene
 from daebench.trajectory import CONSTRAINED, POISSON, PoissonTrajectory, Trajectory
 
 if TYPE_CHECKING:
@@ -25,115 +23,21 @@ if TYPE_CHECKING:
 T = TypeVar("T")
 
 
-def setting_of(
-    problem: "str | ConstrainedHamiltonian | PoissonSystem",
-    case: str | None = None,
-    parameters: Mapping[str, float] | None = None,
-    *,
-    p0: Sequence[float] | None = None,
-    q0: Sequence[float] | None = None,
-    y0: Sequence[float] | None = None,
-    project: bool = False,
-    algebra: str = "",
-) -> Scene | PoissonScene:
-    """Return a problem of any kind, by name or as a definition, with the numbers of a case; consistent, or else an error.
-
-    Parameters
-    ----------
-    problem : str, ConstrainedHamiltonian or PoissonSystem
-        Name in the catalogue, the path of a problem file, which is executed, or a definition.
-    case : str, optional
-        Named initial values; by default the problem's first.
-    parameters : mapping of str to float, optional
-        Values of the problem's parameters.
-    p0, q0 : sequence of float, shape(d,), optional
-        Initial values of a constrained problem in place of the case's.
-    y0 : sequence of float, shape(n,), optional
-        Initial state of a Poisson system in place of the case's.
-    project : bool
-        Whether initial values are first projected onto the manifold, of a constrained problem.
-    algebra : str
-        How vectors are held: "values" or "arrays", for a chain of nodes; "" as the problem's size suggests.
-
-    Raises
-    ------
-    BadInput
-        If a name or value is not what it must be.
-    InconsistentStart
-        If the initial values are off the manifold and are not to be projected.
-    """
-    setting = _setting(problem, case, parameters, algebra, p0=p0, q0=q0, y0=y0)
-    if isinstance(setting, PoissonScene):
-        if project:
-            raise BadInput(f"{setting.problem} is a Poisson system, which has no manifold to project onto; leave out project.")
-        return setting
-    from daebench.diagnostics.consistency import projected, require_consistent
-
-    if project:
-        return projected(setting)[0]
-    require_consistent(setting)
-    return setting
-
-
-def _setting(
-    problem: "str | ConstrainedHamiltonian | PoissonSystem",
-    case: str | None,
-    parameters: Mapping[str, float] | None,
-    algebra: str,
-    **start: Sequence[float] | None,
-) -> Scene | PoissonScene:
-    if isinstance(problem, str | os.PathLike):
-        return find_setting(os.fspath(problem), case, parameters, algebra=algebra, **start)
-    if not hasattr(problem, "fingerprint"):
-        raise BadInput(f"a problem is a name, a ConstrainedHamiltonian or a PoissonSystem, or the path of a file, not {problem!r}.")
-    from daebench.make_scene import make_setting
-    from daebench.source import source_of
-
-    return make_setting(
-        source_of(problem, algebra=algebra), case if case is not None else next(iter(problem.cases), ""), parameters, **start
-    )
-
-
-def scene_of(
-    problem: "str | ConstrainedHamiltonian",
-    case: str | None = None,
-    parameters: Mapping[str, float] | None = None,
-    *,
-    p0: Sequence[float] | None = None,
-    q0: Sequence[float] | None = None,
-    project: bool = False,
-    algebra: str = "",
-) -> Scene:
-    """Return a constrained problem with the numbers of a case: what :func:`setting_of` returns, for constrained problems alone.
-
-    Parameters
-    ----------
-    problem, case, parameters, p0, q0, project, algebra
-        As for :func:`setting_of`.
-
-    Raises
-    ------
-    BadInput
-        If the problem is a Poisson system, or as :func:`setting_of`.
-    InconsistentStart
-        As :func:`setting_of`.
-    """
-    return constrained(setting_of(problem, case, parameters, p0=p0, q0=q0, project=project, algebra=algebra))
-
-
 @overload
-def run(problem: "ConstrainedHamiltonian", *, method: str, **settings: Any) -> Trajectory: ...
+def run(problem: "ConstrainedHamiltonian | ConstrainedIvp", *, method: str, **settings: Any) -> Trajectory: ...
 @overload
-def run(problem: "PoissonSystem", *, method: str, **settings: Any) -> PoissonTrajectory: ...
+def run(problem: "PoissonSystem | PoissonIvp", *, method: str, **settings: Any) -> PoissonTrajectory: ...
 @overload
 def run(problem: str, *, method: str, **settings: Any) -> Any: ...
-def run(problem: "str | ConstrainedHamiltonian | PoissonSystem", *, method: str, **settings: Any) -> Trajectory | PoissonTrajectory:
+def run(
+    problem: "str | ConstrainedHamiltonian | PoissonSystem | InitialValueProblem", *, method: str, **settings: Any
+) -> Trajectory | PoissonTrajectory:
     """Return the trajectory of one method on one problem: with states q and p, or y on a Poisson system.
 
     Parameters
     ----------
-    problem : str, ConstrainedHamiltonian or PoissonSystem
-        Name in the catalogue, the path of a problem file, which is executed, or a definition.
+    problem : str, ConstrainedHamiltonian, PoissonSystem or InitialValueProblem
+        Name in the catalogue, the path of a problem file, which is executed, a definition, or an initial value problem.
     method : str
         Name in the grammar of :mod:`daebench.names`, for example "rattle" or "ida:index2".
     **settings
@@ -157,15 +61,15 @@ def run(problem: "str | ConstrainedHamiltonian | PoissonSystem", *, method: str,
     InconsistentStart
         If the initial values are off the manifold and are not to be projected.
     """
-    chosen, scene, request = prepare(problem, method=method, **settings)
-    found: Trajectory | PoissonTrajectory = chosen.solve(scene, request)
-    for doubt in doubts(scene, found):
+    chosen, ivp, request = prepare(problem, method=method, **settings)
+    found: Trajectory | PoissonTrajectory = chosen.solve(ivp, request)
+    for doubt in doubts(ivp, found):
         warnings.warn(doubt, LostMotion, stacklevel=2)
     return found
 
 
 def prepare(
-    problem: "str | ConstrainedHamiltonian | PoissonSystem",
+    problem: "str | ConstrainedHamiltonian | PoissonSystem | InitialValueProblem",
     *,
     case: str | None = None,
     method: str,
@@ -192,13 +96,13 @@ def prepare(
     count: bool = True,
     seconds_limit: float | None = None,
     progress: Progress | None = None,
-) -> tuple[Any, Scene | PoissonScene, Request]:
-    """Return a method of the problem's kind, a consistent scene and a request, all checked: what a run needs.
+) -> tuple[Any, Ivp, Request]:
+    """Return a method of the problem's kind, a consistent initial value problem and a request, all checked: what a run needs.
 
     Parameters
     ----------
-    problem : str, ConstrainedHamiltonian or PoissonSystem
-        Name in the catalogue, the path of a problem file, which is executed, or a definition.
+    problem : str, ConstrainedHamiltonian, PoissonSystem or InitialValueProblem
+        Name in the catalogue, the path of a problem file, which is executed, a definition, or an initial value problem.
     case : str, optional
         Named initial values; by default the problem's first.
     method : str
@@ -249,7 +153,7 @@ def prepare(
     -------
     method : Method
         What solves.
-    scene : Scene or PoissonScene
+    ivp : InitialValueProblem
         The problem with the numbers of its case.
     request : Request
         What is asked of the method.
@@ -262,15 +166,15 @@ def prepare(
         If the initial values are off the manifold and are not to be projected.
     """
     _require_precision(precision)
-    scene = singular_as(setting_of(problem, case, parameters, p0=p0, q0=q0, y0=y0, project=project, algebra=algebra), on_singular)
-    chosen = method_of(scene, method, options, compensated=compensated, anyway=anyway)
+    ivp = singular_as(initial_value_problem(problem, case, parameters, p0=p0, q0=q0, y0=y0, project=project, algebra=algebra), on_singular)
+    chosen = method_of(ivp, method, options, compensated=compensated, anyway=anyway)
     value = real(chosen.knob, knob_value(chosen, h=h, tol=tol))
     extent = _extent(t_end=t_end, steps=steps, every=every, points=points, seconds_limit=seconds_limit)
-    results: dict[str, Any] = {"watch": _watched(scene, watch), "count": count, "multipliers": multipliers, "raw": raw}
+    results: dict[str, Any] = {"watch": _watched(ivp, watch), "count": count, "multipliers": multipliers, "raw": raw}
     manner: dict[str, Any] = {"precision": precision, "on_singular": on_singular, "progress": progress, "keep_interrupted": True}
     request = Request(value=value, **extent, **results, **manner)
-    chosen.check(scene, request)
-    return chosen, scene, request
+    chosen.check(ivp, request)
+    return chosen, ivp, request
 
 
 def _require_precision(precision: str) -> None:
@@ -284,8 +188,8 @@ def _extent(*, seconds_limit: float | None, t_end: float | None, **counts: int |
     return {"t_end": _given(real, "t_end", t_end), **wholes, "seconds_limit": _given(positive, "seconds_limit", seconds_limit)}
 
 
-def singular_as(scene: Scene | PoissonScene, on_singular: str | None) -> Scene | PoissonScene:
-    """Return a scene with what is to be done where G loses rank; None leaves what the case declares.
+def singular_as(ivp: Ivp, on_singular: str | None) -> Ivp:
+    """Return an initial value problem with what is to be done where G loses rank; None leaves what the case declares.
 
     Raises
     ------
@@ -293,26 +197,26 @@ def singular_as(scene: Scene | PoissonScene, on_singular: str | None) -> Scene |
         If the name is unknown, or the problem is a Poisson system, which has no G.
     """
     if on_singular is None:
-        return scene
+        return ivp
     if on_singular not in ON_SINGULAR:
         raise unknown("on_singular", on_singular, ON_SINGULAR)
-    if isinstance(scene, PoissonScene):
-        raise BadInput(f"{scene.problem} is a Poisson system, which has no constraints that could lose rank; leave out on_singular.")
-    return replace(scene, on_singular=on_singular)
+    if isinstance(ivp, PoissonIvp):
+        raise BadInput(f"{ivp.problem} is a Poisson system, which has no constraints that could lose rank; leave out on_singular.")
+    return replace(ivp, on_singular=on_singular)
 
 
 def _given(checked: Callable[[str, Any], T], name: str, value: Any) -> T | None:
     return None if value is None else checked(name, value)
 
 
-def _watched(scene: Scene | PoissonScene, watch: Sequence[str] | None) -> tuple[str, ...] | None:
+def _watched(ivp: Ivp, watch: Sequence[str] | None) -> tuple[str, ...] | None:
     if watch is None:
         return None
-    own, other = (POISSON, CONSTRAINED) if isinstance(scene, PoissonScene) else (CONSTRAINED, POISSON)
+    own, other = (POISSON, CONSTRAINED) if isinstance(ivp, PoissonIvp) else (CONSTRAINED, POISSON)
     wanted = [watch] if isinstance(watch, str) else list(watch)
     for name in wanted:
         if name in other and name not in own:
-            raise BadInput(f"{name} cannot be watched on {scene.problem}, which is {kind_of(scene).words}; watch any of {', '.join(own)}.")
+            raise BadInput(f"{name} cannot be watched on {ivp.problem}, which is {kind_of(ivp).words}; watch any of {', '.join(own)}.")
         if name not in own:
             raise unknown("quantity to watch", name, own)
     return tuple(wanted)

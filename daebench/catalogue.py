@@ -5,10 +5,10 @@ A problem may also be a file of the user's own, asked for by its path, or come w
 
 import ast
 import importlib
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from functools import cache
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from daebench.errors import BadInput, real, unknown
 from daebench.members import members
@@ -19,8 +19,7 @@ from daebench.problem_files import Problem, read, summary
 
 if TYPE_CHECKING:
     from daebench.problem_plugins import Plugins
-    from daebench.scene import PoissonScene, Scene
-    from daebench.source import Definition, Source
+    from daebench.source import Definition
 
 MOST = 1_000_000
 """Largest structural parameter: a chain of as many nodes takes some gigabytes."""
@@ -107,85 +106,16 @@ def find_problem(name: str) -> Problem:
     return others.problems[name]
 
 
-def find_scene(
-    problem: str,
-    case: str | None = None,
-    parameters: Mapping[str, float] | None = None,
-    *,
-    p0: Sequence[float] | None = None,
-    q0: Sequence[float] | None = None,
-    algebra: str = "",
-) -> "Scene":
-    """Return the scene of a constrained problem's case, see :func:`find_setting`; it refuses Poisson systems."""
-    from daebench.make_scene import constrained
-
-    return constrained(find_setting(problem, case, parameters, algebra=algebra, p0=p0, q0=q0))
-
-
-def find_setting(
-    problem: str,
-    case: str | None = None,
-    parameters: Mapping[str, float] | None = None,
-    *,
-    algebra: str = "",
-    **start: Sequence[float] | None,
-) -> "Scene | PoissonScene":
-    """Return a problem of any kind with the numbers of a case, by default its first, and parameters and start replaced where given.
-
-    ``algebra`` is one of :data:`daebench.source.ALGEBRAS`, or "" for what suits the size of the problem.
+def whole_structure(problem: Problem, parameters: Mapping[str, float]) -> tuple[dict[str, int], dict[str, float]]:
+    """Return the structural parameters among those that are given, as whole numbers, and the others.
 
     Raises
     ------
     BadInput
-        If a name is unknown, a value is not what it must be, or a problem from outside of daebench contradicts itself.
+        If a structural parameter is no whole number of at least 1, or is too large.
     """
-    found = find_problem(problem)
-    setting = _setting(found, case, parameters, start, algebra)
-    if not found.own:
-        from daebench.problem_check import require_sound
-
-        require_sound(setting)
-    return setting
-
-
-def declared_settings(problem: str, case: str | None = None) -> list[Any]:
-    """Return a problem with the numbers of each case, or of one, as they are declared; nothing is checked.
-
-    Raises
-    ------
-    BadInput
-        If a name is unknown, or the problem has no cases.
-    """
-    found = find_problem(problem)
-    first = _setting(found, case, None, {})
-    return [first] if case is not None else [_setting(found, each, None, {}) for each in first.sheet.CASES]
-
-
-def _setting(
-    found: Problem,
-    case: str | None,
-    parameters: Mapping[str, float] | None,
-    start: Mapping[str, Sequence[float] | None],
-    algebra: str = "",
-) -> "Scene | PoissonScene":
-    from daebench.make_scene import make_setting
-
-    given = dict(parameters or {})
-    structure = {name: _whole(name, given.pop(name)) for name in list(given) if name in found.structure}
-    source = found.source(structure, algebra)
-    case = case if case is not None else _first_case(source, start)
-    own = source.sheet.CASES.get(case, {"parameters": {}})["parameters"]
-    declared = {name: int(value) for name, value in own.items() if name in found.structure and name not in structure}
-    if declared:
-        source = found.source(structure | declared, algebra)
-    return make_setting(source, case, given, **start)
-
-
-def _first_case(source: "Source", start: Mapping[str, Sequence[float] | None]) -> str:
-    """Return the first case, or the empty name where the problem has none and the whole start is given."""
-    if not source.sheet.CASES and sum(values is not None for values in start.values()) < (1 if source.sheet.KIND == "poisson" else 2):
-        raise BadInput(f"{source.problem} declares no cases; declare one, or give the initial values.")
-    return next(iter(source.sheet.CASES), "")
+    structure = {name: _whole(name, value) for name, value in parameters.items() if name in problem.structure}
+    return structure, {name: value for name, value in parameters.items() if name not in structure}
 
 
 def _whole(name: str, value: float) -> int:

@@ -1,4 +1,4 @@
-"""Where one method is measured on one scene, and what its roundings may amount to there.
+"""Where one method is measured on one initial value problem, and what its roundings may amount to there.
 
 What is claimed to hold exactly is measured to be zero but for rounding. The bounds on that come from one rule::
 
@@ -31,8 +31,8 @@ from daebench.diagnostics.reversibility import reversibility_defect
 from daebench.diagnostics.symplecticity import Flow, symplecticity_defect, tangent_basis, tangent_map
 from daebench.errors import BadInput, RunFailed
 from daebench.fixed_step_constrained import FixedStep
+from daebench.ivp import Array, ConstrainedIvp
 from daebench.local_flow import enter, local_flow, structure_matrix
-from daebench.scene import Array, Scene
 from daebench.solution import EPS
 from daebench.trajectory import Trajectory
 
@@ -84,17 +84,17 @@ def held(property: str, claimed: bool, measured: float, bound: float, note: str 
 
 
 class Bench:
-    """Where one method is measured on one scene: the run, and the sizes that its roundings have."""
+    """Where one method is measured on one initial value problem: the run, and the sizes that its roundings have."""
 
-    def __init__(self, scene: Scene, method: FixedStep, run: Trajectory) -> None:
-        self.scene, self.run, self.claims = scene, run, method.claims
+    def __init__(self, ivp: ConstrainedIvp, method: FixedStep, run: Trajectory) -> None:
+        self.ivp, self.run, self.claims = ivp, run, method.claims
         self.n = min(DEFECT_STEPS, run.steps)
-        self.flow: Flow = method.flow(scene, run.value, self.n)
-        self.X = tangent_basis(scene, scene.p0, scene.q0)
-        self.v, self.H_q = (np.abs(scene.along(name, run.p, run.q)) for name in ("H_p", "H_q"))
-        self.quotient = np.zeros((scene.d, scene.d))
+        self.flow: Flow = method.flow(ivp, run.value, self.n)
+        self.X = tangent_basis(ivp, ivp.p0, ivp.q0)
+        self.v, self.H_q = (np.abs(ivp.along(name, run.p, run.q)) for name in ("H_p", "H_q"))
+        self.quotient = np.zeros((ivp.d, ivp.d))
         if self.claims.keeps_g and not self.claims.keeps_Gv:
-            self.quotient = np.max(np.abs(scene.along("mass", run.p, run.q)), axis=0) / run.value
+            self.quotient = np.max(np.abs(ivp.along("mass", run.p, run.q)), axis=0) / run.value
         self.q = np.max(np.abs(run.q), axis=0)
         self.p = np.max(np.abs(run.p), axis=0) + self.quotient @ self.q
 
@@ -108,35 +108,35 @@ class Bench:
 
     def symmetric(self) -> Finding:
         """Return the finding on rho∘Phi∘rho∘Phi = 1."""
-        uneven = np.abs(self.scene.along("H", -self.run.p, self.run.q) - self.scene.along("H", self.run.p, self.run.q))
+        uneven = np.abs(self.ivp.along("H", -self.run.p, self.run.q) - self.ivp.along("H", self.run.p, self.run.q))
         if np.any(uneven > self.bound(1, self._energy_size())):
             note = "H(-p, q) is not H(p, q), so that turning the momenta round does not reverse the motion."
             return Finding("symmetric", self.claims.symmetric, float("nan"), float("nan"), NOT_APPLICABLE, note=note)
-        measured, note = tried(lambda: reversibility_defect(self.flow, self.scene.p0, self.scene.q0))
+        measured, note = tried(lambda: reversibility_defect(self.flow, self.ivp.p0, self.ivp.q0))
         return held("symmetric", self.claims.symmetric, measured, self.bound(2 * self.n, self._state_size()), note)
 
     def symplectic(self) -> Finding:
         """Return the finding on the two-form on the tangent space of the manifold."""
-        measured, note = tried(lambda: symplecticity_defect(self.flow, self.scene.p0, self.scene.q0, self.X))
+        measured, note = tried(lambda: symplecticity_defect(self.flow, self.ivp.p0, self.ivp.q0, self.X))
         size = 1 + max(self._two_form_size(Z) for Z in (self.X, self._carried(self.X)))
         return held("symplectic", self.claims.symplectic, measured, self.bound(self.n, size), note)
 
     def poisson(self) -> list[Finding]:
         """Return the Poisson defect in the problem's chart, HLW (4.2), of a method that stays on the manifold; reported without a claim."""
-        if not (self.scene.sheet.CHART and self.claims.on_manifold):
+        if not (self.ivp.sheet.CHART and self.claims.on_manifold):
             return []
         measured, note = tried(self._poisson_defect)
         return [Finding("Poisson in the chart", None, measured, float("nan"), NOT_CLAIMED, note=note)]
 
     def _poisson_defect(self) -> float:
-        y0 = np.concatenate([np.asarray(part) for part in enter(self.scene)(self.scene.p0, self.scene.q0)])
-        return poisson_defect(local_flow(self.flow, self.scene), y0, structure_matrix(self.scene))
+        y0 = np.concatenate([np.asarray(part) for part in enter(self.ivp)(self.ivp.p0, self.ivp.q0)])
+        return poisson_defect(local_flow(self.flow, self.ivp), y0, structure_matrix(self.ivp))
 
     def constraints(self) -> list[Finding]:
         """Return the findings on g = 0 and G H_p = 0 along the run."""
         P, Q = self.run.p, self.run.q
-        G, Gv_q = (_largest_row(self.scene.along(name, *x)) for name, x in (("G", (Q,)), ("Gv_q", (P, Q))))
-        M_inverse = np.max(np.abs(self.scene.along("H_pp", P, Q)), axis=0)
+        G, Gv_q = (_largest_row(self.ivp.along(name, *x)) for name, x in (("G", (Q,)), ("Gv_q", (P, Q))))
+        M_inverse = np.max(np.abs(self.ivp.along("H_pp", P, Q)), axis=0)
         v = float(np.max(self.v)) + float(np.max(M_inverse @ self.quotient @ self.q))
         sizes = {"g": G * float(np.max(self.q)), "Gv": G * v + Gv_q * float(np.max(self.q))}
         kept = {"g": ("keeps g", self.claims.keeps_g), "Gv": ("keeps G H_p", self.claims.keeps_Gv)}
@@ -150,16 +150,16 @@ class Bench:
     def integrals(self) -> list[Finding]:
         """Return the largest errors of the declared first integrals, momentum maps among them, which no method claims to keep."""
         maxima, missing = self.run.maxima, float("nan")
-        return [Finding(f"keeps {name}", None, maxima[name], missing, NOT_CLAIMED) for name in self.scene.integrals]
+        return [Finding(f"keeps {name}", None, maxima[name], missing, NOT_CLAIMED) for name in self.ivp.integrals]
 
     def _energy_size(self) -> float:
-        H = np.abs(self.scene.along("H", self.run.p, self.run.q))
+        H = np.abs(self.ivp.along("H", self.run.p, self.run.q))
         return float(np.max(H + self.v @ self.p + self.H_q @ self.q))
 
     def _carried(self, X: Array) -> Array:
         """Return Phi' X, or X where the map has no solution."""
         try:
-            return tangent_map(self.flow, self.scene.p0, self.scene.q0, X)
+            return tangent_map(self.flow, self.ivp.p0, self.ivp.q0, X)
         except RunFailed:
             return X
 
@@ -169,7 +169,7 @@ class Bench:
         return float(np.linalg.norm(x) + np.linalg.norm(np.abs(self._carried(X) @ X.T) @ x))
 
     def _two_form_size(self, Z: Array) -> float:
-        Z_p, Z_q = np.abs(Z[: self.scene.d]), np.abs(Z[self.scene.d :])
+        Z_p, Z_q = np.abs(Z[: self.ivp.d]), np.abs(Z[self.ivp.d :])
         half = (Z_p + self.quotient @ Z_q).T @ Z_q
         return float(np.linalg.norm(half + half.T, 2))
 

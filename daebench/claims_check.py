@@ -1,4 +1,4 @@
-"""The claims of a fixed-step method held against what is measured on one scene, one finding a claim.
+"""The claims of a fixed-step method held against what is measured on one initial value problem, one finding a claim.
 
 What is claimed to hold exactly is measured to be zero but for rounding; the bounds on that are those of ``claims_bench``, and of
 ``poisson_claims_bench`` for Poisson systems.
@@ -10,18 +10,18 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from daebench.api import setting_of
 from daebench.claims_bench import FALLS_SHORT, NOT_APPLICABLE, OK, UNDETERMINED, Bench, Finding
 from daebench.diagnostics.order import SLACK
 from daebench.errors import RunFailed
 from daebench.fixed_step_constrained import FixedStep
+from daebench.ivp import Ivp, PoissonIvp
+from daebench.ivp_constructor import initial_value_problem
 from daebench.measurable import PoissonScheme, measured, order_of
 from daebench.method import Method, Request
 from daebench.names import method_of
 from daebench.order_series import Series
 from daebench.order_study import study
 from daebench.poisson_claims_bench import PoissonBench
-from daebench.scene import PoissonScene, Scene
 from daebench.solution import reach
 from daebench.trajectory import CONSTRAINED, POISSON
 
@@ -89,13 +89,13 @@ def check(
     """
     import pandas as pd
 
-    scene = setting_of(problem, case, parameters)
-    chosen = method_of(scene, method, options, anyway=anyway)
-    return pd.DataFrame([asdict(each) for each in check_claims(scene, chosen, h=h, steps=steps)])
+    ivp = initial_value_problem(problem, case, parameters)
+    chosen = method_of(ivp, method, options, anyway=anyway)
+    return pd.DataFrame([asdict(each) for each in check_claims(ivp, chosen, h=h, steps=steps)])
 
 
 def check_claims(
-    scene: Scene | PoissonScene,
+    ivp: Ivp,
     method: Method[Any, Any],
     *,
     h: float | None = None,
@@ -103,11 +103,11 @@ def check_claims(
     halvings: int | None = None,
     progress: Progress | None = None,
 ) -> list[Finding]:
-    """Return what a method claims on a scene, and what is measured.
+    """Return what a method claims on an initial value problem, and what is measured.
 
     Parameters
     ----------
-    scene : Scene or PoissonScene
+    ivp : InitialValueProblem
         A problem with consistent initial values.
     method : Method
         A fixed-step method.
@@ -135,34 +135,34 @@ def check_claims(
         If the run stops early at this step size.
     """
     told = progress or (lambda fraction, label: None)
-    fixed = measured(method, scene, NO_CLAIMS)
-    value = default_step(scene) if h is None else h
+    fixed = measured(method, ivp, NO_CLAIMS)
+    value = default_step(ivp) if h is None else h
     request = Request(
-        value=value, steps=steps, every=max(1, steps // MOST_STATES), watch=POISSON if isinstance(scene, PoissonScene) else CONSTRAINED
+        value=value, steps=steps, every=max(1, steps // MOST_STATES), watch=POISSON if isinstance(ivp, PoissonIvp) else CONSTRAINED
     )
-    fixed.check(scene, request)
-    told(0.0, f"{fixed.name} on {scene.problem}, {steps} steps")
-    run = fixed.solve(scene, request)
-    told(0.2, f"{fixed.name} on {scene.problem}, defects")
+    fixed.check(ivp, request)
+    told(0.0, f"{fixed.name} on {ivp.problem}, {steps} steps")
+    run = fixed.solve(ivp, request)
+    told(0.2, f"{fixed.name} on {ivp.problem}, defects")
     bench: PoissonBench | Bench
-    bench = PoissonBench(scene, fixed, run.complete()) if isinstance(scene, PoissonScene) else Bench(scene, fixed, run.complete())
+    bench = PoissonBench(ivp, fixed, run.complete()) if isinstance(ivp, PoissonIvp) else Bench(ivp, fixed, run.complete())
     exact = bench.findings()
-    order, _ = order_finding(scene, fixed, halvings=halvings, began=lambda fraction, label: told(0.4 + 0.6 * fraction, f"order of {label}"))
+    order, _ = order_finding(ivp, fixed, halvings=halvings, began=lambda fraction, label: told(0.4 + 0.6 * fraction, f"order of {label}"))
     return [order, *exact]
 
 
-def default_step(scene: Scene | PoissonScene) -> float:
+def default_step(ivp: Ivp) -> float:
     """Return the step size where none is given, 1, 2 or 5 times a power of ten.
 
     It is the largest such up to a sixteenth of the mean of the first 64 steps of DOP853 at 1e-13, and up to 1 s.
     """
-    most = min(reach(scene, 64) / 64 / 16, 1.0)
+    most = min(reach(ivp, 64) / 64 / 16, 1.0)
     power = 10.0 ** np.floor(np.log10(most))
     return float(next((digit * power for digit in (5, 2) if digit * power <= most), power))
 
 
 def order_finding(
-    scene: Scene | PoissonScene, method: FixedStep | PoissonScheme, *, halvings: int | None = None, began: Progress | None = None
+    ivp: Ivp, method: FixedStep | PoissonScheme, *, halvings: int | None = None, began: Progress | None = None
 ) -> tuple[Finding, tuple[Series, ...]]:
     """Return the finding on the order of q and p, or y, and what the study found that it is read off.
 
@@ -170,7 +170,7 @@ def order_finding(
 
     Parameters
     ----------
-    scene : Scene or PoissonScene
+    ivp : InitialValueProblem
         A problem with consistent initial values.
     method : FixedStep or PoissonScheme
         A fixed-step method that takes it.
@@ -182,7 +182,7 @@ def order_finding(
         note = "it is that of the penalised system, whose motion differs from the constrained one by eps^2 whatever h is."
         return Finding("order", claimed, missing, missing, NOT_APPLICABLE, note=note), ()
     try:
-        studied = study(scene, [method], halvings=halvings, began=began).series
+        studied = study(ivp, [method], halvings=halvings, began=began).series
     except RunFailed as error:
         return Finding("order", claimed, missing, claimed - SLACK, UNDETERMINED, note=str(error)), ()
     series = [each for each in studied if each.component in ("q", "p", "y")]

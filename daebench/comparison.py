@@ -1,4 +1,4 @@
-"""Several methods on one scene, side by side in one table."""
+"""Several methods on one initial value problem, side by side in one table."""
 
 from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
@@ -6,12 +6,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pandas as pd
 
-from daebench.api import setting_of, singular_as
+from daebench.api import singular_as
 from daebench.diagnostics.energy_verdict import energy_scales, energy_verdict, size
+from daebench.ivp import Ivp, PoissonIvp
+from daebench.ivp_constructor import initial_value_problem
 from daebench.method import Request, knob_value
 from daebench.names import methods_of
 from daebench.position_error import position_errors
-from daebench.scene import PoissonScene, Scene
 from daebench.trajectory import CONSTRAINED, POISSON, Array, PoissonTrajectory, Trajectory
 
 if TYPE_CHECKING:
@@ -48,7 +49,7 @@ def compare(
     anyway: bool = False,
     on_singular: str | None = None,
 ) -> pd.DataFrame:
-    """Return one row a method: errors of position and energy, drift of what is conserved, work and time, on one scene.
+    """Return one row a method: errors of position and energy, drift of what is conserved, work and time, on one initial value problem.
 
     Parameters
     ----------
@@ -91,24 +92,24 @@ def compare(
     BadInput
         If the request cannot be met.
     """
-    scene = singular_as(setting_of(problem, case, parameters, project=project), on_singular)
-    chosen = methods_of(scene, methods, options, anyway=anyway)
-    return table_of(scene, chosen, trajectories(scene, chosen, h=h, tol=tol, t_end=t_end), t_end)
+    ivp = singular_as(initial_value_problem(problem, case, parameters, project=project), on_singular)
+    chosen = methods_of(ivp, methods, options, anyway=anyway)
+    return table_of(ivp, chosen, trajectories(ivp, chosen, h=h, tol=tol, t_end=t_end), t_end)
 
 
-def table_of(scene: Scene | PoissonScene, methods: Sequence[Any], runs: Sequence[Any], t_end: float) -> pd.DataFrame:
+def table_of(ivp: Ivp, methods: Sequence[Any], runs: Sequence[Any], t_end: float) -> pd.DataFrame:
     """Return one row a run of a comparison, see :func:`compare`; where it was ended, there are fewer runs than methods.
 
     Parameters
     ----------
-    scene : Scene or PoissonScene
+    ivp : InitialValueProblem
         The problem with the numbers of a case.
     methods, runs : sequence
         The methods, and what :func:`trajectories` gave.
     t_end : float
         End time that was asked for, s.
     """
-    errors = position_errors(scene, methods[: len(runs)], runs)
+    errors = position_errors(ivp, methods[: len(runs)], runs)
     return pd.DataFrame(
         [
             {
@@ -119,13 +120,13 @@ def table_of(scene: Scene | PoissonScene, methods: Sequence[Any], runs: Sequence
                 "position_reference": error.reference,
                 "failure": own["failure"],
             }
-            for own, error in ((row(scene, run), error) for run, error in zip(runs, errors, strict=True))
+            for own, error in ((row(ivp, run), error) for run, error in zip(runs, errors, strict=True))
         ]
     )
 
 
 def trajectories(
-    scene: Scene | PoissonScene,
+    ivp: Ivp,
     methods: Sequence[Any],
     *,
     h: float | None,
@@ -142,26 +143,26 @@ def trajectories(
     """
     for method in methods:
         knob_value(method, h=h if method.knob == "h" else None, tol=tol if method.knob == "tol" else None)
-        method.check(scene, _request(scene, method, h, tol, t_end))
+        method.check(ivp, _request(ivp, method, h, tol, t_end))
     found: list[Any] = []
     for method in methods:
         if began:
             began(method.name)
-        found.append(method.solve(scene, _request(scene, method, h, tol, t_end)))
+        found.append(method.solve(ivp, _request(ivp, method, h, tol, t_end)))
         if found[-1].interrupted:
             break
     return found
 
 
-def _request(scene: Scene | PoissonScene, method: Any, h: float | None, tol: float, t_end: float) -> Request:
-    watch = POISSON if isinstance(scene, PoissonScene) else CONSTRAINED
+def _request(ivp: Ivp, method: Any, h: float | None, tol: float, t_end: float) -> Request:
+    watch = POISSON if isinstance(ivp, PoissonIvp) else CONSTRAINED
     if method.knob == "tol" or h is None:
         return Request(value=tol, t_end=t_end, watch=watch, keep_interrupted=True)
     every = max(1, int(t_end / h / MOST_STATES)) if h > 0 and np.isfinite(t_end / h) else 1
     return Request(value=h, t_end=t_end, every=every, watch=watch, keep_interrupted=True)
 
 
-def row(scene: Scene | PoissonScene, trajectory: Trajectory | PoissonTrajectory) -> dict[str, Any]:
+def row(ivp: Ivp, trajectory: Trajectory | PoissonTrajectory) -> dict[str, Any]:
     """Return what a comparison says of one run, by column.
 
     ``energy_error`` is the largest modulus, ``energy_size`` the same over the mean kinetic energy, the other columns of the energy and
@@ -169,7 +170,7 @@ def row(scene: Scene | PoissonScene, trajectory: Trajectory | PoissonTrajectory)
     functions, and the first integrals are maxima, ``seconds`` is CPU time of stepping and ``us_per_step`` the same for one step, in
     microseconds.
     """
-    drift = energy_verdict(scene, trajectory)
+    drift = energy_verdict(ivp, trajectory)
     maxima = dict(trajectory.maxima)
     error = maxima.pop("energy")
     return {
@@ -178,7 +179,7 @@ def row(scene: Scene | PoissonScene, trajectory: Trajectory | PoissonTrajectory)
         "steps": trajectory.steps,
         "t_reached": float(trajectory.t[-1]),
         "energy_error": error,
-        "energy_size": size(error, energy_scales(scene, trajectory)),
+        "energy_size": size(error, energy_scales(ivp, trajectory)),
         "energy_verdict": drift.verdict,
         "energy_law": drift.words,
         "energy_reason": drift.reason,
@@ -192,19 +193,19 @@ def row(scene: Scene | PoissonScene, trajectory: Trajectory | PoissonTrajectory)
     }
 
 
-def error_along(scene: Scene | PoissonScene, trajectory: Trajectory | PoissonTrajectory, name: str) -> Array:
+def error_along(ivp: Ivp, trajectory: Trajectory | PoissonTrajectory, name: str) -> Array:
     """Return how far a conserved quantity, "H" or the "casimirs" or "integrals" in columns, is from its start at the outputs."""
     states = (trajectory.y,) if isinstance(trajectory, PoissonTrajectory) else (trajectory.p, trajectory.q)
-    values = np.asarray(scene.along(name, *states), dtype=float)
+    values = np.asarray(ivp.along(name, *states), dtype=float)
     return np.asarray(values - values[0], dtype=float)
 
 
-def errors_along(scene: Scene | PoissonScene, trajectory: Trajectory | PoissonTrajectory) -> dict[str, Array]:
+def errors_along(ivp: Ivp, trajectory: Trajectory | PoissonTrajectory) -> dict[str, Array]:
     """Return the errors along a run at its outputs, by name in :data:`LABELS`: largest moduli, shape(n,), where they are of several."""
-    found = {"energy_error": error_along(scene, trajectory, "H")}
+    found = {"energy_error": error_along(ivp, trajectory, "H")}
     if isinstance(trajectory, Trajectory):
-        found |= {"g": scene.along("g", trajectory.q), "Gv": scene.along("Gv", trajectory.p, trajectory.q)}
+        found |= {"g": ivp.along("g", trajectory.q), "Gv": ivp.along("Gv", trajectory.p, trajectory.q)}
     else:
-        kinds = {"casimir_error": ("casimirs", scene.sheet.CASIMIRS), "integral_error": ("integrals", scene.integrals)}
-        found |= {column: error_along(scene, trajectory, name) for column, (name, there) in kinds.items() if there}
+        kinds = {"casimir_error": ("casimirs", ivp.sheet.CASIMIRS), "integral_error": ("integrals", ivp.integrals)}
+        found |= {column: error_along(ivp, trajectory, name) for column, (name, there) in kinds.items() if there}
     return {name: np.abs(rows).max(axis=1) if rows.ndim == 2 else np.abs(rows) for name, rows in found.items()}

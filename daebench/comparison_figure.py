@@ -9,23 +9,23 @@ import pandas as pd
 
 from daebench.comparison import LABELS, errors_along
 from daebench.figures import STROKES, drawing, grid_of_axes, save, save_table
-from daebench.scene import PoissonScene, Scene
+from daebench.ivp import Ivp
 from daebench.trajectory import PoissonTrajectory, Trajectory
 
 MOST_POINTS = 2000
 """Points of a curve, about; more cannot be seen."""
 
 
-def write(out: Path, scene: Scene | PoissonScene, runs: Sequence[Trajectory | PoissonTrajectory], table: pd.DataFrame) -> list[Path]:
+def write(out: Path, ivp: Ivp, runs: Sequence[Trajectory | PoissonTrajectory], table: pd.DataFrame) -> list[Path]:
     """Write comparison.csv and the figure with its data to a folder; return the paths of table and figure."""
     save_table(out / "comparison.csv", table)
-    curves = pd.concat([_curves(scene, run) for run in runs], ignore_index=True)
+    curves = pd.concat([_curves(ivp, run) for run in runs], ignore_index=True)
     with drawing():
         panels = [column for column in LABELS if column in curves.columns]
         figure, axes = grid_of_axes(len(panels), 1, 1.0 + 2.0 * len(panels), sharex=True)
         for axis, column in zip(axes[:, 0], panels, strict=True):
             _panel(axis, curves, column, LABELS[column])
-        axes[0, 0].set_title(f"{scene.problem}, case {scene.case}")
+        axes[0, 0].set_title(f"{ivp.problem}, case {ivp.case}")
         axes[-1, 0].set_xlabel("time t")
         handles, labels = axes[0, 0].get_legend_handles_labels()
         figure.legend(handles, labels, loc="outside lower center", ncols=min(4, len(runs)))
@@ -33,9 +33,9 @@ def write(out: Path, scene: Scene | PoissonScene, runs: Sequence[Trajectory | Po
     return [out / "comparison.csv", path]
 
 
-def _curves(scene: Scene | PoissonScene, run: Trajectory | PoissonTrajectory) -> pd.DataFrame:
+def _curves(ivp: Ivp, run: Trajectory | PoissonTrajectory) -> pd.DataFrame:
     """Return what is drawn of one run, thinned by keeping the largest error of each group of neighbours."""
-    errors = errors_along(scene, run)
+    errors = errors_along(ivp, run)
     starts = np.unique(np.linspace(0, len(run.t) - 1, MOST_POINTS).astype(int))
     thinned = {name: np.maximum.reduceat(values, starts) for name, values in errors.items()}
     return pd.DataFrame({"method": run.method, "t": run.t[starts], **thinned})

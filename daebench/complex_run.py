@@ -4,18 +4,18 @@ from typing import Any
 
 import numpy as np
 
-from daebench.scene import Setting
+from daebench.ivp import InitialValueProblem
 from daebench.stepping import Linked
 
 
-def complex_run(linked: Linked, scene: Setting, x: Any, h: float, steps: int, every: int = 0) -> tuple[Any, Any, str | None]:
+def complex_run(linked: Linked, ivp: InitialValueProblem, x: Any, h: float, steps: int, every: int = 0) -> tuple[Any, Any, str | None]:
     """Return the last good state of a run, the states stored, and why it stopped early, or None.
 
     Parameters
     ----------
     linked : Linked
         A scheme whose kernel computes in complex numbers.
-    scene : Scene or PoissonScene
+    ivp : InitialValueProblem
         The problem with its numbers.
     x : tuple or ndarray
         The state to begin with, as the kernel takes it.
@@ -30,18 +30,18 @@ def complex_run(linked: Linked, scene: Setting, x: Any, h: float, steps: int, ev
     -------
     x : tuple or ndarray
         The last good state, as the kernel has it.
-    rows : ndarray of complex, shape(n, scene.size)
+    rows : ndarray of complex, shape(n, ivp.size)
         What was stored up to there.
     failure : str or None
         The sentence that says why it stopped.
     """
     kernel = linked.kernel
-    rows = np.empty((steps // every if every else 0, scene.size), dtype=complex)
-    empty = np.empty((0, scene.size), dtype=complex)
+    rows = np.empty((steps // every if every else 0, ivp.size), dtype=complex)
+    empty = np.empty((0, ivp.size), dtype=complex)
     with np.errstate(all="ignore"):
         memory, report = kernel.begin(x, h, linked.par) if hasattr(kernel, "begin") else ((), (0,))
         if report[0]:
-            return x, rows[:0], linked.failure(scene, h, 0, steps, 0, report)
+            return x, rows[:0], linked.failure(ivp, h, 0, steps, 0, report)
         found = kernel.integrate(x, memory, (), (), np.inf, h, linked.weights, steps, every or -1, every, rows, empty, linked.par)
     done, stored, report = found[4], found[5], found[-1]
-    return found[0], rows[:stored], linked.failure(scene, h, done, steps, found[-2], report) if report[0] else None
+    return found[0], rows[:stored], linked.failure(ivp, h, done, steps, found[-2], report) if report[0] else None

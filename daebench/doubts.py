@@ -3,7 +3,7 @@
 import numpy as np
 
 from daebench.diagnostics.integrals import energy_error
-from daebench.scene import PoissonScene, Scene
+from daebench.ivp import ConstrainedIvp, Ivp
 from daebench.trajectory import Array, PoissonTrajectory, Trajectory
 
 BROKEN = 0.25
@@ -16,7 +16,7 @@ SMALLER = "use a smaller h or tol, or another method"
 """What to do."""
 
 
-def doubts(scene: Scene | PoissonScene, run: Trajectory | PoissonTrajectory) -> list[str]:
+def doubts(ivp: Ivp, run: Trajectory | PoissonTrajectory) -> list[str]:
     """Return why a run is not to be believed although nothing stopped it, as sentences; none of one that failed, which says so itself.
 
     The energy is lost where its error is larger than the mean kinetic energy T of the motion, or, on a Poisson system, than the modulus
@@ -24,7 +24,7 @@ def doubts(scene: Scene | PoissonScene, run: Trajectory | PoissonTrajectory) -> 
 
     Parameters
     ----------
-    scene : Scene or PoissonScene
+    ivp : InitialValueProblem
         The problem with its numbers.
     run : Trajectory or PoissonTrajectory
         A run on it.
@@ -35,18 +35,18 @@ def doubts(scene: Scene | PoissonScene, run: Trajectory | PoissonTrajectory) -> 
     """
     if run.failure is not None:
         return []
-    found = [_lost_energy(scene, run)]
-    if isinstance(run, Trajectory) and isinstance(scene, Scene):
-        found.append(_broken_constraint(scene, run))
+    found = [_lost_energy(ivp, run)]
+    if isinstance(run, Trajectory) and isinstance(ivp, ConstrainedIvp):
+        found.append(_broken_constraint(ivp, run))
     return [f"{run.method} on {run.problem}, case {run.case}: {each}; {SMALLER}." for each in found if each]
 
 
-def _lost_energy(scene: Scene | PoissonScene, run: Trajectory | PoissonTrajectory) -> str:
-    error = energy_error(scene, run)
+def _lost_energy(ivp: Ivp, run: Trajectory | PoissonTrajectory) -> str:
+    error = energy_error(ivp, run)
     if isinstance(run, PoissonTrajectory):
-        scale, what = abs(float(scene.along("H", run.y[:1])[0])), "|H|"
+        scale, what = abs(float(ivp.along("H", run.y[:1])[0])), "|H|"
     else:
-        T = np.sum(run.p * np.asarray(scene.along("H_p", run.p, run.q), dtype=float), axis=1) / 2
+        T = np.sum(run.p * np.asarray(ivp.along("H_p", run.p, run.q), dtype=float), axis=1) / 2
         scale, what = float(np.mean(np.abs(T - error))), "the mean kinetic energy"
     largest = max(float(np.max(np.abs(error))), run.maxima.get("energy", 0.0))
     if not largest > scale > 0:
@@ -56,11 +56,11 @@ def _lost_energy(scene: Scene | PoissonScene, run: Trajectory | PoissonTrajector
     return f"the motion is lost{since}: the energy error, {largest:.3g}, is {largest / scale:.3g} times {what}, {scale:.3g}"
 
 
-def _broken_constraint(scene: Scene, run: Trajectory) -> str:
+def _broken_constraint(ivp: ConstrainedIvp, run: Trajectory) -> str:
     """Return which constraint is off by a large part of its own change along the way, and from when on; "" if none is."""
-    if scene.arrays:
+    if ivp.arrays:
         return ""
-    g, G = np.abs(scene.along("g", run.q)), np.abs(scene.along("G", run.q))
+    g, G = np.abs(ivp.along("g", run.q)), np.abs(ivp.along("G", run.q))
     room, floor = (np.einsum("rij,rj->ri", G, length) for length in (_way(run.q), 1.0 + np.abs(run.q)))
     broken = np.argwhere(g > np.maximum(BROKEN * room, RESOLVED * floor))
     if not len(broken):

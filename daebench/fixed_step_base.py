@@ -15,12 +15,12 @@ from daebench.complex_run import complex_run
 from daebench.compositions import weights_of
 from daebench.errors import BadInput, RunFailed
 from daebench.grid import Grid
+from daebench.ivp import InitialValueProblem
 from daebench.method import Request
-from daebench.scene import Setting
 from daebench.stepping import Linked, Run
 from daebench.trajectory import Array
 
-Ivp = TypeVar("Ivp", bound=Setting)
+Ivp = TypeVar("Ivp", bound=InitialValueProblem)
 Result = TypeVar("Result")
 
 LOOP = [("daebench.kernels.loop", "integrate"), ("daebench.kernels.loop", "first")]
@@ -48,11 +48,11 @@ class FixedStepMethod(ABC, Generic[Ivp, Result]):
         """Name in the grammar of methods."""
 
     @abstractmethod
-    def refusal(self, scene: Ivp) -> str | None:
+    def refusal(self, ivp: Ivp) -> str | None:
         """Return why the method cannot be used on this problem, as a sentence, or None."""
 
     @abstractmethod
-    def _require(self, scene: Ivp, request: Request) -> None:
+    def _require(self, ivp: Ivp, request: Request) -> None:
         """Accept what is asked of problems of this kind; raise :class:`BadInput` otherwise."""
 
     @property
@@ -61,19 +61,19 @@ class FixedStepMethod(ABC, Generic[Ivp, Result]):
         """Name of the module that the scheme is in."""
 
     @abstractmethod
-    def _derivation(self, scene: Ivp) -> Any:
+    def _derivation(self, ivp: Ivp) -> Any:
         """Return the derivation of the problem in the form that the scheme is run on."""
 
     @abstractmethod
-    def _scales(self, scene: Ivp, h: float) -> tuple[float, float]:
+    def _scales(self, ivp: Ivp, h: float) -> tuple[float, float]:
         """Return the length and the rate of the initial value problem in the coordinates that the scheme computes in."""
 
     @abstractmethod
-    def _reasons(self, scene: Ivp) -> Mapping[int, tuple[str, str]]:
+    def _reasons(self, ivp: Ivp) -> Mapping[int, tuple[str, str]]:
         """Return why a run stops and what to do, by status."""
 
     @abstractmethod
-    def _coordinates(self, scene: Ivp) -> tuple[Callable[[Sequence[Any]], Any], Callable[[Any], Sequence[Any]]]:
+    def _coordinates(self, ivp: Ivp) -> tuple[Callable[[Sequence[Any]], Any], Callable[[Any], Sequence[Any]]]:
         """Return the maps from the vectors of a state to what the scheme computes in, and back."""
 
     @abstractmethod
@@ -95,7 +95,7 @@ class FixedStepMethod(ABC, Generic[Ivp, Result]):
         return np.array(weights_of(self.composition), dtype=float)
 
     def kernel(
-        self, scene: Ivp, precision: str, watch: tuple[str, ...], *, count: bool, raw: bool = False, singular: str = "stop"
+        self, ivp: Ivp, precision: str, watch: tuple[str, ...], *, count: bool, raw: bool = False, singular: str = "stop"
     ) -> types.ModuleType:
         """Return the generated module of this method and problem; other numbers of the same structure share it."""
         structure: dict[str, Any] = {"precision": precision, "watch": watch, "count": count, "compiled": self.compiled, "form": self.form}
@@ -104,30 +104,30 @@ class FixedStepMethod(ABC, Generic[Ivp, Result]):
         def build(cached: bool) -> str:
             from daebench.link import Linker, Options
 
-            linker = Linker(self._derivation(scene), Options(**structure), self.scheme_module)
+            linker = Linker(self._derivation(ivp), Options(**structure), self.scheme_module)
             remembers = linker.constants["MULTISTEP"] or self.compensated
-            return linker.module(f"{self.name} on {scene.problem}, {precision}.", [*LOOP, BEGIN] if remembers else LOOP, cached)
+            return linker.module(f"{self.name} on {ivp.problem}, {precision}.", [*LOOP, BEGIN] if remembers else LOOP, cached)
 
         file = f"{self.scheme_module.rpartition('.')[2]}{structure.get('stages', '')}"
-        key = f"{scene.source.key} {self.scheme_module} {self.splitting} {sorted(structure.items())}"
-        return generated(f"{scene.problem}_{self.form}_{file}_{precision}", key, build)
+        key = f"{ivp.source.key} {self.scheme_module} {self.splitting} {sorted(structure.items())}"
+        return generated(f"{ivp.problem}_{self.form}_{file}_{precision}", key, build)
 
-    def _linked(self, scene: Ivp, kernel: types.ModuleType, h: float) -> Linked:
-        enter, leave = self._coordinates(scene)
+    def _linked(self, ivp: Ivp, kernel: types.ModuleType, h: float) -> Linked:
+        enter, leave = self._coordinates(ivp)
         return Linked(
             self.name,
             kernel,
-            (*scene.par, *self.data, self._scales(scene, h)),
+            (*ivp.par, *self.data, self._scales(ivp, h)),
             self.weights,
             self.compiled,
             enter=enter,
             leave=lambda x: np.concatenate(leave(x)),
             work=self.counted,
-            reasons=self._reasons(scene),
-            arrays=scene.arrays,
+            reasons=self._reasons(ivp),
+            arrays=ivp.arrays,
         )
 
-    def solve(self, scene: Ivp, request: Request) -> Result:
+    def solve(self, ivp: Ivp, request: Request) -> Result:
         """Return the trajectory; where the scheme stops early, what was computed so far and why.
 
         Raises
@@ -135,15 +135,15 @@ class FixedStepMethod(ABC, Generic[Ivp, Result]):
         BadInput
             If the request cannot be met: see :class:`daebench.grid.Grid`.
         """
-        run = self.begin(scene, request, self.grid(scene, request), request.watched(self.watchable))
+        run = self.begin(ivp, request, self.grid(ivp, request), request.watched(self.watchable))
         return self._trajectory(run, run.outcome())
 
-    def begin(self, scene: Ivp, request: Request, grid: Grid, watched: tuple[str, ...]) -> Run:
+    def begin(self, ivp: Ivp, request: Request, grid: Grid, watched: tuple[str, ...]) -> Run:
         """Return a run at its start.
 
         Parameters
         ----------
-        scene : Setting
+        ivp : InitialValueProblem
             The problem with its numbers.
         request : Request
             What is asked for.
@@ -153,30 +153,30 @@ class FixedStepMethod(ABC, Generic[Ivp, Result]):
             What the loop watches, or ("samples",) for it to store H in place of states.
         """
         began = time.perf_counter()
-        kernel = self.kernel(scene, request.precision, watched, count=request.count)
-        return Run(self._linked(scene, kernel, grid.h), scene, request, grid, names=watched_names(watched, scene), began=began)
+        kernel = self.kernel(ivp, request.precision, watched, count=request.count)
+        return Run(self._linked(ivp, kernel, grid.h), ivp, request, grid, names=watched_names(watched, ivp), began=began)
 
-    def check(self, scene: Ivp, request: Request) -> None:
+    def check(self, ivp: Ivp, request: Request) -> None:
         """Accept a request that can be met; raise :class:`BadInput` otherwise."""
-        self.grid(scene, request)
+        self.grid(ivp, request)
 
-    def grid(self, scene: Ivp, request: Request) -> Grid:
+    def grid(self, ivp: Ivp, request: Request) -> Grid:
         """Return the steps that a request comes to; raise :class:`BadInput` if it cannot be met."""
-        if refusal := self.refusal(scene):
+        if refusal := self.refusal(ivp):
             raise BadInput(refusal)
-        self._require(scene, request)
-        return Grid.fixed_step(self.name, request, scene.size)
+        self._require(ivp, request)
+        return Grid.fixed_step(self.name, request, ivp.size)
 
-    def flow(self, scene: Ivp, h: float, steps: int) -> Callable[..., Any]:
+    def flow(self, ivp: Ivp, h: float, steps: int) -> Callable[..., Any]:
         """Return the map of ``steps`` steps for complex states, exact to first order in the imaginary part.
 
         The map is (p, q) -> (p, q), or y -> y, and raises :class:`RunFailed` where the scheme has no solution.
         """
-        linked = self._linked(scene, self.kernel(scene, "complex128", (), count=False, singular=""), h)
-        leave = self._coordinates(scene)[1]
+        linked = self._linked(ivp, self.kernel(ivp, "complex128", (), count=False, singular=""), h)
+        leave = self._coordinates(ivp)[1]
 
         def phi(*vectors: Sequence[complex]) -> Any:
-            x, _, failure = complex_run(linked, scene, _complex_state(linked, vectors), h, steps)
+            x, _, failure = complex_run(linked, ivp, _complex_state(linked, vectors), h, steps)
             if failure:
                 raise RunFailed(failure)
             ends = leave(x)
@@ -184,15 +184,15 @@ class FixedStepMethod(ABC, Generic[Ivp, Result]):
 
         return phi
 
-    def path(self, scene: Ivp, h: float, steps: int) -> Callable[..., tuple[NDArray[np.complex128], str | None]]:
+    def path(self, ivp: Ivp, h: float, steps: int) -> Callable[..., tuple[NDArray[np.complex128], str | None]]:
         """Return the map from a complex state to those after 0, 1, 2, ... steps, exact to first order in the imaginary part.
 
         It gives rows (p, q), or y, and why there are fewer than ``steps`` more, or None.
         """
-        linked = self._linked(scene, self.kernel(scene, "complex128", (), count=False, singular=""), h)
+        linked = self._linked(ivp, self.kernel(ivp, "complex128", (), count=False, singular=""), h)
 
         def along(*vectors: Sequence[complex]) -> tuple[NDArray[np.complex128], str | None]:
-            _, rows, failure = complex_run(linked, scene, _complex_state(linked, vectors), h, steps, every=1)
+            _, rows, failure = complex_run(linked, ivp, _complex_state(linked, vectors), h, steps, every=1)
             start = np.concatenate([np.asarray(vector, dtype=complex) for vector in vectors])
             return np.concatenate([start[None], rows]), failure
 
@@ -209,13 +209,13 @@ def _complex_state(linked: Linked, vectors: Sequence[Sequence[complex]]) -> Any:
     return tuple(map(typed, state)) if isinstance(state, tuple) and np.ndim(state[0]) else typed(state)
 
 
-def watched_names(watch: Sequence[str], scene: Setting) -> list[str]:
+def watched_names(watch: Sequence[str], ivp: InitialValueProblem) -> list[str]:
     """Return the names of the errors that a run watches, in order."""
     names: Mapping[str, Sequence[str]] = {
         "energy": ["energy"],
         "manifold": ["g", "Gv"],
-        "casimirs": getattr(scene, "casimirs", ()),
-        "integrals": scene.integrals,
+        "casimirs": getattr(ivp, "casimirs", ()),
+        "integrals": ivp.integrals,
         "samples": (),
     }
     return [name for quantity in watch for name in names[quantity]]

@@ -10,11 +10,11 @@ from daebench.errors import BadInput
 from daebench.fixed_step_base import FixedStepMethod, watched_names
 from daebench.fixed_step_parts import Parts
 from daebench.grid import Grid
+from daebench.ivp import ConstrainedIvp
 from daebench.kernels.hole import ROUNDINGS
 from daebench.method import Method, Request
 from daebench.rank_run import RankRun
 from daebench.scales import constrained_scales, in_coordinates
-from daebench.scene import Scene
 from daebench.stages import Stages
 from daebench.stepping import REASONS, SIMPLIFIED, Run
 from daebench.trajectory import CONSTRAINED, Trajectory
@@ -22,7 +22,7 @@ from daebench.work import WORK
 
 
 @dataclass(frozen=True)
-class FixedStep(Parts, FixedStepMethod[Scene, Trajectory]):
+class FixedStep(Parts, FixedStepMethod[ConstrainedIvp, Trajectory]):
     """A scheme of ``daebench.schemes`` run with constant step size.
 
     Parameters
@@ -53,7 +53,7 @@ class FixedStep(Parts, FixedStepMethod[Scene, Trajectory]):
         """Whether systems of constraints are solved, in its own coordinates: those of ``local`` and ``stiff`` have none."""
         return self.form not in ("local", "stiff")
 
-    def on_singular(self, scene: Scene, request: Request) -> str:
+    def on_singular(self, ivp: ConstrainedIvp, request: Request) -> str:
         """Return what to do where G loses rank: one of :data:`daebench.method.ON_SINGULAR`, or "" where it is no matter.
 
         Raises
@@ -61,10 +61,10 @@ class FixedStep(Parts, FixedStepMethod[Scene, Trajectory]):
         BadInput
             If the name is unknown, or there is nothing to solve by least squares.
         """
-        mode = request.at_rank_loss(scene)
-        if mode == "least-squares" and scene.arrays:
+        mode = request.at_rank_loss(ivp)
+        if mode == "least-squares" and ivp.arrays:
             raise BadInput(
-                f"{self.name} on {scene.sheet.NODES} nodes of {scene.problem} solves banded systems, and none by least squares; "
+                f"{self.name} on {ivp.sheet.NODES} nodes of {ivp.problem} solves banded systems, and none by least squares; "
                 "take continue, or fewer nodes."
             )
         if request.on_singular == "least-squares" and not self._solves:
@@ -76,8 +76,8 @@ class FixedStep(Parts, FixedStepMethod[Scene, Trajectory]):
         """Name of the module that the scheme is in, alone or with its family."""
         return f"daebench.schemes.{self.file}"
 
-    def _derivation(self, scene: Scene) -> Any:
-        return scene.source.form(self.form)
+    def _derivation(self, ivp: ConstrainedIvp) -> Any:
+        return ivp.source.form(self.form)
 
     def _structure(self, *, raw: bool, singular: str) -> dict[str, Any]:
         return {
@@ -90,49 +90,49 @@ class FixedStep(Parts, FixedStepMethod[Scene, Trajectory]):
             "singular": "least-squares" if singular == "least-squares" else "watch" if singular and self._solves else "",
         }
 
-    def _coordinates(self, scene: Scene) -> tuple[Callable[[Sequence[Any]], Any], Callable[[Any], Sequence[Any]]]:
-        enter, leave = self.system.enter(scene), self.system.leave(scene)
+    def _coordinates(self, ivp: ConstrainedIvp) -> tuple[Callable[[Sequence[Any]], Any], Callable[[Any], Sequence[Any]]]:
+        enter, leave = self.system.enter(ivp), self.system.leave(ivp)
         return lambda vectors: enter(*vectors), lambda x: leave(*x)
 
-    def _scales(self, scene: Scene, h: float) -> tuple[float, float]:
-        scales = constrained_scales(scene, h, rated=self.member.claims.any_form)
+    def _scales(self, ivp: ConstrainedIvp, h: float) -> tuple[float, float]:
+        scales = constrained_scales(ivp, h, rated=self.member.claims.any_form)
         if self.form != "local":
             return scales
-        return in_coordinates(scales, self.system.leave(scene), self.system.enter(scene)(*scene.start), 1)
+        return in_coordinates(scales, self.system.leave(ivp), self.system.enter(ivp)(*ivp.start), 1)
 
-    def _reasons(self, scene: Scene) -> Mapping[int, tuple[str, str]]:
+    def _reasons(self, ivp: ConstrainedIvp) -> Mapping[int, tuple[str, str]]:
         return SIMPLIFIED if self.member.simplified and self.form != "stiff" else REASONS
 
     def _trajectory(self, run: Run, outcome: dict[str, Any]) -> Trajectory:
-        scene, request, (t, rows) = run.scene, run.request, run.states()
-        d, m = int(scene.sheet.D), int(scene.sheet.M)
+        ivp, request, (t, rows) = run.ivp, run.request, run.states()
+        d, m = int(ivp.sheet.D), int(ivp.sheet.M)
         p, q = rows[:, :d].copy(), rows[:, d:].copy()
         return Trajectory(
             **outcome,
             t=t,
             q=q,
             p=p,
-            lam=scene.along("lam", p, q) if request.multipliers else None,
+            lam=ivp.along("lam", p, q) if request.multipliers else None,
             raw=Stages(self.member.multipliers()).multipliers(run.multipliers(), run.grid.h, m) if request.raw else {},
             passages=tuple(run.passages),
         )
 
-    def begin(self, scene: Scene, request: Request, grid: Grid, watched: tuple[str, ...]) -> Run:
+    def begin(self, ivp: ConstrainedIvp, request: Request, grid: Grid, watched: tuple[str, ...]) -> Run:
         """Return a run at its start, which watches whether G keeps its rank; see :meth:`FixedStepMethod.begin`."""
         began = time.perf_counter()
-        mode = self.on_singular(scene, request)
-        scene = replace(scene, on_singular=mode)
-        kernel = self.kernel(scene, request.precision, watched, count=request.count, raw=request.raw, singular=mode)
-        raw = len(self.member.multipliers()) * scene.m if request.raw else 0
+        mode = self.on_singular(ivp, request)
+        ivp = replace(ivp, on_singular=mode)
+        kernel = self.kernel(ivp, request.precision, watched, count=request.count, raw=request.raw, singular=mode)
+        raw = len(self.member.multipliers()) * ivp.m if request.raw else 0
         made: Callable[..., Run] = partial(RankRun, mode) if mode else Run
-        return made(self._linked(scene, kernel, grid.h), scene, request, grid, names=watched_names(watched, scene), raw=raw, began=began)
+        return made(self._linked(ivp, kernel, grid.h), ivp, request, grid, names=watched_names(watched, ivp), raw=raw, began=began)
 
-    def _require(self, scene: Scene, request: Request) -> None:
-        self.on_singular(scene, request)
+    def _require(self, ivp: ConstrainedIvp, request: Request) -> None:
+        self.on_singular(ivp, request)
 
-    def grid(self, scene: Scene, request: Request) -> Grid:
+    def grid(self, ivp: ConstrainedIvp, request: Request) -> Grid:
         """Return the steps that a request comes to; raise :class:`BadInput` if it cannot be met."""
-        grid = super().grid(scene, request)
+        grid = super().grid(ivp, request)
         if request.raw and (self.composition or not self.member.multipliers()):
             why = "those of a composition belong to its substeps" if self.composition else "it computes none"
             raise BadInput(f"{self.name} has no raw multipliers to give: {why}; ask for lam(p, q) instead.")
@@ -141,7 +141,7 @@ class FixedStep(Parts, FixedStepMethod[Scene, Trajectory]):
         return grid
 
 
-def accepted(method: Method[Scene, Trajectory], scene: Scene, why: str) -> FixedStep:
+def accepted(method: Method[ConstrainedIvp, Trajectory], ivp: ConstrainedIvp, why: str) -> FixedStep:
     """Return a method where it is a fixed-step method that takes this problem.
 
     Raises
@@ -151,6 +151,6 @@ def accepted(method: Method[Scene, Trajectory], scene: Scene, why: str) -> Fixed
     """
     if not isinstance(method, FixedStep):
         raise BadInput(f"{method.name} chooses its own steps {why}; give a fixed-step method, for example rattle.")
-    if refusal := method.refusal(scene):
+    if refusal := method.refusal(ivp):
         raise BadInput(refusal)
     return method

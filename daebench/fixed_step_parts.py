@@ -12,8 +12,8 @@ from daebench.claims import Claims, Member, composed, on_form, projected
 from daebench.compositions import COMPOSITIONS
 from daebench.errors import BadInput, real, require_known, unknown
 from daebench.forms import FORMS, OWN, Form
+from daebench.ivp import ConstrainedIvp
 from daebench.members import members
-from daebench.scene import Scene
 
 PROJECTIONS = {
     "proj": "orthogonal projection onto the manifold after each step",
@@ -142,23 +142,23 @@ class Parts:
         own = {name: self.options.get(name, value) for name, value in self.member.options.items()}
         return self.member.numbers(**own), self.system.numbers(self.options)
 
-    def refusal(self, scene: Scene) -> str | None:
+    def refusal(self, ivp: ConstrainedIvp) -> str | None:
         """Return why the method cannot be used on this problem, as a sentence, or None."""
-        needs, sheet = self.member.claims, scene.sheet
-        if scene.arrays:
-            why = unwritten(scene, self.file, form=self.form, stages=self.member.stages, projection=self.projection)
-            return f"{self.name} on the {scene.sheet.NODES} nodes of {scene.problem}: {why}" if why else None
+        needs, sheet = self.member.claims, ivp.sheet
+        if ivp.arrays:
+            why = unwritten(ivp, self.file, form=self.form, stages=self.member.stages, projection=self.projection)
+            return f"{self.name} on the {ivp.sheet.NODES} nodes of {ivp.problem}: {why}" if why else None
         if needs.separable_only and not sheet.SEPARABLE:
-            return f"{self.name} needs H = 1/2 p^T M^-1 p + U(q) with constant M, which {scene.problem} does not have; use rattle."
+            return f"{self.name} needs H = 1/2 p^T M^-1 p + U(q) with constant M, which {ivp.problem} does not have; use rattle."
         if needs.quadratic_only and not sheet.QUADRATIC:
-            return f"{self.name} needs H to be quadratic in p, which that of {scene.problem} is not; use rattle."
+            return f"{self.name} needs H to be quadratic in p, which that of {ivp.problem} is not; use rattle."
         if needs.needs_kinetic_flow and not sheet.KINETIC_FLOW:
             return (
-                f"{self.name} needs the flow of the kinetic energy in closed form, which {scene.problem} does not declare; "
+                f"{self.name} needs the flow of the kinetic energy in closed form, which {ivp.problem} does not declare; "
                 "use rattle, whose compositions have the same orders."
             )
         if self.form == "local" and not sheet.CHART:
-            return f"{self.name} needs a chart of the manifold, which {scene.problem} does not declare; leave out local:."
+            return f"{self.name} needs a chart of the manifold, which {ivp.problem} does not declare; leave out local:."
         return None
 
 

@@ -11,10 +11,10 @@ from daebench.claims import CLASSES, PoissonClaims
 from daebench.compositions import COMPOSITIONS
 from daebench.errors import BadInput, require_known
 from daebench.fixed_step_base import FixedStepMethod
+from daebench.ivp import InitialValueProblem, PoissonIvp
 from daebench.members import poisson_members
 from daebench.method import Request
 from daebench.scales import in_coordinates, poisson_scales
-from daebench.scene import PoissonScene, Setting
 from daebench.stepping import REASONS, Run
 from daebench.trajectory import POISSON, PoissonTrajectory
 from daebench.work import POISSON_WORK
@@ -28,7 +28,7 @@ LEFT = {3: ("a value is no longer finite", RUN_AWAY), 6: ("the state has left th
 
 
 @dataclass(frozen=True)
-class PoissonStep(FixedStepMethod[PoissonScene, PoissonTrajectory]):
+class PoissonStep(FixedStepMethod[PoissonIvp, PoissonTrajectory]):
     """A scheme of ``daebench.schemes.poisson`` run with constant step size.
 
     Parameters
@@ -93,40 +93,38 @@ class PoissonStep(FixedStepMethod[PoissonScene, PoissonTrajectory]):
         """Order of convergence that the whole method claims."""
         return COMPOSITIONS[self.composition].order if self.composition else self.member.order
 
-    def is_poisson(self, scene: Setting) -> bool:
+    def is_poisson(self, ivp: InitialValueProblem) -> bool:
         """Return whether the method claims to be a Poisson integrator for this system: whether B is of the class that it states."""
-        kind, sheet = self.member.poisson, scene.sheet
+        kind, sheet = self.member.poisson, ivp.sheet
         if self.form == "darboux":
             return bool(kind)
         return bool({"split": sheet.SPLITTINGS, "constant": sheet.CONSTANT, "bilinear": sheet.BILINEAR, "": False}[kind])
 
-    def keeps(self, scene: Setting) -> tuple[str, ...]:
+    def keeps(self, ivp: InitialValueProblem) -> tuple[str, ...]:
         """Return the names of the conserved quantities that the method claims to keep to round-off: "energy", Casimirs, integrals."""
-        own = {"linear": scene.sheet.LINEAR, "quadratic": scene.sheet.QUADRATIC, "": ()}["" if self.form else self.member.keeps]
-        casimirs = scene.sheet.CASIMIRS if self.is_poisson(scene) or self.form == "darboux" else ()
+        own = {"linear": ivp.sheet.LINEAR, "quadratic": ivp.sheet.QUADRATIC, "": ()}["" if self.form else self.member.keeps]
+        casimirs = ivp.sheet.CASIMIRS if self.is_poisson(ivp) or self.form == "darboux" else ()
         return tuple(dict.fromkeys((*casimirs, *own)))
 
-    def refusal(self, scene: Setting) -> str | None:
+    def refusal(self, ivp: InitialValueProblem) -> str | None:
         """Return why the method cannot be used on this problem, as a sentence, or None."""
-        claims, sheet = self.member, scene.sheet
+        claims, sheet = self.member, ivp.sheet
         if sheet.KIND != "poisson":
-            return f"{self.name} is for Poisson systems, and {scene.problem} is a constrained problem; use rattle."
+            return f"{self.name} is for Poisson systems, and {ivp.problem} is a constrained problem; use rattle."
         if self.form == "darboux" and not sheet.DARBOUX:
-            return f"{self.name} needs canonical coordinates, which {scene.problem} does not declare; leave out darboux:."
+            return f"{self.name} needs canonical coordinates, which {ivp.problem} does not declare; leave out darboux:."
         if claims.poisson == "split" and not sheet.SPLITTINGS:
-            return f"{self.name} needs parts of H with known flows, which {scene.problem} does not declare; use midpoint --anyway, or rk4."
+            return f"{self.name} needs parts of H with known flows, which {ivp.problem} does not declare; use midpoint --anyway, or rk4."
         if self.splitting and self.splitting not in sheet.SPLITTINGS:
-            return f"{scene.problem} has no splitting {self.splitting!r}; it has {', '.join(sheet.SPLITTINGS)}."
+            return f"{ivp.problem} has no splitting {self.splitting!r}; it has {', '.join(sheet.SPLITTINGS)}."
         if claims.halves and not sheet.HALVES and not self.form:
-            return f"{self.name} needs a state in two halves, and {scene.problem} has {sheet.N} coordinates; use strang."
-        if claims.poisson and not self.anyway and not self.is_poisson(scene):
+            return f"{self.name} needs a state in two halves, and {ivp.problem} has {sheet.N} coordinates; use strang."
+        if claims.poisson and not self.anyway and not self.is_poisson(ivp):
             what = CLASSES[claims.poisson]
-            return (
-                f"{self.name} is a Poisson integrator for {what} only, which {scene.problem} does not have; --anyway runs it all the same."
-            )
+            return f"{self.name} is a Poisson integrator for {what} only, which {ivp.problem} does not have; --anyway runs it all the same."
         return None
 
-    def _require(self, scene: PoissonScene, request: Request) -> None:
+    def _require(self, ivp: PoissonIvp, request: Request) -> None:
         require_poisson(self.name, request)
 
     @property
@@ -134,26 +132,26 @@ class PoissonStep(FixedStepMethod[PoissonScene, PoissonTrajectory]):
         """Name of the module that the scheme is in."""
         return f"daebench.schemes.poisson.{self.scheme}"
 
-    def _derivation(self, scene: PoissonScene) -> Any:
+    def _derivation(self, ivp: PoissonIvp) -> Any:
         if self.form:
-            return scene.source.form(self.form)
-        return scene.source.split(self.splitting or next(iter(scene.sheet.SPLITTINGS), "") if self.member.poisson == "split" else "")
+            return ivp.source.form(self.form)
+        return ivp.source.split(self.splitting or next(iter(ivp.sheet.SPLITTINGS), "") if self.member.poisson == "split" else "")
 
-    def _coordinates(self, scene: PoissonScene) -> tuple[Callable[[Sequence[Any]], Any], Callable[[Any], Sequence[Any]]]:
+    def _coordinates(self, ivp: PoissonIvp) -> tuple[Callable[[Sequence[Any]], Any], Callable[[Any], Sequence[Any]]]:
         if not self.form:
             return lambda vectors: vectors[0], lambda y: (y,)
-        enter, leave = coordinates(scene)
+        enter, leave = coordinates(ivp)
         return lambda vectors: enter(vectors[0]), lambda x: (leave(x),)
 
-    def _scales(self, scene: PoissonScene, h: float) -> tuple[float, float]:
-        scales = poisson_scales(scene, h)
-        if self.form and not scene.arrays:  # whose map would have to be compiled for complex numbers first, and stretches little
-            enter, leave = coordinates(scene)
-            return in_coordinates(scales, leave, (enter(scene.y0),), 0)
+    def _scales(self, ivp: PoissonIvp, h: float) -> tuple[float, float]:
+        scales = poisson_scales(ivp, h)
+        if self.form and not ivp.arrays:  # whose map would have to be compiled for complex numbers first, and stretches little
+            enter, leave = coordinates(ivp)
+            return in_coordinates(scales, leave, (enter(ivp.y0),), 0)
         return scales
 
-    def _reasons(self, scene: PoissonScene) -> Mapping[int, tuple[str, str]]:
-        domain = " and ".join(f"{function} > 0" for function in scene.sheet.DOMAIN)
+    def _reasons(self, ivp: PoissonIvp) -> Mapping[int, tuple[str, str]]:
+        domain = " and ".join(f"{function} > 0" for function in ivp.sheet.DOMAIN)
         return REASONS | {status: (why.replace("{domain}", domain), advice) for status, (why, advice) in LEFT.items()}
 
     def _trajectory(self, run: Run, outcome: dict[str, Any]) -> PoissonTrajectory:
@@ -170,23 +168,23 @@ def require_poisson(name: str, request: Request) -> None:
         raise BadInput("a Poisson system has no constraints to watch; watch energy, casimirs or integrals.")
 
 
-def coordinates(scene: PoissonScene) -> tuple[Callable[[Any], Any], Callable[[Any], Any]]:
+def coordinates(ivp: PoissonIvp) -> tuple[Callable[[Any], Any], Callable[[Any], Any]]:
     """Return the maps into the canonical coordinates of a system and back, for real and complex states."""
 
     def build(cached: bool) -> str:
         from daebench.link import Linker, Options
         from daebench.syntax import HOLE
 
-        linker = Linker(scene.source.form("darboux"), Options(compiled=scene.arrays, form="darboux"))
-        return linker.module(f"Canonical coordinates of {scene.problem}.", [(HOLE, name) for name in ("canonical", "chart")], cached)
+        linker = Linker(ivp.source.form("darboux"), Options(compiled=ivp.arrays, form="darboux"))
+        return linker.module(f"Canonical coordinates of {ivp.problem}.", [(HOLE, name) for name in ("canonical", "chart")], cached)
 
-    module = generated(f"{scene.problem}_darboux", f"{scene.source.key} darboux", build)
-    par = tuple(map(np.float64, scene.par))
+    module = generated(f"{ivp.problem}_darboux", f"{ivp.source.key} darboux", build)
+    par = tuple(map(np.float64, ivp.par))
 
     def called(function: Callable[..., Any]) -> Callable[[Any], Any]:
         def call(y: Any) -> Any:
             with np.errstate(all="ignore"):
-                return function(y if scene.arrays else tuple(map(np.complex128 if np.iscomplexobj(y) else np.float64, y)), par)
+                return function(y if ivp.arrays else tuple(map(np.complex128 if np.iscomplexobj(y) else np.float64, y)), par)
 
         return call
 

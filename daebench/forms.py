@@ -5,8 +5,8 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from daebench.errors import positive
+from daebench.ivp import ConstrainedIvp
 from daebench.local_flow import Map, State, enter, leave
-from daebench.scene import Scene
 
 
 def _same(p: Any, q: Any) -> State:
@@ -24,13 +24,13 @@ class Form:
     options : mapping of str to float
         Free numbers and their defaults; all must be greater than 0.
     enter, leave : callable
-        ``enter(scene)`` returns the map from (p, q) to what a scheme computes in, ``leave(scene)`` the map back.
+        ``enter(ivp)`` returns the map from (p, q) to what a scheme computes in, ``leave(ivp)`` the map back.
     """
 
     about: str
     options: Mapping[str, float] = field(default_factory=dict)
-    enter: Callable[[Scene], Map] = lambda scene: _same
-    leave: Callable[[Scene], Map] = lambda scene: _same
+    enter: Callable[[ConstrainedIvp], Map] = lambda ivp: _same
+    leave: Callable[[ConstrainedIvp], Map] = lambda ivp: _same
 
     def numbers(self, options: Mapping[str, float]) -> tuple[float, ...]:
         """Return the free numbers, as kernels take them; raise :class:`BadInput` where one is not greater than 0."""

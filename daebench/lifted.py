@@ -6,14 +6,14 @@ from typing import Any
 
 import numpy as np
 
-from daebench.catalogue import find_setting
 from daebench.diagnostics.integrals import casimir_errors, energy_error, integral_errors
 from daebench.errors import BadInput, RunFailed
 from daebench.fixed_step_constrained import FixedStep
 from daebench.fixed_step_poisson import require_poisson
-from daebench.make_scene import constrained
+from daebench.ivp import ConstrainedIvp, InitialValueProblem, PoissonIvp
+from daebench.ivp_constructor import initial_value_problem
+from daebench.make_ivp import constrained
 from daebench.method import Method, Request
-from daebench.scene import PoissonScene, Scene, Setting
 from daebench.trajectory import POISSON, Array, Outcome, PoissonTrajectory, Trajectory
 
 FORM = "lifted"
@@ -45,7 +45,7 @@ class Lifted:
     knob = "h"
 
     @classmethod
-    def of(cls, method: Method[Scene, Trajectory]) -> "Lifted":
+    def of(cls, method: Method[ConstrainedIvp, Trajectory]) -> "Lifted":
         """Return a method lifted; raise :class:`BadInput` where it chooses its own steps."""
         if not isinstance(method, FixedStep):
             raise BadInput(f"{FORM}: takes fixed-step methods, and {method.name} chooses its own steps; run it as it is, or {FORM}:rattle.")
@@ -61,35 +61,35 @@ class Lifted:
         """Order of convergence that the method above claims."""
         return self.method.claims.order
 
-    def is_poisson(self, scene: Setting) -> bool:
+    def is_poisson(self, ivp: InitialValueProblem) -> bool:
         """Return whether the method claims to be a Poisson integrator: whether it is symplectic on the manifold above."""
         claims = self.method.claims
-        return bool(scene.sheet.LIFT) and claims.symplectic and claims.on_manifold
+        return bool(ivp.sheet.LIFT) and claims.symplectic and claims.on_manifold
 
-    def keeps(self, scene: Setting) -> tuple[str, ...]:
+    def keeps(self, ivp: InitialValueProblem) -> tuple[str, ...]:
         """Return the names of the conserved quantities that the method claims to keep to round-off: the Casimir functions, or none."""
-        return tuple(scene.sheet.CASIMIRS) if self.is_poisson(scene) else ()
+        return tuple(ivp.sheet.CASIMIRS) if self.is_poisson(ivp) else ()
 
-    def refusal(self, scene: Setting) -> str | None:
+    def refusal(self, ivp: InitialValueProblem) -> str | None:
         """Return why the method cannot be used on this problem, as a sentence, or None."""
-        if not isinstance(scene, PoissonScene):
-            return f"{self.name} is for Poisson systems, and {scene.problem} is a constrained problem; leave out {FORM}:."
-        if not scene.sheet.LIFT:
-            return f"{self.name} needs a constrained system above, which {scene.problem} does not declare; use strang."
-        if not np.isfinite(_energy(up := above(scene))):
+        if not isinstance(ivp, PoissonIvp):
+            return f"{self.name} is for Poisson systems, and {ivp.problem} is a constrained problem; leave out {FORM}:."
+        if not ivp.sheet.LIFT:
+            return f"{self.name} needs a constrained system above, which {ivp.problem} does not declare; use strang."
+        if not np.isfinite(_energy(up := above(ivp))):
             reason = f"the energy of {up.problem} above is not finite at these parameters, as where its mass matrix is singular"
             return f"{self.name}: {reason}; use strang."
         why = self.method.refusal(up)
-        return f"{self.name} on {scene.problem}: {why}" if why else None
+        return f"{self.name} on {ivp.problem}: {why}" if why else None
 
-    def check(self, scene: PoissonScene, request: Request) -> None:
+    def check(self, ivp: PoissonIvp, request: Request) -> None:
         """Accept a request that can be met; raise :class:`BadInput` otherwise."""
-        if refusal := self.refusal(scene):
+        if refusal := self.refusal(ivp):
             raise BadInput(refusal)
         require_poisson(self.name, request)
-        self.method.check(above(scene), _silent(request))
+        self.method.check(above(ivp), _silent(request))
 
-    def solve(self, scene: PoissonScene, request: Request) -> PoissonTrajectory:
+    def solve(self, ivp: PoissonIvp, request: Request) -> PoissonTrajectory:
         """Return the trajectory; where the method above stops early, what was computed so far and why.
 
         Maxima of errors are over the outputs, and say so; work is that of the method above.
@@ -99,60 +99,61 @@ class Lifted:
         BadInput
             If the request cannot be met.
         """
-        self.check(scene, request)
-        found = _mapped_down(self.name, scene, self.method.solve(above(scene), _silent(request)))
-        return replace(found, maxima=_maxima(scene, found, request.watched(POISSON)))
+        self.check(ivp, request)
+        found = _mapped_down(self.name, ivp, self.method.solve(above(ivp), _silent(request)))
+        return replace(found, maxima=_maxima(ivp, found, request.watched(POISSON)))
 
-    def flow(self, scene: PoissonScene, h: float, steps: int) -> Callable[[Sequence[complex]], Array]:
+    def flow(self, ivp: PoissonIvp, h: float, steps: int) -> Callable[[Sequence[complex]], Array]:
         """Return the map y -> y of ``steps`` steps for complex states, exact to first order in the imaginary part.
 
         The map raises :class:`RunFailed` where the method has no solution.
         """
-        rise, (inner, down) = _rising(scene), (self.method.flow(above(scene), h, steps), _falling(scene))
+        rise, (inner, down) = _rising(ivp), (self.method.flow(above(ivp), h, steps), _falling(ivp))
 
         def phi(y: Sequence[complex]) -> Array:
             try:
                 return np.array(down(*inner(*rise(y))))
             except RunFailed as error:
-                raise RunFailed(_told(self.name, scene, str(error))) from error
+                raise RunFailed(_told(self.name, ivp, str(error))) from error
 
         return phi
 
 
-def above(scene: PoissonScene) -> Scene:
-    """Return the scene of the constrained system above, which starts from (q, p)(y0) with the parameters of the same names."""
-    lift = _definition(scene).lift
-    p0, q0 = _rising(scene)(scene.y0)
-    return constrained(find_setting(lift.problem, None, scene.parameters, p0=p0.tolist(), q0=q0.tolist()))
+def above(ivp: PoissonIvp) -> ConstrainedIvp:
+    """Return the problem of the constrained system above, which starts from (q, p)(y0) with the parameters of the same names."""
+    lift = _definition(ivp).lift
+    p0, q0 = _rising(ivp)(ivp.y0)
+    start = {"p0": p0.tolist(), "q0": q0.tolist()}
+    return constrained(initial_value_problem(lift.problem, None, ivp.parameters, **start, consistent=False))
 
 
-def _energy(scene: Scene) -> float:
-    return float(scene.value("H", scene.p0, scene.q0))
+def _energy(ivp: ConstrainedIvp) -> float:
+    return float(ivp.value("H", ivp.p0, ivp.q0))
 
 
-def _definition(scene: PoissonScene) -> Any:
-    return scene.source.derivation.problem
+def _definition(ivp: PoissonIvp) -> Any:
+    return ivp.source.derivation.problem
 
 
-def _rising(scene: PoissonScene) -> Callable[[Any], tuple[Any, Any]]:
+def _rising(ivp: PoissonIvp) -> Callable[[Any], tuple[Any, Any]]:
     """Return the map y -> (p, q), for real and complex states."""
     import sympy as sp
 
-    definition = _definition(scene)
+    definition = _definition(ivp)
     expressions = [list(definition.lift.p), list(definition.lift.q)]
     up = sp.lambdify([list(definition.y), list(definition.parameters)], expressions, "numpy", cse=True)
 
     def rise(y: Any) -> tuple[Any, Any]:
-        p, q = up(np.asarray(y), scene.par)
+        p, q = up(np.asarray(y), ivp.par)
         return np.array(p), np.array(q)
 
     return rise
 
 
-def _falling(scene: PoissonScene) -> Callable[[Any, Any], Sequence[Any]]:
+def _falling(ivp: PoissonIvp) -> Callable[[Any, Any], Sequence[Any]]:
     """Return the map (p, q) -> y, of numbers or of columns of them."""
-    lift = _definition(scene).lift
-    return lambda p, q: lift.y(p, q, scene.parameters)
+    lift = _definition(ivp).lift
+    return lambda p, q: lift.y(p, q, ivp.parameters)
 
 
 def _silent(request: Request) -> Request:
@@ -160,22 +161,22 @@ def _silent(request: Request) -> Request:
     return replace(request, watch=())
 
 
-def _mapped_down(name: str, scene: PoissonScene, run: Trajectory) -> PoissonTrajectory:
+def _mapped_down(name: str, ivp: PoissonIvp, run: Trajectory) -> PoissonTrajectory:
     outcome = {field.name: getattr(run, field.name) for field in fields(Outcome)}
-    outcome |= {"problem": scene.problem, "case": scene.case, "method": name, "parameters": dict(scene.parameters)}
-    failure = _told(name, scene, run.failure) if run.failure else None
-    y = np.array(_falling(scene)(run.p.T, run.q.T), dtype=float).T
-    y[0] = scene.y0
+    outcome |= {"problem": ivp.problem, "case": ivp.case, "method": name, "parameters": dict(ivp.parameters)}
+    failure = _told(name, ivp, run.failure) if run.failure else None
+    y = np.array(_falling(ivp)(run.p.T, run.q.T), dtype=float).T
+    y[0] = ivp.y0
     return PoissonTrajectory(**outcome | {"failure": failure, "maxima_over": "outputs"}, y=y)
 
 
-def _told(name: str, scene: PoissonScene, failure: str) -> str:
-    return f"{name} on {scene.problem}, case {scene.case}: {failure}"
+def _told(name: str, ivp: PoissonIvp, failure: str) -> str:
+    return f"{name} on {ivp.problem}, case {ivp.case}: {failure}"
 
 
-def _maxima(scene: PoissonScene, run: PoissonTrajectory, watched: Sequence[str]) -> dict[str, float]:
+def _maxima(ivp: PoissonIvp, run: PoissonTrajectory, watched: Sequence[str]) -> dict[str, float]:
     """Return the largest modulus of each watched error over the outputs."""
-    errors: dict[str, Array] = {"energy": energy_error(scene, run)} if "energy" in watched else {}
-    errors |= casimir_errors(scene, run) if "casimirs" in watched else {}
-    errors |= integral_errors(scene, run) if "integrals" in watched else {}
+    errors: dict[str, Array] = {"energy": energy_error(ivp, run)} if "energy" in watched else {}
+    errors |= casimir_errors(ivp, run) if "casimirs" in watched else {}
+    errors |= integral_errors(ivp, run) if "integrals" in watched else {}
     return {name: float(np.max(np.abs(error))) for name, error in errors.items()}

@@ -5,14 +5,14 @@ from typing import Any
 from daebench.errors import BadInput
 from daebench.fixed_step_constrained import FixedStep, accepted
 from daebench.fixed_step_poisson import PoissonStep
+from daebench.ivp import ConstrainedIvp, Ivp
 from daebench.lifted import Lifted
-from daebench.scene import PoissonScene, Scene
 
 PoissonScheme = PoissonStep | Lifted
 """A fixed-step method for Poisson systems, with its claims."""
 
 
-def measured(method: Any, scene: Scene | PoissonScene, why: str) -> Any:
+def measured(method: Any, ivp: Ivp, why: str) -> Any:
     """Return a method, of either kind of problem, where it is a fixed-step method that takes this problem.
 
     Raises
@@ -20,18 +20,18 @@ def measured(method: Any, scene: Scene | PoissonScene, why: str) -> Any:
     BadInput
         If it is not, with ``why`` that matters, or if it refuses the problem.
     """
-    if isinstance(scene, Scene):
-        if scene.arrays:
+    if isinstance(ivp, ConstrainedIvp):
+        if ivp.arrays:
             raise BadInput(
-                f"{scene.problem} with {scene.sheet.NODES} nodes is held as arrays, for which there is no reference solution {why}; "
+                f"{ivp.problem} with {ivp.sheet.NODES} nodes is held as arrays, for which there is no reference solution {why}; "
                 "take fewer nodes."
             )
-        return accepted(method, scene, why)
+        return accepted(method, ivp, why)
     if method.knob != "h":
         raise BadInput(f"{method.name} chooses its own steps {why}; give a fixed-step method, for example strang.")
     if isinstance(method, FixedStep):
-        raise BadInput(f"{method.name} is given as a method for constrained problems, and {scene.problem} is a Poisson system.")
-    if refusal := method.refusal(scene):
+        raise BadInput(f"{method.name} is given as a method for constrained problems, and {ivp.problem} is a Poisson system.")
+    if refusal := method.refusal(ivp):
         raise BadInput(refusal)
     return method
 

@@ -1,11 +1,11 @@
-"""What a method is: a name, one knob, and a way from a scene to a trajectory."""
+"""What a method is: a name, one knob, and a way from an initial value problem to a trajectory."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from typing import Any, Protocol, TypeVar
 
 from daebench.errors import BadInput, unknown
-from daebench.scene import Scene
+from daebench.ivp import ConstrainedIvp
 
 Progress = Callable[[float], None]
 """Called now and then with the fraction of the run that is done."""
@@ -20,7 +20,7 @@ ON_SINGULAR = {
 
 
 @dataclass(frozen=True)
-class Patience:
+class WorkLimit:
     """When a tolerance-driven run is given up: by its work and not by the clock, so that what becomes of it depends on no machine.
 
     Parameters
@@ -38,7 +38,7 @@ class Patience:
 
 @dataclass(frozen=True, kw_only=True)
 class Request:
-    """What a method is asked to do with a scene.
+    """What a method is asked to do with an initial value problem.
 
     Parameters
     ----------
@@ -67,7 +67,7 @@ class Request:
         Told the fraction done.
     seconds_limit : float, optional
         Wall-clock limit, s.
-    patience : Patience, optional
+    work_limit : WorkLimit, optional
         Limit of work of a tolerance-driven method.
     on_singular : str, optional
         What to do where G loses rank: one of :data:`ON_SINGULAR`. The default is what the case declares.
@@ -87,19 +87,19 @@ class Request:
     raw: bool = False
     progress: Progress | None = field(default=None, compare=False)
     seconds_limit: float | None = None
-    patience: Patience | None = None
+    work_limit: WorkLimit | None = None
     on_singular: str | None = None
     keep_interrupted: bool = False
 
-    def at_rank_loss(self, scene: Scene) -> str:
-        """Return what to do where G loses rank: what is asked for, or else what the scene says; one of :data:`ON_SINGULAR`.
+    def at_rank_loss(self, ivp: ConstrainedIvp) -> str:
+        """Return what to do where G loses rank: what is asked for, or else what the initial value problem says; one of :data:`ON_SINGULAR`.
 
         Raises
         ------
         BadInput
             If it is none of these.
         """
-        mode = self.on_singular or scene.on_singular
+        mode = self.on_singular or ivp.on_singular
         if mode not in ON_SINGULAR:
             raise unknown("on_singular", mode, ON_SINGULAR)
         return mode
@@ -116,7 +116,7 @@ Result = TypeVar("Result", covariant=True)
 class Method(Protocol[Ivp, Result]):
     """Anything that solves an initial value problem and is steered by one number.
 
-    One for constrained problems is a ``Method[Scene, Trajectory]``, one for Poisson systems a ``Method[PoissonScene, PoissonTrajectory]``.
+    One for constrained problems is a ``Method[ConstrainedIvp, Trajectory]``, one for Poisson systems a ``Method[PoissonIvp, PoissonTrajectory]``.
     """
 
     @property
@@ -127,15 +127,15 @@ class Method(Protocol[Ivp, Result]):
     def knob(self) -> str:
         """What it is steered by: "h" or "tol"."""
 
-    def refusal(self, scene: Ivp) -> str | None:
+    def refusal(self, ivp: Ivp) -> str | None:
         """Return why the method cannot be used on this problem, as a sentence, or None."""
 
-    def check(self, scene: Ivp, request: Request) -> None:
+    def check(self, ivp: Ivp, request: Request) -> None:
         """Accept a request that can be met.
 
         Parameters
         ----------
-        scene : Ivp
+        ivp : Ivp
             The problem with the numbers of a case.
         request : Request
             What is asked of the method.
@@ -146,12 +146,12 @@ class Method(Protocol[Ivp, Result]):
             If it cannot; the message says why and what to do.
         """
 
-    def solve(self, scene: Ivp, request: Request) -> Result:
+    def solve(self, ivp: Ivp, request: Request) -> Result:
         """Return the trajectory; where the run stops early, what was computed so far and why.
 
         Parameters
         ----------
-        scene : Ivp
+        ivp : Ivp
             The problem with the numbers of a case.
         request : Request
             What is asked of the method.

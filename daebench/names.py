@@ -22,11 +22,11 @@ from typing import Any
 
 from daebench.errors import BadInput, unknown
 from daebench.fixed_step_constrained import FixedStep
+from daebench.ivp import Ivp
 from daebench.lifted import FORM as LIFTED
 from daebench.lifted import Lifted
 from daebench.method import Method
 from daebench.names_tables import CONSTRAINED, ON_ODE, POISSON, SOLVERS, Kind, Listed, kind_of, solver_numbers
-from daebench.scene import PoissonScene, Scene
 
 __all__ = [
     "CONSTRAINED",
@@ -163,47 +163,45 @@ def free_numbers(method: Method[Any, Any]) -> Mapping[str, float]:
 
 
 def method_of(
-    scene: Scene | PoissonScene,
+    ivp: Ivp,
     name: str,
     options: Mapping[str, float] | None = None,
     *,
     compensated: bool = False,
     anyway: bool = False,
 ) -> Any:
-    """Return the method of this name for problems of the scene's kind.
+    """Return the method of this name for problems of this kind.
 
     Raises
     ------
     BadInput
         If the name or an option is unknown, the parts of a name do not go together, or the method is for the other kind of problems.
     """
-    _require_kind(scene, [name], anyway)
-    return parse(name, options, kind=kind_of(scene), compensated=compensated, anyway=anyway)
+    _require_kind(ivp, [name], anyway)
+    return parse(name, options, kind=kind_of(ivp), compensated=compensated, anyway=anyway)
 
 
-def methods_of(
-    scene: Scene | PoissonScene, names: Sequence[str], options: Mapping[str, float] | None = None, *, anyway: bool = False
-) -> list[Any]:
-    """Return the methods of these names for problems of the scene's kind, each with those of the options that it has.
+def methods_of(ivp: Ivp, names: Sequence[str], options: Mapping[str, float] | None = None, *, anyway: bool = False) -> list[Any]:
+    """Return the methods of these names for problems of this kind, each with those of the options that it has.
 
     Raises
     ------
     BadInput
         As :func:`method_of`, or if an option is one of none of them.
     """
-    _require_kind(scene, names, anyway)
-    return several(names, options, kind=kind_of(scene), anyway=anyway)
+    _require_kind(ivp, names, anyway)
+    return several(names, options, kind=kind_of(ivp), anyway=anyway)
 
 
-def _require_kind(scene: Scene | PoissonScene, names: Sequence[str], anyway: bool) -> None:
+def _require_kind(ivp: Ivp, names: Sequence[str], anyway: bool) -> None:
     """Refuse methods that are known, but for the other kind of problems."""
-    kind = kind_of(scene)
+    kind = kind_of(ivp)
     other = CONSTRAINED if kind is POISSON else POISSON
     if anyway and kind is CONSTRAINED:
-        raise BadInput(f"anyway is for schemes on Poisson systems, and {scene.problem} is {kind.words}; leave it out.")
+        raise BadInput(f"anyway is for schemes on Poisson systems, and {ivp.problem} is {kind.words}; leave it out.")
     for name in names:
         if _known(other, name) and not _known(kind, name):
-            raise BadInput(f"{name} is for {other.plural}, and {scene.problem} is {kind.words}; daebench list methods has those for both.")
+            raise BadInput(f"{name} is for {other.plural}, and {ivp.problem} is {kind.words}; daebench list methods has those for both.")
 
 
 @cache

@@ -11,6 +11,7 @@ from daebench.fixed_step_constrained import FixedStep
 from daebench.fixed_step_poisson import FORMS as POISSON_FORMS
 from daebench.fixed_step_poisson import PoissonStep
 from daebench.forms import FORMS
+from daebench.ivp import Ivp, PoissonIvp
 from daebench.lifted import FORM as LIFTED
 from daebench.members import members, poisson_members
 from daebench.method import Method
@@ -22,7 +23,6 @@ from daebench.reference.poisson_ida import PoissonIda
 from daebench.reference.poisson_ode import PoissonOde
 from daebench.reference.radau_dae import RadauDae
 from daebench.reference.scipy_ode import ScipyOde
-from daebench.scene import PoissonScene, Scene
 
 Options = Mapping[str, float]
 
@@ -173,6 +173,6 @@ SOLVERS = tuple(CONSTRAINED.solvers)
 """Tolerance-driven solvers by their names."""
 
 
-def kind_of(scene: Scene | PoissonScene) -> Kind:
+def kind_of(ivp: Ivp) -> Kind:
     """Return the kind of a problem: :data:`CONSTRAINED` or :data:`POISSON`."""
-    return POISSON if isinstance(scene, PoissonScene) else CONSTRAINED
+    return POISSON if isinstance(ivp, PoissonIvp) else CONSTRAINED

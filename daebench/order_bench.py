@@ -6,10 +6,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from daebench.fixed_step_constrained import FixedStep
+from daebench.ivp import Array, ConstrainedIvp, PoissonIvp
 from daebench.measurable import PoissonScheme
 from daebench.method import Request
 from daebench.order_runs import CLEAR, ROUND_OFF, Runs, at_common_times, largest
-from daebench.scene import Array, PoissonScene, Scene
 from daebench.solution import EPS, multipliers_between
 from daebench.trajectory import PoissonTrajectory, Trajectory
 
@@ -26,7 +26,7 @@ class Bench(Runs):
 
     Parameters
     ----------
-    scene : Scene
+    ivp : ConstrainedIvp
         What is solved.
     method : FixedStep
         What is measured.
@@ -34,7 +34,7 @@ class Bench(Runs):
         The reference at the common times.
     """
 
-    scene: Scene
+    ivp: ConstrainedIvp
     method: FixedStep
     state = ("q", "p", "lam")
     leading = ("q", "p")
@@ -58,19 +58,19 @@ class Bench(Runs):
 
     def _push(self) -> float:
         """Return what the forces make of a momentum in T/32: their rounding is in p, however small they leave it."""
-        return largest(self.scene.along("H_q", self.known.states["p"], self.known.states["q"])) * float(self.known.t[-1]) / 32
+        return largest(self.ivp.along("H_q", self.known.states["p"], self.known.states["q"])) * float(self.known.t[-1]) / 32
 
     def _lost(self, h: Sequence[float], errors: Sequence[float]) -> float:
         """Return the largest error of a raw multiplier that the rounding of positions may have made, eps |G| |q| / (h^2 G M^-1 G^T)."""
         p, q = (self.known.states[name][:1] for name in ("p", "q"))
-        G, M_inverse = self.scene.along("G", q)[0], self.scene.along("H_pp", p, q)[0]
+        G, M_inverse = self.ivp.along("G", q)[0], self.ivp.along("H_pp", p, q)[0]
         least = float(np.linalg.svd(G @ M_inverse @ G.T, compute_uv=False)[-1])
         unit = EPS * float(np.linalg.norm(G)) * self._size("q") / least
         return max((error for each, error in zip(h, errors, strict=True) if error * each * each <= CLEAR * unit), default=0.0)
 
     def _run(self, h: float, steps: int, n: int) -> Trajectory:
-        raw = bool(self._raw) and steps * (2 * self.scene.d + len(self._raw) * self.scene.m) <= MOST_RAW
-        return self.method.solve(self.scene, Request(value=h, steps=steps, every=1 if raw else n, raw=raw, watch=(), count=False))
+        raw = bool(self._raw) and steps * (2 * self.ivp.d + len(self._raw) * self.ivp.m) <= MOST_RAW
+        return self.method.solve(self.ivp, Request(value=h, steps=steps, every=1 if raw else n, raw=raw, watch=(), count=False))
 
     def _errors(self, run: Trajectory, n: int, *, halved: bool) -> tuple[dict[str, float], float]:
         """Return the errors and the bound; raw multipliers only after halvings.
@@ -82,7 +82,7 @@ class Bench(Runs):
 
     def _state_errors(self, run: Trajectory) -> dict[str, float]:
         q, p = at_common_times(run.q), at_common_times(run.p)
-        found = {"q": q, "p": p, "lam": self.scene.along("lam", p, q)}
+        found = {"q": q, "p": p, "lam": self.ivp.along("lam", p, q)}
         return {name: largest(rows - self._exact(name)) for name, rows in found.items()}
 
     def _raw_errors(self, run: Trajectory, n: int) -> tuple[dict[str, float], float]:
@@ -90,7 +90,7 @@ class Bench(Runs):
             return {}, 0.0
         chosen = {name: self._at_common_times(*series, run.value, n) for name, series in run.raw.items()}
         times = np.concatenate([t for t, _ in chosen.values()])
-        exact, bound = multipliers_between(self.scene, self.known, times)
+        exact, bound = multipliers_between(self.ivp, self.known, times)
         parts = np.split(exact, np.cumsum([len(t) for t, _ in chosen.values()])[:-1])
         parts = [0.0 * part if name in self.method.member.vanishing else part for name, part in zip(chosen, parts, strict=True)]
         return {name: largest(chosen[name][1] - part) for name, part in zip(chosen, parts, strict=True)}, bound
@@ -111,7 +111,7 @@ class PoissonBench(Runs):
 
     Parameters
     ----------
-    scene : PoissonScene
+    ivp : PoissonIvp
         What is solved.
     method : PoissonScheme
         What is measured.
@@ -119,7 +119,7 @@ class PoissonBench(Runs):
         The reference at the common times.
     """
 
-    scene: PoissonScene
+    ivp: PoissonIvp
     method: PoissonScheme
     state = leading = ("y",)
 
@@ -127,7 +127,7 @@ class PoissonBench(Runs):
         return max(self.known.bound["y"], ROUND_OFF * EPS * self._size("y"))
 
     def _run(self, h: float, steps: int, n: int) -> PoissonTrajectory:
-        return self.method.solve(self.scene, Request(value=h, steps=steps, every=n, watch=(), count=False))
+        return self.method.solve(self.ivp, Request(value=h, steps=steps, every=n, watch=(), count=False))
 
     def _errors(self, run: PoissonTrajectory, n: int, *, halved: bool) -> tuple[dict[str, float], float]:
         return {"y": largest(at_common_times(run.y) - self._exact("y"))}, 0.0

@@ -47,7 +47,7 @@ def write(out: Path, study: OrderStudy) -> list[Path]:
             axis.set_visible(False)
         for axis in axes.T.flat:
             _label_lowest(axis, axes, len(components))
-        figure.suptitle(f"{study.scene.problem}, case {study.scene.case}, T = {study.t_end:g}", x=0.01, ha="left", fontsize=9.5)
+        figure.suptitle(f"{study.ivp.problem}, case {study.ivp.case}, T = {study.t_end:g}", x=0.01, ha="left", fontsize=9.5)
         figure.legend(handles=_keys(strokes), loc="outside lower center", ncols=NAMES)
         path = save(figure, out, "order", study.points())
     return [out / "orders.csv", path]

@@ -10,10 +10,10 @@ import numpy as np
 
 from daebench.diagnostics.order import OrderFit, fit_order
 from daebench.fixed_step_constrained import FixedStep
+from daebench.ivp import Array, InitialValueProblem
 from daebench.measurable import PoissonScheme, order_of
 from daebench.order_ladder import COMMON
 from daebench.order_series import Point, Series
-from daebench.scene import Array, Setting
 from daebench.solution import EPS, ReferenceSolution
 
 ROUND_OFF = 500.0
@@ -47,7 +47,7 @@ class Runs(ABC):
 
     Parameters
     ----------
-    scene : Setting
+    ivp : InitialValueProblem
         What is solved.
     method : FixedStep or PoissonScheme
         What is measured.
@@ -55,7 +55,7 @@ class Runs(ABC):
         The reference at the common times.
     """
 
-    scene: Setting
+    ivp: InitialValueProblem
     method: FixedStep | PoissonScheme
     known: ReferenceSolution
     state: ClassVar[tuple[str, ...]]

@@ -8,7 +8,8 @@ from typing import Any
 import pandas as pd
 
 from daebench.diagnostics.order import OrderFit
-from daebench.scene import PoissonScene, Scene
+from daebench.ivp import Ivp
+from daebench.renamed import OldAttribute
 from daebench.solution import ReferenceSolution
 
 
@@ -116,11 +117,11 @@ class Series:
 
 @dataclass(frozen=True)
 class OrderStudy:
-    """What was measured of several methods on one scene.
+    """What was measured of several methods on one initial value problem.
 
     Parameters
     ----------
-    scene : Scene or PoissonScene
+    ivp : InitialValueProblem
         What was solved.
     t_end : float
         End time, s.
@@ -130,10 +131,11 @@ class OrderStudy:
         One for each method and component.
     """
 
-    scene: Scene | PoissonScene
+    ivp: Ivp
     t_end: float
     truth: ReferenceSolution
     series: tuple[Series, ...]
+    scene = OldAttribute("ivp")
 
     def table(self) -> pd.DataFrame:
         """Return one row for each method and component, as :meth:`Series.row` gives them."""

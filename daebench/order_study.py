@@ -17,15 +17,15 @@ from typing import TYPE_CHECKING, Any
 
 import pandas as pd
 
-from daebench.api import setting_of
 from daebench.errors import BadInput, positive
+from daebench.ivp import Ivp, PoissonIvp
+from daebench.ivp_constructor import initial_value_problem
 from daebench.measurable import measured, order_of
 from daebench.method import Method
 from daebench.names import kind_of, methods_of, several
 from daebench.order_bench import Bench, PoissonBench
 from daebench.order_ladder import COMMON, ladder
 from daebench.order_series import OrderStudy, Series
-from daebench.scene import PoissonScene, Scene
 from daebench.solution import reach, reference_solution
 
 if TYPE_CHECKING:
@@ -86,13 +86,13 @@ def order(
     RunFailed
         If there is no reference to hold the runs against.
     """
-    scene = setting_of(problem, case, parameters)
+    ivp = initial_value_problem(problem, case, parameters)
     given: Any = methods
-    return study(scene, methods_of(scene, given, options, anyway=anyway), t_end=t_end, h=h, halvings=halvings).table()
+    return study(ivp, methods_of(ivp, given, options, anyway=anyway), t_end=t_end, h=h, halvings=halvings).table()
 
 
 def study(
-    scene: Scene | PoissonScene,
+    ivp: Ivp,
     methods: Sequence[str | Method[Any, Any]],
     *,
     t_end: float | None = None,
@@ -100,11 +100,11 @@ def study(
     halvings: int | None = None,
     began: Began | None = None,
 ) -> OrderStudy:
-    """Return the errors and orders of several methods on one scene; all requests are checked before the first run.
+    """Return the errors and orders of several methods on one initial value problem; all requests are checked before the first run.
 
     Parameters
     ----------
-    scene : Scene or PoissonScene
+    ivp : InitialValueProblem
         A problem with consistent initial values.
     methods : sequence of str or Method
         Fixed-step methods, or their names.
@@ -125,20 +125,20 @@ def study(
         If there is no reference.
     """
     given: Sequence[Any] = methods
-    parsed = several(given, kind=kind_of(scene))
-    chosen = [measured(each, scene, "and has no order in h") for each in parsed]
+    parsed = several(given, kind=kind_of(ivp))
+    chosen = [measured(each, ivp, "and has no order in h") for each in parsed]
     if not chosen:
         raise BadInput("an order study needs at least one method, for example rattle.")
-    end = positive("t_end", t_end) if t_end is not None else min(LONGEST, 2.0 ** math.floor(math.log2(reach(scene, LONG))))
+    end = positive("t_end", t_end) if t_end is not None else min(LONGEST, 2.0 ** math.floor(math.log2(reach(ivp, LONG))))
     ladders = [ladder(end, order_of(method), h, halvings) for method in chosen]
-    known = reference_solution(scene, [end * k / COMMON for k in range(1, COMMON + 1)])
+    known = reference_solution(ivp, [end * k / COMMON for k in range(1, COMMON + 1)])
     series: list[Series] = []
     for k, (method, counts) in enumerate(zip(chosen, ladders, strict=True)):
         if began:
-            began(k / len(chosen), f"{method.name} on {scene.problem}")
-        series += _bench(scene, method, known).series(counts, stop=halvings is None)
-    return OrderStudy(scene, end, known, tuple(series))
+            began(k / len(chosen), f"{method.name} on {ivp.problem}")
+        series += _bench(ivp, method, known).series(counts, stop=halvings is None)
+    return OrderStudy(ivp, end, known, tuple(series))
 
 
-def _bench(scene: Scene | PoissonScene, method: Any, known: Any) -> Bench | PoissonBench:
-    return PoissonBench(scene, method, known) if isinstance(scene, PoissonScene) else Bench(scene, method, known)
+def _bench(ivp: Ivp, method: Any, known: Any) -> Bench | PoissonBench:
+    return PoissonBench(ivp, method, known) if isinstance(ivp, PoissonIvp) else Bench(ivp, method, known)

@@ -15,7 +15,7 @@ Point = Sequence[Exact]
 
 @dataclass(frozen=True, kw_only=True)
 class Picture:
-    """How a scene looks: what is drawn at given positions.
+    """How a problem looks: what is drawn at given positions.
 
     Parameters
     ----------

@@ -17,8 +17,8 @@ import numpy as np
 from daebench.claims_bench import DEFECT_STEPS, ROUNDINGS, Finding, held, tried
 from daebench.diagnostics.derivative import STEP, derivative
 from daebench.diagnostics.poisson import Map, poisson_defect
+from daebench.ivp import Array, PoissonIvp
 from daebench.measurable import PoissonScheme, symmetric
-from daebench.scene import Array, PoissonScene
 from daebench.solution import EPS
 from daebench.trajectory import PoissonTrajectory
 
@@ -30,11 +30,11 @@ MOST_STATES = 16
 
 
 class PoissonBench:
-    """Where one method is measured on one scene.
+    """Where one method is measured on one initial value problem.
 
     Parameters
     ----------
-    scene : PoissonScene
+    ivp : PoissonIvp
         What is solved.
     method : PoissonScheme
         What is measured.
@@ -42,8 +42,8 @@ class PoissonBench:
         A complete run, with everything watched.
     """
 
-    def __init__(self, scene: PoissonScene, method: PoissonScheme, run: PoissonTrajectory) -> None:
-        self.scene, self.method, self.run = scene, method, run
+    def __init__(self, ivp: PoissonIvp, method: PoissonScheme, run: PoissonTrajectory) -> None:
+        self.ivp, self.method, self.run = ivp, method, run
         self.h, self.n = run.value, min(DEFECT_STEPS, run.steps)
 
     def findings(self) -> list[Finding]:
@@ -57,19 +57,19 @@ class PoissonBench:
     def symmetric(self) -> Finding:
         """Return the finding on Phi_{-h} o Phi_h = 1, over n steps each."""
         forth, back = self._flow(self.h), self._flow(-self.h)
-        measured, note = tried(lambda: np.linalg.norm(np.real(back(np.real(forth(self.scene.y0)))) - self.scene.y0))
+        measured, note = tried(lambda: np.linalg.norm(np.real(back(np.real(forth(self.ivp.y0)))) - self.ivp.y0))
         size = self._reversal_size(forth, back) if np.isfinite(measured) else float("nan")
         return held("symmetric", symmetric(self.method), measured, self.bound(2 * self.n, size), note)
 
     def _reversal_size(self, forth: Map, back: Map) -> float:
-        y0 = self.scene.y0
+        y0 = self.ivp.y0
         y1, out = tangent(forth, y0)
         _, home = tangent(back, y1)
         return float(sum(np.linalg.norm(part) for part in (y0, np.abs(out) @ np.abs(y0), np.abs(home) @ np.abs(y1))))
 
     def poisson(self) -> Finding:
         """Return the finding on HLW (4.2) at the step size and, where there is a solution, at two larger ones: the worst of the three."""
-        claimed = self.method.is_poisson(self.scene)
+        claimed = self.method.is_poisson(self.ivp)
         at_h, *larger = (self._poisson(multiple * self.h) for multiple in MULTIPLES)
         if not np.isfinite(at_h[0]):
             return held("Poisson map", claimed, *at_h)
@@ -81,7 +81,7 @@ class PoissonBench:
 
     def _poisson(self, h: float) -> tuple[float, float, str]:
         """Return the Poisson defect of n steps of size h, its bound, and why there is none."""
-        flow, y0 = self._flow(h), self.scene.y0
+        flow, y0 = self._flow(h), self.ivp.y0
         measured, note = tried(lambda: poisson_defect(flow, y0, self._structure))
         if not np.isfinite(measured):
             return measured, float("nan"), note or "the map is not finite."
@@ -91,15 +91,15 @@ class PoissonBench:
 
     def _flow(self, h: float) -> Map:
         """Return the map of n steps of size h."""
-        flow: Any = self.method.flow(self.scene, h, self.n)
+        flow: Any = self.method.flow(self.ivp, h, self.n)
         return flow  # type: ignore[no-any-return]
 
     def _structure(self, y: Array) -> Array:
-        return self.scene.value("B", y).astype(float)
+        return self.ivp.value("B", y).astype(float)
 
     def conserved(self) -> list[Finding]:
         """Return the findings on H, the Casimir functions and other integrals along the run."""
-        kept, maxima, sizes = self.method.keeps(self.scene), self.run.maxima, self._sizes()
+        kept, maxima, sizes = self.method.keeps(self.ivp), self.run.maxima, self._sizes()
         return [
             held(f"keeps {'H' if name == 'energy' else name}", name in kept, maxima[name], self.bound(self.run.steps, size))
             for name, size in sizes.items()
@@ -107,12 +107,12 @@ class PoissonBench:
 
     def _sizes(self) -> dict[str, float]:
         """Return the sizes of conserved functions by the names of their errors."""
-        scene, rows = self.scene, self.run.y[:: 1 + len(self.run.y) // MOST_STATES]
-        names = {"H": ("energy",), "casimirs": scene.casimirs, "integrals": scene.integrals}
+        ivp, rows = self.ivp, self.run.y[:: 1 + len(self.run.y) // MOST_STATES]
+        names = {"H": ("energy",), "casimirs": ivp.casimirs, "integrals": ivp.integrals}
         found: dict[str, float] = {}
         for function, own in names.items():
             if own:
-                sizes = np.max([_size(lambda y, function=function: scene.value(function, y), y) for y in rows], axis=0)
+                sizes = np.max([_size(lambda y, function=function: ivp.value(function, y), y) for y in rows], axis=0)
                 found |= dict(zip(own, map(float, sizes), strict=True))
         return found
 

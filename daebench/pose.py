@@ -1,4 +1,4 @@
-"""Pose a scene in a formulation: index 3, 2, 1, Gear-Gupta-Leimkuhler, Baumgarte, or the index-reduced ODE."""
+"""Pose an initial value problem in a formulation: index 3, 2, 1, Gear-Gupta-Leimkuhler, Baumgarte, or the index-reduced ODE."""
 
 import math
 import types
@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from daebench.cache import generated
 from daebench.elimination import SINGULAR, eliminate
 from daebench.errors import BadInput, DaebenchError, unknown
-from daebench.scene import Scene, Setting
+from daebench.ivp import ConstrainedIvp, InitialValueProblem
 
 Array = NDArray[np.float64]
 Kernel = Callable[..., float]
@@ -41,7 +41,7 @@ class Posed:
         Name of the formulation.
     multipliers : str
         "plain": multipliers are unknowns; "derivative": the unknowns are functions whose derivatives are the multipliers.
-    scene : Setting
+    ivp : InitialValueProblem
         What was posed.
     par : ndarray, shape(k,)
         Run-time data of the functions below: the problem's parameters, then the formulation's own numbers.
@@ -53,7 +53,7 @@ class Posed:
 
     formulation: str
     multipliers: str
-    scene: Setting
+    ivp: InitialValueProblem
     par: Array
     y0: Array
     yp0: Array
@@ -103,7 +103,7 @@ class Posed:
 
 @dataclass(frozen=True, eq=False)
 class Dae(Posed):
-    """One scene as F(t, y, y') = 0, with y = (q, v, lam[, mu]), or (q, p, lam[, mu]) where the problem is given by H(p, q).
+    """One initial value problem as F(t, y, y') = 0, with y = (q, v, lam[, mu]), or (q, p, lam[, mu]) where the problem is given by H(p, q).
 
     The formulation is one of ``FORMULATIONS``, and ``ode`` is HLW (1.18). Multipliers that are derivatives are those of Lam with
     Lam' = lam (and Mu' = mu). At the start rates and lam solve [[M, G^T], [G, 0]] (v', lam) = (-(U_q + c), -g_qv v), or (1.12) for
@@ -115,7 +115,7 @@ class Dae(Posed):
         Numbers of positions and of constraints.
     """
 
-    scene: Scene
+    ivp: ConstrainedIvp
     d: int
     m: int
 
@@ -137,7 +137,7 @@ class Dae(Posed):
 
     def momenta(self, q: Array, v: Array) -> Array:
         """Return p = M(q) v, shape(rows, d), of what ``unpack`` gave."""
-        return np.einsum("rij,rj->ri", self.scene.along("M", q), v) if self.mechanical else v
+        return np.einsum("rij,rj->ri", self.ivp.along("M", q), v) if self.mechanical else v
 
     def raw_multipliers(self, Y: Array, YP: Array) -> Array | None:
         """Return the solver's own lam, shape(rows, m), or None for ``ode``, which has none."""
@@ -145,12 +145,12 @@ class Dae(Posed):
         return None if lam is None else (Y if self.multipliers == "plain" else YP)[:, lam].copy()
 
 
-def pose(scene: Scene, formulation: str, options: Mapping[str, float] | None = None, *, multipliers: str = "plain") -> Dae:
-    """Return the scene in a formulation.
+def pose(ivp: ConstrainedIvp, formulation: str, options: Mapping[str, float] | None = None, *, multipliers: str = "plain") -> Dae:
+    """Return the initial value problem in a formulation.
 
     Parameters
     ----------
-    scene : Scene
+    ivp : ConstrainedIvp
         The problem with the numbers of one case; its start must be on the manifold.
     formulation : str
         One of ``FORMULATIONS``.
@@ -170,11 +170,11 @@ def pose(scene: Scene, formulation: str, options: Mapping[str, float] | None = N
         raise unknown("formulation", formulation, FORMULATIONS)
     if multipliers not in ("plain", "derivative"):
         raise unknown("treatment of multipliers", multipliers, ("plain", "derivative"))
-    par = np.array([*scene.par, *free_numbers(formulation, options or {}).values()], dtype=float)
-    module = _module(scene, formulation, multipliers if formulation != "ode" else "plain")
+    par = np.array([*ivp.par, *free_numbers(formulation, options or {}).values()], dtype=float)
+    module = _module(ivp, formulation, multipliers if formulation != "ode" else "plain")
     with np.errstate(all="ignore"):
-        y0, yp0 = _start(scene, formulation, multipliers, module, par)
-    return Dae(formulation, multipliers, scene, par, y0, yp0, module, scene.d, scene.m)
+        y0, yp0 = _start(ivp, formulation, multipliers, module, par)
+    return Dae(formulation, multipliers, ivp, par, y0, yp0, module, ivp.d, ivp.m)
 
 
 def _multiplier_names(formulation: str) -> tuple[str, ...]:
@@ -199,49 +199,49 @@ def free_numbers(formulation: str, given: Mapping[str, float]) -> dict[str, floa
     return values
 
 
-def _module(scene: Scene, formulation: str, multipliers: str) -> types.ModuleType:
+def _module(ivp: ConstrainedIvp, formulation: str, multipliers: str) -> types.ModuleType:
     def build(cached: bool) -> str:
         from daebench import residuals
 
-        title = f"{scene.problem} as {formulation}, multipliers {multipliers}."
-        return residuals.source(title, scene.source.derivation, formulation, multipliers, cached=cached)
+        title = f"{ivp.problem} as {formulation}, multipliers {multipliers}."
+        return residuals.source(title, ivp.source.derivation, formulation, multipliers, cached=cached)
 
-    return generated(f"{scene.problem}_{formulation}", f"{scene.source.key} dae {formulation} {multipliers}", build)
+    return generated(f"{ivp.problem}_{formulation}", f"{ivp.source.key} dae {formulation} {multipliers}", build)
 
 
-def _start(scene: Scene, formulation: str, multipliers: str, module: types.ModuleType, par: Array) -> tuple[Array, Array]:
+def _start(ivp: ConstrainedIvp, formulation: str, multipliers: str, module: types.ModuleType, par: Array) -> tuple[Array, Array]:
     """Return consistent y0 and yp0."""
-    state = np.concatenate([scene.q0, _velocity(scene) if module.MECHANICAL else scene.p0])
+    state = np.concatenate([ivp.q0, _velocity(ivp) if module.MECHANICAL else ivp.p0])
     rates = np.empty_like(state)
     if formulation == "ode":
         fixed = state.copy()
         fixed.flags.writeable = False  # as what solvers hand over, which numba takes for another type
-        require_determined(scene, module.rhs(0.0, fixed, rates, par))
+        require_determined(ivp, module.rhs(0.0, fixed, rates, par))
         return state, rates
     A, b = np.empty((module.K, module.K)), np.empty((module.K, 1))
     module.system(state, A, b[:, 0], par)
-    require_determined(scene, eliminate(A, b))
+    require_determined(ivp, eliminate(A, b))
     module.slope(state, b[:, 0], rates, par)
-    lam = b[-scene.m :, 0]
-    mu: Any = np.zeros(scene.m * (len(_multiplier_names(formulation)) - 1))
+    lam = b[-ivp.m :, 0]
+    mu: Any = np.zeros(ivp.m * (len(_multiplier_names(formulation)) - 1))
     forces, nothing = np.concatenate([lam, mu]), np.zeros(len(lam) + len(mu))
-    require_determined(scene, float(np.sum(0.0 * rates) + np.sum(0.0 * lam) + 1.0))
+    require_determined(ivp, float(np.sum(0.0 * rates) + np.sum(0.0 * lam) + 1.0))
     plain = multipliers == "plain"
     return np.concatenate([state, forces if plain else nothing]), np.concatenate([rates, nothing if plain else forces])
 
 
-def _velocity(scene: Scene) -> Array:
+def _velocity(ivp: ConstrainedIvp) -> Array:
     """Return v0 with M(q0) v0 = p0."""
-    M, v = scene.value("M", scene.q0).astype(float), scene.p0[:, None].copy()
+    M, v = ivp.value("M", ivp.q0).astype(float), ivp.p0[:, None].copy()
     if not eliminate(M, v) > SINGULAR:
-        raise DaebenchError(f"the mass matrix of {scene.problem}, case {scene.case}, is singular at the start; give other masses.")
+        raise DaebenchError(f"the mass matrix of {ivp.problem}, case {ivp.case}, is singular at the start; give other masses.")
     return v[:, 0]
 
 
-def require_determined(scene: Scene, health: float) -> None:
+def require_determined(ivp: ConstrainedIvp, health: float) -> None:
     """Raise if the multiplier at the start is not determined."""
     if not health > SINGULAR:
-        where = f"{scene.problem}, case {scene.case}, has no multiplier at the start"
+        where = f"{ivp.problem}, case {ivp.case}, has no multiplier at the start"
         if math.isnan(health):
             raise DaebenchError(f"{where}: a value is not finite there; check parameters and initial values.")
         raise DaebenchError(

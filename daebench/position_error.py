@@ -8,10 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from daebench.errors import DaebenchError, RunFailed
+from daebench.ivp import Ivp, PoissonIvp
 from daebench.method import Request
 from daebench.reference.certified.between import states_at
 from daebench.reference_motion import certified_for, own_run
-from daebench.scene import PoissonScene, Scene
 from daebench.trajectory import Array, PoissonTrajectory, Trajectory
 
 Run = Trajectory | PoissonTrajectory
@@ -56,7 +56,7 @@ STOPPED = PositionError(NAN, NAN, "")
 """Of a run that did not come to its end."""
 
 
-def position_errors(scene: Scene | PoissonScene, methods: Sequence[Any], runs: Sequence[Run]) -> list[PositionError]:
+def position_errors(ivp: Ivp, methods: Sequence[Any], runs: Sequence[Run]) -> list[PositionError]:
     """Return the error of each run of a comparison.
 
     The reference is the certified one where it has this definition, case, parameters and start and reaches the end; else the problem's
@@ -66,13 +66,13 @@ def position_errors(scene: Scene | PoissonScene, methods: Sequence[Any], runs: S
 
     Parameters
     ----------
-    scene : Scene or PoissonScene
+    ivp : InitialValueProblem
         The problem with the numbers of a case.
     methods, runs : sequence
         The methods, and what they gave.
     """
-    part = "y" if isinstance(scene, PoissonScene) else "q"
-    known = _common(scene, [run for run in runs if _whole(run)], part)
+    part = "y" if isinstance(ivp, PoissonIvp) else "q"
+    known = _common(ivp, [run for run in runs if _whole(run)], part)
     found = []
     for method, run in zip(methods, runs, strict=True):
         if not _whole(run):
@@ -81,7 +81,7 @@ def position_errors(scene: Scene | PoissonScene, methods: Sequence[Any], runs: S
             where = _places(run)
             found.append(_held(getattr(run, part)[where], *known(run, where)))
         else:
-            found.append(_against_itself(scene, method, run, part))
+            found.append(_against_itself(ivp, method, run, part))
     return found
 
 
@@ -94,15 +94,15 @@ def _places(run: Run) -> Places:
     return np.unique(np.linspace(0, len(run.t) - 1, OUTPUTS + 1).round().astype(int))[1:]
 
 
-def _common(scene: Scene | PoissonScene, runs: Sequence[Run], part: str) -> Known | None:
+def _common(ivp: Ivp, runs: Sequence[Run], part: str) -> Known | None:
     """Return what all runs can be held against, None if there is nothing."""
     if not runs:
         return None
-    if reference := certified_for(scene, max(float(run.t[-1]) for run in runs)):
+    if reference := certified_for(ivp, max(float(run.t[-1]) for run in runs)):
         return lambda run, where: _of(states_at(reference, run.t[where]), part, f"certified {reference.name}")
     times = np.unique(np.concatenate([run.t[_places(run)] for run in runs]))
     try:
-        own = own_run(scene, times)
+        own = own_run(ivp, times)
     except RunFailed:
         return None
     return lambda run, where: _of(own, part, own.words, np.searchsorted(times, run.t[where]))
@@ -120,11 +120,11 @@ def _held(states: Array, known: Array, bound: float, words: str) -> PositionErro
     return PositionError(max(off, bound), bound, words)
 
 
-def _against_itself(scene: Scene | PoissonScene, method: Any, run: Run, part: str) -> PositionError:
+def _against_itself(ivp: Ivp, method: Any, run: Run, part: str) -> PositionError:
     """Return the error of a run against finer runs of the same method."""
     words = f"own run with {run.knob}/{FINER[run.knob][1]}"
     try:
-        near, nearer = (method.solve(scene, _finer(run, divisor)) for divisor in FINER[run.knob])
+        near, nearer = (method.solve(ivp, _finer(run, divisor)) for divisor in FINER[run.knob])
     except DaebenchError as error:
         return PositionError(NAN, NAN, f"unknown: {words} is refused: {error}")
     if near.failure or nearer.failure:

@@ -116,7 +116,7 @@ class ConstrainedHamiltonian:
     chart : Chart, optional
         Local coordinates of the manifold: what the form ``local`` needs.
     picture : Picture, optional
-        How the scene looks.
+        How the problem looks.
 
     Raises
     ------

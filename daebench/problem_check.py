@@ -20,9 +20,9 @@ from daebench.diagnostics import consistency, manifold, metric, rank
 from daebench.diagnostics.consistency import TOLERANCE
 from daebench.diagnostics.manifold import residual_scales
 from daebench.errors import DaebenchError, InvalidProblem
-from daebench.make_scene import make_setting
+from daebench.ivp import ConstrainedIvp, Ivp, PoissonIvp
+from daebench.make_ivp import make_ivp
 from daebench.poisson_system import PoissonSystem
-from daebench.scene import PoissonScene, Scene
 
 MOST = 200
 """Most positions, or coordinates, of a problem whose declarations are checked at points around the start."""
@@ -35,7 +35,6 @@ BASIC = (MASS, SMOOTH, START, RANK)
 LEFT_TO_RUNS = (START, RANK)
 """What a run may be told to go on with: a start may be projected, and dependent constraints solved by least squares."""
 
-Setting = Scene | PoissonScene
 Check = Callable[[Any], str]
 
 
@@ -58,17 +57,17 @@ class Held:
     fault: str
 
 
-def held(setting: Setting, tell: Callable[[str], None] = lambda what: None) -> list[Held]:
+def held(ivp: Ivp, tell: Callable[[str], None] = lambda what: None) -> list[Held]:
     """Return what was checked of a case as it is declared, and what is wrong, up to the first that makes the others meaningless.
 
     Parameters
     ----------
-    setting : Scene or PoissonScene
+    setting : Ivp
         The case.
     tell : callable
         Told what is being checked, before it is.
     """
-    declared = _declared(setting)
+    declared = _declared(ivp)
     found: list[Held] = []
     for what, check in _checks(declared).items():
         tell(what)
@@ -77,14 +76,14 @@ def held(setting: Setting, tell: Callable[[str], None] = lambda what: None) -> l
                 fault = check(declared)
         except DaebenchError as error:
             text = str(error)
-            fault = text if setting.problem in text else f"{setting.problem}, case {setting.case!r}: {text}"
-        found.append(Held(setting.case, what, fault))
+            fault = text if ivp.problem in text else f"{ivp.problem}, case {ivp.case!r}: {text}"
+        found.append(Held(ivp.case, what, fault))
         if fault and what in BASIC:
             break
     return found
 
 
-def require_sound(setting: Setting) -> None:
+def require_sound(ivp: Ivp) -> None:
     """Accept a problem of which nothing is wrong at the case of a setting, but for what is left to runs; this is remembered in the cache.
 
     Raises
@@ -94,13 +93,13 @@ def require_sound(setting: Setting) -> None:
     """
 
     def build(cached: bool) -> str:
-        for each in held(setting):
+        for each in held(ivp):
             if each.fault and each.what not in LEFT_TO_RUNS:
                 raise InvalidProblem(each.fault)
         return '"""Nothing is wrong."""'
 
-    if setting.case in setting.sheet.CASES:
-        generated(f"{setting.problem}_sound", f"{setting.source.key} case {setting.case} sound {_code()}", build)
+    if ivp.case in ivp.sheet.CASES:
+        generated(f"{ivp.problem}_sound", f"{ivp.source.key} case {ivp.case} sound {_code()}", build)
 
 
 @cache
@@ -111,24 +110,24 @@ def _code() -> str:
     return hashlib.sha256(b"".join(file.read_bytes() for file in files)).hexdigest()
 
 
-def _declared(setting: Setting) -> Setting:
+def _declared(ivp: Ivp) -> Ivp:
     """Return the case as it is declared: other parameters and initial values are not the file's mistake."""
-    return make_setting(setting.source, setting.case) if setting.case in setting.sheet.CASES else setting
+    return make_ivp(ivp.source, ivp.case) if ivp.case in ivp.sheet.CASES else ivp
 
 
-def _checks(setting: Setting) -> Mapping[str, Check]:
+def _checks(ivp: Ivp) -> Mapping[str, Check]:
     """Return the checks that a problem is for, by what they check."""
     found: dict[str, Check] = {}
-    if isinstance(setting, Scene) and setting.arrays:
+    if isinstance(ivp, ConstrainedIvp) and ivp.arrays:
         return {START: start}
-    problem = setting.source.derivation.problem
-    if isinstance(setting, PoissonScene):
+    problem = ivp.source.derivation.problem
+    if isinstance(ivp, PoissonIvp):
         found[SMOOTH] = poisson_smooth
     else:
         found |= {MASS: mass, SMOOTH: smooth, START: start, RANK: independent}
-    if setting.size > 2 * MOST or not hasattr(problem, "closed_form"):
+    if ivp.size > 2 * MOST or not hasattr(problem, "closed_form"):
         return found
-    if isinstance(setting, Scene) and problem.integrals:
+    if isinstance(ivp, ConstrainedIvp) and problem.integrals:
         found["first integrals"] = declared_checks.integrals
     if problem.closed_form is not None:
         found["closed form"] = declared_checks.closed_form
@@ -138,83 +137,79 @@ def _checks(setting: Setting) -> Mapping[str, Check]:
     return found
 
 
-def start(scene: Scene) -> str:
+def start(ivp: ConstrainedIvp) -> str:
     """Return which constraint the start does not meet, and by how much; "" where it meets them all."""
-    state = tuple(scene.p0), tuple(scene.q0)
-    scales = residual_scales(scene, scene.p0, scene.q0)
+    state = tuple(ivp.p0), tuple(ivp.q0)
+    scales = residual_scales(ivp, ivp.p0, ivp.q0)
     for name, at, values, scale in (
-        ("g", "q0", scene.value("g", state[1]), scales[0]),
-        ("G H_p", "q0, p0", scene.value("Gv", *state), scales[1]),
+        ("g", "q0", ivp.value("g", state[1]), scales[0]),
+        ("G H_p", "q0, p0", ivp.value("Gv", *state), scales[1]),
     ):
         k = int(np.argmax(np.where(np.isfinite(values), np.abs(values), np.inf)))
         if not abs(values[k]) <= TOLERANCE * scale:
-            text = f" = {_short(scene.source.derivation.g[k])}" if name == "g" and not scene.arrays else ""
-            where = f"constraint {k + 1} of {scene.m}, {name}[{k}]{text}, is {values[k]:.3g} at {at} and not 0"
-            return f"{scene.problem}, case {scene.case!r}: {where}; correct the case, or add --project to move it to the manifold."
+            text = f" = {_short(ivp.source.derivation.g[k])}" if name == "g" and not ivp.arrays else ""
+            where = f"constraint {k + 1} of {ivp.m}, {name}[{k}]{text}, is {values[k]:.3g} at {at} and not 0"
+            return f"{ivp.problem}, case {ivp.case!r}: {where}; correct the case, or add --project to move it to the manifold."
     return ""
 
 
-def independent(scene: Scene) -> str:
+def independent(ivp: ConstrainedIvp) -> str:
     """Return which constraints depend on others at the start; "" where none does, or the case asks for least squares."""
-    why = None if scene.on_singular == "least-squares" else rank.dependence(scene)
-    return f"{scene.problem}, case {scene.case!r}: G M^-1 G^T is singular at the start: {why}; {rank.REDUNDANT}." if why else ""
+    why = None if ivp.on_singular == "least-squares" else rank.dependence(ivp)
+    return f"{ivp.problem}, case {ivp.case!r}: G M^-1 G^T is singular at the start: {why}; {rank.REDUNDANT}." if why else ""
 
 
-def mass(scene: Scene) -> str:
+def mass(ivp: ConstrainedIvp) -> str:
     """Return why the mass matrix is none at the start; "" where it is positive definite, or is not declared."""
-    if scene.source.derivation.problem.M is None:
+    if ivp.source.derivation.problem.M is None:
         return ""
-    M = np.array(scene.source.derivation.M.subs(_values(scene)).tolist(), dtype=object)
+    M = np.array(ivp.source.derivation.M.subs(_values(ivp)).tolist(), dtype=object)
     try:
         eigenvalues = np.linalg.eigvalsh(np.array(M, dtype=float))
     except (TypeError, ValueError, np.linalg.LinAlgError):
-        return (
-            f"{scene.problem}, case {scene.case!r}: the mass matrix M is no real matrix at q0: it is {M.tolist()}; correct M or the case."
-        )
+        return f"{ivp.problem}, case {ivp.case!r}: the mass matrix M is no real matrix at q0: it is {M.tolist()}; correct M or the case."
     if eigenvalues[0] > np.finfo(float).eps * len(M) * abs(eigenvalues[-1]):
         return ""
     what = "singular" if abs(eigenvalues[0]) <= 1e-12 * abs(eigenvalues[-1]) else "not positive definite"
     span = f"its eigenvalues are from {eigenvalues[0]:.3g} to {eigenvalues[-1]:.3g}"
-    return f"{scene.problem}, case {scene.case!r}: the mass matrix M is {what} at q0: {span}; correct M or the parameters."
+    return f"{ivp.problem}, case {ivp.case!r}: the mass matrix M is {what} at q0: {span}; correct M or the parameters."
 
 
-def smooth(scene: Scene) -> str:
+def smooth(ivp: ConstrainedIvp) -> str:
     """Return which function of H or g, or which derivative of it, is no finite number at the start; "" where all are finite."""
-    derivation = scene.source.derivation
-    q, pq = (tuple(scene.q0),), (tuple(scene.p0), tuple(scene.q0))
+    derivation = ivp.source.derivation
+    q, pq = (tuple(ivp.q0),), (tuple(ivp.p0), tuple(ivp.q0))
     if derivation.explicit:
         functions: dict[str, tuple[Any, ...]] = {"H": pq, "H_p": pq, "H_q": pq, "H_pp": pq, "H_qp": pq, "H_qq": pq}
     else:
-        qv = (*q, (1.0,) * scene.d)
+        qv = (*q, (1.0,) * ivp.d)
         functions = {"U": q, "U_q": q, "U_qq": q, "M": q, "N": qv, "T_qq": qv}
-    functions |= {"g": q, "G": q, "curvature": (*q, (1.0,) * scene.m)}
+    functions |= {"g": q, "G": q, "curvature": (*q, (1.0,) * ivp.m)}
     for name, arguments in functions.items():
-        if not np.all(np.isfinite(scene.value(name, *arguments))):
+        if not np.all(np.isfinite(ivp.value(name, *arguments))):
             what = name if "_" not in name else f"the derivative {name}"
             what = {"G": "the derivative g_q", "curvature": "the second derivative of g", "N": "the derivative of M"}.get(name, what)
-            return (
-                f"{scene.problem}, case {scene.case!r}: {what} is no finite number at the start; correct the case, or write it otherwise."
-            )
+            return f"{ivp.problem}, case {ivp.case!r}: {what} is no finite number at the start; correct the case, or write it otherwise."
     return ""
 
 
-def poisson_smooth(scene: PoissonScene) -> str:
+def poisson_smooth(ivp: PoissonIvp) -> str:
     """Return which function of a Poisson system is no finite number at the start; "" where all are finite."""
-    problem = scene.source.derivation.problem
+    problem = ivp.source.derivation.problem
     if isinstance(problem, PoissonSystem):
         check_smooth("H", problem.H, problem.y)
         check_smooth("B", problem.B, problem.y)
-    functions = {"H": "H", "field": "B grad H"} | ({} if scene.arrays else {"field_y": "the derivative of B grad H"})
+    functions = {"H": "H", "field": "B grad H"} | ({} if ivp.arrays else {"field_y": "the derivative of B grad H"})
     for name, what in functions.items():
-        if not np.all(np.isfinite(scene.value(name, scene.y0 if scene.arrays else tuple(scene.y0)))):
-            return f"{scene.problem}, case {scene.case!r}: {what} is no finite number at y0; correct the case, or write it otherwise."
+        if not np.all(np.isfinite(ivp.value(name, ivp.y0 if ivp.arrays else tuple(ivp.y0)))):
+            return f"{ivp.problem}, case {ivp.case!r}: {what} is no finite number at y0; correct the case, or write it otherwise."
     return ""
 
 
-def _values(scene: Scene) -> dict[Any, float]:
-    problem = scene.source.derivation.problem
-    named = {symbol: scene.parameters[str(symbol)] for symbol in problem.parameters}
-    return dict(zip(problem.q, map(float, scene.q0), strict=True)) | named
+def _values(ivp: ConstrainedIvp) -> dict[Any, float]:
+    problem = ivp.source.derivation.problem
+    named = {symbol: ivp.parameters[str(symbol)] for symbol in problem.parameters}
+    return dict(zip(problem.q, map(float, ivp.q0), strict=True)) | named
 
 
 def _short(expression: Any) -> str:

@@ -15,8 +15,8 @@ from typing import Any
 
 from daebench.errors import BadInput
 from daebench.files import atomic
+from daebench.ivp import Ivp, PoissonIvp
 from daebench.machine import machine
-from daebench.scene import PoissonScene, Scene
 
 PACKAGES = ("daebench", "numpy", "scipy", "sympy", "mpmath", "numba", "llvmlite", "pandas", "scikit-sundae", "heyoka", "solve_dae")
 """Packages that decide numbers; those that are not installed are left out."""
@@ -38,16 +38,16 @@ def now() -> str:
     return datetime.now(UTC).strftime("%Y-%m-%d %H:%M UTC")
 
 
-def definition(scene: Scene | PoissonScene) -> dict[str, str]:
+def definition(ivp: Ivp) -> dict[str, str]:
     """Return what defines a motion, in words."""
-    names = ("y0",) if isinstance(scene, PoissonScene) else ("p0", "q0")
-    states = zip(names, scene.start, strict=True)
-    start = "; ".join(f"{name} = ({_numbers(part)})" for name, part in states) if scene.size <= LONGEST else f"{scene.size} numbers"
+    names = ("y0",) if isinstance(ivp, PoissonIvp) else ("p0", "q0")
+    states = zip(names, ivp.start, strict=True)
+    start = "; ".join(f"{name} = ({_numbers(part)})" for name, part in states) if ivp.size <= LONGEST else f"{ivp.size} numbers"
     return {
-        "Problem": f"{scene.problem}, case {scene.case}" if scene.case else scene.problem,
-        "Parameters": ", ".join(f"{name} = {value!r}" for name, value in scene.parameters.items()) or "none",
+        "Problem": f"{ivp.problem}, case {ivp.case}" if ivp.case else ivp.problem,
+        "Parameters": ", ".join(f"{name} = {value!r}" for name, value in ivp.parameters.items()) or "none",
         "Start": start,
-        "Definition": f"SHA-256 {scene.sheet.FINGERPRINT} of its equations and cases",
+        "Definition": f"SHA-256 {ivp.sheet.FINGERPRINT} of its equations and cases",
     }
 
 

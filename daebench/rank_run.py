@@ -7,7 +7,7 @@ import numpy as np
 
 from daebench.diagnostics.passage import MOST_STATES, Crossing
 from daebench.diagnostics.rank import AFTER_FAILURE, GO_ON, HEAVIER, REDUNDANT, WITHIN, badly_scaled, dependence, upcoming_loss, zero_of
-from daebench.scene import Scene
+from daebench.ivp import ConstrainedIvp
 from daebench.stepping import Run
 from daebench.trajectory import Array
 
@@ -19,11 +19,11 @@ class RankRun(Run):
     ----------
     mode : str
         One of :data:`daebench.method.ON_SINGULAR`.
-    linked, scene, request, grid, names, raw, began
+    linked, ivp, request, grid, names, raw, began
         As for :class:`daebench.stepping.Run`.
     """
 
-    scene: Scene
+    ivp: ConstrainedIvp
 
     def __init__(self, mode: str, *settings: Any, **more: Any) -> None:
         self.mode = mode
@@ -38,7 +38,7 @@ class RankRun(Run):
         return self.pivots[0]
 
     def _prepare(self) -> None:
-        why = dependence(self.scene) if self.mode != "least-squares" and not self.kernel.ELEMENTWISE else None
+        why = dependence(self.ivp) if self.mode != "least-squares" and not self.kernel.ELEMENTWISE else None
         super()._prepare()
         if why:
             self.failure = self._stopped(f"G M^-1 G^T is singular at the start, where {why}; {REDUNDANT}")
@@ -47,14 +47,14 @@ class RankRun(Run):
 
     def _upcoming(self, within: int) -> float | None:
         """Return when G loses rank, if the present state tells that it does so within so many steps."""
-        t = upcoming_loss(self.scene, *self._state(), self.grid.h, within)
+        t = upcoming_loss(self.ivp, *self._state(), self.grid.h, within)
         return None if t is None else self.done * self.grid.h + t
 
     def _sentence(self, report: Sequence[Any], tried: int) -> str:
         """Return why the run stopped; where G is about to lose rank, that is why."""
         sentence = super()._sentence(report, tried)
         t = self._upcoming(AFTER_FAILURE)
-        if t is not None and (light := badly_scaled(self.scene, *self._state(), t - self.done * self.grid.h)):
+        if t is not None and (light := badly_scaled(self.ivp, *self._state(), t - self.done * self.grid.h)):
             return f"{sentence[:-1]}; {light}."
         return sentence if t is None else f"{sentence[:-1]}; G loses rank at about t = {t:.9g}, which not every scheme and h can pass."
 
@@ -63,7 +63,7 @@ class RankRun(Run):
         pivots = [float(pivot) for pivot in self.pivots[:0:-1]]
         if t is None:
             t = self._ahead + zero_of([(self.done - 1) * self.grid.h, self.done * self.grid.h], pivots)
-        if light := badly_scaled(self.scene, *self._state(), t - self.done * self.grid.h):
+        if light := badly_scaled(self.ivp, *self._state(), t - self.done * self.grid.h):
             if self.mode == "stop":
                 near = f"G M^-1 G^T is nearly singular at about t = {t:.9g}, within the next steps of h = {self.grid.h:g}"
                 self.failure = self._stopped(f"{near}; {light}; {HEAVIER}")
@@ -72,8 +72,8 @@ class RankRun(Run):
             self.failure = self._stopped(f"G loses rank at about t = {t:.9g}, within the next steps of h = {self.grid.h:g}; {GO_ON}")
             return
         p, q = self._state()
-        pivot = pivots[-1] or float(self.scene.value("independence", p, q))
-        crossing = Crossing(self.scene, t, self.done * self.grid.h, p, q, pivot)
+        pivot = pivots[-1] or float(self.ivp.value("independence", p, q))
+        crossing = Crossing(self.ivp, t, self.done * self.grid.h, p, q, pivot)
         for _ in range(min(MOST_STATES, self.grid.steps - self.done)):
             self._advance(1)
             if self.failure is not None:
@@ -86,11 +86,11 @@ class RankRun(Run):
     @property
     def _ahead(self) -> float:
         """How far the substeps of a composition go beyond the end of its step: pivots, but not what one constraint tells, are of there."""
-        if self.scene.m == 1 or (self.scene.arrays and not self.scene.sheet.EXPLICIT):
+        if self.ivp.m == 1 or (self.ivp.arrays and not self.ivp.sheet.EXPLICIT):
             return 0.0
         return self.grid.h * max(0.0, float(np.max(np.cumsum(self.linked.weights), initial=1.0)) - 1.0)
 
     def _state(self) -> tuple[Array, Array]:
         """Return p and q, shape(d,)."""
         row = np.asarray(self.linked.leave(self.x), dtype=float)
-        return row[: self.scene.d], row[self.scene.d :]
+        return row[: self.ivp.d], row[self.ivp.d :]

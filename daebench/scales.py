@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from daebench.scene import Array, PoissonScene, Scene
+from daebench.ivp import Array, ConstrainedIvp, PoissonIvp
 
 Leave = Callable[..., Any]
 """The map from the coordinates that a scheme computes in to those of the problem."""
@@ -20,7 +20,7 @@ STEP = 1e-30
 """Imaginary step of the derivative of coordinates."""
 
 
-def constrained_scales(scene: Scene, h: float, *, rated: bool) -> tuple[float, float]:
+def constrained_scales(ivp: ConstrainedIvp, h: float, *, rated: bool) -> tuple[float, float]:
     """Return the length L and the rate 1/T of a constrained initial value problem.
 
     ::
@@ -36,31 +36,31 @@ def constrained_scales(scene: Scene, h: float, *, rated: bool) -> tuple[float, f
 
     Parameters
     ----------
-    scene : Scene
+    ivp : ConstrainedIvp
         The problem with its numbers.
     h : float
         Step size, s.
     rated : bool
         Whether the rate is wanted; it is 0 if not.
     """
-    q0 = np.asarray(scene.q0)
-    if scene.arrays and np.any(q0):  # its functions would have to be compiled first, and no scheme that takes it wants the rate
+    q0 = np.asarray(ivp.q0)
+    if ivp.arrays and np.any(q0):  # its functions would have to be compiled first, and no scheme that takes it wants the rate
         return _largest(q0), 0.0
     with np.errstate(all="ignore"):
-        v, a = _largest(scene.value("H_p", scene.p0, q0)), _largest(_acceleration(scene, q0))
+        v, a = _largest(ivp.value("H_p", ivp.p0, q0)), _largest(_acceleration(ivp, q0))
         size, first = _largest(q0), _finite(h * v + h * h * a)
-        radius = 0.0 if scene.arrays or first + size == 0 else _radius(scene, q0, max(size, first))
+        radius = 0.0 if ivp.arrays or first + size == 0 else _radius(ivp, q0, max(size, first))
         length = max(size, min(first, radius) if radius else first, min(radius, FLAT * max(size, first)) / SLACK)
         rate = _finite(max(v / length, np.sqrt(a / length))) if rated and length > 0 else 0.0
     return length, float(rate)
 
 
-def poisson_scales(scene: PoissonScene, h: float) -> tuple[float, float]:
+def poisson_scales(ivp: PoissonIvp, h: float) -> tuple[float, float]:
     """Return the size of the initial state of a Poisson system, or of its first step where that is zero; no rate is known."""
-    y0 = np.asarray(scene.y0)
+    y0 = np.asarray(ivp.y0)
     if np.any(y0):
         return _largest(y0), 0.0
-    return _finite(h * _largest(scene.value("field", y0))), 0.0
+    return _finite(h * _largest(ivp.value("field", y0))), 0.0
 
 
 def in_coordinates(scales: tuple[float, float], leave: Leave, start: Sequence[Any], moved: int) -> tuple[float, float]:
@@ -89,18 +89,18 @@ def in_coordinates(scales: tuple[float, float], leave: Leave, start: Sequence[An
         return (_finite(length / largest) if largest > 0 else _largest(np.real(parts[moved]))), rate
 
 
-def _acceleration(scene: Scene, q0: Array) -> Any:
+def _acceleration(ivp: ConstrainedIvp, q0: Array) -> Any:
     """Return M^-1 H_q at the start, whatever of it the constraint forces take up."""
-    gradient = scene.value("H_q", scene.p0, q0)
-    if scene.sheet.QUADRATIC:
-        return scene.value("H_p", gradient, q0)
-    return scene.value("H_pp", scene.p0, q0) @ gradient
+    gradient = ivp.value("H_q", ivp.p0, q0)
+    if ivp.sheet.QUADRATIC:
+        return ivp.value("H_p", gradient, q0)
+    return ivp.value("H_pp", ivp.p0, q0) @ gradient
 
 
-def _radius(scene: Scene, q0: Array, extent: float) -> float:
+def _radius(ivp: ConstrainedIvp, q0: Array, extent: float) -> float:
     """Return the least radius |G| / |g_qq| of the constraints that are curved; 0 where none is."""
-    shift = extent * np.cos(1.0 + np.arange(scene.d))
-    here, there = scene.value("G", q0), scene.value("G", q0 + shift)
+    shift = extent * np.cos(1.0 + np.arange(ivp.d))
+    here, there = ivp.value("G", q0), ivp.value("G", q0 + shift)
     slope, turn = np.abs(here).sum(axis=1), np.abs(there - here).sum(axis=1)
     radii = [extent * a / b for a, b in zip(slope, turn, strict=True) if b > 0 and np.isfinite(a / b)]
     return min(radii, default=0.0)

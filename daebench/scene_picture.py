@@ -1,4 +1,4 @@
-"""Where the parts of a scene are: what a problem's picture draws, as numbers along any run."""
+"""Where the parts of an initial value problem are: what a problem's picture draws, as numbers along any run."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 
 from daebench.errors import InvalidProblem
+from daebench.ivp import Array, InitialValueProblem
 from daebench.picture import Picture
-from daebench.scene import Array, Setting
 
 LINES, ALONG = 13, 61
 """Lines of constant coordinates of a surface, and points on each."""
@@ -16,7 +16,7 @@ LINES, ALONG = 13, 61
 
 @dataclass(frozen=True)
 class Layout:
-    """What is drawn of a scene: parts by numbers of points, and where the points are.
+    """What is drawn of an initial value problem: parts by numbers of points, and where the points are.
 
     Parameters
     ----------
@@ -44,7 +44,7 @@ class Layout:
     at: Callable[[Array], Array]
 
 
-def layout_of(setting: Setting) -> Layout | None:
+def layout_of(ivp: InitialValueProblem) -> Layout | None:
     """Return what is drawn of a problem of any kind with the numbers of a case, or None where it declares no picture.
 
     Raises
@@ -52,17 +52,17 @@ def layout_of(setting: Setting) -> Layout | None:
     InvalidProblem
         If the picture has no points, they are not all of the plane or all of space, or an expression has an undeclared symbol.
     """
-    declared = setting.source.define()
+    declared = ivp.source.define()
     picture = declared.picture
     if picture is None:
         return None
     rods, masses, fixed, flat = numbered(picture)
-    dimension = _dimension(setting.problem, picture, flat)
+    dimension = _dimension(ivp.problem, picture, flat)
     symbols = list(getattr(declared, "q", ()) or getattr(declared, "y", ()))
     parameters = list(declared.parameters)
-    _require_declared(setting.problem, flat, {*symbols, *parameters})
-    _require_declared(setting.problem, [picture.surface or ()], {*parameters, *(symbol for symbol, *_ in picture.over)})
-    par = [setting.parameters[str(name)] for name in parameters]
+    _require_declared(ivp.problem, flat, {*symbols, *parameters})
+    _require_declared(ivp.problem, [picture.surface or ()], {*parameters, *(symbol for symbol, *_ in picture.over)})
+    par = [ivp.parameters[str(name)] for name in parameters]
     at = _points(flat, symbols, parameters, par)
     return Layout(dimension, rods, masses, fixed, surface_lines(picture, parameters, par), tuple(picture.axes), at)
 

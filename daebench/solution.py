@@ -8,10 +8,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from daebench.errors import RunFailed
+from daebench.ivp import Array, ConstrainedIvp, InitialValueProblem, PoissonIvp
 from daebench.poisson_pose import pose_poisson
 from daebench.pose import Dae, Posed, pose
 from daebench.scales import constrained_scales, poisson_scales
-from daebench.scene import Array, PoissonScene, Scene, Setting
 
 DIGITS = 20
 """Decimal digits of the closed form; double precision needs 16."""
@@ -48,8 +48,8 @@ class ReferenceSolution:
     bound: Mapping[str, float]
 
 
-def reference_solution(scene: Setting, times: ArrayLike, calls: float = np.inf) -> ReferenceSolution:
-    """Return the motion from the scene's own initial values, as rounded as any method is handed them.
+def reference_solution(ivp: InitialValueProblem, times: ArrayLike, calls: float = np.inf) -> ReferenceSolution:
+    """Return the motion from the problem's own initial values, as rounded as any method is handed them.
 
     A closed form is evaluated in mpmath numbers and rounded once; its bound is the rounding of the largest state. Else the
     index-reduced ODE, HLW (1.18), or a Poisson system as it stands, is integrated by SciPy's DOP853 at 2.5e-14 from time to time, without
@@ -57,7 +57,7 @@ def reference_solution(scene: Setting, times: ArrayLike, calls: float = np.inf) 
 
     Parameters
     ----------
-    scene : Setting
+    ivp : InitialValueProblem
         A problem of either kind with consistent initial values.
     times : array_like, shape(n,)
         Ascending, at least 0.
@@ -69,14 +69,14 @@ def reference_solution(scene: Setting, times: ArrayLike, calls: float = np.inf) 
     RunFailed
         If the integration stops early, takes more calls or leaves the domain, or a multiplier is not finite.
     """
-    if not scene.sheet.CLOSED_FORM:
-        return integrated(scene, times, calls)
-    closed_form, states = scene.source.derivation.problem.closed_form, {}
-    if isinstance(scene, Scene):
-        q, p = evaluated(closed_form, times, scene.q0, scene.p0, scene.parameters)
-        states = {"q": q, "p": p, "lam": _multipliers(scene, p, q)}
+    if not ivp.sheet.CLOSED_FORM:
+        return integrated(ivp, times, calls)
+    closed_form, states = ivp.source.derivation.problem.closed_form, {}
+    if isinstance(ivp, ConstrainedIvp):
+        q, p = evaluated(closed_form, times, ivp.q0, ivp.p0, ivp.parameters)
+        states = {"q": q, "p": p, "lam": _multipliers(ivp, p, q)}
     else:
-        rows = exactly(closed_form, times, scene.start, scene.parameters)
+        rows = exactly(closed_form, times, ivp.start, ivp.parameters)
         states = {"y": np.array([[float(x) for x in row] for row in rows])}
     return ReferenceSolution("closed form", np.asarray(times, dtype=float), states, {name: rounding(rows) for name, rows in states.items()})
 
@@ -114,12 +114,12 @@ def exactly(
         return [closed_form(mpmath.mpf(float(t)), *initial, values) for t in np.asarray(times, dtype=float)]
 
 
-def integrated(scene: Setting, times: ArrayLike, calls: float = np.inf) -> ReferenceSolution:
+def integrated(ivp: InitialValueProblem, times: ArrayLike, calls: float = np.inf) -> ReferenceSolution:
     """Return the motion by two runs of DOP853, see :func:`reference_solution`.
 
     Parameters
     ----------
-    scene : Setting
+    ivp : InitialValueProblem
         A problem of either kind with consistent initial values, which belong to time 0.
     times : array_like, shape(n,)
         In the order in which they are reached: ascending, or descending from 0.
@@ -131,18 +131,18 @@ def integrated(scene: Setting, times: ArrayLike, calls: float = np.inf) -> Refer
     RunFailed
         If the integration stops early, takes more calls or leaves the domain, or a multiplier is not finite.
     """
-    posed, t = _ode(scene), np.asarray(times, dtype=float)
+    posed, t = _ode(ivp), np.asarray(times, dtype=float)
     tight, loose = (_states(posed, advanced(posed, times, tol, calls)) for tol in (TIGHT, LOOSE))
     for time, y in zip(t, tight.get("y", ()), strict=False):
         if left := posed.outside(y):
-            where = f"the reference solution of {scene.problem}, case {scene.case}, has left {left} at t = {time:.9g}"
+            where = f"the reference solution of {ivp.problem}, case {ivp.case}, has left {left} at t = {time:.9g}"
             raise RunFailed(f"{where}; choose a shorter end time.")
     return ReferenceSolution("DOP853", t, tight, {name: bound_of(tight[name], loose[name]) for name in tight})
 
 
-def _ode(scene: Any) -> Posed:
+def _ode(ivp: Any) -> Posed:
     """Return the ODE of a problem: the index-reduced one, HLW (1.18), or a Poisson system as it stands."""
-    return pose(scene, "ode") if isinstance(scene, Scene) else pose_poisson(scene, "ode")
+    return pose(ivp, "ode") if isinstance(ivp, ConstrainedIvp) else pose_poisson(ivp, "ode")
 
 
 def bound_of(tight: Array, loose: Array) -> float:
@@ -150,14 +150,14 @@ def bound_of(tight: Array, loose: Array) -> float:
     return max(SAFETY * float(np.max(np.linalg.norm(tight - loose, axis=1))), rounding(tight))
 
 
-def multipliers_between(scene: Scene, known: ReferenceSolution, times: ArrayLike) -> tuple[Array, float]:
+def multipliers_between(ivp: ConstrainedIvp, known: ReferenceSolution, times: ArrayLike) -> tuple[Array, float]:
     """Return lam(p, q) at the start, at known times and between them, shape(n, m), and the bound of its error.
 
     What is between is reached by DOP853 from the last known state before it.
 
     Parameters
     ----------
-    scene : Scene
+    ivp : ConstrainedIvp
         What ``known`` belongs to.
     known : Truth
         The states from which to go on.
@@ -165,22 +165,22 @@ def multipliers_between(scene: Scene, known: ReferenceSolution, times: ArrayLike
         Times, s, at least 0, in any order.
     """
     wanted, starts = np.asarray(times, dtype=float), np.concatenate([[0.0], known.t])
-    p, q = (np.concatenate([[x0], known.states[name]]) for x0, name in ((scene.p0, "p"), (scene.q0, "q")))
+    p, q = (np.concatenate([[x0], known.states[name]]) for x0, name in ((ivp.p0, "p"), (ivp.q0, "q")))
     last = np.searchsorted(starts, wanted, side="right") - 1
-    lam, bound = _multipliers(scene, p, q)[last], known.bound["lam"]
+    lam, bound = _multipliers(ivp, p, q)[last], known.bound["lam"]
     between = wanted > starts[last]
     for k in np.unique(last[between]):
         here = between & (last == k)
         after, places = np.unique(wanted[here] - starts[k], return_inverse=True)
-        found = integrated(replace(scene, p0=p[k], q0=q[k]), after)
+        found = integrated(replace(ivp, p0=p[k], q0=q[k]), after)
         lam[here] = found.states["lam"][places]
         bound = max(bound, found.bound["lam"])
     return lam, bound
 
 
-def reach(scene: Setting, steps: int) -> float:
+def reach(ivp: InitialValueProblem, steps: int) -> float:
     """Return the time that DOP853 at 1e-13 reaches in so many steps, or where it can go no further: what the motion itself calls long."""
-    solver = _solver(_ode(scene), 0.0, np.inf, LOOSE)
+    solver = _solver(_ode(ivp), 0.0, np.inf, LOOSE)
     with np.errstate(all="ignore"):
         for _ in range(steps):
             if solver.status != "running" or solver.step() is not None:
@@ -194,7 +194,7 @@ def _states(posed: Posed, rows: Array) -> dict[str, Array]:
         return {"y": rows}
     q, v = posed.unpack(rows)
     p = posed.momenta(q, v)
-    return {"q": q, "p": p, "lam": _multipliers(posed.scene, p, q)}
+    return {"q": q, "p": p, "lam": _multipliers(posed.ivp, p, q)}
 
 
 def advanced(posed: Posed, times: ArrayLike, tol: float, calls: float = np.inf) -> Array:
@@ -222,10 +222,10 @@ def _advanced(dae: Posed, t: float, t_end: float, y: Array, tol: float, calls: f
         while solver.status == "running":
             message = solver.step()
             if solver.nfev > calls:
-                where = f"{dae.scene.problem}, case {dae.scene.case}, at t = {solver.t:.9g} of {t_end:g}"
+                where = f"{dae.ivp.problem}, case {dae.ivp.case}, at t = {solver.t:.9g} of {t_end:g}"
                 raise RunFailed(f"the reference solution of {where} has used up its calls of the right side; choose a shorter end time.")
     if solver.status == "failed" or not np.all(np.isfinite(solver.y)):
-        where = f"the reference solution of {dae.scene.problem}, case {dae.scene.case}, stopped at t = {solver.t:.9g} of {t_end:g}"
+        where = f"the reference solution of {dae.ivp.problem}, case {dae.ivp.case}, stopped at t = {solver.t:.9g} of {t_end:g}"
         why = str(message or "a value is no longer finite").rstrip(".")
         raise RunFailed(f"{where} (DOP853, tolerance {tol:g}): {why}; choose a shorter end time.")
     return np.asarray(solver.y, dtype=float), solver.nfev
@@ -248,23 +248,23 @@ def _sizes(dae: Posed) -> Array:
 
     These are the length of the problem and its speed, or its momentum |H_q| T where momenta are the unknowns; or the largest y.
     """
-    scene = dae.scene
+    ivp = dae.ivp
     sizes = np.ones(dae.n)
-    if isinstance(scene, PoissonScene):
-        sizes[:] = poisson_scales(scene, 0.0)[0]
-    elif isinstance(scene, Scene) and isinstance(dae, Dae):
-        length, rate = constrained_scales(scene, 0.0, rated=True)
-        impulse = float(np.max(np.abs(scene.value("H_q", scene.p0, scene.q0)))) / rate if rate > 0 else 0.0
-        momentum = max(float(np.max(np.abs(scene.p0))), impulse)
+    if isinstance(ivp, PoissonIvp):
+        sizes[:] = poisson_scales(ivp, 0.0)[0]
+    elif isinstance(ivp, ConstrainedIvp) and isinstance(dae, Dae):
+        length, rate = constrained_scales(ivp, 0.0, rated=True)
+        impulse = float(np.max(np.abs(ivp.value("H_q", ivp.p0, ivp.q0)))) / rate if rate > 0 else 0.0
+        momentum = max(float(np.max(np.abs(ivp.p0))), impulse)
         sizes = np.repeat([length, length * rate if dae.mechanical else momentum], dae.n // 2)
     return np.where(sizes > 0, sizes, 1.0)
 
 
-def _multipliers(scene: Scene, p: Array, q: Array) -> Array:
-    lam = scene.along("lam", p, q)
+def _multipliers(ivp: ConstrainedIvp, p: Array, q: Array) -> Array:
+    lam = ivp.along("lam", p, q)
     if not np.all(np.isfinite(lam)):
         raise RunFailed(
-            f"the multiplier of {scene.problem}, case {scene.case}, is not finite along the motion, so that it has no reference; "
+            f"the multiplier of {ivp.problem}, case {ivp.case}, is not finite along the motion, so that it has no reference; "
             "choose a shorter end time or another case."
         )
     return lam

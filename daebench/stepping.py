@@ -10,11 +10,11 @@ import numpy as np
 
 from daebench.compiled import uncollected
 from daebench.grid import Grid
+from daebench.ivp import InitialValueProblem
 from daebench.kernels.newton import SWEEPS
 from daebench.kernels.rank import RANK_LOST
 from daebench.kernels.relax import ROUNDS
 from daebench.method import Request
-from daebench.scene import Setting
 from daebench.trajectory import Array, Passage
 
 REASONS = {
@@ -65,7 +65,7 @@ class Linked:
     compiled : bool
         Whether the kernel is machine code.
     enter, leave : callable
-        From the scene's start to the state that the scheme computes in, and from there to a row of numbers as they are stored.
+        From the problem's start to the state that the scheme computes in, and from there to a row of numbers as they are stored.
     work : tuple of str
         Kinds of work that the kernel counts.
     reasons : mapping of int to (str, str)
@@ -85,7 +85,7 @@ class Linked:
     reasons: Mapping[int, tuple[str, str]] = field(default_factory=lambda: REASONS)
     arrays: bool = False
 
-    def failure(self, scene: Setting, h: float, done: int, steps: int, tried: int, report: Sequence[Any]) -> str:
+    def failure(self, ivp: InitialValueProblem, h: float, done: int, steps: int, tried: int, report: Sequence[Any]) -> str:
         """Return the sentence that says where a scheme stopped and why; ``tried`` substeps were begun in the last step."""
         substep = (
             f", substep {tried} of {len(self.weights)} over {self.weights[tried - 1] * h:.4g}" if len(self.weights) and tried > 0 else ""
@@ -93,7 +93,7 @@ class Linked:
         where = f"stopped at t = {done * h:.9g} (step {done + 1} of {steps}, h = {h:g}{substep})"
         why, advice = self.reasons[int(report[0])]
         reason = why.format(residual=float(report[1]), **LIMITS)
-        return f"{self.name} on {scene.problem}, case {scene.case}, {where}: {reason}; {advice}."
+        return f"{self.name} on {ivp.problem}, case {ivp.case}, {where}: {reason}; {advice}."
 
 
 def next_piece(piece: int, took: float) -> int:
@@ -102,13 +102,13 @@ def next_piece(piece: int, took: float) -> int:
 
 
 class Run:
-    """One run of a linked scheme on a scene.
+    """One run of a linked scheme on an initial value problem.
 
     Parameters
     ----------
     linked : Linked
         The scheme.
-    scene, request, grid
+    ivp, request, grid
         What is integrated, what is asked for, and the steps that this comes to.
     names : sequence of str
         Names of the errors that the kernel watches.
@@ -119,9 +119,9 @@ class Run:
     """
 
     def __init__(
-        self, linked: Linked, scene: Setting, request: Request, grid: Grid, *, names: Sequence[str], raw: int = 0, began: float
+        self, linked: Linked, ivp: InitialValueProblem, request: Request, grid: Grid, *, names: Sequence[str], raw: int = 0, began: float
     ) -> None:
-        self.linked, self.scene, self.request, self.grid, self.names = linked, scene, request, grid, names
+        self.linked, self.ivp, self.request, self.grid, self.names = linked, ivp, request, grid, names
         self.kernel = linked.kernel
         self.number: Callable[[Any], Any] = (
             np.dtype(request.precision).type if request.precision == "float32" or not linked.compiled else float
@@ -129,8 +129,8 @@ class Run:
         self.zero, self.infinity = self.typed(0.0), self.typed(np.inf)
         self.par, self.h = self.typed(linked.par), self.typed(grid.h)
         self.weights = linked.weights.astype(request.precision)
-        self.x = self.state(linked.enter(scene.start))
-        self.X = np.empty((grid.rows, scene.size), dtype=request.precision)
+        self.x = self.state(linked.enter(ivp.start))
+        self.X = np.empty((grid.rows, ivp.size), dtype=request.precision)
         self.R = np.empty((grid.rows if raw else 0, raw), dtype=request.precision)
         self.done, self.row, self.left = 0, 0, grid.every or -1
         self.work = np.zeros(len(linked.work), dtype=np.int64)
@@ -185,7 +185,7 @@ class Run:
         return times * np.array(counts, dtype=np.int64) if self.request.count and len(counts) else np.zeros_like(self.work)
 
     def _sentence(self, report: Sequence[Any], tried: int) -> str:
-        return self.linked.failure(self.scene, self.grid.h, self.done, self.grid.steps, tried, report)
+        return self.linked.failure(self.ivp, self.grid.h, self.done, self.grid.steps, tried, report)
 
     @property
     def carried(self) -> tuple[Any, ...]:
@@ -248,7 +248,7 @@ class Run:
 
     def _stopped(self, why: str) -> str:
         t = self.done * self.grid.h
-        return f"{self.linked.name} on {self.scene.problem}, case {self.scene.case}, stopped at t = {t:.9g}: {why}."
+        return f"{self.linked.name} on {self.ivp.problem}, case {self.ivp.case}, stopped at t = {t:.9g}: {why}."
 
     def outcome(self) -> dict[str, Any]:
         """Run, and return what a trajectory of any kind says of it."""
@@ -260,12 +260,12 @@ class Run:
             self.failure, self.interrupted = self._stopped("interrupted"), True
         if self.failure is None and "energy" not in self.names and not np.isfinite(self._energy()):
             self.failure = self._stopped(f"H is not finite there; {self.linked.reasons[4][1]}")
-        scene, request = self.scene, self.request
+        ivp, request = self.ivp, self.request
         return {
-            "problem": scene.problem,
-            "case": scene.case,
+            "problem": ivp.problem,
+            "case": ivp.case,
             "method": self.linked.name,
-            "parameters": dict(scene.parameters),
+            "parameters": dict(ivp.parameters),
             "knob": "h",
             "value": self.grid.h,
             "steps": self.done,
@@ -280,15 +280,15 @@ class Run:
 
     def _energy(self) -> float:
         """Return H at the last state."""
-        ends = np.cumsum([len(part) for part in self.scene.start])[:-1]
-        return float(self.scene.value("H", *np.split(np.asarray(self.linked.leave(self.x), dtype=float), ends)))
+        ends = np.cumsum([len(part) for part in self.ivp.start])[:-1]
+        return float(self.ivp.value("H", *np.split(np.asarray(self.linked.leave(self.x), dtype=float), ends)))
 
     def states(self) -> tuple[Array, Array]:
         """Return the times and the rows of states: the start, what the loop stored, and the end."""
         index = self.grid.every * np.arange(1, self.row + 1)
         end = [self.done] if self.done and (not len(index) or index[-1] != self.done) else []
-        last = np.array([self.linked.leave(self.x)] * len(end), dtype=float).reshape(-1, self.scene.size)
-        rows = np.concatenate([np.concatenate(self.scene.start)[None], self.X[: self.row].astype(float, copy=False), last])
+        last = np.array([self.linked.leave(self.x)] * len(end), dtype=float).reshape(-1, self.ivp.size)
+        rows = np.concatenate([np.concatenate(self.ivp.start)[None], self.X[: self.row].astype(float, copy=False), last])
         return np.array([0, *index, *end], dtype=float) * self.grid.h, rows
 
     def multipliers(self) -> Array:

@@ -8,8 +8,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from daebench.diagnostics.symplecticity import tangent_basis
 from daebench.errors import BadInput
-from daebench.make_scene import initial_values
-from daebench.scene import Scene
+from daebench.ivp import ConstrainedIvp
+from daebench.make_ivp import initial_values
+from daebench.renamed import old_keywords
 
 if TYPE_CHECKING:
     import sympy as sp
@@ -138,7 +139,8 @@ def _at(expressions: Iterable["sp.Expr"], start: Mapping["sp.Symbol", "sp.Expr"]
     return tuple(sp.sympify(each).subs(start, simultaneous=True) for each in expressions)
 
 
-def symplectic_projection(scene: Scene, p: ArrayLike, q: ArrayLike) -> Array:
+@old_keywords(scene="ivp")
+def symplectic_projection(ivp: ConstrainedIvp, p: ArrayLike, q: ArrayLike) -> Array:
     """Return the symplectic projection P_x onto the tangent space of the manifold at x = (p, q), HLW (2.19).
 
     ::
@@ -150,7 +152,7 @@ def symplectic_projection(scene: Scene, p: ArrayLike, q: ArrayLike) -> Array:
 
     Parameters
     ----------
-    scene : Scene
+    ivp : ConstrainedIvp
         The problem with its numbers.
     p, q : array_like, shape(d,)
         A point of the manifold.
@@ -166,13 +168,11 @@ def symplectic_projection(scene: Scene, p: ArrayLike, q: ArrayLike) -> Array:
         If p or q is not what it must be, or the two-form degenerates on the tangent space there, as where G loses rank and the system
         does not rest.
     """
-    p, q = (initial_values(name, values, scene.sheet) for name, values in (("p", p), ("q", q)))
-    X = tangent_basis(scene, p, q)
-    d = scene.d
+    p, q = (initial_values(name, values, ivp.sheet) for name, values in (("p", p), ("q", q)))
+    X = tangent_basis(ivp, p, q)
+    d = ivp.d
     XJ = np.hstack([-X[d:].T, X[:d].T])
     form = XJ @ X
     if np.linalg.cond(form) * np.finfo(float).eps > 1e-3:
-        raise BadInput(
-            f"the manifold of {scene.problem} is not symplectic at q = {np.asarray(q).tolist()}: its two-form degenerates there."
-        )
+        raise BadInput(f"the manifold of {ivp.problem} is not symplectic at q = {np.asarray(q).tolist()}: its two-form degenerates there.")
     return np.asarray(X @ np.linalg.solve(form, XJ), dtype=float)

@@ -13,9 +13,9 @@ import numpy as np
 
 from daebench.errors import BadInput, DaebenchError
 from daebench.fixed_step_constrained import FixedStep
+from daebench.ivp import ConstrainedIvp, Ivp
 from daebench.method import Request
 from daebench.names import method_of
-from daebench.scene import PoissonScene, Scene
 
 BY_HAND = ("rattle", "rk4", "strang")
 """Methods that there is a C program of, beside this file."""
@@ -28,12 +28,12 @@ VARIANTS: dict[str, dict[str, Any]] = {
 """What is timed: bare steps; with energy and manifold, or Casimir functions, watched; and with work counted too."""
 
 
-def measure(scene: Scene | PoissonScene, name: str, *, h: float, steps: int, repeat: int, anyway: bool = False) -> dict[str, Any]:
+def measure(ivp: Ivp, name: str, *, h: float, steps: int, repeat: int, anyway: bool = False) -> dict[str, Any]:
     """Return a method's best time of a step: bare, watched, and watched and counted.
 
     Parameters
     ----------
-    scene : Scene or PoissonScene
+    ivp : InitialValueProblem
         What is integrated.
     name : str
         A fixed-step method.
@@ -56,44 +56,46 @@ def measure(scene: Scene | PoissonScene, name: str, *, h: float, steps: int, rep
     """
     if steps < 1 or repeat < 1:
         raise BadInput(f"steps = {steps} and repeat = {repeat} must be at least 1.")
-    method = method_of(scene, name, anyway=anyway)
+    method = method_of(ivp, name, anyway=anyway)
     if method.knob != "h":
         raise BadInput(f"{name} has no fixed steps; bench measures schemes.")
-    row: dict[str, Any] = {"method": name, "note": method.refusal(scene)}
+    row: dict[str, Any] = {"method": name, "note": method.refusal(ivp)}
     if row["note"]:
         return row
     times: dict[str, list[float]] = {variant: [] for variant in VARIANTS}
     for _ in range(repeat):
         for variant, choice in VARIANTS.items():
-            run = method.solve(scene, Request(value=h, steps=steps, every=0, **choice))
+            run = method.solve(ivp, Request(value=h, steps=steps, every=0, **choice))
             if run.failure:
                 return row | {"note": run.failure}
             times[variant].append(run.seconds / run.steps * 1e9)
     return row | {variant: min(values) for variant, values in times.items()}
 
 
-def hand_written(scene: Scene | PoissonScene, rows: Sequence[dict[str, Any]], *, h: float, steps: int, repeat: int) -> list[dict[str, Any]]:
+def hand_written(ivp: Ivp, rows: Sequence[dict[str, Any]], *, h: float, steps: int, repeat: int) -> list[dict[str, Any]]:
     """Return a row for each method of ``rows`` that there is in C, timed at -O3 in turns with the linked kernel.
 
     They are written for the spherical pendulum; there are none elsewhere. The linked kernel's row gets the ratio as its note.
     """
     measured = {row["method"]: row for row in rows if row["method"] in BY_HAND and not row.get("note")}
-    if not isinstance(scene, Scene) or scene.problem != "spherical_pendulum" or not measured:
+    if not isinstance(ivp, ConstrainedIvp) or ivp.problem != "spherical_pendulum" or not measured:
         return []
     compiler = next((found for name in ("cc", "gcc", "clang") if (found := shutil.which(name))), None)
     if compiler is None:
         return [{"method": "C", "note": "no C compiler found"}]
     with tempfile.TemporaryDirectory() as folder:
-        return [_in_turns(compiler, Path(folder), scene, row, h=h, steps=steps, repeat=repeat) for row in measured.values()]
+        return [_in_turns(compiler, Path(folder), ivp, row, h=h, steps=steps, repeat=repeat) for row in measured.values()]
 
 
-def _in_turns(compiler: str, folder: Path, scene: Scene, row: dict[str, Any], *, h: float, steps: int, repeat: int) -> dict[str, Any]:
+def _in_turns(
+    compiler: str, folder: Path, ivp: ConstrainedIvp, row: dict[str, Any], *, h: float, steps: int, repeat: int
+) -> dict[str, Any]:
     """Return the row of the program in C, and note in the kernel's how the two compare."""
     name = row["method"]
-    call = _compiled(compiler, folder, name, scene, h, steps)
+    call = _compiled(compiler, folder, name, ivp, h, steps)
     method, linked, by_hand = FixedStep(name), [], []
     for _ in range(repeat):
-        run = method.solve(scene, Request(value=h, steps=steps, every=0, **VARIANTS["ns_per_step"])).complete()
+        run = method.solve(ivp, Request(value=h, steps=steps, every=0, **VARIANTS["ns_per_step"])).complete()
         linked.append(run.seconds / steps * 1e9)
         by_hand.append(call())
     row["ns_per_step"] = min([row["ns_per_step"], *linked])
@@ -101,7 +103,7 @@ def _in_turns(compiler: str, folder: Path, scene: Scene, row: dict[str, Any], *,
     return {"method": f"{name} in C", "ns_per_step": min(by_hand), "note": f"{Path(compiler).name} -O3"}
 
 
-def _compiled(compiler: str, folder: Path, name: str, scene: Scene, h: float, steps: int) -> Callable[[], float]:
+def _compiled(compiler: str, folder: Path, name: str, ivp: ConstrainedIvp, h: float, steps: int) -> Callable[[], float]:
     """Return a call that runs a C program and returns nanoseconds per step."""
     library = folder / f"{name}.so"
     source = Path(__file__).with_name(f"{name}.c")
@@ -113,9 +115,9 @@ def _compiled(compiler: str, folder: Path, name: str, scene: Scene, h: float, st
     function.argtypes = [ctypes.c_void_p, *[ctypes.c_double] * 4, ctypes.c_long, ctypes.POINTER(ctypes.c_long)]
 
     def call() -> float:
-        state = np.concatenate([scene.p0, scene.q0])
+        state = np.concatenate([ivp.p0, ivp.q0])
         began = time.thread_time()
-        taken = function(state.ctypes.data, *scene.par, h, steps, ctypes.byref(ctypes.c_long()))
+        taken = function(state.ctypes.data, *ivp.par, h, steps, ctypes.byref(ctypes.c_long()))
         spent = time.thread_time() - began
         if taken != steps:
             raise DaebenchError(f"the C program stopped after {taken} of {steps} steps.")

@@ -23,7 +23,7 @@ DOUBTED = "use a smaller h or tol, and see whether the motion has left the domai
 
 @dataclass(frozen=True, kw_only=True)
 class Outcome:
-    """What one method gave on one scene, the states apart.
+    """What one method gave on one initial value problem, the states apart.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Two point masses hung one from the other in the plane: the smallest chaotic scene, with two constraints that meet in one mass."""
+"""Two point masses hung one from the other in the plane: the smallest chaotic problem, with two constraints that meet in one mass."""
 
 import sympy as sp
 

@@ -24,7 +24,7 @@ def problem(
 
     The system of Marsden & Scheurle, Lagrangian reduction and the double spherical pendulum, ZAMP 44 (1993) 17-43. It has four degrees
     of freedom and two integrals, H and the angular momentum L3 about the vertical. L3 is quadratic, and RATTLE keeps it to rounding
-    although the motion itself is lost: what a method keeps of a chaotic motion is shown here in the smallest scene in space. Its
+    although the motion itself is lost: what a method keeps of a chaotic motion is shown here in the smallest problem in space. Its
     multipliers are coupled, for the rods meet in the first mass.
 
     Parameters

@@ -1,4 +1,4 @@
-"""A point mass on a sphere under gravity, HLW Example 1.1: the smallest scene in which index reduction shows its price."""
+"""A point mass on a sphere under gravity, HLW Example 1.1: the smallest problem in which index reduction shows its price."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any

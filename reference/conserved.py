@@ -78,8 +78,8 @@ class Conservation:
 
 def conservation(posed: Posed, tol: float) -> Conservation:
     """Return what a run on a posed problem with this tolerance conserves."""
-    positions = posed.scene.d if isinstance(posed, Dae) and posed.formulation == "index3" else 0
-    return Conservation(conserved(posed), posed.scene.size, tol, positions)
+    positions = posed.ivp.d if isinstance(posed, Dae) and posed.formulation == "index3" else 0
+    return Conservation(conserved(posed), posed.ivp.size, tol, positions)
 
 
 def conserved(posed: Posed) -> Conserved:
@@ -90,8 +90,8 @@ def conserved(posed: Posed) -> Conserved:
     posed : Posed
         What is solved. Where its functions are not compiled, this one is not either.
     """
-    par = tuple(map(float, posed.scene.par))
-    if posed.scene.arrays:
+    par = tuple(map(float, posed.ivp.par))
+    if posed.ivp.arrays:
         return np.errstate(all="ignore")(_of_arrays(posed, par))
     compiled = hasattr(posed.residual, "signatures")
     call = _module(posed, compiled=compiled).conserved
@@ -105,11 +105,11 @@ def conserved(posed: Posed) -> Conserved:
 
 def _of_arrays(posed: Posed, par: tuple[float, ...]) -> Conserved:
     """Return it where vectors are arrays, whose functions are there already."""
-    scene = posed.scene
+    ivp = posed.ivp
     if not isinstance(posed, Dae):
-        H, size = scene.functions("H").H, scene.size
+        H, size = ivp.functions("H").H, ivp.size
         return lambda y: (float(H(y[:size], par)),)
-    module = scene.functions("H", "g", "Gv")
+    module = ivp.functions("H", "g", "Gv")
 
     def at(y: Any) -> tuple[float, ...]:
         q, v = posed.unpack(y[None])
@@ -123,7 +123,7 @@ def _of_arrays(posed: Posed, par: tuple[float, ...]) -> Conserved:
 def _module(posed: Posed, *, compiled: bool) -> types.ModuleType:
     from daebench.codegen import function, pack  # this imports SymPy, which a list of methods does without
 
-    scene, size = posed.scene, posed.scene.size
+    ivp, size = posed.ivp, posed.ivp.size
     ends: tuple[tuple[int, int], ...]
     if isinstance(posed, Dae):
         name, ends = "of_velocities" if posed.mechanical else "of_momenta", ((posed.d, size), (0, posed.d))
@@ -137,8 +137,8 @@ def _module(posed: Posed, *, compiled: bool) -> types.ModuleType:
         from daebench.link import Linker, Options
         from daebench.syntax import decorated
 
-        linker = Linker(scene.source.derivation, Options(compiled=compiled, singular=scene.singular))
-        module = linker.module(f"What {scene.problem} conserves.", [(KERNEL, name)], cached)
+        linker = Linker(ivp.source.derivation, Options(compiled=compiled, singular=ivp.singular))
+        module = linker.module(f"What {ivp.problem} conserves.", [(KERNEL, name)], cached)
         return f"{module}\n\n{decorated(wrapper, ['conserved'], cached) if compiled else wrapper}"
 
-    return generated(f"{scene.problem}_conserved", f"{scene.source.key} conserved {compiled} {scene.singular} {wrapper}", build)
+    return generated(f"{ivp.problem}_conserved", f"{ivp.source.key} conserved {compiled} {ivp.singular} {wrapper}", build)

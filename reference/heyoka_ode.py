@@ -10,11 +10,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from daebench.errors import BadInput
+from daebench.ivp import InitialValueProblem
 from daebench.pose import Posed
 from daebench.reference.meter import Meter, Stopped
 from daebench.reference.reduced import OnReducedOde
 from daebench.reference.tolerance import MOST_STEPS, Advance, Array
-from daebench.scene import Setting
 from daebench.source import Source
 
 if TYPE_CHECKING:
@@ -43,24 +43,24 @@ class HeyokaTaylor(OnReducedOde):
         """Whether it solves with the whole Jacobian: it does not."""
         return False
 
-    def lacks(self, scene: Setting) -> str | None:
+    def lacks(self, ivp: InitialValueProblem) -> str | None:
         """Return why there are no series: heyoka is not installed, or the equations are written as loops."""
         if find_spec("heyoka") is None:
             return f"{self.name} takes heyoka, which is not installed; install it by pip install 'daebench[peers]'."
-        if scene.arrays:
-            return f"{self.name} takes the equations as expressions, and {scene.problem} has them as loops; use scipy:DOP853."
-        if scene.singular:
+        if ivp.arrays:
+            return f"{self.name} takes the equations as expressions, and {ivp.problem} has them as loops; use scipy:DOP853."
+        if ivp.singular:
             return f"{self.name} solves for lam by elimination, not by least squares; use scipy:DOP853."
         return None
 
     def _begin(self, dae: Posed, tol: float, meter: Meter) -> Advance:
         import heyoka as hy
 
-        if lacking := self.lacks(dae.scene):
+        if lacking := self.lacks(dae.ivp):
             raise BadInput(lacking)
-        scene = dae.scene
-        equations, velocity = _equations(scene.source, tuple(scene.parameters.items()))
-        start = np.concatenate(scene.start[::-1])
+        ivp = dae.ivp
+        equations, velocity = _equations(ivp.source, tuple(ivp.parameters.items()))
+        start = np.concatenate(ivp.start[::-1])
         series = hy.taylor_adaptive(equations, start, tol=tol, compact_mode=len(start) > COMPACT)
         return _Along(series, velocity, meter, hy.taylor_outcome.err_nf_state)
 

@@ -9,6 +9,7 @@ import numpy as np
 
 from daebench.chains.pose import BandedDae, pose_banded, refused
 from daebench.errors import BadInput
+from daebench.ivp import ConstrainedIvp
 from daebench.method import Request
 from daebench.pose import FORMULATIONS, Dae, Posed, pose
 from daebench.reference.constrained import constrained
@@ -17,7 +18,6 @@ from daebench.reference.least_squares import reduced
 from daebench.reference.meter import Meter
 from daebench.reference.sundials import count_steps, stepwise
 from daebench.reference.tolerance import MOST_STEPS, Advance, Array, Driven, check, drive
-from daebench.scene import Scene
 from daebench.trajectory import Trajectory
 
 DEFAULT_CURES = {"index3": "atol", "index2": "derivative", "index1": "atol", "ggl": "derivative", "baumgarte": "atol", "ode": "none"}
@@ -56,22 +56,22 @@ class Ida(Cured):
     formulations: ClassVar = FORMULATIONS
     default_cures: ClassVar = DEFAULT_CURES
 
-    def refusal(self, scene: Scene) -> str | None:
+    def refusal(self, ivp: ConstrainedIvp) -> str | None:
         """Return why the formulation cannot be had, as a sentence, or None: a long chain has no ``ode``, everything else all of them."""
-        return refused(self.name, scene) if self.formulation == "ode" else None
+        return refused(self.name, ivp) if self.formulation == "ode" else None
 
-    def check(self, scene: Scene, request: Request) -> None:
+    def check(self, ivp: ConstrainedIvp, request: Request) -> None:
         """Accept a request that can be met; raise :class:`BadInput` otherwise."""
         check(self.name, request)
-        if refusal := self.refusal(scene):
+        if refusal := self.refusal(ivp):
             raise BadInput(refusal)
-        if request.at_rank_loss(scene) == "least-squares" and self.formulation != "ode":
+        if request.at_rank_loss(ivp) == "least-squares" and self.formulation != "ode":
             raise BadInput(
                 f"{self.name} has the multipliers among its unknowns, which redundant constraints leave undetermined; for least-squares "
                 "use ida:ode or a fixed-step method such as rattle, or else remove the redundant constraints."
             )
 
-    def solve(self, scene: Scene, request: Request) -> Trajectory:
+    def solve(self, ivp: ConstrainedIvp, request: Request) -> Trajectory:
         """Return the trajectory; where IDA stops early, the outputs so far and why.
 
         Raises
@@ -82,7 +82,7 @@ class Ida(Cured):
             If the start has no multiplier, see :func:`daebench.reference.constrained.constrained`.
         """
         began = time.perf_counter()
-        self.check(scene, request)
+        self.check(ivp, request)
 
         def driven(dae: Dae, metered: Callable[..., Meter]) -> Driven:
             def begin(meter: Meter) -> Advance:
@@ -90,13 +90,13 @@ class Ida(Cured):
 
             return drive(self.name, dae, request, begin, began=began, advice=self._advice, metered=metered)
 
-        return constrained(self.name, scene, request, self._posed, driven)
+        return constrained(self.name, ivp, request, self._posed, driven)
 
-    def _posed(self, scene: Scene) -> Dae:
+    def _posed(self, ivp: ConstrainedIvp) -> Dae:
         if self.formulation == "ode":
-            return reduced(scene)
-        posed = pose_banded if scene.arrays else pose
-        return posed(scene, self.formulation, self.options, multipliers=self.multipliers)
+            return reduced(ivp)
+        posed = pose_banded if ivp.arrays else pose
+        return posed(ivp, self.formulation, self.options, multipliers=self.multipliers)
 
     @property
     def untested(self) -> Collection[str]:

@@ -7,8 +7,8 @@ import numpy as np
 
 from daebench.cache import generated
 from daebench.errors import DaebenchError
+from daebench.ivp import ConstrainedIvp
 from daebench.pose import Array, Dae, pose
-from daebench.scene import Scene
 
 COMPILED = True
 """Whether the right side is handed to numba."""
@@ -17,12 +17,12 @@ STEP = 1e-30
 """Imaginary part in which the Jacobian is carried: far below what the real part could notice."""
 
 
-def reduced(scene: Scene) -> Dae:
-    """Return HLW (1.18), with lam by least squares where the scene says so."""
-    return by_least_squares(scene) if scene.on_singular == "least-squares" else pose(scene, "ode")
+def reduced(ivp: ConstrainedIvp) -> Dae:
+    """Return HLW (1.18), with lam by least squares where the initial value problem says so."""
+    return by_least_squares(ivp) if ivp.on_singular == "least-squares" else pose(ivp, "ode")
 
 
-def by_least_squares(scene: Scene) -> Dae:
+def by_least_squares(ivp: ConstrainedIvp) -> Dae:
     """Return HLW (1.18) with y = (q, p), where lam is the least-squares solution of (1.12) of least norm.
 
     Where constraints depend on each other lam is not determined, but G^T lam is. The Jacobian is that of the right side, by complex
@@ -33,19 +33,19 @@ def by_least_squares(scene: Scene) -> Dae:
     DaebenchError
         If the right side is not finite at the start.
     """
-    par = np.array(scene.par, dtype=float)
-    y0 = np.concatenate([scene.q0, scene.p0])
-    module = _module(scene)
+    par = np.array(ivp.par, dtype=float)
+    y0 = np.concatenate([ivp.q0, ivp.p0])
+    module = _module(ivp)
     rates = np.empty_like(y0)
     if not module.rhs(0.0, y0, rates, par) > 0.0:
-        where = f"{scene.problem}, case {scene.case}"
+        where = f"{ivp.problem}, case {ivp.case}"
         raise DaebenchError(f"{where}, has no finite rates at the start; check parameters and initial values.")
-    return Dae("ode", "plain", scene, par, y0, rates, module, scene.d, scene.m)
+    return Dae("ode", "plain", ivp, par, y0, rates, module, ivp.d, ivp.m)
 
 
-def _module(scene: Scene) -> types.ModuleType:
+def _module(ivp: ConstrainedIvp) -> types.ModuleType:
     """Return what :class:`daebench.pose.Dae` takes for the generated functions of ``ode``."""
-    real, complex_ = _right_side(scene, "float64"), _right_side(scene, "complex128")
+    real, complex_ = _right_side(ivp, "float64"), _right_side(ivp, "complex128")
 
     def rhs(t: float, y: Array, out: Array, par: Array) -> float:
         return float(real(y, out, par))
@@ -71,16 +71,16 @@ def _module(scene: Scene) -> types.ModuleType:
         return health
 
     functions: dict[str, Any] = {"rhs": rhs, "rhs_jacobian": rhs_jacobian, "residual": residual, "jacobian": jacobian}
-    found = types.ModuleType(f"{scene.problem}_least_squares")
+    found = types.ModuleType(f"{ivp.problem}_least_squares")
     found.__dict__.update(functions, MECHANICAL=False)
     return found
 
 
-def _right_side(scene: Scene, precision: str) -> Any:
+def _right_side(ivp: ConstrainedIvp, precision: str) -> Any:
     """Return the compiled function of (y, out, par) that fills out with (q', p') and returns the smallest pivot, NaN if a rate is."""
     from daebench import codegen
 
-    d, n = scene.d, len(scene.par)
+    d, n = ivp.d, len(ivp.par)
     q, p = (codegen.pack(f"y[{i}]" for i in range(start, start + d)) for start in (0, d))
     lines = [f"dp, dq, pivot = reduced_f({p}, {q}, {codegen.pack(f'par[{k}]' for k in range(n))})"]
     lines += [f"out[{i}], out[{d + i}] = dq[{i}], dp[{i}]" for i in range(d)]
@@ -91,9 +91,9 @@ def _right_side(scene: Scene, precision: str) -> Any:
         from daebench.link import Linker, Options
         from daebench.syntax import HOLE, decorated
 
-        linker = Linker(scene.source.derivation, Options(precision=precision, singular="least-squares", compiled=COMPILED))
-        module = linker.module(f"Right side of {scene.problem} by least squares, {precision}.", [(HOLE, "f")], cached)
+        linker = Linker(ivp.source.derivation, Options(precision=precision, singular="least-squares", compiled=COMPILED))
+        module = linker.module(f"Right side of {ivp.problem} by least squares, {precision}.", [(HOLE, "f")], cached)
         return f"{module}\n\n{decorated(wrapper, ['right_side'], cached) if COMPILED else wrapper}"
 
-    module = generated(f"{scene.problem}_least_squares_{precision}", f"{scene.source.key} rhs {precision} {COMPILED} {wrapper}", build)
+    module = generated(f"{ivp.problem}_least_squares_{precision}", f"{ivp.source.key} rhs {precision} {COMPILED} {wrapper}", build)
     return module.right_side

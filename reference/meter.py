@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from daebench.elimination import SINGULAR
-from daebench.method import Patience
+from daebench.method import WorkLimit
 from daebench.reference.conserved import NAMES, Conservation
 
 COLLAPSE = 1e-9
@@ -64,7 +64,7 @@ class Meter:
         End of the run.
     limit : float
         Wall-clock limit, s.
-    patience : Patience, optional
+    work_limit : WorkLimit, optional
         Limit of work.
     outside : callable, optional
         ``outside(y)`` returns what the unknowns have left, as "the domain u > 0", or "".
@@ -76,11 +76,11 @@ class Meter:
         self,
         t_end: float,
         limit: float,
-        patience: Patience | None = None,
+        work_limit: WorkLimit | None = None,
         outside: Callable[[Any], str] = lambda _: "",
         conservation: Conservation | None = None,
     ) -> None:
-        self.t_end, self.limit, self.deadline, self.patience = t_end, limit, math.inf, patience
+        self.t_end, self.limit, self.deadline, self.work_limit = t_end, limit, math.inf, work_limit
         self.outside, self.conservation = outside, conservation
         self.calls: dict[str, int] = {}
         self.steps, self.t, self.seconds, self.aside = 0, 0.0, 0.0, 0.0
@@ -115,7 +115,7 @@ class Meter:
         Raises
         ------
         Stopped
-            If its health (see :attr:`daebench.pose.Dae.residual`) is bad, or time or patience has run out.
+            If its health (see :attr:`daebench.pose.Dae.residual`) is bad, or the time or work limit is reached.
         """
         self.calls[kind] = self.calls.get(kind, 0) + 1
         now = time.perf_counter()
@@ -124,16 +124,16 @@ class Meter:
             self._ill(t, health)
         if now > self.deadline:
             raise Stopped(f"the limit of {self.limit:g} s is reached", advice="allow more time, or use a larger tol")
-        if self.patience is not None and kind != "jacobian":
-            self._require_patience(self.patience, kind, t)
+        if self.work_limit is not None and kind != "jacobian":
+            self._require_work_limit(self.work_limit, kind, t)
 
-    def _require_patience(self, patience: Patience, kind: str, t: float) -> None:
+    def _require_work_limit(self, work_limit: WorkLimit, kind: str, t: float) -> None:
         """Stop where so many calls are too many, or have covered too little."""
-        if self.calls[kind] > patience.calls:
-            raise Stopped(f"{patience.calls} calls of the {kind} were not enough")
-        if self.calls[kind] % patience.slow_calls == 0:
-            if t - self._slow_mark < self.t_end / patience.slow_part:
-                raise Stopped(f"{patience.slow_calls} calls of the {kind} covered less than 1/{patience.slow_part} of the run")
+        if self.calls[kind] > work_limit.calls:
+            raise Stopped(f"{work_limit.calls} calls of the {kind} were not enough")
+        if self.calls[kind] % work_limit.slow_calls == 0:
+            if t - self._slow_mark < self.t_end / work_limit.slow_part:
+                raise Stopped(f"{work_limit.slow_calls} calls of the {kind} covered less than 1/{work_limit.slow_part} of the run")
             self._slow_mark = t
 
     def stepped(self, t: float, y: Any) -> None:

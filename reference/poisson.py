@@ -7,10 +7,10 @@ import numpy as np
 from daebench.errors import BadInput
 from daebench.fixed_step_base import watched_names
 from daebench.fixed_step_poisson import require_poisson
+from daebench.ivp import InitialValueProblem, PoissonIvp
 from daebench.method import Request
 from daebench.poisson_pose import PoissonDae
 from daebench.reference.tolerance import TOLERANCES, Array, Driven, check
-from daebench.scene import PoissonScene, Setting
 from daebench.trajectory import POISSON, PoissonTrajectory
 
 ADVICE = "end the run earlier if the motion itself leaves all bounds there, or use another tol"
@@ -21,13 +21,13 @@ LARGEST = 2000
 """Coordinates up to which a solver may work with the whole Jacobian."""
 
 
-def refused(name: str, scene: Setting, *, dense: bool) -> str | None:
+def refused(name: str, ivp: InitialValueProblem, *, dense: bool) -> str | None:
     """Return why a method of this name cannot be used on what is no Poisson system, or on one too large for its Jacobian, or None."""
-    if scene.sheet.KIND != "poisson":
-        return f"{name} is asked for as a method for Poisson systems, and {scene.problem} is a constrained problem."
-    if dense and scene.size > LARGEST:
+    if ivp.sheet.KIND != "poisson":
+        return f"{name} is asked for as a method for Poisson systems, and {ivp.problem} is a constrained problem."
+    if dense and ivp.size > LARGEST:
         return (
-            f"{name} solves with the whole Jacobian, and {scene.problem} has {scene.size} coordinates, more than {LARGEST}; "
+            f"{name} solves with the whole Jacobian, and {ivp.problem} has {ivp.size} coordinates, more than {LARGEST}; "
             "use scipy:DOP853, or a fixed-step method such as strang."
         )
     return None
@@ -61,15 +61,15 @@ def poisson_trajectory(dae: PoissonDae, request: Request, found: Driven) -> Pois
         What the solver gave.
     """
     y = dae.states(found.Y)
-    maxima = _maxima(dae.scene, request.watched(POISSON), y)
+    maxima = _maxima(dae.ivp, request.watched(POISSON), y)
     return PoissonTrajectory(**found.outcome, t=found.t[found.kept], y=y[found.kept], maxima=maxima)
 
 
-def _maxima(scene: PoissonScene, watch: tuple[str, ...], Y: Array) -> Mapping[str, float]:
+def _maxima(ivp: PoissonIvp, watch: tuple[str, ...], Y: Array) -> Mapping[str, float]:
     """Return the largest moduli over all outputs, by name."""
     functions = {"energy": "H", "casimirs": "casimirs", "integrals": "integrals"}
-    names = watched_names(watch, scene)
+    names = watched_names(watch, ivp)
     if not names:
         return {}
-    values = np.concatenate([scene.along(functions[each], Y).reshape(len(Y), -1) for each in watch], axis=1)
+    values = np.concatenate([ivp.along(functions[each], Y).reshape(len(Y), -1) for each in watch], axis=1)
     return dict(zip(names, map(float, np.max(np.abs(values - values[0]), axis=0)), strict=True))

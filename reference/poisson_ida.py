@@ -4,6 +4,7 @@ import time
 from dataclasses import dataclass
 from typing import ClassVar
 
+from daebench.ivp import InitialValueProblem, PoissonIvp
 from daebench.method import Request
 from daebench.poisson_pose import FORMULATIONS, PoissonDae, pose_poisson, without_casimirs
 from daebench.reference.cured import Cured
@@ -11,7 +12,6 @@ from daebench.reference.ida import begin
 from daebench.reference.meter import Meter
 from daebench.reference.poisson import ADVICE, accept, poisson_trajectory, refused
 from daebench.reference.tolerance import Advance, drive
-from daebench.scene import PoissonScene, Setting
 from daebench.trajectory import PoissonTrajectory
 
 DEFAULT_CURES = {"casimirs": "derivative", "ode": "none"}
@@ -45,17 +45,17 @@ class PoissonIda(Cured):
     formulations: ClassVar = FORMULATIONS
     default_cures: ClassVar = DEFAULT_CURES
 
-    def refusal(self, scene: Setting) -> str | None:
+    def refusal(self, ivp: InitialValueProblem) -> str | None:
         """Return why the method cannot be used on this problem, as a sentence, or None."""
-        if wrong := refused(self.name, scene, dense=True):
+        if wrong := refused(self.name, ivp, dense=True):
             return wrong
-        return without_casimirs(scene) if self.formulation == "casimirs" and not scene.sheet.CASIMIRS else None
+        return without_casimirs(ivp) if self.formulation == "casimirs" and not ivp.sheet.CASIMIRS else None
 
-    def check(self, scene: PoissonScene, request: Request) -> None:
+    def check(self, ivp: PoissonIvp, request: Request) -> None:
         """Accept a request that can be met; raise :class:`BadInput` otherwise."""
-        accept(self.name, self.refusal(scene), request)
+        accept(self.name, self.refusal(ivp), request)
 
-    def solve(self, scene: PoissonScene, request: Request) -> PoissonTrajectory:
+    def solve(self, ivp: PoissonIvp, request: Request) -> PoissonTrajectory:
         """Return the trajectory; where IDA stops early, the outputs so far and why.
 
         Raises
@@ -66,8 +66,8 @@ class PoissonIda(Cured):
             If multipliers are not determined at the start, see :func:`daebench.poisson_pose.pose_poisson`.
         """
         began = time.perf_counter()
-        self.check(scene, request)
-        dae = pose_poisson(scene, self.formulation, multipliers=self.multipliers)
+        self.check(ivp, request)
+        dae = pose_poisson(ivp, self.formulation, multipliers=self.multipliers)
         found = drive(self.name, dae, request, lambda meter: self._begin(dae, request.value, meter), began=began, advice=self._advice)
         return poisson_trajectory(dae, request, found)
 

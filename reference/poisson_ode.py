@@ -3,11 +3,11 @@
 import time
 from dataclasses import dataclass
 
+from daebench.ivp import InitialValueProblem, PoissonIvp
 from daebench.method import Request
 from daebench.poisson_pose import pose_poisson
 from daebench.reference.poisson import ADVICE, accept, poisson_trajectory, refused
 from daebench.reference.reduced import OnReducedOde
-from daebench.scene import PoissonScene, Setting
 from daebench.trajectory import PoissonTrajectory
 
 
@@ -29,15 +29,15 @@ class PoissonOde:
         """Name in the grammar of methods."""
         return self.solver.name
 
-    def refusal(self, scene: Setting) -> str | None:
+    def refusal(self, ivp: InitialValueProblem) -> str | None:
         """Return why the method cannot be used on this problem, as a sentence, or None."""
-        return refused(self.name, scene, dense=self.solver.dense) or self.solver.lacks(scene)
+        return refused(self.name, ivp, dense=self.solver.dense) or self.solver.lacks(ivp)
 
-    def check(self, scene: PoissonScene, request: Request) -> None:
+    def check(self, ivp: PoissonIvp, request: Request) -> None:
         """Accept a request that can be met; raise :class:`BadInput` otherwise."""
-        accept(self.name, self.refusal(scene), request, self.solver.least)
+        accept(self.name, self.refusal(ivp), request, self.solver.least)
 
-    def solve(self, scene: PoissonScene, request: Request) -> PoissonTrajectory:
+    def solve(self, ivp: PoissonIvp, request: Request) -> PoissonTrajectory:
         """Return the trajectory; where the solver stops early, the outputs so far and why.
 
         Raises
@@ -48,6 +48,6 @@ class PoissonOde:
             If a value at the start is not finite.
         """
         began = time.perf_counter()
-        self.check(scene, request)
-        dae = pose_poisson(scene, "ode")
+        self.check(ivp, request)
+        dae = pose_poisson(ivp, "ode")
         return poisson_trajectory(dae, request, self.solver.drive(dae, request, began=began, advice=ADVICE))

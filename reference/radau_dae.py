@@ -7,13 +7,13 @@ from importlib.util import find_spec
 import numpy as np
 
 from daebench.errors import unknown
+from daebench.ivp import ConstrainedIvp
 from daebench.method import Request
 from daebench.pose import Dae
 from daebench.reference.ida import Ida
 from daebench.reference.meter import Meter
 from daebench.reference.scipy_ode import ScipyOde, stepwise
 from daebench.reference.tolerance import Advance, Array, check
-from daebench.scene import Scene
 
 
 @dataclass(frozen=True)
@@ -44,18 +44,18 @@ class RadauDae(Ida):
         """Name in the grammar of methods."""
         return "solve_dae:Radau"
 
-    def refusal(self, scene: Scene) -> str | None:
+    def refusal(self, ivp: ConstrainedIvp) -> str | None:
         """Return why it cannot be used, as a sentence, or None: solve_dae is not installed, or a long chain has too large a Jacobian."""
         if find_spec("solve_dae") is None:
             return f"{self.name} takes solve_dae, which is not installed; install it by pip install 'daebench[peers]'."
-        if scene.arrays:
-            return f"{self.name} solves with the whole Jacobian, which is too large for the nodes of {scene.problem}; use ida:index1."
+        if ivp.arrays:
+            return f"{self.name} solves with the whole Jacobian, which is too large for the nodes of {ivp.problem}; use ida:index1."
         return None
 
-    def check(self, scene: Scene, request: Request) -> None:
+    def check(self, ivp: ConstrainedIvp, request: Request) -> None:
         """Accept a request that can be met; raise :class:`BadInput` otherwise."""
         check(self.name, request, ScipyOde.least)
-        super().check(scene, request)
+        super().check(ivp, request)
 
     def _begin(self, dae: Dae, tol: float, meter: Meter) -> Advance:
         from solve_dae.integrate import RadauDAE

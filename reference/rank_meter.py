@@ -10,10 +10,10 @@ import numpy as np
 from daebench.cache import generated
 from daebench.diagnostics.passage import Crossing
 from daebench.diagnostics.rank import BELIEVED, GO_ON, WITHIN, badly_scaled, upcoming_loss, zero_of
+from daebench.ivp import ConstrainedIvp
 from daebench.pose import Dae
 from daebench.reference.meter import Meter, Stopped
 from daebench.reference.tolerance import Array
-from daebench.scene import Scene
 from daebench.trajectory import Passage
 
 AHEAD = 2.0
@@ -60,7 +60,7 @@ class RankMeter(Meter):
         self.dae, self.mode = dae, mode
         self.steady = mode == "stop"
         self.y = dae.y0.copy()
-        self.par = tuple(map(float, dae.scene.par))
+        self.par = tuple(map(float, dae.ivp.par))
         self.measure = self._measure()
         self.sigma = self.largest = self._sigma(self.y)
         self.crossing: Crossing | None = None
@@ -70,7 +70,7 @@ class RankMeter(Meter):
 
     def _measure(self) -> Callable[..., float]:
         """Return the function of (y, par) that gives sigma squared."""
-        return measure(self.dae.scene, compiled=hasattr(self.dae.residual, "signatures"))
+        return measure(self.dae.ivp, compiled=hasattr(self.dae.residual, "signatures"))
 
     def _look(self, t: float, y: Any) -> None:
         """Look at a step, and at the rank of G in it.
@@ -107,9 +107,9 @@ class RankMeter(Meter):
             return ""
         p, q = self._state(self.y)
         for part in LENGTHS:
-            t = upcoming_loss(self.dae.scene, p, q, part * self.t_end, WITHIN)
+            t = upcoming_loss(self.dae.ivp, p, q, part * self.t_end, WITHIN)
             if t is not None:
-                light = badly_scaled(self.dae.scene, p, q, t)
+                light = badly_scaled(self.dae.ivp, p, q, t)
                 return f"; {light}" if light else f"; G loses rank at about t = {self.t + t:.9g}"
         return ""
 
@@ -141,12 +141,12 @@ class RankMeter(Meter):
 
     def _lose(self, zero: float, t: float, y: Array, sigma: float) -> None:
         """Stop at a state before G loses rank, or begin to follow the motion from there."""
-        if badly_scaled(self.dae.scene, *self._state(y), zero - t):
+        if badly_scaled(self.dae.ivp, *self._state(y), zero - t):
             return  # its own error test is to tell whether the steps resolve the light mass
         if self.mode == "stop":
             self.told = True
             raise Stopped(f"G loses rank at about t = {zero:.9g} (smallest pivot {sigma**2:.1e}{self._spike(y)})", t, GO_ON)
-        self.crossing = Crossing(self.dae.scene, zero, t, *self._state(y), sigma**2)
+        self.crossing = Crossing(self.dae.ivp, zero, t, *self._state(y), sigma**2)
 
     def _follow(self, crossing: Crossing) -> None:
         """Take note of a state after G lost rank, until it is known where the motion went."""
@@ -162,7 +162,7 @@ class RankMeter(Meter):
         """Return q'."""
         if self.dae.mechanical:
             return y[self.dae.d : 2 * self.dae.d]
-        return self.dae.scene.value("H_p", *self._state(y))
+        return self.dae.ivp.value("H_p", *self._state(y))
 
     def _state(self, y: Array) -> tuple[Array, Array]:
         """Return p and q."""
@@ -183,14 +183,14 @@ class RankMeter(Meter):
 
     def _force(self, y: Array) -> float:
         p, q = self._state(y)
-        return float(np.linalg.norm(self.dae.scene.value("lam", p, q) @ self.dae.scene.value("G", q)))
+        return float(np.linalg.norm(self.dae.ivp.value("lam", p, q) @ self.dae.ivp.value("G", q)))
 
 
-def measure(scene: Scene, *, compiled: bool) -> Callable[..., float]:
+def measure(ivp: ConstrainedIvp, *, compiled: bool) -> Callable[..., float]:
     """Return the function of (y, par) that is ``independence`` of ``daebench.kernels.rank`` for y = (q, v) or (q, p), shape(2 d,)."""
     from daebench import codegen
 
-    d = scene.d
+    d = ivp.d
     p, q = (codegen.pack(f"y[{i}]" for i in range(start, start + d)) for start in (d, 0))
     wrapper = codegen.function("measured(y, par)", f"return independence({p}, {q}, par)")
 
@@ -198,11 +198,11 @@ def measure(scene: Scene, *, compiled: bool) -> Callable[..., float]:
         from daebench.link import Linker, Options
         from daebench.syntax import HOLE, decorated
 
-        linker = Linker(scene.source.derivation, Options(compiled=compiled, singular=singular))
-        module = linker.module(f"Rank of G of {scene.problem}.", [(HOLE, "independence")], cached)
+        linker = Linker(ivp.source.derivation, Options(compiled=compiled, singular=singular))
+        module = linker.module(f"Rank of G of {ivp.problem}.", [(HOLE, "independence")], cached)
         return f"{module}\n\n{decorated(wrapper, ['measured'], cached) if compiled else wrapper}"
 
-    singular = scene.singular
-    module: types.ModuleType = generated(f"{scene.problem}_rank", f"{scene.source.key} rank {compiled} {singular} {wrapper}", build)
+    singular = ivp.singular
+    module: types.ModuleType = generated(f"{ivp.problem}_rank", f"{ivp.source.key} rank {compiled} {singular} {wrapper}", build)
     function: Callable[..., float] = module.measured
     return function if compiled else np.errstate(all="ignore")(function)

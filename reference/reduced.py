@@ -8,13 +8,13 @@ from typing import ClassVar
 
 from daebench.chains.pose import refused
 from daebench.errors import BadInput, unknown
+from daebench.ivp import ConstrainedIvp, InitialValueProblem
 from daebench.method import Request
 from daebench.pose import Posed
 from daebench.reference.constrained import constrained
 from daebench.reference.least_squares import reduced
 from daebench.reference.meter import Meter
 from daebench.reference.tolerance import TOLERANCES, Advance, Driven, check, drive
-from daebench.scene import Scene, Setting
 from daebench.trajectory import Trajectory
 
 
@@ -53,21 +53,21 @@ class OnReducedOde(ABC):
         """Whether it solves with the whole Jacobian."""
         return True
 
-    def refusal(self, scene: Scene) -> str | None:
+    def refusal(self, ivp: ConstrainedIvp) -> str | None:
         """Return why there is no ODE to solve, as a sentence, or None: a long chain has none, every other problem has one."""
-        return refused(self.name, scene) or self.lacks(scene)
+        return refused(self.name, ivp) or self.lacks(ivp)
 
-    def lacks(self, scene: Setting) -> str | None:
+    def lacks(self, ivp: InitialValueProblem) -> str | None:
         """Return what else the solver lacks to solve the ODE of a problem, as a sentence, or None."""
         return None
 
-    def check(self, scene: Scene, request: Request) -> None:
+    def check(self, ivp: ConstrainedIvp, request: Request) -> None:
         """Accept a request that can be met; raise :class:`BadInput` otherwise."""
         check(self.name, request, self.least)
-        if refusal := self.refusal(scene):
+        if refusal := self.refusal(ivp):
             raise BadInput(refusal)
 
-    def solve(self, scene: Scene, request: Request) -> Trajectory:
+    def solve(self, ivp: ConstrainedIvp, request: Request) -> Trajectory:
         """Return the trajectory; where the solver stops early, the outputs so far and why.
 
         Raises
@@ -78,13 +78,13 @@ class OnReducedOde(ABC):
             If the start has no multiplier, see :func:`daebench.reference.constrained.constrained`.
         """
         began = time.perf_counter()
-        self.check(scene, request)
+        self.check(ivp, request)
         advice = "use a larger tol, and see whether G keeps its rank"
 
         def driven(dae: Posed, metered: Callable[..., Meter]) -> Driven:
             return self.drive(dae, request, began=began, advice=advice, metered=metered)
 
-        return constrained(self.name, scene, request, reduced, driven)
+        return constrained(self.name, ivp, request, reduced, driven)
 
     def drive(self, posed: Posed, request: Request, *, began: float, advice: str, metered: Callable[..., Meter] = Meter) -> Driven:
         """Return what the solver gives on any ODE; see :func:`daebench.reference.tolerance.drive`."""

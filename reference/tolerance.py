@@ -130,7 +130,7 @@ def drive(
     """
     assert request.t_end is not None
     meter = metered(
-        request.t_end, request.seconds_limit or SECONDS_LIMIT, request.patience, posed.outside, conservation(posed, request.value)
+        request.t_end, request.seconds_limit or SECONDS_LIMIT, request.work_limit, posed.outside, conservation(posed, request.value)
     )
     failure, interrupted, ready = None, False, began
     times = np.linspace(0.0, request.t_end, max(3, request.points or POINTS))
@@ -159,16 +159,16 @@ def drive(
 
 def _sentence(name: str, posed: Posed, request: Request, t: float, why: str) -> str:
     """Return where and why a run stopped, and what to do."""
-    where = f"{name} on {posed.scene.problem}, case {posed.scene.case}"
+    where = f"{name} on {posed.ivp.problem}, case {posed.ivp.case}"
     return f"{where}, stopped at t = {t:.9g} of {request.t_end:g} (tol = {request.value:g}): {why}."
 
 
 def _outcome(posed: Posed, request: Request, meter: Meter, seconds: float) -> dict[str, Any]:
     """Return what was run and what it cost; ``seconds`` is the CPU time of the solver."""
     return {
-        "problem": posed.scene.problem,
-        "case": posed.scene.case,
-        "parameters": dict(posed.scene.parameters),
+        "problem": posed.ivp.problem,
+        "case": posed.ivp.case,
+        "parameters": dict(posed.ivp.parameters),
         "knob": "tol",
         "value": request.value,
         "steps": meter.steps,

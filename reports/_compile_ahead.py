@@ -31,9 +31,10 @@ def compiling_ahead(problem: str, case: str, schemes: Sequence[str]) -> Iterator
 
 def compile_tangents(problem: str, case: str, schemes: Sequence[str]) -> None:
     """Make the complex kernel of each scheme by taking a step of no consequence."""
-    from daebench.catalogue import find_scene
     from daebench.fixed_step_constrained import FixedStep
+    from daebench.ivp_constructor import initial_value_problem
+    from daebench.make_ivp import constrained
 
-    scene = find_scene(problem, case)
+    ivp = constrained(initial_value_problem(problem, case))
     for name in schemes:
-        FixedStep(name).flow(scene, 1e-3, 1)(tuple(scene.p0), tuple(scene.q0))
+        FixedStep(name).flow(ivp, 1e-3, 1)(tuple(ivp.p0), tuple(ivp.q0))

@@ -6,7 +6,7 @@ import mpmath
 import sympy as sp
 
 from daebench.errors import BadInput
-from daebench.scene import Array
+from daebench.ivp import Array
 from daebench.solution import DIGITS as DIGITS
 from daebench.solution import evaluated
 from daebench.source import Source

@@ -7,7 +7,7 @@ from pathlib import Path
 import pandas as pd
 
 from daebench.report import Progress
-from daebench.reports._extremes_scenes import PRECISION, SECTIONS, Section
+from daebench.reports._extremes_ivps import PRECISION, SECTIONS, Section
 from daebench.reports._timed_runs import Processes, make_runs
 from daebench.reports._two_processes import two_processes
 from daebench.studies.precision import cells_of, table_of

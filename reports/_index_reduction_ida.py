@@ -3,7 +3,8 @@
 import numpy as np
 import pandas as pd
 
-from daebench.catalogue import find_scene
+from daebench.ivp_constructor import initial_value_problem
+from daebench.make_ivp import constrained
 from daebench.method import Request
 from daebench.names import parse
 from daebench.reports._exact_motion import exact_motion
@@ -24,12 +25,12 @@ def measure_ida(tell: Tell) -> pd.DataFrame:
     rows = []
     runs = [(case, formulation, tol) for case in (SLOW, FAST) for formulation in FORMULATIONS for tol in TOLERANCES]
     times = np.linspace(0.0, T_END, POINTS)
-    scenes = {case: find_scene(PROBLEM, case) for case in (SLOW, FAST)}
-    exact = {case: exact_motion(scene.source, case, list(times))[0] for case, scene in scenes.items()}
+    ivps = {case: constrained(initial_value_problem(PROBLEM, case)) for case in (SLOW, FAST)}
+    exact = {case: exact_motion(ivp.source, case, list(times))[0] for case, ivp in ivps.items()}
     for k, (case, formulation, tol) in enumerate(runs):
         tell(k / len(runs), f"IDA, {formulation}, tolerance {tol:.0e}")
         request = Request(value=tol, t_end=T_END, points=POINTS, watch=("manifold",), seconds_limit=SECONDS_LIMIT)
-        run = parse(f"ida:{formulation}").solve(scenes[case], request)
+        run = parse(f"ida:{formulation}").solve(ivps[case], request)
         rows.append(
             {
                 "case": case,

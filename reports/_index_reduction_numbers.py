@@ -7,7 +7,6 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from daebench.catalogue import find_scene
 from daebench.diagnostics.energy import Drift, energy_drift
 from daebench.diagnostics.integrals import energy_error, integral_errors
 from daebench.diagnostics.manifold import distance
@@ -15,10 +14,12 @@ from daebench.diagnostics.order import fit_order
 from daebench.diagnostics.reversibility import reversibility_defect
 from daebench.diagnostics.symplecticity import symplecticity_defect, tangent_basis
 from daebench.fixed_step_constrained import FixedStep
+from daebench.ivp import Array, ConstrainedIvp
+from daebench.ivp_constructor import initial_value_problem
+from daebench.make_ivp import constrained
 from daebench.method import Request
 from daebench.reports._compile_ahead import compiling_ahead
 from daebench.reports._exact_motion import exact_motion, swing_period
-from daebench.scene import Array, Scene
 from daebench.trajectory import Trajectory
 
 PROBLEM, SLOW, FAST, OTHER_FAST = "spherical_pendulum", "fig1.1", "fig1.2", "fig1.2b"
@@ -67,7 +68,7 @@ class Numbers:
 
 def measure(tell: Tell) -> Numbers:
     """Return the numbers; ``tell`` is told the fraction done and what is being done."""
-    slow, fast = find_scene(PROBLEM, SLOW), find_scene(PROBLEM, FAST)
+    slow, fast = constrained(initial_value_problem(PROBLEM, SLOW)), constrained(initial_value_problem(PROBLEM, FAST))
     rows, errors, defects = [], [], {}
     with compiling_ahead(PROBLEM, SLOW, SCHEMES) as wait:
         q, p = exact_motion(slow.source, SLOW, [T_ORDER])
@@ -95,9 +96,9 @@ def measure(tell: Tell) -> Numbers:
     )
 
 
-def fixed_step(scene: Scene, name: str, h: float, t_end: float, every: int = 1) -> Trajectory:
+def fixed_step(ivp: ConstrainedIvp, name: str, h: float, t_end: float, every: int = 1) -> Trajectory:
     """Return a run. One kernel a scheme serves all runs: states are kept and watched afterwards, so that less is compiled."""
-    return FixedStep(name).solve(scene, Request(value=h, t_end=t_end, every=every, watch=()))
+    return FixedStep(name).solve(ivp, Request(value=h, t_end=t_end, every=every, watch=()))
 
 
 def claims(name: str) -> dict[str, Any]:
@@ -107,15 +108,15 @@ def claims(name: str) -> dict[str, Any]:
     return {"method": name, "system": said.system} | {f"claimed_{each}": getattr(said, each) for each in names}
 
 
-def symplecticity(scene: Scene, name: str) -> list[float]:
+def symplecticity(ivp: ConstrainedIvp, name: str) -> list[float]:
     """Return the symplecticity defects after 1, 2, ... steps from the start."""
-    X = tangent_basis(scene, scene.p0, scene.q0)
-    return [symplecticity_defect(FixedStep(name).flow(scene, H, n), scene.p0, scene.q0, X) for n in range(1, MOST_STEPS + 1)]
+    X = tangent_basis(ivp, ivp.p0, ivp.q0)
+    return [symplecticity_defect(FixedStep(name).flow(ivp, H, n), ivp.p0, ivp.q0, X) for n in range(1, MOST_STEPS + 1)]
 
 
-def reversibility(scene: Scene, name: str, p: Array, q: Array) -> float:
+def reversibility(ivp: ConstrainedIvp, name: str, p: Array, q: Array) -> float:
     """Return the reversibility defect of one step."""
-    return reversibility_defect(FixedStep(name).flow(scene, H, 1), p, q)
+    return reversibility_defect(FixedStep(name).flow(ivp, H, 1), p, q)
 
 
 def orders(errors: list[dict[str, Any]]) -> dict[str, Any]:
@@ -124,19 +125,19 @@ def orders(errors: list[dict[str, Any]]) -> dict[str, Any]:
     return {f"order_{x}": fit.slope for x, fit in fits.items()} | {f"order_{x}_error": fit.slope_error for x, fit in fits.items()}
 
 
-def order_errors(scene: Scene, name: str, h: float, p: Array, q: Array) -> dict[str, Any]:
+def order_errors(ivp: ConstrainedIvp, name: str, h: float, p: Array, q: Array) -> dict[str, Any]:
     """Return the error at t = 1 against the closed form."""
-    run = fixed_step(scene, name, h, T_ORDER, every=0)
+    run = fixed_step(ivp, name, h, T_ORDER, every=0)
     return {"method": name, "h": h, "error_q": np.linalg.norm(run.q[-1] - q), "error_p": np.linalg.norm(run.p[-1] - p)}
 
 
-def conservation(scene: Scene, name: str) -> dict[str, Any]:
+def conservation(ivp: ConstrainedIvp, name: str) -> dict[str, Any]:
     """Return what becomes of the energy, the constraints and L3: to t = 100, and the growth exponent to t = 300 as well.
 
     The shorter run is the beginning of the longer one.
     """
-    run = fixed_step(scene, name, H, T_LONG)
-    energy = energy_error(scene, run)
+    run = fixed_step(ivp, name, H, T_LONG)
+    energy = energy_error(ivp, run)
     shown = run.t <= T_END
     short, long = energy_drift(run.t[shown], energy[shown]), energy_drift(run.t, energy)
     return {
@@ -148,59 +149,59 @@ def conservation(scene: Scene, name: str) -> dict[str, Any]:
         "growth": long.exponent,
         "growth_error": long.exponent_error,
         "kind": long.words or long.verdict,
-        "g": np.max(np.abs(scene.along("g", run.q[shown]))),
-        "Gv": np.max(np.abs(scene.along("Gv", run.p[shown], run.q[shown]))),
-        "L3": np.max(np.abs(integral_errors(scene, run)["L3"][shown])),
+        "g": np.max(np.abs(ivp.along("g", run.q[shown]))),
+        "Gv": np.max(np.abs(ivp.along("Gv", run.p[shown], run.q[shown]))),
+        "L3": np.max(np.abs(integral_errors(ivp, run)["L3"][shown])),
     }
 
 
-def cost(scene: Scene, name: str) -> dict[str, Any]:
+def cost(ivp: ConstrainedIvp, name: str) -> dict[str, Any]:
     """Return the work of a step by kind of evaluation, and its time, best of several runs."""
     request = Request(value=H, steps=TIMED_STEPS, every=0, watch=())
-    runs = [FixedStep(name).solve(scene, request) for _ in range(TIMED_RUNS)]
+    runs = [FixedStep(name).solve(ivp, request) for _ in range(TIMED_RUNS)]
     work = {f"work_{kind}": times / runs[0].steps for kind, times in runs[0].work.items()}
     return work | {"ns_per_step": 1e9 * min(run.seconds / run.steps for run in runs), "failure": runs[0].failure}
 
 
-def drift_run(scene: Scene, name: str, h: float) -> tuple[pd.DataFrame, Drift]:
+def drift_run(ivp: ConstrainedIvp, name: str, h: float) -> tuple[pd.DataFrame, Drift]:
     """Return a run of Fig. 1.1, thinned out to be drawn, and the drift of its energy over all steps."""
-    run = fixed_step(scene, name, h, T_END).complete()
-    energy = energy_error(scene, run)
+    run = fixed_step(ivp, name, h, T_END).complete()
+    energy = energy_error(ivp, run)
     kept = slice(None, None, max(1, round(len(run.t) / SHOWN)))
-    away = distance(scene, run.p[kept], run.q[kept])
+    away = distance(ivp, run.p[kept], run.q[kept])
     return pd.DataFrame({"t": run.t[kept], "energy_error": energy[kept], "distance": away}), energy_drift(run.t, energy)
 
 
-def swing(scene: Scene) -> pd.DataFrame:
+def swing(ivp: ConstrainedIvp) -> pd.DataFrame:
     """Return Fig. 1.2: height and energy of both Euler methods."""
     columns: dict[str, Any] = {}
     for name in ("symplectic_euler", "implicit_euler"):
-        run = fixed_step(scene, name, H_FAST, T_FAST).complete()
-        columns |= {"t": run.t, f"q3_{name}": run.q[:, 2], f"energy_{name}": scene.along("H", run.p, run.q)}
+        run = fixed_step(ivp, name, H_FAST, T_FAST).complete()
+        columns |= {"t": run.t, f"q3_{name}": run.q[:, 2], f"energy_{name}": ivp.along("H", run.p, run.q)}
     return pd.DataFrame(columns)
 
 
-def facts(slow: Scene, fast: Scene) -> dict[str, Any]:
+def facts(slow: ConstrainedIvp, fast: ConstrainedIvp) -> dict[str, Any]:
     """Return what the text says beside figures and table."""
     broken = fixed_step(fast, "se", H_FAST, T_FAST)
-    turned = find_scene(PROBLEM, OTHER_FAST)
+    turned = constrained(initial_value_problem(PROBLEM, OTHER_FAST))
     other = swing(turned)
     coarse = energy_drift(*_energy(slow, "se", H))
     return {
         "se_stops": broken.failure is not None,
         "se_stops_at": float(broken.t[-1]),
         "other_swing": other,
-        "periods": {scene.case: period(scene) for scene in (fast, turned)},
+        "periods": {ivp.case: period(ivp) for ivp in (fast, turned)},
         "se_slope_same_h": coarse.slope,
     }
 
 
-def period(scene: Scene) -> float:
-    """Return the exact time of one swing from a scene's start."""
-    p, q = scene.p0, scene.q0
+def period(ivp: ConstrainedIvp) -> float:
+    """Return the exact time of one swing from an initial value problem's start."""
+    p, q = ivp.p0, ivp.q0
     return swing_period(float(p @ p / 2 + q[2]), float(q[0] * p[1] - q[1] * p[0]))
 
 
-def _energy(scene: Scene, name: str, h: float) -> tuple[Array, Array]:
-    run = fixed_step(scene, name, h, T_END).complete()
-    return run.t, energy_error(scene, run)
+def _energy(ivp: ConstrainedIvp, name: str, h: float) -> tuple[Array, Array]:
+    run = fixed_step(ivp, name, h, T_END).complete()
+    return run.t, energy_error(ivp, run)

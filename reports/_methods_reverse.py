@@ -7,12 +7,12 @@ import numpy as np
 import pandas as pd
 
 from daebench.diagnostics.integrals import energy_error
+from daebench.ivp import Array
 from daebench.method import Request
 from daebench.report.claims import require
 from daebench.reports._methods_families import method
 from daebench.reports._methods_series import T_LONG, H
-from daebench.reports._methods_sweep import TORUS, Motion, scene_of
-from daebench.scene import Array
+from daebench.reports._methods_sweep import TORUS, Motion, ivp_of
 
 THROUGH, TO_AND_FRO = TORUS.case, "trough"
 """A motion round the tube in one sense, which is none reversed, and one up and down the tube, which is the same motion reversed."""
@@ -34,11 +34,11 @@ def reversed_run(name: str, case: str) -> dict[str, Any]:
 
     Turns are those of the angle round the tube: how far it gets in one sense and in the other, in revolutions.
     """
-    scene = scene_of(Motion(TORUS.problem, case, H))
-    run = method(name, compiled=True).solve(scene, Request(value=H, t_end=T_LONG, watch=(), count=False)).complete()
-    error = energy_error(scene, run)
+    ivp = ivp_of(Motion(TORUS.problem, case, H))
+    run = method(name, compiled=True).solve(ivp, Request(value=H, t_end=T_LONG, watch=(), count=False)).complete()
+    error = energy_error(ivp, run)
     means = [float(np.mean(part)) for part in np.array_split(error, WINDOWS)]
-    turns = turned(run.q, scene.parameters["radius"])
+    turns = turned(run.q, ivp.parameters["radius"])
     return {"method": name, "case": case, "energy": np.max(np.abs(error)), "change": np.ptp(means), "up": turns.max(), "down": -turns.min()}
 
 

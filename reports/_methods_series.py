@@ -11,7 +11,7 @@ from daebench.diagnostics.reversibility import reversibility_defect
 from daebench.diagnostics.symplecticity import symplecticity_defect, tangent_basis
 from daebench.method import Request
 from daebench.reports._methods_families import method
-from daebench.reports._methods_sweep import PENDULUM, TORUS, scene_of
+from daebench.reports._methods_sweep import PENDULUM, TORUS, ivp_of
 
 KEEPING = ("symplectic_euler", "shake", "rattle", "strang", "lobatto3")
 """Methods that claim to keep the two-form, of whose defects there is a curve."""
@@ -35,14 +35,14 @@ FLOOR = 1e-13
 
 def defects(name: str) -> pd.DataFrame:
     """Return columns method, h, symplectic, symmetric: the defects of ten steps from the start of the pendulum."""
-    scene, own = scene_of(PENDULUM), method(name)
-    X = tangent_basis(scene, scene.p0, scene.q0)
+    ivp, own = ivp_of(PENDULUM), method(name)
+    X = tangent_basis(ivp, ivp.p0, ivp.q0)
     rows = []
     for h in DEFECT_H:
-        flow = own.flow(scene, h, DEFECT_STEPS)
+        flow = own.flow(ivp, h, DEFECT_STEPS)
         both = {
-            "symplectic": symplecticity_defect(flow, scene.p0, scene.q0, X),
-            "symmetric": reversibility_defect(flow, scene.p0, scene.q0),
+            "symplectic": symplecticity_defect(flow, ivp.p0, ivp.q0, X),
+            "symmetric": reversibility_defect(flow, ivp.p0, ivp.q0),
         }
         rows.append({"method": name, "h": h} | both)
     return pd.DataFrame(rows)
@@ -65,9 +65,9 @@ def long_run(name: str) -> tuple[pd.DataFrame, dict[str, object]]:
 
     A run that stops early is a row that says so, with the windows up to there.
     """
-    scene = scene_of(TORUS)
-    run = method(name, compiled=True).solve(scene, Request(value=H, t_end=T_LONG, watch=(), count=False))
-    energy, away = energy_error(scene, run), distance(scene, run.p, run.q)
+    ivp = ivp_of(TORUS)
+    run = method(name, compiled=True).solve(ivp, Request(value=H, t_end=T_LONG, watch=(), count=False))
+    energy, away = energy_error(ivp, run), distance(ivp, run.p, run.q)
     window = np.minimum((run.t / T_LONG * WINDOWS).astype(int), WINDOWS - 1)
     sampled = pd.DataFrame({"window": window, "t": run.t, "energy": np.abs(energy), "distance": away})
     shown = sampled.groupby("window", as_index=False).max().assign(method=name)

@@ -3,15 +3,16 @@
 from dataclasses import asdict
 from typing import Any, NamedTuple
 
-from daebench.catalogue import find_scene
 from daebench.claims_bench import Bench
 from daebench.claims_check import order_finding
 from daebench.errors import RunFailed
 from daebench.fixed_step_constrained import FixedStep
+from daebench.ivp import ConstrainedIvp
+from daebench.ivp_constructor import initial_value_problem
+from daebench.make_ivp import constrained
 from daebench.method import Request
 from daebench.names import parse
 from daebench.reports._methods_families import method
-from daebench.scene import Scene
 from daebench.trajectory import CONSTRAINED, Trajectory
 from daebench.work import WORK
 
@@ -53,9 +54,9 @@ class Swept(NamedTuple):
     work: list[dict[str, Any]]
 
 
-def scene_of(motion: Motion) -> Scene:
-    """Return the scene of a motion."""
-    return find_scene(motion.problem, motion.case)
+def ivp_of(motion: Motion) -> ConstrainedIvp:
+    """Return the initial value problem of a motion."""
+    return constrained(initial_value_problem(motion.problem, motion.case))
 
 
 def sweep(name: str) -> Swept:
@@ -65,28 +66,28 @@ def sweep(name: str) -> Swept:
     """
     found = Swept([], [], [], [])
     for motion in MOTIONS:
-        scene = scene_of(motion)
+        ivp = ivp_of(motion)
         about = {"problem": motion.problem, "method": name}
-        if (why := method(name).refusal(scene)) is not None:
+        if (why := method(name).refusal(ivp)) is not None:
             found.claims.append(about | {"property": "refused", "note": why})
             continue
         h = lasting_step(motion, name)
-        run = watched(scene, method(name), h).complete()
-        found.claims.extend(about | {"h": h} | asdict(each) for each in Bench(scene, method(name), run).findings())
+        run = watched(ivp, method(name), h).complete()
+        found.claims.extend(about | {"h": h} | asdict(each) for each in Bench(ivp, method(name), run).findings())
         if motion == PENDULUM:
             orders(motion, name, found)
             found.work.append(about | {"h": h} | {kind: run.work[kind] / run.steps for kind in WORK})
     return found
 
 
-def watched(scene: Scene, own: FixedStep, h: float) -> Trajectory:
+def watched(ivp: ConstrainedIvp, own: FixedStep, h: float) -> Trajectory:
     """Return the run along which constraints and energy are watched, uncompiled; it may have stopped."""
-    return own.solve(scene, Request(value=h, steps=STEPS, every=1, watch=CONSTRAINED))
+    return own.solve(ivp, Request(value=h, steps=STEPS, every=1, watch=CONSTRAINED))
 
 
-def timed(scene: Scene, name: str, h: float) -> Trajectory:
+def timed(ivp: ConstrainedIvp, name: str, h: float) -> Trajectory:
     """Return the run that is timed, compiled, with nothing watched, kept or counted; it may have stopped."""
-    return method(name, compiled=True).solve(scene, Request(value=h, steps=TIMED_STEPS, every=0, watch=(), count=False))
+    return method(name, compiled=True).solve(ivp, Request(value=h, steps=TIMED_STEPS, every=0, watch=(), count=False))
 
 
 def lasting_step(motion: Motion, name: str) -> float:
@@ -99,11 +100,11 @@ def lasting_step(motion: Motion, name: str) -> float:
     RunFailed
         If none of them lasts.
     """
-    scene = scene_of(motion)
+    ivp = ivp_of(motion)
     longest = motion.h * (LONGER if method(name).claims.order >= HIGH else 1)
     for k in range(HALVINGS + 1):
         h = longest * 0.5**k
-        run = timed(scene, name, h) if motion == PENDULUM else watched(scene, method(name), h)
+        run = timed(ivp, name, h) if motion == PENDULUM else watched(ivp, method(name), h)
         if run.failure is None:
             return h
     raise RunFailed(f"{name} does not last on {motion.problem} with any step size from {longest:g} to {h:g} s: {run.failure}")
@@ -111,7 +112,7 @@ def lasting_step(motion: Motion, name: str) -> float:
 
 def orders(motion: Motion, name: str, found: Swept) -> Swept:
     """Add the order of a method on a motion: the finding, the points, and a fit for each component."""
-    finding, series = order_finding(scene_of(motion), method(name, compiled=True))
+    finding, series = order_finding(ivp_of(motion), method(name, compiled=True))
     about = {"problem": motion.problem}
     found.claims.append(about | {"method": name} | asdict(finding))
     found.points.extend(about | row for each in series for row in each.rows())
@@ -127,12 +128,12 @@ def torus_orders(name: str) -> Swept:
 def ida(name: str) -> dict[str, Any]:
     """Return what IDA keeps on the pendulum, the largest values over the outputs: |g|, |G H_p|, |H - H0|, and its steps."""
     request = Request(value=TOL, t_end=IDA_T_END, points=IDA_POINTS, watch=("manifold", "energy"))
-    run = parse(name).solve(scene_of(PENDULUM), request).complete()
+    run = parse(name).solve(ivp_of(PENDULUM), request).complete()
     return {"method": name, "tol": TOL, "g": run.maxima["g"], "Gv": run.maxima["Gv"], "energy": run.maxima["energy"], "steps": run.steps}
 
 
 def nanoseconds(name: str, h: float, repeats: int) -> float:
     """Return the CPU time of a step on the pendulum, ns: the least of several runs."""
-    scene = scene_of(PENDULUM)
-    runs = [timed(scene, name, h).complete() for _ in range(repeats)]
+    ivp = ivp_of(PENDULUM)
+    runs = [timed(ivp, name, h).complete() for _ in range(repeats)]
     return min(1e9 * float(run.seconds) / run.steps for run in runs)

@@ -3,8 +3,8 @@
 import numpy as np
 import pandas as pd
 
-from daebench.reports._poisson_runs import defect, errors, kind, method, scene_of, solve
-from daebench.scene import Array
+from daebench.ivp import Array
+from daebench.reports._poisson_runs import defect, errors, ivp_of, kind, method, solve
 
 PROBLEM, CASE = "free_rigid_body", "hlw"
 ORDERS = ("strang@123", "strang@132", "strang@213", "strang@231", "strang@312", "strang@321")
@@ -25,22 +25,22 @@ DEFECT_STEPS = 3
 
 def body(name: str) -> dict[str, object]:
     """Return what becomes of the conserved quantities, and the Poisson defect, with the book's start."""
-    scene = scene_of(PROBLEM, CASE)
-    run = solve(scene, name, H, STEPS).complete()
-    found = errors(scene, run)
-    numbers: dict[str, object] = {"method": name, "claimed_poisson": method(name).is_poisson(scene)}
+    ivp = ivp_of(PROBLEM, CASE)
+    run = solve(ivp, name, H, STEPS).complete()
+    found = errors(ivp, run)
+    numbers: dict[str, object] = {"method": name, "claimed_poisson": method(name).is_poisson(ivp)}
     for quantity in ("energy", "C"):
         numbers |= {quantity: np.max(np.abs(found[quantity])), f"{quantity}_kind": kind(run.t, found[quantity])}
-    return numbers | {"defect": defect(scene, name, H, DEFECT_STEPS)}
+    return numbers | {"defect": defect(ivp, name, H, DEFECT_STEPS)}
 
 
 def trajectories(name: str) -> pd.DataFrame:
     """Return the states of the runs with a large step: start, t, y1, y2, y3, and the errors of the energy and of C."""
     frames = []
     for k, y0 in enumerate(STARTS):
-        scene = scene_of(PROBLEM, CASE, y0=y0)
-        run = solve(scene, name, H_SHOWN, STEPS_SHOWN).complete()
-        found = errors(scene, run)
+        ivp = ivp_of(PROBLEM, CASE, y0=y0)
+        run = solve(ivp, name, H_SHOWN, STEPS_SHOWN).complete()
+        found = errors(ivp, run)
         columns = {"method": name, "start": k, "t": run.t} | {f"y{i + 1}": run.y[:, i] for i in range(3)}
         frames.append(pd.DataFrame(columns | {"energy": found["energy"], "C": found["C"]}))
     return pd.concat(frames, ignore_index=True)
@@ -51,10 +51,10 @@ def polhodes() -> pd.DataFrame:
 
     About axis 3 for 2 E I2 < 1, about axis 1 for 2 E I2 > 1, on either side; two great circles, the separatrices, between them.
     """
-    scene = scene_of(PROBLEM, CASE)
-    e1, e2, e3 = (1 / moment for moment in scene.parameters.values())
+    ivp = ivp_of(PROBLEM, CASE)
+    e1, e2, e3 = (1 / moment for moment in ivp.parameters.values())
     levels = [(e3 + share * (e1 - e3)) / 2 for share in ENERGIES]
-    starts = [float(scene.value("H", y0)) for y0 in STARTS]
+    starts = [float(ivp.value("H", y0)) for y0 in STARTS]
     frames = []
     for energy in (*levels, e2 / 2, *starts):
         for side, curve in zip(("+", "-"), polhode(energy, (e1, e2, e3)), strict=True):

@@ -6,7 +6,7 @@ import numpy as np
 import pandas as pd
 
 from daebench.diagnostics.energy import LAWS
-from daebench.reports._poisson_runs import defect, errors, kind, method, scene_of, solve
+from daebench.reports._poisson_runs import defect, errors, ivp_of, kind, method, solve
 
 METHODS = ("strang", "strang/suzuki4", "darboux:verlet", "midpoint", "rk4")
 SYSTEMS = MappingProxyType(
@@ -35,17 +35,17 @@ DEFECT_STEPS = MappingProxyType({"lotka_volterra_3d": 250, "free_rigid_body": 3,
 def casimirs(problem: str) -> tuple[pd.DataFrame, pd.DataFrame]:
     """Return the table of a system, a row a method, and the errors over time, thinned out evenly in log t."""
     case, h, steps = SYSTEMS[problem]
-    scene = scene_of(problem, case)
+    ivp = ivp_of(problem, case)
     rows, series = [], []
     for name in METHODS:
-        if method(name).refusal(scene) is not None:
+        if method(name).refusal(ivp) is not None:
             continue
-        run = solve(scene, name, h, steps).complete()
-        found = errors(scene, run)
-        largest = np.max(np.abs([found[each] for each in scene.casimirs]), axis=0)
-        row = {"problem": problem, "method": name, "h": h, "t_end": run.t[-1], "defect": defect(scene, name, h, DEFECT_STEPS[problem])}
+        run = solve(ivp, name, h, steps).complete()
+        found = errors(ivp, run)
+        largest = np.max(np.abs([found[each] for each in ivp.casimirs]), axis=0)
+        row = {"problem": problem, "method": name, "h": h, "t_end": run.t[-1], "defect": defect(ivp, name, h, DEFECT_STEPS[problem])}
         row |= {"energy": np.max(np.abs(found["energy"])), "energy_kind": kind(run.t, found["energy"])}
-        row |= {"casimir": largest.max(), "casimir_kind": worst([kind(run.t, found[each]) for each in scene.casimirs])}
+        row |= {"casimir": largest.max(), "casimir_kind": worst([kind(run.t, found[each]) for each in ivp.casimirs])}
         rows.append(row)
         kept = np.unique(np.geomspace(1, steps, SHOWN).astype(int))
         so_far = np.maximum.accumulate(largest)
@@ -60,6 +60,6 @@ def worst(kinds: list[str]) -> str:
 
 def break_off(name: str) -> dict[str, object]:
     """Return when and why a run on the three species that would lead beyond their blow-up breaks off."""
-    scene = scene_of("lotka_volterra_3d", SYSTEMS["lotka_volterra_3d"][0])
-    run = solve(scene, name, SYSTEMS["lotka_volterra_3d"][1], BEYOND)
+    ivp = ivp_of("lotka_volterra_3d", SYSTEMS["lotka_volterra_3d"][0])
+    run = solve(ivp, name, SYSTEMS["lotka_volterra_3d"][1], BEYOND)
     return {"method": name, "t": float(run.t[-1]), "failure": run.failure or ""}

@@ -6,13 +6,14 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from daebench.catalogue import find_scene
 from daebench.diagnostics.order import fit_order
 from daebench.diagnostics.poisson import poisson_defect
 from daebench.diagnostics.symplecticity import symplecticity_defect, tangent_basis
+from daebench.ivp_constructor import initial_value_problem
 from daebench.local_flow import enter, local_flow, structure_matrix
+from daebench.make_ivp import constrained
 from daebench.names import parse
-from daebench.reports._poisson_runs import ROUND_OFF, defect, scene_of
+from daebench.reports._poisson_runs import ROUND_OFF, defect, ivp_of
 
 METHODS = ("strang", "verlet", "darboux:symplectic_euler", "midpoint", "rk4")
 POINT = (3.0, 3.0)
@@ -30,20 +31,20 @@ LEMMA_STEPS = 2
 
 def defects(method: str) -> pd.DataFrame:
     """Return the defect of one step of a method on predator and prey, by h."""
-    scene = scene_of("lotka_volterra", "4,2", y0=POINT)
-    return pd.DataFrame({"method": method, "h": STEP_SIZES, "defect": [defect(scene, method, h, 1) for h in STEP_SIZES]})
+    ivp = ivp_of("lotka_volterra", "4,2", y0=POINT)
+    return pd.DataFrame({"method": method, "h": STEP_SIZES, "defect": [defect(ivp, method, h, 1) for h in STEP_SIZES]})
 
 
 def lemma(method: str) -> pd.DataFrame:
     """Return both defects of two steps of a constrained method, by h: on tangent vectors, and of B(y) in local coordinates."""
-    scene = find_scene(PENDULUM, PENDULUM_CASE)
-    X, y, B = tangent_basis(scene, scene.p0, scene.q0), np.concatenate(enter(scene)(scene.p0, scene.q0)), structure_matrix(scene)
+    ivp = constrained(initial_value_problem(PENDULUM, PENDULUM_CASE))
+    X, y, B = tangent_basis(ivp, ivp.p0, ivp.q0), np.concatenate(enter(ivp)(ivp.p0, ivp.q0)), structure_matrix(ivp)
     chosen: Any = parse(method)
     uncompiled = replace(chosen, compiled=False)
     rows = []
     for h in PENDULUM_STEP_SIZES:
-        flow = uncompiled.flow(scene, h, LEMMA_STEPS)
-        symplectic, poisson = symplecticity_defect(flow, scene.p0, scene.q0, X), poisson_defect(local_flow(flow, scene), y, B)
+        flow = uncompiled.flow(ivp, h, LEMMA_STEPS)
+        symplectic, poisson = symplecticity_defect(flow, ivp.p0, ivp.q0, X), poisson_defect(local_flow(flow, ivp), y, B)
         rows.append({"method": method, "h": h, "symplectic": symplectic, "poisson": poisson, "B": np.max(np.abs(B(y)))})
     return pd.DataFrame(rows)
 

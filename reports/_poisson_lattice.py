@@ -4,7 +4,7 @@ import numpy as np
 import pandas as pd
 
 from daebench.method import Request
-from daebench.reports._poisson_runs import errors, kind, method, scene_of
+from daebench.reports._poisson_runs import errors, ivp_of, kind, method
 
 PROBLEM, CASE = "ablowitz_ladik", "hlw16"
 METHODS = ("strang", "strang/suzuki4", "darboux:verlet", "midpoint", "rk4")
@@ -23,9 +23,9 @@ SHOWN = 300
 
 def invariants(name: str, h: float = H, t_end: float = T_END) -> tuple[dict[str, object], pd.DataFrame]:
     """Return the row of a method, and the errors so far of energy and integrals over time, thinned out evenly in log t."""
-    scene, every = scene_of(PROBLEM, CASE), round(EVERY * H / h)
-    run = method(name, compiled=True).solve(scene, Request(value=h, t_end=t_end, every=every, watch=())).complete()
-    found = errors(scene, run)
+    ivp, every = ivp_of(PROBLEM, CASE), round(EVERY * H / h)
+    run = method(name, compiled=True).solve(ivp, Request(value=h, t_end=t_end, every=every, watch=())).complete()
+    found = errors(ivp, run)
     row: dict[str, object] = {"method": name, "h": h, "ns": 1e9 * run.seconds / run.steps}
     for quantity in QUANTITIES:
         row |= {quantity: np.max(np.abs(found[quantity])), f"{quantity}_kind": kind(run.t, found[quantity])}
@@ -36,21 +36,21 @@ def invariants(name: str, h: float = H, t_end: float = T_END) -> tuple[dict[str,
 
 def sizes_of_integrals() -> dict[str, float]:
     """Return energy and integrals at the start, by name."""
-    scene = scene_of(PROBLEM, CASE)
-    values = [scene.along("H", scene.y0[None])[0], *scene.along("integrals", scene.y0[None])[0]]
-    return dict(zip(("energy", *scene.integrals), map(float, values), strict=True))
+    ivp = ivp_of(PROBLEM, CASE)
+    values = [ivp.along("H", ivp.y0[None])[0], *ivp.along("integrals", ivp.y0[None])[0]]
+    return dict(zip(("energy", *ivp.integrals), map(float, values), strict=True))
 
 
 def speeds() -> dict[str, float]:
     """Return how fast the state moves at the start, and how fast the logarithms alone would turn it: every y_k at the rate 2/dx^2."""
-    scene = scene_of(PROBLEM, CASE)
-    moving = float(np.linalg.norm(scene.value("field", scene.y0)))
-    return {"all": moving, "part": 2 * SITES**2 * float(np.linalg.norm(scene.y0)), "rate": 2.0 * SITES**2}
+    ivp = ivp_of(PROBLEM, CASE)
+    moving = float(np.linalg.norm(ivp.value("field", ivp.y0)))
+    return {"all": moving, "part": 2 * SITES**2 * float(np.linalg.norm(ivp.y0)), "rate": 2.0 * SITES**2}
 
 
 def cost(sites: int) -> dict[str, object]:
     """Return the CPU time of a step of ``strang`` per site, best of several runs."""
-    scene = scene_of(PROBLEM, CASE, {"sites": sites})
+    ivp = ivp_of(PROBLEM, CASE, {"sites": sites})
     request = Request(value=0.02 / sites**2, steps=max(4, SITE_STEPS // sites), every=0, watch=())
-    runs = [method("strang", compiled=True).solve(scene, request).complete() for _ in range(TIMED_RUNS)]
+    runs = [method("strang", compiled=True).solve(ivp, request).complete() for _ in range(TIMED_RUNS)]
     return {"sites": sites, "ns_per_site": min(1e9 * run.seconds / run.steps / sites for run in runs)}

@@ -7,7 +7,7 @@ import numpy as np
 from daebench.diagnostics.energy import energy_drift
 from daebench.method import Request
 from daebench.reports._poisson_casimirs import SYSTEMS
-from daebench.reports._poisson_runs import ROUND_OFF, defect, errors, method, scene_of, solve
+from daebench.reports._poisson_runs import ROUND_OFF, defect, errors, ivp_of, method, solve
 
 METHODS = (
     "symplectic_euler_adjoint",
@@ -27,13 +27,13 @@ CASIMIR_SYSTEMS = ("lotka_volterra_3d", "free_rigid_body")
 
 def summary(name: str) -> dict[str, object]:
     """Return the row of a method: on predator and prey, and for Casimir functions on two systems that have some."""
-    scene = scene_of("lotka_volterra", "4,2")
-    run = solve(scene, name, H, STEPS).complete()
-    energy = errors(scene, run)["energy"]
+    ivp = ivp_of("lotka_volterra", "4,2")
+    run = solve(ivp, name, H, STEPS).complete()
+    energy = errors(ivp, run)["energy"]
     drift, chosen = energy_drift(run.t, energy), method(name)
     structure = chosen.member.poisson
     row: dict[str, object] = {"method": name, "order": chosen.order, "class": structure}
-    row |= {"form": chosen.form, "claimed": chosen.is_poisson(scene), "defect": defect(scene, name, H, DEFECT_STEPS)}
+    row |= {"form": chosen.form, "claimed": chosen.is_poisson(ivp), "defect": defect(ivp, name, H, DEFECT_STEPS)}
     row |= {"energy": np.max(np.abs(energy)), "kind": drift.brief, "slope": drift.slope, "slope_error": drift.slope_error}
     return row | {f"casimir_{problem}": casimir(problem, name) for problem in CASIMIR_SYSTEMS} | {"ns": nanoseconds(name)}
 
@@ -41,18 +41,18 @@ def summary(name: str) -> dict[str, object]:
 def casimir(problem: str, name: str) -> float:
     """Return the largest error of the Casimir function of a system; NaN if the method cannot be run on it."""
     case, h, steps = SYSTEMS[problem]
-    scene = scene_of(problem, case)
-    if method(name).refusal(scene) is not None:
+    ivp = ivp_of(problem, case)
+    if method(name).refusal(ivp) is not None:
         return float("nan")
-    found = errors(scene, solve(scene, name, h, steps).complete())
-    return float(max(np.max(np.abs(found[each])) for each in scene.casimirs))
+    found = errors(ivp, solve(ivp, name, h, steps).complete())
+    return float(max(np.max(np.abs(found[each])) for each in ivp.casimirs))
 
 
 def nanoseconds(name: str) -> float:
     """Return the CPU time of a compiled step on predator and prey, best of several runs."""
     request = Request(value=0.01, steps=TIMED_STEPS, every=0, watch=(), count=False)
-    scene = scene_of("lotka_volterra", "4,2")
-    runs = [method(name, compiled=True).solve(scene, request).complete() for _ in range(TIMED_RUNS)]
+    ivp = ivp_of("lotka_volterra", "4,2")
+    runs = [method(name, compiled=True).solve(ivp, request).complete() for _ in range(TIMED_RUNS)]
     return float(min(1e9 * run.seconds / run.steps for run in runs))
 
 

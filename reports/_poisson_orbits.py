@@ -10,8 +10,8 @@ import pandas as pd
 
 from daebench.diagnostics.energy import energy_drift
 from daebench.diagnostics.section import closure, section
-from daebench.reports._poisson_runs import errors, scene_of, solve
-from daebench.scene import Array, PoissonScene
+from daebench.ivp import Array, PoissonIvp
+from daebench.reports._poisson_runs import errors, ivp_of, solve
 from daebench.trajectory import PoissonTrajectory
 
 CASES = ("4,2", "6,2")
@@ -50,19 +50,19 @@ def orbits(steps: int = STEPS) -> Orbits:
     """Return the runs of Fig. 4.1 and of the printed form."""
     points, exact, rows = [], [], []
     for case in CASES:
-        scene = scene_of("lotka_volterra", case)
-        exact.append(level_curve(scene).assign(case=case))
+        ivp = ivp_of("lotka_volterra", case)
+        exact.append(level_curve(ivp).assign(case=case))
         for name in (PRINTED, *METHODS):
-            run = solve(scene, name, H, steps)
-            energy = errors(scene, run)["energy"]
+            run = solve(ivp, name, H, steps)
+            energy = errors(ivp, run)["energy"]
             points.append(pd.DataFrame({"case": case, "method": name, "t": run.t, "u": run.y[:, 0], "v": run.y[:, 1], "energy": energy}))
             drift = energy_drift(run.t, energy)
-            numbers = {"most": np.max(np.abs(energy)), "kind": drift.brief, "slope": drift.slope, "left": left(scene, run.y)}
+            numbers = {"most": np.max(np.abs(energy)), "kind": drift.brief, "slope": drift.slope, "left": left(ivp, run.y)}
             numbers |= {"steps": run.steps, "t": run.t[-1], "failure": run.failure or ""} | (
-                closed(scene, solve(scene, name, H, FOLLOWED * steps)) if not run.failure else {}
+                closed(ivp, solve(ivp, name, H, FOLLOWED * steps)) if not run.failure else {}
             )
             last = run.y[-1]
-            u_next, v_next = printed_step(last, H, scene.parameters) if name == PRINTED and run.failure else (np.nan, np.nan)
+            u_next, v_next = printed_step(last, H, ivp.parameters) if name == PRINTED and run.failure else (np.nan, np.nan)
             rows.append({"case": case, "method": name, "u": last[0], "v": last[1], "u_next": u_next, "v_next": v_next} | numbers)
     return Orbits(pd.concat(points, ignore_index=True), pd.concat(exact, ignore_index=True), pd.DataFrame(rows))
 
@@ -78,36 +78,36 @@ def printed_step(y: Array, h: float, parameters: Mapping[str, float]) -> tuple[f
     return float(u1), float(y[1] - h * y[1] * (u1 - parameters["a"]))
 
 
-def level_curve(scene: PoissonScene) -> pd.DataFrame:
+def level_curve(ivp: PoissonIvp) -> pd.DataFrame:
     """Return the orbit itself: the curve on which H has its value at the start.
 
     In logarithms H is convex about the equilibrium, so that each ray from there meets the curve once.
     """
     from scipy.optimize import brentq
 
-    centre = np.log([scene.parameters["a"], scene.parameters["b"]])
-    level = float(scene.value("H", scene.y0))
+    centre = np.log([ivp.parameters["a"], ivp.parameters["b"]])
+    level = float(ivp.value("H", ivp.y0))
     found = []
     for angle in np.linspace(0, 2 * np.pi, AROUND):
         ray = np.array([np.cos(angle), np.sin(angle)])
-        found.append(np.exp(centre + brentq(partial(above, scene, centre, ray, level), 1e-3, 50.0, xtol=1e-13) * ray))
+        found.append(np.exp(centre + brentq(partial(above, ivp, centre, ray, level), 1e-3, 50.0, xtol=1e-13) * ray))
     return pd.DataFrame(found, columns=["u", "v"])
 
 
-def above(scene: PoissonScene, centre: Array, ray: Array, level: float, r: float) -> float:
+def above(ivp: PoissonIvp, centre: Array, ray: Array, level: float, r: float) -> float:
     """Return by how much H at the distance r along a ray, in logarithms, is above a level."""
-    return float(scene.value("H", np.exp(centre + r * ray)) - level)
+    return float(ivp.value("H", np.exp(centre + r * ray)) - level)
 
 
-def closed(scene: PoissonScene, run: PoissonTrajectory) -> dict[str, Any]:
+def closed(ivp: PoissonIvp, run: PoissonTrajectory) -> dict[str, Any]:
     """Return how well the orbit of a run closes, from its crossings of the line v = b beyond the equilibrium."""
-    found = closure(section(scene, run, center=(scene.parameters["a"], scene.parameters["b"]), direction=(1, 0)))
+    found = closure(section(ivp, run, center=(ivp.parameters["a"], ivp.parameters["b"]), direction=(1, 0)))
     wander = found.drift.slope * float(run.t[-1])
     return {"revolutions": found.revolutions, "period": found.period, "spread": found.spread, "wander": wander, "orbit": found.drift.brief}
 
 
-def left(scene: PoissonScene, y: Array) -> float:
+def left(ivp: PoissonIvp, y: Array) -> float:
     """Return which share of the energy above the equilibrium is left: its mean over the last tenth of a run, against the start."""
-    level = scene.along("H", y)
-    lowest = float(scene.value("H", [scene.parameters["a"], scene.parameters["b"]]))
+    level = ivp.along("H", y)
+    lowest = float(ivp.value("H", [ivp.parameters["a"], ivp.parameters["b"]]))
     return float((np.mean(level[-max(1, len(level) // 10) :]) - lowest) / (level[0] - lowest))

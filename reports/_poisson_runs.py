@@ -5,25 +5,25 @@ from typing import Any
 
 import numpy as np
 
-from daebench.catalogue import find_setting
 from daebench.diagnostics.energy import energy_drift
 from daebench.diagnostics.integrals import casimir_errors, energy_error, integral_errors
 from daebench.diagnostics.poisson import poisson_defect
+from daebench.ivp import Array, PoissonIvp
+from daebench.ivp_constructor import initial_value_problem
 from daebench.lifted import Lifted
 from daebench.method import Request
 from daebench.names import POISSON, parse
-from daebench.scene import Array, PoissonScene
 from daebench.trajectory import PoissonTrajectory
 
 ROUND_OFF = 1e-12
 """An error of a conserved quantity of the size of one, or a defect, up to this is round-off."""
 
 
-def scene_of(problem: str, case: str, parameters: dict[str, float] | None = None, y0: tuple[float, ...] | None = None) -> PoissonScene:
+def ivp_of(problem: str, case: str, parameters: dict[str, float] | None = None, y0: tuple[float, ...] | None = None) -> PoissonIvp:
     """Return a case of a Poisson system of the catalogue."""
-    scene = find_setting(problem, case, parameters, y0=y0)
-    assert isinstance(scene, PoissonScene)
-    return scene
+    ivp = initial_value_problem(problem, case, parameters, y0=y0)
+    assert isinstance(ivp, PoissonIvp)
+    return ivp
 
 
 def method(name: str, *, compiled: bool = False) -> Any:
@@ -32,15 +32,15 @@ def method(name: str, *, compiled: bool = False) -> Any:
     return Lifted(replace(found.method, compiled=compiled)) if isinstance(found, Lifted) else replace(found, compiled=compiled)
 
 
-def solve(scene: PoissonScene, name: str, h: float, steps: int) -> PoissonTrajectory:
+def solve(ivp: PoissonIvp, name: str, h: float, steps: int) -> PoissonTrajectory:
     """Return the run of a method, all of its states; it may have ended early."""
-    run: PoissonTrajectory = method(name).solve(scene, Request(value=h, steps=steps, watch=()))
+    run: PoissonTrajectory = method(name).solve(ivp, Request(value=h, steps=steps, watch=()))
     return run
 
 
-def errors(scene: PoissonScene, run: PoissonTrajectory) -> dict[str, Array]:
+def errors(ivp: PoissonIvp, run: PoissonTrajectory) -> dict[str, Array]:
     """Return the errors of energy, Casimir functions and integrals at the outputs of a run, by name, each shape(n,)."""
-    return {"energy": energy_error(scene, run)} | casimir_errors(scene, run) | integral_errors(scene, run)
+    return {"energy": energy_error(ivp, run)} | casimir_errors(ivp, run) | integral_errors(ivp, run)
 
 
 def kind(t: Array, error: Array) -> str:
@@ -50,6 +50,6 @@ def kind(t: Array, error: Array) -> str:
     return energy_drift(t, error).brief
 
 
-def defect(scene: PoissonScene, name: str, h: float, steps: int) -> float:
-    """Return the Poisson defect of so many steps from the start of a scene."""
-    return poisson_defect(method(name).flow(scene, h, steps), scene.y0, lambda y: scene.value("B", y))
+def defect(ivp: PoissonIvp, name: str, h: float, steps: int) -> float:
+    """Return the Poisson defect of so many steps from the start of an initial value problem."""
+    return poisson_defect(method(name).flow(ivp, h, steps), ivp.y0, lambda y: ivp.value("B", y))

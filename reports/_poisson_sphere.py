@@ -7,10 +7,10 @@ import numpy as np
 import pandas as pd
 
 from daebench.figures import BLUE, GREEN, VERMILION, grid_of_axes, save
+from daebench.ivp import Array
 from daebench.orthographic import seen
 from daebench.reports._poisson_body import SHOWN, STARTS
 from daebench.reports._poisson_numbers import Numbers
-from daebench.scene import Array
 
 COLORS, MARKERS = (BLUE, GREEN, VERMILION), ("o", "^", "D")
 AXES = ("y1", "y2", "y3")

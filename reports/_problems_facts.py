@@ -12,7 +12,7 @@ from daebench.catalogue import find_problem
 from daebench.reference.certified import store
 from daebench.reference.certified.places import DATA
 from daebench.report import MINUS
-from daebench.reports._problems_scenes import definition, scene_of
+from daebench.reports._problems_ivps import definition, ivp_of
 
 LONGEST = 45
 """Operations of an expression that is written out."""
@@ -62,21 +62,21 @@ class Facts:
 
 def facts(name: str) -> Facts:
     """Return what is said of a problem."""
-    problem, scene = find_problem(name), scene_of(name)
-    declared = definition(scene)
+    problem, ivp = find_problem(name), ivp_of(name)
+    declared = definition(ivp)
     has = {"chart": declared.chart, "kinetic flow": declared.kinetic_flow, "closed form": declared.closed_form}
     return Facts(
         name=name,
         summary=problem.summary,
-        case=scene.case,
+        case=ivp.case,
         about=told(problem.path.read_text(encoding="utf-8")),
-        d=scene.d,
-        m=scene.m,
-        dof=scene.d - scene.m,
+        d=ivp.d,
+        m=ivp.m,
+        dof=ivp.d - ivp.m,
         structure=structure(declared),
-        separable=bool(scene.sheet.SEPARABLE),
+        separable=bool(ivp.sheet.SEPARABLE),
         formulas=formulas(declared),
-        integrals=list(scene.integrals),
+        integrals=list(ivp.integrals),
         has=[each for each, what in has.items() if what is not None],
         cases=[case(name, own, each) for own, each in declared.cases.items()],
     )

@@ -9,12 +9,12 @@ import numpy as np
 import pandas as pd
 
 from daebench.figures import BLUE, ORANGE, QUIET, STROKES, VERMILION, drawing, grid_of_axes, save
+from daebench.ivp import Array
 from daebench.orthographic import projected
 from daebench.reports import _problems_rank as rank
+from daebench.reports._problems_ivps import horizon
 from daebench.reports._problems_numbers import Numbers
 from daebench.reports._problems_path import Drawing
-from daebench.reports._problems_scenes import horizon
-from daebench.scene import Array
 
 STROKE = dict(zip(rank.METHODS, (STROKES[3], STROKES[5], STROKES[1], STROKES[0], STROKES[2], STROKES[6]), strict=True))
 COLUMNS = 5
@@ -106,8 +106,8 @@ def triad(ax: Any, scene: Drawing, flat: Array) -> None:
 
 def draw_rank(numbers: Numbers, folder: Path) -> Path:
     """Draw a position over time where G loses rank: a row a scene, stopped on the left, continued on the right."""
-    figure, axes = grid_of_axes(len(rank.SCENES), len(rank.MODES), 5.6, sharex=True, sharey="row")
-    for own, (problem, case) in zip(axes, rank.SCENES, strict=True):
+    figure, axes = grid_of_axes(len(rank.IVPS), len(rank.MODES), 5.6, sharex=True, sharey="row")
+    for own, (problem, case) in zip(axes, rank.IVPS, strict=True):
         own[0].set_ylabel(rank.SHOWN[problem][1])
         for ax, mode in zip(own, rank.MODES, strict=True):
             ax.axvline(numbers.losses[problem], color=QUIET, linewidth=0.9, linestyle=(0, (2, 2)))

@@ -9,8 +9,8 @@ import pandas as pd
 from daebench.reports import _problems_rank as rank
 from daebench.reports import _problems_runs as runs
 from daebench.reports._problems_facts import Facts, facts
+from daebench.reports._problems_ivps import names
 from daebench.reports._problems_path import Drawing, drawing_of
-from daebench.reports._problems_scenes import names
 from daebench.reports._two_processes import Job, computed
 
 Tell = Callable[[float, str], None]
@@ -29,7 +29,7 @@ class Numbers:
     runs : DataFrame
         A row a problem and method.
     rank : DataFrame
-        A row a scene that loses rank, method and mode.
+        One row for each problem that loses rank, method and mode.
     rank_paths : DataFrame
         Positions over time of these runs.
     losses : mapping of str to float
@@ -47,7 +47,7 @@ class Numbers:
 def jobs() -> list[Job]:
     """Return what is measured; the methods of a problem are one job, for they share what is derived, and the dearest come first."""
     found: list[Job] = [(problem_rows, (name,)) for name in names()]
-    found += [(rank_rows, (problem, case)) for problem, case in rank.SCENES]
+    found += [(rank_rows, (problem, case)) for problem, case in rank.IVPS]
     return found + [(work, (name,)) for name in names() for work in (facts, drawing_of)]
 
 
@@ -68,7 +68,7 @@ def measure(tell: Tell) -> Numbers:
     found = dict(computed(jobs(), tell, "measured"))
     about: list[Facts] = sorted((found[facts, (name,)] for name in names()), key=lambda each: (each.m, each.d, each.name))
     own = [each.name for each in about]
-    lost = [found[rank_rows, scene] for scene in rank.SCENES]
+    lost = [found[rank_rows, ivp] for ivp in rank.IVPS]
     drawings = {name: found[drawing_of, (name,)] for name in own}
     return Numbers(
         facts=about,
@@ -76,5 +76,5 @@ def measure(tell: Tell) -> Numbers:
         runs=pd.DataFrame([row for name in own for row in found[problem_rows, (name,)]]),
         rank=pd.DataFrame([row for rows, _ in lost for row in rows]),
         rank_paths=pd.concat([paths for _, paths in lost], ignore_index=True),
-        losses={problem: rank.loss(problem) for problem, _ in rank.SCENES},
+        losses={problem: rank.loss(problem) for problem, _ in rank.IVPS},
     )

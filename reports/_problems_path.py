@@ -1,14 +1,14 @@
-"""Where the parts of a scene are: its picture at a few times and the paths of its points, from a fine run with RATTLE."""
+"""Where the parts of a problem are: its picture at a few times and the paths of its points, from a fine run with RATTLE."""
 
 from dataclasses import dataclass
 from typing import Any
 
 import pandas as pd
 
+from daebench.ivp import Array
 from daebench.method import Request
+from daebench.reports._problems_ivps import horizon, ivp_of
 from daebench.reports._problems_runs import largest, method
-from daebench.reports._problems_scenes import horizon, scene_of
-from daebench.scene import Array
 from daebench.scene_picture import layout_of, moving
 
 FINE = 1000
@@ -20,12 +20,12 @@ SHARES = (0.08, 0.2, 0.36, 0.6)
 
 @dataclass(frozen=True)
 class Drawing:
-    """What is drawn of a scene.
+    """What is drawn of an initial value problem.
 
     Parameters
     ----------
     problem, case : str
-        The scene.
+        The initial value problem.
     dimension : int
         2 or 3.
     t : ndarray, shape(n,)
@@ -73,10 +73,10 @@ class Drawing:
 
 def drawing_of(problem: str) -> Drawing | None:
     """Return what is drawn of the first case of a problem, None where it declares no picture."""
-    scene = scene_of(problem)
-    layout = layout_of(scene)
+    ivp = ivp_of(problem)
+    layout = layout_of(ivp)
     if layout is None:
         return None
-    run = method("rattle").solve(scene, Request(value=horizon(problem).drawn / FINE, steps=FINE, watch=())).complete()
+    run = method("rattle").solve(ivp, Request(value=horizon(problem).drawn / FINE, steps=FINE, watch=())).complete()
     parts = (layout.at(run.q), layout.rods, layout.masses, layout.fixed, layout.surface)
-    return Drawing(problem, scene.case, layout.dimension, run.t, *parts, largest(scene.along("g", run.q)))
+    return Drawing(problem, ivp.case, layout.dimension, run.t, *parts, largest(ivp.along("g", run.q)))

@@ -1,4 +1,4 @@
-"""The scenes in which G loses rank: when, by an equation of motion of one angle, and what each method does there."""
+"""The initial value problems in which G loses rank: when, by an equation of motion of one angle, and what each method does there."""
 
 import math
 from collections.abc import Callable
@@ -11,15 +11,15 @@ import pandas as pd
 from daebench.diagnostics.integrals import energy_error
 from daebench.errors import DaebenchError
 from daebench.method import Request
+from daebench.reports._problems_ivps import ivp_of
 from daebench.reports._problems_runs import largest, method
-from daebench.reports._problems_scenes import scene_of
 
 GRAVITY = 9.81
 METHODS = ("rattle", "lobatto3", "seproj", "rk4", "ida:index3", "scipy:DOP853")
 MODES = ("stop", "continue")
 H, TOL, OUTPUTS = 0.002, 1e-8, 241
-SCENES = MappingProxyType({("four_bar", "iftomm"): 1.2, ("slider_crank", "lock_up"): 1.2})
-"""The scenes, each with its end, s."""
+IVPS = MappingProxyType({("four_bar", "iftomm"): 1.2, ("slider_crank", "lock_up"): 1.2})
+"""The initial value problems, each with its end, s."""
 
 SHOWN = MappingProxyType({"four_bar": (3, "height of the middle joint $B_1$ [m]"), "slider_crank": (2, "place of the slider $x_2$ [m]")})
 """Number of the position that is drawn, and its name."""
@@ -61,12 +61,12 @@ MOTIONS: dict[str, Motion] = {
 
 
 def behaviour(problem: str, case: str, name: str, mode: str) -> tuple[dict[str, Any], pd.DataFrame]:
-    """Return what a method does in a scene with ``on_singular``, and the position that is drawn over time.
+    """Return what a method does in an initial value problem with ``on_singular``, and the position that is drawn over time.
 
     Parameters
     ----------
     problem, case : str
-        The scene.
+        The initial value problem.
     name : str
         Name of the method.
     mode : str
@@ -79,20 +79,20 @@ def behaviour(problem: str, case: str, name: str, mode: str) -> tuple[dict[str, 
     DataFrame
         t and x of each output.
     """
-    scene, found, end = scene_of(problem, case), method(name), SCENES[problem, case]
+    ivp, found, end = ivp_of(problem, case), method(name), IVPS[problem, case]
     about: dict[str, Any] = {"problem": problem, "case": case, "method": name, "mode": mode}
     request = Request(value=H, steps=round(end / H), watch=(), on_singular=mode)
     if found.knob == "tol":
         request = Request(value=TOL, t_end=end, points=OUTPUTS, watch=(), on_singular=mode)
     try:
-        run = found.solve(scene, request)
+        run = found.solve(ivp, request)
     except DaebenchError as error:
         return about | {"end": "stopped", "t": 0.0, "why": str(error), "branch": ""}, pd.DataFrame({"t": [], "x": []})
     about |= {"end": "reached" if run.failure is None else "stopped", "t": float(run.t[-1]), "why": run.failure or ""}
     first = run.passages[0] if run.passages else None
     about |= {"told": first.t if first else told_in(run.failure or ""), "branch": first.branch if first else ""}
     about |= {"turn": first.turn if first else math.nan, "pivot": first.pivot if first else math.nan, "passages": len(run.passages)}
-    about |= {"energy": largest(energy_error(scene, run))}
+    about |= {"energy": largest(energy_error(ivp, run))}
     return about, pd.DataFrame(about_path(problem, name, mode, run))
 
 

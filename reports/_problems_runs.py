@@ -1,4 +1,4 @@
-"""One row a method: what becomes of energy, manifold and integrals of a scene, and what it costs; or why there is no run."""
+"""One row a method: what becomes of energy, manifold and integrals of a problem, and what it costs; or why there is no run."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
@@ -12,11 +12,11 @@ from daebench.diagnostics.energy import energy_drift
 from daebench.diagnostics.integrals import energy_error, integral_errors
 from daebench.errors import DaebenchError
 from daebench.fixed_step_constrained import FixedStep
+from daebench.ivp import ConstrainedIvp
 from daebench.method import Method, Request
 from daebench.names import parse
-from daebench.reports._problems_scenes import STEPS, TOL, horizon, scene_of, step_size
+from daebench.reports._problems_ivps import STEPS, TOL, horizon, ivp_of, step_size
 from daebench.reports._problems_sizes import Sizes, sizes
-from daebench.scene import Scene
 from daebench.trajectory import Trajectory
 
 FAMILIES: Mapping[str, tuple[str, ...]] = MappingProxyType(
@@ -55,7 +55,7 @@ EVALUATIONS = ("H_p", "H_q", "g", "G", "second", "residual", "rhs")
 SOLVES = ("solve", "jacobian")
 
 
-def method(name: str) -> Method[Scene, Trajectory]:
+def method(name: str) -> Method[ConstrainedIvp, Trajectory]:
     """Return a method, uncompiled if it has fixed steps: runs are so short that compiling would take longer."""
     found = parse(name)
     return replace(found, compiled=False) if isinstance(found, FixedStep) else found
@@ -63,44 +63,44 @@ def method(name: str) -> Method[Scene, Trajectory]:
 
 def sizes_of(problem: str) -> Sizes:
     """Return the sizes along the run of RATTLE on the first case of a problem."""
-    scene = scene_of(problem)
-    return sizes(scene, solve(problem, scene, method("rattle")))
+    ivp = ivp_of(problem)
+    return sizes(ivp, solve(problem, ivp, method("rattle")))
 
 
 def row(problem: str, name: str, against: Sizes) -> dict[str, Any]:
     """Return what becomes of the first case of a problem with a method, errors as parts of sizes; one that is left out has the reason."""
-    scene, found = scene_of(problem), method(name)
-    about: dict[str, Any] = {"problem": problem, "case": scene.case, "family": FAMILY[name], "method": name, "knob": found.knob}
+    ivp, found = ivp_of(problem), method(name)
+    about: dict[str, Any] = {"problem": problem, "case": ivp.case, "family": FAMILY[name], "method": name, "knob": found.knob}
     about |= {"claims_manifold": isinstance(found, FixedStep) and found.claims.on_manifold}
     if (problem, name) in LEFT_OUT:
         return about | {"end": "not run", "why": LEFT_OUT[problem, name], "t": 0.0}
-    if (why := found.refusal(scene)) is not None:
+    if (why := found.refusal(ivp)) is not None:
         return about | {"end": "refused", "why": why, "t": 0.0}
     try:
-        run = solve(problem, scene, found)
+        run = solve(problem, ivp, found)
     except DaebenchError as error:
         return about | {"end": "stopped", "why": str(error), "t": 0.0}
-    return about | measured(scene, run, against)
+    return about | measured(ivp, run, against)
 
 
-def solve(problem: str, scene: Scene, found: Method[Scene, Trajectory]) -> Trajectory:
-    """Return the run of a method to the end of a scene."""
+def solve(problem: str, ivp: ConstrainedIvp, found: Method[ConstrainedIvp, Trajectory]) -> Trajectory:
+    """Return the run of a method to the end of an initial value problem."""
     if found.knob == "h":
-        return found.solve(scene, Request(value=step_size(problem), steps=STEPS, watch=()))
-    return found.solve(scene, Request(value=TOL, t_end=horizon(problem).t_end, points=OUTPUTS, watch=()))
+        return found.solve(ivp, Request(value=step_size(problem), steps=STEPS, watch=()))
+    return found.solve(ivp, Request(value=TOL, t_end=horizon(problem).t_end, points=OUTPUTS, watch=()))
 
 
-def measured(scene: Scene, run: Trajectory, against: Sizes) -> dict[str, Any]:
+def measured(ivp: ConstrainedIvp, run: Trajectory, against: Sizes) -> dict[str, Any]:
     """Return what a run, complete or not, did to energy, manifold and integrals, and its work.
 
     Errors are the largest over the outputs, those of energy and integrals as parts of their sizes. ``g_rounding`` and ``Gv_rounding`` are
     the residuals that rounding explains.
     """
-    error = energy_error(scene, run) / against.energy
-    kept = {name: largest(each) / against.integrals[name] for name, each in integral_errors(scene, run).items()}
+    error = energy_error(ivp, run) / against.energy
+    kept = {name: largest(each) / against.integrals[name] for name, each in integral_errors(ivp, run).items()}
     found: dict[str, Any] = {"end": "reached" if run.failure is None else "stopped", "why": run.failure or "", "t": float(run.t[-1])}
     found |= {"energy": largest(error), "kind": kind(run, error), "energy_scale": against.energy}
-    found |= {"g": largest(scene.along("g", run.q)), "Gv": largest(scene.along("Gv", run.p, run.q))}
+    found |= {"g": largest(ivp.along("g", run.q)), "Gv": largest(ivp.along("Gv", run.p, run.q))}
     found |= {"g_rounding": ROUND_OFF * against.g, "Gv_rounding": ROUND_OFF * against.Gv}
     found |= {"integrals": max(kept.values(), default=float("nan")), "worst_integral": max(kept, key=kept.__getitem__, default="")}
     found |= {"steps": run.steps}

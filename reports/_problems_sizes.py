@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from daebench.diagnostics.manifold import residual_scales
-from daebench.scene import Array, Scene
+from daebench.ivp import Array, ConstrainedIvp
 from daebench.trajectory import Trajectory
 
 TINY = 1e-6
@@ -33,25 +33,25 @@ class Sizes:
     integrals: dict[str, float]
 
 
-def sizes(scene: Scene, run: Trajectory) -> Sizes:
+def sizes(ivp: ConstrainedIvp, run: Trajectory) -> Sizes:
     """Return the sizes along a run."""
-    T = np.einsum("ij,ij->i", run.p, scene.along("H_p", run.p, run.q)) / 2
-    residuals = np.max([residual_scales(scene, p, q) for p, q in zip(run.p, run.q, strict=True)], axis=0)
-    return Sizes(float(np.max(T)) or 1.0, float(residuals[0]), float(residuals[1]), integral_sizes(scene, run.p, run.q))
+    T = np.einsum("ij,ij->i", run.p, ivp.along("H_p", run.p, run.q)) / 2
+    residuals = np.max([residual_scales(ivp, p, q) for p, q in zip(run.p, run.q, strict=True)], axis=0)
+    return Sizes(float(np.max(T)) or 1.0, float(residuals[0]), float(residuals[1]), integral_sizes(ivp, run.p, run.q))
 
 
-def integral_sizes(scene: Scene, P: Array, Q: Array) -> dict[str, float]:
+def integral_sizes(ivp: ConstrainedIvp, P: Array, Q: Array) -> dict[str, float]:
     """Return sum_j |I_q_j| max |q| + sum_j |I_p_j| max |p| of each first integral I, the largest over states of shape(n, d), by name.
 
     It is not |I|, for the terms of an integral that is zero are rounded, too.
     """
-    if not scene.integrals:
+    if not ivp.integrals:
         return {}
-    here, total = scene.along("integrals", P, Q), np.zeros((len(P), len(scene.integrals)))
-    for j in range(scene.d):
+    here, total = ivp.along("integrals", P, Q), np.zeros((len(P), len(ivp.integrals)))
+    for j in range(ivp.d):
         for there in (moved(P, j), Q), (P, moved(Q, j)):
-            total += np.abs(scene.along("integrals", *there) - here) / TINY
-    return {name: float(size) or 1.0 for name, size in zip(scene.integrals, np.max(total, axis=0), strict=True)}
+            total += np.abs(ivp.along("integrals", *there) - here) / TINY
+    return {name: float(size) or 1.0 for name, size in zip(ivp.integrals, np.max(total, axis=0), strict=True)}
 
 
 def moved(states: Array, j: int) -> Any:

@@ -14,8 +14,8 @@ from daebench.figures import save_table
 from daebench.report import NONE, TIMES, count, number, table
 from daebench.reports._index_reduction_tables import Formats, Tabulate, code, text, tiny
 from daebench.reports._problems_facts import Facts
+from daebench.reports._problems_ivps import horizon, step_size
 from daebench.reports._problems_numbers import Numbers
-from daebench.reports._problems_scenes import horizon, step_size
 
 
 def tables(numbers: Numbers, across: pd.DataFrame, folder: Path) -> Mapping[str, Tabulate]:

@@ -77,6 +77,6 @@ def warm(cell: Cell) -> None:
     try:
         solver = cell.solver
         t_end = STEPS * cell.value if solver.knob == "h" else cell.t_end / 1000
-        solver.solve(cell.scene, replace(bare(cell, solver.knob), t_end=t_end))
+        solver.solve(cell.ivp, replace(bare(cell, solver.knob), t_end=t_end))
     except DaebenchError:
         return

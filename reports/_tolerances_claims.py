@@ -11,7 +11,7 @@ from daebench.report.claims import require
 from daebench.reports._tolerances_cure_claims import check_cures
 from daebench.reports._tolerances_drift import QUANTITIES, TOL
 from daebench.reports._tolerances_numbers import Numbers
-from daebench.reports._tolerances_runs import FAST, FORMULATIONS, REACHED, SCENES
+from daebench.reports._tolerances_runs import FAST, FORMULATIONS, IVPS, REACHED
 from daebench.reports._tolerances_tables import WANTED, to_ask
 
 TIGHT = 1e-12
@@ -78,8 +78,8 @@ def check_headline(default: pd.DataFrame, done: pd.DataFrame) -> SimpleNamespace
 
 
 def check_tight(rows: pd.DataFrame) -> SimpleNamespace:
-    """Test what is said of the tolerance 1e-12, scene by scene."""
-    errors = rows.pivot(index="scene", columns="formulation", values="error").reindex(list(SCENES))
+    """Test what is said of the tolerance 1e-12, problem by problem."""
+    errors = rows.pivot(index="scene", columns="formulation", values="error").reindex(list(IVPS))
     require(errors.notna().all().all(), "every formulation gets to the end at 1e-12", errors.to_dict())
     require(errors.min().min() > 10 * TIGHT, "at 1e-12 every error is over ten times that", errors.min().min())
     best, worst = errors.idxmin(axis=1), errors.idxmax(axis=1)
@@ -100,19 +100,19 @@ def check_floor(done: pd.DataFrame) -> SimpleNamespace:
     """Test that no error is smaller than what it is taken against can tell."""
     clear = float((done["error"] / done["floor"]).min())
     require(clear > 10, "every error is over ten times what its reference may be wrong by", f"{clear:.3g}")
-    growth = done.groupby("scene")["amplification"].max().reindex(list(SCENES)).rename(SCENES).sort_values()
+    growth = done.groupby("scene")["amplification"].max().reindex(list(IVPS)).rename(IVPS).sort_values()
     return SimpleNamespace(
         largest=done["floor"].max(), clear=clear, least_growth=growth.iloc[0], most_growth=growth.iloc[-1], growth=growth
     )
 
 
 def slopes(done: pd.DataFrame) -> pd.DataFrame:
-    """Test that errors fall more slowly than tolerances; return, by formulation, the least and the largest power over the scenes."""
+    """Test that errors fall more slowly than tolerances; return, by formulation, the least and the largest power over the problems."""
     small = done[done["error"] < SMALL]
     rows = []
-    for (formulation, scene), group in small.groupby(["formulation", "scene"]):
+    for (formulation, ivp), group in small.groupby(["formulation", "scene"]):
         power = np.polyfit(np.log(group["tol"]), np.log(group["error"]), 1)[0]
-        rows.append({"formulation": formulation, "scene": scene, "power": power})
+        rows.append({"formulation": formulation, "scene": ivp, "power": power})
     found: pd.DataFrame = pd.DataFrame(rows).groupby("formulation")["power"].agg(["min", "max"])
     require(found["max"].max() < 1, "the error falls more slowly than the tolerance everywhere", found["max"].to_dict())
     return found
@@ -131,12 +131,12 @@ def last_decade(done: pd.DataFrame) -> pd.DataFrame:
 def check_cost(default: pd.DataFrame) -> SimpleNamespace:
     """Test that index 3 is the dearest way to a given accuracy; return by how much, and where it does not get there."""
     calls = {key: calls_for(rows, WANTED) for key, rows in default.groupby(["scene", "formulation"])}
-    table = pd.Series(calls).unstack().reindex(list(SCENES))
+    table = pd.Series(calls).unstack().reindex(list(IVPS))
     require(table.drop(columns="index3").notna().all().all(), f"all but index 3 reach {WANTED:g} m on every system", table.to_dict())
     ratio = table["index3"] / table.min(axis=1)
     dearest = (table["index3"] >= table.max(axis=1)) | table["index3"].isna()
     require(dearest.all(), f"index 3 is the dearest way to {WANTED:g} m on every system", table.to_dict())
-    never = [SCENES[str(scene)] for scene in ratio.index[ratio.isna()]]
+    never = [IVPS[str(ivp)] for ivp in ratio.index[ratio.isna()]]
     return SimpleNamespace(least=ratio.min(), most=ratio.max(), never=never)
 
 

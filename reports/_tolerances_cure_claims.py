@@ -55,7 +55,7 @@ def _against(rows: pd.DataFrame, others: pd.DataFrame, column: str) -> "pd.Serie
 
 
 def _gain(runs: pd.DataFrame, formulation: str) -> float:
-    """Return the geometric mean of the error with ``atol`` over that with ``derivative``, over all scenes and tolerances."""
+    """Return the geometric mean of the error with ``atol`` over that with ``derivative``, over all problems and tolerances."""
     rows = runs[(runs["formulation"] == formulation) & (runs["end"] == REACHED)]
     errors = rows.pivot(index=["scene", "tol"], columns="cure", values="error")
     return float(np.exp(np.log(errors["atol"] / errors["derivative"]).mean()))

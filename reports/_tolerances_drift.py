@@ -8,9 +8,9 @@ import numpy as np
 import pandas as pd
 
 from daebench.diagnostics.integrals import energy_error
+from daebench.ivp import Array
 from daebench.reference.ida import DEFAULT_CURES
-from daebench.reports._tolerances_runs import FAST, exact_of, scene_of, solve
-from daebench.scene import Array
+from daebench.reports._tolerances_runs import FAST, exact_of, ivp_of, solve
 
 T_LONG = 100.0
 TOL = 1e-12
@@ -60,12 +60,12 @@ def drift_run(formulation: str, tol: float) -> pd.DataFrame:
     RunFailed
         If the run does not reach its end.
     """
-    scene, truth = scene_of(FAST), exact_of(FAST, T_LONG)
+    ivp, truth = ivp_of(FAST), exact_of(FAST, T_LONG)
     run = solve(FAST, formulation, DEFAULT_CURES[formulation], tol, T_LONG).complete()
-    g = np.max(np.abs(scene.along("g", run.q)), axis=1)
+    g = np.max(np.abs(ivp.along("g", run.q)), axis=1)
     error = np.max(np.abs(run.q - truth.q), axis=1)
     return pd.DataFrame(
-        {"formulation": formulation, "tol": tol, "t": run.t, "g": g, "energy": np.abs(energy_error(scene, run)), "error": error}
+        {"formulation": formulation, "tol": tol, "t": run.t, "g": g, "energy": np.abs(energy_error(ivp, run)), "error": error}
     )
 
 

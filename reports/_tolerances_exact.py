@@ -5,12 +5,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from daebench.errors import RunFailed
-from daebench.scene import Array, Scene
+from daebench.ivp import Array, ConstrainedIvp
 
 
 @dataclass(frozen=True)
 class Exact:
-    """The motion of a scene at the equidistant times that its reference has.
+    """The motion of an initial value problem at the equidistant times that its reference has.
 
     Parameters
     ----------
@@ -30,20 +30,20 @@ class Exact:
     amplification: float
 
 
-def exact(scene: Scene, t_end: float) -> Exact:
+def exact(ivp: ConstrainedIvp, t_end: float) -> Exact:
     """Return the certified motion up to ``t_end``.
 
     Raises
     ------
     BadInput
-        If the scene has no reference.
+        If the initial value problem has no reference.
     RunFailed
         If its reference ends before, or no run in double precision can follow it so far.
     """
     from daebench.reference.certified import store
     from daebench.reference.certified.record import EPS
 
-    reference = store.find(scene.problem, scene.case)
+    reference = store.find(ivp.problem, ivp.case)
     limit = min(reference.horizon, reference.double_horizon)
     if limit < t_end:
         raise RunFailed(f"the reference {reference.name} is of use up to t = {limit:g} only, and {t_end:g} is needed; build a longer one.")

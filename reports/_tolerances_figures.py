@@ -11,7 +11,7 @@ from daebench.reports._index_reduction_figures import label
 from daebench.reports._tolerances_claims import CLOSE, SMALL, law_of
 from daebench.reports._tolerances_drift import TOL, windows
 from daebench.reports._tolerances_numbers import Numbers
-from daebench.reports._tolerances_runs import FAST, FORMULATIONS, REACHED, SCENES, STOPPED
+from daebench.reports._tolerances_runs import FAST, FORMULATIONS, IVPS, REACHED, STOPPED
 
 STROKE = dict(zip(FORMULATIONS, (STROKES[0], STROKES[3], STROKES[1], STROKES[5]), strict=True))
 CURE_STROKE = {"derivative": STROKES[3], "atol": STROKES[1], "none": STROKES[6]}
@@ -43,13 +43,13 @@ def shown(rows: pd.DataFrame) -> "pd.Series[float]":
 
 
 def draw_accuracy(runs: pd.DataFrame, folder: Path) -> Path:
-    """Draw the error reached against the tolerance asked for: a panel a scene, a curve a formulation with its default cure."""
+    """Draw the error reached against the tolerance asked for: a panel a problem, a curve a formulation with its default cure."""
     default = runs[runs["default"]]
     figure, axes = grid_of_axes(2, 3, 5.4, sharex=True, sharey=True)
-    for ax, (scene, title) in zip(axes.flat, SCENES.items(), strict=False):
+    for ax, (ivp, title) in zip(axes.flat, IVPS.items(), strict=False):
         diagonal(ax, default["tol"])
         for k, (formulation, stroke) in enumerate(STROKE.items()):
-            rows = default[(default["scene"] == scene) & (default["formulation"] == formulation)]
+            rows = default[(default["scene"] == ivp) & (default["formulation"] == formulation)]
             ax.plot(rows["tol"], shown(rows), label=label(formulation), **stroke.points())
             mark_ends(ax, rows, stroke.color, k, len(STROKE))
         finish(ax, title)
@@ -148,12 +148,12 @@ def draw_drift(numbers: Numbers, folder: Path) -> Path:
 
 
 def draw_cost(runs: pd.DataFrame, folder: Path) -> Path:
-    """Draw the residual calls that an error costs: a panel a scene."""
+    """Draw the residual calls that an error costs: one panel for each problem."""
     done = runs[runs["default"] & (runs["end"] == REACHED)]
     figure, axes = grid_of_axes(2, 3, 5.2, sharex=True, sharey=True)
-    for ax, (scene, title) in zip(axes.flat, SCENES.items(), strict=False):
+    for ax, (ivp, title) in zip(axes.flat, IVPS.items(), strict=False):
         for formulation, stroke in STROKE.items():
-            rows = done[(done["scene"] == scene) & (done["formulation"] == formulation)]
+            rows = done[(done["scene"] == ivp) & (done["formulation"] == formulation)]
             ax.plot(shown(rows), rows["residuals"], label=label(formulation), **stroke.points())
         ax.set(xscale="log", yscale="log", title=title, xlim=(2e1, 1e-13))
         ax.set_xticks([1e0, 1e-3, 1e-6, 1e-9, 1e-12])

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import pandas as pd
 
 from daebench.reports._tolerances_drift import RUNS, T_LONG, drift_run, laws
-from daebench.reports._tolerances_runs import FAST, FORMULATIONS, SCENES, exact_of, series
+from daebench.reports._tolerances_runs import FAST, FORMULATIONS, IVPS, exact_of, series
 from daebench.reports._two_processes import Job, computed
 
 Tell = Callable[[float, str], None]
@@ -36,7 +36,7 @@ def measure(tell: Tell) -> Numbers:
 
     The dearest problems come first, so that both cores end at about the same time.
     """
-    tables: list[Job] = [(series, (name, formulation)) for name in reversed(SCENES) for formulation in FORMULATIONS]
+    tables: list[Job] = [(series, (name, formulation)) for name in reversed(IVPS) for formulation in FORMULATIONS]
     long: list[Job] = [(drift_run, run) for run in RUNS]
     exact_of(FAST, T_LONG)  # a reference that is missing is found out before anything is computed
     found = dict(computed([*tables, *long], tell, "IDA"))
@@ -47,4 +47,4 @@ def measure(tell: Tell) -> Numbers:
 
 
 def _in_order(tables: Sequence[Job]) -> list[Job]:
-    return sorted(tables, key=lambda job: list(SCENES).index(job[1][0]))
+    return sorted(tables, key=lambda job: list(IVPS).index(job[1][0]))

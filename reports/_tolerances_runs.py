@@ -8,16 +8,17 @@ from typing import Any
 
 import numpy as np
 
-from daebench.catalogue import find_scene
-from daebench.method import Patience, Request
+from daebench.ivp import ConstrainedIvp
+from daebench.ivp_constructor import initial_value_problem
+from daebench.make_ivp import constrained
+from daebench.method import Request, WorkLimit
 from daebench.reference.cured import CURES
 from daebench.reference.ida import DEFAULT_CURES, Ida
 from daebench.reports._tolerances_exact import Exact, exact
-from daebench.scene import Scene
 from daebench.trajectory import Trajectory
 
 FAST = "spherical_pendulum-fig1.2"
-SCENES = {
+IVPS = {
     "planar_pendulum-horizontal": "planar pendulum",
     "spherical_pendulum-fig1.1": "spherical pendulum, slow",
     FAST: "spherical pendulum, fast",
@@ -30,10 +31,10 @@ FORMULATIONS = ("index3", "index2", "index1", "ggl")
 TOLERANCES = tuple(float(f"1e-{k}") for k in range(3, 15))
 T_END = 10.0
 
-PATIENCE = Patience(calls=450_000, slow_calls=20_000, slow_part=150)
+WORK_LIMIT = WorkLimit(calls=450_000, slow_calls=20_000, slow_part=150)
 """When a run is given up."""
 
-SHORT_PATIENCE = Patience(calls=150_000, slow_calls=20_000, slow_part=40)
+SHORT_WORK_LIMIT = WorkLimit(calls=150_000, slow_calls=20_000, slow_part=40)
 """When a run whose multipliers are left as they are is given up: most fail, and half of all work would go into them."""
 
 REACHED = "reached"
@@ -59,16 +60,16 @@ Row = dict[str, Any]
 
 
 @cache
-def scene_of(name: str) -> Scene:
-    """Return a scene by the name of its reference, made once in a process."""
+def ivp_of(name: str) -> ConstrainedIvp:
+    """Return an initial value problem by the name of its reference, made once in a process."""
     problem, _, case = name.partition("-")
-    return find_scene(problem, case)
+    return constrained(initial_value_problem(problem, case))
 
 
 @cache
 def exact_of(name: str, t_end: float) -> Exact:
-    """Return what a scene's errors are taken against, read once in a process."""
-    return exact(scene_of(name), t_end)
+    """Return what an initial value problem's errors are taken against, read once in a process."""
+    return exact(ivp_of(name), t_end)
 
 
 def series(name: str, formulation: str, tolerances: Sequence[float] = TOLERANCES, cures: Sequence[str] = CURES) -> list[Row]:
@@ -95,9 +96,9 @@ def series(name: str, formulation: str, tolerances: Sequence[float] = TOLERANCES
 
 def solve(name: str, formulation: str, cure: str, tol: float, t_end: float = T_END) -> Trajectory:
     """Return the run of IDA, relative and absolute tolerance ``tol``, with output at the times of the reference."""
-    patience = SHORT_PATIENCE if cure == "none" else PATIENCE
-    request = Request(value=tol, t_end=t_end, points=len(exact_of(name, t_end).t), watch=("manifold",), patience=patience)
-    return Ida(formulation, cure).solve(scene_of(name), request)
+    work_limit = SHORT_WORK_LIMIT if cure == "none" else WORK_LIMIT
+    request = Request(value=tol, t_end=t_end, points=len(exact_of(name, t_end).t), watch=("manifold",), work_limit=work_limit)
+    return Ida(formulation, cure).solve(ivp_of(name), request)
 
 
 def difference(one: Trajectory, other: Trajectory) -> float:

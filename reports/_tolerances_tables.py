@@ -15,7 +15,7 @@ from daebench.reports._index_reduction_figures import label
 from daebench.reports._index_reduction_tables import Formats, Tabulate, text
 from daebench.reports._tolerances_drift import QUANTITIES
 from daebench.reports._tolerances_numbers import Numbers
-from daebench.reports._tolerances_runs import FORMULATIONS, IN_WORDS, KINDS, REACHED, SCENES
+from daebench.reports._tolerances_runs import FORMULATIONS, IN_WORDS, IVPS, KINDS, REACHED
 
 SHOWN_TOLERANCES = (1e-6, 1e-9, 1e-12)
 WANTED = 1e-6
@@ -51,11 +51,11 @@ def to_ask(rows: pd.DataFrame, wanted: float) -> float:
 
 
 def reached(runs: pd.DataFrame) -> pd.DataFrame:
-    """Return one row a scene and formulation, default cures: errors at chosen tolerances, and what to ask for."""
+    """Return one row for each problem and formulation, default cures: errors at chosen tolerances, and what to ask for."""
     rows = []
-    for scene, name in SCENES.items():
+    for ivp, name in IVPS.items():
         for formulation in FORMULATIONS:
-            own = runs[(runs["scene"] == scene) & (runs["formulation"] == formulation) & runs["default"]]
+            own = runs[(runs["scene"] == ivp) & (runs["formulation"] == formulation) & runs["default"]]
             errors = {f"error_{tol:.0e}": at(own, tol) for tol in SHOWN_TOLERANCES}
             last = own[own["error"].notna()].sort_values("error").iloc[0]
             rows.append(
@@ -72,7 +72,7 @@ def reached(runs: pd.DataFrame) -> pd.DataFrame:
 
 
 def reached_table(frame: pd.DataFrame, caption: str) -> Markup:
-    """Return what was reached, scene by scene."""
+    """Return what was reached, problem by problem."""
     first = frame["scene"] != frame["scene"].shift()
     shown = frame.assign(scene=frame["scene"].where(first, ""))
     errors = [f"error_{tol:.0e}" for tol in SHOWN_TOLERANCES]
@@ -90,7 +90,7 @@ def power(value: float) -> Markup:
 
 
 def ends(runs: pd.DataFrame) -> pd.DataFrame:
-    """Return one row a formulation and cure: how many runs ended how, over all scenes, those without a failure included."""
+    """Return one row a formulation and cure: how many runs ended how, over all initial value problems, those without a failure included."""
     names = (REACHED, *KINDS.values(), "other")
     rows = []
     for formulation in FORMULATIONS:
@@ -98,7 +98,7 @@ def ends(runs: pd.DataFrame) -> pd.DataFrame:
             own = runs[(runs["formulation"] == formulation) & (runs["cure"] == cure)]
             good = own[own["end"] == REACHED]
             counts = {name: int(np.sum(own["end"] == name)) for name in names}
-            tightest = good.groupby("scene")["tol"].min().reindex(list(SCENES))
+            tightest = good.groupby("scene")["tol"].min().reindex(list(IVPS))
             rows.append(
                 {"formulation": label(formulation), "cure": cure, "default": bool(own["default"].iloc[0]), "runs": len(own)}
                 | counts
@@ -148,7 +148,7 @@ def sentences(failed: pd.DataFrame) -> Markup:
     said = [
         Markup("{} on the {} at tolerance {} (at t = {} {})").format(
             label(str(row["formulation"])),
-            SCENES[str(row["scene"])],
+            IVPS[str(row["scene"])],
             power_of_ten(row["tol"]),
             number(row["t_reached"], 3),
             IN_WORDS[str(row["end"])],

@@ -7,8 +7,8 @@ import numpy as np
 import pandas as pd
 
 from daebench.report.claims import require
+from daebench.reports._work_precision_ivps import WANTED, Work
 from daebench.reports._work_precision_numbers import Numbers
-from daebench.reports._work_precision_scenes import WANTED, Work
 from daebench.studies.recommend import CONSERVED, ROUND_OFF, recommended
 from daebench.studies.work_precision import LEVELS, at_least, cheapest, front
 

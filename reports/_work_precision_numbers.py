@@ -8,12 +8,12 @@ from typing import Any
 import pandas as pd
 
 from daebench.errors import DaebenchError
+from daebench.ivp import PoissonIvp
 from daebench.lifted import Lifted
 from daebench.names import methods_of
 from daebench.reports._timed_runs import Processes, make_runs
 from daebench.reports._two_processes import two_processes
-from daebench.reports._work_precision_scenes import WORKS, Work
-from daebench.scene import PoissonScene
+from daebench.reports._work_precision_ivps import WORKS, Work
 from daebench.studies.claimed import claims_of
 from daebench.studies.metrics import defect_of
 from daebench.studies.recommend import with_conserved
@@ -88,18 +88,18 @@ def _by_method(frame: pd.DataFrame, key: str) -> dict[str, float]:
 
 def defects(work: Work, study: Study) -> list[dict[str, object]]:
     """Return what each method with fixed steps makes of the two-form, or of the structure matrix: exactly, and uncompiled."""
-    scene = study.cells()[0].scene
+    ivp = study.cells()[0].ivp
     rows: list[dict[str, object]] = []
-    for name, solver in zip(study.methods, methods_of(scene, study.methods, anyway=study.anyway), strict=True):
+    for name, solver in zip(study.methods, methods_of(ivp, study.methods, anyway=study.anyway), strict=True):
         if solver.knob != "h":
             continue
         steps = sorted(study.values.get(name, study.values["h"]))
         h = COARSER * steps[len(steps) // 2]
         try:
-            defect = defect_of(scene, _uncompiled(solver), h)
+            defect = defect_of(ivp, _uncompiled(solver), h)
         except DaebenchError:
             defect = float("nan")
-        rows.append({"key": work.key, "method": name, "h": h, "claimed": _claimed(solver, scene), "defect": defect})
+        rows.append({"key": work.key, "method": name, "h": h, "claimed": _claimed(solver, ivp), "defect": defect})
     return rows
 
 
@@ -107,5 +107,5 @@ def _uncompiled(solver: Any) -> Any:
     return Lifted(replace(solver.method, compiled=False)) if isinstance(solver, Lifted) else replace(solver, compiled=False)
 
 
-def _claimed(solver: Any, scene: Any) -> bool:
-    return bool(solver.is_poisson(scene) if isinstance(scene, PoissonScene) else solver.claims.symplectic)
+def _claimed(solver: Any, ivp: Any) -> bool:
+    return bool(solver.is_poisson(ivp) if isinstance(ivp, PoissonIvp) else solver.claims.symplectic)

@@ -13,8 +13,8 @@ from daebench.figures import save_table
 from daebench.report import NONE, THIN, count, number, power_of_ten, table
 from daebench.reports._index_reduction_tables import Formats, Tabulate, code, column, text, tiny
 from daebench.reports._work_precision_claims import MIDDLE
+from daebench.reports._work_precision_ivps import Work
 from daebench.reports._work_precision_numbers import Numbers
-from daebench.reports._work_precision_scenes import Work
 from daebench.studies.recommend import CONSERVED
 
 WORDS = CONSERVED | {"two_form": "two-form", "casimirs": "Casimir functions", "constraints": "constraints"}

@@ -9,7 +9,7 @@ import pandas as pd
 from markupsafe import Markup
 
 from daebench.report import Progress, make_page
-from daebench.reports import _extremes_numbers, _extremes_scenes
+from daebench.reports import _extremes_ivps, _extremes_numbers
 from daebench.reports._extremes_claims import check
 from daebench.reports._extremes_numbers import Numbers
 from daebench.reports._extremes_tables import tables, typeset
@@ -23,7 +23,7 @@ COMMAND = "daebench report extremes"
 
 def make(out: Path, progress: Progress) -> Path:
     """Make the report in a folder; return the path of its page, see :func:`daebench.report.make_page`."""
-    sections = _extremes_scenes.SECTIONS
+    sections = _extremes_ivps.SECTIONS
 
     def content(numbers: Numbers, found: SimpleNamespace) -> dict[str, Any]:
         figures = {each.key: EXTREMES[each.extreme].draw(out / "figures", each.key, numbers.tables[each.key]) for each in sections}

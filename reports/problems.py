@@ -6,7 +6,7 @@ from typing import Any
 
 from daebench.claims_bench import ROUNDINGS
 from daebench.report import Progress, make_page
-from daebench.reports import _problems_path, _problems_rank, _problems_scenes
+from daebench.reports import _problems_ivps, _problems_path, _problems_rank
 from daebench.reports._problems_claims import check
 from daebench.reports._problems_figures import draw
 from daebench.reports._problems_numbers import Numbers, measure
@@ -15,7 +15,7 @@ from daebench.reports._problems_tables import reason, tables
 COMMAND = "daebench report problems"
 
 CONSTANTS = SimpleNamespace(
-    RANK=_problems_rank, STEPS=_problems_scenes.STEPS, TOL=_problems_scenes.TOL, ROUNDINGS=ROUNDINGS, FINE=_problems_path.FINE
+    RANK=_problems_rank, STEPS=_problems_ivps.STEPS, TOL=_problems_ivps.TOL, ROUNDINGS=ROUNDINGS, FINE=_problems_path.FINE
 )
 
 
@@ -27,8 +27,8 @@ def make(out: Path, progress: Progress) -> Path:
             "c": CONSTANTS,
             "facts": numbers.facts,
             "drawings": numbers.drawings,
-            "horizon": _problems_scenes.horizon,
-            "step_size": _problems_scenes.step_size,
+            "horizon": _problems_ivps.horizon,
+            "step_size": _problems_ivps.step_size,
             "reason": reason,
             "drawn": draw(numbers, out / "figures"),
             "tables": tables(numbers, found.across.table, out / "tables"),

@@ -27,7 +27,7 @@ def make(out: Path, progress: Progress) -> Path:
             "drawn": draw(numbers, out / "figures"),
             "tables": tables(numbers, out / "tables"),
             "label": label,
-            "scenes": _tolerances_runs.SCENES,
+            "ivps": _tolerances_runs.IVPS,
             "failures": sentences(found.headline.failed),
             "spacing": float(numbers.drift["t"].iloc[1]),
         }

@@ -9,8 +9,8 @@ from daebench.reference.certified.places import DATA
 from daebench.report import Progress, make_page
 from daebench.reports._work_precision_claims import MIDDLE, check
 from daebench.reports._work_precision_figures import draw_all
+from daebench.reports._work_precision_ivps import COARSE, WANTED
 from daebench.reports._work_precision_numbers import STORE, Numbers, measure
-from daebench.reports._work_precision_scenes import COARSE, WANTED
 from daebench.reports._work_precision_tables import setting, tables, times
 from daebench.studies.measure import LONG
 from daebench.studies.recommend import LEAST, ROUND_OFF

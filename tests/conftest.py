@@ -1,4 +1,4 @@
-"""What all tests share: a cache directory of their own, the scenes that every scheme is swept over, and the command line."""
+"""What all tests share: a cache directory of their own, the problems that every scheme is swept over, and the command line."""
 
 import os
 import sys
@@ -12,11 +12,11 @@ os.environ["DAEBENCH_REFERENCES"] = f"{os.environ['DAEBENCH_CACHE']}/no-referenc
 
 import uncompiled
 from browser import chromium, looks_right, seen  # noqa: F401  defined once: a process can start one browser
+from ivps import LARGE, ivp, swept
 from own_files import ORBIT, RING
-from scenes import LARGE, scene, swept
 
-from daebench.catalogue import find_scene
 from daebench.fixed_step_constrained import FixedStep
+from daebench.ivp_constructor import initial_value_problem
 
 MANY_STAGES = ("lobatto5", "lobatto6", "gauss4", "radau3_ggl", "radau3_index2")
 """Schemes whose systems are so large that a few steps of them on a large problem, run as Python, take longest of all."""
@@ -25,23 +25,23 @@ MANY_STAGES = ("lobatto5", "lobatto6", "gauss4", "radau3_ggl", "radau3_index2")
 def pytest_collection_modifyitems(items):
     for item in items:
         given = getattr(item, "callspec", None)
-        if given and given.params.get("each_scene") in LARGE and given.params.get("method") in MANY_STAGES:
+        if given and given.params.get("each_ivp") in LARGE and given.params.get("method") in MANY_STAGES:
             item.add_marker(pytest.mark.exhaustive)
 
 
 @pytest.fixture(params=swept())
-def each_scene(request):
-    return scene(request.param)
+def each_ivp(request):
+    return ivp(request.param)
 
 
 @pytest.fixture
-def get_scene():
-    return scene
+def get_ivp():
+    return ivp
 
 
 @pytest.fixture(scope="module")
 def pendulum():
-    return find_scene("spherical_pendulum", "fig1.2")
+    return initial_value_problem("spherical_pendulum", "fig1.2")
 
 
 @pytest.fixture

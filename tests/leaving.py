@@ -4,7 +4,7 @@ from functools import cache
 
 import sympy as sp
 
-from daebench.make_scene import make_setting
+from daebench.make_ivp import make_ivp
 from daebench.poisson_system import PoissonCase, PoissonSystem
 from daebench.problem import Case, ConstrainedHamiltonian, coordinates
 from daebench.source import source_of
@@ -15,7 +15,7 @@ ENDS = ("log", "atanh", "log_of_place", "mass", "momentum")
 
 @cache
 def ending(name):
-    """Return one of them as a scene that starts at rest, or nearly so."""
+    """Return one of them as an initial value problem that starts at rest, or nearly so."""
     q, p = coordinates(2)
     circle, start = [q[0] ** 2 + q[1] ** 2 - 1], Case(q=(sp.Rational(3, 5), sp.Rational(4, 5)), p=(0, 0))
     mass = {"q": q, "p": p, "g": circle, "M": sp.eye(2)}
@@ -26,7 +26,7 @@ def ending(name):
         "mass": {**mass, "M": sp.diag(2 + sp.sin(q[0]), 1), "U": 2 * sp.log(q[0])},
         "momentum": {"q": q, "p": p, "g": circle, "H": (p[0] ** 2 + p[1] ** 2) / 2 + p[0] * p[1] / 9 + sp.log(q[0])},
     }
-    return make_setting(source_of(ConstrainedHamiltonian(**definitions[name], cases={"fall": start}), name), "fall")
+    return make_ivp(source_of(ConstrainedHamiltonian(**definitions[name], cases={"fall": start}), name), "fall")
 
 
 SINGULAR = ("kink", "cusp", "pole", "collision", "passing", "mass")
@@ -35,7 +35,7 @@ SINGULAR = ("kink", "cusp", "pole", "collision", "passing", "mass")
 
 @cache
 def singular(name):
-    """Return one of them as a scene: a kink or cusp of g, a pole of U, a collision, a weak one in passing, or a mass that vanishes."""
+    """Return one of them as a problem: a kink or cusp of g, a pole of U, a collision, a weak one in passing, or a mass that vanishes."""
     (x, y), plane = sp.symbols("x y"), sp.symbols("u v")
     (q, p), (r, s), third = coordinates(2), coordinates(3), sp.Rational(1, 3)
     flat = {"q": r, "p": s, "g": [r[2]], "M": sp.eye(3)}
@@ -52,7 +52,7 @@ def singular(name):
     }
     parts, (place, momentum) = definitions[name]
     problem = ConstrainedHamiltonian(**parts, cases={"towards": Case(q=place, p=momentum)})
-    return make_setting(source_of(problem, name), "towards")
+    return make_ivp(source_of(problem, name), "towards")
 
 
 @cache
@@ -62,4 +62,4 @@ def ending_poisson():
     system = PoissonSystem(
         y=y, B=sp.Matrix([[0, 1], [-1, 0]]), H=y[1] ** 2 / 2 + sp.log(y[0]), cases={"fall": PoissonCase(y=(1, sp.Rational(-1, 3)))}
     )
-    return make_setting(source_of(system, "fall"), "fall")
+    return make_ivp(source_of(system, "fall"), "fall")

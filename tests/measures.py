@@ -16,7 +16,7 @@ def start_defect(dae):
 
 def multiplier_defect(dae):
     """Return how far the initial multiplier is from the one of HLW (1.12), as the kernels of the schemes have it."""
-    lam = dae.scene.value("lam", dae.scene.p0, dae.scene.q0)
+    lam = dae.ivp.value("lam", dae.ivp.p0, dae.ivp.q0)
     return np.abs(dae.raw_multipliers(dae.y0[None], dae.yp0[None])[0] - lam).max() / max(1.0, np.abs(lam).max())
 
 

@@ -1,11 +1,11 @@
-"""Solutions of the swept scenes that owe nothing to the package: equations of motion written out by hand, integrated by SciPy."""
+"""Solutions of the swept problems that owe nothing to the package: equations of motion written out by hand, integrated by SciPy."""
 
 from functools import cache
 
 import numpy as np
 import pytest
 import uncompiled
-from scenes import scene
+from ivps import ivp
 from scipy.integrate import solve_ivp
 
 from daebench.catalogue import problems
@@ -78,16 +78,16 @@ def fast_pair(q0, p0, t):
 
 @cache
 def solution(name, t):
-    """Return (q, p) of a swept scene at time t.
+    """Return (q, p) of a swept problem at time t.
 
     A problem of the catalogue for which no equations are written out here is integrated on the index-reduced equation, which has
     tests of its own and shares nothing with the schemes but the problem's derivatives.
     """
-    q0, p0 = scene(name).q0, scene(name).p0
+    q0, p0 = ivp(name).q0, ivp(name).p0
     if name in problems("constrained"):
         with pytest.MonkeyPatch.context() as patch:
             patch.setattr("daebench.pose._module", uncompiled.kept_module)
-            run = ScipyOde("DOP853").solve(scene(name), Request(value=1e-13, t_end=t)).complete()
+            run = ScipyOde("DOP853").solve(ivp(name), Request(value=1e-13, t_end=t)).complete()
         return run.q[-1], run.p[-1]
     if name.startswith("spherical") or name == "planar":
         return pendulum(q0, p0, t, np.eye(len(q0))[-1])

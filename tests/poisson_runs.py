@@ -5,7 +5,8 @@ from functools import cache
 
 import numpy as np
 
-from daebench.catalogue import find_setting, problems
+from daebench.catalogue import problems
+from daebench.ivp_constructor import initial_value_problem
 from daebench.members import poisson_members
 from daebench.method import Request
 from daebench.names import POISSON, parse
@@ -16,9 +17,9 @@ SMALLER = {"ablowitz_ladik": {"sites": 5}}
 
 
 @cache
-def scene(name, case=None):
+def ivp(name, case=None):
     """Return a Poisson system of the catalogue, small."""
-    return find_setting(name, case, SMALLER.get(name))
+    return initial_value_problem(name, case, SMALLER.get(name))
 
 
 def method(name, *, anyway=True):
@@ -28,17 +29,17 @@ def method(name, *, anyway=True):
 def pairs():
     """Return every scheme on every Poisson system in every form that it takes, as (problem, method)."""
     names = [form + scheme for form in FORMS for scheme in poisson_members() if not (form and poisson_members()[scheme].poisson == "split")]
-    return [(problem, name) for problem in problems("poisson") for name in names if method(name).refusal(scene(problem)) is None]
+    return [(problem, name) for problem in problems("poisson") for name in names if method(name).refusal(ivp(problem)) is None]
 
 
 @cache
 def rate(name):
     """Return the largest rate at which neighbours part at the start, 1/s: the norm of the derivative of the field."""
-    where = scene(name)
+    where = ivp(name)
     y = where.y0.astype(complex)
     columns = [np.imag(where.value("field", y + 1e-30j * e)) / 1e-30 for e in np.eye(len(y))]
     return float(np.linalg.norm(columns, 2))
 
 
 def run(problem, name, h, steps, **more):
-    return method(name).solve(scene(problem), Request(value=h, steps=steps, **more)).complete()
+    return method(name).solve(ivp(problem), Request(value=h, steps=steps, **more)).complete()

@@ -1,4 +1,4 @@
-"""Scenes in other units of length, mass and time, which are powers of two, so that nothing is rounded by the change."""
+"""Initial value problems in other units of length, mass and time, which are powers of two, so that nothing is rounded by the change."""
 
 from dataclasses import replace
 
@@ -23,14 +23,14 @@ def factors(change):
     return tuple(2.0**power for power in CHANGES[change])
 
 
-def rescaled(scene, change, units=UNITS):
+def rescaled(ivp, change, units=UNITS):
     """Return the same motion in other units."""
     L, M, T = factors(change)
     parameters = {}
-    for name, value in scene.parameters.items():
+    for name, value in ivp.parameters.items():
         of_length, of_mass, of_time = units[name]
         parameters[name] = value * L**of_length * M**of_mass * T**of_time
-    return replace(scene, p0=scene.p0 * (M * L / T), q0=scene.q0 * L, parameters=parameters)
+    return replace(ivp, p0=ivp.p0 * (M * L / T), q0=ivp.q0 * L, parameters=parameters)
 
 
 def options(form, change):

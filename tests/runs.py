@@ -3,8 +3,8 @@
 from dataclasses import replace
 
 import numpy as np
+from ivps import ivp
 from oracles import solution
-from scenes import scene
 
 from daebench.diagnostics.reversibility import reversibility_defect
 from daebench.diagnostics.symplecticity import symplecticity_defect, tangent_basis
@@ -22,7 +22,7 @@ def method(name, **options):
 
 
 def run(name, place, h, steps, options=None, **more):
-    where = scene(place) if isinstance(place, str) else place
+    where = ivp(place) if isinstance(place, str) else place
     return method(name, **(options or {})).solve(where, Request(value=h, steps=steps, **more)).complete()
 
 
@@ -34,7 +34,7 @@ def state_error(name, place, n, T=0.5):
 
 def defects(name, place, h=0.01, steps=10, **options):
     """Return the defects of the two-form on the tangent space and of reversal over some steps."""
-    where = scene(place)
+    where = ivp(place)
     flow = method(name, **options).flow(where, h, steps)
     X = tangent_basis(where, where.p0, where.q0)
     return symplecticity_defect(flow, where.p0, where.q0, X), reversibility_defect(flow, where.p0, where.q0)

@@ -4,7 +4,7 @@ from functools import cache, partial
 
 import pytest
 import uncompiled
-from scenes import scene
+from ivps import ivp
 
 from daebench.fixed_step_constrained import FixedStep
 from daebench.order_study import study
@@ -17,4 +17,4 @@ def rattle_on_planar():
     """Three series and those of raw multipliers on a problem with a closed form: h = 1/32 ... 1/512."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("daebench.pose._module", uncompiled.kept_module)
-        return study(scene("planar"), [plain("rattle")], t_end=1.0, h=1 / 32, halvings=4)
+        return study(ivp("planar"), [plain("rattle")], t_end=1.0, h=1 / 32, halvings=4)

@@ -10,9 +10,9 @@ KINDS |= dict.fromkeys(("solve_mass", "solve_mass_m", "solve_mass_d"), "solve")
 KINDS |= dict.fromkeys(("solve_stages", "solve_stages_but_one", "solve_stages_twice", "solve_stages_twice_d"), "solve")
 
 
-def tally(monkeypatch, method, scene, request):
+def tally(monkeypatch, method, ivp, request):
     """Return the work of a run by kind, counted call by call."""
-    kernel, found = method.kernel(scene, "float64", request.watched(CONSTRAINED), count=True), dict.fromkeys(WORK, 0)
+    kernel, found = method.kernel(ivp, "float64", request.watched(CONSTRAINED), count=True), dict.fromkeys(WORK, 0)
     sweeps = [each for each in vars(kernel) if "improve" in each and not each.startswith(("newton", "relax", "tally"))]
     for function, kind in (KINDS | dict.fromkeys(sweeps, "newton")).items():
         if hasattr(kernel, function):
@@ -20,7 +20,7 @@ def tally(monkeypatch, method, scene, request):
     for name in ("rows", "independence"):
         if hasattr(kernel, name):
             monkeypatch.setattr(kernel, name, _not_counting(getattr(kernel, name), found))
-    method.solve(scene, request)
+    method.solve(ivp, request)
     return found
 
 

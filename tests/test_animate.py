@@ -13,7 +13,6 @@ import pytest
 from own_files import RING
 
 from daebench import animation
-from daebench.api import setting_of
 from daebench.catalogue import find_problem, problems
 from daebench.errors import BadInput, InvalidProblem
 from daebench.film import gif, mp4, page, smil
@@ -21,6 +20,7 @@ from daebench.film.raster import frames
 from daebench.film.reel import Reel
 from daebench.film.take import Take, take
 from daebench.fixed_step_constrained import FixedStep
+from daebench.ivp_constructor import initial_value_problem
 from daebench.method import Request
 from daebench.picture import Picture
 from daebench.scene_picture import layout_of, surface_lines
@@ -40,20 +40,20 @@ def plain(name):
 
 
 @pytest.fixture(scope="module")
-def scene():
-    return setting_of(NAME)
+def ivp():
+    return initial_value_problem(NAME)
 
 
 @pytest.fixture(scope="module")
-def reel(scene):
-    takes = [take(scene, plain(name), H, TIMES, quiet) for name in ("se", "rattle")]
-    return Reel(scene.problem, scene.case, scene.parameters, layout_of(scene), takes, TIMES, 0.8)
+def reel(ivp):
+    takes = [take(ivp, plain(name), H, TIMES, quiet) for name in ("se", "rattle")]
+    return Reel(ivp.problem, ivp.case, ivp.parameters, layout_of(ivp), takes, TIMES, 0.8)
 
 
 @pytest.fixture(scope="module")
-def whole(scene):
+def whole(ivp):
     """Every step of RATTLE."""
-    return plain("rattle").solve(scene, Request(value=H, steps=200, watch=()))
+    return plain("rattle").solve(ivp, Request(value=H, steps=200, watch=()))
 
 
 @pytest.fixture(scope="module")
@@ -88,8 +88,8 @@ def test_no_error_between_two_frames_is_hidden(reel, whole):
     assert reel.takes[1].errors["g"] == pytest.approx([g[0], *(g[10 * k + 1 : 10 * k + 11].max() for k in range(20))], abs=5e-16)
 
 
-def test_large_steps_are_shown_as_they_are(scene):
-    found = take(scene, plain("rattle"), 0.3, TIMES, quiet)
+def test_large_steps_are_shown_as_they_are(ivp):
+    found = take(ivp, plain("rattle"), 0.3, TIMES, quiet)
     assert found.t == pytest.approx(0.3 * np.arange(7))
     shown = found.shown(TIMES)
     assert shown[0] == 0
@@ -98,18 +98,18 @@ def test_large_steps_are_shown_as_they_are(scene):
         assert state == 6 or found.t[state + 1] > time
 
 
-def test_of_a_method_that_chooses_its_steps_the_outputs_are_watched(scene):
-    run = plain("rattle").solve(scene, Request(value=2 / 160, steps=160, watch=()))
+def test_of_a_method_that_chooses_its_steps_the_outputs_are_watched(ivp):
+    run = plain("rattle").solve(ivp, Request(value=2 / 160, steps=160, watch=()))
 
     class Free:
         knob = "tol"
         outcome = run
 
-        def solve(self, scene, request):
+        def solve(self, ivp, request):
             assert (request.points, request.t_end) == (161, 2.0)
             return self.outcome
 
-    found = take(scene, Free(), 1e-6, TIMES, quiet)
+    found = take(ivp, Free(), 1e-6, TIMES, quiet)
     assert found.over == "outputs"
     assert found.t == pytest.approx(TIMES)
     assert np.array_equal(found.states, run.q[::8])
@@ -118,13 +118,13 @@ def test_of_a_method_that_chooses_its_steps_the_outputs_are_watched(scene):
 
 
 def test_a_run_that_stops_is_shown_until_then():
-    locked = setting_of("slider_crank", "lock_up")
+    locked = initial_value_problem("slider_crank", "lock_up")
     times = np.linspace(0, 4, 41)
     found = take(locked, plain("rattle"), 0.005, times, quiet)
     assert "G loses rank" in found.failure
     assert 0.8 < found.t[-1] < 0.9
     assert set(found.shown(times)[9:]) == {len(found.t) - 1}
-    q1 = setting_of("slider_crank", "lock_up")
+    q1 = initial_value_problem("slider_crank", "lock_up")
     reel = Reel("slider_crank", "lock_up", {}, layout_of(q1), [found], times, 1.0)
     assert reel.end_of(0).startswith(", stopped at t = 0.8")
 
@@ -141,8 +141,8 @@ def test_the_scale_is_that_of_the_others_where_one_runs_away(reel):
     assert both.end_of(1) == ""
 
 
-def test_a_picture_that_makes_no_sense_is_refused(scene):
-    definition = scene.source.define()
+def test_a_picture_that_makes_no_sense_is_refused(ivp):
+    definition = ivp.source.define()
     x, y = definition.q
     for picture, sentence in (
         (Picture(masses=[(x, y, 0)], fixed=[(0, 0)]), "all of the plane or all of space"),
@@ -151,11 +151,11 @@ def test_a_picture_that_makes_no_sense_is_refused(scene):
         (Picture(masses=[(x, definition.p[0])]), "contains p1, which is no coordinate or parameter"),
     ):
         with pytest.raises(InvalidProblem, match=sentence):
-            layout_of(setting_of(replace(definition, picture=picture)))
+            layout_of(initial_value_problem(replace(definition, picture=picture)))
 
 
 def test_the_vector_of_a_rigid_body_is_on_the_sphere_that_is_drawn():
-    body = setting_of("free_rigid_body", "middle")
+    body = initial_value_problem("free_rigid_body", "middle")
     layout = layout_of(body)
     assert np.linalg.norm(layout.at(body.y0[None])[0, layout.masses[0]]) == pytest.approx(1, abs=1e-15)
     assert np.linalg.norm(layout.surface, axis=-1) == pytest.approx(np.ones(layout.surface.shape[:2]), abs=1e-15)
@@ -368,7 +368,7 @@ def test_the_command_writes_a_page_and_its_numbers(daebench, uncompiled_schemes,
     assert list(table.columns) == ["method", "t", "energy_error", "g", "Gv", "x1", "y1"]
     assert table.groupby("method").size().to_dict() == {"rattle": 11, "se": 11}
     own = table[table["method"] == "rattle"]
-    run = plain("rattle").solve(setting_of(NAME), Request(value=0.05, steps=40, every=4, watch=()))
+    run = plain("rattle").solve(initial_value_problem(NAME), Request(value=0.05, steps=40, every=4, watch=()))
     assert own[["x1", "y1"]].to_numpy() == pytest.approx(run.q, abs=1e-11)
     assert (own["x1"] ** 2 + own["y1"] ** 2).to_numpy() == pytest.approx(np.ones(11), abs=1e-11)
 

@@ -16,7 +16,7 @@ from daebench.errors import BadInput
 from daebench.fixed_step_constrained import FixedStep
 from daebench.studies import reproduce
 from daebench.studies.archive import FORMAT, MANIFEST, ROWS, write_archive
-from daebench.studies.cell import scene_of
+from daebench.studies.cell import ivp_of
 from daebench.studies.reproduce import DIFFERS, EQUAL, WITHIN, compared, read
 from daebench.studies.store import as_json, of_json, opened
 from daebench.studies.study import Study
@@ -49,7 +49,7 @@ def archived(made, tmp_path, monkeypatch, uncompiled_schemes):
     """Return a copy of that folder, to work in."""
     shutil.copytree(made, tmp_path / "here")
     monkeypatch.chdir(tmp_path / "here")
-    scene_of.cache_clear()
+    ivp_of.cache_clear()
     return tmp_path / "here"
 
 
@@ -146,11 +146,11 @@ def test_two_rows_are_equal_within_or_differ(change, verdict, column):
 
 def test_a_study_whose_problem_file_has_changed_says_so(archived, daebench):
     (archived / "ring.py").write_text(RING.replace("(3 * m, 0)", "(4 * m, 0)"))
-    scene_of.cache_clear()
+    ivp_of.cache_clear()
     _, out, _ = daebench("archive", "s.db", "--out", "less.zip")
     assert "3 runs, without 1 of definitions that have changed since" in out
     (archived / "ring.py").unlink()
-    scene_of.cache_clear()
+    ivp_of.cache_clear()
     status, _, err = daebench("archive", "s.db", "--out", "none.zip")
     assert (status, err) == (
         2,

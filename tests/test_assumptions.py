@@ -7,7 +7,7 @@ from own_files import ORBIT
 from daebench.catalogue import problems
 from daebench.chains.chain import ConstrainedChain
 from daebench.errors import InvalidProblem
-from daebench.make_scene import make_setting
+from daebench.make_ivp import make_ivp
 from daebench.poisson_lattice import PoissonLattice
 from daebench.poisson_system import DarbouxMap, Part, PoissonCase, PoissonSystem
 from daebench.problem import Case, Chart, ConstrainedHamiltonian, KineticFlow
@@ -132,5 +132,5 @@ def test_the_whole_catalogue_is_taken():
 def test_the_forces_at_a_start_on_the_other_side_are_those_of_the_equations():
     x, y, *p = sp.symbols("x y u v")
     plain = ConstrainedHamiltonian(q=(x, y), p=p, g=[x**2 + y**2 - 1], M=sp.eye(2), U=(x**2) ** sp.Rational(3, 2), cases={})
-    scene = make_setting(source_of(plain), "", p0=[0, 0], q0=[-1, 0])
-    assert scene.value("H_q", scene.p0, scene.q0)[0] == pytest.approx(-3.0)
+    ivp = make_ivp(source_of(plain), "", p0=[0, 0], q0=[-1, 0])
+    assert ivp.value("H_q", ivp.p0, ivp.q0)[0] == pytest.approx(-3.0)

@@ -58,7 +58,7 @@ def test_times_keep_their_order_and_may_come_twice(rotating):
 def test_the_nearest_stored_state_is_where_it_starts_on_either_side(rotating, monkeypatch):
     begun = []
 
-    def travelled(scene, reference, k, t):
+    def travelled(ivp, reference, k, t):
         begun.append((k, t.tolist()))
         return still(len(t)), dict.fromkeys(("q", "p", "lam"), 0.0)
 

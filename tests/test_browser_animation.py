@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 from browser import blank
 
-from daebench.api import setting_of
 from daebench.film import page, smil
 from daebench.film.reel import Reel
 from daebench.film.take import take
 from daebench.fixed_step_constrained import FixedStep
+from daebench.ivp_constructor import initial_value_problem
 from daebench.scene_picture import layout_of
 
 pytestmark = pytest.mark.slow
@@ -18,9 +18,9 @@ TIMES = np.linspace(0, 4, 41)
 
 @pytest.fixture(scope="module")
 def reel():
-    scene = setting_of("spherical_pendulum", "fig1.2")
-    takes = [take(scene, FixedStep(name, compiled=False), 0.02, TIMES, lambda fraction: None) for name in ("shake", "rattle")]
-    return Reel(scene.problem, scene.case, scene.parameters, layout_of(scene), takes, TIMES, 2.0)
+    ivp = initial_value_problem("spherical_pendulum", "fig1.2")
+    takes = [take(ivp, FixedStep(name, compiled=False), 0.02, TIMES, lambda fraction: None) for name in ("shake", "rattle")]
+    return Reel(ivp.problem, ivp.case, ivp.parameters, layout_of(ivp), takes, TIMES, 2.0)
 
 
 @pytest.fixture(scope="module")

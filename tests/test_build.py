@@ -70,10 +70,10 @@ def test_a_truth_that_ida_knows_better_is_refused(rotating, off):
         return kept[stage]
 
     truth = dict(rotating.values)
-    ida_errors(rotating.scene(), rotating.t, truth, keep)
+    ida_errors(rotating.ivp(), rotating.t, truth, keep)
     truth["q"] = truth["q"] + off * (rotating.t[:, None] > 2)
     with pytest.raises(NotCertified, match=r"ida:index2 differs from the truth in q by \d\.\de-.* at tol = 1e-12, where it estimates"):
-        ida_errors(rotating.scene(), rotating.t, truth, keep)
+        ida_errors(rotating.ivp(), rotating.t, truth, keep)
 
 
 def test_an_interrupted_build_goes_on_where_it_stopped(tmp_path, monkeypatch):

@@ -5,10 +5,10 @@ import mpmath as mp
 import numpy as np
 import pytest
 import sympy as sp
-from scenes import scene
+from ivps import ivp
 
 from daebench.errors import BadInput, RunFailed
-from daebench.make_scene import make_scene
+from daebench.make_ivp import make_ivp
 from daebench.reference import taylor_equations
 from daebench.reference.certified import constrained, local, taylor
 from daebench.reference.certified.amplification import amplification, double_horizon
@@ -130,7 +130,7 @@ def test_the_second_run_has_other_rounding_and_the_start_has_none():
 
 @pytest.mark.parametrize("place", ["spherical-fast", "stretched-M", "relativistic", "double-pendulum", "coupled-rods"], ids=str)
 def test_the_index_reduced_equation_is_that_of_the_kernels_off_the_manifold_too(place):
-    where, hy = scene(place), library()
+    where, hy = ivp(place), library()
     q, p = where.q0 + 0.01, where.p0 + 0.02
     variables, rates = zip(*taylor_equations.own_coordinates(Definition(where, {})), strict=True)
     compiled = hy.cfunc([hy.expression(rate) if isinstance(rate, hy.real128) else rate for rate in rates], vars=list(variables))
@@ -215,7 +215,7 @@ def test_a_closed_form_that_is_wrong_is_refused(monkeypatch):
 
 
 def test_what_has_neither_closed_form_nor_chart_is_refused():
-    where = make_scene(source_of(definitions.double_pendulum(), "tied"), "bent")
+    where = make_ivp(source_of(definitions.double_pendulum(), "tied"), "bent")
     with pytest.raises(NotCertified, match="neither a closed form nor a chart"):
         certify(Motions(Definition(where, {}), times(1), lambda stage, make: make()))
 
@@ -251,7 +251,7 @@ def test_a_reference_ends_where_its_bound_is_no_better_than_a_double(monkeypatch
 
 @pytest.mark.parametrize("place", ["spherical-fast", "stretched-M", "relativistic", "double-pendulum", "coupled-rods"], ids=str)
 def test_functions_in_mpmath_are_those_of_the_kernels(place):
-    where = scene(place)
+    where = ivp(place)
     functions = Functions(Definition(where, {}))
     q, p = where.q0 + 0.01, where.p0 + 0.02
     for name, found in (("H", [functions.energy(list(q), list(p))]), ("lam", functions.lam(list(q), list(p)))):

@@ -8,13 +8,13 @@ import sympy as sp
 import uncompiled
 
 from daebench import names
-from daebench.catalogue import find_scene
 from daebench.chains import residuals
 from daebench.chains.chain import ConstrainedChain
 from daebench.chains.pose import pose_banded
 from daebench.errors import BadInput, DaebenchError
-from daebench.make_scene import make_scene
-from daebench.method import Patience, Request
+from daebench.ivp_constructor import initial_value_problem
+from daebench.make_ivp import make_ivp
+from daebench.method import Request, WorkLimit
 from daebench.pose import pose
 from daebench.problem import Case
 from daebench.problems import pendulum_chain
@@ -68,13 +68,13 @@ def one_node():
 
 @cache
 def both(which):
-    """Return the scene of a short chain in loops over nodes, and written out."""
+    """Return the initial value problem of a short chain in loops over nodes, and written out."""
     chain, case = {
         "pendulums": (pendulum_chain.problem(links=5), "hanging"),
         "bars": (bars(2), "swing"),
         "one node": (one_node(), "sliding"),
     }[which]
-    return tuple(make_scene(source_of(chain, "short", algebra), case) for algebra in ("arrays", "values"))
+    return tuple(make_ivp(source_of(chain, "short", algebra), case) for algebra in ("arrays", "values"))
 
 
 @cache
@@ -88,8 +88,8 @@ def interpreted(source, formulation, multipliers):
 def few(monkeypatch):
     """Have formulations of short chains run uncompiled, in loops over nodes and written out."""
     monkeypatch.setattr("daebench.pose._module", uncompiled.kept_module)
-    monkeypatch.setattr("daebench.chains.pose._module", lambda scene, *how: interpreted(scene.source, *how))
-    monkeypatch.setattr("daebench.scene.Setting.functions", uncompiled.kept_functions)
+    monkeypatch.setattr("daebench.chains.pose._module", lambda ivp, *how: interpreted(ivp.source, *how))
+    monkeypatch.setattr("daebench.ivp.InitialValueProblem.functions", uncompiled.kept_functions)
 
 
 @pytest.fixture
@@ -176,7 +176,7 @@ def test_trajectory_is_that_of_dense_ida(few, which, formulation):
 @pytest.mark.parametrize("formulation", ["index2", "ggl"], ids=str)
 def test_two_hundred_links_swing_as_rattle_has_them(formulation):
     # RATTLE of order 2: the difference of its runs with h and h / 2 is three times the error of the second
-    hanging = find_scene("pendulum_chain", "hanging", {"links": 200})
+    hanging = initial_value_problem("pendulum_chain", "hanging", {"links": 200})
     coarse, fine = (names.parse("rattle").solve(hanging, Request(value=h, t_end=0.2, every=0)).q[-1] for h in (2e-3, 1e-3))
     found = names.parse(f"ida:{formulation}").solve(hanging, Request(value=1e-8, t_end=0.2, points=2))
     error = np.max(np.abs(coarse - fine)) / 3
@@ -188,7 +188,9 @@ def test_two_hundred_links_swing_as_rattle_has_them(formulation):
 def test_steps_of_a_thousand_links_are_about_those_of_a_hundred():
     # the unknowns' increments in IDA's difference quotients must not drown in round-off, which grows with the positions
     request = Request(value=1e-6, t_end=0.2, points=3)
-    hundred, thousand = (names.parse("ida:ggl").solve(find_scene("pendulum_chain", "hanging", {"links": n}), request) for n in (100, 1000))
+    hundred, thousand = (
+        names.parse("ida:ggl").solve(initial_value_problem("pendulum_chain", "hanging", {"links": n}), request) for n in (100, 1000)
+    )
     assert hundred.failure is None
     assert thousand.failure is None
     assert thousand.steps < 3 * hundred.steps
@@ -219,7 +221,7 @@ def test_option_of_baumgarte_reaches_the_residual(few):
 
 
 def test_start_without_multiplier_is_refused_in_a_sentence(few):
-    flat = make_scene(both("bars")[0].source, "swing", p0=np.zeros(6), q0=[0.9, 0.0, 1.8, 0.0, 2.7, 0.0])
+    flat = make_ivp(both("bars")[0].source, "swing", p0=np.zeros(6), q0=[0.9, 0.0, 1.8, 0.0, 2.7, 0.0])
     with pytest.raises(DaebenchError, match="no multiplier at the start"):
         pose_banded(flat, "index2")
 
@@ -233,8 +235,8 @@ def test_long_chain_stops_where_the_solver_cannot_go_on_and_says_so(few):
 
 def test_last_state_of_a_run_that_is_cut_short_is_one_of_the_chain(few):
     loops, _ = both("pendulums")
-    patience = Patience(calls=150, slow_calls=1000, slow_part=10)
-    found = names.parse("ida:index2").solve(loops, Request(value=1e-6, t_end=1.0, points=3, patience=patience))
+    work_limit = WorkLimit(calls=150, slow_calls=1000, slow_part=10)
+    found = names.parse("ida:index2").solve(loops, Request(value=1e-6, t_end=1.0, points=3, work_limit=work_limit))
     assert "150 calls of the residual were not enough" in found.failure
     assert 0.0 < found.t[-1] < 0.5
     assert np.max(np.abs(loops.along("g", found.q[-1:]))) < 1e-4

@@ -7,13 +7,13 @@ import pytest
 import scipy.linalg
 import sympy as sp
 
-from daebench.catalogue import find_scene
 from daebench.chains.chain import ConstrainedChain
 from daebench.chains.derivation import WRITTEN_OUT
 from daebench.errors import BadInput, InvalidProblem
 from daebench.fixed_step_constrained import FixedStep
+from daebench.ivp_constructor import initial_value_problem
 from daebench.kernels import band
-from daebench.make_scene import make_scene
+from daebench.make_ivp import make_ivp
 from daebench.method import Request
 from daebench.names import parse
 from daebench.problem import Case
@@ -27,13 +27,13 @@ COMPOSED = ("rattle/suzuki4", "symplectic_euler", "lobatto3")
 
 def place(problem, algebra):
     case, parameters = PLACES[problem]
-    return find_scene(problem, case, parameters, algebra=algebra)
+    return initial_value_problem(problem, case, parameters, algebra=algebra)
 
 
-def moved(scene):
-    """Return a state off the manifold near a scene's start."""
-    wave = np.cos(1.0 + np.arange(scene.d))
-    return scene.p0 + 0.3 * wave, scene.q0 + 0.01 * wave[::-1]
+def moved(ivp):
+    """Return a state off the manifold near an initial value problem's start."""
+    wave = np.cos(1.0 + np.arange(ivp.d))
+    return ivp.p0 + 0.3 * wave, ivp.q0 + 0.01 * wave[::-1]
 
 
 @pytest.fixture(params=PLACES)
@@ -71,9 +71,9 @@ def test_sums_are_compensated_alike(problem):
 
 @pytest.mark.parametrize("name", ["rattle", "lobatto3", "symplectic_euler", "rk4"])
 def test_derivatives_carried_in_imaginary_parts_are_the_same(problem, random, name):
-    method, scenes = FixedStep(name, compiled=False), [place(problem, algebra) for algebra in ("arrays", "values")]
-    dp, dq = 1e-30j * random.normal(size=(2, scenes[0].d))
-    one, other = (np.concatenate(method.flow(each, 0.05, 2)(each.p0 + dp, each.q0 + dq)) for each in scenes)
+    method, ivps = FixedStep(name, compiled=False), [place(problem, algebra) for algebra in ("arrays", "values")]
+    dp, dq = 1e-30j * random.normal(size=(2, ivps[0].d))
+    one, other = (np.concatenate(method.flow(each, 0.05, 2)(each.p0 + dp, each.q0 + dq)) for each in ivps)
     assert np.abs(one.real - other.real).max() < 100 * EPS
     assert np.abs(one.imag - other.imag).max() < 1e-12 * np.abs(other.imag).max()
 
@@ -89,9 +89,9 @@ def test_what_is_watched_is_the_same(problem, watch):
 
 def test_single_precision_stays_single(problem):
     kernel = FixedStep("rattle", compiled=False).kernel(place(problem, "arrays"), "float32", (), count=False)
-    scene = place(problem, "arrays")
-    p, q = (np.float32(x) for x in (scene.p0, scene.q0))
-    par = (*map(np.float32, scene.par), (), (), (np.float32(1), np.float32(0)))
+    ivp = place(problem, "arrays")
+    p, q = (np.float32(x) for x in (ivp.p0, ivp.q0))
+    par = (*map(np.float32, ivp.par), (), (), (np.float32(1), np.float32(0)))
     (p1, q1), _, _, report = kernel.one((p, q), (), np.float32(0.01), par)
     assert p1.dtype == q1.dtype == np.float32
     assert report[0] == 0
@@ -133,7 +133,7 @@ def uneven(nodes):
 
 @pytest.mark.parametrize("nodes", [1, 2, 3, 5], ids=str)
 def test_nodes_need_not_be_alike(nodes):
-    arrays, values = (make_scene(source_of(uneven(nodes), algebra=algebra), "down") for algebra in ("arrays", "values"))
+    arrays, values = (make_ivp(source_of(uneven(nodes), algebra=algebra), "down") for algebra in ("arrays", "values"))
     assert np.abs(arrays.p0 - values.p0).max() < 4 * EPS
     method, request = FixedStep("rattle", compiled=False), Request(value=0.01, steps=5, on_singular="continue")
     one, other = (method.solve(each, request).complete() for each in (arrays, values))
@@ -160,7 +160,7 @@ def dumbbells(nodes):
 
 @pytest.mark.parametrize("name", ["rattle", "lobatto3"])
 def test_a_chain_may_be_free_at_both_ends(name):
-    arrays, values = (make_scene(source_of(dumbbells(3), algebra=algebra), "turning") for algebra in ("arrays", "values"))
+    arrays, values = (make_ivp(source_of(dumbbells(3), algebra=algebra), "turning") for algebra in ("arrays", "values"))
     one, other = (FixedStep(name, compiled=False).solve(each, Request(value=0.02, steps=5)).complete() for each in (arrays, values))
     assert np.abs(one.q - other.q).max() < 100 * EPS
     assert np.abs(one.p - other.p).max() < 1000 * EPS
@@ -187,12 +187,12 @@ def test_a_chain_is_shown_at_one_node(daebench, name):
 
 
 def test_bars_are_seen_to_lose_rank_where_they_do():
-    scene = find_scene("four_bar", "iftomm", algebra="arrays")
-    run = FixedStep("symplectic_euler", compiled=False).solve(scene, Request(value=0.004, t_end=0.8, watch=()))
+    ivp = initial_value_problem("four_bar", "iftomm", algebra="arrays")
+    run = FixedStep("symplectic_euler", compiled=False).solve(ivp, Request(value=0.004, t_end=0.8, watch=()))
     (passage,) = run.complete().passages
     assert passage.t == pytest.approx(0.714356, abs=2e-3)
     assert passage.branch == "through"
-    stopped = FixedStep("symplectic_euler", compiled=False).solve(scene, Request(value=0.004, t_end=0.8, watch=(), on_singular="stop"))
+    stopped = FixedStep("symplectic_euler", compiled=False).solve(ivp, Request(value=0.004, t_end=0.8, watch=(), on_singular="stop"))
     assert "G loses rank at about t = 0.71" in stopped.failure
 
 
@@ -214,7 +214,7 @@ def test_functions_are_those_of_the_system_written_out(problem):
 
 
 def test_the_written_out_chain_is_the_textbook_one():
-    found = find_scene("pendulum_chain", "horizontal5", {"links": 3}).source.derivation.problem
+    found = initial_value_problem("pendulum_chain", "horizontal5", {"links": 3}).source.derivation.problem
     x1, y1, x2, y2, x3, y3 = found.q
     mass, length, gravity = found.parameters
     assert [sp.expand(each) for each in found.g] == [
@@ -225,7 +225,7 @@ def test_the_written_out_chain_is_the_textbook_one():
 
 
 def test_the_written_out_bars_have_the_energy_of_uniform_rods():
-    found = find_scene("four_bar", "iftomm").source.derivation.problem
+    found = initial_value_problem("four_bar", "iftomm").source.derivation.problem
     mass, _, gravity = found.parameters
     v = sp.Matrix(sp.symbols("v0:6"))
     ends = [v[0:2], v[2:4], v[4:6]]
@@ -241,7 +241,9 @@ def test_the_written_out_bars_have_the_energy_of_uniform_rods():
 
 
 def test_velocities_of_a_case_become_momenta_in_both_algebras():
-    arrays, values = (find_scene("four_bar", "iftomm", {"bars": 4, "mass": 2.0}, algebra=algebra) for algebra in ("arrays", "values"))
+    arrays, values = (
+        initial_value_problem("four_bar", "iftomm", {"bars": 4, "mass": 2.0}, algebra=algebra) for algebra in ("arrays", "values")
+    )
     assert np.abs(arrays.p0 - values.p0).max() < 4 * EPS
     assert np.abs(arrays.q0 - values.q0).max() < 4 * EPS
     assert arrays.on_singular == values.on_singular == "continue"
@@ -252,13 +254,13 @@ def test_velocities_of_a_case_become_momenta_in_both_algebras():
 
 def test_size_decides_how_vectors_are_held():
     most = WRITTEN_OUT // 2
-    assert not find_scene("pendulum_chain", "hanging", {"links": most}).arrays
-    assert find_scene("pendulum_chain", "hanging", {"links": most + 1}).arrays
+    assert not initial_value_problem("pendulum_chain", "hanging", {"links": most}).arrays
+    assert initial_value_problem("pendulum_chain", "hanging", {"links": most + 1}).arrays
 
 
 def test_an_unknown_algebra_is_refused():
     with pytest.raises(BadInput, match="unknown algebra 'lists'; known: arrays, values"):
-        find_scene("pendulum_chain", algebra="lists")
+        initial_value_problem("pendulum_chain", algebra="lists")
 
 
 def test_a_problem_that_is_no_chain_has_no_arrays(daebench):
@@ -337,16 +339,16 @@ def test_a_singular_band_has_no_pivot():
 
 @pytest.mark.slow
 def test_a_hundred_thousand_links_take_their_steps():
-    scene = find_scene("pendulum_chain", "hanging", {"links": 100_000})
-    found = parse("rattle").solve(scene, Request(value=1e-3, steps=3, every=0, watch=("energy", "manifold"))).complete()
+    ivp = initial_value_problem("pendulum_chain", "hanging", {"links": 100_000})
+    found = parse("rattle").solve(ivp, Request(value=1e-3, steps=3, every=0, watch=("energy", "manifold"))).complete()
     assert found.maxima["g"] < 1e-9
-    assert found.maxima["energy"] < 1e-9 * abs(float(scene.value("H", scene.p0, scene.q0)))
+    assert found.maxima["energy"] < 1e-9 * abs(float(ivp.value("H", ivp.p0, ivp.q0)))
 
 
 @pytest.mark.slow
 def test_compiled_loops_follow_another_scheme_on_the_system_written_out():
-    few = find_scene("pendulum_chain", "hanging", {"links": 6}, algebra="values")
-    many = find_scene("pendulum_chain", "hanging", {"links": 6}, algebra="arrays")
+    few = initial_value_problem("pendulum_chain", "hanging", {"links": 6}, algebra="values")
+    many = initial_value_problem("pendulum_chain", "hanging", {"links": 6}, algebra="arrays")
     request = Request(value=1e-3, steps=500)
     one = parse("rattle").solve(many, request)
     other = FixedStep("lobatto4", compiled=False).solve(few, Request(value=0.01, steps=50))
@@ -356,8 +358,8 @@ def test_compiled_loops_follow_another_scheme_on_the_system_written_out():
 
 @pytest.mark.slow
 def test_compiled_loops_keep_the_number_type_of_the_run():
-    few = find_scene("pendulum_chain", "hanging", {"links": 6}, algebra="values")
-    many = find_scene("pendulum_chain", "hanging", {"links": 6}, algebra="arrays")
+    few = initial_value_problem("pendulum_chain", "hanging", {"links": 6}, algebra="values")
+    many = initial_value_problem("pendulum_chain", "hanging", {"links": 6}, algebra="arrays")
     single = parse("rattle").solve(many, Request(value=1e-3, steps=50, precision="float32")).complete()
     double = FixedStep("rattle", compiled=False).solve(few, Request(value=1e-3, steps=50))
     assert 1e-9 < np.abs(single.q[-1] - double.q[-1]).max() < 1e-4

@@ -6,7 +6,7 @@ import subprocess
 import sys
 
 import pytest
-from scenes import scene
+from ivps import ivp
 
 from daebench.compiled import uncollected
 from daebench.fixed_step_constrained import FixedStep
@@ -41,7 +41,7 @@ def test_a_function_is_another_where_something_that_it_reads_or_calls_is(name):
 
 
 def test_kernels_of_a_problem_share_functions_and_nothing_that_differs():
-    where = scene("spherical-fast")
+    where = ivp("spherical-fast")
     bare, watched = (FixedStep("rattle").kernel(where, "float64", watch, count=False) for watch in ((), ("energy",)))
     single = FixedStep("rattle").kernel(where, "float32", (), count=False)
     assert bare.g is watched.g

@@ -6,8 +6,8 @@ from functools import cache
 import numpy as np
 import pytest
 import uncompiled
+from ivps import ivp
 from measures import residual, somewhere
-from scenes import scene
 
 from daebench.elimination import SINGULAR
 from daebench.method import Request
@@ -17,7 +17,7 @@ from daebench.reference.ida import Ida
 
 @pytest.mark.parametrize("formulation", FORMULATIONS, ids=FORMULATIONS)
 def test_compiled_functions_give_what_the_uncompiled_give(formulation):
-    fast = scene("spherical-fast")
+    fast = ivp("spherical-fast")
     dae = pose(fast, formulation)
     plain = dataclasses.replace(dae, module=uncompiled.kept_module(fast, formulation, "plain"))
     y, yp = somewhere(dae)
@@ -45,9 +45,9 @@ def fast_truth(t_end):
 
 
 def fast_error(method, tol):
-    from daebench.catalogue import find_scene
+    from daebench.ivp_constructor import initial_value_problem
 
-    trajectory = method.solve(find_scene("spherical_pendulum", "fig1.2"), Request(value=tol, t_end=10.0, watch=())).complete()
+    trajectory = method.solve(initial_value_problem("spherical_pendulum", "fig1.2"), Request(value=tol, t_end=10.0, watch=())).complete()
     return np.abs(trajectory.q - fast_truth(10.0)).max()
 
 

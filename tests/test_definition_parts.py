@@ -7,10 +7,10 @@ import sympy as sp
 from mistaken import KINDS, written
 
 from daebench.api import run
-from daebench.catalogue import find_setting
 from daebench.codegen import expressions
 from daebench.definition_parts import DEEPEST, LARGEST, extent
 from daebench.errors import BadInput, InvalidProblem
+from daebench.ivp_constructor import initial_value_problem
 
 VALUES = {
     "expression": "2.0 * sp.Symbol('z')",
@@ -34,7 +34,7 @@ OPENED = {"bead": "q[0]", "species": "u", "links": "x[0]"}
 def refused(folder, kind, match, **parts):
     (folder / "mine.py").write_text(written(kind, **parts), encoding="utf-8")
     with pytest.raises(BadInput, match=match) as stop:
-        find_setting("./mine.py")
+        initial_value_problem("./mine.py")
     assert "mine.py" in str(stop.value)
     assert len(str(stop.value)) <= 2000
     return str(stop.value)
@@ -43,7 +43,7 @@ def refused(folder, kind, match, **parts):
 @pytest.mark.parametrize("kind", KINDS)
 def test_the_files_as_they_are_are_sound(folder, kind):
     (folder / "mine.py").write_text(written(kind))
-    assert find_setting("./mine.py").problem == "./mine.py"
+    assert initial_value_problem("./mine.py").problem == "./mine.py"
 
 
 @pytest.mark.parametrize("kind", KINDS)
@@ -69,12 +69,12 @@ def test_a_parameter_may_have_any_name_that_nothing_else_has(folder, name):
         "bead", parameter=name, lines="q, p = sp.symbols('z1:3', real=True), sp.symbols('w1:3', real=True)", parameters="{m: value}"
     )
     (folder / "mine.py").write_text(text.replace("    m = sp", f"    value = {name}\n    m = sp"))
-    assert find_setting("./mine.py").parameters == {name: 2.0}
+    assert initial_value_problem("./mine.py").parameters == {name: 2.0}
 
 
 def test_a_structural_parameter_may_be_called_self(folder):
     (folder / "mine.py").write_text(written("links").replace("n: int", "self: int").replace("nodes=n", "nodes=self"))
-    assert find_setting("./mine.py", None, {"self": 4}).d == 8
+    assert initial_value_problem("./mine.py", None, {"self": 4}).d == 8
 
 
 @pytest.mark.parametrize("kind", KINDS)

@@ -4,7 +4,7 @@ import warnings
 
 import numpy as np
 import pytest
-from scenes import scene
+from ivps import ivp
 
 from daebench.diagnostics.derivative import DerivativeWarning
 from daebench.diagnostics.poisson import poisson_defect
@@ -228,7 +228,7 @@ def test_a_failure_of_the_map_is_its_own():
 @pytest.mark.parametrize("name", ["rattle", "lobatto3", "midpoint", "rattle_iterative", "se", "rk4"])
 @pytest.mark.parametrize("h", [1e-4, 0.01, 0.1])
 def test_maps_of_our_own_are_believed(name, h):
-    where, method = scene("spherical-fast"), FixedStep(name, compiled=False)
+    where, method = ivp("spherical-fast"), FixedStep(name, compiled=False)
     flow = method.flow(where, h, 4)
     X = np.eye(6)
     try:

@@ -8,18 +8,18 @@ from daebench.diagnostics.growth import growth_exponent
 from daebench.diagnostics.integrals import energy_error, integral_errors
 from daebench.diagnostics.manifold import manifold_drift
 from daebench.errors import BadInput
-from daebench.make_scene import make_scene
+from daebench.make_ivp import make_ivp
 from daebench.problems import planar_pendulum
 from daebench.source import source_of
 from daebench.trajectory import Trajectory
 
 
-def trajectory_of(scene, t, p, q):
+def trajectory_of(ivp, t, p, q):
     return Trajectory(
-        problem=scene.problem,
-        case=scene.case,
+        problem=ivp.problem,
+        case=ivp.case,
         method="made up",
-        parameters=scene.parameters,
+        parameters=ivp.parameters,
         knob="h",
         value=0.1,
         t=t,
@@ -151,8 +151,8 @@ def test_errors_of_conserved_quantities_are_differences_from_their_start(pendulu
 
 
 def test_a_problem_without_integrals_has_no_errors_of_them():
-    scene = make_scene(source_of(planar_pendulum.problem(), "planar_pendulum"), "horizontal")
-    assert integral_errors(scene, trajectory_of(scene, np.zeros(1), scene.p0[None], scene.q0[None])) == {}
+    ivp = make_ivp(source_of(planar_pendulum.problem(), "planar_pendulum"), "horizontal")
+    assert integral_errors(ivp, trajectory_of(ivp, np.zeros(1), ivp.p0[None], ivp.q0[None])) == {}
 
 
 def test_the_drift_of_a_run_that_blows_up_does_not_overflow():

@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
-from daebench.api import setting_of
 from daebench.comparison import row
 from daebench.diagnostics.energy_verdict import energy_verdict
 from daebench.diagnostics.integrals import energy_error
 from daebench.fixed_step_constrained import FixedStep
+from daebench.ivp_constructor import initial_value_problem
 from daebench.method import Request
 from daebench.names import methods_of
 
@@ -18,21 +18,21 @@ OTHERS = ("rk4", "implicit_euler", "generalized_alpha", "rk4+proj", "radau2_ggl"
 
 def run_of(motion, name, times=1.0):
     problem, case, h, t_end = MOTIONS[motion]
-    scene = setting_of(problem, case)
-    (method,) = methods_of(scene, [name])
+    ivp = initial_value_problem(problem, case)
+    (method,) = methods_of(ivp, [name])
     value = h if method.knob == "h" else 1e-6
     every = {"every": 2} if method.knob == "h" else {"points": 2001}
-    return scene, method.solve(scene, Request(value=value, t_end=times * t_end, keep_interrupted=True, **every))
+    return ivp, method.solve(ivp, Request(value=value, t_end=times * t_end, keep_interrupted=True, **every))
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("motion", MOTIONS)
 @pytest.mark.parametrize("name", SYMPLECTIC)
 def test_symplectic_methods_keep_or_bound_the_energy(motion, name):
-    scene, run = run_of(motion, name)
-    found = energy_verdict(scene, run)
+    ivp, run = run_of(motion, name)
+    found = energy_verdict(ivp, run)
     assert found.verdict in ("kept", "bounded")
-    assert found.change_bound < max(np.ptp(energy_error(scene, run)), 1e-13)
+    assert found.change_bound < max(np.ptp(energy_error(ivp, run)), 1e-13)
 
 
 @pytest.mark.slow
@@ -40,22 +40,22 @@ def test_symplectic_methods_keep_or_bound_the_energy(motion, name):
 @pytest.mark.parametrize("name", OTHERS)
 def test_no_bound_of_another_method_is_violated_by_a_run_four_times_as_long(motion, name):
     """The truth is the mean over the first eighth of the longer run against that about the end of the shorter one."""
-    scene, run = run_of(motion, name)
-    found = energy_verdict(scene, run)
+    ivp, run = run_of(motion, name)
+    found = energy_verdict(ivp, run)
     assert found.verdict != "kept"
     if found.verdict == "bounded":
-        scene, longer = run_of(motion, name, 4.0)
-        error, t = energy_error(scene, longer), longer.t / run.t[-1]
+        ivp, longer = run_of(motion, name, 4.0)
+        error, t = energy_error(ivp, longer), longer.t / run.t[-1]
         change = np.mean(error[(t > 0.8) & (t < 1.2)]) - np.mean(error[t < 0.2])
         assert abs(change) <= found.change_bound
 
 
 def test_the_four_methods_of_the_fast_swing_have_a_true_verdict_each():
     problem, case, h, t_end = MOTIONS["fast swing"]
-    scene = setting_of(problem, case)
+    ivp = initial_value_problem(problem, case)
     told = {}
     for name in ("implicit_euler", "rk4", "rattle", "generalized_alpha"):
-        told[name] = row(scene, FixedStep(name).solve(scene, Request(value=h, t_end=t_end)))
+        told[name] = row(ivp, FixedStep(name).solve(ivp, Request(value=h, t_end=t_end)))
     assert {name: each["energy_verdict"] for name, each in told.items()} == {
         "implicit_euler": "drifts",
         "rk4": "drifts",

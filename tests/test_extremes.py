@@ -6,13 +6,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import sympy as sp
-from scenes import scene
+from ivps import ivp
 
 import daebench
 from daebench.errors import BadInput, InvalidProblem
 from daebench.fixed_step_constrained import FixedStep
 from daebench.grid import Grid
-from daebench.make_scene import make_scene
+from daebench.make_ivp import make_ivp
 from daebench.method import Request
 from daebench.problem import Case, ConstrainedHamiltonian, coordinates
 from daebench.source import source_of
@@ -30,7 +30,7 @@ def bent(stiffness, positions="q1:3", momenta="p1:3"):
 
 
 def swing(problem, method="rattle", **settings):
-    where = make_scene(source_of(problem, "bent"), "a")
+    where = make_ivp(source_of(problem, "bent"), "a")
     return FixedStep(method, compiled=False).solve(where, Request(value=0.01, steps=50, **settings)).complete()
 
 
@@ -83,7 +83,7 @@ def two_masses(light, heavy, *, tied):
 @pytest.mark.parametrize("light", [sp.Rational(1, 10**8), 10**8], ids=["light", "heavy"])
 def test_mass_ratios_of_1e16_are_not_taken_for_rank_loss(method, light):
     problem = two_masses(light, 1 / light, tied=0)
-    where = make_scene(source_of(problem, "two"), "a")
+    where = make_ivp(source_of(problem, "two"), "a")
     run = FixedStep(method, compiled=False).solve(where, Request(value=0.001, steps=20)).complete()
     alone = swing_alone(0.001, 20, method)
     assert np.abs(run.q[-1][:2] - alone).max() < 1e-12
@@ -93,13 +93,13 @@ def test_mass_ratios_of_1e16_are_not_taken_for_rank_loss(method, light):
 def swing_alone(h, steps, method):
     q, p = coordinates(2)
     one = ConstrainedHamiltonian(q=q, p=p, M=sp.eye(2), U=q[1], g=[q[0] ** 2 + q[1] ** 2 - 1], cases={"a": Case(q=(1, 0), p=(0, 0))})
-    where = make_scene(source_of(one, "one"), "a")
+    where = make_ivp(source_of(one, "one"), "a")
     return FixedStep(method, compiled=False).solve(where, Request(value=h, steps=steps)).complete().q[-1]
 
 
 @pytest.mark.parametrize("method", ["rattle", "seproj"])
 def test_a_double_pendulum_with_a_mass_ratio_of_1e16_runs(method):
-    where = make_scene(source_of(two_masses(10**8, sp.Rational(1, 10**8), tied=1), "tied"), "a")
+    where = make_ivp(source_of(two_masses(10**8, sp.Rational(1, 10**8), tied=1), "tied"), "a")
     run = FixedStep(method, compiled=False).solve(where, Request(value=0.001, steps=20)).complete()
     assert run.maxima["g"] < 1e-12
 
@@ -109,7 +109,7 @@ def test_lengths_and_masses_in_any_unit_give_the_same_motion():
         ends = []
         for mass, length in ((1.0, 1.0), (1e-8, 1e-3), (1e8, 1e3)):
             given = {"mass": mass, "length": length, "gravity": length}
-            where = make_scene(scene("spherical-slow").source, "fig1.1", given, q0=start(length)[0], p0=start(mass * length)[1])
+            where = make_ivp(ivp("spherical-slow").source, "fig1.1", given, q0=start(length)[0], p0=start(mass * length)[1])
             ends.append(FixedStep(method, compiled=False).solve(where, Request(value=0.03, steps=40)).complete().q[-1] / length)
         assert max(np.abs(end - ends[0]).max() for end in ends) < 1e-12, method
 
@@ -119,7 +119,7 @@ def start(unit):
 
 
 def test_a_watched_quantity_that_overflows_stops_the_run_and_one_that_is_not_is_no_success_at_its_end():
-    fast = make_scene(scene("spherical-slow").source, "fig1.1", p0=[1e160, 0, 0])
+    fast = make_ivp(ivp("spherical-slow").source, "fig1.1", p0=[1e160, 0, 0])
     runs = [FixedStep("rattle", compiled=False).solve(fast, Request(value=1e-200, steps=3, watch=watch)) for watch in (("energy",), ())]
     assert "a watched quantity is not finite" in runs[0].failure
     assert runs[0].steps == 0
@@ -128,7 +128,7 @@ def test_a_watched_quantity_that_overflows_stops_the_run_and_one_that_is_not_is_
 
 
 def test_forces_that_overflow_stop_the_run():
-    where = make_scene(scene("spherical-slow").source, "fig1.1", {"gravity": 1e308, "mass": 1e10})
+    where = make_ivp(ivp("spherical-slow").source, "fig1.1", {"gravity": 1e308, "mass": 1e10})
     run = FixedStep("rattle", compiled=False).solve(where, Request(value=1e-200, steps=3, watch=()))
     assert "no longer finite" in run.failure
     assert run.steps == 0
@@ -185,19 +185,19 @@ def test_an_interruption_ends_a_whole_comparison():
     class Interrupted:
         name, knob = "interrupted", "h"
 
-        def check(self, scene, request):
+        def check(self, ivp, request):
             pass
 
-        def solve(self, scene, request):
+        def solve(self, ivp, request):
             def press(_):
                 raise KeyboardInterrupt
 
-            return FixedStep("rattle", compiled=False).solve(scene, replace(request, progress=press))
+            return FixedStep("rattle", compiled=False).solve(ivp, replace(request, progress=press))
 
-    found = trajectories(scene("spherical-slow"), [Interrupted(), FixedStep("rattle", compiled=False)], h=0.01, t_end=5.0)
+    found = trajectories(ivp("spherical-slow"), [Interrupted(), FixedStep("rattle", compiled=False)], h=0.01, t_end=5.0)
     assert len(found) == 1
     assert found[0].interrupted
     assert "interrupted" in found[0].failure
     assert 0 < found[0].steps < 500
     with pytest.raises(KeyboardInterrupt):
-        Interrupted().solve(scene("spherical-slow"), Request(value=0.01, t_end=5.0))
+        Interrupted().solve(ivp("spherical-slow"), Request(value=0.01, t_end=5.0))

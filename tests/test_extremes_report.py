@@ -10,7 +10,7 @@ from pages import standalone
 
 from daebench.report import build
 from daebench.report.claims import ClaimRefuted
-from daebench.reports import _extremes_numbers, _extremes_scenes
+from daebench.reports import _extremes_ivps, _extremes_numbers
 from daebench.reports._extremes_claims import horizons, limits, ratios
 from daebench.reports._extremes_tables import typeset
 from daebench.studies.extreme import Asked
@@ -34,8 +34,8 @@ def changed(frame, row, **values):
 @pytest.fixture
 def small(monkeypatch):
     """Make a small report without the compiler."""
-    sections = tuple(replace(each, asked=SMALL[each.key]) for each in _extremes_scenes.SECTIONS if each.key in SMALL)
-    monkeypatch.setattr(_extremes_scenes, "SECTIONS", sections)
+    sections = tuple(replace(each, asked=SMALL[each.key]) for each in _extremes_ivps.SECTIONS if each.key in SMALL)
+    monkeypatch.setattr(_extremes_ivps, "SECTIONS", sections)
     monkeypatch.setattr(_extremes_numbers, "PRECISION", replace(PENDULUM, methods=("rattle",), h=(0.125,), t_end=0.5))
     one_thread = partial(ThreadPoolExecutor, 1)
     monkeypatch.setattr(_extremes_numbers, "measure", partial(_extremes_numbers.measure, processes=one_thread))
@@ -92,9 +92,9 @@ def test_names_and_powers_of_ten_are_set_as_such():
 
 
 def test_every_section_has_its_extreme():
-    for section in _extremes_scenes.SECTIONS:
+    for section in _extremes_ivps.SECTIONS:
         assert EXTREMES[section.extreme].refusal(section.asked) == "", section.key
-    assert {way for way, _ in cells_of(_extremes_scenes.PRECISION)[0]} == set(WAYS)
+    assert {way for way, _ in cells_of(_extremes_ivps.PRECISION)[0]} == set(WAYS)
 
 
 @pytest.mark.slow
@@ -102,4 +102,4 @@ def test_every_section_has_its_extreme():
 def test_the_whole_report_can_be_made(tmp_path):
     page = build("extremes", tmp_path)
     standalone(page)
-    assert page.read_text(encoding="utf-8").count("<figure") == len(_extremes_scenes.SECTIONS) + 1
+    assert page.read_text(encoding="utf-8").count("<figure") == len(_extremes_ivps.SECTIONS) + 1

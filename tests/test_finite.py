@@ -9,7 +9,7 @@ import uncompiled as plain
 from leaving import ENDS, ending, ending_poisson
 
 from daebench import pose as posing
-from daebench.make_scene import make_setting
+from daebench.make_ivp import make_ivp
 from daebench.method import Request
 from daebench.names import POISSON, listed, parse
 from daebench.problem import Case, ConstrainedHamiltonian, coordinates
@@ -40,27 +40,27 @@ METHODS = [each.name for each in listed()]
 @pytest.mark.parametrize("watch", [*WATCHES])
 @pytest.mark.parametrize("end", [pytest.param(end, marks=pytest.mark.slow if end in ENDS[2:] else ()) for end in ENDS])
 def test_no_method_comes_to_the_end_of_a_run_beyond_the_end_of_the_motion(end, watch):
-    scene, ran = ending(end), 0
+    ivp, ran = ending(end), 0
     for name in METHODS if watch == "nothing" else METHODS[::5]:
         method = uncompiled(parse(name))
-        if method.refusal(scene) is None:
-            run = method.solve(scene, request(method, watch=WATCHES[watch]))
+        if method.refusal(ivp) is None:
+            run = method.solve(ivp, request(method, watch=WATCHES[watch]))
             ran += 1
             assert run.failure is not None, f"{name} at t = {run.t[-1]}"
-            assert np.isfinite(scene.along("H", run.p, run.q)).all(), name
+            assert np.isfinite(ivp.along("H", run.p, run.q)).all(), name
             assert all(np.isfinite(value) for value in run.maxima.values()), name
     assert ran > (35 if watch == "nothing" else 6)
 
 
 @pytest.mark.parametrize("name", [method.name for method in listed(POISSON)])
 def test_no_method_for_poisson_systems_does_either(name):
-    scene, method = ending_poisson(), uncompiled(parse(name, kind=POISSON))
-    if method.refusal(scene):
-        pytest.skip(method.refusal(scene))
+    ivp, method = ending_poisson(), uncompiled(parse(name, kind=POISSON))
+    if method.refusal(ivp):
+        pytest.skip(method.refusal(ivp))
     for watch in ((), ("energy",)):
-        run = method.solve(scene, request(method, watch=watch))
+        run = method.solve(ivp, request(method, watch=watch))
         assert run.failure is not None
-        assert np.isfinite(scene.along("H", run.y)).all()
+        assert np.isfinite(ivp.along("H", run.y)).all()
 
 
 def outcome(**more):
@@ -88,15 +88,15 @@ def test_an_energy_that_overflows_while_states_do_not_is_a_failure_though_nothin
     q, p = coordinates(2)
     cases = {"falling": Case(q=(0, 0), p=(0, 0))}
     problem = ConstrainedHamiltonian(q=q, p=p, M=sp.eye(2), U=-(sp.Integer(10) ** 158) * q[1], g=[q[0]], cases=cases)
-    run = uncompiled(parse("symplectic_euler")).solve(make_setting(source_of(problem), "falling"), Request(value=1.0, steps=3, watch=()))
+    run = uncompiled(parse("symplectic_euler")).solve(make_ivp(source_of(problem), "falling"), Request(value=1.0, steps=3, watch=()))
     assert np.isfinite(run.p).all()
     assert run.failure is not None
     assert "H is not finite" in run.failure
 
 
 def test_a_start_outside_of_the_domain_is_said_to_be_that():
-    scene = ending("log")
-    outside = replace(scene, q0=np.array([-0.6, 0.8]))
+    ivp = ending("log")
+    outside = replace(ivp, q0=np.array([-0.6, 0.8]))
     for name in ("rattle", "ida:index2", "scipy:DOP853", "cvode:bdf"):
         method = uncompiled(parse(name))
         run = method.solve(outside, request(method))

@@ -5,9 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import sympy as sp
+from ivps import ivp
 from oracles import solution
 from runs import ROUND_OFF, defects, method, run, state_error
-from scenes import scene
 from scipy.linalg import expm
 
 from daebench.diagnostics.order import fit_order
@@ -16,7 +16,7 @@ from daebench.diagnostics.reversibility import reversibility_defect
 from daebench.diagnostics.symplecticity import symplecticity_defect
 from daebench.errors import BadInput, InvalidProblem
 from daebench.local_flow import arctan2, enter, leave, local_flow, structure_matrix
-from daebench.make_scene import make_scene
+from daebench.make_ivp import make_ivp
 from daebench.method import Request
 from daebench.names import parse
 from daebench.problem import Case, Chart, ConstrainedHamiltonian, coordinates
@@ -35,8 +35,8 @@ def test_options_of_the_forms_are_checked():
 
 
 def test_baumgarte_draws_the_solution_back_as_a_damped_oscillator():
-    where = scene("spherical-slow")
-    off = make_scene(where.source, "fig1.1", q0=1.005 * where.q0, p0=where.p0 + 0.01 * where.q0)
+    where = ivp("spherical-slow")
+    off = make_ivp(where.source, "fig1.1", q0=1.005 * where.q0, p0=where.p0 + 0.01 * where.q0)
     t = 0.5
     for alpha, beta in ((10.0, 10.0), (3.0, 8.0)):
         found = run("baumgarte:rk4", off, t / 400, 400, {"alpha": alpha, "beta": beta}, every=0)
@@ -51,7 +51,7 @@ def test_the_drift_that_grows_without_baumgarte_stays_bounded_with_it():
     grown = {}
     for name in ("rk4", "baumgarte:rk4"):
         found = run(name, "spherical-slow", 0.1, 1200)
-        g = np.abs(scene("spherical-slow").along("g", found.q)[:, 0])
+        g = np.abs(ivp("spherical-slow").along("g", found.q)[:, 0])
         grown[name] = g[-300:].max() / g[1:301].max()
     assert grown["rk4"] > 3
     assert grown["baumgarte:rk4"] < 1.1
@@ -63,7 +63,7 @@ def test_the_drift_that_grows_without_baumgarte_stays_bounded_with_it():
 @pytest.mark.parametrize("place", ["spherical-fast", "stretched-M", "relativistic"])
 @pytest.mark.parametrize("name", ["stiff:midpoint", "stiff:gauss2"])
 def test_the_stiff_form_is_integrated_symplectically_with_steps_of_many_periods(name, place):
-    where, own = scene(place), method(name, eps=1e-3)
+    where, own = ivp(place), method(name, eps=1e-3)
     assert own.claims.symplectic
     assert own.claims.symmetric
     run(name, where, 0.01, 20, {"eps": 1e-3})
@@ -74,7 +74,7 @@ def test_the_stiff_form_is_integrated_symplectically_with_steps_of_many_periods(
 
 @pytest.mark.parametrize("place", ["spherical-fast", "stretched-M", "relativistic"])
 def test_the_stiff_forms_iteration_matrix_is_the_derivative_of_its_right_side(place):
-    where, own, s = scene(place), method("stiff:midpoint", eps=0.3), 1e-30
+    where, own, s = ivp(place), method("stiff:midpoint", eps=0.3), 1e-30
     kernel, par = own.kernel(where, "float64", (), count=False), (*map(np.float64, where.par), *own.data)
     p, q = where.p0, 1.1 * where.q0
     stiffness = np.array(kernel.gauss_stiffness(tuple(p), tuple(q), par))
@@ -83,17 +83,17 @@ def test_the_stiff_forms_iteration_matrix_is_the_derivative_of_its_right_side(pl
 
 
 def test_rk4_on_the_stiff_form_is_not_symplectic():
-    where = scene("spherical-fast")
+    where = ivp("spherical-fast")
     flow = method("stiff:rk4", eps=0.1).flow(where, 0.01, 5)
     assert symplecticity_defect(flow, where.p0, where.q0, np.eye(6)) > 1e-7
 
 
 def test_the_stiff_form_tends_to_the_constrained_motion_as_eps_squared():
-    where, (q, _) = scene("spherical-slow"), solution("spherical-slow", 0.5)
+    where, (q, _) = ivp("spherical-slow"), solution("spherical-slow", 0.5)
     lam = (where.p0 @ where.p0 - where.q0[2]) / 2
     errors, widths, sizes = [], [], (0.04, 0.02, 0.01)
     for eps in sizes:
-        at_rest = make_scene(where.source, "fig1.1", q0=where.q0 * np.sqrt(1 + eps**2 * lam))
+        at_rest = make_ivp(where.source, "fig1.1", q0=where.q0 * np.sqrt(1 + eps**2 * lam))
         errors.append(np.abs(run("stiff:midpoint", at_rest, 0.0025, 200, {"eps": eps}, every=0).q[-1] - q).max())
         widths.append(run("stiff:midpoint", where, 0.0025, 200, {"eps": eps}).maxima["g"])
     for found in (errors, widths):
@@ -106,7 +106,7 @@ def test_the_stiff_form_tends_to_the_constrained_motion_as_eps_squared():
 
 @pytest.mark.parametrize("place", ["spherical-fast", "planar"])
 def test_the_chart_and_its_inverse_undo_each_other(place):
-    where = scene(place)
+    where = ivp(place)
     into, out = enter(where), leave(where)
     p, q = out(*into(where.p0, where.q0))
     assert np.abs(np.array(p) - where.p0).max() < 1e-14
@@ -114,7 +114,7 @@ def test_the_chart_and_its_inverse_undo_each_other(place):
 
 
 def test_the_structure_matrix_is_the_inverse_of_x_transposed_j_x():
-    where, s = scene("spherical-fast"), 1e-30
+    where, s = ivp("spherical-fast"), 1e-30
     y = np.concatenate(enter(where)(where.p0, where.q0))
     out, J = leave(where), np.kron([[0, 1], [-1, 0]], np.eye(3))
     X = np.array([np.imag(np.concatenate(out(*np.split(y + 1j * s * e, 2)))) / s for e in np.eye(4)]).T
@@ -122,7 +122,7 @@ def test_the_structure_matrix_is_the_inverse_of_x_transposed_j_x():
 
 
 def test_local_coordinates_keep_the_manifold_and_midpoint_in_them_is_no_poisson_map():
-    where, steps = scene("spherical-fast"), (0.01, 0.005, 0.0025, 0.00125)
+    where, steps = ivp("spherical-fast"), (0.01, 0.005, 0.0025, 0.00125)
     maxima = run("local:midpoint", where, 0.02, 100).maxima
     assert max(maxima["g"], maxima["Gv"]) < 1e-14
     y, B = np.concatenate(enter(where)(where.p0, where.q0)), structure_matrix(where)
@@ -141,7 +141,7 @@ def test_local_coordinates_go_round_and_round():
 
 
 def test_a_start_where_the_chart_is_singular_is_refused_with_the_place():
-    where = make_scene(scene("spherical-slow").source, "fig1.1", q0=[0, 0, -1], p0=[0.1, 0, 0])
+    where = make_ivp(ivp("spherical-slow").source, "fig1.1", q0=[0, 0, -1], p0=[0.1, 0, 0])
     with pytest.raises(BadInput, match="chart of spherical_pendulum is singular at q"):
         method("local:midpoint").solve(where, Request(value=0.01, steps=3))
     run("midpoint", where, 0.01, 3)
@@ -169,7 +169,7 @@ def bead(**change):
 
 
 def test_a_chart_works_with_a_mass_matrix_that_is_not_diagonal():
-    where = make_scene(source_of(bead(), "bead"), "a")
+    where = make_ivp(source_of(bead(), "bead"), "a")
     local, plain = (run(name, where, 0.01, 50) for name in ("local:gauss3", "gauss3"))
     assert np.abs(local.q[-1] - plain.q[-1]).max() < 1e-11
     assert np.abs(local.p[-1] - plain.p[-1]).max() < 1e-11
@@ -200,6 +200,6 @@ def test_a_chart_is_part_of_what_a_definition_is():
 
 def test_a_problem_without_a_chart_refuses_local_coordinates():
     with pytest.raises(BadInput, match="needs a chart"):
-        method("local:midpoint").solve(scene("double-pendulum"), Request(value=0.01, steps=3))
+        method("local:midpoint").solve(ivp("double-pendulum"), Request(value=0.01, steps=3))
     with pytest.raises(BadInput, match="declares no chart"):
-        enter(scene("double-pendulum"))
+        enter(ivp("double-pendulum"))

@@ -5,16 +5,16 @@ import dataclasses
 import numpy as np
 import pytest
 import uncompiled
+from ivps import ivp, swept
 from measures import differences, jacobian_defect, multiplier_defect, residual, somewhere, start_defect
 from oracles import solution
-from scenes import scene, swept
 
 from daebench import pose as posing
 from daebench import residuals
 from daebench.elimination import SINGULAR
 from daebench.equations import Equations
 from daebench.errors import BadInput, DaebenchError, RunFailed
-from daebench.make_scene import make_scene
+from daebench.make_ivp import make_ivp
 from daebench.method import Request
 from daebench.pose import FORMULATIONS, pose
 from daebench.reference.ida import Ida
@@ -39,7 +39,7 @@ def posed(request):
 
 
 def state_error(name, formulation, tol=1e-8):
-    trajectory = Ida(formulation).solve(scene(name), Request(value=tol, t_end=2.0, points=3, watch=())).complete()
+    trajectory = Ida(formulation).solve(ivp(name), Request(value=tol, t_end=2.0, points=3, watch=())).complete()
     q, p = solution(name, 2.0)
     return max(np.abs(trajectory.q[-1] - q).max(), np.abs(trajectory.p[-1] - p).max())
 
@@ -47,21 +47,21 @@ def state_error(name, formulation, tol=1e-8):
 # ---- the sweep -----------------------------------------------------------------------------------------------------------
 
 
-def test_residual_vanishes_at_the_start(each_scene, posed):
-    assert start_defect(pose(each_scene, posed[0], multipliers=posed[1])) < 1e-13
+def test_residual_vanishes_at_the_start(each_ivp, posed):
+    assert start_defect(pose(each_ivp, posed[0], multipliers=posed[1])) < 1e-13
 
 
-def test_multiplier_at_the_start_is_that_of_the_hidden_constraint(each_scene, posed):
+def test_multiplier_at_the_start_is_that_of_the_hidden_constraint(each_ivp, posed):
     if posed[0] != "ode":
-        assert multiplier_defect(pose(each_scene, posed[0], multipliers=posed[1])) < 1e-14
+        assert multiplier_defect(pose(each_ivp, posed[0], multipliers=posed[1])) < 1e-14
 
 
-def test_jacobian_is_the_derivative_of_the_residual(each_scene, posed):
-    assert jacobian_defect(pose(each_scene, posed[0], multipliers=posed[1])) < 1e-10
+def test_jacobian_is_the_derivative_of_the_residual(each_ivp, posed):
+    assert jacobian_defect(pose(each_ivp, posed[0], multipliers=posed[1])) < 1e-10
 
 
-def test_right_side_of_the_ode_has_the_jacobian_that_is_claimed(each_scene):
-    dae = pose(each_scene, "ode")
+def test_right_side_of_the_ode_has_the_jacobian_that_is_claimed(each_ivp):
+    dae = pose(each_ivp, "ode")
     y, _ = somewhere(dae)
     JJ = np.full((dae.n, dae.n), np.nan)
     dae.rhs_jacobian(0.0, y, JJ, dae.par)
@@ -81,7 +81,7 @@ def test_ida_follows_the_motion_written_by_hand(name, formulation):
 
 def test_mass_matrix_and_hamiltonian_give_the_same_motion(formulation):
     request = Request(value=1e-10, t_end=2.0, points=5)
-    one, other = (Ida(formulation).solve(scene(name), request).complete() for name in ("stretched-M", "stretched-H"))
+    one, other = (Ida(formulation).solve(ivp(name), request).complete() for name in ("stretched-M", "stretched-H"))
     bound = 5e-6 if formulation == "index3" else 1e-7
     assert max(np.abs(one.q - other.q).max(), np.abs(one.p - other.p).max()) < bound
 
@@ -89,25 +89,25 @@ def test_mass_matrix_and_hamiltonian_give_the_same_motion(formulation):
 # ---- what the record holds -----------------------------------------------------------------------------------------------
 
 
-def test_momenta_of_the_start_come_back(each_scene, formulation):
-    dae = pose(each_scene, formulation)
+def test_momenta_of_the_start_come_back(each_ivp, formulation):
+    dae = pose(each_ivp, formulation)
     q, p = dae.unpack(dae.y0[None])
-    assert np.array_equal(q[0], each_scene.q0)
-    assert np.allclose(dae.momenta(q, p)[0], each_scene.p0, rtol=0, atol=1e-14 * np.abs(each_scene.p0).max())
+    assert np.array_equal(q[0], each_ivp.q0)
+    assert np.allclose(dae.momenta(q, p)[0], each_ivp.p0, rtol=0, atol=1e-14 * np.abs(each_ivp.p0).max())
 
 
-def test_blocks_cover_all_unknowns(each_scene, formulation):
-    dae = pose(each_scene, formulation)
+def test_blocks_cover_all_unknowns(each_ivp, formulation):
+    dae = pose(each_ivp, formulation)
     assert np.array_equal(np.concatenate([np.arange(dae.n)[block] for block in dae.blocks.values()]), np.arange(dae.n))
     assert list(dae.blocks)[2:] == {"ode": [], "ggl": ["lam", "mu"]}.get(formulation, ["lam"])
 
 
 def baumgarte_defect():
     """Return the error of the rows that Baumgarte's numbers, each 10, add to index 1: 20 G v + 100 g."""
-    index1, default = (pose(scene("coupled-rods"), name) for name in ("index1", "baumgarte"))
+    index1, default = (pose(ivp("coupled-rods"), name) for name in ("index1", "baumgarte"))
     y, yp = somewhere(index1)
     q, v = y[: index1.d], y[index1.d : 2 * index1.d]
-    added = 20 * index1.scene.value("G", q) @ v + 100 * index1.scene.value("g", q)
+    added = 20 * index1.ivp.value("G", q) @ v + 100 * index1.ivp.value("g", q)
     return np.abs((residual(default, y, yp) - residual(index1, y, yp))[-2:] - added).max() / np.abs(added).max()
 
 
@@ -116,8 +116,8 @@ def test_baumgarte_adds_both_constraints_to_the_hidden_one():
 
 
 def test_baumgarte_numbers_are_run_time_data():
-    weak, default = (pose(scene("coupled-rods"), "baumgarte", options) for options in ({"alpha": 0, "beta": 0}, None))
-    index1 = pose(scene("coupled-rods"), "index1")
+    weak, default = (pose(ivp("coupled-rods"), "baumgarte", options) for options in ({"alpha": 0, "beta": 0}, None))
+    index1 = pose(ivp("coupled-rods"), "index1")
     y, yp = somewhere(index1)
     assert weak.module is default.module
     assert np.allclose(residual(weak, y, yp), residual(index1, y, yp), rtol=0, atol=1e-13)
@@ -125,33 +125,33 @@ def test_baumgarte_numbers_are_run_time_data():
 
 def test_unknown_names_are_refused_with_the_nearest():
     with pytest.raises(BadInput, match="did you mean index2 or"):
-        pose(scene("planar"), "indx2")
+        pose(ivp("planar"), "indx2")
     with pytest.raises(BadInput, match="option of index1"):
-        pose(scene("planar"), "index1", {"alpha": 1.0})
+        pose(ivp("planar"), "index1", {"alpha": 1.0})
     with pytest.raises(BadInput, match="at least 0"):
-        pose(scene("planar"), "baumgarte", {"alpha": -1.0})
+        pose(ivp("planar"), "baumgarte", {"alpha": -1.0})
 
 
 def changed(**parts):
-    problem = dataclasses.replace(scene("spherical-slow").source.define(), **parts)
-    return make_scene(source_of(problem, "changed"), "fig1.1")
+    problem = dataclasses.replace(ivp("spherical-slow").source.define(), **parts)
+    return make_ivp(source_of(problem, "changed"), "fig1.1")
 
 
 def test_redundant_constraints_are_an_error_at_the_start(formulation):
-    g = scene("spherical-slow").source.define().g[0]
+    g = ivp("spherical-slow").source.define().g[0]
     with pytest.raises(DaebenchError, match=r"G M\^-1 G\^T is singular there .* remove redundant constraints"):
         pose(changed(g=[g, 3 * g], chart=None), formulation)
 
 
 def test_a_massless_coordinate_is_an_error_at_the_start(formulation):
-    M = scene("spherical-slow").source.define().M.copy()
+    M = ivp("spherical-slow").source.define().M.copy()
     M[0, 0] = 0
     with pytest.raises(DaebenchError, match="mass matrix"):
         pose(changed(M=M), formulation)
 
 
 def test_right_side_tells_of_rank_loss():
-    dae = pose(scene("spherical-slow"), "ode")
+    dae = pose(ivp("spherical-slow"), "ode")
     y = dae.y0.copy()
     y[:3] = 0.0
     assert not dae.rhs(0.0, y, np.empty(6), dae.par) > SINGULAR
@@ -176,24 +176,24 @@ def plant(monkeypatch):
 
 def test_planted_wrong_sign_of_the_velocity_shows_in_the_residual_at_the_start(plant):
     plant("positions", lambda self, rows: rows + 2 * self.velocity)
-    assert start_defect(pose(scene("spherical-fast"), "index3")) > 1e-2
+    assert start_defect(pose(ivp("spherical-fast"), "index3")) > 1e-2
 
 
 def test_planted_wrong_sign_of_the_curvature_term_shows_in_the_multiplier(plant):
     plant("second", lambda self, rows: rows - 2 * self.of.g_qv * self.of.v)
-    assert multiplier_defect(pose(scene("spherical-fast"), "index2")) > 1e-2
+    assert multiplier_defect(pose(ivp("spherical-fast"), "index2")) > 1e-2
 
 
 def test_planted_wrong_sign_of_the_velocity_terms_shows_in_the_energy_and_ends_the_run(plant):
     plant("momenta", lambda self, rows: rows - 2 * self.of.c)
-    assert start_defect(pose(scene("stretched-M"), "index2")) < 1e-14
+    assert start_defect(pose(ivp("stretched-M"), "index2")) < 1e-14
     with pytest.raises(RunFailed, match=r"H changes by .* times as much as the tolerance explains"):
         state_error("stretched-M", "index2")
 
 
 def test_planted_wrong_sign_of_the_multiplier_shows_in_its_value(plant):
     plant("momenta", lambda self, rows: rows - 2 * self.of.G.T * self.of.lam)
-    assert multiplier_defect(pose(scene("coupled-rods"), "index2")) > 1e-2
+    assert multiplier_defect(pose(ivp("coupled-rods"), "index2")) > 1e-2
 
 
 def test_planted_half_of_the_velocity_constraint_shows_in_the_rows_of_baumgarte(plant):
@@ -213,4 +213,4 @@ def test_planted_wrong_entry_of_a_jacobian_shows_in_its_defect(plant, monkeypatc
         return right(name, inputs, outputs, parameters)
 
     monkeypatch.setattr(residuals, "writer", wrong)
-    assert jacobian_defect(pose(scene("coupled-rods"), "ode" if array == "E_y" else "ggl")) > 1e-3
+    assert jacobian_defect(pose(ivp("coupled-rods"), "ode" if array == "E_y" else "ggl")) > 1e-3

@@ -10,8 +10,8 @@ import sympy as sp
 from published import FOUR_BAR_B0
 from scipy.integrate import solve_ivp
 
-from daebench.catalogue import find_scene
 from daebench.errors import BadInput, RunFailed
+from daebench.ivp_constructor import initial_value_problem
 from daebench.local_flow import enter, leave
 from daebench.method import Request
 from daebench.problems.four_bar import closed_form
@@ -36,8 +36,8 @@ FIRST = 0.714355529
 """First passage of the horizontal, s; published as 0.71."""
 
 
-def scene(bars=2, case="iftomm", **parameters):
-    return find_scene("four_bar", case, {"bars": bars, **parameters})
+def ivp(bars=2, case="iftomm", **parameters):
+    return initial_value_problem("four_bar", case, {"bars": bars, **parameters})
 
 
 def bars_of(q, v, length):
@@ -84,7 +84,7 @@ def started(theta, omega, bars, mass, length, **_):
 
 @pytest.mark.parametrize("bars", [1, 2, 4], ids=str)
 def test_energy_and_constraints_are_those_of_the_bars(bars, random):
-    where = scene(bars, **UNITS)
+    where = ivp(bars, **UNITS)
     q, v = random.normal(size=(2, 2 * bars + 2))
     m, length, gravity = UNITS.values()
     own = bars_of(q, v, length)
@@ -108,7 +108,7 @@ def mass_matrix(bars, mass):
 
 def test_g_loses_rank_in_the_horizontal_and_nowhere_else():
     for bars in (1, 2, 5):
-        where = scene(bars)
+        where = ivp(bars)
         for theta, rank in ((np.pi, 2 * bars + 1), (0.3, 2 * bars + 1), (np.pi / 2, bars + 1), (-np.pi / 2, bars + 1)):
             q, _ = started(theta, 0.0, bars, 1.0, 1.0)
             assert np.linalg.matrix_rank(where.value("G", q), tol=1e-9) == rank
@@ -119,7 +119,7 @@ def test_g_loses_rank_in_the_horizontal_and_nowhere_else():
 
 def test_the_published_motion_converges_to_the_closed_form():
     """It is within its seven digits."""
-    start = scene()
+    start = ivp()
     q, _ = closed_form(10, list(start.q0), list(start.p0), start.parameters)
     assert np.abs(np.array(q[:2], dtype=float) - FOUR_BAR_B0).max() < 4e-8
 
@@ -137,7 +137,7 @@ def test_the_closed_form_is_the_pendulum_that_all_bars_make_together(bars, theta
 
 @pytest.mark.usefixtures("plain_functions")
 def test_the_closed_form_is_a_motion_of_the_constrained_system():
-    where = scene(2, "swing", **UNITS)
+    where = ivp(2, "swing", **UNITS)
     run = ScipyOde("DOP853").solve(where, Request(value=1e-12, t_end=1.0, points=3)).complete()
     q, p = closed_form(1.0, list(where.q0), list(where.p0), where.parameters)
     np.testing.assert_allclose(run.q[-1], np.array(q, dtype=float), rtol=0, atol=1e-10)
@@ -164,7 +164,7 @@ def test_uprights_that_are_not_parallel_are_refused(part):
 
 @pytest.mark.parametrize("theta", [0.1, np.pi / 2, 2.5, -np.pi / 2], ids=["low", "right", "high", "left"])
 def test_the_chart_leads_to_the_manifold_and_back_through_the_horizontal(theta):
-    where = scene(3, **UNITS)
+    where = ivp(3, **UNITS)
     p, q = leave(where)([0.8], [theta])
     expected = started(theta, 0.8, 3, **UNITS)
     np.testing.assert_allclose(q, expected[0], rtol=0, atol=1e-14)
@@ -244,7 +244,7 @@ def test_stored_multipliers_and_those_next_to_rank_loss_make_the_force_of_newton
     near = states_at(crossed, [FIRST - 1e-6, FIRST + 1e-9])
     rows = [*zip(crossed.q, crossed.p, crossed.lam, strict=True), *zip(*near.states.values(), strict=True)]
     for q, p, lam in rows:
-        force = scene().value("G", q).T @ lam
+        force = ivp().value("G", q).T @ lam
         assert np.abs(force - force_by_hand(q, p)).max() < 1e-14 * max(30.0, np.abs(lam).max())
     assert np.abs(near.states["lam"][1]).max() > 1e7
     assert not near.stored.any()

@@ -6,14 +6,14 @@ import sys
 import numpy as np
 import pytest
 import sympy as sp
-from scenes import scene
+from ivps import ivp
 from tallied import tally
 
 from daebench import cache
 from daebench.catalogue import schemes
 from daebench.errors import BadInput, RunFailed
 from daebench.fixed_step_constrained import FixedStep
-from daebench.make_scene import make_scene
+from daebench.make_ivp import make_ivp
 from daebench.members import members
 from daebench.method import Request
 from daebench.problem import Case, ConstrainedHamiltonian, coordinates
@@ -44,10 +44,10 @@ def marked(pairs, *marks):
     ],
 )
 def test_machine_code_does_what_the_scheme_file_says(scheme, place):
-    if why := FixedStep(scheme).refusal(scene(place)):
+    if why := FixedStep(scheme).refusal(ivp(place)):
         pytest.skip(why)
     request = Request(value=0.002, steps=40, watch=("energy", "manifold", "integrals"))
-    fast, slow = (FixedStep(scheme, compiled=compiled).solve(scene(place), request) for compiled in (True, False))
+    fast, slow = (FixedStep(scheme, compiled=compiled).solve(ivp(place), request) for compiled in (True, False))
     assert fast.failure is None
     assert fast.work == slow.work
     assert np.abs(fast.q - slow.q).max() < 1e-13
@@ -56,7 +56,7 @@ def test_machine_code_does_what_the_scheme_file_says(scheme, place):
 
 
 def test_float32_stays_float32_through_the_whole_kernel():
-    method, where = FixedStep("rattle"), scene("spherical-fast")
+    method, where = FixedStep("rattle"), ivp("spherical-fast")
     run = method.solve(where, Request(value=0.01, steps=200, precision="float32"))
     assert run.steps == 200
     exact = method.solve(where, Request(value=0.01, steps=200))
@@ -71,8 +71,8 @@ def test_float32_stays_float32_through_the_whole_kernel():
 
 def test_another_value_of_a_parameter_compiles_nothing_and_counts(tmp_path):
     method = FixedStep("rattle")
-    first = method.solve(scene("spherical-fast"), Request(value=0.01, steps=50))
-    heavy = make_scene(scene("spherical-fast").source, "fig1.2b", {"gravity": 9.81})
+    first = method.solve(ivp("spherical-fast"), Request(value=0.01, steps=50))
+    heavy = make_ivp(ivp("spherical-fast").source, "fig1.2b", {"gravity": 9.81})
     second = method.solve(heavy, Request(value=0.01, steps=50))
     kernel = method.kernel(heavy, "float64", ("energy", "manifold"), count=True)
     assert len(kernel.integrate.signatures) == 1
@@ -81,24 +81,24 @@ def test_another_value_of_a_parameter_compiles_nothing_and_counts(tmp_path):
 
 @pytest.mark.parametrize("name", schemes())
 def test_work_is_what_an_independent_tally_counts(name, monkeypatch):
-    where, method, request = scene("spherical-fast"), FixedStep(name, compiled=False), Request(value=0.002, steps=7, watch=())
+    where, method, request = ivp("spherical-fast"), FixedStep(name, compiled=False), Request(value=0.002, steps=7, watch=())
     counted = method.solve(where, request).work
     assert counted == tally(monkeypatch, method, where, request)
 
 
 def test_nothing_is_counted_or_watched_where_nothing_is_asked():
-    run = FixedStep("rattle").solve(scene("spherical-fast"), Request(value=0.01, steps=5, watch=(), count=False))
+    run = FixedStep("rattle").solve(ivp("spherical-fast"), Request(value=0.01, steps=5, watch=(), count=False))
     assert run.work == {}
     assert run.maxima == {}
 
 
 def test_rattle_derives_no_second_derivatives_where_h_is_separable():
-    kernel = FixedStep("rattle", compiled=False).kernel(scene("spherical-fast"), "float64", (), count=False)
+    kernel = FixedStep("rattle", compiled=False).kernel(ivp("spherical-fast"), "float64", (), count=False)
     assert not {"H_qp", "H_qq", "curvature", "Gv_q", "a_p"} & set(vars(kernel))
 
 
 def test_pieces_of_a_run_join_to_the_same_bits(monkeypatch):
-    where, request = scene("spherical-fast"), Request(value=0.01, steps=1000, every=7)
+    where, request = ivp("spherical-fast"), Request(value=0.01, steps=1000, every=7)
     for scheme in ("rattle", "shake"):
         whole = FixedStep(scheme).solve(where, request)
         monkeypatch.setattr("daebench.stepping.CHUNK_SECONDS", 1e-9)
@@ -111,7 +111,7 @@ def test_pieces_of_a_run_join_to_the_same_bits(monkeypatch):
 
 
 def test_symplectic_euler_on_the_reduced_equation_says_where_it_loses_its_solution():
-    where = scene("spherical-fast")
+    where = ivp("spherical-fast")
     run = FixedStep("se").solve(where, Request(value=0.05, steps=1000))
     assert run.failure is not None
     assert "se on spherical_pendulum, case fig1.2b, stopped at t =" in run.failure
@@ -132,7 +132,7 @@ def test_a_doubled_constraint_is_called_singular():
         g=[circle, 2 * circle],
         cases={"a": Case(q=(1, 0, 0), p=(0, 0, 0))},
     )
-    run = FixedStep("rattle", compiled=False).solve(make_scene(source_of(twice), "a"), Request(value=0.1, steps=3))
+    run = FixedStep("rattle", compiled=False).solve(make_ivp(source_of(twice), "a"), Request(value=0.1, steps=3))
     assert run.failure is not None
     assert "singular" in run.failure
     assert run.steps == 0
@@ -143,7 +143,7 @@ def test_leaving_the_domain_of_the_potential_is_said_and_no_nan_travels():
     falling = ConstrainedHamiltonian(
         q=q, p=p, M=sp.eye(2), U=sp.sqrt(q[1]), g=[q[0]], cases={"a": Case(q=(0, sp.Rational(1, 10)), p=(0, 0))}
     )
-    run = FixedStep("rattle", compiled=False).solve(make_scene(source_of(falling), "a"), Request(value=0.1, steps=100))
+    run = FixedStep("rattle", compiled=False).solve(make_ivp(source_of(falling), "a"), Request(value=0.1, steps=100))
     assert run.failure is not None
     assert "no longer finite" in run.failure
     assert np.all(np.isfinite(run.q))
@@ -153,9 +153,9 @@ def test_leaving_the_domain_of_the_potential_is_said_and_no_nan_travels():
 def test_an_unwritable_cache_compiles_in_memory_with_a_warning(tmp_path, monkeypatch):
     (tmp_path / "file").write_text("not a folder")
     monkeypatch.setenv("DAEBENCH_CACHE", str(tmp_path / "file" / "cache"))
-    where = scene("spherical-fast")
+    where = ivp("spherical-fast")
     with pytest.warns(cache.CacheWarning, match="compiling in memory"):
-        fresh = make_scene(source_of(where.source.define(), "fresh"), "fig1.2b")
+        fresh = make_ivp(source_of(where.source.define(), "fresh"), "fig1.2b")
     run = FixedStep("rattle").solve(fresh, Request(value=0.01, steps=5, watch=("energy",)))
     assert run.steps == 5
 
@@ -190,12 +190,12 @@ def test_several_processes_may_compile_the_same_kernel_at_once(tmp_path):
 )
 def test_a_request_that_cannot_be_met_is_refused_with_a_reason(request_, words):
     with pytest.raises(BadInput, match=words):
-        FixedStep("rattle").solve(scene("spherical-fast"), request_)
+        FixedStep("rattle").solve(ivp("spherical-fast"), request_)
 
 
 def test_a_run_takes_the_whole_steps_that_fit_and_shortens_none():
-    run = FixedStep("rattle", compiled=False).solve(scene("spherical-slow"), Request(value=0.1, t_end=0.3))
+    run = FixedStep("rattle", compiled=False).solve(ivp("spherical-slow"), Request(value=0.1, t_end=0.3))
     assert run.steps == 3
-    run = FixedStep("rattle", compiled=False).solve(scene("spherical-slow"), Request(value=0.1, t_end=0.39))
+    run = FixedStep("rattle", compiled=False).solve(ivp("spherical-slow"), Request(value=0.1, t_end=0.39))
     assert run.steps == 3
     assert run.t[-1] == 3 * 0.1

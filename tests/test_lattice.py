@@ -8,10 +8,10 @@ import pytest
 import sympy as sp
 from poisson_runs import method
 
-from daebench.catalogue import find_setting
 from daebench.errors import BadInput, InvalidProblem
 from daebench.fixed_step_poisson import coordinates
-from daebench.make_scene import make_setting
+from daebench.ivp_constructor import initial_value_problem
+from daebench.make_ivp import make_ivp
 from daebench.method import Request
 from daebench.names import POISSON, parse
 from daebench.poisson_lattice import PoissonLattice
@@ -24,13 +24,13 @@ NAMES = ("strang", "strang@UVD", "lie", "lie_adjoint", "rk4", "midpoint", "sympl
 
 @pytest.fixture(scope="module")
 def lattice():
-    return find_setting("ablowitz_ladik", None, {"sites": SITES})
+    return initial_value_problem("ablowitz_ladik", None, {"sites": SITES})
 
 
 @pytest.fixture(scope="module")
 def written_out():
     """The same lattice with a symbol for each coordinate, in straight-line code."""
-    return make_setting(source_of(problem(sites=SITES).expanded(SITES), "written_out"), "hlw16")
+    return make_ivp(source_of(problem(sites=SITES).expanded(SITES), "written_out"), "hlw16")
 
 
 def by_hand(y):
@@ -54,7 +54,7 @@ def test_the_field_and_the_integrals_are_those_of_the_book(lattice, random):
 
 
 def test_the_start_of_the_case_is_the_published_one():
-    start = find_setting("ablowitz_ladik").y0
+    start = initial_value_problem("ablowitz_ladik").y0
     k = np.arange(1, 17)
     u = 0.6 + 0.2 * np.cos(2 * np.pi * k / 16)
     v = 0.3 * np.sin(4 * np.pi * k / 16) + 0.1 * np.sin(2 * np.pi * k / 16)
@@ -77,7 +77,7 @@ def test_a_step_is_the_same_by_loops_and_by_straight_lines(name, lattice, writte
 
 @pytest.mark.slow
 def test_kernels_of_splittings_hold_no_matrix_and_take_any_number_of_sites():
-    large = find_setting("ablowitz_ladik", None, {"sites": 20000})
+    large = initial_value_problem("ablowitz_ladik", None, {"sites": 20000})
     request = Request(value=1e-13, steps=3, every=0)
     for name in ("strang", "darboux:symplectic_euler", "midpoint"):
         compiled = replace(method(name), compiled=True)
@@ -109,7 +109,7 @@ def test_a_lattice_without_two_neighbours_is_refused(sites):
 
 
 def test_functions_along_many_states_of_a_large_lattice_are_loops_too():
-    where = find_setting("ablowitz_ladik", None, {"sites": 600})
+    where = initial_value_problem("ablowitz_ladik", None, {"sites": 600})
     Y = np.array([where.y0, 0.5 * where.y0])
     rounding = 600**2 * np.sum(Y[0] ** 2) * np.finfo(float).eps  # of either sum in H, which nearly cancel
     assert where.along("H", Y) == pytest.approx([by_hand(y)[1] for y in Y], abs=4 * rounding)
@@ -117,25 +117,25 @@ def test_functions_along_many_states_of_a_large_lattice_are_loops_too():
 
 @pytest.mark.parametrize("name", ["ida:ode", "cvode:bdf", "scipy:Radau"], ids=str)
 def test_solvers_with_the_whole_jacobian_refuse_a_large_lattice(name):
-    large = find_setting("ablowitz_ladik", None, {"sites": 5000})
+    large = initial_value_problem("ablowitz_ladik", None, {"sites": 5000})
     assert "solves with the whole Jacobian, and ablowitz_ladik has 10000 coordinates" in parse(name, kind=POISSON).refusal(large)
     assert parse("scipy:DOP853", kind=POISSON).refusal(large) is None
 
 
 def test_a_wrong_number_of_sites_is_refused_in_a_sentence():
     with pytest.raises(BadInput, match=r"sites = 2\.5 must be a whole number"):
-        find_setting("ablowitz_ladik", None, {"sites": 2.5})
+        initial_value_problem("ablowitz_ladik", None, {"sites": 2.5})
 
 
 def test_canonical_coordinates_of_a_large_lattice_lose_no_digits():
-    where = find_setting("ablowitz_ladik", None, {"sites": 1000})
+    where = initial_value_problem("ablowitz_ladik", None, {"sites": 1000})
     enter, leave = coordinates(where)
     assert np.abs(leave(enter(where.y0)) - where.y0).max() < 1e-15
 
 
 @pytest.mark.parametrize(("name", "h"), [("strang", 0.2), ("strang", 0.4), ("lie@UVD", 1.6)], ids=str)
 def test_a_flow_that_passes_infinity_more_than_once_says_so_too(name, h):
-    where = find_setting("ablowitz_ladik", None, {"sites": 3})
+    where = initial_value_problem("ablowitz_ladik", None, {"sites": 3})
     assert method(name).solve(where, Request(value=h, steps=3)).failure is not None
 
 
@@ -156,7 +156,7 @@ def test_what_a_site_may_not_depend_on_is_refused(fault):
 
 
 def test_a_site_at_rest_has_canonical_coordinates_too():
-    where = find_setting("ablowitz_ladik", None, {"sites": 3}, y0=[0, 0.5, 0.1, 0, 0.2, 0.3])
+    where = initial_value_problem("ablowitz_ladik", None, {"sites": 3}, y0=[0, 0.5, 0.1, 0, 0.2, 0.3])
     found = method("darboux:verlet").solve(where, Request(value=1e-4, steps=10)).complete()
     assert found.y[-1] == pytest.approx(method("strang").solve(where, Request(value=1e-4, steps=10)).complete().y[-1], abs=1e-6)
 
@@ -194,7 +194,7 @@ def test_a_lattice_with_a_casimir_function_keeps_it():
         site=k,
     )
     start = np.random.default_rng(3).normal(size=12)
-    where = make_setting(source_of(chain, "spins"), "", y0=start)
+    where = make_ivp(source_of(chain, "spins"), "", y0=start)
     request = Request(value=0.05, steps=100, watch=("energy", "casimirs"))
     kept, lost = (method(name).solve(where, request).complete().maxima for name in ("midpoint", "rk4"))
     assert max(kept.values()) < 1e-12

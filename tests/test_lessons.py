@@ -94,23 +94,23 @@ def run_of(scheme, **changed):
 
 @pytest.mark.parametrize("scheme", ["se", "rk4", "rattle"])
 def test_the_area_of_the_parallelogram_is_what_the_diagnostics_say_of_the_same_map(scheme):
-    from daebench.reports.lessons._why_symplectic_run import method_of, scene_of, sides
+    from daebench.reports.lessons._why_symplectic_run import ivp_of, method_of, sides
 
-    run, scene = run_of(scheme), scene_of("wide")
-    X = sides(scene)
-    flow = method_of(scheme, False)[0].flow(scene, 0.1, len(run.t) - 1)
-    assert abs(run.area[-1] - 1) == pytest.approx(symplecticity_defect(flow, scene.p0, scene.q0, X), abs=1e-12)
+    run, ivp = run_of(scheme), ivp_of("wide")
+    X = sides(ivp)
+    flow = method_of(scheme, False)[0].flow(ivp, 0.1, len(run.t) - 1)
+    assert abs(run.area[-1] - 1) == pytest.approx(symplecticity_defect(flow, ivp.p0, ivp.q0, X), abs=1e-12)
     assert run.area[0] == pytest.approx(1, abs=1e-15)
 
 
 @pytest.mark.parametrize("scheme", ["se", "rattle"])
 def test_the_parallelogram_is_carried_as_differences_of_neighbouring_runs_say(scheme):
-    from daebench.reports.lessons._why_symplectic_run import method_of, scene_of, sides
+    from daebench.reports.lessons._why_symplectic_run import ivp_of, method_of, sides
 
-    run, scene, eps = run_of(scheme), scene_of("wide"), 1e-6
-    flow = method_of(scheme, False)[0].flow(scene, 0.1, 20)
-    for k, side in enumerate(sides(scene).T):
-        ahead, behind = (np.concatenate(flow(scene.p0 + s * eps * side[:3], scene.q0 + s * eps * side[3:])).real for s in (1, -1))
+    run, ivp, eps = run_of(scheme), ivp_of("wide"), 1e-6
+    flow = method_of(scheme, False)[0].flow(ivp, 0.1, 20)
+    for k, side in enumerate(sides(ivp).T):
+        ahead, behind = (np.concatenate(flow(ivp.p0 + s * eps * side[:3], ivp.q0 + s * eps * side[3:])).real for s in (1, -1))
         assert run.X[-1, :, k] == pytest.approx((ahead - behind) / (2 * eps), rel=1e-6, abs=1e-7)
 
 

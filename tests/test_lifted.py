@@ -4,13 +4,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from poisson_runs import scene
+from poisson_runs import ivp
 from scipy.linalg import expm
 
-from daebench.catalogue import find_scene, find_setting
 from daebench.diagnostics.order import fit_order
 from daebench.diagnostics.poisson import poisson_defect
 from daebench.errors import BadInput, RunFailed
+from daebench.ivp_constructor import initial_value_problem
 from daebench.lifted import Lifted, above
 from daebench.method import Request
 from daebench.names import parse
@@ -25,7 +25,7 @@ def method(name):
 
 
 def run(name, h, steps, case=None, **more):
-    return method(name).solve(scene(BODY, case), Request(value=h, steps=steps, **more))
+    return method(name).solve(ivp(BODY, case), Request(value=h, steps=steps, **more))
 
 
 def hat(y):
@@ -56,7 +56,7 @@ def moser_veselov(y, h):
 
 def test_rattle_on_the_rotation_matrix_is_the_discrete_moser_veselov_algorithm():
     found = run("rattle", 0.25, 30).complete()
-    y = [scene(BODY).y0]
+    y = [ivp(BODY).y0]
     for _ in range(30):
         y.append(moser_veselov(y[-1], 0.25))
     assert np.abs(found.y - y).max() < 1e-13
@@ -71,7 +71,7 @@ def test_it_keeps_energy_and_casimir_function_and_another_symplectic_method_the_
 
 @pytest.mark.parametrize("name", ["rattle", "lobatto3", "rattle/suzuki4", "symplectic_euler", "rk4", "implicit_euler"])
 def test_a_lifted_method_is_a_poisson_map_where_it_claims_to_be(name):
-    own, where = method(name), scene(BODY)
+    own, where = method(name), ivp(BODY)
     defect = poisson_defect(own.flow(where, 0.1, 2), where.y0, lambda y: where.value("B", y))
     claimed = name not in ("rk4", "implicit_euler")
     assert own.is_poisson(where) == claimed
@@ -82,7 +82,7 @@ def test_a_lifted_method_is_a_poisson_map_where_it_claims_to_be(name):
 
 @pytest.mark.parametrize(("name", "steps"), [("rattle", (8, 16, 32)), ("rattle/suzuki4", (4, 8, 16))], ids=["rattle", "composed"])
 def test_the_order_is_that_of_the_method_above(name, steps):
-    where = scene(BODY)
+    where = ivp(BODY)
     exact = [float(y) for y in where.source.derivation.problem.closed_form(1.0, where.y0, where.parameters)]
     errors = [np.abs(run(name, 1 / n, n, every=0).y[-1] - exact).max() for n in steps]
     assert method(name).order == method(name).method.claims.order
@@ -92,9 +92,9 @@ def test_the_order_is_that_of_the_method_above(name, steps):
 def test_a_lifted_run_reports_the_system_below_and_the_work_above():
     found = run("rattle", 0.1, 6, "middle", every=2)
     assert (found.problem, found.case, found.method, found.maxima_over) == (BODY, "middle", "lifted:rattle", "outputs")
-    assert found.parameters == scene(BODY, "middle").parameters
+    assert found.parameters == ivp(BODY, "middle").parameters
     assert found.t.tolist() == pytest.approx([0, 0.2, 0.4, 0.6])
-    assert np.array_equal(found.y[0], scene(BODY, "middle").y0)
+    assert np.array_equal(found.y[0], ivp(BODY, "middle").y0)
     assert list(found.maxima) == ["energy", "C"]
     assert found.steps == 6
     assert found.work["newton"] > 6
@@ -104,7 +104,7 @@ def test_a_lifted_run_reports_the_system_below_and_the_work_above():
 
 
 def test_the_system_above_has_the_parameters_below_and_starts_over_the_start():
-    where = scene(BODY, "symmetric")
+    where = ivp(BODY, "symmetric")
     upper = above(where)
     assert [upper.parameters[f"I{k}"] for k in (1, 2, 3)] == [0.8, 0.8, 1.0]
     assert upper.parameters["gravity"] == 0
@@ -113,7 +113,7 @@ def test_the_system_above_has_the_parameters_below_and_starts_over_the_start():
 
 
 def test_the_map_of_several_steps_is_the_run():
-    where = scene(BODY)
+    where = ivp(BODY)
     assert np.abs(method("rattle").flow(where, 0.1, 3)(where.y0) - run("rattle", 0.1, 3).y[-1]).max() < 1e-15
 
 
@@ -124,31 +124,35 @@ def test_a_run_that_stops_above_says_so_below_with_what_was_computed():
         found.complete()
     assert found.y.shape == (1, 3)
     with pytest.raises(RunFailed, match=words):
-        method("rattle").flow(scene(BODY), 5.0, 1)(scene(BODY).y0)
+        method("rattle").flow(ivp(BODY), 5.0, 1)(ivp(BODY).y0)
 
 
 def test_what_cannot_be_lifted_is_refused_in_words():
     request = Request(value=0.1, steps=2)
     for name, where, words in (
-        ("rattle", scene("lotka_volterra"), "lifted:rattle needs a constrained system above, which lotka_volterra does not declare"),
-        ("strang", scene(BODY), "lifted:strang on free_rigid_body: strang needs the flow of the kinetic energy"),
-        ("rattle", find_scene("planar_pendulum"), "lifted:rattle is for Poisson systems, and planar_pendulum is a constrained problem"),
+        ("rattle", ivp("lotka_volterra"), "lifted:rattle needs a constrained system above, which lotka_volterra does not declare"),
+        ("strang", ivp(BODY), "lifted:strang on free_rigid_body: strang needs the flow of the kinetic energy"),
+        (
+            "rattle",
+            initial_value_problem("planar_pendulum"),
+            "lifted:rattle is for Poisson systems, and planar_pendulum is a constrained problem",
+        ),
     ):
         with pytest.raises(BadInput, match=words):
             method(name).check(where, request)
     with pytest.raises(BadInput, match="has no multipliers"):
-        method("rattle").check(scene(BODY), replace(request, multipliers=True))
+        method("rattle").check(ivp(BODY), replace(request, multipliers=True))
     with pytest.raises(BadInput, match="no constraints to watch"):
-        method("rattle").check(scene(BODY), replace(request, watch=("manifold",)))
+        method("rattle").check(ivp(BODY), replace(request, watch=("manifold",)))
     with pytest.raises(BadInput, match="at least one"):
-        method("rattle").check(scene(BODY), replace(request, steps=0))
+        method("rattle").check(ivp(BODY), replace(request, steps=0))
     with pytest.raises(BadInput, match="lifted: takes fixed-step methods, and ida:index2 chooses its own steps"):
         Lifted.of(parse("ida:index2"))
 
 
 def test_a_method_that_leaves_the_manifold_is_no_poisson_integrator_below():
-    assert method("rattle").is_poisson(scene(BODY))
-    assert not method("shake").is_poisson(scene(BODY))
+    assert method("rattle").is_poisson(ivp(BODY))
+    assert not method("shake").is_poisson(ivp(BODY))
 
 
 def test_maxima_are_the_largest_errors_and_not_the_last():
@@ -161,5 +165,5 @@ def test_maxima_are_the_largest_errors_and_not_the_last():
 
 
 def test_a_flat_body_has_no_regular_mass_above_and_that_is_said():
-    flat = find_setting(BODY, None, {"I1": 0.4, "I2": 0.6, "I3": 1.0})
+    flat = initial_value_problem(BODY, None, {"I1": 0.4, "I2": 0.6, "I3": 1.0})
     assert "the energy of rigid_body_rotation above is not finite" in method("rattle").refusal(flat)

@@ -5,9 +5,9 @@ import pytest
 import uncompiled
 
 from daebench import pose as posing
-from daebench.catalogue import find_scene
 from daebench.diagnostics.rank import badly_scaled
 from daebench.fixed_step_constrained import FixedStep
+from daebench.ivp_constructor import initial_value_problem
 from daebench.method import Request
 from daebench.reference.cvode import Cvode
 from daebench.reference.ida import Ida
@@ -23,7 +23,7 @@ def plain_functions(monkeypatch):
 
 def pendulum(mass):
     """Return two rods in space whose upper point is light, so that it whirls about as they come to be in line."""
-    return find_scene("double_spherical_pendulum", "swing", {"mass1": mass})
+    return initial_value_problem("double_spherical_pendulum", "swing", {"mass1": mass})
 
 
 @pytest.mark.parametrize("mass", LIGHT, ids=str)
@@ -48,8 +48,8 @@ def test_a_tolerance_driven_run_resolves_it_and_goes_on(method, mass):
 @pytest.mark.parametrize("share", [1.0, 1e-2, 1e-4], ids=str)
 @pytest.mark.parametrize("which", ["crank_mass", "rod_mass", "slider_mass"])
 def test_a_true_loss_of_rank_is_told_whatever_the_masses(which, share):
-    usual = find_scene("slider_crank", "lock_up")
-    where = find_scene("slider_crank", "lock_up", {which: share * usual.parameters[which]})
+    usual = initial_value_problem("slider_crank", "lock_up")
+    where = initial_value_problem("slider_crank", "lock_up", {which: share * usual.parameters[which]})
     for method, value in ((FixedStep("rattle", compiled=False), 2e-3), (ScipyOde("DOP853"), 1e-7)):
         run = method.solve(where, Request(value=value, t_end=5.0, every=0))
         assert "G loses rank at about t = " in run.failure, (method.name, run.failure)

@@ -4,18 +4,18 @@ from functools import cache
 
 import numpy as np
 import pytest
+from ivps import ivp
 from oracles import solution
 from planted import plant
-from scenes import scene
 from tallied import tally
 
 from daebench import tableaux
-from daebench.catalogue import find_scene
 from daebench.diagnostics.order import fit_order
 from daebench.diagnostics.reversibility import reversibility_defect
 from daebench.diagnostics.symplecticity import symplecticity_defect, tangent_basis
 from daebench.errors import RunFailed
 from daebench.fixed_step_constrained import FixedStep
+from daebench.ivp_constructor import initial_value_problem
 from daebench.method import Request
 from daebench.problems.spherical_pendulum import closed_form
 
@@ -39,7 +39,7 @@ def run(name, where, h, steps, **more):
 @cache
 def exact(t):
     """State of the fast spherical pendulum by elliptic functions, and its multiplier from q.q'' = -v.v with q'' = -e3 - 2 lam q."""
-    where = scene("spherical-fast")
+    where = ivp("spherical-fast")
     q, p = (np.array(part, dtype=float) for part in closed_form(t, list(where.q0), list(where.p0), where.parameters))
     return q, p, (p @ p - q[2]) / 2
 
@@ -49,7 +49,7 @@ def errors(name):
     """Errors on the fast spherical pendulum after T, by the number of steps: of q and p, and of each raw multiplier of the last step."""
     found = {}
     for n in COUNTS[name]:
-        last = run(name, scene("spherical-fast"), T / n, n, raw=True, watch=())
+        last = run(name, ivp("spherical-fast"), T / n, n, raw=True, watch=())
         q, p, _ = exact(T)
         each = {"q": np.abs(last.q[-1] - q).max(), "p": np.abs(last.p[-1] - p).max()}
         for kind, (t, value) in last.raw.items():
@@ -76,7 +76,7 @@ def test_q_and_p_are_each_of_the_order_that_is_claimed(name):
 def test_the_order_is_the_same_for_any_hamiltonian(name, place):
     counts = (16, 24, 32, 48) if name in ("lobatto2", *RADAU[:2]) else (3, 4, 6, 8)
     q, p = solution(place, 1.0)
-    runs = [run(name, scene(place), 1.0 / n, n, watch=()) for n in counts]
+    runs = [run(name, ivp(place), 1.0 / n, n, watch=()) for n in counts]
     fit = fit_order([1.0 / n for n in counts], [max(np.abs(r.q[-1] - q).max(), np.abs(r.p[-1] - p).max()) for r in runs])
     assert abs(fit.slope - FixedStep(name, compiled=False).claims.order) < 0.25, fit
 
@@ -106,7 +106,7 @@ def test_the_multipliers_of_radau_are_of_order_s():
 )
 def test_two_stages_are_rattle(place):
     """Multipliers that follow from g = 0 are uncertain by eps/h^2 = 2e-12."""
-    by_two, by_rattle = (run(name, scene(place), 0.01, 50, raw=True) for name in ("lobatto2", "rattle"))
+    by_two, by_rattle = (run(name, ivp(place), 0.01, 50, raw=True) for name in ("lobatto2", "rattle"))
     assert np.abs(by_two.q - by_rattle.q).max() < 2e-15
     assert np.abs(by_two.p - by_rattle.p).max() < 1e-14
     assert by_two.raw.keys() == by_rattle.raw.keys() == {"lam_n", "mu_n", "mean"}
@@ -121,7 +121,7 @@ LARGE = {"spherical-fast": 0.1, "stretched-M": 0.4, "relativistic": 0.4, "double
 @pytest.mark.parametrize("place", LARGE, ids=str)
 @pytest.mark.parametrize("name", LOBATTO, ids=str)
 def test_lobatto_is_symplectic_reversible_and_on_the_manifold_at_large_steps(name, place):
-    where, h = scene(place), LARGE[place]
+    where, h = ivp(place), LARGE[place]
     flow = FixedStep(name, compiled=False).flow(where, h, 2)
     assert symplecticity_defect(flow, where.p0, where.q0, tangent_basis(where, where.p0, where.q0)) < 2e-14
     assert reversibility_defect(flow, where.p0, where.q0) < 2e-14
@@ -130,7 +130,7 @@ def test_lobatto_is_symplectic_reversible_and_on_the_manifold_at_large_steps(nam
 
 
 def test_radau_keeps_what_its_formulation_keeps_and_nothing_else():
-    where = scene("spherical-fast")
+    where = ivp("spherical-fast")
     X = tangent_basis(where, where.p0, where.q0)
     for name in RADAU:
         maxima = run(name, where, 0.03, 20).maxima
@@ -149,12 +149,12 @@ REACH = {"rattle": 0.13, "lobatto2": 0.13, "lobatto3": 0.30, "lobatto4": 0.42, "
 
 @pytest.mark.parametrize("name", REACH, ids=str)
 def test_a_step_is_solved_far_up_to_where_the_equations_lose_their_solution(name):
-    assert run(name, find_scene("spherical_pendulum", "fig1.2"), REACH[name], 1).maxima["g"] < 1e-14
+    assert run(name, initial_value_problem("spherical_pendulum", "fig1.2"), REACH[name], 1).maxima["g"] < 1e-14
 
 
 def test_two_stages_are_solved_as_far_as_rattle():
     for place, largest in (("fig1.2", 0.14), ("stretched-M", 1.0), ("relativistic", 1.05)):
-        where = find_scene("spherical_pendulum", "fig1.2") if place == "fig1.2" else scene(place)
+        where = initial_value_problem("spherical_pendulum", "fig1.2") if place == "fig1.2" else ivp(place)
         ends = [_largest(name, where, largest) for name in ("rattle", "lobatto2")]
         assert abs(ends[0] - ends[1]) < 0.05 * ends[0], (place, ends)
 
@@ -168,7 +168,7 @@ def _largest(name, where, bound):
 
 def test_a_step_without_a_solution_is_an_error_that_says_so():
     with pytest.raises(RunFailed, match=r"lobatto3 on spherical_pendulum, case fig1\.2, stopped at t = 0"):
-        run("lobatto3", find_scene("spherical_pendulum", "fig1.2"), 0.5, 3)
+        run("lobatto3", initial_value_problem("spherical_pendulum", "fig1.2"), 0.5, 3)
 
 
 # ---- work ----------------------------------------------------------------------------------------------------------------
@@ -176,13 +176,13 @@ def test_a_step_without_a_solution_is_an_error_that_says_so():
 
 @pytest.mark.parametrize("name", ["lobatto2", "lobatto3", "lobatto4", "radau2_index2", "radau3_ggl"], ids=str)
 def test_work_is_what_an_independent_tally_counts_for_any_hamiltonian(name, monkeypatch):
-    where, method, request = scene("stretched-H"), FixedStep(name, compiled=False), Request(value=0.01, steps=5, watch=())
+    where, method, request = ivp("stretched-H"), FixedStep(name, compiled=False), Request(value=0.01, steps=5, watch=())
     counted = method.solve(where, request).work
     assert counted == tally(monkeypatch, method, where, request)
 
 
 def test_no_second_derivatives_are_derived_where_h_is_separable():
-    kernel = FixedStep("lobatto4", compiled=False).kernel(scene("spherical-fast"), "float64", (), count=False)
+    kernel = FixedStep("lobatto4", compiled=False).kernel(ivp("spherical-fast"), "float64", (), count=False)
     assert not {"H_qp", "H_qq", "curvature", "Gv_q", "a_p"} & set(vars(kernel))
 
 
@@ -190,7 +190,7 @@ def test_no_second_derivatives_are_derived_where_h_is_separable():
 @pytest.mark.parametrize(("name", "place"), [("lobatto3", "stretched-M"), ("radau2_ggl", "stretched-M")], ids=["lobatto3", "radau2_ggl"])
 def test_machine_code_does_what_the_files_say_where_the_mass_depends_on_q(name, place):
     request = Request(value=0.02, steps=20)
-    fast, slow = (FixedStep(name, compiled=compiled).solve(scene(place), request).complete() for compiled in (True, False))
+    fast, slow = (FixedStep(name, compiled=compiled).solve(ivp(place), request).complete() for compiled in (True, False))
     assert fast.work == slow.work
     assert np.abs(fast.q - slow.q).max() < 1e-14
     assert np.abs(fast.p - slow.p).max() < 1e-14
@@ -201,7 +201,7 @@ def test_machine_code_does_what_the_files_say_where_the_mass_depends_on_q(name, 
 
 def defects():
     """What lobatto3 falls short of on the fast pendulum, by what is looked at."""
-    where, counts, method = scene("spherical-fast"), COUNTS["lobatto3"], FixedStep("lobatto3", compiled=False)
+    where, counts, method = ivp("spherical-fast"), COUNTS["lobatto3"], FixedStep("lobatto3", compiled=False)
     runs = [run("lobatto3", where, T / n, n, raw=True, watch=("manifold",)) for n in counts]
     found = [np.abs(each.q[-1] - exact(T)[0]).max() for each in runs]
     flow, X = method.flow(where, 0.05, 2), tangent_basis(where, where.p0, where.q0)
@@ -264,6 +264,8 @@ def test_a_planted_fault_is_caught(file, right, wrong, what, monkeypatch, tmp_pa
     ],
 )
 def test_a_failure_says_whether_it_is_the_iteration_that_ends(name, h, own):
-    done = FixedStep(name, compiled=False).solve(find_scene("spherical_pendulum", "fig1.2"), Request(value=h, t_end=20.0, watch=()))
+    done = FixedStep(name, compiled=False).solve(
+        initial_value_problem("spherical_pendulum", "fig1.2"), Request(value=h, t_end=20.0, watch=())
+    )
     assert done.failure is not None
     assert ("this is the limit of the iteration, which leaves out derivatives" in done.failure) == own

@@ -14,14 +14,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 from cache_damage import FAMILY
-from scenes import scene
+from ivps import ivp
 
 from daebench.diagnostics.energy import Drift
 from daebench.diagnostics.manifold import residual_scales
 from daebench.diagnostics.random_walk import Walk
 from daebench.errors import BadInput
+from daebench.ivp import PoissonIvp
 from daebench.method import Request
-from daebench.scene import PoissonScene
 from daebench.studies import blocks, checkpoint, long_run, starts
 from daebench.studies.blocks import MANY, Blocks, middles
 from daebench.studies.checkpoint import Checkpoint, identity, load, resumed, save
@@ -92,9 +92,9 @@ def test_samples_are_the_energy_errors_of_the_states_that_a_plain_run_stores(nam
     spec = RUNS[name]
     steps = 30 * spec.stride
     stream = marched(spec, steps)
-    run = spec.solver.solve(spec.scene, Request(value=spec.h, steps=steps, every=spec.stride)).complete()
-    states = (run.y,) if isinstance(spec.scene, PoissonScene) else (run.p, run.q)
-    energies = spec.scene.along("H", *states)
+    run = spec.solver.solve(spec.ivp, Request(value=spec.h, steps=steps, every=spec.stride)).complete()
+    states = (run.y,) if isinstance(spec.ivp, PoissonIvp) else (run.p, run.q)
+    energies = spec.ivp.along("H", *states)
     assert len(stream.waiting) == 30
     np.testing.assert_allclose(stream.waiting, energies[1:] - energies[0], rtol=0, atol=1e-14 * abs(energies[0]))
     end = np.concatenate([x[-1] for x in states])
@@ -172,7 +172,7 @@ def test_blocks_are_few_and_their_means_are_those_of_the_series():
 
 
 def test_starts_are_of_the_same_motion_on_the_manifold_and_round_differently():
-    own = scene("spherical-fast")
+    own = ivp("spherical-fast")
     found = [start_of(own, k, "float64") for k in range(8)]
     assert found[0] is own
     energies = [float(each.value("H", each.p0, each.q0)) for each in found]

@@ -10,7 +10,7 @@ from daebench.diagnostics.consistency import consistency, project, projected, re
 from daebench.diagnostics.manifold import distance
 from daebench.diagnostics.metric import least_displacement
 from daebench.errors import BadInput, InconsistentStart
-from daebench.make_scene import make_scene
+from daebench.make_ivp import make_ivp
 from daebench.problem import Case, ConstrainedHamiltonian, coordinates
 from daebench.problems import planar_pendulum
 from daebench.source import source_of
@@ -23,7 +23,7 @@ def ellipse():
     sheet = ConstrainedHamiltonian(
         q=(x, y), p=p, M=sp.diag(1, 4 + x**2), U=y, g=[x**2 / 4 + y**2 - 1], cases={"end": Case(q=(2, 0), p=(0, 3))}
     )
-    return make_scene(source_of(sheet, "ellipse"), "end")
+    return make_ivp(source_of(sheet, "ellipse"), "end")
 
 
 def test_the_distance_from_a_sphere_is_that_along_the_radius(pendulum, random):
@@ -104,8 +104,8 @@ def test_consistent_starts_pass_and_others_are_told_both_residuals(pendulum):
     with pytest.raises(InconsistentStart, match=r"\|g\| = 2e-09 and \|G H_p\| = 0\.5; .*--project"):
         require_consistent(off)
     require_consistent(off, tolerance=0.5)
-    scene, moved_q, moved_p = projected(off)
-    require_consistent(scene)
+    ivp, moved_q, moved_p = projected(off)
+    require_consistent(ivp)
     assert moved_q == pytest.approx(1e-9, rel=1e-5)
     assert moved_p == pytest.approx(0.25, rel=1e-5)
 
@@ -116,7 +116,7 @@ def test_consistency_does_not_depend_on_units(length):
     angle, m = 0.7, 3.0
     q0 = length * np.array([np.sin(angle), -np.cos(angle)])
     p0 = length * m * np.array([np.cos(angle), np.sin(angle)])
-    scene = make_scene(source_of(sheet, "planar_pendulum"), "horizontal", {"mass": m}, p0=p0, q0=q0)
-    require_consistent(scene)
+    ivp = make_ivp(source_of(sheet, "planar_pendulum"), "horizontal", {"mass": m}, p0=p0, q0=q0)
+    require_consistent(ivp)
     with pytest.raises(InconsistentStart):
-        require_consistent(replace(scene, q0=q0 * (1 + 1e-9)))
+        require_consistent(replace(ivp, q0=q0 * (1 + 1e-9)))

@@ -5,12 +5,12 @@ from functools import cache
 import numpy as np
 import pytest
 import sympy as sp
+from ivps import ivp
 from published import BARI_LAM, BARI_Q
 from runs import run
-from scenes import scene
 from scipy.integrate import solve_ivp
 
-from daebench.catalogue import find_scene
+from daebench.ivp_constructor import initial_value_problem
 from daebench.method import Request
 from daebench.names import parse
 from daebench.reference.certified.between import states_at
@@ -31,7 +31,7 @@ def slopes(f, x, h):
 
 
 def way_out(where):
-    """Return (eta, xi) -> (p, q) of the chart of a scene with one degree of freedom."""
+    """Return (eta, xi) -> (p, q) of the chart of an initial value problem with one degree of freedom."""
     problem = where.source.derivation.problem
     chart, values = problem.chart, {symbol: where.parameters[str(symbol)] for symbol in problem.parameters}
     parts = [sp.Matrix(part).subs(values) for part in (chart.p, chart.q)]
@@ -95,7 +95,7 @@ CRANKS = {
 
 @pytest.mark.parametrize(("case", "parameters", "omega"), CRANKS.values(), ids=CRANKS)
 def test_the_slider_crank_moves_as_its_crank_angle_says(plain_functions, case, parameters, omega):
-    where = find_scene("slider_crank", case, parameters)
+    where = initial_value_problem("slider_crank", case, parameters)
     found = ScipyOde("DOP853").solve(where, Request(value=1e-11, t_end=0.5, points=6)).complete()
     q, p = crank_motion(where, 0.0, omega, found.t)
     assert np.abs(found.q - q).max() < 2e-9
@@ -103,7 +103,7 @@ def test_the_slider_crank_moves_as_its_crank_angle_says(plain_functions, case, p
 
 
 def test_a_slider_crank_at_8_rad_per_s_turns_and_at_rest_swings_to_the_other_side():
-    turning, swing = find_scene("slider_crank", "turning"), find_scene("slider_crank", "swing")
+    turning, swing = initial_value_problem("slider_crank", "turning"), initial_value_problem("slider_crank", "swing")
     around = np.unwrap(np.arctan2(*run("rattle", turning, 0.005, 400).q[:, [1, 0]].T))
     assert np.all(np.diff(around) > 0)
     assert around[-1] > 3 * np.pi
@@ -114,14 +114,14 @@ def test_a_slider_crank_at_8_rad_per_s_turns_and_at_rest_swings_to_the_other_sid
 
 @pytest.mark.parametrize("case", ["turning", "lock_up"])
 def test_rattle_on_the_slider_crank_keeps_the_energy_and_the_constraints(case):
-    where = find_scene("slider_crank", case)
+    where = initial_value_problem("slider_crank", case)
     one, two = (run("rattle", where, h, round(0.8 / h)) for h in (0.004, 0.002))
     assert two.maxima["energy"] < 0.3 * one.maxima["energy"]
     assert max(two.maxima["g"], two.maxima["Gv"]) < 1e-13
 
 
 def test_at_lock_up_the_two_constraints_of_the_slider_crank_pull_the_same_way():
-    where = find_scene("slider_crank", "lock_up")
+    where = initial_value_problem("slider_crank", "lock_up")
     for phi, rank in ((np.pi / 2, 1), (-np.pi / 2, 1), (1.5, 2), (0.0, 2)):
         q = crank_state(phi, 1.0, 1.0)[0]
         assert np.abs(where.value("g", q)).max() < 1e-15
@@ -135,7 +135,7 @@ def test_at_lock_up_the_two_constraints_of_the_slider_crank_pull_the_same_way():
 
 
 def test_the_slider_crank_in_its_chart_is_the_crank_angle(random):
-    where = find_scene("slider_crank", "turning")
+    where = initial_value_problem("slider_crank", "turning")
     out = way_out(where)
     for phi, omega in random.uniform(-3, 3, (5, 2)):
         p, q = out(omega, phi)
@@ -160,7 +160,7 @@ XA, YA, XB, YB = -0.06934, -0.00227, -0.03635, 0.03273
 
 @cache
 def andrews():
-    return find_scene("andrews_squeezer", "bari")
+    return initial_value_problem("andrews_squeezer", "bari")
 
 
 def centres(q):
@@ -248,7 +248,7 @@ def test_the_chart_of_the_squeezer_closes_its_loops_through_many_turns(random):
 
 
 def test_the_squeezer_of_ten_thousand_times_the_density_is_a_hundred_times_as_slow():
-    fast, slow = (run("rattle", where, h, 20) for where, h in ((andrews(), 1e-4), (scene("andrews_squeezer"), 1e-2)))
+    fast, slow = (run("rattle", where, h, 20) for where, h in ((andrews(), 1e-4), (ivp("andrews_squeezer"), 1e-2)))
     assert np.abs(fast.q - slow.q).max() < 1e-12
     assert np.abs(100 * fast.p - slow.p).max() < 1e-12
 

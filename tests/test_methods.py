@@ -19,16 +19,16 @@ LADDERS = {4: (64, 96, 128, 192), 6: (24, 28, 32, 40, 48), 8: (14, 16, 18, 20, 2
 """Numbers of steps over T = 2 by order: large enough to be asymptotic, small enough to be above round-off."""
 
 
-def run(method, scene, h, steps, **more):
-    return method.solve(scene, Request(value=h, steps=steps, **more)).complete()
+def run(method, ivp, h, steps, **more):
+    return method.solve(ivp, Request(value=h, steps=steps, **more)).complete()
 
 
 @pytest.mark.parametrize("name", COMPOSITIONS, ids=COMPOSITIONS)
-def test_a_composition_of_rattle_has_its_order_and_keeps_what_rattle_keeps(name, get_scene):
-    scene, method = get_scene("planar"), FixedStep("rattle", composition=name, compiled=False)
+def test_a_composition_of_rattle_has_its_order_and_keeps_what_rattle_keeps(name, get_ivp):
+    ivp, method = get_ivp("planar"), FixedStep("rattle", composition=name, compiled=False)
     q, p = solution("planar", 2.0)
     counts = LADDERS[COMPOSITIONS[name].order]
-    runs = [run(method, scene, 2.0 / n, n) for n in counts]
+    runs = [run(method, ivp, 2.0 / n, n) for n in counts]
     errors = [max(np.abs(each.q[-1] - q).max(), np.abs(each.p[-1] - p).max()) for each in runs]
     fit = fit_order([2.0 / n for n in counts], errors, floor=2e-12)
     assert abs(fit.slope - COMPOSITIONS[name].order) < 0.35, (fit, errors)
@@ -37,58 +37,58 @@ def test_a_composition_of_rattle_has_its_order_and_keeps_what_rattle_keeps(name,
 
 
 @pytest.mark.parametrize("place", ["spherical-fast", "stretched-M", "coupled-rods"])
-def test_a_composition_is_symmetric_and_symplectic_on_every_kind_of_hamiltonian(place, get_scene):
-    scene, method = get_scene(place), FixedStep("rattle", composition="suzuki4", compiled=False)
-    flow = method.flow(scene, 0.01, 5)
-    assert reversibility_defect(flow, scene.p0, scene.q0) < 1e-12
-    assert symplecticity_defect(flow, scene.p0, scene.q0, tangent_basis(scene, scene.p0, scene.q0)) < 1e-12
+def test_a_composition_is_symmetric_and_symplectic_on_every_kind_of_hamiltonian(place, get_ivp):
+    ivp, method = get_ivp(place), FixedStep("rattle", composition="suzuki4", compiled=False)
+    flow = method.flow(ivp, 0.01, 5)
+    assert reversibility_defect(flow, ivp.p0, ivp.q0) < 1e-12
+    assert symplecticity_defect(flow, ivp.p0, ivp.q0, tangent_basis(ivp, ivp.p0, ivp.q0)) < 1e-12
 
 
-def test_a_composition_is_the_substeps_one_after_another(get_scene):
-    scene = get_scene("spherical-fast")
-    whole = run(FixedStep("rattle", composition="triple_jump4", compiled=False), scene, 0.02, 1)
-    p, q = tuple(scene.p0), tuple(scene.q0)
+def test_a_composition_is_the_substeps_one_after_another(get_ivp):
+    ivp = get_ivp("spherical-fast")
+    whole = run(FixedStep("rattle", composition="triple_jump4", compiled=False), ivp, 0.02, 1)
+    p, q = tuple(ivp.p0), tuple(ivp.q0)
     for weight in COMPOSITIONS["triple_jump4"].weights:
-        p, q = FixedStep("rattle", compiled=False).flow(scene, weight * 0.02, 1)(p, q)
+        p, q = FixedStep("rattle", compiled=False).flow(ivp, weight * 0.02, 1)(p, q)
     assert np.abs(np.real(q) - whole.q[-1]).max() < 1e-15
     assert np.abs(np.real(p) - whole.p[-1]).max() < 5e-15
 
 
-def test_a_composition_counts_the_work_of_every_substep(get_scene):
-    scene = get_scene("spherical-fast")
-    one = run(FixedStep("rattle", compiled=False), scene, 0.001, 6).work
-    two = run(FixedStep("rattle", composition="kahan_li8", compiled=False), scene, 0.001, 6).work
+def test_a_composition_counts_the_work_of_every_substep(get_ivp):
+    ivp = get_ivp("spherical-fast")
+    one = run(FixedStep("rattle", compiled=False), ivp, 0.001, 6).work
+    two = run(FixedStep("rattle", composition="kahan_li8", compiled=False), ivp, 0.001, 6).work
     assert two["H_q"] == 17 * one["H_q"]
     assert two["newton"] > 10 * one["newton"]
 
 
-def test_another_composition_compiles_nothing(get_scene):
-    scene = get_scene("planar")
-    kernels = {FixedStep("rattle", composition=name).kernel(scene, "float64", (), count=False) for name in COMPOSITIONS}
+def test_another_composition_compiles_nothing(get_ivp):
+    ivp = get_ivp("planar")
+    kernels = {FixedStep("rattle", composition=name).kernel(ivp, "float64", (), count=False) for name in COMPOSITIONS}
     assert len(kernels) == 1
     for name in ("triple_jump4", "kahan_li8", "sofroniou_spaletta10"):
-        run(FixedStep("rattle", composition=name), scene, 0.01, 3, watch=(), count=False)
+        run(FixedStep("rattle", composition=name), ivp, 0.01, 3, watch=(), count=False)
     assert len(kernels.pop().integrate.signatures) == 1
 
 
-def test_a_substep_without_a_solution_is_named(get_scene):
-    from daebench.catalogue import find_scene
+def test_a_substep_without_a_solution_is_named(get_ivp):
+    from daebench.ivp_constructor import initial_value_problem
 
-    scene = find_scene("spherical_pendulum", "fig1.2")
-    stopped = FixedStep("rattle", composition="triple_jump4", compiled=False).solve(scene, Request(value=0.1, steps=10))
+    ivp = initial_value_problem("spherical_pendulum", "fig1.2")
+    stopped = FixedStep("rattle", composition="triple_jump4", compiled=False).solve(ivp, Request(value=0.1, steps=10))
     assert stopped.failure is not None
     assert (
         "rattle/triple_jump4 on spherical_pendulum, case fig1.2, stopped at t = 0 (step 1 of 10, h = 0.1, substep 2 of 3" in stopped.failure
     )
     assert stopped.steps == 0
-    run(FixedStep("rattle", compiled=False), scene, 0.1, 10)
+    run(FixedStep("rattle", compiled=False), ivp, 0.1, 10)
 
 
-def test_a_projection_that_fails_after_good_substeps_is_not_blamed_on_a_substep(get_scene):
+def test_a_projection_that_fails_after_good_substeps_is_not_blamed_on_a_substep(get_ivp):
     linked = FixedStep("midpoint", composition="suzuki4", projection="proj", compiled=False)
-    sentence = linked._linked(get_scene("planar"), None, 0.1).failure(get_scene("planar"), 0.1, 0, 1, -5, (1, 1.0))
+    sentence = linked._linked(get_ivp("planar"), None, 0.1).failure(get_ivp("planar"), 0.1, 0, 1, -5, (1, 1.0))
     assert "substep" not in sentence
-    assert "substep 5 of 5" in linked._linked(get_scene("planar"), None, 0.1).failure(get_scene("planar"), 0.1, 0, 1, 5, (1, 1.0))
+    assert "substep 5 of 5" in linked._linked(get_ivp("planar"), None, 0.1).failure(get_ivp("planar"), 0.1, 0, 1, 5, (1, 1.0))
 
 
 def test_a_projected_energy_momentum_step_claims_no_energy():
@@ -96,14 +96,14 @@ def test_a_projected_energy_momentum_step_claims_no_energy():
     assert not FixedStep("energy_momentum", projection="proj").claims.conserves_energy
 
 
-def test_the_mean_of_two_steps_multipliers_is_of_second_order_and_each_of_them_of_first(get_scene):
-    scene, T = get_scene("planar"), 1.0
+def test_the_mean_of_two_steps_multipliers_is_of_second_order_and_each_of_them_of_first(get_ivp):
+    ivp, T = get_ivp("planar"), 1.0
     errors = {"lam_n": [], "mu_n": [], "mean": []}
     counts = (64, 128, 256, 512)
     for n in counts:
-        found = run(FixedStep("rattle", compiled=False), scene, T / n, n, raw=True)
+        found = run(FixedStep("rattle", compiled=False), ivp, T / n, n, raw=True)
         for name, (t, values) in found.raw.items():
-            exact = _lam_of_the_unit_pendulum(scene, t)
+            exact = _lam_of_the_unit_pendulum(ivp, t)
             errors[name].append(np.abs(values[:, 0] - exact).max())
     slopes = {name: fit_order([T / n for n in counts], each).slope for name, each in errors.items()}
     assert abs(slopes["lam_n"] - 1) < 0.1, slopes
@@ -111,41 +111,41 @@ def test_the_mean_of_two_steps_multipliers_is_of_second_order_and_each_of_them_o
     assert abs(slopes["mean"] - 2) < 0.1, slopes
 
 
-def _lam_of_the_unit_pendulum(scene, t):
+def _lam_of_the_unit_pendulum(ivp, t):
     """Multiplier of g = q.q - 1 with unit mass, length and gravity, from the energy: lam = (v.v - q2)/2 = (2 E - 3 q2)/2."""
-    energy = scene.p0 @ scene.p0 / 2 + scene.q0[1]
-    q2 = np.array([solution("planar", s)[0][1] if s else scene.q0[1] for s in t])
+    energy = ivp.p0 @ ivp.p0 / 2 + ivp.q0[1]
+    q2 = np.array([solution("planar", s)[0][1] if s else ivp.q0[1] for s in t])
     return energy - 1.5 * q2
 
 
-def test_raw_multipliers_have_the_times_that_they_belong_to(get_scene):
-    raw = run(FixedStep("rattle", compiled=False), get_scene("planar"), 0.1, 4, raw=True).raw
+def test_raw_multipliers_have_the_times_that_they_belong_to(get_ivp):
+    raw = run(FixedStep("rattle", compiled=False), get_ivp("planar"), 0.1, 4, raw=True).raw
     assert np.allclose(raw["lam_n"][0], [0.0, 0.1, 0.2, 0.3], atol=1e-15)
     assert np.allclose(raw["mu_n"][0], [0.1, 0.2, 0.3, 0.4], atol=1e-15)
     assert np.allclose(raw["mean"][0], [0.1, 0.2, 0.3], atol=1e-15)
     assert np.allclose(raw["mean"][1], (raw["mu_n"][1][:-1] + raw["lam_n"][1][1:]) / 2)
 
 
-def test_seproj_is_se_with_a_projection(get_scene):
+def test_seproj_is_se_with_a_projection(get_ivp):
     methods = FixedStep("seproj", compiled=False), FixedStep("se", projection="proj", compiled=False)
-    runs = [run(method, get_scene("spherical-slow"), 0.03, 50) for method in methods]
+    runs = [run(method, get_ivp("spherical-slow"), 0.03, 50) for method in methods]
     assert np.array_equal(runs[0].q, runs[1].q)
     assert runs[0].work == runs[1].work
 
 
-def test_compensation_changes_round_off_and_nothing_else(get_scene):
-    scene = get_scene("spherical-fast")
-    plain, kept = (run(FixedStep("rattle", compensated=each, compiled=False), scene, 0.01, 40) for each in (False, True))
+def test_compensation_changes_round_off_and_nothing_else(get_ivp):
+    ivp = get_ivp("spherical-fast")
+    plain, kept = (run(FixedStep("rattle", compensated=each, compiled=False), ivp, 0.01, 40) for each in (False, True))
     assert 0 < np.abs(plain.q - kept.q).max() < 1e-14
     assert plain.work == kept.work
 
 
 @pytest.mark.slow
-def test_compensation_takes_most_of_the_random_walk_away(get_scene):
-    scene = get_scene("spherical-fast")
+def test_compensation_takes_most_of_the_random_walk_away(get_ivp):
+    ivp = get_ivp("spherical-fast")
     request = Request(value=0.002, steps=2 * 10**6, every=2000, count=False, watch=("energy",))
-    walks = [parse("rattle/kahan_li8", compensated=each).solve(scene, request).complete() for each in (False, True)]
-    sizes = [np.std(energy_error(scene, walk)) for walk in walks]
+    walks = [parse("rattle/kahan_li8", compensated=each).solve(ivp, request).complete() for each in (False, True)]
+    sizes = [np.std(energy_error(ivp, walk)) for walk in walks]
     assert sizes[1] < sizes[0] / 5, sizes
 
 

@@ -11,12 +11,13 @@ import pytest
 from pages import standalone
 from tampered import changed
 
-from daebench.catalogue import find_scene, schemes
+from daebench.catalogue import schemes
 from daebench.claims_bench import FALLS_SHORT, NOT_CLAIMED, OK, UNDETERMINED
 from daebench.claims_check import order_finding
 from daebench.compositions import COMPOSITIONS
 from daebench.fixed_step_parts import PROJECTIONS
 from daebench.forms import FORMS
+from daebench.ivp_constructor import initial_value_problem
 from daebench.method import Request
 from daebench.pose import FORMULATIONS
 from daebench.report import MINUS, build
@@ -84,14 +85,14 @@ def swept():
     """Return what is measured of a few methods, without orders, for which kernels are compiled."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(sweep, "orders", lambda motion, name, found: found)
-        patch.setattr(sweep, "timed", lambda scene, name, h: sweep.watched(scene, families.method(name), h))
+        patch.setattr(sweep, "timed", lambda ivp, name, h: sweep.watched(ivp, families.method(name), h))
         return {name: sweep.sweep(name) for name in FEW}
 
 
 def test_numbers_are_those_of_the_diagnostics(swept):
     found = pd.DataFrame(swept["rattle"].claims).set_index(["problem", "property"])
-    scene = find_scene("torus", "through_hole")
-    run = families.method("rattle").solve(scene, Request(value=0.05, steps=200))
+    ivp = initial_value_problem("torus", "through_hole")
+    run = families.method("rattle").solve(ivp, Request(value=0.05, steps=200))
     assert 0 < found.loc[("torus", "keeps g"), "measured"] < 1e-14
     H = np.sum(run.p**2, axis=1) / 2 + run.q[:, 2]
     assert found.loc[("torus", "keeps H"), "measured"] == pytest.approx(np.max(np.abs(H - H[0])), rel=1e-12)
@@ -285,8 +286,8 @@ def numbers():
     def plain(name, *, compiled=False):
         return families.method(name)
 
-    def short(scene, own):
-        return order_finding(scene, own, halvings={2: 7, 3: 7, 4: 10}.get(own.claims.order))
+    def short(ivp, own):
+        return order_finding(ivp, own, halvings={2: 7, 3: 7, 4: 10}.get(own.claims.order))
 
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("os.cpu_count", lambda: 1)

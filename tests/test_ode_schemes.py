@@ -9,8 +9,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 import sympy as sp
+from ivps import ivp
 from runs import PLACES, PROJECTED, ROUND_OFF, defects, method, run, state_error
-from scenes import scene
 from tallied import tally
 
 import daebench
@@ -20,7 +20,7 @@ from daebench.diagnostics.order import fit_order
 from daebench.diagnostics.symplecticity import tangent_basis, tangent_map
 from daebench.errors import RunFailed
 from daebench.fixed_step_constrained import FixedStep
-from daebench.make_scene import make_scene
+from daebench.make_ivp import make_ivp
 from daebench.method import Request
 from daebench.names import parse
 from daebench.problem import Case, ConstrainedHamiltonian, coordinates
@@ -73,7 +73,7 @@ def test_midpoint_on_the_sphere_conserves_q_dot_p_and_angular_momentum_but_not_t
 
 @pytest.mark.slow
 def test_midpoint_has_no_visible_energy_drift_over_a_million_steps_where_se_has_over_a_thousand():
-    where = scene("spherical-slow")
+    where = ivp("spherical-slow")
     found = []
     for name, steps in (("midpoint", 1000), ("midpoint", 10**6), ("se", 1000)):
         each = FixedStep(name).solve(where, Request(value=0.03, steps=steps, every=steps // 500)).complete()
@@ -87,7 +87,7 @@ def test_midpoint_has_no_visible_energy_drift_over_a_million_steps_where_se_has_
 
 @pytest.mark.parametrize("name", ["midpoint", "gauss2", "midpoint+symproj", "midpoint+proj", "stiff:midpoint", "local:midpoint"])
 def test_the_tangent_map_by_complex_step_is_that_of_differences(name):
-    where, s = scene("spherical-fast"), 1e-5
+    where, s = ivp("spherical-fast"), 1e-5
     flow = method(name, **({"eps": 0.1} if name.startswith("stiff") else {})).flow(where, 0.02, 2)
     x = np.concatenate([where.p0, where.q0])
     X = tangent_basis(where, where.p0, where.q0)
@@ -103,19 +103,19 @@ def test_the_tangent_map_by_complex_step_is_that_of_differences(name):
 
 def test_a_step_too_large_for_the_iteration_inside_is_said_and_no_nan_travels():
     for name in ("midpoint", "gauss3", "midpoint+symproj"):
-        found = method(name).solve(scene("spherical-fast"), Request(value=1.0, steps=5))
+        found = method(name).solve(ivp("spherical-fast"), Request(value=1.0, steps=5))
         assert "did not converge" in found.failure or "no longer finite" in found.failure
         assert found.steps == 0
         assert np.all(np.isfinite(found.q))
     with pytest.raises(RunFailed):
-        method("midpoint+symproj").flow(scene("spherical-fast"), 1.0, 1)(scene("spherical-fast").p0, scene("spherical-fast").q0)
+        method("midpoint+symproj").flow(ivp("spherical-fast"), 1.0, 1)(ivp("spherical-fast").p0, ivp("spherical-fast").q0)
 
 
 @pytest.mark.parametrize(
     "name", [*PROJECTED, "se+symproj", "stiff:gauss2", "local:midpoint", "baumgarte:rk4", "midpoint/triple_jump4+proj"]
 )
 def test_work_is_what_an_independent_tally_counts(name, monkeypatch):
-    where, own, request = scene("spherical-fast"), method(name), Request(value=0.002, steps=4, watch=())
+    where, own, request = ivp("spherical-fast"), method(name), Request(value=0.002, steps=4, watch=())
     counted = own.solve(where, request).work
     assert counted == tally(monkeypatch, own, where, request)
     assert counted["H_q"] > 0
@@ -130,7 +130,7 @@ def test_mass_ratios_of_1e16_change_nothing_of_what_is_not_coupled(name, light):
         U = sum(mass * q[2 * k + 1] for k, mass in enumerate(masses))
         g = [q[2 * k] ** 2 + q[2 * k + 1] ** 2 - 1 for k in range(len(masses))]
         start = Case(q=(1, 0) * len(masses), p=(0, 0) * len(masses))
-        return make_scene(source_of(ConstrainedHamiltonian(q=q, p=p, M=M, U=U, g=g, cases={"a": start}), "pendulums"), "a")
+        return make_ivp(source_of(ConstrainedHamiltonian(q=q, p=p, M=M, U=U, g=g, cases={"a": start}), "pendulums"), "a")
 
     both, alone = (run(name, pendulum(*masses), 0.02, 20, watch=()) for masses in ((light, 1 / light), (sp.Integer(1),)))
     assert np.abs(both.q[-1] - np.tile(alone.q[-1], 2)).max() < 1e-13
@@ -144,7 +144,7 @@ def test_rk4_in_c_is_the_same_method(tmp_path):
     subprocess.run(["cc", "-O3", "-Wall", "-Werror", "-shared", "-fPIC", str(source), "-o", str(library), "-lm"], check=True)
     rk4 = ctypes.CDLL(str(library)).rk4
     rk4.restype, rk4.argtypes = ctypes.c_long, [ctypes.c_void_p, *[ctypes.c_double] * 4, ctypes.c_long]
-    where = make_scene(scene("spherical-fast").source, "fig1.2b", {"mass": 2.0, "gravity": 9.81})
+    where = make_ivp(ivp("spherical-fast").source, "fig1.2b", {"mass": 2.0, "gravity": 9.81})
     state = np.concatenate([where.p0, where.q0])
     assert rk4(state.ctypes.data, *where.par, 0.01, 100) == 100
     found = run("rk4", where, 0.01, 100)
@@ -154,7 +154,7 @@ def test_rk4_in_c_is_the_same_method(tmp_path):
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ["gauss2", "midpoint+symproj", "stiff:midpoint", "local:midpoint", "baumgarte:rk4"])
 def test_machine_code_does_what_the_files_say(name):
-    where, request = scene("spherical-fast"), Request(value=0.005, steps=40, watch=("energy", "manifold", "integrals"))
+    where, request = ivp("spherical-fast"), Request(value=0.005, steps=40, watch=("energy", "manifold", "integrals"))
     fast, slow = (replace(parse(name), compiled=compiled).solve(where, request).complete() for compiled in (True, False))
     assert np.abs(fast.q - slow.q).max() < 1e-11
     assert fast.maxima.keys() == slow.maxima.keys()

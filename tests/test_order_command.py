@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import pandas as pd
 import pytest
-from scenes import scene
+from ivps import ivp
 from studies import plain, rattle_on_planar
 
 import daebench.pose
@@ -41,7 +41,7 @@ def test_picture_and_tables_are_written(tmp_path):
 
 
 def test_a_picture_of_nothing_but_failures_is_drawn(tmp_path):
-    write(tmp_path, study(scene("spherical-fast"), [plain("rattle")], t_end=32.0, h=4.0, halvings=2))
+    write(tmp_path, study(ivp("spherical-fast"), [plain("rattle")], t_end=32.0, h=4.0, halvings=2))
     assert (tmp_path / "order.png").stat().st_size > 10000
 
 

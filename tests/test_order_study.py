@@ -6,7 +6,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from scenes import scene
+from ivps import ivp
 from studies import plain, rattle_on_planar
 
 from daebench.errors import BadInput
@@ -58,7 +58,7 @@ def test_given_step_sizes_are_halved_and_no_others_are_taken():
 )
 def test_numbers_out_of_range_are_refused(settings, says):
     with pytest.raises(BadInput, match=says):
-        study(scene("planar"), [plain("rattle")], **settings)
+        study(ivp("planar"), [plain("rattle")], **settings)
 
 
 @pytest.mark.parametrize(
@@ -77,7 +77,7 @@ def test_methods_without_an_order_are_refused(methods, says):
 
 def test_a_method_that_refuses_the_problem_is_refused_before_any_run():
     with pytest.raises(BadInput, match="shake needs H = "):
-        study(scene("stretched-M"), [plain("rattle"), plain("shake")], t_end=1.0, halvings=2)
+        study(ivp("stretched-M"), [plain("rattle"), plain("shake")], t_end=1.0, halvings=2)
 
 
 # ---- orders --------------------------------------------------------------------------------------------------------------
@@ -96,8 +96,8 @@ def test_errors_are_the_largest_over_the_common_times_in_the_euclidean_norm():
     series = by_component(rattle_on_planar())
     point = series["q"].points[1]
     assert (point.h, point.steps) == (1 / 64, 64)
-    q, p = _rattle_by_hand(scene("planar"), point.h, point.steps)
-    exact = reference_solution(scene("planar"), np.arange(1, COMMON + 1) / COMMON)
+    q, p = _rattle_by_hand(ivp("planar"), point.h, point.steps)
+    exact = reference_solution(ivp("planar"), np.arange(1, COMMON + 1) / COMMON)
     assert point.errors["q"] == pytest.approx(np.max(np.linalg.norm(q - exact.states["q"], axis=1)), rel=1e-9)
     assert point.errors["p"] == pytest.approx(np.max(np.linalg.norm(p - exact.states["p"], axis=1)), rel=1e-9)
     lam = (np.sum(p**2, axis=1) - q[:, 1]) / (2 * np.sum(q**2, axis=1))
@@ -121,7 +121,7 @@ def _rattle_by_hand(pendulum, h, steps):
 
 
 def test_the_order_is_found_without_a_closed_form():
-    found = study(scene("double-pendulum"), [plain("rattle"), plain("symplectic_euler")], t_end=1.0, h=1 / 64, halvings=4)
+    found = study(ivp("double-pendulum"), [plain("rattle"), plain("symplectic_euler")], t_end=1.0, h=1 / 64, halvings=4)
     slopes = {(series.method, series.component): series.fit.slope for series in found.series}
     for name in ("q", "p", "lam"):
         assert abs(slopes["rattle", name] - 2) < 0.1
@@ -131,7 +131,7 @@ def test_the_order_is_found_without_a_closed_form():
 
 def test_an_order_that_looks_like_two_at_large_steps_is_found_to_be_one_or_not_at_all():
     # three halvings from h = 1/32: the errors of q and p fall by factors from 4 to 9 each time
-    coarse = by_component(study(scene("spherical-fast"), [plain("symplectic_euler")], t_end=1.0, h=1 / 32, halvings=3))
+    coarse = by_component(study(ivp("spherical-fast"), [plain("symplectic_euler")], t_end=1.0, h=1 / 32, halvings=3))
     for name in ("q", "p"):
         errors = coarse[name].errors
         assert errors[0] > 50 * errors[-1]
@@ -141,7 +141,7 @@ def test_an_order_that_looks_like_two_at_large_steps_is_found_to_be_one_or_not_a
 
 @pytest.mark.slow
 def test_symplectic_euler_has_order_one_where_it_looks_like_two():
-    found = study(scene("spherical-fast"), ["symplectic_euler"])
+    found = study(ivp("spherical-fast"), ["symplectic_euler"])
     for series in found.series[:3]:
         assert abs(series.fit.slope - 1) < 0.06
         assert sum(series.fit.used) >= 8
@@ -157,14 +157,14 @@ FOUND.remove(("stretched-M", "rattle/sofroniou_spaletta10"))
 @pytest.mark.slow
 @pytest.mark.parametrize(("case", "name"), FOUND, ids=[f"{case}-{name}" for case, name in FOUND])
 def test_high_orders_are_found_with_the_default_step_sizes(case, name):
-    found, claimed = study(scene(case), [name]), HIGH_ORDERS[name]
+    found, claimed = study(ivp(case), [name]), HIGH_ORDERS[name]
     for series in found.series:
         assert series.claimed == claimed
         assert abs(series.fit.slope - claimed) < 0.3, series
 
 
 def test_steps_that_fail_are_points_that_failed():
-    found = study(scene("spherical-fast"), [plain("rattle")], t_end=8.0, h=1.0, halvings=6)
+    found = study(ivp("spherical-fast"), [plain("rattle")], t_end=8.0, h=1.0, halvings=6)
     for series in found.series:
         assert series.fit.reasons[0] == "failed"
         assert math.isnan(series.errors[0])
@@ -175,19 +175,19 @@ def test_steps_that_fail_are_points_that_failed():
 
 
 def test_a_method_that_fails_at_every_step_size_has_its_rows():
-    found = study(scene("spherical-fast"), [plain("rattle")], t_end=32.0, h=4.0, halvings=2)
+    found = study(ivp("spherical-fast"), [plain("rattle")], t_end=32.0, h=4.0, halvings=2)
     assert [series.component for series in found.series] == ["q", "p", "lam"]
     assert [series.dropped for series in found.series] == [{"failed": 3}] * 3
     assert math.isnan(found.table()["order"].max())
 
 
 def test_points_below_what_the_reference_is_good_for_are_round_off(monkeypatch):
-    def vague(scene_, times):
-        found = reference_solution(scene_, times)
+    def vague(ivp_, times):
+        found = reference_solution(ivp_, times)
         return replace(found, kind="vague", bound={"q": 1e-3, "p": 1e-4, "lam": 1e-9})
 
     monkeypatch.setattr("daebench.order_study.reference_solution", vague)
-    found = by_component(study(scene("planar"), [plain("rattle")], t_end=1.0, h=1 / 32, halvings=4))
+    found = by_component(study(ivp("planar"), [plain("rattle")], t_end=1.0, h=1 / 32, halvings=4))
     for name, bound in (("q", 1e-3), ("p", 1e-4)):
         assert found[name].floor == bound
         assert [reason == "round-off" for reason in found[name].fit.reasons] == [error <= bound for error in found[name].errors]
@@ -196,7 +196,7 @@ def test_points_below_what_the_reference_is_good_for_are_round_off(monkeypatch):
 
 
 def test_refinement_ends_at_round_off():
-    found = by_component(study(scene("planar"), [plain("rattle", composition="kahan_li8")], t_end=4.0))
+    found = by_component(study(ivp("planar"), [plain("rattle", composition="kahan_li8")], t_end=4.0))
     assert len(found["q"].points) < len(ladder(4.0, 8))
     assert found["q"].errors[-1] < 1000 * EPS
     assert found["q"].dropped["round-off"] >= 2
@@ -205,7 +205,7 @@ def test_refinement_ends_at_round_off():
 
 def test_multipliers_inside_of_a_step_are_taken_where_steps_begin_at_common_times():
     n, times = 4, np.arange(1, COMMON + 1) / COMMON
-    pendulum, h = scene("planar"), 1 / 32
+    pendulum, h = ivp("planar"), 1 / 32
     inside = (np.arange(COMMON * n) + 0.3) * h
     values = reference_solution(pendulum, inside).states["lam"].copy()
     values[::n] += 1e-3
@@ -218,13 +218,13 @@ def test_multipliers_inside_of_a_step_are_taken_where_steps_begin_at_common_time
 
 
 def test_the_second_multiplier_of_ggl_is_held_against_zero():
-    found = by_component(study(scene("planar"), [plain("radau2_ggl")], t_end=1.0, h=1 / 16, halvings=4))
+    found = by_component(study(ivp("planar"), [plain("radau2_ggl")], t_end=1.0, h=1 / 16, halvings=4))
     assert abs(found["mu_2"].fit.slope - 2) < 0.1
 
 
 def test_what_converges_to_something_else_is_no_round_off():
     soft = FixedStep("gauss2", form="stiff", options={"eps": 0.05}, compiled=False)
-    found = by_component(study(scene("planar"), [soft], t_end=1.0, h=1 / 128, halvings=3))
+    found = by_component(study(ivp("planar"), [soft], t_end=1.0, h=1 / 128, halvings=3))
     assert found["q"].dropped == {"plateau": 4}
     assert "not to 0" in found["q"].fit.note
 
@@ -242,7 +242,7 @@ GAUSS2 = (2.206e-08, 1.379e-09, 8.501e-11, 5.363e-12, 1.483e-12, 3.836e-13)
 
 
 def test_roundings_that_add_up_over_many_steps_are_no_part_of_the_order():
-    own = scene("planar")
+    own = ivp("planar")
     known = reference_solution(own, [4.0 * k / COMMON for k in range(1, COMMON + 1)])
     points = [Point(4.0 / n, n, {"q": error}) for n, error in zip((1024 * 2**k for k in range(6)), GAUSS2, strict=True)]
     series = Bench(own, plain("gauss2"), known)._component("q", points)

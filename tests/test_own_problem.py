@@ -12,8 +12,8 @@ from own_files import HELPED, RING
 
 import daebench as package
 from daebench import catalogue
-from daebench.catalogue import find_setting
 from daebench.errors import InvalidProblem
+from daebench.ivp_constructor import initial_value_problem
 from daebench.neighbours import TAKEN
 from daebench.problem_check import held
 
@@ -66,10 +66,10 @@ def test_a_file_of_a_poisson_system_is_checked_by_its_path(daebench, folder):
 
 
 def test_the_library_takes_paths_too(folder):
-    scene = package.scene_of(folder / "ring.py", case="resting", parameters={"radius": 2.0})
-    assert scene.q0.tolist() == [2.0, 0.0]
-    assert find_setting("ring.py", "turning").p0.tolist() == [6.0, 0.0]
-    assert package.setting_of("./orbit.py").y0.tolist() == [1.0, 3.0]
+    ivp = package.initial_value_problem(folder / "ring.py", case="resting", parameters={"radius": 2.0})
+    assert ivp.q0.tolist() == [2.0, 0.0]
+    assert initial_value_problem("ring.py", "turning").p0.tolist() == [6.0, 0.0]
+    assert package.initial_value_problem("./orbit.py").y0.tolist() == [1.0, 3.0]
 
 
 @pytest.mark.parametrize("path", ["~nobody_of_this_name/ring.py", "r" * 300 + ".py"], ids=["no such user", "too long"])
@@ -99,14 +99,14 @@ def test_a_file_without_cases_starts_from_what_is_given(daebench, folder):
     (folder / "ring.py").write_text(RING[: RING.index("        cases=")] + RING[RING.index("        integrals=") :])
     status, _, err = daebench("show", "./ring.py")
     assert (status, "declares no cases; declare one" in err) == (2, True)
-    assert package.scene_of("./ring.py", q0=(0, 1.5), p0=(1, 0)).case == ""
+    assert package.initial_value_problem("./ring.py", q0=(0, 1.5), p0=(1, 0)).case == ""
 
 
 # ---- files beside it, and the cache ----------------------------------------------------------------------------------------
 
 
 def momentum(path):
-    return find_setting(str(path), "turning").p0[0]
+    return initial_value_problem(str(path), "turning").p0[0]
 
 
 def test_files_of_one_name_in_two_folders_are_not_mixed_up(tmp_path):
@@ -168,7 +168,7 @@ def test_an_import_that_cannot_be_seen_is_refused(tmp_path):
     (tmp_path / "helper_of_ring.py").write_text("SPEED = 3\n")
     for _ in range(2):
         with pytest.raises(InvalidProblem, match=r"imports helper_of_ring.py in a way that cannot be seen in its text"):
-            find_setting(str(tmp_path / "ring.py"))
+            initial_value_problem(str(tmp_path / "ring.py"))
 
 
 def test_names_of_what_daebench_stands_on_are_taken():
@@ -193,8 +193,8 @@ def test_a_path_of_any_length_has_its_files_in_the_cache(tmp_path, monkeypatch, 
     path = tmp_path.joinpath(*parts)
     path.parent.mkdir(parents=True, exist_ok=True)
     path.write_text(RING)
-    scene = find_setting(str(path), "turning")
-    assert scene.value("g", scene.q0).tolist() == [0.0]
+    ivp = initial_value_problem(str(path), "turning")
+    assert ivp.value("g", ivp.q0).tolist() == [0.0]
     kept = [each.stem for each in (tmp_path / "kept").glob("*.py")]
     assert len(kept) >= 3
     assert max(map(len, kept)) <= 120  # numba adds as much again for its own files beside these, and 255 is the limit
@@ -217,6 +217,6 @@ def test_what_a_file_prints_does_not_spoil_json(daebench, folder):
 @pytest.mark.slow
 @pytest.mark.parametrize("name", catalogue.problems())
 def test_what_the_problems_of_the_catalogue_declare_is_so(name):
-    found = [each for setting in catalogue.declared_settings(name) for each in held(setting)]
+    found = [each for ivp in catalogue.declared_ivps(name) for each in held(ivp)]
     assert found
     assert [each for each in found if each.fault] == []

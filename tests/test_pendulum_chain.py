@@ -7,9 +7,9 @@ import pytest
 import sympy as sp
 from scipy.integrate import solve_ivp
 
-from daebench.catalogue import find_scene
 from daebench.errors import BadInput
 from daebench.fixed_step_constrained import FixedStep
+from daebench.ivp_constructor import initial_value_problem
 from daebench.method import Request
 from daebench.problems import double_pendulum, pendulum_chain, planar_pendulum
 from daebench.reference.ida import Ida
@@ -69,7 +69,7 @@ def of_double(parameters):
     return Angles(*([parameters[f"{name}{k}"] for k in (1, 2)] for name in ("mass", "length")), parameters["gravity"])
 
 
-SCENES = {
+IVPS = {
     "double-horizontal": ("double_pendulum", "horizontal", 2, np.pi / 2),
     "double-swing": ("double_pendulum", "swing", 2, 0.1),
     "one-horizontal": ("pendulum_chain", "horizontal5", 1, np.pi / 2),
@@ -78,9 +78,9 @@ SCENES = {
 }
 
 
-@pytest.mark.parametrize(("problem", "case", "n", "angle"), SCENES.values(), ids=SCENES)
+@pytest.mark.parametrize(("problem", "case", "n", "angle"), IVPS.values(), ids=IVPS)
 def test_the_motion_is_that_in_angles(problem, case, n, angle):
-    found = integrated(find_scene(problem, case, {"links": n} if problem == "pendulum_chain" else None), TIMES)
+    found = integrated(initial_value_problem(problem, case, {"links": n} if problem == "pendulum_chain" else None), TIMES)
     q, p = equal(n).motion(angle, 0, TIMES)
     # the motion in angles has an error of its own, of the size of the bound
     assert np.max(np.linalg.norm(found.states["q"] - q, axis=1)) < 2 * found.bound["q"] < 1e-9
@@ -91,7 +91,7 @@ def test_the_double_pendulum_of_unlike_masses_and_rods_moves_as_in_angles():
     alone = of_double(UNLIKE)
     a, rates = np.array([2.5, -0.7]), np.array([-1.0, 3.0])
     q0, p0 = alone.cartesian(a, rates)
-    found = integrated(find_scene("double_pendulum", "swing", UNLIKE, q0=q0, p0=p0), TIMES)
+    found = integrated(initial_value_problem("double_pendulum", "swing", UNLIKE, q0=q0, p0=p0), TIMES)
     q, p = alone.motion(a, rates, TIMES)
     assert np.max(np.linalg.norm(found.states["q"] - q, axis=1)) < 2 * found.bound["q"] < 1e-9
     assert np.max(np.linalg.norm(found.states["p"] - p, axis=1)) < 2 * found.bound["p"] < 1e-8
@@ -103,7 +103,7 @@ def test_a_scheme_of_order_8_follows_the_chain_in_angles(n):
     a, rates = 0.3 * np.arange(n) - 1, np.cos(np.arange(n))
     q0, p0 = equal(n).cartesian(a, rates)
     method = FixedStep("rattle", composition="kahan_li8", compiled=False)
-    where = find_scene("pendulum_chain", "hanging", {"links": n}, q0=q0, p0=p0)
+    where = initial_value_problem("pendulum_chain", "hanging", {"links": n}, q0=q0, p0=p0)
     found = method.solve(where, Request(value=0.005, steps=12, watch=("manifold",))).complete()
     q, p = equal(n).motion(a, rates, [0.06])
     assert max(np.abs(found.q[-1] - q).max(), np.abs(found.p[-1] - p).max()) < 1e-12
@@ -112,14 +112,16 @@ def test_a_scheme_of_order_8_follows_the_chain_in_angles(n):
 
 @pytest.mark.parametrize("links", [2, 3])
 def test_ida_follows_the_hanging_chain(links):
-    found = Ida("index2").solve(find_scene("pendulum_chain", "hanging", {"links": links}), Request(value=1e-9, t_end=2.0, points=2))
+    found = Ida("index2").solve(
+        initial_value_problem("pendulum_chain", "hanging", {"links": links}), Request(value=1e-9, t_end=2.0, points=2)
+    )
     q, p = equal(links).motion(0.1, 0, [2.0])
     assert max(np.abs(found.complete().q[-1] - q).max(), np.abs(found.p[-1] - p).max()) < 1e-6
 
 
 @pytest.mark.parametrize("case", ["horizontal5", "hanging"])
 def test_a_chain_of_one_link_is_the_planar_pendulum(case):
-    where = find_scene("pendulum_chain", case, {"links": 1, "mass": 1.3, "length": 0.6})
+    where = initial_value_problem("pendulum_chain", case, {"links": 1, "mass": 1.3, "length": 0.6})
     found = integrated(where, TIMES)
     for k, t in enumerate(TIMES):
         q, p = planar_pendulum.closed_form(t, where.q0, where.p0, where.parameters)
@@ -128,7 +130,7 @@ def test_a_chain_of_one_link_is_the_planar_pendulum(case):
 
 
 def test_a_chain_of_two_links_is_the_double_pendulum():
-    chain, double = find_scene("pendulum_chain", "horizontal5", {"links": 2}), find_scene("double_pendulum")
+    chain, double = initial_value_problem("pendulum_chain", "horizontal5", {"links": 2}), initial_value_problem("double_pendulum")
     assert np.array_equal(chain.q0, double.q0)
     one, other = integrated(chain, TIMES), integrated(double, TIMES)
     for name in ("q", "p", "lam"):
@@ -143,7 +145,7 @@ def test_a_horizontal_chain_at_rest_falls_freely_and_pulls_at_nothing(n):
     # in angles only the first rod has an angular acceleration, -gravity/length: the first mass falls freely and so do all below it
     expected = np.eye(n)[0] * -9.81
     np.testing.assert_allclose(equal(n).acceleration(np.full(n, np.pi / 2), np.zeros(n)), expected, rtol=0, atol=1e-11)
-    where = find_scene("pendulum_chain", "horizontal5", {"links": n}, algebra="values")
+    where = initial_value_problem("pendulum_chain", "horizontal5", {"links": n}, algebra="values")
     lam = where.value("lam", where.p0, where.q0)
     q_acc = -(where.value("H_q", where.p0, where.q0) + where.value("G", where.q0).T @ lam)
     assert np.abs(lam).max() == 0
@@ -153,7 +155,7 @@ def test_a_horizontal_chain_at_rest_falls_freely_and_pulls_at_nothing(n):
 def test_a_bent_chain_at_rest_is_pulled_as_in_angles():
     a = np.array([0.4, -1.2, 2.0, 0.1, 1.0])
     q0, p0 = equal(5).cartesian(a, np.zeros(5))
-    where = find_scene("pendulum_chain", q0=q0, p0=p0)
+    where = initial_value_problem("pendulum_chain", q0=q0, p0=p0)
     lam = where.value("lam", p0, q0)
     q_acc = -(where.value("H_q", p0, q0) + where.value("G", q0).T @ lam)
     _, expected = equal(5).cartesian(a, equal(5).acceleration(a, np.zeros(5)))
@@ -191,7 +193,7 @@ def test_no_integral_is_declared_and_angular_momentum_is_one_without_gravity_onl
 @pytest.mark.parametrize("links", [1, 2, 5, 10])
 def test_G_Minv_GT_of_the_chain_is_tridiagonal(links):
     q = np.random.default_rng(7).normal(size=2 * links)
-    where = find_scene("pendulum_chain", "hanging", {"links": links, "mass": 0.4}, algebra="values", q0=q, p0=0 * q)
+    where = initial_value_problem("pendulum_chain", "hanging", {"links": links, "mass": 0.4}, algebra="values", q0=q, p0=0 * q)
     G = where.value("G", q)
     r = np.diff(np.concatenate([[[0, 0]], q.reshape(-1, 2)]), axis=0)
     expected = np.diag(8 * np.sum(r * r, axis=1)) / 0.4
@@ -210,12 +212,12 @@ def test_arguments_of_a_definition_are_the_values_of_its_parameters():
 
 
 def test_the_number_of_links_is_the_cases_unless_it_is_given():
-    assert find_scene("pendulum_chain", "horizontal5").q0.tolist() == [1, 0, 2, 0, 3, 0, 4, 0, 5, 0]
-    assert find_scene("pendulum_chain", "horizontal5", {"links": 2, "length": 3.0}).q0.tolist() == [3, 0, 6, 0]
-    assert find_scene("pendulum_chain", "hanging", {"links": 7}).m == 7
-    assert find_scene("double_pendulum", None, {"length2": 0.5}).q0.tolist() == [1, 0, 1.5, 0]
+    assert initial_value_problem("pendulum_chain", "horizontal5").q0.tolist() == [1, 0, 2, 0, 3, 0, 4, 0, 5, 0]
+    assert initial_value_problem("pendulum_chain", "horizontal5", {"links": 2, "length": 3.0}).q0.tolist() == [3, 0, 6, 0]
+    assert initial_value_problem("pendulum_chain", "hanging", {"links": 7}).m == 7
+    assert initial_value_problem("double_pendulum", None, {"length2": 0.5}).q0.tolist() == [1, 0, 1.5, 0]
     with pytest.raises(BadInput, match="links = 0 must be a whole number of at least 1"):
-        find_scene("pendulum_chain", "hanging", {"links": 0})
+        initial_value_problem("pendulum_chain", "hanging", {"links": 0})
 
 
 # ---- the chart -----------------------------------------------------------------------------------------------------------
@@ -273,7 +275,7 @@ def test_the_two_form_in_the_chart_has_the_mass_matrix_of_the_angles_and_is_nowh
 
 
 def test_in_the_chart_gauss_follows_the_double_pendulum():
-    where = find_scene("double_pendulum", "swing")
+    where = initial_value_problem("double_pendulum", "swing")
     found = FixedStep("gauss3", form="local", compiled=False).solve(where, Request(value=0.02, steps=25)).complete()
     q, p = equal(2).motion(0.1, 0, [0.5])
     assert max(np.abs(found.q[-1] - q).max(), np.abs(found.p[-1] - p).max()) < 1e-9

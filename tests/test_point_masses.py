@@ -10,8 +10,8 @@ import sympy as sp
 from scipy.integrate import quad, solve_ivp
 from scipy.special import ellipe
 
-from daebench.catalogue import find_scene
 from daebench.fixed_step_constrained import FixedStep
+from daebench.ivp_constructor import initial_value_problem
 from daebench.method import Request
 from daebench.solution import integrated
 
@@ -187,7 +187,7 @@ def independent(where, times, tolerance=1e-12):
 
 @pytest.mark.parametrize(("problem", "case", "t"), MOTIONS.values(), ids=MOTIONS)
 def test_the_motion_is_that_of_the_equations_written_by_hand(problem, case, t):
-    where, times = find_scene(problem, case), np.array([0.5, 1.0]) * t
+    where, times = initial_value_problem(problem, case), np.array([0.5, 1.0]) * t
     found = integrated(where, times)
     q, p = independent(where, times)
     assert np.abs(found.states["q"] - q).max() < 3e-10
@@ -197,7 +197,7 @@ def test_the_motion_is_that_of_the_equations_written_by_hand(problem, case, t):
 @pytest.mark.parametrize("problem", PROBLEMS)
 def test_a_scheme_of_order_8_follows_the_equations_written_by_hand(problem):
     case = "tumbling" if problem == "butane" else None
-    where = find_scene(problem, case)
+    where = initial_value_problem(problem, case)
     method = FixedStep("rattle", composition="kahan_li8", compiled=False)
     found = method.solve(where, Request(value=0.01, steps=10, watch=("manifold", "integrals"))).complete()
     q, p = independent(where, np.array([0.1]))
@@ -221,7 +221,7 @@ def test_every_case_is_on_the_manifold_to_forty_digits(name, forty_digits):
 
 
 def test_the_two_bodies_start_as_in_the_codes_of_hairer():
-    where = find_scene("two_bodies_on_sphere")
+    where = initial_value_problem("two_bodies_on_sphere")
     for k, (a, b, turn, rise) in enumerate(((1.3, 2.1, 1.2, 0.1), (-2.1, -1.1, 0.1, -0.5))):
         q = [np.cos(a) * np.sin(b), np.sin(a) * np.sin(b), np.cos(b)]
         v = [
@@ -240,7 +240,7 @@ def test_the_two_bodies_start_as_in_the_codes_of_hairer():
 @pytest.mark.parametrize("name", PROBLEMS)
 def test_what_is_declared_is_kept_and_nothing_beside_it(name):
     """Integrals along motions written by hand; with one variable doubled in it none is."""
-    whole, where = sheet(name), find_scene(name, "tumbling" if name == "butane" else None)
+    whole, where = sheet(name), initial_value_problem(name, "tumbling" if name == "butane" else None)
     assert {*whole.integrals} == KEPT[name]
     q, p = independent(where, np.array([0.2, 0.5]), 1e-11)
     states = [*np.vstack([where.q0, q]).T, *np.vstack([where.p0, p]).T]
@@ -282,7 +282,7 @@ def test_the_motions_stay_far_from_the_poles_of_their_charts():
     t = np.linspace(0, 10, 501)[1:]
 
     def passed(name, case, pole):
-        where = find_scene(name, case)
+        where = initial_value_problem(name, case)
         system = moved_by_directions(name)
         y = solved(system.field, system.start(where.q0, where.p0), t, 1e-6)
         n = np.array([direction(*y[k : k + 2])[0] for k in range(0, len(y) // 2, 2)])
@@ -326,7 +326,7 @@ def test_the_kinetic_flow_of_two_bodies_is_motion_along_great_circles(random):
 
 
 def test_geodesics_from_an_umbilic_meet_in_the_opposite_one_half_the_middle_ellipse_away():
-    where = find_scene("ellipsoid_geodesic", "umbilic")
+    where = initial_value_problem("ellipsoid_geodesic", "umbilic")
     half = 2 * AXES[0] * ellipe(1 - (AXES[2] / AXES[0]) ** 2)
     assert np.abs(where.q0 - AXES * [0.6, 0, -0.8]).max() < 1e-15
     q, _ = independent(where, np.array([half]))
@@ -336,7 +336,7 @@ def test_geodesics_from_an_umbilic_meet_in_the_opposite_one_half_the_middle_elli
 
 @pytest.mark.parametrize(("case", "kind"), [("round_short", 2), ("round_long", 0)], ids=["round_short", "round_long"])
 def test_geodesics_wind_round_the_axis_that_they_are_named_after(case, kind):
-    where = find_scene("ellipsoid_geodesic", case)
+    where = initial_value_problem("ellipsoid_geodesic", case)
     q, _ = independent(where, np.linspace(0, 20, 201)[1:], 1e-8)
     a, b = q.T[[k for k in range(3) if k != kind]] / AXES[[k for k in range(3) if k != kind], None]
     assert np.hypot(a, b).min() > 0.05
@@ -347,7 +347,7 @@ def test_on_the_torus_the_orbits_do_what_they_say():
     """Beside the innermost circle, of curvature -1 along it, geodesics part as cosh t, and are as near again after a turn of the tube."""
 
     def tube_angle(case, t):
-        where = find_scene("torus", case)
+        where = initial_value_problem("torus", case)
         q, _ = independent(where, np.linspace(0, t, 100 * int(t) + 1)[1:])
         return np.unwrap(np.arctan2(q[:, 2], np.hypot(q[:, 0], q[:, 1]) - 2))
 
@@ -414,7 +414,7 @@ def test_from_rest_the_torsion_swings_with_the_period_of_one_degree_of_freedom()
         return 0.5 * np.cos(s) * np.sqrt(inertia(phi) / 2 / drop)
 
     quarter = quad(dt, 0, np.pi / 2, epsabs=1e-11, epsrel=1e-11)[0]
-    where = find_scene("butane", "trans")
+    where = initial_value_problem("butane", "trans")
     q, p = by_hand(where.q0, where.p0, np.array([1, 2, 4]) * quarter)
     assert abs(torsion(q[0])[0]) < 1e-6
     assert abs(torsion(q[1])[0] + 0.5) < 1e-6
@@ -424,7 +424,7 @@ def test_from_rest_the_torsion_swings_with_the_period_of_one_degree_of_freedom()
 
 @pytest.mark.parametrize(("case", "least", "most"), [("gauche", 1.5, 2.41), ("crossing", -3.01, 3.01)], ids=["gauche", "crossing"])
 def test_the_torsion_stays_in_its_well_or_crosses_all_barriers(case, least, most):
-    where = find_scene("butane", case)
+    where = initial_value_problem("butane", case)
     q, _ = by_hand(where.q0, where.p0, np.linspace(0, 6, 61)[1:], 1e-6)
     found = np.unwrap([torsion(each)[0] for each in q])
     assert least < found.min() < least + 0.3

@@ -291,15 +291,6 @@ def test_a_system_made_in_the_process_goes_wherever_a_name_goes():
     assert package.run(oscillator(), method="midpoint", h=0.1, steps=10, y0=[0, 0]).y.tolist() == [[0, 0]] * 11
 
 
-def test_setting_of_takes_either_kind_and_scene_of_constrained_problems_alone():
-    assert list(package.setting_of("lotka_volterra", "6,2").y0) == [6, 2]
-    assert package.setting_of("spherical_pendulum").d == 3
-    with pytest.raises(BadInput, match="is a Poisson system"):
-        package.scene_of("lotka_volterra")
-    with pytest.raises(BadInput, match="a name, a ConstrainedHamiltonian or a PoissonSystem"):
-        package.setting_of(3)
-
-
 @pytest.mark.parametrize(
     ("settings", "words"),
     [({"multipliers": True}, "no multipliers"), ({"raw": True}, "no raw multipliers"), ({"p0": [1.0, 1.0]}, "leave out p0")],

@@ -9,15 +9,15 @@ import mpmath
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
-from test_poisson_solvers import _module, setting, solution
+from test_poisson_solvers import _module, ivp_of, solution
 
 import daebench.poisson_pose as posing
-from daebench.catalogue import find_setting
 from daebench.claims_bench import FALLS_SHORT, NOT_CLAIMED, OK, UNDETERMINED
 from daebench.claims_check import check, check_claims, default_step
 from daebench.errors import BadInput, RunFailed
 from daebench.fixed_step_constrained import FixedStep
 from daebench.fixed_step_poisson import PoissonStep
+from daebench.ivp_constructor import initial_value_problem
 from daebench.lifted import Lifted
 from daebench.names import POISSON, parse
 from daebench.order_study import order, study
@@ -40,7 +40,7 @@ def plain(name, **more):
 
 
 def test_the_closed_form_and_the_integration_agree_within_the_bound_of_the_worse():
-    exact, steps = reference_solution(setting("body"), TIMES), integrated(setting("body"), TIMES)
+    exact, steps = reference_solution(ivp_of("body"), TIMES), integrated(ivp_of("body"), TIMES)
     assert (exact.kind, steps.kind) == ("closed form", "DOP853")
     assert 0 < np.max(np.linalg.norm(exact.states["y"] - steps.states["y"], axis=1)) <= steps.bound["y"] < 1e-11
     assert exact.bound["y"] < 1e-15
@@ -48,7 +48,7 @@ def test_the_closed_form_and_the_integration_agree_within_the_bound_of_the_worse
 
 @pytest.mark.parametrize(("name", "t"), [("three", 1.5), ("prey", 2.0), ("top", 2.0)])
 def test_the_reference_is_the_motion_written_by_hand(name, t):
-    found = reference_solution(setting(name), [t / 2, t])
+    found = reference_solution(ivp_of(name), [t / 2, t])
     assert found.kind == "DOP853"
     assert np.linalg.norm(found.states["y"][-1] - solution(name, t)) <= 3 * found.bound["y"] < 1e-9
 
@@ -57,20 +57,20 @@ def test_the_bound_holds_against_an_integration_with_thirty_digits():
     with mpmath.workdps(30):
         f = mpmath.odefun(lambda _, y: [y[0] * (y[1] - 2), y[1] * (1 - y[0])], 0, [mpmath.mpf(6), mpmath.mpf(2)], tol=1e-22)
         exact = np.array([float(x) for x in f(1)])
-    found = reference_solution(setting("prey"), [1.0])
+    found = reference_solution(ivp_of("prey"), [1.0])
     assert np.linalg.norm(found.states["y"][0] - exact) <= found.bound["y"] < 1e-11
 
 
 def test_beyond_a_blow_up_there_is_no_reference_and_the_default_end_is_before_it():
     with pytest.raises(RunFailed, match=r"case blow_up, stopped at t = 1.7479\d* of 2 .*; choose a shorter end time"):
-        reference_solution(setting("three"), [2.0])
-    assert 1 < reach(setting("three"), 64) < reach(setting("three"), 10_000) < 1.7480
+        reference_solution(ivp_of("three"), [2.0])
+    assert 1 < reach(ivp_of("three"), 64) < reach(ivp_of("three"), 10_000) < 1.7480
 
 
 def test_a_reference_that_has_left_the_domain_is_an_error(monkeypatch):
     monkeypatch.setattr("daebench.solution.advanced", lambda dae, times, tol, calls: np.array([[1.0, -1e-3]] * len(times)))
     with pytest.raises(RunFailed, match="has left the domain u > 0 and v > 0 at t = 1; choose a shorter end time"):
-        reference_solution(setting("prey"), [1.0])
+        reference_solution(ivp_of("prey"), [1.0])
 
 
 # ---- orders --------------------------------------------------------------------------------------------------------------
@@ -90,7 +90,7 @@ def strang_by_hand(y, h, steps):
 
 
 def test_errors_are_the_largest_over_the_common_times_in_the_euclidean_norm():
-    series = study(setting("prey"), [plain("strang")], t_end=1.0, h=1 / 16, halvings=3).series
+    series = study(ivp_of("prey"), [plain("strang")], t_end=1.0, h=1 / 16, halvings=3).series
     assert [each.component for each in series] == ["y"]
     point = series[0].points[1]
     assert (point.h, point.steps) == (1 / 32, 32)
@@ -125,7 +125,7 @@ ORDERS = {
 @pytest.mark.parametrize(("name", "method"), ORDERS, ids=["-".join(key) for key in ORDERS])
 def test_the_order_is_the_one_claimed(name, method):
     claimed, h = ORDERS[name, method]
-    found = study(setting(name), [plain(method, anyway=True)], t_end=1.0, h=h, halvings=3).series[0]
+    found = study(ivp_of(name), [plain(method, anyway=True)], t_end=1.0, h=h, halvings=3).series[0]
     assert found.claimed == claimed
     assert abs(found.fit.slope - claimed) < 0.1
     assert sum(found.fit.used) >= 3
@@ -133,21 +133,21 @@ def test_the_order_is_the_one_claimed(name, method):
 
 def test_a_lifted_method_has_the_order_of_the_one_above():
     lifted = Lifted(FixedStep("rattle", compiled=False))
-    found = study(setting("body"), [lifted], t_end=1.0, h=1 / 8, halvings=3).series[0]
+    found = study(ivp_of("body"), [lifted], t_end=1.0, h=1 / 8, halvings=3).series[0]
     assert (found.method, found.claimed) == ("lifted:rattle", 2)
     assert abs(found.fit.slope - 2) < 0.1
 
 
 def test_refinement_ends_at_round_off():
-    found = study(setting("body"), [plain("strang/kahan_li8")], t_end=32.0).series[0]
+    found = study(ivp_of("body"), [plain("strang/kahan_li8")], t_end=32.0).series[0]
     assert found.dropped["round-off"] >= 2
     assert found.errors[-1] < 1e-12
     assert abs(found.fit.slope - 8) < 0.4
 
 
 def test_steps_that_fail_are_points_that_failed():
-    scene = find_setting("lotka_volterra", "6,2")
-    found = study(scene, [plain("symplectic_euler")], t_end=2.0, h=0.25, halvings=5).series[0]
+    ivp = initial_value_problem("lotka_volterra", "6,2")
+    found = study(ivp, [plain("symplectic_euler")], t_end=2.0, h=0.25, halvings=5).series[0]
     assert found.fit.reasons[0] == "failed"
     assert "the state has left the domain u > 0 and v > 0" in found.points[0].failure
 
@@ -199,7 +199,7 @@ def test_the_command_measures_orders(daebench, monkeypatch, tmp_path):
 # ---- claims --------------------------------------------------------------------------------------------------------------
 
 
-def no_study(scene, methods, **_):
+def no_study(ivp, methods, **_):
     raise RunFailed("no study here.")
 
 
@@ -207,8 +207,8 @@ def checked(monkeypatch, name, method, h, *, order=False, **more):
     """Return the findings by property, on an uncompiled kernel."""
     if not order:
         monkeypatch.setattr("daebench.claims_check.study", no_study)
-    scene = setting(name) if isinstance(name, str) else name
-    found = check_claims(scene, plain(method, anyway=True) if isinstance(method, str) else method, h=h, **{"steps": 60} | more)
+    ivp = ivp_of(name) if isinstance(name, str) else name
+    found = check_claims(ivp, plain(method, anyway=True) if isinstance(method, str) else method, h=h, **{"steps": 60} | more)
     return {each.property: each for each in found}
 
 
@@ -250,7 +250,7 @@ def test_a_method_that_is_lifted_is_checked_too(monkeypatch):
 def test_a_map_that_is_poisson_at_the_step_size_alone_falls_short(monkeypatch):
     own = PoissonStep.flow
     other = PoissonStep("rk4", compiled=False)
-    monkeypatch.setattr(PoissonStep, "flow", lambda self, scene, h, n: own(self if abs(h) <= 0.05 else other, scene, h, n))
+    monkeypatch.setattr(PoissonStep, "flow", lambda self, ivp, h, n: own(self if abs(h) <= 0.05 else other, ivp, h, n))
     found = checked(monkeypatch, "prey", "strang", 0.05)["Poisson map"]
     assert found.verdict == FALLS_SHORT
     assert "0.05, 0.1, 0.2" in found.note
@@ -284,8 +284,8 @@ def spoilt(monkeypatch, change):
     """Plant a fault in the map of strang: ``change(y, h)`` is added to what it gives."""
     flow = PoissonStep.flow
 
-    def with_a_fault(self, scene, h, steps):
-        own = flow(self, scene, h, steps)
+    def with_a_fault(self, ivp, h, steps):
+        own = flow(self, ivp, h, steps)
 
         def phi(y):
             z = own(y)
@@ -331,7 +331,7 @@ def test_the_poisson_defect_is_that_of_the_definition_written_by_hand(monkeypatc
 
 
 def test_where_the_map_has_no_solution_there_is_a_sentence_and_no_number(monkeypatch):
-    def lost(self, scene, h, steps):
+    def lost(self, ivp, h, steps):
         def phi(y):
             raise RunFailed("lost on the way.")
 
@@ -346,7 +346,7 @@ def test_where_the_map_has_no_solution_there_is_a_sentence_and_no_number(monkeyp
 
 def test_bounds_follow_the_size_of_the_state(monkeypatch):
     small, large = (
-        checked(monkeypatch, find_setting("free_rigid_body", "hlw", y0=[0.6 * size, 0.0, 0.8 * size]), "strang", 0.05 / size)
+        checked(monkeypatch, initial_value_problem("free_rigid_body", "hlw", y0=[0.6 * size, 0.0, 0.8 * size]), "strang", 0.05 / size)
         for size in (1.0, 1024.0)
     )
     for name, power in {"symmetric": 1, "Poisson map": 1, "keeps C": 2, "keeps H": 2}.items():
@@ -365,7 +365,7 @@ def test_the_order_is_measured_and_a_false_one_falls_short(monkeypatch):
 
 def test_what_stops_early_or_has_no_claims_is_an_error(monkeypatch):
     with pytest.raises(BadInput, match="ida:ode chooses its own steps and makes no claims to check"):
-        check_claims(setting("prey"), parse("ida:ode", kind=POISSON), h=0.1)
+        check_claims(ivp_of("prey"), parse("ida:ode", kind=POISSON), h=0.1)
     with pytest.raises(RunFailed, match="stopped at t = "):
         checked(monkeypatch, "prey", "symplectic_euler", 0.5)
     with pytest.raises(BadInput, match="--anyway"):
@@ -374,7 +374,7 @@ def test_what_stops_early_or_has_no_claims_is_an_error(monkeypatch):
 
 @cache
 def _default(name):
-    return default_step(setting(name))
+    return default_step(ivp_of(name))
 
 
 @pytest.mark.parametrize(("name", "low", "high"), [("prey", 5e-4, 0.05), ("body", 1e-3, 0.1), ("three", 1e-4, 0.02)])

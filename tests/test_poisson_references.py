@@ -12,7 +12,7 @@ import sympy as sp
 
 from daebench.errors import BadInput
 from daebench.fixed_step_poisson import PoissonStep
-from daebench.make_scene import make_setting
+from daebench.make_ivp import make_ivp
 from daebench.poisson_system import PoissonCase, PoissonSystem
 from daebench.reference.certified import poisson, store
 from daebench.reference.certified.between import states_at
@@ -128,7 +128,7 @@ def test_the_hash_changes_with_the_structure_matrix():
     def hashed(B):
         u, v = sp.symbols("u v", real=True)
         system = PoissonSystem(y=(u, v), B=B(u, v), H=u + v - sp.log(u), domain=[u], cases={"one": PoissonCase(y=(1, 2))})
-        return Definition(make_setting(source_of(system, "own"), "one"), {}).hash
+        return Definition(make_ivp(source_of(system, "own"), "one"), {}).hash
 
     one, again, other = (hashed(lambda u, v, k=k: sp.Matrix([[0, k * u * v], [-k * u * v, 0]])) for k in (1, 1, 2))
     assert one == again != other
@@ -214,7 +214,7 @@ def test_canonical_coordinates_that_are_not_are_refused(monkeypatch, forty_digit
 def test_a_truth_that_ida_knows_better_is_refused(truth):
     wrong = {"y": truth.y + 1e-9 * (truth.t[:, None] > 0.5)}
     with pytest.raises(NotCertified, match=r"ida:ode differs from the truth in y by \d\.\de-09 at tol = 1e-12, where it estimates"):
-        ida_errors(truth.scene(), truth.t, wrong, lambda stage, make: make())
+        ida_errors(truth.ivp(), truth.t, wrong, lambda stage, make: make())
 
 
 # ---- verification --------------------------------------------------------------------------------------------------------

@@ -21,7 +21,7 @@ from daebench.reports._poisson_claims import check, check_defects, check_lemma, 
 from daebench.reports._poisson_figures import draw
 from daebench.reports._poisson_numbers import Numbers, jobs
 from daebench.reports._poisson_orbits import level_curve, orbits, printed_step
-from daebench.reports._poisson_runs import defect, errors, kind, method, scene_of, solve
+from daebench.reports._poisson_runs import defect, errors, ivp_of, kind, method, solve
 from daebench.reports._poisson_tables import tables
 
 FIGURES = ("orbits", "energy", "defects", "casimirs", "lattice", "sphere")
@@ -33,7 +33,7 @@ def H(u, v):
 
 
 def test_the_exact_orbit_has_the_energy_of_its_start_and_goes_through_it():
-    curve = level_curve(scene_of("lotka_volterra", "6,2"))
+    curve = level_curve(ivp_of("lotka_volterra", "6,2"))
     assert np.max(np.abs(H(curve["u"], curve["v"]) - H(6, 2))) < 1e-12
     assert np.hypot(curve["u"] - 6, curve["v"] - 2).min() < 1e-12
     assert curve["u"].min() < 0.02 < 1 < curve["u"].max()
@@ -44,16 +44,16 @@ def test_the_printed_step_solves_the_equations_of_example_4_7():
     u1, v1 = printed_step(np.array([u, v]), h, {"a": 1.0, "b": 2.0})
     assert abs(u1 - (u + h * u1 * v * (1 - 2 / v))) < 1e-14
     assert abs(v1 - (v - h * u1 * v * (1 - 1 / u1))) < 1e-14
-    scene = scene_of("lotka_volterra", "4,2", y0=(u, v))
-    assert np.allclose(solve(scene, "symplectic_euler", h, 1).y[1], [u1, v1], rtol=1e-13, atol=0)
+    ivp = ivp_of("lotka_volterra", "4,2", y0=(u, v))
+    assert np.allclose(solve(ivp, "symplectic_euler", h, 1).y[1], [u1, v1], rtol=1e-13, atol=0)
     assert printed_step(np.array([6.0, 2.0]), 0.25, {"a": 1.0, "b": 2.0}) == (6.0, -0.5)
 
 
 def test_all_energy_is_left_of_a_run_that_loses_none():
-    scene = scene_of("lotka_volterra", "4,2")
-    curve = level_curve(scene)[["u", "v"]].to_numpy()
-    assert abs(_poisson_orbits.left(scene, curve) - 1) < 1e-12
-    assert 0.2 < _poisson_orbits.left(scene, np.vstack([curve[:1], np.sqrt(curve[1:] * [1, 2])])) < 0.7
+    ivp = ivp_of("lotka_volterra", "4,2")
+    curve = level_curve(ivp)[["u", "v"]].to_numpy()
+    assert abs(_poisson_orbits.left(ivp, curve) - 1) < 1e-12
+    assert 0.2 < _poisson_orbits.left(ivp, np.vstack([curve[:1], np.sqrt(curve[1:] * [1, 2])])) < 0.7
 
 
 @pytest.mark.parametrize("energy", [0.52, 0.6, 0.625, 0.7, 0.82], ids=str)
@@ -90,18 +90,18 @@ def test_round_off_is_told_from_a_drift():
 
 
 def test_errors_have_the_names_of_what_is_conserved():
-    scene = scene_of("free_rigid_body", "hlw")
-    run = solve(scene, "rk4", 0.5, 20)
-    found = errors(scene, run)
+    ivp = ivp_of("free_rigid_body", "hlw")
+    run = solve(ivp, "rk4", 0.5, 20)
+    found = errors(ivp, run)
     assert set(found) == {"energy", "C"}
     assert found["C"][-1] == pytest.approx((run.y[-1] @ run.y[-1] - 1) / 2, abs=1e-15)
 
 
 def test_lifted_methods_run_uncompiled_as_well():
     assert not method("lifted:rattle").method.compiled
-    scene = scene_of("free_rigid_body", "hlw")
-    assert defect(scene, "lifted:rattle", 0.4, 1) < 1e-14
-    assert defect(scene, "midpoint", 0.4, 1) > 1e-6
+    ivp = ivp_of("free_rigid_body", "hlw")
+    assert defect(ivp, "lifted:rattle", 0.4, 1) < 1e-14
+    assert defect(ivp, "midpoint", 0.4, 1) > 1e-6
 
 
 @pytest.mark.parametrize(
@@ -129,7 +129,7 @@ def test_casimir_errors_are_those_of_the_run(monkeypatch):
     monkeypatch.setattr(casimirs, "DEFECT_STEPS", {"lotka_volterra_3d": 3})
     table, series = casimirs.casimirs("lotka_volterra_3d")
     found = table.set_index("method")
-    y = solve(scene_of("lotka_volterra_3d", "blow_up"), "midpoint", 0.02, 40).y
+    y = solve(ivp_of("lotka_volterra_3d", "blow_up"), "midpoint", 0.02, 40).y
     C = np.log(y) @ [-1, -1, 1]
     assert found["casimir"]["midpoint"] == pytest.approx(np.max(np.abs(C - C[0])), rel=1e-9)
     assert found["casimir"]["strang"] < 1e-14
@@ -170,7 +170,7 @@ def test_figure_4_1_is_as_the_book_has_it(fig41):
     ("wrong", "right"), [("midpoint", "verlet"), ("verlet", "midpoint"), ("verlet", "symplectic_euler")], ids=lambda name: name
 )
 def test_another_method_in_figure_4_1_is_found_out(monkeypatch, wrong, right):
-    monkeypatch.setattr(_poisson_orbits, "solve", lambda scene, name, h, n: solve(scene, wrong if name == right else name, h, n))
+    monkeypatch.setattr(_poisson_orbits, "solve", lambda ivp, name, h, n: solve(ivp, wrong if name == right else name, h, n))
     with pytest.raises(ClaimRefuted):
         check_orbits(orbits())
 

@@ -3,14 +3,14 @@
 import numpy as np
 import pytest
 import sympy as sp
-from poisson_runs import FORMS, method, pairs, rate, run, scene
+from poisson_runs import FORMS, ivp, method, pairs, rate, run
 from scipy.integrate import solve_ivp
 
 from daebench.catalogue import problems
 from daebench.diagnostics.poisson import poisson_defect
 from daebench.errors import BadInput, RunFailed
 from daebench.fixed_step_poisson import PoissonStep
-from daebench.make_scene import make_setting
+from daebench.make_ivp import make_ivp
 from daebench.members import poisson_members
 from daebench.method import Request
 from daebench.names import POISSON, parse
@@ -23,25 +23,23 @@ each_pair = pytest.mark.parametrize(("problem", "name"), PAIRS, ids=[f"{name}-{p
 
 def exact(problem, T):
     """Return the state at T by SciPy, tight."""
-    where = scene(problem)
+    where = ivp(problem)
     found = solve_ivp(lambda t, y: where.value("field", y), (0.0, T), where.y0, method="DOP853", rtol=1e-13, atol=1e-14)
     return found.y[:, -1]
 
 
 def structure(problem):
-    return lambda y: scene(problem).value("B", y)
+    return lambda y: ivp(problem).value("B", y)
 
 
 def size(problem):
     """Return the round-off of the defect: that of |B|, whose entries set its scale."""
-    return 2.0**-52 * (1 + np.abs(scene(problem).value("B", scene(problem).y0)).max())
+    return 2.0**-52 * (1 + np.abs(ivp(problem).value("B", ivp(problem).y0)).max())
 
 
 def test_every_poisson_problem_takes_a_poisson_integrator():
     for problem in problems("poisson"):
-        assert any(
-            method(name, anyway=False).refusal(scene(problem)) is None and method(name).is_poisson(scene(problem)) for name in names()
-        )
+        assert any(method(name, anyway=False).refusal(ivp(problem)) is None and method(name).is_poisson(ivp(problem)) for name in names())
 
 
 def names():
@@ -59,7 +57,7 @@ def test_the_order_is_the_one_that_is_claimed(problem, name):
 
 @each_pair
 def test_the_adjoint_undoes_a_step_where_the_scheme_is_symmetric(problem, name):
-    where, h = scene(problem), 0.3 / rate(problem)
+    where, h = ivp(problem), 0.3 / rate(problem)
     there = method(name).flow(where, h, 3)(where.y0)
     back = np.real(method(name).flow(where, -h, 3)(there))
     defect = np.abs(back - where.y0).max() / np.abs(where.y0).max()
@@ -71,7 +69,7 @@ def test_the_adjoint_undoes_a_step_where_the_scheme_is_symmetric(problem, name):
 
 @each_pair
 def test_a_poisson_integrator_is_a_poisson_map_and_no_other_scheme_is(problem, name):
-    where, h = scene(problem), 0.3 / rate(problem)
+    where, h = ivp(problem), 0.3 / rate(problem)
     defect = poisson_defect(method(name).flow(where, h, 3), where.y0, structure(problem))
     if method(name).is_poisson(where):
         assert defect < 500 * size(problem)
@@ -81,7 +79,7 @@ def test_a_poisson_integrator_is_a_poisson_map_and_no_other_scheme_is(problem, n
 
 @each_pair
 def test_what_a_scheme_says_it_keeps_it_keeps(problem, name):
-    where = scene(problem)
+    where = ivp(problem)
     found = run(problem, name, 0.02 / rate(problem), 100, watch=("energy", "casimirs", "integrals"))
     kept = method(name).keeps(where)
     values = {"energy": where.value("H", where.y0), **dict(zip(where.casimirs, where.value("casimirs", where.y0), strict=True))}
@@ -138,7 +136,7 @@ def test_verlet_in_logarithms_is_strang_splitting():
 
 
 def test_the_printed_euler_form_leaves_the_domain_and_its_adjoint_does_not():
-    where = scene("lotka_volterra", "6,2")
+    where = ivp("lotka_volterra", "6,2")
     request = Request(value=0.25, steps=1000)
     failed = method("symplectic_euler").solve(where, request)
     assert failed.steps == 0
@@ -161,7 +159,7 @@ def test_compositions_have_their_order():
 
 
 def test_the_order_of_the_factors_is_the_one_that_is_named():
-    where, h = scene("free_rigid_body"), 0.3
+    where, h = ivp("free_rigid_body"), 0.3
     moments = np.array(where.par)
 
     def rotated(y, axis, t):
@@ -197,7 +195,7 @@ def test_the_order_of_the_factors_is_the_one_that_is_named():
     ids=["midpoint", "bilinear", "halves", "darboux", "splitting"],
 )
 def test_a_scheme_refuses_what_it_is_no_poisson_integrator_for(problem, name, sentence):
-    assert sentence in str(method(name, anyway=False).refusal(scene(problem)))
+    assert sentence in str(method(name, anyway=False).refusal(ivp(problem)))
 
 
 X = sp.symbols("u1:3 v1:3", positive=True)
@@ -207,7 +205,7 @@ def halves(block, H):
     """Return a system of two u and two v with this diagonal block of B."""
     D = sp.diag(*block)
     B = sp.Matrix(sp.BlockMatrix([[sp.zeros(2), D], [-D, sp.zeros(2)]]))
-    return make_setting(source_of(PoissonSystem(y=X, B=B, H=H, domain=X, cases={"some": PoissonCase(y=(1, 2, 3, 1))}), "halves"), "some")
+    return make_ivp(source_of(PoissonSystem(y=X, B=B, H=H, domain=X, cases={"some": PoissonCase(y=(1, 2, 3, 1))}), "halves"), "some")
 
 
 APART = sum(x - sp.log(x) for x in X)
@@ -258,7 +256,7 @@ def test_names_that_make_no_sense_are_refused(name, sentence):
 
 
 def test_what_has_no_meaning_for_poisson_systems_is_refused():
-    where = scene("lotka_volterra")
+    where = ivp("lotka_volterra")
     for more, sentence in (
         ({"multipliers": True}, "no multipliers"),
         ({"raw": True}, "no raw multipliers"),
@@ -270,13 +268,13 @@ def test_what_has_no_meaning_for_poisson_systems_is_refused():
 
 
 def test_a_newton_iteration_that_finds_no_step_says_where():
-    found = method("symplectic_euler").solve(scene("lotka_volterra"), Request(value=40.0, steps=5))
+    found = method("symplectic_euler").solve(ivp("lotka_volterra"), Request(value=40.0, steps=5))
     assert found.failure is not None
     assert "stopped at t = 0" in found.failure
 
 
 def test_compiled_and_uncompiled_kernels_agree():
-    where = scene("lotka_volterra_3d")
+    where = ivp("lotka_volterra_3d")
     request = Request(value=0.05, steps=20)
     compiled, plain = (PoissonStep("strang", compiled=flag).solve(where, request) for flag in (True, False))
     assert compiled.y == pytest.approx(plain.y, rel=1e-13)

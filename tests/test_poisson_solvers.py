@@ -11,8 +11,8 @@ from scipy.integrate import solve_ivp
 
 from daebench import poisson_pose as posing
 from daebench import poisson_residuals
-from daebench.catalogue import find_setting
 from daebench.errors import BadInput, DaebenchError, RunFailed
+from daebench.ivp_constructor import initial_value_problem
 from daebench.method import Request
 from daebench.names import POISSON, listed
 from daebench.names import parse as parse_name
@@ -28,11 +28,11 @@ END = Request(value=1e-8, t_end=2.0, points=3)
 _kept = {}
 
 
-def _module(scene, formulation, multipliers):
+def _module(ivp, formulation, multipliers):
     """The generated source run as it stands, with ``njit`` standing for nothing, made once."""
-    key = (scene.problem, len(scene.y0), formulation, multipliers)
+    key = (ivp.problem, len(ivp.y0), formulation, multipliers)
     if key not in _kept:
-        text = poisson_residuals.source("Uncompiled.", scene.source.derivation, formulation, multipliers, cached=False)
+        text = poisson_residuals.source("Uncompiled.", ivp.source.derivation, formulation, multipliers, cached=False)
         _kept[key] = uncompiled.run(text, "uncompiled")
     return _kept[key]
 
@@ -49,7 +49,7 @@ def compiled():
 
 
 @cache
-def setting(name):
+def ivp_of(name):
     problem, case = {
         "body": ("free_rigid_body", "hlw"),
         "top": ("heavy_top_lie_poisson", "kovalevskaya"),
@@ -58,7 +58,7 @@ def setting(name):
         "late": ("lotka_volterra_3d", "late"),
         "lattice": ("ablowitz_ladik", None),
     }[name]
-    return find_setting(problem, case)
+    return initial_value_problem(problem, case)
 
 
 # ---- right sides written by hand -----------------------------------------------------------------------------------------
@@ -95,7 +95,7 @@ BY_HAND = {"body": body, "top": top, "prey": prey, "three": three, "late": three
 
 @cache
 def solution(name, t):
-    found = solve_ivp(lambda _, y: BY_HAND[name](y), (0, t), setting(name).y0, method="DOP853", rtol=1e-13, atol=1e-14)
+    found = solve_ivp(lambda _, y: BY_HAND[name](y), (0, t), ivp_of(name).y0, method="DOP853", rtol=1e-13, atol=1e-14)
     assert found.success
     return found.y[:, -1]
 
@@ -112,7 +112,7 @@ POSED = [
 
 @pytest.mark.parametrize("name", BY_HAND)
 def test_the_right_side_is_the_one_written_by_hand(name, random):
-    dae = pose_poisson(setting(name), "ode")
+    dae = pose_poisson(ivp_of(name), "ode")
     y, out = dae.y0 * (1 + 0.1 * random.random(dae.n)), np.empty(dae.n)
     assert dae.rhs(0.0, y, out, dae.par) == 1.0
     assert np.allclose(out, BY_HAND[name](y), rtol=1e-12, atol=1e-12 * np.abs(out).max())
@@ -120,7 +120,7 @@ def test_the_right_side_is_the_one_written_by_hand(name, random):
 
 @pytest.mark.parametrize(("name", "formulation", "multipliers"), POSED, ids=["-".join(each) for each in POSED])
 def test_the_start_is_consistent_and_jacobians_are_those_of_the_residual(name, formulation, multipliers, random):
-    dae = pose_poisson(setting(name), formulation, multipliers=multipliers)
+    dae = pose_poisson(ivp_of(name), formulation, multipliers=multipliers)
     res, JJ, cj = np.empty(dae.n), np.empty((dae.n, dae.n)), 3.0
     dae.residual(0.0, dae.y0, dae.yp0, res, dae.par)
     assert np.abs(res).max() <= 1e-14 * np.abs(dae.yp0).max()
@@ -137,11 +137,11 @@ def test_the_start_is_consistent_and_jacobians_are_those_of_the_residual(name, f
 
 
 def test_the_residual_with_casimirs_has_a_multiplier_along_each_gradient():
-    dae = pose_poisson(setting("body"), "casimirs")
+    dae = pose_poisson(ivp_of("body"), "casimirs")
     y, mu, rate = np.array([0.3, -0.2, 0.9]), 0.7, np.array([0.1, 0.2, 0.3])
     res = np.empty(4)
     dae.residual(0.0, np.append(y, mu), np.append(rate, 0.0), res, dae.par)
-    start = setting("body").y0
+    start = ivp_of("body").y0
     assert np.allclose(res, [*(rate - body(y) - mu * y), (y @ y - start @ start) / 2], rtol=0, atol=1e-15)
 
 
@@ -151,34 +151,34 @@ def test_the_residual_with_casimirs_has_a_multiplier_along_each_gradient():
 @pytest.mark.parametrize("name", [*NAMES, "ida:casimirs:atol"])
 def test_method_follows_the_motion_written_by_hand(name):
     for problem, t, bound in (("body", 2.0, 2e-6), ("top", 2.0, 2e-6), ("three", 1.5, 3e-5)):
-        trajectory = parse(name).solve(setting(problem), replace(END, t_end=t)).complete()
+        trajectory = parse(name).solve(ivp_of(problem), replace(END, t_end=t)).complete()
         assert np.abs(trajectory.y[-1] - solution(problem, t)).max() < bound
 
 
 @pytest.mark.parametrize("name", ["ida:ode", "cvode:bdf", "scipy:DOP853"])
 def test_a_lattice_is_solved_too(name):
-    trajectory = parse(name).solve(setting("lattice"), replace(END, t_end=0.005)).complete()
+    trajectory = parse(name).solve(ivp_of("lattice"), replace(END, t_end=0.005)).complete()
     assert np.abs(trajectory.y[-1] - solution("lattice", 0.005)).max() < 1e-5
 
 
 @pytest.mark.usefixtures("compiled")
 @pytest.mark.parametrize("name", ["ida:casimirs", "cvode:adams", "scipy:Radau"])
 def test_compiled_functions_give_the_same(name, monkeypatch):
-    found = parse(name).solve(setting("body"), END).complete()
+    found = parse(name).solve(ivp_of("body"), END).complete()
     monkeypatch.setattr(posing, "_module", _module)
-    plain = parse(name).solve(setting("body"), END).complete()
+    plain = parse(name).solve(ivp_of("body"), END).complete()
     assert np.allclose(found.y, plain.y, rtol=0, atol=1e-7)
     assert abs(found.steps - plain.steps) <= 3
 
 
 @pytest.mark.parametrize("name", ONE_EACH)
 def test_trajectory_says_what_was_run(name):
-    scene = setting("top")
-    trajectory = parse(name).solve(scene, Request(value=1e-6, t_end=1.5, points=7))
+    ivp = ivp_of("top")
+    trajectory = parse(name).solve(ivp, Request(value=1e-6, t_end=1.5, points=7))
     assert (trajectory.problem, trajectory.case, trajectory.method) == ("heavy_top_lie_poisson", "kovalevskaya", name)
     assert (trajectory.knob, trajectory.value, trajectory.maxima_over, trajectory.failure) == ("tol", 1e-6, "outputs", None)
     assert np.array_equal(trajectory.t, np.linspace(0, 1.5, 7))
-    assert np.array_equal(trajectory.y[0], scene.y0)
+    assert np.array_equal(trajectory.y[0], ivp.y0)
     y, Gamma = trajectory.y[:, :3], trajectory.y[:, 3:]
     H = (y**2 / [1.0, 1.0, 0.5]).sum(axis=1) / 2 + Gamma[:, 0]
     errors = {"energy": H, "C1": (Gamma**2).sum(axis=1) / 2, "C2": (y * Gamma).sum(axis=1)}
@@ -190,16 +190,16 @@ def test_trajectory_says_what_was_run(name):
 
 
 def test_what_is_watched_is_what_was_asked_for():
-    run = parse("ida:ode").solve(setting("lattice"), Request(value=1e-6, t_end=0.01, points=3, watch=("integrals",), count=False))
+    run = parse("ida:ode").solve(ivp_of("lattice"), Request(value=1e-6, t_end=0.01, points=3, watch=("integrals",), count=False))
     assert list(run.maxima) == ["norm", "coupling", "momentum"]
     assert run.work == {}
-    assert parse("ida:ode").solve(setting("body"), replace(END, watch=())).maxima == {}
+    assert parse("ida:ode").solve(ivp_of("body"), replace(END, watch=())).maxima == {}
 
 
 def test_the_multiplier_holds_the_casimir_which_drifts_without_it():
     late = {}
     for name in ("ida:casimirs", "ida:casimirs:atol", "ida:ode"):
-        run = parse(name).solve(setting("body"), Request(value=1e-6, t_end=400.0, points=401)).complete()
+        run = parse(name).solve(ivp_of("body"), Request(value=1e-6, t_end=400.0, points=401)).complete()
         errors = np.abs((run.y**2).sum(axis=1) - 1) / 2
         late[name] = errors[-100:].max(), errors[:100].max()
     for name in ("ida:casimirs", "ida:casimirs:atol"):
@@ -209,7 +209,7 @@ def test_the_multiplier_holds_the_casimir_which_drifts_without_it():
 
 
 def test_a_smaller_tolerance_holds_the_casimir_closer():
-    found = [parse("ida:casimirs").solve(setting("top"), replace(END, value=tol)).maxima["C2"] for tol in (1e-6, 1e-9, 1e-12)]
+    found = [parse("ida:casimirs").solve(ivp_of("top"), replace(END, value=tol)).maxima["C2"] for tol in (1e-6, 1e-9, 1e-12)]
     for tol, error in zip((1e-6, 1e-9, 1e-12), found, strict=True):
         assert error < 5 * tol
 
@@ -217,7 +217,7 @@ def test_a_smaller_tolerance_holds_the_casimir_closer():
 def test_ida_counts_are_those_of_its_own_step_by_step_mode():
     from sksundae.ida import IDA
 
-    dae, calls = pose_poisson(setting("body"), "casimirs", multipliers="derivative"), {"residual": 0, "jacobian": 0}
+    dae, calls = pose_poisson(ivp_of("body"), "casimirs", multipliers="derivative"), {"residual": 0, "jacobian": 0}
 
     def residual(t, y, yp, res):
         calls["residual"] += 1
@@ -229,14 +229,14 @@ def test_ida_counts_are_those_of_its_own_step_by_step_mode():
 
     solver = IDA(residual, jacfn=jacobian, rtol=1e-7, atol=1e-7, max_num_steps=10**6)
     found = solver.solve([0.0, 2.0], dae.y0, dae.yp0)
-    trajectory = parse("ida:casimirs").solve(setting("body"), replace(END, value=1e-7))
+    trajectory = parse("ida:casimirs").solve(ivp_of("body"), replace(END, value=1e-7))
     assert dict(trajectory.work) == {**calls, "steps": len(found.t) - 1}
     assert np.array_equal(trajectory.y[-1], found.y[-1][:3])
 
 
 @pytest.mark.parametrize("variant", ["RK45", "Radau"])
 def test_scipy_counts_are_those_of_solve_ivp(variant):
-    dae = pose_poisson(setting("body"), "ode")
+    dae = pose_poisson(ivp_of("body"), "ode")
 
     def filled(function, shape):
         def call(t, y):
@@ -248,14 +248,14 @@ def test_scipy_counts_are_those_of_solve_ivp(variant):
 
     more = {"jac": filled(dae.rhs_jacobian, (3, 3))} if IMPLICIT[variant] else {}
     found = solve_ivp(filled(dae.rhs, 3), (0, 2), dae.y0, method=variant, rtol=1e-6, atol=1e-6, **more)
-    trajectory = parse(f"scipy:{variant}").solve(setting("body"), replace(END, value=1e-6))
+    trajectory = parse(f"scipy:{variant}").solve(ivp_of("body"), replace(END, value=1e-6))
     assert (trajectory.steps, trajectory.work["rhs"]) == (len(found.t) - 1, found.nfev)
     assert np.array_equal(trajectory.y[-1], found.y[:, -1])
 
 
 @pytest.mark.parametrize("name", ["ida:casimirs", "cvode:bdf", "scipy:DOP853"])
 def test_steps_do_not_depend_on_the_grid_and_two_points_keep_the_ends(name):
-    coarse, fine, ends = (parse(name).solve(setting("three"), Request(value=1e-6, t_end=1.0, points=n)) for n in (3, 101, 2))
+    coarse, fine, ends = (parse(name).solve(ivp_of("three"), Request(value=1e-6, t_end=1.0, points=n)) for n in (3, 101, 2))
     assert coarse.steps == fine.steps == ends.steps
     assert np.array_equal(coarse.y[1:], fine.y[[50, 100]])
     assert np.array_equal(ends.t, [0.0, 1.0])
@@ -272,13 +272,13 @@ def blow_up():
         rate = three(state[:3])
         return np.append(rate, 1.0) / (1.0 + np.linalg.norm(rate))
 
-    found = solve_ivp(field, (0, 1e12), [*setting("three").y0, 0.0], method="DOP853", rtol=1e-12, atol=1e-12)
+    found = solve_ivp(field, (0, 1e12), [*ivp_of("three").y0, 0.0], method="DOP853", rtol=1e-12, atol=1e-12)
     return found.y[3, -1]
 
 
 @pytest.mark.parametrize("name", NAMES)
 def test_a_blow_up_is_a_failure_with_the_time_reached(name, capfd):
-    trajectory = parse(name).solve(setting("three"), Request(value=1e-7, t_end=3.0))
+    trajectory = parse(name).solve(ivp_of("three"), Request(value=1e-7, t_end=3.0))
     assert blow_up() == pytest.approx(1.7479, abs=1e-5)
     with pytest.raises(RunFailed, match=rf"{name} on lotka_volterra_3d, case blow_up, stopped at t = 1\.74\d+ of 3 \(tol = 1e-07\)"):
         trajectory.complete()
@@ -292,8 +292,8 @@ def test_a_blow_up_is_a_failure_with_the_time_reached(name, capfd):
 
 @pytest.mark.parametrize("name", ["ida:ode", "cvode:adams", "scipy:RK23"])
 def test_a_state_that_leaves_the_domain_ends_the_run_before_it_is_kept(name):
-    scene = find_setting("lotka_volterra", "6,2", y0=[30.0, 30.0])
-    trajectory = parse(name).solve(scene, Request(value=1e-2, t_end=100.0, points=1001))
+    ivp = initial_value_problem("lotka_volterra", "6,2", y0=[30.0, 30.0])
+    trajectory = parse(name).solve(ivp, Request(value=1e-2, t_end=100.0, points=1001))
     assert "the state leaves the domain u > 0 and v > 0 in the next step; use a smaller tol" in trajectory.failure
     assert f"stopped at t = {trajectory.t[-1]:.9g} of" in trajectory.failure
     assert np.all(trajectory.y > 0)
@@ -312,11 +312,11 @@ def test_a_value_that_is_not_finite_ends_the_run(name, monkeypatch):
 
     monkeypatch.setattr(posing, "_module", ill)
     with pytest.raises(RunFailed, match="a value is no longer finite at t = 0"):
-        parse(name).solve(setting("body"), replace(END, points=21)).complete()
+        parse(name).solve(ivp_of("body"), replace(END, points=21)).complete()
 
 
 def test_without_a_cure_the_error_test_fails_on_the_multiplier(capfd):
-    trajectory = parse("ida:casimirs:none").solve(setting("body"), replace(END, value=1e-10))
+    trajectory = parse("ida:casimirs:none").solve(ivp_of("body"), replace(END, value=1e-10))
     assert trajectory.failure.startswith("ida:casimirs:none on free_rigid_body, case hlw, stopped at t = 0 of 2")
     assert trajectory.failure.endswith("take the multipliers out of the error test with the cure atol or derivative.")
     assert capfd.readouterr() == ("", "")
@@ -324,7 +324,7 @@ def test_without_a_cure_the_error_test_fails_on_the_multiplier(capfd):
 
 @pytest.mark.parametrize("name", ONE_EACH)
 def test_the_wall_clock_limit_keeps_what_there_is(name):
-    trajectory = parse(name).solve(setting("body"), Request(value=1e-9, t_end=1e6, seconds_limit=0.05))
+    trajectory = parse(name).solve(ivp_of("body"), Request(value=1e-9, t_end=1e6, seconds_limit=0.05))
     assert "the limit of 0.05 s is reached; allow more time" in trajectory.failure
     assert len(trajectory.t) == 2
 
@@ -346,31 +346,31 @@ REFUSED = {
 @pytest.mark.parametrize("name", ["ida:casimirs", "cvode:adams"])
 def test_requests_that_cannot_be_met_are_refused(name, change, says):
     with pytest.raises(BadInput, match=says):
-        parse(name).check(setting("body"), replace(END, **change))
+        parse(name).check(ivp_of("body"), replace(END, **change))
 
 
 def test_systems_without_casimir_functions_are_refused_with_a_way_out():
     for name in ("prey", "lattice"):
-        scene = setting(name)
-        sentence = f"{scene.problem} declares no Casimir functions for multipliers to keep; use ida:ode."
-        assert parse("ida:casimirs").refusal(scene) == sentence
+        ivp = ivp_of(name)
+        sentence = f"{ivp.problem} declares no Casimir functions for multipliers to keep; use ida:ode."
+        assert parse("ida:casimirs").refusal(ivp) == sentence
         with pytest.raises(BadInput, match="declares no Casimir functions"):
-            parse("ida:casimirs").solve(scene, END)
-        assert parse("ida:ode").refusal(scene) is None
+            parse("ida:casimirs").solve(ivp, END)
+        assert parse("ida:ode").refusal(ivp) is None
     with pytest.raises(BadInput, match="declares no Casimir functions"):
-        pose_poisson(setting("prey"), "casimirs")
+        pose_poisson(ivp_of("prey"), "casimirs")
 
 
 def test_a_constrained_problem_is_refused():
-    pendulum = find_setting("spherical_pendulum")
+    pendulum = initial_value_problem("spherical_pendulum")
     for name in NAMES:
         assert "spherical_pendulum is a constrained problem" in parse(name).refusal(pendulum)
 
 
 def test_dependent_gradients_at_the_start_are_an_error():
     with pytest.raises(DaebenchError, match=r"dependent at y0 = \[0.0, 0.0, 0.0\].*use ida:ode"):
-        pose_poisson(find_setting("free_rigid_body", "hlw", y0=[0.0, 0.0, 0.0]), "casimirs")
-    upright = find_setting("heavy_top_lie_poisson", "kovalevskaya", y0=[0.0, 0.0, 0.0, 0.0, 0.0, 0.0])
+        pose_poisson(initial_value_problem("free_rigid_body", "hlw", y0=[0.0, 0.0, 0.0]), "casimirs")
+    upright = initial_value_problem("heavy_top_lie_poisson", "kovalevskaya", y0=[0.0, 0.0, 0.0, 0.0, 0.0, 0.0])
     with pytest.raises(DaebenchError, match="dependent"):
         pose_poisson(upright, "casimirs")
 

@@ -8,9 +8,8 @@ import pytest
 import sympy as sp
 
 import daebench as package
-from daebench.api import setting_of
-from daebench.catalogue import find_setting
 from daebench.fixed_step_poisson import PoissonStep
+from daebench.ivp_constructor import initial_value_problem
 from daebench.reference_motion import certified_for, own_run
 
 pytestmark = pytest.mark.usefixtures("plain_functions", "uncompiled_schemes")
@@ -52,7 +51,7 @@ def test_the_error_is_that_of_the_motion_that_is_known(folder, monkeypatch, prob
     if not calls and problem:
         text = (folder / "ring.py").read_text()
         (folder / "ring.py").write_text(text.replace("        closed_form=closed_form,\n", ""))
-    monkeypatch.setattr("daebench.position_error.own_run", lambda scene, times: own_run(scene, times, calls))
+    monkeypatch.setattr("daebench.position_error.own_run", lambda ivp, times: own_run(ivp, times, calls))
     problem, h, t_end = problem or oscillator(), 1 / 32, 2.0
     (row,) = package.compare(problem, methods=[method], h=h, t_end=t_end).to_dict("records")
     run = package.run(problem, method=method, h=h, t_end=t_end)
@@ -63,7 +62,7 @@ def test_the_error_is_that_of_the_motion_that_is_known(folder, monkeypatch, prob
 
 
 def test_a_method_by_tolerance_is_held_against_its_own_with_smaller_ones(monkeypatch):
-    monkeypatch.setattr("daebench.position_error.own_run", lambda scene, times: own_run(scene, times, 0))
+    monkeypatch.setattr("daebench.position_error.own_run", lambda ivp, times: own_run(ivp, times, 0))
     (row,) = package.compare(oscillator(), methods=["scipy:RK45"], tol=1e-5, t_end=5.0).to_dict("records")
     run = package.run(oscillator(), method="scipy:RK45", tol=1e-5, t_end=5.0)
     assert row["position_reference"] == "own run with tol/100"
@@ -71,7 +70,7 @@ def test_a_method_by_tolerance_is_held_against_its_own_with_smaller_ones(monkeyp
 
 
 def test_where_the_tolerance_cannot_be_smaller_there_is_no_number(monkeypatch):
-    monkeypatch.setattr("daebench.position_error.own_run", lambda scene, times: own_run(scene, times, 0))
+    monkeypatch.setattr("daebench.position_error.own_run", lambda ivp, times: own_run(ivp, times, 0))
     (row,) = package.compare(oscillator(), methods=["scipy:RK45"], tol=1e-13, t_end=1.0).to_dict("records")
     assert math.isnan(row["position_error"])
     assert row["position_reference"].startswith("unknown: own run with tol/100 is refused: tol = ")
@@ -82,29 +81,29 @@ PENDULUM = ("planar_pendulum", "rotating")
 
 def test_a_certified_reference_is_taken_where_it_fits():
     (row,) = package.compare(*PENDULUM[:1], case=PENDULUM[1], methods=["rattle"], h=1 / 16, t_end=4.0).to_dict("records")
-    own = own_run(setting_of(*PENDULUM), [k / 16 for k in range(1, 65)])
+    own = own_run(initial_value_problem(*PENDULUM), [k / 16 for k in range(1, 65)])
     run = package.run(PENDULUM[0], case=PENDULUM[1], method="rattle", h=1 / 16, t_end=4.0)
     assert row["position_reference"] == "certified planar_pendulum-rotating"
     assert row["position_error"] == pytest.approx(np.max(np.abs(run.q[1:] - own.states["q"])), rel=1e-6)
 
 
 def test_it_fits_this_definition_start_and_parameters_alone():
-    scene = setting_of(*PENDULUM)
-    assert certified_for(scene, 4.0).name == "planar_pendulum-rotating"
-    assert certified_for(setting_of(*PENDULUM, {"gravity": 9.0}), 4.0) is None
-    assert certified_for(scene, 1e6) is None
-    assert certified_for(replace(scene, p0=2 * scene.p0), 4.0) is None
-    assert certified_for(setting_of("torus", "inner"), 1.0) is None
-    assert certified_for(setting_of(oscillator()), 1.0) is None
+    ivp = initial_value_problem(*PENDULUM)
+    assert certified_for(ivp, 4.0).name == "planar_pendulum-rotating"
+    assert certified_for(initial_value_problem(*PENDULUM, {"gravity": 9.0}), 4.0) is None
+    assert certified_for(ivp, 1e6) is None
+    assert certified_for(replace(ivp, p0=2 * ivp.p0), 4.0) is None
+    assert certified_for(initial_value_problem("torus", "inner"), 1.0) is None
+    assert certified_for(initial_value_problem(oscillator()), 1.0) is None
 
 
 def test_another_definition_of_the_same_name_is_another_problem(folder):
     text = (folder / "ring.py").read_text()
     (folder / "planar_pendulum.py").write_text(text.replace('"turning"', '"rotating"'))
-    assert certified_for(setting_of("./planar_pendulum.py", "rotating"), 1.0) is None
-    catalogued = find_setting("planar_pendulum").source.derivation.problem
+    assert certified_for(initial_value_problem("./planar_pendulum.py", "rotating"), 1.0) is None
+    catalogued = initial_value_problem("planar_pendulum").source.derivation.problem
     heavier = replace(catalogued, U=2 * catalogued.U, closed_form=None)
-    assert certified_for(setting_of(heavier, "rotating"), 1.0) is None
+    assert certified_for(initial_value_problem(heavier, "rotating"), 1.0) is None
 
 
 def test_a_motion_that_no_run_can_follow_has_no_error_and_says_so():
@@ -123,8 +122,8 @@ def test_a_run_that_stops_has_no_position_error():
 
 def test_a_finer_run_that_loses_its_energy_is_no_reference(monkeypatch):
     """As one that has stepped over a collision: here each energy along the run is off by a part."""
-    scene = setting_of("planar_pendulum", "rotating", {"gravity": 9.0})
-    along = type(scene).along
-    monkeypatch.setattr(type(scene), "along", lambda self, name, *x: along(self, name, *x) * (1.01 if name == "H" else 1))
+    ivp = initial_value_problem("planar_pendulum", "rotating", {"gravity": 9.0})
+    along = type(ivp).along
+    monkeypatch.setattr(type(ivp), "along", lambda self, name, *x: along(self, name, *x) * (1.01 if name == "H" else 1))
     with pytest.raises(package.RunFailed, match="does not keep the energy"):
-        own_run(scene, [0.5, 1.0])
+        own_run(ivp, [0.5, 1.0])

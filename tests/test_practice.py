@@ -6,10 +6,9 @@ from functools import cache
 import numpy as np
 import pytest
 import sympy as sp
-from scenes import SCENES, scene, swept
+from ivps import IVPS, ivp, swept
 from scipy.integrate import solve_ivp
 
-from daebench.catalogue import find_scene
 from daebench.diagnostics.energy import energy_drift
 from daebench.diagnostics.integrals import energy_error
 from daebench.diagnostics.order import fit_order
@@ -17,7 +16,8 @@ from daebench.diagnostics.reversibility import reversibility_defect
 from daebench.diagnostics.symplecticity import symplecticity_defect, tangent_basis
 from daebench.errors import BadInput
 from daebench.fixed_step_constrained import FixedStep
-from daebench.make_scene import make_scene
+from daebench.ivp_constructor import initial_value_problem
+from daebench.make_ivp import make_ivp
 from daebench.method import Request
 from daebench.names import parse
 from daebench.problem import Case, ConstrainedHamiltonian, coordinates
@@ -52,7 +52,7 @@ def bowl():
 
 
 def on_bowl(case):
-    return make_scene(source_of(bowl(), "bowl"), case)
+    return make_ivp(source_of(bowl(), "bowl"), case)
 
 
 # ---- generalized-alpha ---------------------------------------------------------------------------------------------------
@@ -97,7 +97,7 @@ def test_the_numbers_of_generalized_alpha_are_those_of_chung_and_hulbert():
 
 
 def test_generalized_alpha_is_its_closed_form_on_the_sphere():
-    where = scene("spherical-fast")
+    where = ivp("spherical-fast")
     found = run("generalized_alpha", where, 0.02, 50, options=ALPHA, raw=True)
     q, v, lam = generalized_alpha_on_the_sphere(where.q0, where.p0, 0.02, 50, Fraction(3, 5))
     assert np.abs(found.q[-1] - q).max() < 1e-13
@@ -129,7 +129,7 @@ def multiplier_along(where, T):
 
 def multiplier_errors(name, T, counts, options=None):
     """Return the errors of the raw multipliers at t, in rows, for each number of steps."""
-    where = scene("spherical-fast")
+    where = ivp("spherical-fast")
     lam = multiplier_along(where, T)
     errors = []
     for n in counts:
@@ -153,7 +153,7 @@ def test_without_damping_the_multiplier_of_generalized_alpha_is_of_first_order_o
 
 
 def test_generalized_alpha_damps_and_the_less_the_larger_rho_is():
-    where, drifts = scene("planar"), []
+    where, drifts = ivp("planar"), []
     for rho in (0.2, 0.5):
         found = run("generalized_alpha", where, 0.02, 2500, options={"rho_inf": rho})
         drifts.append(energy_drift(found.t, energy_error(where, found)))
@@ -162,7 +162,7 @@ def test_generalized_alpha_damps_and_the_less_the_larger_rho_is():
 
 
 def test_generalized_alpha_without_damping_loses_the_motion_and_so_does_its_closed_form():
-    where = scene("spherical-fast")
+    where = ivp("spherical-fast")
     _, v, _ = generalized_alpha_on_the_sphere(where.q0, where.p0, 0.02, 200, Fraction(1))
     found = run("generalized_alpha", where, 0.02, 200, options={"rho_inf": 1.0})
     assert min(np.linalg.norm(v), np.linalg.norm(found.p[-1])) > 4 * np.linalg.norm(where.p0)
@@ -185,7 +185,7 @@ def energy_momentum_on_the_sphere(q, p, h, steps):
 
 
 def test_energy_momentum_is_its_closed_form_on_the_sphere():
-    where = scene("spherical-fast")
+    where = ivp("spherical-fast")
     found = run("energy_momentum", where, 0.02, 50, raw=True)
     q, p, lam = energy_momentum_on_the_sphere(where.q0, where.p0, 0.02, 50)
     assert np.abs(found.q[-1] - q).max() < 1e-12
@@ -235,14 +235,14 @@ def test_a_state_at_rest_in_equilibrium_stays_there():
         q=q, p=p, M=sp.eye(2), U=q[1] + q[1] ** 4, g=[q[0] ** 2 + q[1] ** 2 - 1], cases={"still": Case(q=(0, -1), p=(0, 0))}
     )
     for name in ("energy_momentum", "generalized_alpha"):
-        found = run(name, make_scene(source_of(hanging, "hanging"), "still"), 0.1, 5)
+        found = run(name, make_ivp(source_of(hanging, "hanging"), "still"), 0.1, 5)
         assert np.array_equal(found.q[-1], [0, -1])
         assert np.abs(found.p[-1]).max() < 1e-14
 
 
 def test_angular_momentum_is_kept_where_all_is_quadratic_and_not_otherwise():
     watch = ("integrals",)
-    assert run("energy_momentum", scene("spherical-fast"), 0.01, 300, watch=watch).maxima["L3"] < 1e-13
+    assert run("energy_momentum", ivp("spherical-fast"), 0.01, 300, watch=watch).maxima["L3"] < 1e-13
     assert run("energy_momentum", on_bowl("go"), 0.01, 300, watch=watch).maxima["L3"] > 1e-7
     assert run("rattle", on_bowl("go"), 0.01, 300, watch=watch).maxima["L3"] < 1e-13
 
@@ -271,26 +271,26 @@ RATTLES = (("rattle_iterative", {"tolerance": 1e-15}), ("rattle", {}))
 
 @pytest.mark.parametrize("place", TIED)
 def test_with_the_smallest_tolerance_one_at_a_time_agrees_with_rattle(place):
-    loose, newton = (run(name, scene(place), 0.01, 50, options=options, raw=True) for name, options in RATTLES)
+    loose, newton = (run(name, ivp(place), 0.01, 50, options=options, raw=True) for name, options in RATTLES)
     assert np.abs(loose.q - newton.q).max() < 1e-14 * 50
     assert np.abs(loose.p - newton.p).max() < 4e-14 * 50
     for kind in ("lam_n", "mu_n"):
         assert np.abs(loose.raw[kind][1] - newton.raw[kind][1]).max() < 64 * EPS / 0.01**2
 
 
-@pytest.mark.parametrize("place", swept([name for name in SCENES if not name.startswith(("stretched", "relativistic"))]))
+@pytest.mark.parametrize("place", swept([name for name in IVPS if not name.startswith(("stretched", "relativistic"))]))
 def test_what_the_tolerance_adds_to_the_error_of_rattle_is_of_its_size(place):
-    if why := FixedStep("rattle_iterative").refusal(scene(place)):
+    if why := FixedStep("rattle_iterative").refusal(ivp(place)):
         pytest.skip(why)
-    rattle = run("rattle", scene(place), 0.002, 250)
+    rattle = run("rattle", ivp(place), 0.002, 250)
     for tolerance in (1e-6, 1e-8, 1e-12):
-        found = run("rattle_iterative", scene(place), 0.002, 250, options={"tolerance": tolerance})
+        found = run("rattle_iterative", ivp(place), 0.002, 250, options={"tolerance": tolerance})
         assert max(np.abs(found.q[-1] - rattle.q[-1]).max(), np.abs(found.p[-1] - rattle.p[-1]).max()) < 40 * tolerance
 
 
 @pytest.mark.parametrize("tolerance", [1e-3, 1e-6, 1e-9], ids=str)
 def test_the_tolerance_is_met_and_not_more_than_that(tolerance):
-    where = scene("double-pendulum")
+    where = ivp("double-pendulum")
     found = run("rattle_iterative", where, 0.01, 100, options={"tolerance": tolerance})
     q, v = found.q, found.p / np.array([1, 1, 2, 2])
     r, w = q[:, 2:] - q[:, :2], v[:, 2:] - v[:, :2]
@@ -302,14 +302,14 @@ def test_the_tolerance_is_met_and_not_more_than_that(tolerance):
 
 
 def test_a_loose_tolerance_breaks_what_rattle_keeps():
-    where = scene("spherical-fast")
+    where = ivp("spherical-fast")
     flow = FixedStep("rattle_iterative", options={"tolerance": 1e-2}, compiled=False).flow(where, 0.01, 10)
     assert symplecticity_defect(flow, where.p0, where.q0, tangent_basis(where, where.p0, where.q0)) > 1e-6
     assert reversibility_defect(flow, where.p0, where.q0) > 1e-2
 
 
 def test_rounds_are_counted_and_grow_with_the_coupling():
-    work = [run("rattle_iterative", scene(place), 0.01, 50).work for place in ("spherical-fast", "double-pendulum")]
+    work = [run("rattle_iterative", ivp(place), 0.01, 50).work for place in ("spherical-fast", "double-pendulum")]
     assert [each["solve"] for each in work] == [0, 0]
     assert work[1]["newton"] > 1.5 * work[0]["newton"]
     rounds = work[0]["newton"] - 50 * 2  # two rounds a step for the velocity, whose equation is linear
@@ -318,7 +318,7 @@ def test_rounds_are_counted_and_grow_with_the_coupling():
 
 
 def test_bodies_that_fall_side_by_side_are_held_together_without_a_failure():
-    chain = find_scene("pendulum_chain", "horizontal5")
+    chain = initial_value_problem("pendulum_chain", "horizontal5")
     found = run("rattle_iterative", chain, 0.005, 20).complete()
     newton = run("rattle", chain, 0.005, 20).complete()
     assert np.abs(found.q[-1] - newton.q[-1]).max() < 1e-6
@@ -329,7 +329,7 @@ FAILURES = {"no solution": (1.0, "one at a time within the tolerance in 1000 rou
 
 @pytest.mark.parametrize(("h", "why"), FAILURES.values(), ids=FAILURES)
 def test_constraints_that_cannot_be_met_are_said(h, why):
-    found = FixedStep("rattle_iterative", compiled=False).solve(scene("double-pendulum"), Request(value=h, steps=3))
+    found = FixedStep("rattle_iterative", compiled=False).solve(ivp("double-pendulum"), Request(value=h, steps=3))
     assert why in found.failure
     assert "rattle_iterative on double-pendulum, case bent" in found.failure
     assert np.all(np.isfinite(found.q))
@@ -337,7 +337,7 @@ def test_constraints_that_cannot_be_met_are_said(h, why):
 
 @pytest.mark.slow
 def test_a_loose_tolerance_makes_the_energy_drift_and_newton_does_not():
-    where, request = scene("double-pendulum"), Request(value=0.0014, t_end=2000, every=97)
+    where, request = ivp("double-pendulum"), Request(value=0.0014, t_end=2000, every=97)
     drifts = {}
     for tolerance in (None, 1e-6, 1e-8):
         method = FixedStep("rattle_iterative", options={"tolerance": tolerance}) if tolerance else FixedStep("rattle")
@@ -371,13 +371,13 @@ REFUSALS = {"generalized_alpha": "relativistic", "energy_momentum": "relativisti
 @pytest.mark.parametrize(("name", "place"), REFUSALS.items(), ids=REFUSALS)
 def test_a_problem_that_does_not_fit_is_refused_with_a_sentence(name, place):
     with pytest.raises(BadInput, match=f"{name} needs .*use rattle"):
-        run(name, scene(place), 0.01, 1)
+        run(name, ivp(place), 0.01, 1)
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", NEW)
 def test_machine_code_gives_the_same_and_keeps_float32(name):
-    where = scene("double-pendulum")
+    where = ivp("double-pendulum")
     fast, plain = (run(name, where, 0.002, 40, compiled=compiled) for compiled in (True, False))
     assert fast.work == plain.work
     assert np.abs(fast.q - plain.q).max() < 1e-13
@@ -392,6 +392,6 @@ def test_machine_code_gives_the_same_and_keeps_float32(name):
 @pytest.mark.slow
 @pytest.mark.parametrize("place", ["spherical-fast", "stretched-M", "double-pendulum"])
 def test_energy_is_kept_over_a_hundred_thousand_steps(place):
-    found = run("energy_momentum", scene(place), 0.01, 100_000, compiled=True, every=0)
+    found = run("energy_momentum", ivp(place), 0.01, 100_000, compiled=True, every=0)
     assert found.maxima["energy"] < 5e-12
     assert found.maxima["g"] < 4e-15

@@ -10,8 +10,8 @@ from own_files import ORBIT, RING
 
 import daebench as package
 from daebench import problem_check
-from daebench.catalogue import find_setting
 from daebench.errors import InvalidProblem
+from daebench.ivp_constructor import initial_value_problem
 
 TEXT = {
     "no such file": (None, None, "nowhere.py: there is no such file"),
@@ -218,16 +218,16 @@ def test_the_place_is_in_the_users_file_where_another_package_in_its_folder_rais
     (tmp_path / "ring.py").write_text(RING.replace(old, new, 1).replace("import sympy", "import fragile\nimport sympy", 1))
     try:
         with pytest.raises(InvalidProblem, match=rf"ring.py, line {line}: ValueError: too much; correct the file"):
-            find_setting(str(tmp_path / "ring.py"))
+            initial_value_problem(str(tmp_path / "ring.py"))
     finally:
         sys.modules.pop("fragile", None)
 
 
 @pytest.mark.parametrize("what", ["integrals", "kinetic_flow"])
 def test_a_declaration_that_is_checked_nowhere_is_not_found_sound(folder, monkeypatch, what):
-    scene = find_setting("./ring.py", "turning")
-    monkeypatch.setattr("daebench.declared_checks.points", lambda scene: iter(()))
-    fault = getattr(problem_check.declared_checks, what)(scene)
+    ivp = initial_value_problem("./ring.py", "turning")
+    monkeypatch.setattr("daebench.declared_checks.points", lambda ivp: iter(()))
+    fault = getattr(problem_check.declared_checks, what)(ivp)
     assert re.fullmatch(r"\./ring\.py: .* cannot be checked around the start of case 'turning'.*; correct .*\.", fault)
 
 
@@ -244,16 +244,16 @@ def test_initial_values_off_the_manifold_are_named_with_the_constraint(daebench,
     assert status == 1
     assert f"./ring.py, case 'resting': constraint 1 of 1, {sentence}; correct the case, or add --project" in " ".join(out.split())
     assert daebench("check", "./ring.py", "--case", "turning")[0] == 0
-    assert np.allclose(package.setting_of("./ring.py", "resting", project=True).q0, [1.5, 0.0], rtol=0, atol=1e-15)
+    assert np.allclose(package.initial_value_problem("./ring.py", "resting", project=True).q0, [1.5, 0.0], rtol=0, atol=1e-15)
 
 
 def test_what_was_found_sound_is_not_looked_at_again_until_the_file_changes(folder, monkeypatch):
-    find_setting("./ring.py", "turning")
-    monkeypatch.setattr("daebench.problem_check.held", lambda setting: pytest.fail("checked again"))
-    find_setting("./ring.py", "turning", {"mass": 3.0})
+    initial_value_problem("./ring.py", "turning")
+    monkeypatch.setattr("daebench.problem_check.held", lambda ivp: pytest.fail("checked again"))
+    initial_value_problem("./ring.py", "turning", {"mass": 3.0})
     (folder / "ring.py").write_text(RING + "\n")
     with pytest.raises(pytest.fail.Exception, match="checked again"):
-        find_setting("./ring.py", "turning")
+        initial_value_problem("./ring.py", "turning")
 
 
 DECIDE = ["problem_check", "declared_checks", "definition_checks", "nearby", "consistency", "manifold", "metric", "rank"]

@@ -7,8 +7,9 @@ import pytest
 from own_files import HELPED, RING
 
 import daebench as package
-from daebench.catalogue import find_problem, find_setting
+from daebench.catalogue import find_problem
 from daebench.errors import InvalidProblem
+from daebench.ivp_constructor import initial_value_problem
 from daebench.problem_plugins import plugins
 
 
@@ -43,7 +44,7 @@ def test_a_problem_of_another_package_is_listed_without_importing_it_and_used_by
     assert rows["plugged_ring"]["about"] == "A bead on a ring, free to slide."
     assert (rows["plugged_ring"]["package"], rows["planar_pendulum"]["package"]) == ("plugged 1.2", "daebench")
     (find_problem("plugged_ring").path.parent / "__init__.py").write_text("")
-    assert find_setting("plugged_ring", "turning").p0.tolist() == [6.0, 0.0]
+    assert initial_value_problem("plugged_ring", "turning").p0.tolist() == [6.0, 0.0]
     monkeypatch.setattr("daebench.catalogue.problems", dict)
     assert package.list_problems().to_dict("list") == {
         "problem": ["plugged_ring"],
@@ -90,7 +91,7 @@ def test_the_place_of_a_mistake_in_a_module_of_its_own_is_in_no_other_package(in
     text = RING.replace("    turn =", f"    {hidden}.break_down()\n    turn =", 1)
     install_module("plugged8", plugged8=text, plugged8_other="def break_down():\n    raise ValueError('too much')\n")
     with pytest.raises(InvalidProblem, match=r"^plugged8_problem, in plugged8.py, line 14: ValueError: too much"):
-        find_setting("plugged8_problem")
+        initial_value_problem("plugged8_problem")
 
 
 BROKEN = {

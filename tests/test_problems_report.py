@@ -14,9 +14,9 @@ from tampered import changed
 from daebench.catalogue import problems as catalogue
 from daebench.report import build
 from daebench.report.claims import ClaimRefuted
+from daebench.reports import _problems_ivps as ivps
 from daebench.reports import _problems_rank as rank
 from daebench.reports import _problems_runs as runs
-from daebench.reports import _problems_scenes as scenes
 from daebench.reports import problems
 from daebench.reports._problems_claims import across, check, check_rank, per_problem
 from daebench.reports._problems_facts import facts, told, whole
@@ -30,14 +30,14 @@ CHEAP = ("symplectic_euler", "rattle", "shake", "se", "seproj", "rk4", "rk4+proj
 
 
 def test_every_constrained_problem_is_in_the_report_once():
-    assert sorted(scenes.names()) == sorted(catalogue("constrained"))
+    assert sorted(ivps.names()) == sorted(catalogue("constrained"))
     assert {job[1][0] for job in jobs()} >= set(catalogue("constrained"))
 
 
 def test_a_problem_without_a_horizon_is_run_too(monkeypatch):
-    monkeypatch.setattr(scenes, "HORIZONS", {})
-    assert scenes.step_size("planar_pendulum") == scenes.UNDECLARED.t_end / scenes.STEPS
-    assert len(scenes.names()) == len(catalogue("constrained"))
+    monkeypatch.setattr(ivps, "HORIZONS", {})
+    assert ivps.step_size("planar_pendulum") == ivps.UNDECLARED.t_end / ivps.STEPS
+    assert len(ivps.names()) == len(catalogue("constrained"))
 
 
 def test_every_job_is_another_one_and_can_be_sent_to_another_process():
@@ -138,13 +138,13 @@ def against():
 
 
 def test_what_errors_are_compared_with_are_sizes_along_the_run_of_rattle(against):
-    scene = scenes.scene_of("torus")
-    run = runs.solve("torus", scene, runs.method("rattle"))
+    ivp = ivps.ivp_of("torus")
+    run = runs.solve("torus", ivp, runs.method("rattle"))
     p, q = np.abs(run.p), np.abs(run.q)
     assert against["torus"].energy == pytest.approx(np.max(np.sum(p**2, axis=1) / 2), rel=1e-14)
     L3 = (p[:, 0] + p[:, 1]) * q.max(axis=1) + (q[:, 0] + q[:, 1]) * p.max(axis=1)
     assert against["torus"].integrals == pytest.approx({"L3": np.max(L3)}, rel=1e-8)
-    run = runs.solve("planar_pendulum", scenes.scene_of("planar_pendulum"), runs.method("rattle"))
+    run = runs.solve("planar_pendulum", ivps.ivp_of("planar_pendulum"), runs.method("rattle"))
     p, q = np.abs(run.p), np.abs(run.q)
     assert against["planar_pendulum"].g == pytest.approx(np.max(2 * q.sum(axis=1) * q.max(axis=1)), rel=1e-14)
     Gv = 2 * (p.sum(axis=1) * q.max(axis=1) + q.sum(axis=1) * p.max(axis=1))
@@ -155,8 +155,8 @@ def test_what_errors_are_compared_with_are_sizes_along_the_run_of_rattle(against
 def test_a_row_has_the_errors_of_the_run(monkeypatch, against):
     monkeypatch.setattr(runs, "STEPS", 50)
     found = runs.row("planar_pendulum", "rattle", against["planar_pendulum"])
-    scene = scenes.scene_of("planar_pendulum")
-    run = runs.solve("planar_pendulum", scene, runs.method("rattle"))
+    ivp = ivps.ivp_of("planar_pendulum")
+    run = runs.solve("planar_pendulum", ivp, runs.method("rattle"))
     H = np.sum(run.p**2, axis=1) / 2 + run.q[:, 1]
     T = against["planar_pendulum"].energy
     assert found["energy"] == pytest.approx(np.max(np.abs(H - H[0])) / T, rel=1e-12)
@@ -168,7 +168,7 @@ def test_a_row_has_the_errors_of_the_run(monkeypatch, against):
 def test_the_error_of_an_integral_is_a_part_of_what_its_terms_amount_to(monkeypatch, against):
     monkeypatch.setattr(runs, "STEPS", 100)
     found = runs.row("torus", "rk4", against["torus"])
-    run = runs.solve("torus", scenes.scene_of("torus"), runs.method("rk4"))
+    run = runs.solve("torus", ivps.ivp_of("torus"), runs.method("rk4"))
     L3 = run.q[:, 0] * run.p[:, 1] - run.q[:, 1] * run.p[:, 0]
     assert found["integrals"] == pytest.approx(np.max(np.abs(L3 - L3[0])) / against["torus"].integrals["L3"], rel=1e-10)
     assert found["worst_integral"] == "L3"
@@ -211,7 +211,7 @@ def test_the_times_of_rank_loss_are_those_of_the_definitions():
 def numbers(drawings, against):
     """Return numbers of two problems, measured with the methods that need no compiling, and of rank loss with two of them."""
     rows, paths = [], []
-    for problem, case in rank.SCENES:
+    for problem, case in rank.IVPS:
         for name in ("rattle", "lobatto3"):
             for mode in rank.MODES:
                 row, path = rank.behaviour(problem, case, name, mode)
@@ -223,7 +223,7 @@ def numbers(drawings, against):
         runs=pd.DataFrame([runs.row(problem, name, against[problem]) for problem in FEW for name in CHEAP]),
         rank=pd.DataFrame(rows),
         rank_paths=pd.concat(paths, ignore_index=True),
-        losses={problem: rank.loss(problem) for problem, _ in rank.SCENES},
+        losses={problem: rank.loss(problem) for problem, _ in rank.IVPS},
     )
 
 

@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
+from ivps import ivp
 from runs import PLACES, PROJECTED, method, run
-from scenes import scene
 from scipy.optimize import root
 
 
@@ -17,7 +17,7 @@ def test_projected_schemes_stay_on_the_manifold(name, place):
 
 
 def test_symmetric_projection_is_that_of_its_definition():
-    where, h = scene("spherical-fast"), 0.02
+    where, h = ivp("spherical-fast"), 0.02
     plain = method("midpoint").flow(where, h, 1)
 
     def normal(p, q, w):

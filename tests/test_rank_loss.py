@@ -12,13 +12,13 @@ import sympy as sp
 from runs import method
 
 from daebench import api
-from daebench.catalogue import find_scene
 from daebench.diagnostics.consistency import require_consistent
 from daebench.diagnostics.passage import Crossing, extrapolated
 from daebench.diagnostics.rank import dependence, zero_of
 from daebench.errors import BadInput, DaebenchError, InconsistentStart
+from daebench.ivp_constructor import initial_value_problem
 from daebench.least_squares_solver import least_squares_solver
-from daebench.make_scene import make_scene
+from daebench.make_ivp import make_ivp
 from daebench.method import Request
 from daebench.names import parse
 from daebench.problem import Case, ConstrainedHamiltonian, coordinates
@@ -61,17 +61,17 @@ def truth():
 
 @pytest.fixture(scope="module")
 def lock_up():
-    return find_scene("slider_crank", "lock_up")
+    return initial_value_problem("slider_crank", "lock_up")
 
 
 def doubled(extra, **more):
     """Double pendulum of ``definitions`` with further constraints that depend on its two."""
     base = definitions.double_pendulum()
-    return make_scene(source_of(dataclasses.replace(base, g=[*base.g, *extra(*base.g)], **more), "doubled"), "bent")
+    return make_ivp(source_of(dataclasses.replace(base, g=[*base.g, *extra(*base.g)], **more), "doubled"), "bent")
 
 
 def plain():
-    return make_scene(source_of(definitions.double_pendulum(), "plain"), "bent")
+    return make_ivp(source_of(definitions.double_pendulum(), "plain"), "bent")
 
 
 REDUNDANT = {"a multiple": lambda g1, g2: [3 * g1], "a combination": lambda g1, g2: [g1 - 2 * g2]}
@@ -110,7 +110,7 @@ def test_going_on_follows_the_smooth_branch_and_says_so(lock_up, truth):
 
 
 def test_the_case_decides_where_nothing_is_asked_and_the_request_decides_over_it():
-    where = find_scene("four_bar", "iftomm")
+    where = initial_value_problem("four_bar", "iftomm")
     assert where.on_singular == "continue"
     run = method("rattle").solve(where, Request(value=0.005, t_end=0.8)).complete()
     assert [each.branch for each in run.passages] == ["through"]
@@ -147,7 +147,7 @@ def bowed(d):
     problem = ConstrainedHamiltonian(
         q=q, p=p, M=sp.eye(2), U=sp.Integer(0), g=[q[0] * q[1] - delta], parameters={delta: d}, cases={"in": Case(**start)}
     )
-    return make_scene(source_of(problem, "bowed"), "in")
+    return make_ivp(source_of(problem, "bowed"), "in")
 
 
 @pytest.mark.parametrize(("delta", "lost"), [(0.0, True), (0.02, False)], ids=["crossing", "resolved"])
@@ -359,7 +359,7 @@ def test_tolerance_driven_runs_stop_before_the_lock_up(name, lock_up, truth):
 
 @pytest.mark.usefixtures("plain_functions")
 def test_steps_that_leap_over_a_loss_of_rank_are_searched_inside():
-    run = parse("scipy:DOP853").solve(find_scene("four_bar", "iftomm"), Request(value=1e-6, t_end=1, on_singular="stop"))
+    run = parse("scipy:DOP853").solve(initial_value_problem("four_bar", "iftomm"), Request(value=1e-6, t_end=1, on_singular="stop"))
     assert run.t[-1] < 0.714
     assert float(run.failure.split("about t = ")[1].split(" ")[0]) == pytest.approx(0.71436, abs=2e-4)
 
@@ -382,7 +382,7 @@ def test_ida_on_index_2_says_which_branch_it_took_at_the_lock_up(lock_up):
 
 @pytest.mark.usefixtures("plain_functions")
 def test_no_alarm_where_the_rank_is_kept():
-    regular = find_scene("slider_crank", "turning")
+    regular = initial_value_problem("slider_crank", "turning")
     for name, knob in (("rattle", 0.02), ("rk4", 0.02)):
         assert method(name).solve(regular, Request(value=knob, t_end=2)).failure is None
     for name in ("ida:index1", "scipy:DOP853"):

@@ -152,9 +152,9 @@ MYCODE = '''"""RATTLE, (1.25), for the planar pendulum with unit mass, length an
 
 import numpy as np
 
-from daebench.catalogue import find_scene
+from daebench.ivp_constructor import initial_value_problem
 
-gravity = find_scene("planar_pendulum", "horizontal").parameters["gravity"]
+gravity = initial_value_problem("planar_pendulum", "horizontal").parameters["gravity"]
 down = np.array([0.0, gravity])
 
 

@@ -4,9 +4,9 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from daebench.api import setting_of
 from daebench.catalogue import problems
 from daebench.fixed_step_constrained import FixedStep
+from daebench.ivp_constructor import initial_value_problem
 from daebench.members import members, poisson_members
 from daebench.names import methods_of
 from daebench.studies.able import able
@@ -200,9 +200,9 @@ NEVER |= {
 
 @pytest.mark.parametrize("setting", [AT_REST, MOVING], ids=["at-rest", "moving"])
 def test_energy_without_drift_is_claimed_by_what_the_book_says_and_by_symmetry_on_motions_that_are_their_own_reverse(setting):
-    scene = setting_of(*setting)
+    ivp = initial_value_problem(*setting)
     names = [*members(), *SYMMETRIC, *NEVER, "rattle/suzuki4", "lobatto2/kahan_li8"]
-    given = {name: claimed(scene, methods_of(scene, [name])[0]) for name in dict.fromkeys(names)}
+    given = {name: claimed(ivp, methods_of(ivp, [name])[0]) for name in dict.fromkeys(names)}
     claiming = {name for name, things in given.items() if "energy" in things}
     wanted = SYMPLECTIC | {"energy_momentum", "rattle/suzuki4", "lobatto2/kahan_li8"} | (SYMMETRIC if setting == AT_REST else set())
     assert claiming == wanted
@@ -211,14 +211,14 @@ def test_energy_without_drift_is_claimed_by_what_the_book_says_and_by_symmetry_o
 
 @pytest.mark.parametrize("problem", problems("poisson"))
 def test_rk4_claims_no_casimir_function_that_is_not_linear_and_no_energy(problem):
-    scene = setting_of(problem)
-    names, _ = able(scene, [*poisson_members(), "darboux:midpoint"])
-    given = {name: claimed(scene, methods_of(scene, [name], anyway=True)[0]) for name in names}
+    ivp = initial_value_problem(problem)
+    names, _ = able(ivp, [*poisson_members(), "darboux:midpoint"])
+    given = {name: claimed(ivp, methods_of(ivp, [name], anyway=True)[0]) for name in names}
     assert "energy" not in given["rk4"]
-    assert ("casimirs" in given["rk4"]) == (bool(scene.casimirs) and set(scene.casimirs) <= set(scene.sheet.LINEAR))
+    assert ("casimirs" in given["rk4"]) == (bool(ivp.casimirs) and set(ivp.casimirs) <= set(ivp.sheet.LINEAR))
     if "strang" in given:
         assert given["strang"] >= {"energy", "two_form"}
-        assert ("casimirs" in given["strang"]) == bool(scene.casimirs)
+        assert ("casimirs" in given["strang"]) == bool(ivp.casimirs)
 
 
 def test_claims_are_those_on_all_cases_and_a_stranger_claims_nothing():

@@ -8,13 +8,13 @@ import pytest
 import sympy as sp
 from rescaled import CHANGES, difference, factors, options, rescaled
 
-from daebench.catalogue import find_scene, find_setting
 from daebench.diagnostics.consistency import projected
 from daebench.diagnostics.symplecticity import tangent_basis, tangent_map
 from daebench.fixed_step_constrained import FixedStep
 from daebench.fixed_step_poisson import PoissonStep
+from daebench.ivp_constructor import initial_value_problem
 from daebench.kernels import newton as iteration
-from daebench.make_scene import make_scene
+from daebench.make_ivp import make_ivp
 from daebench.members import members, poisson_members
 from daebench.method import Request
 from daebench.problem import Case, ConstrainedHamiltonian, coordinates
@@ -35,34 +35,34 @@ ROUNDED = ("radau2_ggl", "radau3_ggl")
 
 @cache
 def place(name):
-    return find_scene(*PLACES[name])
+    return initial_value_problem(*PLACES[name])
 
 
-def run(scene, scheme, form, h, change="", steps=10, **more):
+def run(ivp, scheme, form, h, change="", steps=10, **more):
     method = FixedStep(scheme, form=form, options=options(form, change) if change else {}, compiled=False)
-    return method.solve(scene, Request(value=h, steps=steps, watch=(), count=False, **more)).complete()
+    return method.solve(ivp, Request(value=h, steps=steps, watch=(), count=False, **more)).complete()
 
 
 @pytest.mark.parametrize("where", PLACES)
 @pytest.mark.parametrize(("scheme", "form"), METHODS, ids=[f"{form}:{name}" if form else name for name, form in METHODS])
 def test_a_motion_has_the_same_digits_in_other_units(scheme, form, where):
-    scene, h = place(where), 1e-4 if form == "stiff" else 0.01
-    if why := FixedStep(scheme, form=form).refusal(scene):
+    ivp, h = place(where), 1e-4 if form == "stiff" else 0.01
+    if why := FixedStep(scheme, form=form).refusal(ivp):
         pytest.skip(why)
-    here = run(scene, scheme, form, h)
+    here = run(ivp, scheme, form, h)
     for change in CHANGES:
-        there = run(rescaled(scene, change), scheme, form, h * factors(change)[2], change)
+        there = run(rescaled(ivp, change), scheme, form, h * factors(change)[2], change)
         assert difference(here, there, change) <= (1e-14 if scheme in ROUNDED else 0.0), change
 
 
 @pytest.mark.parametrize("scheme", ["rattle", "lobatto3", "implicit_euler", "midpoint"])
 def test_single_precision_and_tangent_maps_know_no_unit_either(scheme):
-    scene, h, method = place("fast"), 0.01, FixedStep(scheme, compiled=False)
-    X = tangent_basis(scene, scene.p0, scene.q0)
-    single, A = run(scene, scheme, "", h, precision="float32"), tangent_map(method.flow(scene, h, 3), scene.p0, scene.q0, X)
+    ivp, h, method = place("fast"), 0.01, FixedStep(scheme, compiled=False)
+    X = tangent_basis(ivp, ivp.p0, ivp.q0)
+    single, A = run(ivp, scheme, "", h, precision="float32"), tangent_map(method.flow(ivp, h, 3), ivp.p0, ivp.q0, X)
     for change in CHANGES:
         L, M, T = factors(change)
-        other, D = rescaled(scene, change), np.repeat([M * L / T, L], scene.d)[:, None]
+        other, D = rescaled(ivp, change), np.repeat([M * L / T, L], ivp.d)[:, None]
         carried = tangent_map(method.flow(other, h * T, 3), other.p0, other.q0, D * X)
         assert np.array_equal(carried, D * A), change
         if change in ("long", "short", "heavy", "light"):
@@ -74,23 +74,23 @@ def test_single_precision_and_tangent_maps_know_no_unit_either(scheme):
 def test_a_projection_has_a_unit_of_time_and_none_of_length_or_mass(scheme):
     name, _, projection = scheme.partition("+")
     method = FixedStep(name, projection=projection, compiled=False)
-    scene, request = place("fast"), Request(value=0.01, steps=15, watch=())
-    here = method.solve(scene, request).complete()
+    ivp, request = place("fast"), Request(value=0.01, steps=15, watch=())
+    here = method.solve(ivp, request).complete()
     for change in ("long", "short", "heavy", "light"):
-        assert difference(here, method.solve(rescaled(scene, change), request).complete(), change) == 0
-    slow = method.solve(rescaled(scene, "slow"), replace(request, value=0.01 * factors("slow")[2])).complete()
+        assert difference(here, method.solve(rescaled(ivp, change), request).complete(), change) == 0
+    slow = method.solve(rescaled(ivp, "slow"), replace(request, value=0.01 * factors("slow")[2])).complete()
     assert difference(here, slow, "slow") > 0
 
 
 @pytest.mark.parametrize("scheme", poisson_members())
 @pytest.mark.parametrize("power", [-30, 30])
 def test_a_poisson_system_that_scales_has_the_same_digits(scheme, power):
-    scene, method = find_setting("free_rigid_body"), PoissonStep(scheme, anyway=True, compiled=False)
-    if why := method.refusal(scene):
+    ivp, method = initial_value_problem("free_rigid_body"), PoissonStep(scheme, anyway=True, compiled=False)
+    if why := method.refusal(ivp):
         pytest.skip(why)
     size = 2.0**power
-    heavy = replace(scene, y0=scene.y0 * size, parameters={name: value * size for name, value in scene.parameters.items()})
-    here, there = (method.solve(each, Request(value=0.1, steps=30, watch=())).complete() for each in (scene, heavy))
+    heavy = replace(ivp, y0=ivp.y0 * size, parameters={name: value * size for name, value in ivp.parameters.items()})
+    here, there = (method.solve(each, Request(value=0.1, steps=30, watch=())).complete() for each in (ivp, heavy))
     assert np.array_equal(there.y, here.y * size)
 
 
@@ -107,16 +107,16 @@ def seen_from_its_edge(radius):
         parameters={R: 1.0},
         cases={"edge": Case(q=(0, 0), p=(0, 1))},
     )
-    return make_scene(source_of(circle, "circle from its edge"), "edge", {"R": radius})
+    return make_ivp(source_of(circle, "circle from its edge"), "edge", {"R": radius})
 
 
 @pytest.mark.parametrize("scheme", ["rattle", "lobatto3", "implicit_euler", "midpoint"])
 @pytest.mark.parametrize("power", [-20, 0, 10])
 def test_a_motion_through_the_origin_of_its_coordinates_is_solved(scheme, power):
     radius = 2.0**power
-    method, scene = FixedStep(scheme, compiled=False), seen_from_its_edge(radius)
+    method, ivp = FixedStep(scheme, compiled=False), seen_from_its_edge(radius)
     for h in (2.0**-10, 1.0):
-        done = method.solve(scene, Request(value=h * min(1.0, radius) / 8, steps=30, watch=("manifold",)))
+        done = method.solve(ivp, Request(value=h * min(1.0, radius) / 8, steps=30, watch=("manifold",)))
         assert done.failure is None
 
 
@@ -125,13 +125,13 @@ def test_a_length_is_that_of_the_problem():
         length, rate = constrained_scales(seen_from_its_edge(2.0**power), 2.0 ** (power - 4), rated=True)
         assert 2.0 ** (power - 8) < length < 2.0 ** (power + 1)
         assert rate > 0
-    assert poisson_scales(replace(find_setting("lotka_volterra"), y0=np.array([3e-9, -4e-9])), 0.1)[0] == 4e-9
+    assert poisson_scales(replace(initial_value_problem("lotka_volterra"), y0=np.array([3e-9, -4e-9])), 0.1)[0] == 4e-9
 
 
 @pytest.mark.parametrize("change", CHANGES)
 def test_initial_values_are_projected_alike_in_all_units(change):
-    scene = place("fast")
-    off = replace(scene, q0=scene.q0 * 1.25, p0=scene.p0 + 0.5)
+    ivp = place("fast")
+    off = replace(ivp, q0=ivp.q0 * 1.25, p0=ivp.p0 + 0.5)
     here, there = (projected(each)[0] for each in (off, rescaled(off, change)))
     assert np.allclose(there.q0 / factors(change)[0], here.q0, rtol=1e-15, atol=0)
     L, M, T = factors(change)
@@ -140,8 +140,8 @@ def test_initial_values_are_projected_alike_in_all_units(change):
 
 @pytest.mark.parametrize("change", CHANGES)
 def test_the_reference_of_errors_has_the_same_digits(change):
-    scene, (L, M, T) = place("slow"), factors(change)
-    here, there = integrated(scene, [0.25]), integrated(rescaled(scene, change), [0.25 * T])
+    ivp, (L, M, T) = place("slow"), factors(change)
+    here, there = integrated(ivp, [0.25]), integrated(rescaled(ivp, change), [0.25 * T])
     assert np.allclose(there.states["q"] / L, here.states["q"], rtol=0, atol=1e-12)
     assert np.allclose(there.states["p"] / (M * L / T), here.states["p"], rtol=0, atol=1e-12)
 

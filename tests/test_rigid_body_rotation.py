@@ -5,8 +5,8 @@ import pytest
 from runs import run
 from scipy.integrate import solve_ivp
 
-from daebench.catalogue import find_scene
 from daebench.diagnostics.manifold import constraint_jacobian
+from daebench.ivp_constructor import initial_value_problem
 from daebench.local_flow import enter, leave
 from daebench.method import Request
 from daebench.reference.scipy_ode import ScipyOde
@@ -15,8 +15,8 @@ CASES = ("free", "heavy_top")
 POLE = np.array([2, 3, 6]) / 7
 
 
-def scene(case, **parameters):
-    return find_scene("rigid_body_rotation", case, parameters)
+def ivp(case, **parameters):
+    return initial_value_problem("rigid_body_rotation", case, parameters)
 
 
 def hat(w):
@@ -51,7 +51,7 @@ def euler(where, t, tolerance=1e-13):
 
 
 def test_the_free_body_starts_as_eulers_and_the_top_with_the_published_energy():
-    free, top = scene("free"), scene("heavy_top")
+    free, top = ivp("free"), ivp("heavy_top")
     assert np.abs(body(free.p0, free.q0) - [np.cos(1.1), 0, np.sin(1.1)]).max() < 1e-15
     assert np.abs(body(top.p0, top.q0) / numbers(top)[0] - [0, 150, -4.61538]).max() < 1e-13
     assert float(top.value("H", top.p0, top.q0)) == pytest.approx(5435.696790865546875, rel=1e-15)
@@ -59,7 +59,7 @@ def test_the_free_body_starts_as_eulers_and_the_top_with_the_published_energy():
 
 @pytest.mark.parametrize(("case", "t"), [("free", 1.0), ("heavy_top", 0.04)], ids=CASES)
 def test_the_constrained_motion_is_that_of_eulers_equations(plain_functions, case, t):
-    where = scene(case)
+    where = ivp(case)
     found = ScipyOde("DOP853").solve(where, Request(value=1e-11, t_end=t, points=3)).complete()
     Q, w = euler(where, found.t)
     assert np.abs(found.q - Q).max() < 1e-8
@@ -77,12 +77,12 @@ def test_the_top_is_turned_as_published_after_a_fifth_of_a_second():
         [2 * (b * c + a * d), c * c - b * b - d * d, 2 * (c * d - a * b)],
     ]
     published = np.array(rows) + a * a * np.eye(3)[:2]
-    Q = euler(scene("heavy_top"), np.array([0.0, 0.2]))[0][-1].reshape(3, 3)
+    Q = euler(ivp("heavy_top"), np.array([0.0, 0.2]))[0][-1].reshape(3, 3)
     assert np.abs(Q[:2] - published).max() < 2e-3
 
 
 def test_rattle_keeps_the_constraints_the_vertical_momentum_and_of_a_free_body_the_energy():
-    for where, h in ((scene("free"), 0.1), (scene("heavy_top"), 2e-4)):
+    for where, h in ((ivp("free"), 0.1), (ivp("heavy_top"), 2e-4)):
         found = run("rattle", where, h, 20, watch=("energy", "manifold", "integrals"))
         size = float(np.abs(where.p0).max())
         assert max(found.maxima["g"], found.maxima["Gv"] / max(1.0, size)) < 1e-14
@@ -92,7 +92,7 @@ def test_rattle_keeps_the_constraints_the_vertical_momentum_and_of_a_free_body_t
 
 
 def test_gravity_acts_on_the_centre_of_mass_downwards():
-    where = scene("free", gravity=3.0, mass=2.0, r1=0.3, r2=0.0, r3=-0.5)
+    where = ivp("free", gravity=3.0, mass=2.0, r1=0.3, r2=0.0, r3=-0.5)
     assert float(where.value("H", 0 * where.p0, where.q0)) == pytest.approx(3.0 * 2.0 * -0.5)
     assert np.abs(where.value("H_q", where.p0, where.q0) - [*[0] * 6, 1.8, 0, -3.0]).max() < 1e-15
 
@@ -102,7 +102,7 @@ def test_gravity_acts_on_the_centre_of_mass_downwards():
 
 @pytest.mark.parametrize("case", CASES)
 def test_the_chart_leads_to_the_manifold_and_back(case, random):
-    where = scene(case)
+    where = ivp(case)
     for _ in range(5):
         eta, xi = random.uniform(-2, 2, 3), random.uniform(-1.4, 1.4, 3)
         p, q = leave(where)(eta, xi)
@@ -119,7 +119,7 @@ def test_the_chart_leads_to_the_manifold_and_back(case, random):
 
 def test_the_chart_at_the_start_leads_back_to_it():
     for case in CASES:
-        where = scene(case)
+        where = ivp(case)
         p, q = leave(where)(*enter(where)(where.p0, where.q0))
         assert np.abs(np.array(q) - where.q0).max() < 1e-15
         assert np.abs(np.array(p) - where.p0).max() < 1e-13 * np.abs(where.p0).max()
@@ -132,6 +132,6 @@ def test_the_chart_at_the_start_leads_back_to_it():
 )
 def test_the_motion_stays_away_from_the_poles_of_the_chart(case, t, degrees):
     """Axis 2 of the body never comes that close to the axis (2, 3, 6)/7 of space, on either side of it."""
-    Q, _ = euler(scene(case), np.linspace(0, t, 20_001), tolerance=1e-8)
+    Q, _ = euler(ivp(case), np.linspace(0, t, 20_001), tolerance=1e-8)
     angles = np.degrees(np.arccos(np.abs(Q[:, [1, 4, 7]] @ POLE)))
     assert degrees < angles.min() < degrees + 1

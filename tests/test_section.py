@@ -5,14 +5,14 @@ from functools import cache
 import numpy as np
 import pytest
 import sympy as sp
+from poisson_runs import ivp as ivp_of
 from poisson_runs import run
-from poisson_runs import scene as scene_of
 
 from daebench.diagnostics.integrals import casimir_errors, energy_error, integral_errors
 from daebench.diagnostics.order import fit_order
 from daebench.diagnostics.section import closure, section
 from daebench.errors import BadInput
-from daebench.make_scene import make_setting
+from daebench.make_ivp import make_ivp
 from daebench.poisson_system import PoissonCase, PoissonSystem
 from daebench.source import source_of
 from daebench.trajectory import PoissonTrajectory
@@ -22,12 +22,12 @@ CENTER, PERIOD = np.array([0.3, -0.2]), 2 * np.pi
 
 @cache
 def oscillator():
-    """Return the scene of even motion on circles about CENTER: u' = -(v - c2), v' = u - c1."""
+    """Return the initial value problem of even motion on circles about CENTER: u' = -(v - c2), v' = u - c1."""
     u, v = sp.symbols("u v", real=True)
     a, b = (sp.Rational(str(c)) for c in CENTER)
     H = ((u - a) ** 2 + (v - b) ** 2) / 2
     definition = PoissonSystem(y=(u, v), B=sp.Matrix([[0, -1], [1, 0]]), H=H, cases={"one": PoissonCase(y=(a + 1, b))})
-    return make_setting(source_of(definition, "oscillator"), "one")
+    return make_ivp(source_of(definition, "oscillator"), "one")
 
 
 def made_up(where, t, y):
@@ -115,7 +115,7 @@ def test_a_ray_is_two_numbers_and_two_numbers_in_the_plane():
     for center, direction in (((0, 0, 0), (1, 0)), ((0, 0), (0, 0)), ((np.nan, 0), (1, 0)), ((0, 0), (1,))):
         with pytest.raises(BadInput, match="a ray needs a center and a direction of two finite numbers"):
             section(oscillator(), whirl, center=center, direction=direction)
-    where = scene_of("lotka_volterra_3d")
+    where = ivp_of("lotka_volterra_3d")
     with pytest.raises(BadInput, match="planar systems, and lotka_volterra_3d has 3 coordinates"):
         section(where, made_up(where, np.zeros(1), where.y0[None]), center=(0, 0), direction=(1, 0))
 
@@ -125,7 +125,7 @@ def test_a_ray_is_two_numbers_and_two_numbers_in_the_plane():
 )
 def test_of_lotka_volterra_only_poisson_integrators_close_their_orbits(name, kind):
     """Fig. 4.1 with a smaller step: crossings of the line v = 2 on the right of the equilibrium (1, 2)."""
-    found = closure(section(scene_of("lotka_volterra"), run("lotka_volterra", name, 0.1, 2500), center=(1, 2), direction=(1, 0)))
+    found = closure(section(ivp_of("lotka_volterra"), run("lotka_volterra", name, 0.1, 2500), center=(1, 2), direction=(1, 0)))
     assert found.drift.brief == kind
     assert found.revolutions >= 32
 
@@ -134,7 +134,7 @@ def test_of_lotka_volterra_only_poisson_integrators_close_their_orbits(name, kin
 
 
 def test_errors_of_energy_and_casimir_functions_are_differences_from_the_start():
-    where = scene_of("free_rigid_body")
+    where = ivp_of("free_rigid_body")
     y = np.array([[0.4, 0.2, 0.9], [0.5, 0.1, 0.7], [-0.3, 0.0, 1.2]])
     found = made_up(where, np.arange(3.0), y)
     H, C = (y**2 / [0.6, 0.8, 1.0]).sum(axis=1) / 2, (y**2).sum(axis=1) / 2
@@ -150,6 +150,6 @@ def test_errors_of_first_integrals_of_a_poisson_system_are_differences_from_the_
     J = sp.Matrix([[0, 0, 1, 0], [0, 0, 0, 1], [-1, 0, 0, 0], [0, -1, 0, 0]])
     H = (u**2 + v**2 + w**2 + z**2) / 2
     definition = PoissonSystem(y=(u, v, w, z), B=J, H=H, integrals={"L": u * z - v * w}, cases={"one": PoissonCase(y=(1, 0, 0, 1))})
-    where = make_setting(source_of(definition, "pair"), "one")
+    where = make_ivp(source_of(definition, "pair"), "one")
     y = np.array([[1.0, 0.0, 0.0, 1.0], [0.5, 0.25, 2.0, 3.0]])
     assert integral_errors(where, made_up(where, np.arange(2.0), y))["L"].tolist() == [0.0, 0.5 * 3 - 0.25 * 2 - 1]

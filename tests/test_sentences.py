@@ -5,12 +5,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from ivps import ivp
 from runs import method, run
-from scenes import scene
 
-from daebench.catalogue import find_problem, find_scene, find_setting
+from daebench.catalogue import find_problem
 from daebench.diagnostics.poisson import poisson_defect
 from daebench.forms import FORMS
+from daebench.ivp_constructor import initial_value_problem
 from daebench.method import Request
 from daebench.names import parse
 from daebench.problems import lotka_volterra
@@ -27,7 +28,7 @@ KINDS = (*SEPARABLE, "stretched-M", "relativistic")
 
 
 def stepped(name, place, h, p, q):
-    return np.concatenate(method(name).flow(scene(place), h, 1)(p, q))
+    return np.concatenate(method(name).flow(ivp(place), h, 1)(p, q))
 
 
 def fixed_point(update, x):
@@ -45,7 +46,7 @@ def fixed_point(update, x):
 @pytest.mark.parametrize("place", KINDS)
 def test_rattle_is_half_a_step_of_symplectic_euler_and_of_its_adjoint_with_no_constraint_between(place):
     """(1.26) written as two half steps that share one multiplier: the state between them is off g = 0."""
-    where, h = scene(place), 0.02
+    where, h = ivp(place), 0.02
     p0, q0 = where.p0, where.q0
     found = method("rattle").solve(where, Request(value=h, steps=1, raw=True))
     lam, mu = (found.raw[name][1][0] for name in ("lam_n", "mu_n"))
@@ -66,7 +67,7 @@ def test_rattle_is_half_a_step_of_symplectic_euler_and_of_its_adjoint_with_no_co
 @pytest.mark.parametrize("place", KINDS)
 def test_rattle_is_no_composition_of_symplectic_euler_and_its_adjoint(place):
     """Neither order of the two half steps gives RATTLE: both differ from it by O(h^3)."""
-    p0, q0 = scene(place).p0, scene(place).q0
+    p0, q0 = ivp(place).p0, ivp(place).q0
     d = len(q0)
     for first, second in (("symplectic_euler", "symplectic_euler_adjoint"), ("symplectic_euler_adjoint", "symplectic_euler")):
         off = []
@@ -83,7 +84,7 @@ def test_rattle_is_no_composition_of_symplectic_euler_and_its_adjoint(place):
 
 @pytest.mark.parametrize("place", ["spherical-fast", "coupled-rods"])  # others start at a turning point, which hides it
 def test_the_recursion_of_shake_is_symmetric_and_its_map_from_the_manifold_is_not(place):
-    where, h, n = scene(place), 0.04, 10
+    where, h, n = ivp(place), 0.04, 10
     there = run("shake", place, h, n)
     p, q = np.real(method("shake").flow(where, h, n)(-there.p[-1], there.q[-1]))
     assert np.abs(q - where.q0).max() < 1e-10
@@ -125,7 +126,7 @@ def test_shake_and_rattle_cost_one_force_a_step_where_the_force_is_kept(place):
 @pytest.mark.parametrize("place", ["spherical-fast", "coupled-rods"])
 def test_the_two_form_changes_along_the_reduced_system_as_in_1_17(place, random):
     """d/dt xi1^T J xi2 = sum_i (dg_i xi1) (dlam_i xi2) - (dlam_i xi1) (dg_i xi2): zero on tangent vectors, and not on others."""
-    where = scene(place)
+    where = ivp(place)
     d, e = len(where.q0), 1e-6
 
     def field(x):
@@ -155,7 +156,7 @@ def test_the_two_form_changes_along_the_reduced_system_as_in_1_17(place, random)
 
 def test_u_is_the_predator_on_every_page():
     """The species u multiplies where there is more v, and v dies where there is more u; the problem, the lesson and the report say so."""
-    where = find_setting("lotka_volterra", "4,2")
+    where = initial_value_problem("lotka_volterra", "4,2")
 
     def growth(u, v):
         return where.value("field", (u, v)) / (u, v)
@@ -184,7 +185,7 @@ def test_a_poisson_map_need_not_keep_a_casimir_function():
 @pytest.mark.parametrize("case", ["fig1.2", "fig1.2b"])
 def test_the_period_of_a_swing_is_that_of_the_closed_form(case):
     """After one period, and two, the height and its velocity are those of the start; after half of one they are not."""
-    where = find_scene("spherical_pendulum", case)
+    where = initial_value_problem("spherical_pendulum", case)
     T = period(where)
     q, p = exact_motion(where.source, case, [T / 2, T, 2 * T])
     assert q[1:, 2] == pytest.approx(where.q0[2], abs=1e-11)
@@ -195,7 +196,7 @@ def test_the_period_of_a_swing_is_that_of_the_closed_form(case):
 
 def test_the_energy_of_symplectic_euler_is_off_by_more_than_a_thousandth():
     """0.1185 % of what it is above the lowest point, which "at most 0.1 %" is not."""
-    found = run("symplectic_euler", find_scene("spherical_pendulum", "fig1.2"), 0.01, 1000)
+    found = run("symplectic_euler", initial_value_problem("spherical_pendulum", "fig1.2"), 0.01, 1000)
     H = np.sum(found.p**2, axis=1) / 2 + found.q[:, 2] + 1
     off = np.abs(H / H[0] - 1).max()
     assert f"{off:.4%}" == "0.1185%"
@@ -213,7 +214,7 @@ def test_lobatto_is_the_discontinuous_collocation_of_the_book(place, s):
 
     from daebench.tableaux import lobatto_iiia
 
-    where, h = scene(place), 0.05
+    where, h = ivp(place), 0.05
     p0, q0 = where.p0, where.q0
     d, m = len(q0), len(where.value("g", q0))
     b, c = np.array(lobatto_iiia(s).b), np.array(lobatto_iiia(s).c)

@@ -60,9 +60,9 @@ def test_each_is_whole_and_of_the_definition_of_today(name):
     assert found.horizon >= EXPECTED[name]
     assert found.certificate["definition"]["sha256"] == define(found.problem, found.case).hash
     assert {*np.arange(1, np.floor(EXPECTED[name]) + 1), EXPECTED[name]} <= set(found.t)
-    scene = found.scene()
+    ivp = found.ivp()
     for part in found.kind.state:  # entries are sums of terms as large as the largest: their rounding is that of those
-        np.testing.assert_allclose(found.values[part][0], getattr(scene, f"{part}0"), rtol=5e-16, atol=4e-16 * max(1.0, found.size(part)))
+        np.testing.assert_allclose(found.values[part][0], getattr(ivp, f"{part}0"), rtol=5e-16, atol=4e-16 * max(1.0, found.size(part)))
 
 
 @pytest.mark.parametrize("name", EXPECTED, ids=str)
@@ -105,7 +105,7 @@ def test_the_heavy_top_has_the_published_energy_and_quaternion(plain_functions):
         [2 * (b * d - a * c), 2 * (c * d + a * b), a * a - b * b - c * c + d * d],
     ]
     assert np.abs(states_at(found, [0.2]).states["q"][0].reshape(3, 3) - Q).max() < 1e-5
-    assert float(found.scene().value("H", found.p[-1], found.q[-1])) == pytest.approx(5435.696790865546875, rel=1e-14)
+    assert float(found.ivp().value("H", found.p[-1], found.q[-1])) == pytest.approx(5435.696790865546875, rel=1e-14)
 
 
 @pytest.mark.slow
@@ -113,7 +113,7 @@ def test_the_squeezer_is_where_the_bari_test_set_says_but_for_a_shift_of_its_tim
     """The published positions are late by one shift of 1e-12 s, and the multipliers good to seven digits of the largest."""
     found = load("andrews_squeezer-bari")
     at = states_at(found, [0.03])
-    v = found.scene().along("H_p", at.states["p"], at.states["q"])[0]
+    v = found.ivp().along("H_p", at.states["p"], at.states["q"])[0]
     off = at.states["q"][0] - BARI_Q
     assert np.abs(off[2:]).max() < 5e-10
     assert f"{np.abs(off).max():.1e}" == "1.4e-09"

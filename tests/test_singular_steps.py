@@ -5,15 +5,15 @@ import json
 import numpy as np
 import pytest
 import uncompiled
+from ivps import ivp
 from leaving import SINGULAR, singular
-from scenes import scene
 
 import daebench as package
 from daebench import pose as posing
-from daebench.catalogue import find_scene
 from daebench.doubts import doubts
 from daebench.errors import LostMotion
 from daebench.fixed_step_constrained import FixedStep
+from daebench.ivp_constructor import initial_value_problem
 from daebench.method import Request
 from daebench.pose import FORMULATIONS, pose
 from daebench.reference.conserved import conservation
@@ -56,12 +56,12 @@ def test_a_step_over_a_singularity_is_said(name, tol):
 @pytest.mark.parametrize("name", ["spherical-fast", "planar", "stretched-M", "relativistic", "double-pendulum"])
 def test_an_ordinary_motion_is_never_stopped_nor_doubted(name, tol):
     for method in METHODS:
-        run = method.solve(scene(name), Request(value=tol, t_end=2.0, points=21)).complete()
-        assert not doubts(scene(name), run), method.name
+        run = method.solve(ivp(name), Request(value=tol, t_end=2.0, points=21)).complete()
+        assert not doubts(ivp(name), run), method.name
 
 
 def test_the_change_that_is_explained_is_that_of_errors_within_the_tolerance():
-    fast = scene("spherical-fast")
+    fast = ivp("spherical-fast")
     dae = pose(fast, "ode")
     found = conservation(dae, 1e-6).explained(dae.y0, 0.1)
     q, v = dae.y0[:3], dae.y0[3:]
@@ -84,7 +84,7 @@ LOST = {
 @pytest.mark.parametrize("method", LOST)
 def test_a_motion_that_is_lost_is_warned_of_with_the_time(method):
     case, h, t_end = LOST[method]
-    where = find_scene("spherical_pendulum", case)
+    where = initial_value_problem("spherical_pendulum", case)
     run = FixedStep(method, compiled=False).solve(where, Request(value=h, t_end=t_end)).complete()
     told = doubts(where, run)[0]
     assert told.startswith(f"{method} on spherical_pendulum, case {case}: the motion is lost from t = ")
@@ -99,7 +99,7 @@ def test_a_motion_that_is_lost_is_warned_of_with_the_time(method):
 
 @pytest.mark.parametrize("method", ["rattle", "lobatto3", "energy_momentum", "generalized_alpha"])
 def test_a_motion_that_is_not_lost_is_not_warned_of(method):
-    where = find_scene("spherical_pendulum", "fig1.2")
+    where = initial_value_problem("spherical_pendulum", "fig1.2")
     assert not doubts(where, FixedStep(method, compiled=False).solve(where, Request(value=0.002, t_end=2.0)).complete())
 
 
@@ -128,6 +128,6 @@ def test_a_constraint_that_is_broken_is_warned_of():
 @pytest.mark.parametrize("rate", [3.0, 10.0, 30.0], ids=str)
 @pytest.mark.parametrize(("turn", "lost"), [(0.1, False), (0.15, False), (0.2, True), (0.3, True)], ids=str)
 def test_generalized_alpha_loses_a_pendulum_where_its_page_says(rate, turn, lost):
-    where = find_scene("planar_pendulum", "rotating", q0=[0, -1], p0=[rate, 0])
+    where = initial_value_problem("planar_pendulum", "rotating", q0=[0, -1], p0=[rate, 0])
     run = FixedStep("generalized_alpha", compiled=False).solve(where, Request(value=turn / rate, steps=1000)).complete()
     assert bool(doubts(where, run)) == lost

@@ -6,12 +6,12 @@ import definitions
 import numpy as np
 import pytest
 import sympy as sp
-from scenes import scene
+from ivps import ivp
 from scipy.integrate import solve_ivp
 from studies import plain
 
 from daebench.errors import RunFailed
-from daebench.make_scene import make_scene
+from daebench.make_ivp import make_ivp
 from daebench.order_study import study
 from daebench.solution import integrated, multipliers_between, reach, reference_solution
 from daebench.source import source_of
@@ -37,7 +37,7 @@ def double_pendulum_in_angles(times):
 
 
 def test_both_kinds_of_reference_agree_within_the_bound_of_the_worse():
-    exact, steps = reference_solution(scene("planar"), TIMES), integrated(scene("planar"), TIMES)
+    exact, steps = reference_solution(ivp("planar"), TIMES), integrated(ivp("planar"), TIMES)
     assert (exact.kind, steps.kind) == ("closed form", "DOP853")
     for name in ("q", "p", "lam"):
         difference = np.linalg.norm(exact.states[name] - steps.states[name], axis=1)
@@ -46,7 +46,7 @@ def test_both_kinds_of_reference_agree_within_the_bound_of_the_worse():
 
 
 def test_the_reference_is_the_motion_in_angles():
-    found = reference_solution(scene("double-pendulum"), TIMES)
+    found = reference_solution(ivp("double-pendulum"), TIMES)
     q, p = double_pendulum_in_angles(TIMES)
     assert found.kind == "DOP853"
     assert 0 < np.max(np.linalg.norm(found.states["q"] - q, axis=1)) <= found.bound["q"] < 1e-10
@@ -55,18 +55,18 @@ def test_the_reference_is_the_motion_in_angles():
 
 def test_multipliers_between_known_times_are_those_of_the_motion_itself():
     fine = np.arange(1, 33) / 16
-    known, all_ = reference_solution(scene("planar"), fine[3::4]), reference_solution(scene("planar"), fine)
+    known, all_ = reference_solution(ivp("planar"), fine[3::4]), reference_solution(ivp("planar"), fine)
     times = [0.0, 1.0, *fine[[30, 0, 17, 5]]]
-    lam, bound = multipliers_between(scene("planar"), known, times)
+    lam, bound = multipliers_between(ivp("planar"), known, times)
     assert np.max(np.abs(lam[1:, 0] - all_.states["lam"][[15, 30, 0, 17, 5], 0])) <= bound < 1e-10
-    q, p = scene("planar").q0, scene("planar").p0
+    q, p = ivp("planar").q0, ivp("planar").p0
     assert lam[0, 0] == pytest.approx((p @ p - q[1]) / 2, rel=1e-14)
 
 
 def test_a_reference_that_breaks_down_is_an_error_that_says_when():
     q = sp.symbols("q1:3", real=True)
     sheet = replace(definitions.stretched(), M=sp.eye(2), U=1 / (q[0] - sp.Rational(1, 5)), cases={}, parameters={})
-    bad = make_scene(source_of(sheet, "pole"), "", p0=[1.0, 0.0], q0=_lowest(sheet))
+    bad = make_ivp(source_of(sheet, "pole"), "", p0=[1.0, 0.0], q0=_lowest(sheet))
     with pytest.raises(RunFailed, match=r"the reference solution of pole, case , stopped at t = .*; choose a shorter end time"):
         reference_solution(bad, [50.0])
 
@@ -77,6 +77,6 @@ def _lowest(sheet):
 
 
 def test_the_default_end_time_follows_the_motion():
-    slow, fast = (reach(scene(name), 64) for name in ("spherical-slow", "spherical-fast"))
+    slow, fast = (reach(ivp(name), 64) for name in ("spherical-slow", "spherical-fast"))
     assert 5 * fast < slow < 20 * fast
-    assert study(scene("spherical-fast"), [plain("rattle")], h=1 / 32, halvings=2).t_end == 4.0
+    assert study(ivp("spherical-fast"), [plain("rattle")], h=1 / 32, halvings=2).t_end == 4.0

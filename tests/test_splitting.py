@@ -6,18 +6,18 @@ import definitions
 import numpy as np
 import pytest
 import sympy as sp
+from ivps import ivp
 from planted import plant
-from scenes import scene
 from scipy.integrate import solve_ivp
 
-from daebench.catalogue import find_scene
 from daebench.diagnostics.order import fit_order
 from daebench.diagnostics.reversibility import reversibility_defect
 from daebench.diagnostics.symplecticity import symplecticity_defect, tangent_basis, tangent_map
 from daebench.errors import BadInput, InvalidProblem
 from daebench.fixed_step_constrained import FixedStep
+from daebench.ivp_constructor import initial_value_problem
 from daebench.kinetic_flows import product, rotation, sphere
-from daebench.make_scene import make_scene
+from daebench.make_ivp import make_ivp
 from daebench.method import Request
 from daebench.problem import KineticFlow, coordinates
 from daebench.source import source_of
@@ -28,18 +28,18 @@ ROUND_OFF = 1e-12
 
 
 def place(name, **parameters):
-    """Return a scene that declares its kinetic flow; the pendulum has a mass and a length that are not 1."""
+    """Return an initial value problem that declares its kinetic flow; the pendulum has a mass and a length that are not 1."""
     if name == "spherical":
         heavy = {"mass": 2.5, "length": 0.8} | parameters
         b = 1.3
         q0 = 0.8 * np.array([np.sin(b), 0, -np.cos(b)])
-        return find_scene("spherical_pendulum", "fig1.2b", heavy, q0=q0, p0=[3 * np.cos(b), 6.5, 3 * np.sin(b)])
+        return initial_value_problem("spherical_pendulum", "fig1.2b", heavy, q0=q0, p0=[3 * np.cos(b), 6.5, 3 * np.sin(b)])
     definition = {"two-spheres": definitions.two_spheres, "rotation": definitions.rotation_matrix}[name]()
-    return make_scene(source_of(definition, name), next(iter(definition.cases)), parameters)
+    return make_ivp(source_of(definition, name), next(iter(definition.cases)), parameters)
 
 
 def free(name):
-    """Return the same scene without forces."""
+    """Return the same initial value problem without forces."""
     forces = {"spherical": ["gravity"], "two-spheres": ["gravity", "stiffness"], "rotation": ["gravity"]}[name]
     return place(name, **dict.fromkeys(forces, 0.0))
 
@@ -83,9 +83,9 @@ def hat(W):
     return np.array([[0, -W[2], W[1]], [W[2], 0, -W[0]], [-W[1], W[0], 0]])
 
 
-def exact(scene, t):
+def exact(ivp, t):
     """Return (p, q) at time t."""
-    p0, q0, values = scene.p0, scene.q0, dict(scene.parameters)
+    p0, q0, values = ivp.p0, ivp.q0, dict(ivp.parameters)
     if len(q0) == 9:
         X = q0.reshape(3, 3).T @ p0.reshape(3, 3) / values["c"]
         x = _integrate(top, [*q0, X[2, 1], X[0, 2], X[1, 0]], t, values)
@@ -101,9 +101,9 @@ def _integrate(f, x0, t, values):
     return found.y[:, -1]
 
 
-def flow(scene, p, q, t):
+def flow(ivp, p, q, t):
     """Return (p, q) after the declared flow."""
-    dp, dq = scene.value("kinetic_increment", p, q, (t,))
+    dp, dq = ivp.value("kinetic_increment", p, q, (t,))
     return p + dp, q + dq
 
 
@@ -157,7 +157,7 @@ def test_the_derivative_of_the_kinetic_flow_at_rest_is_that_of_straight_motion(n
 
 
 def test_a_free_run_from_rest_in_single_precision_stays_where_it_is():
-    still = find_scene("planar_pendulum", "horizontal", {"gravity": 0.0})
+    still = initial_value_problem("planar_pendulum", "horizontal", {"gravity": 0.0})
     run = FixedStep("strang", compiled=False).solve(still, Request(value=0.01, steps=20, precision="float32")).complete()
     assert np.array_equal(run.q[-1], [1, 0])
 
@@ -196,26 +196,26 @@ def test_a_product_takes_flows_whose_times_have_different_names():
 # ---- the schemes ---------------------------------------------------------------------------------------------------------
 
 
-def run(method, scene, h, steps, **more):
-    return method.solve(scene, Request(value=h, steps=steps, **more)).complete()
+def run(method, ivp, h, steps, **more):
+    return method.solve(ivp, Request(value=h, steps=steps, **more)).complete()
 
 
-def measured_order(method, scene, T=0.5, counts=(32, 64, 128, 256)):
-    p, q = exact(scene, T)
-    ends = [run(method, scene, T / n, n, watch=()) for n in counts]
+def measured_order(method, ivp, T=0.5, counts=(32, 64, 128, 256)):
+    p, q = exact(ivp, T)
+    ends = [run(method, ivp, T / n, n, watch=()) for n in counts]
     return fit_order([T / n for n in counts], [apart((end.p[-1], end.q[-1]), (p, q)) for end in ends]).slope
 
 
-def two_form_defect(method, scene):
-    return symplecticity_defect(method.flow(scene, 0.01, 10), scene.p0, scene.q0, tangent_basis(scene, scene.p0, scene.q0))
+def two_form_defect(method, ivp):
+    return symplecticity_defect(method.flow(ivp, 0.01, 10), ivp.p0, ivp.q0, tangent_basis(ivp, ivp.p0, ivp.q0))
 
 
-def reversal_defect(method, scene):
-    return reversibility_defect(method.flow(scene, 0.01, 10), scene.p0, scene.q0)
+def reversal_defect(method, ivp):
+    return reversibility_defect(method.flow(ivp, 0.01, 10), ivp.p0, ivp.q0)
 
 
-def manifold_error(method, scene):
-    maxima = run(method, scene, 0.004, 100).maxima
+def manifold_error(method, ivp):
+    maxima = run(method, ivp, 0.004, 100).maxima
     return max(maxima["g"], maxima["Gv"])
 
 
@@ -282,7 +282,7 @@ def test_a_step_evaluates_the_forces_once_and_solves_nothing_by_iteration(method
 @pytest.mark.parametrize(("where", "why"), [("double-pendulum", "kinetic energy in closed form"), ("stretched-M", "constant M")])
 def test_a_problem_that_cannot_be_split_is_refused_in_words(method, where, why):
     with pytest.raises(BadInput, match=rf"{method.name} needs .*{why}, which {where} does not .*; use rattle"):
-        run(method, scene(where), 0.01, 1)
+        run(method, ivp(where), 0.01, 1)
 
 
 FAULTS = {

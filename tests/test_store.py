@@ -25,7 +25,7 @@ def test_what_is_read_is_what_was_written(references):
     assert all(float(text) == value for text, value in zip(found.text["q2"], found.q[:, 1], strict=True))
     assert max(len(text.lstrip("-0.").replace(".", "")) for text in found.text["q1"]) == 34
     assert found.parameters == {"mass": 1.0, "length": 1.0, "gravity": 1.0}
-    assert dict(found.scene().parameters) == found.parameters
+    assert dict(found.ivp().parameters) == found.parameters
     assert found.double_horizon == np.inf
 
 
@@ -146,7 +146,7 @@ def test_a_reference_of_other_parameters_says_so(copied):
     shutil.rmtree(copied / NAME)
     save(NAME, kept, found.text, copied)
     with pytest.raises(BadInput, match=r"was made with parameters .*2.0.*build the reference again"):
-        load(NAME, copied).scene()
+        load(NAME, copied).ivp()
 
 
 @pytest.mark.parametrize(

@@ -168,7 +168,7 @@ def test_without_a_certified_reference_errors_are_against_a_finer_run_with_its_b
     letter = "y" if "y" in cell.metrics else "q"
     assert (row["failure"], row["reference"][:8]) in {("", "own fine"), ("", "closed f")}
     assert 0 < row[f"bound_{letter}"] < 1e-3 * row[f"error_{letter}"]
-    states = [getattr(cell.at(cell.value / k).solver.solve(cell.scene, _same_outputs(cell, k)), letter) for k in (1, 8, 16)]
+    states = [getattr(cell.at(cell.value / k).solver.solve(cell.ivp, _same_outputs(cell, k)), letter) for k in (1, 8, 16)]
     true = (4 * states[2] - states[1]) / 3
     assert row[f"error_{letter}"] == pytest.approx(np.abs(states[0] - true).max(), rel=1e-2)
 
@@ -195,12 +195,12 @@ def test_errors_are_those_against_the_reference_and_have_its_bounds():
 def test_the_phase_is_the_time_by_which_a_motion_is_late(monkeypatch):
     late = 1e-4
 
-    def slow(self, scene, request):
+    def slow(self, ivp, request):
         t = np.arange(33) / 8
-        y0 = [float(x) for x in (*scene.q0, *scene.p0)]
-        rows = [planar_pendulum.closed_form(x * (1 - late), y0[:2], y0[2:], scene.parameters) for x in t]
+        y0 = [float(x) for x in (*ivp.q0, *ivp.p0)]
+        rows = [planar_pendulum.closed_form(x * (1 - late), y0[:2], y0[2:], ivp.parameters) for x in t]
         q, p = (np.array([[float(x) for x in row[k]] for row in rows]) for k in (0, 1))
-        return replace(real(self, scene, request), t=t, q=q, p=p)
+        return replace(real(self, ivp, request), t=t, q=q, p=p)
 
     real = FixedStep.solve
     monkeypatch.setattr(FixedStep, "solve", slow)

@@ -7,16 +7,17 @@ import definitions
 import numpy as np
 import pytest
 import sympy as sp
+from ivps import ivp
 from runs import method
-from scenes import scene
 from scipy.integrate import solve_ivp
 
-from daebench.catalogue import find_problem, find_scene
+from daebench.catalogue import find_problem
 from daebench.diagnostics.poisson import poisson_defect
 from daebench.diagnostics.symplecticity import symplecticity_defect, tangent_basis, tangent_map
 from daebench.errors import BadInput, InvalidProblem
+from daebench.ivp_constructor import initial_value_problem
 from daebench.local_flow import enter, leave, local_flow, structure_matrix
-from daebench.make_scene import make_scene, make_setting
+from daebench.make_ivp import make_ivp
 from daebench.problem import Chart, ConstrainedHamiltonian, coordinates
 from daebench.reference.certified.store import load
 from daebench.source import source_of
@@ -30,7 +31,7 @@ PENDULUMS = (("planar_pendulum", "rotating"), ("spherical_pendulum", "fig1.2b"),
 def local(problem, case=None):
     """Return a problem in its chart."""
     source = source_below(problem)
-    return make_setting(source, case or next(iter(source.sheet.CASES)))
+    return make_ivp(source, case or next(iter(source.sheet.CASES)))
 
 
 @cache
@@ -59,7 +60,7 @@ def chi_derivative(where, y):
 
 @pytest.mark.parametrize(("problem", "case"), PENDULUMS, ids=[each[0] for each in PENDULUMS])
 def test_the_flow_of_the_poisson_system_mapped_by_the_chart_is_the_certified_one(problem, case):
-    above, below = find_scene(problem, case), local(problem, case)
+    above, below = initial_value_problem(problem, case), local(problem, case)
     known = load(f"{problem}-{case}")
     row = 8
     p, q = leave(above)(*np.split(integrated(below, below.y0, known.t[row]), 2))
@@ -71,7 +72,7 @@ def test_the_flow_of_the_poisson_system_mapped_by_the_chart_is_the_certified_one
 @pytest.mark.parametrize("problem", [each[0] for each in PENDULUMS], ids=str)
 def test_every_case_is_carried_over_and_its_energy_with_it(problem):
     for case in local(problem).sheet.CASES:
-        above, below = find_scene(problem, case), local(problem, case)
+        above, below = initial_value_problem(problem, case), local(problem, case)
         assert below.parameters == above.parameters
         assert np.abs(np.concatenate(leave(above)(*np.split(below.y0, 2))) - np.concatenate(above.start)).max() < 1e-15
         assert below.value("H", below.y0) == pytest.approx(float(above.value("H", above.p0, above.q0)), rel=1e-14, abs=1e-14)
@@ -79,7 +80,7 @@ def test_every_case_is_carried_over_and_its_energy_with_it(problem):
 
 @pytest.mark.parametrize("problem", [each[0] for each in PENDULUMS], ids=str)
 def test_the_structure_matrix_has_the_jacobi_identity_and_inverts_the_two_form_where_it_is_evaluated(problem):
-    above, below = find_scene(problem), local(problem)
+    above, below = initial_value_problem(problem), local(problem)
     y = np.linspace(0.4, 1.3, below.size)
     B = below.value("B", y)
     slope = np.array([np.imag(below.value("B", y + 1j * STEP * e)) / STEP for e in np.eye(len(y))])
@@ -112,7 +113,7 @@ def test_positions_that_depend_on_eta_too_are_no_obstacle():
         inverse_eta=plain.chart.inverse_eta,
         inverse_xi=(plain.chart.inverse_xi[0] - plain.chart.inverse_eta[0] / 2,),
     )
-    where = make_setting(source_of(as_poisson(replace(plain, chart=mixed, closed_form=None)), "mixed"), "rotating")
+    where = make_ivp(source_of(as_poisson(replace(plain, chart=mixed, closed_form=None)), "mixed"), "rotating")
     other = local("planar_pendulum", "rotating")
     found, known = integrated(where, where.y0, 1.0), integrated(other, other.y0, 1.0)
     assert np.abs([found[0], found[1] + found[0] / 2] - known).max() < 1e-10
@@ -131,8 +132,8 @@ def test_three_coupled_coordinates_in_different_orders_of_rates_and_places_are_a
         inverse_xi=q[:3],
     )
     saddle = ConstrainedHamiltonian(q=q, p=p, M=sp.eye(4), U=q[3] ** 2 + q[2] * q[0], g=[q[3] - q[0] * q[1]], chart=chart)
-    above = make_scene(source_of(saddle, "saddle"), "", q0=(0.5, 0.4, -0.3, 0.2), p0=(0.7, -0.2, 0.1, 0.18))
-    below = make_setting(source_of(as_poisson(saddle), "saddle_below"), "", y0=(0.1, 0.7, -0.2, 0.5, 0.4, -0.3))
+    above = make_ivp(source_of(saddle, "saddle"), "", q0=(0.5, 0.4, -0.3, 0.2), p0=(0.7, -0.2, 0.1, 0.18))
+    below = make_ivp(source_of(as_poisson(saddle), "saddle_below"), "", y0=(0.1, 0.7, -0.2, 0.5, 0.4, -0.3))
     lam, G = above.value("lam", above.p0, above.q0), above.value("G", above.q0)
     force = -above.value("H_q", above.p0, above.q0) - G.T @ lam
     known = [force[2], force[0], force[1], *above.p0[:3]]
@@ -173,7 +174,7 @@ def field(where):
 
 @pytest.mark.parametrize("place", PLACES)
 def test_the_symplectic_projection_projects_onto_the_tangent_space_and_along_what_is_orthogonal_to_it(place):
-    where = scene(place)
+    where = ivp(place)
     P, X = symplectic_projection(where, where.p0, where.q0), tangent_basis(where, where.p0, where.q0)
     size = np.linalg.norm(P, 2) ** 2
     assert np.abs(P @ P - P).max() < 1e-14 * size
@@ -185,7 +186,7 @@ def test_the_symplectic_projection_projects_onto_the_tangent_space_and_along_wha
 @pytest.mark.parametrize("place", PLACES)
 def test_the_projected_canonical_field_is_the_right_side_with_the_multiplier(place):
     """(2.20) is (1.18): p' = -H_q - G^T lam, q' = H_p."""
-    where = scene(place)
+    where = ivp(place)
     lam, G = where.value("lam", where.p0, where.q0), where.value("G", where.q0)
     right = field(where) - np.concatenate([G.T @ lam, np.zeros(where.d)])
     found = symplectic_projection(where, where.p0, where.q0) @ field(where)
@@ -194,7 +195,7 @@ def test_the_projected_canonical_field_is_the_right_side_with_the_multiplier(pla
 
 def test_the_symplectic_projection_does_not_depend_on_coordinates():
     """Here X is the derivative of the chart, and B is X^T J X inverted by the Poisson system's own expression."""
-    above, below = scene("spherical-fast"), local("spherical_pendulum", "fig1.2b")
+    above, below = ivp("spherical-fast"), local("spherical_pendulum", "fig1.2b")
     X = chi_derivative(above, below.y0)
     known = X @ below.value("B", below.y0) @ X.T @ J(3)
     assert np.abs(symplectic_projection(above, above.p0, above.q0) - known).max() < 1e-13
@@ -212,7 +213,7 @@ def test_the_symplectic_projection_does_not_depend_on_coordinates():
 )
 def test_no_point_has_no_symplectic_projection(p, sentence):
     with pytest.raises(BadInput, match=sentence):
-        symplectic_projection(find_scene("spherical_pendulum"), p, [0.0, 0.0, 1.0])
+        symplectic_projection(initial_value_problem("spherical_pendulum"), p, [0.0, 0.0, 1.0])
 
 
 def test_what_is_no_constrained_problem_is_no_poisson_system():
@@ -223,7 +224,7 @@ def test_what_is_no_constrained_problem_is_no_poisson_system():
 def test_there_is_no_symplectic_projection_where_the_constraint_loses_rank():
     q, p = coordinates(2)
     cross = ConstrainedHamiltonian(q=q, p=p, M=sp.eye(2), U=q[1], g=[q[0] ** 2 * (q[0] - 1) - q[1] ** 2])
-    where = make_scene(source_of(cross, "cross"), "", q0=(0, 0), p0=(0, 0))
+    where = make_ivp(source_of(cross, "cross"), "", q0=(0, 0), p0=(0, 0))
     P = symplectic_projection(where, [1.0, 0.5], [2.0, 2.0])
     assert np.abs(P @ P - P).max() < 1e-13
     with pytest.raises(BadInput, match=r"cross is not symplectic at q = \[0.0, 0.0\]"):
@@ -238,7 +239,7 @@ LOST = ("implicit_euler", "seproj", "midpoint+symproj", "rk4+proj", "local:midpo
 
 def both_ways(name, h=0.02, steps=3):
     """Return the defect of the two-form on the manifold, the Poisson defect in the chart, and what the first makes the second."""
-    where = scene("spherical-fast")
+    where = ivp("spherical-fast")
     flow, y0 = method(name).flow(where, h, steps), np.concatenate(enter(where)(where.p0, where.q0))
     X0 = chi_derivative(where, y0)
     below = local_flow(flow, where)
@@ -276,12 +277,12 @@ def halves():
     rest = {"q": plain.q, "p": plain.p, "g": plain.g, "parameters": plain.parameters, "cases": plain.cases, "chart": plain.chart}
     T = ConstrainedHamiltonian(**rest, H=sum(x**2 for x in plain.p) / (2 * plain.M[0, 0]))
     U = ConstrainedHamiltonian(**rest, H=plain.U)
-    return [make_setting(source_of(as_poisson(each), name), "fig1.2b") for each, name in ((T, "kinetic"), (U, "potential"))]
+    return [make_ivp(source_of(as_poisson(each), name), "fig1.2b") for each, name in ((T, "kinetic"), (U, "potential"))]
 
 
 @pytest.mark.parametrize(("name", "order"), [("strang", "121"), ("lie", "12"), ("lie_adjoint", "21")], ids=lambda x: x)
 def test_constrained_splitting_is_variational_splitting_with_the_kinetic_energy_first(name, order):
-    where, h = scene("spherical-fast"), 0.05
+    where, h = ivp("spherical-fast"), 0.05
     y = np.concatenate(enter(where)(where.p0, where.q0))
     for part in order:
         y = integrated(halves()[int(part) - 1], y, h / order.count(part))

@@ -7,12 +7,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import uncompiled
+from ivps import ivp
 from oracles import solution
-from scenes import scene
 
 from daebench import pose as posing
 from daebench.errors import BadInput, DaebenchError, RunFailed
-from daebench.method import Patience, Request
+from daebench.method import Request, WorkLimit
 from daebench.pose import FORMULATIONS, pose
 from daebench.reference.cured import CURES
 from daebench.reference.cvode import Cvode
@@ -46,7 +46,7 @@ def compiled():
 @pytest.mark.parametrize("method", **named(METHODS))
 def test_method_follows_the_motion_written_by_hand(method):
     for name, bound in (("spherical-slow", 1e-5), ("relativistic", 2e-4)):
-        trajectory = method.solve(scene(name), SLOW).complete()
+        trajectory = method.solve(ivp(name), SLOW).complete()
         q, p = solution(name, 2.0)
         assert max(np.abs(trajectory.q[-1] - q).max(), np.abs(trajectory.p[-1] - p).max()) < bound
 
@@ -54,14 +54,14 @@ def test_method_follows_the_motion_written_by_hand(method):
 @pytest.mark.parametrize("method", **named(METHODS))
 def test_a_smaller_tolerance_gives_a_smaller_error(method):
     q, _ = solution("spherical-fast", 2.0)
-    coarse, fine = (method.solve(scene("spherical-fast"), replace(SLOW, value=tol)).complete() for tol in (1e-5, 1e-8))
+    coarse, fine = (method.solve(ivp("spherical-fast"), replace(SLOW, value=tol)).complete() for tol in (1e-5, 1e-8))
     assert np.abs(fine.q[-1] - q).max() < 0.1 * np.abs(coarse.q[-1] - q).max()
     assert fine.steps > coarse.steps
 
 
 @pytest.mark.parametrize("method", **named(ONE_EACH))
 def test_trajectory_says_what_was_run(method):
-    fast = scene("spherical-fast")
+    fast = ivp("spherical-fast")
     trajectory = method.solve(fast, Request(value=1e-6, t_end=1.5, points=7, multipliers=True, watch=("energy", "manifold", "integrals")))
     assert (trajectory.problem, trajectory.case, trajectory.method) == ("spherical_pendulum", "fig1.2b", method.name)
     assert (trajectory.knob, trajectory.value, trajectory.maxima_over, trajectory.failure) == ("tol", 1e-6, "outputs", None)
@@ -84,9 +84,9 @@ def test_trajectory_says_what_was_run(method):
 
 @pytest.mark.parametrize("method", **named(METHODS))
 def test_outputs_belong_to_the_trajectory_alone(method):
-    trajectory = method.solve(scene("spherical-slow"), replace(SLOW, value=1e-4))
+    trajectory = method.solve(ivp("spherical-slow"), replace(SLOW, value=1e-4))
     before = trajectory.q.copy(), trajectory.p.copy()
-    method.solve(scene("planar"), replace(SLOW, value=1e-4))
+    method.solve(ivp("planar"), replace(SLOW, value=1e-4))
     assert np.array_equal(trajectory.q, before[0])
     assert np.array_equal(trajectory.p, before[1])
     assert len(np.unique(trajectory.q[:, 0])) == 3
@@ -94,18 +94,16 @@ def test_outputs_belong_to_the_trajectory_alone(method):
 
 @pytest.mark.parametrize("method", **named(METHODS))
 def test_steps_do_not_depend_on_the_grid(method):
-    coarse, fine = (method.solve(scene("spherical-fast"), replace(SLOW, value=1e-6, points=points)) for points in (3, 101))
+    coarse, fine = (method.solve(ivp("spherical-fast"), replace(SLOW, value=1e-6, points=points)) for points in (3, 101))
     assert coarse.steps == fine.steps
     assert np.array_equal(coarse.q[1:], fine.q[[50, 100]])
 
 
 @pytest.mark.parametrize("method", **named(ONE_EACH))
 def test_two_points_or_none_between_keep_the_start_and_the_end(method):
-    whole = method.solve(scene("spherical-fast"), replace(SLOW, value=1e-6, points=None))
+    whole = method.solve(ivp("spherical-fast"), replace(SLOW, value=1e-6, points=None))
     assert len(whole.t) == 201
-    two, ends = (
-        method.solve(scene("spherical-fast"), replace(SLOW, value=1e-6, **k)) for k in ({"points": 2}, {"points": None, "every": 0})
-    )
+    two, ends = (method.solve(ivp("spherical-fast"), replace(SLOW, value=1e-6, **k)) for k in ({"points": 2}, {"points": None, "every": 0}))
     for trajectory in (two, ends):
         assert np.array_equal(trajectory.t, [0.0, 2.0])
         assert np.array_equal(trajectory.q[-1], whole.q[-1])
@@ -119,7 +117,7 @@ def test_two_points_or_none_between_keep_the_start_and_the_end(method):
 def test_ida_steps_are_those_of_its_own_step_by_step_mode(formulation):
     from sksundae.ida import IDA
 
-    method, fast = Ida(formulation), scene("spherical-fast")
+    method, fast = Ida(formulation), ivp("spherical-fast")
     cured = method.name == f"ida:{formulation}" and formulation in ("index2", "ggl")
     dae = pose(fast, formulation, multipliers="derivative" if cured else "plain")
     calls = {"residual": 0, "jacobian": 0}
@@ -143,11 +141,11 @@ def test_ida_steps_are_those_of_its_own_step_by_step_mode(formulation):
 def test_cvode_steps_are_those_of_its_own_step_by_step_mode(variant):
     from sksundae.cvode import CVODE
 
-    dae = pose(scene("spherical-fast"), "ode")
+    dae = pose(ivp("spherical-fast"), "ode")
     options = {"method": variant, "rtol": 1e-7, "atol": 1e-7, "max_num_steps": 10**6}
     jacobian = lambda t, y, yp, JJ: dae.rhs_jacobian(t, y, JJ, dae.par)  # noqa: E731
     found = CVODE(lambda t, y, yp: dae.rhs(t, y, yp, dae.par), jacfn=jacobian, **options).solve([0.0, 2.0], dae.y0)
-    trajectory = Cvode(variant).solve(scene("spherical-fast"), replace(SLOW, value=1e-7))
+    trajectory = Cvode(variant).solve(ivp("spherical-fast"), replace(SLOW, value=1e-7))
     assert trajectory.work["steps"] == len(found.t) - 1
     assert trajectory.work["rhs"] == found.nfev
 
@@ -156,7 +154,7 @@ def test_cvode_steps_are_those_of_its_own_step_by_step_mode(variant):
 def test_scipy_steps_are_those_of_solve_ivp(variant):
     from scipy.integrate import solve_ivp
 
-    dae = pose(scene("spherical-fast"), "ode")
+    dae = pose(ivp("spherical-fast"), "ode")
 
     def rhs(t, y):
         out = np.empty(6)
@@ -169,13 +167,13 @@ def test_scipy_steps_are_those_of_solve_ivp(variant):
         return JJ
 
     found = solve_ivp(rhs, (0, 2), dae.y0, method=variant, rtol=1e-6, atol=1e-6, **({"jac": jac} if IMPLICIT[variant] else {}))
-    trajectory = ScipyOde(variant).solve(scene("spherical-fast"), replace(SLOW, value=1e-6))
+    trajectory = ScipyOde(variant).solve(ivp("spherical-fast"), replace(SLOW, value=1e-6))
     assert trajectory.steps == len(found.t) - 1
     assert np.array_equal(trajectory.q[-1], found.y[:3, -1])
 
 
 def test_work_is_left_out_where_it_is_not_wanted():
-    assert Ida("index2").solve(scene("planar"), replace(SLOW, count=False)).work == {}
+    assert Ida("index2").solve(ivp("planar"), replace(SLOW, count=False)).work == {}
 
 
 @pytest.mark.usefixtures("compiled")
@@ -192,7 +190,7 @@ def test_nothing_is_compiled_while_the_clock_runs(method, monkeypatch):
         return advance
 
     monkeypatch.setattr(type(method), "_begin", begun)
-    method.solve(scene("spherical-slow"), SLOW).complete()
+    method.solve(ivp("spherical-slow"), SLOW).complete()
     dae, before = seen[0]
     assert compiled(dae) == before
     assert sum(before) > 0
@@ -203,7 +201,7 @@ def test_nothing_is_compiled_while_the_clock_runs(method, monkeypatch):
 
 @pytest.mark.parametrize("method", **named([Ida("index3", "none"), Ida("ggl", "none")]))
 def test_plain_settings_fail_with_a_sentence(method, capsys):
-    trajectory = method.solve(scene("spherical-fast"), replace(SLOW, seconds_limit=60))
+    trajectory = method.solve(ivp("spherical-fast"), replace(SLOW, seconds_limit=60))
     with pytest.raises(RunFailed, match=rf"{method.name} on spherical_pendulum, case fig1.2b, stopped at t = \S+ of 2 \(tol = 1e-08\)"):
         trajectory.complete()
     assert "limit" not in trajectory.failure
@@ -214,7 +212,7 @@ def test_plain_settings_fail_with_a_sentence(method, capsys):
 
 @pytest.mark.parametrize("method", **named(ONE_EACH))
 def test_the_wall_clock_limit_keeps_what_there_is(method):
-    trajectory = method.solve(scene("spherical-fast"), Request(value=1e-9, t_end=1e6, seconds_limit=0.05))
+    trajectory = method.solve(ivp("spherical-fast"), Request(value=1e-9, t_end=1e6, seconds_limit=0.05))
     assert "the limit of 0.05 s is reached; allow more time" in trajectory.failure
     assert len(trajectory.t) == 2
     assert f"stopped at t = {trajectory.t[-1]:.9g} of" in trajectory.failure
@@ -228,12 +226,12 @@ def test_an_interrupt_goes_on_unless_what_there_is_is_to_be_kept(method, kept):
     def interrupt(*_):
         raise KeyboardInterrupt
 
-    method.solve(scene("spherical-fast"), SLOW)
+    method.solve(ivp("spherical-fast"), SLOW)
     old = signal.signal(signal.SIGALRM, interrupt)
     try:
         signal.setitimer(signal.ITIMER_REAL, 0.5)
         with nullcontext() if kept else pytest.raises(KeyboardInterrupt):
-            trajectory = method.solve(scene("spherical-fast"), Request(value=1e-9, t_end=1e6, seconds_limit=60, keep_interrupted=kept))
+            trajectory = method.solve(ivp("spherical-fast"), Request(value=1e-9, t_end=1e6, seconds_limit=60, keep_interrupted=kept))
     finally:
         signal.setitimer(signal.ITIMER_REAL, 0)
         signal.signal(signal.SIGALRM, old)
@@ -244,22 +242,22 @@ def test_an_interrupt_goes_on_unless_what_there_is_is_to_be_kept(method, kept):
 
 def test_progress_goes_from_the_first_output_to_the_end():
     told = []
-    Ida("index1").solve(scene("planar"), replace(SLOW, points=5, progress=told.append))
+    Ida("index1").solve(ivp("planar"), replace(SLOW, points=5, progress=told.append))
     assert told == [0.25, 0.5, 0.75, 1.0]
 
 
 @pytest.mark.parametrize("method", **named([Ida("ode"), Cvode("adams"), ScipyOde("DOP853"), ScipyOde("LSODA")]))
 @pytest.mark.parametrize(("health", "says"), [(0.0, r"G M\^-1 G\^T is singular at t = "), (np.nan, "no longer finite at t = ")])
 def test_rank_loss_and_values_that_are_not_finite_end_the_run(method, health, says, monkeypatch):
-    def ill(found, scene, *rest):
-        module = uncompiled.module(scene, *rest)
+    def ill(found, ivp, *rest):
+        module = uncompiled.module(ivp, *rest)
         for name in ("rhs", "residual"):
             right = getattr(module, name)
             setattr(module, name, lambda t, *arrays, right=right: right(t, *arrays) if t < 0.5 else health)
         return module
 
-    monkeypatch.setattr(posing, "_module", lambda scene, *rest: ill(None, scene, *rest))
-    trajectory = method.solve(scene("spherical-slow"), replace(SLOW, points=21))
+    monkeypatch.setattr(posing, "_module", lambda ivp, *rest: ill(None, ivp, *rest))
+    trajectory = method.solve(ivp("spherical-slow"), replace(SLOW, points=21))
     with pytest.raises(RunFailed, match=says):
         trajectory.complete()
     assert 0 < trajectory.t[-1] <= 0.5 < 0.1 * len(trajectory.t) + 0.5
@@ -294,12 +292,12 @@ REFUSED = {
 @pytest.mark.parametrize("method", **named(ONE_EACH))
 def test_requests_that_cannot_be_met_are_refused(method, change, says):
     with pytest.raises(BadInput, match=says):
-        method.solve(scene("planar"), replace(SLOW, **change))
+        method.solve(ivp("planar"), replace(SLOW, **change))
 
 
 def test_scipy_refuses_tolerances_that_it_would_silently_raise():
     with pytest.raises(BadInput, match=r"2\.22e-14"):
-        ScipyOde("DOP853").solve(scene("planar"), replace(SLOW, value=1e-14))
+        ScipyOde("DOP853").solve(ivp("planar"), replace(SLOW, value=1e-14))
 
 
 def test_names_have_the_cure_only_where_it_is_not_the_default():
@@ -307,7 +305,7 @@ def test_names_have_the_cure_only_where_it_is_not_the_default():
     assert names == {"ida:index2", "ida:index2:atol", "ida:index2:none", "ida:index1", "ida:index1:derivative", "ida:index1:none"}
     assert (Cvode("adams").name, ScipyOde("RK23").name) == ("cvode:adams", "scipy:RK23")
     assert {method.knob for method in METHODS} == {"tol"}
-    assert {method.refusal(scene("planar")) for method in METHODS} == {None}
+    assert {method.refusal(ivp("planar")) for method in METHODS} == {None}
 
 
 @pytest.mark.parametrize(
@@ -327,14 +325,14 @@ def test_unknown_variants_are_refused(make, says):
 
 
 def test_options_reach_the_formulation():
-    weak, strong = (Ida("baumgarte", options={"alpha": a, "beta": a}).solve(scene("spherical-fast"), SLOW).maxima["g"] for a in (0, 30))
+    weak, strong = (Ida("baumgarte", options={"alpha": a, "beta": a}).solve(ivp("spherical-fast"), SLOW).maxima["g"] for a in (0, 30))
     assert strong < 0.5 * weak
     with pytest.raises(DaebenchError, match="option of index1"):
-        Ida("index1", options={"alpha": 1}).solve(scene("planar"), SLOW)
+        Ida("index1", options={"alpha": 1}).solve(ivp("planar"), SLOW)
 
 
-def test_patience_ends_after_a_number_of_calls_whatever_they_cover():
-    meter = Meter(10.0, 600.0, Patience(5, 100, 100))
+def test_work_limit_ends_after_a_number_of_calls_whatever_they_cover():
+    meter = Meter(10.0, 600.0, WorkLimit(5, 100, 100))
     for t in range(5):
         meter.called("residual", t, 1.0, 0.0)
         meter.called("jacobian", t, 1.0, 0.0)
@@ -342,18 +340,18 @@ def test_patience_ends_after_a_number_of_calls_whatever_they_cover():
         meter.called("residual", 6.0, 1.0, 0.0)
 
 
-def test_patience_ends_sooner_where_calls_cover_too_little():
-    meter = Meter(10.0, 600.0, Patience(1000, 10, 100))
+def test_work_limit_ends_sooner_where_calls_cover_too_little():
+    meter = Meter(10.0, 600.0, WorkLimit(1000, 10, 100))
     for k in range(1, 110):
         meter.called("rhs", 0.011 * min(k, 100), 1.0, 0.0)
     with pytest.raises(Stopped, match="10 calls of the rhs covered less than 1/100 of the run"):
         meter.called("rhs", 1.1, 1.0, 0.0)
 
 
-def test_patience_that_is_not_tried_changes_nothing(get_scene, plain_functions):
+def test_work_limit_that_is_not_tried_changes_nothing(get_ivp, plain_functions):
     request = Request(value=1e-6, t_end=0.5, points=5)
     one, other = (
-        Ida("index2").solve(get_scene("planar"), each) for each in (request, replace(request, patience=Patience(10**6, 10**5, 10)))
+        Ida("index2").solve(get_ivp("planar"), each) for each in (request, replace(request, work_limit=WorkLimit(10**6, 10**5, 10)))
     )
     assert np.array_equal(one.q, other.q)
     assert one.work == other.work

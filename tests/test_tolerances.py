@@ -1,4 +1,4 @@
-"""The report on tolerances: fits of powers, ends of runs in words, patience, and claims that tampered numbers refute."""
+"""The report on tolerances: fits of powers, ends of runs in words, work limits, and claims that tampered numbers refute."""
 
 import math
 from dataclasses import replace
@@ -10,7 +10,7 @@ import pytest
 from pages import standalone
 
 from daebench.errors import RunFailed
-from daebench.method import Patience, Request
+from daebench.method import Request, WorkLimit
 from daebench.reference.certified import store
 from daebench.reference.cured import CURES
 from daebench.reference.ida import DEFAULT_CURES, Ida
@@ -22,7 +22,7 @@ from daebench.reports._tolerances_drift import T_LONG, TOL, fit_power, windows
 from daebench.reports._tolerances_exact import Exact, exact
 from daebench.reports._tolerances_figures import draw, shown
 from daebench.reports._tolerances_numbers import Numbers
-from daebench.reports._tolerances_runs import FAST, FORMULATIONS, REACHED, SCENES, TOLERANCES, difference, end, reason, series
+from daebench.reports._tolerances_runs import FAST, FORMULATIONS, IVPS, REACHED, TOLERANCES, difference, end, reason, series
 from daebench.reports._tolerances_tables import sentences, tables, to_ask
 
 WHERE = "ida:index2 on planar_pendulum, case horizontal, stopped at t = 3 of 10 (tol = 1e-05)"
@@ -94,26 +94,26 @@ def test_what_follows_saturation_is_not_used_even_where_it_is_small_again():
     assert fit_power(t, value, floor=1e-16, ceiling=0.1).windows == 6
 
 
-def test_a_run_that_is_given_up_says_so(plain_functions, get_scene):
-    request = Request(value=1e-6, t_end=0.5, points=5, patience=Patience(30, 1000, 100))
-    run = Ida("index2").solve(get_scene("planar"), request)
+def test_a_run_that_is_given_up_says_so(plain_functions, get_ivp):
+    request = Request(value=1e-6, t_end=0.5, points=5, work_limit=WorkLimit(30, 1000, 100))
+    run = Ida("index2").solve(get_ivp("planar"), request)
     assert end(run.failure) == "patience"
     assert 0 < run.t[-1] < 0.5
 
 
 @pytest.fixture
-def tiny(plain_functions, get_scene, monkeypatch):
+def tiny(plain_functions, get_ivp, monkeypatch):
     """Have the planar pendulum run to t = 0.5 against a truth of which one number is off by 1e-3."""
-    scene = get_scene("planar")
+    ivp = get_ivp("planar")
     t = np.linspace(0.0, 0.5, 5)
-    q = Ida("index1").solve(scene, Request(value=1e-12, t_end=0.5, points=5)).q
+    q = Ida("index1").solve(ivp, Request(value=1e-12, t_end=0.5, points=5)).q
     q[2, 1] += 1e-3
     truth = Exact(t, q, 1e-15, 1.0)
-    for patience in ("PATIENCE", "SHORT_PATIENCE"):
-        monkeypatch.setattr(_tolerances_runs, patience, Patience(300, 1000, 100))
+    for work_limit in ("WORK_LIMIT", "SHORT_WORK_LIMIT"):
+        monkeypatch.setattr(_tolerances_runs, work_limit, WorkLimit(300, 1000, 100))
     monkeypatch.setattr(_tolerances_runs, "T_END", 0.5)
     monkeypatch.setattr(_tolerances_runs.solve, "__defaults__", (0.5,))
-    monkeypatch.setattr(_tolerances_runs, "scene_of", lambda name: scene)
+    monkeypatch.setattr(_tolerances_runs, "ivp_of", lambda name: ivp)
     monkeypatch.setattr(_tolerances_runs, "exact_of", lambda name, t_end: truth)
 
 
@@ -137,19 +137,19 @@ def test_a_difference_needs_two_complete_runs():
     assert math.isnan(difference(one, SimpleNamespace(failure="stopped", q=other.q)))
 
 
-def test_a_reference_that_is_too_short_is_refused(get_scene, monkeypatch):
+def test_a_reference_that_is_too_short_is_refused(get_ivp, monkeypatch):
     short = SimpleNamespace(name="planar_pendulum-rotating", horizon=100.0, double_horizon=7.5)
     monkeypatch.setattr(store, "find", lambda problem, case: short)
     with pytest.raises(RunFailed, match=r"of use up to t = 7\.5 only, and 10 is needed"):
-        exact(get_scene("planar"), 10.0)
+        exact(get_ivp("planar"), 10.0)
 
 
-def test_errors_know_the_bound_of_their_reference_and_the_rounding(get_scene, monkeypatch):
+def test_errors_know_the_bound_of_their_reference_and_the_rounding(get_ivp, monkeypatch):
     bound = {"q": np.array([[0, 1e-18], [3e-17, 0], [1.0, 1.0]])}
     long = SimpleNamespace(name="x", horizon=2.0, double_horizon=math.inf, t=np.array([0.0, 1.0, 2.0]), q=np.full((3, 2), 2.0), bound=bound)
     long.amplification = np.array([1.0, 5.0, 9.0])
     monkeypatch.setattr(store, "find", lambda problem, case: long)
-    found = exact(get_scene("planar"), 1.0)
+    found = exact(get_ivp("planar"), 1.0)
     assert found.floor == 3e-17 + np.finfo(float).eps
     assert (len(found.t), found.amplification) == (2, 5.0)
 
@@ -208,7 +208,7 @@ def law_row(formulation, tol, quantity):
 @pytest.fixture(scope="module")
 def numbers():
     """Return numbers made up so that all that the page says is true."""
-    keys = [(name, f, cure, tol) for name in SCENES for f in FORMULATIONS for cure in CURES for tol in TOLERANCES]
+    keys = [(name, f, cure, tol) for name in IVPS for f in FORMULATIONS for cure in CURES for tol in TOLERANCES]
     t = np.arange(801) / 8
     drift = [
         pd.DataFrame({"formulation": f, "tol": TOL, "t": t, "g": 1e-9, "energy": 1e-9 * t, "error": 1e-9 * t**2}) for f in FORMULATIONS
@@ -226,7 +226,7 @@ def default_rows(numbers, name=None):
 
 def test_the_story_passes_on_numbers_of_which_it_is_true(numbers):
     found = check(numbers)
-    assert found.headline.done == found.headline.runs == len(SCENES) * len(FORMULATIONS) * len(TOLERANCES)
+    assert found.headline.done == found.headline.runs == len(IVPS) * len(FORMULATIONS) * len(TOLERANCES)
     assert found.cures.at_start == len(TOLERANCES)
     assert found.cures.gain["index2"] == pytest.approx(2, rel=1e-12)
     assert found.cures.gain["index1"] == pytest.approx(0.5, rel=1e-12)
@@ -242,7 +242,7 @@ def test_powers_of_the_tolerance_are_found(numbers):
 
 def test_the_last_decade_is_compared_with_the_one_before(numbers):
     found = last_decade(default_rows(numbers))
-    assert len(found) == len(SCENES) * len(FORMULATIONS)
+    assert len(found) == len(IVPS) * len(FORMULATIONS)
     assert found["residuals"].to_numpy() == pytest.approx(10**0.2, rel=1e-3)
     assert set(np.round(np.log10(found["error"]), 6)) == {-power for power in POWERS.values()}
 
@@ -253,7 +253,7 @@ def test_an_accuracy_costs_the_calls_of_the_run_that_gives_it(numbers):
     assert cost.least == pytest.approx(cost.most)
     assert cost.never == []
     lost = rows["error"].where(~((rows["scene"] == FAST) & (rows["formulation"] == "index3")), 1.0)
-    assert check_cost(rows.assign(error=lost)).never == [SCENES[FAST]]
+    assert check_cost(rows.assign(error=lost)).never == [IVPS[FAST]]
 
 
 def test_estimates_are_counted_where_there_are_any(numbers):
@@ -376,5 +376,5 @@ def test_the_whole_report_is_made_and_its_page_loads_nothing(tmp_path, looks_rig
     assert told == sorted(told)
     assert (told[0], told[-1]) == (0.0, 1.0)
     runs = pd.read_csv(page.parent / "tables" / "runs.csv")
-    assert len(runs) == len(SCENES) * len(FORMULATIONS) * len(CURES) * len(TOLERANCES)
-    assert exact(_tolerances_runs.scene_of(FAST), T_LONG).t[-1] == T_LONG
+    assert len(runs) == len(IVPS) * len(FORMULATIONS) * len(CURES) * len(TOLERANCES)
+    assert exact(_tolerances_runs.ivp_of(FAST), T_LONG).t[-1] == T_LONG

@@ -8,7 +8,7 @@ import pytest
 from daebench.diagnostics.manifold import constraint_jacobian
 from daebench.diagnostics.reversibility import reversibility_defect
 from daebench.diagnostics.symplecticity import symplecticity_defect, tangent_basis, tangent_map
-from daebench.make_scene import make_scene
+from daebench.make_ivp import make_ivp
 from daebench.problems import spherical_pendulum
 from daebench.source import source_of
 
@@ -103,8 +103,8 @@ def test_a_linear_symplectic_map_has_no_defect(random):
 def test_redundant_constraints_leave_the_tangent_space_as_it_is():
     sphere = spherical_pendulum.problem()
     twice = replace(sphere, g=[sphere.g[0], 3 * sphere.g[0]], chart=None)
-    scene = make_scene(source_of(twice, "twice"), "fig1.2")
-    assert tangent_basis(scene, scene.p0, scene.q0).shape == (6, 4)
+    ivp = make_ivp(source_of(twice, "twice"), "fig1.2")
+    assert tangent_basis(ivp, ivp.p0, ivp.q0).shape == (6, 4)
 
 
 def test_free_motion_is_reversible_and_a_one_sided_kick_is_not(pendulum):

@@ -34,8 +34,8 @@ def recomputed_once():
     def once(make):
 
         def kept(*arguments):
-            scene = next(each for each in arguments if hasattr(each, "parameters") and hasattr(each, "p0"))
-            key = (make, *scene.parameters.values(), *scene.q0, *scene.p0, *(each for each in arguments if isinstance(each, int | float)))
+            ivp = next(each for each in arguments if hasattr(each, "parameters") and hasattr(each, "p0"))
+            key = (make, *ivp.parameters.values(), *ivp.q0, *ivp.p0, *(each for each in arguments if isinstance(each, int | float)))
             if key not in runs:
                 runs[key] = make(*arguments)
             return runs[key]
@@ -300,8 +300,8 @@ def test_a_run_that_stops_early_is_a_check_that_fails(references, monkeypatch):
 def test_a_tenth_of_the_tolerance_may_be_too_small_for_ida(references, monkeypatch, rows, failed):
     make = ida_run._by_tolerance
 
-    def collapsing(scene, ida, tol, *more):
-        run = make(scene, ida, tol, *more)
+    def collapsing(ivp, ida, tol, *more):
+        run = make(ivp, ida, tol, *more)
         few = {part: x[:rows] for part, x in run.states.items()}
         return run if tol == ida_run.TOL else replace(run, t=run.t[:rows], **few, failure="the step size has collapsed.")
 
@@ -327,14 +327,14 @@ def test_a_comparison_ends_where_rounding_hides_everything(references):
 
 def test_what_an_inexact_parameter_does_is_taken_from_the_motion(references):
     reference, count = store.load(NAME, references), 8
-    scene = reference.scene()
+    ivp = reference.ivp()
 
     def run(gravity):
-        return own_run.stepped(reference, replace(scene, parameters={**scene.parameters, "gravity": gravity}), 33, count)
+        return own_run.stepped(reference, replace(ivp, parameters={**ivp.parameters, "gravity": gravity}), 33, count)
 
     exact, far = run(1.0), run(1.0 + 1e-6)
-    assert all(not np.any(moved) for moved in own_run._inexact(reference, scene, count, exact).values())
-    beside = replace(scene, parameters={**scene.parameters, "gravity": 1.0 + 2.0**-52})
+    assert all(not np.any(moved) for moved in own_run._inexact(reference, ivp, count, exact).values())
+    beside = replace(ivp, parameters={**ivp.parameters, "gravity": 1.0 + 2.0**-52})
     found = own_run._inexact(reference, beside, count, exact)
     for part in PARTS:
         assert found[part][-1, 0] == pytest.approx(np.abs(far[part] - exact[part]).max() * 2.0**-52 / 1e-6, rel=1e-4, abs=0)

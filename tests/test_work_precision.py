@@ -9,10 +9,10 @@ import pandas as pd
 import pytest
 
 from daebench import api
-from daebench.api import setting_of
 from daebench.catalogue import problems
 from daebench.errors import BadInput
 from daebench.fixed_step_constrained import FixedStep
+from daebench.ivp_constructor import initial_value_problem
 from daebench.members import members, poisson_members
 from daebench.method import Request
 from daebench.names import methods_of
@@ -69,7 +69,7 @@ def test_a_call_of_a_whole_right_side_counts_as_what_it_evaluates():
 
 
 def test_a_stage_of_a_fixed_step_counts_as_much_as_a_call_of_a_solver():
-    run = FixedStep("rk4", compiled=False).solve(setting_of("planar_pendulum", "rotating"), Request(value=1 / 8, steps=10))
+    run = FixedStep("rk4", compiled=False).solve(initial_value_problem("planar_pendulum", "rotating"), Request(value=1 / 8, steps=10))
     table = with_costs(counted("planar_pendulum", **{f"n_{name}": float(count) for name, count in run.work.items()}))
     assert table["evaluations"].item() == 4 * run.steps * with_costs(counted("planar_pendulum", n_rhs=1.0))["evaluations"].item()
 
@@ -127,9 +127,9 @@ def test_every_scheme_is_in_the_family_of_its_claims(method):
 @pytest.mark.parametrize("method", poisson_members())
 @pytest.mark.parametrize("problem", ["lotka_volterra", "free_rigid_body"])
 def test_every_scheme_for_poisson_systems_is_too(problem, method):
-    scene = setting_of(problem)
-    (solver,) = methods_of(scene, [method], anyway=True)
-    assert family_of(method, problem, scene.case) == (CLAIMING if solver.is_poisson(scene) or "energy" in solver.keeps(scene) else OTHERS)
+    ivp = initial_value_problem(problem)
+    (solver,) = methods_of(ivp, [method], anyway=True)
+    assert family_of(method, problem, ivp.case) == (CLAIMING if solver.is_poisson(ivp) or "energy" in solver.keeps(ivp) else OTHERS)
 
 
 def test_nothing_is_drawn_below_the_bound_of_the_reference(tmp_path, monkeypatch):
@@ -174,7 +174,7 @@ def test_a_long_run_is_timed_once(monkeypatch, method, value):
     cell = Cell(**MOTION, method=method, value=value, metrics=("energy",), repeat=5)
     owner, solved = type(cell.solver), []
     real = owner.solve
-    monkeypatch.setattr(owner, "solve", lambda self, scene, request: solved.append(real(self, scene, request)) or solved[-1])
+    monkeypatch.setattr(owner, "solve", lambda self, ivp, request: solved.append(real(self, ivp, request)) or solved[-1])
     assert row_of(cell)["seconds"] == solved[-1].seconds
     assert len(solved) == 2
 
@@ -190,8 +190,8 @@ def test_time_and_work_of_a_run_by_tolerance_are_those_of_one_that_keeps_nothing
 def test_where_the_timed_run_fails_the_work_is_that_of_the_one_looked_at(monkeypatch):
     real = ScipyOde.solve
 
-    def solve(self, scene, request):
-        run = real(self, scene, request)
+    def solve(self, ivp, request):
+        run = real(self, ivp, request)
         return replace(run, failure="stopped", work={"rhs": 1}) if request.points == 2 else run
 
     cell = Cell(**MOTION, method="scipy:DOP853", value=1e-6, metrics=("energy",))
@@ -206,11 +206,11 @@ def test_where_the_timed_run_fails_the_work_is_that_of_the_one_looked_at(monkeyp
 def test_an_interrupted_run_is_no_row(monkeypatch, which):
     real, made = ScipyOde.solve, []
 
-    def solve(self, scene, request):
+    def solve(self, ivp, request):
         made.append(request)
         if len(made) == which + 1:
             raise KeyboardInterrupt
-        return real(self, scene, request)
+        return real(self, ivp, request)
 
     monkeypatch.setattr(ScipyOde, "solve", solve)
     with pytest.raises(KeyboardInterrupt):
@@ -333,7 +333,7 @@ def test_where_there_is_nothing_to_draw_there_is_a_table_and_a_sentence(daebench
     assert len(pd.read_csv(tmp_path / "work_precision.csv")) == 1
 
 
-def _refuse(self, scene, request):
+def _refuse(self, ivp, request):
     raise BadInput("it will not.")
 
 

@@ -17,8 +17,8 @@ from daebench.report.claims import ClaimRefuted
 from daebench.reports import work_precision
 from daebench.reports._work_precision_claims import check
 from daebench.reports._work_precision_figures import ratios
+from daebench.reports._work_precision_ivps import WANTED, WORKS, Work
 from daebench.reports._work_precision_numbers import Numbers, measure
-from daebench.reports._work_precision_scenes import WANTED, WORKS, Work
 from daebench.reports._work_precision_tables import setting, tables, times
 from daebench.studies.claimed import THINGS
 from daebench.studies.measure import row_of

@@ -16,24 +16,24 @@ def run(text, name):
     return found
 
 
-def module(scene, formulation, multipliers):
+def module(ivp, formulation, multipliers):
     """Return the generated module of a formulation with ``njit`` standing for nothing; in place of ``daebench.pose._module``."""
-    text = residuals.source("Uncompiled.", scene.source.derivation, formulation, multipliers, cached=False)
-    return run(text, f"{scene.problem}_{formulation}_{multipliers}")
+    text = residuals.source("Uncompiled.", ivp.source.derivation, formulation, multipliers, cached=False)
+    return run(text, f"{ivp.problem}_{formulation}_{multipliers}")
 
 
-def kept_module(scene, formulation, multipliers):
+def kept_module(ivp, formulation, multipliers):
     """As ``module``, made once for each source."""
-    key = (scene.source, formulation, multipliers)
+    key = (ivp.source, formulation, multipliers)
     if key not in _kept:
-        _kept[key] = module(scene, formulation, multipliers)
+        _kept[key] = module(ivp, formulation, multipliers)
     return _kept[key]
 
 
-def kept_functions(setting, *names):
-    """Return a module of a problem's functions without numba, made once; in place of ``daebench.scene.Setting.functions``."""
-    key = (setting.source, names)
+def kept_functions(ivp, *names):
+    """Return a module of a problem's functions without numba, made once; in place of ``daebench.ivp.InitialValueProblem.functions``."""
+    key = (ivp.source, names)
     if key not in _kept:
-        text = Linker(setting.source.derivation, Options(compiled=False)).module("Uncompiled.", [(HOLE, name) for name in names], False)
+        text = Linker(ivp.source.derivation, Options(compiled=False)).module("Uncompiled.", [(HOLE, name) for name in names], False)
         _kept[key] = run(text, "_".join(names))
     return _kept[key]

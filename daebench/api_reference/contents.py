@@ -40,8 +40,8 @@ TASKS = (
             "daebench.list_problems",
             "daebench.methods",
             "daebench.claims_bench.Finding",
-            "daebench.scene_of",
-            "daebench.setting_of",
+            "daebench.initial_value_problem",
+            "daebench.InitialValueProblem",
             "daebench.Trajectory",
             "daebench.PoissonTrajectory",
             "daebench.trajectory.Outcome",
@@ -136,7 +136,7 @@ are run-time parameters, ``int`` ones change the structure.
         "measure",
         "Measure",
         "Drifts, defects and orders as pure functions of numbers, one quantity a module.",
-        ("daebench.diagnostics", "daebench.scene"),
+        ("daebench.diagnostics", "daebench.ivp"),
     ),
     Task(
         "write-a-report",
@@ -147,7 +147,7 @@ are run-time parameters, ``int`` ones change the structure.
     Task(
         "animate-and-draw",
         "Animate, and draw panels",
-        "Animations of a scene, and panels of curves as SVG in milliseconds, for lessons.",
+        "Animations of an initial value problem, and panels of curves as SVG in milliseconds, for lessons.",
         (
             "daebench.animation",
             "daebench.film.animation.Animated",

@@ -13,7 +13,7 @@ class ChainRankMeter(RankMeter):
     """
 
     def _measure(self) -> Callable[..., float]:
-        d, independence = self.dae.d, self.dae.scene.functions("independence").independence
+        d, independence = self.dae.d, self.dae.ivp.functions("independence").independence
         return lambda y, par: float(independence(y[d : 2 * d], y[:d], par))
 
     def _spike(self, y: Array) -> str:

@@ -4,15 +4,15 @@ from typing import Any
 
 from daebench.cache import generated
 from daebench.errors import InvalidProblem
-from daebench.scene import Scene
+from daebench.ivp import ConstrainedIvp
 
 
-def unwritten(scene: Scene, file: str, **structure: Any) -> str:
+def unwritten(ivp: ConstrainedIvp, file: str, **structure: Any) -> str:
     """Return why a scheme's file cannot be written as loops over nodes, as a sentence, or ""; kept with the generated modules.
 
     Parameters
     ----------
-    scene : Scene
+    ivp : ConstrainedIvp
         A chain whose vectors are arrays.
     file : str
         Name of the scheme's file.
@@ -23,13 +23,13 @@ def unwritten(scene: Scene, file: str, **structure: Any) -> str:
     def build(cached: bool) -> str:
         from daebench.link import Linker, Options
 
-        linker = Linker(scene.source.derivation, Options(**structure), f"daebench.schemes.{file}")
+        linker = Linker(ivp.source.derivation, Options(**structure), f"daebench.schemes.{file}")
         why = ""
         try:
             linker.module("", [("daebench.kernels.loop", "integrate")], False)
         except InvalidProblem as error:
             why = str(error)
-        return f'"""Whether {file} is loops over nodes of {scene.problem}."""\n\nWHY = {why!r}\n'
+        return f'"""Whether {file} is loops over nodes of {ivp.problem}."""\n\nWHY = {why!r}\n'
 
-    key = f"{scene.source.key} {file} {sorted(structure.items())} loops"
-    return str(generated(f"{scene.problem}_{file}_loops", key, build).WHY)
+    key = f"{ivp.source.key} {file} {sorted(structure.items())} loops"
+    return str(generated(f"{ivp.problem}_{file}_loops", key, build).WHY)

@@ -27,29 +27,29 @@ def bench(
     as_json: Json = False,
 ) -> None:
     """Measure nanoseconds per step of fixed-step methods, and seconds to the first step on an empty and on a full cache."""
-    from daebench.api import setting_of
     from daebench.catalogue import schemes
+    from daebench.ivp_constructor import initial_value_problem
     from daebench.members import poisson_members
     from daebench.start_up import first_step, numba_alone
     from daebench.timing import hand_written, measure
 
     given = pairs("param", param or [])
-    scene = setting_of(problem, case, given, algebra=algebra)
-    own = schemes() if scene.sheet.KIND == "constrained" else poisson_members()
+    ivp = initial_value_problem(problem, case, given, algebra=algebra)
+    own = schemes() if ivp.sheet.KIND == "constrained" else poisson_members()
     names = words(methods) if methods else list(own)
     rows = []
     with bar("bench") as progress:
         for k, name in enumerate(names):
             progress(k / len(names), name)
-            row = measure(scene, name, h=h, steps=steps, repeat=repeat, anyway=anyway)
+            row = measure(ivp, name, h=h, steps=steps, repeat=repeat, anyway=anyway)
             if "ns_per_step" in row:
                 more = {"parameters": given, "algebra": algebra, "anyway": anyway}
-                row["cold_seconds"], row["warm_seconds"] = first_step(problem, scene.case, name, h, repeat=STARTS, **more)
+                row["cold_seconds"], row["warm_seconds"] = first_step(problem, ivp.case, name, h, repeat=STARTS, **more)
             rows.append(row)
-        rows += hand_written(scene, rows, h=h, steps=steps, repeat=repeat)
+        rows += hand_written(ivp, rows, h=h, steps=steps, repeat=repeat)
         rows.append({"method": "numba alone", "warm_seconds": numba_alone(repeat=STARTS)})
     if as_json:
-        print_json({"problem": problem, "case": scene.case, "h": h, "steps": steps, "repeat": repeat, "rows": rows})
+        print_json({"problem": problem, "case": ivp.case, "h": h, "steps": steps, "repeat": repeat, "rows": rows})
         return
     print_table(COLUMNS, [[_cell(row.get(column)) for column in COLUMNS] for row in rows])
 

@@ -38,23 +38,23 @@ def check(
         raise typer.Exit(_checked(problem, case, as_json=as_json))
     from dataclasses import asdict
 
-    from daebench.api import setting_of
     from daebench.claims_bench import FALLS_SHORT
     from daebench.claims_check import NO_CLAIMS, check_claims, default_step
+    from daebench.ivp_constructor import initial_value_problem
     from daebench.measurable import measured
     from daebench.names import method_of
 
-    scene = setting_of(problem, case, pairs("param", param or []))
-    chosen = measured(method_of(scene, method, pairs("option", option or []), anyway=anyway), scene, NO_CLAIMS)
+    ivp = initial_value_problem(problem, case, pairs("param", param or []))
+    chosen = measured(method_of(ivp, method, pairs("option", option or []), anyway=anyway), ivp, NO_CLAIMS)
     with bar(f"{method} on {problem}") as progress:
-        value, steps = default_step(scene) if h is None else h, 200 if steps is None else steps
-        found = check_claims(scene, chosen, h=value, steps=steps, progress=progress)
+        value, steps = default_step(ivp) if h is None else h, 200 if steps is None else steps
+        found = check_claims(ivp, chosen, h=value, steps=steps, progress=progress)
     short = [each.property for each in found if each.verdict == FALLS_SHORT]
     if as_json:
-        about = {"problem": scene.problem, "case": scene.case, "parameters": dict(scene.parameters), "method": chosen.name}
+        about = {"problem": ivp.problem, "case": ivp.case, "parameters": dict(ivp.parameters), "method": chosen.name}
         print_json(about | {"h": value, "steps": steps, "claims": [asdict(each) for each in found], "falls_short": short})
     else:
-        _print(f"{chosen.name} on {scene.problem}, case {scene.case}, h = {value:g}, {steps} steps", found)
+        _print(f"{chosen.name} on {ivp.problem}, case {ivp.case}, h = {value:g}, {steps} steps", found)
         if short:
             print(f"{chosen.name} falls short of what it claims: {', '.join(short)}.")
     raise typer.Exit(1 if short else 0)
@@ -71,14 +71,14 @@ def _checked(problem: str, case: str | None, *, as_json: bool) -> int:
     """Say what was checked of a problem and what is wrong; return the exit status."""
     from dataclasses import asdict
 
-    from daebench.catalogue import declared_settings
+    from daebench.ivp_constructor import declared_ivps
     from daebench.problem_check import Held, held
 
     found: list[Held] = []
     with bar(f"check {problem}") as progress:
-        settings = declared_settings(problem, case)
-        for k, setting in enumerate(settings):
-            found += held(setting, partial(_tell, progress, k / len(settings), f"check {problem}, case {setting.case}"))
+        ivps = declared_ivps(problem, case)
+        for k, ivp in enumerate(ivps):
+            found += held(ivp, partial(_tell, progress, k / len(ivps), f"check {problem}, case {ivp.case}"))
     if as_json:
         print_json({"problem": problem, "checks": [asdict(each) for each in found], "ok": not any(each.fault for each in found)})
     else:

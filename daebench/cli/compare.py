@@ -1,4 +1,4 @@
-"""``daebench compare``: several methods on one scene."""
+"""``daebench compare``: several methods on one initial value problem."""
 
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -38,43 +38,44 @@ def compare(
     The position, or the state y of a Poisson system, is held against a certified reference where one fits, else against a closed form or a
     finer run, which is said. The file that --out writes has more: manifold or Casimir functions, integrals, and work.
     """
-    from daebench.api import setting_of, singular_as
+    from daebench.api import singular_as
     from daebench.comparison import table_of, trajectories
     from daebench.files import make_folder
+    from daebench.ivp_constructor import initial_value_problem
     from daebench.names import methods_of
 
     wanted = method_names(methods)
     if out is not None:
         make_folder(out)
-    scene = singular_as(setting_of(problem, case, pairs("param", param or []), project=project, algebra=algebra), on_singular)
-    chosen = methods_of(scene, wanted, pairs("option", option or []), anyway=anyway)
+    ivp = singular_as(initial_value_problem(problem, case, pairs("param", param or []), project=project, algebra=algebra), on_singular)
+    chosen = methods_of(ivp, wanted, pairs("option", option or []), anyway=anyway)
     with bar(f"compare on {problem}") as progress:
         names = [method.name for method in chosen]
         runs = trajectories(
-            scene, chosen, h=h, tol=tol, t_end=t_end, began=lambda name: progress(names.index(name) / len(names), f"{name} on {problem}")
+            ivp, chosen, h=h, tol=tol, t_end=t_end, began=lambda name: progress(names.index(name) / len(names), f"{name} on {problem}")
         )
         progress(1.0, "errors of the positions")
-        table = table_of(scene, chosen, runs, t_end)
+        table = table_of(ivp, chosen, runs, t_end)
     written = []
     if out is not None:
         from daebench.comparison_figure import write
 
-        written = [str(path) for path in write(out, scene, runs, table)]
+        written = [str(path) for path in write(out, ivp, runs, table)]
     if json:
-        print_json(_plain(scene, table) | {"written": written})
+        print_json(_plain(ivp, table) | {"written": written})
     else:
         _print(table, written)
     raise typer.Exit(1 if any(each.failure for each in runs) else 0)
 
 
-def _plain(scene: Any, table: "pd.DataFrame") -> dict[str, Any]:
+def _plain(ivp: Any, table: "pd.DataFrame") -> dict[str, Any]:
     """Return what a comparison says as one mapping; a row has h or tol, whichever steers its method."""
     rows = []
     for row in table.to_dict("records"):
         knob = "h" if row.get("h") == row.get("h") and "h" in row else "tol"
         names = [name for name in (*NAMED, *TOLD, *ENDING) if name in row and (name not in ("h", "tol") or name == knob)]
         rows.append({name: row[name] for name in names} | {"failure": row["failure"] or None})
-    return {"problem": scene.problem, "case": scene.case, "parameters": dict(scene.parameters), "rows": rows}
+    return {"problem": ivp.problem, "case": ivp.case, "parameters": dict(ivp.parameters), "rows": rows}
 
 
 def _print(table: "pd.DataFrame", written: list[str]) -> None:

@@ -42,14 +42,14 @@ def long(
     Memory is bounded, however many the steps. To tell a random walk from a drift takes an ensemble of at least 16 starts. Ctrl-C and
     SIGTERM keep everything so far; the same command goes on from there, to the same bits. Exit 1 if a member stops early.
     """
-    from daebench.api import setting_of
     from daebench.files import make_folder
+    from daebench.ivp_constructor import initial_value_problem
     from daebench.studies.ensemble import Ensemble
     from daebench.studies.interrupts import alike
     from daebench.studies.long_run import STRIDE, LongRun
 
     given = tuple(pairs("param", param or []).items())
-    named = setting_of(problem, case, dict(given)).case
+    named = initial_value_problem(problem, case, dict(given)).case
     shared: dict[str, Any] = {
         "parameters": given,
         "options": tuple(pairs("option", option or []).items()),

@@ -32,17 +32,17 @@ def order(
     Errors are Euclidean norms, the largest over t = T k/8, k = 1..8.
     """
     chosen = method_names(methods)
-    from daebench.api import setting_of
     from daebench.files import make_folder
+    from daebench.ivp_constructor import initial_value_problem
     from daebench.names import methods_of
     from daebench.order_study import study
 
     if out is not None:
         make_folder(out)
-    scene = setting_of(problem, case, pairs("param", param or []))
-    given = methods_of(scene, chosen, pairs("option", option or []), anyway=anyway)
+    ivp = initial_value_problem(problem, case, pairs("param", param or []))
+    given = methods_of(ivp, chosen, pairs("option", option or []), anyway=anyway)
     with bar(f"order on {problem}") as progress:
-        found = study(scene, given, t_end=t_end, h=h, halvings=halvings, began=progress)
+        found = study(ivp, given, t_end=t_end, h=h, halvings=halvings, began=progress)
     if as_json:
         print_json(_everything(found))
     else:
@@ -55,7 +55,7 @@ def order(
 def _print(found: "OrderStudy") -> None:
     columns = ("method", "component", "claimed", "order", "standard error", "points", "dropped", "note")
     print_table(columns, [_line(series) for series in found.series])
-    where = f"{found.scene.problem}, case {found.scene.case}, T = {found.t_end:g}"
+    where = f"{found.ivp.problem}, case {found.ivp.case}, T = {found.t_end:g}"
     bounds = ", ".join(f"{name} {bound:.1e}" for name, bound in found.truth.bound.items())
     print(f"{where}: largest Euclidean norm of the error over t = T k/8, k = 1..8.")
     print(f"Reference: {found.truth.kind}, good for {bounds}.")
@@ -75,9 +75,9 @@ def _line(series: "Series") -> list[str]:
 def _everything(found: "OrderStudy") -> dict[str, Any]:
     """Return all that was measured."""
     return {
-        "problem": found.scene.problem,
-        "case": found.scene.case,
-        "parameters": dict(found.scene.parameters),
+        "problem": found.ivp.problem,
+        "case": found.ivp.case,
+        "parameters": dict(found.ivp.parameters),
         "t_end": found.t_end,
         "times": found.truth.t,
         "error": "largest Euclidean norm over the times",

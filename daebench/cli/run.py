@@ -12,8 +12,8 @@ from daebench.cli.console import bar, numbers, pairs, print_json, words
 from daebench.errors import BadInput
 
 if TYPE_CHECKING:
+    from daebench.ivp import ConstrainedIvp
     from daebench.method import Request
-    from daebench.scene import Scene
     from daebench.trajectory import Passage
 
 
@@ -67,7 +67,8 @@ def run(
 ) -> None:
     """Run one method on one problem; exit 1 if it stops early."""
     from daebench.api import prepare
-    from daebench.catalogue import find_scene
+    from daebench.ivp_constructor import initial_value_problem
+    from daebench.make_ivp import constrained
 
     _check_place(out, raw=raw, overwrite=overwrite)
     with bar(f"{method} on {problem}") as progress:
@@ -77,37 +78,43 @@ def run(
         asked |= {"watch": None if watch is None else _watched(watch), "multipliers": lam, "raw": raw, "progress": progress}
         asked |= {"options": pairs("option", option or []), "compensated": compensated, "precision": precision.value, "anyway": anyway}
         asked |= {"y0": numbers("--y0", y0), "project": project, "on_singular": on_singular}
-        chosen, scene, request = prepare(problem, method=method, **start, **asked)
-        trajectory = chosen.solve(scene, request)
-    _write(out, scene, request, method, trajectory)
-    _print(scene, trajectory, find_scene(problem, **start) if project else None, compensated=compensated, as_json=as_json)
+        chosen, ivp, request = prepare(problem, method=method, **start, **asked)
+        trajectory = chosen.solve(ivp, request)
+    _write(out, ivp, request, method, trajectory)
+    _print(
+        ivp,
+        trajectory,
+        constrained(initial_value_problem(problem, **start, consistent=False)) if project else None,
+        compensated=compensated,
+        as_json=as_json,
+    )
     raise typer.Exit(1 if trajectory.failure else 0)
 
 
-def _write(out: Path | None, scene: Any, request: "Request", method: str, trajectory: Any) -> None:
+def _write(out: Path | None, ivp: Any, request: "Request", method: str, trajectory: Any) -> None:
     """Write a trajectory where there is a place for it, and beside each file how it was made."""
     from daebench import provenance
     from daebench.files import write_trajectory
 
     if out is None:
         return
-    about = provenance.made_by(MAKER) | provenance.definition(scene) | {"Method": method}
+    about = provenance.made_by(MAKER) | provenance.definition(ivp) | {"Method": method}
     about["Run"] = _settings(request, trajectory.steps, trajectory.failure)
     for path in write_trajectory(out, trajectory):
         provenance.write_beside(path, about)
 
 
-def _print(scene: Any, trajectory: Any, given: "Scene | None", *, compensated: bool, as_json: bool) -> None:
+def _print(ivp: Any, trajectory: Any, given: "ConstrainedIvp | None", *, compensated: bool, as_json: bool) -> None:
     """Print the summary of a run; ``given`` has the initial values as they were before they were projected."""
     from dataclasses import asdict
 
     from daebench.cli.summary import moved, print_summary, summary_of
     from daebench.doubts import doubts
 
-    summary = summary_of(scene, trajectory, compensated=compensated)
+    summary = summary_of(ivp, trajectory, compensated=compensated)
     if given is not None:
-        summary["projected"] = moved(given, scene)
-    summary["warnings"] = doubts(scene, trajectory)
+        summary["projected"] = moved(given, ivp)
+    summary["warnings"] = doubts(ivp, trajectory)
     passages = getattr(trajectory, "passages", None)
     if passages is not None:
         summary["passages"] = [asdict(each) for each in passages] if as_json else _passed(passages)

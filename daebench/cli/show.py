@@ -17,16 +17,17 @@ def show(
     as_json: Json = False,
 ) -> None:
     """Show a problem: definition, parameters, cases, and what can be run on it."""
-    from daebench.catalogue import find_problem, find_setting
+    from daebench.catalogue import find_problem
     from daebench.cli import definition
+    from daebench.ivp_constructor import initial_value_problem
 
     found = find_problem(problem)
-    setting = find_setting(problem)
-    poisson = setting.sheet.KIND == "poisson"
-    text, cases = definition.poisson(found.define(), setting.sheet) if poisson else definition.constrained(found.define())
-    about = {"problem": found.name, "kind": setting.sheet.KIND, "about": found.summary, "definition": text}
+    ivp = initial_value_problem(problem, consistent=False)
+    poisson = ivp.sheet.KIND == "poisson"
+    text, cases = definition.poisson(found.define(), ivp.sheet) if poisson else definition.constrained(found.define())
+    about = {"problem": found.name, "kind": ivp.sheet.KIND, "about": found.summary, "definition": text}
     about |= {"parameters": {**found.parameters, **found.structure}, "cases": cases}
-    about |= _use(setting)
+    about |= _use(ivp)
     if as_json:
         print_json(about)
     else:
@@ -59,13 +60,13 @@ def _lines(text: str) -> str:
     return text.replace("], [", "],\n [")
 
 
-def _use(setting: Any) -> dict[str, Any]:
+def _use(ivp: Any) -> dict[str, Any]:
     """Return the methods that take a problem, and why others do not."""
     from daebench.names import kind_of, listed, parse
 
-    kind = kind_of(setting)
-    names = _poisson_names() if setting.sheet.KIND == "poisson" else [method.name for method in listed()]
-    refusals = {name: parse(name, kind=kind).refusal(setting) for name in names}
+    kind = kind_of(ivp)
+    names = _poisson_names() if ivp.sheet.KIND == "poisson" else [method.name for method in listed()]
+    refusals = {name: parse(name, kind=kind).refusal(ivp) for name in names}
     return {
         "methods": [name for name, why in refusals.items() if why is None],
         "refused": {name: why for name, why in refusals.items() if why is not None},

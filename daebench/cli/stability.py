@@ -101,15 +101,15 @@ def _made(extreme: "Extreme", asked: "Asked", kept: "Store", executors: Executor
 
 def _varied(param: str | None, problem: str, case: str | None) -> dict[str, list[float]]:
     """Return the parameter to vary and its values; refuse one that the problem does not have."""
-    from daebench.api import setting_of
     from daebench.errors import BadInput, unknown
+    from daebench.ivp_constructor import initial_value_problem
 
     if param is None:
         return {}
     name, equals, values = param.partition("=")
     if not equals:
         raise BadInput(f"--param {param!r} must be of the form name=value,value,...")
-    known = setting_of(problem, case).parameters
+    known = initial_value_problem(problem, case).parameters
     if name.strip() not in known:
         raise unknown(f"parameter of {problem}", name.strip(), known)
     return {name.strip(): numbers(f"--param {name.strip()}", values) or []}

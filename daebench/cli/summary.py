@@ -6,17 +6,17 @@ from typing import Any
 import numpy as np
 
 from daebench.cli.console import print_table
-from daebench.scene import PoissonScene, Scene
+from daebench.ivp import ConstrainedIvp, Ivp, PoissonIvp
 from daebench.trajectory import PoissonTrajectory, Trajectory
 
 MOST_NUMBERS = 12
 """Numbers of a state that are shown in a table; JSON and files have all."""
 
 
-def summary_of(scene: Scene | PoissonScene, trajectory: Trajectory | PoissonTrajectory, *, compensated: bool) -> dict[str, Any]:
+def summary_of(ivp: Ivp, trajectory: Trajectory | PoissonTrajectory, *, compensated: bool) -> dict[str, Any]:
     """Return what a run says of itself; q, p and lam, or y, are those at its end."""
     state = _state(trajectory)
-    energy, start = (float(scene.value("H", *each)) for each in (state, scene.start))
+    energy, start = (float(ivp.value("H", *each)) for each in (state, ivp.start))
     maxima = dict(trajectory.maxima)
     energy_error = maxima.pop("energy", None)
     return {
@@ -32,12 +32,12 @@ def summary_of(scene: Scene | PoissonScene, trajectory: Trajectory | PoissonTraj
         **(
             {"y": state[0]}
             if isinstance(trajectory, PoissonTrajectory)
-            else {"q": state[1], "p": state[0], "lam": scene.value("lam", *state)}
+            else {"q": state[1], "p": state[0], "lam": ivp.value("lam", *state)}
         ),
         "energy": energy,
         "energy_error": energy - start,
         "max_energy_error": energy_error,
-        **_kept(scene, maxima),
+        **_kept(ivp, maxima),
         "maxima_over": trajectory.maxima_over,
         "work": dict(trajectory.work),
         "seconds": trajectory.seconds,
@@ -52,17 +52,17 @@ def _state(trajectory: Trajectory | PoissonTrajectory) -> tuple[Any, ...]:
     return (trajectory.y[-1],) if isinstance(trajectory, PoissonTrajectory) else (trajectory.p[-1], trajectory.q[-1])
 
 
-def _kept(scene: Scene | PoissonScene, maxima: Mapping[str, float]) -> dict[str, Any]:
+def _kept(ivp: Ivp, maxima: Mapping[str, float]) -> dict[str, Any]:
     """Return the largest errors of what the problem's structure keeps, and of its first integrals."""
-    integrals = {name: maxima[name] for name in scene.integrals if name in maxima}
-    if isinstance(scene, PoissonScene):
-        return {"casimirs": {name: maxima[name] for name in scene.casimirs if name in maxima}, "integrals": integrals}
+    integrals = {name: maxima[name] for name in ivp.integrals if name in maxima}
+    if isinstance(ivp, PoissonIvp):
+        return {"casimirs": {name: maxima[name] for name in ivp.casimirs if name in maxima}, "integrals": integrals}
     return {"g": maxima.get("g"), "Gv": maxima.get("Gv"), "integrals": integrals}
 
 
-def moved(given: Scene, scene: Scene | PoissonScene) -> dict[str, float]:
+def moved(given: ConstrainedIvp, ivp: Ivp) -> dict[str, float]:
     """Return by how much the projection moved the initial values."""
-    return {name: float(np.linalg.norm(getattr(scene, name) - getattr(given, name))) for name in ("q0", "p0")}
+    return {name: float(np.linalg.norm(getattr(ivp, name) - getattr(given, name))) for name in ("q0", "p0")}
 
 
 def print_summary(summary: Mapping[str, Any]) -> None:

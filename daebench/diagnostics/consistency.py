@@ -9,8 +9,8 @@ from numpy.typing import ArrayLike, NDArray
 from daebench.diagnostics.manifold import residual_scales
 from daebench.diagnostics.metric import least_displacement
 from daebench.errors import BadInput, InconsistentStart
+from daebench.ivp import ConstrainedIvp
 from daebench.scales import constrained_scales
-from daebench.scene import Scene
 
 Array = NDArray[np.float64]
 Conditions = Callable[[Array], tuple[Array, Array]]
@@ -25,12 +25,12 @@ SWEEPS = 100
 """Most sweeps of a projection."""
 
 
-def consistency(scene: Scene) -> tuple[float, float]:
-    """Return the largest |g| and the largest |G H_p| of the scene's initial values.
+def consistency(ivp: ConstrainedIvp) -> tuple[float, float]:
+    """Return the largest |g| and the largest |G H_p| of the initial values.
 
     Parameters
     ----------
-    scene : Scene
+    ivp : ConstrainedIvp
         The problem with its numbers.
 
     Returns
@@ -38,19 +38,19 @@ def consistency(scene: Scene) -> tuple[float, float]:
     g, Gv : float
         Largest modulus over the m components of g(q0), and of G H_p at (p0, q0), HLW (1.9), (1.11), in their units.
     """
-    p, q = tuple(scene.p0), tuple(scene.q0)
-    g, Gv = scene.value("g", q), scene.value("Gv", p, q)
+    p, q = tuple(ivp.p0), tuple(ivp.q0)
+    g, Gv = ivp.value("g", q), ivp.value("Gv", p, q)
     return float(np.max(np.abs(g))), float(np.max(np.abs(Gv)))
 
 
-def require_consistent(scene: Scene, *, tolerance: float = TOLERANCE) -> None:
+def require_consistent(ivp: ConstrainedIvp, *, tolerance: float = TOLERANCE) -> None:
     """Accept initial values that are on the manifold but for rounding.
 
     The residuals are measured against :func:`daebench.diagnostics.manifold.residual_scales`, so that units do not matter.
 
     Parameters
     ----------
-    scene : Scene
+    ivp : ConstrainedIvp
         The problem with its numbers and initial values.
     tolerance : float
         Largest relative residual.
@@ -63,28 +63,28 @@ def require_consistent(scene: Scene, *, tolerance: float = TOLERANCE) -> None:
         If a residual is larger; the message gives both and offers ``--project``.
     """
     with np.errstate(all="ignore"):
-        g, Gv = consistency(scene)
+        g, Gv = consistency(ivp)
     if not np.isfinite(g + Gv):
         raise BadInput(
-            f"the constraints of {scene.problem}, case {scene.case}, cannot be evaluated at the initial values: |g| = {g:.3g} and "
+            f"the constraints of {ivp.problem}, case {ivp.case}, cannot be evaluated at the initial values: |g| = {g:.3g} and "
             f"|G H_p| = {Gv:.3g}; check the parameters, and that the mass matrix is regular there."
         )
-    g_scale, Gv_scale = residual_scales(scene, scene.p0, scene.q0)
+    g_scale, Gv_scale = residual_scales(ivp, ivp.p0, ivp.q0)
     if not (g <= tolerance * g_scale and Gv <= tolerance * Gv_scale):
-        worst = {name: _largest(scene, name) for name in ("g", "Gv")}
+        worst = {name: _largest(ivp, name) for name in ("g", "Gv")}
         raise InconsistentStart(
-            f"the initial values of {scene.problem}, case {scene.case}, are off the constraint manifold: |g| = {g:.3g}{worst['g']} and "
+            f"the initial values of {ivp.problem}, case {ivp.case}, are off the constraint manifold: |g| = {g:.3g}{worst['g']} and "
             f"|G H_p| = {Gv:.3g}{worst['Gv']}; correct them, or add --project to move them to the nearest consistent ones."
         )
 
 
-def _largest(scene: Scene, name: str) -> str:
+def _largest(ivp: ConstrainedIvp, name: str) -> str:
     """Return of which constraint a residual that is not zero is the largest, where there are several."""
-    values = np.abs(scene.value(name, scene.q0) if name == "g" else scene.value(name, scene.p0, scene.q0))
-    return f" (g{np.argmax(values) + 1})" if scene.m > 1 and np.max(values) > 0 else ""
+    values = np.abs(ivp.value(name, ivp.q0) if name == "g" else ivp.value(name, ivp.p0, ivp.q0))
+    return f" (g{np.argmax(values) + 1})" if ivp.m > 1 and np.max(values) > 0 else ""
 
 
-def project(scene: Scene, p: ArrayLike, q: ArrayLike) -> tuple[Array, Array, float, float]:
+def project(ivp: ConstrainedIvp, p: ArrayLike, q: ArrayLike) -> tuple[Array, Array, float, float]:
     """Return the consistent state nearest to a given one: positions first, then momenta.
 
     ::
@@ -96,7 +96,7 @@ def project(scene: Scene, p: ArrayLike, q: ArrayLike) -> tuple[Array, Array, flo
 
     Parameters
     ----------
-    scene : Scene
+    ivp : ConstrainedIvp
         The problem with its numbers.
     p, q : array_like, shape(d,)
         Momenta and positions.
@@ -114,27 +114,27 @@ def project(scene: Scene, p: ArrayLike, q: ArrayLike) -> tuple[Array, Array, flo
         If an iteration does not converge: the start is too far from the manifold, or G loses rank on the way.
     """
     p0, q0 = np.array(p, dtype=float), np.array(q, dtype=float)
-    M, H_pp = _metric(scene, p0, q0)
-    length, _ = constrained_scales(replace(scene, p0=p0, q0=q0), 0.0, rated=False)
-    q1 = _nearest(f"positions of {scene.problem}", lambda x: (scene.value("g", tuple(x)), scene.value("G", tuple(x))), q0, H_pp, length)
+    M, H_pp = _metric(ivp, p0, q0)
+    length, _ = constrained_scales(replace(ivp, p0=p0, q0=q0), 0.0, rated=False)
+    q1 = _nearest(f"positions of {ivp.problem}", lambda x: (ivp.value("g", tuple(x)), ivp.value("G", tuple(x))), q0, H_pp, length)
     moved_q = float(np.sqrt((q1 - q0) @ M @ (q1 - q0)))
-    M, H_pp = _metric(scene, p0, q1)
+    M, H_pp = _metric(ivp, p0, q1)
     end = tuple(q1)
-    p1 = _nearest(f"momenta of {scene.problem}", lambda x: (scene.value("Gv", tuple(x), end), scene.value("Gv_p", tuple(x), end)), p0, M)
+    p1 = _nearest(f"momenta of {ivp.problem}", lambda x: (ivp.value("Gv", tuple(x), end), ivp.value("Gv_p", tuple(x), end)), p0, M)
     return p1, q1, moved_q, float(np.sqrt((p1 - p0) @ H_pp @ (p1 - p0)))
 
 
-def projected(scene: Scene) -> tuple[Scene, float, float]:
-    """Return the scene with its initial values projected by :func:`project`, and how far positions and momenta were moved.
+def projected(ivp: ConstrainedIvp) -> tuple[ConstrainedIvp, float, float]:
+    """Return the problem with its initial values projected by :func:`project`, and how far positions and momenta were moved.
 
     Parameters
     ----------
-    scene : Scene
+    ivp : ConstrainedIvp
         The problem with its numbers.
 
     Returns
     -------
-    scene : Scene
+    ivp : ConstrainedIvp
         The same with consistent initial values.
     moved_q, moved_p : float
         Length of the change of q in the metric M, and of that of p in M^-1.
@@ -144,17 +144,17 @@ def projected(scene: Scene) -> tuple[Scene, float, float]:
     BadInput
         If the projection does not converge, or vectors are arrays, which have no projection.
     """
-    if scene.arrays:
+    if ivp.arrays:
         raise BadInput(
-            f"initial values of {scene.problem} with {scene.sheet.NODES} nodes cannot be projected; give consistent ones, or fewer nodes."
+            f"initial values of {ivp.problem} with {ivp.sheet.NODES} nodes cannot be projected; give consistent ones, or fewer nodes."
         )
-    p0, q0, moved_q, moved_p = project(scene, scene.p0, scene.q0)
-    return replace(scene, p0=p0, q0=q0), moved_q, moved_p
+    p0, q0, moved_q, moved_p = project(ivp, ivp.p0, ivp.q0)
+    return replace(ivp, p0=p0, q0=q0), moved_q, moved_p
 
 
-def _metric(scene: Scene, p: Array, q: Array) -> tuple[Array, Array]:
+def _metric(ivp: ConstrainedIvp, p: Array, q: Array) -> tuple[Array, Array]:
     """Return M and M^-1 at a state."""
-    return scene.value("mass", tuple(p), tuple(q)), scene.value("H_pp", tuple(p), tuple(q))
+    return ivp.value("mass", tuple(p), tuple(q)), ivp.value("H_pp", tuple(p), tuple(q))
 
 
 def _nearest(what: str, conditions: Conditions, x0: Array, W: Array, least: float = 0.0) -> Array:

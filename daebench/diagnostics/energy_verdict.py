@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from daebench.diagnostics.energy import Drift, energy_drift
 from daebench.diagnostics.integrals import energy_error
-from daebench.scene import Setting
+from daebench.ivp import InitialValueProblem
 from daebench.trajectory import PoissonTrajectory, Trajectory
 
 Array = NDArray[np.float64]
@@ -32,39 +32,39 @@ class EnergyScales:
     most: float
 
 
-def energy_scales(scene: Setting, run: Trajectory | PoissonTrajectory) -> EnergyScales:
+def energy_scales(ivp: InitialValueProblem, run: Trajectory | PoissonTrajectory) -> EnergyScales:
     """Return the energies along a run; infinite values are left out.
 
     Parameters
     ----------
-    scene : Scene or PoissonScene
+    ivp : InitialValueProblem
         The problem with its numbers.
     run : Trajectory or PoissonTrajectory
         A run on it.
     """
     if isinstance(run, PoissonTrajectory):
-        H = np.abs(np.asarray(scene.along("H", run.y), dtype=float))
+        H = np.abs(np.asarray(ivp.along("H", run.y), dtype=float))
         return EnergyScales(_mean(H), _largest(H))
-    T = np.sum(run.p * np.asarray(scene.along("H_p", run.p, run.q), dtype=float), axis=1) / 2
-    U = np.asarray(scene.along("H", run.p, run.q), dtype=float) - T
+    T = np.sum(run.p * np.asarray(ivp.along("H_p", run.p, run.q), dtype=float), axis=1) / 2
+    U = np.asarray(ivp.along("H", run.p, run.q), dtype=float) - T
     return EnergyScales(_mean(np.abs(T)), max(_largest(T), _largest(U)))
 
 
-def energy_verdict(scene: Setting, run: Trajectory | PoissonTrajectory) -> Drift:
+def energy_verdict(ivp: InitialValueProblem, run: Trajectory | PoissonTrajectory) -> Drift:
     """Return the verdict on the energy error of a run, see :func:`daebench.diagnostics.energy.energy_drift`.
 
     Parameters
     ----------
-    scene : Scene or PoissonScene
+    ivp : InitialValueProblem
         The problem with its numbers.
     run : Trajectory or PoissonTrajectory
         A run on it, with outputs that resolve its oscillations.
     """
     states = run.y if isinstance(run, PoissonTrajectory) else run.q
     eps = float(np.finfo(states.dtype).eps)
-    scale = energy_scales(scene, run).most
-    resolution = eps * max(abs(float(scene.value("H", *scene.start))), scale)
-    error, failure = energy_error(scene, run), run.failure or ""
+    scale = energy_scales(ivp, run).most
+    resolution = eps * max(abs(float(ivp.value("H", *ivp.start))), scale)
+    error, failure = energy_error(ivp, run), run.failure or ""
     return energy_drift(run.t, error, resolution=resolution, scale=scale, steps=run.steps, eps=eps, failure=failure)
 
 

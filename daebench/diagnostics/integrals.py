@@ -5,32 +5,32 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from daebench.scene import PoissonScene, Setting
+from daebench.ivp import InitialValueProblem, PoissonIvp
 from daebench.trajectory import PoissonTrajectory, Trajectory
 
 Array = NDArray[np.float64]
 
 
-def energy_error(scene: Setting, trajectory: Trajectory | PoissonTrajectory) -> Array:
+def energy_error(ivp: InitialValueProblem, trajectory: Trajectory | PoissonTrajectory) -> Array:
     """Return H(x(t)) - H(x0), or H(y(t)) - H(y0), at the outputs, shape(n,), in the unit of H.
 
     Parameters
     ----------
-    scene : Scene or PoissonScene
+    ivp : InitialValueProblem
         The problem with its numbers.
     trajectory : Trajectory or PoissonTrajectory
         A run on it.
     """
-    H = scene.along("H", *_states(trajectory))
+    H = ivp.along("H", *_states(trajectory))
     return np.asarray(H - H[0], dtype=float)
 
 
-def integral_errors(scene: Setting, trajectory: Trajectory | PoissonTrajectory) -> dict[str, Array]:
+def integral_errors(ivp: InitialValueProblem, trajectory: Trajectory | PoissonTrajectory) -> dict[str, Array]:
     """Return the error of each first integral that the problem declares besides H, by name, each shape(n,) over the outputs.
 
     Parameters
     ----------
-    scene : Scene or PoissonScene
+    ivp : InitialValueProblem
         The problem with its numbers.
     trajectory : Trajectory or PoissonTrajectory
         A run on it.
@@ -40,15 +40,15 @@ def integral_errors(scene: Setting, trajectory: Trajectory | PoissonTrajectory) 
     dict of str to ndarray, shape(n,)
         I(x(t)) - I(x0), in the unit of the integral; empty where the problem declares none.
     """
-    return _errors(scene, "integrals", scene.integrals, _states(trajectory))
+    return _errors(ivp, "integrals", ivp.integrals, _states(trajectory))
 
 
-def casimir_errors(scene: PoissonScene, trajectory: PoissonTrajectory) -> dict[str, Array]:
+def casimir_errors(ivp: PoissonIvp, trajectory: PoissonTrajectory) -> dict[str, Array]:
     """Return the error of each Casimir function of a Poisson system, HLW Def. 2.5, by name, each shape(n,) over the outputs.
 
     Parameters
     ----------
-    scene : PoissonScene
+    ivp : PoissonIvp
         The system with its numbers.
     trajectory : PoissonTrajectory
         A run on it.
@@ -58,7 +58,7 @@ def casimir_errors(scene: PoissonScene, trajectory: PoissonTrajectory) -> dict[s
     dict of str to ndarray, shape(n,)
         C(y(t)) - C(y0), in the unit of C; empty where the system declares none.
     """
-    return _errors(scene, "casimirs", scene.casimirs, _states(trajectory))
+    return _errors(ivp, "casimirs", ivp.casimirs, _states(trajectory))
 
 
 def _states(trajectory: Trajectory | PoissonTrajectory) -> tuple[Array, ...]:
@@ -66,8 +66,8 @@ def _states(trajectory: Trajectory | PoissonTrajectory) -> tuple[Array, ...]:
     return (trajectory.p, trajectory.q) if isinstance(trajectory, Trajectory) else (trajectory.y,)
 
 
-def _errors(scene: Setting, function: str, names: tuple[str, ...], states: tuple[Array, ...]) -> dict[str, Any]:
+def _errors(ivp: InitialValueProblem, function: str, names: tuple[str, ...], states: tuple[Array, ...]) -> dict[str, Any]:
     if not names:
         return {}
-    values = scene.along(function, *states)
+    values = ivp.along(function, *states)
     return dict(zip(names, (values - values[0]).T, strict=True))

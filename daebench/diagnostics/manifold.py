@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from daebench.diagnostics.energy import Drift, energy_drift
 from daebench.diagnostics.metric import least_displacement
-from daebench.scene import Scene
+from daebench.ivp import ConstrainedIvp
 from daebench.trajectory import Trajectory
 
 Array = NDArray[np.float64]
@@ -31,12 +31,12 @@ class ManifoldDrift:
     Gv: Drift
 
 
-def manifold_drift(scene: Scene, trajectory: Trajectory) -> ManifoldDrift:
+def manifold_drift(ivp: ConstrainedIvp, trajectory: Trajectory) -> ManifoldDrift:
     """Return the largest constraint residuals over the outputs of a trajectory, each with its drift.
 
     Parameters
     ----------
-    scene : Scene
+    ivp : ConstrainedIvp
         The problem with its numbers.
     trajectory : Trajectory
         Outputs t, q, p, n of them; an unfinished run counts as far as it went.
@@ -45,14 +45,14 @@ def manifold_drift(scene: Scene, trajectory: Trajectory) -> ManifoldDrift:
     -------
     ManifoldDrift
     """
-    g = np.max(np.abs(scene.along("g", trajectory.q)), axis=1)
-    Gv = np.max(np.abs(scene.along("Gv", trajectory.p, trajectory.q)), axis=1)
-    scales = residual_scales(scene, trajectory.p[0], trajectory.q[0])
+    g = np.max(np.abs(ivp.along("g", trajectory.q)), axis=1)
+    Gv = np.max(np.abs(ivp.along("Gv", trajectory.p, trajectory.q)), axis=1)
+    scales = residual_scales(ivp, trajectory.p[0], trajectory.q[0])
     drifts = [energy_drift(trajectory.t, x, resolution=float(np.finfo(float).eps) * s) for x, s in zip((g, Gv), scales, strict=True)]
     return ManifoldDrift(float(np.max(g)), float(np.max(Gv)), *drifts)
 
 
-def residual_scales(scene: Scene, p: Array, q: Array) -> tuple[float, float]:
+def residual_scales(ivp: ConstrainedIvp, p: Array, q: Array) -> tuple[float, float]:
     """Return how much g and G H_p change when p and q are changed by a relative unit, at one state.
 
     ::
@@ -63,7 +63,7 @@ def residual_scales(scene: Scene, p: Array, q: Array) -> tuple[float, float]:
 
     Parameters
     ----------
-    scene : Scene
+    ivp : ConstrainedIvp
         The problem with its numbers.
     p, q : ndarray, shape(d,)
         The state.
@@ -73,17 +73,17 @@ def residual_scales(scene: Scene, p: Array, q: Array) -> tuple[float, float]:
     g, Gv : float
         In the units of g and of G H_p.
     """
-    if scene.arrays:
-        G, Gv_q = scene.value("row_moduli", p, q)
-        q_size, v_size = float(np.max(np.abs(q))), float(np.max(np.abs(scene.value("H_p", p, q))))
+    if ivp.arrays:
+        G, Gv_q = ivp.value("row_moduli", p, q)
+        q_size, v_size = float(np.max(np.abs(q))), float(np.max(np.abs(ivp.value("H_p", p, q))))
         return float(np.max(G)) * q_size, float(np.max(Gv_q * q_size + G * v_size))
     q_size, p_size = float(np.max(np.abs(q))), float(np.max(np.abs(p)))
     state = tuple(p), tuple(q)
-    G, Gv_q, Gv_p = (np.sum(np.abs(scene.value(name, *x)), axis=1) for name, x in (("G", state[1:]), ("Gv_q", state), ("Gv_p", state)))
+    G, Gv_q, Gv_p = (np.sum(np.abs(ivp.value(name, *x)), axis=1) for name, x in (("G", state[1:]), ("Gv_q", state), ("Gv_p", state)))
     return float(np.max(G)) * q_size, float(np.max(Gv_q * q_size + Gv_p * p_size))
 
 
-def distance(scene: Scene, P: Array, Q: Array, *, sweeps: int = 6) -> Array:
+def distance(ivp: ConstrainedIvp, P: Array, Q: Array, *, sweeps: int = 6) -> Array:
     """Return the distances of states to the manifold of g = 0 and G H_p = 0, in the metric of kinetic energy.
 
     ::
@@ -96,7 +96,7 @@ def distance(scene: Scene, P: Array, Q: Array, *, sweeps: int = 6) -> Array:
 
     Parameters
     ----------
-    scene : Scene
+    ivp : ConstrainedIvp
         The problem with its numbers.
     P, Q : ndarray, shape(n, d)
         States, one a row.
@@ -108,32 +108,32 @@ def distance(scene: Scene, P: Array, Q: Array, *, sweeps: int = 6) -> Array:
     ndarray, shape(n,)
         NaN for a state that is not finite or from which the sweeps lead nowhere.
     """
-    d = scene.d
-    M, H_pp = scene.along("mass", P, Q), scene.along("H_pp", P, Q)
+    d = ivp.d
+    M, H_pp = ivp.along("mass", P, Q), ivp.along("H_pp", P, Q)
     W = np.zeros((len(P), 2 * d, 2 * d))
     W[:, :d, :d], W[:, d:, d:] = M, H_pp
     dx = np.zeros((len(P), 2 * d))
     for _ in range(sweeps):
         p, q = P + dx[:, :d], Q + dx[:, d:]
-        residual = np.concatenate([scene.along("g", q), scene.along("Gv", p, q)], axis=1)
-        C = constraint_jacobian(scene, p, q)
+        residual = np.concatenate([ivp.along("g", q), ivp.along("Gv", p, q)], axis=1)
+        C = constraint_jacobian(ivp, p, q)
         dx = least_displacement(C, W, (C @ dx[:, :, None])[:, :, 0] - residual)
     dp, dq = dx[:, :d], dx[:, d:]
     squares = np.einsum("ni,nij,nj->n", dp, H_pp, dp) + np.einsum("ni,nij,nj->n", dq, M, dq)
     return np.asarray(np.sqrt(squares), dtype=float)
 
 
-def constraint_jacobian(scene: Scene, P: Array, Q: Array) -> Array:
+def constraint_jacobian(ivp: ConstrainedIvp, P: Array, Q: Array) -> Array:
     """Return the Jacobian of (g, G H_p) with respect to x = (p, q), shape(n, 2m, 2d): rows (0, G) and (Gv_p, Gv_q).
 
     Parameters
     ----------
-    scene : Scene
+    ivp : ConstrainedIvp
         The problem with its numbers.
     P, Q : ndarray, shape(n, d)
         States, one a row.
     """
-    G = scene.along("G", Q)
+    G = ivp.along("G", Q)
     upper = np.concatenate([np.zeros_like(G), G], axis=2)
-    lower = np.concatenate([scene.along("Gv_p", P, Q), scene.along("Gv_q", P, Q)], axis=2)
+    lower = np.concatenate([ivp.along("Gv_p", P, Q), ivp.along("Gv_q", P, Q)], axis=2)
     return np.concatenate([upper, lower], axis=1)

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from daebench.diagnostics.rank import beyond_comparison
-from daebench.scene import Scene
+from daebench.ivp import ConstrainedIvp
 from daebench.trajectory import Passage
 
 Array = NDArray[np.float64]
@@ -33,7 +33,7 @@ class Crossing:
 
     Parameters
     ----------
-    scene : Scene
+    ivp : ConstrainedIvp
         The problem.
     t : float
         When G loses rank, as extrapolated.
@@ -43,7 +43,7 @@ class Crossing:
         States that came after: time, s, velocity, shape(d,), and pivot.
     """
 
-    scene: Scene
+    ivp: ConstrainedIvp
     t: float
     t0: float
     p0: Array
@@ -66,7 +66,7 @@ class Crossing:
         pivot : float
             Smallest relative pivot there.
         """
-        self.after.append((t, self.scene.value("H_p", p, q), pivot))
+        self.after.append((t, self.ivp.value("H_p", p, q), pivot))
         self.smallest = min(self.smallest, pivot)
         if len(self.after) > 2 * KEPT:
             self.after = [*self.after[:-3:2], *self.after[-3:]]
@@ -89,8 +89,8 @@ class Crossing:
         told = self._spread() if self.over else ()
         if not told:
             return Passage(t=self.t, pivot=self.smallest, branch="unknown", turn=math.nan)
-        v0 = self.scene.value("H_p", self.p0, self.q0)
-        M = None if beyond_comparison(self.scene) else self.scene.value("mass", self.p0, self.q0)
+        v0 = self.ivp.value("H_p", self.p0, self.q0)
+        M = None if beyond_comparison(self.ivp) else self.ivp.value("mass", self.p0, self.q0)
         back, rough = extrapolated(told, self.t0), extrapolated(told[1:], self.t0)
         clear = _norm(back - rough, M) <= TELLING * _norm(v0, M)
         return Passage(t=self.t, pivot=self.smallest, branch=_branch(v0, back, M) if clear else "unknown", turn=_turn(v0, back, M))

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from daebench.scene import Scene
+from daebench.ivp import ConstrainedIvp
 
 Array = NDArray[np.float64]
 
@@ -44,14 +44,14 @@ REDUNDANT = (
 """What to do where constraints are dependent at the start."""
 
 
-def independent_rows(scene: Scene, q: Array) -> tuple[list[int], dict[int, list[int]]]:
+def independent_rows(ivp: ConstrainedIvp, q: Array) -> tuple[list[int], dict[int, list[int]]]:
     """Return which rows of G are independent of those before them, and for each other one which of these it is a combination of.
 
     The rows are taken in the metric M^-1 and scaled to length one, so that neither masses nor units matter.
 
     Parameters
     ----------
-    scene : Scene
+    ivp : ConstrainedIvp
         The problem with its numbers.
     q : ndarray, shape(d,)
         Positions.
@@ -63,7 +63,7 @@ def independent_rows(scene: Scene, q: Array) -> tuple[list[int], dict[int, list[
     others : dict of int to list of int
         Each other row with those of ``kept`` that it is a combination of.
     """
-    G, H_pp = scene.value("G", q), scene.value("H_pp", scene.p0, q)
+    G, H_pp = ivp.value("G", q), ivp.value("H_pp", ivp.p0, q)
     rows = np.array(G @ np.linalg.cholesky(H_pp), dtype=float)
     length = np.linalg.norm(rows, axis=1)
     rows /= np.where(length > 0, length, 1.0)[:, None]
@@ -78,29 +78,29 @@ def independent_rows(scene: Scene, q: Array) -> tuple[list[int], dict[int, list[
     return kept, others
 
 
-def beyond_comparison(scene: Scene) -> bool:
-    """Return whether a scene has so many constraints that whole matrices of them are not made."""
-    return scene.arrays or scene.m > LARGEST
+def beyond_comparison(ivp: ConstrainedIvp) -> bool:
+    """Return whether an initial value problem has so many constraints that whole matrices of them are not made."""
+    return ivp.arrays or ivp.m > LARGEST
 
 
-def dependence(scene: Scene) -> str | None:
+def dependence(ivp: ConstrainedIvp) -> str | None:
     """Return which constraints depend on others at the start, and whether only there, as the end of a sentence; None if none does.
 
     More than :data:`LARGEST` constraints are not compared; nor where a value is not finite, which is told of elsewhere.
 
     Parameters
     ----------
-    scene : Scene
+    ivp : ConstrainedIvp
         The problem with its numbers, whose q0 is looked at.
     """
-    if beyond_comparison(scene):
+    if beyond_comparison(ivp):
         return None
     try:
-        kept, others = independent_rows(scene, scene.q0)
+        kept, others = independent_rows(ivp, ivp.q0)
         if not others:
             return None
-        shaken = scene.q0 + NEARBY * (float(np.max(np.abs(scene.q0))) or 1.0) * np.cos(1.0 + np.arange(scene.d))
-        everywhere = independent_rows(scene, shaken)[1].keys() >= others.keys()
+        shaken = ivp.q0 + NEARBY * (float(np.max(np.abs(ivp.q0))) or 1.0) * np.cos(1.0 + np.arange(ivp.d))
+        everywhere = independent_rows(ivp, shaken)[1].keys() >= others.keys()
     except np.linalg.LinAlgError:
         return None
     named = "; ".join(
@@ -108,10 +108,10 @@ def dependence(scene: Scene) -> str | None:
         for k, of in others.items()
     )
     where = "also nearby, so that the constraints are redundant" if everywhere else "there, though not nearby"
-    return f"G has rank {len(kept)} of {scene.m}: {named}, {where}"
+    return f"G has rank {len(kept)} of {ivp.m}: {named}, {where}"
 
 
-def upcoming_loss(scene: Scene, p: Array, q: Array, h: float, within: int) -> float | None:
+def upcoming_loss(ivp: ConstrainedIvp, p: Array, q: Array, h: float, within: int) -> float | None:
     """Return in what time G loses rank, if it does so within so many steps of size h, as one state and its velocity tell; else None.
 
     The roots of what ``independence`` in ``daebench/kernels/rank.py`` measures at q, q - h v and q - 2 h v are extrapolated, and what is
@@ -119,7 +119,7 @@ def upcoming_loss(scene: Scene, p: Array, q: Array, h: float, within: int) -> fl
 
     Parameters
     ----------
-    scene : Scene
+    ivp : ConstrainedIvp
         The problem with its numbers.
     p, q : ndarray, shape(d,)
         The state.
@@ -133,12 +133,12 @@ def upcoming_loss(scene: Scene, p: Array, q: Array, h: float, within: int) -> fl
     float or None
         Time from this state to the loss, s.
     """
-    if beyond_comparison(scene):
+    if beyond_comparison(ivp):
         return None
-    v = scene.value("H_p", p, q)
+    v = ivp.value("H_p", p, q)
 
     def sigma(t: float) -> float:
-        return math.sqrt(abs(float(scene.value("independence", p, q + t * v))))
+        return math.sqrt(abs(float(ivp.value("independence", p, q + t * v))))
 
     s = [sigma(k * h) for k in (-2, -1, 0)]
     if not s[0] > s[1] > s[2] or not s[2] <= within * (s[1] - s[2]):
@@ -147,7 +147,7 @@ def upcoming_loss(scene: Scene, p: Array, q: Array, h: float, within: int) -> fl
     return t if sigma(t) <= BELIEVED * s[2] else None
 
 
-def badly_scaled(scene: Scene, p: Array, q: Array, t: float) -> str:
+def badly_scaled(ivp: ConstrainedIvp, p: Array, q: Array, t: float) -> str:
     """Return which coordinate is too light for the step where G keeps its rank in a time t, as part of a sentence; "" where G loses it.
 
     G M^-1 G^T is nearly singular where G is, and also where the masses are of very different size: rows of G that are independent are
@@ -155,21 +155,21 @@ def badly_scaled(scene: Scene, p: Array, q: Array, t: float) -> str:
 
     Parameters
     ----------
-    scene : Scene
+    ivp : ConstrainedIvp
         The problem with its numbers.
     p, q : ndarray, shape(d,)
         A state before.
     t : float
         Time from there to the place in question, s.
     """
-    if beyond_comparison(scene):
+    if beyond_comparison(ivp):
         return ""
-    G, there = scene.value("G", q), scene.value("G", q + t * scene.value("H_p", p, q))
+    G, there = ivp.value("G", q), ivp.value("G", q + t * ivp.value("H_p", p, q))
     lengths = np.linalg.norm(G, axis=1)[:, None]
     if not (np.all(np.isfinite(there)) and np.all(lengths > 0)):
         return ""
     now, then = (float(np.linalg.svd(rows / lengths, compute_uv=False)[-1]) for rows in (G, there))
-    masses = 1.0 / np.diag(scene.value("H_pp", p, q))
+    masses = 1.0 / np.diag(ivp.value("H_pp", p, q))
     light = int(np.argmin(masses))
     share = float(masses[light] / np.max(masses))
     if then <= BELIEVED * now or not 0 < share < LIGHT:

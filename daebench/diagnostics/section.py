@@ -7,7 +7,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from daebench.diagnostics.energy import Drift, energy_drift
 from daebench.errors import BadInput
-from daebench.scene import PoissonScene
+from daebench.ivp import PoissonIvp
 from daebench.trajectory import PoissonTrajectory
 
 Array = NDArray[np.float64]
@@ -54,7 +54,7 @@ class Closure:
     drift: Drift
 
 
-def section(scene: PoissonScene, trajectory: PoissonTrajectory, *, center: ArrayLike, direction: ArrayLike) -> Section:
+def section(ivp: PoissonIvp, trajectory: PoissonTrajectory, *, center: ArrayLike, direction: ArrayLike) -> Section:
     """Return where a planar trajectory crosses the ray center + r direction, r > 0, in the sense in which it does so first.
 
     Between outputs y is the cubic Hermite interpolant of states and of right sides B grad H, whose error of order four in their distance
@@ -63,7 +63,7 @@ def section(scene: PoissonScene, trajectory: PoissonTrajectory, *, center: Array
 
     Parameters
     ----------
-    scene : PoissonScene
+    ivp : PoissonIvp
         The problem with its numbers, of two coordinates.
     trajectory : PoissonTrajectory
         A run on it, with several outputs in each revolution.
@@ -79,9 +79,9 @@ def section(scene: PoissonScene, trajectory: PoissonTrajectory, *, center: Array
     """
     from scipy.interpolate import CubicHermiteSpline
 
-    begin, along = _ray(scene, center, direction)
+    begin, along = _ray(ivp, center, direction)
     across = np.array([-along[1], along[0]])
-    t, y, rate = trajectory.t, trajectory.y, scene.along("field", trajectory.y)
+    t, y, rate = trajectory.t, trajectory.y, ivp.along("field", trajectory.y)
     if len(t) < 2:
         return _crossed(np.empty(0), np.empty((0, 2)), begin, along)
     orbit = CubicHermiteSpline(t, y, rate)
@@ -93,9 +93,9 @@ def section(scene: PoissonScene, trajectory: PoissonTrajectory, *, center: Array
     return _crossed(times, orbit(times), begin, along)
 
 
-def _ray(scene: PoissonScene, center: ArrayLike, direction: ArrayLike) -> tuple[Array, Array]:
-    if scene.size != 2:
-        raise BadInput(f"a section by a ray is for planar systems, and {scene.problem} has {scene.size} coordinates.")
+def _ray(ivp: PoissonIvp, center: ArrayLike, direction: ArrayLike) -> tuple[Array, Array]:
+    if ivp.size != 2:
+        raise BadInput(f"a section by a ray is for planar systems, and {ivp.problem} has {ivp.size} coordinates.")
     ray = [np.asarray(each, dtype=float) for each in (center, direction)]
     if any(each.shape != (2,) or not np.all(np.isfinite(each)) for each in ray) or not np.any(ray[1]):
         raise BadInput(f"a ray needs a center and a direction of two finite numbers each, not {center!r} and {direction!r}.")

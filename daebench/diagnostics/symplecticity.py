@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from daebench.diagnostics.derivative import STEP, derivative
 from daebench.diagnostics.manifold import constraint_jacobian
-from daebench.scene import Scene
+from daebench.ivp import ConstrainedIvp
 
 Array = NDArray[np.float64]
 
@@ -19,7 +19,7 @@ Path = Callable[[Any, Any], tuple[Any, str | None]]
 """A map from (p, q) to the rows (p, q) after 0, 1, 2, ... steps, and to why there are no more, or None."""
 
 
-def tangent_basis(scene: Scene, p: ArrayLike, q: ArrayLike) -> Array:
+def tangent_basis(ivp: ConstrainedIvp, p: ArrayLike, q: ArrayLike) -> Array:
     """Return an orthonormal basis X of the tangent space of the manifold at (p, q), shape(2d, 2(d - m)).
 
     X spans the null space of the derivative of the constraints (g, G H_p) with respect to x = (p, q), momenta first::
@@ -29,7 +29,7 @@ def tangent_basis(scene: Scene, p: ArrayLike, q: ArrayLike) -> Array:
 
     Parameters
     ----------
-    scene : Scene
+    ivp : ConstrainedIvp
         The problem with its numbers.
     p, q : array_like, shape(d,)
         A point of the manifold.
@@ -39,7 +39,7 @@ def tangent_basis(scene: Scene, p: ArrayLike, q: ArrayLike) -> Array:
     ndarray, shape(2d, 2(d - m))
         With more columns where constraints are redundant, two for each that is.
     """
-    C = constraint_jacobian(scene, np.array(p, dtype=float)[None], np.array(q, dtype=float)[None])[0]
+    C = constraint_jacobian(ivp, np.array(p, dtype=float)[None], np.array(q, dtype=float)[None])[0]
     size = np.linalg.norm(C, axis=1, keepdims=True)
     _, singular, rows = np.linalg.svd(C / np.where(size > 0, size, 1.0))
     rank = int(np.sum(singular > 1e-12 * singular[0]))

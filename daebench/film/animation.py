@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from daebench.api import setting_of, singular_as
+from daebench.api import singular_as
 from daebench.comparison import TOLERANCE
 from daebench.errors import BadInput, positive
 from daebench.figures import save_table
@@ -15,10 +15,11 @@ from daebench.files import check_place
 from daebench.film import gif, mp4, page, smil
 from daebench.film.reel import Reel
 from daebench.film.take import requested, take
+from daebench.ivp import Ivp, PoissonIvp
+from daebench.ivp_constructor import initial_value_problem
 from daebench.method import Progress, knob_value
 from daebench.names import methods_of
 from daebench.provenance import definition, made_by, require_own, write_beside
-from daebench.scene import PoissonScene, Scene
 from daebench.scene_picture import Layout, layout_of
 
 if TYPE_CHECKING:
@@ -100,7 +101,7 @@ def animation(
     overwrite: bool = False,
     progress: Told | None = None,
 ) -> Animated:
-    """Write an animation of several methods on one scene, and the numbers that it shows beside it, as FILE.frames.csv.
+    """Write an animation of several methods on one initial value problem, and the numbers that it shows beside it, as FILE.frames.csv.
 
     Parameters
     ----------
@@ -136,26 +137,26 @@ def animation(
     """
     path = Path(out)
     form, length = _form(path, overwrite=overwrite), _seconds(positive("t_end", t_end), seconds, speed)
-    scene = singular_as(setting_of(problem, case, parameters, project=project, algebra=algebra), on_singular)
-    layout = _layout(scene)
-    chosen = methods_of(scene, methods, options, anyway=anyway)
+    ivp = singular_as(initial_value_problem(problem, case, parameters, project=project, algebra=algebra), on_singular)
+    layout = _layout(ivp)
+    chosen = methods_of(ivp, methods, options, anyway=anyway)
     if not chosen:
         raise BadInput("an animation needs at least one method, for example rattle.")
     rate = gif.possible(_within("fps", fps)) if path.suffix.lower() == ".gif" else _within("fps", fps)
-    frames = 1 + max(1, min(round(rate * length), form.most_frames(layout.at(scene.start[-1][None]).shape[1], len(chosen), ERRORS) - 1))
+    frames = 1 + max(1, min(round(rate * length), form.most_frames(layout.at(ivp.start[-1][None]).shape[1], len(chosen), ERRORS) - 1))
     times = np.linspace(0.0, t_end, frames)
     values = [knob_value(each, h=h if each.knob == "h" else None, tol=tol if each.knob == "tol" else None) for each in chosen]
     for each, value in zip(chosen, values, strict=True):
-        each.check(scene, requested(scene, each, value, times))
+        each.check(ivp, requested(ivp, each, value, times))
     told = progress or (lambda fraction, label: None)
     share = DRAWING if form.pixels else 1.0
     parts = [_part(told, share * k / len(chosen), share / len(chosen), method.name) for k, method in enumerate(chosen)]
-    takes = [take(scene, method, value, times, part) for method, value, part in zip(chosen, values, parts, strict=True)]
-    reel = Reel(scene.problem, scene.case, dict(scene.parameters), layout, takes, times, length)
+    takes = [take(ivp, method, value, times, part) for method, value, part in zip(chosen, values, parts, strict=True)]
+    reel = Reel(ivp.problem, ivp.case, dict(ivp.parameters), layout, takes, times, length)
     form.write(path, reel, _part(told, share, 1 - share, f"drawing {path.name}"))
     save_table(beside := _numbers(path), reel.table())
     for each in (path, beside):
-        write_beside(each, made_by(MAKER) | definition(scene))
+        write_beside(each, made_by(MAKER) | definition(ivp))
     return Animated((path, beside), tuple(each.failure for each in takes if each.failure))
 
 
@@ -205,13 +206,13 @@ def _within(name: str, value: float) -> float:
     return float(value)
 
 
-def _layout(scene: Scene | PoissonScene) -> Layout:
-    """Return what is drawn of a scene; refuse one that declares no picture."""
-    found = layout_of(scene)
+def _layout(ivp: Ivp) -> Layout:
+    """Return what is drawn of an initial value problem; refuse one that declares no picture."""
+    found = layout_of(ivp)
     if found is None:
-        what = "y" if isinstance(scene, PoissonScene) else "q"
+        what = "y" if isinstance(ivp, PoissonIvp) else "q"
         raise BadInput(
-            f"{scene.problem} declares no picture to animate; add picture=Picture(rods=..., masses=..., fixed=...) "
+            f"{ivp.problem} declares no picture to animate; add picture=Picture(rods=..., masses=..., fixed=...) "
             f"with points in {what} to its definition, see daebench.Picture. All problems of daebench have one."
         )
     return found

@@ -8,8 +8,8 @@ import numpy as np
 
 from daebench.comparison import errors_along
 from daebench.grid import EPS
+from daebench.ivp import Ivp, PoissonIvp
 from daebench.method import Progress, Request
-from daebench.scene import PoissonScene, Scene
 from daebench.stepping import Run, next_piece
 from daebench.trajectory import CONSTRAINED, POISSON, Array, Trajectory
 
@@ -61,9 +61,9 @@ def _latest(t: Array, times: Array) -> Any:
     return np.searchsorted(t, times * (1 + 4 * EPS) + 1e-9 * times[1], side="right") - 1
 
 
-def requested(scene: Scene | PoissonScene, method: Any, value: float, times: Array) -> Request:
+def requested(ivp: Ivp, method: Any, value: float, times: Array) -> Request:
     """Return what is asked of a method to be shown at these times."""
-    kinds, t_end = POISSON if isinstance(scene, PoissonScene) else CONSTRAINED, float(times[-1])
+    kinds, t_end = POISSON if isinstance(ivp, PoissonIvp) else CONSTRAINED, float(times[-1])
     if method.knob == "tol":
         return Request(value=value, t_end=t_end, points=WITHIN * (len(times) - 1) + 1, watch=())
     steps = t_end / value if value > 0 else 0.0
@@ -71,21 +71,21 @@ def requested(scene: Scene | PoissonScene, method: Any, value: float, times: Arr
     return Request(value=value, t_end=t_end, every=every, watch=kinds)
 
 
-def take(scene: Scene | PoissonScene, method: Any, value: float, times: Array, progress: Progress) -> Take:
+def take(ivp: Ivp, method: Any, value: float, times: Array, progress: Progress) -> Take:
     """Return a run of a method as it is shown at these times, the first 0."""
-    request = requested(scene, method, value, times)
+    request = requested(ivp, method, value, times)
     if hasattr(method, "begin"):
-        grid = method.grid(scene, request)
-        return _stepped(scene, method.begin(scene, request, grid, request.watch), times, progress)
-    run = method.solve(scene, request)
+        grid = method.grid(ivp, request)
+        return _stepped(ivp, method.begin(ivp, request, grid, request.watch), times, progress)
+    run = method.solve(ivp, request)
     progress(1.0)
-    return _sampled(scene, run, times)
+    return _sampled(ivp, run, times)
 
 
-def _stepped(scene: Scene | PoissonScene, run: Run, times: Array, progress: Progress) -> Take:
+def _stepped(ivp: Ivp, run: Run, times: Array, progress: Progress) -> Take:
     """Return a run with fixed steps, each of which is watched."""
     goals = np.unique(np.minimum(np.floor(times / run.grid.h * (1 + 4 * EPS) + 1e-9).astype(np.int64), run.grid.steps))
-    done, rows, maxima = [0], [np.concatenate(scene.start)], [_at_start(scene, run.names)]
+    done, rows, maxima = [0], [np.concatenate(ivp.start)], [_at_start(ivp, run.names)]
     for goal in goals[1:]:
         _reach(run, int(goal))
         progress(run.done / run.grid.steps)
@@ -96,8 +96,8 @@ def _stepped(scene: Scene | PoissonScene, run: Run, times: Array, progress: Prog
         if run.failure is not None:
             break
         run.maxima = tuple(run.zero for _ in run.names)
-    states = np.array(rows)[:, scene.size - len(scene.start[-1]) :]
-    errors = _named(scene, run.names, np.array(maxima))
+    states = np.array(rows)[:, ivp.size - len(ivp.start[-1]) :]
+    errors = _named(ivp, run.names, np.array(maxima))
     return Take(run.linked.name, "h", run.grid.h, np.array(done) * run.grid.h, states, errors, "steps", run.failure)
 
 
@@ -108,19 +108,19 @@ def _reach(run: Run, goal: int) -> None:
         piece = next_piece(piece, run.piece(min(piece, goal - run.done)))
 
 
-def _at_start(scene: Scene | PoissonScene, names: Sequence[str]) -> list[float]:
+def _at_start(ivp: Ivp, names: Sequence[str]) -> list[float]:
     """Return what is watched at the start: how far it is off the manifold, and else 0."""
-    if isinstance(scene, PoissonScene):
+    if isinstance(ivp, PoissonIvp):
         return [0.0] * len(names)
-    off = {"g": scene.value("g", scene.q0), "Gv": scene.value("Gv", scene.p0, scene.q0)}
+    off = {"g": ivp.value("g", ivp.q0), "Gv": ivp.value("Gv", ivp.p0, ivp.q0)}
     return [float(np.abs(off[name]).max()) if name in off else 0.0 for name in names]
 
 
-def _named(scene: Scene | PoissonScene, names: Sequence[str], maxima: Array) -> dict[str, Array]:
+def _named(ivp: Ivp, names: Sequence[str], maxima: Array) -> dict[str, Array]:
     """Return columns of maxima by name in ``LABELS``: of several Casimir functions or integrals the largest."""
     own = {"energy": "energy_error", "g": "g", "Gv": "Gv"}
-    if isinstance(scene, PoissonScene):
-        own |= dict.fromkeys(scene.casimirs, "casimir_error") | dict.fromkeys(scene.integrals, "integral_error")
+    if isinstance(ivp, PoissonIvp):
+        own |= dict.fromkeys(ivp.casimirs, "casimir_error") | dict.fromkeys(ivp.integrals, "integral_error")
     found: dict[str, Array] = {}
     for name, column in zip(names, maxima.T, strict=True):
         if name in own:
@@ -128,10 +128,10 @@ def _named(scene: Scene | PoissonScene, names: Sequence[str], maxima: Array) -> 
     return found
 
 
-def _sampled(scene: Scene | PoissonScene, run: Any, times: Array) -> Take:
+def _sampled(ivp: Ivp, run: Any, times: Array) -> Take:
     """Return a run of which outputs are known."""
     at = np.unique([*_latest(run.t, times), len(run.t) - 1])
     since = np.concatenate([[0], at[:-1] + 1])
-    errors = {name: np.maximum.reduceat(values, since) for name, values in errors_along(scene, run).items()}
+    errors = {name: np.maximum.reduceat(values, since) for name, values in errors_along(ivp, run).items()}
     states = run.q if isinstance(run, Trajectory) else run.y
     return Take(run.method, run.knob, run.value, run.t[at], states[at], errors, "outputs", run.failure)

@@ -9,7 +9,7 @@ from daebench.errors import BadInput, DaebenchError
 from daebench.reference.certified import store
 from daebench.reference.certified.record import Reference
 from daebench.reference_motion import OwnRun, certified_for, own_run
-from daebench.studies.cell import OUTPUTS, Cell, scene_of
+from daebench.studies.cell import OUTPUTS, Cell, ivp_of
 from daebench.trajectory import Array
 
 Parameters = tuple[tuple[str, float], ...]
@@ -54,9 +54,9 @@ def require_reference(cell: Cell, what: str) -> None:
 def _certified(
     find: Callable[..., Reference], problem: str, case: str, parameters: Parameters, on_singular: str, t_end: float
 ) -> Reference | None:
-    return certified_for(scene_of(problem, case, parameters, on_singular), t_end)
+    return certified_for(ivp_of(problem, case, parameters, on_singular), t_end)
 
 
 @lru_cache(maxsize=64)
 def _own(problem: str, case: str, parameters: Parameters, on_singular: str, times: bytes) -> OwnRun:
-    return own_run(scene_of(problem, case, parameters, on_singular), np.frombuffer(times))
+    return own_run(ivp_of(problem, case, parameters, on_singular), np.frombuffer(times))

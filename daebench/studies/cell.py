@@ -12,14 +12,16 @@ from typing import Any
 import numpy as np
 
 from daebench import package_files
-from daebench.api import setting_of, singular_as
+from daebench.api import singular_as
 from daebench.cache import toolchain
 from daebench.errors import BadInput
 from daebench.fixed_step_constrained import FixedStep
+from daebench.ivp import Ivp
+from daebench.ivp_constructor import initial_value_problem
 from daebench.kernels.hole import ROUNDINGS
-from daebench.method import Patience, Request
+from daebench.method import Request, WorkLimit
 from daebench.names import method_of
-from daebench.scene import PoissonScene, Scene
+from daebench.renamed import OldAttribute
 
 DECIDING = ("numpy", "scipy", "numba", "scikit-sundae", "mpmath", "heyoka", "solve_dae")
 """Packages whose versions may change a number."""
@@ -110,10 +112,12 @@ class Cell:
     calls: int = 0
     beside: bool = False
 
+    scene = OldAttribute("ivp")
+
     @property
-    def scene(self) -> Scene | PoissonScene:
+    def ivp(self) -> Ivp:
         """The problem with its numbers."""
-        return scene_of(self.problem, self.case, self.parameters, self.on_singular)
+        return ivp_of(self.problem, self.case, self.parameters, self.on_singular)
 
     @property
     def solver(self) -> Any:
@@ -124,7 +128,7 @@ class Cell:
         BadInput
             If Newton's iteration is to be ended early and the method has none that can be.
         """
-        found = method_of(self.scene, self.method, dict(self.options), compensated=self.compensated, anyway=self.anyway)
+        found = method_of(self.ivp, self.method, dict(self.options), compensated=self.compensated, anyway=self.anyway)
         if not self.sweeps and not self.newton:
             return found
         if not isinstance(found, FixedStep):
@@ -134,8 +138,8 @@ class Cell:
     def asked(self, knob: str) -> Request:
         """Return what a method with this knob is asked to do where everything is looked at."""
         every, points = (self._every, None) if knob == "h" else (None, max(FEWEST, self.outputs + 1))
-        patience = Patience(self.calls, self.calls + 1, 1) if self.calls else None
-        return Request(value=self.value, t_end=self.t_end, precision=self.precision, every=every, points=points, patience=patience)
+        work_limit = WorkLimit(self.calls, self.calls + 1, 1) if self.calls else None
+        return Request(value=self.value, t_end=self.t_end, precision=self.precision, every=every, points=points, work_limit=work_limit)
 
     @property
     def _every(self) -> int:
@@ -161,19 +165,19 @@ class Cell:
 
 
 @lru_cache(maxsize=64)
-def scene_of(problem: str, case: str, parameters: tuple[tuple[str, float], ...], on_singular: str) -> Scene | PoissonScene:
+def ivp_of(problem: str, case: str, parameters: tuple[tuple[str, float], ...], on_singular: str) -> Ivp:
     """Return a problem with its numbers from plain values; the last ones that were asked for are at hand."""
-    return singular_as(setting_of(problem, case, dict(parameters)), on_singular or None)
+    return singular_as(initial_value_problem(problem, case, dict(parameters)), on_singular or None)
 
 
-def defined_by(scene: Scene | PoissonScene) -> tuple[str, ...]:
+def defined_by(ivp: Ivp) -> tuple[str, ...]:
     """Return what defines a motion, exactly: the equations, the parameters and the start.
 
     Of a file outside of the package these are its content and what it gave when it was run: it may read what is beside it.
     """
-    source = scene.source
+    source = ivp.source
     equations = (source.content, source.sheet.FINGERPRINT) if source.content else (source.key,)
-    return *equations, *(float(x).hex() for x in (*scene.par, *(x for part in scene.start for x in part)))
+    return *equations, *(float(x).hex() for x in (*ivp.par, *(x for part in ivp.start for x in part)))
 
 
 def digest(*texts: str) -> str:

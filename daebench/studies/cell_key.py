@@ -10,7 +10,7 @@ from daebench.studies.cell import COLUMNS, Cell, defined_by, digest, made_by
 from daebench.studies.metrics import METRICS
 
 _KEYS: "WeakKeyDictionary[Cell, str]" = WeakKeyDictionary()
-"""Keys of the cells that there are: a key takes its scene, which takes longer to make than to use."""
+"""Keys of the cells that there are: a key takes its initial value problem, which takes longer to make than to use."""
 
 
 def require_possible(cell: Cell) -> None:
@@ -23,7 +23,7 @@ def require_possible(cell: Cell) -> None:
     """
     _require_own_columns(cell)
     solver = cell.solver
-    solver.check(cell.scene, cell.asked(solver.knob))
+    solver.check(cell.ivp, cell.asked(solver.knob))
 
 
 def _require_own_columns(cell: Cell) -> None:
@@ -47,10 +47,10 @@ def key_of(cell: Cell) -> str:
 
 
 def _key(cell: Cell) -> str:
-    name = {"problem": ""} if cell.scene.source.content else {}
+    name = {"problem": ""} if cell.ivp.source.content else {}
     plain = json.dumps(cell.plain() | {"metrics": sorted(cell.metrics)} | name, sort_keys=True)
     timed_on = machine() if cell.repeat else ""
-    return digest(plain, *defined_by(cell.scene), made_by(), timed_on, _certificate(cell))
+    return digest(plain, *defined_by(cell.ivp), made_by(), timed_on, _certificate(cell))
 
 
 def _certificate(cell: Cell) -> str:

@@ -73,7 +73,7 @@ class Checkpoint:
 
 def identity(spec: LongRun) -> dict[str, Any]:
     """Return all that decides the numbers of a run: its fields, its definition with its numbers, and the versions of everything."""
-    return {**spec.plain(), "definition": digest(*defined_by(spec.scene)), "versions": maker()}
+    return {**spec.plain(), "definition": digest(*defined_by(spec.ivp)), "versions": maker()}
 
 
 def save(path: Path, who: dict[str, Any], stream: Stream) -> None:

@@ -4,11 +4,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from daebench.api import setting_of
 from daebench.errors import BadInput
 from daebench.fixed_step_constrained import FixedStep
+from daebench.ivp import ConstrainedIvp, Ivp, PoissonIvp
+from daebench.ivp_constructor import initial_value_problem
 from daebench.names import methods_of
-from daebench.scene import PoissonScene, Scene
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -17,8 +17,8 @@ THINGS = ("energy", "constraints", "casimirs", "two_form")
 """What may be claimed: energy without drift, g = 0 and G H_p = 0, Casimir functions, the two-form or the structure matrix."""
 
 
-def claimed(scene: Scene | PoissonScene, method: Any) -> frozenset[str]:
-    """Return which of :data:`THINGS` a method claims to conserve on a scene.
+def claimed(ivp: Ivp, method: Any) -> frozenset[str]:
+    """Return which of :data:`THINGS` a method claims to conserve on an initial value problem.
 
     Energy without drift is claimed by a method that is symplectic on the manifold, or a Poisson integrator, or that conserves H. A method
     that is symmetric alone and stays on the manifold claims it on a motion that is its own reverse: that begins at rest, so that
@@ -26,19 +26,19 @@ def claimed(scene: Scene | PoissonScene, method: Any) -> frozenset[str]:
 
     Parameters
     ----------
-    scene : Scene or PoissonScene
+    ivp : InitialValueProblem
         The problem with the numbers of a case.
     method : Method
         The method.
     """
     if method.knob != "h":
         return frozenset()
-    if isinstance(scene, PoissonScene):
-        return _on_poisson(scene, method)
+    if isinstance(ivp, PoissonIvp):
+        return _on_poisson(ivp, method)
     assert isinstance(method, FixedStep)
     claims = method.claims
     symplectic = claims.symplectic and claims.on_manifold
-    reversed_too = claims.symmetric and claims.on_manifold and own_reverse(scene)
+    reversed_too = claims.symmetric and claims.on_manifold and own_reverse(ivp)
     claim = {
         "energy": symplectic or claims.conserves_energy or reversed_too,
         "constraints": claims.on_manifold,
@@ -47,19 +47,19 @@ def claimed(scene: Scene | PoissonScene, method: Any) -> frozenset[str]:
     return frozenset(name for name, made in claim.items() if made)
 
 
-def _on_poisson(scene: PoissonScene, method: Any) -> frozenset[str]:
-    kept = method.keeps(scene)
+def _on_poisson(ivp: PoissonIvp, method: Any) -> frozenset[str]:
+    kept = method.keeps(ivp)
     claim = {
-        "energy": method.is_poisson(scene) or "energy" in kept,
-        "casimirs": bool(scene.casimirs) and set(scene.casimirs) <= set(kept),
-        "two_form": method.is_poisson(scene),
+        "energy": method.is_poisson(ivp) or "energy" in kept,
+        "casimirs": bool(ivp.casimirs) and set(ivp.casimirs) <= set(kept),
+        "two_form": method.is_poisson(ivp),
     }
     return frozenset(name for name, made in claim.items() if made)
 
 
-def own_reverse(scene: Scene) -> bool:
+def own_reverse(ivp: ConstrainedIvp) -> bool:
     """Return whether a motion begins at rest, and so is its own reverse."""
-    return not np.any(scene.p0)
+    return not np.any(ivp.p0)
 
 
 def claims_of(table: "pd.DataFrame") -> dict[str, frozenset[str]]:
@@ -72,16 +72,16 @@ def claims_of(table: "pd.DataFrame") -> dict[str, frozenset[str]]:
     """
     found: dict[str, frozenset[str]] = {}
     for (problem, case), rows in table.groupby(["problem", "case"], sort=False):
-        scene = setting_of(str(problem), str(case))
+        ivp = initial_value_problem(str(problem), str(case))
         for name in dict.fromkeys(map(str, rows["method"])):
-            own = _claimed(scene, name)
+            own = _claimed(ivp, name)
             found[name] = found[name] & own if name in found else own
     return found
 
 
-def _claimed(scene: Scene | PoissonScene, name: str) -> frozenset[str]:
+def _claimed(ivp: Ivp, name: str) -> frozenset[str]:
     try:
-        (method,) = methods_of(scene, [name], anyway=isinstance(scene, PoissonScene))
+        (method,) = methods_of(ivp, [name], anyway=isinstance(ivp, PoissonIvp))
     except BadInput:
         return frozenset()
-    return claimed(scene, method)
+    return claimed(ivp, method)

@@ -76,7 +76,7 @@ class Ensemble:
         """Refuse members that would be the same run twice, for their spread would tell nothing."""
         first: dict[bytes, int] = {}
         for number, spec in enumerate(self.specs):
-            start = b"".join(np.asarray(x, dtype=spec.precision).tobytes() for x in spec.scene.start)
+            start = b"".join(np.asarray(x, dtype=spec.precision).tobytes() for x in spec.ivp.start)
             other = first.setdefault(start, number)
             if other != number:
                 raise BadInput(f"members {other} and {number} of {spec.problem}, case {spec.case}, begin at the same state; run it once.")

@@ -4,7 +4,7 @@ import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 
-from daebench.scene import PoissonScene
+from daebench.ivp import PoissonIvp
 from daebench.studies.cell import Cell, maker
 from daebench.studies.store import Kept, Store
 
@@ -101,8 +101,8 @@ def _kernels(cell: Cell) -> int:
 
 
 def _compile_seconds(cell: Cell) -> float:
-    scene, solver = cell.scene, cell.solver
-    size = len(scene.y0) if isinstance(scene, PoissonScene) else scene.d + scene.m
+    ivp, solver = cell.ivp, cell.solver
+    size = len(ivp.y0) if isinstance(ivp, PoissonIvp) else ivp.d + ivp.m
     stages = getattr(getattr(solver, "member", None), "stages", 1)
     return float(min(MOST_COMPILE, max(LEAST_COMPILE, COMPILE_SECONDS * stages * size**2)))
 

@@ -6,11 +6,12 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from daebench.api import setting_of
 from daebench.errors import BadInput
+from daebench.ivp import Ivp, PoissonIvp
+from daebench.ivp_constructor import initial_value_problem
 from daebench.names import method_of
 from daebench.reference.certified.record import Reference
-from daebench.scene import PoissonScene, Scene
+from daebench.renamed import OldAttribute
 from daebench.studies.able import able
 from daebench.studies.cell import Cell
 from daebench.studies.references import reference_of, usual_end
@@ -59,21 +60,23 @@ class Asked:
     parameters: Mapping[str, Sequence[float]] = field(default_factory=dict)
     near: float = 0.0
 
+    scene = OldAttribute("ivp")
+
     @cached_property
-    def scene(self) -> Scene | PoissonScene:
+    def ivp(self) -> Ivp:
         """The problem with the numbers of its case."""
-        return setting_of(self.problem, self.case)
+        return initial_value_problem(self.problem, self.case)
 
     @property
     def poisson(self) -> bool:
         """Whether it is a Poisson system."""
-        return isinstance(self.scene, PoissonScene)
+        return isinstance(self.ivp, PoissonIvp)
 
     @cached_property
     def reference(self) -> Reference | None:
         """The certified reference, if there is one."""
         try:
-            return reference_of(self.problem, self.scene.case)
+            return reference_of(self.problem, self.ivp.case)
         except BadInput:
             return None
 
@@ -86,15 +89,15 @@ class Asked:
     def _chosen(self) -> list[str]:
         if self.methods:
             for name in self.methods:
-                if why := method_of(self.scene, name, anyway=self.poisson).refusal(self.scene):
+                if why := method_of(self.ivp, name, anyway=self.poisson).refusal(self.ivp):
                     raise BadInput(why)
             return list(self.methods)
         names = (*POISSON, "ida:ode") if self.poisson else (*CONSTRAINED, *TOLERANT)
-        return able(self.scene, names)[0]
+        return able(self.ivp, names)[0]
 
     def knob(self, method: str) -> str:
         """Return "h" or "tol"."""
-        return str(method_of(self.scene, method, anyway=self.poisson).knob)
+        return str(method_of(self.ivp, method, anyway=self.poisson).knob)
 
     @cached_property
     def fixed(self) -> list[str]:
@@ -108,7 +111,7 @@ class Asked:
 
     def cell(self, method: str, value: float, metrics: Sequence[str], **more: Any) -> Cell:
         """Return one run."""
-        settings: dict[str, Any] = {"problem": self.problem, "case": self.scene.case, "t_end": self.end, "anyway": self.poisson}
+        settings: dict[str, Any] = {"problem": self.problem, "case": self.ivp.case, "t_end": self.end, "anyway": self.poisson}
         return Cell(method=method, value=value, metrics=tuple(metrics), **settings | more)
 
 
@@ -147,4 +150,4 @@ def uncertified(asked: Asked) -> str:
         return ""
     if asked.reference:
         return f"{asked.reference.name} ends at t = {asked.reference.horizon:g}, before t_end = {asked.end:g}"
-    return f"there is no certified reference of {asked.problem}, case {asked.scene.case}, and errors against anything else are not known"
+    return f"there is no certified reference of {asked.problem}, case {asked.ivp.case}, and errors against anything else are not known"

@@ -10,13 +10,14 @@ import numpy as np
 from daebench.diagnostics.passage import MOST_STATES
 from daebench.errors import BadInput, require_known
 from daebench.grid import Grid
+from daebench.ivp import Ivp
 from daebench.lifted import Lifted
 from daebench.method import Request
 from daebench.names import method_of
-from daebench.scene import PoissonScene, Scene
+from daebench.renamed import OldAttribute
 from daebench.stepping import next_piece
 from daebench.studies.blocks import BLOCK, Blocks
-from daebench.studies.cell import scene_of
+from daebench.studies.cell import ivp_of
 from daebench.studies.starts import start_of
 from daebench.studies.windows import Windows
 from daebench.trajectory import Array
@@ -67,10 +68,12 @@ class LongRun:
     on_singular: str = ""
     member: int = 0
 
+    scene = OldAttribute("ivp")
+
     @property
-    def scene(self) -> Scene | PoissonScene:
+    def ivp(self) -> Ivp:
         """The problem with its numbers, at the member's start."""
-        return _scene(self)
+        return _ivp(self)
 
     @property
     def solver(self) -> Any:
@@ -81,7 +84,7 @@ class LongRun:
         BadInput
             If it chooses its steps itself, or is run above the problem.
         """
-        found = method_of(self.scene, self.method, dict(self.options), compensated=self.compensated, anyway=self.anyway)
+        found = method_of(self.ivp, self.method, dict(self.options), compensated=self.compensated, anyway=self.anyway)
         if found.knob != "h":
             raise BadInput(f"{self.method} chooses its steps itself; a long run takes a method with fixed steps, for example rattle.")
         if isinstance(found, Lifted):
@@ -108,12 +111,12 @@ class LongRun:
             If it cannot.
         """
         require_known(("precision", self.precision, ("float64", "float32")))
-        self._grid(self.solver, self.scene, steps)
+        self._grid(self.solver, self.ivp, steps)
 
-    def _grid(self, solver: Any, scene: Scene | PoissonScene, steps: int) -> Grid:
+    def _grid(self, solver: Any, ivp: Ivp, steps: int) -> Grid:
         if not 1 <= self.stride <= steps:
             raise BadInput(f"stride = {self.stride} must be at least one step, and at most the {steps} steps of the run.")
-        return _Buffered(solver.grid(scene, self.request(steps)).h, steps, self.stride)
+        return _Buffered(solver.grid(ivp, self.request(steps)).h, steps, self.stride)
 
     def request(self, steps: int) -> Request:
         """Return what the method is asked to do."""
@@ -128,13 +131,13 @@ class LongRun:
 
     def begun(self, steps: int) -> Any:
         """Return a run of so many steps at its start, linked and compiled."""
-        solver, scene = self.solver, self.scene
-        return solver.begin(scene, self.request(steps), self._grid(solver, scene, steps), ("samples",))
+        solver, ivp = self.solver, self.ivp
+        return solver.begin(ivp, self.request(steps), self._grid(solver, ivp, steps), ("samples",))
 
 
 @lru_cache(maxsize=64)
-def _scene(spec: LongRun) -> Scene | PoissonScene:
-    return start_of(scene_of(spec.problem, spec.case, spec.parameters, spec.on_singular), spec.member, spec.precision)
+def _ivp(spec: LongRun) -> Ivp:
+    return start_of(ivp_of(spec.problem, spec.case, spec.parameters, spec.on_singular), spec.member, spec.precision)
 
 
 @dataclass(frozen=True)

@@ -62,12 +62,12 @@ def looked_at(cell: Cell) -> Row:
     row |= {"reference": ""} if any(metric.certified for metric in metrics) else {}
     row |= {"steps": 0, "seconds": NAN, "callback_seconds": NAN, "t_reached": 0.0, "failure": ""}
     try:
-        scene, solver = cell.scene, cell.solver
+        ivp, solver = cell.ivp, cell.solver
         row["knob"] = solver.knob
-        run = solver.solve(scene, cell.asked(solver.knob))
+        run = solver.solve(ivp, cell.asked(solver.knob))
         row |= {f"n_{kind}": count for kind, count in run.work.items()}
         row |= {"steps": run.steps, "t_reached": float(run.t[-1]), "failure": run.failure or ""}
-        found = Measured(cell, scene, solver, run)
+        found = Measured(cell, ivp, solver, run)
         if not found.told:
             nothing = f"{run.steps} steps and {len(run.t)} states tell nothing; take a smaller {solver.knob} or more outputs"
             row["failure"] = row["failure"] or nothing
@@ -99,7 +99,7 @@ def _timed(cell: Cell, solver: Any) -> Row:
     """
     request, best = bare(cell, solver.knob), None
     for _ in range(cell.repeat):
-        run = solver.solve(cell.scene, request)
+        run = solver.solve(cell.ivp, request)
         if run.failure is None and (best is None or run.seconds < best.seconds):
             best = run
         if run.seconds > LONG:

@@ -12,9 +12,10 @@ from daebench.diagnostics.branch import largest_jump
 from daebench.diagnostics.energy_verdict import energy_scales, energy_verdict, size
 from daebench.diagnostics.integrals import integral_errors
 from daebench.errors import BadInput, unknown
+from daebench.ivp import Ivp, PoissonIvp
 from daebench.reference.certified.between import At, states_at
 from daebench.reference_motion import OwnRun
-from daebench.scene import PoissonScene, Scene
+from daebench.renamed import OldAttribute
 from daebench.studies.against import certified_of, own_of, require_reference
 from daebench.studies.cell import FEWEST, Cell
 from daebench.trajectory import Array, PoissonTrajectory, Trajectory
@@ -36,7 +37,7 @@ class Measured:
     ----------
     cell : Cell
         What was asked.
-    scene : Scene or PoissonScene
+    ivp : InitialValueProblem
         The problem.
     solver : method
         The method.
@@ -45,9 +46,10 @@ class Measured:
     """
 
     cell: Cell
-    scene: Scene | PoissonScene
+    ivp: Ivp
     solver: Any
     run: Trajectory | PoissonTrajectory
+    scene = OldAttribute("ivp")
 
     @property
     def told(self) -> bool:
@@ -82,7 +84,7 @@ class Measured:
         """Return a part of the run's states at these outputs: "q", "p", "y", or "lam"."""
         if name != "lam":
             return np.asarray(getattr(self.run, name))[self.compared]
-        return np.asarray(self.scene.along("lam", *(x[self.compared] for x in self.states)), dtype=float)
+        return np.asarray(self.ivp.along("lam", *(x[self.compared] for x in self.states)), dtype=float)
 
 
 Columns = Mapping[str, float | str]
@@ -125,10 +127,10 @@ class Metric:
 
     def refusal(self, cell: Cell) -> str | None:
         """Return why a cell cannot be measured by it, as a sentence, or None."""
-        scene = cell.scene
-        poisson = isinstance(scene, PoissonScene)
+        ivp = cell.ivp
+        poisson = isinstance(ivp, PoissonIvp)
         if not (self.poisson if poisson else self.constrained):
-            return f"{self.name} is not measured on {scene.problem}, which is {'a Poisson system' if poisson else 'a constrained problem'}."
+            return f"{self.name} is not measured on {ivp.problem}, which is {'a Poisson system' if poisson else 'a constrained problem'}."
         if not self.measures(cell.solver):
             return f"{self.name} is of methods with fixed steps, and {cell.method} has none; leave out one of them."
         try:
@@ -149,8 +151,8 @@ def _error(part: str) -> Callable[[Measured], Columns]:
 
 def _phase(found: Measured) -> Columns:
     """Return by how much time the run is early or late, at most: its error along the motion over the speed there."""
-    truth, parts = found.truth, ("y",) if isinstance(found.scene, PoissonScene) else ("p", "q")
-    rates = _rates(found.scene, *(truth.states[part] for part in parts))
+    truth, parts = found.truth, ("y",) if isinstance(found.ivp, PoissonIvp) else ("p", "q")
+    rates = _rates(found.ivp, *(truth.states[part] for part in parts))
     off = np.concatenate([found.part(part) - truth.states[part] for part in parts], axis=1)
     speed = np.sum(rates**2, axis=1)
     moving = speed > 1e-12 * float(np.max(speed))
@@ -158,20 +160,20 @@ def _phase(found: Measured) -> Columns:
     return {"phase": float(np.max(np.abs(late)))}
 
 
-def _rates(scene: Scene | PoissonScene, *states: Array) -> Array:
+def _rates(ivp: Ivp, *states: Array) -> Array:
     """Return p' and q' of HLW (1.18), or y', one row a state."""
-    if isinstance(scene, PoissonScene):
-        return np.asarray(scene.along("field", *states), dtype=float)
+    if isinstance(ivp, PoissonIvp):
+        return np.asarray(ivp.along("field", *states), dtype=float)
     p, q = states
-    lam, G = (np.asarray(scene.along(name, *arguments), dtype=float) for name, arguments in (("lam", (p, q)), ("G", (q,))))
-    force = np.einsum("nij,ni->nj", G.reshape(len(q), scene.m, scene.d), lam)
-    dp = -np.asarray(scene.along("H_q", p, q), dtype=float) - force
-    return np.concatenate([dp, np.asarray(scene.along("H_p", p, q), dtype=float)], axis=1)
+    lam, G = (np.asarray(ivp.along(name, *arguments), dtype=float) for name, arguments in (("lam", (p, q)), ("G", (q,))))
+    force = np.einsum("nij,ni->nj", G.reshape(len(q), ivp.m, ivp.d), lam)
+    dp = -np.asarray(ivp.along("H_q", p, q), dtype=float) - force
+    return np.concatenate([dp, np.asarray(ivp.along("H_p", p, q), dtype=float)], axis=1)
 
 
 def _energy(found: Measured) -> Columns:
-    drift, scales = energy_verdict(found.scene, found.run), energy_scales(found.scene, found.run)
-    H = np.asarray(found.scene.along("H", *found.states), dtype=float)
+    drift, scales = energy_verdict(found.ivp, found.run), energy_scales(found.ivp, found.run)
+    H = np.asarray(found.ivp.along("H", *found.states), dtype=float)
     worst = float(found.run.maxima.get("energy", np.max(np.abs(H - H[0]))))
     told: dict[str, float | str] = {"energy_error": worst, "energy_size": size(worst, scales), "energy_scale": _energy_scale(found)}
     told |= {"energy_verdict": drift.verdict, "energy_law": drift.words, "energy_change_bound": drift.change_bound}
@@ -181,9 +183,9 @@ def _energy(found: Measured) -> Columns:
 def _energy_scale(found: Measured) -> float:
     """Return what an error of the energy is large or small against: the largest |p^T H_p|, twice the kinetic energy, or the largest |H|."""
     if isinstance(found.run, PoissonTrajectory):
-        return float(np.max(np.abs(found.scene.along("H", found.run.y))))
+        return float(np.max(np.abs(found.ivp.along("H", found.run.y))))
     p = found.run.p
-    return float(np.max(np.abs(np.sum(p * np.asarray(found.scene.along("H_p", p, found.run.q), dtype=float), axis=1))))
+    return float(np.max(np.abs(np.sum(p * np.asarray(found.ivp.along("H_p", p, found.run.q), dtype=float), axis=1))))
 
 
 def _jump(found: Measured) -> Columns:
@@ -191,12 +193,12 @@ def _jump(found: Measured) -> Columns:
     run = found.run
     if isinstance(run, PoissonTrajectory) or len(run.t) <= run.steps:
         return {"jump": NAN}
-    return {"jump": largest_jump(run.t, run.q, np.asarray(found.scene.along("H_p", run.p, run.q), dtype=float))}
+    return {"jump": largest_jump(run.t, run.q, np.asarray(found.ivp.along("H_p", run.p, run.q), dtype=float))}
 
 
 def _horizon(found: Measured) -> Columns:
     """Return the last time up to which the error of the position, or of the state, is at most a part of its size."""
-    part = "y" if isinstance(found.scene, PoissonScene) else "q"
+    part = "y" if isinstance(found.ivp, PoissonIvp) else "q"
     truth = found.truth.states[part]
     off = np.max(np.abs(found.part(part) - truth), axis=1) > LOST * np.max(np.abs(truth))
     t = found.run.t[found.compared]
@@ -204,7 +206,7 @@ def _horizon(found: Measured) -> Columns:
 
 
 def _integrals(found: Measured) -> Columns:
-    errors = integral_errors(found.scene, found.run)
+    errors = integral_errors(found.ivp, found.run)
     return {"integrals": float(max((np.max(np.abs(error)) for error in errors.values()), default=NAN))}
 
 
@@ -213,27 +215,27 @@ def _maxima(*names: str) -> Callable[[Measured], Columns]:
 
 
 def _casimirs(found: Measured) -> Columns:
-    own = [value for name, value in found.run.maxima.items() if name in getattr(found.scene, "casimirs", ())]
+    own = [value for name, value in found.run.maxima.items() if name in getattr(found.ivp, "casimirs", ())]
     return {"casimirs": float(max(own, default=NAN))}
 
 
-def defect_of(scene: Scene | PoissonScene, solver: Any, h: float) -> float:
+def defect_of(ivp: Ivp, solver: Any, h: float) -> float:
     """Return the symplecticity defect of a few steps of a method with fixed steps, or on a Poisson system the Poisson defect."""
-    if isinstance(scene, PoissonScene):
+    if isinstance(ivp, PoissonIvp):
         from daebench.diagnostics.poisson import poisson_defect
 
-        return float(poisson_defect(solver.flow(scene, h, DEFECT_STEPS), scene.y0, lambda y: scene.value("B", y)))
+        return float(poisson_defect(solver.flow(ivp, h, DEFECT_STEPS), ivp.y0, lambda y: ivp.value("B", y)))
     from daebench.diagnostics.symplecticity import symplecticity_defect, tangent_basis
 
-    basis = tangent_basis(scene, scene.p0, scene.q0)
-    return float(symplecticity_defect(solver.flow(scene, h, DEFECT_STEPS), scene.p0, scene.q0, basis))
+    basis = tangent_basis(ivp, ivp.p0, ivp.q0)
+    return float(symplecticity_defect(solver.flow(ivp, h, DEFECT_STEPS), ivp.p0, ivp.q0, basis))
 
 
 def _defect(found: Measured) -> Columns:
     """Return the defect of the map in double precision; of the one in single precision, which is a rounding of it, it is NaN."""
     if found.cell.precision == "float32":
         return {"defect": NAN}
-    return {"defect": defect_of(found.scene, found.solver, found.cell.value)}
+    return {"defect": defect_of(found.ivp, found.solver, found.cell.value)}
 
 
 DEFECT_STEPS = 10

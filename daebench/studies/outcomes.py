@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 from daebench.diagnostics.branch import WRONG
 from daebench.diagnostics.manifold import residual_scales
-from daebench.scene import PoissonScene
+from daebench.ivp import PoissonIvp
 from daebench.stepping import REASONS
 from daebench.studies.cell import Cell
 from daebench.studies.measure import Row
@@ -81,9 +81,9 @@ def outcome_of(cell: Cell, row: Row) -> str:
     """
     if row["failure"]:
         return next((word for text, word in TOLD.items() if text in row["failure"]), STOPPED)
-    scene = cell.scene
-    if not isinstance(scene, PoissonScene):
-        scale = residual_scales(scene, scene.p0, scene.q0)[0]
+    ivp = cell.ivp
+    if not isinstance(ivp, PoissonIvp):
+        scale = residual_scales(ivp, ivp.p0, ivp.q0)[0]
         if not row["g"] <= FAR * (scale or 1.0):
             return OFF
     if row.get("jump", 0.0) > WRONG:

@@ -52,7 +52,7 @@ def cells_of(
     """
     if asked.reference and asked.end > asked.reference.horizon:
         raise BadInput(f"{uncertified(asked)}; take a smaller t_end.")
-    methods = asked.fixed if asked.methods else able(asked.scene, POISSON if asked.poisson else CONSTRAINED)[0]
+    methods = asked.fixed if asked.methods else able(asked.ivp, POISSON if asked.poisson else CONSTRAINED)[0]
     if not methods:
         raise BadInput("precision is compared for methods with fixed steps, and none is given; give some, for example rattle.")
     found: list[tuple[str, Cell]] = []

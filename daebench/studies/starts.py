@@ -5,14 +5,14 @@ from dataclasses import replace
 import numpy as np
 
 from daebench.diagnostics.consistency import projected
-from daebench.scene import PoissonScene, Scene
+from daebench.ivp import Ivp, PoissonIvp
 
 ROUNDINGS = 1024.0
 """Size of the perturbations in roundings of the number type, relative to the largest coordinate: 2.3e-13 in double precision."""
 
 
-def start_of(scene: Scene | PoissonScene, member: int, precision: str) -> Scene | PoissonScene:
-    """Return the scene at the start of a member of an ensemble; member 0 has the scene's own.
+def start_of(ivp: Ivp, member: int, precision: str) -> Ivp:
+    """Return the initial value problem at the start of a member of an ensemble; member 0 has the initial value problem's own.
 
     The others have 1024 eps xi s added to each coordinate, those that are zero among them, and are projected back onto the manifold: xi is
     random in [-1, 1], and s the largest modulus of the positions or that of the momenta, or 1 where all of them are zero. That scrambles
@@ -26,7 +26,7 @@ def start_of(scene: Scene | PoissonScene, member: int, precision: str) -> Scene 
 
     Parameters
     ----------
-    scene : Scene or PoissonScene
+    ivp : InitialValueProblem
         The problem with its numbers.
     member : int
         Number of the member, which seeds the change.
@@ -39,10 +39,10 @@ def start_of(scene: Scene | PoissonScene, member: int, precision: str) -> Scene 
         If the start cannot be projected, as where vectors are arrays.
     """
     if member == 0:
-        return scene
+        return ivp
     draw = np.random.default_rng(member)
     size = ROUNDINGS * float(np.finfo(precision).eps)
-    moved = [x + size * (float(np.max(np.abs(x))) or 1.0) * draw.uniform(-1, 1, len(x)) for x in scene.start]
-    if isinstance(scene, PoissonScene):
-        return replace(scene, y0=moved[0])
-    return projected(replace(scene, p0=moved[0], q0=moved[1]))[0]
+    moved = [x + size * (float(np.max(np.abs(x))) or 1.0) * draw.uniform(-1, 1, len(x)) for x in ivp.start]
+    if isinstance(ivp, PoissonIvp):
+        return replace(ivp, y0=moved[0])
+    return projected(replace(ivp, p0=moved[0], q0=moved[1]))[0]

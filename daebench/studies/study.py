@@ -6,10 +6,10 @@ from dataclasses import dataclass, field
 from itertools import product
 from typing import TYPE_CHECKING, Any
 
-from daebench.api import setting_of
 from daebench.errors import BadInput, positive, unknown, whole
+from daebench.ivp import Ivp
+from daebench.ivp_constructor import initial_value_problem
 from daebench.names import free_numbers, methods_of
-from daebench.scene import PoissonScene, Scene
 from daebench.studies.cell import OUTPUTS, Cell
 from daebench.studies.cell_key import key_of, require_possible
 from daebench.studies.metrics import metrics_of
@@ -110,7 +110,7 @@ class Study:
         """
         found = list(self._cells())
         measured: set[tuple[object, ...]] = set()
-        for cell in found:  # all of one before the next, while its scene is at hand: it takes longer to make than to use
+        for cell in found:  # all of one before the next, while its initial value problem is at hand: it takes longer to make than to use
             require_possible(cell)
             if (kind := (cell.method, cell.case, cell.parameters)) not in measured:
                 self._require_measurable(cell, found)
@@ -126,15 +126,15 @@ class Study:
                 raise BadInput(why)
 
     def _cells(self) -> Iterator[Cell]:
-        scene = setting_of(self.problem, self.cases[0] if self.cases else None)
-        solvers = methods_of(scene, self.methods, self.options, anyway=self.anyway)
+        ivp = initial_value_problem(self.problem, self.cases[0] if self.cases else None)
+        solvers = methods_of(ivp, self.methods, self.options, anyway=self.anyway)
         knobs = [self._values_of(name, solver.knob) for name, solver in zip(self.methods, solvers, strict=True)]
         if useless := set(self.values) - set(self.methods) - {solver.knob for solver in solvers}:
             raise BadInput(f"values of {', '.join(sorted(useless))} are of no use to {', '.join(self.methods)}; leave them out.")
         grids = [[(name, float(x)) for x in values] for name, values in self.parameters.items()]
-        options = [self._options_of(scene, solver) for solver in solvers]
+        options = [self._options_of(ivp, solver) for solver in solvers]
         for case, given, (name, own, values), precision in product(
-            self.cases or [scene.case], product(*grids), zip(self.methods, options, knobs, strict=True), self.precisions
+            self.cases or [ivp.case], product(*grids), zip(self.methods, options, knobs, strict=True), self.precisions
         ):
             for value in values:
                 yield Cell(
@@ -155,7 +155,7 @@ class Study:
                     **computed_in(precision),
                 )
 
-    def _options_of(self, scene: Scene | PoissonScene, solver: Any) -> tuple[tuple[str, float], ...]:
+    def _options_of(self, ivp: Ivp, solver: Any) -> tuple[tuple[str, float], ...]:
         known = free_numbers(solver)
         return tuple((key, number) for key, number in self.options.items() if key in known)
 

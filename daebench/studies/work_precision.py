@@ -5,11 +5,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from daebench.api import setting_of
 from daebench.errors import BadInput
+from daebench.ivp import PoissonIvp
+from daebench.ivp_constructor import initial_value_problem
 from daebench.names import methods_of
 from daebench.reference_motion import certified_for
-from daebench.scene import PoissonScene
 from daebench.studies.able import able
 from daebench.studies.cell import OUTPUTS
 from daebench.studies.references import usual_end
@@ -100,23 +100,23 @@ def standard(
     BadInput
         If values are of no use.
     """
-    scene = setting_of(problem, case, parameters)
-    poisson = isinstance(scene, PoissonScene)
+    ivp = initial_value_problem(problem, case, parameters)
+    poisson = isinstance(ivp, PoissonIvp)
     left_out: dict[str, str] = {}
     if methods is None:
-        methods, left_out = able(scene, POISSON if poisson else CONSTRAINED)
-    end = usual_end(certified_for(scene, 0.0)) if t_end is None else t_end
-    reference = certified_for(scene, end)
+        methods, left_out = able(ivp, POISSON if poisson else CONSTRAINED)
+    end = usual_end(certified_for(ivp, 0.0)) if t_end is None else t_end
+    reference = certified_for(ivp, end)
     spacing = float(reference.t[1]) if reference else end / OUTPUTS
     steps = [spacing / 2**k for k in range(HALVINGS) if end / (spacing / 2**k) <= STEPS]
     usual = (("y", "casimirs") if poisson else ("q", "p", "lam", "manifold")) + ("phase", "energy", "integrals")
-    solvers = methods_of(scene, methods, anyway=poisson)
+    solvers = methods_of(ivp, methods, anyway=poisson)
     values = {"h": list(h or steps), "tol": list(tol or TOLERANCES)}
     knobs = sorted({solver.knob for solver in solvers})
     for knob, given in (("h", h), ("tol", tol)):
         if given and knob not in knobs:
             raise BadInput(f"values of {knob} are of no use to {', '.join(methods)}; leave them out.")
-    runs: dict[str, Any] = {"problem": problem, "cases": [scene.case], "methods": list(methods), "t_end": end, "anyway": poisson}
+    runs: dict[str, Any] = {"problem": problem, "cases": [ivp.case], "methods": list(methods), "t_end": end, "anyway": poisson}
     runs |= {"values": {knob: values[knob] for knob in knobs}, "parameters": {name: [x] for name, x in (parameters or {}).items()}}
     measured: dict[str, Any] = {"metrics": [*(metrics or usual), *also], "outputs": SAMPLES}
     return Study(**runs, **measured, repeat=repeat, calls=CALLS, beside=beside), left_out
@@ -130,7 +130,7 @@ def with_costs(table: "pd.DataFrame") -> "pd.DataFrame":
     is the CPU time without that spent in Python callbacks.
     """
     counts = [name for name in table.columns if name.startswith("n_") and name not in NOT_COSTS]
-    in_a_call = 1 if isinstance(setting_of(str(table["problem"].iloc[0])), PoissonScene) else IN_A_CALL
+    in_a_call = 1 if isinstance(initial_value_problem(str(table["problem"].iloc[0])), PoissonIvp) else IN_A_CALL
     weights = {name: in_a_call if name in WHOLE else 1 for name in counts}
     own = table["seconds"] - table["callback_seconds"].fillna(0.0)
     return table.assign(evaluations=(table[counts] * weights).sum(axis=1, min_count=1), own_seconds=own)

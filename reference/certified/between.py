@@ -8,8 +8,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from daebench.errors import BadInput
+from daebench.ivp import Ivp
 from daebench.reference.certified.record import Reference
-from daebench.reference.certified.runs import Motion, Setting, integrated
+from daebench.reference.certified.runs import Motion, integrated
 from daebench.solution import EPS, SAFETY
 
 Array = NDArray[np.float64]
@@ -80,8 +81,8 @@ def states_at(reference: Reference, times: ArrayLike) -> At:
     parts = {part: values[nearest] for part, values in reference.values.items()}
     bound = {part: reference.bound[part][nearest] + EPS * np.abs(parts[part]) for part in parts}
     if np.any(row < 0):
-        scene = reference.scene()
-        for places, found, errors in _exact(reference, t, row) if reference.rank_losses else _integrated(scene, reference, nearest, t, row):
+        ivp = reference.ivp()
+        for places, found, errors in _exact(reference, t, row) if reference.rank_losses else _integrated(ivp, reference, nearest, t, row):
             for part in parts:
                 parts[part][places] = found[part]
                 bound[part][places] = errors[part]
@@ -92,10 +93,10 @@ Found = tuple[NDArray[np.intp], Mapping[str, Array], Mapping[str, Any]]
 """Places of times, states there, and bounds."""
 
 
-def _integrated(scene: Setting, reference: Reference, nearest: NDArray[np.intp], t: Array, row: NDArray[np.intp]) -> Iterator[Found]:
+def _integrated(ivp: Ivp, reference: Reference, nearest: NDArray[np.intp], t: Array, row: NDArray[np.intp]) -> Iterator[Found]:
     """Yield the states between stored times, integrated from the nearest."""
     for places in _ways(reference.t, nearest, t, row):
-        found, growth = _travelled(scene, reference, int(nearest[places[0]]), t[places])
+        found, growth = _travelled(ivp, reference, int(nearest[places[0]]), t[places])
         yield places, found.states, {part: found.bound[part] + growth[part] for part in growth}
 
 
@@ -137,9 +138,9 @@ def _ways(stored: Array, nearest: NDArray[np.intp], t: Array, row: NDArray[np.in
     yield from np.split(between[order], np.flatnonzero(np.diff(side[order])) + 1)
 
 
-def _travelled(scene: Setting, reference: Reference, k: int, t: Array) -> tuple[Motion, dict[str, float]]:
+def _travelled(ivp: Ivp, reference: Reference, k: int, t: Array) -> tuple[Motion, dict[str, float]]:
     """Return the motion from stored state k to times on one side of it, and ten times what its rounding may grow to."""
-    start = reference.restarted(scene, k)
+    start = reference.restarted(ivp, k)
     distances, places = np.unique(np.abs(t - reference.t[k]), return_inverse=True)
     signed = distances if t[0] > reference.t[k] else -distances
     found = integrated(start, signed)
@@ -147,7 +148,7 @@ def _travelled(scene: Setting, reference: Reference, k: int, t: Array) -> tuple[
     return Motion({part: rows[places] for part, rows in found.states.items()}, found.bound), growth
 
 
-def _growth(start: Setting, state: Sequence[str], own: Motion, furthest: Array) -> dict[str, float]:
+def _growth(start: Ivp, state: Sequence[str], own: Motion, furthest: Array) -> dict[str, float]:
     """Return ten times what the rounding of a state may grow to on the way to a time, as neighbours in each of its parts show."""
     found = dict.fromkeys(own.states, 0.0)
     for name in state:

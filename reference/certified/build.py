@@ -84,7 +84,7 @@ def build(
 
     place = folder / f".{name}.building"
     versions = {package: version(package) for package in PACKAGES} | {"python": platform.python_version()}
-    key = hashlib.sha256(json.dumps([definition.hash, *_code(definition.scene.problem), t_end, spacing, versions]).encode()).hexdigest()
+    key = hashlib.sha256(json.dumps([definition.hash, *_code(definition.ivp.problem), t_end, spacing, versions]).encode()).hexdigest()
     with alone(folder / f".{name}.lock", name), mp.workdps(KEPT_DIGITS + 20):
         certificate, text = certified_text(definition, times, Stages(place, key, told))
         stored = save(name, certificate | {"versions": versions}, text, folder)
@@ -118,7 +118,7 @@ def _defined(name: str) -> Definition:
 
 def _stages(definition: Definition) -> int:
     """Return how many stages there are at most: five motions, one for each direction, and six runs of IDA in each formulation."""
-    return 5 + len(mathematics(definition).directions.T) + 6 * len(ida_names(definition.scene))
+    return 5 + len(mathematics(definition).directions.T) + 6 * len(ida_names(definition.ivp))
 
 
 def _code(problem: str) -> list[str]:

@@ -61,11 +61,11 @@ def certified_text(definition: Definition, times: list[Any], stages: Stages) -> 
     followed = len(t) if lost is None else int(np.searchsorted(t, lost))
     truth = {part: np.array([[float(x) for x in row] for row in rows[:followed]]) for part, rows in certified.states.parts.items()}
     passed = first_loss(rank.get("lost", ()))
-    ida = ida_errors(definition.scene, t[:followed], truth, stages.record, passed)
+    ida = ida_errors(definition.ivp, t[:followed], truth, stages.record, passed)
     return {
-        "problem": definition.scene.problem,
-        "case": definition.scene.case,
-        "about": definition.problem.cases[definition.scene.case].about,
+        "problem": definition.ivp.problem,
+        "case": definition.ivp.case,
+        "about": definition.problem.cases[definition.ivp.case].about,
         "definition": definition.text | {"sha256": definition.hash},
         "made": {"by": _command(definition.name, times), "method": certified.method, "checks": certified.checks},
         "horizon": {"truth": float(certified.t[-1]), "double": lost, "asked": float(times[-1]), "rule": HORIZON},

@@ -8,13 +8,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from daebench.diagnostics.symplecticity import tangent_basis
+from daebench.ivp import ConstrainedIvp
 from daebench.reference.certified.coordinates import Own
 from daebench.reference.certified.definition import Definition
 from daebench.reference.certified.local import Local
 from daebench.reference.certified.multiprecision import Functions
 from daebench.reference.certified.stages import Rows
 from daebench.reference.taylor_equations import own_coordinates
-from daebench.scene import Scene
 
 Vector = list[Any]
 
@@ -60,9 +60,9 @@ class Constrained:
     @cached_property
     def directions(self) -> NDArray[np.float64]:
         """A basis of the tangent space at the start, shape(2 d, 2 (d - m))."""
-        scene = self.definition.scene
-        assert isinstance(scene, Scene)
-        return np.roll(tangent_basis(scene, scene.p0, scene.q0), self.d, axis=0)  # positions first
+        ivp = self.definition.ivp
+        assert isinstance(ivp, ConstrainedIvp)
+        return np.roll(tangent_basis(ivp, ivp.p0, ivp.q0), self.d, axis=0)  # positions first
 
     def exact(self, times: Sequence[Any]) -> Rows:
         """Return the closed form at times, the first 0."""

@@ -10,12 +10,13 @@ from typing import Any
 import mpmath as mp
 import sympy as sp
 
-from daebench.catalogue import find_problem, find_setting
+from daebench.catalogue import find_problem
+from daebench.ivp import Ivp
+from daebench.ivp_constructor import initial_value_problem
 from daebench.poisson_lattice import PoissonLattice
 from daebench.poisson_system import PoissonSystem
 from daebench.problem import ConstrainedHamiltonian
 from daebench.reference.certified.parts import KINDS, Parts
-from daebench.scene import PoissonScene, Scene
 
 
 @dataclass(frozen=True)
@@ -26,29 +27,29 @@ class Definition:
 
     Parameters
     ----------
-    scene : Scene or PoissonScene
+    ivp : InitialValueProblem
         The same in double precision.
     structure : mapping of str to int
         Structural parameters of the case.
     """
 
-    scene: Scene | PoissonScene
+    ivp: Ivp
     structure: Mapping[str, int]
 
     @property
     def name(self) -> str:
         """Name of the reference: PROBLEM-CASE."""
-        return f"{self.scene.problem}-{self.scene.case}"
+        return f"{self.ivp.problem}-{self.ivp.case}"
 
     @property
     def kind(self) -> Parts:
         """What a state consists of."""
-        return KINDS[self.scene.sheet.KIND]
+        return KINDS[self.ivp.sheet.KIND]
 
     @property
     def derivation(self) -> Any:
         """What follows from the problem's definition."""
-        return self.scene.source.derivation
+        return self.ivp.source.derivation
 
     @cached_property
     def problem(self) -> Any:
@@ -59,7 +60,7 @@ class Definition:
     @cached_property
     def parameters(self) -> dict[sp.Symbol, sp.Rational]:
         """Values of the parameters by their symbols."""
-        values = self.scene.parameters
+        values = self.ivp.parameters
         return {symbol: sp.Rational(repr(values[str(symbol)])) for symbol in self.problem.parameters}
 
     def values(self) -> dict[str, Any]:
@@ -69,13 +70,13 @@ class Definition:
     @cached_property
     def start(self) -> list[list[sp.Expr]]:
         """Initial values as exact expressions, a list a part of the state: q and p, or y."""
-        case = self.problem.cases[self.scene.case]
+        case = self.problem.cases[self.ivp.case]
         return [self.settled(getattr(case, part)) for part in self.kind.state]
 
     @property
     def crosses(self) -> bool:
         """Whether the motion may pass where G loses rank: the case goes on there, and closed form and chart do not need G."""
-        if not isinstance(self.problem, ConstrainedHamiltonian) or self.problem.cases[self.scene.case].on_singular != "continue":
+        if not isinstance(self.problem, ConstrainedHamiltonian) or self.problem.cases[self.ivp.case].on_singular != "continue":
             return False
         return self.problem.closed_form is not None and self.problem.chart is not None
 
@@ -91,11 +92,11 @@ class Definition:
     def text(self) -> dict[str, Any]:
         """The mathematics in words of SymPy: what the hash is taken of."""
         problem = self.problem
-        case = problem.cases[self.scene.case]
+        case = problem.cases[self.ivp.case]
         return {
             **{part: list(map(str, getattr(problem, part))) for part in self.kind.state},
             **_law(problem),
-            "parameters": {name: repr(value) for name, value in self.scene.parameters.items()},
+            "parameters": {name: repr(value) for name, value in self.ivp.parameters.items()},
             "structure": dict(self.structure),
             **{f"{part}0": list(map(str, getattr(case, part))) for part in self.kind.state},
             "integrals": {name: str(each) for name, each in problem.integrals.items()},
@@ -124,6 +125,6 @@ def define(problem: str, case: str | None = None) -> Definition:
     BadInput
         If the problem or the case is unknown.
     """
-    scene, found = find_setting(problem, case), find_problem(problem)
-    own = scene.sheet.CASES[scene.case]["parameters"]
-    return Definition(scene, {name: int(own.get(name, value)) for name, value in found.structure.items()})
+    ivp, found = initial_value_problem(problem, case), find_problem(problem)
+    own = ivp.sheet.CASES[ivp.case]["parameters"]
+    return Definition(ivp, {name: int(own.get(name, value)) for name, value in found.structure.items()})

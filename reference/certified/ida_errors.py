@@ -7,18 +7,19 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from daebench.method import Patience, Request
+from daebench.ivp import Ivp
+from daebench.method import Request, WorkLimit
 from daebench.reference.certified.amplification import LOST
 from daebench.reference.certified.certify import NotCertified
 from daebench.reference.certified.record import EPS
-from daebench.reference.certified.runs import Setting, ida_names, solved
+from daebench.reference.certified.runs import ida_names, solved
 
 Array = NDArray[np.float64]
 
 EXPONENTS = (10, 11, 12, 13, 14)
 """Tolerances 1e-10 ... 1e-14; each run's own estimate takes the next one too."""
 
-PATIENCE = Patience(calls=3_000_000, slow_calls=100_000, slow_part=1000)
+WORK_LIMIT = WorkLimit(calls=3_000_000, slow_calls=100_000, slow_part=1000)
 """When a run is given up; its status says so."""
 
 MARKS = (1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0)
@@ -33,7 +34,7 @@ ROUNDINGS = 4.0
 Keep = Callable[[str, Callable[[], dict[str, Any]]], dict[str, Any]]
 
 
-def ida_errors(scene: Setting, t: Array, truth: Mapping[str, Array], keep: Keep, until: float = np.inf) -> list[dict[str, Any]]:
+def ida_errors(ivp: Ivp, t: Array, truth: Mapping[str, Array], keep: Keep, until: float = np.inf) -> list[dict[str, Any]]:
     """Return one record a formulation and tolerance: largest errors, own estimate |S(tol) - S(tol/10)|, work and status.
 
     The estimate is null where the run at a tenth of the tolerance stopped early; ``lost`` is the time at which the motion is lost,
@@ -41,7 +42,7 @@ def ida_errors(scene: Setting, t: Array, truth: Mapping[str, Array], keep: Keep,
 
     Parameters
     ----------
-    scene : Scene or PoissonScene
+    ivp : InitialValueProblem
         The problem with its numbers.
     t : ndarray, shape(n,)
         Equidistant times, the first 0.
@@ -58,19 +59,19 @@ def ida_errors(scene: Setting, t: Array, truth: Mapping[str, Array], keep: Keep,
         If IDA disagrees with the truth by more than it says itself.
     """
     clear = int(np.searchsorted(t, min(until, UNTIL), "right"))
-    return [record for name in ida_names(scene) for record in _records(scene, name, t, truth, keep, clear)]
+    return [record for name in ida_names(ivp) for record in _records(ivp, name, t, truth, keep, clear)]
 
 
-def _records(scene: Setting, name: str, t: Array, truth: Mapping[str, Array], keep: Keep, clear: int) -> list[dict[str, Any]]:
+def _records(ivp: Ivp, name: str, t: Array, truth: Mapping[str, Array], keep: Keep, clear: int) -> list[dict[str, Any]]:
     runs, lead = [], next(iter(truth))
     for exponent in (*EXPONENTS, EXPONENTS[-1] + 1):
         tol = float(f"1e-{exponent}")
-        runs.append(keep(f"{name.replace(':', '-')}-{exponent}", lambda tol=tol: _run(scene, name, tol, t)))  # type: ignore[misc]
-    _require_agreement(scene, runs[TIGHT:], t[:clear], truth, lead)
+        runs.append(keep(f"{name.replace(':', '-')}-{exponent}", lambda tol=tol: _run(ivp, name, tol, t)))  # type: ignore[misc]
+    _require_agreement(ivp, runs[TIGHT:], t[:clear], truth, lead)
     return [_record(each, finer, t, truth, lead) for each, finer in pairwise(runs)]
 
 
-def _require_agreement(scene: Setting, runs: Sequence[dict[str, Any]], t: Array, exact: Mapping[str, Array], lead: str) -> None:
+def _require_agreement(ivp: Ivp, runs: Sequence[dict[str, Any]], t: Array, exact: Mapping[str, Array], lead: str) -> None:
     """Require that one of the tight runs is as near to the truth as its own estimate says, or as rounding allows, for a while."""
     n, told, rounding = len(t), [], ROUNDINGS * EPS * float(np.abs(exact[lead]).max())
     for each, finer in pairwise(runs):
@@ -79,7 +80,7 @@ def _require_agreement(scene: Setting, runs: Sequence[dict[str, Any]], t: Array,
         if error <= ESTIMATES * estimate + rounding:
             return
     raise NotCertified(
-        f"{scene.problem}-{scene.case} was not certified: up to t = {t[-1]:g} {runs[0]['method']} differs from the truth in {lead} by "
+        f"{ivp.problem}-{ivp.case} was not certified: up to t = {t[-1]:g} {runs[0]['method']} differs from the truth in {lead} by "
         f"{', '.join(told)}; see which of the two is wrong."
     )
 
@@ -104,8 +105,8 @@ def _record(run: dict[str, Any], finer: dict[str, Any], t: Array, exact: Mapping
     }
 
 
-def _run(scene: Setting, name: str, tol: float, t: Array) -> dict[str, Any]:
-    found = solved(scene, name, Request(value=tol, t_end=float(t[-1]), points=len(t), watch=(), patience=PATIENCE))
+def _run(ivp: Ivp, name: str, tol: float, t: Array) -> dict[str, Any]:
+    found = solved(ivp, name, Request(value=tol, t_end=float(t[-1]), points=len(t), watch=(), work_limit=WORK_LIMIT))
     on_grid = int(np.sum(np.isin(found.t, t)))
     return {
         "method": found.method,

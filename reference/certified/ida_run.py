@@ -4,11 +4,12 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from daebench.ivp import Ivp
 from daebench.method import Request
 from daebench.reference.certified.rank_loss import first_loss
 from daebench.reference.certified.recomputation import Parts, Recomputed, followed, rounding_of, so_far
 from daebench.reference.certified.record import Reference
-from daebench.reference.certified.runs import Setting, Solution, ida_names, solved
+from daebench.reference.certified.runs import Solution, ida_names, solved
 from daebench.reference.certified.verification import Check
 
 TOL, IDA_END = 1e-12, 10.0
@@ -31,9 +32,9 @@ def by_ida(reference: Reference) -> tuple[Recomputed | None, list[Check]]:
     then its error is estimated as far as that run came.
     """
     n = min(followed(reference), int(np.searchsorted(reference.t, min(IDA_END, first_loss(reference.rank_losses)), "right")))
-    t_end, scene = float(reference.t[n - 1]), reference.scene()
-    ida = ida_names(scene)[0]
-    runs = [_by_tolerance(scene, ida, tol, t_end, n) for tol in (TOL, TOL / 10)]
+    t_end, ivp = float(reference.t[n - 1]), reference.ivp()
+    ida = ida_names(ivp)[0]
+    runs = [_by_tolerance(ivp, ida, tol, t_end, n) for tol in (TOL, TOL / 10)]
     if why := runs[0].failure:
         return None, [Check(f"{ida}, tol = {TOL:g}", f"reaches t = {t_end:g}", why, False)]
     n = int(np.searchsorted(reference.t, runs[1].t[-1], "right"))
@@ -64,6 +65,6 @@ def _table(reference: Reference, ida: str, states: Parts) -> Iterator[Check]:
         yield Check(what, f"{least:.1e} to {most:.1e}", f"{error:.1e}", least <= error <= most)
 
 
-def _by_tolerance(scene: Setting, ida: str, tol: float, t_end: float, n: int) -> Solution:
+def _by_tolerance(ivp: Ivp, ida: str, tol: float, t_end: float, n: int) -> Solution:
     """Return the run of IDA with output at the first n stored times."""
-    return solved(scene, ida, Request(value=tol, t_end=t_end, points=n, watch=(), on_singular="continue"))
+    return solved(ivp, ida, Request(value=tol, t_end=t_end, points=n, watch=(), on_singular="continue"))

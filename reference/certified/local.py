@@ -47,7 +47,7 @@ class Local:
         self.chart = chart
         if set(chart.eta) & sp.Matrix(list(chart.q)).free_symbols:
             raise BadInput(
-                f"the chart of {definition.scene.problem} has positions that depend on eta; certification needs them to depend on xi alone."
+                f"the chart of {definition.ivp.problem} has positions that depend on eta; certification needs them to depend on xi alone."
             )
 
     @cached_property

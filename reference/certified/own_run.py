@@ -5,10 +5,11 @@ from fractions import Fraction
 
 import numpy as np
 
+from daebench.ivp import Ivp
 from daebench.method import Request
 from daebench.reference.certified.recomputation import WORTH, Array, Parts, Recomputed, followed, rounding_of, so_far, suffered
 from daebench.reference.certified.record import EPS, Reference
-from daebench.reference.certified.runs import Setting, coarsest, own_name, solved
+from daebench.reference.certified.runs import coarsest, own_name, solved
 from daebench.reference.certified.verification import Check, at_most
 
 FINEST = 512
@@ -33,31 +34,31 @@ SHIFT = 2.0**-30
 
 def throughout(reference: Reference) -> tuple[Recomputed | None, list[Check]]:
     """Return the run through all rows, its step halved until what halving changes is rounding, and the check of its error."""
-    scene, n, name = reference.scene(), followed(reference), method_of(reference)
+    ivp, n, name = reference.ivp(), followed(reference), method_of(reference)
     rounding = {part: rounding_of(reference, part, n) for part in reference.values}
-    found = _halved(reference, scene, rounding, coarsest(name))
+    found = _halved(reference, ivp, rounding, coarsest(name))
     if found is None:
         expected = f"reaches t = {reference.t[n - 1]:g}"
         return None, [Check(name, expected, f"stops early at every step down to {_step(reference, FINEST):g}", False)]
     count, states, estimate = found
-    moved = _inexact(reference, scene, count, states)
+    moved = _inexact(reference, ivp, count, states)
     limit = {part: SAFETY * estimate[part] + rounding[part] + moved[part] for part in states}
     return Recomputed(f"{name}, h = {_step(reference, count):g}", states, limit), [_precise(reference, name, limit)]
 
 
 def method_of(reference: Reference) -> str:
     """Return the name of our own method for a reference."""
-    return own_name(reference.scene(), crosses=bool(reference.rank_losses))
+    return own_name(reference.ivp(), crosses=bool(reference.rank_losses))
 
 
-def _halved(reference: Reference, scene: Setting, rounding: Parts, count: int) -> tuple[int, Parts, Parts] | None:
+def _halved(reference: Reference, ivp: Ivp, rounding: Parts, count: int) -> tuple[int, Parts, Parts] | None:
     """Return steps from output to output, states, and |S(h) - S(h/2)| so far, where that is rounding or the step the finest.
 
     Where sums are not compensated, rounding grows with the number of steps: the halving ends where it no longer gains anything.
     """
     coarse, found, n = None, None, len(next(iter(rounding.values())))
     while count <= FINEST:
-        fine = stepped(reference, scene, n, count)
+        fine = stepped(reference, ivp, n, count)
         if coarse is not None and fine is not None:
             estimate = {part: so_far(fine[part] - coarse[part]) for part in rounding}
             if found is not None and _exhausted(found[2], estimate, rounding):
@@ -79,14 +80,14 @@ def row_by_row(reference: Reference) -> tuple[Recomputed | None, list[Check]]:
 
     All runs of a row begin at its rounded digits; steps are halved as above, and begin with a quarter of those that the row before took.
     """
-    n, scene, own = len(reference.t), reference.scene(), method_of(reference)
+    n, ivp, own = len(reference.t), reference.ivp(), method_of(reference)
     name = f"{own} from each row to the next"
     rounding = {part: _short_rounding(reference, part) for part in reference.values}
     states = {part: values.copy() for part, values in reference.values.items()}
     limit = {part: values.copy() for part, values in rounding.items()}
     count = coarsest(own)
     for k in range(n - 1):
-        start = reference.restarted(scene, k)
+        start = reference.restarted(ivp, k)
         found = _halved(reference, start, {part: values[k : k + 2] / 2 for part, values in rounding.items()}, count)
         if found is None:
             return None, [Check(name, f"reaches t = {reference.t[k + 1]:g}", f"stops after t = {reference.t[k]:g} at every step", False)]
@@ -97,14 +98,14 @@ def row_by_row(reference: Reference) -> tuple[Recomputed | None, list[Check]]:
     return Recomputed(name, states, limit), [_precise(reference, name, limit)]
 
 
-def _inexact(reference: Reference, scene: Setting, count: int, states: Parts) -> Parts:
+def _inexact(reference: Reference, ivp: Ivp, count: int, states: Parts) -> Parts:
     """Return what it does that double precision does not have every parameter exactly, from runs with changed ones."""
     moved = {part: np.zeros_like(values) for part, values in states.items()}
     for name, text in reference.certificate["definition"]["parameters"].items():
-        value = scene.parameters[name]
+        value = ivp.parameters[name]
         wrong = float(abs(Fraction(text) - Fraction(value)))
         if wrong:
-            beside = replace(scene, parameters={**scene.parameters, name: value * (1 + SHIFT)})
+            beside = replace(ivp, parameters={**ivp.parameters, name: value * (1 + SHIFT)})
             changed = stepped(reference, beside, len(next(iter(states.values()))), count)
             for part in states:
                 effect = np.inf if changed is None else so_far(changed[part] - states[part])
@@ -125,10 +126,10 @@ def _precise(reference: Reference, name: str, limit: Parts) -> Check:
     return at_most(f"own error of {name} up to t = {reference.t[n - 1]:g}, as a part of the motion", ENOUGH, error)
 
 
-def stepped(reference: Reference, scene: Setting, n: int, count: int) -> Parts | None:
+def stepped(reference: Reference, ivp: Ivp, n: int, count: int) -> Parts | None:
     """Return the run of our own method with so many steps from output to output, or None if it stops early."""
     request = Request(value=_step(reference, count), steps=(n - 1) * count, every=count, watch=(), count=False)
-    found = solved(scene, method_of(reference), request)
+    found = solved(ivp, method_of(reference), request)
     return None if found.failure else found.states
 
 

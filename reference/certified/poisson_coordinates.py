@@ -7,7 +7,7 @@ from typing import Any
 import sympy as sp
 
 from daebench.catalogue import find_problem
-from daebench.make_scene import make_scene
+from daebench.make_ivp import make_ivp
 from daebench.reference.certified.definition import Definition
 from daebench.reference.certified.stages import Rows
 from daebench.reference.taylor_equations import Equations, hamiltonian, own_coordinates
@@ -63,9 +63,9 @@ class Lifted:
     def equations(self) -> Equations:
         """Variables q and p and their rates."""
         source = find_problem(self.lift.problem).source({})
-        case, scene = next(iter(source.sheet.CASES)), self.definition.scene
-        own = {name: value for name, value in scene.parameters.items() if name in source.sheet.PARAMETERS}
-        return own_coordinates(Definition(make_scene(source, case, own), {}))
+        case, ivp = next(iter(source.sheet.CASES)), self.definition.ivp
+        own = {name: value for name, value in ivp.parameters.items() if name in source.sheet.PARAMETERS}
+        return own_coordinates(Definition(make_ivp(source, case, own), {}))
 
     def entered(self, x: Vector) -> Vector:
         """Return q and p of a state above y."""

@@ -8,10 +8,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from daebench.catalogue import find_setting
 from daebench.errors import BadInput
+from daebench.ivp import Ivp
+from daebench.ivp_constructor import initial_value_problem
 from daebench.reference.certified.parts import Parts, parts_of
-from daebench.scene import PoissonScene, Scene
+from daebench.renamed import OldAttribute
 
 Array = NDArray[np.float64]
 
@@ -149,7 +150,9 @@ class Reference:
         found = self.certificate["horizon"]["double"]
         return float("inf") if found is None else float(found)
 
-    def scene(self) -> Scene | PoissonScene:
+    scene = OldAttribute("ivp")
+
+    def ivp(self) -> Ivp:
         """Return the problem, case and parameters in double precision.
 
         Raises
@@ -157,30 +160,30 @@ class Reference:
         BadInput
             If the problem of this name has other parameters, or another definition, today.
         """
-        scene = find_setting(self.problem, self.case)
-        if dict(scene.parameters) != self.parameters:
+        ivp = initial_value_problem(self.problem, self.case)
+        if dict(ivp.parameters) != self.parameters:
             raise BadInput(
                 f"{self.name} was made with parameters {self.parameters}, and case {self.case} of {self.problem} has "
-                f"{dict(scene.parameters)} today; build the reference again."
+                f"{dict(ivp.parameters)} today; build the reference again."
             )
         from daebench.reference.certified.definition import define  # SymPy, which nothing else here takes
 
         if define(self.problem, self.case).hash != self.certificate["definition"]["sha256"]:
             raise BadInput(f"{self.name} was made of another definition of {self.problem} than today's; build the reference again.")
-        return scene
+        return ivp
 
-    def restarted(self, scene: Scene | PoissonScene, row: int) -> Scene | PoissonScene:
-        """Return a scene that starts from a stored row, rounded to double precision.
+    def restarted(self, ivp: Ivp, row: int) -> Ivp:
+        """Return an initial value problem that starts from a stored row, rounded to double precision.
 
         Parameters
         ----------
-        scene : Scene or PoissonScene
-            The problem with its numbers, as :meth:`scene` gives it.
+        ivp : InitialValueProblem
+            The problem with its numbers, as :meth:`ivp` gives it.
         row : int
             Which row, from 0.
         """
         changes: dict[str, Any] = {f"{part}0": self.values[part][row] for part in self.kind.state}
-        return replace(scene, **changes)
+        return replace(ivp, **changes)
 
     def _part(self, part: str) -> Array:
         if part not in self.values:

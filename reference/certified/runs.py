@@ -7,12 +7,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from daebench import solution
+from daebench.ivp import ConstrainedIvp, Ivp, PoissonIvp
 from daebench.method import Request
-from daebench.scene import PoissonScene, Scene
 from daebench.trajectory import PoissonTrajectory, Trajectory
 
 Array = NDArray[np.float64]
-Setting = Scene | PoissonScene
 Solution = Trajectory | PoissonTrajectory
 
 RATTLE = "rattle/kahan_li8"
@@ -26,11 +25,11 @@ STRANG, MIDPOINT = "strang/kahan_li8", "midpoint/kahan_li8"
 """Order 8 on a Poisson system, where it has a splitting and where it has none."""
 
 
-def own_name(scene: Setting, *, crosses: bool = False) -> str:
+def own_name(ivp: Ivp, *, crosses: bool = False) -> str:
     """Return the name of our own method for a problem, one that passes rank loss where the motion does."""
-    if isinstance(scene, Scene):
+    if isinstance(ivp, ConstrainedIvp):
         return GAUSS if crosses else RATTLE
-    return STRANG if scene.sheet.SPLITTINGS else MIDPOINT
+    return STRANG if ivp.sheet.SPLITTINGS else MIDPOINT
 
 
 def coarsest(name: str) -> int:
@@ -38,24 +37,24 @@ def coarsest(name: str) -> int:
     return 8 if name == RATTLE else 1
 
 
-def ida_names(scene: Setting) -> tuple[str, ...]:
+def ida_names(ivp: Ivp) -> tuple[str, ...]:
     """Return the names of IDA in the formulations that reach furthest: those with multipliers as derivatives, or with Casimir functions."""
-    if isinstance(scene, Scene):
+    if isinstance(ivp, ConstrainedIvp):
         return "ida:index2", "ida:ggl"
-    return ("ida:casimirs", "ida:ode") if scene.casimirs else ("ida:ode",)
+    return ("ida:casimirs", "ida:ode") if ivp.casimirs else ("ida:ode",)
 
 
-def solved(scene: Setting, name: str, request: Request) -> Solution:
+def solved(ivp: Ivp, name: str, request: Request) -> Solution:
     """Return the run of a method; sums are compensated where it can, and multipliers are there where there are some.
 
     A method for Poisson systems is run whether it is a Poisson integrator for this one or not: it is its accuracy that counts here.
     """
     from daebench.names import POISSON, parse
 
-    if isinstance(scene, PoissonScene):
-        run: Solution = parse(name, kind=POISSON, anyway=True).solve(scene, request)
+    if isinstance(ivp, PoissonIvp):
+        run: Solution = parse(name, kind=POISSON, anyway=True).solve(ivp, request)
     else:
-        run = parse(name, compensated=name == RATTLE).solve(scene, replace(request, multipliers=True))
+        run = parse(name, compensated=name == RATTLE).solve(ivp, replace(request, multipliers=True))
     return run
 
 
@@ -67,7 +66,7 @@ class Motion:
     bound: Mapping[str, float]
 
 
-def integrated(scene: Setting, times: Array) -> Motion:
+def integrated(ivp: Ivp, times: Array) -> Motion:
     """Return the motion by DOP853 at times that ascend, or descend from 0, see :func:`daebench.solution.integrated`."""
-    found = solution.integrated(scene, times)
+    found = solution.integrated(ivp, times)
     return Motion(found.states, found.bound)

@@ -132,13 +132,13 @@ def find(problem: str, case: str | None = None, folder: Path | None = None) -> R
     Damaged
         As :func:`load`.
     """
-    from daebench.catalogue import find_setting
+    from daebench.ivp_constructor import initial_value_problem
 
-    scene = find_setting(problem, case)
-    name = f"{scene.problem}-{scene.case}"
+    ivp = initial_value_problem(problem, case)
+    name = f"{ivp.problem}-{ivp.case}"
     if name not in names(folder):
-        own = [each for each in names(folder) if each.startswith(f"{scene.problem}-")]
-        known = f"its references are {', '.join(own)}" if own else f"{scene.problem} has none yet"
+        own = [each for each in names(folder) if each.startswith(f"{ivp.problem}-")]
+        known = f"its references are {', '.join(own)}" if own else f"{ivp.problem} has none yet"
         advice = f"make it by: daebench reference build {name}" if NAME.fullmatch(name) else "references are of problems that have a name"
         raise BadInput(f"there is no reference {name}; {known}; {advice}.")
     return load(name, folder)

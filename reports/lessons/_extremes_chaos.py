@@ -6,15 +6,16 @@ import numpy as np
 import pandas as pd
 from markupsafe import Markup
 
-from daebench.catalogue import find_scene
 from daebench.fixed_step_constrained import accepted
+from daebench.ivp import Array
+from daebench.ivp_constructor import initial_value_problem
 from daebench.lesson.control import Control, Values
 from daebench.lesson.experiment import Experiment, Shown
+from daebench.make_ivp import constrained
 from daebench.method import Request
 from daebench.names import parse
 from daebench.report import at_most, number
 from daebench.reports.lessons._panels import MINUS_START, against_time, seconds, small
-from daebench.scene import Array
 from daebench.trajectory import Trajectory
 from daebench.vector.axis import Axis
 from daebench.vector.sheet import sheet
@@ -28,10 +29,10 @@ DELTA, H, T_END, PARTED = 1e-10, 0.005, 40.0, 0.1
 def run(scheme: str, delta: float, h: float, t_end: float) -> tuple[Trajectory, Array]:
     """Return the run of a double pendulum released delta rad below the horizontal, and its energy error."""
     c, s = float(np.cos(delta)), float(np.sin(delta))
-    scene = find_scene("double_pendulum", "horizontal", q0=(c, -s, 2 * c, -2 * s), p0=(0.0,) * 4)
-    method = accepted(parse(scheme), scene, "and parts by itself")
-    found = method.solve(scene, Request(value=h, t_end=t_end, every=max(1, round(t_end / h / 2000)), watch=()))
-    level = scene.along("H", found.p, found.q)
+    ivp = constrained(initial_value_problem("double_pendulum", "horizontal", q0=(c, -s, 2 * c, -2 * s), p0=(0.0,) * 4))
+    method = accepted(parse(scheme), ivp, "and parts by itself")
+    found = method.solve(ivp, Request(value=h, t_end=t_end, every=max(1, round(t_end / h / 2000)), watch=()))
+    level = ivp.along("H", found.p, found.q)
     return found, level - level[0]
 
 

@@ -6,15 +6,16 @@ import numpy as np
 import pandas as pd
 from markupsafe import Markup
 
-from daebench.catalogue import find_scene
 from daebench.fixed_step_constrained import accepted
+from daebench.ivp import Array
+from daebench.ivp_constructor import initial_value_problem
 from daebench.lesson.control import Control, Values
 from daebench.lesson.experiment import Experiment, Shown
+from daebench.make_ivp import constrained
 from daebench.method import Request
 from daebench.names import parse
 from daebench.report import number
 from daebench.reports.lessons._panels import MINUS_START, against_time, seconds
-from daebench.scene import Array
 from daebench.trajectory import Trajectory
 from daebench.vector.axis import Axis
 from daebench.vector.sheet import sheet
@@ -26,10 +27,10 @@ RODS, ROD, H, T_END = (2.0, 1.5, 1.2, 1.1, 1.03, 1.01, 1.003, 1.001, 1.0), 1.1, 
 @cache
 def run(scheme: str, rod: float, h: float) -> tuple[Trajectory, Array, Array]:
     """Return a run, its energy error, and the smaller singular value of G in parts of the larger one."""
-    scene = find_scene("slider_crank", "turning", {"rod": rod})
-    found = accepted(parse(scheme), scene, "and cannot lock up in a step").solve(scene, Request(value=h, t_end=T_END, every=1, watch=()))
-    level = scene.along("H", found.p, found.q)
-    singular = np.linalg.svd(scene.along("G", found.q), compute_uv=False)
+    ivp = constrained(initial_value_problem("slider_crank", "turning", {"rod": rod}))
+    found = accepted(parse(scheme), ivp, "and cannot lock up in a step").solve(ivp, Request(value=h, t_end=T_END, every=1, watch=()))
+    level = ivp.along("H", found.p, found.q)
+    singular = np.linalg.svd(ivp.along("G", found.q), compute_uv=False)
     return found, level - level[0], singular[:, -1] / singular[:, 0]
 
 

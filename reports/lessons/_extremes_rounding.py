@@ -6,15 +6,16 @@ import numpy as np
 import pandas as pd
 from markupsafe import Markup
 
-from daebench.catalogue import find_scene
 from daebench.fixed_step_constrained import accepted
+from daebench.ivp import Array
+from daebench.ivp_constructor import initial_value_problem
 from daebench.lesson.control import NO_YES, Control, Values
 from daebench.lesson.experiment import Experiment, Shown
+from daebench.make_ivp import constrained
 from daebench.method import Request
 from daebench.names import parse
 from daebench.report import count, number
 from daebench.reports.lessons._panels import against_time, seconds
-from daebench.scene import Array
 from daebench.vector.axis import around
 from daebench.vector.sheet import sheet
 
@@ -26,9 +27,9 @@ NAMES = {False: "plain sums", True: "compensated sums"}
 @cache
 def run(compensated: bool, h: float, steps: int) -> tuple[Array, Array]:
     """Return times and the error of the angular momentum about the vertical, which RATTLE keeps but for rounding."""
-    scene = find_scene("spherical_pendulum", "fig1.1")
-    method = accepted(parse("rattle", compensated=compensated), scene, "and rounds as it likes")
-    found = method.solve(scene, Request(value=h, steps=steps, every=max(1, steps // SHOWN), watch=()))
+    ivp = constrained(initial_value_problem("spherical_pendulum", "fig1.1"))
+    method = accepted(parse("rattle", compensated=compensated), ivp, "and rounds as it likes")
+    found = method.solve(ivp, Request(value=h, steps=steps, every=max(1, steps // SHOWN), watch=()))
     L3 = found.q[:, 0] * found.p[:, 1] - found.q[:, 1] * found.p[:, 0]
     return found.t, L3 - L3[0]
 

@@ -6,15 +6,16 @@ import numpy as np
 import pandas as pd
 from markupsafe import Markup
 
-from daebench.catalogue import find_scene
 from daebench.fixed_step_constrained import accepted
+from daebench.ivp import Array
+from daebench.ivp_constructor import initial_value_problem
 from daebench.lesson.control import Control, Values
 from daebench.lesson.experiment import Experiment, Shown
+from daebench.make_ivp import constrained
 from daebench.method import Request
 from daebench.names import parse
 from daebench.report import at_most, number
 from daebench.reports.lessons._panels import against_time, seconds, small
-from daebench.scene import Array
 from daebench.trajectory import Trajectory
 from daebench.vector.axis import Axis
 from daebench.vector.sheet import sheet
@@ -27,14 +28,14 @@ TRUTH = "lobatto3"
 @cache
 def run(scheme: str, eps: float, h: float) -> tuple[Trajectory, Array, Array]:
     """Return a run of the penalised system, its distance from the constrained motion, and |g|; what is not finite is left out."""
-    scene = find_scene("spherical_pendulum", "fig1.2")
+    ivp = constrained(initial_value_problem("spherical_pendulum", "fig1.2"))
     request = Request(value=h, t_end=T_END, every=1, watch=())
     why = "and has no step to compare"
-    truth = accepted(parse(TRUTH), scene, why).solve(scene, request)
-    found = accepted(parse(scheme, {"eps": eps} if scheme.startswith("stiff:") else None), scene, why).solve(scene, request)
+    truth = accepted(parse(TRUTH), ivp, why).solve(ivp, request)
+    found = accepted(parse(scheme, {"eps": eps} if scheme.startswith("stiff:") else None), ivp, why).solve(ivp, request)
     n = min(len(found.t), len(truth.t))
     away = np.linalg.norm(found.q[:n] - truth.q[:n], axis=1)
-    return found, away, np.abs(scene.along("g", found.q[:n])).ravel()
+    return found, away, np.abs(ivp.along("g", found.q[:n])).ravel()
 
 
 def show(values: Values) -> Shown:

@@ -8,6 +8,7 @@ import pandas as pd
 from markupsafe import Markup
 
 from daebench.figures import BLACK, BLUE, GREEN, VERMILION, Stroke
+from daebench.ivp import Array
 from daebench.lesson.control import Control, Values
 from daebench.lesson.experiment import Experiment, Preparation, Shown
 from daebench.report import number
@@ -15,7 +16,6 @@ from daebench.report.claims import require
 from daebench.reports.lessons._panels import seconds
 from daebench.reports.lessons._poisson_maps_runs import BY_HAND, Carried, carried, log_area, orbit, spun
 from daebench.reports.lessons._view import seen, view
-from daebench.scene import Array
 from daebench.vector.axis import Axis, around
 from daebench.vector.marks import Area, Curve, Dots
 from daebench.vector.sheet import Panel, sheet

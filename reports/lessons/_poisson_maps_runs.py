@@ -7,11 +7,11 @@ from typing import Any
 import numpy as np
 
 from daebench.diagnostics.derivative import STEP
+from daebench.ivp import Array, PoissonIvp
 from daebench.method import Request
 from daebench.names import POISSON, parse
 from daebench.reports._poisson_orbits import level_curve
-from daebench.reports._poisson_runs import scene_of
-from daebench.scene import Array, PoissonScene
+from daebench.reports._poisson_runs import ivp_of
 
 PREY, BODY = "lotka_volterra", "free_rigid_body"
 BY_HAND = "euler"
@@ -25,10 +25,10 @@ SIZE, FINE = 0.12, 4
 
 
 @cache
-def prey(start: str) -> PoissonScene:
+def prey(start: str) -> PoissonIvp:
     """Return predator and prey from a start "u,v"."""
     u, v = map(float, start.split(","))
-    return scene_of(PREY, "4,2", y0=(u, v))
+    return ivp_of(PREY, "4,2", y0=(u, v))
 
 
 @cache
@@ -37,12 +37,12 @@ def orbit(start: str) -> Array:
     return np.asarray(level_curve(prey(start))[["u", "v"]])
 
 
-def paths(scene: PoissonScene, name: str, h: float, steps: int, starts: Array) -> tuple[Array, str | None]:
+def paths(ivp: PoissonIvp, name: str, h: float, steps: int, starts: Array) -> tuple[Array, str | None]:
     """Return the states after 0, 1, 2, ... steps from several complex starts, shape(k, n, 2), and why the first ended early.
 
     What is not reached is NaN; n is the number of states from the first start.
     """
-    runs, failure = by_hand(scene, h, steps, starts) if name == BY_HAND else compiled(scene, name, h, steps, starts)
+    runs, failure = by_hand(ivp, h, steps, starts) if name == BY_HAND else compiled(ivp, name, h, steps, starts)
     n = len(runs[0])
     found = np.full((len(runs), n, 2), np.nan, dtype=complex)
     for k, run in enumerate(runs):
@@ -50,17 +50,17 @@ def paths(scene: PoissonScene, name: str, h: float, steps: int, starts: Array) -
     return found, failure
 
 
-def compiled(scene: PoissonScene, name: str, h: float, steps: int, starts: Array) -> tuple[list[Array], str | None]:
+def compiled(ivp: PoissonIvp, name: str, h: float, steps: int, starts: Array) -> tuple[list[Array], str | None]:
     """Return the runs of a scheme from several starts, and why the first ended early."""
     method: Any = parse(name, kind=POISSON, anyway=True)
-    path = method.path(scene, h, steps)
+    path = method.path(ivp, h, steps)
     runs = [path(y) for y in starts]
     return [rows for rows, _ in runs], runs[0][1]
 
 
-def by_hand(scene: PoissonScene, h: float, steps: int, starts: Array) -> tuple[list[Array], str | None]:
+def by_hand(ivp: PoissonIvp, h: float, steps: int, starts: Array) -> tuple[list[Array], str | None]:
     """Return the runs of the explicit Euler method from several starts, and why the first ended early."""
-    (a, b), states = scene.par, [np.asarray(starts, dtype=complex).T]
+    (a, b), states = ivp.par, [np.asarray(starts, dtype=complex).T]
     with np.errstate(all="ignore"):
         for _ in range(steps):
             u, v = states[-1]
@@ -103,12 +103,12 @@ class Carried:
 @cache
 def carried(scheme: str, start: str, h: float, t_end: float) -> Carried:
     """Return a run with its Poisson volume and the cat."""
-    scene, steps = prey(start), max(1, round(t_end / h))
-    found, failure = paths(scene, scheme, h, steps, scene.y0 + 1j * STEP * np.eye(2))
+    ivp, steps = prey(start), max(1, round(t_end / h))
+    found, failure = paths(ivp, scheme, h, steps, ivp.y0 + 1j * STEP * np.eye(2))
     y, J = np.real(found[0]), np.imag(found) / STEP
     volume = (J[0, :, 0] * J[1, :, 1] - J[0, :, 1] * J[1, :, 0]) * np.prod(y[0]) / np.prod(y, axis=1)
-    level, outline = scene.along("H", y), cat(scene.y0)
-    walked = np.real(paths(scene, scheme, h, len(y) - 1, outline.astype(complex))[0]) if len(y) > 1 else outline[:, None]
+    level, outline = ivp.along("H", y), cat(ivp.y0)
+    walked = np.real(paths(ivp, scheme, h, len(y) - 1, outline.astype(complex))[0]) if len(y) > 1 else outline[:, None]
     kept = dict.fromkeys((len(y) - 1) * k // SNAPSHOTS for k in range(SNAPSHOTS + 1) if (len(y) - 1) * k // SNAPSHOTS < walked.shape[1])
     return Carried(
         t=np.asarray(h * np.arange(len(y)), dtype=float),
@@ -162,7 +162,7 @@ STARTS = {"axis3": (np.cos(1.1), 0.0, np.sin(1.1)), "axis1": (np.cos(0.45), 0.0,
 @cache
 def spun(scheme: str, start: str, h: float, steps: int) -> Spun:
     """Return a run of the rigid body."""
-    scene = scene_of(BODY, "hlw", y0=STARTS[start])
-    run = parse(scheme, kind=POISSON, anyway=True).solve(scene, Request(value=h, steps=steps, watch=()))
-    level, length = scene.along("H", run.y), np.sum(run.y**2, axis=1) / 2
+    ivp = ivp_of(BODY, "hlw", y0=STARTS[start])
+    run = parse(scheme, kind=POISSON, anyway=True).solve(ivp, Request(value=h, steps=steps, watch=()))
+    level, length = ivp.along("H", run.y), np.sum(run.y**2, axis=1) / 2
     return Spun(run.t, run.y, level - level[0], length - length[0], run.failure)

@@ -10,6 +10,7 @@ from markupsafe import Markup
 from daebench.diagnostics.order import OrderFit, fit_order
 from daebench.figures import STROKES, Stroke
 from daebench.fixed_step_constrained import FixedStep
+from daebench.ivp import Array
 from daebench.lesson.control import NO_YES, Control, Values
 from daebench.lesson.experiment import Experiment, Preparation, Shown
 from daebench.names import parse
@@ -17,7 +18,6 @@ from daebench.report import at_most
 from daebench.report.claims import require
 from daebench.reports.lessons._panels import seconds
 from daebench.reports.lessons._shake_to_lobatto_runs import CASES, hidden, ladder, solve
-from daebench.scene import Array
 from daebench.vector.axis import Axis, around
 from daebench.vector.marks import Curve, Dots, Mark
 from daebench.vector.sheet import Panel, sheet
@@ -155,7 +155,7 @@ def claims() -> pd.DataFrame:
     """Return what each scheme keeps, and what it costs on the slow start: one row a scheme."""
     rows = []
     for name, label in SCHEMES.items():
-        method: FixedStep = parse(name)  # type: ignore[assignment]
+        method: FixedStep = parse(name)
         run = solve(name, "slow", 1.0, 10)
         said = method.claims
         rows.append(

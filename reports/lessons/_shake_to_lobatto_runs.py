@@ -6,12 +6,13 @@ from functools import cache
 import numpy as np
 import pandas as pd
 
-from daebench.catalogue import find_scene
 from daebench.fixed_step_constrained import accepted
+from daebench.ivp import Array, ConstrainedIvp
+from daebench.ivp_constructor import initial_value_problem
+from daebench.make_ivp import constrained
 from daebench.method import Request
 from daebench.names import parse
 from daebench.reports._exact_motion import exact_motion
-from daebench.scene import Array, Scene
 from daebench.trajectory import Trajectory
 
 PROBLEM = "spherical_pendulum"
@@ -23,22 +24,22 @@ FASTER = {"slow": 1, "fast": 20}
 
 
 @cache
-def scene_of(start: str) -> Scene:
+def ivp_of(start: str) -> ConstrainedIvp:
     """Return the pendulum with the start "slow" or "fast"."""
-    return find_scene(PROBLEM, CASES[start])
+    return constrained(initial_value_problem(PROBLEM, CASES[start]))
 
 
 @cache
 def solve(scheme: str, start: str, t_end: float, steps: int, every: int = 0) -> Trajectory:
     """Return the run of a scheme in so many steps."""
     request = Request(value=t_end / steps, steps=steps, every=every, watch=())
-    return accepted(parse(scheme), scene_of(start), "and has no ladder").solve(scene_of(start), request)
+    return accepted(parse(scheme), ivp_of(start), "and has no ladder").solve(ivp_of(start), request)
 
 
 @cache
 def exact(start: str, t_end: float) -> tuple[Array, Array]:
     """Return the exact position and momentum at the end."""
-    q, p = exact_motion(scene_of(start).source, CASES[start], [t_end])
+    q, p = exact_motion(ivp_of(start).source, CASES[start], [t_end])
     return q[0], p[0]
 
 
@@ -82,16 +83,16 @@ class Hidden:
 @cache
 def hidden(h: float, t_end: float) -> Hidden:
     """Return SHAKE beside RATTLE, with one step size, on the fast motion."""
-    scene, steps = scene_of("fast"), max(2, round(t_end / h))
+    ivp, steps = ivp_of("fast"), max(2, round(t_end / h))
     shake, rattle = (solve(name, "fast", h * steps, steps, every=1) for name in ("shake", "rattle"))
     n = min(len(shake.t), len(rattle.t))
     p = projected(shake.p[:n], shake.q[:n])
-    levels = [scene.along("H", momenta, shake.q[:n]) for momenta in (shake.p[:n], p)]
+    levels = [ivp.along("H", momenta, shake.q[:n]) for momenta in (shake.p[:n], p)]
     return Hidden(
         t=shake.t[:n],
-        shake=np.abs(scene.along("Gv", shake.p[:n], shake.q[:n])).ravel(),
-        rattle=np.abs(scene.along("Gv", rattle.p[:n], rattle.q[:n])).ravel(),
-        projected=np.abs(scene.along("Gv", p, shake.q[:n])).ravel(),
+        shake=np.abs(ivp.along("Gv", shake.p[:n], shake.q[:n])).ravel(),
+        rattle=np.abs(ivp.along("Gv", rattle.p[:n], rattle.q[:n])).ravel(),
+        projected=np.abs(ivp.along("Gv", p, shake.q[:n])).ravel(),
         energy=levels[0] - levels[0][0],
         energy_projected=levels[1] - levels[1][0],
         positions=float(np.max(np.abs(shake.q[:n] - rattle.q[:n]))),

@@ -9,14 +9,14 @@ import pandas as pd
 from markupsafe import Markup
 
 from daebench.figures import BLACK, STROKES, VERMILION, Stroke
+from daebench.ivp import Array
 from daebench.lesson.control import NO_YES, Control, Values
 from daebench.lesson.experiment import Experiment, Preparation, Shown
-from daebench.method import Patience, Request
+from daebench.method import Request, WorkLimit
 from daebench.reference.ida import DEFAULT_CURES, Ida
 from daebench.report import at_most, count, number
 from daebench.report.claims import require
-from daebench.reports._tolerances_runs import FAST, IN_WORDS, end, exact_of, scene_of
-from daebench.scene import Array
+from daebench.reports._tolerances_runs import FAST, IN_WORDS, end, exact_of, ivp_of
 from daebench.vector.axis import Axis, around
 from daebench.vector.marks import Curve, Dots, Mark
 from daebench.vector.sheet import Panel, sheet
@@ -24,7 +24,7 @@ from daebench.vector.sheet import Panel, sheet
 FORMULATIONS = {"index3": "index 3", "index2": "index 2", "index1": "index 1", "ggl": "GGL"}
 TOLERANCES = tuple(float(f"1e-{k}") for k in range(3, 11))
 T_END, TOL = 5.0, 1e-6
-PATIENCE = Patience(calls=20_000, slow_calls=5_000, slow_part=150)
+WORK_LIMIT = WorkLimit(calls=20_000, slow_calls=5_000, slow_part=150)
 """When a run is given up: the lesson waits for all of them."""
 
 ASKED, HIDDEN = Stroke(BLACK, (0, (4, 3)), ""), Stroke(VERMILION, (0, (6, 2)), "")
@@ -61,16 +61,16 @@ class Reached:
 @cache
 def reached(formulation: str, cured: bool, tol: float) -> Reached:
     """Return the run of a formulation with one tolerance, relative and absolute."""
-    scene, truth = scene_of(FAST), exact_of(FAST, T_END)
-    request = Request(value=tol, t_end=T_END, points=len(truth.t), watch=(), patience=PATIENCE)
-    run = Ida(formulation, DEFAULT_CURES[formulation] if cured else "none").solve(scene, request)
+    ivp, truth = ivp_of(FAST), exact_of(FAST, T_END)
+    request = Request(value=tol, t_end=T_END, points=len(truth.t), watch=(), work_limit=WORK_LIMIT)
+    run = Ida(formulation, DEFAULT_CURES[formulation] if cured else "none").solve(ivp, request)
     n = int(np.sum(run.t <= truth.t[-1] + 1e-9)) if not run.failure else int(np.sum(np.isin(np.round(run.t, 9), np.round(truth.t, 9))))
     error = np.max(np.abs(run.q[:n] - truth.q[:n]), axis=1)
     return Reached(
         t=run.t[:n],
         error=error,
-        g=np.abs(scene.along("g", run.q[:n])).ravel(),
-        Gv=np.abs(scene.along("Gv", run.p[:n], run.q[:n])).ravel(),
+        g=np.abs(ivp.along("g", run.q[:n])).ravel(),
+        Gv=np.abs(ivp.along("Gv", run.p[:n], run.q[:n])).ravel(),
         worst=float("nan") if run.failure else float(np.max(error)),
         calls=run.work["residual"],
         end=end(run.failure),

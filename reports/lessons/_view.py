@@ -3,7 +3,7 @@
 import numpy as np
 
 from daebench.figures import BLACK, Stroke
-from daebench.scene import Array
+from daebench.ivp import Array
 from daebench.vector.axis import Axis
 from daebench.vector.marks import Curve, Dots, Mark
 from daebench.vector.sheet import Panel

@@ -14,7 +14,7 @@ from daebench.report import at_most, number
 from daebench.report.claims import require
 from daebench.reports.lessons._panels import seconds
 from daebench.reports.lessons._why_symplectic_picture import picture
-from daebench.reports.lessons._why_symplectic_run import Carried, carried, method_of, scene_of
+from daebench.reports.lessons._why_symplectic_run import Carried, carried, ivp_of, method_of
 
 SCHEMES = {
     "se": "symplectic Euler, index reduced (se)",
@@ -92,11 +92,11 @@ def facts() -> SimpleNamespace:
     ClaimRefuted
         If a sentence of the text does not hold.
     """
-    scene = scene_of("wide")
-    X = tangent_basis(scene, scene.p0, scene.q0)
+    ivp = ivp_of("wide")
+    X = tangent_basis(ivp, ivp.p0, ivp.q0)
 
     def defect(scheme: str, steps: int) -> float:
-        return symplecticity_defect(method_of(scheme, False)[0].flow(scene, H, steps), scene.p0, scene.q0, X)
+        return symplecticity_defect(method_of(scheme, False)[0].flow(ivp, H, steps), ivp.p0, ivp.q0, X)
 
     runs = {name: carried(name, project, "wide", H, T_END) for name, project in (("se", False), ("rk4", False), ("rattle", False))}
     projected = carried("se", True, "wide", H, T_END)

@@ -4,9 +4,9 @@ import numpy as np
 from markupsafe import Markup
 
 from daebench.figures import BLACK, BLUE, GREEN, VERMILION, Stroke
+from daebench.ivp import Array
 from daebench.reports.lessons._view import path, view
 from daebench.reports.lessons._why_symplectic_run import Carried
-from daebench.scene import Array
 from daebench.vector.axis import Axis, around
 from daebench.vector.marks import Area, Curve, Mark
 from daebench.vector.sheet import Panel, sheet

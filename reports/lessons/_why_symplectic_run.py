@@ -6,11 +6,12 @@ from typing import Any
 
 import numpy as np
 
-from daebench.catalogue import find_scene
 from daebench.diagnostics.symplecticity import areas, tangent_path
 from daebench.errors import BadInput
+from daebench.ivp import Array, ConstrainedIvp
+from daebench.ivp_constructor import initial_value_problem
+from daebench.make_ivp import constrained
 from daebench.names import parse
-from daebench.scene import Array, Scene
 
 PROBLEM = "spherical_pendulum"
 WIDE = 1.0
@@ -18,12 +19,12 @@ WIDE = 1.0
 
 
 @cache
-def scene_of(start: str) -> Scene:
+def ivp_of(start: str) -> ConstrainedIvp:
     """Return the pendulum with one of the starts "slow", "wide" and "fast"."""
     if start == "wide":
         c, s = float(np.cos(WIDE)), float(np.sin(WIDE))
-        return find_scene(PROBLEM, "fig1.1", q0=(s, 0.0, -c), p0=(0.3 * c, 0.5, 0.3 * s))
-    return find_scene(PROBLEM, {"slow": "fig1.1", "fast": "fig1.2"}[start])
+        return constrained(initial_value_problem(PROBLEM, "fig1.1", q0=(s, 0.0, -c), p0=(0.3 * c, 0.5, 0.3 * s)))
+    return constrained(initial_value_problem(PROBLEM, {"slow": "fig1.1", "fast": "fig1.2"}[start]))
 
 
 @dataclass(frozen=True)
@@ -84,7 +85,7 @@ class Carried:
         return self.change <= self.round_off
 
 
-def sides(scene: Scene) -> Array:
+def sides(ivp: ConstrainedIvp) -> Array:
     """Return two tangent vectors of the manifold at the start with area dq ^ dp = 1, shape(6, 2), momenta first.
 
     With a unit vector u across q, for unit mass and length::
@@ -93,7 +94,7 @@ def sides(scene: Scene) -> Array:
 
     Both satisfy q.dq = 0 and q.dp + p.dq = 0.
     """
-    p, q = np.asarray(scene.p0, dtype=float), np.asarray(scene.q0, dtype=float)
+    p, q = np.asarray(ivp.p0, dtype=float), np.asarray(ivp.q0, dtype=float)
     u = np.eye(3)[np.argmin(np.abs(q))]
     u = u - (u @ q) * q
     u = u / np.linalg.norm(u)
@@ -113,11 +114,11 @@ def method_of(scheme: str, project: bool) -> tuple[Any, bool]:
 @cache
 def carried(scheme: str, project: bool, start: str, h: float, t_end: float) -> Carried:
     """Return the run of a scheme with the parallelogram."""
-    scene = scene_of(start)
+    ivp = ivp_of(start)
     method, projected = method_of(scheme, project)
-    x, X, failure = tangent_path(method.path(scene, h, max(1, round(t_end / h))), scene.p0, scene.q0, sides(scene))
+    x, X, failure = tangent_path(method.path(ivp, h, max(1, round(t_end / h))), ivp.p0, ivp.q0, sides(ivp))
     p, q = x[:, :3], x[:, 3:]
-    energy = scene.along("H", p, q)
+    energy = ivp.along("H", p, q)
     return Carried(
         method=method.name,
         projected=projected,
@@ -125,8 +126,8 @@ def carried(scheme: str, project: bool, start: str, h: float, t_end: float) -> C
         p=p,
         q=q,
         energy=energy - energy[0],
-        g=np.abs(scene.along("g", q)).ravel(),
-        Gv=np.abs(scene.along("Gv", p, q)).ravel(),
+        g=np.abs(ivp.along("g", q)).ravel(),
+        Gv=np.abs(ivp.along("Gv", p, q)).ravel(),
         X=X,
         planes=areas(X),
         failure=failure,

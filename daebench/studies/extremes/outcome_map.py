@@ -53,7 +53,7 @@ LETTERS = {
 
 def parameter_of(asked: Asked) -> str:
     """Return the parameter that is varied: the one that is given, one of :data:`FIRST`, or the first that is not zero; "" if none."""
-    own = asked.scene.parameters
+    own = asked.ivp.parameters
     return next((name for name in (*asked.parameters, *(n for n in FIRST if own.get(n)), *(n for n in own if own[n]))), "")
 
 
@@ -71,7 +71,7 @@ def _able(asked: Asked) -> str:
 def cells(asked: Asked) -> list[Cell]:
     """Return the runs."""
     name = parameter_of(asked)
-    values = asked.parameters.get(name) or [asked.scene.parameters[name] * factor for factor in FACTORS]
+    values = asked.parameters.get(name) or [asked.ivp.parameters[name] * factor for factor in FACTORS]
     steps = asked.h or [asked.end / n for n in STEPS]
     metrics = ("energy",) if asked.poisson else ("energy", "manifold", "jump")
     return [

@@ -32,7 +32,7 @@ SMALLEST = 1e-18
 
 def masses(asked: Asked) -> list[str]:
     """Return the parameters that are masses."""
-    return [name for name in asked.scene.parameters if "mass" in name]
+    return [name for name in asked.ivp.parameters if "mass" in name]
 
 
 def _able(asked: Asked) -> str:
@@ -48,7 +48,7 @@ def varied(asked: Asked) -> tuple[str, Sequence[float]]:
     if asked.parameters:
         return next(iter(asked.parameters.items()))
     name = masses(asked)[0]
-    return name, [asked.scene.parameters[name] * ratio for ratio in RATIOS]
+    return name, [asked.ivp.parameters[name] * ratio for ratio in RATIOS]
 
 
 def cells(asked: Asked) -> list[Cell]:

@@ -31,7 +31,7 @@ MOST = 1.0
 def _able(asked: Asked) -> str:
     if asked.poisson:
         return f"{asked.problem} is a Poisson system, which has no constraint"
-    return uncertified(asked) or ("" if able(asked.scene, tuple(LIMITS))[0] else f"{', '.join(LIMITS)} cannot be run on {asked.problem}")
+    return uncertified(asked) or ("" if able(asked.ivp, tuple(LIMITS))[0] else f"{', '.join(LIMITS)} cannot be run on {asked.problem}")
 
 
 def cells(asked: Asked) -> list[Cell]:
@@ -39,7 +39,7 @@ def cells(asked: Asked) -> list[Cell]:
     assert asked.reference is not None
     steps = asked.h or [float(asked.reference.t[1]) / 2**k for k in HALVINGS]
     metrics = ("q", "energy", "manifold")
-    methods, _ = able(asked.scene, tuple(LIMITS))
+    methods, _ = able(asked.ivp, tuple(LIMITS))
     stiff = [asked.cell(method, h, metrics, options=(("eps", eps),)) for method in methods for h in steps for eps in EPS]
     limits = dict.fromkeys(LIMITS[method] for method in methods)
     return stiff + [asked.cell(limit, h, metrics, options=()) for limit in limits for h in steps]

@@ -5,10 +5,12 @@ from dataclasses import dataclass
 from functools import cache
 from types import MappingProxyType
 
-from daebench.catalogue import find_problem, find_scene, problems
+from daebench.catalogue import find_problem, problems
 from daebench.chains.chain import ConstrainedChain
+from daebench.ivp import ConstrainedIvp
+from daebench.ivp_constructor import initial_value_problem
+from daebench.make_ivp import constrained
 from daebench.problem import ConstrainedHamiltonian
-from daebench.scene import Scene
 
 STEPS = 400
 """Steps of every fixed-step run: h is the end divided by this."""
@@ -19,7 +21,7 @@ TOL = 1e-8
 
 @dataclass(frozen=True)
 class Horizon:
-    """How far a scene is run.
+    """How far an initial value problem is run.
 
     Parameters
     ----------
@@ -71,9 +73,9 @@ def names() -> list[str]:
 
 
 @cache
-def scene_of(name: str, case: str | None = None) -> Scene:
+def ivp_of(name: str, case: str | None = None) -> ConstrainedIvp:
     """Return a case of a problem, by default its first."""
-    return find_scene(name, case)
+    return constrained(initial_value_problem(name, case))
 
 
 def horizon(name: str) -> Horizon:
@@ -86,10 +88,10 @@ def step_size(name: str) -> float:
     return horizon(name).t_end / STEPS
 
 
-def definition(scene: Scene) -> ConstrainedHamiltonian:
-    """Return what a scene's problem declares, a chain written out."""
-    problem = find_problem(scene.problem)
-    own = scene.sheet.CASES[scene.case]["parameters"]
+def definition(ivp: ConstrainedIvp) -> ConstrainedHamiltonian:
+    """Return what a problem declares, a chain written out."""
+    problem = find_problem(ivp.problem)
+    own = ivp.sheet.CASES[ivp.case]["parameters"]
     declared = problem.define(**{name: int(value) for name, value in own.items() if name in problem.structure})
     found = declared.written_out() if isinstance(declared, ConstrainedChain) else declared
     assert isinstance(found, ConstrainedHamiltonian)

@@ -1,4 +1,4 @@
-"""A scene: one problem with the numbers of one case, which is what every method is handed."""
+"""Initial value problems: a problem with the parameters and initial values of a case. Every method solves one."""
 
 import types
 from collections.abc import Iterable, Mapping
@@ -15,8 +15,8 @@ Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
-class Setting:
-    """One problem with the numbers of one case, whatever its states are.
+class InitialValueProblem:
+    """A problem with the parameters and initial values of a case, whatever its states are.
 
     Parameters
     ----------
@@ -116,8 +116,8 @@ class Setting:
 
 
 @dataclass(frozen=True)
-class Scene(Setting):
-    """A constrained Hamiltonian system with the numbers of one case.
+class ConstrainedIvp(InitialValueProblem):
+    """A constrained Hamiltonian system with the parameters and initial values of a case.
 
     Parameters
     ----------
@@ -153,8 +153,8 @@ class Scene(Setting):
 
 
 @dataclass(frozen=True)
-class PoissonScene(Setting):
-    """A Poisson system with the numbers of one case.
+class PoissonIvp(InitialValueProblem):
+    """A Poisson system with the parameters and initial values of a case.
 
     Parameters
     ----------
@@ -173,6 +173,10 @@ class PoissonScene(Setting):
     def casimirs(self) -> tuple[str, ...]:
         """Names of the Casimir functions."""
         return tuple(self.sheet.CASIMIRS)
+
+
+Ivp = ConstrainedIvp | PoissonIvp
+"""Initial value problems of either kind, as types are checked."""
 
 
 def _number(x: Any) -> Any:

@@ -1,12 +1,13 @@
-"""The scenes that every scheme is swept over: problems of the catalogue, and those of ``definitions`` for every kind of H."""
+"""The problems that every scheme is swept over: problems of the catalogue, and those of ``definitions`` for every kind of H."""
 
 from functools import cache
 
 import definitions
 import pytest
 
-from daebench.catalogue import find_scene, problems
-from daebench.make_scene import make_scene
+from daebench.catalogue import problems
+from daebench.ivp_constructor import initial_value_problem
+from daebench.make_ivp import make_ivp
 from daebench.source import source_of
 
 IN_TENS = {"methyl": 1.5035, "methylene": 1.4027, "C0": 0.928, "C1": 1.216, "C2": -1.312, "C3": -0.306, "C4": 2.624, "C5": -3.15}
@@ -25,17 +26,17 @@ better there than they claim."""
 
 
 @cache
-def scene(name):
-    """Return one of the scenes by name."""
+def ivp(name):
+    """Return one of the initial value problems by name."""
     catalogue = {
         "spherical-slow": ("spherical_pendulum", "fig1.1"),
         "spherical-fast": ("spherical_pendulum", "fig1.2b"),
         "planar": ("planar_pendulum", "rotating"),
     }
     if name in problems("constrained"):
-        return find_scene(name, *SMALLER.get(name, ()))
+        return initial_value_problem(name, *SMALLER.get(name, ()))
     if name in catalogue:
-        return find_scene(*catalogue[name])
+        return initial_value_problem(*catalogue[name])
     problem, case = {
         "stretched-M": (definitions.stretched(), "swing"),
         "stretched-H": (definitions.stretched(given_as="H"), "swing"),
@@ -43,10 +44,10 @@ def scene(name):
         "double-pendulum": (definitions.double_pendulum(), "bent"),
         "coupled-rods": (definitions.coupled(), "bent"),
     }[name]
-    return make_scene(source_of(problem, name), case)
+    return make_ivp(source_of(problem, name), case)
 
 
-SCENES = (
+IVPS = (
     "spherical-fast",
     "planar",
     "stretched-M",
@@ -63,6 +64,6 @@ LARGE = ("andrews_squeezer", "butane", "rigid_body_rotation")
 """Problems of so many unknowns that a sweep over all schemes takes minutes, run as Python: they are swept among the slow tests."""
 
 
-def swept(names=SCENES):
-    """Return parameters of a test that is swept over scenes of these names."""
+def swept(names=IVPS):
+    """Return parameters of a test that is swept over initial value problems of these names."""
     return [pytest.param(name, id=name, marks=pytest.mark.slow if name in LARGE else ()) for name in names]

@@ -1,4 +1,4 @@
-"""A problem with the numbers of a case: its parameters and initial values, or those given in their place."""
+"""An initial value problem of a source: parameters and initial values of a case, or those given in their place."""
 
 import types
 from collections.abc import Mapping, Sequence
@@ -7,42 +7,28 @@ from typing import Any
 import numpy as np
 
 from daebench.errors import BadInput, real, unknown
-from daebench.scene import Array, PoissonScene, Scene, Setting
+from daebench.ivp import Array, ConstrainedIvp, InitialValueProblem, Ivp, PoissonIvp
 from daebench.source import Source
 
+Start = Mapping[str, Sequence[float] | None]
 
-def make_scene(
+
+def constrained(ivp: InitialValueProblem) -> ConstrainedIvp:
+    """Return an initial value problem as that of a constrained problem; raise :class:`BadInput` where it is a Poisson system's."""
+    if not isinstance(ivp, ConstrainedIvp):
+        raise BadInput(f"{ivp.problem} is a Poisson system, and this is for constrained problems; daebench list problems has them.")
+    return ivp
+
+
+def make_ivp(
     source: Source,
-    case: str,
-    parameters: Mapping[str, float] | None = None,
-    *,
-    p0: Sequence[float] | None = None,
-    q0: Sequence[float] | None = None,
-) -> Scene:
-    """Return the scene of a case of a constrained problem, with parameters and initial values replaced where they are given.
-
-    Raises
-    ------
-    BadInput
-        If the case or a parameter is unknown, a value is not a finite number, or the problem is a Poisson system.
-    """
-    return constrained(make_setting(source, case, parameters, p0=p0, q0=q0))
-
-
-def constrained(setting: Setting) -> Scene:
-    """Return a setting as that of a constrained problem; raise :class:`BadInput` where it is a Poisson system's."""
-    if not isinstance(setting, Scene):
-        raise BadInput(f"{setting.problem} is a Poisson system, and this is for constrained problems; daebench list problems has them.")
-    return setting
-
-
-def make_setting(
-    source: Source,
-    case: str,
+    case: str | None = None,
     parameters: Mapping[str, float] | None = None,
     **given: Sequence[float] | None,
-) -> Scene | PoissonScene:
-    """Return a problem with the numbers of a case: parameters and initial values (p0 and q0, or y0) replaced where they are given.
+) -> Ivp:
+    """Return the initial value problem of a case, by default the first, with parameters and p0, q0 or y0 replaced where they are given.
+
+    Consistency with the constraints is not checked.
 
     Raises
     ------
@@ -50,6 +36,7 @@ def make_setting(
         If the case or a parameter is unknown, a value is not a finite number, or initial values are those of another kind of problem.
     """
     sheet = source.sheet
+    case = first_case(source, given) if case is None else case
     names = ("y0",) if sheet.KIND == "poisson" else ("p0", "q0")
     for name, values in given.items():
         if values is not None and name not in names:
@@ -57,34 +44,41 @@ def make_setting(
     free = not sheet.CASES and all(given.get(name) is not None for name in names)
     if case not in sheet.CASES and not free:
         raise unknown(f"case of {source.problem}", case, sheet.CASES)
-    found = _parameters(source, {} if free else sheet.CASES[case]["parameters"], parameters or {})
-    own = () if free else _case_start(sheet, case, found)
-    start = [own[k] if (values := given.get(name)) is None else initial_values(name, values, sheet) for k, name in enumerate(names)]
+    values_of = _parameters(source, {} if free else sheet.CASES[case]["parameters"], parameters or {})
+    declared = () if free else _case_start(sheet, case, values_of)
+    start = [declared[k] if (values := given.get(name)) is None else initial_values(name, values, sheet) for k, name in enumerate(names)]
     for name, array in zip(names, start, strict=True):
         if not np.all(np.isfinite(array)):
             raise BadInput(f"{name} of {source.problem}, case {case}, is {array.tolist()}; it must be finite numbers.")
     if sheet.KIND == "poisson":
-        return _in_domain(PoissonScene(source, case, found, *start))
-    return Scene(source, case, found, start[0], start[1], on_singular=sheet.CASES.get(case, {}).get("on_singular", "stop"))
+        return _in_domain(PoissonIvp(source, case, values_of, *start))
+    return ConstrainedIvp(source, case, values_of, start[0], start[1], on_singular=sheet.CASES.get(case, {}).get("on_singular", "stop"))
+
+
+def first_case(source: Source, start: Start) -> str:
+    """Return the first case, or the empty name where the problem has none and all initial values are given."""
+    if not source.sheet.CASES and sum(values is not None for values in start.values()) < (1 if source.sheet.KIND == "poisson" else 2):
+        raise BadInput(f"{source.problem} declares no cases; declare one, or give the initial values.")
+    return next(iter(source.sheet.CASES), "")
 
 
 def _parameters(source: Source, of_case: Mapping[str, float], given: Mapping[str, float]) -> dict[str, float]:
     """Return the values of all parameters: the defaults, those of the case, and those that are given, each over the one before."""
-    found: dict[str, float] = dict(source.defaults or source.sheet.PARAMETERS)
-    found |= {name: float(value) for name, value in of_case.items() if name in found}
+    values: dict[str, float] = dict(source.defaults or source.sheet.PARAMETERS)
+    values |= {name: float(value) for name, value in of_case.items() if name in values}
     for name, value in given.items():
-        if name not in found:
-            raise unknown(f"parameter of {source.problem}", name, found)
-        found[name] = real(name, value)
-    _require_positive(source.problem, source.sheet, found)
-    return found
+        if name not in values:
+            raise unknown(f"parameter of {source.problem}", name, values)
+        values[name] = real(name, value)
+    _require_positive(source.problem, source.sheet, values)
+    return values
 
 
-def _in_domain(scene: PoissonScene) -> PoissonScene:
-    domain = " and ".join(f"{each} > 0" for each in scene.sheet.DOMAIN)
-    if domain and not bool(scene.value("inside", scene.y0)):
-        raise BadInput(f"y0 = {scene.y0.tolist()} of {scene.problem} is outside of its domain {domain}; start inside.")
-    return scene
+def _in_domain(ivp: PoissonIvp) -> PoissonIvp:
+    domain = " and ".join(f"{expression} > 0" for expression in ivp.sheet.DOMAIN)
+    if domain and not bool(ivp.value("inside", ivp.y0)):
+        raise BadInput(f"y0 = {ivp.y0.tolist()} of {ivp.problem} is outside of its domain {domain}; start inside.")
+    return ivp
 
 
 def _require_positive(problem: str, sheet: types.ModuleType, values: Mapping[str, float]) -> None:

@@ -1,11 +1,11 @@
-"""What the report on work against precision runs on: a small standard set, each scene of another character."""
+"""What the report on work against precision runs on: a small standard set, each initial value problem of another character."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from types import MappingProxyType
 
-from daebench.api import setting_of
-from daebench.scene import PoissonScene
+from daebench.ivp import PoissonIvp
+from daebench.ivp_constructor import initial_value_problem
 from daebench.studies.study import Study
 from daebench.studies.work_precision import REPEAT, TOLERANCES, standard
 
@@ -50,7 +50,7 @@ class Work:
     @property
     def poisson(self) -> bool:
         """Whether it is a Poisson system."""
-        return isinstance(setting_of(self.problem, self.case), PoissonScene)
+        return isinstance(initial_value_problem(self.problem, self.case), PoissonIvp)
 
     @property
     def letter(self) -> str:

@@ -1,0 +1,72 @@
+"""Public names that have changed: the old name works for one release and warns."""
+
+import warnings
+from collections.abc import Callable
+from functools import wraps
+from typing import Any, ParamSpec, TypeVar
+
+P = ParamSpec("P")
+T = TypeVar("T")
+
+NAMES = {
+    "scene_of": "initial_value_problem",
+    "setting_of": "initial_value_problem",
+}
+"""New names of ``daebench`` by their old ones."""
+
+
+def current_name(name: str) -> str:
+    """Return the name under which something of ``daebench`` is found today, with a warning where it was renamed.
+
+    Warns
+    -----
+    FutureWarning
+        If the name is an old one.
+    """
+    if name not in NAMES:
+        return name
+    _warn(f"daebench.{name}", f"daebench.{NAMES[name]}", level=4)
+    return NAMES[name]
+
+
+class OldAttribute:
+    """The old name of an attribute or method; it warns and gives what the new name gives.
+
+    Parameters
+    ----------
+    name : str
+        The new name.
+    """
+
+    def __init__(self, name: str) -> None:
+        self.name = name
+
+    def __set_name__(self, owner: type, old: str) -> None:
+        self.old = old
+
+    def __get__(self, instance: Any, owner: type) -> Any:
+        """Return what is found under the new name."""
+        if instance is None:
+            return self
+        _warn(f"{owner.__name__}.{self.old}", self.name)
+        return getattr(instance, self.name)
+
+
+def old_keywords(**names: str) -> Callable[[Callable[P, T]], Callable[P, T]]:
+    """Return a decorator that takes old names of keyword arguments too, with a warning; ``names`` has the new ones by the old ones."""
+
+    def decorate(function: Callable[P, T]) -> Callable[P, T]:
+        @wraps(function)
+        def call(*args: P.args, **kwargs: P.kwargs) -> T:
+            for old in names.keys() & kwargs.keys():
+                _warn(f"argument {old} of {function.__name__}", names[old])
+                kwargs[names[old]] = kwargs.pop(old)
+            return function(*args, **kwargs)
+
+        return call
+
+    return decorate
+
+
+def _warn(old: str, new: str, level: int = 3) -> None:
+    warnings.warn(f"{old} is now called {new}; the old name will be removed.", FutureWarning, stacklevel=level)
