@@ -20,7 +20,7 @@ def _halves(n: int) -> str:
 
 
 class Values:
-    """Source of the functions declared in ``kernels/hole.py`` under *algebra*, for tuples of fixed length.
+    """Source of the operations that :mod:`daebench.shapes` and ``kernels/hole.py`` name, for tuples of fixed length.
 
     Parameters
     ----------

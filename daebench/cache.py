@@ -15,8 +15,9 @@ from daebench.sealed import CacheWarning, warn
 
 __all__ = ["GENERATORS", "CacheWarning", "cache_directory", "generated", "toolchain"]
 
-GENERATORS: tuple[str, ...] = ("algebra", "assumptions", "cache", "circles", "codegen", "compiled", "compiled_elimination")
+GENERATORS: tuple[str, ...] = ("algebra", "arithmetic", "assumptions", "cache", "circles", "codegen", "compiled", "compiled_elimination")
 GENERATORS += (
+    "declared",
     "definition_checks",
     "definition_parts",
     "derive",
@@ -24,6 +25,7 @@ GENERATORS += (
     "domain",
     "elimination",
     "equations",
+    "expressions",
     "fixed_step",
     "kinetic_flows",
     "lattice_algebra",
@@ -33,6 +35,7 @@ GENERATORS += (
     "least_squares_solver",
     "link",
     "machine_code",
+    "operators",
     "poisson_lattice",
     "poisson_derivation",
     "poisson_identities",
@@ -42,7 +45,7 @@ GENERATORS += (
     "poisson_watch",
     "pose",
 )
-GENERATORS += ("problem", "residuals", "scene", "sealed", "sheet", "solvers", "source", "syntax", "unroll", "watch")
+GENERATORS += ("problem", "residuals", "scene", "sealed", "shapes", "sheet", "solvers", "source", "syntax", "unroll", "watch")
 """The modules that decide what generated source says; kernels and schemes do too."""
 
 
