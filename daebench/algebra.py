@@ -25,7 +25,7 @@ def _matrix(signature: str, entry: Callable[[int, int], str], left: range, right
 
 
 class Values:
-    """Source of the functions declared in ``kernels/hole.py`` under *algebra*, for tuples of fixed length.
+    """Source of the operations that :mod:`daebench.shapes` and ``kernels/hole.py`` name, for tuples of fixed length.
 
     Parameters
     ----------

@@ -4,7 +4,7 @@ from daebench.codegen import function
 
 
 class Arrays:
-    """Source of the functions declared in ``kernels/hole.py`` under *algebra*, for arrays of any length.
+    """Source of the operations that :mod:`daebench.shapes` and ``kernels/hole.py`` name, for arrays of any length.
 
     Parameters
     ----------

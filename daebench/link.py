@@ -1,8 +1,9 @@
 """The linker: joins a scheme's file with one problem's functions and algebra into the source of one module.
 
-Scheme files and the files in ``kernels/`` are read as syntax, never run. From the functions that are asked for, the linker follows
-every call; for each function it settles the constants of the hole, threads the problem's parameters through, specialises functions
-that are passed by name, and asks the derivation or the algebra for exactly the names that are left.
+Scheme files and the files in ``kernels/`` are read as syntax, never run; operations of the algebra take the place of operators. From
+the functions that are asked for, the linker follows every call; for each function it settles the constants of the hole, threads the
+problem's parameters through, specialises functions that are passed by name, and asks the derivation or the algebra for exactly the names
+that are left.
 """
 
 import ast
@@ -12,10 +13,12 @@ from functools import cache
 from pathlib import Path
 
 from daebench import codegen
+from daebench.declared import Declarations
 from daebench.derive import Derivation
 from daebench.errors import InvalidProblem
 from daebench.kernels.hole import ROUNDINGS
-from daebench.syntax import HOLE, RUN_TIME, SourceFile, TypedLiterals, call, called, decorated, gathered, parameters_of
+from daebench.operators import Lowering
+from daebench.syntax import HOLE, HOLES, RUN_TIME, SourceFile, TypedLiterals, call, called, decorated, gathered, parameters_of
 from daebench.unroll import Unroller
 
 PACKAGE = Path(__file__).parent
@@ -87,6 +90,12 @@ def _text(module: str) -> str:
     return PACKAGE.joinpath(*module.split(".")[1:]).with_suffix(".py").read_text(encoding="utf-8")
 
 
+@cache
+def _declared(module: str) -> SourceFile:
+    """Return a file of the hole as syntax: what it declares is the same for every problem."""
+    return SourceFile(module, _text(module), {})
+
+
 class Linker:
     """Collects the source of everything that the functions asked for need.
 
@@ -155,6 +164,19 @@ class Linker:
             self.files[module] = SourceFile(module, _text(module), self.constants)
         return self.files[module]
 
+    def lowered(self, module: str, name: str) -> ast.FunctionDef:
+        """Return a function of a file with operations of the algebra, which the file then imports, in the place of operators."""
+        file = self.file(module)
+        if name not in file.lowered:
+            path = f"{module.replace('.', '/')}.py"
+            lowering = Lowering(path, Declarations(file, lambda other: _declared(other) if other in HOLES else self.file(other)))
+            file.lowered[name] = lowering.function(file.functions[name])
+            for operation in sorted(lowering.used):
+                if operation in file.functions or file.imports.get(operation, (HOLE, operation)) != (HOLE, operation):
+                    raise InvalidProblem(f"{path}: {operation} is the name of an operation of the algebra; give the function another.")
+                file.imports[operation] = (HOLE, operation)
+        return file.lowered[name]
+
     @staticmethod
     def _emitted(module: str, name: str) -> str:
         """Return the name that a file's function has in the generated module."""
@@ -166,8 +188,9 @@ class Linker:
         emitted = self._emitted(module, name) + "".join(f"__{function}" for function in bound.values())
         if emitted not in self.emitted and emitted not in self.work:
             self.work[emitted] = [0] * len(self.kinds)
+            function = self.lowered(module, name)
             specialise = _Specialise(self, self.file(module), bound)
-            self.emitted[emitted] = ast.unparse(specialise.linked(self.file(module).functions[name], emitted))
+            self.emitted[emitted] = ast.unparse(specialise.linked(function, emitted))
             self.work[emitted] = specialise.work
         return emitted
 

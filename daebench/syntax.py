@@ -15,13 +15,20 @@ RUN_TIME = {"DATA": "par[{0}]", "FORM_DATA": "par[{0} + 1]", "LENGTH": "par[{0} 
 
 
 class SourceFile:
-    """One source file as syntax, with its constant ``if`` statements settled."""
+    """One source file as syntax, with its constant ``if`` statements settled.
+
+    ``imports`` puts both files of the hole in one, ``homes`` keeps them apart; ``lowered`` are the functions without operators.
+    """
 
     def __init__(self, name: str, text: str, constants: Mapping[str, bool | int | float]) -> None:
         self.name = name
         self.functions: dict[str, ast.FunctionDef] = {}
+        self.lowered: dict[str, ast.FunctionDef] = {}
         self.literals: dict[str, ast.Constant] = {}
         self.imports: dict[str, tuple[str, str]] = {}
+        self.homes: dict[str, tuple[str, str]] = {}
+        self.aliases: dict[str, ast.expr] = {}
+        self.annotations: dict[str, ast.expr] = {}
         self._read(ast.parse(text).body, constants)
 
     def _read(self, body: Sequence[ast.stmt], constants: Mapping[str, bool | int | float]) -> None:
@@ -31,10 +38,20 @@ class SourceFile:
             elif isinstance(node, ast.ImportFrom) and (node.module or "").startswith(("daebench.kernels", "daebench.schemes")):
                 module = HOLE if node.module in HOLES else str(node.module)
                 self.imports |= {alias.asname or alias.name: (module, alias.name) for alias in node.names}
+                self.homes |= {alias.asname or alias.name: (str(node.module), alias.name) for alias in node.names}
             elif isinstance(node, ast.If) and isinstance(node.test, ast.Name) and node.test.id in constants:
                 self._read(node.body if constants[node.test.id] else node.orelse, constants)
-            elif isinstance(node, ast.Assign) and isinstance(node.value, ast.Constant) and isinstance(node.targets[0], ast.Name):
-                self.literals[node.targets[0].id] = node.value
+            elif isinstance(node, ast.Assign) and isinstance(node.targets[0], ast.Name):
+                self._assigned(node.targets[0].id, node.value)
+            elif isinstance(node, ast.AnnAssign) and isinstance(node.target, ast.Name):
+                self.annotations[node.target.id] = node.annotation
+
+    def _assigned(self, name: str, value: ast.expr) -> None:
+        """Keep a literal, or what may be the name of a kind of value."""
+        if isinstance(value, ast.Constant):
+            self.literals[name] = value
+        else:
+            self.aliases[name] = value
 
 
 class TypedLiterals(ast.NodeTransformer):

@@ -130,7 +130,7 @@ are run-time parameters, ``int`` ones change the structure.
         "write-a-scheme",
         "Write a scheme",
         "A scheme file is ``CLAIMS`` and a function ``step``; it may import what these modules name.",
-        ("daebench.claims", "daebench.kernels.hole", "daebench.kernels.poisson_hole"),
+        ("daebench.claims", "daebench.kernels.hole", "daebench.kernels.spaces", "daebench.kernels.poisson_hole"),
     ),
     Task(
         "measure",

@@ -114,7 +114,7 @@ class Tracer:
         file = self.linker.file(module)
         if name not in file.functions:
             raise InvalidProblem(f"a scheme asks for {name}, which long chains do not have; take a shorter chain, or another scheme.")
-        node = file.functions[name]
+        node = self.linker.lowered(module, name)
         bare = copy.deepcopy(node)
         bare.returns, bare.decorator_list = None, []
         for each in bare.args.args:

@@ -1,7 +1,8 @@
 """The right side of Baumgarte's equation: (1.18) with the hidden constraint drawn back to the manifold."""
 
-from daebench.kernels.hole import FORM_DATA, Number, Vector, axpy_m, g, mul
+from daebench.kernels.hole import FORM_DATA, g
 from daebench.kernels.reduced import force, hidden
+from daebench.kernels.spaces import Number, Vector
 
 
 def f(p: Vector, q: Vector) -> tuple[Vector, Vector, Number]:
@@ -13,6 +14,6 @@ def f(p: Vector, q: Vector) -> tuple[Vector, Vector, Number]:
     """
     alpha, beta = FORM_DATA
     v, gradient, G0, by_mass, value = hidden(p, q)
-    drawn = axpy_m(2.0 * alpha, mul(G0, v), axpy_m(beta * beta, g(q), value))
+    drawn = value + beta**2 * g(q) + 2 * alpha * G0 @ v
     change, pivot = force(gradient, G0, by_mass, drawn)
     return change, v, pivot

@@ -1,33 +1,12 @@
 """Functions of any problem that are composed of its own: velocity constraint, hidden constraint, multiplier, mass."""
 
-from daebench.kernels.hole import (
-    G,
-    Gv_p,
-    Gv_q,
-    H_p,
-    H_pp,
-    H_q,
-    Matrix,
-    Multiplier,
-    Number,
-    Vector,
-    axpy,
-    axpy_m,
-    gram,
-    identity_d,
-    jacobian_times,
-    mul,
-    mul_full,
-    mul_T,
-    solve,
-    solve_dd,
-    zero_m,
-)
+from daebench.kernels.hole import G, Gv_p, Gv_q, H_p, H_pp, H_q, identity_d, solve, zero
+from daebench.kernels.spaces import Gram, Jacobian, Matrix, Multiplier, Number, Rows, Vector
 
 
 def Gv(p: Vector, q: Vector) -> Multiplier:
     """Velocity constraint G H_p, HLW (1.11)."""
-    return mul(G(q), H_p(p, q))
+    return G(q) @ H_p(p, q)
 
 
 def a(p: Vector, q: Vector, lam: Multiplier) -> Multiplier:
@@ -37,18 +16,18 @@ def a(p: Vector, q: Vector, lam: Multiplier) -> Multiplier:
 
         a = d/dq[G H_p] H_p - G H_pp (H_q + G^T lam)
     """
-    force = axpy(1.0, mul_T(G(q), lam), H_q(p, q))
-    return axpy_m(-1.0, mul_full(Gv_p(p, q), force), mul_full(Gv_q(p, q), H_p(p, q)))
+    force = H_q(p, q) + G(q).T @ lam
+    return Gv_q(p, q) @ H_p(p, q) - Gv_p(p, q) @ force
 
 
-def W(p: Vector, q: Vector) -> Matrix:
+def W(p: Vector, q: Vector) -> Gram:
     """Matrix G H_pp G^T, HLW (1.13), shape(m, m)."""
-    return gram(G(q), Gv_p(p, q))
+    return G(q) @ Gv_p(p, q).T
 
 
 def lam_and_pivot(p: Vector, q: Vector) -> tuple[Multiplier, Number]:
     """Multiplier lam(p, q) that (1.12) determines, and the smallest relative pivot of G H_pp G^T."""
-    return solve(W(p, q), a(p, q, zero_m(q)))
+    return solve(W(p, q), a(p, q, zero(q)))
 
 
 def lam(p: Vector, q: Vector) -> Multiplier:
@@ -58,9 +37,9 @@ def lam(p: Vector, q: Vector) -> Multiplier:
 
 def mass(p: Vector, q: Vector) -> Matrix:
     """Mass matrix, the inverse of H_pp, shape(d, d)."""
-    return solve_dd(H_pp(p, q), p, identity_d(q))[1]
+    return solve(H_pp(p, q), p, identity_d(q))[1]
 
 
-def rows(X: Matrix, p: Vector, q: Vector) -> Matrix:
+def rows(X: Jacobian, p: Vector, q: Vector) -> Rows:
     """X H_pp: the inverse mass applied to each row of X."""
-    return jacobian_times(X, H_pp(p, q))
+    return X @ H_pp(p, q)

@@ -2,17 +2,18 @@
 
 from typing import Any
 
-from daebench.kernels.hole import Gv, H, Number, Vector, apply, g, mass, norm_m
+from daebench.kernels.hole import Gv, H, g, mass, norm
+from daebench.kernels.spaces import Number, Vector
 
 
 def of_momenta(p: Vector, q: Vector) -> Any:
     """Return H, |g| and |G H_p|."""
-    return H(p, q), norm_m(g(q)), norm_m(Gv(p, q))
+    return H(p, q), norm(g(q)), norm(Gv(p, q))
 
 
 def of_velocities(v: Vector, q: Vector) -> Any:
     """Return the same for p = M v."""
-    return of_momenta(apply(mass(v, q), v), q)
+    return of_momenta(mass(v, q) @ v, q)
 
 
 def of_state(y: Vector) -> Number:

@@ -2,32 +2,19 @@
 
 from typing import Any
 
-from daebench.kernels.hole import (
-    COMPENSATED,
-    INF,
-    LOCAL,
-    MULTISTEP,
-    PROJECTED,
-    Number,
-    Report,
-    State,
-    chart,
-    increment,
-    no_work,
-    norm,
-    scale,
-    start,
-    step,
-)
+from daebench.kernels.hole import COMPENSATED, INF, LOCAL, MULTISTEP, PROJECTED, chart, increment, no_work, norm, start, step
 from daebench.kernels.manifold import project
 from daebench.kernels.newton import OK, both
+from daebench.kernels.spaces import Number, Report, Vector
 from daebench.kernels.summation import add
+
+State = tuple[Vector, Vector]
 
 if MULTISTEP:
 
     def one(x: State, memory: Any, h: Number) -> Any:
         """Return the next state, memory, the raw multipliers and a report."""
-        p, q, memory1, raw, report = step(x[0], x[1], memory, h)  # type: ignore[call-arg,misc]
+        p, q, memory1, raw, report = step(x[0], x[1], memory, h)  # type: ignore[call-arg]
         return (p, q), memory1, raw, report
 
     def begin(x: State, h: Number) -> Any:
@@ -45,7 +32,7 @@ elif COMPENSATED:
 
     def begin(x: State, h: Number) -> Any:
         """Return what rounding has left so far: nothing; and a report."""
-        return (scale(0.0 * h, x[0]), scale(0.0 * h, x[1])), (OK, 0.0 * h, INF, no_work())
+        return (0 * h * x[0], 0 * h * x[1]), (OK, 0 * h, INF, no_work())
 
 else:
 

@@ -4,30 +4,34 @@ A scheme file is a module with a hole. It imports names from here and is never r
 source of exactly those names for one problem, so that one namespace holds everything and a compiler can inline it. The rules:
 
 - vectors are values, shape(d,) for states and shape(m,) for multipliers: tuples that no function changes;
-- a scheme file has functions, ``CLAIMS``, and ``if`` statements on the constants below; nothing else at module level;
+- formulas are written with ``+ - * / @`` and ``.T`` on the classes of ``spaces.py``, as ``p0 - h / 2 * (H_q(p0, q0) + G(q0).T @ lam)``;
+- every parameter has an annotation: it says which operation of the algebra an operator stands for, and an operand of unknown kind or
+  of a shape that does not fit is refused with the file, the line and the expression;
+- an integer in arithmetic is a number of the run's type, and division by a power of two is multiplication by its inverse;
+- a scheme file has functions, ``CLAIMS``, names of kinds, and ``if`` statements on the constants below; nothing else at module level;
 - a function whose parameter is called, as ``improve`` in Newton's iteration, is specialised for each function passed by name;
 - parameters of the problem are threaded through every call by the linker and never written.
 """
 
-from typing import Any
+from collections.abc import Iterable
+from typing import Any, overload
 
-Vector = tuple[Any, ...]
-"""Positions, momenta or velocities, shape(d,)."""
-
-State = Any
-"""What a step maps: (p, q) of a constrained system."""
-
-Multiplier = tuple[Any, ...]
-"""Multipliers or constraint values, shape(m,)."""
-
-Matrix = tuple[tuple[Any, ...], ...]
-"""A tuple of rows."""
-
-Number = Any
-"""A number of the run's type: float64, float32 or complex128."""
-
-Report = tuple[int, Number, Number, Any]
-"""Status, residual, smallest relative pivot, and Newton's work, of what was solved."""
+from daebench.kernels.spaces import (
+    Data,
+    Gram,
+    Half,
+    HalfMatrix,
+    InverseMass,
+    Jacobian,
+    Matrix,
+    Multiplier,
+    Number,
+    Report,
+    Rows,
+    State,
+    Step,
+    Vector,
+)
 
 # ---- constants, settled when the kernel is linked ------------------------------------------------------------------------
 
@@ -68,10 +72,10 @@ and ``sum`` of such, and statements ``for``."""
 CONSTRAINTS: int = 1
 """Number of constraints m."""
 
-DATA: Any = ()
+DATA: Data = Data()
 """Numbers of the scheme, its tableau or its options, as :class:`daebench.claims.Member` gives them: run-time data."""
 
-FORM_DATA: Any = ()
+FORM_DATA: Data = Data()
 """Numbers of the form of the system: alpha and beta of Baumgarte's, eps of the penalised one."""
 
 LENGTH: Number = 0.0
@@ -100,6 +104,7 @@ INF: Number = 0.0
 
 def H(p: Vector, q: Vector) -> Number:
     """Hamiltonian."""
+    raise NotImplementedError("filled in by the linker")
 
 
 def H_p(p: Vector, q: Vector) -> Vector:
@@ -112,7 +117,7 @@ def H_q(p: Vector, q: Vector) -> Vector:
     raise NotImplementedError("filled in by the linker")
 
 
-def H_pp(p: Vector, q: Vector) -> Matrix:
+def H_pp(p: Vector, q: Vector) -> InverseMass:
     """Inverse mass d2H/dp2, shape(d, d)."""
     raise NotImplementedError("filled in by the linker")
 
@@ -139,6 +144,7 @@ def mass(p: Vector, q: Vector) -> Matrix:
 
 def U(q: Vector) -> Number:
     """Potential energy."""
+    raise NotImplementedError("filled in by the linker")
 
 
 def U_q(q: Vector) -> Vector:
@@ -176,17 +182,17 @@ def g(q: Vector) -> Multiplier:
     raise NotImplementedError("filled in by the linker")
 
 
-def G(q: Vector) -> Matrix:
+def G(q: Vector) -> Jacobian:
     """Constraint Jacobian dg/dq, shape(m, d)."""
     raise NotImplementedError("filled in by the linker")
 
 
-def rows(X: Matrix, p: Vector, q: Vector) -> Matrix:
+def rows(X: Rows, p: Vector, q: Vector) -> Rows:
     """X H_pp for a Jacobian X of constraints: M^-1 applied to each of its rows, shape(m, d)."""
     raise NotImplementedError("filled in by the linker")
 
 
-def g_qv(q: Vector, v: Vector) -> Matrix:
+def g_qv(q: Vector, v: Vector) -> Rows:
     """Derivative of G(q) v with respect to q at fixed v, shape(m, d)."""
     raise NotImplementedError("filled in by the linker")
 
@@ -201,12 +207,12 @@ def Gv(p: Vector, q: Vector) -> Multiplier:
     raise NotImplementedError("filled in by the linker")
 
 
-def Gv_p(p: Vector, q: Vector) -> Matrix:
+def Gv_p(p: Vector, q: Vector) -> Rows:
     """Derivative of G H_p with respect to p, G H_pp, shape(m, d)."""
     raise NotImplementedError("filled in by the linker")
 
 
-def Gv_q(p: Vector, q: Vector) -> Matrix:
+def Gv_q(p: Vector, q: Vector) -> Rows:
     """Derivative of G H_p with respect to q, shape(m, d)."""
     raise NotImplementedError("filled in by the linker")
 
@@ -216,7 +222,7 @@ def a(p: Vector, q: Vector, lam: Multiplier) -> Multiplier:
     raise NotImplementedError("filled in by the linker")
 
 
-def a_p(p: Vector, q: Vector, lam: Multiplier) -> Matrix:
+def a_p(p: Vector, q: Vector, lam: Multiplier) -> Rows:
     """Derivative of a with respect to p, shape(m, d)."""
     raise NotImplementedError("filled in by the linker")
 
@@ -226,12 +232,12 @@ def f(p: Vector, q: Vector) -> tuple[Vector, Vector, Number]:
     raise NotImplementedError("filled in by the linker")
 
 
-def K_y(p: Vector, q: Vector) -> Vector:
+def K_y(p: Vector, q: Vector) -> Any:
     """Gradient of K(y) = H(chi(y)) in local coordinates y = (p, q), shape(2 d,)."""
     raise NotImplementedError("filled in by the linker")
 
 
-def two_form(p: Vector, q: Vector) -> Matrix:
+def two_form(p: Vector, q: Vector) -> Any:
     """X^T J X with X = chi'(y) at local coordinates y = (p, q), HLW (2.21), shape(2 d, 2 d)."""
     raise NotImplementedError("filled in by the linker")
 
@@ -254,129 +260,18 @@ def integrals(p: Vector, q: Vector) -> tuple[Number, ...]:
 # ---- algebra -------------------------------------------------------------------------------------------------------------
 
 
-def axpy(w: Number, x: Vector, y: Vector) -> Vector:
-    """Return w x + y."""
-    raise NotImplementedError("filled in by the linker")
-
-
-def scale(w: Number, x: Vector) -> Vector:
-    """Return w x."""
-    raise NotImplementedError("filled in by the linker")
-
-
-def axpy_m(w: Number, x: Multiplier, y: Multiplier) -> Multiplier:
-    """Return w x + y on multipliers."""
-    raise NotImplementedError("filled in by the linker")
-
-
-def scale_m(w: Number, x: Multiplier) -> Multiplier:
-    """Return w x on multipliers."""
-    raise NotImplementedError("filled in by the linker")
-
-
-def zero_m(q: Vector) -> Multiplier:
+def zero(q: Vector) -> Multiplier:
     """A multiplier of zeros in q's number type."""
     raise NotImplementedError("filled in by the linker")
 
 
 def dot(x: Vector, y: Vector) -> Number:
     """x^T y."""
+    raise NotImplementedError("filled in by the linker")
 
 
 def dot_moduli(x: Vector, y: Vector) -> Number:
     """Sum of the moduli |x_i y_i|: what a relative change of one in y makes of x^T y at most."""
-
-
-def norm(x: Vector) -> Number:
-    """Sum of moduli; unlike the largest modulus it cannot hide a NaN."""
-
-
-def norm_m(x: Multiplier) -> Number:
-    """Sum of moduli of a multiplier."""
-
-
-def mul(X: Matrix, v: Vector) -> Multiplier:
-    """X v for a Jacobian X of constraints."""
-    raise NotImplementedError("filled in by the linker")
-
-
-def mul_full(X: Matrix, v: Vector) -> Multiplier:
-    """X v for any X of shape(m, d)."""
-    raise NotImplementedError("filled in by the linker")
-
-
-def mul_T(X: Matrix, y: Multiplier) -> Vector:
-    """X^T y for a Jacobian X of constraints."""
-    raise NotImplementedError("filled in by the linker")
-
-
-def mul_full_T(X: Matrix, y: Multiplier) -> Vector:
-    """X^T y for any X of shape(m, d)."""
-    raise NotImplementedError("filled in by the linker")
-
-
-def gram(X: Matrix, Y: Matrix) -> Matrix:
-    """X Y^T, shape(m, m), for a Jacobian X of constraints."""
-    raise NotImplementedError("filled in by the linker")
-
-
-def gram_full(X: Matrix, Y: Matrix) -> Matrix:
-    """X Y^T, shape(m, m), for any X and Y of shape(m, d)."""
-    raise NotImplementedError("filled in by the linker")
-
-
-def plus_mm(X: Matrix, Y: Matrix) -> Matrix:
-    """X + Y, shape(m, m)."""
-    raise NotImplementedError("filled in by the linker")
-
-
-def scale_mm(w: Number, X: Matrix) -> Matrix:
-    """Return w X, shape(m, m)."""
-    raise NotImplementedError("filled in by the linker")
-
-
-def scale_dd(w: Number, X: Matrix) -> Matrix:
-    """Return w X, shape(d, d)."""
-    raise NotImplementedError("filled in by the linker")
-
-
-def minus_md(X: Matrix, Y: Matrix) -> Matrix:
-    """X - Y, shape(m, d)."""
-    raise NotImplementedError("filled in by the linker")
-
-
-def jacobian_times(X: Matrix, S: Matrix) -> Matrix:
-    """X S for a Jacobian X of constraints and S = H_pp, shape(m, d)."""
-    raise NotImplementedError("filled in by the linker")
-
-
-def scale_md(w: Number, X: Matrix) -> Matrix:
-    """Return w X, shape(m, d)."""
-    raise NotImplementedError("filled in by the linker")
-
-
-def outer_md(y: Multiplier, x: Vector, X: Matrix) -> Matrix:
-    """Return y x^T + X, shape(m, d)."""
-    raise NotImplementedError("filled in by the linker")
-
-
-def apply_md(S: Matrix, X: Matrix) -> Matrix:
-    """S applied to each row of X: X S^T, shape(m, d)."""
-    raise NotImplementedError("filled in by the linker")
-
-
-def apply(S: Matrix, x: Vector) -> Vector:
-    """S x, shape(d,)."""
-    raise NotImplementedError("filled in by the linker")
-
-
-def axpy_dd(w: Number, X: Matrix, Y: Matrix) -> Matrix:
-    """Return w X + Y, shape(d, d)."""
-    raise NotImplementedError("filled in by the linker")
-
-
-def identity_plus(w: Number, X: Matrix) -> Matrix:
-    """I + w X, shape(d, d)."""
     raise NotImplementedError("filled in by the linker")
 
 
@@ -385,82 +280,73 @@ def identity_d(q: Vector) -> Matrix:
     raise NotImplementedError("filled in by the linker")
 
 
-def transpose(X: Matrix) -> Matrix:
-    """X^T, shape(d, d)."""
+@overload
+def norm(x: Vector) -> Number: ...
+@overload
+def norm(x: Multiplier) -> Number: ...
+@overload
+def norm(x: Half) -> Number: ...
+def norm(x: Any) -> Any:
+    """Sum of moduli; unlike the largest modulus it cannot hide a NaN."""
     raise NotImplementedError("filled in by the linker")
 
 
-def product(X: Matrix, Y: Matrix) -> Matrix:
-    """X Y, shape(d, d)."""
+def multiplier(entries: Iterable[Number]) -> Multiplier:
+    """The multiplier of these entries, one for each constraint: ``multiplier(... for k in range(CONSTRAINTS))``."""
     raise NotImplementedError("filled in by the linker")
 
 
-def product_T(X: Matrix, Y: Matrix) -> Matrix:
-    """X^T Y for X and Y of shape(m, d), shape(d, d)."""
+@overload
+def solve(A: Gram, b: Multiplier) -> tuple[Multiplier, Number]: ...
+@overload
+def solve(A: HalfMatrix, b: Half) -> tuple[Half, Number]: ...
+@overload
+def solve(A: Matrix, b: Vector) -> tuple[Vector, Number]: ...
+@overload
+def solve(A: Matrix, b: Vector, X: Rows) -> tuple[Vector, Rows, Number]: ...
+@overload
+def solve(A: Matrix, b: Vector, X: Matrix) -> tuple[Vector, Matrix, Number]: ...
+def solve(A: Any, b: Any, X: Any = None) -> Any:
+    """A^-1 b, the solutions for the rows of X as rows where they are asked for, and the smallest relative pivot."""
     raise NotImplementedError("filled in by the linker")
 
 
-def solve(A: Matrix, b: Multiplier) -> tuple[Multiplier, Number]:
-    """X with A x = b, shape(m,), and the smallest relative pivot."""
+@overload
+def solve_mass(A: Matrix, b: Vector) -> tuple[Vector, Number]: ...
+@overload
+def solve_mass(A: Matrix, b: Vector, X: Rows) -> tuple[Vector, Rows, Number]: ...
+@overload
+def solve_mass(A: Matrix, b: Vector, X: Matrix) -> tuple[Vector, Matrix, Number]: ...
+def solve_mass(A: Any, b: Any, X: Any = None) -> Any:
+    """As ``solve`` for A = M(q); what M does not couple is left out."""
     raise NotImplementedError("filled in by the linker")
 
 
-def solve_d(A: Matrix, b: Vector) -> tuple[Vector, Number]:
-    """X with A x = b, shape(d,), and the smallest relative pivot."""
-    raise NotImplementedError("filled in by the linker")
-
-
-def solve_dm(A: Matrix, b: Vector, X: Matrix) -> tuple[Vector, Matrix, Number]:
-    """A^-1 b, the solutions for the m rows of X as rows, and the smallest relative pivot."""
-    raise NotImplementedError("filled in by the linker")
-
-
-def solve_dd(A: Matrix, b: Vector, X: Matrix) -> tuple[Vector, Matrix, Number]:
-    """A^-1 b, the solutions for the d rows of X as rows, and the smallest relative pivot."""
-    raise NotImplementedError("filled in by the linker")
-
-
-def solve_mass(A: Matrix, b: Vector) -> tuple[Vector, Number]:
-    """Return M^-1 b for A = M(q), and the smallest relative pivot; what M does not couple is left out."""
-    raise NotImplementedError
-
-
-def solve_mass_m(A: Matrix, b: Vector, X: Matrix) -> tuple[Vector, Matrix, Number]:
-    """As ``solve_dm`` for A = M(q)."""
-    raise NotImplementedError
-
-
-def solve_mass_d(A: Matrix, b: Vector, X: Matrix) -> tuple[Vector, Matrix, Number]:
-    """As ``solve_dd`` for A = M(q)."""
-    raise NotImplementedError
-
-
-def solve_2m(A: Matrix, B: Matrix, C: Matrix, D: Matrix, b: Multiplier, c: Multiplier) -> tuple[Multiplier, Multiplier, Number]:
+def solve_2m(A: Gram, B: Gram, C: Gram, D: Gram, b: Multiplier, c: Multiplier) -> tuple[Multiplier, Multiplier, Number]:
     """x, y with [[A, B], [C, D]] (x, y) = (b, c), and the smallest relative pivot."""
     raise NotImplementedError("filled in by the linker")
 
 
-def solve_stages(B: tuple[tuple[Matrix, ...], ...], b: tuple[Multiplier, ...]) -> tuple[tuple[Multiplier, ...], Number]:
+def solve_stages(B: tuple[tuple[Gram, ...], ...], b: tuple[Multiplier, ...]) -> tuple[tuple[Multiplier, ...], Number]:
     """X with sum_j B[i][j] x[j] = b[i] for STAGES blocks of shape(m, m), and the smallest relative pivot."""
     raise NotImplementedError("filled in by the linker")
 
 
-def solve_stages_but_one(B: tuple[tuple[Matrix, ...], ...], b: tuple[Multiplier, ...]) -> tuple[tuple[Multiplier, ...], Number]:
+def solve_stages_but_one(B: tuple[tuple[Gram, ...], ...], b: tuple[Multiplier, ...]) -> tuple[tuple[Multiplier, ...], Number]:
     """X with sum_j B[i][j] x[j] = b[i] for STAGES - 1 blocks of shape(m, m), and the smallest relative pivot."""
     raise NotImplementedError("filled in by the linker")
 
 
-def solve_stages_twice(B: tuple[tuple[Matrix, ...], ...], b: tuple[Multiplier, ...]) -> tuple[tuple[Multiplier, ...], Number]:
-    """X with sum_j B[i][j] x[j] = b[i] for 2 STAGES blocks of shape(m, m), and the smallest relative pivot."""
+@overload
+def solve_2s(B: tuple[tuple[Gram, ...], ...], b: tuple[Multiplier, ...]) -> tuple[tuple[Multiplier, ...], Number]: ...
+@overload
+def solve_2s(B: tuple[tuple[Matrix, ...], ...], b: tuple[Vector, ...]) -> tuple[tuple[Vector, ...], Number]: ...
+def solve_2s(B: Any, b: Any) -> Any:
+    """X with sum_j B[i][j] x[j] = b[i] for 2 STAGES blocks of shape(m, m) or shape(d, d), and the smallest relative pivot."""
     raise NotImplementedError("filled in by the linker")
 
 
-def solve_stages_twice_d(B: tuple[tuple[Matrix, ...], ...], b: tuple[Vector, ...]) -> tuple[tuple[Vector, ...], Number]:
-    """X with sum_j B[i][j] x[j] = b[i] for 2 STAGES blocks of shape(d, d), and the smallest relative pivot."""
-    raise NotImplementedError("filled in by the linker")
-
-
-def solve_2d(A: Matrix, b: Vector) -> tuple[Vector, Vector, Number]:
+def solve_2d(A: Any, b: Any) -> tuple[Vector, Vector, Number]:
     """Both halves of the x with A x = b, shape(2 d,), and the smallest relative pivot."""
     raise NotImplementedError("filled in by the linker")
 
@@ -480,17 +366,17 @@ def plus_work(x: Any, y: Any) -> Any:
     """Sum of two amounts of work."""
 
 
-def step(p0: Vector, q0: Vector, h: Number) -> tuple[Vector, Vector, Any, Report]:
+def step(p0: Vector, q0: Vector, h: Number) -> Any:
     """p1, q1, raw multipliers and a report; a multistep scheme's step has its memory after q0 and returns it after q1."""
     raise NotImplementedError("filled in by the linker")
 
 
-def plain_step(p0: Vector, q0: Vector, h: Number) -> tuple[Vector, Vector, Any, Report]:
+def plain_step(p0: Vector, q0: Vector, h: Number) -> Step:
     """The scheme's own step, whatever is done around it."""
     raise NotImplementedError("filled in by the linker")
 
 
-def increment(p0: Vector, q0: Vector, h: Number) -> tuple[Vector, Vector, Any, Report]:
+def increment(p0: Vector, q0: Vector, h: Number) -> Step:
     """The scheme's step as p1 - p0, q1 - q0, before they are added to the state."""
     raise NotImplementedError("filled in by the linker")
 
@@ -518,6 +404,7 @@ def seen(x: State) -> State:
 
 def moduli(x: State) -> Number:
     """Sum of moduli of a state."""
+    raise NotImplementedError("filled in by the linker")
 
 
 def watched(x: State) -> tuple[Number, ...]:
@@ -537,6 +424,7 @@ def worst(x: tuple[Number, ...], y: tuple[Number, ...]) -> tuple[Number, ...]:
 
 def total(x: tuple[Number, ...]) -> Number:
     """Sum of moduli that are watched; not finite where any of them is not."""
+    raise NotImplementedError("filled in by the linker")
 
 
 def defined(x: State) -> Number:

@@ -1,6 +1,7 @@
 """The right side in local coordinates of the manifold, HLW (2.22); eta stands for p here, and xi for q."""
 
-from daebench.kernels.hole import K_y, Number, Vector, solve_2d, two_form
+from daebench.kernels.hole import K_y, solve_2d, two_form
+from daebench.kernels.spaces import Number, Vector
 
 
 def f(p: Vector, q: Vector) -> tuple[Vector, Vector, Number]:

@@ -2,32 +2,16 @@
 
 from typing import Any
 
-from daebench.kernels.hole import (
-    COMPOSED,
-    INF,
-    Number,
-    State,
-    defined,
-    finish,
-    moduli,
-    no_work,
-    one,
-    plus_work,
-    seen,
-    store,
-    total,
-    watch,
-    watched,
-    worst,
-)
+from daebench.kernels.hole import COMPOSED, INF, defined, finish, moduli, no_work, one, plus_work, seen, store, total, watch, watched, worst
 from daebench.kernels.newton import NOT_FINITE, OK
 from daebench.kernels.rank import RANK_LOST, lost, measured, recalled
+from daebench.kernels.spaces import Data, Number, Report, State
 
 WATCH_NOT_FINITE = 4
 
 if COMPOSED:
 
-    def advance(x: State, memory: Any, h: Number, weights: Any) -> Any:
+    def advance(x: State, memory: Any, h: Number, weights: Data) -> tuple[Any, Any, Any, Report, int, Number]:
         """Return what ``one`` returns for substeps of weights[0] h, weights[1] h, ... in a row, how many were tried, and G's rank."""
         pivot, work = INF, no_work()
         for stage in range(len(weights)):
@@ -39,7 +23,7 @@ if COMPOSED:
 
 else:
 
-    def advance(x: State, memory: Any, h: Number, weights: Any) -> Any:
+    def advance(x: State, memory: Any, h: Number, weights: Data) -> tuple[Any, Any, Any, Report, int, Number]:
         """Return what ``one`` returns, that it was one substep, and G's rank."""
         x1, memory1, raw, report = one(x, memory, h)
         return x1, memory1, raw, report, 1, measured(seen(x1), report[2])
@@ -57,7 +41,7 @@ def integrate(
     maxima: tuple[Number, ...],
     pivots: Any,
     h: Number,
-    weights: Any,
+    weights: Data,
     steps: int,
     left: int,
     every: int,
@@ -73,7 +57,7 @@ def integrate(
     """
     row = 0
     work = no_work()
-    report = (OK, 0.0 * h, INF, work)
+    report = (OK, 0 * h, INF, work)
     tried = 0
     for k in range(steps):
         x1, memory1, raw, report, tried, rank = advance(x, memory, h, weights)
@@ -96,5 +80,5 @@ def integrate(
             row += 1
             left = every
         if lost(before, pivots):
-            return x, memory, maxima, pivots, k + 1, row, left, work, tried, (RANK_LOST, 0.0 * h, rank, report[3])
+            return x, memory, maxima, pivots, k + 1, row, left, work, tried, (RANK_LOST, 0 * h, rank, report[3])
     return x, memory, maxima, pivots, steps, row, left, work, tried, report

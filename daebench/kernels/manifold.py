@@ -1,54 +1,28 @@
 """The manifold g = 0, G H_p = 0: its normals, the correction that leads to it, and the orthogonal projection onto it."""
 
-from typing import Any
-
-from daebench.kernels.hole import (
-    LENGTH,
-    G,
-    Gv_p,
-    Gv_q,
-    H_p,
-    H_pp,
-    Matrix,
-    Multiplier,
-    Number,
-    Report,
-    Vector,
-    apply,
-    apply_md,
-    axpy,
-    axpy_m,
-    g,
-    gram,
-    gram_full,
-    mass,
-    mul,
-    mul_full,
-    mul_full_T,
-    norm,
-    norm_m,
-    plus_mm,
-    scale_mm,
-    solve_2m,
-    zero_m,
-)
+from daebench.kernels.hole import LENGTH, G, Gv_p, Gv_q, H_p, H_pp, g, mass, norm, solve_2m, zero
 from daebench.kernels.newton import newton
+from daebench.kernels.spaces import Matrix, Multiplier, Number, Report, Rows, Update, Vector
+
+Point = tuple[Vector, Vector, Multiplier, Multiplier]
 
 
-def normals(p: Vector, q: Vector, inverse_mass: Matrix, mass_: Matrix) -> tuple[Matrix, Matrix, Matrix]:
+def normals(p: Vector, q: Vector, inverse_mass: Matrix, mass_: Matrix) -> tuple[Rows, Rows, Rows]:
     """Return D^-1 C^T with C = (g, G H_p)', the normals of the manifold in the metric dq^T M dq + dp^T M^-1 dp.
 
     These are M Gv_p^T, the momenta of mu, and M^-1 G^T and M^-1 Gv_q^T, the positions of nu and mu; all as rows.
     """
-    return apply_md(mass_, Gv_p(p, q)), apply_md(inverse_mass, G(q)), apply_md(inverse_mass, Gv_q(p, q))
+    return Gv_p(p, q) @ mass_.T, G(q) @ inverse_mass.T, Gv_q(p, q) @ inverse_mass.T
 
 
-def shift(down: tuple[Matrix, Matrix, Matrix], nu: Multiplier, mu: Multiplier) -> tuple[Vector, Vector]:
+def shift(down: tuple[Rows, Rows, Rows], nu: Multiplier, mu: Multiplier) -> tuple[Vector, Vector]:
     """Return the normal vector D^-1 C^T (nu, mu), its momenta first."""
-    return mul_full_T(down[0], mu), axpy(1.0, mul_full_T(down[1], nu), mul_full_T(down[2], mu))
+    return down[0].T @ mu, down[2].T @ mu + down[1].T @ nu
 
 
-def correction(w: Number, x: Any, p_free: Vector, q_free: Vector, inverse_mass: Matrix, mass_: Matrix) -> Any:
+def correction(
+    w: Number, x: Point, p_free: Vector, q_free: Vector, inverse_mass: Matrix, mass_: Matrix
+) -> tuple[Point, Number, Number, Number, Number]:
     """Return what to subtract from x = (p, q, nu, mu); and size, scale, residual and pivot, as Newton's iteration wants them.
 
     It leads to the point of the manifold that differs from the free one by a normal vector there; second derivatives of the
@@ -58,31 +32,31 @@ def correction(w: Number, x: Any, p_free: Vector, q_free: Vector, inverse_mass: 
     """
     p, q, nu, mu = x
     G1, by_p, by_q = G(q), Gv_p(p, q), Gv_q(p, q)
-    down_p, down_g, down_q = apply_md(mass_, by_p), apply_md(inverse_mass, G1), apply_md(inverse_mass, by_q)
-    r_p = axpy(-1.0, mul_full_T(down_p, mu), axpy(-1.0, p_free, p))
-    r_q = axpy(-1.0, axpy(1.0, mul_full_T(down_g, nu), mul_full_T(down_q, mu)), axpy(-1.0, q_free, q))
-    value_g, value_v = g(q), mul(G1, H_p(p, q))
+    down_p, down_g, down_q = by_p @ mass_.T, G1 @ inverse_mass.T, by_q @ inverse_mass.T
+    r_p = p - p_free - down_p.T @ mu
+    r_q = q - q_free - (down_q.T @ mu + down_g.T @ nu)
+    value_g, value_v = g(q), G1 @ H_p(p, q)
     dnu, dmu, pivot = solve_2m(
-        scale_mm(w, gram(G1, down_g)),
-        scale_mm(w, gram(G1, down_q)),
-        scale_mm(w, gram_full(by_q, down_g)),
-        scale_mm(w, plus_mm(gram_full(by_q, down_q), gram_full(by_p, down_p))),
-        axpy_m(-1.0, mul(G1, r_q), value_g),
-        axpy_m(-1.0, axpy_m(1.0, mul_full(by_p, r_p), mul_full(by_q, r_q)), value_v),
+        w * G1 @ down_g.T,
+        w * G1 @ down_q.T,
+        w * by_q @ down_g.T,
+        w * (by_q @ down_q.T + by_p @ down_p.T),
+        value_g - G1 @ r_q,
+        value_v - (by_q @ r_q + by_p @ r_p),
     )
-    dp = axpy(w, mul_full_T(down_p, dmu), r_p)
-    dq = axpy(w, axpy(1.0, mul_full_T(down_g, dnu), mul_full_T(down_q, dmu)), r_q)
-    scale_v, scale_q = norm(apply(inverse_mass, p_free)) + norm(apply(inverse_mass, p)), max(LENGTH, norm(q))
-    size = norm(apply(inverse_mass, dp)) * scale_q + norm(dq) * scale_v
-    return (dp, dq, dnu, dmu), size, scale_v * scale_q, norm_m(value_g) + norm_m(value_v), pivot
+    dp = r_p + w * down_p.T @ dmu
+    dq = r_q + w * (down_q.T @ dmu + down_g.T @ dnu)
+    scale_v, scale_q = norm(inverse_mass @ p_free) + norm(inverse_mass @ p), max(LENGTH, norm(q))
+    size = norm(inverse_mass @ dp) * scale_q + norm(dq) * scale_v
+    return (dp, dq, dnu, dmu), size, scale_v * scale_q, norm(value_g) + norm(value_v), pivot
 
 
-def corrected(x: Any, due: Any) -> Any:
+def corrected(x: Point, due: Point) -> Point:
     """Return (p, q, nu, mu) less what is due."""
-    return axpy(-1.0, due[0], x[0]), axpy(-1.0, due[1], x[1]), axpy_m(-1.0, due[2], x[2]), axpy_m(-1.0, due[3], x[3])
+    return x[0] - due[0], x[1] - due[1], x[2] - due[2], x[3] - due[3]
 
 
-def improve_projection(x: Any, data: Any) -> Any:
+def improve_projection(x: Point, data: tuple[Vector, Vector, Matrix, Matrix]) -> Update:
     """One sweep for the point of the manifold."""
     p_free, q_free, inverse_mass, mass_ = data
     due, size, scale, residual, pivot = correction(1.0, x, p_free, q_free, inverse_mass, mass_)
@@ -96,5 +70,5 @@ def project(p: Vector, q: Vector) -> tuple[Vector, Vector, Report]:
     metric adds energies of positions to those of momenta by a unit of time, 1 s: in another unit another point is the nearest.
     """
     data = (p, q, H_pp(p, q), mass(p, q))
-    (p, q, _, _), report = newton(improve_projection, (p, q, zero_m(q), zero_m(q)), data)
+    (p, q, _, _), report = newton(improve_projection, (p, q, zero(q), zero(q)), data)
     return p, q, report

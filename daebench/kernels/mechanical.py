@@ -1,34 +1,7 @@
 """H = 1/2 p^T M(q)^-1 p + U(q) with a mass matrix that is solved with and never inverted symbolically."""
 
-from daebench.kernels.hole import (
-    G,
-    M,
-    Matrix,
-    Multiplier,
-    N,
-    Number,
-    T_q,
-    T_qq,
-    U,
-    U_q,
-    U_qq,
-    Vector,
-    apply_md,
-    axpy,
-    axpy_dd,
-    c_v,
-    dot,
-    g_qv,
-    identity_d,
-    minus_md,
-    product,
-    scale_dd,
-    scale_md,
-    solve_mass,
-    solve_mass_d,
-    solve_mass_m,
-    transpose,
-)
+from daebench.kernels.hole import G, M, N, T_q, T_qq, U, U_q, U_qq, c_v, dot, g_qv, identity_d, solve_mass
+from daebench.kernels.spaces import Matrix, Multiplier, Number, Rows, Vector
 
 
 def H(p: Vector, q: Vector) -> Number:
@@ -43,49 +16,49 @@ def H_p(p: Vector, q: Vector) -> Vector:
 
 def H_q(p: Vector, q: Vector) -> Vector:
     """Minus the force at fixed p: U_q - T_q(q, v)."""
-    return axpy(-1.0, T_q(q, H_p(p, q)), U_q(q))
+    return U_q(q) - T_q(q, H_p(p, q))
 
 
 def H_pp(p: Vector, q: Vector) -> Matrix:
     """Inverse mass matrix, by solving."""
-    return solve_mass_d(M(q), p, identity_d(q))[1]
+    return solve_mass(M(q), p, identity_d(q))[1]
 
 
 def H_qp(p: Vector, q: Vector) -> Matrix:
     """Derivative of H_q with respect to p: -N(q, v)^T M^-1."""
-    return scale_dd(-1.0, columns_solved(p, q))
+    return -columns_solved(p, q)
 
 
 def columns_solved(p: Vector, q: Vector) -> Matrix:
     """Rows M^-1 n_k for the columns n_k of N(q, v): N^T M^-1."""
     mass = M(q)
-    return solve_mass_d(mass, p, transpose(N(q, solve_mass(mass, p)[0])))[1]
+    return solve_mass(mass, p, N(q, solve_mass(mass, p)[0]).T)[1]
 
 
 def H_qq(p: Vector, q: Vector) -> Matrix:
     """Derivative of H_q with respect to q at fixed p: U_qq - T_qq + N^T M^-1 N."""
     v = H_p(p, q)
-    return axpy_dd(1.0, product(columns_solved(p, q), N(q, v)), axpy_dd(-1.0, T_qq(q, v), U_qq(q)))
+    return U_qq(q) - T_qq(q, v) + columns_solved(p, q) @ N(q, v)
 
 
-def Gv_p(p: Vector, q: Vector) -> Matrix:
+def Gv_p(p: Vector, q: Vector) -> Rows:
     """Derivative of G v with respect to p: G M^-1."""
-    return solve_mass_m(M(q), p, G(q))[1]
+    return solve_mass(M(q), p, G(q))[1]
 
 
-def Gv_q(p: Vector, q: Vector) -> Matrix:
+def Gv_q(p: Vector, q: Vector) -> Rows:
     """Derivative of G v with respect to q at fixed p: g_qv(q, v) - G M^-1 N."""
     v = H_p(p, q)
-    return minus_md(g_qv(q, v), apply_md(transpose(N(q, v)), Gv_p(p, q)))
+    return g_qv(q, v) - Gv_p(p, q) @ N(q, v)
 
 
-def a_p(p: Vector, q: Vector, lam: Multiplier) -> Matrix:
+def a_p(p: Vector, q: Vector, lam: Multiplier) -> Rows:
     """Derivative of (1.12) with respect to p: (2 g_qv - G M^-1 c_v) M^-1."""
     v, mass = H_p(p, q), M(q)
-    a_v = minus_md(scale_md(2.0, g_qv(q, v)), apply_md(transpose(c_v(q, v)), Gv_p(p, q)))
-    return solve_mass_m(mass, p, a_v)[1]
+    a_v = 2 * g_qv(q, v) - Gv_p(p, q) @ c_v(q, v)
+    return solve_mass(mass, p, a_v)[1]
 
 
-def rows(X: Matrix, p: Vector, q: Vector) -> Matrix:
+def rows(X: Rows, p: Vector, q: Vector) -> Rows:
     """M^-1 applied to each row of X."""
-    return solve_mass_m(M(q), p, X)[1]
+    return solve_mass(M(q), p, X)[1]

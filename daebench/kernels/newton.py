@@ -1,10 +1,12 @@
 """Newton's iteration, written once: until the increment of the state is at round-off."""
 
 from collections.abc import Callable
-from typing import Any
+from typing import Any, TypeVar
 
-from daebench.kernels.hole import AGAIN, EPS, INF, ROUNDINGS, SWEEPS_ASKED, Report, no_work, plus_work, tally
+from daebench.kernels.hole import AGAIN, EPS, INF, ROUNDINGS, SWEEPS_ASKED, no_work, plus_work, tally
+from daebench.kernels.spaces import Number, Report
 
+X = TypeVar("X")
 OK = 0
 NOT_CONVERGED = 1
 SINGULAR = 2
@@ -12,7 +14,7 @@ NOT_FINITE = 3
 SWEEPS = 100
 
 
-def judge(residual: Any, pivot: Any, size: Any) -> int:
+def judge(residual: Number, pivot: Number, size: Number) -> int:
     """Return the status of a linear solve: whether what went in was finite, the matrix regular, and what came out finite."""
     if not residual < INF:
         return NOT_FINITE
@@ -21,7 +23,7 @@ def judge(residual: Any, pivot: Any, size: Any) -> int:
     return OK if size < INF else NOT_FINITE
 
 
-def newton(improve: Callable[..., Any], x: Any, data: Any) -> tuple[Any, Report]:
+def newton(improve: Callable[..., tuple[X, Number, Number, Number, Number]], x: X, data: Any) -> tuple[X, Report]:
     """Return the x at which ``improve`` has nothing left to do, and a report.
 
     ``improve(x, data)`` returns the next iterate, the size of the increment of the state part, what it is measured against, the
@@ -60,7 +62,7 @@ def newton(improve: Callable[..., Any], x: Any, data: Any) -> tuple[Any, Report]
     return x, (NOT_CONVERGED, residual, pivot, tally(improve, 2 * SWEEPS))
 
 
-def linear(pivot: Any, residual: Any) -> Report:
+def linear(pivot: Number, residual: Number) -> Report:
     """Return the report of a single linear solve."""
     return judge(residual, pivot, residual), residual, pivot, no_work()
 

@@ -2,14 +2,15 @@
 
 from typing import Any
 
-from daebench.kernels.hole import LOCAL, Number, Report, State, norm
+from daebench.kernels.hole import LOCAL, norm
 from daebench.kernels.newton import OK
 from daebench.kernels.poisson_hole import BOUNDED, chart, inside, step
+from daebench.kernels.spaces import Number, Report, Vector
 
 OUTSIDE = 6
 
 
-def one(x: State, memory: Any, h: Number) -> Any:
+def one(x: Vector, memory: Any, h: Number) -> Any:
     """Return the next state, no memory, no raw multipliers, and a report."""
     y1, report = step(x, h)
     return y1, memory, (), report
@@ -17,7 +18,7 @@ def one(x: State, memory: Any, h: Number) -> Any:
 
 if BOUNDED:
 
-    def finish(x: State, report: Report) -> Any:
+    def finish(x: Vector, report: Report) -> Any:
         """Return the state, and the report, which says whether it is still in the domain."""
         if report[0] == OK and not inside(seen(x)):
             return x, (OUTSIDE, report[1], report[2], report[3])
@@ -25,24 +26,24 @@ if BOUNDED:
 
 else:
 
-    def finish(x: State, report: Report) -> Any:
+    def finish(x: Vector, report: Report) -> Any:
         """Return the state and the report as they are."""
         return x, report
 
 
 if LOCAL:
 
-    def seen(x: State) -> Any:
+    def seen(x: Vector) -> Any:
         """Return the state in the system's own coordinates."""
         return chart(x)
 
 else:
 
-    def seen(x: State) -> Any:
+    def seen(x: Vector) -> Any:
         """Return the state, which the scheme computes in."""
         return x
 
 
-def moduli(x: State) -> Number:
+def moduli(x: Vector) -> Number:
     """Return the sum of moduli of a state; unlike the largest modulus it cannot hide a NaN."""
     return norm(x)

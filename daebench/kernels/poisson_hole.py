@@ -4,12 +4,7 @@ The state is one vector y, shape(n,). Schemes that treat its halves differently 
 which no step changes: the Casimir coordinates of a canonical form.
 """
 
-from typing import Any
-
-from daebench.kernels.hole import Matrix, Number, Report, Vector
-
-Half = tuple[Any, ...]
-"""The half u or v of a state."""
+from daebench.kernels.spaces import Half, HalfMatrix, Matrix, Number, Report, Vector
 
 # ---- constants, settled when the kernel is linked ------------------------------------------------------------------------
 
@@ -47,12 +42,12 @@ def rate_v(y: Vector) -> Half:
     raise NotImplementedError("filled in by the linker")
 
 
-def rate_u_u(y: Vector) -> Matrix:
+def rate_u_u(y: Vector) -> HalfMatrix:
     """Derivative of the half u of the right side with respect to u."""
     raise NotImplementedError("filled in by the linker")
 
 
-def rate_v_v(y: Vector) -> Matrix:
+def rate_v_v(y: Vector) -> HalfMatrix:
     """Derivative of the half v of the right side with respect to v."""
     raise NotImplementedError("filled in by the linker")
 
@@ -97,9 +92,4 @@ def second_half(y: Vector) -> Half:
 
 def joined(u: Half, v: Half, y: Vector) -> Vector:
     """The state (u, v, c) with the c of y."""
-    raise NotImplementedError("filled in by the linker")
-
-
-def identity_minus(w: Number, X: Matrix) -> Matrix:
-    """I - w X, for the derivative of a half with respect to itself."""
     raise NotImplementedError("filled in by the linker")

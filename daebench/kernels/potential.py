@@ -1,7 +1,8 @@
 """The flow of the potential energy on the manifold, HLW (1.45) with H^[2] = U, for splitting."""
 
 from daebench.kernels.constrain import normal
-from daebench.kernels.hole import H_q, Number, Report, Vector, axpy, scale
+from daebench.kernels.hole import H_q
+from daebench.kernels.spaces import Number, Report, Vector
 
 
 def potential_increment(p0: Vector, q: Vector, t: Number) -> tuple[Vector, Report]:
@@ -15,6 +16,6 @@ def potential_increment(p0: Vector, q: Vector, t: Number) -> tuple[Vector, Repor
     kinetic flow, so a splitting has no raw multiplier to give. That p0 is put into the equation for lam makes no difference there,
     but keeps the rounding of G M^-1 p0 from adding up over the steps.
     """
-    dp = scale(-t, H_q(p0, q))
-    n, _, report = normal(axpy(1.0, dp, p0), q)
-    return axpy(-1.0, n, dp), report
+    dp = -t * H_q(p0, q)
+    n, _, report = normal(p0 + dp, q)
+    return dp - n, report

@@ -2,35 +2,37 @@
 
 from typing import Any
 
-from daebench.kernels.hole import RANK_WATCHED, SINGLE, G, Number, State, Vector, gram, rows, solve, zero_m
+from daebench.kernels.hole import RANK_WATCHED, SINGLE, G, rows, solve, zero
+from daebench.kernels.spaces import Number, Vector
 
 RANK_LOST = 7
+Pivots = tuple[Number, Number, Number]
 
 if SINGLE:
 
     def independence(p: Vector, q: Vector) -> Number:
         """Return |G H_pp G^T| of one constraint: its relative pivot is always 1, and says nothing."""
         G0 = G(q)
-        return abs(gram(G0, rows(G0, p, q))[0][0])
+        return abs((G0 @ rows(G0, p, q).T)[0][0])
 
 else:
 
     def independence(p: Vector, q: Vector) -> Number:
         """Return the smallest relative pivot of G H_pp G^T."""
         G0 = G(q)
-        return solve(gram(G0, rows(G0, p, q)), zero_m(q))[1]
+        return solve(G0 @ rows(G0, p, q).T, zero(q))[1]
 
 
 if RANK_WATCHED:
     if SINGLE:
 
-        def measured(y: State, pivot: Number) -> Number:
+        def measured(y: Any, pivot: Number) -> Number:
             """Return what is extrapolated to zero, after a step that ended in the state y = (p, q)."""
             return independence(y[0], y[1])
 
     else:
 
-        def measured(y: State, pivot: Number) -> Number:
+        def measured(y: Any, pivot: Number) -> Number:
             """Return what is extrapolated to zero: the smallest relative pivot of the linear solves of a step."""
             return pivot
 
@@ -38,7 +40,7 @@ if RANK_WATCHED:
         """Return the smallest pivot so far, and what was measured in this step and in the one before."""
         return min(pivots[0], pivot), rank, pivots[1]
 
-    def lost(before: Any, now: Any) -> bool:
+    def lost(before: Pivots, now: Pivots) -> bool:
         """Return whether G loses rank within the next step, given what was recalled before this step and what after it.
 
         What is measured goes like the square of an angle: where G loses rank transversally, its root sigma goes to zero along a
@@ -52,7 +54,7 @@ if RANK_WATCHED:
 
 else:
 
-    def measured(y: State, pivot: Number) -> Number:
+    def measured(y: Any, pivot: Number) -> Number:
         """Return what there is."""
         return pivot
 
@@ -60,6 +62,6 @@ else:
         """Return the smallest pivot so far."""
         return min(pivots, pivot)
 
-    def lost(before: Any, now: Any) -> bool:
+    def lost(before: Pivots, now: Pivots) -> bool:
         """Return False: nothing is watched."""
         return False

@@ -1,38 +1,20 @@
 """The right side of the index-reduced equation, HLW (1.18)."""
 
-from typing import Any
-
-from daebench.kernels.hole import (
-    G,
-    Gv_q,
-    H_p,
-    H_q,
-    Matrix,
-    Multiplier,
-    Number,
-    Vector,
-    axpy,
-    axpy_m,
-    gram,
-    mul_full,
-    mul_T,
-    rows,
-    scale,
-    solve,
-)
+from daebench.kernels.hole import G, Gv_q, H_p, H_q, rows, solve
+from daebench.kernels.spaces import Jacobian, Multiplier, Number, Rows, Vector
 
 
-def hidden(p: Vector, q: Vector) -> Any:
+def hidden(p: Vector, q: Vector) -> tuple[Vector, Vector, Jacobian, Rows, Multiplier]:
     """Return H_p, H_q, G, G H_pp, and (1.12) without its multiplier: d/dq[G H_p] H_p - G H_pp H_q."""
     v, gradient, G0 = H_p(p, q), H_q(p, q), G(q)
     by_mass = rows(G0, p, q)
-    return v, gradient, G0, by_mass, axpy_m(-1.0, mul_full(by_mass, gradient), mul_full(Gv_q(p, q), v))
+    return v, gradient, G0, by_mass, Gv_q(p, q) @ v - by_mass @ gradient
 
 
-def force(gradient: Vector, G0: Matrix, by_mass: Matrix, value: Multiplier) -> tuple[Vector, Number]:
+def force(gradient: Vector, G0: Jacobian, by_mass: Rows, value: Multiplier) -> tuple[Vector, Number]:
     """Return p' = -H_q - G^T lam with G H_pp G^T lam = value, and the smallest relative pivot of G H_pp G^T."""
-    lam, pivot = solve(gram(G0, by_mass), value)
-    return scale(-1.0, axpy(1.0, mul_T(G0, lam), gradient)), pivot
+    lam, pivot = solve(G0 @ by_mass.T, value)
+    return -(gradient + G0.T @ lam), pivot
 
 
 def f(p: Vector, q: Vector) -> tuple[Vector, Vector, Number]:

@@ -1,16 +1,18 @@
 """One constraint at a time, round after round: the iteration of SHAKE as molecular dynamics runs it, ended by a tolerance."""
 
 from collections.abc import Callable
-from typing import Any
+from typing import Any, TypeVar
 
-from daebench.kernels.hole import INF, Report, tally
+from daebench.kernels.hole import INF, tally
 from daebench.kernels.newton import OK, judge
+from daebench.kernels.spaces import Number, Report
 
+X = TypeVar("X")
 NOT_RELAXED = 5
 ROUNDS = 1000
 
 
-def relax(improve: Callable[..., Any], x: Any, data: Any) -> tuple[Any, Report]:
+def relax(improve: Callable[..., tuple[X, Number, Number, Number]], x: X, data: Any) -> tuple[X, Report]:
     """Return the first x at which every constraint is met within its tolerance, and a report.
 
     ``improve(x, data)`` visits the constraints in turn and corrects x along each that is not met; it returns the next x, how many

@@ -1,6 +1,6 @@
 """Compensated summation, HLW VIII.5: what rounding takes from a sum is kept and put back into the next."""
 
-from daebench.kernels.hole import Vector, axpy
+from daebench.kernels.spaces import Vector
 
 
 def add(x: Vector, low: Vector, dx: Vector) -> tuple[Vector, Vector]:
@@ -10,6 +10,6 @@ def add(x: Vector, low: Vector, dx: Vector) -> tuple[Vector, Vector]:
 
         a = dx + low,      y = x + a,      low = (x - y) + a
     """
-    a = axpy(1.0, low, dx)
-    y = axpy(1.0, a, x)
-    return y, axpy(1.0, axpy(-1.0, y, x), a)
+    a = dx + low
+    y = x + a
+    return y, a + (x - y)

@@ -2,12 +2,15 @@
 
 from typing import Any
 
-from daebench.kernels.hole import INF, H_pp, Number, Report, Vector, axpy, mass, plain_step, plus_work, zero_m
-from daebench.kernels.manifold import corrected, correction, normals, shift
+from daebench.kernels.hole import INF, H_pp, mass, plain_step, plus_work, zero
+from daebench.kernels.manifold import Point, corrected, correction, normals, shift
 from daebench.kernels.newton import OK, newton
+from daebench.kernels.spaces import Number, Rows, Step, Update, Vector
+
+Guess = tuple[Point, Point, Any, Number, tuple[Any, int, Number]]
 
 
-def due_at(x: Any, p_free: Vector, q_free: Vector) -> Any:
+def due_at(x: Point, p_free: Vector, q_free: Vector) -> tuple[Point, Number, Number, Number, Number]:
     """Return what to subtract from x = (p, q, nu, mu), given the step from the shifted start; and size, scale, residual and pivot.
 
     With the matrix 2 C D^-1 C^T, HLW V.4.1: the step's own derivative is taken as that of the identity.
@@ -15,7 +18,7 @@ def due_at(x: Any, p_free: Vector, q_free: Vector) -> Any:
     return correction(2.0, x, p_free, q_free, H_pp(x[0], x[1]), mass(x[0], x[1]))
 
 
-def improve_symmetric(x: Any, data: Any) -> Any:
+def improve_symmetric(x: Guess, data: tuple[Vector, Vector, Number, tuple[Rows, Rows, Rows]]) -> Update:
     """One sweep: the correction that is due, the step from the start that follows from it, and the correction that is due then.
 
     No step is thus done in vain: the sweep after which nothing is left to correct is the last.
@@ -24,13 +27,13 @@ def improve_symmetric(x: Any, data: Any) -> Any:
     p0, q0, h, down0 = data
     state = corrected(state, due)
     by_p, by_q = shift(down0, state[2], state[3])
-    p_free, q_free, raw, inner = plain_step(axpy(1.0, by_p, p0), axpy(1.0, by_q, q0), h)
+    p_free, q_free, raw, inner = plain_step(p0 + by_p, q0 + by_q, h)
     due, size, scale, residual, own = due_at(state, p_free, q_free)
     x = (state, due, plus_work(work, inner[3]), min(pivot, inner[2]), (raw, inner[0], inner[1]))
     return x, size, scale, residual if inner[0] == OK else INF, own
 
 
-def step(p0: Vector, q0: Vector, h: Number) -> tuple[Vector, Vector, Any, Report]:
+def step(p0: Vector, q0: Vector, h: Number) -> Step:
     """Return p1, q1, the raw multipliers of the step inside, and a report.
 
     ::
@@ -40,7 +43,7 @@ def step(p0: Vector, q0: Vector, h: Number) -> tuple[Vector, Vector, Any, Report
     where the columns of N(x) = D^-1 C^T span the normal space of the manifold at x. Its metric has a unit of time, 1 s.
     """
     p_free, q_free, raw, inner = plain_step(p0, q0, h)
-    begin = (p_free, q_free, zero_m(q0), zero_m(q0))
+    begin = (p_free, q_free, zero(q0), zero(q0))
     due, _, _, _, own = due_at(begin, p_free, q_free)
     down0 = normals(p0, q0, H_pp(p0, q0), mass(p0, q0))
     start = (begin, due, inner[3], min(own, inner[2]), (raw, inner[0], inner[1]))

@@ -1,41 +1,10 @@
 """Energy-momentum scheme of Gonzalez with constraints: the midpoint rule with discrete derivatives in place of H_q and G."""
 
-from typing import Any
-
 from daebench.claims import Claims, Member
 from daebench.kernels.eliminate import eliminate
-from daebench.kernels.hole import (
-    EPS,
-    LENGTH,
-    G,
-    H,
-    H_p,
-    H_pp,
-    H_q,
-    H_qp,
-    H_qq,
-    Matrix,
-    Multiplier,
-    Number,
-    Report,
-    Vector,
-    apply,
-    axpy,
-    axpy_dd,
-    axpy_m,
-    curvature,
-    dot,
-    g,
-    mul,
-    mul_full_T,
-    norm,
-    norm_m,
-    outer_md,
-    scale,
-    scale_md,
-    zero_m,
-)
+from daebench.kernels.hole import EPS, LENGTH, G, H, H_p, H_pp, H_q, H_qp, H_qq, curvature, dot, g, norm, zero
 from daebench.kernels.newton import newton
+from daebench.kernels.spaces import Multiplier, Number, Rows, Step, Update, Vector
 
 CLAIMS = Claims(
     order=2,
@@ -56,34 +25,34 @@ def along(dq: Vector, q: Vector) -> Vector:
 
     What it multiplies, at least of first order in dq, is there lost in the rounding of H and g, which would be blown up by 1/|dq|.
     """
-    return scale(1.0 / (dot(dq, dq) + EPS * dot(q, q) + EPS * EPS * EPS * EPS * LENGTH * LENGTH), dq)
+    return dq / (dot(dq, dq) + EPS * dot(q, q) + EPS * EPS * EPS * EPS * LENGTH * LENGTH)
 
 
-def forces(p0: Vector, q0: Vector, dp: Vector, dq: Vector) -> tuple[Vector, Matrix, Multiplier]:
+def forces(p0: Vector, q0: Vector, dp: Vector, dq: Vector) -> tuple[Vector, Rows, Multiplier]:
     """Return the discrete derivatives D_q H, shape(d,), and DG, shape(m, d), and g(q1)."""
-    p, q, p1, q1 = axpy(0.5, dp, p0), axpy(0.5, dq, q0), axpy(1.0, dp, p0), axpy(1.0, dq, q0)
+    p, q, p1, q1 = p0 + dp / 2, q0 + dq / 2, p0 + dp, q0 + dq
     gradient, jacobian, direction, value = H_q(p, q), G(q), along(dq, q), g(q1)
     missing_H = (H(p1, q1) - H(p0, q0)) - dot(H_p(p, q), dp) - dot(gradient, dq)
-    missing_g = axpy_m(-1.0, mul(jacobian, dq), axpy_m(-1.0, g(q0), value))
-    return axpy(missing_H, direction, gradient), outer_md(missing_g, direction, jacobian), value
+    missing_g = value - g(q0) - jacobian @ dq
+    return gradient + missing_H * direction, jacobian + missing_g @ direction.T, value
 
 
-def improve(x: tuple[Vector, Vector, Multiplier], data: tuple[Vector, Vector, Number]) -> Any:
+def improve(x: tuple[Vector, Vector, Multiplier], data: tuple[Vector, Vector, Number]) -> Update:
     """One sweep for p1 - p0, q1 - q0 and lam, with the derivatives of the midpoint rule; q and then p are eliminated."""
     dp, dq, lam = x
     p0, q0, h = data
-    p, q, half = axpy(0.5, dp, p0), axpy(0.5, dq, q0), 0.5 * h
+    p, q, half = p0 + dp / 2, q0 + dq / 2, h / 2
     gradient, DG, value = forces(p0, q0, dp, dq)
-    r_p = axpy(h, axpy(1.0, mul_full_T(DG, lam), gradient), dp)
-    r_q = axpy(-h, H_p(p, q), dq)
-    by_mass, stiffness, G1 = H_pp(p, q), axpy_dd(1.0, curvature(q, lam), H_qq(p, q)), G(axpy(1.0, dq, q0))
-    back_p, back_q, change, pivot = eliminate(half, (r_p, r_q, value), H_qp(p, q), by_mass, stiffness, scale_md(h, DG), G1)
-    x = (axpy(-1.0, back_p, dp), axpy(-1.0, back_q, dq), axpy_m(-1.0, change, lam))
-    residual = norm(r_p) + norm(r_q) + norm_m(value)
-    return x, norm(back_q) + abs(half) * norm(apply(by_mass, back_p)), max(LENGTH, norm(q)), residual, pivot
+    r_p = dp + h * (gradient + DG.T @ lam)
+    r_q = dq - h * H_p(p, q)
+    by_mass, stiffness, G1 = H_pp(p, q), H_qq(p, q) + curvature(q, lam), G(q0 + dq)
+    back_p, back_q, change, pivot = eliminate(half, (r_p, r_q, value), H_qp(p, q), by_mass, stiffness, h * DG, G1)
+    x = (dp - back_p, dq - back_q, lam - change)
+    residual = norm(r_p) + norm(r_q) + norm(value)
+    return x, norm(back_q) + abs(half) * norm(by_mass @ back_p), max(LENGTH, norm(q)), residual, pivot
 
 
-def increment(p0: Vector, q0: Vector, h: Number) -> tuple[Vector, Vector, Any, Report]:
+def increment(p0: Vector, q0: Vector, h: Number) -> Step:
     """Return p1 - p0, q1 - q0, lam in the middle of the step, and a report.
 
     H is kept by construction, for H_p(zm).dp + D_q H.dq = H(z1) - H(z0) and DG dq = g(q1) - g(q0). Where H and g are at most quadratic
@@ -95,6 +64,6 @@ def increment(p0: Vector, q0: Vector, h: Number) -> tuple[Vector, Vector, Any, R
         D_q H = H_q(zm) + (H(z1) - H(z0) - H_p(zm).dp - H_q(zm).dq) dq/|dq|^2
         DG    = G(qm) + (g(q1) - g(q0) - G(qm) dq) dq^T/|dq|^2
     """
-    still = scale(0.0, p0)
-    (dp, dq, lam), report = newton(improve, (still, still, zero_m(q0)), (p0, q0, h))
+    still = 0 * p0
+    (dp, dq, lam), report = newton(improve, (still, still, zero(q0)), (p0, q0, h))
     return dp, dq, (lam,), report

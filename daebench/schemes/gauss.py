@@ -4,34 +4,13 @@ from functools import partial
 from typing import Any
 
 from daebench.claims import Claims, Member
-from daebench.kernels.hole import (
-    DATA,
-    FORM_DATA,
-    LENGTH,
-    RATE,
-    STAGES,
-    STIFF,
-    G,
-    H_pp,
-    H_qp,
-    H_qq,
-    Matrix,
-    Number,
-    Vector,
-    axpy,
-    axpy_dd,
-    curvature,
-    f,
-    g,
-    identity_plus,
-    norm,
-    product_T,
-    scale_dd,
-    solve_stages_twice_d,
-    transpose,
-)
+from daebench.kernels.hole import DATA, FORM_DATA, LENGTH, RATE, STAGES, STIFF, G, H_pp, H_qp, H_qq, curvature, f, g, norm, solve_2s
 from daebench.kernels.newton import newton
+from daebench.kernels.spaces import I, Matrix, Number, Step, Update, Vector
 from daebench.kernels.stages import weighted
+
+Points = tuple[Vector, ...]
+Guess = tuple[Points, Points, Number]
 
 
 def claims(s: int) -> Claims:
@@ -60,24 +39,24 @@ def numbers(s: int) -> tuple[Any, ...]:
 MEMBERS = {f"gauss{s}": Member(claims=claims(s), stages=s, numbers=partial(numbers, s), simplified=True) for s in (2, 3, 4)}
 
 
-def states(x0: Vector, K: Any, h: Number) -> Any:
+def states(x0: Vector, K: Points, h: Number) -> Points:
     """Return x0 + h sum_j a_ij K[j] at each stage i."""
-    return tuple(axpy(1.0, weighted(h, DATA[0][i], K), x0) for i in range(STAGES))
+    return tuple(x0 + weighted(h, DATA[0][i], K) for i in range(STAGES))
 
 
 if STIFF:
 
     def block(w: Number, X: Matrix, i: int, j: int) -> Matrix:
         """Return h a_ij X, with the identity added where i = j; w is h or -h."""
-        return identity_plus(w * DATA[0][i][j], X) if i == j else scale_dd(w * DATA[0][i][j], X)
+        return I + w * DATA[0][i][j] * X if i == j else w * DATA[0][i][j] * X
 
     def stiffness(p: Vector, q: Vector) -> Matrix:
         """Return minus the derivative of p' with respect to q, H_qq + (G^T G + (G^T g)_q at fixed G) / eps^2."""
         (eps,) = FORM_DATA
         G0 = G(q)
-        return axpy_dd(1.0 / (eps * eps), axpy_dd(1.0, product_T(G0, G0), curvature(q, g(q))), H_qq(p, q))
+        return H_qq(p, q) + (curvature(q, g(q)) + G0.T @ G0) / eps**2
 
-    def improve(x: Any, data: Any) -> Any:
+    def improve(x: Guess, data: tuple[Vector, Vector, Number]) -> Update:
         """One Newton sweep, with exact second derivatives, for p' = F and q' = V at the stages."""
         F, V, before = x
         p0, q0, h = data
@@ -86,26 +65,25 @@ if STIFF:
         mixed, by_mass = tuple(H_qp(P[i], Q[i]) for i in range(STAGES)), tuple(H_pp(P[i], Q[i]) for i in range(STAGES))
         K = tuple(stiffness(P[i], Q[i]) for i in range(STAGES))
         upper = tuple(
-            tuple(block(h, mixed[i], i, j) for j in range(STAGES)) + tuple(scale_dd(h * DATA[0][i][j], K[i]) for j in range(STAGES))
+            tuple(block(h, mixed[i], i, j) for j in range(STAGES)) + tuple(h * DATA[0][i][j] * K[i] for j in range(STAGES))
             for i in range(STAGES)
         )
         lower = tuple(
-            tuple(scale_dd(-h * DATA[0][i][j], by_mass[i]) for j in range(STAGES))
-            + tuple(block(-h, transpose(mixed[i]), i, j) for j in range(STAGES))
+            tuple(-h * DATA[0][i][j] * by_mass[i] for j in range(STAGES)) + tuple(block(-h, mixed[i].T, i, j) for j in range(STAGES))
             for i in range(STAGES)
         )
-        r_F = tuple(axpy(-1.0, F[i], found[i][0]) for i in range(STAGES))
-        r_V = tuple(axpy(-1.0, V[i], found[i][1]) for i in range(STAGES))
-        change, pivot = solve_stages_twice_d(upper + lower, r_F + r_V)
-        F1 = tuple(axpy(1.0, change[i], F[i]) for i in range(STAGES))
-        V1 = tuple(axpy(1.0, change[STAGES + i], V[i]) for i in range(STAGES))
+        r_F = tuple(found[i][0] - F[i] for i in range(STAGES))
+        r_V = tuple(found[i][1] - V[i] for i in range(STAGES))
+        change, pivot = solve_2s(upper + lower, r_F + r_V)
+        F1 = tuple(F[i] + change[i] for i in range(STAGES))
+        V1 = tuple(V[i] + change[STAGES + i] for i in range(STAGES))
         size = abs(h) * sum(norm(change[STAGES + i]) for i in range(STAGES))
         residual = sum(norm(r_F[i]) + norm(r_V[i]) for i in range(STAGES))
         return (F1, V1, before), size, max(LENGTH, norm(q0)), residual, pivot
 
 else:
 
-    def improve(x: Any, data: Any) -> Any:
+    def improve(x: Guess, data: tuple[Vector, Vector, Number]) -> Update:
         """One sweep of fixed-point iteration, HLW VIII.6.2, for p' = F and q' = V at the stages.
 
         The change of V alone is measured, against |V| and the speed that goes with length and rate of the problem; and that of two
@@ -116,12 +94,12 @@ else:
         P, Q = states(p0, F, h), states(q0, V, h)
         found = tuple(f(P[i], Q[i]) for i in range(STAGES))
         F1, V1 = tuple(found[i][0] for i in range(STAGES)), tuple(found[i][1] for i in range(STAGES))
-        change = sum(norm(axpy(-1.0, V[i], V1[i])) for i in range(STAGES))
+        change = sum(norm(V1[i] - V[i]) for i in range(STAGES))
         pivot = min(found[i][2] for i in range(STAGES))
         return (F1, V1, change), change + before, RATE * max(LENGTH, norm(q0)) + norm(V1[0]), change, pivot
 
 
-def increment(p0: Vector, q0: Vector, h: Number) -> Any:
+def increment(p0: Vector, q0: Vector, h: Number) -> Step:
     """Return p1 - p0, q1 - q0, no raw multipliers, and a report, for x = (p, q).
 
     ::

@@ -4,48 +4,13 @@ At the default rho_inf = 0.8 it loses the motion where steps turn the constraint
 are kept at h omega = 0.15 and lost at 0.2, where velocities normal to the manifold grow without bound. A run that is lost is warned of.
 """
 
-from typing import Any
-
 from daebench.claims import Claims, Member
 from daebench.errors import BadInput, real
-from daebench.kernels.hole import (
-    DATA,
-    LENGTH,
-    SEPARABLE,
-    G,
-    H_p,
-    H_pp,
-    H_q,
-    H_qp,
-    H_qq,
-    Multiplier,
-    Number,
-    Report,
-    Vector,
-    apply,
-    axpy,
-    axpy_dd,
-    axpy_m,
-    curvature,
-    f,
-    g,
-    gram,
-    identity_plus,
-    mass,
-    mul,
-    mul_full_T,
-    norm,
-    norm_m,
-    product,
-    rows,
-    scale,
-    scale_m,
-    solve,
-    solve_dm,
-    transpose,
-    zero_m,
-)
+from daebench.kernels.hole import DATA, LENGTH, SEPARABLE, G, H_p, H_pp, H_q, H_qp, H_qq, curvature, f, g, mass, norm, rows, solve, zero
 from daebench.kernels.newton import linear, newton
+from daebench.kernels.spaces import I, Multiplier, Number, Report, Update, Vector
+
+Memory = tuple[Vector, Vector, Vector]
 
 
 def numbers(rho_inf: float) -> tuple[float, ...]:
@@ -92,32 +57,32 @@ else:
 
     def change_of_velocity(dp: Vector, p: Vector, q: Vector, v: Vector) -> Vector:
         """Return v' = H_pp p' + d/dq[H_p] v."""
-        return axpy(1.0, apply(H_pp(p, q), dp), apply(transpose(H_qp(p, q)), v))
+        return H_qp(p, q).T @ v + H_pp(p, q) @ dp
 
     def momentum(p0: Vector, q: Vector, v: Vector) -> Vector:
         """Return p = M(q) v."""
-        return apply(mass(p0, q), v)
+        return mass(p0, q) @ v
 
 
-def improve(x: tuple[Vector, Multiplier], data: Any) -> Any:
+def improve(x: tuple[Vector, Multiplier], data: tuple[Vector, Vector, Vector, Vector, Number, Number]) -> Update:
     """One sweep for z = w v1', what v1' adds to q1, and nu = w lam; exact for constant M, else but for velocity terms of order h."""
     z, nu = x
     p0, q0, dq, v_free, w, ratio = data
-    q, v = axpy(1.0, axpy(1.0, dq, z), q0), axpy(ratio, z, v_free)
+    q, v = q0 + (z + dq), v_free + ratio * z
     p = momentum(p0, q, v)
     G1, value = G(q), g(q)
     by_mass = rows(G1, p, q)
-    free = change_of_velocity(scale(-1.0, H_q(p, q)), p, q, v)
-    r = axpy(1.0, mul_full_T(by_mass, nu), axpy(-w, free, z))
-    stiffness = axpy_dd(w, H_qq(p, q), curvature(q, nu))
-    by_r, Z, pivot_z = solve_dm(identity_plus(1.0, product(H_pp(p, q), stiffness)), r, by_mass)
-    change, pivot = solve(gram(G1, Z), axpy_m(-1.0, value, mul(G1, by_r)))
-    back = axpy(-1.0, mul_full_T(Z, change), by_r)
-    x = (axpy(-1.0, back, z), axpy_m(-1.0, change, nu))
-    return x, norm(back), max(LENGTH, norm(q)), norm(r) + norm_m(value), min(pivot, pivot_z)
+    free = change_of_velocity(-H_q(p, q), p, q, v)
+    r = z - w * free + by_mass.T @ nu
+    stiffness = curvature(q, nu) + w * H_qq(p, q)
+    by_r, Z, pivot_z = solve(I + H_pp(p, q) @ stiffness, r, by_mass)
+    change, pivot = solve(G1 @ Z.T, G1 @ by_r - value)
+    back = by_r - Z.T @ change
+    x = (z - back, nu - change)
+    return x, norm(back), max(LENGTH, norm(q)), norm(r) + norm(value), min(pivot, pivot_z)
 
 
-def start(p0: Vector, q0: Vector, h: Number) -> tuple[Any, Report]:
+def start(p0: Vector, q0: Vector, h: Number) -> tuple[Memory, Report]:
     """Return v0, a0 and v'(0) such that lam has no error of first order in the first steps, and a report.
 
     v'(0) is that of (1.18), and a0 approximates v'((alpha_m - alpha_f) h), the time that the averages a belong to, up to h^2. The
@@ -127,19 +92,19 @@ def start(p0: Vector, q0: Vector, h: Number) -> tuple[Any, Report]:
     """
     alpha_m, alpha_f, beta, _ = DATA
     dp, v, pivot = f(p0, q0)
-    p, q = axpy(h, dp, p0), axpy(h, v, q0)
+    p, q = p0 + h * dp, q0 + h * v
     dp_next, v_next, pivot_next = f(p, q)
     rate = change_of_velocity(dp, p0, q0, v)
-    jump = axpy(-1.0, rate, change_of_velocity(dp_next, p, q, v_next))
+    jump = change_of_velocity(dp_next, p, q, v_next) - rate
     G0 = G(q0)
     by_mass = rows(G0, p0, q0)
-    share, pivot_share = solve(gram(G0, by_mass), mul(G0, jump))
-    C = 1.0 / 6.0 - beta - 0.5 * (alpha_m - alpha_f)
-    memory = (axpy(C * h, mul_full_T(by_mass, share), v), axpy(alpha_m - alpha_f, jump, rate), rate)
+    share, pivot_share = solve(G0 @ by_mass.T, G0 @ jump)
+    C = 1 / 6 - beta - (alpha_m - alpha_f) / 2
+    memory = (v + C * h * by_mass.T @ share, rate + (alpha_m - alpha_f) * jump, rate)
     return memory, linear(min(pivot, min(pivot_next, pivot_share)), norm(dp) + norm(dp_next))
 
 
-def step(p0: Vector, q0: Vector, memory: Any, h: Number) -> Any:
+def step(p0: Vector, q0: Vector, memory: Memory, h: Number) -> tuple[Vector, Vector, Memory, tuple[Multiplier], Report]:
     """Return p1, q1, the next v, a and v', lam of q1 and a report.
 
     ::
@@ -154,11 +119,11 @@ def step(p0: Vector, q0: Vector, memory: Any, h: Number) -> Any:
     """
     alpha_m, alpha_f, beta, gamma = DATA
     v0, a0, rate0 = memory
-    share = (1.0 - alpha_f) / (1.0 - alpha_m)
-    a_free = axpy(alpha_f / (1.0 - alpha_m), rate0, scale(-alpha_m / (1.0 - alpha_m), a0))
-    dq = axpy(h * h, axpy(0.5 - beta, a0, scale(beta, a_free)), scale(h, v0))
-    v_free = axpy(h, axpy(1.0 - gamma, a0, scale(gamma, a_free)), v0)
+    share = (1 - alpha_f) / (1 - alpha_m)
+    a_free = -alpha_m / (1 - alpha_m) * a0 + alpha_f / (1 - alpha_m) * rate0
+    dq = h * v0 + h**2 * (beta * a_free + (0.5 - beta) * a0)
+    v_free = v0 + h * (gamma * a_free + (1 - gamma) * a0)
     w = beta * share * h * h
-    (z, nu), report = newton(improve, (scale(w, rate0), zero_m(q0)), (p0, q0, dq, v_free, w, gamma / (beta * h)))
-    q1, v1, rate1 = axpy(1.0, axpy(1.0, dq, z), q0), axpy(gamma / (beta * h), z, v_free), scale(1.0 / w, z)
-    return apply(mass(p0, q1), v1), q1, (v1, axpy(share, rate1, a_free), rate1), (scale_m(1.0 / w, nu),), report
+    (z, nu), report = newton(improve, (w * rate0, zero(q0)), (p0, q0, dq, v_free, w, gamma / (beta * h)))
+    q1, v1, rate1 = q0 + (z + dq), v_free + gamma / (beta * h) * z, z / w
+    return mass(p0, q1) @ v1, q1, (v1, a_free + share * rate1, rate1), (nu / w,), report

@@ -1,58 +1,34 @@
 """Constrained implicit Euler: (1.19) with every argument at the new point, HLW Fig. 1.2; it loses energy at once."""
 
-from typing import Any
-
 from daebench.claims import Claims
 from daebench.kernels.constrain import tangent
 from daebench.kernels.eliminate import eliminate
-from daebench.kernels.hole import (
-    LENGTH,
-    G,
-    H_p,
-    H_pp,
-    H_q,
-    H_qp,
-    H_qq,
-    Multiplier,
-    Number,
-    Report,
-    Vector,
-    apply,
-    axpy,
-    axpy_dd,
-    axpy_m,
-    curvature,
-    g,
-    mul_T,
-    norm,
-    norm_m,
-    scale_md,
-    zero_m,
-)
+from daebench.kernels.hole import LENGTH, G, H_p, H_pp, H_q, H_qp, H_qq, curvature, g, norm, zero
 from daebench.kernels.newton import both, newton
+from daebench.kernels.spaces import Multiplier, Number, Step, Update, Vector
 
 CLAIMS = Claims(
     order=1, symmetric=False, symplectic=False, keeps_g=True, keeps_Gv=True, system="constrained", source="HLW VII.1.3, below Fig. 1.2"
 )
 
 
-def improve(x: tuple[Vector, Vector, Multiplier], data: tuple[Vector, Vector, Number]) -> Any:
+def improve(x: tuple[Vector, Vector, Multiplier], data: tuple[Vector, Vector, Number]) -> Update:
     """One Newton sweep for p, q and lam; q and then p are eliminated."""
     p, q, lam = x
     p0, q0, h = data
     G1 = G(q)
-    force = axpy(1.0, mul_T(G1, lam), H_q(p, q))
-    r_p = axpy(h, force, axpy(-1.0, p0, p))
-    r_q = axpy(-h, H_p(p, q), axpy(-1.0, q0, q))
+    force = H_q(p, q) + G1.T @ lam
+    r_p = p - p0 + h * force
+    r_q = q - q0 - h * H_p(p, q)
     value, by_mass = g(q), H_pp(p, q)
-    stiffness = axpy_dd(1.0, curvature(q, lam), H_qq(p, q))
-    dp, dq, change, pivot = eliminate(h, (r_p, r_q, value), H_qp(p, q), by_mass, stiffness, scale_md(h, G1), G1)
-    x = (axpy(-1.0, dp, p), axpy(-1.0, dq, q), axpy_m(-1.0, change, lam))
-    residual = norm(r_p) + norm(r_q) + norm_m(value)
-    return x, norm(dq) + abs(h) * norm(apply(by_mass, dp)), max(LENGTH, norm(q)), residual, pivot
+    stiffness = H_qq(p, q) + curvature(q, lam)
+    dp, dq, change, pivot = eliminate(h, (r_p, r_q, value), H_qp(p, q), by_mass, stiffness, h * G1, G1)
+    x = (p - dp, q - dq, lam - change)
+    residual = norm(r_p) + norm(r_q) + norm(value)
+    return x, norm(dq) + abs(h) * norm(by_mass @ dp), max(LENGTH, norm(q)), residual, pivot
 
 
-def step(p0: Vector, q0: Vector, h: Number) -> tuple[Vector, Vector, Any, Report]:
+def step(p0: Vector, q0: Vector, h: Number) -> Step:
     """Return p1, q1, no raw multipliers, and a report.
 
     ::
@@ -61,6 +37,6 @@ def step(p0: Vector, q0: Vector, h: Number) -> tuple[Vector, Vector, Any, Report
         q1    = q0 + h H_p(p_hat, q1),             0 = g(q1)
         p1    = p_hat - h G(q1)^T mu,              0 = G(q1) H_p(p1, q1)
     """
-    (p_hat, q1, _), found = newton(improve, (p0, q0, zero_m(q0)), (p0, q0, h))
+    (p_hat, q1, _), found = newton(improve, (p0, q0, zero(q0)), (p0, q0, h))
     p1, _, settled = tangent(p_hat, q1)
     return p1, q1, (), both(found, settled)

@@ -1,10 +1,9 @@
 """Lie-Trotter splitting of H = T + U, HLW (1.45): the flow of the kinetic energy, then that of the potential energy."""
 
-from typing import Any
-
 from daebench.claims import Claims
-from daebench.kernels.hole import Number, Vector, axpy, kinetic_increment
+from daebench.kernels.hole import kinetic_increment
 from daebench.kernels.potential import potential_increment
+from daebench.kernels.spaces import Number, Step, Vector
 
 CLAIMS = Claims(
     order=1,
@@ -19,7 +18,7 @@ CLAIMS = Claims(
 )
 
 
-def increment(p0: Vector, q0: Vector, h: Number) -> Any:
+def increment(p0: Vector, q0: Vector, h: Number) -> Step:
     """Return p1 - p0, q1 - q0, no raw multipliers, and a report.
 
     ::
@@ -28,5 +27,5 @@ def increment(p0: Vector, q0: Vector, h: Number) -> Any:
         p1       = p^ - h (U_q(q1) + G(q1)^T lam),      0 = G(q1) M^-1 p1
     """
     dp, dq = kinetic_increment(p0, q0, (h,))
-    kick, report = potential_increment(axpy(1.0, dp, p0), axpy(1.0, dq, q0), h)
-    return axpy(1.0, kick, dp), dq, (), report
+    kick, report = potential_increment(p0 + dp, q0 + dq, h)
+    return dp + kick, dq, (), report

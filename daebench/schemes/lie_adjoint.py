@@ -1,15 +1,14 @@
 """Adjoint of the Lie-Trotter splitting of H = T + U, HLW (1.45): the flow of the potential energy, then that of the kinetic energy."""
 
-from typing import Any
-
-from daebench.kernels.hole import Number, Vector, axpy, kinetic_increment
+from daebench.kernels.hole import kinetic_increment
 from daebench.kernels.potential import potential_increment
+from daebench.kernels.spaces import Number, Step, Vector
 from daebench.schemes.lie import CLAIMS as LIE
 
 CLAIMS = LIE
 
 
-def increment(p0: Vector, q0: Vector, h: Number) -> Any:
+def increment(p0: Vector, q0: Vector, h: Number) -> Step:
     """Return p1 - p0, q1 - q0, no raw multipliers, and a report.
 
     ::
@@ -18,5 +17,5 @@ def increment(p0: Vector, q0: Vector, h: Number) -> Any:
         (p1, q1) = phi^T_h(p^, q0)
     """
     kick, report = potential_increment(p0, q0, h)
-    dp, dq = kinetic_increment(axpy(1.0, kick, p0), q0, (h,))
-    return axpy(1.0, kick, dp), dq, (), report
+    dp, dq = kinetic_increment(p0 + kick, q0, (h,))
+    return dp + kick, dq, (), report

@@ -1,14 +1,14 @@
 """Lobatto IIIA-IIIB, the partitioned Runge-Kutta form of the collocation HLW (1.27)-(1.30): symmetric, symplectic, of order 2s-2."""
 
-from collections.abc import Mapping
 from functools import partial
 from typing import Any
 
 from daebench.claims import Claims, Member
 from daebench.kernels.constrain import normal
-from daebench.kernels.hole import DATA, STAGES, G, H_q, Number, Report, Vector, axpy, scale, scale_m
+from daebench.kernels.hole import DATA, STAGES, G, H_q
 from daebench.kernels.lobatto_stages import forces, jacobians, positions, stages
 from daebench.kernels.newton import both
+from daebench.kernels.spaces import Number, Step, Vector
 from daebench.kernels.stages import weighted_but_last
 
 
@@ -22,7 +22,7 @@ def numbers(s: int) -> tuple[Any, ...]:
     return iiia.A, lobatto_iiib(s).A, ((0.0,) * s, *mean), iiia.b, iiia.c
 
 
-def multipliers(s: int) -> Mapping[str, float]:
+def multipliers(s: int) -> dict[str, float]:
     """Return the names and nodes of the stages' multipliers; those of two stages are RATTLE's."""
     from daebench.tableaux import lobatto_iiia
 
@@ -46,7 +46,7 @@ def _member(s: int) -> Member:
 MEMBERS = {f"lobatto{s}": _member(s) for s in range(2, 7)}
 
 
-def increment(p0: Vector, q0: Vector, h: Number) -> tuple[Vector, Vector, Any, Report]:
+def increment(p0: Vector, q0: Vector, h: Number) -> Step:
     """Return p1 - p0, q1 - q0, the multipliers Lam_1 ... Lam_s, and a report.
 
     ::
@@ -60,7 +60,7 @@ def increment(p0: Vector, q0: Vector, h: Number) -> tuple[Vector, Vector, Any, R
     """
     P, dQ, Lam, found = stages(p0, q0, h)
     Q, b = positions(q0, dQ), DATA[3]
-    last = scale(-h * b[STAGES - 1], H_q(P[STAGES - 1], Q[STAGES - 1]))
+    last = -h * b[STAGES - 1] * H_q(P[STAGES - 1], Q[STAGES - 1])
     dp = weighted_but_last(last, -h, b, forces(P, Q, jacobians(G(q0), Q), Lam))
-    n, mu, settled = normal(axpy(1.0, dp, p0), Q[STAGES - 1])
-    return axpy(-1.0, n, dp), dQ[STAGES - 2], (*Lam, scale_m(1.0 / (h * b[STAGES - 1]), mu)), both(found, settled)
+    n, mu, settled = normal(p0 + dp, Q[STAGES - 1])
+    return dp - n, dQ[STAGES - 2], (*Lam, mu / (h * b[STAGES - 1])), both(found, settled)

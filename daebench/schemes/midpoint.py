@@ -1,17 +1,16 @@
 """The implicit midpoint rule on the index-reduced ODE (1.18): conserves what is quadratic, and is yet not symplectic there."""
 
 from functools import partial
-from typing import Any
 
 from daebench.claims import Member
-from daebench.kernels.hole import Number, Vector
+from daebench.kernels.spaces import Number, Step, Vector
 from daebench.schemes.gauss import claims, numbers
 from daebench.schemes.gauss import increment as collocate
 
 MEMBERS = {"midpoint": Member(claims=claims(1), stages=1, numbers=partial(numbers, 1), simplified=True)}
 
 
-def increment(p0: Vector, q0: Vector, h: Number) -> Any:
+def increment(p0: Vector, q0: Vector, h: Number) -> Step:
     """Return p1 - p0, q1 - q0, no raw multipliers, and a report, for x = (p, q): Gauss collocation of one stage.
 
     ::

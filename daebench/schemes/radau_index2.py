@@ -1,27 +1,12 @@
 """Radau IIA on the formulation of index 2, where G H_p = 0 stands in place of g = 0: what stiff solvers of order 3 and 5 do."""
 
 from functools import partial
-from typing import Any
 
 from daebench.claims import Claims, Member
-from daebench.kernels.hole import (
-    DATA,
-    LENGTH,
-    STAGES,
-    Number,
-    Report,
-    Vector,
-    axpy,
-    axpy_m,
-    mul,
-    mul_full,
-    norm,
-    norm_m,
-    solve_stages,
-    zero_m,
-)
+from daebench.kernels.hole import DATA, LENGTH, STAGES, norm, solve_stages, zero
 from daebench.kernels.newton import newton
-from daebench.kernels.radau import begin, held, moved, nodes, numbers, size_of, velocity_matrix
+from daebench.kernels.radau import Multipliers, Points, begin, held, moved, nodes, numbers, size_of, velocity_matrix
+from daebench.kernels.spaces import Number, Step, Update, Vector
 from daebench.kernels.stages import weighted
 
 
@@ -34,22 +19,22 @@ def _member(s: int) -> Member:
 MEMBERS = {f"radau{s}_index2": _member(s) for s in (2, 3)}
 
 
-def improve(x: Any, data: tuple[Vector, Vector, Number]) -> Any:
+def improve(x: tuple[Points, Points, Multipliers], data: tuple[Vector, Vector, Number]) -> Update:
     """One sweep for P_i - p0, Q_i - q0 and Lam_i: Newton's but for the derivatives of the forces, and of H_p with respect to q."""
     dP, dQ, Lam = x
     p0, q0, h = data
     Q, free_P, V, S, J, R, C, scale_v = held(p0, q0, dP, dQ, Lam, h)
     free_Q = tuple(weighted(h, DATA[0][i], V) for i in range(STAGES))
-    value = tuple(axpy_m(1.0, mul(J[i], V[i]), mul_full(C[i], axpy(-1.0, dQ[i], free_Q[i]))) for i in range(STAGES))
+    value = tuple(C[i] @ (free_Q[i] - dQ[i]) + J[i] @ V[i] for i in range(STAGES))
     change, pivot = solve_stages(velocity_matrix(h, J, R, C), value)
     P1, Q1 = moved(h, free_P, free_Q, J, R, change)
     scale_q = max(LENGTH, norm(Q[STAGES - 1]))
     size = size_of(S, dP, dQ, P1, Q1, scale_v, scale_q)
-    residual = sum(norm_m(value[i]) for i in range(STAGES))
-    return (P1, Q1, tuple(axpy_m(1.0, change[i], Lam[i]) for i in range(STAGES))), size, scale_v * scale_q, residual, pivot
+    residual = sum(norm(value[i]) for i in range(STAGES))
+    return (P1, Q1, tuple(Lam[i] + change[i] for i in range(STAGES))), size, scale_v * scale_q, residual, pivot
 
 
-def increment(p0: Vector, q0: Vector, h: Number) -> tuple[Vector, Vector, Any, Report]:
+def increment(p0: Vector, q0: Vector, h: Number) -> Step:
     """Return p1 - p0, q1 - q0, the multipliers Lam_1 ... Lam_s, and a report.
 
     ::
@@ -59,5 +44,5 @@ def increment(p0: Vector, q0: Vector, h: Number) -> tuple[Vector, Vector, Any, R
         p1  = P_s,     q1 = Q_s
     """
     dP, dQ = begin(p0, q0, h)
-    (dP, dQ, Lam), report = newton(improve, (dP, dQ, tuple(zero_m(q0) for i in range(STAGES))), (p0, q0, h))
+    (dP, dQ, Lam), report = newton(improve, (dP, dQ, tuple(zero(q0) for i in range(STAGES))), (p0, q0, h))
     return dP[STAGES - 1], dQ[STAGES - 1], Lam, report

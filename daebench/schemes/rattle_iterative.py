@@ -1,35 +1,11 @@
 """RATTLE with the iteration of SHAKE, one constraint at a time until a tolerance is met, as molecular dynamics runs it."""
 
-from typing import Any
-
 from daebench.claims import Claims, Member
 from daebench.errors import BadInput, positive
-from daebench.kernels.hole import (
-    CONSTRAINTS,
-    DATA,
-    EPS,
-    INF,
-    G,
-    H_p,
-    H_q,
-    Matrix,
-    Multiplier,
-    Number,
-    Report,
-    Vector,
-    axpy,
-    dot,
-    dot_moduli,
-    g,
-    mul_T,
-    norm,
-    rows,
-    scale,
-    scale_m,
-    zero_m,
-)
+from daebench.kernels.hole import CONSTRAINTS, DATA, EPS, INF, G, H_p, H_q, dot, dot_moduli, g, multiplier, norm, rows, zero
 from daebench.kernels.newton import both
 from daebench.kernels.relax import relax
+from daebench.kernels.spaces import Jacobian, Multiplier, Number, Rows, Step, Vector
 
 
 def numbers(tolerance: float) -> tuple[float, ...]:
@@ -56,32 +32,36 @@ MEMBERS = {
 }
 
 
-def bounds(X: Matrix, x: Vector) -> Multiplier:
+def bounds(X: Rows, x: Vector) -> Multiplier:
     """Return the tolerance times sum_i |X_ki x_i|: what a relative change of x by it makes of constraint k; never below rounding.
 
     The rounding of a constraint between what is zero, as between two axes of a body at rest, is that of what is not.
     """
-    return tuple(max(DATA[0] * dot_moduli(X[k], x), 4.0 * EPS * norm(X[k]) * norm(x)) for k in range(CONSTRAINTS))
+    return multiplier(max(DATA[0] * dot_moduli(X[k], x), 4.0 * EPS * norm(X[k]) * norm(x)) for k in range(CONSTRAINTS))
 
 
-def improve_positions(x: tuple[Vector, Multiplier], data: tuple[Vector, Matrix, Multiplier]) -> Any:
+def improve_positions(
+    x: tuple[Vector, Multiplier], data: tuple[Vector, Rows, Multiplier]
+) -> tuple[tuple[Vector, Multiplier], Number, Number, Number]:
     """One round for g(q0 + dq - V^T nu) = 0; each visit to a constraint counts as an evaluation of g and one of G."""
     dq, nu = x
     q0, V, bound = data
     unmet, residual, pivot = 0.0, 0.0, INF
     for k in range(CONSTRAINTS):
-        q = axpy(1.0, dq, q0)
+        q = q0 + dq
         row, value = G(q)[k], g(q)[k]
         late = 1.0 if abs(value) > bound[k] else 0.0
         steep = dot(row, V[k])
         change = late * value / steep
-        dq = axpy(-change, V[k], dq)
-        nu = tuple(nu[j] + (change if j == k else 0.0) for j in range(CONSTRAINTS))
+        dq = dq - change * V[k]
+        nu = multiplier(nu[j] + (change if j == k else 0.0) for j in range(CONSTRAINTS))
         unmet, residual, pivot = unmet + late, residual + abs(value), min(pivot, abs(steep) / dot_moduli(row, V[k]))
     return (dq, nu), unmet, residual, pivot
 
 
-def improve_velocities(x: tuple[Vector, Multiplier], data: tuple[Matrix, Matrix, Multiplier]) -> Any:
+def improve_velocities(
+    x: tuple[Vector, Multiplier], data: tuple[Jacobian, Rows, Multiplier]
+) -> tuple[tuple[Vector, Multiplier], Number, Number, Number]:
     """One round for G1 (v - V^T mu) = 0."""
     v, mu = x
     G1, V, bound = data
@@ -91,13 +71,13 @@ def improve_velocities(x: tuple[Vector, Multiplier], data: tuple[Matrix, Matrix,
         late = 1.0 if abs(value) > max(bound[k], max(DATA[0], 4.0 * EPS) * dot_moduli(G1[k], v)) else 0.0
         steep = dot(G1[k], V[k])
         change = late * value / steep
-        v = axpy(-change, V[k], v)
-        mu = tuple(mu[j] + (change if j == k else 0.0) for j in range(CONSTRAINTS))
+        v = v - change * V[k]
+        mu = multiplier(mu[j] + (change if j == k else 0.0) for j in range(CONSTRAINTS))
         unmet, residual, pivot = unmet + late, residual + abs(value), min(pivot, abs(steep) / dot_moduli(G1[k], V[k]))
     return (v, mu), unmet, residual, pivot
 
 
-def increment(p0: Vector, q0: Vector, h: Number) -> tuple[Vector, Vector, Any, Report]:
+def increment(p0: Vector, q0: Vector, h: Number) -> Step:
     """Return p1 - p0, q1 - q0, lam and mu, and a report.
 
     The equations are those of RATTLE, HLW (1.25). Both sets of constraints are visited one after another, k = 1, ..., m, and corrected
@@ -111,11 +91,11 @@ def increment(p0: Vector, q0: Vector, h: Number) -> tuple[Vector, Vector, Any, R
     as in molecular dynamics. The tolerance is taken as 4 eps where it is less.
     """
     G0 = G(q0)
-    kick = scale(-0.5 * h, H_q(p0, q0))
-    dq_free = scale(h, H_p(axpy(1.0, kick, p0), q0))
-    (dq, nu), found = relax(improve_positions, (dq_free, zero_m(q0)), (q0, rows(G0, p0, q0), bounds(G0, axpy(1.0, dq_free, q0))))
-    q1 = axpy(1.0, dq, q0)
-    dp = axpy(-0.5 * h, H_q(p0, q1), axpy(-1.0 / h, mul_T(G0, nu), kick))
-    G1, v_free = G(q1), H_p(axpy(1.0, dp, p0), q1)
-    (_, mu), settled = relax(improve_velocities, (v_free, zero_m(q0)), (G1, rows(G1, p0, q1), bounds(G1, v_free)))
-    return axpy(-1.0, mul_T(G1, mu), dp), dq, (scale_m(2.0 / (h * h), nu), scale_m(2.0 / h, mu)), both(found, settled)
+    kick = -h / 2 * H_q(p0, q0)
+    dq_free = h * H_p(p0 + kick, q0)
+    (dq, nu), found = relax(improve_positions, (dq_free, zero(q0)), (q0, rows(G0, p0, q0), bounds(G0, q0 + dq_free)))
+    q1 = q0 + dq
+    dp = kick - G0.T @ nu / h - h / 2 * H_q(p0, q1)
+    G1, v_free = G(q1), H_p(p0 + dp, q1)
+    (_, mu), settled = relax(improve_velocities, (v_free, zero(q0)), (G1, rows(G1, p0, q1), bounds(G1, v_free)))
+    return dp - G1.T @ mu, dq, (2 / h**2 * nu, 2 / h * mu), both(found, settled)

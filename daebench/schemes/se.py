@@ -1,76 +1,44 @@
 """Symplectic Euler on the index-reduced ODE, HLW (1.18): the cautionary tale of Fig. 1.1."""
 
-from typing import Any
-
 from daebench.claims import Claims
-from daebench.kernels.hole import (
-    SEPARABLE,
-    G,
-    H_p,
-    H_pp,
-    H_q,
-    H_qp,
-    Matrix,
-    Multiplier,
-    Number,
-    Report,
-    Vector,
-    a,
-    a_p,
-    apply,
-    axpy,
-    axpy_m,
-    gram,
-    gram_full,
-    identity_plus,
-    mul_full,
-    mul_full_T,
-    mul_T,
-    norm,
-    norm_m,
-    plus_mm,
-    rows,
-    scale_md,
-    solve,
-    solve_dm,
-    zero_m,
-)
+from daebench.kernels.hole import SEPARABLE, G, H_p, H_pp, H_q, H_qp, a, a_p, norm, rows, solve, zero
 from daebench.kernels.newton import newton
+from daebench.kernels.spaces import I, Jacobian, Multiplier, Number, Rows, Step, Update, Vector
 
 CLAIMS = Claims(order=1, symmetric=False, symplectic=False, keeps_g=False, keeps_Gv=False, system="ode", source="HLW (1.18), Fig. 1.1 se")
 
 if SEPARABLE:
 
-    def respond(p: Vector, q: Vector, h: Number, r_p: Vector, by_lam: Matrix) -> Any:
+    def respond(p: Vector, q: Vector, h: Number, r_p: Vector, by_lam: Rows) -> tuple[Vector, Rows, Number]:
         """Return r_p and by_lam: H_q does not depend on p."""
         return r_p, by_lam, 1.0
 
 else:
 
-    def respond(p: Vector, q: Vector, h: Number, r_p: Vector, by_lam: Matrix) -> Any:
+    def respond(p: Vector, q: Vector, h: Number, r_p: Vector, by_lam: Rows) -> tuple[Vector, Rows, Number]:
         """Return (I + h H_qp)^-1 applied to r_p and to the rows of by_lam."""
-        return solve_dm(identity_plus(h, H_qp(p, q)), r_p, by_lam)
+        return solve(I + h * H_qp(p, q), r_p, by_lam)
 
 
-def improve(x: tuple[Vector, Multiplier], data: tuple[Vector, Vector, Matrix, Number]) -> Any:
+def improve(x: tuple[Vector, Multiplier], data: tuple[Vector, Vector, Jacobian, Number]) -> Update:
     """One Newton sweep for p1 and lam(p1, q0)."""
     p, lam = x
     p0, q0, G0, h = data
-    force = axpy(1.0, mul_T(G0, lam), H_q(p, q0))
-    r_p = axpy(h, force, axpy(-1.0, p0, p))
+    force = H_q(p, q0) + G0.T @ lam
+    r_p = p - p0 + h * force
     value = a(p, q0, lam)
     a_by_p = a_p(p, q0, lam)
-    by_p, P, pivot_p = respond(p, q0, h, r_p, scale_md(h, G0))
-    matrix = plus_mm(gram_full(a_by_p, P), gram(G0, rows(G0, p, q0)))
-    change, pivot = solve(matrix, axpy_m(-1.0, value, mul_full(a_by_p, by_p)))
-    dp = axpy(-1.0, mul_full_T(P, change), by_p)
+    by_p, P, pivot_p = respond(p, q0, h, r_p, h * G0)
+    matrix = a_by_p @ P.T + G0 @ rows(G0, p, q0).T
+    change, pivot = solve(matrix, a_by_p @ by_p - value)
+    dp = by_p - P.T @ change
     by_mass = H_pp(p, q0)
-    x = (axpy(-1.0, dp, p), axpy_m(-1.0, change, lam))
-    scale_v = norm(apply(by_mass, p)) + abs(h) * norm(apply(by_mass, force))
-    return x, norm(apply(by_mass, dp)), scale_v, norm(r_p) + norm_m(value), min(pivot, pivot_p)
+    x = (p - dp, lam - change)
+    scale_v = norm(by_mass @ p) + abs(h) * norm(by_mass @ force)
+    return x, norm(by_mass @ dp), scale_v, norm(r_p) + norm(value), min(pivot, pivot_p)
 
 
-def step(p0: Vector, q0: Vector, h: Number) -> tuple[Vector, Vector, Any, Report]:
+def step(p0: Vector, q0: Vector, h: Number) -> Step:
     """Return p1, q1, no raw multipliers, and a report.
 
     ::
@@ -80,5 +48,5 @@ def step(p0: Vector, q0: Vector, h: Number) -> tuple[Vector, Vector, Any, Report
 
     lam is evaluated in full, also off the manifold, where the solution soon is.
     """
-    (p1, _), report = newton(improve, (p0, zero_m(q0)), (p0, q0, G(q0), h))
-    return p1, axpy(h, H_p(p1, q0), q0), (), report
+    (p1, _), report = newton(improve, (p0, zero(q0)), (p0, q0, G(q0), h))
+    return p1, q0 + h * H_p(p1, q0), (), report

@@ -1,17 +1,15 @@
 """Symplectic Euler on the index-reduced ODE, each step followed by the orthogonal projection onto the manifold, HLW Fig. 1.1."""
 
-from typing import Any
-
 from daebench.claims import Claims
-from daebench.kernels.hole import Number, Report, Vector
 from daebench.kernels.manifold import project
 from daebench.kernels.newton import both
+from daebench.kernels.spaces import Number, Step, Vector
 from daebench.schemes.se import step as se_step
 
 CLAIMS = Claims(order=1, symmetric=False, symplectic=False, keeps_g=True, keeps_Gv=True, system="ode", source="HLW Fig. 1.1 seproj")
 
 
-def step(p0: Vector, q0: Vector, h: Number) -> tuple[Vector, Vector, Any, Report]:
+def step(p0: Vector, q0: Vector, h: Number) -> Step:
     """Return p1, q1, no raw multipliers, and a report: a step of ``se``, projected in a metric that has a unit of time, 1 s."""
     p_free, q_free, _, found = se_step(p0, q0, h)
     p1, q1, settled = project(p_free, q_free)

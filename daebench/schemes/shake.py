@@ -1,10 +1,9 @@
 """SHAKE, HLW (1.23): the three-term recursion in q, started by RATTLE; as HLW say, round-off may accumulate in it."""
 
-from typing import Any
-
 from daebench.claims import Claims, Member
 from daebench.kernels.constrain import reach
-from daebench.kernels.hole import G, H_p, H_q, Number, Report, Vector, apply, axpy, mass, rows, scale, scale_m
+from daebench.kernels.hole import G, H_p, H_q, mass, rows
+from daebench.kernels.spaces import Multiplier, Number, Report, Vector
 from daebench.schemes.rattle import increment as rattle_increment
 
 CLAIMS = Claims(
@@ -16,10 +15,10 @@ MEMBERS = {"shake": Member(claims=CLAIMS, multipliers=lambda: {"lam_n": 1.0})}
 def start(p0: Vector, q0: Vector, h: Number) -> tuple[Vector, Report]:
     """Return q1 from one step of RATTLE, and its report."""
     _, dq, _, report = rattle_increment(p0, q0, h)
-    return axpy(1.0, dq, q0), report
+    return q0 + dq, report
 
 
-def step(p0: Vector, q0: Vector, q1: Vector, h: Number) -> Any:
+def step(p0: Vector, q0: Vector, q1: Vector, h: Number) -> tuple[Vector, Vector, Vector, tuple[Multiplier], Report]:
     """Return p1, q1, q2, lam of q1 and a report; p1 needs the step after it, so the memory of SHAKE is the position one step ahead.
 
     The recursion in q is symmetric: from q2 and q1 it leads back to q0. The momentum is a central difference and does not satisfy
@@ -30,7 +29,7 @@ def step(p0: Vector, q0: Vector, q1: Vector, h: Number) -> Any:
         q2 = 2 q1 - q0 - h^2 M^-1 (U_q(q1) + G(q1)^T lam),      0 = g(q2)
         p1 = M (q2 - q0) / (2 h)
     """
-    dq = axpy(-1.0, q0, q1)
-    dq2, nu, report = reach(q1, axpy(-h * h, H_p(H_q(p0, q1), q1), dq), rows(G(q1), p0, q1))
-    p1 = apply(mass(p0, q1), axpy(1.0, dq2, dq))
-    return scale(0.5 / h, p1), q1, axpy(1.0, dq2, q1), (scale_m(1.0 / (h * h), nu),), report
+    dq = q1 - q0
+    dq2, nu, report = reach(q1, dq - h**2 * H_p(H_q(p0, q1), q1), rows(G(q1), p0, q1))
+    p1 = mass(p0, q1) @ (dq + dq2)
+    return 0.5 / h * p1, q1, q1 + dq2, (nu / h**2,), report

@@ -5,16 +5,16 @@ manifold, and so Poisson flows in every chart of it.
 """
 
 from dataclasses import replace
-from typing import Any
 
-from daebench.kernels.hole import Number, Vector, axpy, kinetic_increment
+from daebench.kernels.hole import kinetic_increment
 from daebench.kernels.potential import potential_increment
+from daebench.kernels.spaces import Number, Step, Vector
 from daebench.schemes.lie import CLAIMS as LIE
 
 CLAIMS = replace(LIE, order=2, symmetric=True)
 
 
-def increment(p0: Vector, q0: Vector, h: Number) -> Any:
+def increment(p0: Vector, q0: Vector, h: Number) -> Step:
     """Return p1 - p0, q1 - q0, no raw multipliers, and a report.
 
     ::
@@ -23,8 +23,8 @@ def increment(p0: Vector, q0: Vector, h: Number) -> Any:
         p+           = p- - h (U_q(q_half) + G(q_half)^T lam),      0 = G(q_half) M^-1 p+
         (p1, q1)     = phi^T_{h/2}(p+, q_half)
     """
-    dp, dq = kinetic_increment(p0, q0, (0.5 * h,))
-    p, q_half = axpy(1.0, dp, p0), axpy(1.0, dq, q0)
+    dp, dq = kinetic_increment(p0, q0, (h / 2,))
+    p, q_half = p0 + dp, q0 + dq
     kick, report = potential_increment(p, q_half, h)
-    more_p, more_q = kinetic_increment(axpy(1.0, kick, p), q_half, (0.5 * h,))
-    return axpy(1.0, axpy(1.0, more_p, kick), dp), axpy(1.0, more_q, dq), (), report
+    more_p, more_q = kinetic_increment(p + kick, q_half, (h / 2,))
+    return dp + (kick + more_p), dq + more_q, (), report

@@ -1,9 +1,10 @@
 """Lie-Trotter splitting of a Poisson system, HLW VII.4.2: the flows of all parts of H one after another."""
 
 from daebench.claims import PoissonClaims
-from daebench.kernels.hole import INF, Number, Report, Vector, no_work
+from daebench.kernels.hole import INF, no_work
 from daebench.kernels.newton import OK
 from daebench.kernels.poisson_hole import before, turn
+from daebench.kernels.spaces import Number, Report, Vector
 
 CLAIMS = PoissonClaims(order=1, symmetric=False, poisson="split", source="HLW VII.4.2")
 
@@ -15,4 +16,4 @@ def step(y0: Vector, h: Number) -> tuple[Vector, Report]:
 
         y1 = phi^[m]_h o ... o phi^[1]_h (y0)        H = H^[1] + ... + H^[m]
     """
-    return turn(before(y0, (h,)), (h,)), (OK, 0.0 * h, INF, no_work())
+    return turn(before(y0, (h,)), (h,)), (OK, 0 * h, INF, no_work())

@@ -2,9 +2,10 @@
 
 from dataclasses import replace
 
-from daebench.kernels.hole import INF, Number, Report, Vector, no_work
+from daebench.kernels.hole import INF, no_work
 from daebench.kernels.newton import OK
 from daebench.kernels.poisson_hole import after, turn
+from daebench.kernels.spaces import Number, Report, Vector
 from daebench.schemes.poisson.lie import CLAIMS as LIE
 
 CLAIMS = replace(LIE)
@@ -17,4 +18,4 @@ def step(y0: Vector, h: Number) -> tuple[Vector, Report]:
 
         y1 = phi^[1]_h o ... o phi^[m]_h (y0)        H = H^[1] + ... + H^[m]
     """
-    return after(turn(y0, (h,)), (h,)), (OK, 0.0 * h, INF, no_work())
+    return after(turn(y0, (h,)), (h,)), (OK, 0 * h, INF, no_work())

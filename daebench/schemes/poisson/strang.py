@@ -2,9 +2,10 @@
 
 from dataclasses import replace
 
-from daebench.kernels.hole import INF, Number, Report, Vector, no_work
+from daebench.kernels.hole import INF, no_work
 from daebench.kernels.newton import OK
 from daebench.kernels.poisson_hole import after, before, turn
+from daebench.kernels.spaces import Number, Report, Vector
 from daebench.schemes.poisson.lie import CLAIMS as LIE
 
 CLAIMS = replace(LIE, order=2, symmetric=True, source="HLW VII.4.2; (4.6) for two parts")
@@ -17,5 +18,5 @@ def step(y0: Vector, h: Number) -> tuple[Vector, Report]:
 
         y1 = phi^[1]_{h/2} o ... o phi^[m]_h o ... o phi^[1]_{h/2} (y0)        H = H^[1] + ... + H^[m]
     """
-    half = 0.5 * h
-    return after(turn(before(y0, (half,)), (h,)), (half,)), (OK, 0.0 * h, INF, no_work())
+    half = h / 2
+    return after(turn(before(y0, (half,)), (h,)), (half,)), (OK, 0 * h, INF, no_work())

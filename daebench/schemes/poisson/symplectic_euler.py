@@ -1,33 +1,30 @@
 """The symplectic Euler method for Poisson systems in halves y = (u, v), HLW Example 4.7: implicit in u, explicit in v."""
 
-from typing import Any
-
 from daebench.claims import PoissonClaims
-from daebench.kernels.hole import LENGTH, Number, Report, Vector, axpy_m, norm_m
+from daebench.kernels.hole import INF, LENGTH, norm, solve
 from daebench.kernels.newton import newton
 from daebench.kernels.poisson_hole import DENSE, first_half, joined, rate_u, rate_v, second_half
+from daebench.kernels.spaces import Half, I, Number, Report, Update, Vector
 
 if DENSE:
-    from daebench.kernels.hole import solve
-    from daebench.kernels.poisson_hole import identity_minus, rate_u_u
+    from daebench.kernels.poisson_hole import rate_u_u
 
-    def improve(u: Any, data: Any) -> Any:
+    def improve(u: Half, data: tuple[Vector, Number]) -> Update:
         """One Newton sweep for u."""
         y0, h = data
         y = joined(u, second_half(y0), y0)
-        r = axpy_m(-1.0, first_half(y0), axpy_m(-h, rate_u(y), u))
-        du, pivot = solve(identity_minus(h, rate_u_u(y)), r)
-        return axpy_m(-1.0, du, u), norm_m(du), max(LENGTH, norm_m(u)), norm_m(r), pivot
+        r = u - h * rate_u(y) - first_half(y0)
+        du, pivot = solve(I - h * rate_u_u(y), r)
+        return u - du, norm(du), max(LENGTH, norm(u)), norm(r), pivot
 
 else:
-    from daebench.kernels.hole import INF
 
-    def improve(u: Any, data: Any) -> Any:
+    def improve(u: Half, data: tuple[Vector, Number]) -> Update:
         """One sweep of fixed-point iteration for u."""
         y0, h = data
-        new = axpy_m(h, rate_u(joined(u, second_half(y0), y0)), first_half(y0))
-        change = norm_m(axpy_m(-1.0, u, new))
-        return new, change, max(LENGTH, norm_m(new)), change, INF
+        new = first_half(y0) + h * rate_u(joined(u, second_half(y0), y0))
+        change = norm(new - u)
+        return new, change, max(LENGTH, norm(new)), change, INF
 
 
 CLAIMS = PoissonClaims(order=1, symmetric=False, poisson="bilinear", halves=True, source="HLW Example 4.7")
@@ -45,4 +42,4 @@ def step(y0: Vector, h: Number) -> tuple[Vector, Report]:
     """
     u1, report = newton(improve, first_half(y0), (y0, h))
     y = joined(u1, second_half(y0), y0)
-    return joined(u1, axpy_m(h, rate_v(y), second_half(y0)), y0), report
+    return joined(u1, second_half(y0) + h * rate_v(y), y0), report

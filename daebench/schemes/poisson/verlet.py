@@ -2,8 +2,8 @@
 
 from dataclasses import replace
 
-from daebench.kernels.hole import Number, Report, Vector
 from daebench.kernels.newton import both
+from daebench.kernels.spaces import Number, Report, Vector
 from daebench.schemes.poisson.symplectic_euler import CLAIMS as SYMPLECTIC_EULER
 from daebench.schemes.poisson.symplectic_euler import step as second
 from daebench.schemes.poisson.symplectic_euler_adjoint import step as first
@@ -18,6 +18,6 @@ def step(y0: Vector, h: Number) -> tuple[Vector, Report]:
 
         y1 = Phi_{h/2} o Phi*_{h/2} (y0)        Phi: symplectic Euler, implicit in u
     """
-    y_half, report = first(y0, 0.5 * h)
-    y1, more = second(y_half, 0.5 * h)
+    y_half, report = first(y0, h / 2)
+    y1, more = second(y_half, h / 2)
     return y1, both(report, more)

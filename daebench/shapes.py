@@ -1,0 +1,180 @@
+"""Kinds of expressions in scheme files, and the operation of the algebra that each sum, multiple and product of them stands for.
+
+The kinds with names are the classes of ``kernels/hole.py``. ``None`` is the kind of an expression of which nothing is known: no operator
+takes it.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+NUMBER, INDEX, DATA, IDENTITY = "Number", "int", "Data", "Identity"
+VECTOR, MULTIPLIER, HALF = "Vector", "Multiplier", "Half"
+JACOBIAN, ROWS, INVERSE_MASS, MATRIX, GRAM, HALF_MATRIX = "Jacobian", "Rows", "InverseMass", "Matrix", "Gram", "HalfMatrix"
+
+
+@dataclass(frozen=True)
+class Pack:
+    """A tuple with an entry of its own kind at each place."""
+
+    kinds: tuple["Kind", ...]
+
+
+@dataclass(frozen=True)
+class Stages:
+    """A tuple of any length whose entries are of one kind, as values at the stages are."""
+
+    kind: "Kind"
+
+
+@dataclass(frozen=True)
+class Variable:
+    """A kind that a call settles, as that of the unknowns of Newton's iteration."""
+
+    name: str
+
+
+@dataclass(frozen=True)
+class Function:
+    """A function that is handed to another: the kinds of its parameters, as far as they are known, and of its result."""
+
+    parameters: tuple["Kind", ...]
+    result: "Kind"
+
+
+Kind = str | Pack | Stages | Variable | Function | None
+
+NAMED: Mapping[str, Kind] = {
+    **{name: name for name in (NUMBER, INDEX, DATA, IDENTITY, VECTOR, MULTIPLIER, HALF)},
+    **{name: name for name in (JACOBIAN, ROWS, INVERSE_MASS, MATRIX, GRAM, HALF_MATRIX)},
+    "float": NUMBER,
+    "Any": None,
+    "bool": None,
+}
+"""Kinds by the names that annotations give them."""
+
+WIDER = {JACOBIAN: ROWS, INVERSE_MASS: MATRIX}
+"""Kinds with a pattern of zeros, and the dense kinds that stand for them in sums, multiples and wherever the zeros do not matter."""
+
+ENTRY = {VECTOR: NUMBER, MULTIPLIER: NUMBER, HALF: NUMBER, ROWS: VECTOR, JACOBIAN: VECTOR, GRAM: MULTIPLIER, DATA: DATA}
+"""Kinds of ``x[i]``."""
+
+ADD = {VECTOR: "axpy", MULTIPLIER: "axpy_m", HALF: "axpy_m", MATRIX: "axpy_dd"}
+"""Operations w x + y."""
+
+SCALE = {VECTOR: "scale", MULTIPLIER: "scale_m", HALF: "scale_m", ROWS: "scale_md", MATRIX: "scale_dd", GRAM: "scale_mm"}
+"""Operations w x."""
+
+
+@dataclass(frozen=True)
+class Product:
+    """How a product is written: the operation, whether it takes its factors the other way round, and the kind of the result."""
+
+    call: str
+    kind: str
+    swapped: bool = False
+    turned: bool = False
+
+
+PRODUCTS = {
+    (JACOBIAN, VECTOR): Product("mul", MULTIPLIER),
+    (ROWS, VECTOR): Product("mul_full", MULTIPLIER),
+    (MATRIX, VECTOR): Product("apply", VECTOR),
+    ("Jacobian.T", MULTIPLIER): Product("mul_T", VECTOR),
+    ("Rows.T", MULTIPLIER): Product("mul_full_T", VECTOR),
+    (JACOBIAN, "Rows.T"): Product("gram", GRAM),
+    (ROWS, "Rows.T"): Product("gram_full", GRAM),
+    (JACOBIAN, INVERSE_MASS): Product("jacobian_times", ROWS),
+    (ROWS, "Matrix.T"): Product("apply_md", ROWS, swapped=True),
+    (MATRIX, "Rows.T"): Product("apply_md", ROWS, turned=True),
+    (MATRIX, MATRIX): Product("product", MATRIX),
+    ("Rows.T", ROWS): Product("product_T", MATRIX),
+}
+"""Products by the kinds of their factors; a factor with a pattern of zeros also stands where the dense one does."""
+
+_OF_VECTOR, _OF_ROWS, _OF_MATRIX = (Pack((VECTOR, NUMBER)), Pack((VECTOR, ROWS, NUMBER)), Pack((VECTOR, MATRIX, NUMBER)))
+OVERLOADS: Mapping[str, Mapping[tuple[Kind, ...], tuple[str, Kind]]] = {
+    "norm": {(VECTOR,): ("norm", NUMBER), (MULTIPLIER,): ("norm_m", NUMBER), (HALF,): ("norm_m", NUMBER)},
+    "zero": {(VECTOR,): ("zero_m", MULTIPLIER)},
+    "solve": {
+        (GRAM, MULTIPLIER): ("solve", Pack((MULTIPLIER, NUMBER))),
+        (HALF_MATRIX, HALF): ("solve", Pack((HALF, NUMBER))),
+        (MATRIX, VECTOR): ("solve_d", _OF_VECTOR),
+        (MATRIX, VECTOR, ROWS): ("solve_dm", _OF_ROWS),
+        (MATRIX, VECTOR, MATRIX): ("solve_dd", _OF_MATRIX),
+    },
+    "solve_mass": {
+        (MATRIX, VECTOR): ("solve_mass", _OF_VECTOR),
+        (MATRIX, VECTOR, ROWS): ("solve_mass_m", _OF_ROWS),
+        (MATRIX, VECTOR, MATRIX): ("solve_mass_d", _OF_MATRIX),
+    },
+    "solve_2s": {
+        (Stages(Stages(GRAM)), Stages(MULTIPLIER)): ("solve_stages_twice", Pack((Stages(MULTIPLIER), NUMBER))),
+        (Stages(Stages(MATRIX)), Stages(VECTOR)): ("solve_stages_twice_d", Pack((Stages(VECTOR), NUMBER))),
+    },
+}
+"""Functions that stand for several operations, by the kinds of their arguments: the operation, and the kind of its result."""
+
+
+def wider(kind: Kind) -> Kind:
+    """Return the kind without its pattern of zeros."""
+    return WIDER.get(kind, kind) if isinstance(kind, str) else kind
+
+
+def product_of(left: str, right: str) -> Product | None:
+    """Return how the product of two kinds is written, ".T" marking a transpose; None if there is none."""
+    pairs = [(a, b) for a in (left, _widened(left)) for b in (right, _widened(right))]
+    return next((PRODUCTS[pair] for pair in pairs if pair in PRODUCTS), None)
+
+
+def _widened(shape: str) -> str:
+    kind, dot, turned = shape.partition(".")
+    return WIDER.get(kind, kind) + dot + turned
+
+
+def joined(kinds: "list[Kind]") -> Kind:
+    """Return the kind that stands for all of these; None if there is none."""
+    if len({*kinds}) == 1:
+        return kinds[0]
+    wide = {NUMBER if kind in (NUMBER, DATA, INDEX) else wider(kind) for kind in kinds}
+    return wide.pop() if len(wide) == 1 else None
+
+
+def fits(kind: Kind, wanted: Kind) -> bool:
+    """Return whether a value of one kind may stand where another is wanted; what is not known may stand anywhere."""
+    if kind is None or wanted is None or isinstance(wanted, Variable | Function) or isinstance(kind, Variable | Function):
+        return True
+    if isinstance(kind, Pack) and isinstance(wanted, Pack):
+        return len(kind.kinds) == len(wanted.kinds) and all(map(fits, kind.kinds, wanted.kinds))
+    if isinstance(wanted, Stages):
+        entries = kind.kinds if isinstance(kind, Pack) else (kind.kind,) if isinstance(kind, Stages) else ()
+        return isinstance(kind, Pack | Stages) and all(fits(entry, wanted.kind) for entry in entries)
+    if isinstance(kind, Stages) and isinstance(wanted, Pack):
+        return all(fits(kind.kind, entry) for entry in wanted.kinds)
+    return kind in (wanted, DATA) or wider(kind) == wanted or (kind == INDEX and wanted in (NUMBER, DATA))
+
+
+def settled(wanted: Kind, kind: Kind, found: dict[str, Kind]) -> None:
+    """Record what the kind of an argument settles about the variables in the kind of a parameter."""
+    if isinstance(wanted, Variable):
+        found.setdefault(wanted.name, kind)
+    elif isinstance(wanted, Pack) and isinstance(kind, Pack) and len(wanted.kinds) == len(kind.kinds):
+        for part, of_part in zip(wanted.kinds, kind.kinds, strict=True):
+            settled(part, of_part, found)
+    elif isinstance(wanted, Stages) and isinstance(kind, Stages):
+        settled(wanted.kind, kind.kind, found)
+
+
+def filled(kind: Kind, found: Mapping[str, Kind]) -> Kind:
+    """Return a kind with its variables settled; None in the place of those that are not."""
+    if isinstance(kind, Variable):
+        return found.get(kind.name)
+    if isinstance(kind, Pack):
+        return Pack(tuple(filled(part, found) for part in kind.kinds))
+    return Stages(filled(kind.kind, found)) if isinstance(kind, Stages) else kind
+
+
+def said(kind: Kind) -> str:
+    """Return a kind in words."""
+    if isinstance(kind, str):
+        return {NUMBER: "a number", INDEX: "an integer", DATA: "run-time data", IDENTITY: "the identity"}.get(kind, f"a {kind}")
+    return "a tuple" if isinstance(kind, Pack | Stages) else "a function" if isinstance(kind, Function) else "something of unknown kind"
