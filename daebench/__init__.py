@@ -8,24 +8,25 @@ of Hairer, Lubich and Wanner, *Geometric Numerical Integration*, chapter VII (HL
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-from daebench.renamed import current_name
+from daebench.systems.renamed import current_name
+from daebench.systems.renamed_modules import find_renamed_modules
 
 if TYPE_CHECKING:
-    from daebench.api import list_problems, methods, run
-    from daebench.chains.chain import ConstrainedChain
-    from daebench.claims_check import check
-    from daebench.comparison import compare
+    from daebench.diagnostics.submanifold import as_poisson, symplectic_projection
     from daebench.errors import BadInput, DaebenchError, InconsistentStart, InvalidProblem, RunFailed
-    from daebench.film.animation import animation
-    from daebench.ivp import InitialValueProblem
-    from daebench.ivp_constructor import initial_value_problem
-    from daebench.order_study import order
-    from daebench.poisson_lattice import PoissonLattice
-    from daebench.poisson_system import DarbouxMap, Lift, Part, PoissonCase, PoissonSystem
-    from daebench.problem import Case, Chart, ConstrainedHamiltonian, KineticFlow, Picture, coordinates
-    from daebench.studies.study import Study
-    from daebench.submanifold import as_poisson, symplectic_projection
-    from daebench.trajectory import PoissonTrajectory, Trajectory
+    from daebench.methods.initial_value_problem import initial_value_problem
+    from daebench.methods.run import list_methods, list_problems, run
+    from daebench.pages.film.animation import animation
+    from daebench.runs.ivp import InitialValueProblem
+    from daebench.runs.trajectory import PoissonTrajectory, Trajectory
+    from daebench.studies.claims.check import check
+    from daebench.studies.comparison.table import compare
+    from daebench.studies.grid.study import Study
+    from daebench.studies.orders.study import order
+    from daebench.systems.chain import ConstrainedChain
+    from daebench.systems.constrained import Case, Chart, ConstrainedHamiltonian, KineticFlow, Picture, coordinates
+    from daebench.systems.lattice import PoissonLattice
+    from daebench.systems.poisson import DarbouxMap, Lift, Part, PoissonCase, PoissonSystem
 
 __all__ = [
     "BadInput",
@@ -55,36 +56,38 @@ __all__ = [
     "compare",
     "coordinates",
     "initial_value_problem",
+    "list_methods",
     "list_problems",
-    "methods",
     "order",
     "run",
     "symplectic_projection",
 ]
 
 _HOME = {
-    **dict.fromkeys(("list_problems", "methods", "run"), "api"),
+    **dict.fromkeys(("list_methods", "list_problems", "run"), "methods.run"),
     **dict.fromkeys(("BadInput", "DaebenchError", "InconsistentStart", "InvalidProblem", "RunFailed"), "errors"),
-    **dict.fromkeys(("Case", "Chart", "ConstrainedHamiltonian", "KineticFlow", "Picture", "coordinates"), "problem"),
-    **dict.fromkeys(("DarbouxMap", "Lift", "Part", "PoissonCase", "PoissonSystem"), "poisson_system"),
-    **dict.fromkeys(("PoissonTrajectory", "Trajectory"), "trajectory"),
-    **dict.fromkeys(("as_poisson", "symplectic_projection"), "submanifold"),
-    "ConstrainedChain": "chains.chain",
-    "PoissonLattice": "poisson_lattice",
-    "InitialValueProblem": "ivp",
-    "Study": "studies.study",
-    "animation": "film.animation",
-    "check": "claims_check",
-    "compare": "comparison",
-    "initial_value_problem": "ivp_constructor",
-    "order": "order_study",
+    **dict.fromkeys(("Case", "Chart", "ConstrainedHamiltonian", "KineticFlow", "Picture", "coordinates"), "systems.constrained"),
+    **dict.fromkeys(("DarbouxMap", "Lift", "Part", "PoissonCase", "PoissonSystem"), "systems.poisson"),
+    **dict.fromkeys(("PoissonTrajectory", "Trajectory"), "runs.trajectory"),
+    **dict.fromkeys(("as_poisson", "symplectic_projection"), "diagnostics.submanifold"),
+    "ConstrainedChain": "systems.chain",
+    "PoissonLattice": "systems.lattice",
+    "InitialValueProblem": "runs.ivp",
+    "Study": "studies.grid.study",
+    "animation": "pages.film.animation",
+    "check": "studies.claims.check",
+    "compare": "studies.comparison.table",
+    "initial_value_problem": "methods.initial_value_problem",
+    "order": "studies.orders.study",
 }
+
+find_renamed_modules()
 
 
 def __getattr__(name: str) -> Any:
     """Import what is asked for when it is asked for: NumPy alone takes longer than ``daebench list`` may."""
-    if name == "problems":
-        return import_module("daebench.problems")
+    if name in ("methods", "problems"):
+        return import_module(f"daebench.{name}")
     name = current_name(name)
     if name not in _HOME:
         raise AttributeError(f"module 'daebench' has no attribute {name!r}")

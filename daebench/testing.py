@@ -34,12 +34,12 @@ from numpy.typing import ArrayLike, NDArray
 
 from daebench.diagnostics.order import SLACK
 from daebench.errors import DaebenchError, positive, real
-from daebench.reference.certified import store
-from daebench.reference.certified.agreement import agreement
-from daebench.reference.certified.convergence import Solve, convergence
-from daebench.reference.certified.handed import handed
-from daebench.reference.certified.parts import Parts
-from daebench.reference.certified.record import Reference
+from daebench.reference.check.agreement import agreement
+from daebench.reference.check.convergence import Solve, convergence
+from daebench.reference.check.handed import handed
+from daebench.reference.keep import store
+from daebench.reference.keep.parts import Parts
+from daebench.reference.keep.record import Reference
 
 Array = NDArray[np.float64]
 

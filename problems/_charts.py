@@ -5,7 +5,7 @@ from typing import Any
 
 import sympy as sp
 
-from daebench.problem import Chart
+from daebench.systems.constrained import Chart
 
 
 def moving(

@@ -10,7 +10,7 @@ from typing import Any
 
 import sympy as sp
 
-from daebench.problem import Chart, Picture
+from daebench.systems.constrained import Chart, Picture
 
 
 def rods(x: Sequence[Any]) -> list[sp.Matrix]:

@@ -2,8 +2,8 @@
 
 import sympy as sp
 
-from daebench.poisson_lattice import LatticeDarboux, LatticePart, PoissonLattice
-from daebench.poisson_system import PoissonCase
+from daebench.systems.lattice import LatticeDarboux, LatticePart, PoissonLattice
+from daebench.systems.poisson import PoissonCase
 
 LEAST = sp.Rational(1, 10**40)
 """Added to the arguments of sigma and tau of (4.11), which divide by them: 0 becomes a number, and no other is changed."""

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 import sympy as sp
 
-from daebench.problem import Case, Chart, ConstrainedHamiltonian, Picture, coordinates
+from daebench.systems.constrained import Case, Chart, ConstrainedHamiltonian, Picture, coordinates
 
 Pieces = Sequence[tuple[sp.Expr, sp.Expr]]
 """Lengths and angles of the straight pieces that lead from one point to another."""

@@ -4,9 +4,9 @@ from collections.abc import Sequence
 
 import sympy as sp
 
-from daebench.problem import Case, Chart, ConstrainedHamiltonian, Picture, coordinates
 from daebench.problems._charts import moving
 from daebench.problems._space import angular_momentum, mass_matrix, points
+from daebench.systems.constrained import Case, Chart, ConstrainedHamiltonian, Picture, coordinates
 
 
 def problem(

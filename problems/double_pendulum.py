@@ -2,8 +2,8 @@
 
 import sympy as sp
 
-from daebench.problem import Case, ConstrainedHamiltonian, coordinates
 from daebench.problems._links import angles, constraints, drawn, mass_matrix, stretched, weight
+from daebench.systems.constrained import Case, ConstrainedHamiltonian, coordinates
 
 
 def problem(

@@ -5,9 +5,9 @@ from typing import Any
 
 import sympy as sp
 
-from daebench.problem import Case, Chart, ConstrainedHamiltonian, Picture, coordinates
 from daebench.problems._charts import moving, projected, unit_vector
 from daebench.problems._space import angular_momentum, mass_matrix, points
+from daebench.systems.constrained import Case, Chart, ConstrainedHamiltonian, Picture, coordinates
 
 PIVOT = (0, 0, 0)
 

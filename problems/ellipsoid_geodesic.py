@@ -4,9 +4,9 @@ from collections.abc import Sequence
 
 import sympy as sp
 
-from daebench.problem import Case, Chart, ConstrainedHamiltonian, Picture, coordinates
 from daebench.problems._charts import moving, projected, unit_vector
 from daebench.problems._space import ellipsoid
+from daebench.systems.constrained import Case, Chart, ConstrainedHamiltonian, Picture, coordinates
 
 
 def problem(*, mass: float = 1.0, a1: float = 1.8, a2: float = 1.5, a3: float = 0.7) -> ConstrainedHamiltonian:

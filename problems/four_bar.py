@@ -6,10 +6,10 @@ from typing import Any
 
 import sympy as sp
 
-from daebench.chains.chain import ConstrainedChain
 from daebench.errors import BadInput
-from daebench.problem import Case, Chart, Picture
 from daebench.problems._pendulum_motion import OFF, in_units, planar
+from daebench.systems.chain import ConstrainedChain
+from daebench.systems.constrained import Case, Chart, Picture
 
 
 def problem(*, bars: int = 2, mass: float = 1.0, length: float = 1.0, gravity: float = 9.81) -> ConstrainedChain:

@@ -6,10 +6,10 @@ from typing import Any
 
 import sympy as sp
 
-from daebench.picture import Picture
-from daebench.poisson_system import DarbouxMap, Lift, Part, PoissonCase, PoissonSystem
 from daebench.problems._rotations import hat, turned
 from daebench.problems.rigid_body_rotation import turning
+from daebench.systems.picture import Picture
+from daebench.systems.poisson import DarbouxMap, Lift, Part, PoissonCase, PoissonSystem
 
 State = Sequence[sp.Expr]
 

@@ -5,9 +5,9 @@ from itertools import permutations
 
 import sympy as sp
 
-from daebench.poisson_system import Part, PoissonCase, PoissonSystem
 from daebench.problems._rotations import hat, turned
 from daebench.problems.free_rigid_body import kinetic, on_unit_sphere
+from daebench.systems.poisson import Part, PoissonCase, PoissonSystem
 
 State = Sequence[sp.Expr]
 

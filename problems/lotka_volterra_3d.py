@@ -2,8 +2,8 @@
 
 import sympy as sp
 
-from daebench.picture import Picture
-from daebench.poisson_system import DarbouxMap, Part, PoissonCase, PoissonSystem
+from daebench.systems.picture import Picture
+from daebench.systems.poisson import DarbouxMap, Part, PoissonCase, PoissonSystem
 
 
 def problem() -> PoissonSystem:

@@ -2,9 +2,9 @@
 
 import sympy as sp
 
-from daebench.chains.chain import ConstrainedChain
-from daebench.problem import Case
 from daebench.problems._links import angles, drawn
+from daebench.systems.chain import ConstrainedChain
+from daebench.systems.constrained import Case
 
 
 def problem(*, links: int = 5, mass: float = 1.0, length: float = 1.0, gravity: float = 9.81) -> ConstrainedChain:

@@ -5,9 +5,9 @@ from typing import Any
 
 import sympy as sp
 
-from daebench.kinetic_flows import sphere
-from daebench.problem import Case, Chart, ConstrainedHamiltonian, Picture, coordinates
 from daebench.problems._pendulum_motion import in_units, planar
+from daebench.systems.constrained import Case, Chart, ConstrainedHamiltonian, Picture, coordinates
+from daebench.systems.kinetic_flows import sphere
 
 
 def problem(*, mass: float = 1.0, length: float = 1.0, gravity: float = 1.0) -> ConstrainedHamiltonian:

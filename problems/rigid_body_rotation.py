@@ -4,8 +4,8 @@ from collections.abc import Sequence
 
 import sympy as sp
 
-from daebench.problem import Case, Chart, ConstrainedHamiltonian, Picture, coordinates
 from daebench.problems._rotations import hat
+from daebench.systems.constrained import Case, Chart, ConstrainedHamiltonian, Picture, coordinates
 
 Expressions = Sequence[sp.Expr]
 

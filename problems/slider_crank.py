@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 import sympy as sp
 
-from daebench.problem import Case, Chart, ConstrainedHamiltonian, Picture, coordinates
+from daebench.systems.constrained import Case, Chart, ConstrainedHamiltonian, Picture, coordinates
 
 
 def problem(

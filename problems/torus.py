@@ -2,8 +2,8 @@
 
 import sympy as sp
 
-from daebench.problem import Case, ConstrainedHamiltonian, Picture, coordinates
 from daebench.problems._charts import moving
+from daebench.systems.constrained import Case, ConstrainedHamiltonian, Picture, coordinates
 
 
 def problem(*, mass: float = 1.0, radius: float = 2.0, tube: float = 1.0, gravity: float = 1.0) -> ConstrainedHamiltonian:

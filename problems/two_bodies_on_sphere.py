@@ -5,10 +5,10 @@ from typing import Any
 
 import sympy as sp
 
-from daebench.kinetic_flows import product, sphere
-from daebench.problem import Case, Chart, ConstrainedHamiltonian, Picture, coordinates
 from daebench.problems._charts import moving, projected, unit_vector
 from daebench.problems._space import angular_momentum, ellipsoid, mass_matrix, points
+from daebench.systems.constrained import Case, Chart, ConstrainedHamiltonian, Picture, coordinates
+from daebench.systems.kinetic_flows import product, sphere
 
 
 def problem(*, mass1: float = 1.0, mass2: float = 1.0, strength: float = 1.0) -> ConstrainedHamiltonian:

@@ -15,8 +15,8 @@ from browser import chromium, looks_right, seen  # noqa: F401  defined once: a p
 from ivps import LARGE, ivp, swept
 from own_files import ORBIT, RING
 
-from daebench.fixed_step_constrained import FixedStep
-from daebench.ivp_constructor import initial_value_problem
+from daebench.methods.fixed_step.constrained import FixedStep
+from daebench.methods.initial_value_problem import initial_value_problem
 
 MANY_STAGES = ("lobatto5", "lobatto6", "gauss4", "radau3_ggl", "radau3_index2")
 """Schemes whose systems are so large that a few steps of them on a large problem, run as Python, take longest of all."""
@@ -52,7 +52,7 @@ def random():
 @pytest.fixture
 def plain_functions(monkeypatch):
     """Have formulations, and so reference solutions, run uncompiled."""
-    monkeypatch.setattr("daebench.pose._module", uncompiled.kept_module)
+    monkeypatch.setattr("daebench.methods.formulations.constrained._module", uncompiled.kept_module)
 
 
 @pytest.fixture
@@ -70,7 +70,8 @@ def daebench(monkeypatch, capsys):
 
     What takes long on a loaded machine says nothing of it here: tests hold standard error against what a command means to say.
     """
-    from daebench.cli import console, main
+    from daebench.cli import console
+    from daebench.cli.app import main
 
     monkeypatch.setattr(console, "SILENCE", 1e6)
 
@@ -87,7 +88,7 @@ def daebench(monkeypatch, capsys):
 @pytest.fixture(scope="session")
 def references(tmp_path_factory):
     """Build a small reference, planar_pendulum-rotating to t = 4, and return the folder it is in."""
-    from daebench.reference.certified.build import build
+    from daebench.reference.make.build import build
 
     folder = tmp_path_factory.mktemp("references")
     build("planar_pendulum-rotating", folder=folder, t_end=4)
@@ -119,4 +120,4 @@ def uncompiled_schemes(monkeypatch):
         def __init__(self, *settings, **more):
             super().__init__(*settings, **more | {"compiled": False})
 
-    monkeypatch.setattr("daebench.names_tables.FixedStep", Uncompiled)
+    monkeypatch.setattr("daebench.methods.names_tables.FixedStep", Uncompiled)

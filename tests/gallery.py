@@ -6,7 +6,7 @@ from pathlib import Path
 
 from PIL import Image
 
-from daebench.report.archive import write_archive
+from daebench.pages.report.archive import write_archive
 
 PLACE = Path(__file__).parent.parent / "reports" / "gallery"
 SHOWN = {

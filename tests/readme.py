@@ -2,16 +2,16 @@
 
 from pathlib import Path
 
-from daebench import poisson_pose
-from daebench.catalogue import schemes
-from daebench.claims import CLASSES
-from daebench.compositions import COMPOSITIONS
-from daebench.fixed_step_constrained import FixedStep
-from daebench.fixed_step_parts import PROJECTIONS
-from daebench.forms import FORMS
-from daebench.members import members, poisson_members
-from daebench.names import POISSON
-from daebench.pose import FORMULATIONS
+from daebench.methods.catalogue import schemes
+from daebench.methods.fixed_step.compositions import COMPOSITIONS
+from daebench.methods.fixed_step.constrained import FixedStep
+from daebench.methods.fixed_step.forms import FORMS
+from daebench.methods.fixed_step.parts import PROJECTIONS
+from daebench.methods.formulations import poisson as poisson_pose
+from daebench.methods.formulations.constrained import FORMULATIONS
+from daebench.methods.names import POISSON
+from daebench.methods.schemes import members, poisson_members
+from daebench.schemes.kernels.claims import CLASSES
 
 README = Path(__file__).parent.parent / "README.md"
 PLACES = ("methods", "around", "poisson", "poisson_forms")

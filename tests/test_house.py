@@ -2,17 +2,19 @@
 
 import importlib
 import os
+import re
 import subprocess
 import sys
 import tomllib
 from importlib.util import find_spec
 from pathlib import Path
 
+import imports
 import pytest
 import readme
 
 import daebench
-from daebench.members import members
+from daebench.methods.schemes import members
 
 ROOT = Path(__file__).parent.parent
 FOLDERS = ("problems", "reference", "reports")
@@ -30,6 +32,37 @@ def test_every_folder_with_python_in_it_is_a_listed_package():
     listed = set(tomllib.loads((ROOT / "pyproject.toml").read_text())["tool"]["setuptools"]["packages"])
     folders = (Path(folder) for folder, _, files in os.walk(ROOT / "daebench", followlinks=True) if "__init__.py" in files)
     assert listed == {".".join(folder.relative_to(ROOT).parts) for folder in folders}
+
+
+CONTRIBUTING = (ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8")
+
+
+def test_no_module_imports_another_in_a_circle():
+    assert imports.circles(imports.imports()) == []
+
+
+def test_a_circle_of_imports_is_found_where_there_is_one():
+    graph = {"a": {"b"}, "b": {"c"}, "c": {"b"}, "d": {"a"}}
+    assert imports.circles(graph) == [["b", "c"], ["c", "b"]]
+
+
+def test_the_picture_of_the_packages_has_the_arrows_that_the_code_has():
+    drawn = set(re.findall(r"^    (\w+) --> (\w+)$", CONTRIBUTING, re.MULTILINE))
+    assert drawn == imports.reduced(imports.rooms(imports.imports()))
+
+
+def test_the_package_has_at_most_sixteen_entries_in_at_most_fourteen_layers():
+    entries = [path for path in (ROOT / "daebench").iterdir() if path.suffix == ".py" or (path.is_dir() and path.name != "__pycache__")]
+    (contract,) = tomllib.loads((ROOT / "pyproject.toml").read_text())["tool"]["importlinter"]["contracts"]
+    assert len(entries) <= 16
+    assert len(contract["layers"]) <= 14
+
+
+def test_every_file_that_contributing_names_is_there():
+    named = set(re.findall(r"`((?:\w+/)+(?:\w+\.py)?)`", CONTRIBUTING))
+    missing = [name for name in named if "my_" not in name and not any((ROOT / place / name).exists() for place in ("", "daebench"))]
+    assert missing == []
+    assert len(named) > 40
 
 
 def test_the_table_of_methods_in_the_readme_is_what_the_schemes_claim():
@@ -57,7 +90,7 @@ def _names(file):
 
 
 def test_editing_a_problem_or_a_helper_beside_it_makes_other_kernels(tmp_path):
-    from daebench.catalogue import _read
+    from daebench.methods.catalogue import _read
 
     text = (ROOT / "problems" / "planar_pendulum.py").read_text(encoding="utf-8")
     (tmp_path / "mine.py").write_text(text)
@@ -71,13 +104,6 @@ def test_editing_a_problem_or_a_helper_beside_it_makes_other_kernels(tmp_path):
 
 def test_no_public_name_is_that_of_a_module_which_would_hide_it_once_it_is_imported():
     assert [name for name in daebench.__all__ if find_spec(f"daebench.{name}")] == []
-
-
-def test_the_old_call_of_the_problem_collection_warns_and_gives_the_table(monkeypatch):
-    monkeypatch.setattr("daebench.catalogue.problems", dict)
-    with pytest.warns(FutureWarning, match=r"daebench\.list_problems\(\)"):
-        table = daebench.problems()
-    assert table.equals(daebench.list_problems())
 
 
 def test_importing_the_diagnostics_imports_neither_sympy_nor_numba_nor_pandas():

@@ -10,11 +10,11 @@ from ivps import ivp
 from scipy.integrate import solve_ivp
 from studies import plain
 
+from daebench.compiler.definition import source_of
 from daebench.errors import RunFailed
-from daebench.make_ivp import make_ivp
-from daebench.order_study import study
-from daebench.solution import integrated, multipliers_between, reach, reference_solution
-from daebench.source import source_of
+from daebench.reference.solution import integrated, multipliers_between, reach, reference_solution
+from daebench.runs.make_ivp import make_ivp
+from daebench.studies.orders.study import study
 
 pytestmark = pytest.mark.usefixtures("plain_functions")
 

@@ -7,8 +7,9 @@ import sys
 from pathlib import Path
 
 import daebench
-from daebench import catalogue, package_files
-from daebench.reference.certified import places, store
+from daebench.methods import catalogue
+from daebench.reference.keep import places, store
+from daebench.systems.files import package as package_files
 
 APART = package_files.APART
 
@@ -29,10 +30,11 @@ class Editable:
 
 sys.meta_path.insert(0, Editable)
 import daebench
-from daebench import catalogue, package_files
-from daebench.api_reference.public import package
-from daebench.reference.certified import places, store
-from daebench.report import write_page
+from daebench.methods import catalogue
+from daebench.systems.files import package as package_files
+from daebench.pages.api.public import package
+from daebench.reference.keep import places, store
+from daebench.pages.report import write_page
 
 assert Path(daebench.__file__).is_relative_to(ROOT)
 light = "daebench.problems" not in sys.modules and "daebench.reports" not in sys.modules

@@ -16,9 +16,9 @@ def archive(
 ) -> None:
     """Write a study into one ZIP file: its runs, problem files, certificates, pictures, and how all of it was made, in words."""
     from daebench.errors import BadInput
-    from daebench.files import check_zip
-    from daebench.studies.archive import write_archive
-    from daebench.studies.store import opened
+    from daebench.runs.files import check_zip
+    from daebench.studies.grid.archive import write_archive
+    from daebench.studies.grid.store import opened
 
     if not store.is_file():
         raise BadInput(f"there is no store {store}; a study makes one, by daebench work-precision say.")

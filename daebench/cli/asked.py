@@ -6,12 +6,12 @@ from daebench.cli.console import numbers, words
 from daebench.errors import positive
 
 if TYPE_CHECKING:
-    from daebench.studies.extreme import Asked
+    from daebench.studies.stability.extreme import Asked
 
 
 def asked_of(problem: str, case: str | None, *, methods: str | None, h: str | None, t_end: float | None, **more: Any) -> "Asked":
     """Return what is asked by comma-separated names of methods and step sizes; refuse steps and ends that are not positive."""
-    from daebench.studies.extreme import Asked
+    from daebench.studies.stability.extreme import Asked
 
     return Asked(
         problem=problem,

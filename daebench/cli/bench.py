@@ -27,11 +27,11 @@ def bench(
     as_json: Json = False,
 ) -> None:
     """Measure nanoseconds per step of fixed-step methods, and seconds to the first step on an empty and on a full cache."""
-    from daebench.catalogue import schemes
-    from daebench.ivp_constructor import initial_value_problem
-    from daebench.members import poisson_members
-    from daebench.start_up import first_step, numba_alone
-    from daebench.timing import hand_written, measure
+    from daebench.methods.catalogue import schemes
+    from daebench.methods.initial_value_problem import initial_value_problem
+    from daebench.methods.schemes import poisson_members
+    from daebench.studies.start_up import first_step, numba_alone
+    from daebench.studies.timing import hand_written, measure
 
     given = pairs("param", param or [])
     ivp = initial_value_problem(problem, case, given, algebra=algebra)

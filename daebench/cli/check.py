@@ -12,7 +12,7 @@ from daebench.errors import BadInput
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from daebench.claims_bench import Finding
+    from daebench.studies.claims.constrained import Finding
 
 
 def check(
@@ -38,11 +38,11 @@ def check(
         raise typer.Exit(_checked(problem, case, as_json=as_json))
     from dataclasses import asdict
 
-    from daebench.claims_bench import FALLS_SHORT
-    from daebench.claims_check import NO_CLAIMS, check_claims, default_step
-    from daebench.ivp_constructor import initial_value_problem
-    from daebench.measurable import measured
-    from daebench.names import method_of
+    from daebench.methods.initial_value_problem import initial_value_problem
+    from daebench.methods.names import method_of
+    from daebench.studies.claims.check import NO_CLAIMS, check_claims, default_step
+    from daebench.studies.claims.constrained import FALLS_SHORT
+    from daebench.studies.measurable import measured
 
     ivp = initial_value_problem(problem, case, pairs("param", param or []))
     chosen = measured(method_of(ivp, method, pairs("option", option or []), anyway=anyway), ivp, NO_CLAIMS)
@@ -71,8 +71,8 @@ def _checked(problem: str, case: str | None, *, as_json: bool) -> int:
     """Say what was checked of a problem and what is wrong; return the exit status."""
     from dataclasses import asdict
 
-    from daebench.ivp_constructor import declared_ivps
-    from daebench.problem_check import Held, held
+    from daebench.diagnostics.problem.check import Held, held
+    from daebench.methods.initial_value_problem import declared_ivps
 
     found: list[Held] = []
     with bar(f"check {problem}") as progress:

@@ -38,11 +38,11 @@ def compare(
     The position, or the state y of a Poisson system, is held against a certified reference where one fits, else against a closed form or a
     finer run, which is said. The file that --out writes has more: manifold or Casimir functions, integrals, and work.
     """
-    from daebench.api import singular_as
-    from daebench.comparison import table_of, trajectories
-    from daebench.files import make_folder
-    from daebench.ivp_constructor import initial_value_problem
-    from daebench.names import methods_of
+    from daebench.methods.initial_value_problem import initial_value_problem
+    from daebench.methods.names import methods_of
+    from daebench.methods.run import singular_as
+    from daebench.runs.files import make_folder
+    from daebench.studies.comparison.table import table_of, trajectories
 
     wanted = method_names(methods)
     if out is not None:
@@ -58,7 +58,7 @@ def compare(
         table = table_of(ivp, chosen, runs, t_end)
     written = []
     if out is not None:
-        from daebench.comparison_figure import write
+        from daebench.studies.comparison.figure import write
 
         written = [str(path) for path in write(out, ivp, runs, table)]
     if json:

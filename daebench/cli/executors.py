@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from daebench.errors import BadInput
-from daebench.studies.tls import NO_TLS, OPTIONS, Tls
+from daebench.studies.grid.tls import NO_TLS, OPTIONS, Tls
 
 if TYPE_CHECKING:
     from concurrent.futures import Executor
@@ -65,7 +65,7 @@ class Executors:
         """How many processes of this machine compute; None where those of a cluster do."""
         if self.scheduler is not None:
             return None
-        from daebench.studies.schedulers import cores
+        from daebench.studies.grid.schedulers import cores
 
         return 1 if self._alone else self.workers or cores()
 
@@ -76,9 +76,9 @@ class Executors:
         Raises
         ------
         BadInput
-            See :func:`daebench.studies.schedulers.dask_cluster`.
+            See :func:`daebench.studies.grid.schedulers.dask_cluster`.
         """
-        from daebench.studies.schedulers import dask_cluster, local_processes
+        from daebench.studies.grid.schedulers import dask_cluster, local_processes
 
         if self.scheduler is not None:
             with dask_cluster(self.scheduler, self.tls) as executor:

@@ -15,11 +15,11 @@ def export(
     json: Json = False,
 ) -> None:
     """Write all runs of a store as one table, a row a run, with what made it and how long it took; CSV, or Parquet (extra scale)."""
-    from daebench import provenance
     from daebench.errors import BadInput
-    from daebench.studies.cell import maker
-    from daebench.studies.export import check_file, described, table_of, write
-    from daebench.studies.store import opened
+    from daebench.runs import provenance
+    from daebench.studies.grid.cell import maker
+    from daebench.studies.grid.export import check_file, described, table_of, write
+    from daebench.studies.grid.store import opened
 
     if not store.is_file():
         raise BadInput(f"there is no store {store}; a study makes one, by daebench work-precision say.")

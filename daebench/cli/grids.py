@@ -6,17 +6,17 @@ from typing import TYPE_CHECKING
 
 from daebench.cli.console import bar
 from daebench.cli.executors import Executors
-from daebench.studies.cell_key import key_of
+from daebench.studies.grid.cell_key import key_of
 
 if TYPE_CHECKING:
-    from daebench.studies.cell import Cell
-    from daebench.studies.runs import Runs
-    from daebench.studies.store import Store
+    from daebench.studies.grid.cell import Cell
+    from daebench.studies.grid.runs import Runs
+    from daebench.studies.grid.store import Store
 
 
 def plan(cells: "Sequence[Cell]", store: "Store", executors: Executors) -> str:
     """Return how many runs a study has, how many are kept, and about how long the others take."""
-    from daebench.studies.estimate import estimate
+    from daebench.studies.grid.estimate import estimate
 
     missing = [cell for cell in cells if key_of(cell) not in store]
     found = f"{len(cells)} runs, {len(cells) - len(missing)} of them kept in {store.path}, {len(missing)} to make"
@@ -36,7 +36,7 @@ def outdated(cells: "Sequence[Cell]", store: "Store") -> str:
 @contextmanager
 def making(store: "Store", executors: Executors, label: str) -> "Iterator[Runs]":
     """Give what makes the rows of cells, with a progress bar, for the time of a block."""
-    from daebench.studies.runs import runs_of
+    from daebench.studies.grid.runs import runs_of
 
     with bar(label) as progress, executors.opened() as executor:
         yield runs_of(store, executor=executor, tell=lambda done, of, cell: progress(done / of, f"{label}: {cell.method}"))

@@ -19,17 +19,17 @@ def lesson(
     The address has a token, and is for this machine alone. The server ends with Ctrl-C, and with the program that started it.
     """
     if name is None:
-        from daebench.catalogue import lessons
+        from daebench.methods.catalogue import lessons
 
         print_table(["name", "about"], [list(each) for each in lessons().items()], "lessons")
         return
     if export is None:
-        from daebench.lesson.serve import serve
+        from daebench.pages.lesson.serve import serve
 
         serve(name, port, browser=browser)
         return
-    from daebench.pages import lesson_page
-    from daebench.report.gallery import put
+    from daebench.pages.gallery import lesson_page
+    from daebench.pages.report.gallery import put
 
     page = lesson_page(name)
     with bar(f"lesson {name}") as progress:

@@ -6,10 +6,10 @@ from typing import Annotated, Any
 
 import typer
 
-from daebench import catalogue
 from daebench.cli.arguments import Json
 from daebench.cli.console import print_json, print_table
 from daebench.errors import unknown
+from daebench.methods import catalogue
 
 
 class What(StrEnum):
@@ -57,15 +57,15 @@ def _rows(what: What) -> list[dict[str, Any]]:
         return [{"name": name, "about": text} for name, text in catalogue.lessons().items()]
     if what is What.reports:
         return [{"name": name, "about": text} for name, text in catalogue.reports().items()]
-    from daebench import poisson_pose, pose
-    from daebench.compositions import COMPOSITIONS
-    from daebench.fixed_step_parts import PROJECTIONS
+    from daebench.methods.fixed_step.compositions import COMPOSITIONS
+    from daebench.methods.fixed_step.parts import PROJECTIONS
+    from daebench.methods.formulations import constrained, poisson
 
     if what is What.compositions:
         return [{"name": f"/{name}", "order": x.order, "stages": x.stages, "source": x.source} for name, x in COMPOSITIONS.items()]
     if what is What.projections:
         return [{"name": f"+{name}", "about": about} for name, about in PROJECTIONS.items()]
-    both = {"constrained": pose.FORMULATIONS, "poisson": poisson_pose.FORMULATIONS}
+    both = {"constrained": constrained.FORMULATIONS, "poisson": poisson.FORMULATIONS}
     return [{"name": name, "kind": kind, "about": text} for kind, own in both.items() for name, text in own.items()]
 
 
@@ -83,21 +83,21 @@ def _problems() -> list[dict[str, Any]]:
 
 
 def _forms() -> list[dict[str, Any]]:
-    from daebench.forms import FORMS
-    from daebench.names import POISSON
+    from daebench.methods.fixed_step.forms import FORMS
+    from daebench.methods.names import POISSON
 
     own = [{"name": f"{name}:", "kind": "constrained", "options": dict(form.options), "about": form.about} for name, form in FORMS.items()]
     return own + [{"name": f"{name}:", "kind": "poisson", "options": {}, "about": about} for name, about in POISSON.forms.items()]
 
 
 def _methods() -> list[dict[str, Any]]:
-    from daebench.names import POISSON, listed
+    from daebench.methods.names import POISSON, listed
 
     return [_constrained(each) for each in listed()] + [_poisson(each) for each in listed(POISSON)]
 
 
 def _constrained(each: Any) -> dict[str, Any]:
-    from daebench.members import members
+    from daebench.methods.schemes import members
 
     about: dict[str, Any] = {"name": each.name, "kind": "constrained", "knob": each.knob, "system": each.system}
     claims = members()[each.name][1].claims if each.name in members() else None
@@ -107,8 +107,8 @@ def _constrained(each: Any) -> dict[str, Any]:
 
 def _poisson(each: Any) -> dict[str, Any]:
     """Return a method for Poisson systems with its claims; ``poisson`` says for which B it is a Poisson integrator."""
-    from daebench.claims import CLASSES
-    from daebench.members import poisson_members
+    from daebench.methods.schemes import poisson_members
+    from daebench.schemes.kernels.claims import CLASSES
 
     about: dict[str, Any] = {"name": each.name, "kind": "poisson", "knob": each.knob, "system": each.system}
     claims = poisson_members().get(each.name)

@@ -11,8 +11,8 @@ from daebench.cli.console import bar, method_names, pairs, print_json, print_tab
 if TYPE_CHECKING:
     import pandas as pd
 
-    from daebench.studies.ensemble import Ensemble
-    from daebench.studies.long_findings import Findings
+    from daebench.studies.long.ensemble import Ensemble
+    from daebench.studies.long.findings import Findings
 
 LINES = 14
 """Windows that are printed, about; the CSV has all."""
@@ -42,11 +42,11 @@ def long(
     Memory is bounded, however many the steps. To tell a random walk from a drift takes an ensemble of at least 16 starts. Ctrl-C and
     SIGTERM keep everything so far; the same command goes on from there, to the same bits. Exit 1 if a member stops early.
     """
-    from daebench.files import make_folder
-    from daebench.ivp_constructor import initial_value_problem
-    from daebench.studies.ensemble import Ensemble
-    from daebench.studies.interrupts import alike
-    from daebench.studies.long_run import STRIDE, LongRun
+    from daebench.methods.initial_value_problem import initial_value_problem
+    from daebench.runs.files import make_folder
+    from daebench.studies.grid.interrupts import alike
+    from daebench.studies.long.ensemble import Ensemble
+    from daebench.studies.long.run import STRIDE, LongRun
 
     given = tuple(pairs("param", param or []).items())
     named = initial_value_problem(problem, case, dict(given)).case
@@ -77,7 +77,7 @@ def long(
 def _followed(ensemble: "Ensemble", workers: int, out: Path, *, json: bool) -> "Findings":
     """Run an ensemble and show what it tells; an interruption shows what there is so far."""
     from daebench.errors import Interrupted
-    from daebench.studies.long_findings import Findings
+    from daebench.studies.long.findings import Findings
 
     spec = ensemble.spec
     with bar(f"{spec.method} on {spec.problem}") as progress:
@@ -116,7 +116,7 @@ def _print_windows(table: "pd.DataFrame", title: str) -> None:
 
 def _tell_duration(ensemble: "Ensemble", workers: int) -> None:
     """Say how many steps there are to do, and about how long they take, as a short trial goes."""
-    from daebench.studies.estimate import duration
+    from daebench.studies.grid.estimate import duration
 
     left = round((1 - ensemble.done()) * ensemble.members * ensemble.steps)
     rate, failure = ensemble.spec.trial(ensemble.steps)
@@ -136,7 +136,7 @@ def _whole(steps: float) -> int:
 def _at_once(workers: int | None, members: int) -> int:
     """Return how many processes run side by side."""
     from daebench.errors import BadInput
-    from daebench.studies.schedulers import cores
+    from daebench.studies.grid.schedulers import cores
 
     if workers is not None and workers < 1:
         raise BadInput(f"--workers {workers} must be at least 1.")

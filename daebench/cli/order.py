@@ -9,7 +9,7 @@ from daebench.cli.arguments import Anyway, Case, Free, Json, Param, Problem
 from daebench.cli.console import bar, method_names, pairs, print_json, print_table
 
 if TYPE_CHECKING:
-    from daebench.order_series import OrderStudy, Series
+    from daebench.studies.orders.series import OrderStudy, Series
 
 
 def order(
@@ -32,10 +32,10 @@ def order(
     Errors are Euclidean norms, the largest over t = T k/8, k = 1..8.
     """
     chosen = method_names(methods)
-    from daebench.files import make_folder
-    from daebench.ivp_constructor import initial_value_problem
-    from daebench.names import methods_of
-    from daebench.order_study import study
+    from daebench.methods.initial_value_problem import initial_value_problem
+    from daebench.methods.names import methods_of
+    from daebench.runs.files import make_folder
+    from daebench.studies.orders.study import study
 
     if out is not None:
         make_folder(out)
@@ -93,7 +93,7 @@ def _series(series: "Series") -> dict[str, Any]:
 
 
 def _write(out: Path, found: "OrderStudy", *, tell: bool) -> None:
-    from daebench.order_figure import write
+    from daebench.studies.orders.figure import write
 
     paths = write(out, found)
     if tell:

@@ -10,7 +10,7 @@ from daebench.cli.asked import asked_of
 from daebench.cli.console import print_json, print_table, words
 from daebench.cli.executors import Executors
 from daebench.cli.grids import making, outdated, plan
-from daebench.studies.tls import Tls
+from daebench.studies.grid.tls import Tls
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -49,10 +49,10 @@ def precision(
 
     Newton's iteration is ended after 1, 2, 3 sweeps or at a tolerance, and held against a converged one.
     """
-    from daebench.files import make_folder
-    from daebench.studies.precision import cells_of, says, smallest_steps, table_of
-    from daebench.studies.precision_figure import draw
-    from daebench.studies.store import opened
+    from daebench.runs.files import make_folder
+    from daebench.studies.grid.store import opened
+    from daebench.studies.precision.figure import draw
+    from daebench.studies.precision.study import cells_of, says, smallest_steps, table_of
 
     asked = asked_of(problem, case, methods=methods, h=h, t_end=t_end)
     tls = Tls(tls_ca_file, tls_cert, tls_key)

@@ -10,7 +10,7 @@ from daebench.cli.console import bar
 from daebench.errors import BadInput, Interrupted
 
 if TYPE_CHECKING:
-    from daebench.report.gallery import Made
+    from daebench.pages.report.gallery import Made
 
 ALL = "all"
 
@@ -28,13 +28,13 @@ def report(
     """
     if name != ALL and (anew or archive):
         raise BadInput(f"--{'anew' if anew else 'archive'} goes with all; a single report is always made anew.")
-    from daebench.files import make_folder
+    from daebench.runs.files import make_folder
 
     if name == ALL:
         _all(context.find_root().command, out, anew, archive)
         return
-    from daebench.report.gallery import build
-    from daebench.report.reports import find
+    from daebench.pages.report.gallery import build
+    from daebench.pages.report.reports import find
 
     find(name)
     make_folder(out)
@@ -44,11 +44,11 @@ def report(
 
 
 def _all(command_line: Any, out: Path, anew: bool, archive: Path | None) -> None:
-    from daebench.files import check_zip, make_folder
-    from daebench.lesson.installed import missing
-    from daebench.pages import pages
-    from daebench.report.archive import write_archive
-    from daebench.report.gallery import build_all
+    from daebench.pages.gallery import pages
+    from daebench.pages.lesson.installed import missing
+    from daebench.pages.report.archive import write_archive
+    from daebench.pages.report.gallery import build_all
+    from daebench.runs.files import check_zip, make_folder
 
     if archive:
         check_zip(archive, "--archive")

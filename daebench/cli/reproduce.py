@@ -12,7 +12,7 @@ from daebench.cli.console import bar, print_json, printable
 from daebench.errors import BadInput, real
 
 if TYPE_CHECKING:
-    from daebench.studies.reproduce import Reproduced
+    from daebench.studies.grid.reproduce import Reproduced
 
 MOST = 20
 """Most runs that differ and are named; --json has all."""
@@ -26,7 +26,7 @@ def reproduce(
     json: Json = False,
 ) -> None:
     """Make the runs of an archive again: which are equal to the bit, within tolerances, or differ; exit 1 if one differs."""
-    from daebench.studies.reproduce import DIFFERS, read, reproduced
+    from daebench.studies.grid.reproduce import DIFFERS, read, reproduced
 
     for name, value in (("--rtol", rtol), ("--atol", atol)):
         if real(name, value) < 0:
@@ -51,7 +51,7 @@ def _makers(versions: dict[str, str]) -> str:
 
 def _told(found: "Sequence[Reproduced]") -> list[str]:
     """Return what is said: how many runs are equal, how many within and by what, and which differ."""
-    from daebench.studies.reproduce import DIFFERS, EQUAL, WITHIN
+    from daebench.studies.grid.reproduce import DIFFERS, EQUAL, WITHIN
 
     lines = [f"equal to the bit: {sum(each.verdict == EQUAL for each in found)} of {len(found)} runs."]
     if within := [each for each in found if each.verdict == WITHIN]:

@@ -12,9 +12,9 @@ from daebench.cli.console import bar, numbers, pairs, print_json, words
 from daebench.errors import BadInput
 
 if TYPE_CHECKING:
-    from daebench.ivp import ConstrainedIvp
-    from daebench.method import Request
-    from daebench.trajectory import Passage
+    from daebench.runs.ivp import ConstrainedIvp
+    from daebench.runs.request import Request
+    from daebench.runs.trajectory import Passage
 
 
 MAKER = "daebench run"
@@ -66,9 +66,9 @@ def run(
     as_json: Json = False,
 ) -> None:
     """Run one method on one problem; exit 1 if it stops early."""
-    from daebench.api import prepare
-    from daebench.ivp_constructor import initial_value_problem
-    from daebench.make_ivp import constrained
+    from daebench.methods.initial_value_problem import initial_value_problem
+    from daebench.methods.run import prepare
+    from daebench.runs.make_ivp import constrained
 
     _check_place(out, raw=raw, overwrite=overwrite)
     with bar(f"{method} on {problem}") as progress:
@@ -93,8 +93,8 @@ def run(
 
 def _write(out: Path | None, ivp: Any, request: "Request", method: str, trajectory: Any) -> None:
     """Write a trajectory where there is a place for it, and beside each file how it was made."""
-    from daebench import provenance
-    from daebench.files import write_trajectory
+    from daebench.runs import provenance
+    from daebench.runs.files import write_trajectory
 
     if out is None:
         return
@@ -109,7 +109,7 @@ def _print(ivp: Any, trajectory: Any, given: "ConstrainedIvp | None", *, compens
     from dataclasses import asdict
 
     from daebench.cli.summary import moved, print_summary, summary_of
-    from daebench.doubts import doubts
+    from daebench.methods.doubts import doubts
 
     summary = summary_of(ivp, trajectory, compensated=compensated)
     if given is not None:
@@ -126,8 +126,8 @@ def _print(ivp: Any, trajectory: Any, given: "ConstrainedIvp | None", *, compens
 
 def _check_place(out: Path | None, *, raw: bool, overwrite: bool) -> None:
     """Refuse, before the run, files that cannot be written or are another command's."""
-    from daebench import provenance
-    from daebench.files import check_writable, written
+    from daebench.runs import provenance
+    from daebench.runs.files import check_writable, written
 
     if raw and out is None:
         raise BadInput("--raw needs a file to write to; add --out FILE.csv or FILE.npz.")

@@ -17,9 +17,9 @@ def show(
     as_json: Json = False,
 ) -> None:
     """Show a problem: definition, parameters, cases, and what can be run on it."""
-    from daebench.catalogue import find_problem
     from daebench.cli import definition
-    from daebench.ivp_constructor import initial_value_problem
+    from daebench.methods.catalogue import find_problem
+    from daebench.methods.initial_value_problem import initial_value_problem
 
     found = find_problem(problem)
     ivp = initial_value_problem(problem, consistent=False)
@@ -62,7 +62,7 @@ def _lines(text: str) -> str:
 
 def _use(ivp: Any) -> dict[str, Any]:
     """Return the methods that take a problem, and why others do not."""
-    from daebench.names import kind_of, listed, parse
+    from daebench.methods.names import kind_of, listed, parse
 
     kind = kind_of(ivp)
     names = _poisson_names() if ivp.sheet.KIND == "poisson" else [method.name for method in listed()]
@@ -75,8 +75,8 @@ def _use(ivp: Any) -> dict[str, Any]:
 
 def _poisson_names() -> list[str]:
     """Return the methods for Poisson systems, the schemes that can be run in canonical coordinates there too, and one that is lifted."""
-    from daebench.members import poisson_members
-    from daebench.names import POISSON, listed
+    from daebench.methods.names import POISSON, listed
+    from daebench.methods.schemes import poisson_members
 
     own = [method.name for method in listed(POISSON)]
     canonical = [f"darboux:{name}" for name, claims in poisson_members().items() if claims.poisson != "split"]

@@ -11,11 +11,11 @@ from daebench.cli.asked import asked_of
 from daebench.cli.console import numbers, print_json, words
 from daebench.cli.executors import Executors
 from daebench.cli.grids import making, outdated, plan
-from daebench.studies.tls import Tls
+from daebench.studies.grid.tls import Tls
 
 if TYPE_CHECKING:
-    from daebench.studies.extreme import Asked, Extreme
-    from daebench.studies.store import Store
+    from daebench.studies.grid.store import Store
+    from daebench.studies.stability.extreme import Asked, Extreme
 
 
 def stability(
@@ -54,9 +54,9 @@ def stability(
     ratios from 1e-8 to 1e8 or any parameter (parameter-range); a penalty in place of the constraint (penalty); steps and tolerances to 0
     (round-off); until when a motion is followed that amplifies errors (lost-motion).
     """
-    from daebench.files import make_folder
-    from daebench.studies.stability import chosen
-    from daebench.studies.store import opened
+    from daebench.runs.files import make_folder
+    from daebench.studies.grid.store import opened
+    from daebench.studies.stability.study import chosen
 
     asked = asked_of(problem, case, methods=methods, h=h, t_end=t_end, parameters=_varied(param, problem, case), near=near)
     executors = Executors(timed=False, workers=workers, scheduler=scheduler, tls=Tls(tls_ca_file, tls_cert, tls_key))
@@ -102,7 +102,7 @@ def _made(extreme: "Extreme", asked: "Asked", kept: "Store", executors: Executor
 def _varied(param: str | None, problem: str, case: str | None) -> dict[str, list[float]]:
     """Return the parameter to vary and its values; refuse one that the problem does not have."""
     from daebench.errors import BadInput, unknown
-    from daebench.ivp_constructor import initial_value_problem
+    from daebench.methods.initial_value_problem import initial_value_problem
 
     if param is None:
         return {}

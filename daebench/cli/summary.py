@@ -6,8 +6,8 @@ from typing import Any
 import numpy as np
 
 from daebench.cli.console import print_table
-from daebench.ivp import ConstrainedIvp, Ivp, PoissonIvp
-from daebench.trajectory import PoissonTrajectory, Trajectory
+from daebench.runs.ivp import ConstrainedIvp, Ivp, PoissonIvp
+from daebench.runs.trajectory import PoissonTrajectory, Trajectory
 
 MOST_NUMBERS = 12
 """Numbers of a state that are shown in a table; JSON and files have all."""

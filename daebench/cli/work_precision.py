@@ -11,7 +11,7 @@ from daebench.cli.console import numbers, pairs, print_json, print_table, words
 from daebench.cli.executors import Executors
 from daebench.cli.grids import making, outdated, plan
 from daebench.errors import DaebenchError
-from daebench.studies.tls import Tls
+from daebench.studies.grid.tls import Tls
 
 DEFECT = "defect"
 """Column and metric that is measured only where it is asked for: it takes the longest."""
@@ -22,7 +22,7 @@ NO_ERRORS = ("bound", "growth", "energy_verdict", "energy_scale")
 if TYPE_CHECKING:
     import pandas as pd
 
-    from daebench.studies.study import Study
+    from daebench.studies.grid.study import Study
 
 
 def work_precision(
@@ -61,9 +61,9 @@ def work_precision(
     Runs are timed one at a time, the best of several after one that warms up; without times they are made side by side. heyoka's Taylor
     series (heyoka:taylor) and solve_dae's Radau method (solve_dae:Radau) take part where their packages are installed (extra peers).
     """
-    from daebench.files import make_folder
-    from daebench.studies.store import opened
-    from daebench.studies.work_precision import standard, with_costs
+    from daebench.runs.files import make_folder
+    from daebench.studies.grid.store import opened
+    from daebench.studies.work_precision.study import standard, with_costs
 
     tls = Tls(tls_ca_file, tls_cert, tls_key)
     executors = Executors(timed=repeat > 0, workers=workers, scheduler=scheduler, tls=tls, side_by_side=side_by_side)
@@ -97,8 +97,8 @@ def work_precision(
 
 def _drawn(out: Path, table: "pd.DataFrame", error: str) -> Path:
     """Write the table, and return the path of the picture of an error against costs."""
-    from daebench.figures import save_table
-    from daebench.studies.work_precision_figure import draw, nothing_of
+    from daebench.draw.figures import save_table
+    from daebench.studies.work_precision.figure import draw, nothing_of
 
     save_table(out / "work_precision.csv", table)
     if why := nothing_of(table, error):
@@ -108,7 +108,7 @@ def _drawn(out: Path, table: "pd.DataFrame", error: str) -> Path:
 
 def _tell(table: "pd.DataFrame", error: str, cost: str, left_out: Mapping[str, str], again: str, *, json: bool) -> None:
     """Print which method is the cheapest for each accuracy, what errors are against, and what was left out or made again."""
-    from daebench.studies.work_precision import LEVELS, cheapest
+    from daebench.studies.work_precision.study import LEVELS, cheapest
 
     best, references = cheapest(table, error, cost, LEVELS), _references(table, error)
     if json:
@@ -128,7 +128,7 @@ def _tell(table: "pd.DataFrame", error: str, cost: str, left_out: Mapping[str, s
 def _column(error: str | None, study: "Study") -> str:
     """Return which column is drawn; refuse one that the study does not have."""
     from daebench.errors import unknown
-    from daebench.studies.metrics import metrics_of
+    from daebench.studies.grid.metrics import metrics_of
 
     known = [name for metric in metrics_of(study.metrics) for name in metric.columns if not name.startswith(NO_ERRORS)]
     if error is not None and error not in known:

@@ -9,8 +9,8 @@ from numpy.typing import ArrayLike, NDArray
 from daebench.diagnostics.manifold import residual_scales
 from daebench.diagnostics.metric import least_displacement
 from daebench.errors import BadInput, InconsistentStart
-from daebench.ivp import ConstrainedIvp
-from daebench.scales import constrained_scales
+from daebench.runs.ivp import ConstrainedIvp
+from daebench.runs.scales import constrained_scales
 
 Array = NDArray[np.float64]
 Conditions = Callable[[Array], tuple[Array, Array]]

@@ -7,8 +7,8 @@ from numpy.typing import NDArray
 
 from daebench.diagnostics.energy import Drift, energy_drift
 from daebench.diagnostics.integrals import energy_error
-from daebench.ivp import InitialValueProblem
-from daebench.trajectory import PoissonTrajectory, Trajectory
+from daebench.runs.ivp import InitialValueProblem
+from daebench.runs.trajectory import PoissonTrajectory, Trajectory
 
 Array = NDArray[np.float64]
 

@@ -5,8 +5,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from daebench.ivp import InitialValueProblem, PoissonIvp
-from daebench.trajectory import PoissonTrajectory, Trajectory
+from daebench.runs.ivp import InitialValueProblem, PoissonIvp
+from daebench.runs.trajectory import PoissonTrajectory, Trajectory
 
 Array = NDArray[np.float64]
 

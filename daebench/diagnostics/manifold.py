@@ -7,8 +7,8 @@ from numpy.typing import NDArray
 
 from daebench.diagnostics.energy import Drift, energy_drift
 from daebench.diagnostics.metric import least_displacement
-from daebench.ivp import ConstrainedIvp
-from daebench.trajectory import Trajectory
+from daebench.runs.ivp import ConstrainedIvp
+from daebench.runs.trajectory import Trajectory
 
 Array = NDArray[np.float64]
 

@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from daebench.diagnostics.rank import beyond_comparison
-from daebench.ivp import ConstrainedIvp
-from daebench.trajectory import Passage
+from daebench.runs.ivp import ConstrainedIvp
+from daebench.runs.trajectory import Passage
 
 Array = NDArray[np.float64]
 

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from daebench.ivp import ConstrainedIvp
+from daebench.runs.ivp import ConstrainedIvp
 
 Array = NDArray[np.float64]
 
@@ -114,8 +114,8 @@ def dependence(ivp: ConstrainedIvp) -> str | None:
 def upcoming_loss(ivp: ConstrainedIvp, p: Array, q: Array, h: float, within: int) -> float | None:
     """Return in what time G loses rank, if it does so within so many steps of size h, as one state and its velocity tell; else None.
 
-    The roots of what ``independence`` in ``daebench/kernels/rank.py`` measures at q, q - h v and q - 2 h v are extrapolated, and what is
-    found is believed where it is there at most a third of what it is at q.
+    The roots of what ``independence`` in ``daebench/schemes/kernels/rank.py`` measures at q, q - h v and q - 2 h v are extrapolated, and
+    what is found is believed where it is there at most a third of what it is at q.
 
     Parameters
     ----------

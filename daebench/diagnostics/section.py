@@ -7,8 +7,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from daebench.diagnostics.energy import Drift, energy_drift
 from daebench.errors import BadInput
-from daebench.ivp import PoissonIvp
-from daebench.trajectory import PoissonTrajectory
+from daebench.runs.ivp import PoissonIvp
+from daebench.runs.trajectory import PoissonTrajectory
 
 Array = NDArray[np.float64]
 

@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from daebench.diagnostics.derivative import STEP, derivative
 from daebench.diagnostics.manifold import constraint_jacobian
-from daebench.ivp import ConstrainedIvp
+from daebench.runs.ivp import ConstrainedIvp
 
 Array = NDArray[np.float64]
 

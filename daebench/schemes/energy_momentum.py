@@ -1,10 +1,10 @@
 """Energy-momentum scheme of Gonzalez with constraints: the midpoint rule with discrete derivatives in place of H_q and G."""
 
-from daebench.claims import Claims, Member
-from daebench.kernels.eliminate import eliminate
-from daebench.kernels.hole import EPS, LENGTH, G, H, H_p, H_pp, H_q, H_qp, H_qq, curvature, dot, g, norm, zero
-from daebench.kernels.newton import newton
-from daebench.kernels.spaces import Multiplier, Number, Rows, Step, Update, Vector
+from daebench.schemes.kernels.claims import Claims, Member
+from daebench.schemes.kernels.eliminate import eliminate
+from daebench.schemes.kernels.language import EPS, G, H, H_p, H_pp, H_q, H_qp, H_qq, curvature, dot, g, norm, zero
+from daebench.schemes.kernels.newton import newton
+from daebench.schemes.kernels.spaces import LENGTH, Multiplier, Number, Rows, Step, Update, Vector
 
 CLAIMS = Claims(
     order=2,

@@ -3,11 +3,11 @@
 from functools import partial
 from typing import Any
 
-from daebench.claims import Claims, Member
-from daebench.kernels.hole import DATA, FORM_DATA, LENGTH, RATE, STAGES, STIFF, G, H_pp, H_qp, H_qq, curvature, f, g, norm, solve_2s
-from daebench.kernels.newton import newton
-from daebench.kernels.spaces import I, Matrix, Number, Step, Update, Vector
-from daebench.kernels.stages import weighted
+from daebench.schemes.kernels.claims import Claims, Member
+from daebench.schemes.kernels.language import STAGES, STIFF, G, H_pp, H_qp, H_qq, curvature, f, g, norm, solve_2s
+from daebench.schemes.kernels.newton import newton
+from daebench.schemes.kernels.spaces import DATA, FORM_DATA, LENGTH, RATE, I, Matrix, Number, Step, Update, Vector
+from daebench.schemes.kernels.stages import weighted
 
 Points = tuple[Vector, ...]
 Guess = tuple[Points, Points, Number]
@@ -30,7 +30,7 @@ def claims(s: int) -> Claims:
 
 def numbers(s: int) -> tuple[Any, ...]:
     """Return the tableau A, b, c of s stages."""
-    from daebench.tableaux import gauss
+    from daebench.schemes.kernels.tableaux import gauss
 
     tableau = gauss(s)
     return tableau.A, tableau.b, tableau.c

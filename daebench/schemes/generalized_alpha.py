@@ -4,11 +4,11 @@ At the default rho_inf = 0.8 it loses the motion where steps turn the constraint
 are kept at h omega = 0.15 and lost at 0.2, where velocities normal to the manifold grow without bound. A run that is lost is warned of.
 """
 
-from daebench.claims import Claims, Member
 from daebench.errors import BadInput, real
-from daebench.kernels.hole import DATA, LENGTH, SEPARABLE, G, H_p, H_pp, H_q, H_qp, H_qq, curvature, f, g, mass, norm, rows, solve, zero
-from daebench.kernels.newton import linear, newton
-from daebench.kernels.spaces import I, Multiplier, Number, Report, Update, Vector
+from daebench.schemes.kernels.claims import Claims, Member
+from daebench.schemes.kernels.language import SEPARABLE, G, H_p, H_pp, H_q, H_qp, H_qq, curvature, f, g, mass, norm, rows, solve, zero
+from daebench.schemes.kernels.newton import linear, newton
+from daebench.schemes.kernels.spaces import DATA, LENGTH, I, Multiplier, Number, Report, Update, Vector
 
 Memory = tuple[Vector, Vector, Vector]
 

@@ -1,11 +1,11 @@
 """Constrained implicit Euler: (1.19) with every argument at the new point, HLW Fig. 1.2; it loses energy at once."""
 
-from daebench.claims import Claims
-from daebench.kernels.constrain import tangent
-from daebench.kernels.eliminate import eliminate
-from daebench.kernels.hole import LENGTH, G, H_p, H_pp, H_q, H_qp, H_qq, curvature, g, norm, zero
-from daebench.kernels.newton import both, newton
-from daebench.kernels.spaces import Multiplier, Number, Step, Update, Vector
+from daebench.schemes.kernels.claims import Claims
+from daebench.schemes.kernels.constrain import tangent
+from daebench.schemes.kernels.eliminate import eliminate
+from daebench.schemes.kernels.language import G, H_p, H_pp, H_q, H_qp, H_qq, curvature, g, norm, zero
+from daebench.schemes.kernels.newton import both, newton
+from daebench.schemes.kernels.spaces import LENGTH, Multiplier, Number, Step, Update, Vector
 
 CLAIMS = Claims(
     order=1, symmetric=False, symplectic=False, keeps_g=True, keeps_Gv=True, system="constrained", source="HLW VII.1.3, below Fig. 1.2"

@@ -1,9 +1,9 @@
 """Lie-Trotter splitting of H = T + U, HLW (1.45): the flow of the kinetic energy, then that of the potential energy."""
 
-from daebench.claims import Claims
-from daebench.kernels.hole import kinetic_increment
-from daebench.kernels.potential import potential_increment
-from daebench.kernels.spaces import Number, Step, Vector
+from daebench.schemes.kernels.claims import Claims
+from daebench.schemes.kernels.language import kinetic_increment
+from daebench.schemes.kernels.potential import potential_increment
+from daebench.schemes.kernels.spaces import Number, Step, Vector
 
 CLAIMS = Claims(
     order=1,

@@ -1,8 +1,8 @@
 """Adjoint of the Lie-Trotter splitting of H = T + U, HLW (1.45): the flow of the potential energy, then that of the kinetic energy."""
 
-from daebench.kernels.hole import kinetic_increment
-from daebench.kernels.potential import potential_increment
-from daebench.kernels.spaces import Number, Step, Vector
+from daebench.schemes.kernels.language import kinetic_increment
+from daebench.schemes.kernels.potential import potential_increment
+from daebench.schemes.kernels.spaces import Number, Step, Vector
 from daebench.schemes.lie import CLAIMS as LIE
 
 CLAIMS = LIE

@@ -3,18 +3,18 @@
 from functools import partial
 from typing import Any
 
-from daebench.claims import Claims, Member
-from daebench.kernels.constrain import normal
-from daebench.kernels.hole import DATA, STAGES, G, H_q
-from daebench.kernels.lobatto_stages import forces, jacobians, positions, stages
-from daebench.kernels.newton import both
-from daebench.kernels.spaces import Number, Step, Vector
-from daebench.kernels.stages import weighted_but_last
+from daebench.schemes.kernels.claims import Claims, Member
+from daebench.schemes.kernels.constrain import normal
+from daebench.schemes.kernels.language import STAGES, G, H_q
+from daebench.schemes.kernels.lobatto_stages import forces, jacobians, positions, stages
+from daebench.schemes.kernels.newton import both
+from daebench.schemes.kernels.spaces import DATA, Number, Step, Vector
+from daebench.schemes.kernels.stages import weighted_but_last
 
 
 def numbers(s: int) -> tuple[Any, ...]:
     """Return A of IIIA, A^ of IIIB, A A^ with row i divided by c_i, b and c; the product is rounded once."""
-    from daebench.tableaux import lobatto_iiia, lobatto_iiib
+    from daebench.schemes.kernels.tableaux import lobatto_iiia, lobatto_iiib
 
     A, A_hat, c = lobatto_iiia(s, 40).A, lobatto_iiib(s, 40).A, lobatto_iiia(s, 40).c
     mean = [tuple(float(sum(A[i][j] * A_hat[j][k] for j in range(s)) / c[i]) for k in range(s)) for i in range(1, s)]
@@ -24,7 +24,7 @@ def numbers(s: int) -> tuple[Any, ...]:
 
 def multipliers(s: int) -> dict[str, float]:
     """Return the names and nodes of the stages' multipliers; those of two stages are RATTLE's."""
-    from daebench.tableaux import lobatto_iiia
+    from daebench.schemes.kernels.tableaux import lobatto_iiia
 
     names = ("lam_n", "mu_n") if s == 2 else tuple(f"Lam_{i + 1}" for i in range(s))
     return dict(zip(names, lobatto_iiia(s).c, strict=True))

@@ -2,10 +2,10 @@
 
 from functools import partial
 
-from daebench.claims import Member
-from daebench.kernels.spaces import Number, Step, Vector
 from daebench.schemes.gauss import claims, numbers
 from daebench.schemes.gauss import increment as collocate
+from daebench.schemes.kernels.claims import Member
+from daebench.schemes.kernels.spaces import Number, Step, Vector
 
 MEMBERS = {"midpoint": Member(claims=claims(1), stages=1, numbers=partial(numbers, 1), simplified=True)}
 

@@ -2,12 +2,12 @@
 
 from functools import partial
 
-from daebench.claims import Claims, Member
-from daebench.kernels.hole import DATA, LENGTH, STAGES, norm, solve_stages, zero
-from daebench.kernels.newton import newton
-from daebench.kernels.radau import Multipliers, Points, begin, held, moved, nodes, numbers, size_of, velocity_matrix
-from daebench.kernels.spaces import Number, Step, Update, Vector
-from daebench.kernels.stages import weighted
+from daebench.schemes.kernels.claims import Claims, Member
+from daebench.schemes.kernels.language import STAGES, norm, solve_stages, zero
+from daebench.schemes.kernels.newton import newton
+from daebench.schemes.kernels.radau import Multipliers, Points, begin, held, moved, nodes, numbers, size_of, velocity_matrix
+from daebench.schemes.kernels.spaces import DATA, LENGTH, Number, Step, Update, Vector
+from daebench.schemes.kernels.stages import weighted
 
 
 def _member(s: int) -> Member:

@@ -1,10 +1,10 @@
 """RATTLE, HLW (1.25), and its extension to any Hamiltonian, (1.26)."""
 
-from daebench.claims import Claims, Member
-from daebench.kernels.constrain import normal, reach
-from daebench.kernels.hole import LENGTH, SEPARABLE, G, H_p, H_pp, H_q, H_qp, g, norm, rows, solve, zero
-from daebench.kernels.newton import both, newton
-from daebench.kernels.spaces import I, Jacobian, Multiplier, Number, Step, Update, Vector
+from daebench.schemes.kernels.claims import Claims, Member
+from daebench.schemes.kernels.constrain import normal, reach
+from daebench.schemes.kernels.language import SEPARABLE, G, H_p, H_pp, H_q, H_qp, g, norm, rows, solve, zero
+from daebench.schemes.kernels.newton import both, newton
+from daebench.schemes.kernels.spaces import LENGTH, I, Jacobian, Multiplier, Number, Step, Update, Vector
 
 CLAIMS = Claims(order=2, symmetric=True, symplectic=True, keeps_g=True, keeps_Gv=True, system="constrained", source="HLW (1.25), (1.26)")
 MEMBERS = {"rattle": Member(claims=CLAIMS, multipliers=lambda: {"lam_n": 0.0, "mu_n": 1.0})}

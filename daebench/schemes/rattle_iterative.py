@@ -1,11 +1,11 @@
 """RATTLE with the iteration of SHAKE, one constraint at a time until a tolerance is met, as molecular dynamics runs it."""
 
-from daebench.claims import Claims, Member
 from daebench.errors import BadInput, positive
-from daebench.kernels.hole import CONSTRAINTS, DATA, EPS, INF, G, H_p, H_q, dot, dot_moduli, g, multiplier, norm, rows, zero
-from daebench.kernels.newton import both
-from daebench.kernels.relax import relax
-from daebench.kernels.spaces import Jacobian, Multiplier, Number, Rows, Step, Vector
+from daebench.schemes.kernels.claims import Claims, Member
+from daebench.schemes.kernels.language import CONSTRAINTS, EPS, INF, G, H_p, H_q, dot, dot_moduli, g, multiplier, norm, rows, zero
+from daebench.schemes.kernels.newton import both
+from daebench.schemes.kernels.relax import relax
+from daebench.schemes.kernels.spaces import DATA, Jacobian, Multiplier, Number, Rows, Step, Vector
 
 
 def numbers(tolerance: float) -> tuple[float, ...]:

@@ -1,9 +1,9 @@
 """The classical Runge-Kutta method on the index-reduced ODE, HLW (1.18): explicit, accurate, and blind to all structure."""
 
-from daebench.claims import Claims
-from daebench.kernels.hole import f, norm
-from daebench.kernels.newton import linear
-from daebench.kernels.spaces import Number, Step, Vector
+from daebench.schemes.kernels.claims import Claims
+from daebench.schemes.kernels.language import f, norm
+from daebench.schemes.kernels.newton import linear
+from daebench.schemes.kernels.spaces import Number, Step, Vector
 
 CLAIMS = Claims(order=4, symmetric=False, symplectic=False, keeps_g=False, keeps_Gv=False, system="ode", source="HLW II.1.1", any_form=True)
 

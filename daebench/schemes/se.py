@@ -1,9 +1,9 @@
 """Symplectic Euler on the index-reduced ODE, HLW (1.18): the cautionary tale of Fig. 1.1."""
 
-from daebench.claims import Claims
-from daebench.kernels.hole import SEPARABLE, G, H_p, H_pp, H_q, H_qp, a, a_p, norm, rows, solve, zero
-from daebench.kernels.newton import newton
-from daebench.kernels.spaces import I, Jacobian, Multiplier, Number, Rows, Step, Update, Vector
+from daebench.schemes.kernels.claims import Claims
+from daebench.schemes.kernels.language import SEPARABLE, G, H_p, H_pp, H_q, H_qp, a, a_p, norm, rows, solve, zero
+from daebench.schemes.kernels.newton import newton
+from daebench.schemes.kernels.spaces import I, Jacobian, Multiplier, Number, Rows, Step, Update, Vector
 
 CLAIMS = Claims(order=1, symmetric=False, symplectic=False, keeps_g=False, keeps_Gv=False, system="ode", source="HLW (1.18), Fig. 1.1 se")
 

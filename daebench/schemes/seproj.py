@@ -1,9 +1,9 @@
 """Symplectic Euler on the index-reduced ODE, each step followed by the orthogonal projection onto the manifold, HLW Fig. 1.1."""
 
-from daebench.claims import Claims
-from daebench.kernels.manifold import project
-from daebench.kernels.newton import both
-from daebench.kernels.spaces import Number, Step, Vector
+from daebench.schemes.kernels.claims import Claims
+from daebench.schemes.kernels.manifold import project
+from daebench.schemes.kernels.newton import both
+from daebench.schemes.kernels.spaces import Number, Step, Vector
 from daebench.schemes.se import step as se_step
 
 CLAIMS = Claims(order=1, symmetric=False, symplectic=False, keeps_g=True, keeps_Gv=True, system="ode", source="HLW Fig. 1.1 seproj")

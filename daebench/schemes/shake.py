@@ -1,9 +1,9 @@
 """SHAKE, HLW (1.23): the three-term recursion in q, started by RATTLE; as HLW say, round-off may accumulate in it."""
 
-from daebench.claims import Claims, Member
-from daebench.kernels.constrain import reach
-from daebench.kernels.hole import G, H_p, H_q, mass, rows
-from daebench.kernels.spaces import Multiplier, Number, Report, Vector
+from daebench.schemes.kernels.claims import Claims, Member
+from daebench.schemes.kernels.constrain import reach
+from daebench.schemes.kernels.language import G, H_p, H_q, mass, rows
+from daebench.schemes.kernels.spaces import Multiplier, Number, Report, Vector
 from daebench.schemes.rattle import increment as rattle_increment
 
 CLAIMS = Claims(

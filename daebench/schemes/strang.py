@@ -6,9 +6,9 @@ manifold, and so Poisson flows in every chart of it.
 
 from dataclasses import replace
 
-from daebench.kernels.hole import kinetic_increment
-from daebench.kernels.potential import potential_increment
-from daebench.kernels.spaces import Number, Step, Vector
+from daebench.schemes.kernels.language import kinetic_increment
+from daebench.schemes.kernels.potential import potential_increment
+from daebench.schemes.kernels.spaces import Number, Step, Vector
 from daebench.schemes.lie import CLAIMS as LIE
 
 CLAIMS = replace(LIE, order=2, symmetric=True)

@@ -1,10 +1,10 @@
 """The adjoint of constrained symplectic Euler, HLW (1.19) and (1.20): explicit in p, implicit in q."""
 
-from daebench.claims import Claims
-from daebench.kernels.constrain import reach, tangent
-from daebench.kernels.hole import LENGTH, SEPARABLE, G, H_p, H_pp, H_q, H_qp, g, norm, rows, solve, zero
-from daebench.kernels.newton import both, newton
-from daebench.kernels.spaces import I, Jacobian, Multiplier, Number, Step, Update, Vector
+from daebench.schemes.kernels.claims import Claims
+from daebench.schemes.kernels.constrain import reach, tangent
+from daebench.schemes.kernels.language import SEPARABLE, G, H_p, H_pp, H_q, H_qp, g, norm, rows, solve, zero
+from daebench.schemes.kernels.newton import both, newton
+from daebench.schemes.kernels.spaces import LENGTH, I, Jacobian, Multiplier, Number, Step, Update, Vector
 
 CLAIMS = Claims(
     order=1, symmetric=False, symplectic=True, keeps_g=True, keeps_Gv=True, system="constrained", source="adjoint of HLW (1.19), (1.20)"

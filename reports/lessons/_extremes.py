@@ -5,9 +5,9 @@ from types import SimpleNamespace
 
 import numpy as np
 
-from daebench.lesson.control import NO_YES, defaults
-from daebench.lesson.experiment import Preparation
-from daebench.report.claims import require
+from daebench.pages.lesson.control import NO_YES, defaults
+from daebench.pages.lesson.experiment import Preparation
+from daebench.pages.report.claims import require
 from daebench.reports.lessons import _extremes_chaos, _extremes_lock, _extremes_rounding, _extremes_stiff
 from daebench.reports.lessons._extremes_chaos import CHAOS, DELTA, apart, parted
 from daebench.reports.lessons._extremes_lock import LOCK

@@ -6,18 +6,18 @@ import numpy as np
 import pandas as pd
 from markupsafe import Markup
 
-from daebench.fixed_step_constrained import accepted
-from daebench.ivp import Array
-from daebench.ivp_constructor import initial_value_problem
-from daebench.lesson.control import NO_YES, Control, Values
-from daebench.lesson.experiment import Experiment, Shown
-from daebench.make_ivp import constrained
-from daebench.method import Request
-from daebench.names import parse
-from daebench.report import count, number
+from daebench.draw.svg.axis import around
+from daebench.draw.svg.panels import sheet
+from daebench.methods.fixed_step.constrained import accepted
+from daebench.methods.initial_value_problem import initial_value_problem
+from daebench.methods.names import parse
+from daebench.pages.lesson.control import NO_YES, Control, Values
+from daebench.pages.lesson.experiment import Experiment, Shown
+from daebench.pages.report import count, number
 from daebench.reports.lessons._panels import against_time, seconds
-from daebench.vector.axis import around
-from daebench.vector.sheet import sheet
+from daebench.runs.ivp import Array
+from daebench.runs.make_ivp import constrained
+from daebench.runs.request import Request
 
 SHOWN = 400
 STEPS = (1000, 10_000, 50_000, 100_000, 200_000)

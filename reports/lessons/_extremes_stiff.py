@@ -6,19 +6,19 @@ import numpy as np
 import pandas as pd
 from markupsafe import Markup
 
-from daebench.fixed_step_constrained import accepted
-from daebench.ivp import Array
-from daebench.ivp_constructor import initial_value_problem
-from daebench.lesson.control import Control, Values
-from daebench.lesson.experiment import Experiment, Shown
-from daebench.make_ivp import constrained
-from daebench.method import Request
-from daebench.names import parse
-from daebench.report import at_most, number
+from daebench.draw.svg.axis import Axis
+from daebench.draw.svg.panels import sheet
+from daebench.methods.fixed_step.constrained import accepted
+from daebench.methods.initial_value_problem import initial_value_problem
+from daebench.methods.names import parse
+from daebench.pages.lesson.control import Control, Values
+from daebench.pages.lesson.experiment import Experiment, Shown
+from daebench.pages.report import at_most, number
 from daebench.reports.lessons._panels import against_time, seconds, small
-from daebench.trajectory import Trajectory
-from daebench.vector.axis import Axis
-from daebench.vector.sheet import sheet
+from daebench.runs.ivp import Array
+from daebench.runs.make_ivp import constrained
+from daebench.runs.request import Request
+from daebench.runs.trajectory import Trajectory
 
 SCHEMES = {"stiff:rk4": "Runge and Kutta (rk4)", "stiff:midpoint": "midpoint rule"}
 EPS, H, T_END = (0.1, 0.03, 0.01, 0.003, 0.001, 0.0003, 0.0001), (0.001, 0.002, 0.005, 0.01), 3.0

@@ -5,10 +5,10 @@ from collections.abc import Mapping
 import numpy as np
 import numpy.typing as npt
 
-from daebench.figures import STROKES
-from daebench.vector.axis import Axis, around
-from daebench.vector.marks import Curve
-from daebench.vector.sheet import Panel
+from daebench.draw.figures import STROKES
+from daebench.draw.svg.axis import Axis, around
+from daebench.draw.svg.marks import Curve
+from daebench.draw.svg.panels import Panel
 
 MINUS_START = "H \N{MINUS SIGN} H\N{SUBSCRIPT ZERO} [J]"
 FLOOR = 1e-17

@@ -7,18 +7,18 @@ import numpy as np
 import pandas as pd
 from markupsafe import Markup
 
-from daebench.figures import BLACK, BLUE, GREEN, VERMILION, Stroke
-from daebench.ivp import Array
-from daebench.lesson.control import Control, Values
-from daebench.lesson.experiment import Experiment, Preparation, Shown
-from daebench.report import number
-from daebench.report.claims import require
+from daebench.draw.figures import BLACK, BLUE, GREEN, VERMILION, Stroke
+from daebench.draw.svg.axis import Axis, around
+from daebench.draw.svg.marks import Area, Curve, Dots
+from daebench.draw.svg.panels import Panel, sheet
+from daebench.pages.lesson.control import Control, Values
+from daebench.pages.lesson.experiment import Experiment, Preparation, Shown
+from daebench.pages.report import number
+from daebench.pages.report.claims import require
 from daebench.reports.lessons._panels import seconds
 from daebench.reports.lessons._poisson_maps_runs import BY_HAND, Carried, carried, log_area, orbit, spun
 from daebench.reports.lessons._view import seen, view
-from daebench.vector.axis import Axis, around
-from daebench.vector.marks import Area, Curve, Dots
-from daebench.vector.sheet import Panel, sheet
+from daebench.runs.ivp import Array
 
 SCHEMES = {
     BY_HAND: "explicit Euler",

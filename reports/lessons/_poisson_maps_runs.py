@@ -7,11 +7,11 @@ from typing import Any
 import numpy as np
 
 from daebench.diagnostics.derivative import STEP
-from daebench.ivp import Array, PoissonIvp
-from daebench.method import Request
-from daebench.names import POISSON, parse
-from daebench.reports._poisson_orbits import level_curve
-from daebench.reports._poisson_runs import ivp_of
+from daebench.methods.names import POISSON, parse
+from daebench.reports.poisson.orbits import level_curve
+from daebench.reports.poisson.runs import ivp_of
+from daebench.runs.ivp import Array, PoissonIvp
+from daebench.runs.request import Request
 
 PREY, BODY = "lotka_volterra", "free_rigid_body"
 BY_HAND = "euler"

@@ -8,19 +8,19 @@ import pandas as pd
 from markupsafe import Markup
 
 from daebench.diagnostics.order import OrderFit, fit_order
-from daebench.figures import STROKES, Stroke
-from daebench.fixed_step_constrained import FixedStep
-from daebench.ivp import Array
-from daebench.lesson.control import NO_YES, Control, Values
-from daebench.lesson.experiment import Experiment, Preparation, Shown
-from daebench.names import parse
-from daebench.report import at_most
-from daebench.report.claims import require
+from daebench.draw.figures import STROKES, Stroke
+from daebench.draw.svg.axis import Axis, around
+from daebench.draw.svg.marks import Curve, Dots, Mark
+from daebench.draw.svg.panels import Panel, sheet
+from daebench.methods.fixed_step.constrained import FixedStep
+from daebench.methods.names import parse
+from daebench.pages.lesson.control import NO_YES, Control, Values
+from daebench.pages.lesson.experiment import Experiment, Preparation, Shown
+from daebench.pages.report import at_most
+from daebench.pages.report.claims import require
 from daebench.reports.lessons._panels import seconds
 from daebench.reports.lessons._shake_to_lobatto_runs import CASES, hidden, ladder, solve
-from daebench.vector.axis import Axis, around
-from daebench.vector.marks import Curve, Dots, Mark
-from daebench.vector.sheet import Panel, sheet
+from daebench.runs.ivp import Array
 
 SCHEMES = {
     "symplectic_euler": "symplectic Euler",

@@ -6,14 +6,14 @@ from functools import cache
 import numpy as np
 import pandas as pd
 
-from daebench.fixed_step_constrained import accepted
-from daebench.ivp import Array, ConstrainedIvp
-from daebench.ivp_constructor import initial_value_problem
-from daebench.make_ivp import constrained
-from daebench.method import Request
-from daebench.names import parse
-from daebench.reports._exact_motion import exact_motion
-from daebench.trajectory import Trajectory
+from daebench.methods.fixed_step.constrained import accepted
+from daebench.methods.initial_value_problem import initial_value_problem
+from daebench.methods.names import parse
+from daebench.pages.report.exact_motion import exact_motion
+from daebench.runs.ivp import Array, ConstrainedIvp
+from daebench.runs.make_ivp import constrained
+from daebench.runs.request import Request
+from daebench.runs.trajectory import Trajectory
 
 PROBLEM = "spherical_pendulum"
 CASES = {"slow": "fig1.1", "fast": "fig1.2"}

@@ -8,18 +8,18 @@ import numpy as np
 import pandas as pd
 from markupsafe import Markup
 
-from daebench.figures import BLACK, STROKES, VERMILION, Stroke
-from daebench.ivp import Array
-from daebench.lesson.control import NO_YES, Control, Values
-from daebench.lesson.experiment import Experiment, Preparation, Shown
-from daebench.method import Request, WorkLimit
-from daebench.reference.ida import DEFAULT_CURES, Ida
-from daebench.report import at_most, count, number
-from daebench.report.claims import require
-from daebench.reports._tolerances_runs import FAST, IN_WORDS, end, exact_of, ivp_of
-from daebench.vector.axis import Axis, around
-from daebench.vector.marks import Curve, Dots, Mark
-from daebench.vector.sheet import Panel, sheet
+from daebench.draw.figures import BLACK, STROKES, VERMILION, Stroke
+from daebench.draw.svg.axis import Axis, around
+from daebench.draw.svg.marks import Curve, Dots, Mark
+from daebench.draw.svg.panels import Panel, sheet
+from daebench.methods.solvers.ida import DEFAULT_CURES, Ida
+from daebench.pages.lesson.control import NO_YES, Control, Values
+from daebench.pages.lesson.experiment import Experiment, Preparation, Shown
+from daebench.pages.report import at_most, count, number
+from daebench.pages.report.claims import require
+from daebench.reports.tolerances.runs import FAST, IN_WORDS, end, exact_of, ivp_of
+from daebench.runs.ivp import Array
+from daebench.runs.request import Request, WorkLimit
 
 FORMULATIONS = {"index3": "index 3", "index2": "index 2", "index1": "index 1", "ggl": "GGL"}
 TOLERANCES = tuple(float(f"1e-{k}") for k in range(3, 11))

@@ -2,11 +2,11 @@
 
 import numpy as np
 
-from daebench.figures import BLACK, Stroke
-from daebench.ivp import Array
-from daebench.vector.axis import Axis
-from daebench.vector.marks import Curve, Dots, Mark
-from daebench.vector.sheet import Panel
+from daebench.draw.figures import BLACK, Stroke
+from daebench.draw.svg.axis import Axis
+from daebench.draw.svg.marks import Curve, Dots, Mark
+from daebench.draw.svg.panels import Panel
+from daebench.runs.ivp import Array
 
 AZIMUTH, ELEVATION = np.radians(-60.0), np.radians(22.0)
 """Where the eye is, as a geographer says it."""

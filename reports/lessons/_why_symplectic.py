@@ -8,10 +8,10 @@ import pandas as pd
 from markupsafe import Markup
 
 from daebench.diagnostics.symplecticity import symplecticity_defect, tangent_basis
-from daebench.lesson.control import NO_YES, Control, Values
-from daebench.lesson.experiment import Experiment, Preparation, Shown
-from daebench.report import at_most, number
-from daebench.report.claims import require
+from daebench.pages.lesson.control import NO_YES, Control, Values
+from daebench.pages.lesson.experiment import Experiment, Preparation, Shown
+from daebench.pages.report import at_most, number
+from daebench.pages.report.claims import require
 from daebench.reports.lessons._panels import seconds
 from daebench.reports.lessons._why_symplectic_picture import picture
 from daebench.reports.lessons._why_symplectic_run import Carried, carried, ivp_of, method_of

@@ -3,13 +3,13 @@
 import numpy as np
 from markupsafe import Markup
 
-from daebench.figures import BLACK, BLUE, GREEN, VERMILION, Stroke
-from daebench.ivp import Array
+from daebench.draw.figures import BLACK, BLUE, GREEN, VERMILION, Stroke
+from daebench.draw.svg.axis import Axis, around
+from daebench.draw.svg.marks import Area, Curve, Mark
+from daebench.draw.svg.panels import Panel, sheet
 from daebench.reports.lessons._view import path, view
 from daebench.reports.lessons._why_symplectic_run import Carried
-from daebench.vector.axis import Axis, around
-from daebench.vector.marks import Area, Curve, Mark
-from daebench.vector.sheet import Panel, sheet
+from daebench.runs.ivp import Array
 
 RUN, START, LEVEL, VELOCITY = (
     Stroke(BLUE, "-", ""),

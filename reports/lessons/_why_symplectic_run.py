@@ -8,10 +8,10 @@ import numpy as np
 
 from daebench.diagnostics.symplecticity import areas, tangent_path
 from daebench.errors import BadInput
-from daebench.ivp import Array, ConstrainedIvp
-from daebench.ivp_constructor import initial_value_problem
-from daebench.make_ivp import constrained
-from daebench.names import parse
+from daebench.methods.initial_value_problem import initial_value_problem
+from daebench.methods.names import parse
+from daebench.runs.ivp import Array, ConstrainedIvp
+from daebench.runs.make_ivp import constrained
 
 PROBLEM = "spherical_pendulum"
 WIDE = 1.0

@@ -14,6 +14,6 @@ Folder = Annotated[
 
 def whose(place: Path) -> str:
     """Return whose the references of a folder are: daebench's, or those of the folder."""
-    from daebench.reference.certified.places import DATA
+    from daebench.reference.keep.places import DATA
 
     return "daebench" if place == DATA else str(place)

@@ -9,8 +9,8 @@ from daebench.cli.console import print_json, print_table
 from daebench.cli.reference.arguments import Folder, whose
 
 if TYPE_CHECKING:
-    from daebench.reference.certified.between import At
-    from daebench.reference.certified.record import Reference
+    from daebench.reference.keep.between import At
+    from daebench.reference.keep.record import Reference
 
 
 def at(
@@ -21,8 +21,8 @@ def at(
     as_json: Json = False,
 ) -> None:
     """Give q, p, lam, or y, and their bounds at a time: stored digits, or the nearest of them carried on in double precision."""
-    from daebench.reference.certified.between import states_at
-    from daebench.reference.certified.store import find, kept_in
+    from daebench.reference.keep.between import states_at
+    from daebench.reference.keep.store import find, kept_in
 
     reference = find(problem, case, folder)
     home = whose(kept_in(reference.name, folder))

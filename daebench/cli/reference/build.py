@@ -24,7 +24,7 @@ def build(
     overwrite: Annotated[bool, typer.Option("--overwrite", help="Write it in place of the one that is there.")] = False,
 ) -> None:
     """Make, certify and store a reference; needs the extra certify. Interrupted, it goes on where it stopped when called again."""
-    from daebench.reference.certified.build import build as made
+    from daebench.reference.make.build import build as made
 
     overwrite = overwrite or _agreed(name, folder)
     with bar(f"reference {name}") as progress:
@@ -34,7 +34,7 @@ def build(
 
 def _agreed(name: str, folder: Path | None) -> bool:
     """Return whether the reference that is there may be overwritten; only a person at a terminal is asked."""
-    from daebench.reference.certified.build import taken
+    from daebench.reference.make.build import taken
 
     where = taken(name, folder)
     if where is None:

@@ -10,7 +10,7 @@ from daebench.cli.console import print_json, print_table
 from daebench.cli.reference.arguments import Folder
 
 if TYPE_CHECKING:
-    from daebench.reference.certified.file_agreement import FileAgreement, Place
+    from daebench.reference.check.file_agreement import FileAgreement, Place
 
 
 def compare(
@@ -24,7 +24,7 @@ def compare(
     """Say how many digits of a trajectory agree with a reference, when it leaves, and in which component."""
     from dataclasses import asdict
 
-    from daebench.reference.certified.file_agreement import agreement
+    from daebench.reference.check.file_agreement import agreement
 
     found = agreement(file, name, folder, within=within, between=between)
     if as_json:

@@ -26,12 +26,12 @@ def export(
     folder: Folder = None,
 ) -> None:
     """Write a reference to a file: stored digits where there are some, else integrated between them; bounds beside the numbers."""
-    from daebench import provenance
     from daebench.errors import unknown
-    from daebench.files import check_place
-    from daebench.reference.certified.export import WRITERS, extract, write
-    from daebench.reference.certified.places import require_name
-    from daebench.reference.certified.store import load
+    from daebench.reference.keep.export import WRITERS, extract, write
+    from daebench.reference.keep.places import require_name
+    from daebench.reference.keep.store import load
+    from daebench.runs import provenance
+    from daebench.runs.files import check_place
 
     require_name(name)
     if kind not in WRITERS:

@@ -12,7 +12,7 @@ from daebench.cli.reference.arguments import Folder, whose
 
 def listing(folder: Folder = None, as_json: Json = False) -> None:
     """List all references: horizons, bound, whose they are and how each was made; exit 1 if one is damaged."""
-    from daebench.reference.certified.store import names
+    from daebench.reference.keep.store import names
 
     rows = [_row(name, folder) for name in names(folder)]
     if as_json:
@@ -35,15 +35,15 @@ def _cells(row: dict[str, Any]) -> list[str]:
 
 def _hidden(folder: Path | None) -> list[tuple[str, Path]]:
     """Return the user's own references that those of daebench hide, and where they are."""
-    from daebench.reference.certified.places import folders
-    from daebench.reference.certified.store import names
+    from daebench.reference.keep.places import folders
+    from daebench.reference.keep.store import names
 
     first, *rest = folders(folder)
     return [(name, place) for place in rest for name in names(place) if name in names(first)]
 
 
 def _row(name: str, folder: Path | None) -> dict[str, Any]:
-    from daebench.reference.certified.store import Damaged, kept_in, load
+    from daebench.reference.keep.store import Damaged, kept_in, load
 
     try:
         found = load(name, folder)

@@ -13,7 +13,7 @@ LONGEST = 600
 
 def show(name: Name, folder: Folder = None, as_json: Json = False) -> None:
     """Show what is known of a reference: definition, checks, horizons, drifts, rank, and what IDA reaches on it."""
-    from daebench.reference.certified.store import kept_in, load
+    from daebench.reference.keep.store import kept_in, load
 
     found, home = load(name, folder), whose(kept_in(name, folder))
     certificate = found.certificate

@@ -12,7 +12,7 @@ from daebench.cli.reference.arguments import Folder, whose
 from daebench.errors import BadInput
 
 if TYPE_CHECKING:
-    from daebench.reference.certified.verification import Digits, Verification
+    from daebench.reference.check.verification import Digits, Verification
 
 METHODS = 3
 """Recomputations: ours throughout, ours from row to row, IDA."""
@@ -24,8 +24,8 @@ def verify(
     as_json: Json = False,
 ) -> None:
     """Check checksums, definition and invariants, and recompute by a method of our own and by IDA; exit 1 if a check fails."""
-    from daebench.reference.certified.store import kept_in, names
-    from daebench.reference.certified.verify import verify as verified
+    from daebench.reference.check.verify import verify as verified
+    from daebench.reference.keep.store import kept_in, names
 
     wanted = names(folder) if name is None else (name,)
     if not wanted:
@@ -43,9 +43,9 @@ def verify(
 
 def _even_damaged(name: str, folder: Any, progress: Any) -> "Verification":
     """Verify one of many references: where files are damaged, that is what is found, and the others are still looked at."""
-    from daebench.reference.certified.store import Damaged
-    from daebench.reference.certified.verification import Check, Verification
-    from daebench.reference.certified.verify import verify as verified
+    from daebench.reference.check.verification import Check, Verification
+    from daebench.reference.check.verify import verify as verified
+    from daebench.reference.keep.store import Damaged
 
     try:
         return verified(name, folder, progress)

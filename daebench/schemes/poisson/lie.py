@@ -1,10 +1,10 @@
 """Lie-Trotter splitting of a Poisson system, HLW VII.4.2: the flows of all parts of H one after another."""
 
-from daebench.claims import PoissonClaims
-from daebench.kernels.hole import INF, no_work
-from daebench.kernels.newton import OK
-from daebench.kernels.poisson_hole import before, turn
-from daebench.kernels.spaces import Number, Report, Vector
+from daebench.schemes.kernels.claims import PoissonClaims
+from daebench.schemes.kernels.language import INF, no_work
+from daebench.schemes.kernels.newton import OK
+from daebench.schemes.kernels.poisson_language import before, turn
+from daebench.schemes.kernels.spaces import Number, Report, Vector
 
 CLAIMS = PoissonClaims(order=1, symmetric=False, poisson="split", source="HLW VII.4.2")
 

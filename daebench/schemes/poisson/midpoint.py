@@ -1,13 +1,13 @@
 """The implicit midpoint rule on y' = B(y) grad H(y): a Poisson map for constant B, and none for that of HLW Example 4.7."""
 
-from daebench.claims import PoissonClaims
-from daebench.kernels.hole import INF, LENGTH, norm, solve
-from daebench.kernels.newton import newton
-from daebench.kernels.poisson_hole import DENSE, field
-from daebench.kernels.spaces import I, Number, Report, Update, Vector
+from daebench.schemes.kernels.claims import PoissonClaims
+from daebench.schemes.kernels.language import INF, norm, solve
+from daebench.schemes.kernels.newton import newton
+from daebench.schemes.kernels.poisson_language import DENSE, field
+from daebench.schemes.kernels.spaces import LENGTH, I, Number, Report, Update, Vector
 
 if DENSE:
-    from daebench.kernels.poisson_hole import field_y
+    from daebench.schemes.kernels.poisson_language import field_y
 
     def improve(y1: Vector, data: tuple[Vector, Number]) -> Update:
         """One Newton sweep for y1."""

@@ -1,10 +1,10 @@
 """The classical Runge-Kutta method on y' = B(y) grad H(y): explicit, accurate, and blind to all structure."""
 
-from daebench.claims import PoissonClaims
-from daebench.kernels.hole import INF, no_work
-from daebench.kernels.newton import OK
-from daebench.kernels.poisson_hole import field
-from daebench.kernels.spaces import Number, Report, Vector
+from daebench.schemes.kernels.claims import PoissonClaims
+from daebench.schemes.kernels.language import INF, no_work
+from daebench.schemes.kernels.newton import OK
+from daebench.schemes.kernels.poisson_language import field
+from daebench.schemes.kernels.spaces import Number, Report, Vector
 
 CLAIMS = PoissonClaims(order=4, symmetric=False, poisson="", keeps="linear", source="HLW II.1.1")
 

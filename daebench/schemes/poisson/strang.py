@@ -2,10 +2,10 @@
 
 from dataclasses import replace
 
-from daebench.kernels.hole import INF, no_work
-from daebench.kernels.newton import OK
-from daebench.kernels.poisson_hole import after, before, turn
-from daebench.kernels.spaces import Number, Report, Vector
+from daebench.schemes.kernels.language import INF, no_work
+from daebench.schemes.kernels.newton import OK
+from daebench.schemes.kernels.poisson_language import after, before, turn
+from daebench.schemes.kernels.spaces import Number, Report, Vector
 from daebench.schemes.poisson.lie import CLAIMS as LIE
 
 CLAIMS = replace(LIE, order=2, symmetric=True, source="HLW VII.4.2; (4.6) for two parts")

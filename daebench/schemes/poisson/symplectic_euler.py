@@ -1,13 +1,13 @@
 """The symplectic Euler method for Poisson systems in halves y = (u, v), HLW Example 4.7: implicit in u, explicit in v."""
 
-from daebench.claims import PoissonClaims
-from daebench.kernels.hole import INF, LENGTH, norm, solve
-from daebench.kernels.newton import newton
-from daebench.kernels.poisson_hole import DENSE, first_half, joined, rate_u, rate_v, second_half
-from daebench.kernels.spaces import Half, I, Number, Report, Update, Vector
+from daebench.schemes.kernels.claims import PoissonClaims
+from daebench.schemes.kernels.language import INF, norm, solve
+from daebench.schemes.kernels.newton import newton
+from daebench.schemes.kernels.poisson_language import DENSE, first_half, joined, rate_u, rate_v, second_half
+from daebench.schemes.kernels.spaces import LENGTH, Half, I, Number, Report, Update, Vector
 
 if DENSE:
-    from daebench.kernels.poisson_hole import rate_u_u
+    from daebench.schemes.kernels.poisson_language import rate_u_u
 
     def improve(u: Half, data: tuple[Vector, Number]) -> Update:
         """One Newton sweep for u."""

@@ -2,14 +2,14 @@
 
 from dataclasses import replace
 
-from daebench.kernels.hole import INF, LENGTH, norm, solve
-from daebench.kernels.newton import newton
-from daebench.kernels.poisson_hole import DENSE, first_half, joined, rate_u, rate_v, second_half
-from daebench.kernels.spaces import Half, I, Number, Report, Update, Vector
+from daebench.schemes.kernels.language import INF, norm, solve
+from daebench.schemes.kernels.newton import newton
+from daebench.schemes.kernels.poisson_language import DENSE, first_half, joined, rate_u, rate_v, second_half
+from daebench.schemes.kernels.spaces import LENGTH, Half, I, Number, Report, Update, Vector
 from daebench.schemes.poisson.symplectic_euler import CLAIMS as SYMPLECTIC_EULER
 
 if DENSE:
-    from daebench.kernels.poisson_hole import rate_v_v
+    from daebench.schemes.kernels.poisson_language import rate_v_v
 
     def improve(v: Half, data: tuple[Vector, Number]) -> Update:
         """One Newton sweep for v."""

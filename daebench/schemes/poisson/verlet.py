@@ -2,8 +2,8 @@
 
 from dataclasses import replace
 
-from daebench.kernels.newton import both
-from daebench.kernels.spaces import Number, Report, Vector
+from daebench.schemes.kernels.newton import both
+from daebench.schemes.kernels.spaces import Number, Report, Vector
 from daebench.schemes.poisson.symplectic_euler import CLAIMS as SYMPLECTIC_EULER
 from daebench.schemes.poisson.symplectic_euler import step as second
 from daebench.schemes.poisson.symplectic_euler_adjoint import step as first

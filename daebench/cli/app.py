@@ -1,0 +1,83 @@
+"""The command line: one command a file, and one place where errors become a sentence and an exit status."""
+
+import sys
+import warnings
+from typing import Annotated
+
+import typer
+
+from daebench.cli.animate import animate
+from daebench.cli.archive import archive
+from daebench.cli.bench import bench
+from daebench.cli.check import check
+from daebench.cli.compare import compare
+from daebench.cli.endings import INTERRUPTED, complain, ending, keep_interrupts
+from daebench.cli.export import export
+from daebench.cli.lesson import lesson
+from daebench.cli.listing import listing
+from daebench.cli.long import long
+from daebench.cli.order import order
+from daebench.cli.precision import precision
+from daebench.cli.reference import app as reference
+from daebench.cli.report import report
+from daebench.cli.reproduce import reproduce
+from daebench.cli.run import run
+from daebench.cli.show import show
+from daebench.cli.stability import stability
+from daebench.cli.work_precision import work_precision
+
+app = typer.Typer(
+    add_completion=False,
+    no_args_is_help=True,
+    invoke_without_command=True,
+    pretty_exceptions_enable=False,
+    help="What a treatment of constraints really costs, and what it breaks.",
+)
+
+
+@app.callback()
+def top(version: Annotated[bool, typer.Option("--version", help="Print the version and leave.")] = False) -> None:
+    """What a treatment of constraints really costs, and what it breaks."""
+    if version:
+        from importlib.metadata import version as version_of
+
+        print(version_of("daebench"))
+        raise typer.Exit
+
+
+app.command("list")(listing)
+for command in (show, run, compare, order, check, precision, stability, long, animate, report, lesson, bench, export, archive, reproduce):
+    app.command()(command)
+app.command("work-precision")(work_precision)
+app.add_typer(reference, name="reference")
+
+
+def main() -> None:
+    """Run the command line; exit 2 on bad input, 1 on a run that stopped early, 130 on Ctrl-C, and never with a traceback."""
+    warnings.showwarning = _say
+    sys.unraisablehook = keep_interrupts
+    for stream in (sys.stdout, sys.stderr):
+        if hasattr(stream, "reconfigure"):
+            stream.reconfigure(errors="backslashreplace")  # what the terminal's encoding does not have is no reason to stop
+    try:
+        status = _called()
+    except (Exception, KeyboardInterrupt) as error:  # noqa: BLE001  each ends as a sentence of its own
+        message, status = ending(error)
+        complain(message)
+    sys.exit(status or 0)
+
+
+def _called() -> int | None:
+    try:
+        status: int | None = app(standalone_mode=False)
+    except typer.Exit as stop:
+        status = stop.exit_code
+    if status == INTERRUPTED:
+        raise KeyboardInterrupt
+    if sys.stdout is not None:  # it is None where standard output is closed
+        sys.stdout.flush()
+    return status
+
+
+def _say(message: Warning | str, *_: object, **__: object) -> None:
+    complain(str(message))

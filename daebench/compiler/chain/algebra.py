@@ -1,0 +1,467 @@
+"""The names of ``kernels/hole.py`` for a chain: what schemes ask of vectors, Jacobians and linear systems, on symbols."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import cached_property, partial
+from typing import Any
+
+from daebench.compiler.chain.band import Band, Row
+from daebench.compiler.chain.fields import At, Field, Needs, Scalar, applied, combined, made, nothing, weight
+from daebench.compiler.chain.loops import Demand
+from daebench.compiler.chain.nodes import at_node
+from daebench.compiler.chain.program import Program, Solve
+from daebench.compiler.codegen import pack
+from daebench.compiler.syntax import HOLE
+from daebench.errors import InvalidProblem
+
+
+@dataclass(frozen=True, eq=False)
+class Jacobian:
+    """G at some positions."""
+
+    entries: Field
+
+
+@dataclass(frozen=True, eq=False)
+class Rows:
+    """G M^-1: of a diagonal mass matrix its entries, else a thing to solve with."""
+
+    of: Jacobian
+    entries: Field | None
+
+
+@dataclass(frozen=True, eq=False)
+class Gram:
+    """w G M^-1 G'^T."""
+
+    left: Jacobian
+    right: Rows
+    factor: Any = 1.0
+
+
+@dataclass(frozen=True, eq=False)
+class Mass:
+    """What stands for H_pp."""
+
+
+@dataclass(frozen=True, eq=False)
+class Inertia:
+    """What stands for the mass matrix."""
+
+
+@dataclass(frozen=True, eq=False)
+class Bent:
+    """What stands for the derivative of G H_p with respect to q at these positions, of which only the product with H_p is known."""
+
+    p: Field
+    q: Field
+
+
+class Hole:
+    """The names of ``kernels/hole.py`` for the functions of a chain, on symbols."""
+
+    def __init__(self, tracer: Any) -> None:
+        self.tracer, self.nodes = tracer, tracer.nodes
+        self.chain = tracer.nodes.chain
+
+    @property
+    def program(self) -> Program:
+        """The function that is being written."""
+        program: Program = self.tracer.programs[-1]
+        return program
+
+    # ---- the problem
+
+    def _of_node(self, name: str, kind: str, width: int, needs: Needs, masked: Sequence[int] = ()) -> Field:
+        """Return the field of a node's function; ``needs`` come in pairs, each for one argument."""
+        self.tracer.node(name)
+        ended = self.tracer.ended(name, width, masked)
+
+        def write(at: At, k: str) -> str:
+            runs = [needs[i : i + 2] for i in range(0, len(needs), 2)]
+            arguments = [" + ".join(at(part, place) for part, place in run) for run in runs]
+            call = f"node_{name}({', '.join([*arguments, at_node(k), 'par'])})"
+            return f"{ended}({call}, {k})" if ended else call
+
+        return made(kind, width, needs, write)
+
+    def g(self, q: Field) -> Field:
+        """Constraint."""
+        return self._of_node("g", "m", self.chain.c, [(q, -1), (q, 0)], range(self.chain.missing))
+
+    def G(self, q: Field) -> Jacobian:
+        """Constraint Jacobian."""
+        filled = self.nodes.filled
+        masked = [i for i, (row, column) in enumerate(filled) if row < self.chain.missing or column < self.chain.b]
+        return Jacobian(self._of_node("G", "G", len(filled), [(q, -1), (q, 0)], masked))
+
+    def H_q(self, p: Field, q: Field) -> Field:
+        """Gradient of U."""
+        own = self._of_node("U_q", "d", self.chain.b, [(q, -1), (q, 0)])
+        if self.chain.joint_U is None:
+            return own
+        b = self.chain.b
+        masked = range(b if self.chain.anchor is not None else 2 * b)
+        joint = self._of_node("joint_U_x", "G", 2 * b, [(q, -1), (q, 0)], masked)
+
+        def write(at: At, k: str) -> list[str]:
+            return [f"{at(own, 0)}[{i}] + {at(joint, 0)}[{b + i}] + {at(joint, 1)}[{i}]" for i in range(b)]
+
+        return made("d", b, [(own, 0), (joint, 0), (joint, 1)], write)
+
+    def H_p(self, p: Field, q: Field) -> Field:
+        """Velocity M^-1 p."""
+        v = self._lightened(p) if self.chain.diagonal else self._velocity(p)
+        self.tracer.momenta[v] = p
+        return v
+
+    def _lightened(self, p: Field) -> Field:
+        self.tracer.node("lightness")
+        b = self.chain.b
+
+        def write(at: At, k: str) -> list[str]:
+            light = f"node_lightness({pack(['ZERO'] * (2 * b))}, {at_node(k)}, par)"
+            return [f"{light}[{i}] * {at(p, 0)}[{i}]" for i in range(b)]
+
+        return made("d", b, [(p, 0)], write)
+
+    def H_pp(self, p: Field, q: Field) -> Mass:
+        """Inverse mass."""
+        return Mass()
+
+    def mass(self, p: Field, q: Field) -> Inertia:
+        """Mass matrix."""
+        return Inertia()
+
+    def Gv_p(self, p: Field, q: Field) -> Rows:
+        """Derivative of G H_p with respect to p."""
+        return self.rows(self.G(q), p, q)
+
+    def Gv_q(self, p: Field, q: Field) -> Bent:
+        """Derivative of G H_p with respect to q."""
+        return Bent(p, q)
+
+    def rows(self, X: Jacobian, p: Field, q: Field) -> Rows:
+        """G M^-1."""
+        return self._lightened_rows(X) if self.chain.diagonal else Rows(X, None)
+
+    def independence(self, p: Field, q: Field) -> Scalar:
+        """Smallest relative pivot of G D^-1 G^T with a positive diagonal D, which loses rank where G does; of one constraint itself."""
+        rows = self._lightened_rows(self.G(q))
+        if self.chain.m == 1 and rows.entries:
+            return self._sum("abs({0} * {1})", "REAL", rows.of.entries, rows.entries)
+        return self.solve(Gram(rows.of, rows), nothing("m", self.chain.c))[1]
+
+    def _lightened_rows(self, X: Jacobian) -> Rows:
+        self.tracer.node("lightness")
+        b, filled = self.chain.b, self.nodes.filled
+        still = pack(["ZERO"] * (2 * b))
+
+        def write(at: At, k: str) -> list[str]:
+            before, here = (f"node_lightness({still}, {at_node(place)}, par)" for place in (f"{k} - 1", k))
+            lights = [f"({before}[{column}] if {k} > 0 else ZERO)" if column < b else f"{here}[{column - b}]" for _, column in filled]
+            return [f"{at(X.entries, 0)}[{i}] * {light}" for i, light in enumerate(lights)]
+
+        return Rows(X, made("G", len(filled), [(X.entries, 0)], write))
+
+    def row_moduli(self, p: Field, q: Field) -> tuple[Field, Field]:
+        """Sums of moduli of the rows of G, and of those of its derivative along v."""
+        entries, filled, v = self.G(q).entries, self.nodes.filled, self.H_p(p, q)
+
+        def write(at: At, k: str) -> list[str]:
+            rows = [[f"abs({at(entries, 0)}[{i}])" for i, (row, _) in enumerate(filled) if row == a] for a in range(self.chain.c)]
+            return [" + ".join(terms) for terms in rows]
+
+        turned = self._of_node("turned", "m", self.chain.c, [(q, -1), (q, 0), (v, -1), (v, 0)], range(self.chain.missing))
+        return made("m", self.chain.c, [(entries, 0)], write), turned
+
+    # ---- the algebra
+
+    def axpy(self, w: Any, x: Field, y: Field) -> Field:
+        """Sum w x + y."""
+        return combined(w, x, y)
+
+    axpy_m = axpy
+
+    def scale(self, w: Any, x: Field) -> Field:
+        """Product w x."""
+        return combined(w, x, None)
+
+    scale_m = scale
+
+    def zero_m(self, q: Field) -> Field:
+        """Zero multiplier."""
+        return nothing("m", self.chain.c)
+
+    def norm(self, x: Field) -> Scalar:
+        """Sum of moduli."""
+        return self._sum("abs({0})", "REAL", x)
+
+    norm_m = norm
+
+    def dot(self, x: Field, y: Field) -> Any:
+        """Scalar product."""
+        return self._sum("{0} * {1}", "DTYPE", x, y)
+
+    def dot_moduli(self, x: Field, y: Field) -> Any:
+        """Scalar product of moduli."""
+        return self._sum("abs({0} * {1})", "REAL", x, y)
+
+    def _sum(self, term: str, dtype: str, *parts: Field) -> Scalar:
+        name = self.program.name("sum")
+
+        def write(at: At) -> list[str]:
+            terms = [term.format(*(f"{at(part, 0)}[{i}]" for part in parts)) for i in range(parts[0].width)]
+            return [f"{name} += {' + '.join(terms)}"]
+
+        self.program.wishes.append((Demand(needs=[(part, 0) for part in parts], write=write), [f"{name} = {dtype}(0.0)"]))
+        return Scalar(name, late=True)
+
+    def U(self, q: Field) -> Scalar:
+        """Potential energy."""
+        own = self._sum("{0}", "DTYPE", self._of_node("U", "d", 1, [(q, -1), (q, 0)]))
+        if self.chain.joint_U is None:
+            return own
+        masked = () if self.chain.anchor is not None else (0,)
+        return own + self._sum("{0}", "DTYPE", self._of_node("joint_U", "d", 1, [(q, -1), (q, 0)], masked))
+
+    def mul(self, X: Any, v: Field) -> Field:
+        """X v for X = G, G M^-1, or the derivative of G H_p along itself."""
+        if isinstance(X, Bent):
+            if self.tracer.momenta.get(v) is not X.p:
+                raise InvalidProblem("a scheme asks for derivatives of G H_p, of which long chains have those along the motion alone.")
+            return self._of_node("bent", "m", self.chain.c, [(X.q, -1), (X.q, 0), (v, -1), (v, 0)], range(self.chain.missing))
+        if isinstance(X, Rows):
+            if X.entries is None:
+                return self.mul(X.of, self._velocity(v))
+            return self._times(X.entries, v)
+        return self._times(X.entries, v)
+
+    mul_full = mul
+
+    def _times(self, entries: Field, v: Field) -> Field:
+        b, filled = self.chain.b, self.nodes.filled
+
+        def write(at: At, k: str) -> list[str]:
+            sums: list[list[str]] = [[] for _ in range(self.chain.c)]
+            for i, (row, column) in enumerate(filled):
+                of_v = f"{at(v, -1)}[{column}]" if column < b else f"{at(v, 0)}[{column - b}]"
+                sums[row].append(f"{at(entries, 0)}[{i}] * {of_v}")
+            return [" + ".join(terms) for terms in sums]
+
+        return made("m", self.chain.c, [(entries, 0), (v, -1), (v, 0)], write)
+
+    def mul_T(self, X: Any, y: Field) -> Field:
+        """X^T y."""
+        if y.zero:
+            return nothing("d", self.chain.b)
+        if isinstance(X, Rows) and X.entries is None:
+            return self.tracer.companions.get((X, y)) or self._velocity(self.mul_T(X.of, y))
+        entries = X.entries
+        b, filled = self.chain.b, self.nodes.filled
+
+        def write(at: At, k: str) -> list[str]:
+            sums: list[list[str]] = [[] for _ in range(b)]
+            for i, (row, column) in enumerate(filled):
+                place = 1 if column < b else 0
+                sums[column % b].append(f"{at(entries, place)}[{i}] * {at(y, place)}[{row}]")
+            return [" + ".join(terms) or "ZERO" for terms in sums]
+
+        return made("d", b, [(entries, 0), (entries, 1), (y, 0), (y, 1)], write)
+
+    mul_full_T = mul_T
+
+    def gram(self, X: Jacobian, Y: Any) -> Gram:
+        """X Y^T."""
+        if not (isinstance(X, Jacobian) and isinstance(Y, Rows)):
+            raise InvalidProblem("a scheme asks for a product of matrices other than G M^-1 G^T, which long chains do not have.")
+        return Gram(X, Y)
+
+    def scale_mm(self, w: Any, A: Gram) -> Gram:
+        """Product w A."""
+        return Gram(A.left, A.right, w * A.factor)
+
+    def jacobian_times(self, X: Jacobian, S: Mass) -> Rows:
+        """G M^-1."""
+        return self.rows(X, X.entries, X.entries)
+
+    def apply(self, S: Mass | Inertia, x: Field) -> Field:
+        """M^-1 x, or M x."""
+        return self.H_p(x, x) if isinstance(S, Mass) else self._heavy(x)
+
+    def _heavy(self, x: Field) -> Field:
+        inertia, b = self._inertia_field, self.chain.b
+        ordered = [(side - 1, r, t) for side in range(3) for r, t in self.nodes.coupled[side]]
+
+        def write(at: At, k: str) -> list[str]:
+            terms = [[f"{at(inertia, 0)}[{e}] * {at(x, side)}[{t}]" for e, (side, r, t) in enumerate(ordered) if r == i] for i in range(b)]
+            return [" + ".join(each) for each in terms]
+
+        return made("d", b, [(inertia, 0), *((x, side) for side in sorted({side for side, _, _ in ordered}))], write)
+
+    def solve(self, A: Gram, b: Field) -> tuple[Field, Scalar]:
+        """Solution of A x = b, and the smallest relative pivot."""
+        (x,), pivot = self.solve_stages(((A,),), (b,))
+        return x, pivot
+
+    def solve_stages(self, A: Any, b: Sequence[Field]) -> tuple[tuple[Field, ...], Scalar]:
+        """Solution of sum_j A_ij x_j = b_i, and the smallest relative pivot."""
+        saddle = A[0][0].right.entries is None
+        system = self._saddle_rows(A, b) if saddle else self._gram_rows(A, b)
+        rows, places, at = system
+        band = self._banded(rows, places)
+        found = tuple(band.unknowns("m", at(j)[0], self.program.stage) for j in range(len(b)))
+        if saddle:
+            for j, x in enumerate(found):
+                self.tracer.companions[A[0][j].right, x] = band.unknowns("d", at(j)[1], self.program.stage)
+        return found, Scalar(f"{band.name}_pivot", late=True)
+
+    solve_stages_but_one = solve_stages
+
+    def _banded(self, rows: Sequence[Row], places: Sequence[tuple[int, int, int]]) -> Band:
+        program, n = self.program, self.chain.nodes
+        name = program.name("band")
+        band = Band(name=name, nodes=n, rows=rows, places=places)
+        band = Band(name=name, nodes=n, rows=rows, places=places, base=program.reserve(band.columns))
+        program.top.arrays |= band.arrays
+        if not band.tridiagonal:
+            self.tracer.banded(band.width)
+        program.events.append(Solve(band))
+        return band
+
+    def _gram_rows(self, A: Any, b: Sequence[Field]) -> Any:
+        """Rows of A for the unknowns x_0, x_1, ... of each node, one after the other."""
+        c, s = self.chain.c, len(b)
+        products = [(i, j, place, *pair) for i in range(s) for j in range(s) for place in (-1, 0, 1) for pair in self.nodes.meeting[place]]
+        rows, places = [], sorted({(i * c + r, place, j * c + t) for i, j, place, r, t, _, _ in products})
+        for i in range(s):
+            needs = [(A[i][0].left.entries, 0), (b[i], 0)]
+            needs += [(A[i][j].right.entries, place) for j in range(s) for place in (-1, 0, 1)]
+            for a in range(c):
+                rows.append(Row(needs=needs, entries=self._gram_entries(A[i], i, a), right=_entry(b[i], a)))
+        return rows, places, lambda j: (range(j * c, (j + 1) * c), ())
+
+    def _gram_entries(self, A: Sequence[Gram], stage: int, a: int) -> Callable[[At], dict[tuple[int, int], str]]:
+        c = self.chain.c
+
+        def entries(at: At) -> dict[tuple[int, int], str]:
+            found: dict[tuple[int, int], str] = {}
+            for j, each in enumerate(A):
+                for place in (-1, 0, 1):
+                    for t in range(c):
+                        terms = [
+                            f"{at(each.left.entries, 0)}[{x}] * {at(each.right.entries, place)}[{y}]"  # type: ignore[arg-type]
+                            for r, u, x, y in self.nodes.meeting[place]
+                            if (r, u) == (a, t)
+                        ]
+                        if terms:
+                            found[place, j * c + t] = self._scaled(each.factor, " + ".join(terms))
+                if a < self.chain.missing:
+                    found[0, j * c + a] = f"({found[0, j * c + a]} if k > 0 else ZERO + {float(j == stage)})"
+            return found
+
+        return entries
+
+    @staticmethod
+    def _scaled(factor: Any, text: str) -> str:
+        return text if factor == 1.0 else f"{weight(factor)} * ({text})"
+
+    def _saddle_rows(self, A: Any, b: Sequence[Field]) -> Any:
+        """Rows of M x_j - G_j^T lam_j = 0 and sum_j w_ij G_i x_j = b_i: joints' multipliers, positions, other multipliers, node by node."""
+        chain, s = self.chain, len(b)
+        joints, u = len(chain.joints), chain.c + chain.b
+        of_lam: list[int] = [*range(joints), *range(joints + chain.b, u)]
+
+        def lam(j: int, a: int) -> int:
+            return of_lam[a] * s + j
+
+        def x(j: int, i: int) -> int:
+            return (joints + i) * s + j
+
+        filled, width = self.nodes.filled, chain.b
+        rows: dict[int, Row] = {}
+        for j in range(s):
+            right = A[0][j].right.of.entries
+            for i in range(width):
+                rows[x(j, i)] = self._mass_row(i, right, lambda at: "ZERO", partial(x, j), partial(lam, j))
+            for a in range(chain.c):
+                rows[lam(j, a)] = self._constraint_row(A[j], a, b[j], x, lam(j, a))
+        places = [(x(j, r), side - 1, x(j, t)) for j in range(s) for side in range(3) for r, t in self.nodes.coupled[side]]
+        for j in range(s):
+            for row, column in filled:
+                place = 0 if column >= width else 1
+                places.append((x(j, column % width), place, lam(j, row)))
+                places += [(lam(j, row), -place, x(t, column % width)) for t in range(s)]
+        return [rows[r] for r in range(u * s)], places, lambda j: ([lam(j, a) for a in range(chain.c)], [x(j, i) for i in range(width)])
+
+    @cached_property
+    def _inertia_field(self) -> Field:
+        self.tracer.node("inertia")
+        width = sum(map(len, self.nodes.coupled))
+
+        def write(at: At, k: str) -> list[str]:
+            return [f"(ZERO + node_inertia({at_node(k)}, par)[{i}])" for i in range(width)]
+
+        return made("G", width, (), write)
+
+    def _mass_row(self, i: int, J: Field | None, right: Any, x: Callable[[int], int], lam: Callable[[int], int], more: Any = ()) -> Row:
+        """Row i of M x - G^T lam = right at a node; J is None where there is no lam."""
+        inertia = self._inertia_field
+        ordered = [(side, r, t) for side in range(3) for r, t in self.nodes.coupled[side]]
+
+        def entries(at: At) -> dict[tuple[int, int], str]:
+            found = {(side - 1, x(t)): f"{at(inertia, 0)}[{e}]" for e, (side, r, t) in enumerate(ordered) if r == i}
+            for e, (row, column) in enumerate(self.nodes.filled if J else ()):
+                place = 0 if column >= self.chain.b else 1
+                if column % self.chain.b == i:
+                    found[place, lam(row)] = f"-{at(J, place)}[{e}]"  # type: ignore[arg-type]
+            return found
+
+        needs = [(inertia, 0), *more] + ([(J, 0), (J, 1)] if J else [])
+        return Row(needs=needs, entries=entries, right=right)
+
+    def _constraint_row(self, A: Sequence[Gram], a: int, b: Field, x: Callable[[int, int], int], own: int) -> Row:
+        """Row a of sum_j w_j G x_j = b at a node; where node 0 lacks the constraint its multiplier is zero."""
+        J, missing = A[0].left.entries, a < self.chain.missing
+
+        def entries(at: At) -> dict[tuple[int, int], str]:
+            found: dict[tuple[int, int], str] = {(0, own): "(ZERO if k > 0 else ZERO + 1.0)"} if missing else {}
+            for j, each in enumerate(A):
+                for e, (row, column) in enumerate(self.nodes.filled):
+                    if row == a:
+                        place = 0 if column >= self.chain.b else -1
+                        found[place, x(j, column % self.chain.b)] = self._scaled(each.factor, f"{at(J, 0)}[{e}]")
+            return found
+
+        return Row(needs=[(J, 0), (b, 0)], entries=entries, right=_entry(b, a))
+
+    def _velocity(self, p: Field) -> Field:
+        """Return M^-1 p of a mass matrix that joins neighbours."""
+        b = self.chain.b
+        rows = [self._mass_row(i, None, _entry(p, i), lambda t: t, lambda a: a, [(p, 0)]) for i in range(b)]
+        places = [(r, side - 1, t) for side in range(3) for r, t in self.nodes.coupled[side]]
+        return self._banded(rows, places).unknowns("d", range(b), self.program.stage)
+
+    # ---- iterations and reports
+
+    def newton(self, improve: Callable[..., Any], x: tuple[Any, ...], data: Any) -> Any:
+        """Newton's iteration, whose sweep becomes a function."""
+        return self.tracer.iterated(improve, x, data)
+
+    def judge(self, *arguments: Any) -> Scalar:
+        """Status of a linear solve."""
+        return applied(self.tracer.scalars("judge"), *arguments, Scalar("par"))
+
+    def both(self, first: Any, second: Any) -> Scalar:
+        """Report of two solutions in a row."""
+        return applied(self.tracer.scalars("both"), first, second, Scalar("par"))
+
+    def no_work(self) -> Scalar:
+        """No work."""
+        self.tracer.linker.resolve(HOLE, "no_work")
+        return Scalar("no_work()")
+
+
+def _entry(part: Field, i: int) -> Callable[[At], str]:
+    """Return what gives the source of an entry of a field at the present node."""
+    return lambda at: f"{at(part, 0)}[{i}]"

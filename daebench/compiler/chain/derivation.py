@@ -1,0 +1,131 @@
+"""What follows from the definition of a chain: functions of whole states as loops over nodes, for any number of nodes."""
+
+from collections.abc import Mapping, Sequence
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
+
+import sympy as sp
+
+from daebench.compiler import codegen
+from daebench.compiler.chain.nodes import Nodes
+from daebench.compiler.constrained.derivation import Derivation
+from daebench.compiler.domain import may_be_left_unseen
+from daebench.compiler.linear.arrays import Arrays
+from daebench.compiler.watch import State, Watch, of_constrained
+from daebench.compiler.work import WORK
+from daebench.systems.chain import ConstrainedChain
+from daebench.systems.constrained import Case, ConstrainedHamiltonian, Exact
+
+if TYPE_CHECKING:
+    from daebench.compiler.chain.trace import Tracer
+    from daebench.compiler.link import Linker
+
+
+WRITTEN_OUT = 14
+"""Positions up to which a chain is written out as values: beyond, straight-line code takes longer to compile than loops, and to run."""
+
+
+def held(chain: ConstrainedChain, algebra: str) -> ConstrainedHamiltonian | ConstrainedChain:
+    """Return a chain for vectors as "values", which is the system written out, or as "arrays"; "" for what suits its size."""
+    return chain if algebra == "arrays" or (not algebra and chain.d > WRITTEN_OUT) else chain.written_out()
+
+
+def derived(chain: ConstrainedChain, algebra: str) -> "Derivation | ChainDerivation":
+    """Return what follows from a chain; ``algebra`` as for :func:`held`."""
+    found = held(chain, algebra)
+    return ChainDerivation(found) if isinstance(found, ConstrainedChain) else Derivation(found)
+
+
+class ChainDerivation:
+    """The functions of one chain, by the names of :class:`daebench.compiler.constrained.derivation.Derivation`.
+
+    Parameters
+    ----------
+    chain : ConstrainedChain
+        The chain.
+    """
+
+    states = "constrained"
+    work = WORK
+    costs: Mapping[str, list[int]] = {}
+    explicit = True
+
+    def __init__(self, chain: ConstrainedChain) -> None:
+        self.definition, self.chain, self.d, self.m = chain, chain, chain.d, chain.m
+        self.nodes = Nodes(chain)
+        self.parameters = list(chain.parameters)
+
+    @cached_property
+    def problem(self) -> ConstrainedHamiltonian:
+        """The system written out, with a symbol for each coordinate: for few nodes."""
+        return self.chain.written_out()
+
+    @property
+    def constants(self) -> dict[str, bool | int]:
+        """Constants of the hole that the chain settles."""
+        return {"SEPARABLE": True, "QUADRATIC": True, "CONSTRAINTS": self.m, "SINGLE": self.m == 1 or not self.chain.diagonal}
+
+    def facts(self) -> dict[str, Any]:
+        """Return the facts that ``constrained.derivation`` has, and NODES; a chart or a closed form only a short chain has."""
+        return {
+            "D": self.d,
+            "M": self.m,
+            "NODES": self.chain.nodes,
+            "INTEGRALS": (),
+            "SEPARABLE": True,
+            "QUADRATIC": True,
+            "EXPLICIT": self.chain.diagonal,
+            "CLOSED_FORM": False,
+            "KINETIC_FLOW": False,
+            "CHART": False,
+        }
+
+    def initial(self, name: str, case: Case) -> str:
+        """Return the source of name(par), which returns initial p and q, each shape(d,)."""
+        p, q = f"{name}_p", f"{name}_q"
+        functions = [self._of_node(q, case.q)]
+        functions += self._of_speeds(p, case.p) if self.chain.speeds else [self._of_node(p, case.p)]
+        rows = [f"numpy.array([{part}((float(k),), par) for k in range({self.chain.nodes})], dtype=float).ravel()" for part in (p, q)]
+        return "\n".join([*functions, codegen.function(f"{name}(par)", f"return {', '.join(rows)}")])
+
+    def _of_node(self, name: str, values: Sequence[Exact]) -> str:
+        """Source of name(k, par), which returns the values at node k."""
+        return codegen.expressions(name, {"k": [self.chain.node]}, [sp.sympify(x) for x in values], (self.chain.b,), self.parameters)
+
+    def _of_speeds(self, name: str, speeds: Sequence[Exact]) -> list[str]:
+        """Source of name(k, par), which returns the momenta of node k, M times the velocities, at the two ends of the chain and within."""
+        n, k = self.chain.nodes, self.chain.node
+        speed = sp.Matrix([sp.sympify(x) for x in speeds])
+        lines, functions = [], []
+        for number, end in enumerate(sorted({0, min(1, n - 1), n - 1})):
+            blocks = self.chain.inertia(end, k)
+            total = sum((block * speed.subs(k, k + side - 1) for side, block in enumerate(blocks)), sp.zeros(self.chain.b, 1))
+            functions.append(self._of_node(f"{name}_{number}", list(total)))
+            lines.append(f"return {name}_{number}(k, par)" if end == 1 and n > 2 else f"if k[0] == {end}: return {name}_{number}(k, par)")
+        lines.sort(key=lambda line: line.startswith("return"))
+        return [*functions, codegen.function(f"{name}(k, par)", *lines)]
+
+    def algebra(self, stages: int, dtype: str) -> Arrays:
+        """Return the algebra of its vectors outside of steps."""
+        return Arrays(self.d)
+
+    def watch(self, names: Sequence[str], kinds: int, raw: int) -> Watch:
+        """Return what the loop does beside stepping."""
+        chain = self.chain
+        guarded = may_be_left_unseen([chain.U, chain.joint_U], [*chain.before, *chain.here])
+        state = State((("x[0]", self.d), ("x[1]", self.d)), self.m, arrays=True)
+        return Watch(of_constrained(self.m, 0), state, names, kinds, raw, guarded=guarded)
+
+    def tracer(self, linker: "Linker") -> "Tracer":
+        """Return what writes its functions for a linker."""
+        from daebench.compiler.chain.trace import Tracer
+
+        return Tracer(linker, self.nodes)
+
+    def needs(self, name: str) -> Sequence[str]:
+        """Return the names of the chain's other functions that this one calls."""
+        return ()
+
+    def source(self, name: str) -> str | None:
+        """Return the source of the chain's function of this name: none, for all are written by the tracer."""
+        return None

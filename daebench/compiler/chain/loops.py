@@ -1,0 +1,138 @@
+"""Loops over the nodes of a chain: each field is worked out once a node, and kept for as long as its neighbours want it.
+
+A loop runs up or down the chain. In one that runs up, a field is worked out at the farthest place ahead at which anybody wants it, and
+the entries wanted farther behind are those of earlier turns, handed down from name to name; in one that runs down likewise.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+from daebench.compiler.chain.fields import At, Field, zeros
+from daebench.compiler.codegen import pack
+
+
+@dataclass(frozen=True, kw_only=True)
+class Demand:
+    """What a loop does at a node.
+
+    Parameters
+    ----------
+    needs : sequence of (Field, int)
+        Fields that are wanted, each with the place of the node, counted from the present one.
+    write : callable
+        ``write(at)`` returns the lines; the present node's number is k.
+    """
+
+    needs: Sequence[tuple[Field, int]]
+    write: Callable[[At], Sequence[str]]
+
+    @property
+    def stage(self) -> int:
+        """Number of the last linear solve or iteration that it needs."""
+        return max((part.stage for part, _ in self.needs), default=0)
+
+
+class Loop:
+    """One loop over all nodes.
+
+    Parameters
+    ----------
+    name : str
+        Beginning of the names of its variables.
+    nodes : int
+        Number of nodes n.
+    demands : sequence of Demand
+        What is done at each node, in this order.
+    up : bool
+        Whether it runs from node 0 to node n - 1; otherwise the other way.
+    head : sequence of str
+        Lines that begin the turn of each node.
+    """
+
+    def __init__(self, name: str, nodes: int, demands: Sequence[Demand], *, up: bool = True, head: Sequence[str] = ()) -> None:
+        self.name, self.nodes, self.demands, self.up, self.head = name, nodes, demands, up, head
+        self.sign = 1 if up else -1
+        self.wanted: dict[Field, set[int]] = {}
+        self.front: dict[Field, int] = {}
+        self._plan()
+
+    def _plan(self) -> None:
+        """Settle where each field is worked out: ahead of all places where it is wanted, and of the fields that follow from it."""
+        ahead: dict[Field, int] = {}
+
+        def want(part: Field, place: int, front: int) -> None:
+            self.wanted.setdefault(part, set()).add(self.sign * place)
+            ahead[part] = max(ahead.get(part, 0), front, self.sign * place)
+
+        for demand in self.demands:
+            for part, place in demand.needs:
+                want(part, place, 0)
+        while len(self.front) < len(self.wanted):
+            part = max((each for each in self.wanted if each not in self.front), key=lambda each: each.number)
+            self.front[part] = ahead[part]
+            for child, place in part.needs:
+                want(child, self.sign * ahead[part] + place, ahead[part])
+        self.fields = sorted(self.front, key=lambda each: each.number)
+        self.index = {part: i for i, part in enumerate(self.fields)}
+
+    def lines(self) -> list[str]:
+        """Return the source of the loop."""
+        if not self.demands and not self.head:
+            return []
+        lead = max(self.front.values(), default=0)
+        lines = [f"{self._name(part, place)} = {self._outside(part)}" for part in self.fields for place in self._behind(part)]
+        span = f"range({-lead}, {self.nodes})" if self.up else f"range({self.nodes - 1 + lead}, -1, -1)"
+        fronts = sorted({*self.front.values(), 0}, reverse=True)
+        body = [line for front in fronts for line in self._begun(front, lead, self._turn(front))]
+        body += [line for front in fronts for line in self._begun(front, lead, self._handed_down(front))]
+        return [*lines, f"for k in {span}:", *_indented(body)]
+
+    def _turn(self, front: int) -> list[str]:
+        """Source of the fields that are worked out so far ahead, and of the demands if that is where the turn is."""
+        parts = [part for part in self.fields if self.front[part] == front]
+        k = self._ahead(front)
+
+        def at(part: Field, place: int) -> str:
+            return self._name(part, front + self.sign * place)
+
+        written = [part.write(at, k) for part in parts]
+        values = [each if isinstance(each, str) else pack(each) for each in written]
+        body = [f"{self._name(part, front)} = {value}" for part, value in zip(parts, values, strict=True)]
+        if front == 0:
+            return [*self.head, *body, *(line for demand in self.demands for line in demand.write(at))]
+        beyond = [f"{self._name(part, front)} = {self._beyond(part)}" for part in parts]
+        return [f"if {k} < {self.nodes}:" if self.up else f"if {k} >= 0:", *_indented(body), "else:", *_indented(beyond)]
+
+    def _handed_down(self, front: int) -> list[str]:
+        """Source of the names' moving on by a node, for the fields that are worked out so far ahead."""
+        parts = [part for part in self.fields if self.front[part] == front]
+        return [f"{self._name(part, place)} = {self._name(part, place + 1)}" for part in parts for place in self._behind(part)]
+
+    def _begun(self, front: int, lead: int, lines: Sequence[str]) -> list[str]:
+        """Source of what is done from the turn on at which the node so far ahead is one of the chain."""
+        if front == lead or not lines:
+            return list(lines)
+        k = self._ahead(front)
+        return [f"if {k} >= 0:" if self.up else f"if {k} < {self.nodes}:", *_indented(lines)]
+
+    def _ahead(self, front: int) -> str:
+        return f"k {'+' if self.up else '-'} {front}" if front else "k"
+
+    def _name(self, part: Field, place: int) -> str:
+        return f"{self.name}_{self.index[part]}_{'m' if place < 0 else ''}{abs(place)}"
+
+    def _behind(self, part: Field) -> range:
+        """Places behind the one where a field is worked out, from the farthest on."""
+        return range(min(self.wanted[part]), self.front[part])
+
+    def _outside(self, part: Field) -> str:
+        """Source of the entries before the first turn."""
+        return pack(part.ghost if self.up else zeros(part.width))
+
+    def _beyond(self, part: Field) -> str:
+        """Source of the entries past the last node."""
+        return pack(zeros(part.width) if self.up else part.ghost)
+
+
+def _indented(lines: Sequence[str]) -> list[str]:
+    return [f"    {line}" for line in lines]

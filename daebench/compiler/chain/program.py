@@ -1,0 +1,86 @@
+"""A function of a chain while it is written: its linear systems and iterations in order, and the loops over nodes that they make."""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+from daebench.compiler.chain.band import Band
+from daebench.compiler.chain.loops import Demand, Loop
+
+
+@dataclass(eq=False)
+class Solve:
+    """A linear system, and the loops that it is."""
+
+    band: Band
+
+
+@dataclass(eq=False)
+class Iteration:
+    """Newton's iteration: where its unknowns begin, and the lines that call it."""
+
+    starts: list[Demand]
+    call: list[str]
+
+
+class Program:
+    """The function that is being written: its linear systems and iterations in order, and what is asked of it in the end.
+
+    Parameters
+    ----------
+    nodes : int
+        Number of nodes.
+    numbers : iterator of int
+        What names are told apart by.
+    outer : Program, optional
+        The function that calls this one, whose slab and arrays it shares.
+    """
+
+    def __init__(self, nodes: int, numbers: Iterator[int], outer: "Program | None" = None) -> None:
+        self.nodes, self.numbers = nodes, numbers
+        self.top: Program = outer.top if outer else self
+        self.first: int = outer.first + len(outer.events) if outer else 0
+        self.events: list[Solve | Iteration] = []
+        self.wishes: list[tuple[Demand, list[str]]] = []
+        self.work: list[int] = []
+        self.arguments: Sequence[str] = ()
+        if not outer:
+            self.columns, self.arrays = 0, dict[str, str]()
+
+    @property
+    def stage(self) -> int:
+        """Number of the last event so far."""
+        return self.first + len(self.events)
+
+    def name(self, stem: str) -> str:
+        """Return a name that nothing else has."""
+        return f"{stem}{next(self.top.numbers)}"
+
+    def reserve(self, columns: int) -> int:
+        """Return the first of so many new columns of the slab."""
+        self.top.columns += columns
+        return self.top.columns - columns
+
+    def lines(self) -> list[str]:
+        """Return the body: every wish is met in the first loop in which it can be."""
+        waiting = list(self.wishes)
+        lines = [line for _, before in waiting for line in before]
+
+        def due(stage: int) -> list[Demand]:
+            ready = [wish for wish in waiting if wish[0].stage <= stage]
+            waiting[:] = [wish for wish in waiting if wish not in ready]
+            return [demand for demand, _ in ready]
+
+        for number, event in enumerate(self.events, self.first + 1):
+            if isinstance(event, Iteration):
+                lines += Loop(self.name("f"), self.nodes, [*event.starts, *due(number - 1)]).lines() + event.call
+                continue
+            lines += event.band.begin
+            lines += Loop(self.name("f"), self.nodes, [*event.band.elimination(), *due(number - 1)]).lines() + event.band.between
+            fitting: list[Demand] = []
+            for wish in [wish for wish in waiting if wish[0].stage <= number]:
+                down = Loop(self.name("f"), self.nodes, [*fitting, wish[0]], up=False)
+                if all(front == 0 for part, front in down.front.items() if part.stage == number and not part.needs):
+                    fitting.append(wish[0])
+                    waiting.remove(wish)
+            lines += Loop(self.name("f"), self.nodes, fitting, up=False, head=event.band.substitution).lines()
+        return lines + Loop(self.name("f"), self.nodes, [demand for demand, _ in waiting]).lines()

@@ -1,0 +1,298 @@
+"""A scheme run on symbols: what it asks of vectors, Jacobians and linear systems becomes a few loops over the nodes of a chain.
+
+The files of schemes and kernels are executed as they stand, with the constants of the hole settled and every name of the hole bound to a
+method of :class:`daebench.compiler.chain.algebra.Hole`. Vectors are fields, worked out where a loop needs them; a linear system is a loop
+up the chain and one down; an iteration is the one of ``kernels/newton.py``, whose sweep is a function of its own.
+"""
+
+import ast
+import copy
+from collections.abc import Callable, Sequence
+from itertools import count
+from typing import TYPE_CHECKING, Any
+
+from daebench.compiler import codegen
+from daebench.compiler.chain.algebra import Hole, Rows
+from daebench.compiler.chain.band import of_width
+from daebench.compiler.chain.fields import At, Field, Scalar, applied, say, stored
+from daebench.compiler.chain.loops import Demand
+from daebench.compiler.chain.nodes import Nodes
+from daebench.compiler.chain.program import Iteration, Program
+from daebench.compiler.codegen import pack
+from daebench.compiler.syntax import HOLE, RUN_TIME, parameters_of
+from daebench.errors import InvalidProblem
+
+if TYPE_CHECKING:
+    from daebench.compiler.link import Linker
+
+NEWTON = "daebench.schemes.kernels.newton"
+ARGUMENTS: dict[str, tuple[str, ...]] = dict.fromkeys(("H", "H_p", "H_q", "Gv", "lam", "independence", "row_moduli"), ("p", "q")) | {
+    "g": ("q",)
+}
+ARGUMENTS |= dict.fromkeys(("step", "increment", "start"), ("p0", "q0", "h"))
+"""Functions that are written from loops over nodes, and their arguments."""
+
+HOMES = {"H": "mechanical"}
+"""Files in which functions of the hole are composed of others, ``composed`` if not these."""
+
+
+class Tracer:
+    """Writes the functions of a chain that a linker asks for.
+
+    Parameters
+    ----------
+    linker : Linker
+        It joins them with the loop over steps.
+    nodes : Nodes
+        The functions of one node.
+    """
+
+    def __init__(self, linker: "Linker", nodes: Nodes) -> None:
+        self.linker, self.nodes = linker, nodes
+        self.hole = Hole(self)
+        self.programs: list[Program] = []
+        self.companions: dict[tuple[Rows, Field], Field] = {}
+        self.momenta: dict[Field, Field] = {}
+        self.memory: Any = ()
+        self.numbers = count(1)
+        self._functions: dict[tuple[str, str], Callable[..., Any]] = {}
+
+    # ---- what generated functions call
+
+    def node(self, name: str) -> None:
+        """Emit a function of one node."""
+        if f"node_{name}" not in self.linker.emitted:
+            self.linker.emitted[f"node_{name}"] = self.nodes.source(name)
+
+    def ended(self, name: str, width: int, masked: Sequence[int]) -> str:
+        """Emit what makes those entries of a node's function zero at node 0, and all of the run's type; return its name, or ""."""
+        promoted = self.linker.options.precision == "complex128"
+        if not masked and not promoted:
+            return ""
+        typed = "ZERO + x[{i}]" if promoted else "x[{i}]"
+        entries = [f"{typed.format(i=i)} if k > 0 else ZERO" if i in masked else typed.format(i=i) for i in range(width)]
+        self.linker.emitted.setdefault(f"ended_{name}", codegen.function(f"ended_{name}(x, k)", f"return {pack(entries)}"))
+        return f"ended_{name}"
+
+    def scalars(self, name: str) -> str:
+        """Emit a function of ``kernels/newton.py`` on numbers; return its name."""
+        return self.linker.function(NEWTON, name, {})
+
+    def banded(self, width: int) -> None:
+        """Emit the elimination of matrices of this half-bandwidth."""
+        self.linker.emitted |= of_width(self.linker.file("daebench.schemes.kernels.band").functions, width)
+
+    # ---- running files
+
+    def _call(self, module: str, name: str) -> Callable[..., Any]:
+        """Return what a name stands for: a method of the hole, or the function of a file, to be run on symbols."""
+        if module == HOLE:
+            if found := self.linker.filled(name):
+                return self._call(found, "step" if name == "plain_step" else name)
+            own = getattr(self.hole, name, None)
+            if own is not None:
+                return self._counted(name, own)
+            return self._call(f"daebench.schemes.kernels.{HOMES.get(name, 'composed')}", name)
+        if module == NEWTON and name in ("newton", "judge", "both"):
+            return getattr(self.hole, name)  # type: ignore[no-any-return]
+        if (module, name) not in self._functions:
+            self._functions[module, name] = self._compiled(module, name)
+        return self._functions[module, name]
+
+    def _counted(self, name: str, function: Callable[..., Any]) -> Callable[..., Any]:
+        work = self.linker.work_of("", name)
+
+        def counting(*arguments: Any) -> Any:
+            program = self.programs[-1]
+            program.work = [mine + more for mine, more in zip(program.work or [0] * len(work), work, strict=True)]
+            return function(*arguments)
+
+        return counting
+
+    def _compiled(self, module: str, name: str) -> Callable[..., Any]:
+        """Return a function of a file with the names that it uses bound to what they stand for here."""
+        file = self.linker.file(module)
+        if name not in file.functions:
+            raise InvalidProblem(f"a scheme asks for {name}, which long chains do not have; take a shorter chain, or another scheme.")
+        node = self.linker.lowered(module, name)
+        bare = copy.deepcopy(node)
+        bare.returns, bare.decorator_list = None, []
+        for each in bare.args.args:
+            each.annotation = None
+        tree = ast.fix_missing_locations(ast.Module([bare], []))
+        used = {each.id for each in ast.walk(node) if isinstance(each, ast.Name)} - set(parameters_of(node))
+        scope: dict[str, Any] = {"min": _least, "max": _greatest, "abs": _modulus}
+        scope |= {each: self._meaning(module, each) for each in used if each in file.imports or each in file.functions}
+        scope |= {each: literal.value for each, literal in file.literals.items()}
+        exec(compile(tree, module, "exec"), scope)
+        return scope[name]  # type: ignore[no-any-return]
+
+    def _meaning(self, module: str, name: str) -> Any:
+        home, own = self.linker.file(module).imports.get(name, (module, name))
+        if home.rpartition(".")[2] in ("mechanical", "composed") and hasattr(self.hole, own):
+            home = HOLE
+        if home == HOLE and own in self.linker.constants:
+            return self.linker.constants[own]
+        if home == HOLE and own in ("EPS", "INF"):
+            return Scalar(own)
+        if home == HOLE and own in RUN_TIME:
+            return Scalar(RUN_TIME[own].format(len(self.nodes.parameters)))
+        if home != HOLE and own in self.linker.file(home).literals:
+            return self.linker.file(home).literals[own].value
+        return lambda *arguments: self._call(home, own)(*arguments)
+
+    # ---- writing functions
+
+    def written(self, name: str) -> bool:
+        """Emit a function if it is one of those that are written here; return whether it is."""
+        if name in ARGUMENTS and name not in self.linker.emitted:
+            several = name == "step" and self.linker.constants["MULTISTEP"]
+            self._write(name, ("p0", "q0", "memory", "h") if several else ARGUMENTS[name])
+        return name in ARGUMENTS
+
+    def _run(self, name: str, arguments: Sequence[str]) -> Any:
+        """Return the results of a function of the hole, the raw multipliers that nobody stores left out."""
+        handed = [self._argument(each) for each in arguments]
+        results = self._call(HOLE, name)(*handed)
+        if name == "start":
+            self.memory = results[0]
+        if name in ("step", "increment") and not self.linker.options.raw:
+            return (*results[:-2], (), results[-1])
+        return results
+
+    def _argument(self, name: str) -> Any:
+        """Return an argument of a function: the step size, a state, or what a scheme remembers, which ``start`` made."""
+        if name == "h":
+            return Scalar(name)
+        if name != "memory":
+            return self._state(name)
+        self.written("start")
+        return self._remembered(self.memory, name)
+
+    def _remembered(self, like: Any, text: str) -> Any:
+        if isinstance(like, tuple):
+            return tuple(self._remembered(part, f"{text}[{i}]") for i, part in enumerate(like))
+        missing = self.nodes.chain.missing if like.kind == "m" else 0
+        entry = f"{text}[{like.width} * {{k}} + {{i}} - {missing}]" if missing else f"{text}[{like.width} * {{k}} + {{i}}]"
+        return stored(like.kind, like.width, entry, 0, like.ghost, missing)
+
+    def _state(self, array: str) -> Field:
+        """Return the field of an argument; positions continue to the anchor."""
+        b, anchor = self.nodes.chain.b, self.nodes.chain.anchor
+        if array.startswith("p") or anchor is None:
+            return stored("d", b, f"{array}[{b} * {{k}} + {{i}}]", 0)
+        self.node("anchor")
+        return stored("d", b, f"{array}[{b} * {{k}} + {{i}}]", 0, [f"(ZERO + node_anchor(par)[{i}])" for i in range(b)])
+
+    def _write(self, name: str, arguments: Sequence[str]) -> None:
+        """Emit a function that no other encloses."""
+        self.linker.emitted[name] = ""
+        program = Program(self.nodes.chain.nodes, self.numbers)
+        program.arguments = arguments
+        self.programs.append(program)
+        returned = self._returned(self._run(name, arguments))
+        body = program.lines()
+        self.programs.pop()
+        self.linker.work[name] = program.work or [0] * len(self.linker.kinds)
+        kept = [f"slab = numpy.empty(({program.nodes}, {program.columns}), dtype=DTYPE)"] if program.columns else []
+        kept += [f"{array} = {source}" for array, source in program.arrays.items()]
+        del self.linker.emitted[name]
+        self.linker.emitted[name] = _written(f"{name}({', '.join([*arguments, 'par'])})", [*kept, *body, f"return {returned}"])
+
+    def _returned(self, results: Any) -> str:
+        """Return the source of results; fields become new arrays."""
+        if isinstance(results, tuple):
+            return pack(map(self._returned, results))
+        if not isinstance(results, Field):
+            return say(results)
+        program, missing = self.programs[-1], self.nodes.chain.missing if results.kind == "m" else 0
+        array, size = program.name("out"), program.nodes * results.width - missing
+
+        def write(at: At) -> list[str]:
+            lines = [f"{array}[{results.width} * k + {i - missing}] = {at(results, 0)}[{i}]" for i in range(results.width)]
+            return [f"if k > 0: {line}" if i < missing else line for i, line in enumerate(lines)]
+
+        program.wishes.append((Demand(needs=[(results, 0)], write=write), [f"{array} = numpy.empty({size}, dtype=DTYPE)"]))
+        return array
+
+    def iterated(self, improve: Callable[..., Any], x: Any, data: Any) -> Any:
+        """Emit Newton's iteration with this sweep; return the unknowns after it and its report."""
+        outer, starts = self.programs[-1], _flat(x)
+        if outer.top is not outer or not all(isinstance(part, Field) for part in starts):
+            raise InvalidProblem("a scheme iterates within an iteration, or on numbers, which long chains do not have.")
+        places = [(outer.reserve(part.width), outer.reserve(part.width)) for part in starts]
+        sweep = self._sweep(outer, improve, x, data, places)
+        name = outer.name("after")
+        newton = self.linker.function(NEWTON, "newton", {"improve": sweep})
+        first = pack(str(place) for place, _ in places)
+        call = f"{name}, report_{name} = {newton}({first}, {pack(self._shared(outer))}, par)"
+        starting = [_kept(part, f"slab[k, {place} + {{i}}]") for part, (place, _) in zip(starts, places, strict=True)]
+        outer.events.append(Iteration(starting, [call]))
+        outer.arguments = [*outer.arguments, name]
+        after = [
+            stored(part.kind, part.width, f"slab[{{k}}, {name}[{i}] + {{i}}]", outer.stage, part.ghost) for i, part in enumerate(starts)
+        ]
+        return _shaped(x, after), Scalar(f"report_{name}", late=True)
+
+    def _sweep(self, outer: Program, improve: Callable[..., Any], x: Any, data: Any, places: Sequence[tuple[int, int]]) -> str:
+        """Emit one sweep: it reads the unknowns from one half of their columns of the slab and writes the next into the other."""
+        inner = Program(outer.nodes, self.numbers, outer)
+        self.programs.append(inner)
+        now = [stored(part.kind, part.width, f"slab[{{k}}, now_{i} + {{i}}]", 0, part.ghost) for i, part in enumerate(_flat(x))]
+        then, *judged = improve(_shaped(x, now), data)
+        inner.wishes += [(_kept(part, f"slab[k, then_{i} + {{i}}]"), []) for i, part in enumerate(_flat(then))]
+        body = inner.lines()
+        self.programs.pop()
+        name = outer.name("sweep")
+        self.linker.work[name] = inner.work or [0] * len(self.linker.kinds)
+        turns = [line for i, (one, other) in enumerate(places) for line in (f"now_{i} = x[{i}]", f"then_{i} = {one + other} - now_{i}")]
+        back = pack(f"then_{i}" for i in range(len(places)))
+        lines = [f"{', '.join(self._shared(outer))}, = data", *turns, *body, f"return {', '.join([back, *map(say, judged)])}"]
+        self.linker.emitted[name] = _written(f"{name}(x, data, par)", lines)
+        return name
+
+    @staticmethod
+    def _shared(outer: Program) -> list[str]:
+        """Names of what a sweep shares with the function that calls it."""
+        return ["slab", *outer.arrays, *outer.arguments]
+
+
+def _written(signature: str, lines: Sequence[str]) -> str:
+    return f"def {signature}:\n" + "\n".join(f"    {line}" for line in lines) + "\n"
+
+
+def _kept(part: Field, entry: str) -> Demand:
+    """Return the demand that a field be stored."""
+    return Demand(needs=[(part, 0)], write=lambda at: [f"{entry.format(i=i)} = {at(part, 0)}[{i}]" for i in range(part.width)])
+
+
+def _flat(x: Any) -> list[Field]:
+    """Return the fields of a nested tuple."""
+    return [each for part in x for each in _flat(part)] if isinstance(x, tuple) else [x]
+
+
+def _shaped(x: Any, parts: Sequence[Field]) -> Any:
+    """Return fields as the nested tuple x has them."""
+    left = iter(parts)
+
+    def shaped(each: Any) -> Any:
+        return tuple(map(shaped, each)) if isinstance(each, tuple) else next(left)
+
+    return shaped(x)
+
+
+def _least(*numbers: Any) -> Any:
+    return _chosen("min", numbers)
+
+
+def _greatest(*numbers: Any) -> Any:
+    return _chosen("max", numbers)
+
+
+def _chosen(name: str, numbers: Any) -> Any:
+    numbers = tuple(numbers[0]) if len(numbers) == 1 else numbers
+    return numbers[0] if len(numbers) == 1 else applied(name, *numbers)
+
+
+def _modulus(x: Any) -> Scalar:
+    return applied("abs", x)

@@ -1,0 +1,208 @@
+"""SymPy expressions as source text: straight-line functions on tuples, common subexpressions shared."""
+
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+
+import sympy as sp
+from sympy.codegen.cfunctions import expm1, log1p
+from sympy.printing.codeprinter import PrintMethodNotImplementedError
+from sympy.printing.numpy import NumPyPrinter
+
+from daebench.errors import InvalidProblem
+
+ARCTAN2 = "from daebench.runs.local_flow import arctan2\n\n\n"
+"""Put before the way into coordinates that may have an angle, for NumPy's own does not take complex numbers."""
+
+
+class _Printer(NumPyPrinter):  # type: ignore[misc]
+    """Print scalars for float and complex types alike; whole powers become products, integers become floats."""
+
+    def __init__(self) -> None:
+        super().__init__({"fully_qualified_modules": False, "allow_unknown_functions": False})
+
+    def _print_Integer(self, expr: sp.Integer) -> str:
+        return f"{int(expr)}.0"
+
+    def _print_Rational(self, expr: sp.Rational) -> str:
+        return repr(float(expr)) if expr > 0 else f"({float(expr)!r})"
+
+    def _print_Float(self, expr: sp.Float) -> str:
+        return repr(float(expr))
+
+    def _print_NumberSymbol(self, expr: sp.NumberSymbol) -> str:
+        return repr(float(expr))
+
+    def _print_Pi(self, expr: sp.NumberSymbol) -> str:
+        return repr(float(expr))
+
+    def _print_Pow(self, expr: sp.Pow, rational: bool = False) -> str:
+        base, exponent = expr.as_base_exp()
+        if exponent.is_Integer and 2 <= abs(exponent) <= 8:
+            product = "*".join([self.parenthesize(base, 55)] * abs(int(exponent)))
+            return f"({product})" if exponent > 0 else f"(1.0/({product}))"
+        if exponent == -1:
+            return f"(1.0/({self._print(base)}))"
+        return str(super()._print_Pow(expr, rational=rational))
+
+
+def _private(argument: str, i: int, symbol: sp.Symbol) -> sp.Symbol:
+    """Return the name of an argument's entry in the source, which no name that a user chose can be mistaken for."""
+    return sp.Symbol(f"{argument}_{i}", **{key: value for key, value in symbol.assumptions0.items() if value is not None})
+
+
+ROUNDED = sp.Rational(1, 2**53)
+"""What differs from 1 by less is 1 in double precision."""
+
+
+def _near_one(expression: sp.Expr) -> sp.Expr:
+    """Return an expression with log(1 + x) and exp(x) - 1 as functions of their own, which lose no digits where x is small."""
+
+    def near(each: sp.Expr) -> sp.Expr:
+        if each.func is sp.log:
+            return log1p(each.args[0] - 1)
+        powers = [term for term in each.args if term.func is sp.exp]
+        return each - powers[0] + 1 + expm1(powers[0].args[0])
+
+    def from_one(each: sp.Expr) -> bool:
+        return bool(each.func is sp.log and each.args[0].is_Add and abs(each.args[0].as_coeff_Add()[0] - 1) < ROUNDED)
+
+    logarithms = expression.replace(from_one, near)
+    return logarithms.replace(lambda each: each.is_Add and sp.S.NegativeOne in each.args and any(t.func is sp.exp for t in each.args), near)
+
+
+UNPRINTED: tuple[type[Exception], ...] = (NotImplementedError, PrintMethodNotImplementedError, TypeError, ValueError, KeyError)
+UNPRINTED += (AttributeError, OverflowError, RecursionError)
+"""What SymPy raises where it cannot write an expression."""
+
+
+@contextmanager
+def printable(name: str, printer: _Printer) -> Iterator[None]:
+    """Turn whatever keeps an expression from being printed into an InvalidProblem that names the function it is of."""
+    try:
+        yield
+    except UNPRINTED as error:
+        raise InvalidProblem(f"{name} cannot be written as a numerical function: {_first_line(error)}.") from error
+    if strangers := sorted(part for module, parts in printer.module_imports.items() if module != "numpy" for part in parts):
+        raise InvalidProblem(f"{name} contains {', '.join(strangers)}, which NumPy does not have; write {name} with functions that it has.")
+
+
+def _first_line(error: BaseException) -> str:
+    """Return what an error says, without the class of our printer."""
+    text = (str(error) or type(error).__name__).splitlines()[0].rstrip(".")
+    return text.replace(f"Unsupported by {_Printer}: ", "it contains the function ")
+
+
+def pack(items: Iterable[str]) -> str:
+    """Return the source of a tuple of these items."""
+    inner = ", ".join(items)
+    return f"({inner},)" if inner else "()"
+
+
+def function(signature: str, *lines: str) -> str:
+    """Return the source of a function with these lines as its body."""
+    return f"def {signature}:\n    " + "\n    ".join(lines) + "\n"
+
+
+def shaped(items: Sequence[str], shape: tuple[int, ...]) -> str:
+    """Return the source of a scalar, a tuple, or a tuple of rows, as the shape says."""
+    if shape == ():
+        return items[0]
+    if len(shape) == 1:
+        return pack(items)
+    return pack(pack(items[row * shape[1] : (row + 1) * shape[1]]) for row in range(shape[0]))
+
+
+def assignments(targets: Sequence[str], values: Sequence[sp.Expr], names: Mapping[sp.Symbol, str]) -> list[str]:
+    """Return lines that set each target to a value, common subexpressions shared.
+
+    Parameters
+    ----------
+    targets : sequence of str
+        Sources of what is set.
+    values : sequence of Expr
+        What it is set to.
+    names : mapping of Symbol to str
+        Source of each symbol.
+    """
+    private = {symbol: sp.Symbol(f"s_{i}", **symbol.assumptions0) for i, symbol in enumerate(names)}
+    shared, reduced = sp.cse(
+        [_near_one(sp.sympify(value).xreplace(private)) for value in values], symbols=sp.numbered_symbols("t_"), list=True
+    )
+    used = set().union(*(each.free_symbols for each in [*reduced, *(each for _, each in shared)]))
+    printer = _Printer()
+    lines = [f"{private[symbol]} = {source}" for symbol, source in names.items() if private[symbol] in used]
+    with printable("an expression", printer):
+        lines += [f"{symbol} = {printer.doprint(each)}" for symbol, each in shared]
+        return lines + [f"{target} = {printer.doprint(each)}" for target, each in zip(targets, reduced, strict=True)]
+
+
+def computed(
+    name: str, arguments: Mapping[str, Sequence[sp.Symbol]], values: Sequence[sp.Expr], parameters: Sequence[sp.Symbol]
+) -> tuple[list[str], list[str]]:
+    """Return lines that compute what values have in common, and the source of each value.
+
+    Parameters
+    ----------
+    name : str
+        Name of the function that they are for.
+    arguments : mapping of str to sequence of Symbol
+        What is indexed there, and the symbols that the entries stand for.
+    values : sequence of Expr
+        What is computed.
+    parameters : sequence of Symbol
+        The problem's parameters, in the order in which ``par`` holds them.
+
+    Raises
+    ------
+    InvalidProblem
+        If an expression has a function that has no numerical counterpart, or none that is smooth.
+    """
+    private = {s: _private(argument, i, s) for argument, symbols in arguments.items() for i, s in enumerate(symbols)}
+    private |= {s: _private("par", i, s) for i, s in enumerate(parameters)}
+    expressions_ = [_near_one(sp.sympify(value).xreplace(private)) for value in values]
+    if any(expression.has(sp.zoo, sp.nan, sp.oo, -sp.oo, sp.I) for expression in expressions_):
+        raise InvalidProblem(
+            f"{name} is no finite real number anywhere: it has infinity, NaN or the imaginary unit in it; write it otherwise."
+        )
+    if any(expression.has(sp.Piecewise, sp.Min, sp.Max, sp.floor, sp.ceiling) for expression in expressions_):
+        raise InvalidProblem(f"{name} has cases, a minimum, a maximum or a floor in it; H and g must be twice differentiable.")
+    shared, reduced = sp.cse(expressions_, symbols=sp.numbered_symbols("t_"), list=True)
+    used = set().union(*(e.free_symbols for e in [*reduced, *(e for _, e in shared)]))
+    printer = _Printer()
+    with printable(name, printer):
+        lines = [f"{s} = {printer.doprint(e)}" for s, e in shared]
+        results = [printer.doprint(e) for e in reduced]
+    sources = {**arguments, "par": parameters}
+    load = [f"{private[s]} = {argument}[{i}]" for argument, symbols in sources.items() for i, s in enumerate(symbols) if private[s] in used]
+    return load + lines, results
+
+
+def expressions(
+    name: str,
+    arguments: Mapping[str, Sequence[sp.Symbol]],
+    values: Sequence[sp.Expr],
+    shape: tuple[int, ...],
+    parameters: Sequence[sp.Symbol],
+) -> str:
+    """Return the source of ``name(*arguments, par)``, a function of tuples.
+
+    Parameters
+    ----------
+    name : str
+        Name of the function.
+    arguments : mapping of str to sequence of Symbol
+        Arguments in order, each a tuple of scalars.
+    values : sequence of Expr
+        What it returns, row by row.
+    shape : tuple of int
+        Shape of the result.
+    parameters : sequence of Symbol
+        The problem's parameters, in the order in which ``par`` holds them.
+
+    Raises
+    ------
+    InvalidProblem
+        As :func:`computed`.
+    """
+    lines, results = computed(name, arguments, values, parameters)
+    return function(f"{name}({', '.join([*arguments, 'par'])})", *lines, f"return {shaped(results, shape)}")

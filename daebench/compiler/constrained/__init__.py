@@ -1,0 +1,1 @@
+"""What follows from the definition of a constrained Hamiltonian system."""

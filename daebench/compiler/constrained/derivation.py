@@ -1,0 +1,282 @@
+"""Everything that follows from a definition, derived when first asked for and then kept."""
+
+from collections.abc import Callable, Mapping, Sequence
+from functools import cached_property
+from typing import Any
+
+import sympy as sp
+
+from daebench.compiler import codegen
+from daebench.compiler.domain import may_be_left_unseen
+from daebench.compiler.linear.tuples import Values
+from daebench.compiler.watch import State, Watch, of_constrained
+from daebench.compiler.work import WORK
+from daebench.systems.constrained import Case, ConstrainedHamiltonian
+
+Arguments = dict[str, Sequence[sp.Symbol]]
+Rule = tuple[Arguments, Sequence[sp.Expr], tuple[int, ...]]
+
+
+class Derivation:
+    """The expressions of one problem, by the textbook's names.
+
+    A problem whose H is known as an expression (given so, or with diagonal M) is *explicit*: all its derivatives are
+    expressions. Otherwise M(q) is solved with numerically and only M, U, g and their derivatives are expressions;
+    H_p, H_q and the like are then composed of them in ``kernels/mechanical.py``.
+    """
+
+    states = "constrained"
+    """Name of the file in ``kernels/`` that says what a state is."""
+
+    work = WORK
+    """Kinds of work that are counted."""
+
+    costs: Mapping[str, list[int]] = {}
+    """Work of functions that count for what their name does not say."""
+
+    def __init__(self, problem: ConstrainedHamiltonian) -> None:
+        self.definition = self.problem = problem
+        self.d, self.m = problem.d, problem.m
+        self.q, self.p = sp.Matrix(problem.q), sp.Matrix(problem.p)
+        self.v = sp.Matrix([sp.Dummy(f"v{i + 1}", real=True) for i in range(self.d)])
+        self.lam = sp.Matrix([sp.Dummy(f"lam{i + 1}", real=True) for i in range(self.m)])
+        self.parameters = list(problem.parameters)
+
+    @cached_property
+    def mechanical(self) -> bool:
+        """Whether H = 1/2 p^T M^-1 p + U(q) was given as M and U."""
+        return self.problem.M is not None
+
+    @cached_property
+    def explicit(self) -> bool:
+        """Whether H is known as an expression."""
+        return self.problem.M is None or bool(self.problem.M.is_diagonal())
+
+    @cached_property
+    def constant_mass(self) -> bool:
+        """Whether M was given and does not depend on q."""
+        return self.problem.M is not None and not self.problem.M.free_symbols & set(self.problem.q)
+
+    @cached_property
+    def separable(self) -> bool:
+        """Whether H = 1/2 p^T M^-1 p + U(q) with constant M, HLW (1.22)."""
+        if not self.explicit:
+            return self.constant_mass
+        mixed = self.H_qp == sp.zeros(self.d, self.d)
+        return mixed and not self.H_pp.free_symbols & {*self.problem.p, *self.problem.q}
+
+    @cached_property
+    def quadratic(self) -> bool:
+        """Whether H is quadratic in p, so that G H_p = 0 is linear in p."""
+        return not self.explicit or not self.H_pp.free_symbols & set(self.problem.p)
+
+    @cached_property
+    def H(self) -> sp.Expr:
+        """Hamiltonian H(p, q) as an expression, of an explicit problem."""
+        if self.problem.H is not None:
+            return sp.sympify(self.problem.H)
+        T = sum(self.p[i] ** 2 / self.M[i, i] for i in range(self.d)) / 2
+        return T + self.U
+
+    @cached_property
+    def M(self) -> sp.Matrix:
+        """Mass matrix M(q), shape(d, d)."""
+        return sp.Matrix(self.problem.M)
+
+    @cached_property
+    def U(self) -> sp.Expr:
+        """Potential energy U(q)."""
+        return sp.sympify(self.problem.U)
+
+    @cached_property
+    def g(self) -> sp.Matrix:
+        """Constraint g(q), shape(m,)."""
+        return sp.Matrix(list(self.problem.g))
+
+    @cached_property
+    def G(self) -> sp.Matrix:
+        """Constraint Jacobian G(q), shape(m, d)."""
+        return self.g.jacobian(self.q)
+
+    @cached_property
+    def H_p(self) -> sp.Matrix:
+        """Velocity H_p(p, q), shape(d,)."""
+        return sp.Matrix([self.H]).jacobian(self.p).T
+
+    @cached_property
+    def H_q(self) -> sp.Matrix:
+        """Minus the force, H_q(p, q), shape(d,)."""
+        return sp.Matrix([self.H]).jacobian(self.q).T
+
+    @cached_property
+    def H_pp(self) -> sp.Matrix:
+        """Inverse mass H_pp(p, q), shape(d, d)."""
+        return self.H_p.jacobian(self.p)
+
+    @cached_property
+    def H_qp(self) -> sp.Matrix:
+        """Derivative of H_q with respect to p, shape(d, d)."""
+        return self.H_q.jacobian(self.p)
+
+    @cached_property
+    def Gv(self) -> sp.Matrix:
+        """Velocity constraint G H_p, shape(m,), HLW (1.11)."""
+        return self.G * self.H_p
+
+    @cached_property
+    def N(self) -> sp.Matrix:
+        """Derivative of M(q) v with respect to q, shape(d, d)."""
+        return (self.M * self.v).jacobian(self.q)
+
+    @cached_property
+    def T_q(self) -> sp.Matrix:
+        """Gradient of 1/2 v^T M(q) v with respect to q at fixed v, shape(d,)."""
+        return sp.Matrix([(self.v.T * self.M * self.v)[0] / 2]).jacobian(self.q).T
+
+    @cached_property
+    def U_q(self) -> sp.Matrix:
+        """Gradient of U, shape(d,)."""
+        return sp.Matrix([self.U]).jacobian(self.q).T
+
+    @cached_property
+    def c(self) -> sp.Matrix:
+        """Velocity terms c = M'(q)[v] v - T_q(q, v), shape(d,)."""
+        return self.N * self.v - self.T_q
+
+    @cached_property
+    def g_qv(self) -> sp.Matrix:
+        """Derivative of G(q) v with respect to q at fixed v, shape(m, d)."""
+        return (self.G * self.v).jacobian(self.q)
+
+    @cached_property
+    def a(self) -> sp.Matrix:
+        """Right side of (1.12): the second derivative of g along the solution, shape(m,)."""
+        force = self.H_q + self.G.T * self.lam
+        return self.Gv.jacobian(self.q) * self.H_p - self.G * self.H_pp * force
+
+    @cached_property
+    def curvature(self) -> sp.Matrix:
+        """Derivative of G(q)^T lam with respect to q, shape(d, d)."""
+        return (self.G.T * self.lam).jacobian(self.q)
+
+    @cached_property
+    def structure(self) -> list[list[bool]]:
+        """Where G is not zero, shape(m, d)."""
+        return [[self.G[row, column] != 0 for column in range(self.d)] for row in range(self.m)]
+
+    @cached_property
+    def inverse_mass(self) -> list[list[bool]]:
+        """Where H_pp is not zero, shape(d, d); everywhere, for all that is known, where it is not explicit."""
+        return [[not self.explicit or self.H_pp[row, column] != 0 for column in range(self.d)] for row in range(self.d)]
+
+    @cached_property
+    def coupled(self) -> list[list[int]]:
+        """Sets of positions that M couples with each other: it is solved with set by set."""
+        sets: list[list[int]] = []
+        for i in range(self.d):
+            met = [each for each in sets if self.mechanical and any(self.M[i, j] != 0 for j in each)]
+            sets = [each for each in sets if each not in met] + [sorted([i, *(j for each in met for j in each)])]
+        return sorted(sets)
+
+    @cached_property
+    def kinetic_increment(self) -> list[sp.Expr]:
+        """What the flow of the kinetic energy adds to p, then to q, shape(2 d,), of a problem that declares it."""
+        flow = self.problem.kinetic_flow
+        assert flow is not None
+        return [end - start for end, start in zip([*flow.p, *flow.q], [*self.p, *self.q], strict=True)]
+
+    @cached_property
+    def constants(self) -> dict[str, bool | int]:
+        """Constants of ``kernels/hole.py`` that the problem settles."""
+        return {"SEPARABLE": self.separable, "QUADRATIC": self.quadratic, "CONSTRAINTS": self.m}
+
+    def facts(self) -> dict[str, Any]:
+        """Return sizes D and M, names of INTEGRALS, properties of H, and whether CLOSED_FORM, KINETIC_FLOW and CHART are declared."""
+        return {
+            "D": self.d,
+            "M": self.m,
+            "INTEGRALS": tuple(self.problem.integrals),
+            "SEPARABLE": self.separable,
+            "QUADRATIC": self.quadratic,
+            "EXPLICIT": self.explicit,
+            "CLOSED_FORM": self.problem.closed_form is not None,
+            "KINETIC_FLOW": self.problem.kinetic_flow is not None,
+            "CHART": self.problem.chart is not None,
+        }
+
+    def initial(self, name: str, case: Case) -> str:
+        """Return the source of name(par), which returns initial p and q."""
+        values = [sp.sympify(value) for value in (*case.p, *case.q)]
+        return codegen.expressions(name, {}, values, (2, self.d), self.parameters)
+
+    def algebra(self, stages: int, dtype: str) -> Values:
+        """Return the algebra of its vectors, for a scheme with so many stages and a number type."""
+        return Values(self.d, self.m, self.structure, self.inverse_mass, stages=stages, dtype=dtype, mass=self.coupled)
+
+    def watch(self, names: Sequence[str], kinds: int, raw: int) -> Watch:
+        """Return what the loop does beside stepping, see :class:`daebench.compiler.watch.Watch`."""
+        quantities = of_constrained(self.m, len(self.problem.integrals))
+        state = State((("x[0]", self.d), ("x[1]", self.d)), self.m)
+        return Watch(quantities, state, names, kinds, raw, guarded=self.guarded)
+
+    @cached_property
+    def guarded(self) -> bool:
+        """Whether H may have no value where the forces have one."""
+        problem = self.problem
+        return may_be_left_unseen([problem.H, problem.U, *(problem.M or ())], [*problem.q, *problem.p])
+
+    def tracer(self, linker: Any) -> Any:
+        """Return what writes its functions from loops over nodes: nothing, only a chain has that."""
+        return None
+
+    def needs(self, name: str) -> Sequence[str]:
+        """Return the names of the problem's other functions that this one calls: none."""
+        return ()
+
+    def source(self, name: str) -> str | None:
+        """Return the source of the problem's function of this name, or None if it is no expression of this problem."""
+        rule = self._rules.get(name)
+        if rule is None:
+            return None
+        arguments, values, shape = rule()
+        return codegen.expressions(name, arguments, list(values), shape, self.parameters)
+
+    @cached_property
+    def _rules(self) -> dict[str, Callable[[], Rule]]:
+        """What each function's arguments, values and shape are; nothing is derived before it is called."""
+        d, m = self.d, self.m
+        q: Arguments = {"q": list(self.q)}
+        pq: Arguments = {"p": list(self.p), **q}
+        qv: Arguments = {**q, "v": list(self.v)}
+        rules: dict[str, Callable[[], Rule]] = {
+            "g": lambda: (q, self.g, (m,)),
+            "G": lambda: (q, self.G, (m, d)),
+            "curvature": lambda: ({**q, "lam": list(self.lam)}, self.curvature, (d, d)),
+            "integrals": lambda: (pq, list(self.problem.integrals.values()), (len(self.problem.integrals),)),
+        }
+        if (flow := self.problem.kinetic_flow) is not None:
+            rules["kinetic_increment"] = lambda: ({**pq, "time": [flow.t]}, self.kinetic_increment, (2, d))
+        if self.mechanical:
+            rules |= {"M": lambda: (q, self.M, (d, d)), "mass": lambda: (pq, self.M, (d, d))}
+        if self.explicit:
+            return rules | {
+                "H": lambda: (pq, [self.H], ()),
+                "H_p": lambda: (pq, self.H_p, (d,)),
+                "H_q": lambda: (pq, self.H_q, (d,)),
+                "H_pp": lambda: (pq, self.H_pp, (d, d)),
+                "H_qp": lambda: (pq, self.H_qp, (d, d)),
+                "H_qq": lambda: (pq, self.H_q.jacobian(self.q), (d, d)),
+                "Gv_p": lambda: (pq, self.Gv.jacobian(self.p), (m, d)),
+                "Gv_q": lambda: (pq, self.Gv.jacobian(self.q), (m, d)),
+                "a_p": lambda: ({**pq, "lam": list(self.lam)}, self.a.jacobian(self.p), (m, d)),
+            }
+        return rules | {
+            "U": lambda: (q, [self.U], ()),
+            "U_q": lambda: (q, self.U_q, (d,)),
+            "U_qq": lambda: (q, self.U_q.jacobian(self.q), (d, d)),
+            "N": lambda: (qv, self.N, (d, d)),
+            "T_q": lambda: (qv, self.T_q, (d,)),
+            "T_qq": lambda: (qv, self.T_q.jacobian(self.q), (d, d)),
+            "c_v": lambda: (qv, self.c.jacobian(self.v), (d, d)),
+            "g_qv": lambda: (qv, self.g_qv, (m, d)),
+        }

@@ -1,0 +1,110 @@
+"""What follows from a definition in local coordinates y = (eta, xi) of its manifold, HLW VII.2.3."""
+
+from collections.abc import Callable, Sequence
+from functools import cached_property
+
+import sympy as sp
+
+from daebench.compiler import codegen
+from daebench.compiler.constrained.derivation import Arguments, Derivation, Rule
+from daebench.compiler.trigonometry import shortened
+from daebench.compiler.watch import Watch
+
+
+class LocalDerivation(Derivation):
+    """The expressions of one problem in its chart; to kernels eta is ``p`` and xi is ``q``, shape(d - m,) each.
+
+    What a run watches is a function of the problem's own p and q, which the loop has from ``chart``.
+
+    Parameters
+    ----------
+    own : Derivation
+        The problem in its own coordinates, which declares a chart.
+    """
+
+    def __init__(self, own: Derivation) -> None:
+        assert own.problem.chart is not None
+        super().__init__(own.problem)
+        self.own, self.chart = own, own.problem.chart
+        self.d = own.d - own.m
+        self.y = sp.Matrix([*self.chart.eta, *self.chart.xi])
+
+    @cached_property
+    def explicit(self) -> bool:
+        """Whether all that kernels ask for are expressions: always."""
+        return True
+
+    @cached_property
+    def separable(self) -> bool:
+        """Whether K is separable; nothing asks."""
+        return False
+
+    @cached_property
+    def quadratic(self) -> bool:
+        """Whether K is quadratic in eta; nothing asks."""
+        return False
+
+    @cached_property
+    def structure(self) -> list[list[bool]]:
+        """Nothing is left out of products."""
+        return [[True] * self.d for _ in range(self.m)]
+
+    @cached_property
+    def inverse_mass(self) -> list[list[bool]]:
+        """Nothing is left out of products."""
+        return [[True] * self.d for _ in range(self.d)]
+
+    @cached_property
+    def H(self) -> sp.Expr:
+        """Hamiltonian H(p, q) as an expression."""
+        return self.own.H if self.own.explicit else (self.p.T * self.M.LUsolve(self.p))[0] / 2 + self.U
+
+    @cached_property
+    def Gv(self) -> sp.Matrix:
+        """Velocity constraint G H_p, shape(m,)."""
+        return self.G * sp.Matrix([self.H]).jacobian(self.p).T
+
+    def watch(self, names: Sequence[str], kinds: int, raw: int) -> Watch:
+        """Return what the loop does beside stepping, for states in the problem's own coordinates."""
+        return self.own.watch(names, kinds, raw)
+
+    @cached_property
+    def K_y(self) -> sp.Matrix:
+        """Gradient of K(y) = H(chi(y)), shape(2 (d - m),)."""
+        chi = dict(zip([*self.problem.p, *self.problem.q], [*self.chart.p, *self.chart.q], strict=True))
+        return sp.Matrix([self.H.subs(chi, simultaneous=True)]).jacobian(self.y).T
+
+    @cached_property
+    def two_form(self) -> sp.Matrix:
+        """X^T J X with X = chi'(y), the inverse of B(y) of (2.21)."""
+        p_y, q_y = (sp.Matrix(list(part)).jacobian(self.y) for part in (self.chart.p, self.chart.q))
+        half = p_y.T * q_y
+        upper = sp.Matrix(*half.shape, lambda i, j: shortened(half[i, j] - half[j, i]) if i < j else 0)
+        return upper - upper.T
+
+    def source(self, name: str) -> str | None:
+        """Return the source of the problem's function of this name, or None if it is no expression of this problem."""
+        rule = self._rules.get(name)
+        if rule is None:
+            return None
+        arguments, values, shape = rule()
+        text = codegen.expressions(name, arguments, list(values), shape, self.parameters)
+        return codegen.ARCTAN2 + text if name == "inverse_chart" else text
+
+    @cached_property
+    def _rules(self) -> dict[str, Callable[[], Rule]]:
+        """What each function's arguments, values and shape are; nothing is derived before it is called."""
+        n, chart = 2 * self.d, self.chart
+        q: Arguments = {"q": list(self.q)}
+        pq: Arguments = {"p": list(self.p), **q}
+        y: Arguments = {"p": list(chart.eta), "q": list(chart.xi)}
+        return {
+            "H": lambda: (pq, [self.H], ()),
+            "g": lambda: (q, self.g, (self.m,)),
+            "Gv": lambda: (pq, self.Gv, (self.m,)),
+            "integrals": lambda: (pq, list(self.problem.integrals.values()), (len(self.problem.integrals),)),
+            "chart": lambda: (y, [*chart.p, *chart.q], (2, self.own.d)),
+            "inverse_chart": lambda: (pq, [*chart.inverse_eta, *chart.inverse_xi], (2, self.d)),
+            "K_y": lambda: (y, self.K_y, (n,)),
+            "two_form": lambda: (y, self.two_form, (n, n)),
+        }

@@ -1,0 +1,143 @@
+"""Where a definition comes from, and what follows from it, derived only when something asks for it."""
+
+import hashlib
+import types
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
+
+from daebench.compiler.cache import generated
+from daebench.compiler.facts import facts
+from daebench.errors import BadInput, unknown
+
+if TYPE_CHECKING:
+    from daebench.compiler.constrained.local import LocalDerivation
+    from daebench.systems.files.read import Definition, Problem
+
+
+ALGEBRAS = ("values", "arrays")
+"""How vectors are held: as values in straight-line code, for few unknowns, or as arrays in loops over the nodes of a chain."""
+
+
+@dataclass(frozen=True, eq=False)
+class Source:
+    """Where a definition comes from: it is made, and SymPy imported, only when something is derived.
+
+    Parameters
+    ----------
+    problem : str
+        Name of the problem.
+    key : str
+        Text that decides the definition, hashed before anything is imported.
+    define : callable
+        Returns the definition.
+    defaults : mapping of str to float, optional
+        Values of parameters that replace the defaults of the definition.
+    algebra : str
+        How a chain's vectors are held: one of :data:`ALGEBRAS`, see ``chains.derivation``; "" as its size suggests.
+    content : str
+        What ``key`` says of a file outside of the package, without the name and the place of the file; "" where ``key`` has neither.
+
+    Raises
+    ------
+    BadInput
+        If the algebra is unknown.
+    """
+
+    problem: str
+    key: str = field(repr=False)
+    define: Callable[[], "Definition"] = field(repr=False)
+    defaults: Mapping[str, float] | None = None
+    algebra: str = ""
+    content: str = field(default="", repr=False)
+
+    def __post_init__(self) -> None:
+        if self.algebra and self.algebra not in ALGEBRAS:
+            raise unknown("algebra", self.algebra, ALGEBRAS)
+
+    @cached_property
+    def derivation(self) -> Any:
+        """Everything that follows from the definition, shared by all that ask: a Derivation or a PoissonDerivation."""
+        return _derivation(self.define(), self.algebra)
+
+    def form(self, name: str) -> Any:
+        """Return everything that follows from the definition in a form of the system: most are in its own coordinates."""
+        if name == "local":
+            return self._local
+        return self._darboux if name == "darboux" else self.derivation
+
+    def split(self, splitting: str) -> Any:
+        """Return everything that follows from the definition of a Poisson system with this splitting; "" for the first."""
+        return self.derivation.split(splitting) if splitting else self.derivation
+
+    @cached_property
+    def _local(self) -> "LocalDerivation":
+        from daebench.compiler.constrained.local import LocalDerivation
+
+        return LocalDerivation(self.derivation)
+
+    @cached_property
+    def _darboux(self) -> Any:
+        if self.sheet.SITES:
+            from daebench.compiler.lattice.derivation import DarbouxLattice
+
+            return DarbouxLattice(self.derivation)
+        from daebench.compiler.poisson.derivation import DarbouxDerivation
+
+        return DarbouxDerivation(self.derivation)
+
+    @cached_property
+    def sheet(self) -> types.ModuleType:
+        """Facts of the problem: sizes, names and initial values, see :func:`daebench.compiler.facts.facts`."""
+
+        def build(cached: bool) -> str:
+            fingerprint = hashlib.sha256(self.derivation.definition.fingerprint.encode()).hexdigest()
+            return f"{facts(self.problem, self.derivation)}FINGERPRINT = {fingerprint!r}\n"
+
+        return generated(f"{self.problem}_facts", self.key, build)
+
+
+def _derivation(problem: "Definition", algebra: str) -> Any:
+    from daebench.systems.chain import ConstrainedChain
+    from daebench.systems.constrained import ConstrainedHamiltonian
+
+    if isinstance(problem, ConstrainedChain):
+        from daebench.compiler.chain.derivation import derived
+
+        return derived(problem, algebra)
+    if algebra == "arrays":
+        raise BadInput("the problem is not written as a chain of nodes, so that its vectors cannot be arrays; leave out the algebra.")
+    if isinstance(problem, ConstrainedHamiltonian):
+        from daebench.compiler.constrained.derivation import Derivation
+
+        return Derivation(problem)
+    from daebench.systems.lattice import PoissonLattice
+
+    if isinstance(problem, PoissonLattice):
+        from daebench.compiler.lattice.derivation import LatticeDerivation
+
+        return LatticeDerivation(problem)
+    from daebench.compiler.poisson.derivation import PoissonDerivation
+
+    return PoissonDerivation(problem)
+
+
+def source_of(problem: "Definition", name: str = "problem", algebra: str = "") -> Source:
+    """Return the source of a definition made in this process; ``algebra`` as for :class:`Source`."""
+    from daebench.systems.chain import ConstrainedChain
+
+    if isinstance(problem, ConstrainedChain):
+        from daebench.compiler.chain.derivation import held
+
+        problem = held(problem, algebra)  # so that its fingerprint tells of all that is in the kernels
+    defaults = {str(symbol): float(value) for symbol, value in problem.parameters.items()}
+    return Source(name, f"{problem.fingerprint} {algebra}".rstrip(), lambda: problem, defaults, algebra)
+
+
+def source_in(file: "Problem", structure: Mapping[str, int], algebra: str = "") -> Source:
+    """Return the source of the definition in a problem file with these structural parameters."""
+    values = dict(file.structure) | dict(structure)
+    decided = f"{sorted(values.items())} {algebra}".rstrip()
+    content = f"{file.content} {decided}" if file.content else ""
+    return Source(file.name, f"{file.name} {file.digest} {decided}", lambda: file.define(**values), algebra=algebra, content=content)

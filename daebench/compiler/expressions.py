@@ -1,0 +1,364 @@
+"""Expressions of scheme files with operations of the algebra in the place of their operators.
+
+A weight stays apart from what it multiplies until the two meet a sum, so that ``y + w * x`` is one operation, and a transpose until it
+meets a product.
+"""
+
+import ast
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Protocol
+
+from daebench.compiler import arithmetic, shapes
+from daebench.compiler.shapes import DATA, GRAM, HALF_MATRIX, IDENTITY, INDEX, MATRIX, NUMBER, ROWS, Function, Kind, Pack, Stages, said
+from daebench.compiler.syntax import call
+from daebench.errors import InvalidProblem
+
+NUMBERS = (NUMBER, DATA, INDEX)
+
+
+class Scope(Protocol):
+    """Kinds of the names that a file imports or defines."""
+
+    def kind(self, name: str) -> Kind:
+        """Return the kind of a constant, or of a function."""
+
+    def annotated(self, annotation: ast.expr | None) -> Kind:
+        """Return the kind that an annotation names."""
+
+
+@dataclass(frozen=True)
+class Value:
+    """An expression with its kind, a weight that is not multiplied in yet, and whether its transpose is meant.
+
+    ``outer`` is x of an outer product y x^T, of which the expression is y.
+    """
+
+    node: ast.expr
+    kind: Kind
+    weight: ast.expr | None = None
+    turned: bool = False
+    outer: ast.expr | None = None
+
+    @property
+    def shape(self) -> str:
+        """Kind of a factor, ".T" marking a transpose."""
+        return f"{self.kind}{'.T' * self.turned}"
+
+
+class Expressions:
+    """Lowers the expressions of one function of a scheme file.
+
+    Parameters
+    ----------
+    where : str
+        Path of the file.
+    scope : Scope
+        Kinds of the names around the function.
+    """
+
+    def __init__(self, where: str, scope: Scope) -> None:
+        self.where, self.scope = where, scope
+        self.kinds: dict[str, Kind] = {}
+        self.used: set[str] = set()
+
+    def _bind(self, target: ast.expr, kind: Kind, value: ast.expr) -> None:
+        if isinstance(target, ast.Name):
+            self.kinds[target.id] = kind
+        elif isinstance(target, ast.Tuple):
+            if isinstance(kind, Pack) and len(kind.kinds) != len(target.elts):
+                raise self._refusal(value, f"it has {len(kind.kinds)} values, and there are {len(target.elts)} names")
+            for place, name in enumerate(target.elts):
+                self._bind(name, _entry(kind, place), value)
+
+    def _refusal(self, node: ast.AST, why: str, text: str = "") -> InvalidProblem:
+        """Return the error that says why an expression is refused, and where it is."""
+        return InvalidProblem(f"{self.where}, line {getattr(node, 'lineno', '?')}: {text or ast.unparse(node)}: {why}.")
+
+    def _whole(self, node: ast.expr) -> Value:
+        """Return an expression that stands by itself: its weight multiplied in, its transpose made."""
+        return self._finished(self._value(node), node)
+
+    def _finished(self, found: Value, node: ast.expr | None = None) -> Value:
+        if found.outer is not None or (found.turned and shapes.wider(found.kind) != MATRIX):
+            raise self._refusal(node or found.node, f"the transpose of {said(found.kind)} stands in a product only")
+        if found.turned:
+            found = Value(self._call("transpose", found.node), MATRIX, found.weight)
+        if found.weight is None:
+            return found
+        kind = shapes.wider(found.kind)
+        if not isinstance(kind, str) or kind not in shapes.SCALE:
+            raise self._refusal(node or found.node, f"{said(found.kind)} has no multiples")
+        return Value(self._call(shapes.SCALE[kind], found.weight, found.node), kind)
+
+    def _call(self, name: str, *arguments: ast.expr) -> ast.Call:
+        """Return the call of an operation of the algebra, which the file then imports."""
+        self.used.add(name)
+        return call(name, arguments)
+
+    def _value(self, node: ast.expr) -> Value:
+        """Return an expression lowered, with its weight and transpose apart."""
+        found = self._lowered(node)
+        return Value(ast.copy_location(found.node, node), found.kind, found.weight, found.turned, found.outer)
+
+    def _lowered(self, node: ast.expr) -> Value:
+        match node:
+            case ast.Constant(value=value):
+                return Value(node, INDEX if type(value) is int else NUMBER if type(value) is float else None)
+            case ast.Name(id=name):
+                return Value(node, self.kinds[name] if name in self.kinds else self.scope.kind(name))
+            case ast.Call():
+                return self._called(node)
+            case ast.BinOp():
+                return self._operation(node)
+            case ast.UnaryOp(op=ast.USub(), operand=operand):
+                return self._negated(node, self._value(operand))
+            case ast.Attribute(value=value, attr="T"):
+                return self._transposed(node, self._value(value))
+        return self._composed(node)
+
+    def _composed(self, node: ast.expr) -> Value:
+        """Return an entry, a tuple, a choice between two values, or the terms of a generator."""
+        match node:
+            case ast.Subscript(value=value, slice=index):
+                found, place = self._whole(value), self._whole(index).node
+                return Value(ast.Subscript(found.node, place, ast.Load()), _entry(found.kind, _literal(index)))
+            case ast.Starred(value=value):
+                found = self._whole(value)
+                return Value(ast.Starred(found.node, ast.Load()), found.kind)
+            case ast.Tuple(elts=elts):
+                parts = [self._whole(part) for part in elts]
+                return Value(ast.Tuple([part.node for part in parts], ast.Load()), _packed(parts))
+            case ast.IfExp():
+                return self._choice(node)
+            case ast.GeneratorExp():
+                return self._terms(node)
+        return self._condition(node)
+
+    def _choice(self, node: ast.IfExp) -> Value:
+        """Return one of two values of one kind."""
+        choices = self._whole(node.body), self._whole(node.orelse)
+        kind = shapes.joined([choice.kind for choice in choices])
+        if kind is None and None not in (choices[0].kind, choices[1].kind):
+            raise self._refusal(node, f"it is {said(choices[0].kind)} or {said(choices[1].kind)}")
+        return Value(ast.IfExp(self._whole(node.test).node, *(arithmetic.typed(choice.node, kind) for choice in choices)), kind)
+
+    def _terms(self, node: ast.GeneratorExp) -> Value:
+        """Return the terms of a generator over stages or constraints, of the kind of one of them."""
+        (loop,) = node.generators
+        before = dict(self.kinds)
+        self._bind(loop.target, INDEX, loop.iter)
+        found, over = self._whole(node.elt), self._whole(loop.iter).node
+        self.kinds = before
+        return Value(ast.GeneratorExp(found.node, [ast.comprehension(loop.target, over, loop.ifs, loop.is_async)]), found.kind)
+
+    def _condition(self, node: ast.expr) -> Value:
+        """Return a comparison, or what is composed of comparisons."""
+        match node:
+            case ast.Compare(left=left, ops=ops, comparators=others):
+                return Value(ast.Compare(self._whole(left).node, ops, [self._whole(each).node for each in others]), None)
+            case ast.BoolOp(op=op, values=values):
+                return Value(ast.BoolOp(op, [self._whole(each).node for each in values]), None)
+            case ast.UnaryOp(op=ast.Not(), operand=operand):
+                return Value(ast.UnaryOp(ast.Not(), self._whole(operand).node), None)
+        raise self._refusal(node, "a scheme has no such expressions")
+
+    def _negated(self, node: ast.expr, found: Value) -> Value:
+        if found.kind == INDEX:
+            return Value(ast.UnaryOp(ast.USub(), found.node), INDEX)
+        if found.kind in NUMBERS:
+            return Value(arithmetic.minus(found.node), NUMBER)
+        self._known(node, found)
+        return Value(found.node, found.kind, arithmetic.minus(found.weight), found.turned, found.outer)
+
+    def _transposed(self, node: ast.expr, found: Value) -> Value:
+        kind = shapes.wider(found.kind)
+        if kind not in (ROWS, MATRIX, shapes.VECTOR):
+            raise self._refusal(node, f"{said(found.kind)} has no transpose")
+        return Value(found.node, found.kind, found.weight, not found.turned)
+
+    def _known(self, node: ast.expr, *parts: Value) -> None:
+        """Refuse an operator on something of unknown kind."""
+        for part in parts:
+            if not isinstance(part.kind, str):
+                raise self._refusal(node, f"{ast.unparse(part.node)} is {said(part.kind)}, which no operator takes; annotate it")
+
+    # ---- calls -----------------------------------------------------------------------------------------------------------
+
+    def _called(self, node: ast.Call) -> Value:
+        """Return a call with its arguments lowered, and the operation that its name stands for."""
+        if not isinstance(node.func, ast.Name):
+            raise self._refusal(node, "a scheme calls functions by name")
+        name = node.func.id
+        parts = [self._whole(argument) for argument in node.args]
+        if len(parts) == 1 and isinstance(parts[0].node, ast.GeneratorExp):
+            return self._gathered(node, name, parts[0])
+        if name in shapes.OVERLOADS:
+            return self._overloaded(node, name, parts)
+        signature = self.kinds[name] if name in self.kinds else self.scope.kind(name)
+        if isinstance(signature, Function):
+            return self._checked(node, name, parts, signature)
+        return Value(call(name, [part.node for part in parts]), _of_builtin(name, parts))
+
+    def _gathered(self, node: ast.Call, name: str, terms: Value) -> Value:
+        """Return a tuple, a sum, a minimum or a maximum over stages or constraints."""
+        if name == "multiplier":
+            return Value(call("tuple", [terms.node]), shapes.MULTIPLIER)
+        if name == "sum" and terms.kind not in NUMBERS:
+            raise self._refusal(node, f"sum adds numbers, and a term is {said(terms.kind)}; add them in a loop")
+        return Value(call(name, [terms.node]), Stages(terms.kind) if name == "tuple" else terms.kind)
+
+    def _overloaded(self, node: ast.Call, name: str, parts: Sequence[Value]) -> Value:
+        rules = shapes.OVERLOADS[name]
+        for kinds in (tuple(part.kind for part in parts), tuple(shapes.wider(part.kind) for part in parts)):
+            if kinds in rules:
+                operation, result = rules[kinds]
+                return Value(self._call(operation, *(part.node for part in parts)), result)
+        raise self._refusal(node, f"there is no {name} of {', '.join(said(part.kind) for part in parts)}")
+
+    def _checked(self, node: ast.Call, name: str, parts: Sequence[Value], signature: Function) -> Value:
+        """Return the call of a function whose parameters have kinds; what its arguments settle about its result is put in."""
+        known: dict[str, Kind] = {}
+        arguments = [part.node for part in parts]
+        for place, (part, wanted) in enumerate(zip(parts, signature.parameters, strict=False)):
+            if not shapes.fits(part.kind, wanted):
+                raise self._refusal(node, f"{ast.unparse(node.args[place])} is {said(part.kind)}, and {name} takes {said(wanted)} there")
+            shapes.settled(wanted, part.kind, known)
+            arguments[place] = arithmetic.typed(part.node, wanted)
+        return Value(call(name, arguments), signature.result if name in self.kinds else shapes.filled(signature.result, known))
+
+    # ---- operators -------------------------------------------------------------------------------------------------------
+
+    def _operation(self, node: ast.BinOp) -> Value:
+        left, right = self._value(node.left), self._value(node.right)
+        if isinstance(node.op, ast.Add) and (concatenated := _concatenated(left, right)) is not None:
+            return Value(ast.BinOp(left.node, node.op, right.node), concatenated)
+        self._known(node, left, right)
+        if left.kind in NUMBERS and right.kind in NUMBERS:
+            return self._arithmetic(node, left, right)
+        match node.op:
+            case ast.Mult() if left.kind in NUMBERS or right.kind in NUMBERS:
+                number, other = (left, right) if left.kind in NUMBERS else (right, left)
+                return self._weighted(other, arithmetic.times(self._real(node, number), other.weight))
+            case ast.Div() if right.kind in NUMBERS:
+                return self._weighted(left, arithmetic.over(left.weight or ast.Constant(1.0), self._real(node, right)))
+            case ast.MatMult():
+                return self._product(node, left, right)
+            case ast.Add() | ast.Sub():
+                return self._sum(node, left, right)
+        raise self._refusal(node, f"{said(left.kind)} and {said(right.kind)} have no such operation")
+
+    @staticmethod
+    def _weighted(found: Value, weight: ast.expr | None) -> Value:
+        return Value(found.node, found.kind, weight, found.turned, found.outer)
+
+    def _real(self, node: ast.expr, found: Value) -> ast.expr:
+        """Return a number of the run's type; an index would promote what it multiplies."""
+        if found.kind == INDEX and not isinstance(found.node, ast.Constant):
+            raise self._refusal(node, f"{ast.unparse(found.node)} is an integer, and no number of the run's type")
+        return arithmetic.typed(found.node, NUMBER)
+
+    def _arithmetic(self, node: ast.BinOp, left: Value, right: Value) -> Value:
+        """Return an operation on two numbers; integers stay integers among themselves."""
+        match node.op:
+            case ast.MatMult():
+                raise self._refusal(node, "numbers are multiplied by *")
+            case ast.Pow() if right.kind == INDEX:
+                return Value(arithmetic.power(left.node, right.node), left.kind)
+            case ast.Div():
+                return Value(arithmetic.over(self._real(node, left), self._real(node, right)), NUMBER)
+        if left.kind == right.kind == INDEX:
+            return Value(ast.BinOp(left.node, node.op, right.node), INDEX)
+        return Value(ast.BinOp(self._real(node, left), node.op, self._real(node, right)), NUMBER)
+
+    def _product(self, node: ast.expr, left: Value, right: Value) -> Value:
+        weight = arithmetic.times(left.weight, right.weight)
+        if left.kind == shapes.MULTIPLIER and right.shape == "Vector.T" and weight is None:
+            return Value(left.node, ROWS, outer=right.node)
+        for one, other in ((left, right), (self._flipped(left), right), (left, self._flipped(right))):
+            rule = shapes.product_of(one.shape, other.shape)
+            if rule is not None and one.outer is None and other.outer is None:
+                self.used |= set() if (one, other) == (left, right) else {"transpose"}
+                factors = (other.node, one.node) if rule.swapped else (one.node, other.node)
+                return Value(self._call(rule.call, *factors), rule.kind, weight, rule.turned)
+        raise self._refusal(node, f"there is no product of {left.shape} and {right.shape}")
+
+    def _flipped(self, found: Value) -> Value:
+        """Return S as the transpose of S^T, or S^T as a matrix of its own; anything else as it is."""
+        if shapes.wider(found.kind) != MATRIX:
+            return found
+        return Value(call("transpose", [found.node]), MATRIX, found.weight, not found.turned)
+
+    def _sum(self, node: ast.BinOp, left: Value, right: Value) -> Value:
+        """Return left + right or left - right as one operation w x + y."""
+        subtracted = isinstance(node.op, ast.Sub)
+        weight = arithmetic.minus(right.weight) if subtracted else right.weight
+        if left.kind == IDENTITY and left.weight is None:
+            return self._identity_plus(node, right, weight)
+        if right.outer is not None and weight is None and left.outer is None:
+            return Value(self._call("outer_md", right.node, right.outer, self._finished(left, node).node), ROWS)
+        kind = shapes.wider(left.kind)
+        if kind != shapes.wider(right.kind):
+            raise self._refusal(node, f"{said(left.kind)} and {said(right.kind)} are not of one shape")
+        if kind == GRAM and not subtracted:
+            return Value(self._call("plus_mm", self._finished(left, node).node, self._finished(right, node).node), GRAM)
+        if kind == ROWS and subtracted:
+            return Value(self._call("minus_md", self._finished(left, node).node, self._finished(right, node).node), ROWS)
+        if not isinstance(kind, str) or kind not in shapes.ADD:
+            raise self._refusal(node, f"{said(left.kind)} and {said(right.kind)} have no such sum")
+        operation = shapes.ADD[kind]
+        if left.weight is not None and weight is None and not left.turned:
+            return Value(self._call(operation, left.weight, left.node, self._finished(right, node).node), kind)
+        other = self._finished(Value(right.node, right.kind, turned=right.turned), node).node
+        return Value(self._call(operation, weight or ast.Constant(1.0), other, self._finished(left, node).node), kind)
+
+    def _identity_plus(self, node: ast.expr, X: Value, weight: ast.expr | None) -> Value:
+        """Return I + w X."""
+        if X.kind == HALF_MATRIX:
+            return Value(self._call("identity_minus", arithmetic.minus(weight), X.node), HALF_MATRIX)
+        if shapes.wider(X.kind) != MATRIX:
+            raise self._refusal(node, f"the identity and {said(X.kind)} are not of one shape")
+        plain = self._finished(Value(X.node, X.kind, turned=X.turned), node).node
+        return Value(self._call("identity_plus", weight or ast.Constant(1.0), plain), MATRIX)
+
+
+def _literal(node: ast.expr) -> int | None:
+    """Return the integer that an index is, None where it is computed."""
+    try:
+        return int(ast.literal_eval(node))
+    except ValueError:
+        return None
+
+
+def _entry(kind: Kind, place: int | None) -> Kind:
+    """Return the kind of an entry; ``place`` is None where it is computed."""
+    if isinstance(kind, Pack):
+        inside = place is not None and -len(kind.kinds) <= place < len(kind.kinds)
+        return kind.kinds[place] if inside and place is not None else shapes.joined([*kind.kinds]) if kind.kinds else None
+    if isinstance(kind, Stages):
+        return kind.kind
+    return shapes.ENTRY.get(kind) if isinstance(kind, str) else None
+
+
+def _packed(parts: Sequence[Value]) -> Kind:
+    """Return the kind of a tuple, in which values at the stages may be put one after another."""
+    if not any(isinstance(part.node, ast.Starred) for part in parts):
+        return Pack(tuple(part.kind for part in parts))
+    entries = [part.kind.kind if isinstance(part.kind, Stages) else part.kind for part in parts]
+    return Stages(shapes.joined(entries))
+
+
+def _concatenated(left: Value, right: Value) -> Kind:
+    """Return the kind of two tuples one after another, None where there are not two."""
+    if isinstance(left.kind, Pack) and isinstance(right.kind, Pack):
+        return Pack(left.kind.kinds + right.kind.kinds)
+    if isinstance(left.kind, Stages) and isinstance(right.kind, Stages):
+        return Stages(shapes.joined([left.kind.kind, right.kind.kind]))
+    return None
+
+
+def _of_builtin(name: str, parts: Sequence[Value]) -> Kind:
+    """Return the kind of what a function of Python gives."""
+    if name in ("abs", "min", "max"):
+        return shapes.joined([part.kind for part in parts])
+    return INDEX if name in ("len", "int", "range") else None

@@ -1,0 +1,256 @@
+"""What follows from the definition of a Poisson lattice: functions of whole states as loops over sites, for any number of sites."""
+
+from collections.abc import Callable, Mapping, Sequence
+from functools import cached_property
+from typing import Any
+
+import sympy as sp
+
+from daebench.compiler import codegen
+from daebench.compiler.codegen import function
+from daebench.compiler.domain import may_be_left_unseen
+from daebench.compiler.linear.arrays import Arrays
+from daebench.compiler.poisson.derivation import work_of_parts
+from daebench.compiler.watch import State, Watch, of_poisson
+from daebench.compiler.work import POISSON_WORK
+from daebench.systems.lattice import PoissonLattice
+from daebench.systems.poisson import PoissonCase, PoissonSystem
+
+
+class LatticeDerivation:
+    """The functions of one Poisson lattice, by the names of :class:`daebench.compiler.poisson.derivation.PoissonDerivation`.
+
+    States are arrays, shape(n,): all sites of the first field, then those of the next.
+
+    Parameters
+    ----------
+    lattice : PoissonLattice
+        The lattice.
+    splitting : str
+        Name of the splitting whose flows ``before``, ``turn`` and ``after`` are; "" for the first.
+    """
+
+    states = "poisson"
+    work = POISSON_WORK
+
+    def __init__(self, lattice: PoissonLattice, splitting: str = "") -> None:
+        self.definition, self.lattice, self.n = lattice, lattice, lattice.n
+        self.parameters = list(lattice.parameters)
+        first = next(iter(lattice.splittings), "")
+        self.parts = [lattice.parts[name] for name in lattice.splittings[splitting or first]] if lattice.splittings else []
+
+    @cached_property
+    def problem(self) -> PoissonSystem:
+        """The system written out, with a symbol for each coordinate: for few sites."""
+        return self.lattice.expanded(self.lattice.sites)
+
+    def split(self, splitting: str) -> "LatticeDerivation":
+        """Return the same with this splitting."""
+        return LatticeDerivation(self.lattice, splitting)
+
+    @property
+    def fields(self) -> int:
+        """Number of fields of a site, s."""
+        return len(self.lattice.here)
+
+    @cached_property
+    def h_here(self) -> list[sp.Expr]:
+        """Derivatives of H with respect to the fields of a site, which appear in its own density and in that of its right neighbour."""
+        lattice = self.lattice
+        shift = dict(zip([*lattice.left, *lattice.here], [*lattice.here, *lattice.right], strict=True))
+        beyond = sp.sympify(lattice.h).xreplace(shift)
+        return [sp.diff(lattice.h, own) + sp.diff(beyond, own) for own in lattice.here]
+
+    @cached_property
+    def field(self) -> list[sp.Expr]:
+        """Right side b grad H at a site."""
+        return [sp.expand(each) for each in sp.Matrix(self.lattice.b) * sp.Matrix(self.h_here)]
+
+    def of_degree(self, most: int) -> tuple[str, ...]:
+        """Return the names of the first integrals that are polynomials of at most this degree, "energy" for H."""
+        lattice = self.lattice
+        y = [*lattice.left, *lattice.here]
+        densities = {"energy": lattice.h, **lattice.casimirs, **lattice.integrals}
+        return tuple(name for name, h in densities.items() if h.is_polynomial(*y) and sp.Poly(h, *y).total_degree() <= most)
+
+    @property
+    def constants(self) -> dict[str, bool | int]:
+        """Constants of the holes that the lattice settles."""
+        return {"DENSE": False, "BOUNDED": False, "CONSTRAINTS": 1}
+
+    def facts(self) -> dict[str, Any]:
+        """Return the facts of the lattice, by the names of :meth:`daebench.compiler.poisson.derivation.PoissonDerivation.facts`."""
+        lattice = self.lattice
+        return {
+            "N": lattice.n,
+            "CASIMIRS": tuple(lattice.casimirs),
+            "INTEGRALS": tuple(lattice.integrals),
+            "DOMAIN": (),
+            "CONSTANT": not lattice.b.free_symbols & set(lattice.here),
+            "BILINEAR": False,
+            "HALVES": len(lattice.here) % 2 == 0,
+            "SPLITTINGS": {name: tuple(parts) for name, parts in lattice.splittings.items()},
+            "LINEAR": self.of_degree(1),
+            "QUADRATIC": self.of_degree(2),
+            "CLOSED_FORM": False,
+            "DARBOUX": lattice.darboux is not None,
+            "LIFT": "",
+            "SITES": lattice.sites,
+        }
+
+    @property
+    def costs(self) -> Mapping[str, list[int]]:
+        """Work of one call of each function."""
+        return work_of_parts(len(self.parts))
+
+    def algebra(self, stages: int, dtype: str) -> Arrays:
+        """Return the algebra of its vectors."""
+        return Arrays(self.n)
+
+    def watch(self, names: Sequence[str], kinds: int, raw: int) -> Watch:
+        """Return what the loop does beside stepping."""
+        guarded = may_be_left_unseen([self.lattice.h], [*self.lattice.left, *self.lattice.here])
+        quantities = of_poisson(len(self.lattice.casimirs), len(self.lattice.integrals))
+        return Watch(quantities, State((("x", self.n),), arrays=True), names, kinds, guarded=guarded)
+
+    def tracer(self, linker: Any) -> Any:
+        """Return what writes its functions from loops over nodes: nothing, only a chain has that."""
+        return None
+
+    def needs(self, name: str) -> Sequence[str]:
+        """Return the names of the lattice's other functions that this one calls."""
+        last = len(self.parts) - 1
+        others = [f"part_{i}" for i in range(last)]
+        return {"turn": [f"part_{last}"], "before": others, "after": others}.get(name, [])
+
+    def source(self, name: str) -> str | None:
+        """Return the source of the lattice's function of this name, or None if it has none."""
+        if name in ("before", "turn", "after") and self.parts:
+            calls = [f"y = {part}(y, time, par)" for part in self.needs(name)]
+            return function(f"{name}(y, time, par)", *(reversed(calls) if name == "after" else calls), "return y")
+        if name.startswith("part_"):
+            part = self.parts[int(name[5:])]
+            return self._sites(name, part.here, time=part.t)
+        rule = self._rules.get(name)
+        return None if rule is None else rule()
+
+    @cached_property
+    def _rules(self) -> dict[str, Callable[[], str]]:
+        lattice = self.lattice
+        half = self.fields // 2
+        return {
+            "H": lambda: self._sums("H", [lattice.h], packed=False),
+            "casimirs": lambda: self._sums("casimirs", list(lattice.casimirs.values())),
+            "integrals": lambda: self._sums("integrals", list(lattice.integrals.values())),
+            "field": lambda: self._sites("field", self.field),
+            "rate_u": lambda: self._sites("rate_u", self.field[:half]),
+            "rate_v": lambda: self._sites("rate_v", self.field[half:]),
+            "B": self._structure,
+        }
+
+    def _sites(self, name: str, values: Sequence[sp.Expr], *, time: sp.Symbol | None = None) -> str:
+        """Source of name(y, [time,] par), which returns so many fields at every site."""
+        lines = self._loop([f"out[{i * self.lattice.sites} + k]" for i in range(len(values))], values, time=time)
+        head = f"out = empty({len(values) * self.lattice.sites}, dtype=y.dtype)"
+        return function(f"{name}(y, {'time, ' if time is not None else ''}par)", head, *lines, "return out")
+
+    def _sums(self, name: str, densities: Sequence[sp.Expr], *, packed: bool = True) -> str:
+        """Source of name(y, par), which returns the sum of each density over all sites."""
+        totals = [f"total_{i}" for i in range(len(densities))]
+        lines = self._loop(totals, densities, add=True)
+        result = codegen.pack(totals) if packed else totals[0]
+        return function(f"{name}(y, par)", *(f"{total} = 0.0 * y[0]" for total in totals), *lines, f"return {result}")
+
+    def _loop(self, targets: Sequence[str], values: Sequence[sp.Expr], *, time: sp.Symbol | None = None, add: bool = False) -> list[str]:
+        """Lines of a loop over all sites that sets, or adds to, each target the value at that site."""
+        if not targets:
+            return []
+        lattice, N = self.lattice, self.lattice.sites
+        names = dict(zip(lattice.here, [f"y[{i * N} + k]" for i in range(self.fields)], strict=True))
+        names |= dict(zip(lattice.left, [f"y[{i * N} + k_left]" for i in range(self.fields)], strict=True))
+        names |= dict(zip(lattice.right, [f"y[{i * N} + k_right]" for i in range(self.fields)], strict=True))
+        names |= {parameter: f"par[{i}]" for i, parameter in enumerate(self.parameters)}
+        names |= {} if time is None else {time: "time[0]"}
+        body = codegen.assignments(targets, values, names)
+        sign = " += " if add else " = "
+        body = [line.replace(" = ", sign, 1) if line.startswith(tuple(targets)) else line for line in body]
+        sides = {"k_left": f"k - 1 if k > 0 else {N - 1}", "k_right": f"k + 1 if k < {N - 1} else 0"}
+        neighbours = [f"{side} = {where}" for side, where in sides.items() if any(side in line for line in body)]
+        return [f"for k in range({N}):", *(f"    {line}" for line in [*neighbours, *body])]
+
+    def _structure(self) -> str:
+        """Source of B(y, par), the whole matrix, shape(n, n): for few sites, where a diagnostic asks for it."""
+        s, N = self.fields, self.lattice.sites
+        pairs = [(i, j) for i in range(s) for j in range(s) if self.lattice.b[i, j] != 0]
+        lines = self._loop([f"out[{i * N} + k, {j * N} + k]" for i, j in pairs], [self.lattice.b[i, j] for i, j in pairs])
+        return function("B(y, par)", f"out = zeros(({self.n}, {self.n}), dtype=y.dtype)", *lines, "return out")
+
+    def initial(self, name: str, case: PoissonCase) -> str:
+        """Return the source of name(par), which returns the initial y, given by expressions in the number of the site."""
+        site = {self.lattice.site: sp.Symbol("site")}
+        lines = codegen.assignments(
+            [f"field_{i}" for i in range(self.fields)],
+            [sp.sympify(value).xreplace(site) for value in case.y],
+            {sp.Symbol("site"): "site", **{parameter: f"par[{i}]" for i, parameter in enumerate(self.parameters)}},
+        )
+        start = f"site = arange(1.0, {self.lattice.sites} + 1.0)"
+        return function(
+            f"{name}(par)", start, *lines, "return concatenate((" + ", ".join(f"field_{i} + 0.0 * site" for i in range(self.fields)) + "))"
+        )
+
+
+class DarbouxLattice(LatticeDerivation):
+    """The functions of a Poisson lattice in its canonical coordinates z = (q, p), HLW Corollary 3.6, a lattice again.
+
+    What a run watches is a function of the lattice's own y, which the loop has from ``chart``.
+
+    Parameters
+    ----------
+    own : LatticeDerivation
+        The lattice in its own coordinates, which declares canonical ones.
+    """
+
+    def __init__(self, own: LatticeDerivation) -> None:
+        super().__init__(own.lattice)
+        assert own.lattice.darboux is not None
+        self.own, self.map, self.parts = own, own.lattice.darboux, []
+        self.z = [(sp.Symbol(f"q{side}", real=True), sp.Symbol(f"p{side}", real=True)) for side in ("_left", "", "_right")]
+
+    def _at(self, expression: sp.Expr) -> sp.Expr:
+        """Return an expression in the fields of three sites as one in their canonical coordinates."""
+        lattice = self.lattice
+        found: dict[sp.Symbol, sp.Expr] = {}
+        for fields, (q, p) in zip((lattice.left, lattice.here, lattice.right), self.z, strict=True):
+            found |= {
+                own: sp.sympify(value).xreplace({self.map.q: q, self.map.p: p}) for own, value in zip(fields, self.map.here, strict=True)
+            }
+        return sp.sympify(expression).xreplace(found)
+
+    @cached_property
+    def field(self) -> list[sp.Expr]:
+        """Right side (K_p, -K_q) at a site."""
+        lattice, (q, p) = self.lattice, self.z[1]
+        slopes = [self._at(each) for each in self.own.h_here]
+        here = [self._at(own) for own in lattice.here]
+        K_q, K_p = (sp.Add(*(slope * sp.diff(each, z) for slope, each in zip(slopes, here, strict=True))) for z in (q, p))
+        return [K_p, -K_q]
+
+    def _loop(self, targets: Sequence[str], values: Sequence[sp.Expr], *, time: sp.Symbol | None = None, add: bool = False) -> list[str]:
+        """Lines of a loop over all sites, in the symbols of the canonical coordinates."""
+        lattice = self.lattice
+        back = {
+            z: own
+            for pair, fields in zip(self.z, (lattice.left, lattice.here, lattice.right), strict=True)
+            for z, own in zip(pair, fields, strict=True)
+        }
+        return super()._loop(targets, [sp.sympify(value).xreplace(back) for value in values], time=time, add=add)
+
+    def source(self, name: str) -> str | None:
+        """Return the source of the function of this name, or None if it has none."""
+        if name in ("H", "casimirs", "integrals", "B"):
+            return self.own.source(name)
+        if name == "chart":
+            return self._sites(name, [self._at(own) for own in self.lattice.here])
+        if name == "canonical":
+            return self.own._sites(name, [self.map.Q, self.map.P])
+        return super().source(name)

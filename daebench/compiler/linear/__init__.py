@@ -1,0 +1,1 @@
+"""Linear algebra of generated modules: tuples, arrays, and Gaussian elimination."""

@@ -1,0 +1,158 @@
+"""Source of linear solvers for matrices of fixed size: Gaussian elimination with scaled partial pivoting, unrolled or in loops."""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+from daebench.compiler.codegen import function, pack
+
+UNROLLED = 10
+"""Unknowns up to which elimination of stages is unrolled; above, it would be compiled for longer than it is worth."""
+
+UNROLLED_ENTRIES = 40
+"""Entries of matrix and right sides up to which elimination with several of them is unrolled; with 42, in loops it is as fast."""
+
+
+class Target(NamedTuple):
+    """What source is written for.
+
+    Parameters
+    ----------
+    dtype : str
+        Name of the number type.
+    compiled : bool
+        Whether it is handed to numba.
+    """
+
+    dtype: str
+    compiled: bool = True
+
+
+def eliminating(name: str, n: int, target: Target, rows: int = 0) -> str:
+    """Source of elimination with so many extra right sides, unrolled or not by its size."""
+    return solver(name, n, rows) if n * (n + rows) <= UNROLLED_ENTRIES else large_solver(name, n, target, rows)
+
+
+def large_solver(name: str, n: int, target: Target, rows: int = 0) -> str:
+    """Source of elimination for many unknowns: in loops that are soon compiled, or by rows where they are not compiled at all."""
+    return looping_solver(name, n, target.dtype, rows) if target.compiled else row_solver(name, target.dtype, rows)
+
+
+def row_solver(name: str, dtype: str, rows: int = 0) -> str:
+    """Source of elimination by operations on rows, see :mod:`daebench.compiler.linear.elimination_rows`."""
+    others = ", X" * bool(rows)
+    main = function(f"{name}(A, b{others})", f"return elimination_by_rows.solved(A, b, {dtype!r}{others})")
+    return f"from daebench import elimination_by_rows\n\n\n{main}"
+
+
+def blocked(name: str, blocks: Sequence[Sequence[int]], target: Target, rows: int = 0) -> str:
+    """Source of elimination block by block, for a symmetric matrix whose rows couple within these sets of indices alone."""
+    if len(blocks) == 1:
+        return eliminating(name, len(blocks[0]), target, rows)
+    sizes = sorted({len(block) for block in blocks})
+    inner = "".join(eliminating(f"_{name}_{size}", size, target, rows) for size in sizes)
+    lines = []
+    for k, block in enumerate(blocks):
+        arguments = [pack(pack(f"A[{i}][{j}]" for j in block) for i in block), pack(f"b[{i}]" for i in block)]
+        arguments += [pack(pack(f"X[{r}][{i}]" for i in block) for r in range(rows))] if rows else []
+        lines.append(f"x{k}, {f'y{k}, ' if rows else ''}pivot{k} = _{name}_{len(block)}({', '.join(arguments)})")
+    place = {i: (k, j) for k, block in enumerate(blocks) for j, i in enumerate(block)}
+    where = [place[i] for i in range(len(place))]
+    found = [pack(f"x{k}[{j}]" for k, j in where)]
+    found += [pack(pack(f"y{k}[{r}][{j}]" for k, j in where) for r in range(rows))] if rows else []
+    found.append(f"min({', '.join(f'pivot{k}' for k in range(len(blocks)))})")
+    return inner + function(f"{name}(A, b{', X' * bool(rows)})", *lines, f"return {', '.join(found)}")
+
+
+def solver(name: str, n: int, rows: int = 0) -> str:
+    """Source of Gaussian elimination with scaled partial pivoting, unrolled.
+
+    ``name(A, b)`` returns x and the smallest relative pivot; with extra right sides ``name(A, b, X)`` returns x, the solutions for
+    the rows of X, and the pivot. A pivot is taken relative to the sum of moduli of the terms that it was computed from: it is the
+    share that cancellation has left, and scaling rows or columns (masses between 1e-8 and 1e8, say) does not change it. For a matrix
+    of one entry nothing can cancel: its relative pivot is 1, or 0 if it is 0.
+    """
+    N, extra = range(n), range(rows)
+    sides = ["x", *(f"y{r}_" for r in extra)]
+    lines = [f"a{i}_{j} = A[{i}][{j}]" for i in N for j in N] + [f"x{i} = b[{i}]" for i in N]
+    lines += [f"y{r}_{i} = X[{r}][{i}]" for r in extra for i in N]
+    lines += [f"s{i}_{j} = abs(a{i}_{j})" for i in N for j in N] if n > 1 else []
+    lines += [f"scale{i} = " + _largest([f"s{i}_{j}" for j in N]) for i in N] if n > 1 else []
+    for k in N:
+        lines += _elimination(k, n, sides)
+    for k in reversed(N):
+        for side in sides:
+            lines += [f"{side}{k} = {side}{k} - a{k}_{j} * {side}{j}" for j in range(k + 1, n)]
+            lines.append(f"{side}{k} = {side}{k} / a{k}_{k}")
+    if n == 1:
+        lines.append("pivot = 1.0 if abs(a0_0) > 0.0 else 0.0")
+    else:
+        lines.append("pivot = abs(a0_0) / s0_0 if s0_0 > 0.0 else 0.0")
+        lines += [f"pivot = min(pivot, abs(a{k}_{k}) / s{k}_{k} if s{k}_{k} > 0.0 else 0.0)" for k in N if k]
+    solution = pack(f"x{i}" for i in N)
+    if not extra:
+        return function(f"{name}(A, b)", *lines, f"return {solution}, pivot")
+    others = pack(pack(f"y{r}_{i}" for i in N) for r in extra)
+    return function(f"{name}(A, b, X)", *lines, f"return {solution}, {others}, pivot")
+
+
+def _largest(items: Sequence[str]) -> str:
+    return items[0] if len(items) == 1 else f"max({', '.join(items)})"
+
+
+def _elimination(k: int, n: int, sides: Sequence[str]) -> list[str]:
+    """Source of step k: the largest of the column's rest is swapped up to the pivot's place, then what is below it eliminated."""
+    lines = []
+    names = [f"{matrix}{{0}}_{j}" for matrix in "as" for j in range(k, n)] + [f"{side}{{0}}" for side in (*sides, "scale")]
+    for i in range(k + 1, n):
+        upper, lower = (", ".join(x.format(r) for x in names) for r in (k, i))
+        lines.append(f"if abs(a{i}_{k}) * scale{k} > abs(a{k}_{k}) * scale{i}: {upper}, {lower} = {lower}, {upper}")
+    for i in range(k + 1, n):
+        lines.append(f"f = a{i}_{k} / a{k}_{k}")
+        lines += [f"a{i}_{j} = a{i}_{j} - f * a{k}_{j}" for j in range(k + 1, n)]
+        lines += [f"s{i}_{j} = s{i}_{j} + abs(f) * s{k}_{j}" for j in range(k + 1, n)]
+        lines += [f"{side}{i} = {side}{i} - f * {side}{k}" for side in sides]
+    return lines
+
+
+def looping_solver(name: str, n: int, dtype: str, rows: int = 0) -> str:
+    """Source of the same elimination as :func:`solver`'s, in loops over arrays: slower for few unknowns, and soon compiled for many."""
+    end = n + 1 + rows
+    others = pack(pack(f"a[{i}, {n + 1 + r}]" for i in range(n)) for r in range(rows))
+    return function(
+        f"{name}(A, b{', X' * bool(rows)})",
+        f"a = numpy.empty(({n}, {end}), dtype=numpy.{dtype})",
+        *(f"a[{i}, {j}] = A[{i}][{j}]" for i in range(n) for j in range(n)),
+        *(f"a[{i}, {n}] = b[{i}]" for i in range(n)),
+        *(f"a[{i}, {n + 1 + r}] = X[{r}][{i}]" for r in range(rows) for i in range(n)),
+        f"s = numpy.abs(a[:, :{n}])",
+        f"scale = numpy.empty({n}, dtype=s.dtype)",
+        f"for i in range({n}):",
+        "    scale[i] = s[i].max()",
+        "pivot = INF",
+        f"for k in range({n}):",
+        "    best = k",
+        f"    for i in range(k + 1, {n}):",
+        "        if abs(a[i, k]) * scale[best] > abs(a[best, k]) * scale[i]:",
+        "            best = i",
+        "    if best != k:",
+        f"        for j in range(k, {end}):",
+        "            a[k, j], a[best, j] = a[best, j], a[k, j]",
+        f"        for j in range(k, {n}):",
+        "            s[k, j], s[best, j] = s[best, j], s[k, j]",
+        "        scale[k], scale[best] = scale[best], scale[k]",
+        "    share = abs(a[k, k]) / s[k, k] if s[k, k] > 0.0 else 0.0 * scale[k]",
+        "    if not share >= pivot:",
+        "        pivot = share",
+        f"    for i in range(k + 1, {n}):",
+        "        f = a[i, k] / a[k, k]",
+        f"        for j in range(k + 1, {end}):",
+        "            a[i, j] -= f * a[k, j]",
+        f"        for j in range(k + 1, {n}):",
+        "            s[i, j] += abs(f) * s[k, j]",
+        f"for r in range({n}, {end}):",
+        f"    for k in range({n - 1}, -1, -1):",
+        f"        for j in range(k + 1, {n}):",
+        "            a[k, r] -= a[k, j] * a[j, r]",
+        "        a[k, r] = a[k, r] / a[k, k]",
+        f"return {pack(f'a[{i}, {n}]' for i in range(n))}, {others + ', ' if rows else ''}pivot",
+    )

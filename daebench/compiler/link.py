@@ -1,0 +1,340 @@
+"""The linker: joins a scheme's file with one problem's functions and algebra into the source of one module.
+
+Scheme files and the files in ``kernels/`` are read as syntax, never run; operations of the algebra take the place of operators. From
+the functions that are asked for, the linker follows every call; for each function it settles the constants of the hole, threads the
+problem's parameters through, specialises functions that are passed by name, and asks the derivation or the algebra for exactly the names
+that are left.
+"""
+
+import ast
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cache
+
+from daebench.compiler import codegen
+from daebench.compiler.constrained.derivation import Derivation
+from daebench.compiler.declared import Declarations
+from daebench.compiler.operators import Lowering
+from daebench.compiler.syntax import HOLE, HOLES, RUN_TIME, SourceFile, TypedLiterals, call, called, decorated, gathered, parameters_of
+from daebench.compiler.unroll import Unroller
+from daebench.errors import InvalidProblem
+from daebench.schemes.kernels.language import ROUNDINGS
+from daebench.systems.files.package import folder
+
+PACKAGE = folder("daebench")
+_WORK = {name: name for name in ("H_p", "H_q", "g", "G")}
+_WORK |= dict.fromkeys(("H_pp", "H_qp", "H_qq", "Gv_p", "Gv_q", "curvature", "a_p"), "second")
+_WORK |= dict.fromkeys(("solve", "solve_d", "solve_dm", "solve_dd", "solve_2m"), "solve")
+_WORK |= dict.fromkeys(("solve_mass", "solve_mass_m", "solve_mass_d"), "solve")
+_WORK |= dict.fromkeys(("solve_stages", "solve_stages_but_one", "solve_stages_twice"), "solve")
+_WORK |= dict.fromkeys(("solve_stages_twice_d", "solve_2d"), "solve") | {"K_y": "H_q", "two_form": "second"}
+_UNCOUNTED = ("rows",)  # M^-1 on rows of G: part of the algebra, whatever it is composed of
+_PLAIN = ("worst", "total", "no_work", "plus_work")
+PRECISIONS = {"float64": "2.220446049250313e-16", "float32": "numpy.float32(1.1920929e-07)", "complex128": "2.220446049250313e-16"}
+HEADER = """\"\"\"{title}\"\"\"
+
+import numpy
+from numpy import *
+from builtins import abs, max, min
+"""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Options:
+    """What a module is linked for.
+
+    Parameters
+    ----------
+    precision : str
+        "float64", "float32" or "complex128".
+    watch : tuple of str
+        Any of "energy", "manifold", "integrals": what the loop takes the maximum error of; or "samples": that it stores H and no states.
+    count : bool
+        Whether evaluations, solves and sweeps are counted.
+    compiled : bool
+        Whether functions are handed to numba; otherwise they run as they are.
+    form : str
+        Form of the system whose right side the scheme is given: "" for (1.18), "local", "stiff", "baumgarte" or "darboux".
+    stages : int
+        Number of stages of the scheme.
+    composed, compensated : bool
+        Whether a step is made of several substeps, and whether sums over steps are compensated for rounding.
+    projection : str
+        What ends a step: "" for nothing, "proj" or "symproj".
+    raw : int
+        Number of raw multipliers of a step that the loop stores.
+    singular : str
+        What becomes of a run where G loses rank: "" where it is not watched, "watch", or "least-squares" where systems of constraints
+        are solved that way besides.
+    sweeps, roundings : int and float
+        Sweeps after which Newton's iteration is ended, 0 for convergence, and increments, in roundings, that end it.
+    """
+
+    precision: str = "float64"
+    watch: tuple[str, ...] = ()
+    count: bool = False
+    compiled: bool = True
+    form: str = ""
+    stages: int = 1
+    composed: bool = False
+    compensated: bool = False
+    projection: str = ""
+    raw: int = 0
+    singular: str = ""
+    sweeps: int = 0
+    roundings: float = ROUNDINGS
+
+
+@cache
+def _text(module: str) -> str:
+    return PACKAGE.joinpath(*module.split(".")[1:]).with_suffix(".py").read_text(encoding="utf-8")
+
+
+@cache
+def _declared(module: str) -> SourceFile:
+    """Return a file of the hole as syntax: what it declares is the same for every problem."""
+    return SourceFile(module, _text(module), {})
+
+
+class Linker:
+    """Collects the source of everything that the functions asked for need.
+
+    Parameters
+    ----------
+    derivation : Derivation
+        The problem.
+    options : Options
+        Number type, what to watch, whether to count and to compile.
+    scheme : str, optional
+        Module name of the scheme that fills the holes ``step`` and ``start``.
+    """
+
+    def __init__(self, derivation: Derivation, options: Options, scheme: str | None = None) -> None:
+        self.derivation, self.options, self.scheme = derivation, options, scheme
+        self.algebra = derivation.algebra(options.stages, options.precision)
+        self.algebra.least_squares = options.singular == "least-squares"
+        self.algebra.compiled = options.compiled
+        self.algebraic = cache(self.algebra.source)
+        self.kinds = derivation.work
+        self.constants: dict[str, bool | int | float] = derivation.constants | {
+            "MULTISTEP": False,
+            "COMPOSED": options.composed,
+            "COMPENSATED": options.compensated,
+            "PROJECTED": options.projection == "proj",
+            "LOCAL": options.form in ("local", "darboux"),
+            "STIFF": options.form == "stiff",
+            "STAGES": options.stages,
+            "RANK_WATCHED": bool(options.singular),
+            "SINGLE": derivation.constants.get("SINGLE", derivation.constants.get("CONSTRAINTS") == 1),
+            "AGAIN": 2 if options.precision == "complex128" and options.roundings == ROUNDINGS else 1,
+            "SWEEPS_ASKED": options.sweeps,
+            "ROUNDINGS": options.roundings,
+        }
+        self.watch = derivation.watch(options.watch, len(self.kinds) if options.count else 0, options.raw)
+        self.files: dict[str, SourceFile] = {}
+        if scheme:
+            self.constants["MULTISTEP"] = "start" in self.file(scheme).functions
+        self.emitted: dict[str, str] = {}
+        self.work: dict[str, list[int]] = {}
+        self.tracer = derivation.tracer(self)
+
+    def module(self, title: str, roots: Sequence[tuple[str, str]], cached: bool) -> str:
+        """Return the source of a module with these functions, each given as (file, name), and all that they need."""
+        names = [self.resolve(file, name) for file, name in roots]
+        body = "\n\n".join(self.emitted.values())
+        if self.options.precision == "float32":
+            body = ast.unparse(TypedLiterals().visit(ast.parse(body)))
+        lines = [HEADER.format(title=title), f"EPS = {PRECISIONS[self.options.precision]}"]
+        lines.append("INF = " + ("numpy.float32(numpy.inf)" if self.options.precision == "float32" else "numpy.inf"))
+        if self.tracer:
+            real = "float32" if self.options.precision == "float32" else "float64"
+            lines += [f"DTYPE = numpy.{self.options.precision}", f"REAL = numpy.{real}", "ZERO = DTYPE(0)"]
+        if self.scheme:
+            lines += [f"EACH_{name.upper()} = {self.work.get(name, [])}" for name in ("one", "finish", "begin")]
+        lines.append(f"ELEMENTWISE = {self.algebra.elementwise and 'def solve' not in body and 'def _solve' not in body}")
+        if self.options.compiled:
+            constants = dict(line.split(" = ", 1) for line in lines[1:])
+            lines.insert(1, "from daebench.compiler.sharing import shared\nfrom daebench.compiler.machine_code import njit\n")
+            body = decorated(body, names, cached, constants)
+        return "\n".join([*lines, "\n", body, ""])
+
+    def file(self, module: str) -> SourceFile:
+        """Return a source file as syntax."""
+        if module not in self.files:
+            self.files[module] = SourceFile(module, _text(module), self.constants)
+        return self.files[module]
+
+    def lowered(self, module: str, name: str) -> ast.FunctionDef:
+        """Return a function of a file with operations of the algebra, which the file then imports, in the place of operators."""
+        file = self.file(module)
+        if name not in file.lowered:
+            path = f"{module.replace('.', '/')}.py"
+            lowering = Lowering(path, Declarations(file, lambda other: _declared(other) if other in HOLES else self.file(other)))
+            file.lowered[name] = lowering.function(file.functions[name])
+            for operation in sorted(lowering.used):
+                if operation in file.functions or file.imports.get(operation, (HOLE, operation)) != (HOLE, operation):
+                    raise InvalidProblem(f"{path}: {operation} is the name of an operation of the algebra; give the function another.")
+                file.imports[operation] = (HOLE, operation)
+        return file.lowered[name]
+
+    @staticmethod
+    def _emitted(module: str, name: str) -> str:
+        """Return the name that a file's function has in the generated module."""
+        own = module.rsplit(".", 1)[1]
+        return name if own in ("loop", "constrained", "poisson", "composed", "mechanical", "rank") else f"{own}_{name}"
+
+    def function(self, module: str, name: str, bound: Mapping[str, str]) -> str:
+        """Emit the function of this name in this file, with these functions in place of its callable parameters; return its name."""
+        emitted = self._emitted(module, name) + "".join(f"__{function}" for function in bound.values())
+        if emitted not in self.emitted and emitted not in self.work:
+            self.work[emitted] = [0] * len(self.kinds)
+            function = self.lowered(module, name)
+            specialise = _Specialise(self, self.file(module), bound)
+            self.emitted[emitted] = ast.unparse(specialise.linked(function, emitted))
+            self.work[emitted] = specialise.work
+        return emitted
+
+    def resolve(self, module: str, name: str) -> str:
+        """Return the emitted name of what a file's imported name stands for, emitting it first where it is new."""
+        if self.tracer and (module == HOLE or module == "daebench.schemes.kernels.rank") and self.tracer.written(name):
+            return name
+        if module != HOLE:
+            return self.function(module, name, {})
+        if found := self.filled(name):
+            return self.function(found, "step" if name == "plain_step" else name, {})
+        if name not in self.emitted:
+            for needed in (*self.watch.needs(name), *self.derivation.needs(name)):
+                self.resolve(HOLE, needed)
+            source = self.derivation.source(name) or self.algebraic(name) or self.watch.source(name)
+            if source is None:
+                return self._composed(name)
+            self.emitted[name] = source
+        return name
+
+    def filled(self, name: str) -> str | None:
+        """Return the file whose function stands in this hole, where it is one of the scheme, of what is around it, or of the form."""
+        if name in ("one", "begin", "finish", "seen", "moduli"):
+            return f"daebench.schemes.kernels.{self.derivation.states}"
+        if name == "f":
+            return f"daebench.schemes.kernels.{self.options.form or 'reduced'}"
+        if name == "step" and self.options.projection == "symproj":
+            return "daebench.schemes.kernels.symmetric_projection"
+        if name in ("step", "plain_step"):
+            return str(self.scheme) if "step" in self.file(str(self.scheme)).functions else "daebench.schemes.kernels.whole"
+        return str(self.scheme) if name in ("start", "increment") else None
+
+    def _composed(self, name: str) -> str:
+        for part in ("mechanical", "composed", "rank"):
+            file = self.file(f"daebench.schemes.kernels.{part}")
+            if name in file.functions and not (part == "mechanical" and self.derivation.explicit):
+                return self.function(file.name, name, {})
+        raise InvalidProblem(f"a scheme asks for {name}, which is not known for this problem.")
+
+    def takes_par(self, module: str, name: str) -> bool:
+        """Whether calls of this function hand on the problem's parameters."""
+        return module != HOLE or (self.algebraic(name) is None and name not in _PLAIN)
+
+    def work_of(self, emitted: str, name: str) -> list[int]:
+        """Return what one call of this function counts for, Newton's sweeps apart."""
+        if name in self.derivation.costs:
+            return self.derivation.costs[name]
+        if name in _UNCOUNTED:
+            return [0] * len(self.kinds)
+        if name in _WORK:
+            return [int(kind == _WORK[name]) for kind in self.kinds]
+        return self.work.get(emitted, [0] * len(self.kinds))
+
+    def tally(self, improve: str) -> str:
+        """Emit the function that turns a number of sweeps of ``improve`` into work; return its name."""
+        emitted = f"tally__{improve}"
+        sweep = [n + (kind == "newton") for n, kind in zip(self.work[improve], self.kinds, strict=True)]
+        result = codegen.pack(f"{n} * sweeps" for n in sweep) if self.options.count else "()"
+        self.emitted[emitted] = codegen.function(f"{emitted}(sweeps)", f"return {result}")
+        return emitted
+
+
+class _Specialise(Unroller):
+    """Rewrites one function: names resolved, parameters threaded, constants settled, annotations gone; and counts its calls."""
+
+    def __init__(self, linker: Linker, file: SourceFile, bound: Mapping[str, str]) -> None:
+        super().__init__(file.name)
+        self.linker, self.file, self.bound = linker, file, bound
+        self.work = [0] * len(linker.kinds)
+        self.branches = 0
+
+    def linked(self, node: ast.FunctionDef, emitted: str) -> ast.FunctionDef:
+        """Return the function under its emitted name, callable parameters replaced by what they are bound to."""
+        arguments = [a for a in parameters_of(node) if a not in self.bound] + ["par"]
+        signature = ast.parse(f"def {emitted}({', '.join(arguments)}): pass").body[0]
+        assert isinstance(signature, ast.FunctionDef)
+        signature.body = self.visited(node.body)
+        return ast.fix_missing_locations(signature)
+
+    def visit_Name(self, node: ast.Name) -> ast.expr:
+        """Put values in place of the hole's constants and of a file's literals."""
+        if node.id in self.indices:
+            return ast.Constant(self.indices[node.id])
+        module, name = self._target(node.id)
+        if module == HOLE and name in self.linker.constants:
+            return ast.Constant(self.linker.constants[name])
+        if module == HOLE and name in RUN_TIME:
+            return ast.parse(RUN_TIME[name].format(len(self.linker.derivation.parameters)), mode="eval").body
+        return node if module == HOLE else self.linker.file(module).literals.get(name, node)
+
+    def counts(self, name: str) -> bool:
+        """Whether a name stands for the number of stages or of constraints."""
+        return self._target(name) in ((HOLE, "STAGES"), (HOLE, "CONSTRAINTS"))
+
+    def generic_visit(self, node: ast.AST) -> ast.AST:
+        """Keep track of branches and loops: what is called there is called we know not how often."""
+        inside = isinstance(node, ast.If | ast.For | ast.While | ast.IfExp | ast.BoolOp | ast.comprehension)
+        self.branches += inside
+        visited = super().generic_visit(node)
+        self.branches -= inside
+        return visited
+
+    def visit_Call(self, node: ast.Call) -> ast.expr:
+        """Resolve the function that is called and hand the parameters on."""
+        assert isinstance(node.func, ast.Name)
+        name = node.func.id
+        if len(node.args) == 1 and isinstance(node.args[0], ast.GeneratorExp):
+            return gathered(name, self.written_out(node.args[0]))
+        module, target = self._target(name)
+        if module == HOLE and target == "tally":
+            assert isinstance(node.args[0], ast.Name)
+            return call(self.linker.tally(self.bound[node.args[0].id]), [self.visit(node.args[1])])
+        if name in self.bound:
+            return call(self.bound[name], [*map(self.visit, node.args), ast.Name("par", ast.Load())])
+        if name not in self.file.imports and name not in self.file.functions:
+            return call(name, [self.visit(a) for a in node.args])
+        bound, handed = self._split(module, target, node.args)
+        emitted = self.linker.function(module, target, bound) if bound else self.linker.resolve(module, target)
+        if not bound:
+            self._count(target, self.linker.work_of(emitted, target))
+        if self.linker.takes_par(module, target):
+            handed.append(ast.Name("par", ast.Load()))
+        return call(emitted, handed)
+
+    def _count(self, name: str, work: Sequence[int]) -> None:
+        """Add the work of one call; the loop over steps counts its own steps, and nothing else may have branches around work."""
+        if any(work) and self.branches and not self.file.name.endswith(".loop"):
+            raise InvalidProblem(
+                f"{self.file.name} calls {name} in a branch or a loop, where its work cannot be counted; a step is straight."
+            )
+        self.work = [mine + more for mine, more in zip(self.work, work, strict=True)]
+
+    def _target(self, name: str) -> tuple[str, str]:
+        return self.file.imports.get(name, (self.file.name, name))
+
+    def _split(self, module: str, target: str, arguments: Sequence[ast.expr]) -> tuple[dict[str, str], list[ast.expr]]:
+        """Split a call's arguments into functions passed by name, emitted and bound to their parameters, and the others."""
+        function = None if module == HOLE else self.linker.file(module).functions[target]
+        slots = [] if function is None else called(function)
+        bound, handed = {}, []
+        for position, argument in enumerate(arguments):
+            if function is not None and (parameter := parameters_of(function)[position]) in slots:
+                assert isinstance(argument, ast.Name)
+                bound[parameter] = self.linker.resolve(*self._target(argument.id))
+            else:
+                handed.append(self.visit(argument))
+        return bound, handed

@@ -1,0 +1,116 @@
+"""Source files as syntax, and the small rewritings that the linker makes of them."""
+
+import ast
+import hashlib
+from collections.abc import Mapping, Sequence
+from functools import cache, reduce
+from types import MappingProxyType
+
+HOLE = "daebench.schemes.kernels.language"
+HOLES = (HOLE, "daebench.schemes.kernels.poisson_language", "daebench.schemes.kernels.spaces")
+"""The files that declare what the linker fills in; what they declare is one set of names."""
+
+RUN_TIME = {"DATA": "par[{0}]", "FORM_DATA": "par[{0} + 1]", "LENGTH": "par[{0} + 2][0]", "RATE": "par[{0} + 2][1]"}
+"""Where run-time data stand behind the problem's parameters, of which there are so many."""
+
+
+class SourceFile:
+    """One source file as syntax, with its constant ``if`` statements settled.
+
+    ``imports`` puts both files of the hole in one, ``homes`` keeps them apart; ``lowered`` are the functions without operators.
+    """
+
+    def __init__(self, name: str, text: str, constants: Mapping[str, bool | int | float]) -> None:
+        self.name = name
+        self.functions: dict[str, ast.FunctionDef] = {}
+        self.lowered: dict[str, ast.FunctionDef] = {}
+        self.literals: dict[str, ast.Constant] = {}
+        self.imports: dict[str, tuple[str, str]] = {}
+        self.homes: dict[str, tuple[str, str]] = {}
+        self.aliases: dict[str, ast.expr] = {}
+        self.annotations: dict[str, ast.expr] = {}
+        self._read(ast.parse(text).body, constants)
+
+    def _read(self, body: Sequence[ast.stmt], constants: Mapping[str, bool | int | float]) -> None:
+        for node in body:
+            if isinstance(node, ast.FunctionDef):
+                self.functions[node.name] = node
+            elif isinstance(node, ast.ImportFrom) and (node.module or "").startswith(("daebench.schemes.kernels", "daebench.schemes")):
+                module = HOLE if node.module in HOLES else str(node.module)
+                self.imports |= {alias.asname or alias.name: (module, alias.name) for alias in node.names}
+                self.homes |= {alias.asname or alias.name: (str(node.module), alias.name) for alias in node.names}
+            elif isinstance(node, ast.If) and isinstance(node.test, ast.Name) and node.test.id in constants:
+                self._read(node.body if constants[node.test.id] else node.orelse, constants)
+            elif isinstance(node, ast.Assign) and isinstance(node.targets[0], ast.Name):
+                self._assigned(node.targets[0].id, node.value)
+            elif isinstance(node, ast.AnnAssign) and isinstance(node.target, ast.Name):
+                self.annotations[node.target.id] = node.annotation
+
+    def _assigned(self, name: str, value: ast.expr) -> None:
+        """Keep a literal, or what may be the name of a kind of value."""
+        if isinstance(value, ast.Constant):
+            self.literals[name] = value
+        else:
+            self.aliases[name] = value
+
+
+class TypedLiterals(ast.NodeTransformer):
+    """Give every float literal the type float32, so that none promotes a result."""
+
+    def visit_Constant(self, node: ast.Constant) -> ast.expr:
+        """Wrap a float."""
+        return ast.parse(f"numpy.float32({node.value!r})", mode="eval").body if isinstance(node.value, float) else node
+
+
+def gathered(name: str, terms: Sequence[ast.expr]) -> ast.expr:
+    """Return a tuple, a sum, a minimum or a maximum of terms."""
+    if name == "tuple":
+        return ast.Tuple(list(terms), ast.Load())
+    if name == "sum":
+        return reduce(lambda x, y: ast.BinOp(x, ast.Add(), y), terms)
+    return terms[0] if len(terms) == 1 else call(name, terms)
+
+
+def call(name: str, arguments: Sequence[ast.expr]) -> ast.Call:
+    """Return the call of a function by name."""
+    return ast.Call(ast.Name(name, ast.Load()), list(arguments), [])
+
+
+def decorated(body: str, roots: Sequence[str], cached: bool, constants: Mapping[str, str] = MappingProxyType({})) -> str:
+    """Hand each function to numba; only the roots are kept on disk, with everything else inside them, and can be called from Python.
+
+    What wraps a function for Python takes as long to compile as a small function itself. The others are named by their text, and are
+    shared with modules in which it is the same, see :func:`daebench.compiler.sharing.shared`; ``constants`` are the texts of what they
+    read.
+    """
+    tree = ast.parse(body)
+    functions = {node.name: node for node in tree.body if isinstance(node, ast.FunctionDef)}
+    kept = f"njit(error_model='numpy'{', cache=True' if cached else ''})"
+    hashed = cache(lambda name: _hash(functions[name], [hashed(each) for each in _names(functions[name], functions)], constants))
+    decorators = {name: kept if name in roots else f"shared({hashed(name)!r})" for name in functions}
+    for name, node in functions.items():
+        node.decorator_list = [ast.parse(decorators[name], mode="eval").body]
+    return ast.unparse(tree)
+
+
+def _names(node: ast.FunctionDef, functions: Mapping[str, ast.FunctionDef]) -> list[str]:
+    """Return which of some functions a function calls."""
+    return sorted({n.func.id for n in ast.walk(node) if isinstance(n, ast.Call) and isinstance(n.func, ast.Name)} & set(functions))
+
+
+def _hash(node: ast.FunctionDef, called: Sequence[str], constants: Mapping[str, str]) -> str:
+    """Return the hash of a function's text, of the hashes of what it calls, and of the constants that it reads."""
+    read = sorted({n.id for n in ast.walk(node) if isinstance(n, ast.Name)} & set(constants))
+    text = "\n".join([ast.unparse(node), *called, *(f"{name} = {constants[name]}" for name in read)])
+    return hashlib.sha256(text.encode()).hexdigest()[:16]
+
+
+def parameters_of(node: ast.FunctionDef) -> list[str]:
+    """Return the names of a function's parameters."""
+    return [argument.arg for argument in node.args.args]
+
+
+def called(node: ast.FunctionDef) -> list[str]:
+    """Return the parameters of a function that it calls."""
+    calls = {n.func.id for n in ast.walk(node) if isinstance(n, ast.Call) and isinstance(n.func, ast.Name)}
+    return [parameter for parameter in parameters_of(node) if parameter in calls]

@@ -1,0 +1,121 @@
+"""Points of the manifold around a problem's start, and what the equations of motion are there, in numbers and independent of any method."""
+
+from collections.abc import Callable, Iterator, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from daebench.diagnostics.consistency import project
+from daebench.diagnostics.manifold import residual_scales
+from daebench.errors import BadInput
+from daebench.runs.ivp import ConstrainedIvp, Ivp, PoissonIvp
+
+Array = NDArray[np.float64]
+State = tuple[Array, Array]
+
+POINTS = 4
+"""Points around the start."""
+
+SLOWLY = 1e-3
+"""Speed in sizes of q in a second below which a state is at rest: residuals of velocities are not measured against less."""
+
+
+def points(ivp: ConstrainedIvp) -> Iterator[State]:
+    """Yield the start and points around it, all on the manifold and with finite rates; fewer where projections do not converge."""
+    draw = np.random.default_rng(1)
+    size = float(np.max(np.abs(ivp.q0))) or 1.0
+    mass = ivp.value("mass", tuple(ivp.p0), tuple(ivp.q0))
+    for k in range(POINTS + 1):
+        dq, v = (0.1 * k / POINTS * size * draw.standard_normal(ivp.d) for _ in range(2))
+        try:
+            p, q, *_ = project(ivp, ivp.p0 + mass @ v, ivp.q0 + dq)
+        except (BadInput, np.linalg.LinAlgError):
+            continue
+        if np.all(np.isfinite(rates(ivp, p, q))):
+            yield p, q
+
+
+def rates(ivp: ConstrainedIvp, p: Array, q: Array) -> State:
+    """Return p' = -H_q - G^T lam and q' = H_p of (1.18)."""
+    state = tuple(p), tuple(q)
+    G = ivp.value("G", state[1])
+    return -ivp.value("H_q", *state) - G.T @ ivp.value("lam", *state), ivp.value("H_p", *state)
+
+
+def without_potential(ivp: ConstrainedIvp, p: Array, q: Array, rate: Array) -> float:
+    """Return by how much a rate (p', q') misses the motion without U, relative to its size; lam is the one that fits best."""
+    import sympy as sp
+
+    derivation, d = ivp.source.derivation, ivp.d
+    v, G = ivp.value("H_p", tuple(p), tuple(q)), ivp.value("G", tuple(q))
+    slopes = [[each.diff(symbol) for each in sp.flatten(derivation.M)] for symbol in derivation.problem.q]
+    M_q = np.array(numeric(ivp, slopes)(p, q), dtype=float).reshape(d, d, d)
+    force = rate[:d] - np.einsum("kij,i,j->k", M_q, v, v) / 2
+    rest = force - G.T @ np.linalg.lstsq(G.T, force, rcond=None)[0]
+    scale = max(float(np.max(np.abs(force))), float(np.max(np.abs(p))), 1e-300)
+    return max(float(np.max(np.abs(rest))) / scale, differs(rate[d:], v))
+
+
+def off_manifold(ivp: ConstrainedIvp, p: Array, q: Array) -> float:
+    """Return the largest of |g| and |G H_p|, relative to what a relative change of one in p and q would make of it."""
+    state, slow = (tuple(p), tuple(q)), SLOWLY * ivp.value("mass", tuple(p), tuple(q)) @ np.abs(q)
+    sizes = float(np.max(np.abs(ivp.value("g", state[1])))), float(np.max(np.abs(ivp.value("Gv", *state))))
+    scales = residual_scales(ivp, np.abs(p) + np.abs(slow), q)
+    return max(each / (scale or 1.0) for each, scale in zip(sizes, scales, strict=True))
+
+
+def slow_time(p: Array, q: Array, dp: Array, dq: Array) -> float:
+    """Return a time over which a state changes by about a tenth of its size."""
+    changes = [float(np.max(np.abs(rate))) / (float(np.max(np.abs(x))) or 1.0) for x, rate in ((p, dp), (q, dq))]
+    return 0.1 / (max(changes) or 1.0)
+
+
+def field(ivp: Ivp, x: Array) -> Array:
+    """Return (q', p') at x = (q, p) on one line, or y' at x = y."""
+    if isinstance(ivp, PoissonIvp):
+        return np.asarray(ivp.value("field", tuple(x)), dtype=float)
+    dp, dq = rates(ivp, x[ivp.d :], x[: ivp.d])
+    return np.concatenate([dq, dp])
+
+
+def flat(ivp: Ivp, state: Sequence[Any]) -> list[Any]:
+    """Return q then p as one list, or y."""
+    return list(state) if isinstance(ivp, PoissonIvp) and not hasattr(state[0], "__len__") else [x for part in state for x in part]
+
+
+def exact_start(ivp: Ivp) -> tuple[list[list[Any]], dict[str, Any]]:
+    """Return the initial values and the parameters of a case as mpmath numbers of the working precision."""
+    import mpmath as mp
+    import sympy as sp
+
+    problem = ivp.source.derivation.problem
+    exact = {symbol: sp.Rational(repr(ivp.parameters[str(symbol)])) for symbol in problem.parameters}
+    case, parts = problem.cases[ivp.case], ("y",) if isinstance(ivp, PoissonIvp) else ("q", "p")
+    start = [[sp.N(sp.sympify(x).subs(exact), mp.mp.dps + 5)._to_mpmath(mp.mp.prec) for x in getattr(case, part)] for part in parts]
+    return start, {str(symbol): mp.mpf(value.p) / value.q for symbol, value in exact.items()}
+
+
+def numeric(ivp: ConstrainedIvp, expressions: Sequence[Any], *more: Any) -> Callable[..., Any]:
+    """Return expressions in p, q, the parameters and more symbols as a function of p, q and values of those."""
+    import sympy as sp
+
+    problem = ivp.source.derivation.problem
+    call = sp.lambdify([list(problem.p), list(problem.q), list(problem.parameters), *more], expressions, "numpy", cse=True)
+
+    def function(p: Array, q: Array, *rest: float) -> Any:
+        with np.errstate(all="ignore"):
+            return call(p, q, ivp.par, *rest)
+
+    return function
+
+
+def differs(a: Array, b: Array) -> float:
+    """Return the largest difference relative to the largest modulus; what is not finite differs without bound."""
+    off = float(np.max(np.abs(a - b))) / max(float(np.max(np.abs(b))), 1e-300)
+    return off if np.isfinite(off) else float("inf")
+
+
+def text(x: Array) -> str:
+    """Return numbers as a tuple of four digits each."""
+    return f"({', '.join(f'{value:.4g}' for value in x)})"

@@ -1,0 +1,1 @@
+"""A problem file held against its own equations."""

@@ -1,0 +1,218 @@
+"""A problem file held against itself, at the initial values of a case: what is declared must be so, and a mistake is named.
+
+What SymPy can see is refused when the definition is made, see ``definition_checks``. Here numbers decide, in double precision, at the
+start and at a few points of the manifold around it.
+"""
+
+import hashlib
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from daebench.compiler.cache import generated
+from daebench.diagnostics import consistency, manifold, metric, nearby, rank
+from daebench.diagnostics.consistency import TOLERANCE
+from daebench.diagnostics.manifold import residual_scales
+from daebench.diagnostics.problem import declared as declared_checks
+from daebench.errors import DaebenchError, InvalidProblem
+from daebench.runs.ivp import ConstrainedIvp, Ivp, PoissonIvp
+from daebench.runs.make_ivp import make_ivp
+from daebench.systems import constrained_checks
+from daebench.systems.constrained_checks import check_smooth
+from daebench.systems.poisson import PoissonSystem
+
+MOST = 200
+"""Most positions, or coordinates, of a problem whose declarations are checked at points around the start."""
+
+SMOOTH, MASS, START = "twice differentiable at the start", "mass matrix positive definite", "initial values on the manifold"
+RANK = "constraints independent at the start"
+BASIC = (MASS, SMOOTH, START, RANK)
+"""What must hold before anything else has a meaning."""
+
+LEFT_TO_RUNS = (START, RANK)
+"""What a run may be told to go on with: a start may be projected, and dependent constraints solved by least squares."""
+
+Check = Callable[[Any], str]
+
+
+@dataclass(frozen=True)
+class Held:
+    """What was checked of a case.
+
+    Parameters
+    ----------
+    case : str
+        Name of the case.
+    what : str
+        What was checked.
+    fault : str
+        What is wrong, a sentence; "" where nothing is.
+    """
+
+    case: str
+    what: str
+    fault: str
+
+
+def held(ivp: Ivp, tell: Callable[[str], None] = lambda what: None) -> list[Held]:
+    """Return what was checked of a case as it is declared, and what is wrong, up to the first that makes the others meaningless.
+
+    Parameters
+    ----------
+    setting : Ivp
+        The case.
+    tell : callable
+        Told what is being checked, before it is.
+    """
+    declared = _declared(ivp)
+    found: list[Held] = []
+    for what, check in _checks(declared).items():
+        tell(what)
+        try:
+            with np.errstate(all="ignore"):
+                fault = check(declared)
+        except DaebenchError as error:
+            text = str(error)
+            fault = text if ivp.problem in text else f"{ivp.problem}, case {ivp.case!r}: {text}"
+        found.append(Held(ivp.case, what, fault))
+        if fault and what in BASIC:
+            break
+    return found
+
+
+def require_sound(ivp: Ivp) -> None:
+    """Accept a problem of which nothing is wrong at the case of a setting, but for what is left to runs; this is remembered in the cache.
+
+    Raises
+    ------
+    InvalidProblem
+        With the first fault.
+    """
+
+    def build(cached: bool) -> str:
+        for each in held(ivp):
+            if each.fault and each.what not in LEFT_TO_RUNS:
+                raise InvalidProblem(each.fault)
+        return '"""Nothing is wrong."""'
+
+    if ivp.case in ivp.sheet.CASES:
+        generated(f"{ivp.problem}_sound", f"{ivp.source.key} case {ivp.case} sound {_code()}", build)
+
+
+@cache
+def _code() -> str:
+    """Return a digest of what decides the verdict here."""
+    modules = (declared_checks, constrained_checks, nearby, consistency, manifold, metric, rank)
+    files = [Path(str(each)) for each in (__file__, *(module.__file__ for module in modules))]
+    return hashlib.sha256(b"".join(file.read_bytes() for file in files)).hexdigest()
+
+
+def _declared(ivp: Ivp) -> Ivp:
+    """Return the case as it is declared: other parameters and initial values are not the file's mistake."""
+    return make_ivp(ivp.source, ivp.case) if ivp.case in ivp.sheet.CASES else ivp
+
+
+def _checks(ivp: Ivp) -> Mapping[str, Check]:
+    """Return the checks that a problem is for, by what they check."""
+    found: dict[str, Check] = {}
+    if isinstance(ivp, ConstrainedIvp) and ivp.arrays:
+        return {START: start}
+    problem = ivp.source.derivation.problem
+    if isinstance(ivp, PoissonIvp):
+        found[SMOOTH] = poisson_smooth
+    else:
+        found |= {MASS: mass, SMOOTH: smooth, START: start, RANK: independent}
+    if ivp.size > 2 * MOST or not hasattr(problem, "closed_form"):
+        return found
+    if isinstance(ivp, ConstrainedIvp) and problem.integrals:
+        found["first integrals"] = declared_checks.integrals
+    if problem.closed_form is not None:
+        found["closed form"] = declared_checks.closed_form
+    for name in ("kinetic_flow", "chart"):
+        if getattr(problem, name, None) is not None:
+            found[name.replace("_", " ")] = getattr(declared_checks, name)
+    return found
+
+
+def start(ivp: ConstrainedIvp) -> str:
+    """Return which constraint the start does not meet, and by how much; "" where it meets them all."""
+    state = tuple(ivp.p0), tuple(ivp.q0)
+    scales = residual_scales(ivp, ivp.p0, ivp.q0)
+    for name, at, values, scale in (
+        ("g", "q0", ivp.value("g", state[1]), scales[0]),
+        ("G H_p", "q0, p0", ivp.value("Gv", *state), scales[1]),
+    ):
+        k = int(np.argmax(np.where(np.isfinite(values), np.abs(values), np.inf)))
+        if not abs(values[k]) <= TOLERANCE * scale:
+            text = f" = {_short(ivp.source.derivation.g[k])}" if name == "g" and not ivp.arrays else ""
+            where = f"constraint {k + 1} of {ivp.m}, {name}[{k}]{text}, is {values[k]:.3g} at {at} and not 0"
+            return f"{ivp.problem}, case {ivp.case!r}: {where}; correct the case, or add --project to move it to the manifold."
+    return ""
+
+
+def independent(ivp: ConstrainedIvp) -> str:
+    """Return which constraints depend on others at the start; "" where none does, or the case asks for least squares."""
+    why = None if ivp.on_singular == "least-squares" else rank.dependence(ivp)
+    return f"{ivp.problem}, case {ivp.case!r}: G M^-1 G^T is singular at the start: {why}; {rank.REDUNDANT}." if why else ""
+
+
+def mass(ivp: ConstrainedIvp) -> str:
+    """Return why the mass matrix is none at the start; "" where it is positive definite, or is not declared."""
+    if ivp.source.derivation.problem.M is None:
+        return ""
+    M = np.array(ivp.source.derivation.M.subs(_values(ivp)).tolist(), dtype=object)
+    try:
+        eigenvalues = np.linalg.eigvalsh(np.array(M, dtype=float))
+    except (TypeError, ValueError, np.linalg.LinAlgError):
+        return f"{ivp.problem}, case {ivp.case!r}: the mass matrix M is no real matrix at q0: it is {M.tolist()}; correct M or the case."
+    if eigenvalues[0] > np.finfo(float).eps * len(M) * abs(eigenvalues[-1]):
+        return ""
+    what = "singular" if abs(eigenvalues[0]) <= 1e-12 * abs(eigenvalues[-1]) else "not positive definite"
+    span = f"its eigenvalues are from {eigenvalues[0]:.3g} to {eigenvalues[-1]:.3g}"
+    return f"{ivp.problem}, case {ivp.case!r}: the mass matrix M is {what} at q0: {span}; correct M or the parameters."
+
+
+def smooth(ivp: ConstrainedIvp) -> str:
+    """Return which function of H or g, or which derivative of it, is no finite number at the start; "" where all are finite."""
+    derivation = ivp.source.derivation
+    q, pq = (tuple(ivp.q0),), (tuple(ivp.p0), tuple(ivp.q0))
+    if derivation.explicit:
+        functions: dict[str, tuple[Any, ...]] = {"H": pq, "H_p": pq, "H_q": pq, "H_pp": pq, "H_qp": pq, "H_qq": pq}
+    else:
+        qv = (*q, (1.0,) * ivp.d)
+        functions = {"U": q, "U_q": q, "U_qq": q, "M": q, "N": qv, "T_qq": qv}
+    functions |= {"g": q, "G": q, "curvature": (*q, (1.0,) * ivp.m)}
+    for name, arguments in functions.items():
+        if not np.all(np.isfinite(ivp.value(name, *arguments))):
+            what = name if "_" not in name else f"the derivative {name}"
+            what = {"G": "the derivative g_q", "curvature": "the second derivative of g", "N": "the derivative of M"}.get(name, what)
+            return f"{ivp.problem}, case {ivp.case!r}: {what} is no finite number at the start; correct the case, or write it otherwise."
+    return ""
+
+
+def poisson_smooth(ivp: PoissonIvp) -> str:
+    """Return which function of a Poisson system is no finite number at the start; "" where all are finite."""
+    problem = ivp.source.derivation.problem
+    if isinstance(problem, PoissonSystem):
+        check_smooth("H", problem.H, problem.y)
+        check_smooth("B", problem.B, problem.y)
+    functions = {"H": "H", "field": "B grad H"} | ({} if ivp.arrays else {"field_y": "the derivative of B grad H"})
+    for name, what in functions.items():
+        if not np.all(np.isfinite(ivp.value(name, ivp.y0 if ivp.arrays else tuple(ivp.y0)))):
+            return f"{ivp.problem}, case {ivp.case!r}: {what} is no finite number at y0; correct the case, or write it otherwise."
+    return ""
+
+
+def _values(ivp: ConstrainedIvp) -> dict[Any, float]:
+    problem = ivp.source.derivation.problem
+    named = {symbol: ivp.parameters[str(symbol)] for symbol in problem.parameters}
+    return dict(zip(problem.q, map(float, ivp.q0), strict=True)) | named
+
+
+def _short(expression: Any) -> str:
+    text = str(expression)
+    return text if len(text) <= 80 else f"{text[:77]}..."

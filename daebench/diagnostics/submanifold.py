@@ -1,0 +1,178 @@
+"""Hamiltonian systems on symplectic submanifolds, HLW VII.2.3: a constrained system as a Poisson system, and the symplectic projection."""
+
+from collections.abc import Iterable, Mapping
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from daebench.diagnostics.symplecticity import tangent_basis
+from daebench.errors import BadInput
+from daebench.runs.ivp import ConstrainedIvp
+from daebench.runs.make_ivp import initial_values
+from daebench.systems.renamed import old_keywords
+
+if TYPE_CHECKING:
+    import sympy as sp
+
+    from daebench.compiler.constrained.local import LocalDerivation
+    from daebench.systems.constrained import ConstrainedHamiltonian
+    from daebench.systems.poisson import PoissonCase, PoissonSystem
+
+Array = NDArray[np.float64]
+
+SHORT = 800
+"""Operations up to which an expression is shortened."""
+
+
+def as_poisson(problem: "ConstrainedHamiltonian") -> "PoissonSystem":
+    """Return a constrained system in its local coordinates y = (eta, xi): the Poisson system of HLW (2.22).
+
+    ::
+
+        y' = B(y) grad K(y)      x = chi(y)      X = chi'(y)      B = (X^T J X)^-1      K = H(chi(y))
+
+    There are no constraints left, and no multipliers. That the system is Poisson, and that the integrals stay integrals, is verified when
+    it is constructed, as for every :class:`daebench.systems.poisson.PoissonSystem`. B is inverted by symbols, which takes about ten
+    seconds for three coupled degrees of freedom and minutes from five on: there the form ``local``, which solves with numbers, is better.
+
+    Parameters
+    ----------
+    problem : ConstrainedHamiltonian
+        A problem that declares a chart. Its parameters are kept; cases are carried over by the inverse of the chart, and those left out
+        that start where the chart is singular.
+
+    Raises
+    ------
+    BadInput
+        If the problem declares no chart, or none that is invertible.
+    InvalidProblem
+        If what follows from the chart is no Poisson system, or a declared integral is none.
+    """
+    from daebench.compiler.constrained.derivation import Derivation
+    from daebench.compiler.constrained.local import LocalDerivation
+    from daebench.systems.constrained import ConstrainedHamiltonian
+    from daebench.systems.poisson import PoissonSystem
+
+    if not isinstance(problem, ConstrainedHamiltonian):
+        raise BadInput(f"as_poisson takes a ConstrainedHamiltonian, such as a problem file's problem() returns, not {problem!r}.")
+    if problem.chart is None:
+        raise BadInput("the problem declares no chart of its manifold; add one to its definition.")
+    local = LocalDerivation(Derivation(problem))
+    chi = dict(zip([*problem.p, *problem.q], [*problem.chart.p, *problem.chart.q], strict=True))
+    return PoissonSystem(
+        y=tuple(local.y),
+        B=_structure(local),
+        H=_carried(local.H, chi),
+        integrals={name: _carried(F, chi) for name, F in problem.integrals.items()},
+        parameters=problem.parameters,
+        cases=_cases(problem),
+    )
+
+
+def _structure(local: "LocalDerivation") -> "sp.Matrix":
+    """Return B = (X^T J X)^-1 by blocks, for positions depend on xi as a rule, and so the block of eta and eta vanishes.
+
+    ::
+
+        [[0, A], [-A^T, C]]^-1 = [[R^T C R, -R^T], [R, 0]]      R = A^-1
+    """
+    import sympy as sp
+
+    form, n = local.two_form, local.d
+    if not form[:n, :n].is_zero_matrix:
+        return _skew(_inverse(form))
+    R, C = _inverse(form[:n, n:]), form[n:, n:]
+    return _skew(sp.Matrix(sp.BlockMatrix([[R.T * C * R, -R.T], [R, sp.zeros(n, n)]])))
+
+
+def _inverse(A: "sp.Matrix") -> "sp.Matrix":
+    from sympy.matrices.exceptions import NonInvertibleMatrixError
+
+    try:
+        return A.inv(method="ADJ")
+    except NonInvertibleMatrixError as error:
+        raise BadInput("X^T J X of the problem's chart is singular everywhere; its coordinates are not independent.") from error
+
+
+def _skew(B: "sp.Matrix") -> "sp.Matrix":
+    """Return B made of its upper triangle, so that it is skew-symmetric letter by letter."""
+    import sympy as sp
+
+    upper = sp.Matrix(*B.shape, lambda i, j: _short(B[i, j]) if i < j else 0)
+    return upper - upper.T
+
+
+def _carried(F: "sp.Expr", chi: Mapping["sp.Symbol", "sp.Expr"]) -> "sp.Expr":
+    """Return F(chi(y))."""
+    import sympy as sp
+
+    return _short(sp.sympify(F).subs(chi, simultaneous=True))
+
+
+def _short(F: "sp.Expr") -> "sp.Expr":
+    """Return an expression shortened, unless it is so long that this takes longer than anything it is used for."""
+    from daebench.compiler.trigonometry import shortened
+
+    return shortened(F) if F.count_ops() <= SHORT else F
+
+
+def _cases(problem: "ConstrainedHamiltonian") -> dict[str, "PoissonCase"]:
+    """Return the cases in the chart."""
+    import sympy as sp
+
+    from daebench.systems.poisson import PoissonCase
+
+    assert problem.chart is not None
+    found = {}
+    for name, case in problem.cases.items():
+        start = dict(zip([*problem.p, *problem.q], [*case.p, *case.q], strict=True))
+        y = _at([*problem.chart.inverse_eta, *problem.chart.inverse_xi], start)
+        if not any(each.has(sp.nan, sp.zoo, sp.oo, -sp.oo) for each in y):
+            found[name] = PoissonCase(y=y, parameters=case.parameters, about=case.about)
+    return found
+
+
+def _at(expressions: Iterable["sp.Expr"], start: Mapping["sp.Symbol", "sp.Expr"]) -> tuple["sp.Expr", ...]:
+    import sympy as sp
+
+    return tuple(sp.sympify(each).subs(start, simultaneous=True) for each in expressions)
+
+
+@old_keywords(scene="ivp")
+def symplectic_projection(ivp: ConstrainedIvp, p: ArrayLike, q: ArrayLike) -> Array:
+    """Return the symplectic projection P_x onto the tangent space of the manifold at x = (p, q), HLW (2.19).
+
+    ::
+
+        (J P_x v, xi) = (J v, xi)  for all tangent xi:      P_x = X (X^T J X)^-1 X^T J      x' = P_x J^-1 grad H(x)      (2.20)
+
+    It does not depend on the basis X of the tangent space, of which :func:`daebench.diagnostics.symplecticity.tangent_basis` gives an
+    orthonormal one. What it takes away is J-orthogonal to the manifold.
+
+    Parameters
+    ----------
+    ivp : ConstrainedIvp
+        The problem with its numbers.
+    p, q : array_like, shape(d,)
+        A point of the manifold.
+
+    Returns
+    -------
+    ndarray, shape(2d, 2d)
+        Momenta first.
+
+    Raises
+    ------
+    BadInput
+        If p or q is not what it must be, or the two-form degenerates on the tangent space there, as where G loses rank and the system
+        does not rest.
+    """
+    p, q = (initial_values(name, values, ivp.sheet) for name, values in (("p", p), ("q", q)))
+    X = tangent_basis(ivp, p, q)
+    d = ivp.d
+    XJ = np.hstack([-X[d:].T, X[:d].T])
+    form = XJ @ X
+    if np.linalg.cond(form) * np.finfo(float).eps > 1e-3:
+        raise BadInput(f"the manifold of {ivp.problem} is not symplectic at q = {np.asarray(q).tolist()}: its two-form degenerates there.")
+    return np.asarray(X @ np.linalg.solve(form, XJ), dtype=float)

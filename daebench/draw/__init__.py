@@ -1,0 +1,1 @@
+"""Figures for print, and SVG panels that answer at once."""

@@ -1,0 +1,227 @@
+"""The look of all figures, and their files: one drawing as SVG and PNG, and what it shows as CSV."""
+
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from daebench.runs.csv_files import write_frame
+from daebench.runs.files import atomic
+from daebench.runs.provenance import write_beside
+
+if TYPE_CHECKING:
+    import pandas as pd
+    from matplotlib.figure import Figure
+
+WIDTH = 7.2
+"""Width of a figure in inches: the text width of a printed page, so that 9 pt letters stay 9 pt."""
+
+DPI = 180
+
+BLACK, ORANGE, SKY, GREEN, YELLOW, BLUE, VERMILION, PURPLE = (
+    "#000000",
+    "#e69f00",
+    "#56b4e9",
+    "#009e73",
+    "#f0e442",
+    "#0072b2",
+    "#d55e00",
+    "#cc79a7",
+)
+"""The colours of Okabe and Ito, told apart with any kind of colour vision."""
+
+QUIET = "#767676"
+"""Grey of what is there for orientation only: zero lines, diagonals, notes."""
+
+
+@dataclass(frozen=True)
+class Stroke:
+    """How a curve is drawn: colour, dashes and marker differ together, so that a print in grey can be read.
+
+    Parameters
+    ----------
+    color : str
+        Colour.
+    dashes : str or tuple
+        Line style of Matplotlib.
+    marker : str
+        Marker of Matplotlib.
+    """
+
+    color: str
+    dashes: Any
+    marker: str
+
+    def line(self) -> dict[str, Any]:
+        """Return keyword arguments for a curve without markers."""
+        return {"color": self.color, "linestyle": self.dashes}
+
+    def points(self) -> dict[str, Any]:
+        """Return keyword arguments for a curve with markers, drawn open so that those beneath are seen."""
+        return self.line() | {"marker": self.marker, "markerfacecolor": "white", "markeredgecolor": self.color}
+
+
+STROKES = (
+    Stroke(VERMILION, "-", "o"),
+    Stroke(ORANGE, (0, (6, 1.5)), "s"),
+    Stroke(PURPLE, (0, (4, 1.5, 1, 1.5)), "D"),
+    Stroke(BLUE, "-", "^"),
+    Stroke(SKY, (0, (1, 1)), "v"),
+    Stroke(GREEN, (0, (3, 1, 1, 1, 1, 1)), "P"),
+    Stroke(BLACK, (0, (8, 2)), "X"),
+)
+"""Strokes in the order of use; no two share a colour, dashes with a neighbour in lightness, or a marker."""
+
+
+def curve(k: int) -> dict[str, Any]:
+    """Return keyword arguments for the k-th of many curves with markers: the strokes in order, then once more with filled markers.
+
+    Parameters
+    ----------
+    k : int
+        Number of the curve, from 0.
+
+    Returns
+    -------
+    dict
+        For Matplotlib's ``plot``, ``loglog``, ...
+    """
+    stroke = STROKES[k % len(STROKES)]
+    return stroke.points() if k < len(STROKES) else stroke.points() | {"markerfacecolor": stroke.color, "linewidth": 0.8}
+
+
+def legend_below(figure: "Figure", axis: Any, columns: int) -> None:
+    """Put one legend below a figure, of the curves of one of its axes, if it has any.
+
+    Parameters
+    ----------
+    figure : Figure
+        The figure.
+    axis : Axes
+        Axes whose labelled curves are named.
+    columns : int
+        Entries side by side.
+    """
+    handles, labels = axis.get_legend_handles_labels()
+    if handles:
+        figure.legend(handles, labels, loc="outside lower center", ncols=columns)
+
+
+_STYLE: Any = {
+    "font.family": "DejaVu Sans",
+    "font.size": 9.0,
+    "axes.titlesize": 9.5,
+    "axes.titlelocation": "left",
+    "axes.labelsize": 9.0,
+    "axes.linewidth": 0.7,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.grid": True,
+    "axes.axisbelow": True,
+    "axes.formatter.use_mathtext": True,
+    "axes.formatter.limits": (-3, 4),
+    "grid.color": "#e3e3e3",
+    "grid.linewidth": 0.6,
+    "xtick.labelsize": 8.5,
+    "ytick.labelsize": 8.5,
+    "xtick.direction": "out",
+    "ytick.direction": "out",
+    "xtick.major.width": 0.7,
+    "ytick.major.width": 0.7,
+    "legend.frameon": False,
+    "legend.fontsize": 8.5,
+    "legend.handlelength": 3.2,
+    "lines.linewidth": 1.4,
+    "lines.markersize": 4.5,
+    "mathtext.fontset": "dejavusans",
+    "figure.facecolor": "white",
+    "savefig.facecolor": "white",
+    "figure.constrained_layout.use": True,
+    "path.simplify": True,
+    "svg.fonttype": "path",
+    "svg.hashsalt": "daebench",
+}
+
+
+@contextmanager
+def drawing() -> Iterator[None]:
+    """Give what is drawn inside the look of daebench, and leave the settings of Matplotlib as they were."""
+    import matplotlib as mpl
+
+    with mpl.rc_context(_STYLE):
+        yield
+
+
+def grid_of_axes(rows: int, columns: int, height: float, **settings: Any) -> tuple["Figure", Any]:
+    """Return a figure of the text's width and its axes, shape(rows, columns).
+
+    The figure belongs to the caller alone: nothing is kept by pyplot, and no window can open.
+
+    Parameters
+    ----------
+    rows, columns : int
+        Numbers of axes.
+    height : float
+        Height of the figure, inches; its width is :data:`WIDTH`.
+    **settings
+        For Matplotlib's ``subplots``, for example ``sharex=True``.
+
+    Returns
+    -------
+    figure : Figure
+        The figure.
+    axes : ndarray of Axes, shape(rows, columns)
+        Its axes, also where there is one alone.
+    """
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(WIDTH, height))
+    return figure, figure.subplots(rows, columns, squeeze=False, **settings)
+
+
+def save(figure: "Figure", directory: Path, stem: str, data: "pd.DataFrame | Mapping[str, Any]") -> Path:
+    """Write ``stem.svg``, ``stem.png`` and ``stem.csv`` into a folder, each whole or not at all; return the path of the SVG.
+
+    The SVG needs no fonts, has no date and is the same bytes for the same drawing.
+
+    Parameters
+    ----------
+    figure : Figure
+        What is drawn.
+    directory : Path
+        Folder; made where it is missing.
+    stem : str
+        Name of the files without ending.
+    data : DataFrame or mapping of str to array_like
+        The numbers that are shown, by column.
+    """
+    directory.mkdir(parents=True, exist_ok=True)
+    with drawing():
+        for ending, settings in (("svg", {"metadata": {"Date": None, "Creator": None}}), ("png", {"dpi": DPI})):
+            with atomic(directory / f"{stem}.{ending}") as scratch:
+                figure.savefig(scratch, format=ending, **settings)
+    save_table(directory / f"{stem}.csv", data)
+    return directory / f"{stem}.svg"
+
+
+def save_table(path: Path, data: "pd.DataFrame | Mapping[str, Any]") -> None:
+    """Write columns as CSV, whole or not at all, with 12 significant digits, and beside it how it was made.
+
+    Parameters
+    ----------
+    path : Path
+        The file; its folder is made where it is missing.
+    data : DataFrame or mapping of str to array_like
+        The columns.
+    """
+    path.parent.mkdir(parents=True, exist_ok=True)
+    with atomic(path) as scratch:
+        write_frame(scratch, data, float_format="%.12g")
+    write_beside(path, {"Columns": ", ".join(map(str, data)), **_named(data)})
+
+
+def _named(data: "pd.DataFrame | Mapping[str, Any]") -> dict[str, str]:
+    """Return what columns of a table say of what it is of."""
+    names = {"problem": "Problems", "case": "Cases", "method": "Methods", "t_end": "Ends of runs [s]"}
+    return {words: ", ".join(dict.fromkeys(map(str, data[name]))) for name, words in names.items() if name in data}

@@ -1,0 +1,137 @@
+"""Where the parts of an initial value problem are: what a problem's picture draws, as numbers along any run."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from daebench.errors import InvalidProblem
+from daebench.runs.ivp import Array, InitialValueProblem
+from daebench.systems.picture import Picture
+
+LINES, ALONG = 13, 61
+"""Lines of constant coordinates of a surface, and points on each."""
+
+
+@dataclass(frozen=True)
+class Layout:
+    """What is drawn of an initial value problem: parts by numbers of points, and where the points are.
+
+    Parameters
+    ----------
+    dimension : int
+        2 or 3.
+    rods : list of list of int
+        Which points each rod leads through.
+    masses, fixed : list of int
+        Which points are masses, and which do not move.
+    surface : ndarray, shape(lines, ALONG, 3)
+        Lines on the surface; none where there is none.
+    axes : tuple of str
+        Names of the coordinates; empty where they are lengths.
+    at : callable
+        ``at(states)`` takes rows of positions q, or of states y, shape(n, ...), to the points, shape(n, k, dimension): those of the rods,
+        then the masses, then the fixed ones.
+    """
+
+    dimension: int
+    rods: list[list[int]]
+    masses: list[int]
+    fixed: list[int]
+    surface: Array
+    axes: tuple[str, ...]
+    at: Callable[[Array], Array]
+
+
+def layout_of(ivp: InitialValueProblem) -> Layout | None:
+    """Return what is drawn of a problem of any kind with the numbers of a case, or None where it declares no picture.
+
+    Raises
+    ------
+    InvalidProblem
+        If the picture has no points, they are not all of the plane or all of space, or an expression has an undeclared symbol.
+    """
+    declared = ivp.source.define()
+    picture = declared.picture
+    if picture is None:
+        return None
+    rods, masses, fixed, flat = numbered(picture)
+    dimension = _dimension(ivp.problem, picture, flat)
+    symbols = list(getattr(declared, "q", ()) or getattr(declared, "y", ()))
+    parameters = list(declared.parameters)
+    _require_declared(ivp.problem, flat, {*symbols, *parameters})
+    _require_declared(ivp.problem, [picture.surface or ()], {*parameters, *(symbol for symbol, *_ in picture.over)})
+    par = [ivp.parameters[str(name)] for name in parameters]
+    at = _points(flat, symbols, parameters, par)
+    return Layout(dimension, rods, masses, fixed, surface_lines(picture, parameters, par), tuple(picture.axes), at)
+
+
+def numbered(picture: Picture) -> tuple[list[list[int]], list[int], list[int], list[Any]]:
+    """Return rods, masses and fixed points by numbers of points, and all points in order."""
+    flat: list[Any] = []
+
+    def added(points: Any) -> list[int]:
+        flat.extend(points)
+        return list(range(len(flat) - len(points), len(flat)))
+
+    return [added(rod) for rod in picture.rods], added(picture.masses), added(picture.fixed), flat
+
+
+def surface_lines(picture: Picture, parameters: Sequence[Any], par: Sequence[float]) -> Array:
+    """Return lines of constant coordinates on the surface, shape(lines, ALONG, 3)."""
+    import sympy as sp
+
+    if picture.surface is None:
+        return np.empty((0, ALONG, 3))
+    (u, *of_u), (v, *of_v) = picture.over
+    call = sp.lambdify([u, v, parameters], list(picture.surface), "numpy")
+    known = dict(zip(parameters, par, strict=True))
+    ends = [[float(sp.sympify(x).subs(known)) for x in bounds] for bounds in (of_u, of_v)]
+    few, many = ([np.linspace(low, high, n) for low, high in ends] for n in (LINES, ALONG))
+    pairs = [(np.full(ALONG, a), many[1]) for a in few[0]] + [(many[0], np.full(ALONG, b)) for b in few[1]]
+    return np.array([np.stack([np.broadcast_to(x, ALONG) for x in call(a, b, par)], axis=1) for a, b in pairs], dtype=float)
+
+
+def moving(points: Array, candidates: Sequence[int]) -> list[int]:
+    """Return which of these points move, once each where several are always at the same place; points has shape(n, k, dimension)."""
+    found: list[int] = []
+    least = 1e-9 * float(np.max(np.abs(points), initial=0.0))
+    for k in candidates:
+        moves = np.ptp(points[:, k], axis=0).max() > least
+        if moves and all(np.max(np.abs(points[:, k] - points[:, j])) > least for j in found):
+            found.append(k)
+    return found
+
+
+def _points(flat: list[Any], symbols: list[Any], parameters: list[Any], par: list[float]) -> Callable[[Array], Array]:
+    import sympy as sp
+
+    call = sp.lambdify([symbols, parameters], [[sp.sympify(x) for x in point] for point in flat], "numpy")
+
+    def at(states: Array) -> Array:
+        with np.errstate(all="ignore"):
+            found = call(list(states.T), par)
+        return np.moveaxis(np.array([[np.broadcast_to(x, len(states)) for x in point] for point in found], dtype=float), 2, 0)
+
+    return at
+
+
+def _dimension(problem: str, picture: Picture, flat: Sequence[Any]) -> int:
+    sizes = {len(point) for point in flat}
+    if not flat or len(sizes) > 1 or not sizes <= {2, 3} or (picture.surface is not None and sizes != {3}):
+        raise InvalidProblem(
+            f"the picture of {problem} needs points, all of the plane or all of space, and of space where it has a surface."
+        )
+    (dimension,) = sizes
+    if picture.axes and len(picture.axes) != dimension:
+        raise InvalidProblem(f"the picture of {problem} names {len(picture.axes)} axes for points with {dimension} coordinates.")
+    return dimension
+
+
+def _require_declared(problem: str, points: Sequence[Any], known: set[Any]) -> None:
+    import sympy as sp
+
+    found = {symbol for point in points for x in point for symbol in sp.sympify(x).free_symbols}
+    if extra := sorted(map(str, found - known)):
+        raise InvalidProblem(f"the picture of {problem} contains {', '.join(extra)}, which is no coordinate or parameter; declare it.")

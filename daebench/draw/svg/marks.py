@@ -1,0 +1,205 @@
+"""What is drawn in a panel: curves, dots, areas, levels and notes, each as SVG in the pixels of its panel."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+import numpy.typing as npt
+from markupsafe import Markup
+
+from daebench.draw.figures import BLACK, Stroke
+from daebench.draw.svg.axis import Array
+
+INK = "currentColor"
+"""The colour of the page's text, light or dark."""
+
+PER_PIXEL = 2.0
+"""Points of a curve for each pixel of its panel's width beyond which only the lowest and the highest of each bin are drawn."""
+
+
+class Place(Protocol):
+    """Takes data to pixels."""
+
+    @property
+    def width(self) -> float:
+        """Width of the panel's frame, pixels."""
+        ...
+
+    def __call__(self, x: npt.ArrayLike, y: npt.ArrayLike) -> tuple[Array, Array]:
+        """Return pixels of points."""
+        ...
+
+
+class Mark(Protocol):
+    """Anything that can be drawn in a panel."""
+
+    def svg(self, place: Place) -> Markup:
+        """Return it as SVG."""
+        ...
+
+
+def color_of(stroke: Stroke) -> str:
+    """Return the colour of a stroke; black follows the page."""
+    return INK if stroke.color == BLACK else stroke.color
+
+
+@dataclass(frozen=True)
+class Curve:
+    """A line through points; where one is not finite, or has no place on the axes, it is broken.
+
+    Parameters
+    ----------
+    x, y : array_like, shape(n,)
+        The points.
+    stroke : Stroke
+        Colour and dashes.
+    name : str
+        What it is called in the legend; not in it where empty.
+    width : float
+        Width of the line, pixels.
+    faint : bool
+        Whether it only gives orientation.
+    """
+
+    x: npt.ArrayLike
+    y: npt.ArrayLike
+    stroke: Stroke
+    name: str = ""
+    width: float = 1.6
+    faint: bool = False
+
+    def svg(self, place: Place) -> Markup:
+        """Return it as a path."""
+        path = path_of(*thinned(*place(self.x, self.y), round(PER_PIXEL * place.width)))
+        opacity = Markup(' opacity=".35"') if self.faint else Markup("")
+        return Markup('<path d="{}" fill="none" stroke="{}" stroke-width="{}"{}{}/>').format(
+            path, color_of(self.stroke), self.width, dashes_of(self.stroke, self.width), opacity
+        )
+
+
+@dataclass(frozen=True)
+class Dots:
+    """Points as discs.
+
+    Parameters
+    ----------
+    x, y : array_like, shape(n,)
+        The points.
+    stroke : Stroke
+        Its colour is theirs.
+    name : str
+        What they are called in the legend; not in it where empty.
+    radius : float
+        Radius of a disc, pixels.
+    hollow : bool
+        Whether only the outline is drawn.
+    """
+
+    x: npt.ArrayLike
+    y: npt.ArrayLike
+    stroke: Stroke
+    name: str = ""
+    radius: float = 2.2
+    hollow: bool = False
+
+    def svg(self, place: Place) -> Markup:
+        """Return them as one path of round caps, or as circles where they are hollow."""
+        x, y = place(self.x, self.y)
+        kept = np.isfinite(x) & np.isfinite(y)
+        color = color_of(self.stroke)
+        if self.hollow:
+            circle = Markup('<circle cx="{:.1f}" cy="{:.1f}" r="{}"/>')
+            circles = Markup("").join(circle.format(a, b, self.radius) for a, b in zip(x[kept], y[kept], strict=True))
+            return Markup('<g fill="none" stroke="{}" stroke-width="1.4">{}</g>').format(color, circles)
+        path = "".join(f"M{a:.1f} {b:.1f}h0" for a, b in zip(x[kept].tolist(), y[kept].tolist(), strict=True))
+        return Markup('<path d="{}" fill="none" stroke="{}" stroke-width="{}" stroke-linecap="round"/>').format(
+            path, color, 2 * self.radius
+        )
+
+
+@dataclass(frozen=True)
+class Area:
+    """A filled polygon.
+
+    Parameters
+    ----------
+    x, y : array_like, shape(n,)
+        Its corners.
+    stroke : Stroke
+        Its outline; the filling is the same colour, pale.
+    name : str
+        What it is called in the legend; not in it where empty.
+    """
+
+    x: npt.ArrayLike
+    y: npt.ArrayLike
+    stroke: Stroke
+    name: str = ""
+
+    def svg(self, place: Place) -> Markup:
+        """Return it as a closed path."""
+        path = path_of(*place(self.x, self.y)) + "Z"
+        return Markup('<path d="{}" fill="{}" fill-opacity=".22" stroke="{}" stroke-width="1.4" stroke-linejoin="round"/>').format(
+            path, color_of(self.stroke), color_of(self.stroke)
+        )
+
+
+@dataclass(frozen=True)
+class Note:
+    """A few words at a point.
+
+    Parameters
+    ----------
+    x, y : float
+        Where, in the units of the axes.
+    text : str
+        The words; text of an SVG where it is ``Markup``.
+    anchor : str
+        Which part of the words is at the point: "start", "middle" or "end".
+    """
+
+    x: float
+    y: float
+    text: str
+    anchor: str = "start"
+
+    def svg(self, place: Place) -> Markup:
+        """Return it as text; nothing where it has no place."""
+        (x,), (y,) = place([self.x], [self.y])
+        if not (np.isfinite(x) and np.isfinite(y)):
+            return Markup("")
+        return Markup('<text class="note" x="{:.1f}" y="{:.1f}" text-anchor="{}">{}</text>').format(x, y, self.anchor, self.text)
+
+
+def thinned(x: Array, y: Array, most: int) -> tuple[Array, Array]:
+    """Return a curve with about as many points at most, none of its lowest, highest and gaps lost: up to three for each bin."""
+    n = len(x)
+    if n <= most:
+        return x, y
+    size = -(-n // max(1, most // 2))
+    bins = -(-n // size)
+    padded = np.full(bins * size, y[-1])
+    padded[:n] = y
+    whole = padded.reshape(bins, size)
+    finite = np.isfinite(whole)
+    places = (np.where(finite, whole, np.inf).argmin(axis=1), np.where(finite, whole, -np.inf).argmax(axis=1), finite.argmin(axis=1))
+    kept = np.unique(np.concatenate([[0, n - 1], *(size * np.arange(bins) + place for place in places)]))
+    kept = kept[kept < n]
+    return x[kept], y[kept]
+
+
+def path_of(x: Array, y: Array) -> str:
+    """Return points in pixels as the data of a path, with a gap where one is not finite."""
+    there = np.isfinite(x) & np.isfinite(y)
+    pens = np.where(np.concatenate([[False], there[:-1]]), "L", "M")[there].tolist()
+    pixels = np.clip(np.stack([x[there], y[there]], axis=1), -1e5, 1e5).tolist()
+    return "".join(f"{pen}{a:.1f} {b:.1f}" for pen, (a, b) in zip(pens, pixels, strict=True))
+
+
+def dashes_of(stroke: Stroke, width: float) -> Markup:
+    """Return the dashes of a stroke as an attribute: Matplotlib's, in widths of the line."""
+    if isinstance(stroke.dashes, str):
+        return Markup("")
+    lengths: Sequence[float] = stroke.dashes[1]
+    return Markup(' stroke-dasharray="{}"').format(" ".join(f"{width * each:g}" for each in lengths))

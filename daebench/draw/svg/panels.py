@@ -1,0 +1,165 @@
+"""Panels with axes, side by side on a sheet with one legend."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy.typing as npt
+from markupsafe import Markup
+
+from daebench.draw.svg.axis import Array, Axis, power
+from daebench.draw.svg.marks import Area, Curve, Dots, Mark, color_of, dashes_of
+
+WIDTH = 760.0
+"""Width of a sheet, in the pixels that its numbers are in; in the page it is as wide as there is room."""
+
+LEFT, RIGHT, TOP, BOTTOM = 62.0, 12.0, 26.0, 44.0
+"""Pixels around the frame of a panel, for labels and title."""
+
+LINE = 20.0
+"""Height of a line of the legend, pixels."""
+
+
+@dataclass(frozen=True)
+class Frame:
+    """Where a panel's axes are on the sheet, in pixels, and the map from data to them."""
+
+    left: float
+    top: float
+    width: float
+    height: float
+    x: Axis
+    y: Axis
+
+    def __call__(self, x: npt.ArrayLike, y: npt.ArrayLike) -> tuple[Array, Array]:
+        """Return pixels of points."""
+        return self.left + self.width * self.x.share(x), self.top + self.height * (1 - self.y.share(y))
+
+
+@dataclass(frozen=True)
+class Panel:
+    """Axes with marks in them.
+
+    Parameters
+    ----------
+    x, y : Axis
+        The axes.
+    marks : sequence of Mark
+        What is drawn, the last above the others; named curves, dots and areas are in the legend of the sheet.
+    title : str
+        What the panel shows; text of an SVG where it is ``Markup``.
+    equal : bool
+        Whether a unit of x is as long as one of y: the shorter axis is then widened. For linear axes.
+    bare : bool
+        Whether there are neither ticks nor labels nor a grid: a view of space.
+    """
+
+    x: Axis
+    y: Axis
+    marks: Sequence[Mark] = field(default_factory=tuple)
+    title: str = ""
+    equal: bool = False
+    bare: bool = False
+
+    def frame(self, left: float, top: float, width: float, height: float) -> Frame:
+        """Return where its axes are, within a rectangle that labels and title share."""
+        inside = (LEFT if not self.bare else RIGHT, BOTTOM if not self.bare else RIGHT)
+        found = Frame(left + inside[0], top + TOP, width - inside[0] - RIGHT, height - TOP - inside[1], self.x, self.y)
+        if not self.equal:
+            return found
+        by = ((self.x.high - self.x.low) / found.width) / ((self.y.high - self.y.low) / found.height)
+        return replace(found, x=self.x.widened(max(1.0, 1 / by)), y=self.y.widened(max(1.0, by)))
+
+
+def sheet(panels: Sequence[Panel], *, alt: str, columns: int = 2, height: float = 250.0, width: float = WIDTH) -> Markup:
+    """Return panels as one SVG.
+
+    Parameters
+    ----------
+    panels : sequence of Panel
+        The panels, row by row.
+    alt : str
+        What the picture shows, in words, for those who cannot see it.
+    columns : int
+        Panels in a row.
+    height : float
+        Height of a panel with its labels, pixels.
+    width : float
+        Width of the sheet, pixels.
+    """
+    rows, wide = -(-len(panels) // columns), width / columns
+    places = [each.frame(wide * (k % columns), height * (k // columns), wide, height) for k, each in enumerate(panels)]
+    shown = Markup("").join(panel_svg(each, frame) for each, frame in zip(panels, places, strict=True))
+    below, lines = legend(panels, height * rows, width)
+    whole = Markup('<svg class="sheet" xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {:g} {:g}" role="img" aria-label="{}">{}{}</svg>')
+    return whole.format(width, height * rows + lines * LINE + 4, alt, shown, below)
+
+
+def panel_svg(panel: Panel, frame: Frame) -> Markup:
+    """Return a panel as a group; it carries its frame and its scales, for scripts that move what is in it.
+
+    Its clip path is named after the frame: where two in a page have one name, they are the same.
+    """
+    name = "clip" + "-".join(f"{each:.0f}" for each in (frame.left, frame.top, frame.width, frame.height))
+    box = Markup('x="{:.1f}" y="{:.1f}" width="{:.1f}" height="{:.1f}"').format(frame.left, frame.top, frame.width, frame.height)
+    title = Markup('<text class="title" x="{:.1f}" y="{:.1f}">{}</text>').format(frame.left, frame.top - 9, panel.title)
+    marks = Markup("").join(mark.svg(frame) for mark in panel.marks)
+    return Markup(
+        '<g class="panel" data-frame="{:.1f} {:.1f} {:.1f} {:.1f}" data-x="{!r} {!r} {:d}" data-y="{!r} {!r} {:d}">'
+        '<clipPath id="{}"><rect {}/></clipPath>{}{}<g class="marks" clip-path="url(#{})">{}</g></g>'
+    ).format(
+        frame.left, frame.top, frame.width, frame.height,
+        float(frame.x.low), float(frame.x.high), frame.x.log, float(frame.y.low), float(frame.y.high), frame.y.log,
+        name, box, Markup("") if panel.bare else axes_svg(frame), title, name, marks,
+    )  # fmt: skip
+
+
+def axes_svg(frame: Frame) -> Markup:
+    """Return grid, axes, ticks with their numbers, and labels."""
+    bottom, right = frame.top + frame.height, frame.left + frame.width
+    parts = []
+    across, x_exponent = frame.x.ticks()
+    up, y_exponent = frame.y.ticks()
+    for value, text in across:
+        (x,), _ = frame([value], [frame.y.low])
+        parts.append(Markup('<path class="grid" d="M{:.1f} {:.1f}V{:.1f}"/>').format(x, frame.top, bottom))
+        parts.append(Markup('<text x="{:.1f}" y="{:.1f}" text-anchor="middle">{}</text>').format(x, bottom + 15, text))
+    for value, text in up:
+        _, (y,) = frame([frame.x.low], [value])
+        parts.append(Markup('<path class="grid" d="M{:.1f} {:.1f}H{:.1f}"/>').format(frame.left, y, right))
+        parts.append(Markup('<text x="{:.1f}" y="{:.1f}" text-anchor="end">{}</text>').format(frame.left - 5, y + 4, text))
+    parts.append(Markup('<path class="axis" d="M{:.1f} {:.1f}V{:.1f}H{:.1f}"/>').format(frame.left, frame.top, bottom, right))
+    middle = (frame.left + frame.width / 2, frame.top + frame.height / 2)
+    parts.append(Markup('<text x="{:.1f}" y="{:.1f}" text-anchor="middle">{}</text>').format(middle[0], bottom + 33, frame.x.label))
+    turned = Markup('<text transform="translate({:.1f} {:.1f}) rotate(-90)" text-anchor="middle">{}</text>')
+    parts.append(turned.format(frame.left - LEFT + 13, middle[1], frame.y.label))
+    for exponent, x, y in ((x_exponent, right, bottom + 33), (y_exponent, frame.left - 5, frame.top - 9)):
+        if exponent:
+            factor = Markup("\N{MULTIPLICATION SIGN}") + power(exponent)
+            parts.append(Markup('<text x="{:.1f}" y="{:.1f}" text-anchor="end">{}</text>').format(x, y, factor))
+    return Markup("").join(parts)
+
+
+def legend(panels: Sequence[Panel], top: float, width: float) -> tuple[Markup, int]:
+    """Return the legend of all named marks, each name once, and how many lines it has."""
+    named = {mark.name: mark for panel in panels for mark in panel.marks if isinstance(mark, Curve | Dots | Area) and mark.name}
+    parts, x, line = [], 10.0, 0
+    for name, mark in named.items():
+        long = 48 + 7.2 * len(Markup(name).striptags())
+        if x + long > width and x > 10.0:
+            x, line = 10.0, line + 1
+        y = top + LINE * line + 10
+        parts.append(sample(mark, x, y) + Markup('<text x="{:.1f}" y="{:.1f}">{}</text>').format(x + 34, y + 4, name))
+        x += long
+    return Markup("").join(parts), line + 1 if named else 0
+
+
+def sample(mark: Curve | Dots | Area, x: float, y: float) -> Markup:
+    """Return a short piece of a mark for the legend."""
+    if isinstance(mark, Curve):
+        line = Markup('<path d="M{:.1f} {:.1f}h28" fill="none" stroke="{}" stroke-width="{}"{}/>')
+        return line.format(x, y, color_of(mark.stroke), mark.width, dashes_of(mark.stroke, mark.width))
+    if isinstance(mark, Dots):
+        filling = "none" if mark.hollow else color_of(mark.stroke)
+        return Markup('<circle cx="{:.1f}" cy="{:.1f}" r="3.2" fill="{}" stroke="{}"/>').format(x + 14, y, filling, color_of(mark.stroke))
+    swatch = Markup('<rect x="{:.1f}" y="{:.1f}" width="22" height="10" fill="{}" fill-opacity=".22" stroke="{}"/>')
+    return swatch.format(x + 3, y - 5, color_of(mark.stroke), color_of(mark.stroke))

@@ -1,0 +1,75 @@
+"""What is to be said of a run that came to its end and is no good all the same: its energy or its constraints are lost."""
+
+import numpy as np
+
+from daebench.diagnostics.integrals import energy_error
+from daebench.runs.ivp import ConstrainedIvp, Ivp
+from daebench.runs.trajectory import Array, PoissonTrajectory, Trajectory
+
+BROKEN = 0.25
+"""Part of what the motion could change g by, along its way from the start, above which a constraint is broken."""
+
+RESOLVED = 1e-6
+"""Relative change of positions below which g is not held against their way: a motion may begin at rest."""
+
+SMALLER = "use a smaller h or tol, or another method"
+"""What to do."""
+
+
+def doubts(ivp: Ivp, run: Trajectory | PoissonTrajectory) -> list[str]:
+    """Return why a run is not to be believed although nothing stopped it, as sentences; none of one that failed, which says so itself.
+
+    The energy is lost where its error is larger than the mean kinetic energy T of the motion, or, on a Poisson system, than the modulus
+    of H at the start. The T of the run is not that of the motion, but has the error e in it: the mean modulus of T - e stands for it.
+
+    Parameters
+    ----------
+    ivp : InitialValueProblem
+        The problem with its numbers.
+    run : Trajectory or PoissonTrajectory
+        A run on it.
+
+    Returns
+    -------
+    list of str
+    """
+    if run.failure is not None:
+        return []
+    found = [_lost_energy(ivp, run)]
+    if isinstance(run, Trajectory) and isinstance(ivp, ConstrainedIvp):
+        found.append(_broken_constraint(ivp, run))
+    return [f"{run.method} on {run.problem}, case {run.case}: {each}; {SMALLER}." for each in found if each]
+
+
+def _lost_energy(ivp: Ivp, run: Trajectory | PoissonTrajectory) -> str:
+    error = energy_error(ivp, run)
+    if isinstance(run, PoissonTrajectory):
+        scale, what = abs(float(ivp.along("H", run.y[:1])[0])), "|H|"
+    else:
+        T = np.sum(run.p * np.asarray(ivp.along("H_p", run.p, run.q), dtype=float), axis=1) / 2
+        scale, what = float(np.mean(np.abs(T - error))), "the mean kinetic energy"
+    largest = max(float(np.max(np.abs(error))), run.maxima.get("energy", 0.0))
+    if not largest > scale > 0:
+        return ""
+    beyond = np.flatnonzero(np.abs(error) > scale)
+    since = f" from t = {run.t[beyond[0]]:.9g} on" if len(beyond) else ""
+    return f"the motion is lost{since}: the energy error, {largest:.3g}, is {largest / scale:.3g} times {what}, {scale:.3g}"
+
+
+def _broken_constraint(ivp: ConstrainedIvp, run: Trajectory) -> str:
+    """Return which constraint is off by a large part of its own change along the way, and from when on; "" if none is."""
+    if ivp.arrays:
+        return ""
+    g, G = np.abs(ivp.along("g", run.q)), np.abs(ivp.along("G", run.q))
+    room, floor = (np.einsum("rij,rj->ri", G, length) for length in (_way(run.q), 1.0 + np.abs(run.q)))
+    broken = np.argwhere(g > np.maximum(BROKEN * room, RESOLVED * floor))
+    if not len(broken):
+        return ""
+    row, k = broken[0]
+    return f"g{k + 1} = 0 is broken from t = {run.t[row]:.9g} on, where |g{k + 1}| is {g[row, k]:.3g}, and {g[:, k].max():.3g} at most"
+
+
+def _way(q: Array) -> Array:
+    """Return how far each position has gone from its start at most, up to each row."""
+    found: Array = np.maximum.accumulate(np.abs(q - q[0]), axis=0)
+    return found

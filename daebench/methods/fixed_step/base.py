@@ -1,0 +1,221 @@
+"""Fixed-step methods for either kind of problem: a scheme linked to a problem, its runs, and its map for complex states."""
+
+import time
+import types
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Mapping, Sequence
+from functools import cached_property
+from typing import Any, ClassVar, Generic, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from daebench.compiler.cache import generated
+from daebench.errors import BadInput, RunFailed
+from daebench.methods.fixed_step.complex_step import complex_run
+from daebench.methods.fixed_step.compositions import weights_of
+from daebench.methods.fixed_step.stepping import Linked, Run
+from daebench.runs.grid import Grid
+from daebench.runs.ivp import InitialValueProblem
+from daebench.runs.request import Request
+from daebench.runs.trajectory import Array
+
+Ivp = TypeVar("Ivp", bound=InitialValueProblem)
+Result = TypeVar("Result")
+
+LOOP = [("daebench.schemes.kernels.loop", "integrate"), ("daebench.schemes.kernels.loop", "first")]
+"""What is called of a generated module."""
+
+BEGIN = ("daebench.schemes.kernels.constrained", "begin")
+"""What is called too where a scheme remembers something from step to step."""
+
+
+class FixedStepMethod(ABC, Generic[Ivp, Result]):
+    """A scheme run with constant step size; problems of each kind add how they enter and leave the scheme's state."""
+
+    knob = "h"
+    watchable: ClassVar[tuple[str, ...]]
+    counted: ClassVar[tuple[str, ...]]
+    form: str
+    composition: str
+    compiled: bool
+    compensated: bool = False
+    splitting: str = ""
+
+    @property
+    @abstractmethod
+    def name(self) -> str:
+        """Name in the grammar of methods."""
+
+    @abstractmethod
+    def refusal(self, ivp: Ivp) -> str | None:
+        """Return why the method cannot be used on this problem, as a sentence, or None."""
+
+    @abstractmethod
+    def _require(self, ivp: Ivp, request: Request) -> None:
+        """Accept what is asked of problems of this kind; raise :class:`BadInput` otherwise."""
+
+    @property
+    @abstractmethod
+    def scheme_module(self) -> str:
+        """Name of the module that the scheme is in."""
+
+    @abstractmethod
+    def _derivation(self, ivp: Ivp) -> Any:
+        """Return the derivation of the problem in the form that the scheme is run on."""
+
+    @abstractmethod
+    def _scales(self, ivp: Ivp, h: float) -> tuple[float, float]:
+        """Return the length and the rate of the initial value problem in the coordinates that the scheme computes in."""
+
+    @abstractmethod
+    def _reasons(self, ivp: Ivp) -> Mapping[int, tuple[str, str]]:
+        """Return why a run stops and what to do, by status."""
+
+    @abstractmethod
+    def _coordinates(self, ivp: Ivp) -> tuple[Callable[[Sequence[Any]], Any], Callable[[Any], Sequence[Any]]]:
+        """Return the maps from the vectors of a state to what the scheme computes in, and back."""
+
+    @abstractmethod
+    def _trajectory(self, run: Run, outcome: dict[str, Any]) -> Result:
+        """Return the trajectory of a run that has ended."""
+
+    def _structure(self, *, raw: bool, singular: str) -> dict[str, Any]:
+        """Return what else decides the generated module, as :class:`daebench.compiler.link.Options` takes it."""
+        return {}
+
+    @property
+    def data(self) -> tuple[Any, ...]:
+        """Run-time data of scheme and form: the scheme's numbers, and the form's."""
+        return (), ()
+
+    @cached_property
+    def weights(self) -> Array:
+        """Weights of the substeps of a composition, shape(k,); empty where there is none."""
+        return np.array(weights_of(self.composition), dtype=float)
+
+    def kernel(
+        self, ivp: Ivp, precision: str, watch: tuple[str, ...], *, count: bool, raw: bool = False, singular: str = "stop"
+    ) -> types.ModuleType:
+        """Return the generated module of this method and problem; other numbers of the same structure share it."""
+        structure: dict[str, Any] = {"precision": precision, "watch": watch, "count": count, "compiled": self.compiled, "form": self.form}
+        structure |= {"composed": bool(self.composition), **self._structure(raw=raw, singular=singular)}
+
+        def build(cached: bool) -> str:
+            from daebench.compiler.link import Linker, Options
+
+            linker = Linker(self._derivation(ivp), Options(**structure), self.scheme_module)
+            remembers = linker.constants["MULTISTEP"] or self.compensated
+            return linker.module(f"{self.name} on {ivp.problem}, {precision}.", [*LOOP, BEGIN] if remembers else LOOP, cached)
+
+        file = f"{self.scheme_module.rpartition('.')[2]}{structure.get('stages', '')}"
+        key = f"{ivp.source.key} {self.scheme_module} {self.splitting} {sorted(structure.items())}"
+        return generated(f"{ivp.problem}_{self.form}_{file}_{precision}", key, build)
+
+    def _linked(self, ivp: Ivp, kernel: types.ModuleType, h: float) -> Linked:
+        enter, leave = self._coordinates(ivp)
+        return Linked(
+            self.name,
+            kernel,
+            (*ivp.par, *self.data, self._scales(ivp, h)),
+            self.weights,
+            self.compiled,
+            enter=enter,
+            leave=lambda x: np.concatenate(leave(x)),
+            work=self.counted,
+            reasons=self._reasons(ivp),
+            arrays=ivp.arrays,
+        )
+
+    def solve(self, ivp: Ivp, request: Request) -> Result:
+        """Return the trajectory; where the scheme stops early, what was computed so far and why.
+
+        Raises
+        ------
+        BadInput
+            If the request cannot be met: see :class:`daebench.runs.grid.Grid`.
+        """
+        run = self.begin(ivp, request, self.grid(ivp, request), request.watched(self.watchable))
+        return self._trajectory(run, run.outcome())
+
+    def begin(self, ivp: Ivp, request: Request, grid: Grid, watched: tuple[str, ...]) -> Run:
+        """Return a run at its start.
+
+        Parameters
+        ----------
+        ivp : InitialValueProblem
+            The problem with its numbers.
+        request : Request
+            What is asked for.
+        grid : Grid
+            The steps that this comes to, see :meth:`grid`.
+        watched : tuple of str
+            What the loop watches, or ("samples",) for it to store H in place of states.
+        """
+        began = time.perf_counter()
+        kernel = self.kernel(ivp, request.precision, watched, count=request.count)
+        return Run(self._linked(ivp, kernel, grid.h), ivp, request, grid, names=watched_names(watched, ivp), began=began)
+
+    def check(self, ivp: Ivp, request: Request) -> None:
+        """Accept a request that can be met; raise :class:`BadInput` otherwise."""
+        self.grid(ivp, request)
+
+    def grid(self, ivp: Ivp, request: Request) -> Grid:
+        """Return the steps that a request comes to; raise :class:`BadInput` if it cannot be met."""
+        if refusal := self.refusal(ivp):
+            raise BadInput(refusal)
+        self._require(ivp, request)
+        return Grid.fixed_step(self.name, request, ivp.size)
+
+    def flow(self, ivp: Ivp, h: float, steps: int) -> Callable[..., Any]:
+        """Return the map of ``steps`` steps for complex states, exact to first order in the imaginary part.
+
+        The map is (p, q) -> (p, q), or y -> y, and raises :class:`RunFailed` where the scheme has no solution.
+        """
+        linked = self._linked(ivp, self.kernel(ivp, "complex128", (), count=False, singular=""), h)
+        leave = self._coordinates(ivp)[1]
+
+        def phi(*vectors: Sequence[complex]) -> Any:
+            x, _, failure = complex_run(linked, ivp, _complex_state(linked, vectors), h, steps)
+            if failure:
+                raise RunFailed(failure)
+            ends = leave(x)
+            return ends if len(ends) > 1 else np.array(ends[0])
+
+        return phi
+
+    def path(self, ivp: Ivp, h: float, steps: int) -> Callable[..., tuple[NDArray[np.complex128], str | None]]:
+        """Return the map from a complex state to those after 0, 1, 2, ... steps, exact to first order in the imaginary part.
+
+        It gives rows (p, q), or y, and why there are fewer than ``steps`` more, or None.
+        """
+        linked = self._linked(ivp, self.kernel(ivp, "complex128", (), count=False, singular=""), h)
+
+        def along(*vectors: Sequence[complex]) -> tuple[NDArray[np.complex128], str | None]:
+            _, rows, failure = complex_run(linked, ivp, _complex_state(linked, vectors), h, steps, every=1)
+            start = np.concatenate([np.asarray(vector, dtype=complex) for vector in vectors])
+            return np.concatenate([start[None], rows]), failure
+
+        return along
+
+
+def _complex_state(linked: Linked, vectors: Sequence[Sequence[complex]]) -> Any:
+    """Return what a scheme computes in, with complex entries: a vector, or a tuple of them."""
+    state = linked.enter([np.array(vector, dtype=complex) for vector in vectors])
+
+    def typed(vector: Any) -> Any:
+        return np.array(vector) if linked.arrays else tuple(map(np.complex128, vector))
+
+    return tuple(map(typed, state)) if isinstance(state, tuple) and np.ndim(state[0]) else typed(state)
+
+
+def watched_names(watch: Sequence[str], ivp: InitialValueProblem) -> list[str]:
+    """Return the names of the errors that a run watches, in order."""
+    names: Mapping[str, Sequence[str]] = {
+        "energy": ["energy"],
+        "manifold": ["g", "Gv"],
+        "casimirs": getattr(ivp, "casimirs", ()),
+        "integrals": ivp.integrals,
+        "samples": (),
+    }
+    return [name for quantity in watch for name in names[quantity]]

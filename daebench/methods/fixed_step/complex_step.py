@@ -1,0 +1,47 @@
+"""A run in complex numbers: its imaginary part carries a tangent vector along, to round-off, and every state can be kept."""
+
+from typing import Any
+
+import numpy as np
+
+from daebench.methods.fixed_step.stepping import Linked
+from daebench.runs.ivp import InitialValueProblem
+
+
+def complex_run(linked: Linked, ivp: InitialValueProblem, x: Any, h: float, steps: int, every: int = 0) -> tuple[Any, Any, str | None]:
+    """Return the last good state of a run, the states stored, and why it stopped early, or None.
+
+    Parameters
+    ----------
+    linked : Linked
+        A scheme whose kernel computes in complex numbers.
+    ivp : InitialValueProblem
+        The problem with its numbers.
+    x : tuple or ndarray
+        The state to begin with, as the kernel takes it.
+    h : float
+        Step size, s.
+    steps : int
+        Number of steps.
+    every : int
+        A state is stored after every so many steps; none where it is 0.
+
+    Returns
+    -------
+    x : tuple or ndarray
+        The last good state, as the kernel has it.
+    rows : ndarray of complex, shape(n, ivp.size)
+        What was stored up to there.
+    failure : str or None
+        The sentence that says why it stopped.
+    """
+    kernel = linked.kernel
+    rows = np.empty((steps // every if every else 0, ivp.size), dtype=complex)
+    empty = np.empty((0, ivp.size), dtype=complex)
+    with np.errstate(all="ignore"):
+        memory, report = kernel.begin(x, h, linked.par) if hasattr(kernel, "begin") else ((), (0,))
+        if report[0]:
+            return x, rows[:0], linked.failure(ivp, h, 0, steps, 0, report)
+        found = kernel.integrate(x, memory, (), (), np.inf, h, linked.weights, steps, every or -1, every, rows, empty, linked.par)
+    done, stored, report = found[4], found[5], found[-1]
+    return found[0], rows[:stored], linked.failure(ivp, h, done, steps, found[-2], report) if report[0] else None

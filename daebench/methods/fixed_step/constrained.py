@@ -1,0 +1,156 @@
+"""Fixed-step methods for constrained problems, linked to a problem and run."""
+
+import time
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+from typing import Any
+
+from daebench.compiler.work import WORK
+from daebench.errors import BadInput
+from daebench.methods.fixed_step.base import FixedStepMethod, watched_names
+from daebench.methods.fixed_step.parts import Parts
+from daebench.methods.fixed_step.rank_loss import RankRun
+from daebench.methods.fixed_step.raw_multipliers import Stages
+from daebench.methods.fixed_step.stepping import REASONS, SIMPLIFIED, Run
+from daebench.runs.grid import Grid
+from daebench.runs.ivp import ConstrainedIvp
+from daebench.runs.request import Method, Request
+from daebench.runs.scales import constrained_scales, in_coordinates
+from daebench.runs.trajectory import CONSTRAINED, Trajectory
+from daebench.schemes.kernels.language import ROUNDINGS
+
+
+@dataclass(frozen=True)
+class FixedStep(Parts, FixedStepMethod[ConstrainedIvp, Trajectory]):
+    """A scheme of ``daebench.schemes`` run with constant step size.
+
+    Parameters
+    ----------
+    scheme, form, composition, projection, options, compensated
+        As for :class:`daebench.methods.fixed_step.parts.Parts`.
+    compiled : bool
+        Whether the kernel is handed to numba.
+    sweeps : int
+        Sweeps after which Newton's iteration is ended, converged or not; 0 for convergence.
+    roundings : float
+        Increments of so many roundings end Newton's iteration.
+
+    Raises
+    ------
+    BadInput
+        If a name is unknown, the parts do not go together, or an option is not what it must be.
+    """
+
+    compiled: bool = True
+    sweeps: int = 0
+    roundings: float = ROUNDINGS
+    watchable = CONSTRAINED
+    counted = WORK
+
+    @property
+    def _solves(self) -> bool:
+        """Whether systems of constraints are solved, in its own coordinates: those of ``local`` and ``stiff`` have none."""
+        return self.form not in ("local", "stiff")
+
+    def on_singular(self, ivp: ConstrainedIvp, request: Request) -> str:
+        """Return what to do where G loses rank: one of :data:`daebench.runs.request.ON_SINGULAR`, or "" where it is no matter.
+
+        Raises
+        ------
+        BadInput
+            If the name is unknown, or there is nothing to solve by least squares.
+        """
+        mode = request.at_rank_loss(ivp)
+        if mode == "least-squares" and ivp.arrays:
+            raise BadInput(
+                f"{self.name} on {ivp.sheet.NODES} nodes of {ivp.problem} solves banded systems, and none by least squares; "
+                "take continue, or fewer nodes."
+            )
+        if request.on_singular == "least-squares" and not self._solves:
+            raise BadInput(f"{self.name} solves no systems of constraints, and so none by least squares; leave out on_singular.")
+        return mode if self._solves else ""
+
+    @property
+    def scheme_module(self) -> str:
+        """Name of the module that the scheme is in, alone or with its family."""
+        return f"daebench.schemes.{self.file}"
+
+    def _derivation(self, ivp: ConstrainedIvp) -> Any:
+        return ivp.source.form(self.form)
+
+    def _structure(self, *, raw: bool, singular: str) -> dict[str, Any]:
+        return {
+            "stages": self.member.stages,
+            "compensated": self.compensated,
+            "projection": self.projection,
+            "raw": len(self.member.multipliers()) if raw else 0,
+            "sweeps": self.sweeps,
+            "roundings": self.roundings,
+            "singular": "least-squares" if singular == "least-squares" else "watch" if singular and self._solves else "",
+        }
+
+    def _coordinates(self, ivp: ConstrainedIvp) -> tuple[Callable[[Sequence[Any]], Any], Callable[[Any], Sequence[Any]]]:
+        enter, leave = self.system.enter(ivp), self.system.leave(ivp)
+        return lambda vectors: enter(*vectors), lambda x: leave(*x)
+
+    def _scales(self, ivp: ConstrainedIvp, h: float) -> tuple[float, float]:
+        scales = constrained_scales(ivp, h, rated=self.member.claims.any_form)
+        if self.form != "local":
+            return scales
+        return in_coordinates(scales, self.system.leave(ivp), self.system.enter(ivp)(*ivp.start), 1)
+
+    def _reasons(self, ivp: ConstrainedIvp) -> Mapping[int, tuple[str, str]]:
+        return SIMPLIFIED if self.member.simplified and self.form != "stiff" else REASONS
+
+    def _trajectory(self, run: Run, outcome: dict[str, Any]) -> Trajectory:
+        ivp, request, (t, rows) = run.ivp, run.request, run.states()
+        d, m = int(ivp.sheet.D), int(ivp.sheet.M)
+        p, q = rows[:, :d].copy(), rows[:, d:].copy()
+        return Trajectory(
+            **outcome,
+            t=t,
+            q=q,
+            p=p,
+            lam=ivp.along("lam", p, q) if request.multipliers else None,
+            raw=Stages(self.member.multipliers()).multipliers(run.multipliers(), run.grid.h, m) if request.raw else {},
+            passages=tuple(run.passages),
+        )
+
+    def begin(self, ivp: ConstrainedIvp, request: Request, grid: Grid, watched: tuple[str, ...]) -> Run:
+        """Return a run at its start, which watches whether G keeps its rank; see :meth:`FixedStepMethod.begin`."""
+        began = time.perf_counter()
+        mode = self.on_singular(ivp, request)
+        ivp = replace(ivp, on_singular=mode)
+        kernel = self.kernel(ivp, request.precision, watched, count=request.count, raw=request.raw, singular=mode)
+        raw = len(self.member.multipliers()) * ivp.m if request.raw else 0
+        made: Callable[..., Run] = partial(RankRun, mode) if mode else Run
+        return made(self._linked(ivp, kernel, grid.h), ivp, request, grid, names=watched_names(watched, ivp), raw=raw, began=began)
+
+    def _require(self, ivp: ConstrainedIvp, request: Request) -> None:
+        self.on_singular(ivp, request)
+
+    def grid(self, ivp: ConstrainedIvp, request: Request) -> Grid:
+        """Return the steps that a request comes to; raise :class:`BadInput` if it cannot be met."""
+        grid = super().grid(ivp, request)
+        if request.raw and (self.composition or not self.member.multipliers()):
+            why = "those of a composition belong to its substeps" if self.composition else "it computes none"
+            raise BadInput(f"{self.name} has no raw multipliers to give: {why}; ask for lam(p, q) instead.")
+        if request.raw and grid.every != 1:
+            raise BadInput(f"raw multipliers are those of every step; leave out every = {grid.every}.")
+        return grid
+
+
+def accepted(method: Method[ConstrainedIvp, Trajectory], ivp: ConstrainedIvp, why: str) -> FixedStep:
+    """Return a method where it is a fixed-step method that takes this problem.
+
+    Raises
+    ------
+    BadInput
+        If it is not, with ``why`` that matters, or if it refuses the problem.
+    """
+    if not isinstance(method, FixedStep):
+        raise BadInput(f"{method.name} chooses its own steps {why}; give a fixed-step method, for example rattle.")
+    if refusal := method.refusal(ivp):
+        raise BadInput(refusal)
+    return method

@@ -1,0 +1,182 @@
+"""Methods for Poisson systems that are lifted: a constrained method runs above, and its trajectory is mapped down, HLW VII.5.3."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, fields, replace
+from typing import Any
+
+import numpy as np
+
+from daebench.diagnostics.integrals import casimir_errors, energy_error, integral_errors
+from daebench.errors import BadInput, RunFailed
+from daebench.methods.fixed_step.constrained import FixedStep
+from daebench.methods.fixed_step.poisson import require_poisson
+from daebench.methods.initial_value_problem import initial_value_problem
+from daebench.runs.ivp import ConstrainedIvp, InitialValueProblem, PoissonIvp
+from daebench.runs.make_ivp import constrained
+from daebench.runs.request import Method, Request
+from daebench.runs.trajectory import POISSON, Array, Outcome, PoissonTrajectory, Trajectory
+
+FORM = "lifted"
+"""What comes before the colon in the name of a lifted method."""
+
+
+@dataclass(frozen=True)
+class Lifted:
+    """A fixed-step method for constrained problems, run on a Poisson system that declares a :class:`daebench.systems.poisson.Lift`.
+
+    ::
+
+        (q, p)(y0)  --- method --->  (q_n, p_n)  --->  y_n = y(p_n, q_n)
+
+    On the rotation matrices above Euler's equations ``rattle`` is the discrete Moser-Veselov algorithm of HLW VII.5.3.
+
+    Parameters
+    ----------
+    method : FixedStep
+        The method above.
+
+    Raises
+    ------
+    BadInput
+        If it is no fixed-step method.
+    """
+
+    method: FixedStep
+    knob = "h"
+
+    @classmethod
+    def of(cls, method: Method[ConstrainedIvp, Trajectory]) -> "Lifted":
+        """Return a method lifted; raise :class:`BadInput` where it chooses its own steps."""
+        if not isinstance(method, FixedStep):
+            raise BadInput(f"{FORM}: takes fixed-step methods, and {method.name} chooses its own steps; run it as it is, or {FORM}:rattle.")
+        return cls(method)
+
+    @property
+    def name(self) -> str:
+        """Name in the grammar of methods."""
+        return f"{FORM}:{self.method.name}"
+
+    @property
+    def order(self) -> int:
+        """Order of convergence that the method above claims."""
+        return self.method.claims.order
+
+    def is_poisson(self, ivp: InitialValueProblem) -> bool:
+        """Return whether the method claims to be a Poisson integrator: whether it is symplectic on the manifold above."""
+        claims = self.method.claims
+        return bool(ivp.sheet.LIFT) and claims.symplectic and claims.on_manifold
+
+    def keeps(self, ivp: InitialValueProblem) -> tuple[str, ...]:
+        """Return the names of the conserved quantities that the method claims to keep to round-off: the Casimir functions, or none."""
+        return tuple(ivp.sheet.CASIMIRS) if self.is_poisson(ivp) else ()
+
+    def refusal(self, ivp: InitialValueProblem) -> str | None:
+        """Return why the method cannot be used on this problem, as a sentence, or None."""
+        if not isinstance(ivp, PoissonIvp):
+            return f"{self.name} is for Poisson systems, and {ivp.problem} is a constrained problem; leave out {FORM}:."
+        if not ivp.sheet.LIFT:
+            return f"{self.name} needs a constrained system above, which {ivp.problem} does not declare; use strang."
+        if not np.isfinite(_energy(up := above(ivp))):
+            reason = f"the energy of {up.problem} above is not finite at these parameters, as where its mass matrix is singular"
+            return f"{self.name}: {reason}; use strang."
+        why = self.method.refusal(up)
+        return f"{self.name} on {ivp.problem}: {why}" if why else None
+
+    def check(self, ivp: PoissonIvp, request: Request) -> None:
+        """Accept a request that can be met; raise :class:`BadInput` otherwise."""
+        if refusal := self.refusal(ivp):
+            raise BadInput(refusal)
+        require_poisson(self.name, request)
+        self.method.check(above(ivp), _silent(request))
+
+    def solve(self, ivp: PoissonIvp, request: Request) -> PoissonTrajectory:
+        """Return the trajectory; where the method above stops early, what was computed so far and why.
+
+        Maxima of errors are over the outputs, and say so; work is that of the method above.
+
+        Raises
+        ------
+        BadInput
+            If the request cannot be met.
+        """
+        self.check(ivp, request)
+        found = _mapped_down(self.name, ivp, self.method.solve(above(ivp), _silent(request)))
+        return replace(found, maxima=_maxima(ivp, found, request.watched(POISSON)))
+
+    def flow(self, ivp: PoissonIvp, h: float, steps: int) -> Callable[[Sequence[complex]], Array]:
+        """Return the map y -> y of ``steps`` steps for complex states, exact to first order in the imaginary part.
+
+        The map raises :class:`RunFailed` where the method has no solution.
+        """
+        rise, (inner, down) = _rising(ivp), (self.method.flow(above(ivp), h, steps), _falling(ivp))
+
+        def phi(y: Sequence[complex]) -> Array:
+            try:
+                return np.array(down(*inner(*rise(y))))
+            except RunFailed as error:
+                raise RunFailed(_told(self.name, ivp, str(error))) from error
+
+        return phi
+
+
+def above(ivp: PoissonIvp) -> ConstrainedIvp:
+    """Return the problem of the constrained system above, which starts from (q, p)(y0) with the parameters of the same names."""
+    lift = _definition(ivp).lift
+    p0, q0 = _rising(ivp)(ivp.y0)
+    start = {"p0": p0.tolist(), "q0": q0.tolist()}
+    return constrained(initial_value_problem(lift.problem, None, ivp.parameters, **start, consistent=False))
+
+
+def _energy(ivp: ConstrainedIvp) -> float:
+    return float(ivp.value("H", ivp.p0, ivp.q0))
+
+
+def _definition(ivp: PoissonIvp) -> Any:
+    return ivp.source.derivation.problem
+
+
+def _rising(ivp: PoissonIvp) -> Callable[[Any], tuple[Any, Any]]:
+    """Return the map y -> (p, q), for real and complex states."""
+    import sympy as sp
+
+    definition = _definition(ivp)
+    expressions = [list(definition.lift.p), list(definition.lift.q)]
+    up = sp.lambdify([list(definition.y), list(definition.parameters)], expressions, "numpy", cse=True)
+
+    def rise(y: Any) -> tuple[Any, Any]:
+        p, q = up(np.asarray(y), ivp.par)
+        return np.array(p), np.array(q)
+
+    return rise
+
+
+def _falling(ivp: PoissonIvp) -> Callable[[Any, Any], Sequence[Any]]:
+    """Return the map (p, q) -> y, of numbers or of columns of them."""
+    lift = _definition(ivp).lift
+    return lambda p, q: lift.y(p, q, ivp.parameters)
+
+
+def _silent(request: Request) -> Request:
+    """Return what is asked of the method above, which watches nothing."""
+    return replace(request, watch=())
+
+
+def _mapped_down(name: str, ivp: PoissonIvp, run: Trajectory) -> PoissonTrajectory:
+    outcome = {field.name: getattr(run, field.name) for field in fields(Outcome)}
+    outcome |= {"problem": ivp.problem, "case": ivp.case, "method": name, "parameters": dict(ivp.parameters)}
+    failure = _told(name, ivp, run.failure) if run.failure else None
+    y = np.array(_falling(ivp)(run.p.T, run.q.T), dtype=float).T
+    y[0] = ivp.y0
+    return PoissonTrajectory(**outcome | {"failure": failure, "maxima_over": "outputs"}, y=y)
+
+
+def _told(name: str, ivp: PoissonIvp, failure: str) -> str:
+    return f"{name} on {ivp.problem}, case {ivp.case}: {failure}"
+
+
+def _maxima(ivp: PoissonIvp, run: PoissonTrajectory, watched: Sequence[str]) -> dict[str, float]:
+    """Return the largest modulus of each watched error over the outputs."""
+    errors: dict[str, Array] = {"energy": energy_error(ivp, run)} if "energy" in watched else {}
+    errors |= casimir_errors(ivp, run) if "casimirs" in watched else {}
+    errors |= integral_errors(ivp, run) if "integrals" in watched else {}
+    return {name: float(np.max(np.abs(error))) for name, error in errors.items()}

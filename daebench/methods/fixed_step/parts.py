@@ -1,0 +1,167 @@
+"""The parts of a fixed-step method for constrained problems: what goes together, what it claims, and which problems it takes."""
+
+import importlib
+import types
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Any
+
+from daebench.errors import BadInput, real, require_known, unknown
+from daebench.methods.fixed_step.chain_refusals import unwritten
+from daebench.methods.fixed_step.compositions import COMPOSITIONS
+from daebench.methods.fixed_step.forms import FORMS, OWN, Form
+from daebench.methods.schemes import members
+from daebench.runs.ivp import ConstrainedIvp
+from daebench.schemes.kernels.claims import Claims, Member, composed, on_form, projected
+
+PROJECTIONS = {
+    "proj": "orthogonal projection onto the manifold after each step",
+    "symproj": "symmetric projection, HLW V.4.1",
+}
+"""What may follow a step, and what it is."""
+
+
+@dataclass(frozen=True)
+class Parts:
+    """A scheme of ``daebench.schemes`` on a form of the system, composed and projected.
+
+    Parameters
+    ----------
+    scheme : str
+        Name of the scheme.
+    form : str
+        Form of the system: "" for the scheme's own, or a name in :data:`daebench.methods.fixed_step.forms.FORMS`.
+    composition : str
+        "" or a name in :data:`daebench.methods.fixed_step.compositions.COMPOSITIONS`.
+    projection : str
+        "" or a name in :data:`PROJECTIONS`.
+    options : mapping of str to float
+        Free numbers of the scheme and of the form.
+    compensated : bool
+        Whether sums over steps are compensated for rounding, HLW VIII.5.
+
+    Raises
+    ------
+    BadInput
+        If a name is unknown, the parts do not go together, or an option is not what it must be.
+    """
+
+    scheme: str
+    form: str = ""
+    composition: str = ""
+    projection: str = ""
+    options: Mapping[str, float] = field(default_factory=dict, hash=False)
+    compensated: bool = False
+
+    def __post_init__(self) -> None:
+        require_known(
+            ("scheme", self.scheme, members()),
+            ("form", self.form, FORMS),
+            ("composition", self.composition, COMPOSITIONS),
+            ("projection", self.projection, PROJECTIONS),
+        )
+        for option, value in self.options.items():
+            if option not in self.free_numbers:
+                raise unknown(f"option of {self.name}", option, self.free_numbers)
+            real(option, value)
+        if why := self._misfit():
+            raise BadInput(why)
+        if self.options:
+            _ = self.data  # numbers out of range are refused here; a tableau is not worked out before it is used
+
+    def _misfit(self) -> str | None:
+        """Return why the parts do not go together, as a sentence, or None."""
+        own, module = self.member.claims, self.module
+        base = on_form(own, self.form)
+        multistep = hasattr(module, "start")
+        if self.form and not own.any_form:
+            return f"{self.scheme} cannot be run on the form {self.form}; use one of {', '.join(takes_forms())}."
+        if self.composition and (multistep or not base.symmetric or base.order != 2):
+            return f"{self.composition} composes symmetric one-step methods of order 2, which {self.base} is not; use rattle or strang."
+        if (self.composition or self.projection == "symproj") and base.keeps_g and not base.keeps_Gv:
+            part = f"/{self.composition}" if self.composition else "+symproj"
+            return f"{self.base} lets its momenta leave the manifold, where its steps do not fit together; leave out {part}."
+        if self.projection and (multistep or base.on_manifold or self.form == "stiff"):
+            why = "has a memory that a projection would contradict" if multistep else "stays on the manifold by itself"
+            why = "solves a system that has no constraints" if self.form == "stiff" else why
+            return f"{self.base} {why}; leave out +{self.projection}."
+        if self.projection == "symproj" and self.composition:
+            return f"+symproj is not offered for a composition; use {self.base}+symproj or {self.base}/{self.composition}+proj."
+        if self.compensated and (not hasattr(module, "increment") or self.projection):
+            what = "a projected state has no increments" if self.projection else f"{self.scheme} does not give its increments"
+            return f"compensated summation needs the increment of a step, and {what}; leave it out, or use rattle."
+        return None
+
+    @property
+    def system(self) -> Form:
+        """The form of the system."""
+        return FORMS.get(self.form, OWN)
+
+    @property
+    def base(self) -> str:
+        """Scheme and form as in the name of the method."""
+        return f"{self.form}:{self.scheme}" if self.form else self.scheme
+
+    @property
+    def name(self) -> str:
+        """Name in the grammar of methods."""
+        return self.base + (f"/{self.composition}" if self.composition else "") + (f"+{self.projection}" if self.projection else "")
+
+    @property
+    def free_numbers(self) -> Mapping[str, float]:
+        """Names and defaults of the free numbers of scheme and form."""
+        return {**self.member.options, **self.system.options}
+
+    @property
+    def file(self) -> str:
+        """Name of the file that the scheme is in."""
+        return members()[self.scheme][0]
+
+    @property
+    def member(self) -> Member:
+        """What the scheme is in its file."""
+        return members()[self.scheme][1]
+
+    @property
+    def module(self) -> types.ModuleType:
+        """The scheme's file as a module."""
+        return importlib.import_module(f"daebench.schemes.{self.file}")
+
+    @cached_property
+    def claims(self) -> Claims:
+        """What the whole method claims: scheme, form, composition and projection together."""
+        claims = on_form(self.member.claims, self.form)
+        if self.composition:
+            claims = composed(claims, COMPOSITIONS[self.composition].order)
+        return projected(claims, self.projection) if self.projection else claims
+
+    @cached_property
+    def data(self) -> tuple[Any, ...]:
+        """Run-time data of scheme and form: the scheme's numbers, and the form's."""
+        own = {name: self.options.get(name, value) for name, value in self.member.options.items()}
+        return self.member.numbers(**own), self.system.numbers(self.options)
+
+    def refusal(self, ivp: ConstrainedIvp) -> str | None:
+        """Return why the method cannot be used on this problem, as a sentence, or None."""
+        needs, sheet = self.member.claims, ivp.sheet
+        if ivp.arrays:
+            why = unwritten(ivp, self.file, form=self.form, stages=self.member.stages, projection=self.projection)
+            return f"{self.name} on the {ivp.sheet.NODES} nodes of {ivp.problem}: {why}" if why else None
+        if needs.separable_only and not sheet.SEPARABLE:
+            return f"{self.name} needs H = 1/2 p^T M^-1 p + U(q) with constant M, which {ivp.problem} does not have; use rattle."
+        if needs.quadratic_only and not sheet.QUADRATIC:
+            return f"{self.name} needs H to be quadratic in p, which that of {ivp.problem} is not; use rattle."
+        if needs.needs_kinetic_flow and not sheet.KINETIC_FLOW:
+            return (
+                f"{self.name} needs the flow of the kinetic energy in closed form, which {ivp.problem} does not declare; "
+                "use rattle, whose compositions have the same orders."
+            )
+        if self.form == "local" and not sheet.CHART:
+            return f"{self.name} needs a chart of the manifold, which {ivp.problem} does not declare; leave out local:."
+        return None
+
+
+def takes_forms() -> list[str]:
+    """Return the names of the schemes that can be run on every form of the system."""
+    return [name for name, (_, member) in members().items() if member.claims.any_form]

@@ -1,0 +1,191 @@
+"""Fixed-step methods for Poisson systems: a scheme on a form of the system, with a splitting, composed, linked to a problem and run."""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from daebench.compiler.cache import generated
+from daebench.compiler.work import POISSON_WORK
+from daebench.errors import BadInput, require_known
+from daebench.methods.fixed_step.base import FixedStepMethod
+from daebench.methods.fixed_step.compositions import COMPOSITIONS
+from daebench.methods.fixed_step.stepping import REASONS, Run
+from daebench.methods.schemes import poisson_members
+from daebench.runs.ivp import InitialValueProblem, PoissonIvp
+from daebench.runs.request import Request
+from daebench.runs.scales import in_coordinates, poisson_scales
+from daebench.runs.trajectory import POISSON, PoissonTrajectory
+from daebench.schemes.kernels.claims import CLASSES, PoissonClaims
+
+FORMS = {"darboux": "canonical coordinates z = (q, p, c), HLW VII.4.3: z' = B0 grad K(z)"}
+"""The forms of a Poisson system that a scheme can be run on besides its own coordinates."""
+
+RUN_AWAY = "use a smaller h, and see whether the motion itself runs away there"
+LEFT = {3: ("a value is no longer finite", RUN_AWAY), 6: ("the state has left the domain {domain}", RUN_AWAY)}
+"""Why a step of a Poisson system is refused besides :data:`daebench.methods.fixed_step.stepping.REASONS`, and what to do."""
+
+
+@dataclass(frozen=True)
+class PoissonStep(FixedStepMethod[PoissonIvp, PoissonTrajectory]):
+    """A scheme of ``daebench.schemes.poisson`` run with constant step size.
+
+    Parameters
+    ----------
+    scheme : str
+        Name of the scheme.
+    form : str
+        "" for the system's own coordinates, or a name in :data:`FORMS`.
+    splitting : str
+        Name of one of the problem's splittings; "" for its first.
+    composition : str
+        "" or a name in :data:`daebench.methods.fixed_step.compositions.COMPOSITIONS`.
+    anyway : bool
+        Whether a scheme may be run on a system that is not of the class for which it is a Poisson integrator.
+    compiled : bool
+        Whether the kernel is handed to numba.
+
+    Raises
+    ------
+    BadInput
+        If a name is unknown, or the parts do not go together.
+    """
+
+    scheme: str
+    form: str = ""
+    splitting: str = ""
+    composition: str = ""
+    anyway: bool = False
+    compiled: bool = True
+    watchable = POISSON
+    counted = POISSON_WORK
+
+    def __post_init__(self) -> None:
+        require_known(
+            ("scheme for Poisson systems", self.scheme, poisson_members()),
+            ("form of Poisson systems", self.form, FORMS),
+            ("composition", self.composition, COMPOSITIONS),
+        )
+        claims = self.member
+        if self.composition and (not claims.symmetric or claims.order != 2):
+            raise BadInput(
+                f"{self.composition} composes symmetric methods of order 2, which {self.scheme} is not; use strang, verlet or midpoint."
+            )
+        if self.splitting and claims.poisson != "split":
+            raise BadInput(f"{self.scheme} does not split H; leave out @{self.splitting}.")
+        if self.form and claims.poisson == "split":
+            raise BadInput(f"{self.scheme} takes the flows in the system's own coordinates; leave out {self.form}:, or use verlet there.")
+
+    @property
+    def name(self) -> str:
+        """Name in the grammar of methods."""
+        base = f"{self.form}:{self.scheme}" if self.form else self.scheme
+        return base + (f"@{self.splitting}" if self.splitting else "") + (f"/{self.composition}" if self.composition else "")
+
+    @property
+    def member(self) -> PoissonClaims:
+        """The claims of the scheme itself."""
+        return poisson_members()[self.scheme]
+
+    @property
+    def order(self) -> int:
+        """Order of convergence that the whole method claims."""
+        return COMPOSITIONS[self.composition].order if self.composition else self.member.order
+
+    def is_poisson(self, ivp: InitialValueProblem) -> bool:
+        """Return whether the method claims to be a Poisson integrator for this system: whether B is of the class that it states."""
+        kind, sheet = self.member.poisson, ivp.sheet
+        if self.form == "darboux":
+            return bool(kind)
+        return bool({"split": sheet.SPLITTINGS, "constant": sheet.CONSTANT, "bilinear": sheet.BILINEAR, "": False}[kind])
+
+    def keeps(self, ivp: InitialValueProblem) -> tuple[str, ...]:
+        """Return the names of the conserved quantities that the method claims to keep to round-off: "energy", Casimirs, integrals."""
+        own = {"linear": ivp.sheet.LINEAR, "quadratic": ivp.sheet.QUADRATIC, "": ()}["" if self.form else self.member.keeps]
+        casimirs = ivp.sheet.CASIMIRS if self.is_poisson(ivp) or self.form == "darboux" else ()
+        return tuple(dict.fromkeys((*casimirs, *own)))
+
+    def refusal(self, ivp: InitialValueProblem) -> str | None:
+        """Return why the method cannot be used on this problem, as a sentence, or None."""
+        claims, sheet = self.member, ivp.sheet
+        if sheet.KIND != "poisson":
+            return f"{self.name} is for Poisson systems, and {ivp.problem} is a constrained problem; use rattle."
+        if self.form == "darboux" and not sheet.DARBOUX:
+            return f"{self.name} needs canonical coordinates, which {ivp.problem} does not declare; leave out darboux:."
+        if claims.poisson == "split" and not sheet.SPLITTINGS:
+            return f"{self.name} needs parts of H with known flows, which {ivp.problem} does not declare; use midpoint --anyway, or rk4."
+        if self.splitting and self.splitting not in sheet.SPLITTINGS:
+            return f"{ivp.problem} has no splitting {self.splitting!r}; it has {', '.join(sheet.SPLITTINGS)}."
+        if claims.halves and not sheet.HALVES and not self.form:
+            return f"{self.name} needs a state in two halves, and {ivp.problem} has {sheet.N} coordinates; use strang."
+        if claims.poisson and not self.anyway and not self.is_poisson(ivp):
+            what = CLASSES[claims.poisson]
+            return f"{self.name} is a Poisson integrator for {what} only, which {ivp.problem} does not have; --anyway runs it all the same."
+        return None
+
+    def _require(self, ivp: PoissonIvp, request: Request) -> None:
+        require_poisson(self.name, request)
+
+    @property
+    def scheme_module(self) -> str:
+        """Name of the module that the scheme is in."""
+        return f"daebench.schemes.poisson.{self.scheme}"
+
+    def _derivation(self, ivp: PoissonIvp) -> Any:
+        if self.form:
+            return ivp.source.form(self.form)
+        return ivp.source.split(self.splitting or next(iter(ivp.sheet.SPLITTINGS), "") if self.member.poisson == "split" else "")
+
+    def _coordinates(self, ivp: PoissonIvp) -> tuple[Callable[[Sequence[Any]], Any], Callable[[Any], Sequence[Any]]]:
+        if not self.form:
+            return lambda vectors: vectors[0], lambda y: (y,)
+        enter, leave = coordinates(ivp)
+        return lambda vectors: enter(vectors[0]), lambda x: (leave(x),)
+
+    def _scales(self, ivp: PoissonIvp, h: float) -> tuple[float, float]:
+        scales = poisson_scales(ivp, h)
+        if self.form and not ivp.arrays:  # whose map would have to be compiled for complex numbers first, and stretches little
+            enter, leave = coordinates(ivp)
+            return in_coordinates(scales, leave, (enter(ivp.y0),), 0)
+        return scales
+
+    def _reasons(self, ivp: PoissonIvp) -> Mapping[int, tuple[str, str]]:
+        domain = " and ".join(f"{function} > 0" for function in ivp.sheet.DOMAIN)
+        return REASONS | {status: (why.replace("{domain}", domain), advice) for status, (why, advice) in LEFT.items()}
+
+    def _trajectory(self, run: Run, outcome: dict[str, Any]) -> PoissonTrajectory:
+        t, y = run.states()
+        return PoissonTrajectory(**outcome, t=t, y=y)
+
+
+def require_poisson(name: str, request: Request) -> None:
+    """Refuse what has no meaning for a Poisson system; raise :class:`BadInput`."""
+    for wrong, what in ((request.multipliers, "multipliers lam(p, q)"), (request.raw, "raw multipliers")):
+        if wrong:
+            raise BadInput(f"{name} runs on a Poisson system, which has no {what}; leave them out.")
+    if request.watch and "manifold" in request.watch:
+        raise BadInput("a Poisson system has no constraints to watch; watch energy, casimirs or integrals.")
+
+
+def coordinates(ivp: PoissonIvp) -> tuple[Callable[[Any], Any], Callable[[Any], Any]]:
+    """Return the maps into the canonical coordinates of a system and back, for real and complex states."""
+
+    def build(cached: bool) -> str:
+        from daebench.compiler.link import Linker, Options
+        from daebench.compiler.syntax import HOLE
+
+        linker = Linker(ivp.source.form("darboux"), Options(compiled=ivp.arrays, form="darboux"))
+        return linker.module(f"Canonical coordinates of {ivp.problem}.", [(HOLE, name) for name in ("canonical", "chart")], cached)
+
+    module = generated(f"{ivp.problem}_darboux", f"{ivp.source.key} darboux", build)
+    par = tuple(map(np.float64, ivp.par))
+
+    def called(function: Callable[..., Any]) -> Callable[[Any], Any]:
+        def call(y: Any) -> Any:
+            with np.errstate(all="ignore"):
+                return function(y if ivp.arrays else tuple(map(np.complex128 if np.iscomplexobj(y) else np.float64, y)), par)
+
+        return call
+
+    return called(module.canonical), called(module.chart)

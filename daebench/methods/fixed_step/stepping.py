@@ -1,0 +1,296 @@
+"""A run of a linked scheme: the compiled loop called piece by piece, so that it can be watched and interrupted."""
+
+import time
+import types
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from daebench.compiler.sharing import uncollected
+from daebench.runs.grid import Grid
+from daebench.runs.ivp import InitialValueProblem
+from daebench.runs.request import Request
+from daebench.runs.trajectory import Array, Passage
+from daebench.schemes.kernels.newton import SWEEPS
+from daebench.schemes.kernels.rank import RANK_LOST
+from daebench.schemes.kernels.relax import ROUNDS
+
+REASONS = {
+    1: ("the iteration did not converge in {sweeps} sweeps, residual {residual:.2e}", "use a smaller h"),
+    2: (
+        "the iteration matrix is singular to round-off, residual {residual:.2e}",
+        "see whether constraints are redundant, or G has lost rank or a chart is singular there",
+    ),
+    3: (
+        "a value is no longer finite",
+        "use a smaller h, and see whether the motion has left the domain of H or that of the chart of local:",
+    ),
+    4: (
+        "H or a watched quantity is not finite after this step",
+        "use a smaller h, and see whether the motion has left the domain of H or the range of double precision",
+    ),
+    5: (
+        "the constraints could not be met one at a time within the tolerance in {relaxations} rounds, residual {residual:.2e}",
+        "use a smaller h or a larger tolerance",
+    ),
+}
+"""Why a scheme stopped, and what to do, by the status of its report."""
+
+ITS_OWN = "this is the limit of the iteration, which leaves out derivatives, and not necessarily that of the equations"
+"""Of which limit it is that a simplified iteration does not converge."""
+
+SIMPLIFIED = REASONS | {1: (REASONS[1][0], f"{REASONS[1][1]}; {ITS_OWN}")}
+"""The same of a scheme whose iteration leaves out derivatives."""
+
+LIMITS = {"sweeps": SWEEPS, "relaxations": ROUNDS}
+CHUNK_SECONDS = 0.2
+
+
+@dataclass(frozen=True)
+class Linked:
+    """A scheme linked to a problem, ready to run.
+
+    Parameters
+    ----------
+    name : str
+        Name in the grammar of methods.
+    kernel : module
+        The generated module.
+    par : tuple
+        Run-time data: the problem's parameters, the scheme's numbers, the form's numbers.
+    weights : ndarray, shape(k,)
+        Weights of the substeps of a composition; empty where a step is one step.
+    compiled : bool
+        Whether the kernel is machine code.
+    enter, leave : callable
+        From the problem's start to the state that the scheme computes in, and from there to a row of numbers as they are stored.
+    work : tuple of str
+        Kinds of work that the kernel counts.
+    reasons : mapping of int to (str, str)
+        Why it stopped and what to do, by status.
+    arrays : bool
+        Whether states are arrays, and not tuples.
+    """
+
+    name: str
+    kernel: types.ModuleType
+    par: tuple[Any, ...]
+    weights: Array
+    compiled: bool
+    enter: Callable[[Sequence[Any]], Any]
+    leave: Callable[[Any], Array]
+    work: tuple[str, ...]
+    reasons: Mapping[int, tuple[str, str]] = field(default_factory=lambda: REASONS)
+    arrays: bool = False
+
+    def failure(self, ivp: InitialValueProblem, h: float, done: int, steps: int, tried: int, report: Sequence[Any]) -> str:
+        """Return the sentence that says where a scheme stopped and why; ``tried`` substeps were begun in the last step."""
+        substep = (
+            f", substep {tried} of {len(self.weights)} over {self.weights[tried - 1] * h:.4g}" if len(self.weights) and tried > 0 else ""
+        )
+        where = f"stopped at t = {done * h:.9g} (step {done + 1} of {steps}, h = {h:g}{substep})"
+        why, advice = self.reasons[int(report[0])]
+        reason = why.format(residual=float(report[1]), **LIMITS)
+        return f"{self.name} on {ivp.problem}, case {ivp.case}, {where}: {reason}; {advice}."
+
+
+def next_piece(piece: int, took: float) -> int:
+    """Return how many steps take a fifth of a second where ``piece`` steps took so many seconds; at most eight times as many."""
+    return int(min(8 * piece, max(1, piece * CHUNK_SECONDS / max(took, 1e-6))))
+
+
+class Run:
+    """One run of a linked scheme on an initial value problem.
+
+    Parameters
+    ----------
+    linked : Linked
+        The scheme.
+    ivp, request, grid
+        What is integrated, what is asked for, and the steps that this comes to.
+    names : sequence of str
+        Names of the errors that the kernel watches.
+    raw : int
+        Raw multipliers of a step, all together, that are stored.
+    began : float
+        When the work on this request began, on ``time.perf_counter``.
+    """
+
+    def __init__(
+        self, linked: Linked, ivp: InitialValueProblem, request: Request, grid: Grid, *, names: Sequence[str], raw: int = 0, began: float
+    ) -> None:
+        self.linked, self.ivp, self.request, self.grid, self.names = linked, ivp, request, grid, names
+        self.kernel = linked.kernel
+        self.number: Callable[[Any], Any] = (
+            np.dtype(request.precision).type if request.precision == "float32" or not linked.compiled else float
+        )
+        self.zero, self.infinity = self.typed(0.0), self.typed(np.inf)
+        self.par, self.h = self.typed(linked.par), self.typed(grid.h)
+        self.weights = linked.weights.astype(request.precision)
+        self.x = self.state(linked.enter(ivp.start))
+        self.X = np.empty((grid.rows, ivp.size), dtype=request.precision)
+        self.R = np.empty((grid.rows if raw else 0, raw), dtype=request.precision)
+        self.done, self.row, self.left = 0, 0, grid.every or -1
+        self.work = np.zeros(len(linked.work), dtype=np.int64)
+        self.seconds = 0.0
+        self.failure: str | None = None
+        self.rank_lost, self.rank_pending = False, False
+        self.passages: list[Passage] = []
+        self.interrupted = False
+        with np.errstate(all="ignore"), uncollected():
+            self._prepare()
+        self.compile_seconds = time.perf_counter() - began
+
+    def typed(self, x: Any) -> Any:
+        """Return a number or nested tuple in the run's number type, which is lost when a kernel hands a float32 back to Python."""
+        return tuple(map(self.typed, x)) if isinstance(x, tuple | np.ndarray) else self.number(x)
+
+    def state(self, x: Any) -> Any:
+        """Return a state, or what a scheme remembers, in the run's number type; its parts are arrays where vectors are."""
+        if not self.linked.arrays:
+            return self.typed(x)
+        parts = isinstance(x, tuple) and (not x or np.ndim(x[0]) > 0)
+        return tuple(np.array(part, dtype=self.request.precision) for part in x) if parts else np.array(x, dtype=self.request.precision)
+
+    def _prepare(self) -> None:
+        """Make the first memory and the conserved quantities, and have the loop compiled."""
+        self.conserved = self.typed(self.kernel.first(self.x, self.par))
+        self.maxima: Any = tuple(self.zero for _ in self.names)
+        self.pivots: Any = self._no_pivots()
+        self.memory: Any = ()
+        report: Any = (0, self.zero, self.infinity, ())
+        if hasattr(self.kernel, "begin"):
+            memory, report = self.kernel.begin(self.x, self.h, self.par)
+            self.memory = self.state(memory)
+            self.work += self._tally(self.kernel.EACH_BEGIN, 1) + self._tally(report[3], 1)
+        if report[0]:
+            self.failure = self._sentence(report, 0)
+        self._call(0)
+
+    def _no_pivots(self) -> Any:
+        """Return what is recalled of pivots before the first step."""
+        return self.infinity
+
+    @property
+    def pivot(self) -> Any:
+        """Smallest relative pivot so far."""
+        return self.pivots
+
+    def _lose_rank(self) -> None:
+        """Do what is to be done where G loses rank within the next step; only a run that watches for it comes here."""
+
+    def _tally(self, counts: Sequence[int], times: int) -> Any:
+        return times * np.array(counts, dtype=np.int64) if self.request.count and len(counts) else np.zeros_like(self.work)
+
+    def _sentence(self, report: Sequence[Any], tried: int) -> str:
+        return self.linked.failure(self.ivp, self.grid.h, self.done, self.grid.steps, tried, report)
+
+    @property
+    def carried(self) -> tuple[Any, ...]:
+        """All numbers that go from one step into the next: state, memory, conserved quantities, maxima and pivots."""
+        return self.x, self.memory, self.conserved, self.maxima, self.pivots
+
+    @carried.setter
+    def carried(self, found: tuple[Any, ...]) -> None:
+        self.x, self.memory, self.conserved, self.maxima, self.pivots = found
+
+    def _call(self, steps: int) -> Any:
+        outputs = (self.X[self.row :], self.R[self.row :])
+        return self.kernel.integrate(*self.carried, self.h, self.weights, steps, self.left, self.grid.every, *outputs, self.par)
+
+    def _advance(self, steps: int) -> float:
+        """Take so many steps, or as many as there are; return the CPU time it took."""
+        began = time.thread_time()
+        with np.errstate(all="ignore"):
+            result = self._call(steps)
+        took = time.thread_time() - began
+        self.x = self.state(result[0])
+        self.memory = self.state(result[1])
+        self.maxima, self.pivots = self.typed(result[2:4])
+        done, rows, self.left, work, tried, report = result[4:]
+        self.done, self.row = self.done + done, self.row + rows
+        self.rank_lost = report[0] == RANK_LOST
+        failed = int(report[0] != 0 and not self.rank_lost)
+        substeps = done * max(1, len(self.weights)) + failed * abs(tried)
+        self.work += self._tally(work, 1) + self._tally(self.kernel.EACH_ONE, substeps)
+        self.work += self._tally(self.kernel.EACH_FINISH, done + failed)
+        self.seconds += took
+        if failed:
+            self.failure = self._sentence(report, tried)
+        return took
+
+    def piece(self, steps: int) -> float:
+        """Take so many steps, or as many as are left, and what is to be done where G loses rank; return the CPU time of the former.
+
+        Where the last step tells that G loses rank in the next one, that stays pending for a longer run that goes on from there.
+        """
+        took = 0.0
+        if not self.rank_pending:
+            took = self._advance(min(steps, self.grid.steps - self.done))
+            self.rank_pending = self.rank_lost
+        if self.rank_pending and self.done < self.grid.steps:
+            self.rank_pending = False
+            self._lose_rank()
+        return took
+
+    def _march(self) -> None:
+        """Take all steps, in pieces of a fifth of a second."""
+        piece, limit = 64, time.perf_counter() + (self.request.seconds_limit or np.inf)
+        while self.done < self.grid.steps and self.failure is None:
+            took = self.piece(piece)
+            piece = next_piece(piece, took)
+            if self.request.progress:
+                self.request.progress(self.done / self.grid.steps)
+            if self.failure is None and self.done < self.grid.steps and time.perf_counter() > limit:
+                self.failure = self._stopped(f"the limit of {self.request.seconds_limit:g} s is reached")
+
+    def _stopped(self, why: str) -> str:
+        t = self.done * self.grid.h
+        return f"{self.linked.name} on {self.ivp.problem}, case {self.ivp.case}, stopped at t = {t:.9g}: {why}."
+
+    def outcome(self) -> dict[str, Any]:
+        """Run, and return what a trajectory of any kind says of it."""
+        try:
+            self._march()
+        except KeyboardInterrupt:
+            if not self.request.keep_interrupted:
+                raise
+            self.failure, self.interrupted = self._stopped("interrupted"), True
+        if self.failure is None and "energy" not in self.names and not np.isfinite(self._energy()):
+            self.failure = self._stopped(f"H is not finite there; {self.linked.reasons[4][1]}")
+        ivp, request = self.ivp, self.request
+        return {
+            "problem": ivp.problem,
+            "case": ivp.case,
+            "method": self.linked.name,
+            "parameters": dict(ivp.parameters),
+            "knob": "h",
+            "value": self.grid.h,
+            "steps": self.done,
+            "work": dict(zip(self.linked.work, map(int, self.work), strict=True)) if request.count else {},
+            "maxima": dict(zip(self.names, map(float, self.maxima), strict=True)),
+            "pivot": float(self.pivot) if np.isfinite(self.pivot) else None,
+            "seconds": self.seconds,
+            "compile_seconds": self.compile_seconds,
+            "failure": self.failure,
+            "interrupted": self.interrupted,
+        }
+
+    def _energy(self) -> float:
+        """Return H at the last state."""
+        ends = np.cumsum([len(part) for part in self.ivp.start])[:-1]
+        return float(self.ivp.value("H", *np.split(np.asarray(self.linked.leave(self.x), dtype=float), ends)))
+
+    def states(self) -> tuple[Array, Array]:
+        """Return the times and the rows of states: the start, what the loop stored, and the end."""
+        index = self.grid.every * np.arange(1, self.row + 1)
+        end = [self.done] if self.done and (not len(index) or index[-1] != self.done) else []
+        last = np.array([self.linked.leave(self.x)] * len(end), dtype=float).reshape(-1, self.ivp.size)
+        rows = np.concatenate([np.concatenate(self.ivp.start)[None], self.X[: self.row].astype(float, copy=False), last])
+        return np.array([0, *index, *end], dtype=float) * self.grid.h, rows
+
+    def multipliers(self) -> Array:
+        """Return the raw multipliers of the steps that were taken, one row a step."""
+        return self.R[: self.row].astype(float, copy=False)

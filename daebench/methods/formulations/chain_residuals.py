@@ -1,0 +1,140 @@
+"""The source of the module that evaluates a formulation of a chain: the residual as loops over nodes."""
+
+import inspect
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import sympy as sp
+
+from daebench.compiler import codegen
+from daebench.compiler.linear import elimination
+from daebench.methods.formulations import residuals
+from daebench.methods.formulations.chain_equations import PLACES, NodeEquations, variants
+from daebench.methods.formulations.equations import OPTIONS
+from daebench.systems.chain import ConstrainedChain
+
+
+@dataclass(frozen=True)
+class Layout:
+    """Where the unknowns of a chain are: node by node, each with joints' multipliers, positions, velocities, and its own multipliers.
+
+    Rows stand in the same order: those of the constraints in the place of multipliers.
+
+    Parameters
+    ----------
+    chain : ConstrainedChain
+        The chain.
+    formulation : str
+        One of ``daebench.methods.formulations.constrained.FORMULATIONS`` but ``ode``.
+    """
+
+    chain: ConstrainedChain
+    formulation: str
+
+    @property
+    def forces(self) -> tuple[str, ...]:
+        """Names of the multipliers."""
+        return ("lam", "mu") if self.formulation == "ggl" else ("lam",)
+
+    @cached_property
+    def order(self) -> list[tuple[str, int]]:
+        """Unknowns of a node, each as the name of its block and its number there."""
+        joints = len(self.chain.joints)
+        before = [(name, i) for i in range(joints) for name in self.forces]
+        after = [(name, i) for i in range(joints, self.chain.c) for name in self.forces]
+        return [*before, *((name, i) for name in "qv" for i in range(self.chain.b)), *after]
+
+    @property
+    def missing(self) -> int:
+        """Number of unknowns that node 0 lacks, the first ones."""
+        return self.chain.missing * len(self.forces)
+
+    def index(self, name: str, i: int, place: int = 0) -> int:
+        """Return the index of unknown i of the node at this place, counted from where node k would begin if none were missing."""
+        return len(self.order) * place + self.order.index((name, i))
+
+    def at(self, array: str, index: int) -> str:
+        """Return the source of an entry of an array of unknowns or rows."""
+        return f"{array}[{len(self.order)} * k + {index - self.missing}]"
+
+    @property
+    def places(self) -> list[tuple[int, int]]:
+        """Return where the unknowns of node k stand in (q, v, lam[, mu]), each as slope and, for k = 0, start."""
+        chain = self.chain
+        starts = {"q": 0, "v": chain.d, "lam": 2 * chain.d - chain.missing, "mu": 2 * chain.d + chain.m - chain.missing}
+        return [(chain.b if name in "qv" else chain.c, starts[name] + i) for name, i in self.order]
+
+
+CALLED = """
+def residual(t, y, yp, res, par):
+    rows(y, yp, res, par)
+    return finite(1.0, res)
+"""
+
+
+def source(title: str, chain: ConstrainedChain, formulation: str, multipliers: str, *, cached: bool) -> str:
+    """Return the source of a formulation's module.
+
+    It has ``residual(t, y, yp, res, par)`` in the order of :class:`Layout`; ``momenta(v, out, par)``, which fills out, shape(d,), with M v;
+    LOWER and UPPER, the widths of the band of its Jacobian below and above the diagonal; NODES; and PLACES and MISSING of the layout.
+
+    Parameters
+    ----------
+    title : str
+        The module's docstring.
+    chain : ConstrainedChain
+        The chain.
+    formulation : str
+        One of ``daebench.methods.formulations.constrained.FORMULATIONS`` but ``ode``.
+    multipliers : str
+        "plain" or "derivative".
+    cached : bool
+        Whether numba may keep its machine code beside the file.
+    """
+    layout = Layout(chain, formulation)
+    parameters = {symbol: f"par[{i}]" for i, symbol in enumerate([*chain.parameters, *OPTIONS.get(formulation, ())])}
+    rows, momenta, ahead = [], [], [0]
+    for nodes, of in variants(chain):
+        columns, F = _columns(layout, of, multipliers), _rows(layout, of)
+        names = {chain.node: "float(k)", **parameters}
+        unknowns = {symbol: layout.at(array, index) for symbol, (array, index) in columns.items()}
+        rows += _loop(nodes, [layout.at("res", index) for index, _ in F], [row for _, row in F], names | unknowns)
+        ahead += [columns[symbol][1] - index for index, row in F for symbol in row.free_symbols & columns.keys()]
+        v = {symbol: f"v[{chain.b} * k + {chain.b * place + i}]" for place in PLACES for i, symbol in enumerate(of.unknowns["v", place])}
+        momenta += _loop(nodes, [f"out[{chain.b} * k + {i}]" for i in range(chain.b)], list(of.momentum), names | v)
+    compiled = [
+        inspect.getsource(elimination.finite),
+        codegen.function("rows(y, yp, res, par)", *rows),
+        CALLED,
+        codegen.function("momenta(v, out, par)", *momenta),
+    ]
+    header = residuals.HEADER.format(title=title)
+    facts = f"MECHANICAL = True\nLOWER, UPPER = {-min(ahead)}, {max(ahead)}\n"
+    facts += f"NODES, MISSING = {chain.nodes}, {layout.missing}\nPLACES = {layout.places}"
+    return "\n\n".join([header, facts, *(residuals.decorated(text, cached=cached) for text in compiled)]) + "\n"
+
+
+def _columns(layout: Layout, of: NodeEquations, multipliers: str) -> dict[sp.Symbol, tuple[str, int]]:
+    """Return array and index of the symbols of the unknowns of a node and of its neighbours, and of their rates."""
+    found = {}
+    for place in filter(of.there, PLACES):
+        for name, i in layout.order:
+            arrays = ("yp", "y") if name in layout.forces and multipliers == "derivative" else ("y", "yp")
+            for array, family in zip(arrays, (of.unknowns, of.rates), strict=True):
+                found[family[name, place][i]] = array, layout.index(name, i, place)
+    return found
+
+
+def _rows(layout: Layout, of: NodeEquations) -> list[tuple[int, sp.Expr]]:
+    """Return index and expression of the rows of a node."""
+    found = []
+    for name, rows in of.rows(layout.formulation).items():
+        lacking = of.missing if name in layout.forces else 0
+        found += [(layout.index(name, i + lacking), row) for i, row in enumerate(rows)]
+    return found
+
+
+def _loop(nodes: range, targets: Sequence[str], values: Sequence[sp.Expr], names: Mapping[sp.Symbol, str]) -> list[str]:
+    """Return the lines that set targets at each of these nodes."""
+    return [f"for k in range({nodes.start}, {nodes.stop}):", *(f"    {line}" for line in codegen.assignments(targets, values, names))]

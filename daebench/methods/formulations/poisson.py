@@ -1,0 +1,122 @@
+"""Pose a Poisson system for tolerance-driven solvers: as an ODE, or as a DAE that keeps its Casimir functions."""
+
+import types
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from daebench.compiler.cache import generated
+from daebench.compiler.linear.elimination import SINGULAR, eliminate
+from daebench.errors import BadInput, DaebenchError, unknown
+from daebench.methods.formulations.constrained import Array, Posed
+from daebench.runs.ivp import PoissonIvp
+
+FORMULATIONS = {
+    "casimirs": "y' = B H_y + C_y^T mu with 0 = C(y) - C(y0): index 2, with a multiplier for each Casimir function",
+    "ode": "HLW (2.12): y' = B H_y",
+}
+"""The formulations, each in a line."""
+
+
+@dataclass(frozen=True, eq=False)
+class PoissonDae(Posed):
+    """One Poisson system as F(t, y, y') = 0, with the unknowns (y, mu), or y alone for ``ode``.
+
+    The multipliers mu vanish along the motion, for C_y B = 0. Those that are derivatives are those of Mu with Mu' = mu. The values
+    C(y0) that are kept end ``par``.
+
+    Parameters
+    ----------
+    inside : callable, optional
+        ``inside(y, par)`` says whether a state, a tuple of numbers, is in the domain; None where it is the whole space.
+    """
+
+    ivp: PoissonIvp
+    inside: Callable[..., bool] | None = field(default=None, repr=False)
+
+    @property
+    def blocks(self) -> dict[str, slice]:
+        """Where the unknowns are: "y", and "mu" where there are multipliers."""
+        size = self.ivp.size
+        return {"y": slice(0, size)} | ({"mu": slice(size, self.n)} if self.n > size else {})
+
+    def states(self, Y: Array) -> Array:
+        """Return y, shape(rows, size), from rows of unknowns; as copies."""
+        return Y[:, : self.ivp.size].copy()
+
+    def outside(self, y: Array) -> str:
+        """Return the domain in words where the state has left it, else ""."""
+        if self.inside is None:
+            return ""
+        with np.errstate(all="ignore"):
+            inside = self.inside(tuple(y[: self.ivp.size]), self.ivp.par)
+        return "" if inside else f"the domain {' and '.join(f'{each} > 0' for each in self.ivp.sheet.DOMAIN)}"
+
+
+def pose_poisson(ivp: PoissonIvp, formulation: str, *, multipliers: str = "plain") -> PoissonDae:
+    """Return the initial value problem in a formulation.
+
+    Parameters
+    ----------
+    ivp : PoissonIvp
+        The system with the numbers of one case.
+    formulation : str
+        One of ``FORMULATIONS``.
+    multipliers : str
+        "plain" or "derivative", see :class:`PoissonDae`.
+
+    Raises
+    ------
+    BadInput
+        If the formulation is unknown, or ``casimirs`` is asked for where there is no Casimir function.
+    DaebenchError
+        If the gradients of the Casimir functions are dependent at the start, or a value is not finite there.
+    """
+    if formulation not in FORMULATIONS:
+        raise unknown("formulation of Poisson systems", formulation, FORMULATIONS)
+    if formulation == "casimirs" and not ivp.casimirs:
+        raise BadInput(without_casimirs(ivp))
+    module = _module(ivp, formulation, multipliers if formulation == "casimirs" else "plain")
+    rates = ivp.value("field", ivp.y0).astype(float)
+    _require_finite(ivp, rates, np.asarray(ivp.value("H", ivp.y0), dtype=float))
+    kept = _kept(ivp) if formulation == "casimirs" else np.empty(0)
+    none = np.zeros(len(kept))
+    par, y0, yp0 = (np.concatenate(parts) for parts in ((ivp.par, kept), (ivp.y0, none), (rates, none)))
+    inside: Any = ivp.functions("inside").inside if ivp.sheet.DOMAIN else None
+    return PoissonDae(formulation, multipliers, ivp, par, y0, yp0, module, inside)
+
+
+def without_casimirs(ivp: Any) -> str:
+    """Return why a system cannot be posed with its Casimir functions."""
+    return f"{ivp.problem} declares no Casimir functions for multipliers to keep; use ida:ode."
+
+
+def _module(ivp: PoissonIvp, formulation: str, multipliers: str) -> types.ModuleType:
+    def build(cached: bool) -> str:
+        from daebench.methods.formulations import poisson_residuals
+
+        title = f"{ivp.problem} as {formulation}, multipliers {multipliers}."
+        return poisson_residuals.source(title, ivp.source.derivation, formulation, multipliers, cached=cached)
+
+    return generated(f"{ivp.problem}_{formulation}", f"{ivp.source.key} poisson dae {formulation} {multipliers}", build)
+
+
+def _kept(ivp: PoissonIvp) -> Array:
+    """Return the values of the Casimir functions at the start, shape(k,), where their gradients are independent there."""
+    C, C_y = (ivp.value(name, ivp.y0).astype(float) for name in ("casimirs", "C_y"))
+    _require_finite(ivp, C, C_y)
+    pivot = eliminate(C_y @ C_y.T, np.zeros((len(C), 1)))
+    if not pivot > SINGULAR:
+        raise DaebenchError(
+            f"the gradients of the Casimir functions of {ivp.problem} are dependent at y0 = {ivp.y0.tolist()} (relative pivot "
+            f"{pivot:.1e}), so that their multipliers are not determined; use ida:ode."
+        )
+    return C
+
+
+def _require_finite(ivp: PoissonIvp, *values: Array) -> None:
+    if not all(np.all(np.isfinite(each)) for each in values):
+        where = f"{ivp.problem}, case {ivp.case}, has values at the start that are not finite"
+        raise DaebenchError(f"{where}; check parameters and initial values.")

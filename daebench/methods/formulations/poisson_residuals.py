@@ -1,0 +1,105 @@
+"""The source of the module that evaluates a Poisson system in a formulation: residual, Jacobian, and right side."""
+
+import inspect
+from collections.abc import Sequence
+
+import sympy as sp
+
+from daebench.compiler import codegen
+from daebench.compiler.lattice.derivation import LatticeDerivation
+from daebench.compiler.linear import elimination
+from daebench.compiler.poisson.derivation import PoissonDerivation
+from daebench.methods.formulations.residuals import DAE, HEADER, IMPLICIT, decorated, writer
+
+ODE = """
+def rhs(t, y, out, par):
+    field(y, out, par)
+    return finite(1.0, out)
+
+
+def rhs_jacobian(t, y, JJ, par):
+    field_y(y, JJ, par)
+    return finite(1.0, JJ.ravel())
+"""
+
+
+def source(title: str, derivation: PoissonDerivation | LatticeDerivation, formulation: str, multipliers: str, *, cached: bool) -> str:
+    """Return the source of a formulation's module: ``residual`` and ``jacobian``, for ``ode`` also ``rhs`` and ``rhs_jacobian``.
+
+    Parameters
+    ----------
+    title : str
+        The module's docstring.
+    derivation : PoissonDerivation or LatticeDerivation
+        The system.
+    formulation : str
+        One of ``daebench.methods.formulations.poisson.FORMULATIONS``.
+    multipliers : str
+        "plain" or "derivative".
+    cached : bool
+        Whether numba may keep its machine code beside the file.
+    """
+    texts = [inspect.getsource(elimination.finite)]
+    if isinstance(derivation, LatticeDerivation):
+        texts += LatticeRates(derivation.lattice).written() if formulation == "ode" else _casimirs(_written_out(derivation), multipliers)
+    else:
+        texts += _ode(derivation) if formulation == "ode" else _casimirs(derivation, multipliers)
+    return "\n\n".join([HEADER.format(title=title), *(decorated(text, cached=cached) for text in texts)]) + "\n"
+
+
+def _ode(of: PoissonDerivation) -> list[str]:
+    y = list(of.y)
+    field = writer("field", {"y": y}, {"out": of.field}, of.parameters)
+    return [field, writer("field_y", {"y": y}, {"JJ": of.field.jacobian(y)}, of.parameters), ODE, IMPLICIT]
+
+
+class LatticeRates(LatticeDerivation):
+    """The right side of a Poisson lattice and its derivative, as loops over sites."""
+
+    def written(self) -> list[str]:
+        """Return the functions of the formulation ``ode``."""
+        lattice, N = self.lattice, self.lattice.sites
+        neighbours = ((lattice.left, "k_left"), (lattice.here, "k"), (lattice.right, "k_right"))
+        entries = {
+            f"JJ[{i * N} + k, {j * N} + {site}]": sp.diff(rate, symbol)
+            for i, rate in enumerate(self.field)
+            for symbols, site in neighbours
+            for j, symbol in enumerate(symbols)
+        }
+        entries = {target: value for target, value in entries.items() if value != 0}
+        rates = self._loop([f"out[{i * N} + k]" for i in range(self.fields)], self.field)
+        slopes = self._loop(list(entries), list(entries.values()))
+        return [
+            codegen.function("field(y, out, par)", *rates),
+            codegen.function("field_y(y, JJ, par)", "JJ[:] = 0.0", *slopes),
+            ODE,
+            IMPLICIT,
+        ]
+
+
+def _written_out(of: LatticeDerivation) -> PoissonDerivation:
+    """Return a lattice with a symbol for each coordinate."""
+    return PoissonDerivation(of.problem)
+
+
+def _casimirs(of: PoissonDerivation, multipliers: str) -> list[str]:
+    """Return the writers of the rows F and of dF/dy + scale dF/dy'; the values that the Casimir functions keep end ``par``.
+
+    ::
+
+        F = (y' - B H_y - C_y^T mu, C(y) - c)
+    """
+    C = sp.Matrix(list(of.problem.casimirs.values()))
+    rates, mu, others, c = (_unknowns(n) for n in (of.n, len(C), len(C), len(C)))
+    F = sp.Matrix([sp.Matrix(rates) - of.field - of.C_y.T * sp.Matrix(mu), C - sp.Matrix(c)])
+    y = [*of.y, *(mu if multipliers == "plain" else others)]
+    yp = [*rates, *(others if multipliers == "plain" else mu)]
+    scale, parameters = sp.Dummy("scale"), [*of.parameters, *c]
+    F_y = F.jacobian(y) + scale * F.jacobian(yp)
+    inputs = {"y": y, "yp": yp}
+    rows = writer("rows", inputs, {"res": F}, parameters)
+    return [rows, writer("rows_y", {**inputs, "scale": [scale]}, {"JJ": F_y}, parameters), DAE]
+
+
+def _unknowns(n: int) -> Sequence[sp.Symbol]:
+    return [sp.Dummy(real=True) for _ in range(n)]

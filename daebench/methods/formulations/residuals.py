@@ -1,0 +1,169 @@
+"""The source of the module that evaluates a formulation: residual, Jacobian, and right side, written into arrays."""
+
+from collections.abc import Mapping, Sequence
+
+import sympy as sp
+
+from daebench.compiler import codegen
+from daebench.compiler.constrained.derivation import Derivation
+from daebench.methods.formulations.equations import OPTIONS, Equations
+
+Columns = Mapping[str, Sequence[sp.Symbol]]
+
+
+def writer(name: str, inputs: Columns, outputs: Mapping[str, sp.Matrix], parameters: Sequence[sp.Symbol]) -> str:
+    """Return the source of ``name(*inputs, *outputs, par)``, which fills the output arrays.
+
+    Parameters
+    ----------
+    name : str
+        Name of the function.
+    inputs : mapping of str to sequence of Symbol
+        Arrays that are read, and the symbols that their entries stand for.
+    outputs : mapping of str to Matrix
+        Arrays that are written, zeros included: of one axis where the matrix has one column, and of two otherwise.
+    parameters : sequence of Symbol
+        What ``par`` holds.
+    """
+    entries = {
+        f"{array}[{row}]" if matrix.cols == 1 else f"{array}[{row}, {column}]": matrix[row, column]
+        for array, matrix in outputs.items()
+        for row in range(matrix.rows)
+        for column in range(matrix.cols)
+        if matrix[row, column] != 0
+    }
+    lines, values = codegen.computed(name, inputs, list(entries.values()), parameters)
+    lines += [f"{array}[:] = 0.0" for array in outputs]
+    lines += [f"{target} = {value}" for target, value in zip(entries, values, strict=True)]
+    return codegen.function(f"{name}({', '.join([*inputs, *outputs, 'par'])})", *lines)
+
+
+HEADER = """\"\"\"{title}\"\"\"
+
+from typing import Any
+
+import numpy as np
+from daebench.compiler.machine_code import njit
+from numpy import *
+from builtins import abs, max, min
+"""
+
+DAE = """
+def residual(t, y, yp, res, par):
+    rows(y, yp, res, par)
+    return finite(1.0, res)
+
+
+def jacobian(t, y, yp, res, cj, JJ, par):
+    scale = (cj,)
+    rows_y(y, yp, scale, JJ, par)
+    return finite(1.0, JJ.ravel())
+"""
+
+ODE = """
+def rhs(t, y, out, par):
+    A, b = empty((K, K)), empty((K, 1))
+    system(y, A, b[:, 0], par)
+    pivot = eliminate(A, b)
+    slope(y, b[:, 0], out, par)
+    return finite(pivot, out)
+
+
+def rhs_jacobian(t, y, JJ, par):
+    n = y.shape[0]
+    A, b, E_y, f_z = empty((K, K)), empty((K, 1)), empty((K, n)), empty((n, K))
+    system(y, A, b[:, 0], par)
+    copy = A.copy()
+    pivot = eliminate(A, b)
+    derivatives(y, b[:, 0], E_y, JJ, f_z, par)
+    eliminate(copy, E_y)
+    for i in range(n):
+        for k in range(K):
+            if f_z[i, k] != 0.0:
+                for j in range(n):
+                    JJ[i, j] -= f_z[i, k] * E_y[k, j]
+    return finite(pivot, JJ.ravel())
+"""
+
+IMPLICIT = """
+def residual(t, y, yp, res, par):
+    health = rhs(t, y, res, par)
+    for i in range(y.shape[0]):
+        res[i] = yp[i] - res[i]
+    return health
+
+
+def jacobian(t, y, yp, res, cj, JJ, par):
+    health = rhs_jacobian(t, y, JJ, par)
+    for i in range(y.shape[0]):
+        for j in range(y.shape[0]):
+            JJ[i, j] = -JJ[i, j]
+        JJ[i, i] += cj
+    return health
+"""
+
+
+def source(title: str, derivation: Derivation, formulation: str, multipliers: str, *, cached: bool) -> str:
+    """Return the source of a formulation's module.
+
+    It has ``residual`` and ``jacobian`` (for ``ode`` also ``rhs`` and ``rhs_jacobian``) handed to numba; ``system`` and
+    ``slope``, which give the multiplier and the rates at a state; and K (number of unknowns of ``system``), MECHANICAL.
+
+    Parameters
+    ----------
+    title : str
+        The module's docstring.
+    derivation : Derivation
+        The problem.
+    formulation : str
+        One of ``daebench.methods.formulations.constrained.FORMULATIONS``.
+    multipliers : str
+        "plain" or "derivative".
+    cached : bool
+        Whether numba may keep its machine code beside the file.
+    """
+    equations = Equations(derivation)
+    parameters = [*derivation.parameters, *OPTIONS.get(formulation, ())]
+    state = [*derivation.q, *equations.w]
+    z, system = equations.multiplied
+    at_zero = dict.fromkeys(z, 0)
+    start = [
+        writer("system", {"y": state}, {"A": system.jacobian(z), "b": -system.subs(at_zero)}, parameters),
+        writer("slope", {"y": state, "z": list(z)}, {"out": equations.slope}, parameters),
+    ]
+    if formulation == "ode":
+        outputs = {"E_y": system.jacobian(state), "f_y": equations.slope.jacobian(state), "f_z": equations.slope.jacobian(z)}
+        compiled = [*start, writer("derivatives", {"y": state, "z": list(z)}, outputs, parameters), ODE, IMPLICIT]
+        plain = []
+    else:
+        compiled, plain = [*_dae(equations, formulation, multipliers, parameters), DAE], start
+    facts = f"K = {len(z)}\nMECHANICAL = {derivation.mechanical}"
+    header = HEADER.format(title=title) + "from daebench.compiler.linear.elimination_compiled import eliminate, finite\n"
+    return "\n\n".join([header, facts, *plain, *(decorated(text, cached=cached) for text in compiled)]) + "\n"
+
+
+def _dae(equations: Equations, formulation: str, multipliers: str, parameters: Sequence[sp.Symbol]) -> list[str]:
+    """Return the writers of the rows F(y, y') and of dF/dy + scale dF/dy'."""
+    forces = [*equations.of.lam, *(equations.mu if formulation == "ggl" else [])]
+    others = [sp.Dummy() for _ in forces]
+    y = [*equations.of.q, *equations.w, *(forces if multipliers == "plain" else others)]
+    yp = [*equations.q_rate, *equations.w_rate, *(others if multipliers == "plain" else forces)]
+    F, scale = equations.rows(formulation), sp.Dummy("scale")
+    inputs = {"y": y, "yp": yp}
+    F_y = F.jacobian(y) + scale * F.jacobian(yp)
+    return [
+        writer("rows", inputs, {"res": F}, parameters),
+        writer("rows_y", {**inputs, "scale": [scale]}, {"JJ": F_y}, parameters),
+    ]
+
+
+def decorated(text: str, *, cached: bool) -> str:
+    """Hand each function to numba; only those that are called from outside are kept on disk, with everything else inside them."""
+    roots = ("residual", "jacobian", "rhs", "rhs_jacobian")
+    lines = []
+    for line in text.splitlines():
+        if line.startswith("def "):
+            keep = ", cache=True" if cached and line[4:].split("(")[0] in roots else ""
+            lines.append(f"@njit(error_model='numpy'{keep})")
+        lines.append(line)
+    return "\n".join(lines)

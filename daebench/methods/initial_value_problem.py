@@ -1,0 +1,172 @@
+"""The one constructor of initial value problems: from a name, the path of a file, a definition, or an initial value problem."""
+
+import os
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING, overload
+
+from daebench.compiler.definition import source_in, source_of
+from daebench.errors import BadInput
+from daebench.methods.catalogue import find_problem, whole_structure
+from daebench.runs.ivp import ConstrainedIvp, InitialValueProblem, Ivp, PoissonIvp
+from daebench.runs.make_ivp import Start, first_case, make_ivp
+from daebench.systems.files.read import Problem
+
+if TYPE_CHECKING:
+    from daebench.systems.constrained import ConstrainedHamiltonian
+    from daebench.systems.poisson import PoissonSystem
+
+
+@overload
+def initial_value_problem(
+    problem: "ConstrainedHamiltonian | ConstrainedIvp",
+    case: str | None = None,
+    parameters: Mapping[str, float] | None = None,
+    *,
+    p0: Sequence[float] | None = None,
+    q0: Sequence[float] | None = None,
+    y0: Sequence[float] | None = None,
+    project: bool = False,
+    algebra: str = "",
+    consistent: bool = True,
+) -> ConstrainedIvp: ...
+@overload
+def initial_value_problem(
+    problem: "str | os.PathLike[str] | ConstrainedHamiltonian | PoissonSystem | InitialValueProblem",
+    case: str | None = None,
+    parameters: Mapping[str, float] | None = None,
+    *,
+    p0: Sequence[float] | None = None,
+    q0: Sequence[float] | None = None,
+    y0: Sequence[float] | None = None,
+    project: bool = False,
+    algebra: str = "",
+    consistent: bool = True,
+) -> Ivp: ...
+def initial_value_problem(
+    problem: "str | os.PathLike[str] | ConstrainedHamiltonian | PoissonSystem | InitialValueProblem",
+    case: str | None = None,
+    parameters: Mapping[str, float] | None = None,
+    *,
+    p0: Sequence[float] | None = None,
+    q0: Sequence[float] | None = None,
+    y0: Sequence[float] | None = None,
+    project: bool = False,
+    algebra: str = "",
+    consistent: bool = True,
+) -> Ivp:
+    """Return a problem of any kind with the parameters and initial values of a case.
+
+    ::
+
+        >>> ivp = initial_value_problem("planar_pendulum", "horizontal", {"gravity": 1.62})
+        >>> ivp.q0.tolist(), ivp.parameters["gravity"]
+        ([1.0, 0.0], 1.62)
+        >>> initial_value_problem(ivp, q0=[0.0, -1.0]).parameters["gravity"]
+        1.62
+
+    Parameters
+    ----------
+    problem : str, PathLike, ConstrainedHamiltonian, PoissonSystem or InitialValueProblem
+        Name in the catalogue, the path of a problem file, which is executed, a definition, or an initial value problem, of which
+        case, parameters and initial values are kept where no others are given.
+    case : str, optional
+        Named parameters and initial values; by default the problem's first.
+    parameters : mapping of str to float, optional
+        Values of the problem's parameters.
+    p0, q0 : sequence of float, shape(d,), optional
+        Initial momenta and positions of a constrained problem in place of the case's.
+    y0 : sequence of float, shape(n,), optional
+        Initial state of a Poisson system in place of the case's.
+    project : bool
+        Whether initial values are first projected onto the manifold, of a constrained problem.
+    algebra : str
+        How vectors are held: "values" or "arrays", for a chain of nodes; "" as the problem's size suggests.
+    consistent : bool
+        Whether initial values off the manifold are an error.
+
+    Returns
+    -------
+    InitialValueProblem
+        The problem with its numbers.
+
+    Raises
+    ------
+    BadInput
+        If a name or value is not what it must be.
+    InconsistentStart
+        If the initial values are off the manifold and are not to be projected.
+    """
+    ivp = _unchecked(problem, case, parameters, {"p0": p0, "q0": q0, "y0": y0}, algebra)
+    if isinstance(ivp, PoissonIvp):
+        if project:
+            raise BadInput(f"{ivp.problem} is a Poisson system, which has no manifold to project onto; leave out project.")
+        return ivp
+    from daebench.diagnostics.consistency import projected, require_consistent
+
+    if project:
+        return projected(ivp)[0]
+    if consistent:
+        require_consistent(ivp)
+    return ivp
+
+
+def declared_ivps(problem: str, case: str | None = None) -> list[Ivp]:
+    """Return the initial value problems of all cases of a problem, or of one, as they are declared; nothing is checked.
+
+    Raises
+    ------
+    BadInput
+        If a name is unknown, or the problem has no cases.
+    """
+    file = find_problem(problem)
+    first = _from_file(file, case, None, {}, "")
+    return [first] if case is not None else [_from_file(file, name, None, {}, "") for name in first.sheet.CASES]
+
+
+def _unchecked(
+    problem: "str | os.PathLike[str] | ConstrainedHamiltonian | PoissonSystem | InitialValueProblem",
+    case: str | None,
+    parameters: Mapping[str, float] | None,
+    start: Start,
+    algebra: str,
+) -> Ivp:
+    """Return an initial value problem whose initial values have not been checked for consistency."""
+    if isinstance(problem, str | os.PathLike):
+        file = find_problem(os.fspath(problem))
+        ivp = _from_file(file, case, parameters, start, algebra)
+        if not file.own:
+            from daebench.diagnostics.problem.check import require_sound
+
+            require_sound(ivp)
+        return ivp
+    if isinstance(problem, InitialValueProblem):
+        if algebra:
+            raise BadInput(f"how the vectors of {problem.problem} are held was chosen with the initial value problem; leave out algebra.")
+        return _with_other_values(problem, case, parameters or {}, start)
+    if not hasattr(problem, "fingerprint"):
+        raise BadInput(f"a problem is a name, a ConstrainedHamiltonian or a PoissonSystem, or the path of a file, not {problem!r}.")
+    return make_ivp(source_of(problem, algebra=algebra), case, parameters, **start)
+
+
+def _from_file(file: Problem, case: str | None, parameters: Mapping[str, float] | None, start: Start, algebra: str) -> Ivp:
+    """Return the initial value problem of a case of a problem file; structural parameters decide its source."""
+    structure, others = whole_structure(file, parameters or {})
+    source = source_in(file, structure, algebra)
+    case = first_case(source, start) if case is None else case
+    of_case = source.sheet.CASES.get(case, {"parameters": {}})["parameters"]
+    declared = {name: int(value) for name, value in of_case.items() if name in file.structure and name not in structure}
+    if declared:
+        source = source_in(file, structure | declared, algebra)
+    return make_ivp(source, case, others, **start)
+
+
+def _with_other_values(ivp: InitialValueProblem, case: str | None, parameters: Mapping[str, float], start: Start) -> Ivp:
+    """Return an initial value problem with another case, or with other parameters or initial values."""
+    if case is not None:
+        return make_ivp(ivp.source, case, parameters, **start)
+    replaced = {name: getattr(ivp, name, None) if values is None else values for name, values in start.items()}
+    made = make_ivp(ivp.source, ivp.case, {**ivp.parameters, **parameters}, **replaced)
+    if isinstance(ivp, ConstrainedIvp) and isinstance(made, ConstrainedIvp):
+        return replace(made, on_singular=ivp.on_singular)
+    return made

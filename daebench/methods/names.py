@@ -1,0 +1,214 @@
+"""The grammar of method names, parsed in this one place.
+
+::
+
+    method      = solver ":" variant | [ form ":" ] scheme [ "/" composition ] [ "+" projection ]
+    Poisson     = solver ":" variant | [ "darboux:" ] scheme [ "@" splitting ] [ "/" composition ] | "lifted:" method
+    solver      = "ida" | "cvode" | "scipy" | "heyoka" | "solve_dae"
+    variant     = formulation [ ":" cure ] for ida, else the solver's own method on the index-reduced ODE
+    cure        = "derivative" | "atol" | "none"      what keeps multipliers from spoiling IDA's error test
+    form        = "local" | "stiff" | "baumgarte"     the form of the system that the scheme is run on
+    scheme      = "rattle" | "lobatto3" | ...         any scheme in daebench/schemes
+    composition = "suzuki4" | "kahan_li8" | ...       of a symmetric scheme of order 2
+    projection  = "proj" | "symproj"                  after each step
+
+Methods for Poisson systems have names of their own: their schemes are those in daebench/schemes/poisson, and the same name stands for
+what the book calls so on either kind of system. What may stand where is in ``names_tables``, a table for each kind of
+problems.
+"""
+
+from collections.abc import Mapping, Sequence
+from functools import cache
+from typing import Any
+
+from daebench.errors import BadInput, unknown
+from daebench.methods.fixed_step.constrained import FixedStep
+from daebench.methods.fixed_step.lifted import FORM as LIFTED
+from daebench.methods.fixed_step.lifted import Lifted
+from daebench.methods.names_tables import CONSTRAINED, ON_ODE, POISSON, SOLVERS, Kind, Listed, kind_of, solver_numbers
+from daebench.runs.ivp import Ivp
+from daebench.runs.request import Method
+
+__all__ = [
+    "CONSTRAINED",
+    "ON_ODE",
+    "POISSON",
+    "SOLVERS",
+    "Kind",
+    "Listed",
+    "free_numbers",
+    "kind_of",
+    "listed",
+    "method_of",
+    "methods_of",
+    "parse",
+    "several",
+]
+
+
+def listed(kind: Kind = CONSTRAINED) -> list[Listed]:
+    """Return all methods for problems of a kind, schemes first."""
+    return kind.listed()
+
+
+def parse(
+    name: str, options: Mapping[str, float] | None = None, *, kind: Kind = CONSTRAINED, compensated: bool = False, anyway: bool = False
+) -> Any:
+    """Return the method of this name for problems of a kind.
+
+    Parameters
+    ----------
+    name : str
+        A name in the grammar above.
+    options : mapping of str to float, optional
+        Free numbers of the method: alpha and beta of ida:baumgarte, eps of stiff:, rho_inf of generalized_alpha, ...
+    kind : Kind
+        :data:`CONSTRAINED` or :data:`POISSON`.
+    compensated : bool
+        Whether a fixed-step method compensates its sums over steps for rounding; for Poisson systems only methods that are lifted can.
+    anyway : bool
+        Whether a scheme may be run on a Poisson system that is not of the class for which it is a Poisson integrator.
+
+    Returns
+    -------
+    Method
+
+    Raises
+    ------
+    BadInput
+        If the name or an option is unknown, or the parts of a name do not go together; the message has the nearest names.
+    """
+    if not isinstance(name, str):
+        raise BadInput(f"a method is given by its name, not {name!r}.")
+    head, colon, rest = name.partition(":")
+    if colon and head == LIFTED and LIFTED in kind.forms:
+        return Lifted.of(parse(rest, options, compensated=compensated))
+    solver = kind.solvers.get(head) if colon else None
+    if compensated and solver:
+        raise BadInput(f"{name} chooses its own steps and sums; compensated summation is for fixed-step methods.")
+    if kind is POISSON and compensated:
+        raise BadInput(f"{name} does not give its increments, which compensated summation needs; leave it out.")
+    if kind is POISSON or solver:
+        _require_options(name, options, solver_numbers(name) if kind is CONSTRAINED else {})
+    if solver:
+        return solver(rest, options)
+    if colon and head not in kind.forms:
+        raise unknown(f"solver or form{kind.of_kind}", head, [*kind.solvers, *kind.forms])
+    form, rest = (head, rest) if colon else ("", name)
+    return kind.fixed_step(*_parts(kind, name, form, rest), dict(options or {}), compensated, anyway)
+
+
+def _require_options(name: str, options: Mapping[str, float] | None, allowed: Mapping[str, float]) -> None:
+    for option in options or {}:
+        if option not in allowed:
+            raise unknown(f"option of {name}", option, allowed)
+
+
+def _parts(kind: Kind, name: str, form: str, rest: str) -> tuple[str, str, dict[str, str]]:
+    """Return the scheme, its form, and what follows the scheme: composition, and projection or splitting."""
+    before, plus, after = rest.partition("+")
+    if plus and "+" not in kind.signs:
+        raise BadInput(f"{name}: projections are for constrained problems; leave out +{after}.")
+    if "/" in after:
+        projection, _, composition = after.partition("/")
+        raise BadInput(f"{name}: a composition comes before a projection; write {before}/{composition}+{projection}.")
+    scheme, parts, empty = rest, {}, []
+    for sign, part in kind.signs.items():
+        scheme, present, parts[part] = scheme.partition(sign)
+        if present and not parts[part]:
+            empty.append(f"{name} ends with {sign}, and no {part} follows; name one, or leave it out.")
+    if scheme not in kind.schemes():
+        raise _unknown_scheme(kind, name, form, scheme, alone=scheme == rest)
+    if empty:
+        raise BadInput(empty[0])
+    return scheme, form, parts
+
+
+def _unknown_scheme(kind: Kind, name: str, form: str, scheme: str, *, alone: bool) -> BadInput:
+    """Return the error for a scheme that is not known; where it stands alone, a solver may have been meant."""
+    if kind is POISSON and not scheme:
+        return BadInput(f"{name} names no scheme; it has one of {', '.join(kind.schemes())}.")
+    known = [method.name for method in kind.listed()] if alone and not form else kind.schemes()
+    return unknown(kind.noun(form), scheme, known)
+
+
+def several(
+    names: Sequence[str | Method[Any, Any]],
+    options: Mapping[str, float] | None = None,
+    *,
+    kind: Kind = CONSTRAINED,
+    anyway: bool = False,
+) -> list[Any]:
+    """Return the methods of these names, each with those of the options that it has; what is a method already stays as it is.
+
+    Raises
+    ------
+    BadInput
+        As :func:`parse`, or if an option is one of none of them.
+    """
+    values = dict(options or {})
+    known = [free_numbers(parse(name, kind=kind, anyway=anyway)) if isinstance(name, str) else {} for name in names]
+    for option in values:
+        if not any(option in numbers for numbers in known):
+            raise unknown("option of these methods", option, sorted({number for numbers in known for number in numbers}))
+    return [
+        parse(name, {x: values[x] for x in numbers if x in values}, kind=kind, anyway=anyway) if isinstance(name, str) else name
+        for name, numbers in zip(names, known, strict=True)
+    ]
+
+
+def free_numbers(method: Method[Any, Any]) -> Mapping[str, float]:
+    """Return the names of a method's free numbers and their defaults; those of one that is lifted are those of the method above."""
+    scheme = method.method if isinstance(method, Lifted) else method
+    return scheme.free_numbers if isinstance(scheme, FixedStep) else solver_numbers(method.name)
+
+
+def method_of(
+    ivp: Ivp,
+    name: str,
+    options: Mapping[str, float] | None = None,
+    *,
+    compensated: bool = False,
+    anyway: bool = False,
+) -> Any:
+    """Return the method of this name for problems of this kind.
+
+    Raises
+    ------
+    BadInput
+        If the name or an option is unknown, the parts of a name do not go together, or the method is for the other kind of problems.
+    """
+    _require_kind(ivp, [name], anyway)
+    return parse(name, options, kind=kind_of(ivp), compensated=compensated, anyway=anyway)
+
+
+def methods_of(ivp: Ivp, names: Sequence[str], options: Mapping[str, float] | None = None, *, anyway: bool = False) -> list[Any]:
+    """Return the methods of these names for problems of this kind, each with those of the options that it has.
+
+    Raises
+    ------
+    BadInput
+        As :func:`method_of`, or if an option is one of none of them.
+    """
+    _require_kind(ivp, names, anyway)
+    return several(names, options, kind=kind_of(ivp), anyway=anyway)
+
+
+def _require_kind(ivp: Ivp, names: Sequence[str], anyway: bool) -> None:
+    """Refuse methods that are known, but for the other kind of problems."""
+    kind = kind_of(ivp)
+    other = CONSTRAINED if kind is POISSON else POISSON
+    if anyway and kind is CONSTRAINED:
+        raise BadInput(f"anyway is for schemes on Poisson systems, and {ivp.problem} is {kind.words}; leave it out.")
+    for name in names:
+        if _known(other, name) and not _known(kind, name):
+            raise BadInput(f"{name} is for {other.plural}, and {ivp.problem} is {kind.words}; daebench list methods has those for both.")
+
+
+@cache
+def _known(kind: Kind, name: str) -> bool:
+    try:
+        parse(name, kind=kind)
+    except BadInput:
+        return False
+    return True

@@ -1,0 +1,178 @@
+"""What may stand where in the name of a method: a table for constrained problems, and one for Poisson systems."""
+
+from collections.abc import Callable, Collection, Mapping
+from dataclasses import dataclass, field
+from functools import partial
+from typing import Any
+
+from daebench.methods.catalogue import schemes
+from daebench.methods.fixed_step.constrained import FixedStep
+from daebench.methods.fixed_step.forms import FORMS
+from daebench.methods.fixed_step.lifted import FORM as LIFTED
+from daebench.methods.fixed_step.poisson import FORMS as POISSON_FORMS
+from daebench.methods.fixed_step.poisson import PoissonStep
+from daebench.methods.formulations import constrained
+from daebench.methods.formulations.poisson import FORMULATIONS
+from daebench.methods.schemes import members, poisson_members
+from daebench.methods.solvers.cvode import Cvode
+from daebench.methods.solvers.heyoka_ode import HeyokaTaylor
+from daebench.methods.solvers.ida import Ida
+from daebench.methods.solvers.poisson_ida import PoissonIda
+from daebench.methods.solvers.poisson_ode import PoissonOde
+from daebench.methods.solvers.radau_dae import RadauDae
+from daebench.methods.solvers.scipy_ode import ScipyOde
+from daebench.runs.ivp import Ivp, PoissonIvp
+from daebench.runs.request import Method
+
+Options = Mapping[str, float]
+
+ON_ODE = {solver.solver: solver for solver in (Cvode, ScipyOde, HeyokaTaylor)}
+"""Solvers of ODEs by their names: of the index-reduced one, or of a Poisson system."""
+
+
+@dataclass(frozen=True)
+class Listed:
+    """A method as the catalogue lists it, before anything heavy is imported.
+
+    Parameters
+    ----------
+    name : str
+        Name in the grammar.
+    knob : str
+        "h" or "tol".
+    system : str
+        What it is applied to.
+    options : mapping of str to float
+        Free numbers and their defaults.
+    """
+
+    name: str
+    knob: str
+    system: str
+    options: Options = field(default_factory=dict)
+
+
+@dataclass(frozen=True, eq=False)
+class Kind:
+    """Problems of one kind, and what may stand where in the name of a method for them.
+
+    Parameters
+    ----------
+    words, plural : str
+        One of these problems, and all of them, as sentences say it.
+    of_kind : str
+        What follows "solver or form" in a sentence.
+    solvers : mapping of str to callable
+        Tolerance-driven solvers, each from the part of a name that follows it and its free numbers.
+    forms : mapping of str to str
+        What may come before a scheme, and what it is.
+    schemes : callable
+        Returns the names of the schemes.
+    signs : mapping of str to str
+        What may follow a scheme, by the sign before it, the outermost first.
+    fixed_step : callable
+        Returns a fixed-step method from scheme, form and these parts, with its free numbers, compensated sums and ``anyway``.
+    noun : callable
+        Returns from a form, or "", what is unknown where a scheme is.
+    listed : callable
+        Returns all methods, schemes first.
+    """
+
+    words: str
+    plural: str
+    of_kind: str
+    solvers: Mapping[str, Callable[[str, Options | None], Method[Any, Any]]]
+    forms: Mapping[str, str]
+    schemes: Callable[[], Collection[str]]
+    signs: Mapping[str, str]
+    fixed_step: Callable[..., FixedStep | PoissonStep]
+    noun: Callable[[str], str]
+    listed: Callable[[], list[Listed]]
+
+
+def solver_numbers(name: str) -> Options:
+    """Return the free numbers of a solver's method and their defaults: ida:baumgarte has those of the form."""
+    return FORMS["baumgarte"].options if name.startswith("ida:baumgarte") else {}
+
+
+def _ida(method: Callable[..., Any], variant: str, *options: Options | None) -> Any:
+    formulation, _, cure = variant.partition(":")
+    return method(formulation, cure or None, *options)
+
+
+def _ode(solver: Callable[[str], Any], variant: str, options: Options | None) -> Any:
+    return solver(variant)
+
+
+def _poisson_ode(solver: Callable[[str], Any], variant: str, options: Options | None) -> PoissonOde:
+    return PoissonOde(solver(variant))
+
+
+def _constrained_step(scheme: str, form: str, parts: Mapping[str, str], options: Options, compensated: bool, anyway: bool) -> FixedStep:
+    return FixedStep(scheme, form, parts["composition"], parts["projection"], options, compensated)
+
+
+def _poisson_step(scheme: str, form: str, parts: Mapping[str, str], options: Options, compensated: bool, anyway: bool) -> PoissonStep:
+    return PoissonStep(scheme, form, parts["splitting"], parts["composition"], anyway)
+
+
+def _constrained_methods() -> list[Listed]:
+    fixed = [Listed(name, "h", member.claims.system, member.options) for name, (_, member) in sorted(members().items())]
+    solvers = [Listed(f"ida:{name}", "tol", name, solver_numbers(f"ida:{name}")) for name in constrained.FORMULATIONS]
+    return [*fixed, *solvers, *_on_ode("ode"), Listed(RadauDae().name, "tol", RadauDae().formulation)]
+
+
+def _poisson_methods() -> list[Listed]:
+    ida = [Listed(f"ida:{name}", "tol", "poisson") for name in FORMULATIONS]
+    return [*(Listed(name, "h", "poisson") for name in poisson_members()), *ida, *_on_ode("poisson")]
+
+
+def _on_ode(system: str) -> list[Listed]:
+    return [Listed(f"{name}:{variant}", "tol", system) for name, solver in ON_ODE.items() for variant in solver.variants]
+
+
+CONSTRAINED = Kind(
+    words="a constrained problem",
+    plural="constrained problems",
+    of_kind="",
+    solvers={
+        "ida": partial(_ida, Ida),
+        **{name: partial(_ode, solver) for name, solver in ON_ODE.items()},
+        "solve_dae": lambda variant, options: RadauDae.of(variant),
+    },
+    forms={name: form.about for name, form in FORMS.items()},
+    schemes=schemes,
+    signs={"+": "projection", "/": "composition"},
+    fixed_step=_constrained_step,
+    noun=lambda form: "method",
+    listed=_constrained_methods,
+)
+"""Constrained Hamiltonian systems."""
+
+POISSON = Kind(
+    words="a Poisson system",
+    plural="Poisson systems",
+    of_kind=" of Poisson systems",
+    solvers={
+        "ida": lambda variant, options: _ida(PoissonIda, variant),
+        **{name: partial(_poisson_ode, solver) for name, solver in ON_ODE.items()},
+    },
+    forms={
+        **POISSON_FORMS,
+        LIFTED: "a constrained system above, HLW VII.5.3: any fixed-step method for constrained problems, its states mapped down",
+    },
+    schemes=poisson_members,
+    signs={"/": "composition", "@": "splitting"},
+    fixed_step=_poisson_step,
+    noun=lambda form: f"scheme after {form}:" if form else "method for Poisson systems",
+    listed=_poisson_methods,
+)
+"""Poisson systems."""
+
+SOLVERS = tuple(CONSTRAINED.solvers)
+"""Tolerance-driven solvers by their names."""
+
+
+def kind_of(ivp: Ivp) -> Kind:
+    """Return the kind of a problem: :data:`CONSTRAINED` or :data:`POISSON`."""
+    return POISSON if isinstance(ivp, PoissonIvp) else CONSTRAINED

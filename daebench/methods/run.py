@@ -1,0 +1,276 @@
+"""The same things from Python as from the command line: run and compare."""
+
+import warnings
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any, TypeVar, overload
+
+from daebench.errors import BadInput, DaebenchError, LostMotion, positive, real, unknown, whole
+from daebench.methods import names
+from daebench.methods.doubts import doubts
+from daebench.methods.initial_value_problem import initial_value_problem
+from daebench.methods.names import kind_of, method_of
+from daebench.runs.ivp import ConstrainedIvp, InitialValueProblem, Ivp, PoissonIvp
+from daebench.runs.request import ON_SINGULAR, Progress, Request, knob_value
+from daebench.runs.trajectory import CONSTRAINED, POISSON, PoissonTrajectory, Trajectory
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+    from daebench.systems.constrained import ConstrainedHamiltonian
+    from daebench.systems.poisson import PoissonSystem
+
+T = TypeVar("T")
+
+
+@overload
+def run(problem: "ConstrainedHamiltonian | ConstrainedIvp", *, method: str, **settings: Any) -> Trajectory: ...
+@overload
+def run(problem: "PoissonSystem | PoissonIvp", *, method: str, **settings: Any) -> PoissonTrajectory: ...
+@overload
+def run(problem: str, *, method: str, **settings: Any) -> Any: ...
+def run(
+    problem: "str | ConstrainedHamiltonian | PoissonSystem | InitialValueProblem", *, method: str, **settings: Any
+) -> Trajectory | PoissonTrajectory:
+    """Return the trajectory of one method on one problem: with states q and p, or y on a Poisson system.
+
+    Parameters
+    ----------
+    problem : str, ConstrainedHamiltonian, PoissonSystem or InitialValueProblem
+        Name in the catalogue, the path of a problem file, which is executed, a definition, or an initial value problem.
+    method : str
+        Name in the grammar of :mod:`daebench.methods.names`, for example "rattle" or "ida:index2".
+    **settings
+        All else that :func:`prepare` takes, and has the units of: ``h`` or ``tol``, ``t_end`` or ``steps``, ``case``, ``parameters``, ...
+
+    Returns
+    -------
+    Trajectory or PoissonTrajectory
+        States, maxima and work. A run that stops early is no error: it has its states so far, and the reason in
+        :attr:`daebench.runs.trajectory.Outcome.failure`.
+
+    Warns
+    -----
+    LostMotion
+        If the run came to its end with an energy error above the mean kinetic energy, or with a constraint that is broken.
+
+    Raises
+    ------
+    BadInput
+        If the request cannot be met.
+    InconsistentStart
+        If the initial values are off the manifold and are not to be projected.
+    """
+    chosen, ivp, request = prepare(problem, method=method, **settings)
+    found: Trajectory | PoissonTrajectory = chosen.solve(ivp, request)
+    for doubt in doubts(ivp, found):
+        warnings.warn(doubt, LostMotion, stacklevel=2)
+    return found
+
+
+def prepare(
+    problem: "str | ConstrainedHamiltonian | PoissonSystem | InitialValueProblem",
+    *,
+    case: str | None = None,
+    method: str,
+    h: float | None = None,
+    tol: float | None = None,
+    steps: int | None = None,
+    t_end: float | None = None,
+    points: int | None = None,
+    every: int | None = None,
+    parameters: Mapping[str, float] | None = None,
+    options: Mapping[str, float] | None = None,
+    p0: Sequence[float] | None = None,
+    q0: Sequence[float] | None = None,
+    y0: Sequence[float] | None = None,
+    watch: Sequence[str] | None = None,
+    project: bool = False,
+    precision: str = "float64",
+    multipliers: bool = False,
+    raw: bool = False,
+    compensated: bool = False,
+    on_singular: str | None = None,
+    algebra: str = "",
+    anyway: bool = False,
+    count: bool = True,
+    seconds_limit: float | None = None,
+    progress: Progress | None = None,
+) -> tuple[Any, Ivp, Request]:
+    """Return a method of the problem's kind, a consistent initial value problem and a request, all checked: what a run needs.
+
+    Parameters
+    ----------
+    problem : str, ConstrainedHamiltonian, PoissonSystem or InitialValueProblem
+        Name in the catalogue, the path of a problem file, which is executed, a definition, or an initial value problem.
+    case : str, optional
+        Named initial values; by default the problem's first.
+    method : str
+        Name in the grammar of :mod:`daebench.methods.names`, for example "rattle" or "ida:index2".
+    h, tol : float
+        The method's knob: step size of a fixed-step method, s; relative and absolute tolerance of the others.
+    steps : int, optional
+        Number of steps of a fixed-step method.
+    t_end : float, optional
+        End time, s, in place of ``steps``.
+    points, every : int, optional
+        Output: equidistant times of a tolerance-driven method; every so many steps of a fixed-step one, 0 for the end alone.
+    parameters, options : mapping of str to float, optional
+        Values of the problem's parameters, and free numbers of the method.
+    p0, q0 : sequence of float, shape(d,), optional
+        Initial values of a constrained problem in place of the case's.
+    y0 : sequence of float, shape(n,), optional
+        Initial state of a Poisson system in place of the case's.
+    watch : sequence of str, optional
+        Any of "energy", "manifold" (of a constrained problem), "casimirs" (of a Poisson system), "integrals"; by default all but
+        "integrals".
+    project : bool
+        Whether initial values are first projected onto the manifold, of a constrained problem.
+    precision : str
+        "float64" or "float32".
+    multipliers : bool
+        Whether lam(p, q) is computed at the output times.
+    raw : bool
+        Whether the raw multipliers of every step of a fixed-step scheme are kept, see :attr:`Trajectory.raw`. Those of RATTLE are of
+        first order each; ``mean``, of two steps that meet, is of second.
+    compensated : bool
+        Whether a fixed-step method compensates its sums over steps for rounding, HLW VIII.5: over 1e7 steps of rattle/kahan_li8 or
+        lobatto5 the energy wanders 7 to 40 times less, for 0 to 40 % more time.
+    on_singular : str, optional
+        What to do where G loses rank: "stop", "continue" or "least-squares"; by default what the case declares.
+    algebra : str
+        How vectors are held: "values" or "arrays", for a chain of nodes; "" as the problem's size suggests.
+    anyway : bool
+        Whether a scheme may be run on a Poisson system that is not of the class for which it is a Poisson integrator.
+    count : bool
+        Whether work is counted.
+    seconds_limit : float, optional
+        Wall-clock limit, s.
+    progress : callable, optional
+        Told the fraction done.
+
+    Returns
+    -------
+    method : Method
+        What solves.
+    ivp : InitialValueProblem
+        The problem with the numbers of its case.
+    request : Request
+        What is asked of the method.
+
+    Raises
+    ------
+    BadInput
+        If the request cannot be met.
+    InconsistentStart
+        If the initial values are off the manifold and are not to be projected.
+    """
+    _require_precision(precision)
+    ivp = singular_as(initial_value_problem(problem, case, parameters, p0=p0, q0=q0, y0=y0, project=project, algebra=algebra), on_singular)
+    chosen = method_of(ivp, method, options, compensated=compensated, anyway=anyway)
+    value = real(chosen.knob, knob_value(chosen, h=h, tol=tol))
+    extent = _extent(t_end=t_end, steps=steps, every=every, points=points, seconds_limit=seconds_limit)
+    results: dict[str, Any] = {"watch": _watched(ivp, watch), "count": count, "multipliers": multipliers, "raw": raw}
+    manner: dict[str, Any] = {"precision": precision, "on_singular": on_singular, "progress": progress, "keep_interrupted": True}
+    request = Request(value=value, **extent, **results, **manner)
+    chosen.check(ivp, request)
+    return chosen, ivp, request
+
+
+def _require_precision(precision: str) -> None:
+    if precision not in ("float64", "float32"):
+        raise BadInput(f"unknown precision {precision!r}; it is float64 or float32.")
+
+
+def _extent(*, seconds_limit: float | None, t_end: float | None, **counts: int | None) -> dict[str, Any]:
+    """Return how far a run goes, in time and in numbers of steps and outputs, each number checked."""
+    wholes = {name: _given(whole, name, count) for name, count in counts.items()}
+    return {"t_end": _given(real, "t_end", t_end), **wholes, "seconds_limit": _given(positive, "seconds_limit", seconds_limit)}
+
+
+def singular_as(ivp: Ivp, on_singular: str | None) -> Ivp:
+    """Return an initial value problem with what is to be done where G loses rank; None leaves what the case declares.
+
+    Raises
+    ------
+    BadInput
+        If the name is unknown, or the problem is a Poisson system, which has no G.
+    """
+    if on_singular is None:
+        return ivp
+    if on_singular not in ON_SINGULAR:
+        raise unknown("on_singular", on_singular, ON_SINGULAR)
+    if isinstance(ivp, PoissonIvp):
+        raise BadInput(f"{ivp.problem} is a Poisson system, which has no constraints that could lose rank; leave out on_singular.")
+    return replace(ivp, on_singular=on_singular)
+
+
+def _given(checked: Callable[[str, Any], T], name: str, value: Any) -> T | None:
+    return None if value is None else checked(name, value)
+
+
+def _watched(ivp: Ivp, watch: Sequence[str] | None) -> tuple[str, ...] | None:
+    if watch is None:
+        return None
+    own, other = (POISSON, CONSTRAINED) if isinstance(ivp, PoissonIvp) else (CONSTRAINED, POISSON)
+    wanted = [watch] if isinstance(watch, str) else list(watch)
+    for name in wanted:
+        if name in other and name not in own:
+            raise BadInput(f"{name} cannot be watched on {ivp.problem}, which is {kind_of(ivp).words}; watch any of {', '.join(own)}.")
+        if name not in own:
+            raise unknown("quantity to watch", name, own)
+    return tuple(wanted)
+
+
+def list_problems() -> "pd.DataFrame":
+    """Return all problems, one a row: name, kind, summary, parameters, cases; with a warning on each that cannot be used.
+
+    Returns
+    -------
+    DataFrame
+        Columns problem, kind ("constrained" or "poisson"), summary, parameters (a mapping of names to defaults), cases (a list).
+    """
+    import pandas as pd
+
+    from daebench.compiler.definition import source_in
+    from daebench.methods import catalogue
+
+    others = catalogue.plugins()
+    broken, rows = list(others.broken.values()), []
+    for name, each in {**catalogue.problems(), **others.problems}.items():
+        try:
+            cases = list(source_in(each, {}).sheet.CASES)
+        except DaebenchError as error:
+            if each.own:
+                raise
+            broken.append(f"problem {name} of {each.package} cannot be used: {error}")
+            continue
+        parameters = {**each.parameters, **each.structure}
+        rows.append({"problem": name, "kind": each.kind, "summary": each.summary, "parameters": parameters, "cases": cases})
+    for sentence in broken:
+        warnings.warn(sentence, stacklevel=2)
+    return pd.DataFrame(rows)
+
+
+def list_methods() -> "pd.DataFrame":
+    """Return all methods, one a row: name, kind of problem, knob, system, and for schemes their claims.
+
+    Returns
+    -------
+    DataFrame
+        Columns kind, method, knob, system, options, and the fields of :class:`daebench.schemes.kernels.claims.Claims` and
+        :class:`daebench.schemes.kernels.claims.PoissonClaims`, missing where a method makes no such claim.
+    """
+    from dataclasses import asdict
+
+    import pandas as pd
+
+    from daebench.methods.schemes import members, poisson_members
+
+    own, poisson = members(), poisson_members()
+    rows = [
+        {"kind": "constrained", **asdict(each)} | (asdict(own[each.name][1].claims) if each.name in own else {}) for each in names.listed()
+    ]
+    for each in names.listed(names.POISSON):
+        rows.append({"kind": "poisson", **asdict(each)} | (asdict(poisson[each.name]) if each.name in poisson else {}))
+    return pd.DataFrame(rows).rename(columns={"name": "method"}).convert_dtypes()

@@ -1,0 +1,1 @@
+"""Tolerance-driven solvers: IDA, CVODE, SciPy, heyoka and solve_dae."""

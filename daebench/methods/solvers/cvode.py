@@ -1,0 +1,43 @@
+"""SUNDIALS CVODE, Adams or BDF, on the index-reduced ODE."""
+
+import time
+
+import numpy as np
+
+from daebench.methods.formulations.constrained import Posed
+from daebench.methods.solvers.drive import MOST_STEPS, Advance, Array
+from daebench.methods.solvers.meter import Meter
+from daebench.methods.solvers.reduced import OnReducedOde
+from daebench.methods.solvers.sundials import count_steps, stepwise
+
+
+class Cvode(OnReducedOde):
+    """CVODE, "adams" (orders 1 to 12) or "bdf" (orders 1 to 5), with a dense linear solver."""
+
+    solver = "cvode"
+    variants = ("adams", "bdf")
+
+    def _begin(self, dae: Posed, tol: float, meter: Meter) -> Advance:
+        from sksundae.cvode import CVODE
+
+        def right_side(t: float, y: Array, yp: Array) -> None:
+            began = time.perf_counter()
+            meter.called("rhs", t, rhs(t, y, yp, par), began)
+
+        def jacobian(t: float, y: Array, yp: Array, JJ: Array) -> None:
+            began = time.perf_counter()
+            meter.called("jacobian", t, rhs_jacobian(t, y, JJ, par), began)
+
+        def every_step(t: float, y: Array, events: Array) -> None:
+            events[0] = 1.0
+            count_steps(meter, t, y)
+
+        par, rhs, rhs_jacobian = dae.par, dae.rhs, dae.rhs_jacobian
+        y = dae.y0.copy()
+        y.flags.writeable = False  # as CVODE's own are, which numba takes for another type
+        rhs(0.0, y, np.empty(dae.n), par)
+        rhs_jacobian(0.0, y, np.empty((dae.n, dae.n)), par)
+        events = {"eventsfn": every_step, "num_events": 1}
+        solver = CVODE(right_side, method=self.variant, jacfn=jacobian, rtol=tol, atol=tol, max_num_steps=MOST_STEPS, **events)
+        solver.init_step(0.0, dae.y0)
+        return stepwise(solver, meter)

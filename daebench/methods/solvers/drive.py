@@ -1,0 +1,179 @@
+"""What every tolerance-driven method shares: the request it can meet, the output grid, the run from output to output."""
+
+import math
+import time
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from daebench.errors import BadInput
+from daebench.methods.formulations.constrained import Posed
+from daebench.methods.solvers.conserved import conservation
+from daebench.methods.solvers.meter import Meter, Stopped
+from daebench.runs.request import Progress, Request
+
+Array = NDArray[np.float64]
+
+TOLERANCES = (1e-15, 1e-2)
+POINTS = 201
+MOST_POINTS = 10_000_000
+SECONDS_LIMIT = 600.0
+MOST_STEPS = 10_000_000
+"""Limit of steps: of a whole run with SciPy, from output to output with SUNDIALS."""
+
+
+def check(name: str, request: Request, least: float = TOLERANCES[0]) -> None:
+    """Refuse a request that a tolerance-driven method cannot meet.
+
+    Raises
+    ------
+    BadInput
+        If tol is outside of [least, 1e-2], t_end is missing or not a positive number, steps or every > 0 are given, points are
+        fewer than 2 or more than 1e7, raw multipliers are asked for, or the precision is not float64.
+    """
+    if not least <= request.value <= TOLERANCES[1]:
+        raise BadInput(f"tol = {request.value:g} of {name} must be between {least:.3g} and {TOLERANCES[1]:g}.")
+    if request.steps is not None:
+        raise BadInput(f"{name} chooses its own steps; give an end time instead of a number of steps.")
+    if request.t_end is None or not (math.isfinite(request.t_end) and request.t_end > 0):
+        raise BadInput(f"{name} needs an end time, a finite number greater than 0; it was given {request.t_end}.")
+    if request.every:
+        raise BadInput(f"{name} has no fixed steps to keep every {request.every} of; give points, or every = 0 to keep the end alone.")
+    if request.points is not None and not 2 <= request.points <= MOST_POINTS:
+        raise BadInput(f"points = {request.points} must be between 2 (start and end) and {MOST_POINTS}.")
+    if request.raw:
+        raise BadInput(f"{name} has no raw multipliers of steps; ask for lam(p, q) instead.")
+    if request.precision != "float64":
+        raise BadInput(f"{name} computes in float64 only, not in {request.precision}.")
+
+
+Advance = Callable[[float], Array]
+"""Returns the unknowns at the next output time, or raises :class:`Stopped`."""
+
+
+@dataclass(frozen=True)
+class Driven:
+    """What a solver gave, before it is read as states of a problem.
+
+    Parameters
+    ----------
+    t : ndarray, shape(n,)
+        The output times that were reached, and the end of the last step where it stopped early.
+    Y : ndarray, shape(n, ...)
+        Unknowns at those times.
+    kept : slice or list of int
+        The rows that were asked for; what is watched is watched in all of them.
+    outcome : mapping of str to object
+        Fields of :class:`daebench.runs.trajectory.Outcome`, the maxima and the times apart.
+    """
+
+    t: Array
+    Y: Array
+    kept: slice | list[int]
+    outcome: Mapping[str, Any]
+
+
+@dataclass
+class _Outputs:
+    """The unknowns at the output times so far, and the CPU time, s, that the solver took for them."""
+
+    Y: list[Array]
+    seconds: float = 0.0
+
+    def extend(self, advance: Advance, times: Array, meter: Meter, progress: Progress | None) -> None:
+        """Go on to each time but the first; the outputs so far stay where the solver stops."""
+        for t in times[1:]:
+            cpu = time.thread_time()
+            try:
+                y = advance(float(t))
+            finally:
+                self.seconds += time.thread_time() - cpu
+            meter.require_inside(y)
+            self.Y.append(y)
+            if progress:
+                progress(float(t) / float(times[-1]))
+
+
+def drive(
+    name: str,
+    posed: Posed,
+    request: Request,
+    begin: Callable[[Meter], Advance],
+    *,
+    began: float,
+    advice: str,
+    metered: Callable[..., Meter] = Meter,
+) -> Driven:
+    """Return what a solver gives that is driven from output to output.
+
+    Where it stops early, that is the outputs so far, the end of the last step, and why.
+
+    Parameters
+    ----------
+    name : str
+        Name of the method.
+    posed : Posed
+        What is solved.
+    request : Request
+        What is asked for, already checked.
+    begin : callable
+        ``begin(meter)`` compiles what will be called and returns how to advance.
+    began : float
+        When the work on this request began, on ``time.perf_counter``.
+    advice : str
+        What to do if the run stops early.
+    metered : callable
+        Makes the meter.
+    """
+    assert request.t_end is not None
+    meter = metered(
+        request.t_end, request.seconds_limit or SECONDS_LIMIT, request.work_limit, posed.outside, conservation(posed, request.value)
+    )
+    failure, interrupted, ready = None, False, began
+    times = np.linspace(0.0, request.t_end, max(3, request.points or POINTS))
+    outputs = _Outputs([posed.y0])
+    try:
+        meter.begin(posed.y0)
+        advance = begin(meter)
+        ready = time.perf_counter()
+        meter.start()
+        outputs.extend(advance, times, meter, request.progress)
+    except Stopped as stop:
+        t = max(meter.t, times[len(outputs.Y) - 1]) if stop.t is None else stop.t
+        failure = _sentence(name, posed, request, t, f"{stop}; {stop.advice or advice}")
+    except KeyboardInterrupt:
+        if not request.keep_interrupted:
+            raise
+        failure, interrupted = _sentence(name, posed, request, meter.t, "interrupted; run it again"), True
+    Y, times = outputs.Y, times[: len(outputs.Y)]
+    if failure and meter.t > times[-1]:
+        times = np.append(times, meter.t)
+        Y.append(meter.y)
+    kept: slice | list[int] = slice(None) if request.every is None and request.points != 2 else [0, -1] if len(Y) > 1 else [0]
+    ending = {"method": name, "failure": failure, "interrupted": interrupted, "compile_seconds": ready - began}
+    return Driven(times, np.array(Y), kept, ending | _outcome(posed, request, meter, outputs.seconds - meter.aside))
+
+
+def _sentence(name: str, posed: Posed, request: Request, t: float, why: str) -> str:
+    """Return where and why a run stopped, and what to do."""
+    where = f"{name} on {posed.ivp.problem}, case {posed.ivp.case}"
+    return f"{where}, stopped at t = {t:.9g} of {request.t_end:g} (tol = {request.value:g}): {why}."
+
+
+def _outcome(posed: Posed, request: Request, meter: Meter, seconds: float) -> dict[str, Any]:
+    """Return what was run and what it cost; ``seconds`` is the CPU time of the solver."""
+    return {
+        "problem": posed.ivp.problem,
+        "case": posed.ivp.case,
+        "parameters": dict(posed.ivp.parameters),
+        "knob": "tol",
+        "value": request.value,
+        "steps": meter.steps,
+        "work": dict(meter.calls) | {"steps": meter.steps} if request.count else {},
+        "maxima_over": "outputs",
+        "callback_seconds": min(meter.seconds, seconds),
+        "seconds": seconds,
+    }

@@ -1,0 +1,132 @@
+"""Taylor series in double precision by heyoka, on the index-reduced ODE: the peer to beat where motion is smooth."""
+
+import time
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import lru_cache
+from importlib.util import find_spec
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from daebench.compiler.definition import Source
+from daebench.errors import BadInput
+from daebench.methods.formulations.constrained import Posed
+from daebench.methods.solvers.drive import MOST_STEPS, Advance, Array
+from daebench.methods.solvers.meter import Meter, Stopped
+from daebench.methods.solvers.reduced import OnReducedOde
+from daebench.runs.ivp import InitialValueProblem
+
+if TYPE_CHECKING:
+    import sympy as sp
+
+    from daebench.methods.solvers.taylor_equations import Equations
+
+FIRST = 1e-3
+"""Part of the run that the first step is at most: heyoka takes steps from the last two coefficients, which may vanish where it starts."""
+
+COMPACT = 8
+"""Unknowns above which loops are compiled in place of straight lines, which run in half the time: with 12, these compile for 20 s."""
+
+
+class HeyokaTaylor(OnReducedOde):
+    """Taylor series of the order that a tolerance asks for; what it evaluates inside is not told, and not counted.
+
+    Outputs are read from the series of the steps that pass them.
+    """
+
+    solver = "heyoka"
+    variants = ("taylor",)
+
+    @property
+    def dense(self) -> bool:
+        """Whether it solves with the whole Jacobian: it does not."""
+        return False
+
+    def lacks(self, ivp: InitialValueProblem) -> str | None:
+        """Return why there are no series: heyoka is not installed, or the equations are written as loops."""
+        if find_spec("heyoka") is None:
+            return f"{self.name} takes heyoka, which is not installed; install it by pip install 'daebench[peers]'."
+        if ivp.arrays:
+            return f"{self.name} takes the equations as expressions, and {ivp.problem} has them as loops; use scipy:DOP853."
+        if ivp.singular:
+            return f"{self.name} solves for lam by elimination, not by least squares; use scipy:DOP853."
+        return None
+
+    def _begin(self, dae: Posed, tol: float, meter: Meter) -> Advance:
+        import heyoka as hy
+
+        if lacking := self.lacks(dae.ivp):
+            raise BadInput(lacking)
+        ivp = dae.ivp
+        equations, velocity = _equations(ivp.source, tuple(ivp.parameters.items()))
+        start = np.concatenate(ivp.start[::-1])
+        series = hy.taylor_adaptive(equations, start, tol=tol, compact_mode=len(start) > COMPACT)
+        return _Along(series, velocity, meter, hy.taylor_outcome.err_nf_state)
+
+
+@dataclass(frozen=True)
+class _Exact:
+    """A problem in exact numbers, each the decimal that its double stands for."""
+
+    derivation: Any
+    parameters: "Mapping[sp.Symbol, sp.Rational]"
+
+
+@lru_cache(maxsize=8)
+def _equations(source: Source, parameters: tuple[tuple[str, float], ...]) -> "tuple[Equations, Any]":
+    """Return variables and rates, and what gives velocities of states where these are the unknowns of others, or None."""
+    import heyoka as hy
+    import sympy as sp
+
+    from daebench.methods.solvers.taylor_equations import hamiltonian, own_coordinates
+
+    own, values = source.derivation, dict(parameters)
+    exact = _Exact(own, {symbol: sp.Rational(repr(values[str(symbol)])) for symbol in own.problem.parameters})
+    if own.states == "poisson":
+        return hamiltonian(exact, own.problem.y, sp.Matrix(own.problem.B), own.problem.H), None
+    equations = own_coordinates(exact)
+    if not own.mechanical:
+        return equations, None
+    variables = [variable for variable, _ in equations]
+    velocities = [rate for _, rate in equations[: own.d]]
+    return equations, hy.cfunc(velocities, vars=variables)
+
+
+class _Along:
+    """Goes along the series step by step, and reads outputs from the series of the step that passes them."""
+
+    def __init__(self, series: Any, velocity: Any, meter: Meter, failed: object) -> None:
+        self.series, self.velocity, self.meter, self.failed = series, velocity, meter, failed
+
+    def __call__(self, t: float) -> Array:
+        while self.meter.t < t:
+            self._step()
+        return self._unknowns(self.series.update_d_output(t))
+
+    def _step(self) -> None:
+        """Make a step; what is done with it after that is none of heyoka's time, and would take longer than the step."""
+        series, meter = self.series, self.meter
+        outcome, _ = series.step(max_delta_t=meter.t_end - meter.t if meter.steps else FIRST * meter.t_end, write_tc=True)
+        began, aside = time.thread_time(), meter.aside
+        try:
+            self._taken(outcome)
+        finally:
+            meter.aside = aside + time.thread_time() - began
+
+    def _taken(self, outcome: Any) -> None:
+        meter = self.meter
+        if outcome == self.failed:
+            raise Stopped(f"a value is no longer finite after t = {meter.t:.9g}", meter.t)
+        meter.stepped(float(self.series.time), self._unknowns(self.series.state))
+        if time.perf_counter() > meter.deadline:
+            raise Stopped(f"the limit of {meter.limit:g} s is reached", advice="allow more time, or use a larger tol")
+        if meter.steps >= MOST_STEPS:
+            raise Stopped(f"{MOST_STEPS} steps were not enough")
+
+    def _unknowns(self, state: Array) -> Array:
+        """Return a state in the unknowns that others have: velocities in place of momenta where they have these; as a copy."""
+        y = np.array(state)
+        if self.velocity is not None:
+            y[len(y) // 2 :] = self.velocity(y)
+        return y

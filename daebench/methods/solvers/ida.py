@@ -1,0 +1,165 @@
+"""SUNDIALS IDA on every formulation, with the cures without which its error test fails on multipliers."""
+
+import time
+from collections.abc import Callable, Collection, Mapping
+from dataclasses import dataclass, field
+from typing import Any, ClassVar
+
+import numpy as np
+
+from daebench.errors import BadInput
+from daebench.methods.formulations.chain import BandedDae, pose_banded, refused
+from daebench.methods.formulations.constrained import FORMULATIONS, Dae, Posed, pose
+from daebench.methods.solvers.constrained_run import constrained
+from daebench.methods.solvers.cured import Cured
+from daebench.methods.solvers.drive import MOST_STEPS, Advance, Array, Driven, check, drive
+from daebench.methods.solvers.least_squares import reduced
+from daebench.methods.solvers.meter import Meter
+from daebench.methods.solvers.sundials import count_steps, stepwise
+from daebench.runs.ivp import ConstrainedIvp
+from daebench.runs.request import Request
+from daebench.runs.trajectory import Trajectory
+
+DEFAULT_CURES = {"index3": "atol", "index2": "derivative", "index1": "atol", "ggl": "derivative", "baumgarte": "atol", "ode": "none"}
+
+
+@dataclass(frozen=True)
+class Ida(Cured):
+    """IDA, variable-order BDF in double precision, with the analytic Jacobian and a dense linear solver.
+
+    On long chains the linear solver is that of banded matrices, and the Jacobian IDA's own difference quotient, of as many residuals as
+    the band is wide: scikit-sundae takes analytic entries of a band in the places of a dense matrix only.
+
+    The local error estimate of a multiplier can be hundreds of times that of a velocity: under the plain settings index 3 stops
+    at t = 0 at every tolerance, and index 2 and ``ggl`` collapse to order 1. Two cures:
+
+    - ``atol``: an absolute tolerance of 1e20 on lam and mu, for index 3 on v too;
+    - ``derivative``: the unknown is Lam with Lam' = lam, so that the multiplier enters as a derivative.
+
+    Parameters
+    ----------
+    formulation : str
+        One of ``daebench.methods.formulations.constrained.FORMULATIONS``.
+    cure : str, optional
+        "derivative", "atol" or "none"; by default the better one for the formulation. ``ode`` has no multiplier to cure.
+    options : mapping of str to float, optional
+        Free numbers of the formulation, as for :func:`daebench.methods.formulations.constrained.pose`.
+
+    Raises
+    ------
+    BadInput
+        If the formulation or the cure is unknown, or a cure is asked for on ``ode``.
+    """
+
+    options: Mapping[str, float] | None = field(default=None, hash=False)
+    kind: ClassVar = "formulation"
+    formulations: ClassVar = FORMULATIONS
+    default_cures: ClassVar = DEFAULT_CURES
+
+    def refusal(self, ivp: ConstrainedIvp) -> str | None:
+        """Return why the formulation cannot be had, as a sentence, or None: a long chain has no ``ode``, everything else all of them."""
+        return refused(self.name, ivp) if self.formulation == "ode" else None
+
+    def check(self, ivp: ConstrainedIvp, request: Request) -> None:
+        """Accept a request that can be met; raise :class:`BadInput` otherwise."""
+        check(self.name, request)
+        if refusal := self.refusal(ivp):
+            raise BadInput(refusal)
+        if request.at_rank_loss(ivp) == "least-squares" and self.formulation != "ode":
+            raise BadInput(
+                f"{self.name} has the multipliers among its unknowns, which redundant constraints leave undetermined; for least-squares "
+                "use ida:ode or a fixed-step method such as rattle, or else remove the redundant constraints."
+            )
+
+    def solve(self, ivp: ConstrainedIvp, request: Request) -> Trajectory:
+        """Return the trajectory; where IDA stops early, the outputs so far and why.
+
+        Raises
+        ------
+        BadInput
+            If the request cannot be met, see :func:`daebench.methods.solvers.drive.check`.
+        DaebenchError
+            If the start has no multiplier, see :func:`daebench.methods.solvers.constrained_run.constrained`.
+        """
+        began = time.perf_counter()
+        self.check(ivp, request)
+
+        def driven(dae: Dae, metered: Callable[..., Meter]) -> Driven:
+            def begin(meter: Meter) -> Advance:
+                return self._begin(dae, request.value, meter)
+
+            return drive(self.name, dae, request, begin, began=began, advice=self._advice, metered=metered)
+
+        return constrained(self.name, ivp, request, self._posed, driven)
+
+    def _posed(self, ivp: ConstrainedIvp) -> Dae:
+        if self.formulation == "ode":
+            return reduced(ivp)
+        posed = pose_banded if ivp.arrays else pose
+        return posed(ivp, self.formulation, self.options, multipliers=self.multipliers)
+
+    @property
+    def untested(self) -> Collection[str]:
+        """Multipliers, and velocities too for ``index3``, where a position's error is divided by the step."""
+        return ("lam", "mu", "v") if self.formulation == "index3" else ("lam", "mu")
+
+    @property
+    def _advice(self) -> str:
+        return self.uncured or "use a larger tol or another formulation, and see whether G keeps its rank"
+
+    def _begin(self, dae: Dae, tol: float, meter: Meter) -> Advance:
+        return begin(dae, tol, self.tolerances(dae, tol), meter)
+
+
+def begin(posed: Posed, tol: float, atol: Array, meter: Meter) -> Advance:
+    """Compile what will be called, and return how IDA is advanced from output to output.
+
+    Parameters
+    ----------
+    posed : Posed
+        What is solved.
+    tol : float
+        Relative tolerance.
+    atol : ndarray, shape(n,)
+        Absolute tolerances.
+    meter : Meter
+        Where calls and steps are counted.
+    """
+    from sksundae.ida import IDA
+
+    def residual(t: float, y: Array, yp: Array, res: Array) -> None:
+        began = time.perf_counter()
+        meter.called("residual", t, posed_residual(t, y, yp, res, par), began)
+
+    def jacobian(t: float, y: Array, yp: Array, res: Array, cj: float, JJ: Array) -> None:
+        began = time.perf_counter()
+        meter.called("jacobian", t, posed.jacobian(t, y, yp, res, cj, JJ, par), began)
+
+    def every_step(t: float, y: Array, yp: Array, events: Array) -> None:
+        events[0] = 1.0
+        count_steps(meter, t, y[back])
+
+    par, posed_residual = posed.par, posed.residual
+    options: dict[str, Any] = {"rtol": tol, "max_num_steps": MOST_STEPS, "jacfn": jacobian}
+    order: Any = slice(None)
+    back: Any = slice(None)
+    if isinstance(posed, BandedDae):
+        lower, upper = posed.band
+        options |= {"jacfn": None, "linsolver": "band", "lband": lower, "uband": upper}
+        order, back = posed.order, np.argsort(posed.order)
+    _compile(posed)
+    solver = IDA(residual, atol=atol[order], eventsfn=every_step, num_events=1, **options)
+    solver.init_step(0.0, posed.y0[order], posed.yp0[order])
+    advance = stepwise(solver, meter)
+    return lambda t: advance(t)[back]
+
+
+def _compile(dae: Posed) -> None:
+    """Call each function once with arrays of the kinds that IDA hands over: its own are read-only."""
+    res = np.empty(dae.n)
+    y, yp, read_only = dae.y0.copy(), dae.yp0.copy(), np.empty(dae.n)
+    for array in (y, yp, read_only):
+        array.flags.writeable = False
+    dae.residual(0.0, y, yp, res, dae.par)
+    if not isinstance(dae, BandedDae):
+        dae.jacobian(0.0, y, yp, read_only, 1.0, np.empty((dae.n, dae.n)), dae.par)

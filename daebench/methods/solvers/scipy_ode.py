@@ -1,0 +1,100 @@
+"""SciPy's ODE solvers on the index-reduced ODE."""
+
+import time
+import warnings
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from daebench.methods.formulations.constrained import Posed
+from daebench.methods.solvers.drive import MOST_STEPS, Advance, Array
+from daebench.methods.solvers.meter import Meter, Stopped
+from daebench.methods.solvers.reduced import OnReducedOde
+
+IMPLICIT = {"DOP853": False, "RK45": False, "RK23": False, "Radau": True, "BDF": True, "LSODA": True}
+"""SciPy's methods, and whether they use the Jacobian."""
+
+
+class ScipyOde(OnReducedOde):
+    """A solver class of ``scipy.integrate``; its relative tolerance is at least 100 eps, to which SciPy would raise it silently."""
+
+    solver = "scipy"
+    variants = tuple(IMPLICIT)
+    least = 100 * float(np.finfo(float).eps)
+
+    @property
+    def dense(self) -> bool:
+        """Whether it solves with the whole Jacobian: an explicit method does not."""
+        return IMPLICIT[self.variant]
+
+    def _begin(self, dae: Posed, tol: float, meter: Meter) -> Advance:
+        from scipy import integrate
+
+        def right_side(t: float, y: Array) -> Array:
+            began, out = time.perf_counter(), np.empty(dae.n)
+            meter.called("rhs", t, rhs(t, fixed(y), out, par), began)
+            return out
+
+        def jacobian(t: float, y: Array) -> Array:
+            began, JJ = time.perf_counter(), np.empty((dae.n, dae.n))
+            meter.called("jacobian", t, rhs_jacobian(t, fixed(y), JJ, par), began)
+            return JJ
+
+        par, rhs, rhs_jacobian = dae.par, dae.rhs, dae.rhs_jacobian
+        rhs(0.0, fixed(dae.y0), np.empty(dae.n), par)
+        options: dict[str, Any] = {"rtol": tol, "atol": tol}
+        if IMPLICIT[self.variant]:
+            rhs_jacobian(0.0, fixed(dae.y0), np.empty((dae.n, dae.n)), par)
+            options["jac"] = jacobian
+        solver = getattr(integrate, self.variant)(right_side, 0.0, dae.y0, meter.t_end, **options)
+        return stepwise(solver, meter, "SciPy", lambda found: found)
+
+
+def fixed(y: Any) -> Array:
+    """Return a copy of unknowns that is read-only, as CVODE's own are, so that one compiled function serves both."""
+    found = np.array(y)
+    found.flags.writeable = False
+    return found
+
+
+def stepwise(solver: Any, meter: Meter, whose: str, states: Callable[[Any], Any]) -> Advance:
+    """Return how a solver object is advanced from output to output, by its own steps and its interpolant.
+
+    Parameters
+    ----------
+    solver : object
+        With the interface of ``scipy.integrate.OdeSolver``.
+    meter : Meter
+        Where steps are counted.
+    whose : str
+        Name of its package.
+    states : callable
+        Returns what gives the unknowns at a time from what ``solver.dense_output()`` returned.
+    """
+    between: Any = None
+
+    def advance(t: float) -> Any:
+        nonlocal between
+        if solver.t < t:
+            _march(solver, t, meter, whose)
+            between = states(solver.dense_output())
+        y = solver.y.copy() if solver.t == t else between(t)
+        if not np.all(np.isfinite(y)):
+            raise Stopped(f"a value is no longer finite at t = {t:.9g}")
+        return y
+
+    return advance
+
+
+def _march(solver: Any, t: float, meter: Meter, whose: str) -> None:
+    """Step until t is reached or passed."""
+    with warnings.catch_warnings(), np.errstate(all="ignore"):
+        warnings.simplefilter("ignore")  # what goes wrong is told by the status
+        while solver.t < t:
+            message = solver.step()
+            if solver.status == "failed":
+                raise Stopped(f"{whose} says: {str(message).rstrip('.')}", float(solver.t))
+            meter.stepped(float(solver.t), solver.y)
+            if meter.steps >= MOST_STEPS:
+                raise Stopped(f"{MOST_STEPS} steps were not enough")

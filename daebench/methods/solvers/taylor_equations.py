@@ -1,0 +1,73 @@
+"""Equations of motion as expressions of heyoka: the index-reduced one, HLW (1.18), and those with any structure matrix."""
+
+from collections.abc import Mapping, Sequence
+from typing import Any, Protocol
+
+import sympy as sp
+
+from daebench.methods.solvers.quadruple import Expression, Translation, dotted, library, solved
+
+Equations = list[tuple[Expression, Expression]]
+"""A variable and its rate, for each unknown."""
+
+
+class Exact(Protocol):
+    """A problem in exact numbers."""
+
+    @property
+    def derivation(self) -> Any:
+        """What follows from the problem's definition."""
+
+    @property
+    def parameters(self) -> Mapping[sp.Symbol, sp.Rational]:
+        """Values of the parameters by their symbols."""
+
+
+def own_coordinates(definition: Exact) -> Equations:
+    """Return the index-reduced equation, HLW (1.18), in q and p.
+
+    ::
+
+        q' = H_p      p' = -H_q - G^T lam(p, q)      with lam(p, q) solved from (1.12) in the equations themselves
+    """
+    hy, own = library(), definition.derivation
+    q, p = ([hy.make_vars(str(x)) for x in part] for part in (own.problem.q, own.problem.p))
+    say = Translation(dict(zip([*own.problem.q, *own.problem.p], [*q, *p], strict=True)))
+
+    def spelled(matrix: sp.Matrix) -> list[list[Expression]]:
+        settled = matrix.subs(definition.parameters)
+        return [[say(settled[i, j]) for j in range(settled.shape[1])] for i in range(settled.shape[0])]
+
+    def column(matrix: sp.Matrix) -> list[Expression]:
+        return [row[0] for row in spelled(matrix)]
+
+    G = spelled(own.G)
+    if own.explicit:
+        v, force = column(own.H_p), [-x for x in column(own.H_q)]
+        W = [_times(spelled(own.H_pp), row) for row in G]
+        rest = column(own.a.subs(dict.fromkeys(own.lam, 0)))
+    else:
+        M = spelled(own.M)
+        v = solved(M, p)
+        say.known |= dict(zip(own.v, v, strict=True))
+        force = column(own.T_q - own.U_q)
+        W = [solved(M, row) for row in G]
+        pull = column(own.U_q + own.c)
+        rest = [a - dotted(w, pull) for a, w in zip(column(own.g_qv * own.v), W, strict=True)]
+    lam = solved([[dotted(row, w) for w in W] for row in G], rest)
+    rates = [f - dotted(column_of_G, lam) for f, column_of_G in zip(force, zip(*G, strict=True), strict=True)]
+    return list(zip([*q, *p], [*v, *rates], strict=True))
+
+
+def _times(A: Sequence[Sequence[Expression]], x: Sequence[Expression]) -> list[Expression]:
+    return [dotted(row, x) for row in A]
+
+
+def hamiltonian(definition: Exact, z: Sequence[sp.Symbol], B: sp.Matrix, K: sp.Expr) -> Equations:
+    """Return z' = B(z) grad K(z) with the parameters' values; gradient and product are taken here, and nothing is simplified."""
+    variables = [library().make_vars(f"z{i + 1}") for i in range(len(z))]
+    say = Translation(dict(zip(z, variables, strict=True)))
+    K_z = [say(sp.diff(K, x).subs(definition.parameters)) for x in z]
+    settled = B.subs(definition.parameters)
+    rates = [dotted([say(settled[i, j]) for j in range(len(z))], K_z) for i in range(len(z))]
+    return list(zip(variables, rates, strict=True))

@@ -1,0 +1,1 @@
+"""Reports, lessons, animations and documentation, as pages."""

@@ -1,0 +1,180 @@
+"""What is public, by task."""
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class Task:
+    """One chapter of the page.
+
+    Parameters
+    ----------
+    key : str
+        Anchor of the chapter, and the name of those of its parts that have none of their own.
+    title : str
+        Heading.
+    about : str
+        What it is for, in the markup of docstrings.
+    names : tuple of str
+        Dotted names; of a module, all its public classes, functions and described constants.
+    """
+
+    key: str
+    title: str
+    about: str
+    names: tuple[str, ...]
+
+
+TASKS = (
+    Task(
+        "run-and-compare",
+        "Run and compare",
+        "One run, several side by side, and whether a method keeps what it claims. A problem is given by its name, by the path of a "
+        "problem file, or as a definition.",
+        (
+            "daebench.run",
+            "daebench.methods.run.prepare",
+            "daebench.compare",
+            "daebench.order",
+            "daebench.check",
+            "daebench.list_problems",
+            "daebench.list_methods",
+            "daebench.studies.claims.constrained.Finding",
+            "daebench.initial_value_problem",
+            "daebench.InitialValueProblem",
+            "daebench.Trajectory",
+            "daebench.PoissonTrajectory",
+            "daebench.runs.trajectory.Outcome",
+            "daebench.runs.trajectory.Passage",
+            "daebench.runs.request",
+            "daebench.methods.names",
+        ),
+    ),
+    Task(
+        "declare-a-study",
+        "Declare a study",
+        """A grid of runs, each made once and kept in an SQLite file under the hash of all that decides its numbers::
+
+    with opened(Path("study.db")) as store:
+        table = study.table(store)      # one row a run; stopped any way you like, only what is missing is made
+
+Runs that are timed are made one at a time, unless ``beside`` says otherwise, and which of the two is kept with their times. Runs that
+are not timed go to any executor: the cores of this machine, or the workers of a Dask cluster (extra ``scale``). Very long runs keep
+checkpoints instead, in a folder of their own.""",
+        (
+            "daebench.Study",
+            "daebench.studies.grid.store.opened",
+            "daebench.studies.grid.store.Store",
+            "daebench.studies.grid.store.Kept",
+            "daebench.studies.grid.store.StoreFull",
+            "daebench.studies.grid.cell.Cell",
+            "daebench.studies.grid.metrics.METRICS",
+            "daebench.studies.grid.metrics.Metric",
+            "daebench.studies.grid.metrics.Measured",
+            "daebench.studies.long.run.LongRun",
+            "daebench.studies.stability.extreme.Asked",
+            "daebench.studies.stability.extreme.Extreme",
+            "daebench.studies.grid.schedulers.local_processes",
+            "daebench.studies.grid.schedulers.dask_cluster",
+        ),
+    ),
+    Task(
+        "test-your-code",
+        "Test your code against certified references",
+        "Assertions for the tests of any code; pytest has them as fixtures of the same names.",
+        (
+            "daebench.testing",
+            "daebench.reference.keep.record.Reference",
+            "daebench.reference.keep.store.names",
+            "daebench.reference.keep.store.load",
+            "daebench.reference.keep.store.find",
+            "daebench.reference.keep.store.Damaged",
+        ),
+    ),
+    Task(
+        "write-a-problem",
+        "Write a problem",
+        """A problem file is a docstring and a function ``problem(*, ...)`` that returns one of these records. Arguments annotated ``float``
+are run-time parameters, ``int`` ones change the structure.
+
+- It is executed when it is used, with all that it imports: run those of people you trust.
+- A mistake gets one sentence that names the file, the line or the case, and what to do.
+- ``daebench check FILE`` holds all that it declares against its equations, in all its cases. Other commands check the case they use,
+  once per text of the file.
+- It may import the files beside it by their plain names, at its top or inside ``problem``. What is edited there is noticed, as long as
+  import statements name it; data files that it reads, and packages installed elsewhere, are not watched.
+- A package brings problems by entry points of the group ``daebench.problems``; ``daebench list problems`` has them without importing
+  them, and says which are broken.
+- A chain, whose constraints tie neighbours, is written at one node. With more than seven nodes vectors are arrays, and the files of the
+  schemes, unchanged, become a few loops over the nodes with a banded elimination with pivoting between them. What such loops cannot
+  do, as solving with a full Jacobian, is refused.""",
+        (
+            "daebench.ConstrainedHamiltonian",
+            "daebench.Case",
+            "daebench.coordinates",
+            "daebench.KineticFlow",
+            "daebench.Chart",
+            "daebench.Picture",
+            "daebench.ConstrainedChain",
+            "daebench.PoissonSystem",
+            "daebench.PoissonCase",
+            "daebench.Part",
+            "daebench.DarbouxMap",
+            "daebench.Lift",
+            "daebench.PoissonLattice",
+            "daebench.as_poisson",
+            "daebench.symplectic_projection",
+        ),
+    ),
+    Task(
+        "write-a-scheme",
+        "Write a scheme",
+        "A scheme file is ``CLAIMS`` and a function ``step``; it may import what these modules name.",
+        (
+            "daebench.schemes.kernels.claims",
+            "daebench.schemes.kernels.language",
+            "daebench.schemes.kernels.spaces",
+            "daebench.schemes.kernels.poisson_language",
+        ),
+    ),
+    Task(
+        "measure",
+        "Measure",
+        "Drifts, defects and orders as pure functions of numbers, one quantity a module.",
+        ("daebench.diagnostics", "daebench.runs.ivp"),
+    ),
+    Task(
+        "write-a-report",
+        "Write a report",
+        "Numbers in words, tables, figures in the page, and the page itself.",
+        ("daebench.pages.report", "daebench.draw.figures"),
+    ),
+    Task(
+        "animate-and-draw",
+        "Animate, and draw panels",
+        "Animations of an initial value problem, and panels of curves as SVG in milliseconds, for lessons.",
+        (
+            "daebench.animation",
+            "daebench.pages.film.animation.Animated",
+            "daebench.draw.svg.axis",
+            "daebench.draw.svg.marks",
+            "daebench.draw.svg.panels",
+        ),
+    ),
+    Task(
+        "errors",
+        "Errors",
+        "Every message is one sentence: what, where, and what to do.",
+        (
+            "daebench.DaebenchError",
+            "daebench.BadInput",
+            "daebench.InconsistentStart",
+            "daebench.InvalidProblem",
+            "daebench.RunFailed",
+            "daebench.errors.Interrupted",
+            "daebench.errors.unknown",
+            "daebench.errors.require_known",
+        ),
+    ),
+)
+"""The chapters in their order."""

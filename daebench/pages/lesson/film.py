@@ -1,0 +1,107 @@
+"""A film: an experiment's pictures, drawn beforehand for some values of its controls, with inputs that turn from one to the other."""
+
+import itertools
+from collections.abc import Callable, Sequence
+from typing import Any
+
+from markupsafe import Markup
+
+from daebench.pages.lesson.control import Control, defaults
+from daebench.pages.lesson.experiment import Experiment, Shown
+
+SCRIPT = """
+for (const film of document.querySelectorAll(".film")) {
+  const knobs = [...film.querySelectorAll("[data-knob]")];
+  const chosen = (knob) => knob.type === "range" ? knob.value : knob.querySelector("input:checked").value;
+  const show = () => {
+    for (const knob of knobs) if (knob.type === "range") {
+      const text = JSON.parse(knob.dataset.texts)[knob.value];
+      knob.setAttribute("aria-valuetext", text);
+      knob.parentElement.querySelector("output").textContent = text;
+    }
+    const frame = film.querySelector(`template[data-frame="${knobs.map(chosen).join("-")}"]`).content.cloneNode(true);
+    for (const part of ["says", "drawing"]) film.querySelector("." + part).replaceChildren(...frame.querySelector("." + part).childNodes);
+  };
+  film.querySelector(".knobs").hidden = false;
+  film.addEventListener("input", show);
+  show();
+}
+"""
+"""What turns the pages of all films of a page."""
+
+
+def film(experiment: Experiment, tell: Callable[[float], None]) -> Markup:
+    """Return an experiment as HTML that needs no server: controls, and a frame for each combination of the values that they offer.
+
+    Parameters
+    ----------
+    experiment : Experiment
+        What is shown.
+    tell : callable
+        Told the fraction of the frames that are drawn.
+    """
+    turned = [each for each in experiment.controls if each.film]
+    choices = list(itertools.product(*(range(len(each.film)) for each in turned)))
+    first = tuple(list(each.film).index(each.default) for each in turned)
+    frames = []
+    for k, choice in enumerate(choices):
+        values = {each.name: each.film[index] for each, index in zip(turned, choice, strict=True)}
+        frames.append(frame(choice, experiment.show(defaults(experiment.controls) | values)))
+        tell((k + 1) / len(choices))
+    now = experiment.show(defaults(experiment.controls))
+    return Markup(
+        '<figure class="film" id="film-{}"><div class="knobs" hidden>{}</div><p class="says" aria-live="polite">{}</p>'
+        '<div class="drawing" role="group" aria-label="{}">{}</div>{}<figcaption>{} <span class="files"><a href="{}.csv">CSV</a></span>'
+        "</figcaption></figure>"
+    ).format(
+        experiment.name,
+        Markup("").join(itertools.starmap(partial_knob(experiment.name), zip(turned, first, strict=True))),
+        now.says,
+        experiment.title,
+        now.picture,
+        Markup("").join(frames),
+        kept(experiment),
+        experiment.name,
+    )
+
+
+def frame(choice: Sequence[int], shown: Shown) -> Markup:
+    """Return a frame that is not shown before it is asked for."""
+    return Markup('<template data-frame="{}"><p class="says">{}</p><div class="drawing">{}</div></template>').format(
+        "-".join(map(str, choice)), shown.says, shown.picture
+    )
+
+
+def partial_knob(name: str) -> Callable[[Control, int], Markup]:
+    """Return what makes the inputs of an experiment of this name."""
+
+    def knob(control: Control, index: int) -> Markup:
+        texts = [control.text(each) for each in control.film]
+        return slider(control, index, texts) if control.is_slider else buttons(f"{name}-{control.name}", control, index, texts)
+
+    return knob
+
+
+def slider(control: Control, index: int, texts: Sequence[str]) -> Markup:
+    """Return a slider whose value is the index of the control's value."""
+    import json
+
+    return Markup(
+        '<label>{}<input type="range" min="0" max="{}" step="1" value="{}" data-knob="{}" data-texts="{}" aria-valuetext="{}">'
+        "<output>{}</output></label>"
+    ).format(control.label, len(texts) - 1, index, control.name, json.dumps(texts), texts[index], texts[index])
+
+
+def buttons(group: str, control: Control, index: int, texts: Sequence[str]) -> Markup:
+    """Return radio buttons, one a value of the control."""
+    each = Markup('<label><input type="radio" name="{}" value="{}"{}>{}</label>')
+    inputs = (each.format(group, k, Markup(" checked") if k == index else "", text) for k, text in enumerate(texts))
+    return Markup('<fieldset data-knob="{}"><legend>{}</legend>{}</fieldset>').format(control.name, control.label, Markup("").join(inputs))
+
+
+def kept(experiment: Experiment) -> str:
+    """Return which controls the film does not turn, and what they are there."""
+    still: list[Any] = [each for each in experiment.controls if not each.film]
+    if not still:
+        return "All controls of the live lesson are here."
+    return "Fixed here, free in the live lesson: " + ", ".join(f"{each.label} {each.text(each.default)}" for each in still) + "."

@@ -1,0 +1,93 @@
+"""A lesson as one static page: its text, its answers folded, and a film in the place of each experiment."""
+
+import contextlib
+import importlib
+import io
+import re
+from pathlib import Path
+from typing import Any
+
+from markupsafe import Markup
+
+from daebench.errors import unknown
+from daebench.pages.lesson.control import defaults
+from daebench.pages.lesson.film import SCRIPT, film
+from daebench.pages.lesson.installed import require_marimo
+from daebench.pages.report import Progress, write_page
+from daebench.runs.csv_files import write_frame
+from daebench.runs.files import atomic
+
+PREPARED = 0.3
+"""Part of the time that goes into running the lesson once, about."""
+
+HEADING = re.compile(r"<h1[^>]*>(.*?)</h1>", re.DOTALL)
+
+
+def export(name: str, folder: Path, progress: Progress | None = None) -> Path:
+    """Write a lesson into a folder as a page that needs nothing else to be read, and return its path.
+
+    Beside the page stands, for each experiment, a table of what it measures with its default values.
+
+    Parameters
+    ----------
+    name : str
+        Name as ``daebench list lessons`` has it.
+    folder : Path
+        Folder of the page; made where it is missing.
+    progress : callable, optional
+        Told the fraction done and what is being done.
+
+    Raises
+    ------
+    BadInput
+        If there is no such lesson, or marimo is not installed.
+    ClaimRefuted
+        If a sentence of the lesson does not hold in this run; nothing is written over an older page then.
+    """
+    from daebench.methods.catalogue import lessons
+
+    if name not in lessons():
+        raise unknown("lesson", name, lessons())
+    require_marimo()
+    tell = progress or (lambda fraction, doing: None)
+    tell(0.0, "the lesson itself")
+    title, parts, experiments = content(name, lambda fraction, doing: tell(PREPARED + (1 - PREPARED) * fraction, doing))
+    folder.mkdir(parents=True, exist_ok=True)
+    for each in experiments:
+        with atomic(folder / f"{each.name}.csv") as scratch:
+            write_frame(scratch, each.table(defaults(each.controls)))
+    from daebench.pages.lesson.live import style_text
+
+    command = f"daebench lesson {name} --export DIR"
+    rest = {"lesson_style": Markup(style_text()), "film_script": Markup(SCRIPT), "live": f"daebench lesson {name}"}
+    page = write_page("lesson.html", folder / "index.html", command, title=title, under=lessons()[name], parts=parts, **rest)
+    tell(1.0, "done")
+    return page
+
+
+def content(name: str, tell: Progress) -> tuple[Markup, list[Markup], list[Any]]:
+    """Return the title of a lesson, its parts as HTML, and its experiments."""
+    from daebench.pages.lesson.live import Picture
+    from daebench.pages.lesson.mathml import static_html
+
+    outputs = [each for each in run(name) if each is not None]
+    pictures = [each for each in outputs if isinstance(each, Picture)]
+    title, parts = Markup(""), []
+    for each in outputs:
+        if isinstance(each, Picture):
+            k = pictures.index(each)
+            parts.append(film(each.experiment, lambda fraction, k=k: tell((k + fraction) / len(pictures), "frames")))  # type: ignore[misc]
+        elif type(each).__module__ == "marimo._output.md":
+            text = static_html(each.text)
+            if heading := HEADING.search(text):
+                title, text = Markup(heading[1]), HEADING.sub("", text, count=1)
+            parts.append(Markup(text))
+    return title, parts, [each.experiment for each in pictures]
+
+
+def run(name: str) -> Any:
+    """Return what the cells of a lesson put out, as in the notebook; what it prints as a script is not for the page."""
+    module = importlib.import_module(f"daebench.reports.lessons.{name.replace('-', '_')}")
+    with contextlib.redirect_stdout(io.StringIO()), contextlib.redirect_stderr(io.StringIO()):
+        outputs, _ = module.app.run()
+    return outputs

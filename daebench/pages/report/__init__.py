@@ -1,0 +1,53 @@
+"""What a report is written with: numbers in words, tables, figures in a page, the page as one HTML file, and the gallery of all of them.
+
+A report is a file with a docstring and a function ``make(out, progress)`` that writes ``out/index.html`` and returns its path. Those of
+daebench are in ``daebench.reports``; one's own is built by its path::
+
+    daebench report ./my_report.py
+"""
+
+from daebench.pages.report.claims import ClaimRefuted, require
+from daebench.pages.report.gallery import build
+from daebench.pages.report.page import Progress, make_page, write_page
+from daebench.pages.report.pictures import inline_svg, picture
+from daebench.pages.report.tables import table
+from daebench.pages.report.versions import versions
+from daebench.pages.report.words import (
+    MINUS,
+    NONE,
+    THIN,
+    TIMES,
+    at_least,
+    at_most,
+    count,
+    listing,
+    number,
+    percent,
+    power_of_ten,
+    with_error,
+)
+
+__all__ = [
+    "MINUS",
+    "NONE",
+    "THIN",
+    "TIMES",
+    "ClaimRefuted",
+    "Progress",
+    "at_least",
+    "at_most",
+    "build",
+    "count",
+    "inline_svg",
+    "listing",
+    "make_page",
+    "number",
+    "percent",
+    "picture",
+    "power_of_ten",
+    "require",
+    "table",
+    "versions",
+    "with_error",
+    "write_page",
+]

@@ -1,0 +1,173 @@
+"""The gallery: pages in one folder, each with a stamp of what it was made of, and an index of all that is there."""
+
+import time
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from daebench.errors import DaebenchError, Interrupted
+from daebench.pages.report import freshness
+from daebench.pages.report.index import write_index
+from daebench.pages.report.page import Progress
+from daebench.pages.report.reports import Report, find
+
+SECONDS = {
+    "index-reduction": 30,
+    "methods": 100,
+    "tolerances": 110,
+    "poisson": 40,
+    "problems": 100,
+    "work-precision": 300,
+    "extremes": 100,
+    "lesson-why-symplectic": 20,
+    "lesson-shake-to-lobatto": 20,
+    "lesson-tolerance": 20,
+    "lesson-poisson-maps": 20,
+    "lesson-extremes": 20,
+    "reference": 5,
+}
+"""Pages in the order in which they are best read, others follow; and how long each takes, about, on two cores with nothing compiled."""
+
+
+class PagesFailed(DaebenchError):
+    """Pages of the gallery could not be made, or would have said what is not so."""
+
+
+@dataclass(frozen=True)
+class Made:
+    """What became of a page.
+
+    Parameters
+    ----------
+    name : str
+        Its name.
+    page : Path or None
+        The page; None where it failed.
+    seconds : float
+        How long it took; 0 where it was as it should be.
+    failure : str
+        Why it failed, or nothing.
+    """
+
+    name: str
+    page: Path | None
+    seconds: float
+    failure: str = ""
+
+
+def build(name: str, out: Path, progress: Progress | None = None) -> Path:
+    """Write a report into a folder of its name, and the index of all that is beside it; return the path of its page.
+
+    Parameters
+    ----------
+    name : str
+        Name as ``daebench list reports`` has it, or the path of a file, which is executed.
+    out : Path
+        Folder for all reports; made where it is missing.
+    progress : callable, optional
+        Told the fraction done and what is being done.
+
+    Raises
+    ------
+    BadInput
+        If there is no such report, or something is wrong with a report of one's own.
+    DaebenchError
+        If what the report is about to say is not what was measured; nothing is written over an older page then.
+    """
+    return put(find(name), out, progress)
+
+
+def put(report: Report, out: Path, progress: Progress | None = None) -> Path:
+    """Write a page into a folder of its name, and the index of all that is beside it; return the path of the page."""
+    out = Path(out)
+    page = make(report, out, freshness.digest(report.files()), progress or (lambda fraction, label: None))
+    write_index(out, order(out), {})
+    return page
+
+
+def make(report: Report, out: Path, digest: str, progress: Progress) -> Path:
+    """Make a page and its stamp; return the page."""
+    began = time.perf_counter()
+    page = report.make(out / report.name, progress)
+    about = {"title": report.name, "kind": report.kind, "about": report.summary, "command": report.command}
+    freshness.write(out / report.name, **about, digest=digest, seconds=time.perf_counter() - began)
+    return page
+
+
+def order(out: Path) -> list[str]:
+    """Return the names of the pages that are in a folder in the order in which they are best read."""
+    return in_order(path.parent.name for path in out.glob(f"*/{freshness.STAMP}"))
+
+
+def in_order(names: Iterable[str]) -> list[str]:
+    """Return names of pages in the order in which they are best read; those that are not known here follow by their names."""
+    known = list(SECONDS)
+    return sorted(names, key=lambda name: (known.index(name) if name in known else len(known), name))
+
+
+def build_all(out: Path, reports: Sequence[Report], progress: Progress, told: Callable[[Made], None], *, anew: bool = False) -> list[Made]:
+    """Make every page that is stale, and the index; return what became of each page.
+
+    A page is stale where daebench, a file of one's own that makes it, or the version of a package that it stands on is another than when
+    it was made, and where one of its files has been changed or lost. Interrupted, it goes on where it stopped. A page that fails does not
+    keep the others from being made.
+
+    Parameters
+    ----------
+    out : Path
+        Folder of the gallery.
+    reports : sequence of Report
+        The pages.
+    progress : callable
+        Told the fraction of the time that is over, and what is being done.
+    told : callable
+        Told what became of each page, as soon as it is known.
+    anew : bool
+        Whether pages are made that are not stale, too.
+
+    Raises
+    ------
+    PagesFailed
+        If a page failed, when all others are made; the index says which, and why.
+    """
+    digests = {each.name: freshness.digest(each.files()) for each in reports}
+    stale = {each.name: expected(each, out) for each in reports if anew or not freshness.is_fresh(out / each.name, digests[each.name])}
+    whole, over, made = sum(stale.values()) or 1.0, 0.0, []
+    for report in reports:
+        share = stale.get(report.name, 0.0) / whole
+        made.append(
+            _attempt(report, out, digests[report.name], _part(progress, report.name, over, share)) if share else _fresh(report, out)
+        )
+        over += share
+        told(made[-1])
+        write_index(out, order(out), {each.name: each.failure for each in made if each.failure})
+    progress(1.0, "done")
+    if failures := [f"{each.name}: {each.failure.rstrip('.')}" for each in made if each.failure]:
+        raise PagesFailed(f"{len(failures)} of {len(made)} pages failed, the others are there: {'; '.join(failures)}.")
+    return made
+
+
+def expected(report: Report, out: Path) -> float:
+    """Return how many seconds a page will take, about: as long as the last time, or as is known of it, or a minute."""
+    stamp = freshness.read(out / report.name)
+    return stamp.seconds if stamp and stamp.seconds > 0 else SECONDS.get(report.name, 60.0)
+
+
+def _part(progress: Progress, name: str, over: float, share: float) -> Progress:
+    return lambda fraction, doing: progress(over + share * fraction, f"{name}: {doing}")
+
+
+def _fresh(report: Report, out: Path) -> Made:
+    return Made(report.name, out / report.name / "index.html", 0.0)
+
+
+def _attempt(report: Report, out: Path, digest: str, progress: Progress) -> Made:
+    began = time.perf_counter()
+    try:
+        page: Path | None = make(report, out, digest, progress)
+        failure = ""
+    except Interrupted:
+        raise
+    except DaebenchError as error:
+        page, failure = None, str(error)
+    return Made(report.name, page, time.perf_counter() - began, failure)

@@ -1,0 +1,116 @@
+"""The page itself: computed, checked, drawn and written as one HTML file."""
+
+import re
+import time
+from collections.abc import Callable, Mapping
+from datetime import UTC, datetime
+from importlib import resources
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any, TypeVar
+
+from markupsafe import Markup
+
+from daebench.pages.report.formulas import set_parentheses
+from daebench.pages.report.pictures import picture
+from daebench.pages.report.versions import versions
+from daebench.pages.report.words import at_least, at_most, count, listing, number, percent, power_of_ten, with_error
+from daebench.runs.files import atomic
+from daebench.runs.machine import machine
+
+Progress = Callable[[float, str], None]
+"""Told the fraction of the report that is done, and what is being done."""
+
+Numbers = TypeVar("Numbers")
+
+
+def write_page(template: str, path: Path, command: str, **content: Any) -> Path:
+    """Fill a template and write it as one file that needs no other to be read; return its path.
+
+    Parameters
+    ----------
+    template : str
+        Template of a report, such as ``methods/page.html``, or its text: what has ``{%`` in it. It extends ``page.html`` and knows the
+        functions of ``daebench.pages.report.words`` as filters, ``machine`` and ``versions`` as they were at this run.
+    path : Path
+        The page.
+    command : str
+        What a reader calls to make it again.
+    **content
+        What else the template names.
+    """
+    from jinja2 import Environment, FileSystemLoader, StrictUndefined
+
+    folder = Path(str(resources.files("daebench.pages.report")))
+    environment = Environment(
+        loader=FileSystemLoader([folder, str(resources.files("daebench.reports"))]),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    environment.filters |= {each.__name__: each for each in (number, at_most, at_least, power_of_ten, count, percent, listing)}
+    environment.globals |= {"with_error": with_error, "headings": headings}
+    style, script = (Markup((folder / f"page.{ending}").read_text(encoding="utf-8")) for ending in ("css", "js"))
+    about = {"machine": machine(), "versions": versions(), "command": command, "day": datetime.now(UTC).date().isoformat()}
+    filled = environment.from_string(template) if "{%" in template else environment.get_template(template)
+    text = set_parentheses(filled.render(style=style, script=script, **about, **content))
+    path.parent.mkdir(parents=True, exist_ok=True)
+    with atomic(path) as scratch:
+        scratch.write_text(text, encoding="utf-8")
+    return path
+
+
+def headings(body: str) -> list[tuple[str, Markup]]:
+    """Return the names and the texts of a page's sections: those of its headings of second order that have a name."""
+    return [(name, Markup(text)) for name, text in re.findall(r'<h2[^>]* id="([^"]+)"[^>]*>(.*?)</h2>', body, re.DOTALL)]
+
+
+MEASURED = 0.92
+"""Part of a report's time that goes into its numbers, about."""
+
+
+def make_page(
+    template: str,
+    out: Path,
+    command: str,
+    progress: Progress,
+    *,
+    measure: Callable[[Progress], Numbers],
+    check: Callable[[Numbers], SimpleNamespace],
+    content: Callable[[Numbers, SimpleNamespace], Mapping[str, Any]],
+) -> Path:
+    """Compute, check, draw and write a page; return its path.
+
+    Parameters
+    ----------
+    template : str
+        Template of a report, such as ``methods/page.html``.
+    out : Path
+        Folder of the report; made where it is missing.
+    command : str
+        What a reader calls to make it again.
+    progress : callable
+        Told the fraction done, and what is being done.
+    measure : callable
+        Returns the numbers; it is given what to tell of its own progress.
+    check : callable
+        Returns what the page says of them, or raises ClaimRefuted.
+    content : callable
+        Draws and writes figures and tables, and returns what else the template names.
+
+    Raises
+    ------
+    ClaimRefuted
+        If a sentence of the page does not hold in this run; nothing is written over an older page then.
+    """
+    began = time.perf_counter()
+    out.mkdir(parents=True, exist_ok=True)
+    progress(0.0, "runs")
+    numbers = measure(lambda fraction, doing: progress(MEASURED * fraction, doing))
+    found = check(numbers)
+    progress(MEASURED, "figures")
+    rest = {"picture": picture} | dict(content(numbers, found))
+    page = write_page(template, out / "index.html", command, **vars(found), **rest, took=time.perf_counter() - began)
+    progress(1.0, "done")
+    return page

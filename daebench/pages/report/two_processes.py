@@ -1,0 +1,52 @@
+"""Work of a report done in two processes, or in this one where others cannot be had."""
+
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import Future, as_completed
+from concurrent.futures.process import BrokenProcessPool
+from functools import partial
+from typing import Any
+
+from daebench.studies.grid.schedulers import cores, local_processes
+
+Job = tuple[Callable[..., Any], tuple[Any, ...]]
+"""A function of a module, and its arguments."""
+
+two_processes = partial(local_processes, 2)
+
+
+def computed(jobs: Sequence[Job], tell: Callable[[float, str], None], who: str) -> Iterator[tuple[Job, Any]]:
+    """Give each job and its result, as they are done.
+
+    Parameters
+    ----------
+    jobs : sequence of Job
+        What is to be done; put the dearest first, so that both processes end at about the same time.
+    tell : callable
+        Told the fraction done, and who has just done what.
+    who : str
+        What does it.
+    """
+    left = list(jobs)
+    if cores() > 1:
+        try:
+            for job, result in _from_two(jobs):
+                left.remove(job)
+                tell(1 - len(left) / len(jobs), _doing(job, who))
+                yield job, result
+        except BrokenProcessPool:
+            tell(1 - len(left) / len(jobs), "a process was lost: on in this one")
+    while left:
+        job = left.pop(0)
+        yield job, job[0](*job[1])
+        tell(1 - len(left) / len(jobs), _doing(job, who))
+
+
+def _from_two(jobs: Sequence[Job]) -> Iterator[tuple[Job, Any]]:
+    with two_processes() as pool:
+        futures: dict[Future[Any], Job] = {pool.submit(work, *arguments): (work, arguments) for work, arguments in jobs}
+        for future in as_completed(futures):
+            yield futures[future], future.result()
+
+
+def _doing(job: Job, who: str) -> str:
+    return f"{who}, " + ", ".join(f"{each:.0e}" if isinstance(each, float) else str(each) for each in job[1])

@@ -1,0 +1,101 @@
+"""The time grid of a fixed-step run: how many steps, and which of them are kept."""
+
+import math
+import os
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Self
+
+from daebench.errors import BadInput, positive
+from daebench.runs.request import Request
+
+MOST_STEPS = 2**53
+EPS = 2.0**-52
+
+
+@dataclass(frozen=True)
+class Grid:
+    """N steps of exactly h, of which every so many are kept.
+
+    Parameters
+    ----------
+    h : float
+        Step size.
+    steps : int
+        Number of steps.
+    every : int
+        A state is kept after every so many steps; 0 keeps the end alone.
+    """
+
+    h: float
+    steps: int
+    every: int
+
+    @property
+    def rows(self) -> int:
+        """Number of states that the loop stores."""
+        return self.steps // self.every if self.every else 0
+
+    @classmethod
+    def fixed_step(cls, name: str, request: Request, size: int) -> Self:
+        """Return the grid that a request asks of a fixed-step method.
+
+        Raises
+        ------
+        BadInput
+            If h is not a finite positive number, neither or both of steps and t_end are given, there is less than one step,
+            points are asked for, or the states to be kept do not fit into memory.
+        """
+        h = positive("h", request.value)
+        if request.points is not None:
+            raise BadInput(f"points are for tolerance-driven methods; {name} has fixed steps, so say with every which of them to keep.")
+        if (request.steps is None) == (request.t_end is None):
+            raise BadInput(f"{name} needs either a number of steps or an end time, and not both.")
+        steps = request.steps if request.steps is not None else _whole_steps(positive("t_end", request.t_end), h)
+        every = 1 if request.every is None else request.every
+        if steps < 1:
+            end = f" (t_end = {request.t_end:g} is less than h = {h:g})" if request.t_end is not None else ""
+            raise BadInput(f"the run has {_short(steps)} steps{end}; it needs at least one.")
+        if steps > MOST_STEPS or not math.isfinite(steps * h):
+            raise BadInput("the run has more steps than can be counted exactly (2^53), or is endless; shorten it or use a larger h.")
+        if not 0 <= every <= MOST_STEPS:
+            raise BadInput(f"every = {_short(every)} must be a number of steps up to 2^53, or 0 to keep the end alone.")
+        grid = cls(h, steps, every)
+        _require_memory(grid, size)
+        return grid
+
+
+def _whole_steps(t_end: float, h: float) -> int:
+    """Return floor(t_end / h) with a grain of salt: 1e-9, or a few ulps of the ratio where these are more."""
+    ratio = t_end / h
+    return math.floor(ratio + max(1e-9, 4 * EPS * ratio)) if math.isfinite(ratio) else MOST_STEPS + 1
+
+
+def _require_memory(grid: Grid, size: int) -> None:
+    """Refuse a grid whose states, copied once for output, do not fit into the memory that is free."""
+    need = 2 * 8 * (size + 1) * grid.rows
+    free = _free_memory()
+    if need > free:
+        every = math.ceil(grid.every * need / free) if free else 0
+        raise BadInput(
+            f"keeping {grid.rows} states takes {need / 1e9:.3g} GB and {free / 1e9:.3g} GB are free; use --every {every} or more, "
+            "or --every 0 to keep the end alone."
+        )
+
+
+def _free_memory() -> float:
+    """Return the memory that can be had, in bytes; where the system does not say, a cautious 2 GB."""
+    meminfo = Path("/proc/meminfo")
+    if meminfo.is_file():
+        for line in meminfo.read_text(encoding="ascii").splitlines():
+            if line.startswith("MemAvailable:"):
+                return 1024.0 * int(line.split()[1])
+    try:
+        return float(os.sysconf("SC_AVPHYS_PAGES") * os.sysconf("SC_PAGE_SIZE"))
+    except (AttributeError, ValueError, OSError):
+        return 2e9
+
+
+def _short(whole: int) -> str:
+    """Return a whole number in at most a dozen characters."""
+    return str(whole) if abs(whole) < 10**12 else "a number beyond 1e12"

@@ -1,0 +1,191 @@
+"""Initial value problems: a problem with the parameters and initial values of a case. Every method solves one."""
+
+import types
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from daebench.compiler.cache import generated
+from daebench.compiler.definition import Source
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class InitialValueProblem:
+    """A problem with the parameters and initial values of a case, whatever its states are.
+
+    Parameters
+    ----------
+    source : Source
+        The definition.
+    case : str
+        Name of the case.
+    parameters : mapping of str to float
+        Run-time parameters in the order of ``par``.
+    """
+
+    source: Source
+    case: str
+    parameters: Mapping[str, float]
+
+    @property
+    def start(self) -> tuple[Array, ...]:
+        """Initial values, in the order in which a state is stored."""
+        raise NotImplementedError
+
+    @property
+    def size(self) -> int:
+        """Number of numbers in a state."""
+        return sum(map(len, self.start))
+
+    @property
+    def arrays(self) -> bool:
+        """Whether the problem's functions take arrays, and are compiled: those of a lattice and of a long chain do."""
+        return bool(getattr(self.sheet, "SITES", 0) or getattr(self.sheet, "NODES", 0))
+
+    @property
+    def problem(self) -> str:
+        """Name of the problem."""
+        return self.source.problem
+
+    @property
+    def sheet(self) -> types.ModuleType:
+        """Sizes, names and initial values of the problem."""
+        return self.source.sheet
+
+    @property
+    def singular(self) -> str:
+        """How its functions solve systems that may be singular: "least-squares", or "" for elimination."""
+        return ""
+
+    @property
+    def par(self) -> tuple[float, ...]:
+        """Run-time parameters as kernels take them."""
+        return tuple(self.parameters.values())
+
+    @property
+    def integrals(self) -> tuple[str, ...]:
+        """Names of the first integrals besides H."""
+        return tuple(self.sheet.INTEGRALS)
+
+    def functions(self, *names: str) -> types.ModuleType:
+        """Return a module of the problem's functions of these names: of tuples, and uncompiled, or where vectors are arrays compiled."""
+
+        def build(cached: bool) -> str:
+            from daebench.compiler.link import Linker, Options
+            from daebench.compiler.syntax import HOLE
+
+            linker = Linker(self.source.derivation, Options(compiled=self.arrays, singular=self.singular))
+            return linker.module(f"Functions of {self.problem}.", [(HOLE, name) for name in names], cached)
+
+        return generated(f"{self.problem}_{'_'.join(names)}", f"{self.source.key} functions {names} {self.singular}", build)
+
+    def value(self, name: str, *arguments: Iterable[Any]) -> NDArray[Any]:
+        """Return one of the problem's functions of (p, q), or of q, at one point."""
+        with np.errstate(all="ignore"):
+            points = (np.asarray(x) if self.arrays else tuple(map(_number, x)) for x in arguments)
+            return np.array(getattr(self.functions(name), name)(*points, tuple(map(np.float64, self.par))))
+
+    def along(self, name: str, *arguments: Array) -> Array:
+        """Return one of the problem's functions along rows of states.
+
+        Parameters
+        ----------
+        name : str
+            Name in ``kernels/hole.py`` or ``kernels/composed.py``: H, g, Gv, integrals, lam, ...
+        arguments : ndarray, shape(n, d)
+            One state a row.
+
+        Returns
+        -------
+        ndarray, shape(n, ...)
+        """
+        module = self.functions(name)
+        call = getattr(module, name)
+        par = tuple(map(np.float64, self.par))
+        with np.errstate(all="ignore"):
+            if not module.ELEMENTWISE:
+                vector = np.asarray if self.arrays else tuple
+                return np.array([call(*map(vector, row), par) for row in zip(*arguments, strict=True)])
+            columns = call(*(tuple(x.T) for x in arguments), par)
+            return _stacked(columns, len(arguments[0]))
+
+
+@dataclass(frozen=True)
+class ConstrainedIvp(InitialValueProblem):
+    """A constrained Hamiltonian system with the parameters and initial values of a case.
+
+    Parameters
+    ----------
+    p0, q0 : ndarray, shape(d,)
+        Initial momenta and positions.
+    on_singular : str
+        What a run does where G loses rank, unless its request says otherwise.
+    """
+
+    p0: Array
+    q0: Array
+    on_singular: str = "stop"
+
+    @property
+    def singular(self) -> str:
+        """How its functions solve systems that may be singular: "least-squares", or "" for elimination."""
+        return "least-squares" if self.on_singular == "least-squares" else ""
+
+    @property
+    def start(self) -> tuple[Array, ...]:
+        """Initial momenta and positions."""
+        return self.p0, self.q0
+
+    @property
+    def d(self) -> int:
+        """Number of positions."""
+        return int(self.sheet.D)
+
+    @property
+    def m(self) -> int:
+        """Number of constraints."""
+        return int(self.sheet.M)
+
+
+@dataclass(frozen=True)
+class PoissonIvp(InitialValueProblem):
+    """A Poisson system with the parameters and initial values of a case.
+
+    Parameters
+    ----------
+    y0 : ndarray, shape(n,)
+        Initial state.
+    """
+
+    y0: Array
+
+    @property
+    def start(self) -> tuple[Array, ...]:
+        """Initial state."""
+        return (self.y0,)
+
+    @property
+    def casimirs(self) -> tuple[str, ...]:
+        """Names of the Casimir functions."""
+        return tuple(self.sheet.CASIMIRS)
+
+
+Ivp = ConstrainedIvp | PoissonIvp
+"""Initial value problems of either kind, as types are checked."""
+
+
+def _number(x: Any) -> Any:
+    """Return a NumPy number, which divides by zero as IEEE says; Python's own raises."""
+    return np.complex128(x) if isinstance(x, complex) else np.float64(x)
+
+
+def _stacked(values: Any, n: int) -> Array:
+    """Return nested tuples of columns as one array with the rows first."""
+    if isinstance(values, tuple):
+        return np.stack([_stacked(value, n) for value in values], axis=1) if values else np.empty((n, 0))
+    return np.broadcast_to(np.asarray(values, dtype=float), (n,)).copy()

@@ -1,0 +1,92 @@
+"""Into and out of the local coordinates y = (eta, xi) that a problem declares, and maps and the structure matrix B(y) in them."""
+
+import types
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from daebench.compiler.cache import generated
+from daebench.errors import BadInput
+from daebench.runs.ivp import ConstrainedIvp
+
+State = tuple[Any, Any]
+Map = Callable[[Any, Any], State]
+
+
+def arctan2(y: Any, x: Any) -> Any:
+    """Return the angle of the point (x, y), exact to first order in imaginary parts, which NumPy's own does not take."""
+    angle = np.arctan2(np.real(y), np.real(x))
+    if not (np.iscomplexobj(y) or np.iscomplexobj(x)):
+        return angle
+    a, b = np.real(x), np.real(y)
+    return angle + 1j * (a * np.imag(y) - b * np.imag(x)) / (a * a + b * b)
+
+
+def functions(ivp: ConstrainedIvp) -> types.ModuleType:
+    """Return the module of ``chart``, ``inverse_chart`` and ``two_form`` of a problem, uncompiled: tuples in, tuples out.
+
+    Raises
+    ------
+    BadInput
+        If the problem declares no chart.
+    """
+    if not ivp.sheet.CHART:
+        raise BadInput(f"{ivp.problem} declares no chart of its manifold; add one to its definition.")
+
+    def build(cached: bool) -> str:
+        from daebench.compiler.link import Linker, Options
+        from daebench.compiler.syntax import HOLE
+
+        linker = Linker(ivp.source.form("local"), Options(compiled=False, form="local"))
+        roots = [(HOLE, name) for name in ("chart", "inverse_chart", "two_form")]
+        return linker.module(f"Chart of {ivp.problem}.", roots, cached)
+
+    return generated(f"{ivp.problem}_chart", f"{ivp.source.key} chart", build)
+
+
+def enter(ivp: ConstrainedIvp) -> Map:
+    """Return the map (p, q) -> (eta, xi) of an initial value problem; it raises :class:`BadInput` where the chart is singular."""
+    inverse, par = functions(ivp).inverse_chart, tuple(map(np.float64, ivp.par))
+
+    def into(p: Any, q: Any) -> State:
+        with np.errstate(all="ignore"):
+            eta, xi = inverse(_numbers(p), _numbers(q), par)
+        if not np.all(np.isfinite([*eta, *xi])):
+            raise BadInput(f"the chart of {ivp.problem} is singular at q = {np.real(q).tolist()}; start elsewhere, or leave out local:.")
+        return eta, xi
+
+    return into
+
+
+def leave(ivp: ConstrainedIvp) -> Map:
+    """Return the map chi: (eta, xi) -> (p, q) of an initial value problem."""
+    chi, par = functions(ivp).chart, tuple(map(np.float64, ivp.par))
+    return lambda eta, xi: chi(_numbers(eta), _numbers(xi), par)
+
+
+def _numbers(x: Any) -> tuple[Any, ...]:
+    return tuple(np.complex128(a) if np.iscomplexobj(a) else np.float64(a) for a in x)
+
+
+def local_flow(flow: Map, ivp: ConstrainedIvp) -> Callable[[NDArray[Any]], NDArray[Any]]:
+    """Return a map of states, ``FixedStep.flow`` say, as a map y -> y of shape(2 (d - m),), exact to first order in imaginary parts."""
+    into, out = enter(ivp), leave(ivp)
+
+    def phi(y: NDArray[Any]) -> NDArray[Any]:
+        eta, xi = np.split(np.asarray(y), 2)
+        return np.concatenate([np.asarray(part) for part in into(*flow(*out(eta, xi)))])
+
+    return phi
+
+
+def structure_matrix(ivp: ConstrainedIvp) -> Callable[[NDArray[np.float64]], NDArray[np.float64]]:
+    """Return y -> B(y) = (X^T J X)^-1 with X = chi'(y), HLW (2.21)."""
+    form, par = functions(ivp).two_form, tuple(map(np.float64, ivp.par))
+
+    def B(y: NDArray[np.float64]) -> NDArray[np.float64]:
+        eta, xi = np.split(np.asarray(y), 2)
+        return np.linalg.inv(np.array(form(_numbers(eta), _numbers(xi), par), dtype=float))
+
+    return B

@@ -1,0 +1,129 @@
+"""How a file was made, in words: command, definition, settings, versions, machine and date, in a text beside it.
+
+The text is FILE.EXT.txt beside FILE.EXT. It is no part of the file, because a comment at its head is read as data by many programs.
+"""
+
+import hashlib
+import platform
+import shlex
+import sys
+from collections.abc import Mapping
+from datetime import UTC, datetime
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+from typing import Any
+
+from daebench.errors import BadInput
+from daebench.runs.files import atomic
+from daebench.runs.ivp import Ivp, PoissonIvp
+from daebench.runs.machine import machine
+
+PACKAGES = ("daebench", "numpy", "scipy", "sympy", "mpmath", "numba", "llvmlite", "pandas", "scikit-sundae", "heyoka", "solve_dae")
+"""Packages that decide numbers; those that are not installed are left out."""
+
+
+def versions() -> dict[str, str]:
+    """Return the versions of Python and of the installed packages that decide numbers."""
+    found = {"Python": platform.python_version()}
+    for name in PACKAGES:
+        try:
+            found[name] = version(name)
+        except PackageNotFoundError:
+            continue
+    return found
+
+
+def now() -> str:
+    """Return the present time in words, in universal time."""
+    return datetime.now(UTC).strftime("%Y-%m-%d %H:%M UTC")
+
+
+def definition(ivp: Ivp) -> dict[str, str]:
+    """Return what defines a motion, in words."""
+    names = ("y0",) if isinstance(ivp, PoissonIvp) else ("p0", "q0")
+    states = zip(names, ivp.start, strict=True)
+    start = "; ".join(f"{name} = ({_numbers(part)})" for name, part in states) if ivp.size <= LONGEST else f"{ivp.size} numbers"
+    return {
+        "Problem": f"{ivp.problem}, case {ivp.case}" if ivp.case else ivp.problem,
+        "Parameters": ", ".join(f"{name} = {value!r}" for name, value in ivp.parameters.items()) or "none",
+        "Start": start,
+        "Definition": f"SHA-256 {ivp.sheet.FINGERPRINT} of its equations and cases",
+    }
+
+
+LONGEST = 24
+"""Most numbers of a start that are written out."""
+
+
+def _numbers(values: Any) -> str:
+    return ", ".join(f"{float(x)!r}" for x in values)
+
+
+def text(name: str, about: Mapping[str, str]) -> str:
+    """Return how a file was made.
+
+    Parameters
+    ----------
+    name : str
+        What the file is called.
+    about : mapping of str to str
+        What is in it, by the beginning of the line.
+    """
+    made = {"Versions": ", ".join(f"{package} {number}" for package, number in versions().items()), "Machine": machine()}
+    command = {"Command": shlex.join(["daebench", *sys.argv[1:]])} if Path(sys.argv[0]).stem in ("daebench", "__main__") else {}
+    lines = [f"{name} was made by daebench {version('daebench')} on {now()}.", ""]
+    return "\n".join([*lines, *(f"{key}: {value}" for key, value in {**command, **about, **made}.items()), ""])
+
+
+def write_beside(path: Path, about: Mapping[str, str]) -> Path:
+    """Write how a file was made into a text beside it, with the file's own digest, and return the path of the text."""
+    beside = path.with_name(f"{path.name}.txt")
+    told = {**about, "SHA-256 of the file": hashlib.sha256(path.read_bytes()).hexdigest()}
+    with atomic(beside) as scratch:
+        scratch.write_text(text(path.name, told), encoding="utf-8")
+    return beside
+
+
+MAKER = "Made by: "
+"""Beginning of the line that says which command made a file."""
+
+
+def made_by(command: str) -> dict[str, str]:
+    """Return the line that :func:`require_own` looks for, for :func:`write_beside`."""
+    return {MAKER.strip(": "): command}
+
+
+def require_own(path: Path, command: str, *, overwrite: bool, option: str = "--out") -> None:
+    """Accept an output file that is new, or that the same command made before, as the text beside it says.
+
+    Parameters
+    ----------
+    path : Path
+        The file that is to be written.
+    command : str
+        Who is to write it, as "daebench run".
+    overwrite : bool
+        Whether any file may be replaced.
+    option : str
+        Where the path was given.
+
+    Raises
+    ------
+    BadInput
+        If it is there and another command made it, or nothing says who did.
+    """
+    if overwrite or not path.exists():
+        return
+    maker = _maker(path.with_name(f"{path.name}.txt"))
+    if maker != command:
+        whose = f"{maker} made it" if maker else f"nothing beside it says that {command} made it"
+        raise BadInput(f"{option} {path}: the file is there, and {whose}; choose another name, or add --overwrite to replace it.")
+
+
+def _maker(beside: Path) -> str:
+    """Return which command made a file, as the text beside it says; "" where there is none."""
+    try:
+        lines = beside.read_text(encoding="utf-8", errors="replace").splitlines()
+    except OSError:
+        return ""
+    return next((line.removeprefix(MAKER).strip() for line in lines if line.startswith(MAKER)), "")

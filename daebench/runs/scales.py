@@ -1,0 +1,115 @@
+"""The length and the rate of an initial value problem: what a scheme's increments are small against, in whatever units it is given."""
+
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import numpy as np
+
+from daebench.runs.ivp import Array, ConstrainedIvp, PoissonIvp
+
+Leave = Callable[..., Any]
+"""The map from the coordinates that a scheme computes in to those of the problem."""
+
+SLACK = 2.0**10
+"""A radius of curvature r, which leaves positions uncertain by eps r, is a matter for Newton's iteration beyond so many lengths."""
+
+FLAT = 2.0**20
+"""Beyond so many lengths a constraint is taken to be flat."""
+
+STEP = 1e-30
+"""Imaginary step of the derivative of coordinates."""
+
+
+def constrained_scales(ivp: ConstrainedIvp, h: float, *, rated: bool) -> tuple[float, float]:
+    """Return the length L and the rate 1/T of a constrained initial value problem.
+
+    ::
+
+        L   = max(|q0|, min(s, r), min(r, 2^20 e) / 2^10),        e = max(|q0|, s),        s = h |v0| + h^2 |a0|
+        1/T = max(|v0| / L, sqrt(|a0| / L)),                      v0 = H_p,  a0 = M^-1 H_q
+
+    Mostly L is |q0|. The first step s and the radius r = min |G| / |g_qq| over the constraints count where a motion begins at the
+    origin of its coordinates and returns there: g = 0 fixes positions up to the rounding of its terms, which there are much larger
+    than q. g_qq is a difference of G over the length e, and what is not curved is left out. Powers of two in the units of length,
+    mass and time go through all of it unrounded, so that the motion in other units has the same digits. Both are positive but where
+    nothing moves at all. Of long chains L is |q0|, and no rate is known.
+
+    Parameters
+    ----------
+    ivp : ConstrainedIvp
+        The problem with its numbers.
+    h : float
+        Step size, s.
+    rated : bool
+        Whether the rate is wanted; it is 0 if not.
+    """
+    q0 = np.asarray(ivp.q0)
+    if ivp.arrays and np.any(q0):  # its functions would have to be compiled first, and no scheme that takes it wants the rate
+        return _largest(q0), 0.0
+    with np.errstate(all="ignore"):
+        v, a = _largest(ivp.value("H_p", ivp.p0, q0)), _largest(_acceleration(ivp, q0))
+        size, first = _largest(q0), _finite(h * v + h * h * a)
+        radius = 0.0 if ivp.arrays or first + size == 0 else _radius(ivp, q0, max(size, first))
+        length = max(size, min(first, radius) if radius else first, min(radius, FLAT * max(size, first)) / SLACK)
+        rate = _finite(max(v / length, np.sqrt(a / length))) if rated and length > 0 else 0.0
+    return length, float(rate)
+
+
+def poisson_scales(ivp: PoissonIvp, h: float) -> tuple[float, float]:
+    """Return the size of the initial state of a Poisson system, or of its first step where that is zero; no rate is known."""
+    y0 = np.asarray(ivp.y0)
+    if np.any(y0):
+        return _largest(y0), 0.0
+    return _finite(h * _largest(ivp.value("field", y0))), 0.0
+
+
+def in_coordinates(scales: tuple[float, float], leave: Leave, start: Sequence[Any], moved: int) -> tuple[float, float]:
+    """Return length and rate in other coordinates x of the same motion: L / |dq/dx|, and the same rate.
+
+    Parameters
+    ----------
+    scales : (float, float)
+        Length and rate in the problem's own coordinates.
+    leave : callable
+        The map from parts x_1, x_2, ... of the coordinates to the problem's own parts, of which the last is a position.
+    start : sequence
+        The parts at the start.
+    moved : int
+        Which of the parts are the positions.
+    """
+    length, rate = scales
+    parts = [np.asarray(part, dtype=complex) for part in start]
+    largest = 0.0
+    with np.errstate(all="ignore"):
+        for k in range(len(parts[moved])):
+            parts[moved][k] += 1j * STEP
+            left = leave(*(tuple(part) for part in parts))
+            largest = max(largest, _largest(np.imag(np.asarray(left[-1] if len(parts) > 1 else left)) / STEP))
+            parts[moved][k] -= 1j * STEP
+        return (_finite(length / largest) if largest > 0 else _largest(np.real(parts[moved]))), rate
+
+
+def _acceleration(ivp: ConstrainedIvp, q0: Array) -> Any:
+    """Return M^-1 H_q at the start, whatever of it the constraint forces take up."""
+    gradient = ivp.value("H_q", ivp.p0, q0)
+    if ivp.sheet.QUADRATIC:
+        return ivp.value("H_p", gradient, q0)
+    return ivp.value("H_pp", ivp.p0, q0) @ gradient
+
+
+def _radius(ivp: ConstrainedIvp, q0: Array, extent: float) -> float:
+    """Return the least radius |G| / |g_qq| of the constraints that are curved; 0 where none is."""
+    shift = extent * np.cos(1.0 + np.arange(ivp.d))
+    here, there = ivp.value("G", q0), ivp.value("G", q0 + shift)
+    slope, turn = np.abs(here).sum(axis=1), np.abs(there - here).sum(axis=1)
+    radii = [extent * a / b for a, b in zip(slope, turn, strict=True) if b > 0 and np.isfinite(a / b)]
+    return min(radii, default=0.0)
+
+
+def _largest(x: Any) -> float:
+    """Return the largest modulus that is finite."""
+    return max((_finite(float(abs(each))) for each in np.ravel(x)), default=0.0)
+
+
+def _finite(x: float) -> float:
+    return float(x) if np.isfinite(x) else 0.0

@@ -1,0 +1,45 @@
+"""Functions of any problem that are composed of its own: velocity constraint, hidden constraint, multiplier, mass."""
+
+from daebench.schemes.kernels.language import G, Gv_p, Gv_q, H_p, H_pp, H_q, identity_d, solve, zero
+from daebench.schemes.kernels.spaces import Gram, Jacobian, Matrix, Multiplier, Number, Rows, Vector
+
+
+def Gv(p: Vector, q: Vector) -> Multiplier:
+    """Velocity constraint G H_p, HLW (1.11)."""
+    return G(q) @ H_p(p, q)
+
+
+def a(p: Vector, q: Vector, lam: Multiplier) -> Multiplier:
+    """Right side of HLW (1.12), the second derivative of g along the solution.
+
+    ::
+
+        a = d/dq[G H_p] H_p - G H_pp (H_q + G^T lam)
+    """
+    force = H_q(p, q) + G(q).T @ lam
+    return Gv_q(p, q) @ H_p(p, q) - Gv_p(p, q) @ force
+
+
+def W(p: Vector, q: Vector) -> Gram:
+    """Matrix G H_pp G^T, HLW (1.13), shape(m, m)."""
+    return G(q) @ Gv_p(p, q).T
+
+
+def lam_and_pivot(p: Vector, q: Vector) -> tuple[Multiplier, Number]:
+    """Multiplier lam(p, q) that (1.12) determines, and the smallest relative pivot of G H_pp G^T."""
+    return solve(W(p, q), a(p, q, zero(q)))
+
+
+def lam(p: Vector, q: Vector) -> Multiplier:
+    """Multiplier lam(p, q) that (1.12) determines; off the manifold too, where g = 0 must not be used to simplify it."""
+    return lam_and_pivot(p, q)[0]
+
+
+def mass(p: Vector, q: Vector) -> Matrix:
+    """Mass matrix, the inverse of H_pp, shape(d, d)."""
+    return solve(H_pp(p, q), p, identity_d(q))[1]
+
+
+def rows(X: Jacobian, p: Vector, q: Vector) -> Rows:
+    """X H_pp: the inverse mass applied to each row of X."""
+    return X @ H_pp(p, q)

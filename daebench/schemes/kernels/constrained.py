@@ -1,0 +1,74 @@
+"""What the loop does with states x = (p, q) of a constrained system: one step, what ends it, and what is seen of it."""
+
+from typing import Any
+
+from daebench.schemes.kernels.language import COMPENSATED, INF, LOCAL, MULTISTEP, PROJECTED, chart, increment, no_work, norm, start, step
+from daebench.schemes.kernels.manifold import project
+from daebench.schemes.kernels.newton import OK, both
+from daebench.schemes.kernels.spaces import Number, Report, Vector
+from daebench.schemes.kernels.summation import add
+
+State = tuple[Vector, Vector]
+
+if MULTISTEP:
+
+    def one(x: State, memory: Any, h: Number) -> Any:
+        """Return the next state, memory, the raw multipliers and a report."""
+        p, q, memory1, raw, report = step(x[0], x[1], memory, h)  # type: ignore[call-arg]
+        return (p, q), memory1, raw, report
+
+    def begin(x: State, h: Number) -> Any:
+        """Return the memory that the first step needs, and a report."""
+        return start(x[0], x[1], h)
+
+elif COMPENSATED:
+
+    def one(x: State, memory: Any, h: Number) -> Any:
+        """Return the next state, what rounding left of its sums, the raw multipliers and a report."""
+        dp, dq, raw, report = increment(x[0], x[1], h)
+        p1, low_p = add(x[0], memory[0], dp)
+        q1, low_q = add(x[1], memory[1], dq)
+        return (p1, q1), (low_p, low_q), raw, report
+
+    def begin(x: State, h: Number) -> Any:
+        """Return what rounding has left so far: nothing; and a report."""
+        return (0 * h * x[0], 0 * h * x[1]), (OK, 0 * h, INF, no_work())
+
+else:
+
+    def one(x: State, memory: Any, h: Number) -> Any:
+        """Return the next state, memory, the raw multipliers and a report."""
+        p1, q1, raw, report = step(x[0], x[1], h)
+        return (p1, q1), memory, raw, report
+
+
+if PROJECTED:
+
+    def finish(x: State, report: Report) -> Any:
+        """Return the projection of a state onto the manifold, and the report of everything up to there."""
+        p1, q1, settled = project(x[0], x[1])
+        return (p1, q1), both(report, settled)
+
+else:
+
+    def finish(x: State, report: Report) -> Any:
+        """Return the state and the report as they are."""
+        return x, report
+
+
+if LOCAL:
+
+    def seen(x: State) -> Any:
+        """Return the state (p, q) at the local coordinates that the scheme computes in."""
+        return chart(x[0], x[1])
+
+else:
+
+    def seen(x: State) -> Any:
+        """Return the state (p, q), which the scheme computes in."""
+        return x
+
+
+def moduli(x: State) -> Number:
+    """Return the sum of moduli of a state; unlike the largest modulus it cannot hide a NaN."""
+    return norm(x[0]) + norm(x[1])

@@ -1,0 +1,423 @@
+"""What a scheme may use: the linker puts a problem's own functions and the fitting algebra in place of this module.
+
+A scheme file is a module with a hole. It imports names from here and is never run as it stands: the linker joins it with the
+source of exactly those names for one problem, so that one namespace holds everything and a compiler can inline it. The rules:
+
+- vectors are values, shape(d,) for states and shape(m,) for multipliers: tuples that no function changes;
+- formulas are written with ``+ - * / @`` and ``.T`` on the classes of ``spaces.py``, as ``p0 - h / 2 * (H_q(p0, q0) + G(q0).T @ lam)``;
+- every parameter has an annotation: it says which operation of the algebra an operator stands for, and an operand of unknown kind or
+  of a shape that does not fit is refused with the file, the line and the expression;
+- an integer in arithmetic is a number of the run's type, and division by a power of two is multiplication by its inverse;
+- a scheme file has functions, ``CLAIMS``, names of kinds, and ``if`` statements on the constants below; nothing else at module level;
+- a function whose parameter is called, as ``improve`` in Newton's iteration, is specialised for each function passed by name;
+- parameters of the problem are threaded through every call by the linker and never written.
+"""
+
+from collections.abc import Iterable
+from typing import Any, overload
+
+from daebench.schemes.kernels.spaces import (
+    Gram,
+    Half,
+    HalfMatrix,
+    InverseMass,
+    Jacobian,
+    Matrix,
+    Multiplier,
+    Number,
+    Report,
+    Rows,
+    State,
+    Step,
+    Vector,
+)
+
+# ---- constants, settled when the kernel is linked ------------------------------------------------------------------------
+
+SEPARABLE: bool = False
+"""H = 1/2 p^T M^-1 p + U(q) with constant M, HLW (1.22)."""
+
+QUADRATIC: bool = False
+"""H is quadratic in p, so that G H_p = 0 is linear in p."""
+
+MULTISTEP: bool = False
+"""The scheme carries a memory from step to step, made by its function ``start``."""
+
+COMPOSED: bool = False
+"""A step is several substeps of different sizes, whose weights are run-time data."""
+
+COMPENSATED: bool = False
+"""Sums over steps are compensated for rounding, HLW VIII.5."""
+
+PROJECTED: bool = False
+"""Each step ends with the orthogonal projection onto the manifold."""
+
+LOCAL: bool = False
+"""The scheme computes in local coordinates of the manifold, HLW (2.22)."""
+
+STIFF: bool = False
+"""The system is the penalised one, whose force is stiff."""
+
+RANK_WATCHED: bool = False
+"""The loop watches whether G keeps its rank."""
+
+SINGLE: bool = False
+"""Pivots of a step do not tell the rank of G, which is measured at its end: there is one constraint, or G M^-1 G^T is not formed."""
+
+STAGES: int = 1
+"""Number of stages. A range that names this constant, or the next, is unrolled: ``tuple(... for i in range(STAGES))``, ``min``, ``max``
+and ``sum`` of such, and statements ``for``."""
+
+CONSTRAINTS: int = 1
+"""Number of constraints m."""
+
+AGAIN: int = 1
+"""Newton's sweeps are done this many times over: 2 when derivatives are carried in the imaginary part."""
+
+SWEEPS_ASKED: int = 0
+"""Sweeps after which Newton's iteration is ended whether it has converged or not; 0: it is not."""
+
+ROUNDINGS: float = 4.0
+"""Increments of so many roundings end Newton's iteration."""
+
+EPS: Number = 0.0
+"""Spacing of the run's numbers at 1."""
+
+INF: Number = 0.0
+"""Infinity in the run's number type."""
+
+# ---- the problem ---------------------------------------------------------------------------------------------------------
+
+
+def H(p: Vector, q: Vector) -> Number:
+    """Hamiltonian."""
+    raise NotImplementedError("filled in by the linker")
+
+
+def H_p(p: Vector, q: Vector) -> Vector:
+    """Velocity dH/dp."""
+    raise NotImplementedError("filled in by the linker")
+
+
+def H_q(p: Vector, q: Vector) -> Vector:
+    """Minus the force, dH/dq."""
+    raise NotImplementedError("filled in by the linker")
+
+
+def H_pp(p: Vector, q: Vector) -> InverseMass:
+    """Inverse mass d2H/dp2, shape(d, d)."""
+    raise NotImplementedError("filled in by the linker")
+
+
+def H_qp(p: Vector, q: Vector) -> Matrix:
+    """Derivative of H_q with respect to p, shape(d, d)."""
+    raise NotImplementedError("filled in by the linker")
+
+
+def H_qq(p: Vector, q: Vector) -> Matrix:
+    """Derivative of H_q with respect to q at fixed p, shape(d, d)."""
+    raise NotImplementedError("filled in by the linker")
+
+
+def M(q: Vector) -> Matrix:
+    """Mass matrix, shape(d, d)."""
+    raise NotImplementedError("filled in by the linker")
+
+
+def mass(p: Vector, q: Vector) -> Matrix:
+    """Mass matrix, the inverse of H_pp, of any problem, shape(d, d)."""
+    raise NotImplementedError("filled in by the linker")
+
+
+def U(q: Vector) -> Number:
+    """Potential energy."""
+    raise NotImplementedError("filled in by the linker")
+
+
+def U_q(q: Vector) -> Vector:
+    """Gradient of the potential energy."""
+    raise NotImplementedError("filled in by the linker")
+
+
+def U_qq(q: Vector) -> Matrix:
+    """Second derivative of the potential energy, shape(d, d)."""
+    raise NotImplementedError("filled in by the linker")
+
+
+def N(q: Vector, v: Vector) -> Matrix:
+    """Derivative of M(q) v with respect to q, shape(d, d)."""
+    raise NotImplementedError("filled in by the linker")
+
+
+def T_q(q: Vector, v: Vector) -> Vector:
+    """Gradient of 1/2 v^T M(q) v with respect to q at fixed v."""
+    raise NotImplementedError("filled in by the linker")
+
+
+def T_qq(q: Vector, v: Vector) -> Matrix:
+    """Derivative of T_q with respect to q at fixed v, shape(d, d)."""
+    raise NotImplementedError("filled in by the linker")
+
+
+def c_v(q: Vector, v: Vector) -> Matrix:
+    """Derivative of the velocity terms c = N v - T_q with respect to v, shape(d, d)."""
+    raise NotImplementedError("filled in by the linker")
+
+
+def g(q: Vector) -> Multiplier:
+    """Constraint, shape(m,)."""
+    raise NotImplementedError("filled in by the linker")
+
+
+def G(q: Vector) -> Jacobian:
+    """Constraint Jacobian dg/dq, shape(m, d)."""
+    raise NotImplementedError("filled in by the linker")
+
+
+def rows(X: Rows, p: Vector, q: Vector) -> Rows:
+    """X H_pp for a Jacobian X of constraints: M^-1 applied to each of its rows, shape(m, d)."""
+    raise NotImplementedError("filled in by the linker")
+
+
+def g_qv(q: Vector, v: Vector) -> Rows:
+    """Derivative of G(q) v with respect to q at fixed v, shape(m, d)."""
+    raise NotImplementedError("filled in by the linker")
+
+
+def curvature(q: Vector, lam: Multiplier) -> Matrix:
+    """Derivative of G(q)^T lam with respect to q, shape(d, d)."""
+    raise NotImplementedError("filled in by the linker")
+
+
+def Gv(p: Vector, q: Vector) -> Multiplier:
+    """Velocity constraint G H_p, HLW (1.11), shape(m,)."""
+    raise NotImplementedError("filled in by the linker")
+
+
+def Gv_p(p: Vector, q: Vector) -> Rows:
+    """Derivative of G H_p with respect to p, G H_pp, shape(m, d)."""
+    raise NotImplementedError("filled in by the linker")
+
+
+def Gv_q(p: Vector, q: Vector) -> Rows:
+    """Derivative of G H_p with respect to q, shape(m, d)."""
+    raise NotImplementedError("filled in by the linker")
+
+
+def a(p: Vector, q: Vector, lam: Multiplier) -> Multiplier:
+    """Right side of HLW (1.12): the second derivative of g along the solution, shape(m,)."""
+    raise NotImplementedError("filled in by the linker")
+
+
+def a_p(p: Vector, q: Vector, lam: Multiplier) -> Rows:
+    """Derivative of a with respect to p, shape(m, d)."""
+    raise NotImplementedError("filled in by the linker")
+
+
+def f(p: Vector, q: Vector) -> tuple[Vector, Vector, Number]:
+    """p', q' of the ODE in the form that is chosen, (1.18) by default, and the smallest relative pivot met on the way."""
+    raise NotImplementedError("filled in by the linker")
+
+
+def K_y(p: Vector, q: Vector) -> Any:
+    """Gradient of K(y) = H(chi(y)) in local coordinates y = (p, q), shape(2 d,)."""
+    raise NotImplementedError("filled in by the linker")
+
+
+def two_form(p: Vector, q: Vector) -> Any:
+    """X^T J X with X = chi'(y) at local coordinates y = (p, q), HLW (2.21), shape(2 d, 2 d)."""
+    raise NotImplementedError("filled in by the linker")
+
+
+def chart(p: Vector, q: Vector) -> tuple[Vector, Vector]:
+    """State (p, q) at the local coordinates that a scheme computes in, as momenta and positions."""
+    raise NotImplementedError("filled in by the linker")
+
+
+def kinetic_increment(p: Vector, q: Vector, time: tuple[Number]) -> tuple[Vector, Vector]:
+    """What the flow of the kinetic energy on the manifold over a time adds to p and to q, where the problem declares that flow."""
+    raise NotImplementedError("filled in by the linker")
+
+
+def integrals(p: Vector, q: Vector) -> tuple[Number, ...]:
+    """First integrals that the problem declares besides H."""
+    raise NotImplementedError("filled in by the linker")
+
+
+# ---- algebra -------------------------------------------------------------------------------------------------------------
+
+
+def zero(q: Vector) -> Multiplier:
+    """A multiplier of zeros in q's number type."""
+    raise NotImplementedError("filled in by the linker")
+
+
+def dot(x: Vector, y: Vector) -> Number:
+    """x^T y."""
+    raise NotImplementedError("filled in by the linker")
+
+
+def dot_moduli(x: Vector, y: Vector) -> Number:
+    """Sum of the moduli |x_i y_i|: what a relative change of one in y makes of x^T y at most."""
+    raise NotImplementedError("filled in by the linker")
+
+
+def identity_d(q: Vector) -> Matrix:
+    """I in q's number type, shape(d, d)."""
+    raise NotImplementedError("filled in by the linker")
+
+
+@overload
+def norm(x: Vector) -> Number: ...
+@overload
+def norm(x: Multiplier) -> Number: ...
+@overload
+def norm(x: Half) -> Number: ...
+def norm(x: Any) -> Any:
+    """Sum of moduli; unlike the largest modulus it cannot hide a NaN."""
+    raise NotImplementedError("filled in by the linker")
+
+
+def multiplier(entries: Iterable[Number]) -> Multiplier:
+    """The multiplier of these entries, one for each constraint: ``multiplier(... for k in range(CONSTRAINTS))``."""
+    raise NotImplementedError("filled in by the linker")
+
+
+@overload
+def solve(A: Gram, b: Multiplier) -> tuple[Multiplier, Number]: ...
+@overload
+def solve(A: HalfMatrix, b: Half) -> tuple[Half, Number]: ...
+@overload
+def solve(A: Matrix, b: Vector) -> tuple[Vector, Number]: ...
+@overload
+def solve(A: Matrix, b: Vector, X: Rows) -> tuple[Vector, Rows, Number]: ...
+@overload
+def solve(A: Matrix, b: Vector, X: Matrix) -> tuple[Vector, Matrix, Number]: ...
+def solve(A: Any, b: Any, X: Any = None) -> Any:
+    """A^-1 b, the solutions for the rows of X as rows where they are asked for, and the smallest relative pivot."""
+    raise NotImplementedError("filled in by the linker")
+
+
+@overload
+def solve_mass(A: Matrix, b: Vector) -> tuple[Vector, Number]: ...
+@overload
+def solve_mass(A: Matrix, b: Vector, X: Rows) -> tuple[Vector, Rows, Number]: ...
+@overload
+def solve_mass(A: Matrix, b: Vector, X: Matrix) -> tuple[Vector, Matrix, Number]: ...
+def solve_mass(A: Any, b: Any, X: Any = None) -> Any:
+    """As ``solve`` for A = M(q); what M does not couple is left out."""
+    raise NotImplementedError("filled in by the linker")
+
+
+def solve_2m(A: Gram, B: Gram, C: Gram, D: Gram, b: Multiplier, c: Multiplier) -> tuple[Multiplier, Multiplier, Number]:
+    """x, y with [[A, B], [C, D]] (x, y) = (b, c), and the smallest relative pivot."""
+    raise NotImplementedError("filled in by the linker")
+
+
+def solve_stages(B: tuple[tuple[Gram, ...], ...], b: tuple[Multiplier, ...]) -> tuple[tuple[Multiplier, ...], Number]:
+    """X with sum_j B[i][j] x[j] = b[i] for STAGES blocks of shape(m, m), and the smallest relative pivot."""
+    raise NotImplementedError("filled in by the linker")
+
+
+def solve_stages_but_one(B: tuple[tuple[Gram, ...], ...], b: tuple[Multiplier, ...]) -> tuple[tuple[Multiplier, ...], Number]:
+    """X with sum_j B[i][j] x[j] = b[i] for STAGES - 1 blocks of shape(m, m), and the smallest relative pivot."""
+    raise NotImplementedError("filled in by the linker")
+
+
+@overload
+def solve_2s(B: tuple[tuple[Gram, ...], ...], b: tuple[Multiplier, ...]) -> tuple[tuple[Multiplier, ...], Number]: ...
+@overload
+def solve_2s(B: tuple[tuple[Matrix, ...], ...], b: tuple[Vector, ...]) -> tuple[tuple[Vector, ...], Number]: ...
+def solve_2s(B: Any, b: Any) -> Any:
+    """X with sum_j B[i][j] x[j] = b[i] for 2 STAGES blocks of shape(m, m) or shape(d, d), and the smallest relative pivot."""
+    raise NotImplementedError("filled in by the linker")
+
+
+def solve_2d(A: Any, b: Any) -> tuple[Vector, Vector, Number]:
+    """Both halves of the x with A x = b, shape(2 d,), and the smallest relative pivot."""
+    raise NotImplementedError("filled in by the linker")
+
+
+# ---- what only Newton and the loop use -----------------------------------------------------------------------------------
+
+
+def tally(improve: Any, sweeps: int) -> Any:
+    """Work of so many sweeps of ``improve``; empty where work is not counted."""
+
+
+def no_work() -> Any:
+    """No work; empty where work is not counted."""
+
+
+def plus_work(x: Any, y: Any) -> Any:
+    """Sum of two amounts of work."""
+
+
+def step(p0: Vector, q0: Vector, h: Number) -> Any:
+    """p1, q1, raw multipliers and a report; a multistep scheme's step has its memory after q0 and returns it after q1."""
+    raise NotImplementedError("filled in by the linker")
+
+
+def plain_step(p0: Vector, q0: Vector, h: Number) -> Step:
+    """The scheme's own step, whatever is done around it."""
+    raise NotImplementedError("filled in by the linker")
+
+
+def increment(p0: Vector, q0: Vector, h: Number) -> Step:
+    """The scheme's step as p1 - p0, q1 - q0, before they are added to the state."""
+    raise NotImplementedError("filled in by the linker")
+
+
+def start(p0: Vector, q0: Vector, h: Number) -> tuple[Any, Report]:
+    """A multistep scheme's first memory."""
+    raise NotImplementedError("filled in by the linker")
+
+
+def one(x: State, memory: Any, h: Number) -> Any:
+    """The next state, memory, the raw multipliers and a report."""
+
+
+def begin(x: State, h: Number) -> Any:
+    """The memory that the first step needs, and a report."""
+
+
+def finish(x: State, report: Report) -> Any:
+    """State and report after what ends a step."""
+
+
+def seen(x: State) -> State:
+    """The state in the coordinates that are watched and stored."""
+
+
+def moduli(x: State) -> Number:
+    """Sum of moduli of a state."""
+    raise NotImplementedError("filled in by the linker")
+
+
+def watched(x: State) -> tuple[Number, ...]:
+    """Conserved quantities that the run watches."""
+    raise NotImplementedError("filled in by the linker")
+
+
+def watch(x: State, first: tuple[Number, ...]) -> tuple[Number, ...]:
+    """Moduli of the errors that the run watches, given the conserved quantities at the start."""
+    raise NotImplementedError("filled in by the linker")
+
+
+def worst(x: tuple[Number, ...], y: tuple[Number, ...]) -> tuple[Number, ...]:
+    """The larger of each pair; NaN where either is."""
+    raise NotImplementedError("filled in by the linker")
+
+
+def total(x: tuple[Number, ...]) -> Number:
+    """Sum of moduli that are watched; not finite where any of them is not."""
+    raise NotImplementedError("filled in by the linker")
+
+
+def defined(x: State) -> Number:
+    """0 where H has a value, NaN where it has none; 0 everywhere if the forces tell that, or H is watched."""
+    raise NotImplementedError("filled in by the linker")
+
+
+def store(X: Any, R: Any, row: int, x: State, raw: Any) -> None:
+    """Write a state into row ``row`` of the outputs, and the step's raw multipliers where they are wanted; or H where samples are."""

@@ -1,0 +1,111 @@
+"""The stages of Lobatto IIIA-IIIB, HLW VII.1.5, by an iteration in increments that leaves out the derivatives of the forces.
+
+Its matrix is exact in the multipliers; what is left out makes it linear with a factor O(h^2), and O(h) where H_p depends on q. Where
+it no longer converges Newton's full matrix does for a while, but leads to other solutions than those that go on from smaller steps: of
+lobatto3 on the spherical pendulum, case fig1.2, from h = 0.35 on, with energy errors of 0.1 to 0.3 after 0.037 at h = 0.34.
+``DATA`` is what :func:`daebench.schemes.lobatto.numbers` returns: A, A^, the matrix N with c_i N = A A^, b and c.
+"""
+
+from daebench.schemes.kernels.language import SEPARABLE, STAGES, G, H_p, H_pp, H_q, g, norm, rows, solve_stages_but_one, zero
+from daebench.schemes.kernels.newton import newton
+from daebench.schemes.kernels.spaces import DATA, LENGTH, Jacobian, Multiplier, Number, Report, Rows, Update, Vector
+from daebench.schemes.kernels.stages import places, weighted, weighted_but_last
+
+Points = tuple[Vector, ...]
+Multipliers = tuple[Multiplier, ...]
+Start = tuple[Vector, Vector, Jacobian, Number]
+
+
+def positions(q0: Vector, dQ: tuple[Vector, ...]) -> tuple[Vector, ...]:
+    """Return Q_1 = q0, Q_2, ..., Q_s."""
+    return (q0, *tuple(q0 + dQ[i] for i in range(STAGES - 1)))
+
+
+def jacobians(G0: Jacobian, Q: tuple[Vector, ...]) -> tuple[Jacobian, ...]:
+    """Return G at every stage."""
+    return (G0, *tuple(G(Q[i]) for i in range(1, STAGES)))
+
+
+def forces(P: Points, Q: Points, J: tuple[Jacobian, ...], Lam: Multipliers) -> Points:
+    """Return H_q + G^T Lam at every stage but the last."""
+    return tuple(H_q(P[k], Q[k]) + J[k].T @ Lam[k] for k in range(STAGES - 1))
+
+
+def correct(
+    h: Number, dQ: Points, free: Points, Q: Points, J: tuple[Jacobian, ...], R: tuple[Rows, ...]
+) -> tuple[Multipliers, Points, Number, Number]:
+    """Return what must be added to the multipliers for g(Q_i) = 0 to first order, the Q_i - q0 that this leads to, |g| and a pivot.
+
+    ::
+
+        g(Q_i) + G(Q_i) (free_i - dQ_i - h^2 sum_k (A A^)_ik M^-1 G(Q_k)^T change_k) = 0,      i = 2 ... s,  k = 1 ... s-1
+
+    with G(Q_k) M^-1 in R_k.
+    """
+    w = tuple(h * h * DATA[4][i] for i in range(STAGES))
+    value = tuple(J[i + 1] @ (free[i] - dQ[i]) + g(Q[i + 1]) for i in range(STAGES - 1))
+    B = tuple(tuple(w[i] * DATA[2][i][k] * J[i] @ R[k].T for k in range(STAGES - 1)) for i in range(1, STAGES))
+    change, pivot = solve_stages_but_one(B, value)
+    back = tuple(R[k].T @ change[k] for k in range(STAGES - 1))
+    moved = tuple(weighted_but_last(free[i - 1], -w[i], DATA[2][i], back) for i in range(1, STAGES))
+    return change, moved, sum(norm(value[i]) for i in range(STAGES - 1)), pivot
+
+
+def begin(p0: Vector, q0: Vector, h: Number) -> tuple[Points, Multipliers]:
+    """Return Q_i - q0 on the tangent, i = 2 ... s, and multipliers of zero, to begin the iteration with."""
+    v0 = H_p(p0, q0)
+    return tuple(h * DATA[4][i] * v0 for i in range(1, STAGES)), tuple(zero(q0) for k in range(STAGES - 1))
+
+
+if SEPARABLE:
+
+    def improve(x: tuple[Points, Multipliers], data: Start) -> Update:
+        """One sweep for Q_i - q0 and Lam_k; the P_i are eliminated, H_p being affine in p."""
+        dQ, Lam = x
+        p0, q0, G0, h = data
+        Q = positions(q0, dQ)
+        J = jacobians(G0, Q)
+        kick = forces(tuple(p0 for k in range(STAGES)), Q, J, Lam)
+        R = tuple(rows(J[k], p0, q0) for k in range(STAGES - 1))
+        free = tuple(h * DATA[4][i] * H_p(weighted_but_last(p0, -h, DATA[2][i], kick), q0) for i in range(1, STAGES))
+        change, moved, residual, pivot = correct(h, dQ, free, Q, J, R)
+        size = sum(norm(moved[i] - dQ[i]) for i in range(STAGES - 1))
+        Lam = tuple(Lam[k] + change[k] for k in range(STAGES - 1))
+        return (moved, Lam), size, max(LENGTH, norm(Q[STAGES - 1])), residual, pivot
+
+    def stages(p0: Vector, q0: Vector, h: Number) -> tuple[Points, Points, Multipliers, Report]:
+        """Return the P_i as far as the forces need them, Q_2 - q0, ..., Q_s - q0, Lam_1, ..., Lam_s-1, and a report."""
+        dQ, Lam = begin(p0, q0, h)
+        (dQ, Lam), report = newton(improve, (dQ, Lam), (p0, q0, G(q0), h))
+        return tuple(p0 for i in range(STAGES)), dQ, Lam, report
+
+else:
+
+    def improve(x: tuple[Points, Points, Multipliers], data: Start) -> Update:  # type: ignore[misc]
+        """One sweep for P_i - p0, Q_i - q0 and Lam_k: first P, then the velocities with it, then Q and the multipliers together."""
+        dP, dQ, Lam = x
+        p0, q0, G0, h = data
+        Q = positions(q0, dQ)
+        J = jacobians(G0, Q)
+        kick = forces(places(p0, dP), Q, J, Lam)
+        still = 0 * p0
+        free_P = tuple(weighted_but_last(still, -h, DATA[1][i], kick) for i in range(STAGES))
+        P = places(p0, free_P)
+        S = tuple(H_pp(P[i], Q[i]) for i in range(STAGES))
+        V = tuple(H_p(P[i], Q[i]) for i in range(STAGES))
+        R = tuple(J[k] @ S[k] for k in range(STAGES - 1))
+        free_Q = tuple(weighted(h, DATA[0][i], V) for i in range(1, STAGES))
+        change, moved, residual, pivot = correct(h, dQ, free_Q, Q, J, R)
+        pull = tuple(J[k].T @ change[k] for k in range(STAGES - 1))
+        moved_P = tuple(weighted_but_last(free_P[i], -h, DATA[1][i], pull) for i in range(STAGES))
+        size_Q = sum(norm(moved[i] - dQ[i]) for i in range(STAGES - 1))
+        size_P = sum(norm(S[i] @ (moved_P[i] - dP[i])) for i in range(STAGES))
+        Lam = tuple(Lam[k] + change[k] for k in range(STAGES - 1))
+        return (moved_P, moved, Lam), size_Q + abs(h) * size_P, max(LENGTH, norm(Q[STAGES - 1])), residual, pivot
+
+    def stages(p0: Vector, q0: Vector, h: Number) -> tuple[Points, Points, Multipliers, Report]:
+        """Return P_1, ..., P_s, Q_2 - q0, ..., Q_s - q0, Lam_1, ..., Lam_s-1, and a report."""
+        still = 0 * p0
+        dQ, Lam = begin(p0, q0, h)
+        (dP, dQ, Lam), report = newton(improve, (tuple(still for i in range(STAGES)), dQ, Lam), (p0, q0, G(q0), h))
+        return places(p0, dP), dQ, Lam, report

@@ -1,0 +1,99 @@
+"""The only loop over steps: it composes, stores, watches and stops; a step is a map of states and knows nothing of it."""
+
+from typing import Any
+
+from daebench.schemes.kernels.language import (
+    COMPOSED,
+    INF,
+    defined,
+    finish,
+    moduli,
+    no_work,
+    one,
+    plus_work,
+    seen,
+    store,
+    total,
+    watch,
+    watched,
+    worst,
+)
+from daebench.schemes.kernels.newton import NOT_FINITE, OK
+from daebench.schemes.kernels.rank import RANK_LOST, lost, measured, recalled
+from daebench.schemes.kernels.spaces import Data, Number, Report, State
+
+WATCH_NOT_FINITE = 4
+
+if COMPOSED:
+
+    def advance(x: State, memory: Any, h: Number, weights: Data) -> tuple[Any, Any, Any, Report, int, Number]:
+        """Return what ``one`` returns for substeps of weights[0] h, weights[1] h, ... in a row, how many were tried, and G's rank."""
+        pivot, work = INF, no_work()
+        for stage in range(len(weights)):
+            x, memory, raw, report = one(x, memory, weights[stage] * h)
+            pivot, work = min(pivot, report[2]), plus_work(work, report[3])
+            if report[0] != OK:
+                return x, memory, raw, (report[0], report[1], pivot, work), stage + 1, pivot
+        return x, memory, raw, (report[0], report[1], pivot, work), len(weights), measured(seen(x), pivot)
+
+else:
+
+    def advance(x: State, memory: Any, h: Number, weights: Data) -> tuple[Any, Any, Any, Report, int, Number]:
+        """Return what ``one`` returns, that it was one substep, and G's rank."""
+        x1, memory1, raw, report = one(x, memory, h)
+        return x1, memory1, raw, report, 1, measured(seen(x1), report[2])
+
+
+def first(x: State) -> tuple[Number, ...]:
+    """Return the conserved quantities that the run watches, at the start."""
+    return watched(seen(x))
+
+
+def integrate(
+    x: State,
+    memory: Any,
+    conserved: tuple[Number, ...],
+    maxima: tuple[Number, ...],
+    pivots: Any,
+    h: Number,
+    weights: Data,
+    steps: int,
+    left: int,
+    every: int,
+    X: Any,
+    R: Any,
+) -> Any:
+    """Take so many steps of size h, storing a state when ``left`` steps are done and then after every ``every``.
+
+    Returns the last good state and memory, the maxima of what is watched, what is recalled of pivots, the steps done, the rows stored,
+    the steps left until the next output, Newton's work, the substeps tried in the last step, and the last report; the number tried is
+    negative where it was not one of them that failed but what comes after. It stops with RANK_LOST after the step before that in which
+    G loses rank; called again, it goes on.
+    """
+    row = 0
+    work = no_work()
+    report = (OK, 0 * h, INF, work)
+    tried = 0
+    for k in range(steps):
+        x1, memory1, raw, report, tried, rank = advance(x, memory, h, weights)
+        stepped = report[0]
+        x1, report = finish(x1, report)
+        work = plus_work(work, report[3])
+        if report[0] == OK and not moduli(x1) < INF:
+            report = (NOT_FINITE, INF, report[2], report[3])
+        y = seen(x1)
+        larger = worst(maxima, watch(y, conserved))
+        if report[0] == OK and not total(larger) + defined(y) < INF:
+            report = (WATCH_NOT_FINITE, INF, report[2], report[3])
+        if report[0] != OK:
+            return x, memory, maxima, pivots, k, row, left, work, tried if stepped != OK else -tried, report
+        x, memory, maxima = x1, memory1, larger
+        before, pivots = pivots, recalled(pivots, report[2], rank)
+        left -= 1
+        if left == 0:
+            store(X, R, row, y, raw)
+            row += 1
+            left = every
+        if lost(before, pivots):
+            return x, memory, maxima, pivots, k + 1, row, left, work, tried, (RANK_LOST, 0 * h, rank, report[3])
+    return x, memory, maxima, pivots, steps, row, left, work, tried, report

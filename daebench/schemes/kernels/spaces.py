@@ -1,0 +1,201 @@
+"""The spaces that the vectors and matrices of a scheme are in: what annotations say, and a type checker knows of their operators.
+
+No object of these classes is ever made. The linker puts operations of the algebra in the place of operators, see
+``daebench/compiler/operators.py``, and the kinds of ``daebench/compiler/shapes.py`` have the names of the classes.
+"""
+
+from collections.abc import Iterator
+from typing import Any, Generic, TypeVar, overload
+
+Number = float
+"""A number of the run's type: float64, float32 or complex128."""
+
+K = TypeVar("K")
+
+
+class Linear(Generic[K]):
+    """Elements of a linear space: their sums, and their multiples."""
+
+    def __add__(self, other: K) -> K:
+        raise NotImplementedError
+
+    def __sub__(self, other: K) -> K:
+        raise NotImplementedError
+
+    def __neg__(self) -> K:
+        raise NotImplementedError
+
+    def __mul__(self, w: Number) -> K:
+        raise NotImplementedError
+
+    def __rmul__(self, w: Number) -> K:
+        raise NotImplementedError
+
+    def __truediv__(self, w: Number) -> K:
+        raise NotImplementedError
+
+
+class Vector(Linear["Vector"]):
+    """Positions, momenta or velocities, shape(d,)."""
+
+    @property
+    def T(self) -> "Row":
+        """The vector as a row."""
+        raise NotImplementedError
+
+    def __getitem__(self, i: int) -> Number:
+        raise NotImplementedError
+
+
+class Row:
+    """The transpose of a vector."""
+
+
+class Multiplier(Linear["Multiplier"]):
+    """Multipliers or constraint values, shape(m,)."""
+
+    def __getitem__(self, k: int) -> Number:
+        raise NotImplementedError
+
+    def __matmul__(self, x: Row) -> "Rows":
+        raise NotImplementedError
+
+
+class Rows(Linear["Rows"]):
+    """A matrix of shape(m, d): a row for each constraint."""
+
+    @property
+    def T(self) -> "Columns":
+        """The transpose, shape(d, m)."""
+        raise NotImplementedError
+
+    def __getitem__(self, k: int) -> Vector:
+        raise NotImplementedError
+
+    @overload
+    def __matmul__(self, x: Vector) -> Multiplier: ...
+    @overload
+    def __matmul__(self, x: "Columns") -> "Gram": ...
+    @overload
+    def __matmul__(self, x: "Matrix") -> "Rows": ...
+    def __matmul__(self, x: Any) -> Any:
+        raise NotImplementedError
+
+
+class Jacobian(Rows):
+    """G, shape(m, d), of which products leave out what is zero for every q."""
+
+
+class Columns(Linear["Columns"]):
+    """The transpose of a matrix of shape(m, d)."""
+
+    @property
+    def T(self) -> Rows:
+        """The transpose, shape(m, d)."""
+        raise NotImplementedError
+
+    @overload
+    def __matmul__(self, x: Multiplier) -> Vector: ...
+    @overload
+    def __matmul__(self, x: Rows) -> "Matrix": ...
+    def __matmul__(self, x: Any) -> Any:
+        raise NotImplementedError
+
+
+class Matrix(Linear["Matrix"]):
+    """A matrix of shape(d, d)."""
+
+    @property
+    def T(self) -> "Matrix":
+        """The transpose."""
+        raise NotImplementedError
+
+    @overload
+    def __matmul__(self, x: Vector) -> Vector: ...
+    @overload
+    def __matmul__(self, x: "Matrix") -> "Matrix": ...
+    @overload
+    def __matmul__(self, x: Columns) -> Columns: ...
+    def __matmul__(self, x: Any) -> Any:
+        raise NotImplementedError
+
+
+class InverseMass(Matrix):
+    """H_pp, of which products with G leave out what is zero for every p and q."""
+
+
+class Gram(Linear["Gram"]):
+    """A matrix of shape(m, m)."""
+
+    def __getitem__(self, k: int) -> Multiplier:
+        raise NotImplementedError
+
+
+class Half(Linear["Half"]):
+    """The half u or v of the state of a Poisson system."""
+
+
+class HalfMatrix(Linear["HalfMatrix"]):
+    """The derivative of a half of the right side with respect to a half."""
+
+
+class Identity:
+    """The identity, to which matrices are added."""
+
+    @overload
+    def __add__(self, X: Matrix) -> Matrix: ...
+    @overload
+    def __add__(self, X: HalfMatrix) -> HalfMatrix: ...
+    def __add__(self, X: Any) -> Any:
+        raise NotImplementedError
+
+    @overload
+    def __sub__(self, X: Matrix) -> Matrix: ...
+    @overload
+    def __sub__(self, X: HalfMatrix) -> HalfMatrix: ...
+    def __sub__(self, X: Any) -> Any:
+        raise NotImplementedError
+
+
+I: Identity = Identity()  # noqa: E741
+"""The identity matrix."""
+
+
+class Data(float):
+    """Run-time data: a number, or numbers in tuples of any depth, as a tableau is."""
+
+    def __getitem__(self, i: int) -> "Data":
+        raise NotImplementedError
+
+    def __iter__(self) -> "Iterator[Data]":
+        raise NotImplementedError
+
+    def __len__(self) -> int:
+        raise NotImplementedError
+
+
+State = Any
+"""What a step maps: (p, q) of a constrained system, y of a Poisson system."""
+
+Report = tuple[int, Number, Number, Any]
+"""Status, residual, smallest relative pivot, and Newton's work, of what was solved."""
+
+Step = tuple[Vector, Vector, Any, Report]
+"""What a step returns: p1 and q1, or p1 - p0 and q1 - q0; the raw multipliers; and a report."""
+
+Update = tuple[Any, Number, Number, Number, Number]
+"""What a sweep of Newton's iteration returns: the next iterate, the size of its change and what that is measured against, the residual
+and the smallest relative pivot."""
+
+
+DATA: Data = Data()
+"""Numbers of the scheme, its tableau or its options, as :class:`daebench.schemes.kernels.claims.Member` gives them: run-time data."""
+
+FORM_DATA: Data = Data()
+"""Numbers of the form of the system: alpha and beta of Baumgarte's, eps of the penalised one."""
+
+LENGTH: Number = 0.0
+"""Length of the initial value problem, see ``daebench/runs/scales.py``: the least that positions are measured against; run-time data."""
+
+RATE: Number = 0.0
+"""Rate of the initial value problem, 1/s; run-time data that only schemes on every form of the system are given."""

@@ -1,0 +1,53 @@
+"""The symmetric projection of a step onto the manifold, HLW V.4.1."""
+
+from typing import Any
+
+from daebench.schemes.kernels.language import INF, H_pp, mass, plain_step, plus_work, zero
+from daebench.schemes.kernels.manifold import Point, corrected, correction, normals, shift
+from daebench.schemes.kernels.newton import OK, newton
+from daebench.schemes.kernels.spaces import Number, Rows, Step, Update, Vector
+
+Guess = tuple[Point, Point, Any, Number, tuple[Any, int, Number]]
+
+
+def due_at(x: Point, p_free: Vector, q_free: Vector) -> tuple[Point, Number, Number, Number, Number]:
+    """Return what to subtract from x = (p, q, nu, mu), given the step from the shifted start; and size, scale, residual and pivot.
+
+    With the matrix 2 C D^-1 C^T, HLW V.4.1: the step's own derivative is taken as that of the identity.
+    """
+    return correction(2.0, x, p_free, q_free, H_pp(x[0], x[1]), mass(x[0], x[1]))
+
+
+def improve_symmetric(x: Guess, data: tuple[Vector, Vector, Number, tuple[Rows, Rows, Rows]]) -> Update:
+    """One sweep: the correction that is due, the step from the start that follows from it, and the correction that is due then.
+
+    No step is thus done in vain: the sweep after which nothing is left to correct is the last.
+    """
+    state, due, work, pivot, _ = x
+    p0, q0, h, down0 = data
+    state = corrected(state, due)
+    by_p, by_q = shift(down0, state[2], state[3])
+    p_free, q_free, raw, inner = plain_step(p0 + by_p, q0 + by_q, h)
+    due, size, scale, residual, own = due_at(state, p_free, q_free)
+    x = (state, due, plus_work(work, inner[3]), min(pivot, inner[2]), (raw, inner[0], inner[1]))
+    return x, size, scale, residual if inner[0] == OK else INF, own
+
+
+def step(p0: Vector, q0: Vector, h: Number) -> Step:
+    """Return p1, q1, the raw multipliers of the step inside, and a report.
+
+    ::
+
+        x~ = x0 + N(x0) (nu, mu),      x1 = Phi_h(x~) + N(x1) (nu, mu),      g(q1) = 0,      G(q1) H_p(p1, q1) = 0
+
+    where the columns of N(x) = D^-1 C^T span the normal space of the manifold at x. Its metric has a unit of time, 1 s.
+    """
+    p_free, q_free, raw, inner = plain_step(p0, q0, h)
+    begin = (p_free, q_free, zero(q0), zero(q0))
+    due, _, _, _, own = due_at(begin, p_free, q_free)
+    down0 = normals(p0, q0, H_pp(p0, q0), mass(p0, q0))
+    start = (begin, due, inner[3], min(own, inner[2]), (raw, inner[0], inner[1]))
+    (state, _, work, pivot, last), report = newton(improve_symmetric, start, (p0, q0, h, down0))
+    status = report[0] if last[1] == OK else last[1]
+    residual = report[1] if last[1] == OK else last[2]
+    return state[0], state[1], last[0], (status, residual, min(pivot, report[2]), plus_work(work, report[3]))

@@ -1,0 +1,204 @@
+"""The claims of a fixed-step method held against what is measured on one initial value problem, one finding a claim.
+
+What is claimed to hold exactly is measured to be zero but for rounding; the bounds on that are those of ``claims_bench``, and of
+``poisson_claims_bench`` for Poisson systems.
+"""
+
+from collections.abc import Callable, Mapping
+from dataclasses import asdict
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from daebench.diagnostics.order import SLACK
+from daebench.errors import RunFailed
+from daebench.methods.fixed_step.constrained import FixedStep
+from daebench.methods.initial_value_problem import initial_value_problem
+from daebench.methods.names import method_of
+from daebench.reference.solution import reach
+from daebench.runs.ivp import Ivp, PoissonIvp
+from daebench.runs.request import Method, Request
+from daebench.runs.trajectory import CONSTRAINED, POISSON
+from daebench.studies.claims.constrained import FALLS_SHORT, NOT_APPLICABLE, OK, UNDETERMINED, Bench, Finding
+from daebench.studies.claims.poisson import PoissonBench
+from daebench.studies.measurable import PoissonScheme, measured, order_of
+from daebench.studies.orders.series import Series
+from daebench.studies.orders.study import study
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+    from daebench.systems.constrained import ConstrainedHamiltonian
+    from daebench.systems.poisson import PoissonSystem
+
+STEPS = 200
+"""Steps of the run along which what is kept is watched, where none are given."""
+
+MOST_STATES = 1000
+"""States of the run that sizes are taken from, about."""
+
+NO_CLAIMS = "and makes no claims to check"
+"""What is said of a method that is no fixed-step method."""
+
+Progress = Callable[[float, str], None]
+"""Told the fraction done and what is being done."""
+
+
+def check(
+    problem: "str | ConstrainedHamiltonian | PoissonSystem",
+    *,
+    method: str,
+    case: str | None = None,
+    h: float | None = None,
+    steps: int = STEPS,
+    parameters: Mapping[str, float] | None = None,
+    options: Mapping[str, float] | None = None,
+    anyway: bool = False,
+) -> "pd.DataFrame":
+    """Return one row for each claim of a method on a problem, and for what no method claims but is measured beside it.
+
+    Parameters
+    ----------
+    problem : str, ConstrainedHamiltonian or PoissonSystem
+        Name in the catalogue, the path of a problem file, which is executed, or a definition.
+    method : str
+        Name of a fixed-step method.
+    case : str, optional
+        Named initial values; by default the problem's first.
+    h : float, optional
+        Step size, s, of all but the order, which has step sizes of its own; by default the largest 1, 2 or 5 times a power of ten
+        up to a sixteenth of the mean of the first 64 steps of DOP853 at 1e-13, and up to 1 s.
+    steps : int
+        Steps of the run along which what is kept is watched.
+    parameters, options : mapping of str to float, optional
+        Values of the problem's parameters, and free numbers of the method.
+    anyway : bool
+        Whether a scheme may run on a Poisson system for which it is no Poisson integrator.
+
+    Returns
+    -------
+    DataFrame
+        Columns property, claimed, measured, bound, verdict, standard_error and note, as
+        :class:`daebench.studies.claims.constrained.Finding` has them.
+
+    Raises
+    ------
+    BadInput
+        If a name or number cannot be used, or the method takes no steps of fixed size.
+    RunFailed
+        If the run stops early at this step size.
+    """
+    import pandas as pd
+
+    ivp = initial_value_problem(problem, case, parameters)
+    chosen = method_of(ivp, method, options, anyway=anyway)
+    return pd.DataFrame([asdict(each) for each in check_claims(ivp, chosen, h=h, steps=steps)])
+
+
+def check_claims(
+    ivp: Ivp,
+    method: Method[Any, Any],
+    *,
+    h: float | None = None,
+    steps: int = STEPS,
+    halvings: int | None = None,
+    progress: Progress | None = None,
+) -> list[Finding]:
+    """Return what a method claims on an initial value problem, and what is measured.
+
+    Parameters
+    ----------
+    ivp : InitialValueProblem
+        A problem with consistent initial values.
+    method : Method
+        A fixed-step method.
+    h : float, optional
+        Step size, s, of all but the order, which has step sizes of its own; by default :func:`default_step`.
+    steps : int
+        Steps of the run along which what is kept is watched; the defects are those of at most 10 steps.
+    halvings : int, optional
+        As for :func:`daebench.studies.orders.study.study`.
+    progress : callable, optional
+        Told the fraction done and what is being done.
+
+    Returns
+    -------
+    list of Finding
+        Order, symmetry, symplecticity, in the problem's chart too where it declares one, both constraints, energy, and each first
+        integral that the problem declares; of a Poisson system order, symmetry, whether it is a Poisson map, energy, each Casimir
+        function and each first integral.
+
+    Raises
+    ------
+    BadInput
+        If it is no fixed-step method, the method refuses the problem, or h or steps are not what they must be.
+    RunFailed
+        If the run stops early at this step size.
+    """
+    told = progress or (lambda fraction, label: None)
+    fixed = measured(method, ivp, NO_CLAIMS)
+    value = default_step(ivp) if h is None else h
+    request = Request(
+        value=value, steps=steps, every=max(1, steps // MOST_STATES), watch=POISSON if isinstance(ivp, PoissonIvp) else CONSTRAINED
+    )
+    fixed.check(ivp, request)
+    told(0.0, f"{fixed.name} on {ivp.problem}, {steps} steps")
+    run = fixed.solve(ivp, request)
+    told(0.2, f"{fixed.name} on {ivp.problem}, defects")
+    bench: PoissonBench | Bench
+    bench = PoissonBench(ivp, fixed, run.complete()) if isinstance(ivp, PoissonIvp) else Bench(ivp, fixed, run.complete())
+    exact = bench.findings()
+    order, _ = order_finding(ivp, fixed, halvings=halvings, began=lambda fraction, label: told(0.4 + 0.6 * fraction, f"order of {label}"))
+    return [order, *exact]
+
+
+def default_step(ivp: Ivp) -> float:
+    """Return the step size where none is given, 1, 2 or 5 times a power of ten.
+
+    It is the largest such up to a sixteenth of the mean of the first 64 steps of DOP853 at 1e-13, and up to 1 s.
+    """
+    most = min(reach(ivp, 64) / 64 / 16, 1.0)
+    power = 10.0 ** np.floor(np.log10(most))
+    return float(next((digit * power for digit in (5, 2) if digit * power <= most), power))
+
+
+def order_finding(
+    ivp: Ivp, method: FixedStep | PoissonScheme, *, halvings: int | None = None, began: Progress | None = None
+) -> tuple[Finding, tuple[Series, ...]]:
+    """Return the finding on the order of q and p, or y, and what the study found that it is read off.
+
+    The order is that of the worse one; one that is round-off throughout counts for nothing.
+
+    Parameters
+    ----------
+    ivp : InitialValueProblem
+        A problem with consistent initial values.
+    method : FixedStep or PoissonScheme
+        A fixed-step method that takes it.
+    halvings, began
+        As for :func:`daebench.studies.orders.study.study`.
+    """
+    claimed, missing = order_of(method), float("nan")
+    if isinstance(method, FixedStep) and method.form == "stiff":
+        note = "it is that of the penalised system, whose motion differs from the constrained one by eps^2 whatever h is."
+        return Finding("order", claimed, missing, missing, NOT_APPLICABLE, note=note), ()
+    try:
+        studied = study(ivp, [method], halvings=halvings, began=began).series
+    except RunFailed as error:
+        return Finding("order", claimed, missing, claimed - SLACK, UNDETERMINED, note=str(error)), ()
+    series = [each for each in studied if each.component in ("q", "p", "y")]
+    found = [each for each in series if np.isfinite(each.fit.slope)]
+    if not found or any(set(each.fit.reasons) != {"round-off"} for each in series if each not in found):
+        note = f"{'; '.join(map(_told, series))}. daebench order shows the points, and takes other step sizes and end times."
+        return Finding("order", claimed, missing, claimed - SLACK, UNDETERMINED, note=note), studied
+    fit = min((each.fit for each in found), key=lambda fit: fit.slope)
+    bound = claimed - SLACK - 2 * fit.slope_error
+    verdict = OK if fit.slope > bound else FALLS_SHORT
+    return Finding("order", claimed, fit.slope, bound, verdict, fit.slope_error, "; ".join(map(_told, series)) + "."), studied
+
+
+def _told(series: Series) -> str:
+    fit = series.fit
+    if not np.isfinite(fit.slope):
+        return f"{series.component}: {fit.note.rstrip('.')}"
+    return f"{series.component}: {fit.slope:.3f} from {sum(fit.used)} of {len(fit.used)} step sizes"

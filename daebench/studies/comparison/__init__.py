@@ -1,0 +1,1 @@
+"""Several methods on one initial value problem, side by side."""

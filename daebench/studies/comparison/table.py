@@ -1,0 +1,211 @@
+"""Several methods on one initial value problem, side by side in one table."""
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import pandas as pd
+
+from daebench.diagnostics.energy_verdict import energy_scales, energy_verdict, size
+from daebench.methods.initial_value_problem import initial_value_problem
+from daebench.methods.names import methods_of
+from daebench.methods.run import singular_as
+from daebench.runs.ivp import Ivp, PoissonIvp
+from daebench.runs.request import Request, knob_value
+from daebench.runs.trajectory import CONSTRAINED, POISSON, Array, PoissonTrajectory, Trajectory
+from daebench.studies.comparison.position_error import position_errors
+
+if TYPE_CHECKING:
+    from daebench.systems.constrained import ConstrainedHamiltonian
+    from daebench.systems.poisson import PoissonSystem
+
+TOLERANCE = 1e-8
+"""Tolerance of tolerance-driven methods where none is given."""
+
+MOST_STATES = 20000
+"""States kept by a fixed-step method in a comparison, about."""
+
+LABELS = {
+    "energy_error": "|energy error|",
+    "g": "|g(q)|",
+    "Gv": "|G H_p|",
+    "casimir_error": "|Casimir error|",
+    "integral_error": "|integral error|",
+}
+"""What can be seen along a run, of what its problem has."""
+
+
+def compare(
+    problem: "str | ConstrainedHamiltonian | PoissonSystem",
+    *,
+    methods: Sequence[str],
+    h: float | None = None,
+    t_end: float,
+    case: str | None = None,
+    tol: float = TOLERANCE,
+    parameters: Mapping[str, float] | None = None,
+    options: Mapping[str, float] | None = None,
+    project: bool = False,
+    anyway: bool = False,
+    on_singular: str | None = None,
+) -> pd.DataFrame:
+    """Return one row a method: errors of position and energy, drift of what is conserved, work and time, on one initial value problem.
+
+    Parameters
+    ----------
+    problem : str, ConstrainedHamiltonian or PoissonSystem
+        Name in the catalogue, the path of a problem file, which is executed, or a definition.
+    methods : sequence of str
+        Names in the grammar of :mod:`daebench.methods.names`.
+    h : float, optional
+        Step size of the fixed-step methods, s.
+    t_end : float
+        End time, s.
+    case : str, optional
+        Named initial values; by default the problem's first.
+    tol : float
+        Tolerance of the tolerance-driven methods.
+    parameters : mapping of str to float, optional
+        Values of the problem's parameters.
+    options : mapping of str to float, optional
+        Free numbers of the methods; each goes to those that have it.
+    project : bool
+        Whether initial values are first projected onto the manifold, of a constrained problem.
+    anyway : bool
+        Whether schemes may be run on a Poisson system that is not of the class for which they are Poisson integrators.
+    on_singular : str, optional
+        What to do where G loses rank: one of :data:`daebench.runs.request.ON_SINGULAR`; by default what the case declares.
+
+    Returns
+    -------
+    DataFrame
+        Columns method, h or tol, steps, t_reached (s), energy_error (largest modulus over all steps), energy_size (the same
+        over the mean kinetic energy; above 1 the motion is lost), energy_verdict, energy_law, energy_reason and energy_change_bound (see
+        :class:`daebench.diagnostics.energy.Drift`), slope (per s); g and Gv, the largest distances from g = 0 and G H_p = 0, or the Casimir
+        functions by name; seconds (CPU time of stepping), us_per_step (microseconds), counts of work n_H_p, n_H_q, ...; t_end, as it was
+        asked for; position_error, the largest error of a coordinate of q, or of y, at about 64 outputs, what its reference may be wrong by
+        (position_bound) and what that is (position_reference): the certified one where it fits, else a closed form or a finer run;
+        failure. A method that stopped early has its row, with the reason in ``failure``.
+
+    Raises
+    ------
+    BadInput
+        If the request cannot be met.
+    """
+    ivp = singular_as(initial_value_problem(problem, case, parameters, project=project), on_singular)
+    chosen = methods_of(ivp, methods, options, anyway=anyway)
+    return table_of(ivp, chosen, trajectories(ivp, chosen, h=h, tol=tol, t_end=t_end), t_end)
+
+
+def table_of(ivp: Ivp, methods: Sequence[Any], runs: Sequence[Any], t_end: float) -> pd.DataFrame:
+    """Return one row a run of a comparison, see :func:`compare`; where it was ended, there are fewer runs than methods.
+
+    Parameters
+    ----------
+    ivp : InitialValueProblem
+        The problem with the numbers of a case.
+    methods, runs : sequence
+        The methods, and what :func:`trajectories` gave.
+    t_end : float
+        End time that was asked for, s.
+    """
+    errors = position_errors(ivp, methods[: len(runs)], runs)
+    return pd.DataFrame(
+        [
+            {
+                **{name: value for name, value in own.items() if name != "failure"},
+                "t_end": t_end,
+                "position_error": error.value,
+                "position_bound": error.bound,
+                "position_reference": error.reference,
+                "failure": own["failure"],
+            }
+            for own, error in ((row(ivp, run), error) for run, error in zip(runs, errors, strict=True))
+        ]
+    )
+
+
+def trajectories(
+    ivp: Ivp,
+    methods: Sequence[Any],
+    *,
+    h: float | None,
+    tol: float = TOLERANCE,
+    t_end: float,
+    began: Callable[[str], None] | None = None,
+) -> list[Any]:
+    """Return one trajectory a method, in order; all requests are checked before the first run, and an interruption ends all.
+
+    Raises
+    ------
+    BadInput
+        If a method needs a step size and none is given, or refuses the problem.
+    """
+    for method in methods:
+        knob_value(method, h=h if method.knob == "h" else None, tol=tol if method.knob == "tol" else None)
+        method.check(ivp, _request(ivp, method, h, tol, t_end))
+    found: list[Any] = []
+    for method in methods:
+        if began:
+            began(method.name)
+        found.append(method.solve(ivp, _request(ivp, method, h, tol, t_end)))
+        if found[-1].interrupted:
+            break
+    return found
+
+
+def _request(ivp: Ivp, method: Any, h: float | None, tol: float, t_end: float) -> Request:
+    watch = POISSON if isinstance(ivp, PoissonIvp) else CONSTRAINED
+    if method.knob == "tol" or h is None:
+        return Request(value=tol, t_end=t_end, watch=watch, keep_interrupted=True)
+    every = max(1, int(t_end / h / MOST_STATES)) if h > 0 and np.isfinite(t_end / h) else 1
+    return Request(value=h, t_end=t_end, every=every, watch=watch, keep_interrupted=True)
+
+
+def row(ivp: Ivp, trajectory: Trajectory | PoissonTrajectory) -> dict[str, Any]:
+    """Return what a comparison says of one run, by column.
+
+    ``energy_error`` is the largest modulus, ``energy_size`` the same over the mean kinetic energy, the other columns of the energy and
+    ``slope`` are those of :func:`daebench.diagnostics.energy_verdict.energy_verdict`, ``g`` and ``Gv``, or the Casimir
+    functions, and the first integrals are maxima, ``seconds`` is CPU time of stepping and ``us_per_step`` the same for one step, in
+    microseconds.
+    """
+    drift = energy_verdict(ivp, trajectory)
+    maxima = dict(trajectory.maxima)
+    error = maxima.pop("energy")
+    return {
+        "method": trajectory.method,
+        trajectory.knob: trajectory.value,
+        "steps": trajectory.steps,
+        "t_reached": float(trajectory.t[-1]),
+        "energy_error": error,
+        "energy_size": size(error, energy_scales(ivp, trajectory)),
+        "energy_verdict": drift.verdict,
+        "energy_law": drift.words,
+        "energy_reason": drift.reason,
+        "energy_change_bound": drift.change_bound,
+        "slope": drift.slope,
+        **maxima,
+        "seconds": trajectory.seconds,
+        "us_per_step": 1e6 * trajectory.seconds / trajectory.steps if trajectory.steps else float("nan"),
+        **{f"n_{kind}": count for kind, count in trajectory.work.items()},
+        "failure": trajectory.failure,
+    }
+
+
+def error_along(ivp: Ivp, trajectory: Trajectory | PoissonTrajectory, name: str) -> Array:
+    """Return how far a conserved quantity, "H" or the "casimirs" or "integrals" in columns, is from its start at the outputs."""
+    states = (trajectory.y,) if isinstance(trajectory, PoissonTrajectory) else (trajectory.p, trajectory.q)
+    values = np.asarray(ivp.along(name, *states), dtype=float)
+    return np.asarray(values - values[0], dtype=float)
+
+
+def errors_along(ivp: Ivp, trajectory: Trajectory | PoissonTrajectory) -> dict[str, Array]:
+    """Return the errors along a run at its outputs, by name in :data:`LABELS`: largest moduli, shape(n,), where they are of several."""
+    found = {"energy_error": error_along(ivp, trajectory, "H")}
+    if isinstance(trajectory, Trajectory):
+        found |= {"g": ivp.along("g", trajectory.q), "Gv": ivp.along("Gv", trajectory.p, trajectory.q)}
+    else:
+        kinds = {"casimir_error": ("casimirs", ivp.sheet.CASIMIRS), "integral_error": ("integrals", ivp.integrals)}
+        found |= {column: error_along(ivp, trajectory, name) for column, (name, there) in kinds.items() if there}
+    return {name: np.abs(rows).max(axis=1) if rows.ndim == 2 else np.abs(rows) for name, rows in found.items()}

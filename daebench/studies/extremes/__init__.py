@@ -1,1 +1,0 @@
-"""The extremes, one a file: what is run, what it says, and its picture."""

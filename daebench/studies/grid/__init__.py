@@ -1,0 +1,1 @@
+"""Grids of runs: declared, computed once, stored, and read as one long table."""

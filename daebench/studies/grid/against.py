@@ -1,0 +1,62 @@
+"""What the errors of a run of a study are taken against: the certified reference where it fits, else a finer run, made once a process."""
+
+from collections.abc import Callable
+from functools import lru_cache
+
+import numpy as np
+
+from daebench.errors import BadInput, DaebenchError
+from daebench.reference.keep import store
+from daebench.reference.keep.record import Reference
+from daebench.reference.motion import OwnRun, certified_for, own_run
+from daebench.runs.trajectory import Array
+from daebench.studies.grid.cell import OUTPUTS, Cell, ivp_of
+
+Parameters = tuple[tuple[str, float], ...]
+
+OWN = "own finer run"
+"""How the words begin for what is not certified and no closed form."""
+
+
+def certified_of(cell: Cell) -> Reference | None:
+    """Return the certified reference of a run: of its definition, case and parameters, and up to its end; None if there is none."""
+    return _certified(store.find, cell.problem, cell.case, cell.parameters, cell.on_singular, cell.t_end)
+
+
+def own_of(cell: Cell, times: Array) -> OwnRun:
+    """Return a finer run at these times, see :func:`daebench.reference.motion.own_run`.
+
+    Raises
+    ------
+    RunFailed
+        If there is none.
+    """
+    return _own(cell.problem, cell.case, cell.parameters, cell.on_singular, np.ascontiguousarray(times, dtype=float).tobytes())
+
+
+def require_reference(cell: Cell, what: str) -> None:
+    """Accept a run that errors can be taken of.
+
+    Raises
+    ------
+    BadInput
+        If it has no certified reference, and a finer run is not possible.
+    """
+    if certified_of(cell):
+        return
+    try:
+        own_of(cell, np.linspace(0.0, cell.t_end, OUTPUTS + 1))
+    except DaebenchError as error:
+        raise BadInput(f"{what} needs a certified reference that fits, or a finer run, and there is neither: {error}") from error
+
+
+@lru_cache(maxsize=64)
+def _certified(
+    find: Callable[..., Reference], problem: str, case: str, parameters: Parameters, on_singular: str, t_end: float
+) -> Reference | None:
+    return certified_for(ivp_of(problem, case, parameters, on_singular), t_end)
+
+
+@lru_cache(maxsize=64)
+def _own(problem: str, case: str, parameters: Parameters, on_singular: str, times: bytes) -> OwnRun:
+    return own_run(ivp_of(problem, case, parameters, on_singular), np.frombuffer(times))

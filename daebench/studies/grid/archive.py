@@ -1,0 +1,164 @@
+"""A study in one file: its rows, the problem files, the certificates and pictures, and how all of it was made.
+
+The archive is a ZIP file::
+
+    README.txt             how it was made, in words
+    manifest.json          format, versions, and a SHA-256 of every other file
+    rows.jsonl             a run a line, with the cell that it is of, exactly
+    rows.csv               the same as a table
+    definitions/...        the problem files, with what those of one's own import
+    references/...         certified references that errors were measured against
+    pictures/...           errors over step sizes or tolerances
+"""
+
+import hashlib
+import json
+import tempfile
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+from zipfile import ZIP_DEFLATED, ZipFile
+
+from daebench.errors import BadInput
+from daebench.methods.catalogue import find_problem
+from daebench.reference.keep.record import Reference
+from daebench.reference.keep.store import written
+from daebench.runs import provenance
+from daebench.runs.files import atomic
+from daebench.runs.machine import machine
+from daebench.studies.grid import archive_figure, export
+from daebench.studies.grid.cell import Cell, maker
+from daebench.studies.grid.cell_key import key_of
+from daebench.studies.grid.metrics import METRICS
+from daebench.studies.grid.references import reference_of
+from daebench.studies.grid.store import Kept, Store, as_json
+from daebench.systems.files.read import Problem
+from daebench.systems.files.user import own_files
+
+FORMAT = 1
+"""Version of the layout of archives."""
+
+MANIFEST = "manifest.json"
+ROWS = "rows.jsonl"
+
+
+@dataclass(frozen=True)
+class Archived:
+    """What went into an archive.
+
+    Parameters
+    ----------
+    files : tuple of str
+        Names of the files in it.
+    rows : int
+        Runs.
+    changed : int
+        Runs that were left out, because the definition that they are of has changed since.
+    """
+
+    files: tuple[str, ...]
+    rows: int
+    changed: int
+
+
+def write_archive(store: Store, path: Path) -> Archived:
+    """Write the archive of a store.
+
+    Raises
+    ------
+    BadInput
+        If the store has no rows, or a problem file that they are of is not there any more.
+    """
+    rows, changed = _current(list(store.all()))
+    if not rows:
+        why = f"all of its {changed} runs are of definitions that have changed since" if changed else "it has no rows"
+        raise BadInput(f"{store.path} cannot be archived: {why}; run its study again.")
+    problems = {each.cell["problem"]: find_problem(each.cell["problem"]) for each in rows}
+    places = {name: f"definitions/{k + 1}-{each.path.stem}" for k, (name, each) in enumerate(problems.items())}
+    moved = {name: f"{places[name]}/{each.path.name}" for name, each in problems.items() if not each.package}
+    rows = [_renamed(row, moved) for row in rows]
+    table = export.frame(rows)
+    files = {ROWS: "".join(f"{line}\n" for line in map(as_json, rows)).encode()}
+    for name, each in problems.items():
+        files |= {f"{places[name]}/{near}": file.read_bytes() for near, file in _definition(each)}
+    for reference in _references(row.cell for row in rows if row.cell["problem"] not in moved.values()):
+        files |= _certified(reference)
+    with tempfile.TemporaryDirectory() as folder:
+        export.write(table, Path(folder) / "rows.csv")
+        files["rows.csv"] = (Path(folder) / "rows.csv").read_bytes()
+        files |= {f"pictures/{each.name}": each.read_bytes() for each in archive_figure.draw(Path(folder), table)}
+    files["README.txt"] = _readme(path.name, rows, files).encode()
+    _write(path, files, own=sorted(moved.values()))
+    return Archived(tuple(files), len(rows), changed)
+
+
+def _write(path: Path, files: Mapping[str, bytes], own: Sequence[str]) -> None:
+    """Write files with a manifest of them; ``own`` are problem files that do not come with daebench."""
+    manifest = {
+        "format": FORMAT,
+        "made": provenance.now(),
+        "versions": provenance.versions(),
+        "machine": machine(),
+        "maker": maker(),
+        "own": own,
+        "files": {name: hashlib.sha256(content).hexdigest() for name, content in files.items()},
+    }
+    with atomic(path) as scratch, ZipFile(scratch, "w", ZIP_DEFLATED) as archive:
+        archive.writestr(MANIFEST, json.dumps(manifest, indent=1))
+        for name, content in files.items():
+            archive.writestr(name, content)
+
+
+def _current(rows: Sequence[Kept]) -> tuple[list[Kept], int]:
+    """Return the rows whose definition is still there, and how many others there are; those of other versions are not told apart."""
+    here = maker()
+    kept = [row for row in rows if row.maker != here or key_of(Cell.of_plain(row.cell)) == row.key]
+    return kept, len(rows) - len(kept)
+
+
+def _renamed(row: Kept, moved: Mapping[str, str]) -> Kept:
+    """Return a row whose problem file is where it is in the archive."""
+    name = row.cell["problem"]
+    return replace(row, cell={**row.cell, "problem": moved[name]}, row={**row.row, "problem": moved[name]}) if name in moved else row
+
+
+def _definition(problem: Problem) -> Iterator[tuple[str, Path]]:
+    """Give the files of a definition by their names beside the problem file, without what comes with daebench."""
+    apart = {file.resolve() for file in own_files()} if not problem.own else set()
+    for file in [problem.path] if problem.own else problem.depends_on(problem):
+        if file.resolve() not in apart and file.is_relative_to(problem.path.parent):
+            yield file.relative_to(problem.path.parent).as_posix(), file
+
+
+def _references(cells: Iterable[Mapping[str, Any]]) -> list[Reference]:
+    """Return the references that errors are measured against."""
+    asked = {
+        (cell.problem, cell.case)
+        for cell in map(Cell.of_plain, cells)
+        if any(METRICS[name].certified for name in cell.metrics if name in METRICS)
+    }
+    found = []
+    for problem, case in sorted(asked):
+        try:
+            found.append(reference_of(problem, case))
+        except BadInput:
+            continue
+    return found
+
+
+def _certified(reference: Reference) -> dict[str, bytes]:
+    """Return the two files of a reference, as they are kept."""
+    text, name = reference.text, reference.name
+    rows = "".join(",".join(row) + "\n" for row in [list(text), *zip(*text.values(), strict=True)])
+    certificate = written(reference.certificate)
+    return {f"references/{name}/certificate.json": certificate.encode("ascii"), f"references/{name}/{name}.csv": rows.encode("ascii")}
+
+
+def _readme(name: str, rows: Sequence[Kept], files: Mapping[str, bytes]) -> str:
+    about = {
+        **export.described(export.frame(rows)),
+        "Files": ", ".join(files),
+        "To hold it against a new run": f"daebench reproduce {name}",
+    }
+    return provenance.text(name, about)

@@ -1,0 +1,39 @@
+"""The pictures of an archive: for each problem and case, how accurate each method is over its step size or tolerance."""
+
+import re
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from daebench.draw.figures import curve, drawing, grid_of_axes, legend_below, save
+from daebench.studies.grid.rows import by_method
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+COLUMNS = ("error_q", "error_y", "energy_error")
+"""What is drawn: the first of these that is a number anywhere."""
+
+
+def draw(out: Path, table: "pd.DataFrame") -> list[Path]:
+    """Write the pictures, each as SVG and PNG, and return their paths; there is none where nothing can be drawn on scales of powers."""
+    found: list[Path] = []
+    for (problem, case), rows in table.groupby(["problem", "case"], sort=False):
+        column = next((name for name in COLUMNS if name in rows and (rows[name] > 0).any()), None)
+        if column is None:
+            continue
+        stem = re.sub(r"[^A-Za-z0-9._+-]", "_", f"{Path(str(problem)).stem}-{case}")
+        _draw(out, stem, rows[rows[column] > 0], column)
+        found += [out / f"{stem}.svg", out / f"{stem}.png"]
+    return found
+
+
+def _draw(out: Path, stem: str, rows: "pd.DataFrame", column: str) -> None:
+    with drawing():
+        figure, axes = grid_of_axes(1, 1, 3.4)
+        axis = axes[0, 0]
+        for k, (method, runs) in enumerate(by_method(rows)):
+            ordered = runs.sort_values("value")
+            axis.plot(ordered["value"], ordered[column], label=method, **curve(k))
+        axis.set(xscale="log", yscale="log", title=stem, xlabel="step size h [s], or tolerance", ylabel=column.replace("_", " "))
+        legend_below(figure, axis, 4)
+        save(figure, out, stem, rows)

@@ -1,0 +1,87 @@
+"""What a method claims to conserve on a problem: without a claim no run is taken to conserve a thing, however it was measured."""
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from daebench.errors import BadInput
+from daebench.methods.fixed_step.constrained import FixedStep
+from daebench.methods.initial_value_problem import initial_value_problem
+from daebench.methods.names import methods_of
+from daebench.runs.ivp import ConstrainedIvp, Ivp, PoissonIvp
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+THINGS = ("energy", "constraints", "casimirs", "two_form")
+"""What may be claimed: energy without drift, g = 0 and G H_p = 0, Casimir functions, the two-form or the structure matrix."""
+
+
+def claimed(ivp: Ivp, method: Any) -> frozenset[str]:
+    """Return which of :data:`THINGS` a method claims to conserve on an initial value problem.
+
+    Energy without drift is claimed by a method that is symplectic on the manifold, or a Poisson integrator, or that conserves H. A method
+    that is symmetric alone and stays on the manifold claims it on a motion that is its own reverse: that begins at rest, so that
+    x(-t) is x(t) with p reversed. Methods that choose their own steps claim nothing.
+
+    Parameters
+    ----------
+    ivp : InitialValueProblem
+        The problem with the numbers of a case.
+    method : Method
+        The method.
+    """
+    if method.knob != "h":
+        return frozenset()
+    if isinstance(ivp, PoissonIvp):
+        return _on_poisson(ivp, method)
+    assert isinstance(method, FixedStep)
+    claims = method.claims
+    symplectic = claims.symplectic and claims.on_manifold
+    reversed_too = claims.symmetric and claims.on_manifold and own_reverse(ivp)
+    claim = {
+        "energy": symplectic or claims.conserves_energy or reversed_too,
+        "constraints": claims.on_manifold,
+        "two_form": claims.symplectic,
+    }
+    return frozenset(name for name, made in claim.items() if made)
+
+
+def _on_poisson(ivp: PoissonIvp, method: Any) -> frozenset[str]:
+    kept = method.keeps(ivp)
+    claim = {
+        "energy": method.is_poisson(ivp) or "energy" in kept,
+        "casimirs": bool(ivp.casimirs) and set(ivp.casimirs) <= set(kept),
+        "two_form": method.is_poisson(ivp),
+    }
+    return frozenset(name for name, made in claim.items() if made)
+
+
+def own_reverse(ivp: ConstrainedIvp) -> bool:
+    """Return whether a motion begins at rest, and so is its own reverse."""
+    return not np.any(ivp.p0)
+
+
+def claims_of(table: "pd.DataFrame") -> dict[str, frozenset[str]]:
+    """Return what the methods of a study's table claim on all of its cases, by name; one that daebench does not know claims nothing.
+
+    Parameters
+    ----------
+    table : DataFrame
+        With columns problem, case and method; the claims do not depend on values of parameters.
+    """
+    found: dict[str, frozenset[str]] = {}
+    for (problem, case), rows in table.groupby(["problem", "case"], sort=False):
+        ivp = initial_value_problem(str(problem), str(case))
+        for name in dict.fromkeys(map(str, rows["method"])):
+            own = _claimed(ivp, name)
+            found[name] = found[name] & own if name in found else own
+    return found
+
+
+def _claimed(ivp: Ivp, name: str) -> frozenset[str]:
+    try:
+        (method,) = methods_of(ivp, [name], anyway=isinstance(ivp, PoissonIvp))
+    except BadInput:
+        return frozenset()
+    return claimed(ivp, method)

@@ -1,0 +1,51 @@
+"""Cells computed once each: what the store has is not computed again, and what is computed is stored before anything else happens."""
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from concurrent.futures import Executor
+
+from daebench.studies.grid.cell import Cell
+from daebench.studies.grid.cell_key import key_of
+from daebench.studies.grid.measure import Row, kept
+from daebench.studies.grid.shares import Share, handed_out
+from daebench.studies.grid.store import Store
+
+Tell = Callable[[int, int, Cell], None]
+"""Told how many cells are done, of how many, and which is the last of them."""
+
+
+def computed(cells: Sequence[Cell], store: Store, *, executor: Executor | None = None, tell: Tell | None = None) -> dict[str, Row]:
+    """Return the row of every cell, by its key; those that the store has not are computed and put there.
+
+    Parameters
+    ----------
+    cells : sequence of Cell
+        What is wanted.
+    store : Store
+        Where rows are kept.
+    executor : Executor, optional
+        What computes them; without one they are computed in this process, one after the other.
+    tell : callable, optional
+        Told of progress.
+    """
+    wanted = {key_of(cell): cell for cell in cells}
+    found: dict[str, Row] = {}
+    missing: dict[str, Cell] = {}
+    for key, cell in wanted.items():
+        row = store.get(key)
+        if row is None:
+            missing[key] = cell
+        else:
+            found[key] = row | {name: cell.problem for name in ("problem",) if name in row}  # its file may have been elsewhere
+    for rows in handed_out(missing, executor) if executor else _here(missing):
+        store.put(rows)
+        for each in rows:
+            found[each.key] = dict(each.row)
+            if tell:
+                tell(len(found), len(wanted), wanted[each.key])
+    return {key: found[key] for key in wanted}
+
+
+def _here(cells: Mapping[str, Cell]) -> Iterator[Share]:
+    """Give the rows of cells one by one, computed in this process."""
+    for key, cell in cells.items():
+        yield (kept(key, cell),)

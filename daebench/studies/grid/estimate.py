@@ -1,0 +1,135 @@
+"""About how long the cells of a study will take: as long as those like them took, or what is usual, and the compilation before."""
+
+import math
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
+
+from daebench.runs.ivp import PoissonIvp
+from daebench.studies.grid.cell import Cell, maker
+from daebench.studies.grid.store import Kept, Store
+
+STEP_SECONDS = 1e-6
+"""What a fixed step usually costs: between 1e-7 for RATTLE on a pendulum and 1e-5 for long compositions on large problems."""
+
+TOLERANCE_SECONDS = 0.005
+"""What a second of motion usually costs a tolerance-driven method, between 1e-3 and 0.05."""
+
+LEAST_SECONDS = 0.002
+"""What a run costs at least."""
+
+COMPILE_SECONDS = 0.02
+"""What the compilation of a kernel costs, times its stages and the square of the number of positions and multipliers, or components: it
+was 1.7 s at 9, 3 s at 15, 7 s at 21 and 17 s at 30."""
+
+LEAST_COMPILE, MOST_COMPILE = 1.0, 20.0
+"""What it costs at least, and at most: large problems have loops, whose length does not grow."""
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """About how long cells take.
+
+    Parameters
+    ----------
+    seconds : float
+        In one process, s, without compilation.
+    like : int
+        Cells that it knows kept ones like, of the same method on the same problem.
+    cells : int
+        All of them.
+    kernels : int
+        Kernels that no kept run of this version has had compiled; some may be in the cache all the same.
+    compiling : float
+        About how long their compilation takes, s.
+    """
+
+    seconds: float
+    like: int
+    cells: int
+    kernels: int = 0
+    compiling: float = 0.0
+
+    def sentence(self, processes: int, where: str) -> str:
+        """Return it in words, for so many processes, which are there."""
+        whose = f"from kept runs for {self.like} of them, from what is usual for the others"
+        if self.like in (0, self.cells):
+            whose = "from kept runs of the same methods" if self.like else "from what is usual, for none of these methods was run before"
+        total = (self.seconds + self.compiling) / processes
+        compiled = (
+            f"with {duration(self.compiling)} in all for kernels to compile, {self.kernels} at most" if self.kernels else "all is compiled"
+        )
+        return f"about {duration(total)} {where} (an estimate {whose}; {compiled})"
+
+
+def estimate(cells: Sequence[Cell], store: Store) -> Estimate:
+    """Return about how long cells will take, by what the store has of their methods on their problem."""
+    kept: dict[tuple[str, str], list[Cell]] = {}
+    took: dict[Cell, float] = {}
+    compiled: set[Cell] = set()
+    for each in _whole(store.all()):
+        cell = Cell.of_plain(each.cell)
+        if each.maker == maker():
+            compiled.add(_kind(cell))
+        kept.setdefault((cell.problem, cell.method), []).append(cell)
+        took[cell] = each.took
+    knobs: dict[tuple[str, str], str] = {}
+    seconds, like = 0.0, 0
+    for cell in cells:
+        others = kept.get((cell.problem, cell.method), [])
+        if (cell.problem, cell.method) not in knobs:
+            knobs[cell.problem, cell.method] = cell.solver.knob
+        knob = knobs[cell.problem, cell.method]
+        usual = STEP_SECONDS if knob == "h" else TOLERANCE_SECONDS
+        rate = min((took[other] / _work(other, knob) for other in _nearest(cell, knob, others)), default=usual)
+        seconds += max(LEAST_SECONDS, rate * _work(cell, knob))
+        like += bool(others)
+    missing = {_kind(cell): cell for cell in cells if _kind(cell) not in compiled}
+    kernels = [(cell, _kernels(cell)) for cell in missing.values()]
+    compiling = sum(count * _compile_seconds(cell) for cell, count in kernels)
+    return Estimate(seconds, like, len(cells), sum(count for _, count in kernels), compiling)
+
+
+def _kind(cell: Cell) -> Cell:
+    """Return the cell without what compiles nothing anew: numbers, outputs and metrics."""
+    plain = replace(cell, value=1.0, t_end=1.0, parameters=(), options=(), outputs=0, metrics=(), case="", calls=0, beside=False)
+    return replace(plain, repeat=min(1, max(0, cell.repeat)))
+
+
+def _kernels(cell: Cell) -> int:
+    """Return how many kernels a cell takes: with fixed steps one that watches, and one more that is timed."""
+    return 2 if cell.repeat > 0 and cell.solver.knob == "h" else 1
+
+
+def _compile_seconds(cell: Cell) -> float:
+    ivp, solver = cell.ivp, cell.solver
+    size = len(ivp.y0) if isinstance(ivp, PoissonIvp) else ivp.d + ivp.m
+    stages = getattr(getattr(solver, "member", None), "stages", 1)
+    return float(min(MOST_COMPILE, max(LEAST_COMPILE, COMPILE_SECONDS * stages * size**2)))
+
+
+def _nearest(cell: Cell, knob: str, others: Sequence[Cell]) -> Sequence[Cell]:
+    """Return the cells to whose time that of this one is in proportion: with fixed steps all, and else those with the nearest tol."""
+    if knob == "h" or not others:
+        return others
+    distances = [abs(math.log(other.value / cell.value)) for other in others]
+    least = min(distances)
+    return [other for other, distance in zip(others, distances, strict=True) if distance == least]
+
+
+def _whole(rows: Iterable[Kept]) -> Iterable[Kept]:
+    """Give those that came to their end: one that failed soon tells nothing of another that does not."""
+    return (each for each in rows if not each.row.get("failure"))
+
+
+def _work(cell: Cell, knob: str) -> float:
+    """Return to what the time of a cell is taken as proportional: its runs times their steps, or their length where steps are chosen."""
+    return (1 + max(0, cell.repeat)) * (cell.t_end / cell.value if knob == "h" else cell.t_end)
+
+
+def duration(seconds: float) -> str:
+    """Return about how long something lasts, in words."""
+    if seconds < 90:
+        return f"{max(1, round(seconds))} s"
+    if seconds < 5400:
+        return f"{seconds / 60:.0f} min"
+    return f"{seconds / 3600:.1f} h" if seconds < 2 * 86400 else f"{seconds / 86400:.3g} days"

@@ -1,0 +1,97 @@
+"""All rows of a store as one table in a file, for other programs."""
+
+from collections.abc import Sequence
+from importlib import import_module
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from daebench.errors import BadInput
+from daebench.runs.csv_files import write_frame
+from daebench.runs.files import atomic, check_place
+from daebench.studies.grid.cell import maker
+from daebench.studies.grid.store import Kept, Store
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+FORMATS = (".csv", ".parquet")
+"""Endings of files."""
+
+
+def check_file(path: Path) -> None:
+    """Refuse a file before the work that would fill it.
+
+    Raises
+    ------
+    BadInput
+        If its ending is none of :data:`FORMATS`, it cannot be written, or pyarrow is missing where it is needed.
+    """
+    if path.suffix.lower() not in FORMATS:
+        raise BadInput(f"{path}: the file must end in {' or '.join(FORMATS)}.")
+    if path.suffix.lower() == ".parquet":
+        try:
+            import_module("pyarrow")
+        except ImportError as error:
+            raise BadInput("Parquet takes pyarrow, which is not installed; install it by pip install 'daebench[scale]'.") from error
+    check_place(path)
+
+
+def table_of(store: Store) -> "pd.DataFrame":
+    """Return all rows of a store, those with the same cell one after the other: what was computed, the cell, and what made it.
+
+    Columns are those of the rows; the fields of cells that rows do not have; and key, maker and took, see
+    :class:`daebench.studies.grid.store.Kept`. What a row has not is missing.
+
+    Raises
+    ------
+    BadInput
+        If the store has no rows.
+    """
+    rows = list(store.all())
+    if not rows:
+        raise BadInput(f"{store.path} has no rows; make some, by daebench work-precision say.")
+    return frame(rows)
+
+
+def frame(rows: Sequence[Kept]) -> "pd.DataFrame":
+    """Return rows as a table, see :func:`table_of`."""
+    import pandas as pd
+
+    return pd.DataFrame(map(_flat, rows)).sort_values(["problem", "case", "method", "value", "key"], ignore_index=True)
+
+
+def described(table: "pd.DataFrame") -> dict[str, str]:
+    """Return in words what a table of runs is of: problems, methods and settings, and how many runs other versions made."""
+    here = maker()
+    problems = table[["problem", "case"]].drop_duplicates().itertuples(index=False)
+    others = int((table["maker"] != here).sum())
+    return {
+        "Runs": f"{len(table)}, a row each, {others} of them made by other versions of daebench or of a library",
+        "Problems": ", ".join(f"{problem} (case {case})" for problem, case in problems),
+        "Methods": ", ".join(dict.fromkeys(map(str, table["method"]))),
+        "Settings": "value (h or tol), t_end, parameters and options in columns of their names; what made a row has the hash in maker",
+    }
+
+
+def write(table: "pd.DataFrame", path: Path) -> None:
+    """Write a table, whole or not at all; CSV has all digits of its numbers.
+
+    Parameters
+    ----------
+    table : DataFrame
+        As :func:`table_of` gives it.
+    path : Path
+        The file; its ending says which of :data:`FORMATS` it is in.
+    """
+    with atomic(path) as scratch:
+        if path.suffix.lower() == ".csv":
+            write_frame(scratch, table)
+        else:
+            table.to_parquet(scratch, index=False, engine="pyarrow")
+
+
+def _flat(kept: Kept) -> dict[str, Any]:
+    """Return a row with the fields of its cell; lists of names are words, and of pairs, which the row has as columns, left out."""
+    cell = {name: value for name, value in kept.cell.items() if name not in ("parameters", "options")}
+    cell["metrics"] = " ".join(cell["metrics"])
+    return {**cell, **kept.row, "key": kept.key, "maker": kept.maker, "took": kept.took}

@@ -1,0 +1,118 @@
+"""A cell computed: one run, what it gave by column, and the best time of it."""
+
+import time
+from dataclasses import replace
+from typing import Any
+
+from daebench.errors import DaebenchError
+from daebench.runs.request import Request
+from daebench.studies.grid.cell import Cell, maker
+from daebench.studies.grid.metrics import Measured, metrics_of
+from daebench.studies.grid.store import Kept
+
+NAN = float("nan")
+
+LONG = 0.3
+"""CPU time after which a run is not timed again, s: what disturbs a run of that length is small beside it."""
+
+Row = dict[str, Any]
+
+
+def kept(key: str, cell: Cell) -> Kept:
+    """Return the row of a cell as it is kept under its key, with how long it took."""
+    began = time.perf_counter()
+    row = row_of(cell)
+    return Kept(key, cell.plain(), row, maker(), time.perf_counter() - began)
+
+
+def row_of(cell: Cell) -> Row:
+    """Return the row of a cell: what :func:`looked_at` gives, and the time where it is asked for."""
+    row = looked_at(cell)
+    return with_time(cell, row) if cell.repeat else row
+
+
+def looked_at(cell: Cell) -> Row:
+    """Return the row of a cell without its time: names, numbers asked for, work, and why it failed where it did.
+
+    A run that failed, took no step, or was looked at twice has NaN where numbers would be, and says why: a row is never left out.
+
+    The work of a tolerance-driven run is that of the run that is looked at, in which some methods evaluate more for each output.
+
+    Raises
+    ------
+    KeyboardInterrupt
+        If Ctrl-C ends the run: what somebody did not wait for is no failure of the method, and no row.
+    """
+    row: Row = {
+        "problem": cell.problem,
+        "case": cell.case,
+        "method": cell.method,
+        "knob": "",
+        "value": cell.value,
+        **dict(cell.parameters),
+        **dict(cell.options),
+        "precision": cell.precision,
+        "compensated": cell.compensated,
+        "sweeps": cell.sweeps,
+        "newton": cell.newton,
+        "t_end": cell.t_end,
+    }
+    metrics = metrics_of(cell.metrics)
+    row |= {column: NAN for metric in metrics for column in metric.columns}
+    row |= {"reference": ""} if any(metric.certified for metric in metrics) else {}
+    row |= {"steps": 0, "seconds": NAN, "callback_seconds": NAN, "t_reached": 0.0, "failure": ""}
+    try:
+        ivp, solver = cell.ivp, cell.solver
+        row["knob"] = solver.knob
+        run = solver.solve(ivp, cell.asked(solver.knob))
+        row |= {f"n_{kind}": count for kind, count in run.work.items()}
+        row |= {"steps": run.steps, "t_reached": float(run.t[-1]), "failure": run.failure or ""}
+        found = Measured(cell, ivp, solver, run)
+        if not found.told:
+            nothing = f"{run.steps} steps and {len(run.t)} states tell nothing; take a smaller {solver.knob} or more outputs"
+            row["failure"] = row["failure"] or nothing
+            return row
+        for metric in metrics:
+            if metric.measures(solver):
+                row |= metric.measure(found)
+                row |= {"reference": found.against} if metric.certified else {}
+    except DaebenchError as error:
+        row["failure"] = str(error)
+    return row
+
+
+def with_time(cell: Cell, row: Row) -> Row:
+    """Return the row of a cell with its time, and the work of the run that is timed; a row of a run that failed is as it was."""
+    if row["failure"]:
+        return row
+    try:
+        return row | _timed(cell, cell.solver)
+    except DaebenchError as error:
+        return row | {"failure": str(error)}
+
+
+def _timed(cell: Cell, solver: Any) -> Row:
+    """Return the least time of several runs that watch and keep nothing, of one if it is long; the run that was looked at has warmed up.
+
+    Of a run by tolerance it returns the work as well: solvers count their calls in any case, and each output that DOP853 interpolates
+    takes some, so that time and work are of the same run. IDA, CVODE, heyoka and solve_dae interpolate by what they have.
+    """
+    request, best = bare(cell, solver.knob), None
+    for _ in range(cell.repeat):
+        run = solver.solve(cell.ivp, request)
+        if run.failure is None and (best is None or run.seconds < best.seconds):
+            best = run
+        if run.seconds > LONG:
+            break
+    if best is None:
+        return {}
+    inside = best.callback_seconds
+    work = {f"n_{kind}": count for kind, count in best.work.items()}
+    return {**work, "seconds": best.seconds, "callback_seconds": NAN if inside is None else inside}
+
+
+def bare(cell: Cell, knob: str) -> Request:
+    """Return what a method with this knob is asked where it is timed: its end alone, nothing watched, and no work counted that costs."""
+    if knob == "h":
+        return replace(cell.asked(knob), watch=(), count=False, every=0)
+    return replace(cell.asked(knob), watch=(), points=2)

@@ -1,0 +1,291 @@
+"""What can be measured of one run, by name: each a few columns of the table, with its unit and what it takes."""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from daebench.diagnostics.branch import largest_jump
+from daebench.diagnostics.energy_verdict import energy_scales, energy_verdict, size
+from daebench.diagnostics.integrals import integral_errors
+from daebench.errors import BadInput, unknown
+from daebench.reference.keep.between import At, states_at
+from daebench.reference.motion import OwnRun
+from daebench.runs.ivp import Ivp, PoissonIvp
+from daebench.runs.trajectory import Array, PoissonTrajectory, Trajectory
+from daebench.studies.grid.against import certified_of, own_of, require_reference
+from daebench.studies.grid.cell import FEWEST, Cell
+from daebench.systems.renamed import OldAttribute
+
+NAN = float("nan")
+
+LOST = 1e-2
+"""Error, in parts of the largest coordinate, with which a motion is lost."""
+
+ENOUGH = 8
+"""Outputs at stored times from which on errors are taken at these alone: between stored times a reference has to be integrated."""
+
+
+@dataclass(frozen=True)
+class Measured:
+    """A run, and what there is to hold it against.
+
+    Parameters
+    ----------
+    cell : Cell
+        What was asked.
+    ivp : InitialValueProblem
+        The problem.
+    solver : method
+        The method.
+    run : Trajectory or PoissonTrajectory
+        What it gave.
+    """
+
+    cell: Cell
+    ivp: Ivp
+    solver: Any
+    run: Trajectory | PoissonTrajectory
+    scene = OldAttribute("ivp")
+
+    @property
+    def told(self) -> bool:
+        """Whether the run tells anything: it took a step, did not fail, and was looked at more than twice."""
+        return self.run.failure is None and self.run.steps > 0 and len(self.run.t) >= FEWEST
+
+    @property
+    def states(self) -> tuple[Array, ...]:
+        """States at the outputs: p and q, or y."""
+        return (self.run.y,) if isinstance(self.run, PoissonTrajectory) else (self.run.p, self.run.q)
+
+    @cached_property
+    def compared(self) -> NDArray[np.bool_]:
+        """Which outputs errors are taken at, shape(n,)."""
+        certified = certified_of(self.cell)
+        stored = np.isin(self.run.t, certified.t if certified else ())
+        return stored if np.sum(stored) >= ENOUGH else np.ones(len(self.run.t), dtype=bool)
+
+    @cached_property
+    def truth(self) -> At | OwnRun:
+        """The certified reference at these outputs, or a finer run where there is none."""
+        certified, t = certified_of(self.cell), self.run.t[self.compared]
+        return states_at(certified, t) if certified else own_of(self.cell, t)
+
+    @property
+    def against(self) -> str:
+        """What errors are taken against, in words."""
+        truth = self.truth
+        return truth.words if isinstance(truth, OwnRun) else f"certified {self.cell.problem}-{self.cell.case}"
+
+    def part(self, name: str) -> Array:
+        """Return a part of the run's states at these outputs: "q", "p", "y", or "lam"."""
+        if name != "lam":
+            return np.asarray(getattr(self.run, name))[self.compared]
+        return np.asarray(self.ivp.along("lam", *(x[self.compared] for x in self.states)), dtype=float)
+
+
+Columns = Mapping[str, float | str]
+
+
+@dataclass(frozen=True)
+class Metric:
+    """Something that is measured of a run.
+
+    Parameters
+    ----------
+    name : str
+        Name.
+    columns : mapping of str to str
+        Names of its columns, and their units.
+    about : str
+        What it is, in one line.
+    measure : callable
+        Returns the columns of a run that tells something.
+    poisson, constrained : bool
+        For which kinds of problems it is.
+    certified : bool
+        Whether it is an error against a reference: the certified one where it fits, else a finer run.
+    fixed_step : bool
+        Whether it is for methods with fixed steps alone; in a study that has others too, theirs is NaN.
+    """
+
+    name: str
+    columns: Mapping[str, str]
+    about: str
+    measure: Callable[[Measured], Columns]
+    constrained: bool = True
+    poisson: bool = True
+    certified: bool = False
+    fixed_step: bool = False
+
+    def measures(self, solver: Any) -> bool:
+        """Whether it is for methods like this one."""
+        return not self.fixed_step or bool(solver.knob == "h")
+
+    def refusal(self, cell: Cell) -> str | None:
+        """Return why a cell cannot be measured by it, as a sentence, or None."""
+        ivp = cell.ivp
+        poisson = isinstance(ivp, PoissonIvp)
+        if not (self.poisson if poisson else self.constrained):
+            return f"{self.name} is not measured on {ivp.problem}, which is {'a Poisson system' if poisson else 'a constrained problem'}."
+        if not self.measures(cell.solver):
+            return f"{self.name} is of methods with fixed steps, and {cell.method} has none; leave out one of them."
+        try:
+            require_reference(cell, f"the error {self.name}") if self.certified else None
+        except BadInput as error:
+            return str(error)
+        return None
+
+
+def _error(part: str) -> Callable[[Measured], Columns]:
+    def measure(found: Measured) -> Columns:
+        truth = found.truth
+        off = np.abs(found.part(part) - truth.states[part])
+        return {f"error_{part}": float(np.max(off)), f"bound_{part}": float(np.max(truth.bound[part]))}
+
+    return measure
+
+
+def _phase(found: Measured) -> Columns:
+    """Return by how much time the run is early or late, at most: its error along the motion over the speed there."""
+    truth, parts = found.truth, ("y",) if isinstance(found.ivp, PoissonIvp) else ("p", "q")
+    rates = _rates(found.ivp, *(truth.states[part] for part in parts))
+    off = np.concatenate([found.part(part) - truth.states[part] for part in parts], axis=1)
+    speed = np.sum(rates**2, axis=1)
+    moving = speed > 1e-12 * float(np.max(speed))
+    late = np.sum(off * rates, axis=1)[moving] / speed[moving]
+    return {"phase": float(np.max(np.abs(late)))}
+
+
+def _rates(ivp: Ivp, *states: Array) -> Array:
+    """Return p' and q' of HLW (1.18), or y', one row a state."""
+    if isinstance(ivp, PoissonIvp):
+        return np.asarray(ivp.along("field", *states), dtype=float)
+    p, q = states
+    lam, G = (np.asarray(ivp.along(name, *arguments), dtype=float) for name, arguments in (("lam", (p, q)), ("G", (q,))))
+    force = np.einsum("nij,ni->nj", G.reshape(len(q), ivp.m, ivp.d), lam)
+    dp = -np.asarray(ivp.along("H_q", p, q), dtype=float) - force
+    return np.concatenate([dp, np.asarray(ivp.along("H_p", p, q), dtype=float)], axis=1)
+
+
+def _energy(found: Measured) -> Columns:
+    drift, scales = energy_verdict(found.ivp, found.run), energy_scales(found.ivp, found.run)
+    H = np.asarray(found.ivp.along("H", *found.states), dtype=float)
+    worst = float(found.run.maxima.get("energy", np.max(np.abs(H - H[0]))))
+    told: dict[str, float | str] = {"energy_error": worst, "energy_size": size(worst, scales), "energy_scale": _energy_scale(found)}
+    told |= {"energy_verdict": drift.verdict, "energy_law": drift.words, "energy_change_bound": drift.change_bound}
+    return {**told, "energy_slope": drift.slope, "growth": drift.exponent}
+
+
+def _energy_scale(found: Measured) -> float:
+    """Return what an error of the energy is large or small against: the largest |p^T H_p|, twice the kinetic energy, or the largest |H|."""
+    if isinstance(found.run, PoissonTrajectory):
+        return float(np.max(np.abs(found.ivp.along("H", found.run.y))))
+    p = found.run.p
+    return float(np.max(np.abs(np.sum(p * np.asarray(found.ivp.along("H_p", p, found.run.q), dtype=float), axis=1))))
+
+
+def _jump(found: Measured) -> Columns:
+    """Return the largest jump of a step; NaN where not every step was looked at."""
+    run = found.run
+    if isinstance(run, PoissonTrajectory) or len(run.t) <= run.steps:
+        return {"jump": NAN}
+    return {"jump": largest_jump(run.t, run.q, np.asarray(found.ivp.along("H_p", run.p, run.q), dtype=float))}
+
+
+def _horizon(found: Measured) -> Columns:
+    """Return the last time up to which the error of the position, or of the state, is at most a part of its size."""
+    part = "y" if isinstance(found.ivp, PoissonIvp) else "q"
+    truth = found.truth.states[part]
+    off = np.max(np.abs(found.part(part) - truth), axis=1) > LOST * np.max(np.abs(truth))
+    t = found.run.t[found.compared]
+    return {"horizon": float(t[max(int(np.argmax(off)) - 1, 0)] if np.any(off) else t[-1])}
+
+
+def _integrals(found: Measured) -> Columns:
+    errors = integral_errors(found.ivp, found.run)
+    return {"integrals": float(max((np.max(np.abs(error)) for error in errors.values()), default=NAN))}
+
+
+def _maxima(*names: str) -> Callable[[Measured], Columns]:
+    return lambda found: {name: float(found.run.maxima.get(name, NAN)) for name in names}
+
+
+def _casimirs(found: Measured) -> Columns:
+    own = [value for name, value in found.run.maxima.items() if name in getattr(found.ivp, "casimirs", ())]
+    return {"casimirs": float(max(own, default=NAN))}
+
+
+def defect_of(ivp: Ivp, solver: Any, h: float) -> float:
+    """Return the symplecticity defect of a few steps of a method with fixed steps, or on a Poisson system the Poisson defect."""
+    if isinstance(ivp, PoissonIvp):
+        from daebench.diagnostics.poisson import poisson_defect
+
+        return float(poisson_defect(solver.flow(ivp, h, DEFECT_STEPS), ivp.y0, lambda y: ivp.value("B", y)))
+    from daebench.diagnostics.symplecticity import symplecticity_defect, tangent_basis
+
+    basis = tangent_basis(ivp, ivp.p0, ivp.q0)
+    return float(symplecticity_defect(solver.flow(ivp, h, DEFECT_STEPS), ivp.p0, ivp.q0, basis))
+
+
+def _defect(found: Measured) -> Columns:
+    """Return the defect of the map in double precision; of the one in single precision, which is a rounding of it, it is NaN."""
+    if found.cell.precision == "float32":
+        return {"defect": NAN}
+    return {"defect": defect_of(found.ivp, found.solver, found.cell.value)}
+
+
+DEFECT_STEPS = 10
+"""Steps over which a two-form is carried: one step of some schemes that are not symplectic keeps it, from the manifold."""
+
+METRICS: Mapping[str, Metric] = {
+    each.name: each
+    for each in (
+        Metric("q", {"error_q": "length", "bound_q": "length"}, "largest error of a position", _error("q"), poisson=False, certified=True),
+        Metric("p", {"error_p": "", "bound_p": ""}, "largest error of a momentum", _error("p"), poisson=False, certified=True),
+        Metric("lam", {"error_lam": "", "bound_lam": ""}, "largest error of a multiplier", _error("lam"), poisson=False, certified=True),
+        Metric("y", {"error_y": "", "bound_y": ""}, "largest error of a component", _error("y"), constrained=False, certified=True),
+        Metric("phase", {"phase": "s"}, "largest time by which it is early or late", _phase, certified=True),
+        Metric(
+            "energy",
+            {
+                "energy_error": "",
+                "energy_size": "",
+                "energy_verdict": "",
+                "energy_law": "",
+                "energy_change_bound": "",
+                "energy_slope": "1/s",
+                "growth": "",
+                "energy_scale": "",
+            },
+            "largest energy error, also over the mean kinetic energy, and the verdict on its trend; its scale is 2 max T, or |H|",
+            _energy,
+        ),
+        Metric("manifold", {"g": "", "Gv": ""}, "largest |g| and |G H_p|", _maxima("g", "Gv"), poisson=False),
+        Metric("casimirs", {"casimirs": ""}, "largest error of a Casimir function", _casimirs, constrained=False),
+        Metric("jump", {"jump": ""}, "largest jump of a step, see daebench.diagnostics.branch", _jump, poisson=False, fixed_step=True),
+        Metric("horizon", {"horizon": "s"}, f"time until which its error is within {LOST:g} of its size", _horizon, certified=True),
+        Metric("integrals", {"integrals": ""}, "largest error of another first integral that the problem declares", _integrals),
+        Metric("defect", {"defect": ""}, f"defect of the two-form over {DEFECT_STEPS} steps", _defect, fixed_step=True),
+    )
+}
+"""What can be measured besides work and time, which every run has."""
+
+
+def metrics_of(names: Sequence[str]) -> list[Metric]:
+    """Return metrics by their names.
+
+    Raises
+    ------
+    BadInput
+        If a name is unknown, or there are none.
+    """
+    if not names:
+        raise BadInput(f"a study measures something; name some of {', '.join(METRICS)}.")
+    for name in names:
+        if name not in METRICS:
+            raise unknown("metric", name, METRICS)
+    return [METRICS[name] for name in names]

@@ -1,0 +1,188 @@
+"""Where cells are computed besides this process: processes of this machine, or the workers of a Dask cluster.
+
+A study takes any executor of ``concurrent.futures``. One of mpi4py makes it run under MPI, with a process that hands out cells and
+keeps their rows, and others that compute::
+
+    # study_mpi.py; run by: mpiexec -n 9 python -m mpi4py.futures study_mpi.py
+    from pathlib import Path
+
+    from mpi4py.futures import MPIPoolExecutor
+
+    from daebench.studies.grid.store import opened
+    from daebench.studies.grid.study import Study
+
+    if __name__ == "__main__":
+        study = Study(problem="planar_pendulum", methods=["rattle"], values={"h": [0.1, 0.05]}, t_end=100.0)
+        with opened(Path("studies.db")) as store, MPIPoolExecutor() as executor:
+            table = study.table(store, executor=executor)
+"""
+
+import logging
+import multiprocessing
+import os
+import signal
+import threading
+from collections.abc import Iterator
+from concurrent.futures import Executor, ProcessPoolExecutor
+from contextlib import closing, contextmanager
+from importlib.machinery import ModuleSpec
+from importlib.util import find_spec
+from multiprocessing.context import BaseContext
+
+from daebench.errors import BadInput
+from daebench.studies.grid.tls import NO_TLS, Tls, security
+
+THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
+"""What numerical libraries read: one thread for each process."""
+
+LOADED = ("numba", "scipy.linalg", "daebench.studies.grid.shares")
+"""What every process needs, loaded once by the server that they are forked from."""
+
+COMPUTES = "daebench.studies.grid.shares"
+"""What a worker needs: one that gets what it cannot load leaves the cluster without a word to us."""
+
+REACHED_SECONDS = 10.0
+"""How long a scheduler may take to answer."""
+
+LAST_SECONDS = 30.0
+"""How long a process may take to end that is asked to: it may have something to write."""
+
+
+@contextmanager
+def local_processes(workers: int | None = None) -> Iterator[Executor]:
+    """Open a pool of processes on this machine, one thread each; they end with the block, whatever ends it, and with this process.
+
+    Parameters
+    ----------
+    workers : int, optional
+        Number of processes; by default the cores that this process may use.
+
+    Yields
+    ------
+    Executor
+        To be given to :meth:`daebench.studies.grid.study.Study.table`.
+    """
+    workers = workers or cores()
+    old = {name: os.environ.get(name) for name in THREADS}
+    os.environ |= dict.fromkeys(THREADS, "1")
+    before = set(multiprocessing.active_children())
+    pool = ProcessPoolExecutor(workers, mp_context=_context(), initializer=_begin_process)
+    try:
+        yield pool
+    finally:
+        pool.shutdown(wait=False, cancel_futures=True)
+        children = set(multiprocessing.active_children()) - before
+        for process in children:
+            process.terminate()
+        for process in children:
+            process.join(LAST_SECONDS)
+            process.kill()
+        for name, value in old.items():
+            if value is None:
+                os.environ.pop(name, None)
+            else:
+                os.environ[name] = value
+
+
+def cores() -> int:
+    """Return how many cores this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+def _context() -> BaseContext:
+    """Return how processes are begun: forked from a server that begins to load now what all of them need, where there is one."""
+    if "forkserver" not in multiprocessing.get_all_start_methods():
+        return multiprocessing.get_context("spawn")
+    from multiprocessing.forkserver import ensure_running
+
+    context = multiprocessing.get_context("forkserver")
+    context.set_forkserver_preload(list(LOADED))
+    ensure_running()
+    return context
+
+
+def _begin_process() -> None:
+    """Leave Ctrl-C to the process that hands out cells, and end with it even where it is killed."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    if parent := multiprocessing.parent_process():
+
+        def end_with_parent() -> None:
+            parent.join()
+            os._exit(1)
+
+        threading.Thread(target=end_with_parent, daemon=True).start()
+
+
+def workers_of(executor: Executor) -> int:
+    """Return how many calls an executor makes at a time; Dask's has a client that tells."""
+    if client := getattr(executor, "_client", None):
+        threads: dict[str, int] = client.nthreads()
+        return sum(threads.values()) or 1
+    told: int | None = getattr(executor, "_max_workers", None) or getattr(executor, "num_workers", None)
+    return told or os.cpu_count() or 1
+
+
+def attended(executor: Executor) -> bool:
+    """Return whether somebody computes what an executor is given: a Dask cluster may lose its workers, one after the other."""
+    client = getattr(executor, "_client", None)
+    try:
+        return client is None or bool(client.nthreads())
+    except (OSError, TimeoutError):
+        return False
+
+
+@contextmanager
+def dask_cluster(address: str, tls: Tls = NO_TLS) -> Iterator[Executor]:
+    """Connect to the scheduler of a Dask cluster; its workers need this version of daebench, and cells that a lost one had go to others.
+
+    A cluster is code execution: whoever reaches its scheduler runs code on the workers, and one that is not what it says runs code here.
+
+    Parameters
+    ----------
+    address : str
+        Address of the scheduler: "tcp://127.0.0.1:8786", where everybody who reaches it is trusted, or tls://host:port.
+    tls : Tls
+        Certificates for tls://host:port; if none are given, those of Dask's configuration.
+
+    Yields
+    ------
+    Executor
+        To be given to :meth:`daebench.studies.grid.study.Study.table`.
+
+    Raises
+    ------
+    BadInput
+        If Dask is not installed, there is no scheduler at the address, it has no workers, one of them has no daebench, or certificates
+        are missing or cannot be used.
+    """
+    try:
+        from distributed import Client
+    except ImportError as error:
+        raise BadInput("a scheduler takes Dask; install it by: pip install 'daebench[scale]'.") from error
+    known_by = security(address, tls)
+    try:
+        client = Client(address, timeout=REACHED_SECONDS, set_as_default=False, security=known_by)
+    except (OSError, TimeoutError, ValueError) as error:
+        raise BadInput(f"there is no Dask scheduler at {address}: {error}; start one by: dask scheduler.") from error
+    with _silent("distributed.client", "distributed.core", "asyncio"), closing(client):
+        try:
+            client.wait_for_workers(1, timeout=REACHED_SECONDS)
+        except TimeoutError as error:
+            raise BadInput(f"the Dask scheduler at {address} has no workers; start some by: dask worker {address}.") from error
+        found = client.run(find_spec, COMPUTES, on_error="return")
+        if strangers := [worker for worker, spec in found.items() if not isinstance(spec, ModuleSpec)]:
+            raise BadInput(f"{strangers[0]} of the cluster has no daebench, or an older one; install this version there.")
+        yield client.get_executor(pure=False)
+
+
+@contextmanager
+def _silent(*names: str) -> Iterator[None]:
+    """Let loggers say nothing for the time of a block: what goes wrong is told in a sentence, and not in their tracebacks too."""
+    loggers = {logging.getLogger(name): logging.getLogger(name).level for name in names}
+    try:
+        for logger in loggers:
+            logger.setLevel(logging.CRITICAL + 1)
+        yield
+    finally:
+        for logger, level in loggers.items():
+            logger.setLevel(level)

@@ -1,0 +1,303 @@
+"""Rows that were computed, kept in one SQLite file under the hash of all that decided them, each with a digest of what it says."""
+
+import hashlib
+import json
+import math
+import sqlite3
+import warnings
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import closing, contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from daebench.errors import BadInput, DaebenchError, Interrupted
+from daebench.studies.grid.salvage import COLUMNS, damaged_beside, readable
+
+LAYOUT = 3
+"""Version of the layout of the file; it is in SQLite's own ``user_version``."""
+
+MARK = 0x44414542
+"""SQLite's ``application_id`` of our files."""
+
+BUSY_SECONDS = 30.0
+"""How long a write waits for another process that reads."""
+
+TABLE = """CREATE TABLE IF NOT EXISTS rows (
+    key TEXT PRIMARY KEY,
+    cell TEXT NOT NULL,
+    row TEXT NOT NULL,
+    maker TEXT NOT NULL,
+    took REAL NOT NULL,
+    digest TEXT NOT NULL
+) WITHOUT ROWID"""
+
+ROWS = f"SELECT {', '.join(COLUMNS)} FROM rows"
+
+MALFORMED = "malformed"
+"""What SQLite calls a file whose structure is damaged."""
+
+PUT = "INSERT OR REPLACE INTO rows VALUES (?, ?, ?, ?, ?, ?)"
+
+LONGEST = 80
+"""Most characters of the name of a lost row."""
+
+NAMED = 3
+"""Most lost rows that a message names."""
+
+
+class StoreWarning(UserWarning):
+    """Some of what was in a store is lost; the rest is kept."""
+
+
+@dataclass(frozen=True)
+class Kept:
+    """A row as it is kept.
+
+    Parameters
+    ----------
+    key : str
+        Hash of all that decided it.
+    cell : mapping
+        Fields of the cell, as :meth:`daebench.studies.grid.cell.Cell.plain` gives them.
+    row : mapping
+        What was computed, by column.
+    maker : str
+        Hash of daebench's own source and of the versions of the packages that made it.
+    took : float
+        How long it took, s.
+    """
+
+    key: str
+    cell: Mapping[str, Any]
+    row: Mapping[str, Any]
+    maker: str
+    took: float
+
+
+class StoreFull(DaebenchError):
+    """The file cannot grow; what was written before is whole."""
+
+
+class Store:
+    """A file of rows. One process writes; rows that are put are in the file together before anything else is done.
+
+    Parameters
+    ----------
+    path : Path
+        The file; it is made with its folder if it is not there.
+
+    Raises
+    ------
+    BadInput
+        If the file is something else, or is of a version of daebench with another layout.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        try:
+            path.parent.mkdir(parents=True, exist_ok=True)
+            self._base = self._connected()
+            if lost := self._lost():
+                self._renew(lost)
+        except (sqlite3.Error, OSError) as error:
+            raise BadInput(f"{path} is no store of a study, or cannot be opened: {error}; name another file.") from error
+
+    def _connected(self) -> sqlite3.Connection:
+        base = sqlite3.connect(self.path, timeout=BUSY_SECONDS, isolation_level=None)
+        base.text_factory = lambda text: text.decode(errors="replace")  # what is damaged fails its digest
+        try:
+            self._require_ours(base)
+            for command in ("PRAGMA journal_mode = WAL", "PRAGMA synchronous = NORMAL", TABLE):
+                base.execute(command)
+        except sqlite3.DatabaseError as error:
+            if MALFORMED not in str(error):  # a damaged one is looked at more closely
+                base.close()
+                raise
+        except BadInput:
+            base.close()
+            raise
+        return base
+
+    def _require_ours(self, base: sqlite3.Connection) -> None:
+        """Refuse a file of something else, or of another version; mark one that is new."""
+        mark, layout = (base.execute(f"PRAGMA {name}").fetchone()[0] for name in ("application_id", "user_version"))
+        empty = not base.execute("SELECT count(*) FROM sqlite_master").fetchone()[0]
+        if not empty and mark != MARK:
+            raise BadInput(f"{self.path} is a database of something else; name another file.")
+        if not empty and layout != LAYOUT:
+            age = "a newer" if layout > LAYOUT else "an older"
+            raise BadInput(f"{self.path} was written by {age} daebench (layout {layout}, here {LAYOUT}); name another file.")
+        if empty:
+            base.execute(f"PRAGMA application_id = {MARK}")
+            base.execute(f"PRAGMA user_version = {LAYOUT}")
+
+    def _lost(self) -> str:
+        """Return what of the file is damaged, in words; "" where nothing is."""
+        try:
+            found = self._base.execute("PRAGMA quick_check(1)").fetchone()[0]
+            columns = tuple(row[1] for row in self._base.execute("PRAGMA table_info(rows)"))
+            if found != "ok" or columns != COLUMNS:
+                return "pages of it cannot be read"
+            rows = [row for row in self._base.execute(ROWS) if not _is_whole(row)]
+        except sqlite3.DatabaseError as error:
+            if isinstance(error, sqlite3.OperationalError) and MALFORMED not in str(error):
+                raise
+            return "pages of it cannot be read"
+        told = "; ".join(map(_named, rows[:NAMED])) + ("; ..." if len(rows) > NAMED else "")
+        return f"{'1 row is' if len(rows) == 1 else f'{len(rows)} rows are'} not what was written: {told}" if rows else ""
+
+    def _renew(self, lost: str) -> None:
+        """Put the file aside and a new one in its place, with the rows that can be read."""
+        rows = [row for row in readable(self._base) if _is_whole(row)]
+        self._base.close()
+        aside = damaged_beside(self.path)
+        self._base = self._connected()
+        with self._base:
+            self._base.execute("BEGIN IMMEDIATE")
+            self._base.executemany(PUT, rows)
+        kept = f"{len(rows)} rows are kept, the others are computed again when they are asked for, and the damaged file is {aside.name}"
+        warnings.warn(f"{self.path} was damaged, {lost}; {kept}.", StoreWarning, stacklevel=5)
+
+    def close(self) -> None:
+        """Close the file."""
+        self._base.close()
+
+    def __contains__(self, key: str) -> bool:
+        return self._base.execute("SELECT 1 FROM rows WHERE key = ?", (key,)).fetchone() is not None
+
+    def __len__(self) -> int:
+        return int(self._base.execute("SELECT count(*) FROM rows").fetchone()[0])
+
+    def get(self, key: str) -> dict[str, Any] | None:
+        """Return the row of a key, or None.
+
+        Parameters
+        ----------
+        key : str
+            As ``cell_key.key_of`` gives it.
+        """
+        found = self._base.execute("SELECT row FROM rows WHERE key = ?", (key,)).fetchone()
+        return None if found is None else _read(found[0])
+
+    def put(self, rows: Iterable[Kept]) -> None:
+        """Write rows, all or none, in place of those of the same keys if there are any.
+
+        Parameters
+        ----------
+        rows : iterable of Kept
+            What is written, in one transaction.
+
+        Raises
+        ------
+        StoreFull
+            If they cannot be written; what was there before stays.
+        """
+        written = [(each.key, _text(each.cell), _written(each.row), each.maker, float(each.took)) for each in rows]
+        try:
+            with self._base:
+                self._base.execute("BEGIN IMMEDIATE")
+                self._base.executemany(PUT, [(*row, _digest(*row)) for row in written])
+        except sqlite3.OperationalError as error:
+            kept = f"the {len(self)} rows in it are kept: make room, and run again"
+            raise StoreFull(f"{self.path} cannot be written: {error}; {kept}.") from error
+
+    def all(self) -> Iterator[Kept]:
+        """Give all rows."""
+        for key, cell, row, maker, took in self._base.execute("SELECT key, cell, row, maker, took FROM rows"):
+            yield Kept(key, json.loads(cell), _read(row), maker, took)
+
+    def outdated(self, wanted: Mapping[str, Mapping[str, Any]]) -> int:
+        """Return how many cells, by their keys, are kept under another key alone: made by other versions, or of a changed definition."""
+        asked = {_text(cell): key for key, cell in wanted.items()}
+        found: dict[str, set[str]] = {}
+        for key, cell in self._base.execute("SELECT key, cell FROM rows"):
+            if cell in asked:
+                found.setdefault(cell, set()).add(key)
+        return sum(asked[cell] not in keys for cell, keys in found.items())
+
+
+def as_json(kept: Kept) -> str:
+    """Return a row as one line of JSON, which :func:`of_json` reads; numbers that JSON does not have are words."""
+    return json.dumps(
+        {"key": kept.key, "cell": dict(kept.cell), "row": json.loads(_written(kept.row)), "maker": kept.maker, "took": kept.took},
+        sort_keys=True,
+    )
+
+
+def of_json(line: str) -> Kept:
+    """Return the row of a line that :func:`as_json` gives.
+
+    Raises
+    ------
+    ValueError, KeyError, TypeError, AttributeError
+        If it is no such line.
+    """
+    found = json.loads(line)
+    return Kept(str(found["key"]), dict(found["cell"]), _read(json.dumps(found["row"])), str(found["maker"]), float(found["took"]))
+
+
+@contextmanager
+def opened(path: Path) -> Iterator[Store]:
+    """Open a store for the time of a block.
+
+    Parameters
+    ----------
+    path : Path
+        The file; it is made with its folder if it is not there.
+
+    Yields
+    ------
+    Store
+        The store, closed when the block ends.
+
+    Raises
+    ------
+    BadInput
+        See :class:`Store`.
+    Interrupted
+        If Ctrl-C ends the block; it says what is kept.
+    """
+    with closing(Store(path)) as store:
+        try:
+            yield store
+        except KeyboardInterrupt as stop:
+            raise Interrupted(f"interrupted; {len(store)} runs are kept in {path}: run again to go on.") from stop
+
+
+def _digest(*columns: object) -> str:
+    """Return the SHA-256 of what a row says."""
+    return hashlib.sha256("\0".join(map(repr, columns)).encode()).hexdigest()
+
+
+def _is_whole(row: tuple[Any, ...]) -> bool:
+    """Whether a row, with its digest at the end, is what was written."""
+    return bool(_digest(*row[:-1]) == row[-1])
+
+
+def _named(row: tuple[Any, ...]) -> str:
+    """Return what a damaged row was of, as far as it can be read."""
+    try:
+        cell = json.loads(row[1])
+        return f"{cell['method']} on {cell['problem']}, case {cell['case']}, {cell['value']:g}"[:LONGEST]
+    except (ValueError, TypeError, KeyError):
+        return "one that cannot be told"
+
+
+def _text(cell: Mapping[str, Any]) -> str:
+    return json.dumps(cell, sort_keys=True)
+
+
+def _written(row: Mapping[str, Any]) -> str:
+    """Return a row as JSON; numbers that JSON does not have are words."""
+    return json.dumps({name: _word(value) for name, value in row.items()}, allow_nan=False)
+
+
+def _word(value: Any) -> Any:
+    if isinstance(value, float) and not math.isfinite(value):
+        return {"number": repr(value)}
+    return value
+
+
+def _read(text: str) -> dict[str, Any]:
+    return {name: float(value["number"]) if isinstance(value, dict) else value for name, value in json.loads(text).items()}

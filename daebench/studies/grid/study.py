@@ -1,0 +1,224 @@
+"""A study: a grid of runs that is declared, and read as one long table."""
+
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from concurrent.futures import Executor
+from dataclasses import dataclass, field
+from itertools import product
+from typing import TYPE_CHECKING, Any
+
+from daebench.errors import BadInput, positive, unknown, whole
+from daebench.methods.initial_value_problem import initial_value_problem
+from daebench.methods.names import free_numbers, methods_of
+from daebench.runs.ivp import Ivp
+from daebench.studies.grid.cell import OUTPUTS, Cell
+from daebench.studies.grid.cell_key import key_of, require_possible
+from daebench.studies.grid.metrics import metrics_of
+from daebench.studies.grid.runs import runs_of
+from daebench.studies.grid.store import Store
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+    from daebench.studies.grid.engine import Tell
+
+
+@dataclass(frozen=True, kw_only=True)
+class Study:
+    """Every method on every case, with every value of its knob and of the parameters.
+
+    Parameters
+    ----------
+    problem : str
+        Name in the catalogue, or path of a problem file.
+    methods : sequence of str
+        Names in the grammar of :mod:`daebench.methods.names`.
+    values : mapping of str to sequence of float
+        Step sizes under "h" and tolerances under "tol"; under a method's name those of this method alone.
+    t_end : float
+        End of all runs, s.
+    cases : sequence of str, optional
+        Named initial values; by default the problem's first.
+    parameters : mapping of str to sequence of float, optional
+        Values of parameters of the problem.
+    options : mapping of str to float, optional
+        Free numbers of the methods; each goes to those that have it.
+    metrics : sequence of str
+        What is measured, see :data:`daebench.studies.grid.metrics.METRICS`.
+    precisions : sequence of str
+        "float64", "float32", "compensated" for float64 with compensated sums over steps; "sweeps=2" for Newton's iteration ended after
+        so many sweeps, "newton=1e-6" for one ended by this relative increment.
+    outputs : int
+        States of each run that are looked at, about.
+    repeat : int
+        Runs that are timed, of which the best counts; 0 where time is not asked for.
+    calls : int
+        Calls of the right side or residual after which a tolerance-driven run is given up; 0 for never.
+    beside : bool
+        Whether runs that are timed may run beside others; it is kept with their times, which are not those of runs alone.
+    anyway : bool
+        Whether schemes may run where they are no Poisson integrators.
+    on_singular : str
+        What is done where G loses rank; "" for what the case says.
+
+    Raises
+    ------
+    BadInput
+        If something is unknown, missing, given twice, or of no use to any method.
+    """
+
+    problem: str
+    methods: Sequence[str]
+    values: Mapping[str, Sequence[float]]
+    t_end: float
+    cases: Sequence[str] = ()
+    parameters: Mapping[str, Sequence[float]] = field(default_factory=dict)
+    options: Mapping[str, float] = field(default_factory=dict)
+    metrics: Sequence[str] = ("energy",)
+    precisions: Sequence[str] = ("float64",)
+    outputs: int = OUTPUTS
+    repeat: int = 0
+    calls: int = 0
+    beside: bool = False
+    anyway: bool = False
+    on_singular: str = ""
+
+    def __post_init__(self) -> None:
+        positive("t_end", self.t_end)
+        if whole("repeat", self.repeat) < 0:
+            raise BadInput(f"repeat = {self.repeat} must be 0 or more.")
+        metrics_of(self.metrics)
+        axes: dict[str, Sequence[object]] = {name: getattr(self, name) for name in ("methods", "cases", "metrics", "precisions")}
+        axes |= {f"values of {name}": each for name, each in (*self.values.items(), *self.parameters.items())}
+        for name, values in axes.items():
+            if isinstance(values, str) or not isinstance(values, Sequence | range):
+                raise BadInput(f"{name} of a study must be several, in a list, not {values!r}.")
+            if len(set(values)) < len(values):
+                twice = next(value for k, value in enumerate(values) if value in values[:k])
+                raise BadInput(f"{name} of a study has {twice!r} twice; leave one out.")
+            if not values and name != "cases":
+                raise BadInput(f"{name} of a study is empty; give some.")
+        for precision in self.precisions:
+            computed_in(precision)
+
+    def cells(self) -> list[Cell]:
+        """Return the runs, all of them checked.
+
+        Raises
+        ------
+        BadInput
+            If one cannot be made or measured; the message is of the first.
+        """
+        found = list(self._cells())
+        measured: set[tuple[object, ...]] = set()
+        for cell in found:  # all of one before the next, while its initial value problem is at hand: it takes longer to make than to use
+            require_possible(cell)
+            if (kind := (cell.method, cell.case, cell.parameters)) not in measured:
+                self._require_measurable(cell, found)
+                measured.add(kind)
+            key_of(cell)
+        return found
+
+    def _require_measurable(self, cell: Cell, cells: Sequence[Cell]) -> None:
+        """Refuse a metric that a cell cannot be measured by, unless it is not for its method and is for another of the study."""
+        for metric in metrics_of(self.metrics):
+            for_others = not metric.measures(cell.solver) and any(metric.measures(each.solver) for each in _one_a_method(cells))
+            if not for_others and (why := metric.refusal(cell)):
+                raise BadInput(why)
+
+    def _cells(self) -> Iterator[Cell]:
+        ivp = initial_value_problem(self.problem, self.cases[0] if self.cases else None)
+        solvers = methods_of(ivp, self.methods, self.options, anyway=self.anyway)
+        knobs = [self._values_of(name, solver.knob) for name, solver in zip(self.methods, solvers, strict=True)]
+        if useless := set(self.values) - set(self.methods) - {solver.knob for solver in solvers}:
+            raise BadInput(f"values of {', '.join(sorted(useless))} are of no use to {', '.join(self.methods)}; leave them out.")
+        grids = [[(name, float(x)) for x in values] for name, values in self.parameters.items()]
+        options = [self._options_of(ivp, solver) for solver in solvers]
+        for case, given, (name, own, values), precision in product(
+            self.cases or [ivp.case], product(*grids), zip(self.methods, options, knobs, strict=True), self.precisions
+        ):
+            for value in values:
+                yield Cell(
+                    problem=self.problem,
+                    case=case,
+                    method=name,
+                    value=float(value),
+                    t_end=float(self.t_end),
+                    metrics=tuple(self.metrics),
+                    parameters=tuple(given),
+                    options=own,
+                    anyway=self.anyway,
+                    on_singular=self.on_singular,
+                    outputs=self.outputs,
+                    repeat=self.repeat,
+                    calls=self.calls,
+                    beside=self.beside and self.repeat > 0,
+                    **computed_in(precision),
+                )
+
+    def _options_of(self, ivp: Ivp, solver: Any) -> tuple[tuple[str, float], ...]:
+        known = free_numbers(solver)
+        return tuple((key, number) for key, number in self.options.items() if key in known)
+
+    def _values_of(self, method: str, knob: str) -> Sequence[float]:
+        values = self.values.get(method, self.values.get(knob))
+        if values is None:
+            raise BadInput(f"{method} needs values of {knob}; give values={{{knob!r}: [...]}}.")
+        return [positive(knob, value) for value in values]
+
+    def table(self, store: Store, *, executor: Executor | None = None, tell: "Tell | None" = None) -> "pd.DataFrame":
+        """Return one row a run, those that the store has taken from there; the others are computed and put there.
+
+        Parameters
+        ----------
+        store : Store
+            Where rows are kept, see :func:`daebench.studies.grid.store.opened`.
+        executor : Executor, optional
+            What makes runs side by side, see :func:`daebench.studies.grid.schedulers.local_processes`; without one they are made in turn.
+        tell : callable, optional
+            Told how many runs are done, of how many, and which is the last of them.
+
+        Returns
+        -------
+        DataFrame
+            The fields of the run, one column each for its parameters; steps, t_reached (s), seconds (CPU time of stepping), failure and
+            counts of work n_...; and the columns of every metric. A run that stopped early has its row, with NaN where nothing was
+            measured.
+
+        Raises
+        ------
+        BadInput
+            As :meth:`cells`.
+        StoreFull
+            If rows cannot be written; those that are kept stay.
+        """
+        return runs_of(store, executor=executor, tell=tell)(self.cells())
+
+
+def _one_a_method(cells: Sequence[Cell]) -> Iterable[Cell]:
+    return {cell.method: cell for cell in cells}.values()
+
+
+def computed_in(precision: str) -> dict[str, Any]:
+    """Return the fields of a cell for one of the words that ``precisions`` of a study has.
+
+    Raises
+    ------
+    BadInput
+        If it is none of them.
+    """
+    fixed: dict[str, dict[str, Any]] = {"float64": {}, "float32": {"precision": "float32"}, "compensated": {"compensated": True}}
+    if precision in fixed:
+        return fixed[precision]
+    name, _, value = precision.partition("=")
+    if name == "sweeps" and value.isdecimal() and int(value) > 0:
+        return {"sweeps": int(value)}
+    if name == "newton" and 0 < _float(value) < 1:
+        return {"newton": float(value)}
+    raise unknown("precision", precision, (*fixed, "sweeps=1", "newton=1e-6"))
+
+
+def _float(text: str) -> float:
+    try:
+        return float(text)
+    except ValueError:
+        return float("nan")

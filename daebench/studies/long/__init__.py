@@ -1,0 +1,1 @@
+"""Long runs and ensembles of them."""

@@ -1,0 +1,69 @@
+"""Means of a long series over blocks of equal length, a bounded number of them: when there are many, they are joined in pairs."""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from daebench.runs.trajectory import Array
+
+BLOCK = 4096
+"""Samples that are added at a time, a power of two."""
+
+MANY = 1024
+"""Blocks that are joined to half as many."""
+
+
+@dataclass
+class Blocks:
+    """Means of a series over blocks of equal length.
+
+    Parameters
+    ----------
+    length : int
+        Samples of a block, a power of two.
+    means : ndarray, shape(blocks,)
+        Means of the blocks so far.
+    total, pieces : float and int
+        Sum of the means of the pieces of BLOCK samples that a longer block has so far, and their number.
+    """
+
+    length: int = 1
+    means: Array = field(default_factory=lambda: np.empty(0))
+    total: float = 0.0
+    pieces: int = 0
+
+    def add(self, values: Array) -> None:
+        """Add the next samples, shape(BLOCK,)."""
+        if self.length <= BLOCK:
+            found = np.mean(values.reshape(-1, self.length), axis=1)
+        else:
+            self.total, self.pieces = self.total + float(np.mean(values)), self.pieces + 1
+            if self.pieces * BLOCK < self.length:
+                return
+            found, self.total, self.pieces = np.array([self.total / self.pieces]), 0.0, 0
+        self.means = np.concatenate([self.means, found])
+        while len(self.means) >= MANY:
+            self.means, self.length = joined(self.means), 2 * self.length
+
+    def with_(self, values: Array) -> "Blocks":
+        """Return a copy with fewer than BLOCK samples more; those that fill no block are left out."""
+        whole = len(values) // self.length * self.length
+        more = np.mean(values[:whole].reshape(-1, self.length), axis=1)
+        return Blocks(self.length, np.concatenate([self.means, more]))
+
+    def at(self, length: int) -> Array:
+        """Return the means over longer blocks, shape(k,)."""
+        means = self.means
+        for _ in range((length // self.length).bit_length() - 1):
+            means = joined(means)
+        return means
+
+
+def joined(means: Array) -> Array:
+    """Return the means of neighbours, two and two; the last one of an odd number is left out."""
+    return np.asarray(np.mean(means[: len(means) // 2 * 2].reshape(-1, 2), axis=1))
+
+
+def middles(blocks: int, length: int) -> Array:
+    """Return the mean number of the samples of each block, samples being counted from 1, shape(blocks,)."""
+    return np.asarray(np.arange(blocks) * length + (length + 1) / 2)

@@ -1,0 +1,65 @@
+"""The picture of long runs: the energy error against time on logarithmic scales, and the spread of an ensemble."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from daebench.draw.figures import BLUE, QUIET, VERMILION, drawing, grid_of_axes, save, save_table
+from daebench.runs.trajectory import Array
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+
+BELOW = 30.0
+"""Factor below the least value over all members that is drawn: where a member's error changes sign it is as small as can be."""
+
+
+def draw(out: Path, stem: str, title: str, each: "pd.DataFrame", table: "pd.DataFrame") -> Path:
+    """Write ``STEM.svg``, PNG and CSV of the windows over all members, and ``STEM-members.csv``; return the path of the SVG.
+
+    Left is the rms error of each member and of all; right, where there are several, how far each member's mean is from the mean of all,
+    and the spread. Thin lines have the slopes 1/2 of a random walk and 1 of a linear drift.
+
+    Parameters
+    ----------
+    out : Path
+        Folder.
+    stem, title : str
+        Name of the files, and what is written above.
+    each, table : DataFrame
+        As :mod:`daebench.studies.long.table` makes them.
+    """
+    several = int(table["members"].max()) > 1
+    with drawing():
+        figure, axes = grid_of_axes(1, 1 + several, 3.6, sharex=True)
+        _panel(axes[0, 0], each, each["rms"], table["t"], table["rms"], VERMILION, "rms of all" if several else "rms")
+        figure.suptitle(title, fontsize="medium")
+        axes[0, 0].set(title="error from the start", ylabel="energy error H - H$_0$ [unit of H]")
+        if several:
+            own = (each["mean"] - each["window"].map(table["mean"])).abs()
+            _panel(axes[0, 1], each, own, table["t"], table["spread"], BLUE, "spread of members")
+            axes[0, 1].set(title="distance from the mean of all", ylabel="means over windows [unit of H]")
+        save_table(out / f"{stem}-members.csv", each)
+        return save(figure, out, stem, table)
+
+
+def _panel(axis: Any, each: "pd.DataFrame", own: "pd.Series[float]", t: "pd.Series[float]", all_: Any, color: str, label: str) -> None:
+    for _, rows in own.where(own > 0).groupby(each["member"]):
+        axis.plot(each["t"][rows.index], rows, color=QUIET, linewidth=0.5, alpha=0.6)
+    axis.plot(t, all_.where(all_ > 0), color=color, marker="o", markersize=2.5, linewidth=1.6, label=label)
+    _guides(axis, np.asarray(t, dtype=float), np.asarray(all_, dtype=float))
+    axis.set(xscale="log", yscale="log", xlabel="time t [s]")
+    positive = all_[all_ > 0]
+    if len(positive):
+        axis.set_ylim(bottom=positive.min() / BELOW)
+    axis.legend(loc="best")
+
+
+def _guides(axis: Any, t: Array, all_: Array) -> None:
+    """Draw lines of slope 1/2 and 1 that end where the curve does."""
+    ends = np.array([t[len(t) // 2], t[-1]])
+    for slope, dashes in ((0.5, "--"), (1.0, ":")):
+        name = "t$^{1/2}$" if slope == 0.5 else "t"
+        axis.plot(ends, 1.6 * all_[-1] * (ends / ends[-1]) ** slope, color="black", linewidth=0.7, linestyle=dashes, label=name)

@@ -1,0 +1,238 @@
+"""A run that goes on and on: the compiled loop called piece by piece, its energies reduced at once, and all of it a few numbers."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass, fields, replace
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+
+from daebench.diagnostics.passage import MOST_STATES
+from daebench.errors import BadInput, require_known
+from daebench.methods.fixed_step.lifted import Lifted
+from daebench.methods.fixed_step.stepping import next_piece
+from daebench.methods.names import method_of
+from daebench.runs.grid import Grid
+from daebench.runs.ivp import Ivp
+from daebench.runs.request import Request
+from daebench.runs.trajectory import Array
+from daebench.studies.grid.cell import ivp_of
+from daebench.studies.long.blocks import BLOCK, Blocks
+from daebench.studies.long.starts import start_of
+from daebench.studies.long.windows import Windows
+from daebench.systems.renamed import OldAttribute
+
+LARGEST = 1e140
+"""Modulus of an energy beyond which a run is given up: sums of its squares would overflow."""
+
+STRIDE = 16
+"""Steps between samples of the energy where nothing else is said."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class LongRun:
+    """What decides the numbers of a long run but for its length, as plain values.
+
+    Parameters
+    ----------
+    problem, case, method : str
+        Names; a problem may be the path of a file.
+    h : float
+        Step size.
+    stride : int
+        Steps between samples of the energy.
+    parameters, options : tuple of (str, float)
+        The problem's parameters that differ from the case's, and the method's free numbers.
+    precision : str
+        "float64" or "float32".
+    compensated : bool
+        Whether sums over steps are compensated.
+    anyway : bool
+        Whether a scheme may run where it is no Poisson integrator.
+    on_singular : str
+        What is done where G loses rank; "" for what the case says.
+    member : int
+        Which start of an ensemble it has; 0 is the case's own.
+    """
+
+    problem: str
+    case: str
+    method: str
+    h: float
+    stride: int = STRIDE
+    parameters: tuple[tuple[str, float], ...] = ()
+    options: tuple[tuple[str, float], ...] = ()
+    precision: str = "float64"
+    compensated: bool = False
+    anyway: bool = False
+    on_singular: str = ""
+    member: int = 0
+
+    scene = OldAttribute("ivp")
+
+    @property
+    def ivp(self) -> Ivp:
+        """The problem with its numbers, at the member's start."""
+        return _ivp(self)
+
+    @property
+    def solver(self) -> Any:
+        """The method.
+
+        Raises
+        ------
+        BadInput
+            If it chooses its steps itself, or is run above the problem.
+        """
+        found = method_of(self.ivp, self.method, dict(self.options), compensated=self.compensated, anyway=self.anyway)
+        if found.knob != "h":
+            raise BadInput(f"{self.method} chooses its steps itself; a long run takes a method with fixed steps, for example rattle.")
+        if isinstance(found, Lifted):
+            raise BadInput(
+                f"{self.method} keeps its state above the problem, which a long run does not; take a method of the problem itself."
+            )
+        return found
+
+    def member_of(self, number: int) -> "LongRun":
+        """Return the run from another start of the ensemble."""
+        return replace(self, member=number)
+
+    def plain(self) -> dict[str, Any]:
+        """Return the fields as JSON has them."""
+        pairs = {name: [list(each) for each in getattr(self, name)] for name in ("parameters", "options")}
+        return {each.name: getattr(self, each.name) for each in fields(self)} | pairs
+
+    def check(self, steps: int) -> None:
+        """Accept a run of so many steps that can be made.
+
+        Raises
+        ------
+        BadInput
+            If it cannot.
+        """
+        require_known(("precision", self.precision, ("float64", "float32")))
+        self._grid(self.solver, self.ivp, steps)
+
+    def _grid(self, solver: Any, ivp: Ivp, steps: int) -> Grid:
+        if not 1 <= self.stride <= steps:
+            raise BadInput(f"stride = {self.stride} must be at least one step, and at most the {steps} steps of the run.")
+        return _Buffered(solver.grid(ivp, self.request(steps)).h, steps, self.stride)
+
+    def request(self, steps: int) -> Request:
+        """Return what the method is asked to do."""
+        return Request(value=self.h, steps=steps, every=0, watch=(), count=False, precision=self.precision)
+
+    def trial(self, steps: int, seconds: float = 0.3) -> tuple[float, str]:
+        """Return the steps a second of CPU time in a trial of about so many seconds, and why that stopped early; "" if it did not."""
+        stream = Stream(self, steps)
+        while stream.going and stream.run.seconds < seconds:
+            stream.advance()
+        return float(stream.run.done / max(stream.run.seconds, 1e-9)), stream.run.failure or ""
+
+    def begun(self, steps: int) -> Any:
+        """Return a run of so many steps at its start, linked and compiled."""
+        solver, ivp = self.solver, self.ivp
+        return solver.begin(ivp, self.request(steps), self._grid(solver, ivp, steps), ("samples",))
+
+
+@lru_cache(maxsize=64)
+def _ivp(spec: LongRun) -> Ivp:
+    return start_of(ivp_of(spec.problem, spec.case, spec.parameters, spec.on_singular), spec.member, spec.precision)
+
+
+@dataclass(frozen=True)
+class _Buffered(Grid):
+    """A grid of which no more is kept at a time than a buffer holds, and what is added in a passage where G loses rank."""
+
+    @property
+    def rows(self) -> int:
+        """Number of samples that there is room for."""
+        return BLOCK + MOST_STATES + 1
+
+
+class Stream:
+    """A long run under way.
+
+    Samples are reduced in blocks of a fixed number, so that nothing depends on where a run was interrupted.
+
+    Parameters
+    ----------
+    spec : LongRun
+        What is run.
+    steps : int
+        Where it ends.
+    """
+
+    def __init__(self, spec: LongRun, steps: int) -> None:
+        self.spec = spec
+        self.run = spec.begun(steps)
+        self.windows, self.blocks = Windows(), Blocks()
+        self.passages = 0
+        self._piece = 64
+
+    @property
+    def going(self) -> bool:
+        """Whether there are steps left, and nothing has stopped it."""
+        return self.run.failure is None and self.run.done < self.run.grid.steps
+
+    @property
+    def waiting(self) -> Array:
+        """Errors of the energy that are sampled and not yet reduced, shape(k,): H(x) - H(x0) in the run's number type."""
+        energies = self.run.X[: self.run.row, 0]
+        return np.asarray(energies - self.run.conserved[0], dtype=float)
+
+    def advance(self) -> None:
+        """Take a piece of the run, of a fifth of a second or up to the end of the buffer."""
+        run = self.run
+        first = run.row
+        taken = min(self._piece, run.left + (BLOCK - 1 - first) * run.grid.every)
+        self._piece = next_piece(taken, run.piece(taken))
+        self.passages += len(run.passages)
+        run.passages.clear()
+        self._require_finite(first)
+        if run.row >= BLOCK:
+            self._reduce()
+
+    def _reduce(self) -> None:
+        run = self.run
+        values = self.waiting[:BLOCK]
+        self.windows.add(values)
+        self.blocks.add(values)
+        rest = run.row - BLOCK
+        run.X[:rest] = run.X[BLOCK : run.row]
+        run.row = rest
+
+    def _require_finite(self, first: int) -> None:
+        """Stop where a sample is not finite, or so large that its square may not be; those before it are kept."""
+        run = self.run
+        wrong = np.flatnonzero(~(np.abs(run.X[first : run.row, 0].astype(float)) < LARGEST))
+        if len(wrong):
+            run.row = first + int(wrong[0])
+            t = (self.windows.samples + run.row + 1) * run.grid.every * run.grid.h
+            where = f"{self.spec.method} on {self.spec.problem}, case {self.spec.case}"
+            run.failure = f"{where}: the energy is beyond {LARGEST:g} at t = {t:.9g}; use a smaller h."
+
+    def numbers(self) -> Array:
+        """Return all numbers that the loop carries, on one line; float32 is exact in float64."""
+        return np.array(list(_flat(self.run.carried)), dtype=float)
+
+    def restore(self, numbers: Array) -> None:
+        """Put back what :meth:`numbers` returned."""
+        self.run.carried = _shaped(self.run.carried, iter(numbers))
+
+
+def _flat(x: Any) -> Iterator[float]:
+    if isinstance(x, tuple):
+        for each in x:
+            yield from _flat(each)
+    else:
+        yield from np.ravel(x)
+
+
+def _shaped(like: Any, numbers: Iterator[Any]) -> Any:
+    """Return the next numbers in the shape and type of something else."""
+    if isinstance(like, tuple):
+        return tuple(_shaped(each, numbers) for each in like)
+    if isinstance(like, np.ndarray):
+        return np.array([next(numbers) for _ in range(like.size)], dtype=like.dtype).reshape(like.shape)
+    return type(like)(next(numbers))

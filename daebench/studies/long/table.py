@@ -1,0 +1,127 @@
+"""What long runs tell: statistics of windows, over the members of an ensemble, and a verdict."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from daebench.diagnostics.energy import Drift, energy_drift
+from daebench.diagnostics.random_walk import MEMBERS, Walk, random_walk
+from daebench.studies.grid.checkpoint import Checkpoint
+from daebench.studies.long.blocks import middles
+from daebench.studies.long.run import LongRun
+from daebench.studies.long.starts import ROUNDINGS
+from daebench.studies.long.windows import COUNT, LEAST, MEAN, MOST, centres, mean_square
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+
+FAR_BEHIND = 0.5
+"""A member that has less than this part of the samples of the longest one is left out of the verdict until it has caught up."""
+
+
+@dataclass(frozen=True)
+class Share:
+    """Of which members, and up to when, a verdict is told.
+
+    Parameters
+    ----------
+    asked : int
+        Members of the ensemble.
+    begun : int
+        Those that have begun.
+    failed : int
+        Those that stopped early, which are left out.
+    told : int
+        Those that the verdict is of.
+    until : float
+        Time in seconds up to which all of these are; NaN where there is none.
+    whole : bool
+        Whether these are all members, and each at its end.
+    """
+
+    asked: int
+    begun: int
+    failed: int
+    told: int
+    until: float
+    whole: bool
+
+
+def told_from(members: Mapping[int, Checkpoint]) -> dict[int, Checkpoint]:
+    """Return the members that a verdict is told from: those that have a sample, did not fail, and are not far behind the longest."""
+    sound = {number: kept for number, kept in members.items() if not kept.failure and samples(kept)}
+    most = max(map(samples, sound.values()), default=0)
+    return {number: kept for number, kept in sound.items() if samples(kept) >= FAR_BEHIND * most}
+
+
+def samples(kept: Checkpoint) -> int:
+    """Return how many samples a member has."""
+    return kept.windows.samples + len(kept.waiting)
+
+
+def share(spec: LongRun, members: Mapping[int, Checkpoint], asked: int, steps: int) -> Share:
+    """Return of which members, of so many that are asked for with so many steps each, the verdict is told."""
+    told = told_from(members)
+    until = min((samples(kept) * spec.stride * spec.h for kept in told.values()), default=float("nan"))
+    whole = len(told) == asked and all(kept.done >= steps for kept in told.values())
+    return Share(asked, len(members), sum(bool(kept.failure) for kept in members.values()), len(told), until, whole)
+
+
+def members_table(spec: LongRun, members: Mapping[int, Checkpoint]) -> "pd.DataFrame":
+    """Return the windows of each member, a row each: t in seconds, samples, mean, rms, least and most of H(x) - H(x0)."""
+    import pandas as pd
+
+    found = []
+    for number, kept in members.items():
+        table = kept.windows.with_(kept.errors).table
+        found.append(
+            pd.DataFrame(
+                {
+                    "member": number,
+                    "window": np.arange(len(table)),
+                    "t": centres(table) * spec.stride * spec.h,
+                    "samples": table[:, COUNT].astype(int),
+                    "mean": table[:, MEAN],
+                    "rms": np.sqrt(mean_square(table)),
+                    "least": table[:, LEAST],
+                    "most": table[:, MOST],
+                }
+            )
+        )
+    return pd.concat(found, ignore_index=True)
+
+
+def windows_table(each: "pd.DataFrame") -> "pd.DataFrame":
+    """Return the windows over all members that have as many samples of one as any.
+
+    Columns t, members, mean over all samples, rms over all samples, spread, which is the standard deviation over members of their
+    means and NaN for one member, and the largest modulus.
+    """
+    full = each[each["samples"] == each.groupby("window")["samples"].transform("max")]
+    groups = full.assign(square=full["rms"] ** 2, largest=full[["least", "most"]].abs().max(axis=1)).groupby("window")
+    table = groups.agg(t=("t", "first"), members=("member", "size"), mean=("mean", "mean"), square=("square", "mean"))
+    table["rms"] = np.sqrt(table.pop("square"))
+    return table.assign(spread=groups["mean"].std(ddof=1), largest=groups["largest"].max()).reset_index(drop=True)
+
+
+def growth(spec: LongRun, members: Mapping[int, Checkpoint]) -> Walk | Drift | None:
+    """Return how the energy error grows: of an ensemble of 16 or more a :class:`Walk`, of fewer the :class:`Drift` of their mean.
+
+    It is that of the members of :func:`told_from`, up to where the shortest of them is; None if there is none.
+    """
+    blocks = [kept.blocks.with_(kept.errors) for kept in told_from(members).values()]
+    length = max((each.length for each in blocks), default=1)
+    means = [each.at(length) for each in blocks]
+    common = min(map(len, means), default=0)
+    if not common:
+        return None
+    error = np.array([each[:common] for each in means])
+    t = middles(error.shape[1], length) * spec.stride * spec.h
+    first = abs(next(iter(members.values())).first)
+    resolution = float(np.finfo(spec.precision).eps) * max(first, ROUNDINGS * float(np.max(np.abs(error))))
+    if len(error) >= MEMBERS:
+        return random_walk(t, error, resolution=resolution)
+    return energy_drift(t, np.mean(error, axis=0), resolution=resolution)

@@ -1,0 +1,102 @@
+"""The verdict on long runs in a sentence."""
+
+import math
+
+from daebench.diagnostics.energy import Drift
+from daebench.diagnostics.random_walk import CONFIDENCE, MEMBERS, Walk
+from daebench.studies.long.table import Share
+
+LITTLE = "undetermined: there is too little to tell; take more steps."
+
+
+def sentence(found: Walk | Drift | None, share: Share) -> str:
+    """Return what a verdict says, and of which members it is where it is not of all at their ends.
+
+    There are two standard errors on either side of each number; slopes are in units of H a second.
+    """
+    if share.begun and share.failed == share.begun:
+        return "undetermined: every member stopped early." if share.begun == share.asked else _all_begun_failed(share)
+    parts = [_verdict(found, share), *([] if share.whole else [_told(share)])]
+    return " ".join(part for part in parts if part)
+
+
+def _all_begun_failed(share: Share) -> str:
+    return f"undetermined: {share.begun} of {share.asked} members have begun, and every one of them stopped early."
+
+
+def _verdict(found: Walk | Drift | None, share: Share) -> str:
+    if found is None or math.isnan(found.slope):
+        return LITTLE
+    return _of_ensemble(found) if isinstance(found, Walk) else _of_few(found, share)
+
+
+def _told(share: Share) -> str:
+    """Return up to when and from how many members the verdict is told, and what becomes of the others."""
+    behind = share.begun - share.failed - share.told
+    numbers = {
+        "stopped early": share.failed,
+        "far behind" if share.told else "before the first sample": behind,
+        "not begun": share.asked - share.begun,
+    }
+    left = ", ".join(f"{number} of {share.asked} {what}" for what, number in numbers.items() if number)
+    told = f"Told to t = {share.until:.4g} from {share.told} of {share.asked} members" if share.told else "Told from no member"
+    return f"{told}{f'; left out: {left}' if left else ''}."
+
+
+def _of_ensemble(walk: Walk) -> str:
+    bound = f"their mean changes by at most {walk.change_bound:.2g} over the time"
+    if walk.verdict == "drifts":
+        apart = f"{_spread(walk)}, so that each drifts its own way; {bound}." if walk.law == "apart" else f"{_law(walk)}; {_spread(walk)}."
+        return f"drifts: {apart}"
+    told = {
+        "kept": "kept: no member is off by more than rounding.",
+        "bounded": f"bounded: {_spread(walk)}, and {bound}.",
+        "random walk": f"random walk: {_spread(walk)}; {bound}.",
+        "undetermined": f"undetermined: {walk.reason}; {_spread(walk)}; take more steps or more members.",
+    }
+    return told[walk.verdict]
+
+
+def _law(found: Walk | Drift) -> str:
+    """Return the law of a drift of the mean, and how much it is."""
+    of = f"the mean of {found.members} members" if isinstance(found, Walk) else "the energy"
+    if found.law == "saturated":
+        return f"{of} saturated at {found.level:.3g}"
+    if found.law == "linear":
+        return f"linear: {of} drifts by {_around(found.slope, found.slope_error)} a second"
+    return f"{found.law}: {of} changes by {found.change:.3g} over the time"
+
+
+def _spread(walk: Walk) -> str:
+    """Return how the members part."""
+    if not math.isnan(walk.exponent):
+        return f"the spread of {walk.members} members grows as t^({_around(walk.exponent, walk.exponent_error)})"
+    if walk.spreads:
+        return f"the {walk.members} members spread beyond round-off too late to tell how that grows"
+    return f"the {walk.members} members do not spread beyond round-off"
+
+
+def _of_few(drift: Drift, share: Share) -> str:
+    power = "" if math.isnan(drift.exponent) else f", as t^({_around(drift.exponent, drift.exponent_error)})"
+    told = {
+        "kept": "kept: the error is no more than rounding",
+        "bounded": f"bounded: the mean changes by at most {drift.change_bound:.2g} over the time",
+        "drifts": f"drifts: {_law(drift)}{power if drift.law in ('linear', 'power') else ''}",
+        "undetermined": f"undetermined: {drift.reason}",
+        "failed": f"failed: {drift.reason}",
+    }
+    few = f", of which there are {share.told} so far" if share.asked >= MEMBERS else ""
+    return f"{told[drift.verdict]}; whether it is a random walk is told from {MEMBERS} members or more{few}."
+
+
+def _around(value: float, error: float) -> str:
+    """Return a number and its confidence interval, the error with two digits and the number with as many places."""
+    wide = CONFIDENCE * error
+    if not (math.isfinite(wide) and wide > 0):
+        return f"{value:.3g}"
+    places = 1 - math.floor(math.log10(wide))
+    if 0 <= places <= 4:
+        return f"{value:.{places}f} +- {wide:.{places}f}"
+    power = math.floor(math.log10(max(abs(value), wide)))
+    digits = max(0, places + power)
+    return f"({value / 10.0**power:.{digits}f} +- {wide / 10.0**power:.{digits}f})e{power:+03d}"

@@ -1,0 +1,46 @@
+"""Fixed-step methods for either kind of problem as what is measured: which are accepted and what order they claim."""
+
+from typing import Any
+
+from daebench.errors import BadInput
+from daebench.methods.fixed_step.constrained import FixedStep, accepted
+from daebench.methods.fixed_step.lifted import Lifted
+from daebench.methods.fixed_step.poisson import PoissonStep
+from daebench.runs.ivp import ConstrainedIvp, Ivp
+
+PoissonScheme = PoissonStep | Lifted
+"""A fixed-step method for Poisson systems, with its claims."""
+
+
+def measured(method: Any, ivp: Ivp, why: str) -> Any:
+    """Return a method, of either kind of problem, where it is a fixed-step method that takes this problem.
+
+    Raises
+    ------
+    BadInput
+        If it is not, with ``why`` that matters, or if it refuses the problem.
+    """
+    if isinstance(ivp, ConstrainedIvp):
+        if ivp.arrays:
+            raise BadInput(
+                f"{ivp.problem} with {ivp.sheet.NODES} nodes is held as arrays, for which there is no reference solution {why}; "
+                "take fewer nodes."
+            )
+        return accepted(method, ivp, why)
+    if method.knob != "h":
+        raise BadInput(f"{method.name} chooses its own steps {why}; give a fixed-step method, for example strang.")
+    if isinstance(method, FixedStep):
+        raise BadInput(f"{method.name} is given as a method for constrained problems, and {ivp.problem} is a Poisson system.")
+    if refusal := method.refusal(ivp):
+        raise BadInput(refusal)
+    return method
+
+
+def order_of(method: FixedStep | PoissonScheme) -> int:
+    """Return the order that a method claims."""
+    return method.claims.order if isinstance(method, FixedStep) else method.order
+
+
+def symmetric(method: PoissonScheme) -> bool:
+    """Return whether a method for Poisson systems claims that Phi_{-h} o Phi_h is the identity; a composition of one that does too."""
+    return method.member.symmetric if isinstance(method, PoissonStep) else method.method.claims.symmetric

@@ -1,0 +1,144 @@
+"""The orders of methods, measured: errors against step size for each component apart, and what slope they have.
+
+Errors are taken at the common times t = T k/8, k = 1, ..., 8, which every step size meets exactly: h = T/(8 n) with whole n. The
+error of a component at one time is the Euclidean norm over its entries, in the problem's own units; that of a run is the largest
+over the common times. A raw multiplier that belongs to grid points is taken at those that are common times; one that belongs to
+times inside of a step in the steps that begin at a common time, against the reference at the very time it belongs to.
+
+By default the step sizes depend on the order that is claimed, for a method of high order reaches round-off in a few halvings from
+T/8, while one of order 1 may show it at very small steps only. Methods of order 5 and more are given three step sizes between the
+halvings, at which raw multipliers are not measured. Refinement ends where q and p - or y, of a Poisson system - have not fallen any more
+for two step sizes, near round-off or below what the reference is good for, and after a run of more than a second.
+"""
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+import pandas as pd
+
+from daebench.errors import BadInput, positive
+from daebench.methods.initial_value_problem import initial_value_problem
+from daebench.methods.names import kind_of, methods_of, several
+from daebench.reference.solution import reach, reference_solution
+from daebench.runs.ivp import Ivp, PoissonIvp
+from daebench.runs.request import Method
+from daebench.studies.measurable import measured, order_of
+from daebench.studies.orders.bench import Bench, PoissonBench
+from daebench.studies.orders.ladder import COMMON, ladder
+from daebench.studies.orders.series import OrderStudy, Series
+
+if TYPE_CHECKING:
+    from daebench.systems.constrained import ConstrainedHamiltonian
+    from daebench.systems.poisson import PoissonSystem
+
+LONG, LONGEST = 256, 2.0**10
+"""The default end time is at most so many steps of DOP853 at 1e-13, and at most so long, s: what is at rest has no time of its own."""
+
+Began = Callable[[float, str], None]
+"""Told the fraction done and what is being done."""
+
+
+def order(
+    problem: "str | ConstrainedHamiltonian | PoissonSystem",
+    *,
+    methods: Sequence[str | Method[Any, Any]],
+    case: str | None = None,
+    t_end: float | None = None,
+    h: float | None = None,
+    halvings: int | None = None,
+    parameters: Mapping[str, float] | None = None,
+    options: Mapping[str, float] | None = None,
+    anyway: bool = False,
+) -> pd.DataFrame:
+    """Return one row for each method and component: claimed and measured order, and how many points were used.
+
+    Parameters
+    ----------
+    problem : str, ConstrainedHamiltonian or PoissonSystem
+        Name in the catalogue, the path of a problem file, which is executed, or a definition.
+    methods : sequence of str
+        Names of fixed-step methods.
+    case : str, optional
+        Named initial values; by default the problem's first.
+    t_end : float, optional
+        Time T at which errors are taken, s; by default the power of two that 256 steps of DOP853 at 1e-13 just reach, at most 1024.
+    h : float, optional
+        Largest step size, s, rounded down to T/(8 n). By default it depends on the order that a method claims.
+    halvings : int, optional
+        How often it is halved. By default until round-off is reached.
+    parameters, options : mapping of str to float, optional
+        Values of the problem's parameters, and free numbers of the methods.
+    anyway : bool
+        Whether schemes may run on Poisson systems for which they are no Poisson integrators.
+
+    Returns
+    -------
+    DataFrame
+        Columns method, component, claimed, order, order_error (its standard error), used, points, dropped, note. The order is the slope
+        of log error against log h over the ``used`` of ``points`` that are asymptotic, see
+        :func:`daebench.diagnostics.order.fit_order`.
+
+    Raises
+    ------
+    BadInput
+        If a name, time or step size cannot be used.
+    RunFailed
+        If there is no reference to hold the runs against.
+    """
+    ivp = initial_value_problem(problem, case, parameters)
+    given: Any = methods
+    return study(ivp, methods_of(ivp, given, options, anyway=anyway), t_end=t_end, h=h, halvings=halvings).table()
+
+
+def study(
+    ivp: Ivp,
+    methods: Sequence[str | Method[Any, Any]],
+    *,
+    t_end: float | None = None,
+    h: float | None = None,
+    halvings: int | None = None,
+    began: Began | None = None,
+) -> OrderStudy:
+    """Return the errors and orders of several methods on one initial value problem; all requests are checked before the first run.
+
+    Parameters
+    ----------
+    ivp : InitialValueProblem
+        A problem with consistent initial values.
+    methods : sequence of str or Method
+        Fixed-step methods, or their names.
+    t_end : float, optional
+        End time T, s; by default the power of two that 256 steps of DOP853 at 1e-13 just reach, at most 1024.
+    h : float, optional
+        Largest step size, s, rounded down to T/(8 n). By default it depends on the order that a method claims.
+    halvings : int, optional
+        How often it is halved. By default until round-off is reached, see above.
+    began : callable, optional
+        Told the fraction done and what is being done.
+
+    Raises
+    ------
+    BadInput
+        If a method is unknown, is not a fixed-step method or refuses the problem, or a number is not what it must be.
+    RunFailed
+        If there is no reference.
+    """
+    given: Sequence[Any] = methods
+    parsed = several(given, kind=kind_of(ivp))
+    chosen = [measured(each, ivp, "and has no order in h") for each in parsed]
+    if not chosen:
+        raise BadInput("an order study needs at least one method, for example rattle.")
+    end = positive("t_end", t_end) if t_end is not None else min(LONGEST, 2.0 ** math.floor(math.log2(reach(ivp, LONG))))
+    ladders = [ladder(end, order_of(method), h, halvings) for method in chosen]
+    known = reference_solution(ivp, [end * k / COMMON for k in range(1, COMMON + 1)])
+    series: list[Series] = []
+    for k, (method, counts) in enumerate(zip(chosen, ladders, strict=True)):
+        if began:
+            began(k / len(chosen), f"{method.name} on {ivp.problem}")
+        series += _bench(ivp, method, known).series(counts, stop=halvings is None)
+    return OrderStudy(ivp, end, known, tuple(series))
+
+
+def _bench(ivp: Ivp, method: Any, known: Any) -> Bench | PoissonBench:
+    return PoissonBench(ivp, method, known) if isinstance(ivp, PoissonIvp) else Bench(ivp, method, known)

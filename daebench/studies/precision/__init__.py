@@ -1,0 +1,1 @@
+"""What precision buys: single, double and compensated arithmetic."""

@@ -1,0 +1,143 @@
+"""What precision buys: single, double and compensated arithmetic, and Newton's iteration ended early, held against what they cost."""
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+from daebench.errors import BadInput
+from daebench.studies.grid.able import able
+from daebench.studies.grid.cell import Cell
+from daebench.studies.grid.cell_key import require_possible
+from daebench.studies.grid.drift import drifts
+from daebench.studies.grid.measure import Row
+from daebench.studies.grid.rows import by_method, error_of, rows_of
+from daebench.studies.grid.runs import Runs
+from daebench.studies.grid.study import computed_in
+from daebench.studies.stability.extreme import Asked, uncertified
+from daebench.studies.work_precision.study import REPEAT
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+WAYS = ("float64", "compensated", "float32", "sweeps=1", "sweeps=2", "sweeps=3", "newton=1e-6")
+"""How to compute, in the words of :class:`daebench.studies.grid.study.Study`."""
+
+BASE = "float64"
+"""What the others are held against."""
+
+CONSTRAINED = ("rattle", "lobatto3")
+"""Methods on constrained problems, where none are given."""
+
+POISSON = ("midpoint", "strang")
+"""The same on Poisson systems."""
+
+HALVINGS = (2, 4, 6, 8)
+"""Halvings of the distance of stored times, where no step sizes are given."""
+
+AS_GOOD = 1.1
+"""A number is as good as that of double precision up to this factor."""
+
+ROUND_OFF = 1e-14
+"""Where numbers are no worse than this, in parts of their size, they are of round-off all."""
+
+
+def cells_of(
+    asked: Asked, ways: Sequence[str] = (), *, repeat: int = REPEAT, beside: bool = False
+) -> tuple[list[tuple[str, Cell]], dict[str, str]]:
+    """Return every way to compute with its run, and why some are left out.
+
+    Raises
+    ------
+    BadInput
+        If a way or a method is unknown, no method has fixed steps, no way can be run, or the reference ends before the runs.
+    """
+    if asked.reference and asked.end > asked.reference.horizon:
+        raise BadInput(f"{uncertified(asked)}; take a smaller t_end.")
+    methods = asked.fixed if asked.methods else able(asked.ivp, POISSON if asked.poisson else CONSTRAINED)[0]
+    if not methods:
+        raise BadInput("precision is compared for methods with fixed steps, and none is given; give some, for example rattle.")
+    found: list[tuple[str, Cell]] = []
+    refused: dict[str, str] = {}
+    for method in methods:
+        for way in ways or WAYS:
+            cells = [
+                asked.cell(method, h, _metrics(asked), repeat=repeat, beside=beside and repeat > 0, **computed_in(way))
+                for h in asked.h or _steps(asked)
+            ]
+            try:
+                for cell in cells:
+                    require_possible(cell)
+            except BadInput as error:
+                refused[f"{method}, {way}"] = str(error)
+                continue
+            found += [(way, cell) for cell in cells]
+    if not found:
+        raise BadInput(f"none of these ways can be run: {next(iter(refused.values()))}")
+    return found, refused
+
+
+def _metrics(asked: Asked) -> tuple[str, ...]:
+    error = () if asked.reference is None else ("y",) if asked.poisson else ("q",)
+    return (*error, "energy", "casimirs" if asked.poisson else "manifold", "defect")
+
+
+def _steps(asked: Asked) -> list[float]:
+    spacing = float(asked.reference.t[1]) if asked.reference else asked.end / 128
+    return [spacing / 2**k for k in HALVINGS]
+
+
+def table_of(found: Sequence[tuple[str, Cell]], runs: Runs) -> "pd.DataFrame":
+    """Return one row a run, with the column "way"."""
+    table = runs([cell for _, cell in found])
+    return table.assign(way=[way for way, _ in found])
+
+
+def smallest_steps(table: "pd.DataFrame") -> "pd.DataFrame":
+    """Return the rows with each method's smallest step, where precision matters most, and their time over that of double precision."""
+    import pandas as pd
+
+    rows: list[dict[str, Any]] = []
+    for _, each in by_method(table):
+        last = rows_of(each[each["value"] == each["value"].min()])
+        base = next((float(row["seconds"]) for row in last if row["way"] == BASE), float("nan"))
+        rows += [{**row, "time_ratio": row["seconds"] / base, "drifts": drifts(row)} for row in last]
+    return pd.DataFrame(rows)
+
+
+def says(table: "pd.DataFrame") -> list[str]:
+    """Return, for each method, what double precision reaches and the cheapest way that is as good, and what single precision loses."""
+    error, found = error_of(table), []
+    for method, each in by_method(smallest_steps(table)):
+        rows = {str(row["way"]): row for row in rows_of(each) if not row["failure"]}
+        if BASE not in rows:
+            continue
+        base = rows[BASE]
+        found.append(f"{method} with h = {base['value']:.2g} s: {_held(rows, base, error)}")
+    return found
+
+
+def _held(rows: dict[str, Row], base: Row, error: str) -> str:
+    """Return what ending Newton's iteration early, compensation and single precision do, against double precision."""
+    parts = [f"{'energy error' if error == 'energy_error' else error.replace('_', ' of ')} {base[error]:.1e}"]
+    early = [way for way in rows if "=" in way]
+    good = [way for way in early if _as_good(rows[way], base, error)]
+    if good:
+        best = min(good, key=lambda way: float(rows[way]["time_ratio"]))
+        parts.append(f"{best} is as good in error, energy, constraints and two-form{_time(rows[best])}")
+    elif early:
+        parts.append("Newton's iteration ended early is never as good")
+    if "compensated" in rows:
+        parts.append(f"compensated sums give {rows['compensated'][error]:.1e}{_time(rows['compensated'])}")
+    if "float32" in rows:
+        parts.append(f"single precision {rows['float32'][error]:.1e}{_time(rows['float32'])}")
+    return "; ".join(parts) + "."
+
+
+def _as_good(row: Row, base: Row, error: str) -> bool:
+    """Return whether error, energy, constraints and two-form are as good, or of round-off."""
+    sizes = {error: 1.0, "energy_error": base["energy_scale"]} | dict.fromkeys(("g", "Gv", "casimirs", "defect"), 1.0)
+    return all(row[name] <= max(AS_GOOD * base[name], ROUND_OFF * size) for name, size in sizes.items() if name in row)
+
+
+def _time(row: Row) -> str:
+    """Return in which part of the time of double precision, if it was timed."""
+    return f", in {row['time_ratio']:.2f} of the time" if row["time_ratio"] == row["time_ratio"] else ""

@@ -1,0 +1,153 @@
+"""An extreme: a way to drive methods to where they break, in one shape for all of them."""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from daebench.errors import BadInput
+from daebench.methods.initial_value_problem import initial_value_problem
+from daebench.methods.names import method_of
+from daebench.reference.keep.record import Reference
+from daebench.runs.ivp import Ivp, PoissonIvp
+from daebench.studies.grid.able import able
+from daebench.studies.grid.cell import Cell
+from daebench.studies.grid.references import reference_of, usual_end
+from daebench.studies.grid.runs import Runs
+from daebench.systems.renamed import OldAttribute
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+CONSTRAINED = ("symplectic_euler", "rattle", "lobatto3", "rattle/kahan_li8", "rk4", "rk4+proj", "generalized_alpha")
+"""Methods with fixed steps on constrained problems, where none are given."""
+
+POISSON = ("symplectic_euler", "strang", "strang/kahan_li8", "midpoint", "rk4")
+"""The same on Poisson systems."""
+
+TOLERANT = ("ida:index3", "ida:index2", "ida:index1", "ida:ggl")
+"""Methods driven by a tolerance on constrained problems; on Poisson systems there is ida:ode alone."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Asked:
+    """What is driven to an extreme.
+
+    Parameters
+    ----------
+    problem : str
+        Name, or path of a file.
+    case : str, optional
+        Named initial values; by default the problem's first.
+    methods : sequence of str
+        Names; some of each family by default.
+    t_end : float, optional
+        End of all runs, s; by default 10, or that of the reference.
+    h : sequence of float
+        Step sizes; chosen by each extreme by default.
+    parameters : mapping of str to sequence of float
+        Values of the parameter that is varied; chosen by each extreme by default.
+    near : float
+        Value that the parameter approaches; pictures show the distance from it.
+    """
+
+    problem: str
+    case: str | None = None
+    methods: Sequence[str] = ()
+    t_end: float | None = None
+    h: Sequence[float] = ()
+    parameters: Mapping[str, Sequence[float]] = field(default_factory=dict)
+    near: float = 0.0
+
+    scene = OldAttribute("ivp")
+
+    @cached_property
+    def ivp(self) -> Ivp:
+        """The problem with the numbers of its case."""
+        return initial_value_problem(self.problem, self.case)
+
+    @property
+    def poisson(self) -> bool:
+        """Whether it is a Poisson system."""
+        return isinstance(self.ivp, PoissonIvp)
+
+    @cached_property
+    def reference(self) -> Reference | None:
+        """The certified reference, if there is one."""
+        try:
+            return reference_of(self.problem, self.ivp.case)
+        except BadInput:
+            return None
+
+    @cached_property
+    def end(self) -> float:
+        """End of all runs, s."""
+        return usual_end(self.reference) if self.t_end is None else self.t_end
+
+    @cached_property
+    def _chosen(self) -> list[str]:
+        if self.methods:
+            for name in self.methods:
+                if why := method_of(self.ivp, name, anyway=self.poisson).refusal(self.ivp):
+                    raise BadInput(why)
+            return list(self.methods)
+        names = (*POISSON, "ida:ode") if self.poisson else (*CONSTRAINED, *TOLERANT)
+        return able(self.ivp, names)[0]
+
+    def knob(self, method: str) -> str:
+        """Return "h" or "tol"."""
+        return str(method_of(self.ivp, method, anyway=self.poisson).knob)
+
+    @cached_property
+    def fixed(self) -> list[str]:
+        """Methods with fixed steps."""
+        return [name for name in self._chosen if self.knob(name) == "h"]
+
+    @cached_property
+    def tolerant(self) -> list[str]:
+        """Methods driven by a tolerance."""
+        return [name for name in self._chosen if self.knob(name) == "tol"]
+
+    def cell(self, method: str, value: float, metrics: Sequence[str], **more: Any) -> Cell:
+        """Return one run."""
+        settings: dict[str, Any] = {"problem": self.problem, "case": self.ivp.case, "t_end": self.end, "anyway": self.poisson}
+        return Cell(method=method, value=value, metrics=tuple(metrics), **settings | more)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Extreme:
+    """A way to drive methods to where they break.
+
+    Parameters
+    ----------
+    name, about : str
+        Name on the command line, and what it does in one line.
+    refusal : callable
+        Returns why a problem has no such extreme, as a sentence, or "".
+    cells : callable
+        Returns the runs that are known beforehand.
+    measure : callable
+        Makes the runs, and returns its table.
+    says : callable
+        Returns what a table says, in sentences.
+    draw : callable
+        Writes its picture into a folder as SVG, PNG and CSV of this name; returns the path of the SVG.
+    """
+
+    name: str
+    about: str
+    refusal: Callable[[Asked], str]
+    cells: Callable[[Asked], list[Cell]]
+    measure: Callable[[Asked, Runs], "pd.DataFrame"]
+    says: Callable[["pd.DataFrame"], list[str]]
+    draw: Callable[[Path, str, "pd.DataFrame"], Path]
+
+
+def uncertified(asked: Asked) -> str:
+    """Return why errors are unknown: there is no certified reference, or it ends before the runs; "" if they are known."""
+    if asked.reference and asked.end <= asked.reference.horizon:
+        return ""
+    if asked.reference:
+        return f"{asked.reference.name} ends at t = {asked.reference.horizon:g}, before t_end = {asked.end:g}"
+    return f"there is no certified reference of {asked.problem}, case {asked.ivp.case}, and errors against anything else are not known"

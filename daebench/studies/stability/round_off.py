@@ -1,0 +1,104 @@
+"""Step sizes and tolerances to 0, until round-off wins or a solver gives up."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from daebench.draw.figures import QUIET, curve, drawing, save
+from daebench.studies.grid.cell import Cell
+from daebench.studies.grid.knob_panels import knob_panels, legends_below
+from daebench.studies.grid.measure import Row
+from daebench.studies.grid.rows import by_method, error_of, rows_of
+from daebench.studies.grid.runs import Runs
+from daebench.studies.stability.extreme import Asked, Extreme, uncertified
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+STEPS = 2**20
+"""Most steps of a run."""
+
+TOLERANCES = tuple(10.0**-k for k in range(3, 16))
+"""Tolerances."""
+
+WORSE = 2.0
+"""An error is worse where it is so many times the least."""
+
+
+def cells(asked: Asked) -> list[Cell]:
+    """Return the runs."""
+    assert asked.reference is not None
+    spacing = float(asked.reference.t[1])
+    steps = asked.h or [spacing / 2**k for k in range(0, 40, 2) if asked.end / (spacing / 2**k) <= STEPS]
+    metrics = ("y",) if asked.poisson else ("q", "manifold")
+    knobs = [(method, h) for method in asked.fixed for h in steps] + [(method, tol) for method in asked.tolerant for tol in TOLERANCES]
+    return [asked.cell(method, value, metrics) for method, value in knobs]
+
+
+def measure(asked: Asked, runs: Runs) -> "pd.DataFrame":
+    """Return one row a run."""
+    return runs(cells(asked))
+
+
+def says(table: "pd.DataFrame") -> list[str]:
+    """Return the least error of each method and where it is, what smaller steps do, and which solver gives up first."""
+    error = error_of(table)
+    found = [_least(method, rows_of(rows), error) for method, rows in by_method(table)]
+    limits = {method: limit for method, rows in by_method(table[table["knob"] == "tol"]) if (limit := _gives_up(rows_of(rows)))}
+    if limits:
+        first = max(limits.values())
+        names = ", ".join(name for name, at in limits.items() if at == first)
+        later = ", ".join(f"{name} at {at:.0e}" for name, at in limits.items() if at < first)
+        found.append(f"First to give up: {names}, at tol = {first:.0e}{f'; then {later}' if later else ''}.")
+    return found
+
+
+def _least(method: str, rows: list[Row], error: str) -> str:
+    knob, good = rows[0]["knob"], [row for row in rows if not row["failure"]]
+    if not good:
+        return f"{method} fails with every {knob}."
+    best, finest = min(good, key=lambda row: float(row[error])), min(good, key=lambda row: float(row["value"]))
+    known = max(float(best[error]), float(best[error.replace("error", "bound")]))
+    worse = float(finest[error]) / known
+    unit = " s" if knob == "h" else ""
+    end = f"; at {knob} = {finest['value']:.1e}{unit} it is {worse:.2g} times that: round-off has won" if worse > WORSE else ""
+    return f"{method}: least error {known:.1e}, at {knob} = {best['value']:.1e}{unit}{end}."
+
+
+def _gives_up(rows: list[Row]) -> float:
+    """Return the largest value below all with which it comes to its end; 0 if there is none."""
+    finest = min((float(row["value"]) for row in rows if not row["failure"]), default=0.0)
+    return max((float(row["value"]) for row in rows if row["failure"] and row["value"] < finest), default=0.0)
+
+
+def draw(out: Path, stem: str, table: "pd.DataFrame") -> Path:
+    """Draw errors against step size, and against tolerance; a cross is the smallest value before a solver gives up."""
+    error = error_of(table)
+    with drawing():
+        figure, panels = knob_panels(table, error, 4.6)
+        floor = max(float(table[error.replace("error", "bound")].max()), 2.0**-53)
+        for knob, axis in panels.items():
+            for k, (_, rows) in enumerate(by_method(table[table["knob"] == knob])):
+                _cross(axis, rows, error, curve(k)["color"])
+            axis.axhline(floor, color=QUIET, linestyle=":", linewidth=1.0, label="one rounding")
+            axis.set(yscale="log")
+        next(iter(panels.values())).set_ylabel(f"largest error of {error.removeprefix('error_')}")
+        legends_below(panels)
+        return save(figure, out, stem, table)
+
+
+def _cross(axis: Any, rows: "pd.DataFrame", error: str, color: str) -> None:
+    """Mark the smallest value with which a method comes to its end, where it gives up with a smaller one."""
+    good = rows.dropna(subset=[error]).sort_values("value")
+    if len(good) and (rows[rows["failure"] != ""]["value"] < good["value"].min()).any():
+        axis.plot(good["value"].iloc[0], good[error].iloc[0], "x", color=color, markersize=9, markeredgewidth=1.6)
+
+
+EXTREME = Extreme(
+    name="round-off",
+    about="step sizes and tolerances to 0, until round-off wins or a solver gives up",
+    refusal=uncertified,
+    cells=cells,
+    measure=measure,
+    says=says,
+    draw=draw,
+)

@@ -1,0 +1,126 @@
+"""Time per step, best of several runs, the rivals taking turns so that noise meets them alike."""
+
+import ctypes
+import shutil
+import subprocess
+import tempfile
+import time
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from daebench.errors import BadInput, DaebenchError
+from daebench.methods.fixed_step.constrained import FixedStep
+from daebench.methods.names import method_of
+from daebench.runs.ivp import ConstrainedIvp, Ivp
+from daebench.runs.request import Request
+
+BY_HAND = ("rattle", "rk4", "strang")
+"""Methods that there is a C program of, beside this file."""
+
+VARIANTS: dict[str, dict[str, Any]] = {
+    "ns_per_step": {"watch": (), "count": False},
+    "ns_watched": {"watch": None, "count": False},
+    "ns_counted": {"watch": None, "count": True},
+}
+"""What is timed: bare steps; with energy and manifold, or Casimir functions, watched; and with work counted too."""
+
+
+def measure(ivp: Ivp, name: str, *, h: float, steps: int, repeat: int, anyway: bool = False) -> dict[str, Any]:
+    """Return a method's best time of a step: bare, watched, and watched and counted.
+
+    Parameters
+    ----------
+    ivp : InitialValueProblem
+        What is integrated.
+    name : str
+        A fixed-step method.
+    h : float
+        Step size.
+    steps, repeat : int
+        Steps of one run, and runs of which the best counts.
+    anyway : bool
+        Whether the scheme may be run on a Poisson system that is not of its class.
+
+    Returns
+    -------
+    dict
+        "method", "ns_per_step", "ns_watched", "ns_counted" (nanoseconds), "note" (why there is no number).
+
+    Raises
+    ------
+    BadInput
+        If a method is not a fixed-step method.
+    """
+    if steps < 1 or repeat < 1:
+        raise BadInput(f"steps = {steps} and repeat = {repeat} must be at least 1.")
+    method = method_of(ivp, name, anyway=anyway)
+    if method.knob != "h":
+        raise BadInput(f"{name} has no fixed steps; bench measures schemes.")
+    row: dict[str, Any] = {"method": name, "note": method.refusal(ivp)}
+    if row["note"]:
+        return row
+    times: dict[str, list[float]] = {variant: [] for variant in VARIANTS}
+    for _ in range(repeat):
+        for variant, choice in VARIANTS.items():
+            run = method.solve(ivp, Request(value=h, steps=steps, every=0, **choice))
+            if run.failure:
+                return row | {"note": run.failure}
+            times[variant].append(run.seconds / run.steps * 1e9)
+    return row | {variant: min(values) for variant, values in times.items()}
+
+
+def hand_written(ivp: Ivp, rows: Sequence[dict[str, Any]], *, h: float, steps: int, repeat: int) -> list[dict[str, Any]]:
+    """Return a row for each method of ``rows`` that there is in C, timed at -O3 in turns with the linked kernel.
+
+    They are written for the spherical pendulum; there are none elsewhere. The linked kernel's row gets the ratio as its note.
+    """
+    measured = {row["method"]: row for row in rows if row["method"] in BY_HAND and not row.get("note")}
+    if not isinstance(ivp, ConstrainedIvp) or ivp.problem != "spherical_pendulum" or not measured:
+        return []
+    compiler = next((found for name in ("cc", "gcc", "clang") if (found := shutil.which(name))), None)
+    if compiler is None:
+        return [{"method": "C", "note": "no C compiler found"}]
+    with tempfile.TemporaryDirectory() as folder:
+        return [_in_turns(compiler, Path(folder), ivp, row, h=h, steps=steps, repeat=repeat) for row in measured.values()]
+
+
+def _in_turns(
+    compiler: str, folder: Path, ivp: ConstrainedIvp, row: dict[str, Any], *, h: float, steps: int, repeat: int
+) -> dict[str, Any]:
+    """Return the row of the program in C, and note in the kernel's how the two compare."""
+    name = row["method"]
+    call = _compiled(compiler, folder, name, ivp, h, steps)
+    method, linked, by_hand = FixedStep(name), [], []
+    for _ in range(repeat):
+        run = method.solve(ivp, Request(value=h, steps=steps, every=0, **VARIANTS["ns_per_step"])).complete()
+        linked.append(run.seconds / steps * 1e9)
+        by_hand.append(call())
+    row["ns_per_step"] = min([row["ns_per_step"], *linked])
+    row["note"] = f"{min(linked) / min(by_hand):.3f} times C"
+    return {"method": f"{name} in C", "ns_per_step": min(by_hand), "note": f"{Path(compiler).name} -O3"}
+
+
+def _compiled(compiler: str, folder: Path, name: str, ivp: ConstrainedIvp, h: float, steps: int) -> Callable[[], float]:
+    """Return a call that runs a C program and returns nanoseconds per step."""
+    library = folder / f"{name}.so"
+    source = Path(__file__).with_name(f"{name}.c")
+    done = subprocess.run([compiler, "-O3", "-shared", "-fPIC", str(source), "-o", str(library), "-lm"], capture_output=True, text=True)
+    if done.returncode:
+        raise DaebenchError(f"the C program does not compile: {done.stderr.splitlines()[0] if done.stderr else compiler}.")
+    function = getattr(ctypes.CDLL(str(library)), name)
+    function.restype = ctypes.c_long
+    function.argtypes = [ctypes.c_void_p, *[ctypes.c_double] * 4, ctypes.c_long, ctypes.POINTER(ctypes.c_long)]
+
+    def call() -> float:
+        state = np.concatenate([ivp.p0, ivp.q0])
+        began = time.thread_time()
+        taken = function(state.ctypes.data, *ivp.par, h, steps, ctypes.byref(ctypes.c_long()))
+        spent = time.thread_time() - began
+        if taken != steps:
+            raise DaebenchError(f"the C program stopped after {taken} of {steps} steps.")
+        return spent / steps * 1e9
+
+    return call

@@ -1,0 +1,1 @@
+"""The price of accuracy: errors of methods against their cost."""

@@ -1,0 +1,123 @@
+"""Which method to take, and with which step size or tolerance, for an accuracy and for what has to be conserved."""
+
+from collections.abc import Collection, Mapping, Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from daebench.diagnostics.energy import BOUNDED, KEPT
+from daebench.studies.work_precision.study import cheapest
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+ROUND_OFF = 1e-12
+"""An error of a conserved quantity of the size of one, or a defect, up to this is round-off."""
+
+EPS = float(np.finfo(float).eps)
+
+LEAST = 3
+"""Runs of a method that have to agree that it keeps something: a single one may do so by chance."""
+
+CONSERVED = {
+    "nothing": "nothing",
+    "energy": "energy without drift",
+    "constraints": "constraints to round-off",
+    "casimirs": "Casimir functions to round-off",
+    "two_form": "two-form (symplectic)",
+}
+"""What may be asked for, and its words."""
+
+
+def with_conserved(table: "pd.DataFrame", defects: Mapping[str, float], claims: Mapping[str, Collection[str]]) -> "pd.DataFrame":
+    """Return a table of a work-precision study with columns ``keeps_...``: what each run claims to keep and was measured to keep.
+
+    Parameters
+    ----------
+    table : DataFrame
+        As :meth:`daebench.studies.grid.study.Study.table` gives it, with the metrics "energy" and "manifold", or "casimirs".
+    defects : mapping of str to float
+        Defect of the two-form, or of the structure matrix, by method; a method that is not there has none that is known.
+    claims : mapping of str to collection of str
+        What each method claims, as :func:`daebench.studies.grid.claimed.claims_of` gives it: what is measured and not claimed may be
+        chance, or no more than an accurate run over a short time.
+
+    Returns
+    -------
+    DataFrame
+        ``keeps_nothing`` is true wherever a run came to its end. ``keeps_energy`` if the verdict on its energy is kept or bounded,
+        so that the change of its mean has a bound, see :func:`daebench.diagnostics.energy.energy_drift`; ``keeps_constraints`` if g and
+        G H_p are round-off, ``keeps_casimirs`` likewise, both absolute: held against 1, and against no size of the problem's. These hold
+        for a run only if they hold for all runs of the method with smaller values of its knob too, and for the three smallest at least.
+        ``keeps_two_form`` if the defect of the method is round-off. All of them but ``keeps_nothing`` need the method's claim besides. A
+        column is there for what can be conserved alone. ``claims_energy`` and ``measured_energy`` are the two parts of ``keeps_energy``.
+    """
+    done = table["failure"] == ""
+    found = {"nothing": done, "energy": done & table["energy_verdict"].isin((KEPT, BOUNDED))}
+    if {"g", "Gv"} <= set(table.columns):
+        found["constraints"] = done & (table[["g", "Gv"]].max(axis=1, skipna=False) <= ROUND_OFF)
+    if "casimirs" in table and table["casimirs"].notna().any():
+        found["casimirs"] = done & (table["casimirs"] <= _rounding(table))
+    for name in set(found) - {"nothing"}:
+        found[name] = _agreed(table, found[name])
+    found["two_form"] = done & (table["method"].map(defects) <= ROUND_OFF)
+    claiming = {name: table["method"].map({method: name in claims.get(method, ()) for method in set(table["method"])}) for name in found}
+    parts = {"claims_energy": claiming["energy"], "measured_energy": found["energy"]}
+    for name in set(found) - {"nothing"}:
+        found[name] = found[name] & claiming[name]
+    return table.assign(**parts, **{f"keeps_{name}": found[name] for name in CONSERVED if name in found})
+
+
+def _rounding(table: "pd.DataFrame") -> "pd.Series[float]":
+    """Return what one rounding a step of a number of the size of one can add up to, at most."""
+    return (EPS * table["steps"]).clip(lower=ROUND_OFF)
+
+
+def _agreed(table: "pd.DataFrame", found: "pd.Series[bool]") -> "pd.Series[bool]":
+    """Return for which runs something holds, and for all of the same method with smaller values that came to their end."""
+    import pandas as pd
+
+    done = table[table["failure"] == ""]
+    agreed = pd.Series(False, index=table.index)
+    for _, runs in done.sort_values("value").groupby("method"):
+        so_far = found[runs.index].cummin().to_numpy()
+        if len(so_far) >= LEAST:
+            agreed[runs.index] = so_far & so_far[LEAST - 1]
+    return agreed
+
+
+def recommended(table: "pd.DataFrame", error: str, cost: str, levels: Sequence[float]) -> "pd.DataFrame":
+    """Return for each accuracy, and each thing that is to be conserved, the cheapest run that does both, and the next best method.
+
+    Parameters
+    ----------
+    table : DataFrame
+        As :func:`with_conserved` gives it.
+    error, cost : str
+        Columns.
+    levels : sequence of float
+        Accuracies.
+
+    Returns
+    -------
+    DataFrame
+        Columns level, conserve, method, knob, value, cost, error, price, next, ratio; one row each of level and conserve. Cost and error
+        are those of the run with this value; price is the cost of the accuracy itself, between runs, and ratio by how much the next
+        method is dearer there, see :func:`daebench.studies.work_precision.study.cheapest`. Where no run does both, method is "" and numbers
+        are NaN.
+    """
+    import pandas as pd
+
+    nan = float("nan")
+    rows = []
+    for level in levels:
+        for name in (each for each in CONSERVED if f"keeps_{each}" in table):
+            kept = table[table[f"keeps_{name}"]]
+            row = {"level": level, "conserve": name, "method": "", "knob": "", "value": nan, "cost": nan, "error": nan}
+            row |= {"price": nan, "next": "", "ratio": nan}
+            for best in cheapest(kept, error, cost, [level]).to_dict("records"):
+                run = kept[(kept["method"] == best["method"]) & (kept["value"] == best["value"])].iloc[0]
+                row |= {"method": best["method"], "knob": run["knob"], "value": best["value"], "cost": run[cost], "error": run[error]}
+                row |= {"price": best[cost], "next": best["next"], "ratio": best["ratio"]}
+            rows.append(row)
+    return pd.DataFrame(rows)

@@ -1,0 +1,209 @@
+"""The price of accuracy: errors of many methods against what they cost, and which method is cheapest for an accuracy."""
+
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from daebench.errors import BadInput
+from daebench.methods.initial_value_problem import initial_value_problem
+from daebench.methods.names import methods_of
+from daebench.reference.motion import certified_for
+from daebench.runs.ivp import PoissonIvp
+from daebench.studies.grid.able import able
+from daebench.studies.grid.cell import OUTPUTS
+from daebench.studies.grid.references import usual_end
+from daebench.studies.grid.rows import by_method
+from daebench.studies.grid.study import Study
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+CONSTRAINED = (
+    *("symplectic_euler", "rattle", "rattle/suzuki4", "rattle/kahan_li8", "lobatto3", "lobatto4", "strang/suzuki4"),
+    *("rk4", "rk4+proj", "local:gauss3", "radau3_ggl", "generalized_alpha"),
+    *(
+        "ida:index3",
+        "ida:index2",
+        "ida:index1",
+        "ida:ggl",
+        "cvode:adams",
+        "scipy:DOP853",
+        "scipy:Radau",
+        "heyoka:taylor",
+        "solve_dae:Radau",
+    ),
+)
+"""One or two methods of each family, by fixed steps and by tolerance."""
+
+POISSON = (
+    *("symplectic_euler", "strang", "strang/suzuki4", "strang/kahan_li8", "midpoint", "rk4"),
+    *("ida:ode", "cvode:adams", "scipy:DOP853", "heyoka:taylor"),
+)
+"""The same for Poisson systems."""
+
+TOLERANCES = tuple(10.0**-k for k in range(3, 14))
+"""Tolerances where none are given."""
+
+SAMPLES = 256
+"""States of a run that are looked at, about: enough for oscillations of the energy to be told from its drift."""
+
+HALVINGS = 8
+"""Step sizes where none are given: from the distance of stored times down, each half of the one before."""
+
+STEPS = 2**20
+"""Most steps of a run where step sizes are not given."""
+
+LEVELS = tuple(10.0**-k for k in range(2, 14, 2))
+"""Accuracies for which the cheapest method is named."""
+
+REPEAT = 3
+"""Runs that are timed, after the one that warms up."""
+
+CALLS = 200_000
+"""Calls of the right side or residual after which a tolerance-driven run is given up."""
+
+NOT_COSTS = ("n_steps", "n_newton", "n_solve")
+"""Counts that are no evaluations of the problem's functions."""
+
+WHOLE = ("n_rhs", "n_residual", "n_jacobian")
+"""Counts of calls that evaluate all functions of the equations at once."""
+
+IN_A_CALL = 4
+"""Functions that a call for a constrained problem evaluates: H_p, H_q, G, and g or the second derivatives of (1.18)."""
+
+
+def standard(
+    problem: str,
+    *,
+    case: str | None = None,
+    methods: Sequence[str] | None = None,
+    h: Sequence[float] | None = None,
+    tol: Sequence[float] | None = None,
+    t_end: float | None = None,
+    parameters: Mapping[str, float] | None = None,
+    metrics: Sequence[str] | None = None,
+    repeat: int = REPEAT,
+    beside: bool = False,
+    also: Sequence[str] = (),
+) -> tuple[Study, dict[str, str]]:
+    """Return the study of a problem, and why methods of the standard set are not in it; what is not given is chosen.
+
+    ``also`` are metrics besides those that are chosen, ``parameters`` values of the problem's.
+
+    Errors are taken against the certified reference where it is of these parameters and reaches the end, else against a finer run. Step
+    sizes are the distance of its times, halved and halved again, so that errors are taken at stored times; those of a finer run are
+    the end over :data:`daebench.studies.grid.cell.OUTPUTS`.
+
+    Raises
+    ------
+    BadInput
+        If values are of no use.
+    """
+    ivp = initial_value_problem(problem, case, parameters)
+    poisson = isinstance(ivp, PoissonIvp)
+    left_out: dict[str, str] = {}
+    if methods is None:
+        methods, left_out = able(ivp, POISSON if poisson else CONSTRAINED)
+    end = usual_end(certified_for(ivp, 0.0)) if t_end is None else t_end
+    reference = certified_for(ivp, end)
+    spacing = float(reference.t[1]) if reference else end / OUTPUTS
+    steps = [spacing / 2**k for k in range(HALVINGS) if end / (spacing / 2**k) <= STEPS]
+    usual = (("y", "casimirs") if poisson else ("q", "p", "lam", "manifold")) + ("phase", "energy", "integrals")
+    solvers = methods_of(ivp, methods, anyway=poisson)
+    values = {"h": list(h or steps), "tol": list(tol or TOLERANCES)}
+    knobs = sorted({solver.knob for solver in solvers})
+    for knob, given in (("h", h), ("tol", tol)):
+        if given and knob not in knobs:
+            raise BadInput(f"values of {knob} are of no use to {', '.join(methods)}; leave them out.")
+    runs: dict[str, Any] = {"problem": problem, "cases": [ivp.case], "methods": list(methods), "t_end": end, "anyway": poisson}
+    runs |= {"values": {knob: values[knob] for knob in knobs}, "parameters": {name: [x] for name, x in (parameters or {}).items()}}
+    measured: dict[str, Any] = {"metrics": [*(metrics or usual), *also], "outputs": SAMPLES}
+    return Study(**runs, **measured, repeat=repeat, calls=CALLS, beside=beside), left_out
+
+
+def with_costs(table: "pd.DataFrame") -> "pd.DataFrame":
+    """Return a table with two more columns of costs.
+
+    ``evaluations`` are all counted evaluations of functions of the problem and of their derivatives; a call of the whole right side or
+    residual of a constrained problem counts as :data:`IN_A_CALL`, as a fixed-step method on the same equations has it. ``own_seconds``
+    is the CPU time without that spent in Python callbacks.
+    """
+    counts = [name for name in table.columns if name.startswith("n_") and name not in NOT_COSTS]
+    in_a_call = 1 if isinstance(initial_value_problem(str(table["problem"].iloc[0])), PoissonIvp) else IN_A_CALL
+    weights = {name: in_a_call if name in WHOLE else 1 for name in counts}
+    own = table["seconds"] - table["callback_seconds"].fillna(0.0)
+    return table.assign(evaluations=(table[counts] * weights).sum(axis=1, min_count=1), own_seconds=own)
+
+
+def at_least(runs: "pd.DataFrame", error: str) -> "pd.Series[float]":
+    """Return the moduli of errors of runs, and where one is below the bound of what it is taken against, that bound: less is not known."""
+    bound = error.replace("error_", "bound_")
+    errors = runs[error].abs()
+    return errors.where((errors >= runs[bound]) | errors.isna(), runs[bound]) if bound != error and bound in runs else errors
+
+
+def front(table: "pd.DataFrame", error: str, cost: str) -> "pd.DataFrame":
+    """Return the Pareto front: the runs than which none is both cheaper and as accurate, from the cheapest to the most accurate.
+
+    Errors below their bound count as their bound, so that no run is on the front for digits that nobody knows.
+    """
+    errors = at_least(table, error)
+    good = table.assign(known=errors)[np.isfinite(errors) & (table[cost] > 0)].sort_values([cost, "known"])
+    return good[good["known"] < good["known"].cummin().shift(fill_value=np.inf)].drop(columns="known")
+
+
+def costs_at(table: "pd.DataFrame", error: str, cost: str, level: float) -> dict[str, tuple[float, float]]:
+    """Return what an accuracy costs and the value of the knob that reaches it, by method, the cheapest first; see :func:`cheapest`."""
+    found = {name: at for name, runs in by_method(table) if (at := _cost_at(runs, error, cost, level))}
+    return dict(sorted(found.items(), key=lambda entry: entry[1][0]))
+
+
+def cheapest(table: "pd.DataFrame", error: str, cost: str, levels: Sequence[float]) -> "pd.DataFrame":
+    """Return which method is cheapest for each accuracy, what it costs, and by how much the next one is dearer.
+
+    Between two runs of a method, one above an accuracy and one below it, log cost is taken as linear in log error. Errors below their
+    bound are unknown, and count as their bound.
+
+    Parameters
+    ----------
+    table : DataFrame
+        As :meth:`Study.table` gives it.
+    error, cost : str
+        Columns.
+    levels : sequence of float
+        Accuracies.
+
+    Returns
+    -------
+    DataFrame
+        Columns level, method, value, cost, next, ratio; a level that no method reaches has no row.
+    """
+    import pandas as pd
+
+    rows = []
+    for level in levels:
+        ranked = list(costs_at(table, error, cost, level).items())
+        if ranked:
+            (method, (price, value)), second = ranked[0], ranked[1] if len(ranked) > 1 else None
+            dearer = {"next": second[0], "ratio": second[1][0] / price} if second else {"next": "", "ratio": float("nan")}
+            rows.append({"level": level, "method": method, "value": value, cost: price, **dearer})
+    return pd.DataFrame(rows, columns=["level", "method", "value", cost, "next", "ratio"])
+
+
+def _cost_at(runs: "pd.DataFrame", error: str, cost: str, level: float) -> tuple[float, float] | None:
+    """Return what an accuracy costs by one method, and the value of its knob that reaches it; None if it is not reached."""
+    errors = at_least(runs, error)
+    good = runs.assign(found=errors)[np.isfinite(errors) & np.isfinite(runs[cost]) & (runs[cost] > 0)].sort_values(cost)
+    best: tuple[float, float] | None = None
+    before: tuple[float, float] | None = None
+    for found, price, value in zip(good["found"], good[cost], good["value"], strict=True):
+        if found <= level:
+            at = float(price)
+            if before and before[0] > level > found > 0:
+                share = np.log(before[0] / level) / np.log(before[0] / found)
+                at = float(before[1] * (price / before[1]) ** share)
+            best = at, float(value)
+            break
+        before = float(found), float(price)
+    return best

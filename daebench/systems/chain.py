@@ -1,0 +1,246 @@
+"""A constrained system of nodes in a row, each tied to the one before it: what happens at one node, however many there are."""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Any
+
+import sympy as sp
+
+from daebench.errors import InvalidProblem
+from daebench.systems.assumptions import require_checked, require_plain
+from daebench.systems.constrained import Case, ConstrainedHamiltonian, Exact, Picture, coordinates
+from daebench.systems.definition_parts import check_cases, check_coordinates, check_parameters, check_real, several
+
+
+@dataclass(frozen=True, kw_only=True)
+class ConstrainedChain:
+    """A constrained Hamiltonian system whose constraints and masses join neighbours, H = 1/2 p^T M^-1 p + U(q) with constant M.
+
+    ::
+
+        q = (q_0, q_1, ..., q_{n-1}), each shape(b,)        g = (g_0, g_1, ..., g_{n-1}), each (joints, own)
+        v^T M v = sum_k v_k^T mass v_k + sum_joints (v_{k-1}, v_k)^T joint_mass (v_{k-1}, v_k)
+        U       = pull (sum_k U(q_k) + sum_joints joint_U(q_{k-1}, q_k))
+
+    In this order, node by node, G, M and [[M, G^T], [G, 0]] are banded, and so is G M^-1 G^T where M is diagonal. A joint leads from
+    node k - 1 to node k; to node 0 one leads only where there is an anchor, a point at rest in the place of node -1.
+
+    Parameters
+    ----------
+    nodes : int
+        Number of nodes n.
+    here, before : sequence of Symbol, shape(b,)
+        Positions of node k, and of node k - 1.
+    node : Symbol
+        The number k, which initial values, masses and constraints may contain.
+    joints : sequence of Expr
+        Constraints in ``before`` and ``here``.
+    own : sequence of Expr
+        Constraints in ``here`` alone.
+    anchor : sequence of Expr, optional, shape(b,)
+        The point at rest.
+    mass : Matrix, shape(b, b)
+        Inertia of each node's own parts.
+    joint_mass : Matrix, optional, shape(2 b, 2 b)
+        Inertia of what joins two nodes.
+    pull : Expr
+        What all potential energies have as a factor, as the strength of gravity, in the parameters.
+    U : Expr
+        Potential energy of each node's own parts, in ``here``.
+    joint_U : Expr, optional
+        Potential energy of what joins two nodes, in ``before`` and ``here``.
+    parameters, cases : mapping
+        As for :class:`daebench.systems.constrained.ConstrainedHamiltonian`; the q and p of a case are those of node k.
+    speeds : bool
+        Whether the p of the cases are velocities, from which the momenta p = M v are made.
+    more : callable, optional
+        ``more(q, p)`` returns what else the system written out declares, as chart and closed form; called for few nodes alone.
+    drawn : callable, optional
+        ``drawn(q)`` returns the chain's picture, for any number of nodes; without it, it is the one that ``more`` returns, if it does.
+
+    Raises
+    ------
+    InvalidProblem
+        If there is no node, a size does not fit, or a symbol stands where it may not.
+    """
+
+    nodes: int
+    here: Sequence[sp.Symbol]
+    before: Sequence[sp.Symbol]
+    node: sp.Symbol
+    joints: Sequence[sp.Expr] = ()
+    own: Sequence[sp.Expr] = ()
+    anchor: Sequence[sp.Expr] | None = None
+    mass: sp.Matrix
+    joint_mass: sp.Matrix | None = None
+    pull: sp.Expr = sp.S.One
+    U: sp.Expr
+    joint_U: sp.Expr | None = None
+    parameters: Mapping[sp.Symbol, float] = field(default_factory=dict)
+    cases: Mapping[str, Case] = field(default_factory=dict)
+    speeds: bool = False
+    more: Callable[[Sequence[sp.Symbol], Sequence[sp.Symbol]], Mapping[str, Any]] | None = None
+    drawn: Callable[[Sequence[sp.Symbol]], Picture] | None = None
+
+    def __post_init__(self) -> None:
+        self._check_parts()
+        if self.nodes < 1:
+            raise InvalidProblem(f"a chain of {self.nodes} nodes is none; it needs at least one.")
+        b = self.b
+        sizes = [(len(self.before), b), (self.mass.shape, (b, b))]
+        sizes += [] if self.joint_mass is None else [(self.joint_mass.shape, (2 * b, 2 * b))]
+        sizes += [] if self.anchor is None else [(len(self.anchor), b)]
+        if any(found != needed for found, needed in sizes):
+            raise InvalidProblem(f"nodes have {b} positions; before, anchor, mass and joint_mass of a chain must fit that.")
+        if not 0 < self.m < self.d:
+            raise InvalidProblem(f"{self.m} constraints on {self.d} positions; there must be at least one and fewer than positions.")
+        for name, matrix in (("mass", self.mass), ("joint_mass", self.joint_mass)):
+            if matrix is not None and sp.simplify(matrix - matrix.T) != sp.zeros(*matrix.shape):
+                raise InvalidProblem(f"{name} of the chain is not symmetric.")
+        for name, case in self.cases.items():
+            if len(case.q) != b or len(case.p) != b:
+                raise InvalidProblem(f"case {name!r} has {len(case.q)} positions and {len(case.p)} momenta of a node; both must be {b}.")
+        self._check_symbols()
+
+    def _check_parts(self) -> None:
+        for name, symbols in (("here", self.here), ("before", self.before)):
+            check_coordinates(name, symbols)
+        check_parameters(self.parameters)
+        check_cases(self.cases, "Case", ("q", "p"))
+        for name, matrix in (("mass", self.mass), ("joint_mass", self.joint_mass)):
+            if matrix is not None and not isinstance(matrix, sp.MatrixBase):
+                raise InvalidProblem(f"{name} of the chain must be a SymPy Matrix, and is a {type(matrix).__name__}.")
+        self._check_expressions()
+
+    def _check_expressions(self) -> None:
+        for name, values in (("joints", self.joints), ("own", self.own), ("anchor", self.anchor or ())):
+            check_real(name, several(name, values))
+        check_real("mass", list(self.mass))
+        for name, value in (("pull", self.pull), ("U", self.U), ("joint_U", self.joint_U)):
+            if value is not None:
+                check_real(name, [value])
+
+    def _check_symbols(self) -> None:
+        require_plain("position", [*self.here, *self.before])
+        require_checked(self.parameters)
+        known = {self.node, *self.parameters}
+        here, both = {*self.here}, {*self.here, *self.before}
+        allowed: list[tuple[str, Any, set[sp.Symbol]]] = [("own", sp.Matrix([*self.own, 0]), here), ("U", self.U, here)]
+        allowed += [("joints", sp.Matrix([*self.joints, 0]), both), ("joint_U", self.joint_U or 0, both), ("pull", self.pull, set())]
+        allowed += [("mass", self.mass, set()), ("joint_mass", self.joint_mass or 0, set())]
+        allowed += [("anchor", sp.Matrix([*(self.anchor or ()), 0]), set())]
+        allowed += [(f"case {name}", sp.Matrix([*case.q, *case.p]), set()) for name, case in self.cases.items()]
+        for where, expression, symbols in allowed:
+            if extra := sp.sympify(expression).free_symbols - symbols - known:
+                raise InvalidProblem(f"{where} of the chain contains {', '.join(sorted(map(str, extra)))}, which it may not depend on.")
+
+    @property
+    def b(self) -> int:
+        """Number of positions of a node."""
+        return len(self.here)
+
+    @property
+    def d(self) -> int:
+        """Number of positions."""
+        return self.nodes * self.b
+
+    @property
+    def q(self) -> tuple[sp.Symbol, ...]:
+        """The positions, shape(d,), as they are written out."""
+        return coordinates(self.d)[0]
+
+    @property
+    def picture(self) -> Picture | None:
+        """How the chain looks, if it is declared."""
+        if self.drawn:
+            return self.drawn(self.q)
+        return self.more(*coordinates(self.d)).get("picture") if self.more else None
+
+    @property
+    def c(self) -> int:
+        """Number of constraints of a node with a joint."""
+        return len(self.joints) + len(self.own)
+
+    @property
+    def missing(self) -> int:
+        """Number of constraints that node 0 lacks."""
+        return 0 if self.anchor is not None else len(self.joints)
+
+    @property
+    def m(self) -> int:
+        """Number of constraints."""
+        return self.nodes * self.c - self.missing
+
+    @property
+    def joined(self) -> range:
+        """Nodes to which a joint leads."""
+        return range(0 if self.anchor is not None else 1, self.nodes)
+
+    @property
+    def diagonal(self) -> bool:
+        """Whether the mass matrix is diagonal."""
+        return self.joint_mass is None and bool(self.mass.is_diagonal())
+
+    @cached_property
+    def fingerprint(self) -> str:
+        """Exact text of everything that decides the mathematics, the values of parameters apart, for content hashes."""
+        parts = [self.nodes, self.here, self.before, self.node, self.joints, self.own, self.anchor, self.mass, self.joint_mass, self.U]
+        parts += [self.pull, self.joint_U]
+        cases = [(name, case.q, case.p, dict(case.parameters), case.about, case.on_singular) for name, case in self.cases.items()]
+        return repr([sp.srepr(sp.sympify(part)) for part in [*parts, list(self.parameters)]]) + repr((self.speeds, cases))
+
+    def inertia(self, k: int, node: Exact | None = None) -> tuple[sp.Matrix, sp.Matrix, sp.Matrix]:
+        """Return the blocks M_{k, k-1}, M_{k, k} and M_{k, k+1} of the mass matrix, each shape(b, b).
+
+        ``node`` stands for k in them, by default its value; the joints that there are, are those of node k.
+        """
+        b, n = self.b, self.nodes
+        at = sp.Integer(k) if node is None else sp.sympify(node)
+        zero, here = sp.zeros(b, b), sp.Matrix(self.mass.subs(self.node, at))
+        if self.joint_mass is None:
+            return zero, here, zero
+        J, beyond = sp.Matrix(self.joint_mass.subs(self.node, at)), sp.Matrix(self.joint_mass.subs(self.node, at + 1))
+        if k in self.joined:
+            here += J[b:, b:]
+        if k + 1 < n:
+            here += beyond[:b, :b]
+        return sp.Matrix(J[b:, :b]) if k > 0 else zero, here, sp.Matrix(beyond[:b, b:]) if k + 1 < n else zero
+
+    def written_out(self) -> ConstrainedHamiltonian:
+        """Return the system with a symbol for each position and momentum: for few nodes."""
+        n, b = self.nodes, self.b
+        q, p = coordinates(self.d)
+        M = sp.zeros(self.d, self.d)
+        for k in range(n):
+            for j, block in zip((k - 1, k, k + 1), self.inertia(k), strict=True):
+                if 0 <= j < n:
+                    M[k * b : k * b + b, j * b : j * b + b] = block
+        g: list[sp.Expr] = []
+        for k in range(n):
+            g += [self._placed(each, q, k) for each in (*(self.joints if k in self.joined else ()), *self.own)]
+        own = [self._placed(self.U, q, k) for k in range(n)]
+        joined = [self._placed(self.joint_U, q, k) for k in self.joined] if self.joint_U is not None else []
+        return ConstrainedHamiltonian(
+            q=q,
+            p=p,
+            M=M,
+            U=self.pull * sp.Add(*own, *joined),
+            g=g,
+            parameters=self.parameters,
+            cases={name: self._case(case, M) for name, case in self.cases.items()},
+            **(({"picture": self.drawn(q)} if self.drawn else {}) | dict(self.more(q, p) if self.more else {})),
+        )
+
+    def _placed(self, expression: sp.Expr, q: Sequence[sp.Symbol], k: int) -> sp.Expr:
+        """Return an expression at node k."""
+        b = self.b
+        before = q[(k - 1) * b : k * b] if k else self.anchor or self.before
+        at = dict(zip([*self.before, *self.here, self.node], [*before, *q[k * b : k * b + b], sp.Integer(k)], strict=True))
+        return sp.sympify(expression).subs(at, simultaneous=True)
+
+    def _case(self, case: Case, M: sp.Matrix) -> Case:
+        """Return a case with initial values of every node."""
+        q, p = ([sp.sympify(x).subs(self.node, k) for k in range(self.nodes) for x in part] for part in (case.q, case.p))
+        momenta = M * sp.Matrix(p) if self.speeds else p
+        return Case(q=q, p=tuple(momenta), parameters=case.parameters, about=case.about, on_singular=case.on_singular)

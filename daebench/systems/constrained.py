@@ -1,0 +1,243 @@
+"""A problem as the book writes it: SymPy expressions and numbers, and nothing about how it is solved."""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Any
+
+import sympy as sp
+
+from daebench.errors import InvalidProblem
+from daebench.systems.assumptions import require_checked, require_plain
+from daebench.systems.constrained_checks import check_parts, check_second_derivatives, strange
+from daebench.systems.definition_parts import check_coordinates, check_distinct, check_real, several
+from daebench.systems.picture import Picture as Picture
+
+Exact = Any
+"""An exact number or expression: int, str as in "9.81", or a SymPy expression in the problem's parameters."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Case:
+    """Named initial values, with the parameter values that belong to them.
+
+    Parameters
+    ----------
+    q, p : sequence of exact expressions, shape(d,)
+        Initial positions and momenta; they may contain the problem's parameters.
+    parameters : mapping of str to number
+        Values that replace the problem's defaults in this case.
+    about : str
+        Where the case comes from and what it shows, in one line.
+    on_singular : str
+        What a run does where G loses rank, unless another is asked for: "stop", "continue" or "least-squares".
+    """
+
+    q: Sequence[Exact]
+    p: Sequence[Exact]
+    parameters: Mapping[str, float] = field(default_factory=dict)
+    about: str = ""
+    on_singular: str = "stop"
+
+
+@dataclass(frozen=True, kw_only=True)
+class KineticFlow:
+    """The flow over time t of the kinetic energy on the manifold, HLW (1.45) with H^[1] = T: motion with U left out, in closed form.
+
+    ``kinetic_flows`` has the flows that are known. Each is best given as the start plus a change that is small where t is,
+    which is what a step adds to the state.
+
+    Parameters
+    ----------
+    t : Symbol
+        Time over which the flow is taken.
+    p, q : sequence of Expr, shape(d,)
+        Momenta and positions after it, in t and the problem's q, p and parameters. They are to hold at zero momentum too.
+    """
+
+    t: sp.Symbol
+    p: Sequence[sp.Expr]
+    q: Sequence[sp.Expr]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Chart:
+    """Local coordinates y = (eta, xi) of the manifold g = 0, G H_p = 0, HLW VII.2.3: x = chi(y), and y as a function of x.
+
+    Parameters
+    ----------
+    eta, xi : sequence of Symbol, shape(d - m,)
+        The coordinates: those like momenta or velocities, and those like positions.
+    p, q : sequence of Expr, shape(d,)
+        chi: momenta and positions in eta, xi and the problem's parameters.
+    inverse_eta, inverse_xi : sequence of Expr, shape(d - m,)
+        The coordinates in p, q and the problem's parameters. They are used on the manifold alone.
+    """
+
+    eta: Sequence[sp.Symbol]
+    xi: Sequence[sp.Symbol]
+    p: Sequence[sp.Expr]
+    q: Sequence[sp.Expr]
+    inverse_eta: Sequence[sp.Expr]
+    inverse_xi: Sequence[sp.Expr]
+
+
+@dataclass(frozen=True, kw_only=True)
+class ConstrainedHamiltonian:
+    """A holonomically constrained Hamiltonian system, HLW (1.9).
+
+    ::
+
+        q' = H_p(p, q)      p' = -H_q(p, q) - G(q)^T lam      0 = g(q)      G = g_q
+
+    Parameters
+    ----------
+    q, p : sequence of Symbol, shape(d,)
+        Positions and momenta.
+    g : sequence of Expr, shape(m,), m < d
+        Constraints, functions of q.
+    H : Expr, optional
+        Hamiltonian H(p, q); or else give M and U.
+    M : Matrix, shape(d, d), optional
+        Symmetric mass matrix, constant or depending on q, for H = 1/2 p^T M^-1 p + U(q). It is never inverted symbolically
+        unless it is diagonal.
+    U : Expr, optional
+        Potential energy U(q), given together with M.
+    parameters : mapping of Symbol to number
+        The run-time parameters with their present values.
+    cases : mapping of str to Case
+        Named initial values.
+    integrals : mapping of str to Expr
+        First integrals besides H, functions of p and q.
+    closed_form : callable, optional
+        ``closed_form(t, q0, p0, parameters) -> (q, p)`` with mpmath numbers, at mpmath's working precision.
+    kinetic_flow : KineticFlow, optional
+        Flow of the kinetic energy on the manifold, where it has a closed form: what splitting needs.
+    chart : Chart, optional
+        Local coordinates of the manifold: what the form ``local`` needs.
+    picture : Picture, optional
+        How the problem looks.
+
+    Raises
+    ------
+    InvalidProblem
+        If a part is not what it must be, sizes do not fit, an expression has an undeclared symbol, a symbol is used twice, H or g
+        contains a function that is not twice differentiable, a position or momentum is declared to be more than real, or H and (M, U) are
+        both given or both missing.
+    """
+
+    q: Sequence[sp.Symbol]
+    p: Sequence[sp.Symbol]
+    g: Sequence[sp.Expr]
+    H: sp.Expr | None = None
+    M: sp.Matrix | None = None
+    U: sp.Expr | None = None
+    parameters: Mapping[sp.Symbol, float] = field(default_factory=dict)
+    cases: Mapping[str, Case] = field(default_factory=dict)
+    integrals: Mapping[str, sp.Expr] = field(default_factory=dict)
+    closed_form: Callable[..., tuple[list[Any], list[Any]]] | None = None
+    kinetic_flow: KineticFlow | None = None
+    chart: Chart | None = None
+    picture: Picture | None = None
+
+    def __post_init__(self) -> None:
+        check_parts(self)
+        self._check_sizes()
+        self._check_symbols()
+        check_second_derivatives(self)
+        if self.kinetic_flow is not None:
+            self._check_kinetic_flow(self.kinetic_flow)
+        if self.chart is not None:
+            self._check_chart(self.chart)
+
+    @property
+    def d(self) -> int:
+        """Number of positions."""
+        return len(self.q)
+
+    @property
+    def m(self) -> int:
+        """Number of constraints."""
+        return len(self.g)
+
+    @cached_property
+    def fingerprint(self) -> str:
+        """Exact text of everything that decides the mathematics, the values of parameters apart, for content hashes."""
+        parts = [self.q, self.p, self.g, self.H, self.M, self.U, list(self.parameters), list(self.integrals.values())]
+        if (flow := self.kinetic_flow) is not None:
+            parts += [flow.t, flow.p, flow.q]
+        if (chart := self.chart) is not None:
+            parts += [chart.eta, chart.xi, chart.p, chart.q, chart.inverse_eta, chart.inverse_xi]
+        cases = [(name, case.q, case.p, dict(case.parameters), case.about, case.on_singular) for name, case in self.cases.items()]
+        return repr([sp.srepr(sp.sympify(part)) for part in parts]) + repr((list(self.integrals), cases))
+
+    def _check_sizes(self) -> None:
+        if (self.H is None) == (self.M is None) or (self.M is None) != (self.U is None):
+            raise InvalidProblem("a problem gives either H(p, q), or M and U together.")
+        if len(self.p) != self.d:
+            raise InvalidProblem(f"{self.d} positions but {len(self.p)} momenta; give one momentum for each position.")
+        if not 0 < self.m < self.d:
+            raise InvalidProblem(f"{self.m} constraints on {self.d} positions; there must be at least one and fewer than positions.")
+        if self.M is not None and self.M.shape != (self.d, self.d):
+            raise InvalidProblem(f"the mass matrix M has shape {self.M.shape}, but there are {self.d} positions.")
+        if self.M is not None and sp.simplify(self.M - self.M.T) != sp.zeros(self.d, self.d):
+            raise InvalidProblem("the mass matrix M is not symmetric.")
+        for name, case in self.cases.items():
+            if len(case.q) != self.d or len(case.p) != self.d:
+                raise InvalidProblem(f"case {name!r} has {len(case.q)} positions and {len(case.p)} momenta; both must be {self.d}.")
+
+    def _check_symbols(self) -> None:
+        require_plain("position", self.q)
+        require_plain("momentum", self.p)
+        require_checked(self.parameters)
+        check_distinct([*self.q, *self.p, *self.parameters], "position, momentum or parameter")
+        positions, state, known = set(self.q), {*self.q, *self.p}, set(self.parameters)
+        allowed: list[tuple[str, Any, set[sp.Symbol]]] = [("g", sp.Matrix(list(self.g)), positions), ("H", self.H, state)]
+        allowed += [("M", self.M, positions), ("U", self.U, positions)]
+        allowed += [(f"integral {name}", expression, state) for name, expression in self.integrals.items()]
+        allowed += [(f"case {name}", sp.Matrix([*case.q, *case.p]), set()) for name, case in self.cases.items()]
+        for where, expression, symbols in allowed:
+            extra = set() if expression is None else sp.sympify(expression).free_symbols - symbols - known
+            if extra:
+                raise strange(where, extra, {*state, *known})
+        names = {str(symbol) for symbol in known}
+        for name, case in self.cases.items():
+            if foreign := {key for key, value in case.parameters.items() if key not in names and not isinstance(value, int)}:
+                raise InvalidProblem(f"case {name!r} sets {', '.join(sorted(foreign))}, which is no parameter of the problem.")
+
+    def _check_kinetic_flow(self, flow: KineticFlow) -> None:
+        check_coordinates("the time of the kinetic flow", [flow.t])
+        check_real("the kinetic flow", [*several("p of the kinetic flow", flow.p), *several("q of the kinetic flow", flow.q)])
+        if len(flow.p) != self.d or len(flow.q) != self.d:
+            raise InvalidProblem(f"the kinetic flow has {len(flow.q)} positions and {len(flow.p)} momenta; both must be {self.d}.")
+        known = {*self.q, *self.p, *self.parameters}
+        if flow.t in known:
+            raise InvalidProblem(f"the time {flow.t} of the kinetic flow is a position, momentum or parameter too; rename one.")
+        require_plain("time", [flow.t])
+        if extra := sp.Matrix([*flow.p, *flow.q]).free_symbols - known - {flow.t}:
+            raise InvalidProblem(f"the kinetic flow contains {', '.join(sorted(map(str, extra)))}, which is not declared; declare it.")
+
+    def _check_chart(self, chart: Chart) -> None:
+        own, n = {*self.q, *self.p}, self.d - self.m
+        y = [*several("eta of the chart", chart.eta), *several("xi of the chart", chart.xi)]
+        check_coordinates("the chart's coordinates", y)
+        require_plain("local coordinate", y)
+        for name in ("p", "q", "inverse_eta", "inverse_xi"):
+            check_real(f"{name} of the chart", several(f"{name} of the chart", getattr(chart, name)))
+        if any(len(part) != n for part in (chart.eta, chart.xi, chart.inverse_eta, chart.inverse_xi)):
+            raise InvalidProblem(f"the chart must have {n} eta and {n} xi, as many as positions less constraints, and an inverse of each.")
+        if len(chart.p) != self.d or len(chart.q) != self.d:
+            raise InvalidProblem(f"the chart has {len(chart.q)} positions and {len(chart.p)} momenta; both must be {self.d}.")
+        if len(set(y)) < 2 * n or set(y) & {*own, *self.parameters}:
+            raise InvalidProblem("a local coordinate of the chart is used twice, or is a position, momentum or parameter too; rename it.")
+        for where, values, allowed in (
+            ("the chart", [*chart.p, *chart.q], set(y)),
+            ("the inverse of the chart", [*chart.inverse_eta, *chart.inverse_xi], own),
+        ):
+            if extra := sp.Matrix(values).free_symbols - allowed - set(self.parameters):
+                raise InvalidProblem(f"{where} contains {', '.join(sorted(map(str, extra)))}, which it may not depend on; declare it.")
+
+
+def coordinates(d: int) -> tuple[tuple[sp.Symbol, ...], tuple[sp.Symbol, ...]]:
+    """Return symbols (q1, ..., qd) and (p1, ..., pd)."""
+    return sp.symbols(f"q1:{d + 1}", real=True), sp.symbols(f"p1:{d + 1}", real=True)

@@ -1,0 +1,133 @@
+"""What can be said of a definition before any number is put in: its parts are what they must be, and H and g have second derivatives."""
+
+from collections.abc import Iterable, Mapping
+from typing import Any
+
+import sympy as sp
+from sympy.core.function import AppliedUndef
+
+from daebench.errors import InvalidProblem
+from daebench.systems.definition_parts import check_cases, check_coordinates, check_functions, check_parameters, check_real, several
+
+Problem = Any
+"""A ConstrainedHamiltonian. Its class calls these functions when it is made, so that its type cannot be imported here."""
+
+KINKED: tuple[type, ...] = (
+    sp.Abs,
+    sp.sign,
+    sp.Max,
+    sp.Min,
+    sp.Piecewise,
+    sp.Heaviside,
+    sp.DiracDelta,
+    sp.floor,
+    sp.ceiling,
+    sp.frac,
+    sp.Mod,
+)
+KINKED += (sp.re, sp.im, sp.arg, sp.conjugate)
+"""Functions that have no second derivative somewhere, or of whose second derivative SymPy makes a distribution."""
+
+OPEN: tuple[type, ...] = (sp.Derivative, sp.Subs, sp.Integral, sp.Sum, sp.Product, sp.Limit)
+"""Operations that SymPy has not carried out."""
+
+
+def check_parts(problem: Problem) -> None:
+    """Accept a definition whose parts are of the types that they must be.
+
+    Raises
+    ------
+    InvalidProblem
+        Naming the part, and what it is instead.
+    """
+    for name, symbols in (("q", problem.q), ("p", problem.p)):
+        check_coordinates(name, symbols)
+    check_parameters(problem.parameters)
+    check_cases(problem.cases, "Case", ("q", "p"))
+    check_functions("integral", problem.integrals)
+    check_real("g", several("g", problem.g))
+    for name, expression in {"H": problem.H, "U": problem.U}.items():
+        if expression is not None:
+            check_real(name, [expression])
+    if problem.M is not None:
+        check_mass(problem.M)
+    for name, (given, kind) in _declared(problem).items():
+        if given is not None and type(given).__name__ != kind:
+            raise InvalidProblem(f"{name} is a {type(given).__name__}; it must be a {kind}, or be left out.")
+    if problem.closed_form is not None and not callable(problem.closed_form):
+        raise InvalidProblem(f"closed_form is a {type(problem.closed_form).__name__}; it must be a function, or be left out.")
+
+
+def _declared(problem: Problem) -> dict[str, tuple[Any, str]]:
+    """Return what may be declared of a problem, and the class that it must be of, by name."""
+    return {
+        "kinetic_flow": (problem.kinetic_flow, "KineticFlow"),
+        "chart": (problem.chart, "Chart"),
+        "picture": (problem.picture, "Picture"),
+    }
+
+
+def check_mass(M: Any) -> None:
+    """Accept a matrix of real expressions in which no position is without mass.
+
+    Raises
+    ------
+    InvalidProblem
+        Naming the entry.
+    """
+    if not isinstance(M, sp.MatrixBase):
+        raise InvalidProblem(f"the mass matrix M must be a SymPy Matrix, and is a {type(M).__name__}.")
+    check_real("M", list(M))
+    for k in range(min(M.shape)):
+        if not any(M.row(k)):
+            why = f"row {k + 1} is 0, so that position {k + 1} has no mass"
+            raise InvalidProblem(f"the mass matrix M is singular: {why}; give it one, or take its momentum out with another choice of q.")
+
+
+def check_second_derivatives(problem: Problem) -> None:
+    """Accept a definition whose H, or M and U, and g are made of functions that are twice differentiable.
+
+    Raises
+    ------
+    InvalidProblem
+        Naming the function and where it is.
+    """
+    state = {*problem.q, *problem.p}
+    parts = {f"g[{k}]": each for k, each in enumerate(problem.g)} | {"M": problem.M} | _scalars(problem)
+    for name, expression in parts.items():
+        if expression is not None:
+            check_smooth(name, expression, state)
+
+
+def check_smooth(name: str, expression: Any, state: Iterable[sp.Symbol]) -> None:
+    """Accept an expression of functions that are twice differentiable in the state, and known.
+
+    Raises
+    ------
+    InvalidProblem
+        Naming the function and where it is.
+    """
+    found = sp.sympify(expression).atoms(AppliedUndef, *OPEN, *KINKED)
+    for each in sorted(found, key=lambda one: (one.count_ops(), str(one))):
+        if isinstance(each, AppliedUndef):
+            raise InvalidProblem(f"{name} contains {each}, a function that is not defined; write out what it is.")
+        if isinstance(each, OPEN):
+            raise InvalidProblem(f"{name} contains {each}, which SymPy has not carried out; call doit(), or write out its value.")
+        if each.free_symbols & set(state):
+            raise InvalidProblem(f"{name} contains {each}, which is not twice differentiable; write {name} with smooth functions alone.")
+
+
+def strange(where: str, extra: Iterable[sp.Symbol], known: Iterable[sp.Symbol]) -> InvalidProblem:
+    """Return the error for symbols that an expression may not depend on; one may have the name of a declared one, and not be it."""
+    if same := {str(symbol) for symbol in set(extra) - set(known)} & {str(symbol) for symbol in known}:
+        names = ", ".join(sorted(same))
+        return InvalidProblem(
+            f"{where} contains {names} with other assumptions than those declared; use one and the same symbol throughout."
+        )
+    return InvalidProblem(f"{where} contains {', '.join(sorted(map(str, extra)))}, which it may not depend on; declare it.")
+
+
+def _scalars(problem: Problem) -> dict[str, Any]:
+    """Return what must be one expression each, by name."""
+    integrals: Mapping[str, Any] = {f"integral {name}": each for name, each in problem.integrals.items()}
+    return {name: each for name, each in {"H": problem.H, "U": problem.U, **integrals}.items() if each is not None}

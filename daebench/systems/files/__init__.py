@@ -1,0 +1,1 @@
+"""Problem files: found, read as text, and executed."""

@@ -1,0 +1,123 @@
+"""Problems that other packages bring: entry points of the group ``daebench.problems``, found and read without importing anything."""
+
+import importlib
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cache
+from importlib.machinery import ModuleSpec, PathFinder
+from importlib.metadata import EntryPoint, entry_points
+from importlib.util import find_spec
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from daebench.errors import BadInput, DaebenchError
+from daebench.systems.files.execute import is_path
+from daebench.systems.files.imports import imported
+from daebench.systems.files.read import Problem, read
+from daebench.systems.files.user import call, naming, own_files
+
+if TYPE_CHECKING:
+    from daebench.systems.files.read import Definition
+
+GROUP = "daebench.problems"
+_VALUE = re.compile(r"\w+(\.\w+)*(:problem)?")
+
+
+@dataclass(frozen=True)
+class Plugins:
+    """What other packages bring.
+
+    Parameters
+    ----------
+    problems : mapping of str to Problem
+        Problems that can be used.
+    broken : mapping of str to str
+        Why others cannot be used, a sentence each.
+    """
+
+    problems: Mapping[str, Problem]
+    broken: Mapping[str, str]
+
+
+@cache
+def plugins(taken: tuple[str, ...]) -> Plugins:
+    """Return what other packages bring, beside the names that are taken."""
+    by_name: dict[str, list[EntryPoint]] = {}
+    for each in entry_points(group=GROUP):
+        by_name.setdefault(each.name, []).append(each)
+    problems: dict[str, Problem] = {}
+    broken: dict[str, str] = {}
+    for name, points in sorted(by_name.items()):
+        try:
+            problems[name] = _problem(name, points, taken)
+        except DaebenchError as error:
+            broken[name] = str(error)
+    return Plugins(problems, broken)
+
+
+def _problem(name: str, points: Sequence[EntryPoint], taken: Sequence[str]) -> Problem:
+    if name in taken:
+        raise BadInput(f"problem {name} of {_package(points[0])} has the name of one of daebench's own, which is used; rename it there.")
+    if len(points) > 1:
+        both = " and ".join(sorted(map(_package, points)))
+        raise BadInput(
+            f"problem {name} is brought by {both}, so that the name could mean either; uninstall one, or give a file by its path."
+        )
+    if is_path(name):
+        raise BadInput(f"problem {name!r} of {_package(points[0])} has the name of a file; rename it there.")
+    try:
+        return _read(name, points[0])
+    except DaebenchError as error:
+        raise BadInput(f"problem {name} of {_package(points[0])} cannot be used: {error}") from error
+
+
+def _read(name: str, point: EntryPoint) -> Problem:
+    return read(
+        _file(point),
+        name=name,
+        package=_package(point),
+        depends_on=lambda problem: [problem.path, *_files(point.module, problem.path), *own_files()],
+        run=lambda problem, structure: _run(point, problem, structure),
+        again=lambda problem, structure: [_run(point, problem, structure)],
+    )
+
+
+def _package(point: EntryPoint) -> str:
+    return f"{point.dist.name} {point.dist.version}" if point.dist is not None else "a package"
+
+
+def _file(point: EntryPoint) -> Path:
+    """Return the source file that an entry point names."""
+    if not _VALUE.fullmatch(point.value):
+        raise BadInput(f"its entry point {point.value!r} must be the name of a module that has a function problem.")
+    spec = _spec(point.module)
+    if spec is None or spec.origin is None or not spec.origin.endswith(".py"):
+        raise BadInput(f"there is no Python file of the module {point.module}.")
+    return Path(spec.origin)
+
+
+def _spec(module: str) -> ModuleSpec | None:
+    """Return where a module is; the packages on the way to it are found and not imported."""
+    parts = module.split(".")
+    try:
+        spec = find_spec(parts[0])
+    except (ImportError, ValueError):
+        return None
+    for k in range(2, len(parts) + 1):
+        if spec is None or not spec.submodule_search_locations:
+            return None
+        spec = PathFinder.find_spec(".".join(parts[:k]), spec.submodule_search_locations)
+    return spec
+
+
+def _files(module: str, path: Path) -> list[Path]:
+    """Return the files of the package that a module is in, or what the file of a module that is in none imports beside it."""
+    spec = _spec(module.partition(".")[0])
+    places = (spec.submodule_search_locations or []) if spec is not None else []
+    return [each for place in places for each in sorted(Path(place).rglob("*.py"))] if places else imported(path)
+
+
+def _run(point: EntryPoint, problem: Problem, structure: Mapping[str, int]) -> "Definition":
+    with naming(problem):
+        return call(problem, importlib.import_module(point.module), structure)

@@ -1,0 +1,191 @@
+"""A problem file read as text, never run: its summary, its parameters, its kind, and the content that its definition depends on."""
+
+import ast
+import hashlib
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from daebench.errors import BadInput, real
+
+if TYPE_CHECKING:
+    from daebench.systems.chain import ConstrainedChain
+    from daebench.systems.constrained import ConstrainedHamiltonian
+    from daebench.systems.lattice import PoissonLattice
+    from daebench.systems.poisson import PoissonSystem
+
+    Definition = ConstrainedHamiltonian | ConstrainedChain | PoissonSystem | PoissonLattice
+
+KINDS = {"ConstrainedHamiltonian": "constrained", "ConstrainedChain": "constrained"}
+KINDS |= {"PoissonSystem": "poisson", "PoissonLattice": "poisson"}
+"""Kinds of problems by the name of their record."""
+
+
+@dataclass(frozen=True)
+class Problem:
+    """A problem file, read and not yet run.
+
+    Parameters
+    ----------
+    name : str
+        Name by which it is asked for: that of a problem of the catalogue, or the path of a file.
+    summary : str
+        First line of its docstring.
+    parameters : mapping of str to float
+        Run-time parameters and their defaults: the arguments of ``problem`` that are annotated float.
+    structure : mapping of str to int
+        Structural parameters and their defaults: the arguments annotated int. Another value is another definition.
+    kind : str
+        "constrained" or "poisson": what ``problem`` is annotated to return.
+    path : Path
+        The file.
+    package : str
+        Who brings it: "daebench", a distribution, or "" for a file of the user's own.
+    depends_on : callable
+        Returns the files that may decide the definition, the file itself among them.
+    run : callable
+        ``run(problem, structure)`` runs the file and returns the definition; this imports SymPy.
+    again : callable, optional
+        ``again(problem, structure)`` returns the definition once more in each of the ways in which it may come to be asked for; nothing
+        for what comes with daebench.
+    """
+
+    name: str
+    summary: str
+    parameters: Mapping[str, float]
+    structure: Mapping[str, int]
+    kind: str
+    path: Path
+    package: str
+    depends_on: Callable[["Problem"], Sequence[Path]] = field(repr=False)
+    run: "Callable[[Problem, Mapping[str, int]], Definition]" = field(repr=False)
+    again: "Callable[[Problem, Mapping[str, int]], Iterable[Definition]]" = field(default=lambda *_: (), repr=False)
+
+    @cached_property
+    def digest(self) -> str:
+        """Content hash of the file and of all files that it may import, and where they are."""
+        found = hashlib.sha256()
+        for file in self.depends_on(self):
+            content = file.read_bytes()
+            found.update(f"{'' if self.own else file.resolve()} {len(content)}\n".encode() + content)
+        return found.hexdigest()
+
+    @cached_property
+    def content(self) -> str:
+        """Content hash of the file and of all files that it may import, wherever they are; "" for what comes with daebench."""
+        if self.own:
+            return ""
+        found, folder = hashlib.sha256(), self.path.parent
+        for file in self.depends_on(self):
+            near = file.relative_to(folder).as_posix() if file.is_relative_to(folder) else file.name
+            content = file.read_bytes()
+            found.update(f"{'' if file == self.path else near} {len(content)}\n".encode() + content)
+        return found.hexdigest()
+
+    @property
+    def own(self) -> bool:
+        """Whether it comes with daebench."""
+        return self.package == "daebench"
+
+    def define(self, /, **structure: int) -> "Definition":
+        """Return the definition; this runs the file."""
+        return self.run(self, structure)
+
+
+def read(path: Path, *, name: str, **origin: Any) -> Problem:
+    """Return a problem from its file's text, without running it.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+    name : str
+        Name by which it is asked for.
+    **origin
+        ``package``, ``depends_on``, ``run`` and ``again`` of :class:`Problem`.
+
+    Raises
+    ------
+    BadInput
+        If the file cannot be read, is not Python, or has no function ``problem`` of the form that is needed.
+    """
+    tree = parsed(path)
+    constructor = _constructor(tree, path)
+    kind = _kind(constructor, path)
+    floats, ints = _arguments(constructor, path)
+    return Problem(name, summary(tree), floats, ints, kind, path.absolute(), **origin)
+
+
+def parsed(path: Path) -> ast.Module:
+    """Return the syntax of a Python file.
+
+    Raises
+    ------
+    BadInput
+        If it cannot be read, or is not Python; with the line.
+    """
+    try:
+        return ast.parse(path.read_bytes())
+    except OSError as error:
+        raise BadInput(f"{path}: the file cannot be read ({error.strerror}); give the path of a problem file.") from error
+    except (MemoryError, RecursionError) as error:
+        raise BadInput(f"{path}: its expressions are nested too deep for Python to read; write them flatter.") from error
+    except (SyntaxError, ValueError) as error:
+        line = f", line {error.lineno}" if isinstance(error, SyntaxError) and error.lineno else ""
+        raise BadInput(f"{path}{line}: this is not Python: {getattr(error, 'msg', error)}.") from error
+
+
+def summary(tree: ast.Module) -> str:
+    """Return the first line of a file's docstring."""
+    return (ast.get_docstring(tree) or "").split("\n")[0]
+
+
+def _constructor(tree: ast.Module, path: Path) -> ast.FunctionDef:
+    found = [node for node in tree.body if isinstance(node, ast.FunctionDef) and node.name == "problem"]
+    if not found:
+        raise BadInput(f"{path.name} defines no function problem(*, ...); a problem file needs one that returns its definition.")
+    return found[-1]
+
+
+def _kind(constructor: ast.FunctionDef, path: Path) -> str:
+    """Return the kind of problem that a constructor is annotated to return."""
+    returns = constructor.returns
+    text = returns.value if isinstance(returns, ast.Constant) else ast.unparse(returns) if returns else ""
+    kind = KINDS.get(str(text).rpartition(".")[2])
+    if kind is None:
+        raise BadInput(f"{path.name}, line {constructor.lineno}: problem() must be annotated to return one of {', '.join(KINDS)}.")
+    return kind
+
+
+def _arguments(constructor: ast.FunctionDef, path: Path) -> tuple[dict[str, float], dict[str, int]]:
+    """Return run-time and structural parameters with their defaults."""
+    arguments = constructor.args
+    if others := [*arguments.posonlyargs, *arguments.args, *filter(None, (arguments.vararg, arguments.kwarg))]:
+        given = ", ".join(each.arg for each in others)
+        raise BadInput(
+            f"{path.name}, line {constructor.lineno}: problem() takes {given}; write problem(*, ...): arguments by keyword alone."
+        )
+    floats: dict[str, float] = {}
+    ints: dict[str, int] = {}
+    for argument, default in zip(arguments.kwonlyargs, arguments.kw_defaults, strict=True):
+        kind = argument.annotation.id if isinstance(argument.annotation, ast.Name) else ""
+        where = f"{path.name}, line {argument.lineno}: argument {argument.arg} of problem()"
+        if kind not in ("float", "int") or default is None:
+            raise BadInput(f"{where} must be annotated float or int and have a default.")
+        value = _default(default, where)
+        if kind == "float":
+            floats[argument.arg] = value
+        elif value == int(value) >= 1:
+            ints[argument.arg] = int(value)
+        else:
+            raise BadInput(f"{where} is annotated int, and its default {value:g} is no whole number of at least 1.")
+    return floats, ints
+
+
+def _default(default: ast.expr, where: str) -> float:
+    try:
+        return real(where, ast.literal_eval(default))
+    except (BadInput, ValueError, TypeError, SyntaxError) as error:
+        raise BadInput(f"{where} has the default {ast.unparse(default)}, and must have a number that is written out.") from error

@@ -1,0 +1,119 @@
+"""Problem files outside of the package: code that is executed, with the files beside it that it imports, and mistakes that are named."""
+
+import sys
+import types
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import AbstractContextManager
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from daebench.errors import InvalidProblem
+from daebench.systems.files import execute
+from daebench.systems.files.execute import executed, existing
+from daebench.systems.files.imports import Neighbours, importable, imported
+from daebench.systems.files.package import folder
+from daebench.systems.files.read import KINDS, Problem, read
+
+if TYPE_CHECKING:
+    from daebench.systems.files.read import Definition
+
+
+def find(name: str) -> Problem:
+    """Return the problem in a file.
+
+    Raises
+    ------
+    BadInput
+        If there is no such file, or its text is not that of a problem.
+    """
+    path = existing(name, "problem", "daebench list problems")
+    return read(path, name=name, package="", depends_on=_files, run=_defined, again=_again)
+
+
+def own_files() -> list[Path]:
+    """Return the files of daebench's own problems: a file of another's may import their helpers."""
+    return sorted(folder("daebench.problems").rglob("*.py"))
+
+
+def _files(problem: Problem) -> Sequence[Path]:
+    return [problem.path, *imported(problem.path), *own_files()]
+
+
+def _again(problem: Problem, structure: Mapping[str, int]) -> "Iterator[Definition]":
+    """Return the definition of a file as its module gives it a second time, and as it gives it when executed once more."""
+    yield _defined(problem, structure)
+    yield _afresh(problem, structure)
+
+
+def _afresh(problem: Problem, structure: Mapping[str, int]) -> "Definition":
+    """Return the definition of a file that is executed once more, whatever its module has kept."""
+    kept = sys.modules.pop(_name(problem))
+    try:
+        return _defined(problem, structure)
+    finally:
+        sys.modules[_name(problem)] = kept
+
+
+def _defined(problem: Problem, structure: Mapping[str, int]) -> "Definition":
+    try:
+        with importable(problem.path.parent) as neighbours, naming(problem):
+            definition = call(problem, executed(problem.path, _name(problem)), structure)
+        _require_seen(problem, neighbours)
+    except BaseException:
+        sys.modules.pop(_name(problem), None)  # another try is to find the same fault
+        raise
+    return definition
+
+
+def _require_seen(problem: Problem, neighbours: Neighbours) -> None:
+    known = {path.resolve() for path in problem.depends_on(problem)}
+    if unseen := [path for path in neighbours.found.values() if path.is_file() and path.resolve() not in known]:
+        raise InvalidProblem(
+            f"{problem.name} imports {unseen[0].name} in a way that cannot be seen in its text, so that a change there would go unnoticed; "
+            "name it in an import statement."
+        )
+
+
+def _name(problem: Problem) -> str:
+    """Return the name of a file's module, which no other file or text of this file has."""
+    return f"daebench_problem_{problem.path.stem}_{problem.digest[:16]}"
+
+
+def call(problem: Problem, module: types.ModuleType, structure: Mapping[str, int]) -> "Definition":
+    """Return what the function ``problem`` of a module returns; it must be what it is annotated to be.
+
+    Raises
+    ------
+    InvalidProblem
+        If it returns something else, or declares other parameters than it takes.
+    """
+    constructor: Callable[..., Definition] = module.problem
+    definition = constructor(**structure)
+    if _kind(definition) != problem.kind:
+        raise InvalidProblem(f"problem() returns {_what(definition)}, which is not what it is annotated to return.")
+    declared = {str(symbol) for symbol in definition.parameters}
+    if odd := sorted(declared ^ set(problem.parameters)):
+        taken = ", ".join(problem.parameters) or "none"
+        raise InvalidProblem(
+            f"the float arguments of problem() are {taken}, and the parameters of its definition {', '.join(sorted(declared)) or 'none'}; "
+            f"{', '.join(odd)} must be both."
+        )
+    for name, case in definition.cases.items():
+        if foreign := sorted(set(case.parameters) - declared - set(problem.structure)):
+            raise InvalidProblem(f"case {name!r} sets {', '.join(foreign)}, which is no parameter of the problem.")
+    return definition
+
+
+def _kind(definition: object) -> str:
+    return KINDS.get(type(definition).__name__, "")
+
+
+def _what(definition: object) -> str:
+    return "nothing" if definition is None else f"a {type(definition).__name__}"
+
+
+def naming(problem: Problem) -> AbstractContextManager[None]:
+    """Turn whatever goes wrong in a problem's files into one sentence with file and line, an InvalidProblem."""
+    return execute.naming(
+        problem.name, problem.path, lambda: [problem.path, *(set(problem.depends_on(problem)) - set(own_files()))], InvalidProblem
+    )

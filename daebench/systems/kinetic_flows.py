@@ -1,0 +1,104 @@
+"""Flows of the kinetic energy on manifolds on which geodesics have a closed form: spheres, rotations, and products of such."""
+
+from collections.abc import Sequence
+from typing import Any
+
+import sympy as sp
+
+from daebench.errors import InvalidProblem
+from daebench.systems.constrained import KineticFlow
+
+Exact = Any
+"""An exact number or expression in the problem's parameters."""
+
+TIME = sp.Symbol("t", real=True)
+
+TINY = sp.Rational(1, 10**37)
+"""Added to w^2, so that sin(w t)/w is t at rest, in single precision too; beside any speed that matters it is lost."""
+
+
+def sphere(q: Sequence[sp.Symbol], p: Sequence[sp.Symbol], *, mass: Exact, length: Exact) -> KineticFlow:
+    """Return the flow of |p|^2 / (2 mass) on |q| = length: rotation in the plane of q and p, as in HLW Example 1.6.
+
+    ::
+
+        q(t) = q + sin(w t) p / (mass w) - (1 - cos(w t)) q
+        p(t) = p - mass w sin(w t) q     - (1 - cos(w t)) p        w = |p| / (mass length)
+
+    With the given length in w, and not |q|, an error of |q| does not grow but decays by the factor cos(w t).
+
+    Parameters
+    ----------
+    q, p : sequence of Symbol, shape(d,)
+        Positions and momenta, d at least 2.
+    mass : exact expression
+        Mass of the point, kg.
+    length : exact expression
+        Radius of the sphere, m.
+    """
+    _same_length(q, p)
+    w = sp.sqrt(sum(x**2 for x in p) / (mass * length) ** 2 + TINY)
+    sine, versine = _turn(w)
+    return KineticFlow(
+        t=TIME,
+        p=[y - mass * w * sine * x - versine * y for x, y in zip(q, p, strict=True)],
+        q=[x + sine * y / (mass * w) - versine * x for x, y in zip(q, p, strict=True)],
+    )
+
+
+def rotation(q: Sequence[sp.Symbol], p: Sequence[sp.Symbol], *, c: Exact) -> KineticFlow:
+    """Return the flow of |P|^2 / (2 c) on Q^T Q = I, the free rotation of HLW Section VII.5 with D = c I, by Rodrigues' formula.
+
+    ::
+
+        Q(t) = Q R     P(t) = P R     R = I + sin(w t)/w W + (1 - cos(w t))/w^2 W^2
+        W = (Q^T P - P^T Q) / (2 c)   w^2 = 1/2 |W|^2
+
+    Parameters
+    ----------
+    q, p : sequence of Symbol, shape(9,)
+        Entries of Q and of P = c Q', row by row.
+    c : exact expression
+        Factor in D = c I, kg m^2: half the moment of inertia about any axis.
+    """
+    _same_length(q, p)
+    if len(q) != 9:
+        raise InvalidProblem(f"a rotation has 9 entries, row by row, not {len(q)}.")
+    Q, P = sp.Matrix(3, 3, list(q)), sp.Matrix(3, 3, list(p))
+    product = Q.T * P
+    W = (product - product.T) / (2 * c)
+    w = sp.sqrt(W[0, 1] ** 2 + W[0, 2] ** 2 + W[1, 2] ** 2 + TINY)
+    sine, versine = _turn(w)
+    change = sine / w * W + versine / w**2 * W * W
+    return KineticFlow(t=TIME, p=list(P + P * change), q=list(Q + Q * change))
+
+
+def product(*factors: KineticFlow) -> KineticFlow:
+    """Return the flow on a product of manifolds of kinetic energies that are not coupled: each factor moves for itself.
+
+    Parameters
+    ----------
+    *factors : KineticFlow
+        Flows of consecutive parts of q and p.
+    """
+    ends = [[sp.sympify(x).xreplace({factor.t: TIME}) for x in (*factor.p, *factor.q)] for factor in factors]
+    return KineticFlow(
+        t=TIME,
+        p=[x for end in ends for x in end[: len(end) // 2]],
+        q=[x for end in ends for x in end[len(end) // 2 :]],
+    )
+
+
+def _turn(w: sp.Expr) -> tuple[sp.Expr, sp.Expr]:
+    """Return sin(w t) and 1 - cos(w t) by the tangent of the half angle, of which any value gives a rotation exactly.
+
+    Without it the rounding of cos(w t), the same in every step of a uniform motion, would add up.
+    """
+    tau = sp.tan(w * TIME / 2)
+    share = 2 / (1 + tau**2)
+    return share * tau, share * tau**2
+
+
+def _same_length(q: Sequence[sp.Symbol], p: Sequence[sp.Symbol]) -> None:
+    if len(q) != len(p):
+        raise InvalidProblem(f"the kinetic flow is given {len(q)} positions and {len(p)} momenta; give one momentum for each position.")

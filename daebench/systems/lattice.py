@@ -1,0 +1,233 @@
+"""A Poisson system on a periodic lattice: what happens at one site and its neighbours, however many sites there are."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+
+import sympy as sp
+
+from daebench.errors import InvalidProblem
+from daebench.systems.assumptions import require_checked, require_plain
+from daebench.systems.definition_parts import check_cases, check_coordinates, check_functions, check_parameters, check_real
+from daebench.systems.picture import Picture, Point
+from daebench.systems.poisson import DarbouxMap, Part, PoissonCase, PoissonSystem
+
+SMALLEST = 3
+"""The fewest sites at which a site has two neighbours."""
+
+VERIFIED_ON = 4
+"""Sites of the lattice on which the structure is verified: the fewest at which not all sites are neighbours."""
+
+_VERIFIED: set[str] = set()
+"""Fingerprints of the lattices whose identities have been verified in this process."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class LatticePart:
+    """One part of a splitting of H, with the exact flow of y' = B(y) grad H^[i](y) at each site.
+
+    Parameters
+    ----------
+    h : Expr
+        Its density, in the fields of a site and of the site to the left.
+    t : Symbol
+        Time over which the flow is taken.
+    here : sequence of Expr, shape(s,)
+        Fields of a site after it, in t and the fields of the site and its two neighbours before.
+    """
+
+    h: sp.Expr
+    t: sp.Symbol
+    here: Sequence[sp.Expr]
+
+
+@dataclass(frozen=True, kw_only=True)
+class LatticeDarboux:
+    """Canonical coordinates of each site, HLW (3.13), and the way back; see :class:`daebench.systems.poisson.DarbouxMap`.
+
+    Parameters
+    ----------
+    q, p : Symbol
+        The coordinates, {q, p} = 1.
+    Q, P : Expr
+        What they are as functions of the fields of the site.
+    here : sequence of Expr, shape(2,)
+        The fields as functions of q and p.
+    """
+
+    q: sp.Symbol
+    p: sp.Symbol
+    Q: sp.Expr
+    P: sp.Expr
+    here: Sequence[sp.Expr]
+
+
+@dataclass(frozen=True, kw_only=True)
+class PoissonLattice:
+    """A Poisson system of N sites with s fields each, whose energy couples neighbours and whose bracket does not.
+
+    ::
+
+        y = (first field at sites 1 ... N, second field at sites 1 ... N, ...)        site 0 is site N
+        H = sum_k h(y_{k-1}, y_k)        B(y) has the block b(y_k) for site k
+
+    Parameters
+    ----------
+    sites : int
+        Number of sites N, at least 3.
+    here, left, right : sequence of Symbol, shape(s,)
+        Fields of a site, and of its neighbours.
+    b : Matrix, shape(s, s)
+        Block of the structure matrix, in ``here``.
+    h : Expr
+        Density of the Hamiltonian, in ``left`` and ``here``.
+    casimirs, integrals : mapping of str to Expr
+        Densities of Casimir functions and of other first integrals, in ``left`` and ``here``.
+    parameters : mapping of Symbol to number
+        The run-time parameters with their present values.
+    site : Symbol
+        Number of a site, 1 ... N, in initial values.
+    cases : mapping of str to PoissonCase
+        Named initial values: one expression in ``site`` for each field.
+    parts : mapping of str to LatticePart
+        Parts of the Hamiltonian whose flows have closed forms.
+    splittings : mapping of str to sequence of str
+        As for :class:`daebench.systems.poisson.PoissonSystem`.
+    darboux : LatticeDarboux, optional
+        Canonical coordinates, for two fields.
+    point : sequence of Expr, shape(2,)
+        Where a site is drawn in the plane, in ``here``, ``site`` and the parameters; a line joins the sites. Empty where it is not.
+    axes : sequence of str, shape(2,)
+        What the coordinates of the points are.
+
+    Raises
+    ------
+    InvalidProblem
+        If there are fewer than three sites, or the system of three sites is no Poisson system.
+    """
+
+    sites: int
+    here: Sequence[sp.Symbol]
+    left: Sequence[sp.Symbol]
+    right: Sequence[sp.Symbol]
+    b: sp.Matrix
+    h: sp.Expr
+    casimirs: Mapping[str, sp.Expr] = field(default_factory=dict)
+    integrals: Mapping[str, sp.Expr] = field(default_factory=dict)
+    parameters: Mapping[sp.Symbol, float] = field(default_factory=dict)
+    site: sp.Symbol
+    cases: Mapping[str, PoissonCase] = field(default_factory=dict)
+    parts: Mapping[str, LatticePart] = field(default_factory=dict)
+    splittings: Mapping[str, Sequence[str]] = field(default_factory=dict)
+    darboux: LatticeDarboux | None = None
+    point: Point = ()
+    axes: Sequence[str] = ()
+
+    def __post_init__(self) -> None:
+        if self.sites < SMALLEST:
+            raise InvalidProblem(f"a lattice of {self.sites} sites has none with two neighbours; it needs at least {SMALLEST}.")
+        for name, symbols in (("here", self.here), ("left", self.left), ("right", self.right)):
+            check_coordinates(name, symbols)
+        check_parameters(self.parameters)
+        check_cases(self.cases, "PoissonCase", ("y",))
+        if not isinstance(self.b, sp.MatrixBase) or self.b.shape != (len(self.here), len(self.here)):
+            raise InvalidProblem("the structure matrix b of a site must be a SymPy Matrix of as many rows and columns as here has symbols.")
+        check_real("b", list(self.b))
+        check_real("h", [self.h])
+        for what, functions in (("Casimir function", self.casimirs), ("integral", self.integrals)):
+            check_functions(what, functions)
+        self._check_symbols()
+        if self.fingerprint not in _VERIFIED:
+            self.expanded(VERIFIED_ON, verify=True)
+            _VERIFIED.add(self.fingerprint)
+
+    def _check_symbols(self) -> None:
+        """Refuse an expression that depends on what it may not; that of a written-out lattice would be another one."""
+        require_plain("field", [*self.here, *self.left, *self.right])
+        require_plain("time", [part.t for part in self.parts.values()])
+        require_checked(self.parameters)
+        own = {*self.here, *self.parameters}
+        pair = own | {*self.left}
+        found: list[tuple[str, sp.Expr, set[sp.Symbol]]] = [("b", self.b, own), ("h", self.h, pair)]
+        found += [(f"the density of {name}", each, pair) for name, each in {**self.casimirs, **self.integrals}.items()]
+        found += [(f"part {name}", part.h, pair) for name, part in self.parts.items()]
+        flows = {name: (sp.Matrix(list(part.here)), pair | {*self.right, part.t}) for name, part in self.parts.items()}
+        found += [(f"the flow of part {name}", *each) for name, each in flows.items()]
+        for where, expression, symbols in found:
+            if extra := sp.sympify(expression).free_symbols - symbols:
+                raise InvalidProblem(
+                    f"{where} contains {', '.join(sorted(map(str, extra)))}, which it may not depend on; write it without."
+                )
+
+    @property
+    def n(self) -> int:
+        """Number of coordinates."""
+        return self.sites * len(self.here)
+
+    @property
+    def y(self) -> list[sp.Symbol]:
+        """The state, shape(n,), as it is written out."""
+        return [symbol for fields in self._fields(self.sites) for symbol in fields]
+
+    @property
+    def picture(self) -> Picture | None:
+        """How a state looks: a line through the points of all sites."""
+        if not self.point:
+            return None
+        fields = self._fields(self.sites)
+        values = [{self.site: sp.Integer(k + 1), **{own: fields[i][k] for i, own in enumerate(self.here)}} for k in range(self.sites)]
+        return Picture(rods=[[tuple(sp.sympify(x).xreplace(each) for x in self.point) for each in values]], axes=self.axes)
+
+    def _fields(self, sites: int) -> list[list[sp.Symbol]]:
+        """Return the symbols of each field at all sites."""
+        return [[sp.Symbol(f"{each}{k}", **each.assumptions0) for k in range(1, sites + 1)] for each in self.here]
+
+    @cached_property
+    def fingerprint(self) -> str:
+        """Exact text of everything that decides the mathematics, the values of parameters apart, for content hashes."""
+        return f"{self.sites} sites of {self.expanded(SMALLEST).fingerprint}"
+
+    def expanded(self, sites: int, *, verify: bool = False) -> PoissonSystem:
+        """Return the system of so many sites, written out; its identities are verified for few sites, when the lattice is made."""
+        symbols = self._fields(sites)
+
+        def at(expression: sp.Expr, k: int) -> sp.Expr:
+            """Return an expression of a site and its neighbours at site k, counted from 0."""
+            pairs = zip((self.left, self.here, self.right), (k - 1, k, (k + 1) % sites), strict=True)
+            found = {own: symbols[i][where] for fields, where in pairs for i, own in enumerate(fields)}
+            return sp.sympify(expression).xreplace(found | {self.site: sp.Integer(k + 1)})
+
+        def everywhere(expressions: Sequence[sp.Expr]) -> list[sp.Expr]:
+            return [at(each, k) for each in expressions for k in range(sites)]
+
+        def summed(density: sp.Expr) -> sp.Expr:
+            return sp.Add(*(at(density, k) for k in range(sites)))
+
+        s = len(self.here)
+        B = sp.zeros(s * sites, s * sites)
+        for i in range(s):
+            for j in range(s):
+                for k in range(sites):
+                    B[i * sites + k, j * sites + k] = at(self.b[i, j], k)
+        return PoissonSystem(
+            y=[symbol for fields in symbols for symbol in fields],
+            B=B,
+            H=summed(self.h),
+            casimirs={name: summed(density) for name, density in self.casimirs.items()},
+            integrals={name: summed(density) for name, density in self.integrals.items()},
+            parameters=self.parameters,
+            cases={
+                name: PoissonCase(y=everywhere(case.y), parameters=case.parameters, about=case.about) for name, case in self.cases.items()
+            },
+            parts={name: Part(H=summed(part.h), t=part.t, y=everywhere(part.here)) for name, part in self.parts.items()},
+            splittings=self.splittings,
+            darboux=None if self.darboux is None else self._canonical(self.darboux, sites, everywhere),
+            verify=verify,
+        )
+
+    @staticmethod
+    def _canonical(map_: LatticeDarboux, sites: int, everywhere: object) -> DarbouxMap:
+        q, p = ([sp.Symbol(f"{own}{k}", **own.assumptions0) for k in range(1, sites + 1)] for own in (map_.q, map_.p))
+        assert callable(everywhere)
+        here = [sp.sympify(each).xreplace({map_.q: q[k], map_.p: p[k]}) for each in map_.here for k in range(sites)]
+        return DarbouxMap(q=q, p=p, Q=everywhere([map_.Q]), P=everywhere([map_.P]), y=here)

@@ -1,0 +1,283 @@
+"""A Poisson system as the book writes it: y' = B(y) grad H(y), with what is known of its structure."""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import InitVar, dataclass, field
+from functools import cached_property
+from typing import Any
+
+import sympy as sp
+
+from daebench.errors import InvalidProblem
+from daebench.systems.assumptions import require_checked, require_plain
+from daebench.systems.definition_parts import (
+    check_cases,
+    check_coordinates,
+    check_distinct,
+    check_functions,
+    check_parameters,
+    check_real,
+    several,
+)
+from daebench.systems.picture import Picture
+from daebench.systems.poisson_checks import check_casimirs, check_darboux, check_jacobi, check_skew, check_splitting
+
+Exact = Any
+"""An exact number or expression: int, str as in "9.81", or a SymPy expression in the problem's parameters."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class PoissonCase:
+    """Named initial values, with the parameter values that belong to them.
+
+    Parameters
+    ----------
+    y : sequence of exact expressions, shape(n,)
+        Initial state; it may contain the problem's parameters.
+    parameters : mapping of str to number
+        Values that replace the problem's defaults in this case.
+    about : str
+        Where the case comes from and what it shows, in one line.
+    """
+
+    y: Sequence[Exact]
+    parameters: Mapping[str, float] = field(default_factory=dict)
+    about: str = ""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Part:
+    """One part H^[i] of a splitting of H, with the exact flow of y' = B(y) grad H^[i](y), HLW VII.4.2.
+
+    Parameters
+    ----------
+    H : Expr
+        The part of the Hamiltonian.
+    t : Symbol
+        Time over which the flow is taken.
+    y : sequence of Expr, shape(n,)
+        State after it, in t and the problem's y and parameters.
+    """
+
+    H: sp.Expr
+    t: sp.Symbol
+    y: Sequence[sp.Expr]
+
+
+@dataclass(frozen=True, kw_only=True)
+class DarbouxMap:
+    """Canonical coordinates z = (Q, P, C) of a Poisson system, HLW (3.13), and the way back.
+
+    The signs are those of the canonical bracket (2.3): {Q_i, P_j} = delta_ij, all other brackets vanish, so that Q' = K_P, P' = -K_Q.
+
+    Parameters
+    ----------
+    q, p, c : sequence of Symbol
+        The coordinates; as many q as p.
+    Q, P, C : sequence of Expr
+        What they are as functions of y.
+    y : sequence of Expr, shape(n,)
+        The state as a function of q, p, c and the problem's parameters.
+    """
+
+    q: Sequence[sp.Symbol]
+    p: Sequence[sp.Symbol]
+    Q: Sequence[sp.Expr]
+    P: Sequence[sp.Expr]
+    y: Sequence[sp.Expr]
+    c: Sequence[sp.Symbol] = ()
+    C: Sequence[sp.Expr] = ()
+
+
+@dataclass(frozen=True, kw_only=True)
+class Lift:
+    """A constrained system of the catalogue whose motion is carried to that of the Poisson system by a map of its state.
+
+    Parameters
+    ----------
+    problem : str
+        Name of the constrained problem; it has the parameters of the Poisson system by name.
+    q, p : sequence of Expr
+        A state (q, p) on its manifold over each y, in the problem's y and parameters.
+    y : callable
+        ``y(p, q, parameters)`` returns the state for sequences of numbers p and q, complex ones too; it is a Poisson map.
+    """
+
+    problem: str
+    q: Sequence[sp.Expr]
+    p: Sequence[sp.Expr]
+    y: Callable[[Sequence[Any], Sequence[Any], Mapping[str, Any]], Sequence[Any]]
+
+
+@dataclass(frozen=True, kw_only=True)
+class PoissonSystem:
+    """A Poisson system, HLW (2.12).
+
+    ::
+
+        y' = B(y) grad H(y)        B skew-symmetric, with the Jacobi identity (2.10)
+
+    Parameters
+    ----------
+    y : sequence of Symbol, shape(n,)
+        The state.
+    B : Matrix, shape(n, n)
+        Structure matrix B(y), any rank.
+    H : Expr
+        Hamiltonian H(y).
+    casimirs : mapping of str to Expr
+        Casimir functions: grad C(y)^T B(y) = 0, HLW Def. 2.5.
+    integrals : mapping of str to Expr
+        First integrals besides H and the Casimir functions.
+    domain : sequence of Expr
+        Expressions in y that stay greater than 0; a run that leaves this domain ends there.
+    parameters : mapping of Symbol to number
+        The run-time parameters with their present values.
+    cases : mapping of str to PoissonCase
+        Named initial values.
+    closed_form : callable, optional
+        ``closed_form(t, y0, parameters) -> y`` with mpmath numbers, at mpmath's working precision.
+    parts : mapping of str to Part
+        Parts of the Hamiltonian whose flows have closed forms.
+    splittings : mapping of str to sequence of str
+        Names of splittings, each with its parts in the order in which their flows act; the first is the default. The parts of each add
+        up to H, but for a Casimir function or a constant.
+    darboux : DarbouxMap, optional
+        Canonical coordinates: what the form ``darboux`` needs.
+    lift : Lift, optional
+        A constrained system above this one: what the form ``lifted`` needs.
+    picture : Picture, optional
+        How a state looks.
+    verify : bool
+        Whether the identities are verified; what is written out from a lattice was verified there, for few sites.
+
+    Raises
+    ------
+    InvalidProblem
+        If sizes do not fit, an expression has an undeclared symbol, a coordinate is declared to be more than the domain keeps, B is
+        not skew-symmetric, the Jacobi identity fails (with the triple at which it does), a Casimir function is none, a part's flow
+        is not that of the part, the parts do not add up, or the canonical coordinates are not canonical.
+    """
+
+    y: Sequence[sp.Symbol]
+    B: sp.Matrix
+    H: sp.Expr
+    casimirs: Mapping[str, sp.Expr] = field(default_factory=dict)
+    integrals: Mapping[str, sp.Expr] = field(default_factory=dict)
+    domain: Sequence[sp.Expr] = ()
+    parameters: Mapping[sp.Symbol, float] = field(default_factory=dict)
+    cases: Mapping[str, PoissonCase] = field(default_factory=dict)
+    closed_form: Callable[..., list[Any]] | None = None
+    parts: Mapping[str, Part] = field(default_factory=dict)
+    splittings: Mapping[str, Sequence[str]] = field(default_factory=dict)
+    darboux: DarbouxMap | None = None
+    lift: Lift | None = None
+    picture: Picture | None = None
+    verify: InitVar[bool] = True
+
+    def __post_init__(self, verify: bool) -> None:
+        self._check_parts()
+        self._check_matrix()
+        self._check_sizes()
+        self._check_symbols()
+        if verify:
+            self._verify()
+
+    def _verify(self) -> None:
+        check_skew(self)
+        check_jacobi(self)
+        check_casimirs(self)
+        check_splitting(self)
+        check_darboux(self)
+
+    @property
+    def n(self) -> int:
+        """Number of coordinates."""
+        return len(self.y)
+
+    @cached_property
+    def fingerprint(self) -> str:
+        """Exact text of everything that decides the mathematics, the values of parameters apart, for content hashes."""
+        found = [self.y, self.B, self.H, list(self.casimirs.values()), list(self.integrals.values()), self.domain, list(self.parameters)]
+        found += [[part.H, part.t, part.y] for part in self.parts.values()]
+        if (map_ := self.darboux) is not None:
+            found += [map_.q, map_.p, map_.c, map_.Q, map_.P, map_.C, map_.y]
+        if (lift := self.lift) is not None:
+            found += [lift.q, lift.p]
+        names = [list(self.casimirs), list(self.integrals), list(self.parts), {key: list(value) for key, value in self.splittings.items()}]
+        cases = [(name, case.y, dict(case.parameters), case.about) for name, case in self.cases.items()]
+        return repr([sp.srepr(sp.sympify(part)) for part in found]) + repr((names, cases))
+
+    def _check_parts(self) -> None:
+        check_coordinates("y", self.y)
+        check_parameters(self.parameters)
+        check_cases(self.cases, "PoissonCase", ("y",))
+        check_real("H", [self.H])
+        check_real("the domain", several("the domain", self.domain))
+        for what, functions in (("Casimir function", self.casimirs), ("integral", self.integrals)):
+            check_functions(what, functions)
+        if self.closed_form is not None and not callable(self.closed_form):
+            raise InvalidProblem(f"closed_form is a {type(self.closed_form).__name__}; it must be a function, or be left out.")
+
+    def _check_matrix(self) -> None:
+        if not self.n:
+            raise InvalidProblem("a Poisson system needs at least one coordinate y.")
+        if not isinstance(self.B, sp.MatrixBase):
+            raise InvalidProblem(f"the structure matrix B must be a SymPy Matrix, and is a {type(self.B).__name__}.")
+        if self.B.shape != (self.n, self.n):
+            raise InvalidProblem(f"the structure matrix B has shape {self.B.shape}, but there are {self.n} coordinates.")
+        check_real("B", list(self.B))
+
+    def _check_sizes(self) -> None:
+        states = {f"case {name!r}": case.y for name, case in self.cases.items()}
+        states |= {f"the flow of part {name!r}": part.y for name, part in self.parts.items()}
+        for what, y in states.items():
+            if len(y) != self.n:
+                raise InvalidProblem(f"{what} has {len(y)} coordinates; there must be {self.n}.")
+        for name, parts in self.splittings.items():
+            if foreign := [part for part in parts if part not in self.parts]:
+                raise InvalidProblem(f"splitting {name!r} has {', '.join(foreign)}, which is no part of the problem.")
+            if len(parts) < 2:
+                raise InvalidProblem(f"splitting {name!r} has fewer than two parts.")
+        if self.darboux is not None:
+            self._check_darboux_sizes(self.darboux)
+
+    def _check_darboux_sizes(self, map_: DarbouxMap) -> None:
+        pairs = len(map_.q) == len(map_.Q) == len(map_.p) == len(map_.P) and len(map_.c) == len(map_.C)
+        if not pairs or not 2 * len(map_.q) + len(map_.c) == len(map_.y) == self.n:
+            raise InvalidProblem(f"the canonical coordinates must be as many q as p, with c {self.n} in all, and an expression of each.")
+        new = {*map_.q, *map_.p, *map_.c}
+        if new & {*self.y, *self.parameters} or len(new) < self.n:
+            raise InvalidProblem("a canonical coordinate is used twice, or is a coordinate or parameter too; rename it.")
+        require_plain("canonical coordinate", [*map_.q, *map_.p, *map_.c])
+
+    def _check_symbols(self) -> None:
+        domain = [sp.sympify(each) for each in self.domain]
+        require_plain("coordinate", self.y, domain, advice=", or add it to the domain, so that a run ends where it is left")
+        require_plain("time", [part.t for part in self.parts.values()])
+        require_checked(self.parameters)
+        check_distinct([*self.y, *self.parameters], "coordinate or parameter")
+        for where, expression, symbols in self._expressions():
+            written = sp.sympify(expression)
+            if extra := written.free_symbols - symbols - set(self.parameters):
+                raise InvalidProblem(f"{where} contains {', '.join(sorted(map(str, extra)))}, which it may not depend on; declare it.")
+            if written.has(sp.I, sp.nan, sp.zoo, sp.oo, -sp.oo):
+                raise InvalidProblem(f"{where} is not a real number everywhere: it contains an imaginary unit, infinity or NaN.")
+        names = {str(symbol) for symbol in self.parameters}
+        for name, case in self.cases.items():
+            if foreign := {key for key, value in case.parameters.items() if key not in names and not isinstance(value, int)}:
+                raise InvalidProblem(f"case {name!r} sets {', '.join(sorted(foreign))}, which is no parameter of the problem.")
+
+    def _expressions(self) -> list[tuple[str, Any, set[sp.Symbol]]]:
+        """Return what every expression is, and what it may depend on besides the parameters."""
+        state = set(self.y)
+        found: list[tuple[str, Any, set[sp.Symbol]]] = [("B", self.B, state), ("H", self.H, state)]
+        found += [(f"Casimir function {name}", each, state) for name, each in self.casimirs.items()]
+        found += [(f"integral {name}", each, state) for name, each in self.integrals.items()]
+        found += [("the domain", sp.Matrix(list(self.domain)), state)]
+        found += [(f"case {name}", sp.Matrix(list(case.y)), set()) for name, case in self.cases.items()]
+        for name, part in self.parts.items():
+            found += [(f"part {name}", part.H, state), (f"the flow of part {name}", sp.Matrix(list(part.y)), state | {part.t})]
+        if (map_ := self.darboux) is not None:
+            found += [("the canonical coordinates", sp.Matrix([*map_.Q, *map_.P, *map_.C]), state)]
+            found += [("the way back from canonical coordinates", sp.Matrix(list(map_.y)), {*map_.q, *map_.p, *map_.c})]
+        return found

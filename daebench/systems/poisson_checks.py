@@ -1,0 +1,184 @@
+"""What makes a Poisson system one, verified when it is constructed: HLW VII.2.2-VII.2.4, VII.3 and VII.4.2.
+
+Each check writes its identity as expressions that must vanish; ``vanishing.first_nonzero`` decides, by expanding where that is cheap and
+else by 50 digits at random points of the domain, with the parameters as random positive numbers: an identity is to hold for all of them.
+
+- skewness: each entry and its mirror image add up to zero;
+- the Jacobi identity (2.10): one cyclic sum for each triple i < j < k to which any entry of B contributes, which determines all of them
+  by antisymmetry; the other sums are empty, so that a sparse B costs what its entries cost;
+- Casimir functions: every component of B grad C;  integrals: {F, H};
+- the flow of a part: y(0) is the state, and y' - B(y) grad H_part(y) vanishes along it at *every* time, which by uniqueness of solutions
+  leaves no other map than the flow;
+- the parts of a splitting: every component of B grad(sum - H), so that they may miss H by a Casimir function or a constant;
+- canonical coordinates: all brackets (3.13), and the way back after the way there, component by component.
+"""
+
+from collections import defaultdict
+from collections.abc import Mapping
+from itertools import combinations
+from typing import Any
+
+import sympy as sp
+
+from daebench.errors import InvalidProblem
+from daebench.systems.vanishing import first_nonzero
+
+System = Any
+"""A PoissonSystem. Its class calls these functions when it is made, so that its type cannot be imported here."""
+
+Sparse = dict[int, sp.Expr]
+"""A vector by its components that are not zero."""
+
+
+def check_skew(system: System) -> None:
+    """Verify B^T = -B.
+
+    Raises
+    ------
+    InvalidProblem
+        Naming the coordinates of the first pair of entries that fails.
+    """
+    entries = system.B.todok()
+    pairs = sorted({(min(pair), max(pair)) for pair in entries})
+    sums = {_names(system, i, j): entries.get((i, j), 0) + entries.get((j, i), 0) for i, j in pairs}
+    _refuse(
+        system, sums, "the structure matrix B is not skew-symmetric: the entry {where} and its mirror image add up to {what}, not to 0."
+    )
+
+
+def check_jacobi(system: System) -> None:
+    """Verify the Jacobi identity, HLW (2.10).
+
+    ::
+
+        sum_m  d b_ij/d y_m b_mk + d b_jk/d y_m b_mi + d b_ki/d y_m b_mj = 0        for all i, j, k
+
+    Raises
+    ------
+    InvalidProblem
+        Naming the coordinates of the first triple that fails, and the sum.
+    """
+    index, entries = _index(system), system.B.todok()
+    rows: dict[int, Sparse] = defaultdict(dict)
+    for (i, j), entry in entries.items():
+        rows[i][j] = entry
+    sums: dict[tuple[int, ...], list[sp.Expr]] = defaultdict(list)
+    for (i, j), entry in entries.items():
+        for m, slope in gradient(entry, index).items() if i < j else ():
+            for k, other in rows[m].items():
+                if k not in (i, j):
+                    sums[tuple(sorted((i, j, k)))].append((-1 if i < k < j else 1) * slope * other)
+    claims = {_names(system, *triple): sp.Add(*sums[triple]) for triple in sorted(sums)}
+    _refuse(system, claims, "the Jacobi identity (2.10) fails at the triple {where}: its sum is {what}, not 0.")
+
+
+def check_casimirs(system: System) -> None:
+    """Verify grad C^T B = 0 of each Casimir function, HLW Def. 2.5, and {F, H} = 0 of each integral F.
+
+    Raises
+    ------
+    InvalidProblem
+        Naming the function, and the component or bracket that does not vanish.
+    """
+    for name, casimir in system.casimirs.items():
+        claims = {_names(system, i): component for i, component in field(system, casimir).items()}
+        _refuse(system, claims, f"{name!r} is no Casimir function: its bracket with {{where}} is {{what}}, not 0.", sign=-1)
+    flow = field(system, system.H)
+    brackets = {name: _dot(gradient(F, _index(system)), flow) for name, F in system.integrals.items()}
+    _refuse(system, brackets, "{where} is no first integral: its bracket with H is {what}, not 0.")
+
+
+def check_splitting(system: System) -> None:
+    """Verify the flow of each part, HLW VII.4.2, and that the parts of each splitting add up to H.
+
+    Raises
+    ------
+    InvalidProblem
+        Naming the part and the component at which its flow fails, or the splitting whose parts do not add up.
+    """
+    for name, part in system.parts.items():
+        _check_flow(system, name, part)
+    for name, parts in system.splittings.items():
+        rest = sp.Add(*(system.parts[part].H for part in parts)) - system.H
+        claims = {_names(system, i): component for i, component in field(system, rest).items()}
+        _refuse(system, claims, f"the parts of splitting {name!r} do not add up to H: they miss {{where}}' by {{what}}.")
+
+
+def check_darboux(system: System) -> None:
+    """Verify that canonical coordinates are canonical, HLW (3.13) with the signs of (2.3), and lead back to the state.
+
+    Raises
+    ------
+    InvalidProblem
+        Naming the two coordinates whose bracket is wrong, or the component of the state that does not come back.
+    """
+    if (map_ := system.darboux) is None:
+        return
+    brackets = _canonical_brackets(system, map_)
+    _refuse(system, brackets, "the canonical coordinates are not canonical: the bracket of {where} differs from what it must be by {what}.")
+    z = dict(zip([*map_.q, *map_.p, *map_.c], [*map_.Q, *map_.P, *map_.C], strict=True))
+    misses = {str(own): sp.sympify(back).xreplace(z) - own for own, back in zip(system.y, map_.y, strict=True)}
+    _refuse(system, misses, "the way back from canonical coordinates misses {where} by {what}.")
+
+
+def gradient(F: sp.Expr, index: Mapping[sp.Symbol, int]) -> Sparse:
+    """Return grad F; each term is differentiated with respect to the coordinates it has alone, so that long sums cost linear time."""
+    slopes: dict[int, list[sp.Expr]] = defaultdict(list)
+    for term in sp.Add.make_args(sp.sympify(F)):
+        for symbol in term.free_symbols & index.keys():
+            slopes[index[symbol]].append(term.diff(symbol))
+    return {i: sp.Add(*slopes[i]) for i in sorted(slopes)}
+
+
+def field(system: System, F: sp.Expr) -> Sparse:
+    """Return the vector field B(y) grad F(y)."""
+    slopes = gradient(F, _index(system))
+    terms: dict[int, list[sp.Expr]] = defaultdict(list)
+    for (i, j), entry in system.B.todok().items():
+        if j in slopes:
+            terms[i].append(entry * slopes[j])
+    return {i: sp.Add(*terms[i]) for i in sorted(terms)}
+
+
+def _check_flow(system: System, name: str, part: Any) -> None:
+    if part.t in {*system.y, *system.parameters}:
+        raise InvalidProblem(f"the time {part.t} of part {name!r} is a coordinate or parameter too; rename one.")
+    after, right = [sp.sympify(y) for y in part.y], field(system, part.H)
+    start = {str(own): y.xreplace({part.t: sp.Integer(0)}) - own for own, y in zip(system.y, after, strict=True)}
+    _refuse(system, start, f"the flow of part {name!r} does not start at the state: at time 0 it misses {{where}} by {{what}}.")
+    along = dict(zip(system.y, after, strict=True))
+    rates = {str(own): y.diff(part.t) - right.get(i, sp.S.Zero).xreplace(along) for i, (own, y) in enumerate(along.items())}
+    _refuse(system, rates, f"the flow of part {name!r} is not that of B grad H: it misses {{where}}' by {{what}}.", time=[part.t])
+
+
+def _canonical_brackets(system: System, map_: Any) -> dict[str, sp.Expr]:
+    """Return by how much the brackets of the coordinates differ from those of (3.13), {Q_i, P_i} = 1 and all others 0."""
+    index = _index(system)
+    symbols, functions = [*map_.q, *map_.p, *map_.c], [*map_.Q, *map_.P, *map_.C]
+    slopes, fields = [gradient(F, index) for F in functions], [field(system, F) for F in functions]
+    pairs = {(i, i + len(map_.q)) for i in range(len(map_.q))}
+    return {
+        f"{symbols[a]} with {symbols[b]}": _dot(slopes[a], fields[b]) - int((a, b) in pairs)
+        for a, b in combinations(range(len(symbols)), 2)
+    }
+
+
+def _refuse(system: System, claims: Mapping[str, sp.Expr], sentence: str, *, sign: int = 1, time: list[sp.Symbol] | None = None) -> None:
+    """Raise InvalidProblem for the first claim that does not vanish, with its name and what it is in the places of the sentence."""
+    symbols = [*system.y, *system.parameters, *(time or [])]
+    if found := first_nonzero({name: sign * sp.sympify(claim) for name, claim in claims.items()}, symbols, system.domain):
+        raise InvalidProblem(sentence.format(where=found[0], what=found[1]))
+
+
+def _index(system: System) -> dict[sp.Symbol, int]:
+    return {symbol: i for i, symbol in enumerate(system.y)}
+
+
+def _names(system: System, *indices: int) -> str:
+    """Return coordinates by name: one as it is, more in parentheses."""
+    names = ", ".join(str(system.y[i]) for i in indices)
+    return names if len(indices) == 1 else f"({names})"
+
+
+def _dot(a: Sparse, b: Sparse) -> sp.Expr:
+    return sp.Add(*(a[i] * b[i] for i in a.keys() & b.keys()))

@@ -1,0 +1,1 @@
+"""How references are verified, and results held against them."""

@@ -1,0 +1,97 @@
+"""How many digits of a trajectory agree with a certified reference, at each of its times and in each component."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from daebench.errors import BadInput
+from daebench.reference.check.handed import handed
+from daebench.reference.keep.record import EPS, Reference
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Agreement:
+    """Digits of agreement.
+
+    Parameters
+    ----------
+    reference : Reference
+        What was compared with.
+    rows : ndarray of int, shape(n,)
+        Rows of the reference.
+    digits : ndarray, shape(n, size)
+        Of q1, q2, ..., p1, p2, ..., or y1, ...: -log10 of the error in units of the largest modulus of q, p or y in the reference; infinite
+        where there is none, and minus infinity where a number is not finite.
+    """
+
+    reference: Reference
+    rows: NDArray[np.intp]
+    digits: Array
+
+    def lack(self, asked: float) -> str:
+        """Return where there are fewer digits than asked for, at first and at worst, as text."""
+        first = int(np.flatnonzero(np.any(self.digits < asked, axis=1))[0])
+        worst = int(np.argmin(np.min(self.digits, axis=1)))
+        lines = [f"The trajectory does not agree with {self.reference.name} to {asked:g} digits."]
+        return "\n".join([*lines, f"First: {self._place(first)}", f"Least: {self._place(worst)}"])
+
+    def _place(self, row: int) -> str:
+        column = int(np.argmin(self.digits[row]))
+        name = [each for each in self.reference.text if each.rstrip("0123456789") in self.reference.kind.state][column]
+        t, start = self.reference.t[self.rows[row]], -np.log10(EPS * self.reference.amplification[self.rows[row]])
+        return f"{self.digits[row, column]:.1f} digits of {name} at t = {t:g}, where rounding of the start alone leaves {start:.1f}."
+
+
+def agreement(reference: Reference, t: ArrayLike, **states: ArrayLike) -> Agreement:
+    """Return the digits in which a trajectory agrees with a reference.
+
+    Parameters
+    ----------
+    reference : Reference
+        What to compare with.
+    t : array_like, shape(n,)
+        Times, s, each one that is stored.
+    states : array_like, shape(n, components)
+        Positions q and momenta p, or y, at these times.
+
+    Raises
+    ------
+    BadInput
+        If a time is not stored, the states are those of another kind of problem, or the shapes do not fit.
+    """
+    kind, rows = reference.kind, _rows(reference, _times(t))
+    if set(states) != set(kind.state):
+        raise BadInput(f"{reference.name} has states {kind.told}; give {' and '.join(kind.handed)}, and nothing else.")
+    sizes = [reference.values[part].shape[1] for part in kind.handed]
+    duty = f"{' and '.join(kind.handed)} {'are' if len(sizes) > 1 else 'is'} needed at all times t"
+    given = states[kind.handed[0]] if len(sizes) == 1 else [states[part] for part in kind.handed]
+    own = dict(zip(kind.handed, handed(given, [(len(rows), size) for size in sizes], duty), strict=True))
+    digits = [_digits(own[part], reference.values[part][rows], reference.size(part)) for part in kind.state]
+    return Agreement(reference, rows, np.hstack(digits))
+
+
+def _times(t: ArrayLike) -> Array:
+    try:
+        found = np.atleast_1d(np.asarray(t, dtype=float))
+    except (TypeError, ValueError):
+        found = np.empty(0)
+    if not found.size or found.ndim > 1:
+        raise BadInput(f"t = {t!r} must be one time or a sequence of times.")
+    return found
+
+
+def _rows(reference: Reference, t: Array) -> NDArray[np.intp]:
+    missing = t[~np.isin(t, reference.t)]
+    if missing.size:
+        stored = f"{reference.t[0]:g}, {reference.t[1]:g}, ..., {reference.horizon:g}"
+        raise BadInput(f"t = {missing[0]:g} is not stored in {reference.name}, which has t = {stored}.")
+    return np.searchsorted(reference.t, t)
+
+
+def _digits(own: Array, truth: Array, size: float) -> Array:
+    with np.errstate(divide="ignore", invalid="ignore"):
+        found = -np.log10(np.abs(own - truth) / size)
+    return np.where(np.isnan(found), -np.inf, found)

@@ -1,0 +1,192 @@
+"""Errors of runs with smaller and smaller steps against a certified reference, and the orders fitted to them."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property, partial
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from daebench.diagnostics.order import OrderFit, fit_order
+from daebench.errors import BadInput, positive, whole
+from daebench.reference.check.handed import handed
+from daebench.reference.keep.record import EPS, Reference
+
+Array = NDArray[np.float64]
+
+Solve = Callable[..., Any]
+"""``solve(p, q, h, t)`` returns p and q at the times t, shape(n, d) each; of a Poisson system ``solve(y, h, t)`` returns y."""
+
+ON_GRID = 1e-9
+"""A time is a whole number of steps if it is so within this part of a step."""
+
+MOST_STEPS = 2**28
+"""Steps of a run at most: more are a slip of the pen."""
+
+ROUNDINGS = 10.0
+"""What rounding, of the start and on the way, makes of a state before it is amplified, in units of one rounding."""
+
+FAR = 1000.0
+"""Errors that stop falling so many times above rounding do so for another reason."""
+
+
+@dataclass(frozen=True, eq=False)
+class Convergence:
+    """The errors of one code over a ladder of step sizes.
+
+    Parameters
+    ----------
+    reference : Reference
+        What they are measured against.
+    t : ndarray, shape(n,)
+        Stored times at which they are measured, s.
+    h : ndarray, shape(k,)
+        Step sizes, s, largest first.
+    errors : dict of str to ndarray, shape(k,)
+        For "q" and "p", or "y": the largest Euclidean norm of the error over the times.
+    floor : dict of str to float
+        For each of them: what the reference's bound and amplified rounding make up.
+    """
+
+    reference: Reference
+    t: Array
+    h: Array
+    errors: dict[str, Array]
+    floor: dict[str, float]
+
+    @cached_property
+    def fits(self) -> dict[str, OrderFit]:
+        """Order of each part."""
+        return {part: fit_order(self.h, error, floor=self.floor[part]) for part, error in self.errors.items()}
+
+    def table(self) -> str:
+        """Return step sizes, errors, their local slopes, and why a point was left out, as text."""
+        lines = [f"{'h':>12}" + "".join(f"{f'error of {part}':>14} {'slope':>6}  {'':<14}" for part in self.errors)]
+        for k, h in enumerate(self.h):
+            lines.append(f"{h:12.6g}" + "".join(self._cells(part, k) for part in self.errors))
+        scale = ", ".join(f"{name} = {value:g}" for name, value in self.reference.parameters.items())
+        lines.append(f"Errors are the largest at {len(self.t)} times up to t = {self.t[-1]:g} of {self.reference.name} ({scale}).")
+        lines.append(f"Rounding is expected below {' and '.join(f'{floor:.1e} in {part}' for part, floor in self.floor.items())}.")
+        return "\n".join(line.rstrip() for line in lines)
+
+    def _cells(self, part: str, k: int) -> str:
+        error = self.errors[part]
+        return f"{error[k]:14.3e} {_slope(self.h, error, k):>6}  {self._reason(part, k):<14}"
+
+    def faults(self, claimed: float, asked: float) -> list[str]:
+        """Return a sentence for each part whose order is below what is asked by more than two standard errors."""
+        faults: dict[str, list[str]] = {}
+        for part, fit in self.fits.items():
+            if fit.note:
+                faults.setdefault(self._advice(part), []).append(part)
+        lines = [f"No order can be told in {' and '.join(parts)}: {advice}" for advice, parts in faults.items()]
+        return lines + [
+            f"The order in {part} is {fit.slope:.2f} (standard error {fit.slope_error:.2g}), and {claimed:g} was claimed."
+            for part, fit in self.fits.items()
+            if fit.slope + 2 * fit.slope_error < asked
+        ]
+
+    def _advice(self, part: str) -> str:
+        """Return why there is no asymptotic part, and what to change."""
+        reasons = self.fits[part].reasons
+        lost = {reason: reasons.count(reason) for reason in ("failed", "round-off", "pre-asymptotic")}
+        finest = self.errors[part][np.isfinite(self.errors[part])][-1:]
+        if lost["failed"] > len(reasons) / 2:
+            return "most results are not finite; give a smaller h."
+        if lost["round-off"] < lost["pre-asymptotic"]:
+            return "the slopes have not settled; give a smaller h, or a shorter t_end."
+        if self._is_high(part, finest):
+            return (
+                "the errors stop falling far above rounding; look for an equation that is not solved, other parameters than the "
+                "reference's, the numbers of a state in the wrong order, or a tolerance that is too loose."
+            )
+        return "the errors are down at rounding; give a larger h, or a longer t_end."
+
+    def _reason(self, part: str, k: int) -> str:
+        reason = self.fits[part].reasons[k]
+        return "plateau" if reason == "round-off" and self._is_high(part, self.errors[part][k]) else reason
+
+    def _is_high(self, part: str, error: Any) -> bool:
+        return bool(np.all(error > FAR * self.floor[part]))
+
+
+def _slope(h: Array, error: Array, k: int) -> str:
+    if k == 0 or not np.all(np.isfinite(error[k - 1 : k + 1]) & (error[k - 1 : k + 1] > 0)):
+        return ""
+    return f"{np.log(error[k - 1] / error[k]) / np.log(h[k - 1] / h[k]):.2f}"
+
+
+def convergence(solve: Solve, reference: Reference, *, t_end: float, h: float, halvings: int) -> Convergence:
+    """Return the errors of a solver for h, h/2, h/4, ... from the reference's initial values.
+
+    Parameters
+    ----------
+    solve : callable
+        See :data:`Solve`.
+    reference : Reference
+        What errors are measured against.
+    t_end : float
+        Last time, s, one of the reference's.
+    h : float
+        Largest step size, s; t_end is a whole number of them.
+    halvings : int
+        How often it is halved.
+
+    Raises
+    ------
+    BadInput
+        If a number is not what it must be, or ``solve`` returns something else than it should.
+    """
+    __tracebackhide__ = True
+    rows = _common(reference, positive("t_end", t_end), positive("h", h), whole("halvings", halvings))
+    t, sizes = reference.t[rows], [h / 2**k for k in range(halvings + 1)]
+    found = list(map(partial(_solved, solve, reference, t), sizes))
+    state = reference.kind.state
+    errors = {part: np.array([_largest(each[part] - reference.values[part][rows]) for each in found]) for part in state}
+    return Convergence(reference, t, np.array(sizes), errors, {part: _floor(reference, part, rows) for part in state})
+
+
+def _common(reference: Reference, t_end: float, h: float, halvings: int) -> NDArray[np.intp]:
+    """Return the rows of the stored times up to t_end that are whole numbers of the largest step."""
+    name, steps = reference.name, reference.t / h
+    if halvings < 2:
+        raise BadInput(f"halvings = {halvings} must be at least 2: an order needs three step sizes.")
+    if halvings > np.log2(MOST_STEPS) or t_end / h * 2.0**halvings > MOST_STEPS:
+        raise BadInput(f"h = {h:g}, halved {halvings} times, makes more than 2^28 steps up to t = {t_end:g}; halve it less often.")
+    if t_end > reference.horizon:
+        raise BadInput(f"t_end = {t_end:g} is beyond the horizon of {name}, t = {reference.horizon:g}; give a shorter t_end.")
+    if t_end >= reference.double_horizon:
+        raise BadInput(
+            f"no run in double precision can follow {name} up to t_end = {t_end:g}; give one below t = {reference.double_horizon:g}."
+        )
+    rows = np.flatnonzero((reference.t > 0) & (reference.t <= t_end) & (np.abs(steps - np.rint(steps)) < ON_GRID))
+    if not rows.size or reference.t[rows[-1]] != t_end:
+        raise BadInput(
+            f"t_end = {t_end:g} must be a time stored in {name} (t = {reference.t[1]:g}, {reference.t[2]:g}, ...) and a whole number of "
+            f"steps of h = {h:g}."
+        )
+    return np.asarray(rows, dtype=np.intp)
+
+
+def _solved(solve: Solve, reference: Reference, t: Array, h: float) -> dict[str, Array]:
+    __tracebackhide__ = True
+    kind = reference.kind
+    try:
+        found = solve(*(reference.values[part][0].copy() for part in kind.handed), h, t.copy())
+    except Exception as error:
+        error.add_note(f"This was raised in the run with h = {h:g}.")
+        raise
+    shapes = [(len(t), reference.values[part].shape[1]) for part in kind.handed]
+    return dict(zip(kind.handed, handed(found, shapes, f"solve must return {kind.told} at the times t"), strict=True))
+
+
+def _largest(error: Array) -> float:
+    """Return the largest Euclidean norm of rows; what overflows is as good as infinite."""
+    with np.errstate(over="ignore", invalid="ignore"):
+        return float(np.max(np.sqrt(np.sum(error**2, axis=1))))
+
+
+def _floor(reference: Reference, part: str, rows: NDArray[np.intp]) -> float:
+    rounding = ROUNDINGS * EPS * reference.size(part) * float(np.max(reference.worst_amplification[rows]))
+    return _largest(reference.bound[part][rows]) + rounding

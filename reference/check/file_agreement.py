@@ -1,0 +1,251 @@
+"""How many digits of a user's trajectory agree with a certified reference, when it leaves, and in which component."""
+
+import decimal
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from daebench.errors import BadInput, positive, whole
+from daebench.reference.keep import store
+from daebench.reference.keep.between import states_at
+from daebench.reference.keep.record import EPS, Reference
+from daebench.reference.keep.trajectory_file import TrajectoryFile, read, split
+
+Array = NDArray[np.float64]
+Rows = NDArray[np.intp]
+
+WITHIN = 0.01
+"""A trajectory has left the reference once it is this part of the motion away."""
+
+BETWEEN = 500
+"""Most rows between stored times that are compared: each takes several short integrations."""
+
+DIGITS = (12, 9, 6, 3)
+"""Digits whose loss is told."""
+
+SPARE = decimal.Context(prec=60)
+"""For differences of decimal numbers of any length that matters."""
+
+
+@dataclass(frozen=True)
+class Place:
+    """Where something happens: time, s, and column."""
+
+    t: float
+    column: str
+
+
+@dataclass(frozen=True)
+class Column:
+    """Agreement of one component.
+
+    Parameters
+    ----------
+    name : str
+        q1, ..., p1, ..., lam1, ..., or y1, ...
+    digits : float
+        -log10(largest error / size); never more than the reference's bound and the digits of the file allow.
+    error : float
+        Largest difference from the reference.
+    t : float
+        When, s.
+    size : float
+        Largest modulus of its part, such as q, in the whole reference.
+    allowed : float
+        Digits that the reference's bound and the digits of the file allow at most.
+    """
+
+    name: str
+    digits: float
+    error: float
+    t: float
+    size: float
+    allowed: float
+
+
+@dataclass(frozen=True)
+class FileAgreement:
+    """What a comparison of a file with a reference finds.
+
+    Parameters
+    ----------
+    file, reference : str
+        What was compared with what.
+    rows, compared, passed_over, beyond : int
+        Rows of the file; those compared; those between stored times that were left out; those after the horizon.
+    horizon, double_horizon : float
+        Last time of the reference, s, and that after which no run in double precision can follow.
+    ignored : tuple of str
+        Columns of the file that are no components.
+    missing : tuple of str
+        Components of the reference that the file has not.
+    columns : tuple of Column
+        One a component.
+    within : float
+        Part of the motion beyond which the trajectory has left.
+    left : Place or None
+        Where it does so first.
+    lost : mapping of int to (Place or None)
+        Where the file first agrees to fewer than 12, 9, 6 and 3 digits.
+    t_end : float
+        Last time compared, s.
+    possible : float
+        Digits that a run in double precision keeps of the rounding of a state on its way until then.
+    """
+
+    file: str
+    reference: str
+    rows: int
+    compared: int
+    passed_over: int
+    beyond: int
+    horizon: float
+    double_horizon: float
+    ignored: tuple[str, ...]
+    missing: tuple[str, ...]
+    columns: tuple[Column, ...]
+    within: float
+    left: Place | None
+    lost: Mapping[int, Place | None]
+    t_end: float
+    possible: float
+
+    @property
+    def worst(self) -> Column:
+        """The component that agrees least."""
+        return min(self.columns, key=lambda column: column.digits)
+
+    @property
+    def digits(self) -> float:
+        """Digits of agreement of all components."""
+        return self.worst.digits
+
+
+def agreement(path: Path, name: str, folder: Path | None = None, *, within: float = WITHIN, between: int = BETWEEN) -> FileAgreement:
+    """Return in how many digits a file agrees with a reference.
+
+    At stored times the difference is that of decimal numbers, so that a program of any precision can be compared. Between them the
+    reference is integrated from the nearest stored state, and as many of the rows are compared as are asked for, evenly chosen.
+
+    Parameters
+    ----------
+    path : Path
+        CSV file with a header: t and any of q1, ..., p1, ..., lam1, ..., or y1, ...
+    name : str
+        PROBLEM-CASE.
+    folder : Path, optional
+        Where references are kept; by default those that come with daebench, and the user's own.
+    within : float
+        Part of the motion beyond which the trajectory has left.
+    between : int
+        Most rows between stored times that are compared.
+
+    Raises
+    ------
+    BadInput
+        If there is no such reference, the file is not what it must be, or has components that the problem has not.
+    Damaged
+        If the reference is.
+    """
+    within, between = positive("within", within), whole("between", between)
+    if between < 0:
+        raise BadInput(f"between = {between} must be at least 0.")
+    reference = store.load(name, folder)
+    given = read(Path(path), reference.kind)
+    _require_components(given, reference)
+    inside = _inside(given, reference)
+    chosen = _chosen(given.values["t"][inside], reference.t, between)
+    t, error, allowed = _errors(given, reference, inside[chosen])
+    sizes = np.array([_size(reference, column) for column in given.components])
+    relative = np.maximum(error, allowed) / sizes
+    names = given.components
+    return FileAgreement(
+        file=str(given.path),
+        reference=reference.name,
+        rows=len(given.lines),
+        compared=len(chosen),
+        passed_over=len(inside) - len(chosen),
+        beyond=len(given.lines) - len(inside),
+        horizon=reference.horizon,
+        double_horizon=reference.double_horizon,
+        ignored=given.ignored,
+        missing=tuple(name for name in reference.text if name != "t" and name not in names),
+        columns=tuple(_column(*each, t) for each in zip(names, error.T, allowed.T, sizes, strict=True)),
+        within=within,
+        left=_first(error / sizes > within, error / sizes, t, names),
+        lost={digits: _first(relative > 10.0**-digits, relative, t, names) for digits in DIGITS},
+        t_end=float(t[-1]),
+        possible=float(-np.log10(EPS * np.interp(t[-1], reference.t, reference.worst_amplification))),
+    )
+
+
+def _require_components(given: TrajectoryFile, reference: Reference) -> None:
+    missing = next((name for name in given.components if name not in reference.text), None)
+    if missing is not None:
+        raise BadInput(
+            f"{given.path}, line 1: column {missing} is none of {reference.name}, which has {', '.join(reference.text)}; "
+            "compare with the reference of the problem that was solved."
+        )
+
+
+def _inside(given: TrajectoryFile, reference: Reference) -> Rows:
+    """Return the rows up to the horizon."""
+    inside = np.flatnonzero(given.values["t"] <= reference.horizon)
+    if not inside.size:
+        first = given.values["t"][0]
+        raise BadInput(
+            f"{given.path}: its first time, t = {first:g}, is beyond the horizon of {reference.name} at t = {reference.horizon:g}; "
+            "compare an earlier part."
+        )
+    return inside
+
+
+def _chosen(t: Array, stored: Array, most: int) -> Rows:
+    """Return the rows to compare: all at stored times, and so many of the others as are asked for, evenly chosen."""
+    others = np.flatnonzero(~np.isin(t, stored))
+    if len(others) > most:
+        others = others[np.unique(np.linspace(0, len(others) - 1, most).round().astype(int))] if most else others[:0]
+    return np.sort(np.concatenate([np.flatnonzero(np.isin(t, stored)), others]))
+
+
+def _errors(given: TrajectoryFile, reference: Reference, rows: Rows) -> tuple[Array, Array, Array]:
+    """Return times, moduli of differences, and what of them the reference's bound and the digits of the file do not tell."""
+    t = given.values["t"][rows]
+    states = states_at(reference, t)
+    places = np.searchsorted(reference.t, t)
+    error, allowed = np.empty((2, len(rows), len(given.components)))
+    for j, name in enumerate(given.components):
+        part, i = split(name)
+        error[:, j] = np.abs(given.values[name][rows] - states.states[part][:, i])
+        allowed[:, j] = states.bound[part][:, i]
+        for k in np.flatnonzero(states.stored):
+            error[k, j] = _difference(given.text[name][rows[k]], reference.text[name][places[k]])
+            allowed[k, j] = reference.bound[part][places[k], i]
+        allowed[:, j] = np.maximum(allowed[:, j], given.half_unit(name))
+    return t, error, allowed
+
+
+def _difference(one: str, other: str) -> float:
+    return float(SPARE.abs(SPARE.subtract(decimal.Decimal(one.strip()), decimal.Decimal(other))))
+
+
+def _size(reference: Reference, name: str) -> float:
+    return reference.size(split(name)[0])
+
+
+def _column(name: str, error: Array, allowed: Array, size: float, t: Array) -> Column:
+    k = int(np.argmax(error))
+    digits, most = (float(-np.log10(np.max(each) / size)) for each in (np.maximum(error, allowed), allowed))
+    return Column(name, digits, float(error[k]), float(t[k]), size, most)
+
+
+def _first(happens: NDArray[np.bool_], relative: Array, t: Array, names: list[str]) -> Place | None:
+    """Return the first time at which something happens, and the component that is furthest then."""
+    rows = np.flatnonzero(happens.any(axis=1))
+    if not rows.size:
+        return None
+    k = int(rows[0])
+    return Place(float(t[k]), names[int(np.argmax(relative[k]))])

@@ -1,0 +1,134 @@
+"""What IDA really reaches on a certified motion, tolerance by tolerance, and what it could have known of it."""
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from daebench.reference.check.runs import ida_names, solved
+from daebench.reference.keep.record import EPS
+from daebench.reference.make.amplification import LOST
+from daebench.reference.make.certify import NotCertified
+from daebench.runs.ivp import Ivp
+from daebench.runs.request import Request, WorkLimit
+
+Array = NDArray[np.float64]
+
+EXPONENTS = (10, 11, 12, 13, 14)
+"""Tolerances 1e-10 ... 1e-14; each run's own estimate takes the next one too."""
+
+WORK_LIMIT = WorkLimit(calls=3_000_000, slow_calls=100_000, slow_part=1000)
+"""When a run is given up; its status says so."""
+
+MARKS = (1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0)
+"""Times, s, up to which errors are given besides the end."""
+
+TIGHT, UNTIL, ESTIMATES = 2, 10.0, 3.0
+"""IDA has to agree with the truth within three of its own estimates, up to this time, s, at one of the tolerances from 1e-12 on."""
+
+ROUNDINGS = 4.0
+"""What rounding alone may make of an error over a time so short that no step makes one, in units of that of the largest position."""
+
+Keep = Callable[[str, Callable[[], dict[str, Any]]], dict[str, Any]]
+
+
+def ida_errors(ivp: Ivp, t: Array, truth: Mapping[str, Array], keep: Keep, until: float = np.inf) -> list[dict[str, Any]]:
+    """Return one record a formulation and tolerance: largest errors, own estimate |S(tol) - S(tol/10)|, work and status.
+
+    The estimate is null where the run at a tenth of the tolerance stopped early; ``lost`` is the time at which the motion is lost,
+    null where it is not.
+
+    Parameters
+    ----------
+    ivp : InitialValueProblem
+        The problem with its numbers.
+    t : ndarray, shape(n,)
+        Equidistant times, the first 0.
+    truth : mapping of str to ndarray
+        q, p and lam, or y, at these times, rounded to double precision.
+    keep : callable
+        ``keep(stage, make)`` returns what was made now or in an earlier run that was interrupted.
+    until : float
+        Time of the first rank loss, s, beyond which IDA may take another branch and need not agree.
+
+    Raises
+    ------
+    NotCertified
+        If IDA disagrees with the truth by more than it says itself.
+    """
+    clear = int(np.searchsorted(t, min(until, UNTIL), "right"))
+    return [record for name in ida_names(ivp) for record in _records(ivp, name, t, truth, keep, clear)]
+
+
+def _records(ivp: Ivp, name: str, t: Array, truth: Mapping[str, Array], keep: Keep, clear: int) -> list[dict[str, Any]]:
+    runs, lead = [], next(iter(truth))
+    for exponent in (*EXPONENTS, EXPONENTS[-1] + 1):
+        tol = float(f"1e-{exponent}")
+        runs.append(keep(f"{name.replace(':', '-')}-{exponent}", lambda tol=tol: _run(ivp, name, tol, t)))  # type: ignore[misc]
+    _require_agreement(ivp, runs[TIGHT:], t[:clear], truth, lead)
+    return [_record(each, finer, t, truth, lead) for each, finer in pairwise(runs)]
+
+
+def _require_agreement(ivp: Ivp, runs: Sequence[dict[str, Any]], t: Array, exact: Mapping[str, Array], lead: str) -> None:
+    """Require that one of the tight runs is as near to the truth as its own estimate says, or as rounding allows, for a while."""
+    n, told, rounding = len(t), [], ROUNDINGS * EPS * float(np.abs(exact[lead]).max())
+    for each, finer in pairwise(runs):
+        error, estimate = (float(_distances(each, other, exact)[lead][:n].max()) for other in (exact, finer))
+        told.append(f"{error:.1e} at tol = {each['tol']:g}, where it estimates {estimate:.1e}")
+        if error <= ESTIMATES * estimate + rounding:
+            return
+    raise NotCertified(
+        f"{ivp.problem}-{ivp.case} was not certified: up to t = {t[-1]:g} {runs[0]['method']} differs from the truth in {lead} by "
+        f"{', '.join(told)}; see which of the two is wrong."
+    )
+
+
+def _record(run: dict[str, Any], finer: dict[str, Any], t: Array, exact: Mapping[str, Array], lead: str) -> dict[str, Any]:
+    error, difference = _distances(run, exact, exact), _distances(run, finer, exact)
+    whole = len(difference[lead]) == len(t)  # or the finer run stopped, and there is no estimate
+    lost = np.flatnonzero(error[lead] > LOST * np.abs(exact[lead]).max())
+    return {
+        "method": run["method"],
+        "tol": run["tol"],
+        "t_end": float(t[-1]),
+        "t_reached": run["t_reached"],
+        "error": {part: _short(values) for part, values in error.items()},
+        "estimate": {part: _short(values) for part, values in difference.items()} if whole else None,
+        f"error_{lead}_until": [[mark, _short(error[lead][t[: len(error[lead])] <= mark])] for mark in MARKS if mark <= run["t_reached"]],
+        "lost": float(t[lost[0]]) if lost.size else None,
+        "steps": run["steps"],
+        "residuals": run["residuals"],
+        "jacobians": run["jacobians"],
+        "status": run["status"],
+    }
+
+
+def _run(ivp: Ivp, name: str, tol: float, t: Array) -> dict[str, Any]:
+    found = solved(ivp, name, Request(value=tol, t_end=float(t[-1]), points=len(t), watch=(), work_limit=WORK_LIMIT))
+    on_grid = int(np.sum(np.isin(found.t, t)))
+    return {
+        "method": found.method,
+        "tol": tol,
+        "t_reached": float(found.t[-1]),
+        **{part: rows[:on_grid].tolist() for part, rows in found.states.items()},
+        "steps": found.steps,
+        "residuals": found.work["residual"],
+        "jacobians": found.work["jacobian"],
+        "status": found.failure or "reached the end",
+    }
+
+
+def _distances(one: Mapping[str, Any], other: Mapping[str, Any], parts: Iterable[str]) -> dict[str, Array]:
+    """Return the largest modulus of the differences at each time that both reached, by part."""
+    found = {}
+    for part in parts:
+        a, b = np.array(one[part]), np.array(other[part])
+        n = min(len(a), len(b))
+        found[part] = np.max(np.abs(a[:n] - b[:n]), axis=1)
+    return found
+
+
+def _short(values: Array) -> float:
+    return float(f"{values.max():.2g}")

@@ -1,0 +1,70 @@
+"""Stored digits held against IDA, and its error against what the certificate has for it."""
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from daebench.reference.check.recomputation import Parts, Recomputed, followed, rounding_of, so_far
+from daebench.reference.check.runs import Solution, ida_names, solved
+from daebench.reference.check.verification import Check
+from daebench.reference.keep.record import Reference
+from daebench.reference.make.rank_loss import first_loss
+from daebench.runs.ivp import Ivp
+from daebench.runs.request import Request
+
+TOL, IDA_END = 1e-12, 10.0
+"""Tolerance of IDA, and the end of its runs, s."""
+
+IDA_SAFETY = 3.0
+"""|S(tol) - S(tol/10)|, the largest of a run, was between 0.62 and 1.92 times the largest true error of IDA in 70 cases."""
+
+VAGUE, FEWEST = 1e-3, 8
+"""IDA is compared with until its error may be this part of the motion, and must be below for so many outputs."""
+
+TABLE_FACTOR = 10.0
+"""An error and the one that the certificate has for it are of the same order of magnitude if they differ by less."""
+
+
+def by_ida(reference: Reference) -> tuple[Recomputed | None, list[Check]]:
+    """Return the run of IDA as far as it tells anything, and the checks that it reached its end with the certificate's error.
+
+    At rank loss it may take another branch, so that it is stopped before. A tenth of the tolerance may be too near to round-off for it:
+    then its error is estimated as far as that run came.
+    """
+    n = min(followed(reference), int(np.searchsorted(reference.t, min(IDA_END, first_loss(reference.rank_losses)), "right")))
+    t_end, ivp = float(reference.t[n - 1]), reference.ivp()
+    ida = ida_names(ivp)[0]
+    runs = [_by_tolerance(ivp, ida, tol, t_end, n) for tol in (TOL, TOL / 10)]
+    if why := runs[0].failure:
+        return None, [Check(f"{ida}, tol = {TOL:g}", f"reaches t = {t_end:g}", why, False)]
+    n = int(np.searchsorted(reference.t, runs[1].t[-1], "right"))
+    loose, tight = ({part: rows[:n] for part, rows in each.states.items()} for each in runs)
+    estimate = {part: IDA_SAFETY * so_far(loose[part] - tight[part]) for part in loose}
+    vague = np.any([estimate[part][:, 0] > VAGUE * reference.size(part) for part in loose], axis=0)
+    told = int(np.argmax(vague)) if vague.any() else n
+    clear = Check(f"{ida}, tol = {TOL:g}", f"below {VAGUE:g} of the motion for {FEWEST} outputs", f"for {told}", told >= FEWEST)
+    if told < FEWEST:
+        return None, [clear]
+    limit = {part: estimate[part][told - 1] + rounding_of(reference, part, told) for part in loose}
+    run = Recomputed(f"{ida}, tol = {TOL:g}", {part: loose[part][:told] for part in loose}, limit)
+    return run, [clear, *_table(reference, ida, loose)]
+
+
+def _table(reference: Reference, ida: str, states: Parts) -> Iterator[Check]:
+    """Compare errors of IDA with those of the certificate, which are the same if they end at the same time, and else larger."""
+    rows = [row for row in reference.certificate["ida"] if row["method"] == ida and row["tol"] == TOL]
+    if not rows:
+        yield Check(f"the certificate's row of {ida} at tol = {TOL:g}", "is there", "is not", False)
+        return
+    for part, found in states.items():
+        same = rows[0]["t_reached"] <= reference.t[len(found) - 1]
+        claimed = float(rows[0]["error"][part])
+        error = float(np.abs(found - reference.values[part][: len(found)]).max())
+        least = claimed / TABLE_FACTOR if same else 0.0
+        most, what = TABLE_FACTOR * claimed, f"error of {ida} in {part} against the certificate's"
+        yield Check(what, f"{least:.1e} to {most:.1e}", f"{error:.1e}", least <= error <= most)
+
+
+def _by_tolerance(ivp: Ivp, ida: str, tol: float, t_end: float, n: int) -> Solution:
+    """Return the run of IDA with output at the first n stored times."""
+    return solved(ivp, ida, Request(value=tol, t_end=t_end, points=n, watch=(), on_singular="continue"))

@@ -1,0 +1,189 @@
+"""Stored digits held against their own definition in multiprecision: the start, what is conserved, multipliers, rank, and bounds."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import mpmath as mp
+import numpy as np
+from numpy.typing import NDArray
+
+from daebench.reference.check.recomputation import suffered
+from daebench.reference.check.verification import Check, agreed, at_most
+from daebench.reference.keep.definition import Definition
+from daebench.reference.keep.record import Reference
+from daebench.reference.make.certify import BARELY, SINGULAR, STORED_DIGITS, WORTH
+from daebench.reference.make.mathematics import Mathematics, mathematics
+from daebench.reference.make.rank_loss import rank_losses
+
+Array = NDArray[np.float64]
+
+DIGITS = 60
+"""Decimal digits of the evaluation: more than those that the certificate was made with."""
+
+SLACK = 1.01
+"""Certificates have three digits."""
+
+NOTHING = 10.0 ** (10 - DIGITS)
+"""Part of the largest number that rounding of the evaluation may make of one that is zero."""
+
+NEAR = 1e-6
+"""Times of rank loss are the same within this part of the distance of outputs."""
+
+HALF_UNIT = 0.5 * 10.0 ** (1 - STORED_DIGITS)
+"""Half a unit in the last stored place of a number whose first digits are 10...; what rounding it may make, relatively."""
+
+
+@dataclass(frozen=True)
+class Stored:
+    """Stored digits as mpmath numbers.
+
+    Parameters
+    ----------
+    reference : Reference
+        What is stored.
+    definition : Definition
+        What it should be of.
+    """
+
+    reference: Reference
+    definition: Definition
+
+    @cached_property
+    def mathematics(self) -> Mathematics:
+        """The definition's functions."""
+        return mathematics(self.definition)
+
+    @cached_property
+    def parts(self) -> dict[str, list[list[Any]]]:
+        """Rows of each part."""
+        found: dict[str, list[list[Any]]] = {part: [] for part in self.definition.kind.names}
+        for name, column in self.reference.text.items():
+            if name != "t":
+                found[name.rstrip("0123456789")].append([mp.mpf(x) for x in column])
+        return {part: [list(row) for row in zip(*columns, strict=True)] for part, columns in found.items()}
+
+    @cached_property
+    def states(self) -> list[list[Any]]:
+        """Rows of the parts of the state, one after the other."""
+        return [[x for part in row for x in part] for row in zip(*(self.parts[part] for part in self.definition.kind.state), strict=True)]
+
+
+def checks(stored: Stored) -> Iterator[Check]:
+    """Yield the checks of the stored digits, see the module."""
+    with mp.workdps(DIGITS):
+        found = [_start(stored), *_drifts(stored), *_derived(stored)]
+    with mp.workdps(20):
+        found += _rank(stored) if stored.mathematics.regular else []
+    yield from [*found, *_bounds(stored.reference)]
+
+
+def _start(stored: Stored) -> Check:
+    """Compare the first row with the exact initial expressions, rounded once."""
+    start = [x for part in stored.definition.start_numbers() for x in part]
+    exact = [x for part in stored.mathematics.parts(start).values() for x in part]
+    first = [x for part in stored.parts.values() for x in part[0]]
+    numbers = np.array([float(abs(y)) for y in exact])
+    units = np.maximum(HALF_UNIT * _leading(numbers), NOTHING * numbers.max())
+    wrong = [abs(x - y) for x, y, unit in zip(first, exact, units, strict=True) if abs(x - y) > SLACK * unit]
+    found = f"differs by {mp.nstr(max(wrong), 3)}" if wrong else "they are"
+    return Check("start", f"the exact initial expressions to {STORED_DIGITS} digits", found, not wrong)
+
+
+def _drifts(stored: Stored) -> Iterator[Check]:
+    """Compare errors of what is conserved with the certificate, and with what the bounds of the state explain."""
+    rows = [stored.mathematics.conserved(x) for x in stored.states]
+    claimed = stored.reference.certificate["drift"]
+    yield agreed("quantities of the certificate's drift", sorted(rows[0]), sorted(claimed))
+    for name, first in rows[0].items():
+        zero = name in stored.mathematics.zero
+        start = [0] * len(first) if zero else first
+        found = [max(abs(x - y) for x, y in zip(row[name], start, strict=True)) for row in rows]
+        k = max(range(len(found)), key=found.__getitem__)
+        explained = _explained(stored, name, k) + (0 if zero else _explained(stored, name, 0))
+        place = f" at t = {stored.reference.t[k]:g}"
+        yield _same(f"drift of {name}{place}", float(claimed.get(name, 0.0)), float(found[k]))
+        yield at_most(f"drift of {name}, in units of what the bounds explain", 1.0, float(found[k] / explained), place)
+
+
+def _explained(stored: Stored, name: str, k: int) -> Any:
+    """Return the largest change of a conserved quantity that errors of row k within their bounds can make, to first order."""
+    x, evaluate = stored.states[k], stored.mathematics.conserved
+    here = evaluate(x)[name]
+    change = [mp.mpf(0)] * len(here)
+    for j, error in enumerate(np.concatenate([stored.reference.bound[part][k] for part in stored.definition.kind.state])):
+        beside = evaluate([*x[:j], x[j] + float(error), *x[j + 1 :]])[name]
+        change = [old + abs(b - a) for old, a, b in zip(change, here, beside, strict=True)]
+    return max(change) or mp.mpf("1e-60")
+
+
+def _derived(stored: Stored) -> Iterator[Check]:
+    """Compare what follows from the state, as lam(p, q) does by HLW (1.12), with what is stored of it, in units of its bound.
+
+    At the start the state is the exact one, whose rounding no bound covers. Near rank loss, what rounding of the stored state makes of
+    it is added to the bound.
+    """
+    kind, reference = stored.definition.kind, stored.reference
+    states = [[x for part in stored.definition.start_numbers() for x in part], *stored.states[1:]]
+    exact = [stored.mathematics.parts(x) for x in states] if kind.derived else []
+    for part in kind.derived:
+        rounded = HALF_UNIT * reference.size(part) * (suffered(reference, part) - 1)
+        rows = zip(stored.parts[part], exact, reference.bound[part] + rounded[:, None], strict=True)
+        found = [max(abs(x - y) / mp.mpf(float(b)) for x, y, b in zip(own, each[part], bound, strict=True)) for own, each, bound in rows]
+        k = max(range(len(found)), key=found.__getitem__)
+        what = f"{part} against {part}{kind.told}, in units of its bound"
+        yield at_most(what, 1.0, float(found[k]), f" at t = {reference.t[k]:g}")
+
+
+def _rank(stored: Stored) -> list[Check]:
+    """Compare the smallest singular value of what must not lose rank, G H_pp G^T, along the motion with the certificate's."""
+    made = stored.mathematics
+    values = np.array([made.smallest_singular_value(x) for x in stored.states])
+    rank, t = stored.reference.certificate["rank"], stored.reference.t
+    there = values[t == rank["t"]]
+    least = f"{values.min():.3g} at t = {t[np.argmin(values)]:g}"
+    return [
+        _same(f"smallest singular value of {made.regular}", rank["smallest_singular_value"], float(values.min())),
+        _same("largest of the smallest singular values", rank["largest"], float(values.max())),
+        Check("time of the smallest", f"t = {rank['t']:g}", least, bool(there.size and there[0] <= values.min() * SLACK)),
+        at_most("its largest over its smallest", 1 / (BARELY if made.crosses else SINGULAR), float(values.max() / values.min())),
+        *_losses(stored, values),
+    ]
+
+
+def _losses(stored: Stored, values: Array) -> Iterator[Check]:
+    """Compare the times of rank loss with those that the closed form gives, and the singular values at all outputs."""
+    rank, t = stored.reference.certificate["rank"], stored.reference.t
+    lost = rank_losses(stored.mathematics, t, values) if stored.mathematics.crosses else []
+    claimed = rank.get("lost", [])
+    same = len(lost) == len(claimed) and np.allclose(lost, claimed, rtol=0, atol=NEAR * t[1])
+    ours, theirs = (", ".join(f"{x:.6g}" for x in times) or "never" for times in (lost, claimed))
+    yield Check("times of rank loss", theirs, "the same" if same else ours, same)
+    if stored.mathematics.crosses:
+        own = np.array(rank.get("values", ()), dtype=float)
+        apart = float(np.max(np.abs(np.log(own / values)))) if own.shape == values.shape else np.inf
+        yield at_most("singular values at the outputs, logarithm of their ratio to the certificate's", np.log(SLACK), apart)
+
+
+def _same(what: str, claimed: float, found: float) -> Check:
+    """Check that a number is the certificate's, which has three digits."""
+    return Check(what, f"{claimed:.3g}", f"{found:.3g}", claimed / SLACK <= found <= claimed * SLACK)
+
+
+def _bounds(reference: Reference) -> Iterator[Check]:
+    """Look at what any bound must be: at least the rounding of the number, never falling, and small enough to be worth storing."""
+    for part, bound in reference.bound.items():
+        numbers = np.abs(reference.values[part])
+        spare = float(np.min(bound - HALF_UNIT * _leading(numbers)))
+        yield Check(f"bound of {part}, least", "more than the rounding of each stored number", f"{spare:+.1e} to spare", spare > 0)
+        falls = np.flatnonzero(np.any(np.diff(bound, axis=0) < 0, axis=1))
+        place = f"falls after t = {reference.t[falls[0]]:g}" if falls.size else "never falls"
+        yield Check(f"bound of {part} along the motion", "never falls", place, not falls.size)
+        yield at_most(f"bound of {part}, largest, as a part of the motion", WORTH, float(bound.max() / (numbers.max() or 1.0)))
+
+
+def _leading(numbers: Array) -> Array:
+    """Return the power of ten that each number begins at, 0 for zero."""
+    with np.errstate(divide="ignore"):
+        return np.where(numbers > 0, 10.0 ** np.floor(np.log10(numbers)), 0.0)

@@ -1,0 +1,137 @@
+"""Stored digits held against a method of our own: one run through all of them, and short ones from each row to the next."""
+
+from dataclasses import replace
+from fractions import Fraction
+
+import numpy as np
+
+from daebench.reference.check.recomputation import WORTH, Array, Parts, Recomputed, followed, rounding_of, so_far, suffered
+from daebench.reference.check.runs import coarsest, own_name, solved
+from daebench.reference.check.verification import Check, at_most
+from daebench.reference.keep.record import EPS, Reference
+from daebench.runs.ivp import Ivp
+from daebench.runs.request import Request
+
+FINEST = 512
+"""Steps from output to output of the last run that is tried."""
+
+SAFETY = 2.0
+"""|S(h) - S(h/2)| is the error of S(h), which that of S(h/2) is far below, until both are rounding."""
+
+ENOUGH = 100 * WORTH
+"""A run whose own error may be more than this part of the motion tells too little."""
+
+SHORT_ROUNDINGS = 40.0
+"""What rounding leaves from one row to the next, in units of the rounding of the start times the growth of neighbours: 10 at most where it
+was measured, for multipliers of the chain."""
+
+NEAR = 1000.0
+"""Sums that are not compensated lose three digits at most, in any run that is made here."""
+
+SHIFT = 2.0**-30
+"""Relative change of a parameter by which its effect is measured."""
+
+
+def throughout(reference: Reference) -> tuple[Recomputed | None, list[Check]]:
+    """Return the run through all rows, its step halved until what halving changes is rounding, and the check of its error."""
+    ivp, n, name = reference.ivp(), followed(reference), method_of(reference)
+    rounding = {part: rounding_of(reference, part, n) for part in reference.values}
+    found = _halved(reference, ivp, rounding, coarsest(name))
+    if found is None:
+        expected = f"reaches t = {reference.t[n - 1]:g}"
+        return None, [Check(name, expected, f"stops early at every step down to {_step(reference, FINEST):g}", False)]
+    count, states, estimate = found
+    moved = _inexact(reference, ivp, count, states)
+    limit = {part: SAFETY * estimate[part] + rounding[part] + moved[part] for part in states}
+    return Recomputed(f"{name}, h = {_step(reference, count):g}", states, limit), [_precise(reference, name, limit)]
+
+
+def method_of(reference: Reference) -> str:
+    """Return the name of our own method for a reference."""
+    return own_name(reference.ivp(), crosses=bool(reference.rank_losses))
+
+
+def _halved(reference: Reference, ivp: Ivp, rounding: Parts, count: int) -> tuple[int, Parts, Parts] | None:
+    """Return steps from output to output, states, and |S(h) - S(h/2)| so far, where that is rounding or the step the finest.
+
+    Where sums are not compensated, rounding grows with the number of steps: the halving ends where it no longer gains anything.
+    """
+    coarse, found, n = None, None, len(next(iter(rounding.values())))
+    while count <= FINEST:
+        fine = stepped(reference, ivp, n, count)
+        if coarse is not None and fine is not None:
+            estimate = {part: so_far(fine[part] - coarse[part]) for part in rounding}
+            if found is not None and _exhausted(found[2], estimate, rounding):
+                return found[0], found[1], {part: np.maximum(found[2][part], estimate[part]) for part in rounding}
+            found = count, fine, estimate
+            if all(np.all(estimate[part] <= rounding[part]) for part in rounding):
+                break
+        coarse, count = fine, 2 * count
+    return found
+
+
+def _exhausted(last: Parts, estimate: Parts, rounding: Parts) -> bool:
+    """Return whether halving the step has changed nothing for the better, and what is left is not far from rounding."""
+    return all(estimate[part].max() > last[part].max() / 2 and np.all(last[part] <= NEAR * rounding[part]) for part in rounding)
+
+
+def row_by_row(reference: Reference) -> tuple[Recomputed | None, list[Check]]:
+    """Return what becomes of each stored row by the next one: it sees what one run cannot, after errors have grown.
+
+    All runs of a row begin at its rounded digits; steps are halved as above, and begin with a quarter of those that the row before took.
+    """
+    n, ivp, own = len(reference.t), reference.ivp(), method_of(reference)
+    name = f"{own} from each row to the next"
+    rounding = {part: _short_rounding(reference, part) for part in reference.values}
+    states = {part: values.copy() for part, values in reference.values.items()}
+    limit = {part: values.copy() for part, values in rounding.items()}
+    count = coarsest(own)
+    for k in range(n - 1):
+        start = reference.restarted(ivp, k)
+        found = _halved(reference, start, {part: values[k : k + 2] / 2 for part, values in rounding.items()}, count)
+        if found is None:
+            return None, [Check(name, f"reaches t = {reference.t[k + 1]:g}", f"stops after t = {reference.t[k]:g} at every step", False)]
+        count = max(coarsest(own), found[0] // 4)
+        for part in states:
+            states[part][k + 1] = found[1][part][1]
+            limit[part][k + 1] += SAFETY * found[2][part][1]
+    return Recomputed(name, states, limit), [_precise(reference, name, limit)]
+
+
+def _inexact(reference: Reference, ivp: Ivp, count: int, states: Parts) -> Parts:
+    """Return what it does that double precision does not have every parameter exactly, from runs with changed ones."""
+    moved = {part: np.zeros_like(values) for part, values in states.items()}
+    for name, text in reference.certificate["definition"]["parameters"].items():
+        value = ivp.parameters[name]
+        wrong = float(abs(Fraction(text) - Fraction(value)))
+        if wrong:
+            beside = replace(ivp, parameters={**ivp.parameters, name: value * (1 + SHIFT)})
+            changed = stepped(reference, beside, len(next(iter(states.values()))), count)
+            for part in states:
+                effect = np.inf if changed is None else so_far(changed[part] - states[part])
+                moved[part] += effect * wrong / abs(value * SHIFT)
+    return moved
+
+
+def _short_rounding(reference: Reference, part: str) -> Array:
+    """Return what rounding may leave of a part from one row to the next, shape(n, 1)."""
+    growth = np.maximum(1.0, reference.step_amplification) * suffered(reference, part)
+    return np.asarray(SHORT_ROUNDINGS * EPS * reference.size(part) * growth)[:, None]
+
+
+def _precise(reference: Reference, name: str, limit: Parts) -> Check:
+    """Check that a run knows itself to be good enough for a comparison."""
+    n = len(next(iter(limit.values())))
+    error = max(float(limit[part].max()) / reference.size(part) for part in limit)
+    return at_most(f"own error of {name} up to t = {reference.t[n - 1]:g}, as a part of the motion", ENOUGH, error)
+
+
+def stepped(reference: Reference, ivp: Ivp, n: int, count: int) -> Parts | None:
+    """Return the run of our own method with so many steps from output to output, or None if it stops early."""
+    request = Request(value=_step(reference, count), steps=(n - 1) * count, every=count, watch=(), count=False)
+    found = solved(ivp, method_of(reference), request)
+    return None if found.failure else found.states
+
+
+def _step(reference: Reference, count: int) -> float:
+    return float(reference.t[1]) / count

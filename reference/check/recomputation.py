@@ -1,0 +1,92 @@
+"""A run in double precision held against stored digits: what it may be wrong by, and the digits that agree."""
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from daebench.reference.check.verification import Check, Digits, at_most
+from daebench.reference.keep.record import EPS, Reference
+
+Array = NDArray[np.float64]
+Parts = Mapping[str, Array]
+
+ROUNDINGS = 10.0
+"""What rounding of the start and of each step leaves, in units of the rounding of a start: 3 at most where it was measured."""
+
+WORTH = 1e-6
+"""A comparison ends where rounding alone may be this part of the motion."""
+
+TOLD = (1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0, 200.0, 500.0, 1000.0)
+"""Times at which digits of agreement are given, s."""
+
+
+@dataclass(frozen=True)
+class Recomputed:
+    """A run in double precision and what is known of its error.
+
+    Parameters
+    ----------
+    method : str
+        Its name, with the value of its knob.
+    states, limit : mapping of str to ndarray, shape(n, components)
+        Every part at the first n stored times, and by how much it may be wrong.
+    """
+
+    method: str
+    states: Parts
+    limit: Parts
+
+    def checks(self, reference: Reference) -> Iterator[Check]:
+        """Yield one check a part: the largest difference in units of what it may be."""
+        for part, limit in self.limit.items():
+            ratio = np.max(np.abs(self.states[part] - reference.values[part][: len(limit)]) / limit, axis=1)
+            k = int(np.argmax(ratio))
+            what = f"{part} by {self.method} up to t = {reference.t[len(ratio) - 1]:g}, in units of its own error"
+            yield at_most(what, 1.0, float(ratio[k]), f" at t = {reference.t[k]:g}")
+
+    def digits(self, reference: Reference) -> Iterator[Digits]:
+        """Yield the digits of agreement of each part."""
+        for part, limit in self.limit.items():
+            n, size = len(limit), reference.size(part)
+            error = np.abs(self.states[part] - reference.values[part][:n]).max(axis=1) / size
+            agreed = -np.log10(np.maximum(np.maximum.accumulate(error), EPS))
+            last = float(reference.t[n - 1])
+            at = {t: float(agreed[np.searchsorted(reference.t[:n], t, "right") - 1]) for t in (*(t for t in TOLD if t < last), last)}
+            yield Digits(self.method, part, tuple(at.items()), float(2 * limit.max() / size))
+
+
+def followed(reference: Reference) -> int:
+    """Return how many stored times a run in double precision is compared at: those at which rounding is below a millionth."""
+    lost = np.flatnonzero(_rounded(reference) > WORTH)
+    return int(lost[0]) if lost.size else len(reference.t)
+
+
+def rounding_of(reference: Reference, part: str, n: int) -> Array:
+    """Return what rounding may leave of a part at the first n stored times, shape(n, 1).
+
+    ::
+
+        u (10 A(t) size + t rate)      u = 2^-53, A the worst amplification, rate the largest |dx/dt|
+
+    The second term is a clock that is wrong by u: the weights of a composition do not add up to 1 to the last bit. For multipliers near
+    rank loss both are multiplied by the condition of G M^-1 G^T.
+    """
+    rate = float(np.abs(np.diff(reference.values[part], axis=0)).max()) / float(reference.t[1])
+    rounding = reference.size(part) * _rounded(reference)[:n] + EPS * rate * reference.t[:n]
+    return np.asarray(rounding * suffered(reference, part)[:n])[:, None]
+
+
+def suffered(reference: Reference, part: str) -> Array:
+    """Return by how much more than elsewhere a part may suffer from rounding at each row, shape(n,)."""
+    return reference.conditioning if part == "lam" else np.ones(len(reference.t))
+
+
+def _rounded(reference: Reference) -> Array:
+    return np.asarray(ROUNDINGS * EPS * np.maximum.accumulate(reference.worst_amplification))
+
+
+def so_far(difference: Array) -> Array:
+    """Return the largest modulus of a row's numbers up to each row, shape(n, 1)."""
+    return np.asarray(np.maximum.accumulate(np.abs(difference).max(axis=1)))[:, None]

@@ -1,0 +1,197 @@
+"""A stored reference held against everything that can be known of it without the library that made it."""
+
+import hashlib
+import json
+import re
+from collections.abc import Callable, Iterator
+from decimal import Decimal
+from itertools import chain
+from pathlib import Path
+from typing import Any
+
+import mpmath as mp
+import numpy as np
+from numpy.typing import NDArray
+
+from daebench.errors import BadInput
+from daebench.reference.check import invariants
+from daebench.reference.check.ida_run import by_ida
+from daebench.reference.check.invariants import SLACK
+from daebench.reference.check.own_run import method_of, row_by_row, throughout
+from daebench.reference.check.runs import ida_names
+from daebench.reference.check.verification import Check, Digits, Verification, agreed
+from daebench.reference.keep import store
+from daebench.reference.keep.definition import Definition, define
+from daebench.reference.keep.record import EPS, Reference
+from daebench.reference.make.amplification import LOST
+from daebench.reference.make.mathematics import mathematics
+
+Progress = Callable[[float, str], None]
+"""Told the fraction done and what is being done."""
+
+NUMBER = re.compile(r"-?\d+(\.\d*)?(e[-+]?\d+)?")
+"""A stored number."""
+
+KEYS = ("horizon", "drift", "ida", "amplification", "bound")
+"""What a certificate has besides the definition and the data; of a constrained problem "rank" too."""
+
+
+def verify(name: str, folder: Path | None = None, progress: Progress | None = None) -> Verification:
+    """Return what is found of a reference.
+
+    ::
+
+        definition     its text, hash and parameters are those of today's problem
+        layout         columns, rows, times and bounds are those of the certificate
+        digits         start, what is conserved, multipliers and rank in multiprecision
+        motion         a method of order 8 of our own, throughout and from row to row, and IDA, each within what it knows of its own error
+
+    What cannot be looked at because something before it does not hold is a check that fails.
+
+    Parameters
+    ----------
+    name : str
+        PROBLEM-CASE.
+    folder : Path, optional
+        Where references are kept; by default those that come with daebench, and the user's own.
+    progress : callable, optional
+        Told the fraction done and what is being done.
+
+    Raises
+    ------
+    BadInput
+        If there is no such reference.
+    Damaged
+        If a file is missing, truncated, or not what its checksum says.
+    """
+    told = progress or (lambda fraction, doing: None)
+    told(0.0, f"{name}: definition")
+    reference = store.load(name, folder)
+    definition, checks = _outside(reference)
+    if definition is None or not all(each.ok for each in checks):
+        nothing = Check("digits and motion", "looked at where definition and layout hold", "not looked at", False)
+        return Verification(name, (*checks, nothing))
+    told(0.1, f"{name}: invariants")
+    checks += invariants.checks(invariants.Stored(reference, definition))
+    digits: list[Digits] = []
+    own, ida = method_of(reference), ida_names(definition.ivp)[0]
+    ways = ((0.2, own, throughout), (0.4, f"{own}, row by row", row_by_row), (0.7, ida, by_ida))
+    for fraction, doing, recomputed in ways:
+        told(fraction, f"{name}: {doing}")
+        run, found = recomputed(reference)
+        checks += found
+        if run is not None:
+            checks += run.checks(reference)
+            digits += run.digits(reference)
+    told(1.0, name)
+    return Verification(name, tuple(checks), tuple(digits), _unseen(reference, digits))
+
+
+def _outside(reference: Reference) -> tuple[Definition | None, list[Check]]:
+    """Return today's definition, if there is one, and the checks of what surrounds the digits."""
+    definition: Definition | None = None
+    checks: list[Check] = []
+    try:
+        definition = define(reference.problem, reference.case)
+        for check in chain(_definition(reference, definition), _layout(reference, definition)):
+            checks.append(check)  # one by one: what was found before an error is kept
+    except (KeyError, IndexError, ValueError, TypeError, BadInput) as error:
+        reason = str(error) if isinstance(error, BadInput) else f"{type(error).__name__}: {error}"
+        checks.append(Check("certificate", "complete, and of a problem of the catalogue", reason, False))
+    return definition, checks
+
+
+def _definition(reference: Reference, definition: Definition) -> Iterator[Check]:
+    """Compare the certificate's definition with today's problem."""
+    text = dict(reference.certificate["definition"])
+    claimed, today = text.pop("sha256"), definition.text
+    own = hashlib.sha256(json.dumps(text, sort_keys=True).encode()).hexdigest()
+    other = [f"{key}: {text.get(key)}" for key in sorted(text.keys() | today.keys()) if text.get(key) != today.get(key)]
+    yield Check("text of the definition", f"today's of {definition.name}", "; ".join(other) or "today's", not other)
+    yield Check("hash of the definition", definition.hash[:12], claimed[:12], definition.hash == claimed == own)
+    yield agreed("name", definition.name, reference.name)
+
+
+def _layout(reference: Reference, definition: Definition) -> Iterator[Check]:
+    """Compare the columns, rows, times and bounds with the certificate and with what a reference is."""
+    certificate, made = reference.certificate, mathematics(definition)
+    with mp.workdps(20):
+        sizes = {part: len(x) for part, x in made.parts([x for part in definition.start_numbers() for x in part]).items()}
+    columns = ["t", *(f"{part}{i + 1}" for part, size in sizes.items() for i in range(size))]
+    lacking = [key for key in (*KEYS, *(("rank",) if made.regular else ())) if key not in certificate]
+    yield Check("certificate", "complete", f"lacks {', '.join(lacking)}" if lacking else "complete", not lacking)
+    for what, found in (("columns", list(reference.text)), ("columns of the certificate", certificate["data"]["columns"])):
+        yield agreed(what, ", ".join(columns), ", ".join(found))
+    rows = len(reference.text["t"])
+    yield agreed("rows", certificate["data"]["rows"], rows)
+    odd = next((x for column in reference.text.values() for x in column if not NUMBER.fullmatch(x)), None)
+    yield Check("numbers", "decimal numbers", "decimal numbers" if odd is None else repr(odd), odd is None)
+    if odd is None and rows:
+        yield from _times(reference)
+    for part, size in sizes.items():
+        yield agreed(f"shape of the bound of {part}", (rows, size), _shape(certificate["bound"][part]))
+    for which in ("values", "worst", "step"):
+        yield agreed(f"shape of the amplification, {which}", (rows,), _shape(certificate["amplification"][which]))
+    if made.crosses:
+        values = np.array(certificate["rank"]["values"], dtype=float)
+        yield agreed("shape of the singular values", (rows,), values.shape)
+        yield Check("singular values", "above 0", f"{values.min():.2g} and more", bool(values.min() > 0))
+    yield from _horizons(reference)
+
+
+def _shape(values: Any) -> tuple[int, ...]:
+    return np.array(values, dtype=float).shape
+
+
+def _times(reference: Reference) -> Iterator[Check]:
+    t = [Decimal(x) for x in reference.text["t"]]
+    yield agreed("first time", 0, t[0])
+    rounded = [x for x in t if x != Decimal(float(x))]
+    yield Check("times in double precision", "exact", f"{rounded[0]} is not" if rounded else "exact", not rounded)
+    uneven = [x for k, x in enumerate(t) if x != k * t[1]] if len(t) > 1 and t[1] > 0 else t
+    yield Check("distances of times", "equal", f"not at {uneven[0]}" if uneven else "equal", not uneven)
+    yield agreed("horizon", reference.certificate["horizon"]["truth"], float(t[-1]))
+
+
+def _horizons(reference: Reference) -> Iterator[Check]:
+    """Look whether the horizon of double precision is where the amplification says."""
+    growth, found = reference.certificate["amplification"], reference.double_horizon
+    least, most = (_first(reference, reference.worst_amplification * EPS > LOST * factor) for factor in (1 / SLACK, SLACK))
+    yield Check("horizon of double precision", f"{least:g} to {most:g}", f"{found:g}", least <= found <= most)
+    start, worst = reference.amplification, reference.worst_amplification
+    yield Check("amplification at the start", "1", f"{start[0]:g}", bool(1 / SLACK <= start[0] <= SLACK))
+    yield agreed("largest amplification", float(start.max()), growth["largest"])
+    spare = np.min(worst * SLACK / np.maximum(start, reference.step_amplification))
+    yield Check("worst amplification", "at least that from the start and from the time before", f"{spare:.3g} times", bool(spare >= 1))
+    asked = reference.certificate["horizon"]["asked"]
+    yield Check("horizon that was asked for", f"at least {reference.horizon:g}", f"{asked:g}", asked >= reference.horizon)
+
+
+def _first(reference: Reference, lost: NDArray[np.bool_]) -> float:
+    """Return the first stored time at which something holds, infinity if there is none."""
+    return float(reference.t[np.argmax(lost)]) if lost.any() else np.inf
+
+
+def _unseen(reference: Reference, digits: list[Digits]) -> str:
+    """Say what could be altered without any check seeing it."""
+    if not digits:
+        return ""
+    state = reference.kind.state
+    finest = max(min(each.visible for each in digits if each.part == part) for part in state)
+    kept = ", ".join({"g": "constraints", "Gv": "their derivatives"}.get(name, name) for name in reference.certificate["drift"])
+    return (
+        f"A change of {' and '.join(state)} along the motion, which keeps {kept} to the certificate's drift, is seen from {finest:.1e} "
+        f"of the motion; a smaller one takes a recomputation in quadruple precision: daebench reference build {reference.name}. "
+        "How the truth was made, its checks, the table of IDA but for its row at 1e-12, and amplifications between are taken as they are."
+        f"{_passed(reference)}"
+    )
+
+
+def _passed(reference: Reference) -> str:
+    """Say what is not looked at where a motion passes rank loss."""
+    if not reference.rank_losses:
+        return ""
+    first = f"{reference.rank_losses[0]:g}"
+    return (
+        f" IDA is held against the motion up to its first rank loss at t = {first} alone, and our own method is run in the problem's chart."
+    )

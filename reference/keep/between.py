@@ -1,0 +1,162 @@
+"""A reference at any time: the stored digits where there are some, else a short way from the nearest of them in double precision."""
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from daebench.errors import BadInput
+from daebench.reference.check.runs import Motion, integrated
+from daebench.reference.keep.record import Reference
+from daebench.reference.solution import EPS, SAFETY
+from daebench.runs.ivp import Ivp
+
+Array = NDArray[np.float64]
+
+EXACT_DIGITS = 50
+"""Digits of a closed form: multipliers at the double that is nearest to a rank loss have 17 of them left."""
+
+TINY = 1e-40
+"""Error of a number that is zero, as a part of the motion."""
+
+BESIDE = 1e-7
+"""Relative distance of the neighbour from which the growth of a rounded start is measured."""
+
+
+@dataclass(frozen=True)
+class At:
+    """States of a reference at given times.
+
+    Parameters
+    ----------
+    t : ndarray, shape(n,)
+        Times, s.
+    states : mapping of str to ndarray, shape(n, components)
+        Every part of the reference: positions, momenta and multipliers lam(p, q), or y.
+    bound : mapping of str to ndarray
+        Largest error of each number, of the same shapes; that of rounding stored digits to double precision included.
+    row : ndarray of int, shape(n,)
+        Row of the reference where the time is a stored one, else -1.
+    """
+
+    t: Array
+    states: dict[str, Array]
+    bound: dict[str, Array]
+    row: NDArray[np.intp]
+
+    @property
+    def stored(self) -> NDArray[np.bool_]:
+        """Whether each time is a stored one, shape(n,)."""
+        return self.row >= 0
+
+
+def states_at(reference: Reference, times: ArrayLike) -> At:
+    """Return the states at these times, in the order given.
+
+    Between stored times the index-reduced equation, HLW (1.18), or y' = B(y) grad H(y), is integrated forwards or backwards from the
+    nearest stored state by DOP853. The bound is that of :func:`daebench.reference.solution.integrated` and ten times what becomes of the
+    rounding of that state on the way, as a neighbour of it shows. A motion that passes rank loss, which that equation cannot, is worked out
+    anew from its closed form with 50 digits, and the bound is that of rounding it to double precision.
+
+    Parameters
+    ----------
+    reference : Reference
+        Whose states are wanted.
+    times : array_like, shape(n,)
+        Times, s, from 0 to the horizon.
+
+    Raises
+    ------
+    BadInput
+        If a time is not a number, or outside of the reference.
+    RunFailed
+        If the integration stops.
+    """
+    t = np.asarray(times, dtype=float).reshape(-1)
+    _require_inside(reference, t)
+    nearest = _nearest(reference.t, t)
+    row = np.where(reference.t[nearest] == t, nearest, -1)
+    parts = {part: values[nearest] for part, values in reference.values.items()}
+    bound = {part: reference.bound[part][nearest] + EPS * np.abs(parts[part]) for part in parts}
+    if np.any(row < 0):
+        ivp = reference.ivp()
+        for places, found, errors in _exact(reference, t, row) if reference.rank_losses else _integrated(ivp, reference, nearest, t, row):
+            for part in parts:
+                parts[part][places] = found[part]
+                bound[part][places] = errors[part]
+    return At(t, parts, bound, row)
+
+
+Found = tuple[NDArray[np.intp], Mapping[str, Array], Mapping[str, Any]]
+"""Places of times, states there, and bounds."""
+
+
+def _integrated(ivp: Ivp, reference: Reference, nearest: NDArray[np.intp], t: Array, row: NDArray[np.intp]) -> Iterator[Found]:
+    """Yield the states between stored times, integrated from the nearest."""
+    for places in _ways(reference.t, nearest, t, row):
+        found, growth = _travelled(ivp, reference, int(nearest[places[0]]), t[places])
+        yield places, found.states, {part: found.bound[part] + growth[part] for part in growth}
+
+
+def _exact(reference: Reference, t: Array, row: NDArray[np.intp]) -> Iterator[Found]:
+    """Yield the states between stored times from the closed form."""
+    import mpmath as mp
+
+    from daebench.reference.keep.definition import define
+    from daebench.reference.make.mathematics import mathematics
+
+    places = np.flatnonzero(row < 0)
+    with mp.workdps(EXACT_DIGITS):
+        made = mathematics(define(reference.problem, reference.case))
+        rows = [made.parts(x) for x in made.exact([mp.mpf(0), *(mp.mpf(float(x)) for x in t[places])])[1:]]
+        found = {part: np.array([[float(x) for x in each[part]] for each in rows]) for part in rows[0]}
+    yield places, found, {part: 2 * EPS * np.abs(values) + TINY * reference.size(part) for part, values in found.items()}
+
+
+def _require_inside(reference: Reference, t: Array) -> None:
+    outside = t[~((t >= 0) & (t <= reference.horizon))]
+    if outside.size:
+        reach = f"which reaches from 0 to its horizon at {reference.horizon:g}"
+        raise BadInput(f"t = {float(outside[0])!r} is outside of {reference.name}, {reach}.")
+
+
+def _nearest(stored: Array, t: Array) -> NDArray[np.intp]:
+    """Return the index of the nearest stored time, the earlier of two that are as near."""
+    after = np.minimum(np.searchsorted(stored, t), len(stored) - 1)
+    before = np.maximum(after - 1, 0)
+    return np.where(t - stored[before] <= stored[after] - t, before, after)
+
+
+def _ways(stored: Array, nearest: NDArray[np.intp], t: Array, row: NDArray[np.intp]) -> Iterator[NDArray[np.intp]]:
+    """Yield the places of times that lie on one side of one stored time, ordered by their distance from it."""
+    between = np.flatnonzero(row < 0)
+    distance = t[between] - stored[nearest[between]]
+    side = 2 * nearest[between] + (distance > 0)
+    order = np.lexsort((np.abs(distance), side))
+    yield from np.split(between[order], np.flatnonzero(np.diff(side[order])) + 1)
+
+
+def _travelled(ivp: Ivp, reference: Reference, k: int, t: Array) -> tuple[Motion, dict[str, float]]:
+    """Return the motion from stored state k to times on one side of it, and ten times what its rounding may grow to."""
+    start = reference.restarted(ivp, k)
+    distances, places = np.unique(np.abs(t - reference.t[k]), return_inverse=True)
+    signed = distances if t[0] > reference.t[k] else -distances
+    found = integrated(start, signed)
+    growth = _growth(start, reference.kind.state, found, signed[-1:])
+    return Motion({part: rows[places] for part, rows in found.states.items()}, found.bound), growth
+
+
+def _growth(start: Ivp, state: Sequence[str], own: Motion, furthest: Array) -> dict[str, float]:
+    """Return ten times what the rounding of a state may grow to on the way to a time, as neighbours in each of its parts show."""
+    found = dict.fromkeys(own.states, 0.0)
+    for name in state:
+        value = getattr(start, f"{name}0")
+        moved = BESIDE * np.abs(value).max()
+        changes: dict[str, Any] = {f"{name}0": value + moved}
+        beside = integrated(replace(start, **changes), furthest)
+        for part in found:
+            apart = float(np.abs(beside.states[part][-1] - own.states[part][-1]).max())
+            found[part] += SAFETY * EPS / BESIDE * max(apart, moved if part == name else 0.0)
+    return found

@@ -1,0 +1,130 @@
+"""The definition of a reference: one case of one problem in exact numbers, and the text and hash that stand for it."""
+
+import hashlib
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import mpmath as mp
+import sympy as sp
+
+from daebench.methods.catalogue import find_problem
+from daebench.methods.initial_value_problem import initial_value_problem
+from daebench.reference.keep.parts import KINDS, Parts
+from daebench.runs.ivp import Ivp
+from daebench.systems.constrained import ConstrainedHamiltonian
+from daebench.systems.lattice import PoissonLattice
+from daebench.systems.poisson import PoissonSystem
+
+
+@dataclass(frozen=True)
+class Definition:
+    """One case of one problem, every number of it exact.
+
+    A parameter is the decimal number that its shortest double stands for: 9.81 is 981/100 and not the double beside it.
+
+    Parameters
+    ----------
+    ivp : InitialValueProblem
+        The same in double precision.
+    structure : mapping of str to int
+        Structural parameters of the case.
+    """
+
+    ivp: Ivp
+    structure: Mapping[str, int]
+
+    @property
+    def name(self) -> str:
+        """Name of the reference: PROBLEM-CASE."""
+        return f"{self.ivp.problem}-{self.ivp.case}"
+
+    @property
+    def kind(self) -> Parts:
+        """What a state consists of."""
+        return KINDS[self.ivp.sheet.KIND]
+
+    @property
+    def derivation(self) -> Any:
+        """What follows from the problem's definition."""
+        return self.ivp.source.derivation
+
+    @cached_property
+    def problem(self) -> Any:
+        """The problem's definition: a ConstrainedHamiltonian, or a PoissonSystem, which a lattice is written out to."""
+        found = self.derivation.problem
+        return found.expanded(found.sites) if isinstance(found, PoissonLattice) else found
+
+    @cached_property
+    def parameters(self) -> dict[sp.Symbol, sp.Rational]:
+        """Values of the parameters by their symbols."""
+        values = self.ivp.parameters
+        return {symbol: sp.Rational(repr(values[str(symbol)])) for symbol in self.problem.parameters}
+
+    def values(self) -> dict[str, Any]:
+        """Return the values of the parameters by their names, as mpmath numbers of the working precision."""
+        return {str(symbol): mp.mpf(value.p) / value.q for symbol, value in self.parameters.items()}
+
+    @cached_property
+    def start(self) -> list[list[sp.Expr]]:
+        """Initial values as exact expressions, a list a part of the state: q and p, or y."""
+        case = self.problem.cases[self.ivp.case]
+        return [self.settled(getattr(case, part)) for part in self.kind.state]
+
+    @property
+    def crosses(self) -> bool:
+        """Whether the motion may pass where G loses rank: the case goes on there, and closed form and chart do not need G."""
+        if not isinstance(self.problem, ConstrainedHamiltonian) or self.problem.cases[self.ivp.case].on_singular != "continue":
+            return False
+        return self.problem.closed_form is not None and self.problem.chart is not None
+
+    def settled(self, expressions: Sequence[Any]) -> list[sp.Expr]:
+        """Return expressions with the parameters replaced by their values."""
+        return [sp.sympify(each).subs(self.parameters) for each in expressions]
+
+    def start_numbers(self) -> list[list[Any]]:
+        """Return the initial values as mpmath numbers at mpmath's working precision."""
+        return [[sp.N(each, mp.mp.dps + 5)._to_mpmath(mp.mp.prec) for each in part] for part in self.start]
+
+    @cached_property
+    def text(self) -> dict[str, Any]:
+        """The mathematics in words of SymPy: what the hash is taken of."""
+        problem = self.problem
+        case = problem.cases[self.ivp.case]
+        return {
+            **{part: list(map(str, getattr(problem, part))) for part in self.kind.state},
+            **_law(problem),
+            "parameters": {name: repr(value) for name, value in self.ivp.parameters.items()},
+            "structure": dict(self.structure),
+            **{f"{part}0": list(map(str, getattr(case, part))) for part in self.kind.state},
+            "integrals": {name: str(each) for name, each in problem.integrals.items()},
+        }
+
+    @property
+    def hash(self) -> str:
+        """SHA-256 of the definition's text."""
+        return hashlib.sha256(json.dumps(self.text, sort_keys=True).encode()).hexdigest()
+
+
+def _law(problem: ConstrainedHamiltonian | PoissonSystem) -> dict[str, Any]:
+    """Return what makes the equations of motion, in words of SymPy."""
+    if isinstance(problem, PoissonSystem):
+        casimirs = {name: str(each) for name, each in problem.casimirs.items()}
+        return {"B": str(sp.Matrix(problem.B).tolist()), "H": str(problem.H), "casimirs": casimirs}
+    energy = {"H": str(problem.H)} if problem.H is not None else {"M": str(sp.Matrix(problem.M).tolist()), "U": str(problem.U)}
+    return {**energy, "g": [str(each) for each in problem.g]}
+
+
+def define(problem: str, case: str | None = None) -> Definition:
+    """Return the definition of a case of a problem of the catalogue.
+
+    Raises
+    ------
+    BadInput
+        If the problem or the case is unknown.
+    """
+    ivp, found = initial_value_problem(problem, case), find_problem(problem)
+    own = ivp.sheet.CASES[ivp.case]["parameters"]
+    return Definition(ivp, {name: int(own.get(name, value)) for name, value in found.structure.items()})

@@ -1,0 +1,195 @@
+"""A certified reference as its users see it: numbers, their bounds, and what is known about them."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from daebench.errors import BadInput
+from daebench.methods.initial_value_problem import initial_value_problem
+from daebench.reference.keep.parts import Parts, parts_of
+from daebench.runs.ivp import Ivp
+from daebench.systems.renamed import OldAttribute
+
+Array = NDArray[np.float64]
+
+EPS = 2.0**-53
+"""Relative rounding of a number in double precision."""
+
+
+@dataclass(frozen=True, eq=False)
+class Reference:
+    """A trajectory whose every digit was checked.
+
+    It is kept as a CSV of 34-digit decimal strings, every t exact in double precision, beside a JSON certificate. Parameters are the
+    decimal numbers as they are written: gravity 9.81 is 981/100, not the double beside it. The certificate has
+
+    - the definition with exact initial values, and its hash;
+    - how the digits were made, and what they were checked by: quadruple precision or a closed form, a second time with another step or
+      method, the motion in other coordinates, and mpmath;
+    - a bound for every number at every time, and the amplification of a rounded start;
+    - two horizons: how far the digits are certified, and how far any run in double precision can follow;
+    - drifts of the stored digits, and the smallest singular value of G M^-1 G^T;
+    - what IDA reaches on this motion, tolerance by tolerance: error, its own estimate, and work.
+
+    Parameters
+    ----------
+    name : str
+        PROBLEM-CASE.
+    certificate : mapping
+        What is known of it, as ``certificate.json`` has it.
+    text : mapping of str to sequence of str
+        Columns t and q1, ..., p1, ..., lam1, ..., or y1, ..., as decimal strings.
+    """
+
+    name: str
+    certificate: Mapping[str, Any] = field(repr=False)
+    text: Mapping[str, Sequence[str]] = field(repr=False)
+
+    @property
+    def problem(self) -> str:
+        """Name of the problem."""
+        return str(self.certificate["problem"])
+
+    @property
+    def case(self) -> str:
+        """Name of the case."""
+        return str(self.certificate["case"])
+
+    @property
+    def parameters(self) -> dict[str, float]:
+        """Run-time parameters."""
+        return {name: float(value) for name, value in self.certificate["definition"]["parameters"].items()}
+
+    @property
+    def structure(self) -> dict[str, int]:
+        """Structural parameters."""
+        return {name: int(value) for name, value in self.certificate["definition"]["structure"].items()}
+
+    @cached_property
+    def kind(self) -> Parts:
+        """What a row consists of."""
+        return parts_of(self.text)
+
+    @cached_property
+    def t(self) -> Array:
+        """Times, s, shape(n,); each is exact in double precision."""
+        return np.array([float(x) for x in self.text["t"]])
+
+    @cached_property
+    def values(self) -> dict[str, Array]:
+        """Every part rounded to double precision, shape(n, components): "q", "p" and "lam", or "y" of a Poisson system."""
+        return {part: self._columns(part) for part in self.kind.names}
+
+    @property
+    def q(self) -> Array:
+        """Positions rounded to double precision, shape(n, d)."""
+        return self._part("q")
+
+    @property
+    def p(self) -> Array:
+        """Momenta rounded to double precision, shape(n, d)."""
+        return self._part("p")
+
+    @property
+    def lam(self) -> Array:
+        """Multipliers lam(p, q), HLW (1.12), rounded to double precision, shape(n, m)."""
+        return self._part("lam")
+
+    @property
+    def y(self) -> Array:
+        """States of a Poisson system rounded to double precision, shape(n, size)."""
+        return self._part("y")
+
+    @cached_property
+    def bound(self) -> dict[str, Array]:
+        """Largest error of every stored number, of the shapes of ``values``."""
+        return {part: np.array(self.certificate["bound"][part]) for part in self.kind.names}
+
+    @cached_property
+    def amplification(self) -> Array:
+        """Largest growth of a perturbation from the start, along the manifold if there is one, shape(n,)."""
+        return np.array(self.certificate["amplification"]["values"])
+
+    @cached_property
+    def worst_amplification(self) -> Array:
+        """The same from any stored time before, shape(n,): what the rounding of every step may grow by."""
+        return np.array(self.certificate["amplification"]["worst"])
+
+    @cached_property
+    def step_amplification(self) -> Array:
+        """The same from the stored time before, shape(n,), 1 at the start."""
+        return np.array(self.certificate["amplification"]["step"])
+
+    @property
+    def rank_losses(self) -> tuple[float, ...]:
+        """Times of rank loss that the motion passes, s."""
+        return tuple(self.certificate.get("rank", {}).get("lost", ()))
+
+    @cached_property
+    def conditioning(self) -> Array:
+        """By how much more than elsewhere multipliers may suffer from rounding, shape(n,): 1 unless the motion passes rank loss."""
+        rank = self.certificate.get("rank", {})
+        return np.array([rank["largest"] / value for value in rank["values"]]) if self.rank_losses else np.ones(len(self.t))
+
+    def size(self, part: str) -> float:
+        """Return the largest modulus of a part, 1 if there is nothing but zeros."""
+        return float(np.abs(self.values[part]).max()) or 1.0
+
+    @property
+    def horizon(self) -> float:
+        """Last time stored, s."""
+        return float(self.t[-1])
+
+    @property
+    def double_horizon(self) -> float:
+        """Time after which no run in double precision can follow, s; infinite if there is none before the horizon."""
+        found = self.certificate["horizon"]["double"]
+        return float("inf") if found is None else float(found)
+
+    scene = OldAttribute("ivp")
+
+    def ivp(self) -> Ivp:
+        """Return the problem, case and parameters in double precision.
+
+        Raises
+        ------
+        BadInput
+            If the problem of this name has other parameters, or another definition, today.
+        """
+        ivp = initial_value_problem(self.problem, self.case)
+        if dict(ivp.parameters) != self.parameters:
+            raise BadInput(
+                f"{self.name} was made with parameters {self.parameters}, and case {self.case} of {self.problem} has "
+                f"{dict(ivp.parameters)} today; build the reference again."
+            )
+        from daebench.reference.keep.definition import define  # SymPy, which nothing else here takes
+
+        if define(self.problem, self.case).hash != self.certificate["definition"]["sha256"]:
+            raise BadInput(f"{self.name} was made of another definition of {self.problem} than today's; build the reference again.")
+        return ivp
+
+    def restarted(self, ivp: Ivp, row: int) -> Ivp:
+        """Return an initial value problem that starts from a stored row, rounded to double precision.
+
+        Parameters
+        ----------
+        ivp : InitialValueProblem
+            The problem with its numbers, as :meth:`ivp` gives it.
+        row : int
+            Which row, from 0.
+        """
+        changes: dict[str, Any] = {f"{part}0": self.values[part][row] for part in self.kind.state}
+        return replace(ivp, **changes)
+
+    def _part(self, part: str) -> Array:
+        if part not in self.values:
+            raise AttributeError(f"{self.name} has {', '.join(self.values)}, and no {part}.")
+        return self.values[part]
+
+    def _columns(self, part: str) -> Array:
+        names = [name for name in self.text if name.rstrip("0123456789") == part]
+        return np.array([[float(x) for x in self.text[name]] for name in names]).T

@@ -1,0 +1,270 @@
+"""Where references are kept: a folder each, with a CSV of digits and a JSON certificate, checked whenever they are read."""
+
+import csv
+import hashlib
+import json
+import math
+import os
+import re
+import shutil
+import textwrap
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from daebench.errors import BadInput, DaebenchError, unknown
+from daebench.reference.keep.places import NAME, folders, require_name
+from daebench.reference.keep.record import Reference
+from daebench.runs.files import named
+
+CERTIFICATE = "certificate.json"
+FORMAT = 1
+"""Version of the layout of both files."""
+
+UNPRINTABLE = re.compile(rb"[^\t\n\r -~]|\\u00[01789]|\\u20|\\[bf]")
+"""Characters, and their escapes in JSON, that would write over what a terminal shows, or turn it round: a reference has none of them."""
+
+RESTORE = "restore it from where it came, or build the reference again"
+
+
+class Damaged(DaebenchError):
+    """A stored reference that is not what was written; the message names the file and what was expected."""
+
+
+def names(folder: Path | None = None) -> tuple[str, ...]:
+    """Return the names of all references, PROBLEM-CASE, in alphabetical order.
+
+    Parameters
+    ----------
+    folder : Path, optional
+        Where they are kept; by default those that come with daebench, and the user's own.
+
+    Raises
+    ------
+    BadInput
+        If the folder is not there.
+    """
+    return tuple(sorted({name for place in folders(folder) for name in _names(place)}))
+
+
+def _names(folder: Path) -> set[str]:
+    return {_plain(path.parent.name) for path in folder.glob(f"*/{CERTIFICATE}") if _is_reference(path.parent.name)}
+
+
+def kept_in(name: str, folder: Path | None = None) -> Path:
+    """Return the folder that has the reference of this name; where daebench has it, that is daebench's and not the user's own.
+
+    Parameters
+    ----------
+    name : str
+        PROBLEM-CASE, for example "spherical_pendulum-fig1.2".
+    folder : Path, optional
+        As for :func:`names`.
+
+    Raises
+    ------
+    BadInput
+        If there is none; the message has the nearest names.
+    """
+    require_name(name)
+    for place in folders(folder):
+        if name in _names(place):
+            return place
+    raise unknown("reference", name, names(folder))
+
+
+def load(name: str, folder: Path | None = None) -> Reference:
+    """Return the reference of this name.
+
+    Parameters
+    ----------
+    name : str
+        PROBLEM-CASE, for example "spherical_pendulum-fig1.2".
+    folder : Path, optional
+        Where references are kept; by default those that come with daebench, and the user's own.
+
+    Raises
+    ------
+    BadInput
+        If there is none; the message has the nearest names.
+    Damaged
+        If a file is missing, truncated or altered.
+    """
+    place = kept_in(name, folder)
+    try:
+        return _loaded(name, place)
+    except Damaged:  # or replaced by a new one between its two files
+        return _loaded(name, place)
+
+
+def _loaded(name: str, folder: Path) -> Reference:
+    place = _place(name, folder)
+    certificate = _certificate(place / CERTIFICATE)
+    _require(place / CERTIFICATE, "name", name, str(certificate["name"]))
+    _require(place / CERTIFICATE, "data file", f"{name}.csv", str(certificate["data"]["file"]))
+    data = place / f"{name}.csv"
+    content = _read(data)
+    _require(data, "SHA-256", certificate["data"]["sha256"], hashlib.sha256(content).hexdigest())
+    try:
+        header, *rows = csv.reader(content.decode("ascii").splitlines())
+        text = dict(zip(header, (list(column) for column in zip(*rows, strict=True)), strict=True))
+    except ValueError as error:
+        raise Damaged(f"{data} is truncated or altered: {error}; {RESTORE}.") from error
+    return Reference(name, certificate, text)
+
+
+def find(problem: str, case: str | None = None, folder: Path | None = None) -> Reference:
+    """Return the reference of a problem's case, by default of its first case.
+
+    Parameters
+    ----------
+    problem : str
+        Name in the catalogue.
+    case : str, optional
+        Named initial values.
+    folder : Path, optional
+        Where references are kept; by default those that come with daebench, and the user's own.
+
+    Raises
+    ------
+    BadInput
+        If the problem or case is unknown, or has no reference; the message says how to build one.
+    Damaged
+        As :func:`load`.
+    """
+    from daebench.methods.initial_value_problem import initial_value_problem
+
+    ivp = initial_value_problem(problem, case)
+    name = f"{ivp.problem}-{ivp.case}"
+    if name not in names(folder):
+        own = [each for each in names(folder) if each.startswith(f"{ivp.problem}-")]
+        known = f"its references are {', '.join(own)}" if own else f"{ivp.problem} has none yet"
+        advice = f"make it by: daebench reference build {name}" if NAME.fullmatch(name) else "references are of problems that have a name"
+        raise BadInput(f"there is no reference {name}; {known}; {advice}.")
+    return load(name, folder)
+
+
+def save(name: str, certificate: Mapping[str, Any], text: Mapping[str, Sequence[str]], folder: Path) -> Path:
+    """Write a reference in place of the one of this name, if there is one, and return its folder.
+
+    Both files are written beside the old ones and change places with them at the end: a crash leaves the old reference.
+
+    Parameters
+    ----------
+    name : str
+        PROBLEM-CASE.
+    certificate : mapping
+        What is known of it, without "data", "format" and "checksum".
+    text : mapping of str to sequence of str
+        Columns as decimal strings.
+    folder : Path
+        Where it is kept; made where it is missing.
+
+    Raises
+    ------
+    BadInput
+        If the name is a path, or may be read as one.
+    """
+    require_name(name)
+    new, old = folder / f".{name}.new-{os.getpid()}", _old(name, folder)
+    shutil.rmtree(new, ignore_errors=True)
+    place = folder / name
+    try:
+        with named(place, new):
+            new.mkdir(parents=True)
+            content = "".join(",".join(row) + "\n" for row in [list(text), *zip(*text.values(), strict=True)]).encode("ascii")
+            (new / f"{name}.csv").write_bytes(content)
+            data = {"file": f"{name}.csv", "sha256": hashlib.sha256(content).hexdigest(), "columns": list(text), "rows": len(text["t"])}
+            whole = {"format": FORMAT, "name": name, **certificate, "data": data}
+            (new / CERTIFICATE).write_text(written(whole | {"checksum": checksum(whole)}), encoding="ascii")
+            if place.exists():
+                shutil.rmtree(old, ignore_errors=True)
+                place.rename(old)
+            new.rename(place)
+    finally:
+        shutil.rmtree(new, ignore_errors=True)
+    shutil.rmtree(old, ignore_errors=True)
+    return place
+
+
+def checksum(certificate: Mapping[str, Any]) -> str:
+    """Return the SHA-256 of a certificate without its own checksum, keys sorted and no spaces."""
+    content = {key: value for key, value in certificate.items() if key != "checksum"}
+    return hashlib.sha256(json.dumps(content, sort_keys=True, separators=(",", ":"), allow_nan=False).encode()).hexdigest()
+
+
+def written(certificate: Mapping[str, Any]) -> str:
+    """Return a certificate as text: an entry a line, and a line for each row of numbers."""
+    return f"{_lines(certificate, _entry)}\n"
+
+
+def _lines(entries: Mapping[str, Any], value: Callable[[Any], str]) -> str:
+    inner = ",\n".join(f"{json.dumps(key)}: {value(each)}" for key, each in entries.items())
+    return "{\n" + textwrap.indent(inner, "  ") + "\n}"
+
+
+def _entry(value: Any) -> str:
+    return _lines(value, _rows) if isinstance(value, Mapping) else _rows(value)
+
+
+def _rows(value: Any) -> str:
+    if isinstance(value, list) and value and isinstance(value[0], list | dict):
+        return "[\n" + textwrap.indent(",\n".join(json.dumps(each) for each in value), "  ") + "\n]"
+    return json.dumps(value)
+
+
+def _certificate(path: Path) -> dict[str, Any]:
+    try:
+        found = json.loads(_read(path), parse_constant=_no_number, parse_float=_finite)
+        expected, layout, _ = found["checksum"], found["format"], (found["data"]["file"], found["name"])
+    except (ValueError, KeyError, TypeError, RecursionError) as error:
+        raise Damaged(f"{path} is truncated or altered: {error}; {RESTORE}.") from error
+    _require(path, "checksum", expected, checksum(found))
+    if layout != FORMAT:
+        raise Damaged(f"{path} has layout {layout}, and this version of daebench reads layout {FORMAT}; build the reference again.")
+    return dict(found)
+
+
+def _no_number(word: str) -> float:
+    raise ValueError(f"it has {word} in the place of a number")
+
+
+def _finite(digits: str) -> float:
+    """Return a number of a certificate; one beyond double precision is none that was written."""
+    if not math.isfinite(value := float(digits)):
+        _no_number(digits[:40])
+    return value
+
+
+def _require(path: Path, what: str, expected: str, found: str) -> None:
+    if expected != found:
+        raise Damaged(f"{path} is truncated or altered: its {what} should be {expected} and is {found}; {RESTORE}.")
+
+
+def _read(path: Path) -> bytes:
+    try:
+        content = path.read_bytes()
+    except OSError as error:
+        raise Damaged(f"{path} cannot be read ({error.strerror}); {RESTORE}.") from error
+    if found := UNPRINTABLE.search(content):
+        raise Damaged(f"{path} is truncated or altered: it has {found[0]!r}, which no terminal should be sent; {RESTORE}.")
+    return content
+
+
+def _old(name: str, folder: Path) -> Path:
+    """Return where the old reference waits while the new one takes its place."""
+    return folder / f".{name}.old"
+
+
+def _is_reference(entry: str) -> bool:
+    return not entry.startswith(".") or entry.endswith(".old")
+
+
+def _plain(entry: str) -> str:
+    return entry.removeprefix(".").removesuffix(".old") if entry.startswith(".") else entry
+
+
+def _place(name: str, folder: Path) -> Path:
+    """Return the folder of a reference, or where its old one waits if the change of places was cut short."""
+    place = folder / name
+    return place if (place / CERTIFICATE).exists() else _old(name, folder)

@@ -1,0 +1,181 @@
+"""A trajectory as a user's program writes it: a CSV file with a header, read with a sentence for whatever is wrong with it."""
+
+import csv
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import compress
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from daebench.errors import BadInput
+from daebench.reference.keep.parts import Parts
+
+Array = NDArray[np.float64]
+
+NAME = re.compile(r"([a-z]+)([1-9]\d*)")
+"""A component: its part and its number, from 1."""
+
+
+@dataclass(frozen=True, eq=False)
+class TrajectoryFile:
+    """Times and components as a file has them.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+    text : mapping of str to sequence of str
+        Column t and the components, n numbers each as they are written.
+    ignored : tuple of str
+        Other columns.
+    lines : sequence of int
+        Line of each row.
+    """
+
+    path: Path
+    text: Mapping[str, Sequence[str]]
+    ignored: tuple[str, ...]
+    lines: Sequence[int]
+
+    @property
+    def components(self) -> list[str]:
+        """Names of the columns other than t."""
+        return [name for name in self.text if name != "t"]
+
+    @cached_property
+    def values(self) -> dict[str, Array]:
+        """Columns in double precision, shape(n,) each."""
+        return {name: self._numbers(name) for name in self.text}
+
+    def half_unit(self, name: str) -> float:
+        """Return half a unit of the last digit with which the largest number of a column is written.
+
+        The column is taken to be written with as many digits as its longest number has: shorter ones end with zeros.
+        """
+        largest = float(np.abs(self.values[name]).max())
+        digits = max(map(_significant, self.text[name]))
+        return 0.5 * 10.0 ** (np.floor(np.log10(largest)) - digits + 1) if largest else 0.0
+
+    def _numbers(self, name: str) -> Array:
+        column = self.text[name]
+        found = np.array([_number(each) for each in column])
+        wrong = np.flatnonzero(~np.isfinite(found))
+        if wrong.size:
+            k = int(wrong[0])
+            raise BadInput(
+                f"{self.path}, line {self.lines[k]}: {name} = {column[k]!r} is no finite number; write one, for example 1.25e-3."
+            )
+        return found
+
+
+def split(name: str) -> tuple[str, int]:
+    """Return the part and the index of a component."""
+    found = NAME.fullmatch(name)
+    assert found is not None
+    return found[1], int(found[2]) - 1
+
+
+def read(path: Path, kind: Parts) -> TrajectoryFile:
+    """Return the trajectory of a file.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+    kind : Parts
+        Which columns are components; others are left aside.
+
+    Raises
+    ------
+    BadInput
+        If it is no file, empty, without a column t or any component, with a row of another length, with something that is no finite
+        number, or with times that are negative or descend.
+    """
+    header, rows, lines = _rows(path, kind)
+    names = [name.strip() for name in header]
+    known = [name == "t" or _is_component(name, kind) for name in names]
+    _require_header(path, names, known, kind)
+    for row, line in zip(rows, lines, strict=True):
+        if len(row) != len(names):
+            raise BadInput(f"{path}, line {line}: {len(row)} numbers for the {len(names)} columns of the header; give one for each.")
+    text = dict(zip(compress(names, known), compress(zip(*rows, strict=True), known), strict=True))
+    found = TrajectoryFile(path, text, tuple(name for name, own in zip(names, known, strict=True) if not own), lines)
+    _require_times(found)
+    return found
+
+
+def _rows(path: Path, kind: Parts) -> tuple[list[str], list[list[str]], list[int]]:
+    """Return the header, the rows that are not blank, and their lines."""
+    if not path.exists():
+        raise BadInput(f"{path}: there is no such file; give the path of a CSV file.")
+    if not path.is_file():
+        raise BadInput(f"{path} is not a file; give the path of a CSV file.")
+    rows, lines = [], []
+    try:
+        with path.open(encoding="utf-8-sig", newline="") as stream:
+            reader = csv.reader(stream)
+            for row in reader:
+                if any(map(str.strip, row)):
+                    rows.append(row)
+                    lines.append(reader.line_num)
+    except (UnicodeDecodeError, csv.Error) as error:
+        raise BadInput(f"{path} is no CSV file ({error}); {_header(kind)}.") from error
+    if not rows:
+        raise BadInput(f"{path} is empty; {_header(kind)}.")
+    if len(rows) == 1:
+        raise BadInput(f"{path} has a header and no rows; write one row for each time.")
+    return rows[0], rows[1:], lines[1:]
+
+
+def _is_component(name: str, kind: Parts) -> bool:
+    found = NAME.fullmatch(name)
+    return found is not None and found[1] in kind.names
+
+
+def _header(kind: Parts) -> str:
+    """Return what the first line must be."""
+    first, *others = kind.names
+    columns = ", ".join([f"{first}1, {first}2, ...", *(f"{each}1, ..." for each in others)])
+    return f"the first line names the columns: t and any of {columns}, separated by commas"
+
+
+def _require_header(path: Path, names: Sequence[str], known: Sequence[bool], kind: Parts) -> None:
+    if "t" not in names:
+        raise BadInput(f"{path}, line 1: there is no column t among {_told(names)}; {_header(kind)}.")
+    if sum(known) == names.count("t"):
+        raise BadInput(f"{path}, line 1: there is no component to compare among {_told(names)}; {_header(kind)}.")
+    twice = next((name for name in compress(names, known) if names.count(name) > 1), None)
+    if twice is not None:
+        raise BadInput(f"{path}, line 1: column {twice} is there twice; name each column once.")
+
+
+def _told(names: Sequence[str]) -> str:
+    """Return names as text that is not longer than a line."""
+    text = ", ".join(map(repr, names))
+    return text if len(text) <= 80 else f"{text[:77]}..."
+
+
+def _require_times(found: TrajectoryFile) -> None:
+    t = found.values["t"]
+    if t[0] < 0:
+        raise BadInput(f"{found.path}, line {found.lines[0]}: t = {t[0]:g} is negative; references begin at t = 0.")
+    back = np.flatnonzero(np.diff(t) < 0)
+    if back.size:
+        k = int(back[0]) + 1
+        raise BadInput(f"{found.path}, line {found.lines[k]}: t = {t[k]:.17g} comes after t = {t[k - 1]:.17g}; order the rows by time.")
+
+
+def _number(text: str) -> float:
+    try:
+        return float(text) if text.isascii() and "_" not in text else float("nan")
+    except ValueError:
+        return float("nan")
+
+
+def _significant(text: str) -> int:
+    """Return how many significant digits a number is written with."""
+    return len(text.strip().lower().partition("e")[0].lstrip("+-0.").replace(".", ""))

@@ -1,0 +1,1 @@
+"""How a certified reference is made."""

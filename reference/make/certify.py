@@ -1,0 +1,176 @@
+"""From a definition to certified digits: the truth, a second run of it, an independent one, and the bound that they leave."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import mpmath as mp
+import numpy as np
+from numpy.typing import NDArray
+
+from daebench.errors import RunFailed
+from daebench.reference.make.motions import Motions, States, differences, sizes
+
+Array = NDArray[np.float64]
+
+WORK_DIGITS, MORE_DIGITS = 50, 70
+"""Decimal digits in which closed forms are worked out, and those of the second run of them."""
+
+STORED_DIGITS = 34
+"""Significant digits of every stored number."""
+
+SAFETY = 10.0
+"""The bound is so many times the largest difference seen so far."""
+
+AGAIN: dict[str, Any] = {"tolerance": "1e-33", "parts": 3}
+"""What the second run does differently: runs of the same order with the same steps have the same rounding."""
+
+AGREEMENT = 100.0
+"""An independent motion may be so many times further away than a second run: that run is one sample of the rounding of both, and a
+mistake in the equations would be larger by many orders."""
+
+WORTH = 1e-17
+"""A reference ends where its bound exceeds this part of the largest number of a part, such as a position: it has all digits of a double."""
+
+ROUNDING = 1e-33
+"""Part of the largest modulus that rounding to 34 digits, or to quadruple precision a few times, may make up."""
+
+FLOOR = 1e-30
+"""Part of the largest modulus that an independent motion may always be away: a way into other coordinates and out of them, such as the
+roots of an exponential less one, may cancel three digits at once, before any error grows."""
+
+SINGULAR = 1e-6
+"""Smallest singular value of G H_pp G^T, as a part of the largest one met, below which a definition is refused."""
+
+BARELY = 1e-10
+"""The same for outputs of a motion that may pass rank loss: multipliers keep five digits of a double there."""
+
+FEWEST = 8
+"""Fewest outputs before the horizon that make a reference."""
+
+
+class NotCertified(RunFailed):
+    """A definition whose certification failed; the message says at what."""
+
+
+@dataclass(frozen=True)
+class Certified:
+    """Digits and what is known of their errors, up to the horizon.
+
+    Parameters
+    ----------
+    t : list of mpmath number
+        Times, s.
+    states : States
+        States at these times.
+    bound : mapping of str to ndarray, shape(n, components)
+        Largest error of each number of each part.
+    method : str
+        How the truth was made.
+    checks : list of dict
+        What it was held against, and the largest difference.
+    """
+
+    t: list[Any]
+    states: States
+    bound: Mapping[str, Array]
+    method: str
+    checks: list[dict[str, Any]]
+
+
+def certify(motions: Motions) -> Certified:
+    """Return the certified digits of a definition.
+
+    Where the problem has a closed form, that is the truth: worked out with 50 digits, a second time with 70, and held against the
+    Taylor series in the problem's own coordinates, or in its chart where the motion may pass rank loss, from which it must be no further
+    than that series is uncertain. Else the Taylor series is the truth, run a second time with other steps. Both are held against the
+    series in other coordinates where there are some: the chart of a constrained problem without a closed form; the canonical coordinates
+    of a Poisson system, else the constrained system above it, else skewed ones.
+
+    Raises
+    ------
+    NotCertified
+        If there is neither a closed form nor a chart, an independent motion disagrees, G loses rank, or nothing is left.
+    """
+    made, name = motions.mathematics, motions.definition.name
+    if not made.closed_form and made.other is None:
+        raise NotCertified(f"{name} has neither a closed form nor a chart to certify it by; declare one in the problem.")
+    first, second = motions.own(), motions.own(stage="taylor-again", **AGAIN)
+    uncertain = largest_so_far([differences(first, second)], first, safety=AGREEMENT, floor=FLOOR)
+    if made.closed_form:
+        where = ", in minimal coordinates" if made.crosses else ""
+        truth, method = motions.closed_form(WORK_DIGITS), f"closed form, {WORK_DIGITS} digits{where}"
+        again, independent = {f"closed form with {MORE_DIGITS} digits": motions.closed_form(MORE_DIGITS)}, {made.series: first}
+    else:
+        truth, method = first, made.series
+        again, independent = {"second run with another order and other steps": second}, {}
+    if made.other is not None:
+        independent[f"Taylor series in {made.other.name}"] = motions.other()
+    for what, each in independent.items():
+        _require_agreement(name, motions.times, differences(truth, each), uncertain, what)
+    return _cut(motions, truth, method, again | independent)
+
+
+def largest_so_far(
+    found: Sequence[Mapping[str, Array]], states: States, *, safety: float = SAFETY, floor: float = ROUNDING
+) -> dict[str, Array]:
+    """Return ten times the largest difference of each component up to each time, and what rounding to the floor makes of it."""
+    largest = sizes(states)
+
+    def bound(part: str) -> Array:
+        seen = np.max([each[part] for each in found], axis=0)
+        return safety * np.maximum.accumulate(seen, axis=0) + floor * largest[part]
+
+    return {part: bound(part) for part in largest}
+
+
+def _require_agreement(name: str, times: Sequence[Any], found: Mapping[str, Array], allowed: Mapping[str, Array], what: str) -> None:
+    for part in found:
+        allowed_here = allowed[part].max(axis=1)  # a component may lie still in one motion by symmetry and not in the other
+        found_here = found[part].max(axis=1)
+        wrong = np.flatnonzero(~(found_here <= allowed_here))
+        if wrong.size:
+            k = wrong[0]
+            raise NotCertified(
+                f"{name} was not certified: at t = {mp.nstr(times[k], 9)} the {what} differs in {part} by {found_here[k]:.2g}, "
+                f"and at most {allowed_here[k]:.2g} is explained by its own error; see which of the two is wrong."
+            )
+
+
+def _cut(motions: Motions, truth: States, method: str, others: Mapping[str, States]) -> Certified:
+    """Return what lies before the horizon, with the bound that the other motions leave."""
+    bound = largest_so_far([differences(truth, each) for each in others.values()], truth)
+    largest, n = sizes(truth), len(truth.rows)
+    for part, values in bound.items():
+        lost = np.flatnonzero(~np.all(values <= WORTH * largest[part], axis=1))
+        n = min(n, lost[0] if lost.size else n)
+    if n < FEWEST:
+        name = motions.definition.name
+        raise NotCertified(f"{name} was not certified: its bound exceeds {WORTH:g} of the motion after {n} outputs; give closer times.")
+    kept = truth.until(n)
+    checks = [{"against": name, "largest_difference": _largest(kept, each.until(n))} for name, each in others.items()]
+    return Certified(list(motions.times[:n]), kept, {part: values[:n] for part, values in bound.items()}, method, checks)
+
+
+def _largest(truth: States, other: States) -> dict[str, float]:
+    return {part: float(f"{values.max():.2g}") for part, values in differences(truth, other).items()}
+
+
+def smallest_singular_values(name: str, motions: Motions, certified: Certified) -> Array:
+    """Return the smallest singular value of what must not lose rank, G H_pp G^T, at each time.
+
+    Raises
+    ------
+    NotCertified
+        If it falls below a millionth of its largest, or where rank loss may be passed, is next to nothing at an output.
+    """
+    made = motions.mathematics
+    least, advice = (BARELY, "choose another distance of outputs") if made.crosses else (SINGULAR, "end the reference before")
+    values = np.array([made.smallest_singular_value(row) for row in certified.states.rows])
+    k = int(np.argmin(values))
+    if not values[k] > least * values.max():
+        raise NotCertified(
+            f"{name} was not certified: the smallest singular value of {made.regular} is {values[k]:.2g} at "
+            f"t = {mp.nstr(certified.t[k], 9)}, {values.max():.2g} at most; {advice}."
+        )
+    return values

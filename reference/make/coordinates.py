@@ -1,0 +1,49 @@
+"""Coordinates in which a Taylor series is made, and the way there and back."""
+
+from typing import Any, Protocol
+
+from daebench.methods.solvers.taylor_equations import Equations
+from daebench.reference.make.stages import Rows
+
+Vector = list[Any]
+
+
+class Coordinates(Protocol):
+    """Coordinates of a motion."""
+
+    @property
+    def name(self) -> str:
+        """What they are, in words that follow "in"."""
+
+    @property
+    def equations(self) -> Equations:
+        """Variables and their rates."""
+
+    def entered(self, x: Vector) -> Vector:
+        """Return the coordinates of a state."""
+
+    def left(self, rows: Rows) -> Rows:
+        """Return the states of rows of the coordinates."""
+
+
+class Own:
+    """The problem's own coordinates: nothing to be done on the way.
+
+    Parameters
+    ----------
+    equations : list of (expression, expression)
+        Variables and their rates.
+    """
+
+    name = "the problem's own coordinates"
+
+    def __init__(self, equations: Equations) -> None:
+        self.equations = equations
+
+    def entered(self, x: Vector) -> Vector:
+        """Return the state itself."""
+        return x
+
+    def left(self, rows: Rows) -> Rows:
+        """Return the rows themselves."""
+        return rows

@@ -1,0 +1,94 @@
+"""A problem's functions in mpmath numbers: what a certificate says of energy, constraints, multipliers and rank."""
+
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import mpmath as mp
+import numpy as np
+import sympy as sp
+
+from daebench.errors import RunFailed
+from daebench.reference.keep.definition import Definition
+
+Vector = list[Any]
+
+
+class Functions:
+    """H, g, G H_p, first integrals, lam and G H_pp G^T of one definition, at mpmath's working precision.
+
+    They are made from the same expressions as everything else and evaluated by mpmath alone, without the compiled functions.
+
+    Parameters
+    ----------
+    definition : Definition
+        The problem and its numbers.
+    """
+
+    def __init__(self, definition: Definition) -> None:
+        own = self.own = definition.derivation
+        problem, q, p = own.problem, list(own.problem.q), list(own.problem.p)
+
+        def compiled(arguments: Sequence[sp.Symbol], expressions: Any) -> Callable[..., Any]:
+            return sp.lambdify(arguments, sp.Matrix(expressions).subs(definition.parameters), modules="mpmath")  # type: ignore[no-any-return]
+
+        self._g, self._G = compiled(q, own.g), compiled(q, own.G)
+        self._integrals = compiled(q + p, list(problem.integrals.values())) if problem.integrals else None
+        if own.explicit:
+            self._H, self._H_p, self._H_pp = compiled(q + p, [own.H]), compiled(q + p, own.H_p), compiled(q + p, own.H_pp)
+            self._a0 = compiled(q + p, own.a.subs(dict.fromkeys(own.lam, 0)))
+        else:
+            v = list(own.v)
+            self._M, self._U = compiled(q, own.M), compiled(q, [own.U])
+            self._a0 = compiled(q + v, own.g_qv * own.v)
+            self._force = compiled(q + v, own.U_q + own.c)
+
+    def g(self, q: Vector) -> Vector:
+        """Return g(q), shape(m,)."""
+        return list(self._g(*q))
+
+    def velocity(self, q: Vector, p: Vector) -> Vector:
+        """Return H_p(p, q), shape(d,)."""
+        return list(self._H_p(*q, *p)) if self.own.explicit else list(mp.lu_solve(self._M(*q), mp.matrix(p)))
+
+    def Gv(self, q: Vector, p: Vector) -> Vector:
+        """Return G H_p, shape(m,), HLW (1.11)."""
+        return list(self._G(*q) * mp.matrix(self.velocity(q, p)))
+
+    def energy(self, q: Vector, p: Vector) -> Any:
+        """Return H(p, q)."""
+        if self.own.explicit:
+            return self._H(*q, *p)[0]
+        return mp.fdot(p, self.velocity(q, p)) / 2 + self._U(*q)[0]
+
+    def integrals(self, q: Vector, p: Vector) -> Vector:
+        """Return the first integrals besides H."""
+        return list(self._integrals(*q, *p)) if self._integrals else []
+
+    def schur(self, q: Vector, p: Vector) -> Any:
+        """Return G H_pp G^T, shape(m, m)."""
+        G = self._G(*q)
+        return G * self._H_pp(*q, *p) * G.T if self.own.explicit else G * mp.inverse(self._M(*q)) * G.T
+
+    def lam(self, q: Vector, p: Vector) -> Vector:
+        """Return lam(p, q), shape(m,), from HLW (1.12): what is left of the second derivative of g without it is G H_pp G^T lam.
+
+        Raises
+        ------
+        RunFailed
+            If G H_pp G^T is singular.
+        """
+        if self.own.explicit:
+            rest = self._a0(*q, *p)
+        else:
+            v = self.velocity(q, p)
+            rest = self._a0(*q, *v) - self._G(*q) * mp.lu_solve(self._M(*q), self._force(*q, *v))
+        try:
+            return list(mp.lu_solve(self.schur(q, p), rest))
+        except ZeroDivisionError:
+            where = ", ".join(mp.nstr(x, 9) for x in q)
+            raise RunFailed(f"G M^-1 G^T is singular at q = ({where}): there are no multipliers; choose times that miss it.") from None
+
+    def smallest_singular_value(self, q: Vector, p: Vector) -> float:
+        """Return the smallest singular value of G H_pp G^T."""
+        S = np.array(self.schur(q, p).tolist(), dtype=float)
+        return float(np.linalg.svd(S, compute_uv=False)[-1])

@@ -1,0 +1,72 @@
+"""Where along a motion G loses rank: the times at which the smallest singular value of G H_pp G^T vanishes, by the closed form."""
+
+from collections.abc import Callable, Sequence
+
+import mpmath as mp
+import numpy as np
+from numpy.typing import NDArray
+
+from daebench.reference.make.mathematics import Mathematics
+
+Array = NDArray[np.float64]
+
+DIGITS = 30
+"""Decimal digits of the states that are looked at."""
+
+VANISHED = 1e-12
+"""A smallest singular value below this part of the largest one met has vanished: it has a zero of second order, and rounding of its own."""
+
+NARROWINGS = 20
+"""Golden sections of the time between three outputs: to 7e-5 of it, over which the square root of the smallest singular value is two
+straight lines that meet at zero."""
+
+GOLDEN = (5**0.5 - 1) / 2
+
+
+def rank_losses(made: Mathematics, t: Array, singular: Array) -> list[float]:
+    """Return the times of rank loss, s, to nine digits.
+
+    Each is looked for on both sides of an output at which the smallest singular value is not above its neighbours', so that outputs must
+    be close enough to have one between two losses.
+
+    Parameters
+    ----------
+    made : Mathematics
+        Mathematics with a closed form.
+    t : ndarray, shape(n,)
+        Output times.
+    singular : ndarray, shape(n,)
+        Smallest singular values there.
+    """
+
+    def root(x: float) -> float:
+        return float(np.sqrt(made.smallest_singular_value(made.exact([mp.mpf(0), mp.mpf(x)])[1])))
+
+    padded = np.concatenate([[np.inf], singular, [np.inf]])
+    lows = np.flatnonzero((singular <= padded[:-2]) & (singular <= padded[2:]))
+    with mp.workdps(DIGITS):
+        when = [_lowest(root, float(t[max(k - 1, 0)]), float(t[min(k + 1, len(t) - 1)])) for k in map(int, lows)]
+        lost = {float(f"{x:.9g}") for x in when if root(x) ** 2 < VANISHED * singular.max()}
+    return sorted(lost)
+
+
+def _lowest(f: Callable[[float], float], a: float, b: float) -> float:
+    """Return where a function of two almost straight lines that meet at zero between a and b does so."""
+    x, y = b - GOLDEN * (b - a), a + GOLDEN * (b - a)
+    f_x, f_y = f(x), f(y)
+    for _ in range(NARROWINGS):
+        if f_x < f_y:
+            b, y, f_y = y, x, f_x
+            x = b - GOLDEN * (b - a)
+            f_x = f(x)
+        else:
+            a, x, f_x = x, y, f_y
+            y = a + GOLDEN * (b - a)
+            f_y = f(y)
+    f_a, f_b = f(a), f(b)
+    return (a * f_b + b * f_a) / (f_a + f_b)
+
+
+def first_loss(losses: Sequence[float]) -> float:
+    """Return the first of some times of rank loss, infinity where there is none."""
+    return min(losses, default=np.inf)

@@ -1,0 +1,61 @@
+"""Taylor series in quadruple precision by heyoka: motion that no formulation, scheme or solver of ours has a part in."""
+
+import math
+from collections.abc import Sequence
+from itertools import pairwise
+from typing import Any
+
+import mpmath as mp
+
+from daebench.errors import RunFailed
+from daebench.methods.solvers.quadruple import library, multiple, quad
+from daebench.methods.solvers.taylor_equations import Equations
+
+MOST_STEPS = 100_000
+"""Most steps from output to output."""
+
+
+def integrated(
+    equations: Equations,
+    start: Sequence[Any],
+    times: Sequence[Any],
+    *,
+    tolerance: str = "1e-34",
+    parts: int = 1,
+) -> list[list[Any]]:
+    """Return the unknowns at ascending times as mpmath numbers, shape(n, unknowns).
+
+    The step never exceeds the distance of outputs: heyoka's step control reads the last two Taylor coefficients, which vanish for
+    symmetric starts at rest, and would take a step that is far too long without a word. Two runs whose steps end at the same times
+    share their rounding, and tell nothing of it.
+
+    Parameters
+    ----------
+    equations : list of (expression, expression)
+        Variables and their rates.
+    start : sequence of mpmath number
+        Values at times[0].
+    times : sequence of mpmath number
+        Output times, ascending.
+    tolerance : str
+        Relative tolerance of the step control as a decimal number.
+    parts : int
+        No step is longer than the distance of outputs divided by this.
+
+    Raises
+    ------
+    RunFailed
+        If the integration stops early or a value is no longer finite.
+    """
+    hy = library()
+    initial = [quad(x) for x in start]
+    solver = hy.taylor_adaptive(equations, initial, fp_type=hy.real128, tol=hy.real128(tolerance), compact_mode=True)
+    solver.time = quad(times[0])
+    rows = [list(start)]
+    for last, t in pairwise(times):
+        outcome = solver.propagate_until(quad(t), max_delta_t=quad((t - last) / parts), max_steps=MOST_STEPS)[0]
+        if outcome != hy.taylor_outcome.time_limit or not all(math.isfinite(float(x)) for x in solver.state):
+            where = f"between t = {mp.nstr(last, 9)} and {mp.nstr(t, 9)}"
+            raise RunFailed(f"the Taylor series stopped {where}: {outcome}; choose a shorter end time.")
+        rows.append([multiple(x) for x in solver.state])
+    return rows

@@ -1,0 +1,107 @@
+"""The motion that errors are taken against: a certified reference where one fits, else a finer run of daebench's own, with a bound."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from daebench.errors import BadInput, RunFailed
+from daebench.methods.initial_value_problem import initial_value_problem
+from daebench.reference.keep import store
+from daebench.reference.keep.record import Reference
+from daebench.reference.solution import TIGHT, reference_solution
+from daebench.runs.ivp import Array, Ivp
+
+CALLS = 400_000
+"""Most calls of the right side in each of the two runs of DOP853: some seconds."""
+
+CONSERVED = 1e-6
+"""Energy error of a finer run, in parts of its largest energy, from which on it has passed something that it did not see."""
+
+
+@dataclass(frozen=True)
+class OwnRun:
+    """A run that is finer than those held against it, and is not certified.
+
+    Parameters
+    ----------
+    words : str
+        What it is.
+    t : ndarray, shape(n,)
+        Times, s.
+    states : mapping of str to ndarray, shape(n, components)
+        "q", "p" and "lam", or "y".
+    bound : mapping of str to ndarray
+        Largest error of each number, of the same shapes.
+    """
+
+    words: str
+    t: Array
+    states: Mapping[str, Array]
+    bound: Mapping[str, Array]
+
+
+def certified_for(ivp: Ivp, end: float) -> Reference | None:
+    """Return the certified reference of a problem: of this definition, case, start and parameters, up to this time; None if there is none.
+
+    Parameters
+    ----------
+    ivp : InitialValueProblem
+        The problem with the numbers of a case.
+    end : float
+        Time, s, that it has to reach.
+
+    Raises
+    ------
+    Damaged
+        If the reference cannot be read.
+    """
+    try:
+        reference = store.find(ivp.problem, ivp.case)
+        own = initial_value_problem(ivp.problem, ivp.case)
+    except BadInput:
+        return None
+    return reference if _same(ivp, own) and reference.parameters == dict(ivp.parameters) and end <= reference.horizon else None
+
+
+def _same(ivp: Ivp, other: Ivp) -> bool:
+    """Return whether two initial value problems have the same equations, parameters and start, exactly."""
+    starts = len(ivp.start) == len(other.start) and all(map(np.array_equal, ivp.start, other.start))
+    return ivp.source.key == other.source.key and ivp.par == other.par and starts
+
+
+def own_run(ivp: Ivp, times: ArrayLike, calls: float = CALLS) -> OwnRun:
+    """Return the motion at these times, and how far it may be off, see :func:`daebench.reference.solution.reference_solution`.
+
+    Parameters
+    ----------
+    ivp : InitialValueProblem
+        The problem with the numbers of a case.
+    times : array_like, shape(n,)
+        Ascending, at least 0.
+    calls : float
+        Most calls of the right side in each run.
+
+    Raises
+    ------
+    RunFailed
+        If a run stops early, takes more calls, or does not keep the energy: it has then passed a collision or a rank loss unseen.
+    """
+    t = np.asarray(times, dtype=float)
+    exact = reference_solution(ivp, t, calls)
+    kind, states, bound = exact.kind, exact.states, exact.bound
+    energy = ivp.along("H", *(states[name] for name in ("p", "q", "y") if name in states))
+    start = float(ivp.value("H", *ivp.start))
+    if not np.max(np.abs(energy - start)) <= CONSERVED * _energy_size(ivp, states, start):
+        raise RunFailed(f"a finer run of {ivp.problem}, case {ivp.case}, does not keep the energy; choose a shorter end time.")
+    words = kind if kind == "closed form" else f"own finer run ({kind}, tol {TIGHT:g})"
+    return OwnRun(words, t, states, {part: np.full(rows.shape, bound[part]) for part, rows in states.items()})
+
+
+def _energy_size(ivp: Ivp, states: Mapping[str, Array], start: float) -> float:
+    """Return what an energy is large or small against: |H| at the start, or the largest |p^T H_p| if that is more."""
+    if "y" in states:
+        return max(abs(start), float(np.finfo(float).tiny))
+    p, q = states["p"], states["q"]
+    return max(abs(start), float(np.max(np.abs(np.sum(p * ivp.along("H_p", p, q), axis=1)))), float(np.finfo(float).tiny))

@@ -1,0 +1,275 @@
+"""The reference solution that errors are taken against, of a problem of either kind: the closed form, else two runs of DOP853."""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from daebench.errors import RunFailed
+from daebench.methods.formulations.constrained import Dae, Posed, pose
+from daebench.methods.formulations.poisson import pose_poisson
+from daebench.runs.ivp import Array, ConstrainedIvp, InitialValueProblem, PoissonIvp
+from daebench.runs.scales import constrained_scales, poisson_scales
+
+DIGITS = 20
+"""Decimal digits of the closed form; double precision needs 16."""
+
+TIGHT, LOOSE = 2.5e-14, 1e-13
+"""Relative tolerance, and absolute one in units of the motion, of the run that is used, hardly more than SciPy's least, and of the run
+whose difference from it tells how good it is."""
+
+SAFETY = 10.0
+"""The bound is so many times the difference between the two runs."""
+
+EPS = float(np.finfo(float).eps)
+
+
+@dataclass(frozen=True)
+class ReferenceSolution:
+    """States of the exact motion, and by how much they may be wrong.
+
+    Parameters
+    ----------
+    kind : str
+        "closed form" or "DOP853".
+    t : ndarray, shape(n,)
+        Times, s, ascending.
+    states : mapping of str to ndarray, shape(n, components)
+        "q", "p" and the multipliers "lam"(p, q) of HLW (1.12), or "y" of a Poisson system.
+    bound : mapping of str to float
+        Euclidean norm of the error of each of them, at most, at any of the times.
+    """
+
+    kind: str
+    t: Array
+    states: Mapping[str, Array]
+    bound: Mapping[str, float]
+
+
+def reference_solution(ivp: InitialValueProblem, times: ArrayLike, calls: float = np.inf) -> ReferenceSolution:
+    """Return the motion from the problem's own initial values, as rounded as any method is handed them.
+
+    A closed form is evaluated in mpmath numbers and rounded once; its bound is the rounding of the largest state. Else the
+    index-reduced ODE, HLW (1.18), or a Poisson system as it stands, is integrated by SciPy's DOP853 at 2.5e-14 from time to time, without
+    interpolation, and the bound is 10 times the difference from a run at 1e-13, or that rounding where it is more.
+
+    Parameters
+    ----------
+    ivp : InitialValueProblem
+        A problem of either kind with consistent initial values.
+    times : array_like, shape(n,)
+        Ascending, at least 0.
+    calls : float
+        Most calls of the right side in each of the two runs.
+
+    Raises
+    ------
+    RunFailed
+        If the integration stops early, takes more calls or leaves the domain, or a multiplier is not finite.
+    """
+    if not ivp.sheet.CLOSED_FORM:
+        return integrated(ivp, times, calls)
+    closed_form, states = ivp.source.derivation.problem.closed_form, {}
+    if isinstance(ivp, ConstrainedIvp):
+        q, p = evaluated(closed_form, times, ivp.q0, ivp.p0, ivp.parameters)
+        states = {"q": q, "p": p, "lam": _multipliers(ivp, p, q)}
+    else:
+        rows = exactly(closed_form, times, ivp.start, ivp.parameters)
+        states = {"y": np.array([[float(x) for x in row] for row in rows])}
+    return ReferenceSolution("closed form", np.asarray(times, dtype=float), states, {name: rounding(rows) for name, rows in states.items()})
+
+
+def evaluated(
+    closed_form: Callable[..., Any], times: ArrayLike, q0: Array | Sequence[Any], p0: Array | Sequence[Any], parameters: Mapping[str, Any]
+) -> tuple[Array, Array]:
+    """Return q and p of a closed form at these times, shape(n, d), worked out with 20 digits and rounded once at the very end.
+
+    Parameters
+    ----------
+    closed_form : callable
+        As a problem declares it, see :class:`daebench.systems.constrained.ConstrainedHamiltonian`.
+    times : array_like, shape(n,)
+        Times, s.
+    q0, p0 : sequence of number, shape(d,)
+        Initial values, floats or mpmath numbers, taken as exact.
+    parameters : mapping of str to number
+        Values of the parameters, floats or mpmath numbers, taken as exact.
+    """
+    states = exactly(closed_form, times, (q0, p0), parameters)
+    q, p = (np.array([[float(x) for x in state[k]] for state in states]) for k in (0, 1))
+    return q, p
+
+
+def exactly(
+    closed_form: Callable[..., Any], times: ArrayLike, start: Sequence[Array | Sequence[Any]], parameters: Mapping[str, Any]
+) -> list[Any]:
+    """Return what a closed form gives at these times in mpmath numbers of 20 digits, from vectors ``start`` taken as exact."""
+    import mpmath
+
+    with mpmath.workdps(DIGITS):
+        initial = [[mpmath.mpmathify(x) for x in np.asarray(part).tolist()] for part in start]
+        values = {name: mpmath.mpmathify(value) for name, value in parameters.items()}
+        return [closed_form(mpmath.mpf(float(t)), *initial, values) for t in np.asarray(times, dtype=float)]
+
+
+def integrated(ivp: InitialValueProblem, times: ArrayLike, calls: float = np.inf) -> ReferenceSolution:
+    """Return the motion by two runs of DOP853, see :func:`reference_solution`.
+
+    Parameters
+    ----------
+    ivp : InitialValueProblem
+        A problem of either kind with consistent initial values, which belong to time 0.
+    times : array_like, shape(n,)
+        In the order in which they are reached: ascending, or descending from 0.
+    calls : float
+        Most calls of the right side in each of the two runs.
+
+    Raises
+    ------
+    RunFailed
+        If the integration stops early, takes more calls or leaves the domain, or a multiplier is not finite.
+    """
+    posed, t = _ode(ivp), np.asarray(times, dtype=float)
+    tight, loose = (_states(posed, advanced(posed, times, tol, calls)) for tol in (TIGHT, LOOSE))
+    for time, y in zip(t, tight.get("y", ()), strict=False):
+        if left := posed.outside(y):
+            where = f"the reference solution of {ivp.problem}, case {ivp.case}, has left {left} at t = {time:.9g}"
+            raise RunFailed(f"{where}; choose a shorter end time.")
+    return ReferenceSolution("DOP853", t, tight, {name: bound_of(tight[name], loose[name]) for name in tight})
+
+
+def _ode(ivp: Any) -> Posed:
+    """Return the ODE of a problem: the index-reduced one, HLW (1.18), or a Poisson system as it stands."""
+    return pose(ivp, "ode") if isinstance(ivp, ConstrainedIvp) else pose_poisson(ivp, "ode")
+
+
+def bound_of(tight: Array, loose: Array) -> float:
+    """Return what states may be wrong by, from two runs, each shape(n, k)."""
+    return max(SAFETY * float(np.max(np.linalg.norm(tight - loose, axis=1))), rounding(tight))
+
+
+def multipliers_between(ivp: ConstrainedIvp, known: ReferenceSolution, times: ArrayLike) -> tuple[Array, float]:
+    """Return lam(p, q) at the start, at known times and between them, shape(n, m), and the bound of its error.
+
+    What is between is reached by DOP853 from the last known state before it.
+
+    Parameters
+    ----------
+    ivp : ConstrainedIvp
+        What ``known`` belongs to.
+    known : Truth
+        The states from which to go on.
+    times : array_like, shape(n,)
+        Times, s, at least 0, in any order.
+    """
+    wanted, starts = np.asarray(times, dtype=float), np.concatenate([[0.0], known.t])
+    p, q = (np.concatenate([[x0], known.states[name]]) for x0, name in ((ivp.p0, "p"), (ivp.q0, "q")))
+    last = np.searchsorted(starts, wanted, side="right") - 1
+    lam, bound = _multipliers(ivp, p, q)[last], known.bound["lam"]
+    between = wanted > starts[last]
+    for k in np.unique(last[between]):
+        here = between & (last == k)
+        after, places = np.unique(wanted[here] - starts[k], return_inverse=True)
+        found = integrated(replace(ivp, p0=p[k], q0=q[k]), after)
+        lam[here] = found.states["lam"][places]
+        bound = max(bound, found.bound["lam"])
+    return lam, bound
+
+
+def reach(ivp: InitialValueProblem, steps: int) -> float:
+    """Return the time that DOP853 at 1e-13 reaches in so many steps, or where it can go no further: what the motion itself calls long."""
+    solver = _solver(_ode(ivp), 0.0, np.inf, LOOSE)
+    with np.errstate(all="ignore"):
+        for _ in range(steps):
+            if solver.status != "running" or solver.step() is not None:
+                break
+    return float(solver.t)
+
+
+def _states(posed: Posed, rows: Array) -> dict[str, Array]:
+    """Return q, p and lam, or y, from rows of unknowns of an ODE."""
+    if not isinstance(posed, Dae):
+        return {"y": rows}
+    q, v = posed.unpack(rows)
+    p = posed.momenta(q, v)
+    return {"q": q, "p": p, "lam": _multipliers(posed.ivp, p, q)}
+
+
+def advanced(posed: Posed, times: ArrayLike, tol: float, calls: float = np.inf) -> Array:
+    """Return the unknowns of an ODE by DOP853 at times in the order in which they are reached, shape(len(times), n), each a step's end.
+
+    Raises
+    ------
+    RunFailed
+        If the integration stops early, or takes more calls of the right side than these.
+    """
+    Y, t = [posed.y0], 0.0
+    for t_next in np.asarray(times, dtype=float):
+        y, made = _advanced(posed, t, float(t_next), Y[-1], tol, calls)
+        Y.append(y)
+        t, calls = float(t_next), calls - made
+    return np.array(Y[1:])
+
+
+def _advanced(dae: Posed, t: float, t_end: float, y: Array, tol: float, calls: float) -> tuple[Array, int]:
+    """Return the unknowns at the end, and the calls of the right side that were made."""
+    if t_end == t:
+        return y, 0
+    solver = _solver(dae, t, t_end, tol, y)
+    with np.errstate(all="ignore"):
+        while solver.status == "running":
+            message = solver.step()
+            if solver.nfev > calls:
+                where = f"{dae.ivp.problem}, case {dae.ivp.case}, at t = {solver.t:.9g} of {t_end:g}"
+                raise RunFailed(f"the reference solution of {where} has used up its calls of the right side; choose a shorter end time.")
+    if solver.status == "failed" or not np.all(np.isfinite(solver.y)):
+        where = f"the reference solution of {dae.ivp.problem}, case {dae.ivp.case}, stopped at t = {solver.t:.9g} of {t_end:g}"
+        why = str(message or "a value is no longer finite").rstrip(".")
+        raise RunFailed(f"{where} (DOP853, tolerance {tol:g}): {why}; choose a shorter end time.")
+    return np.asarray(solver.y, dtype=float), solver.nfev
+
+
+def _solver(dae: Posed, t: float, t_end: float, tol: float, y: Array | None = None) -> Any:
+    from scipy.integrate import DOP853
+
+    def right_side(_: float, y: Array) -> Array:
+        out = np.empty(dae.n)
+        dae.rhs(0.0, np.array(y), out, dae.par)
+        return out
+
+    with np.errstate(all="ignore"):
+        return DOP853(right_side, t, dae.y0 if y is None else y, t_end, rtol=tol, atol=tol * _sizes(dae))  # type: ignore[arg-type]
+
+
+def _sizes(dae: Posed) -> Array:
+    """Return what absolute tolerances of the unknowns are relative to, shape(n,).
+
+    These are the length of the problem and its speed, or its momentum |H_q| T where momenta are the unknowns; or the largest y.
+    """
+    ivp = dae.ivp
+    sizes = np.ones(dae.n)
+    if isinstance(ivp, PoissonIvp):
+        sizes[:] = poisson_scales(ivp, 0.0)[0]
+    elif isinstance(ivp, ConstrainedIvp) and isinstance(dae, Dae):
+        length, rate = constrained_scales(ivp, 0.0, rated=True)
+        impulse = float(np.max(np.abs(ivp.value("H_q", ivp.p0, ivp.q0)))) / rate if rate > 0 else 0.0
+        momentum = max(float(np.max(np.abs(ivp.p0))), impulse)
+        sizes = np.repeat([length, length * rate if dae.mechanical else momentum], dae.n // 2)
+    return np.where(sizes > 0, sizes, 1.0)
+
+
+def _multipliers(ivp: ConstrainedIvp, p: Array, q: Array) -> Array:
+    lam = ivp.along("lam", p, q)
+    if not np.all(np.isfinite(lam)):
+        raise RunFailed(
+            f"the multiplier of {ivp.problem}, case {ivp.case}, is not finite along the motion, so that it has no reference; "
+            "choose a shorter end time or another case."
+        )
+    return lam
+
+
+def rounding(rows: Array) -> float:
+    """Return the rounding of the largest of some states, shape(n, k), in the Euclidean norm."""
+    return EPS * float(np.max(np.linalg.norm(rows, axis=1)))

@@ -1,0 +1,127 @@
+"""What the report on extremes drives to which extreme, and what is said before the numbers."""
+
+from dataclasses import dataclass, replace
+
+from daebench.studies.stability.extreme import Asked
+
+FAST = Asked(problem="spherical_pendulum", case="fig1.2")
+
+RODS = (2.0, 1.5, 1.1, 1.03, 1.01, 1.003, 1.001)
+"""Rod of the slider-crank, in cranks: at 1 the mechanism can fold upon itself, where G loses rank."""
+
+MAPPED = ("symplectic_euler", "rattle", "lobatto3", "rk4", "rk4+proj", "generalized_alpha")
+"""Methods of which a map is drawn."""
+
+
+@dataclass(frozen=True)
+class Section:
+    """One extreme of one problem.
+
+    Parameters
+    ----------
+    key, title : str
+        Name in links and files, and heading.
+    extreme : str
+        Which, see :data:`daebench.studies.stability.study.EXTREMES`.
+    asked : Asked
+        What is driven to it.
+    about : str
+        What is done and why, as HTML.
+    alt : str
+        What the picture shows, for those who cannot see it.
+    """
+
+    key: str
+    title: str
+    extreme: str
+    asked: Asked
+    about: str
+    alt: str
+
+
+SECTIONS = (
+    Section(
+        "steps",
+        "Steps too large",
+        "step-limit",
+        FAST,
+        "An implicit scheme may end where its equations have no solution that Newton's iteration finds, another one may go on long after "
+        "its numbers mean anything. Two limits are bisected: up to which step a run comes to its end, and up to which the energy stays "
+        "within one part in a hundred of twice the kinetic energy. A limit between them is room for numbers that look like a result.",
+        "A line for each method with two marks on a logarithmic scale of step sizes: one for coming to the end, one for the energy.",
+    ),
+    Section(
+        "map",
+        "How they break",
+        "outcome-map",
+        replace(FAST, methods=MAPPED),
+        "The same motion with gravity from a hundredth to a hundred times its value, in 16 to 2048 steps. What became of each run is one "
+        "word, found from the run itself: its failure, the residual of the constraints, whether each step goes where the velocities lead, "
+        "and the size of the energy error, which is the colour. Letters say where the energy drifts, and where that cannot be told.",
+        "A map for each method, step size across and gravity up; coloured and lettered tiles say what became of each run.",
+    ),
+    Section(
+        "masses",
+        "Mass ratios over sixteen powers of ten",
+        "parameter-range",
+        Asked(problem="double_pendulum", case="swing"),
+        "The upper mass of the double pendulum from 10<sup>&minus;8</sup> to 10<sup>8</sup> of the lower. "
+        "<i>G M</i><sup>&minus;1</sup><i>G</i><sup>T</sup> then has entries of very different size, and with "
+        "a light upper mass a fast motion appears that a fixed step does not resolve. "
+        "Energy errors are in parts of twice the largest kinetic energy.",
+        "Energy error and constraint residual against the mass on logarithmic scales, a curve a method.",
+    ),
+    Section(
+        "lock",
+        "Towards a mechanism that locks",
+        "parameter-range",
+        Asked(problem="slider_crank", case="turning", parameters={"rod": RODS}, near=1.0),
+        "The slider-crank with a rod from twice the crank to hardly longer: the shorter, the closer each turn passes to the "
+        "position in which the slider meets the axle, the constraints' gradients are nearly dependent, and velocities are large.",
+        "Energy error and constraint residual against the length of the rod, a curve a method.",
+    ),
+    Section(
+        "penalty",
+        "A penalty in place of the constraint",
+        "penalty",
+        FAST,
+        "Instead of the constraint, <i>g</i><sup>T</sup><i>g</i>/(2 <i>ε</i><sup>2</sup>) is added to <i>H</i>. As <i>ε</i> goes to 0 "
+        "the motion becomes the constrained one, with an oscillation of frequency of the order 1/<i>ε</i> across the "
+        "manifold on top. The question is what a step "
+        "that resolves the motion, and not the oscillation, makes of it; errors are those against the certified constrained motion, "
+        "and each method is held against one of its own order on the constrained system.",
+        "Three panels, one a step size: error of q against eps on logarithmic scales, with the constrained runs of both orders as levels.",
+    ),
+    Section(
+        "round-off",
+        "Steps and tolerances too small",
+        "round-off",
+        FAST,
+        "Smaller steps make a smaller error until each step's rounding is more than its truncation. With solvers that choose their steps "
+        "the tolerance does the same, and a system of higher index should suffer first: with index 3 round-off is divided by powers of the "
+        "step.",
+        "Two panels: error against step size and against tolerance, logarithmic, a curve a method; a cross where one gives up.",
+    ),
+    Section(
+        "unstable",
+        "A start near an unstable equilibrium",
+        "lost-motion",
+        Asked(problem="planar_pendulum", case="near_top"),
+        "The pendulum is let go a thousandth of a radian from its highest point, and comes back there each turn. What is lost on the way "
+        "up grows on the way down.",
+        "Time until which each method follows, against its step and its tolerance; a dashed line where double precision ends, if it does.",
+    ),
+    Section(
+        "chaos",
+        "A chaotic motion",
+        "lost-motion",
+        Asked(problem="double_pendulum", case="horizontal"),
+        "The double pendulum released from the horizontal. Two motions that start a rounding apart part in the end: after that no run "
+        "tells the motion, and what can be compared are energies, constraints and statistics.",
+        "Time until which each method follows, against its step and its tolerance; a dashed line where double precision ends, if it does.",
+    ),
+)
+"""The sections, in their order."""
+
+PRECISION = replace(FAST, methods=("rattle", "lobatto3"))
+"""What is computed in several precisions."""

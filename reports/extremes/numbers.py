@@ -1,0 +1,54 @@
+"""The runs of the report on extremes, kept in a store beside the page."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import pandas as pd
+
+from daebench.pages.report import Progress
+from daebench.pages.report.timed_runs import Processes, make_runs
+from daebench.pages.report.two_processes import two_processes
+from daebench.reports.extremes.ivps import PRECISION, SECTIONS, Section
+from daebench.studies.grid.runs import runs_of
+from daebench.studies.grid.store import opened
+from daebench.studies.precision.study import cells_of, table_of
+from daebench.studies.stability.study import EXTREMES
+
+STORE = "studies.db"
+"""File in which runs are kept."""
+
+KNOWN = 0.95
+"""Part of the work that is done when the runs are that are known beforehand."""
+
+
+@dataclass(frozen=True)
+class Numbers:
+    """What was measured.
+
+    Parameters
+    ----------
+    tables : mapping of str to DataFrame
+        The table of each section, by its key.
+    precision : DataFrame
+        Runs in several precisions.
+    """
+
+    tables: Mapping[str, pd.DataFrame]
+    precision: pd.DataFrame
+
+
+def measure(out: Path, progress: Progress, sections: Sequence[Section] = SECTIONS, processes: Processes = two_processes) -> Numbers:
+    """Return the numbers; runs that the store in the folder has are taken from there.
+
+    Runs that are known beforehand are made in two processes, the timed ones of different precision last; a bisection asks for more.
+    """
+    ways = cells_of(PRECISION)[0]
+    with opened(out / STORE) as kept:
+        known = [cell for each in sections for cell in EXTREMES[each.extreme].cells(each.asked)]
+        make_runs([*known, *(cell for _, cell in ways)], kept, lambda done, doing: progress(KNOWN * done, doing), processes)
+        tables: dict[str, pd.DataFrame] = {}
+        for k, section in enumerate(sections):
+            progress(KNOWN + (1 - KNOWN) * k / len(sections), section.title)
+            tables[section.key] = EXTREMES[section.extreme].measure(section.asked, runs_of(kept))
+        return Numbers(tables, table_of(ways, runs_of(kept)))

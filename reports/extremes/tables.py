@@ -1,0 +1,72 @@
+"""The tables of the report on extremes, each with its data as CSV."""
+
+import re
+from collections.abc import Callable, Iterable
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import pandas as pd
+from markupsafe import Markup, escape
+
+from daebench.draw.figures import save_table
+from daebench.pages.report import number, table
+from daebench.reports.extremes.numbers import Numbers
+from daebench.studies.grid.rows import error_of
+from daebench.studies.precision.study import smallest_steps
+
+
+def tables(numbers: Numbers, folder: Path) -> dict[str, Callable[[str], Markup]]:
+    """Write the tables as CSV; return what makes HTML of each, given a caption."""
+    steps = numbers.tables["steps"]
+    limits = steps.pivot(index="method", columns="verdict", values="h").reindex(list(dict.fromkeys(steps["method"]))).reset_index()
+    limits["why"] = list(steps[steps["verdict"] == "completes"]["why"].map(_reason))
+    limits["why"] = limits["why"].where(limits["why"] != "", "nothing that was tried: it is the largest")
+    precise = smallest_steps(numbers.precision)
+    error = error_of(precise)
+    found: dict[str, tuple[pd.DataFrame, dict[str, Callable[[Any], Any]], dict[str, str]]] = {
+        "limits": (
+            limits,
+            {"method": str, "completes": number, "keeps the energy": number, "why": str},
+            {"completes": "comes to its end up to <i>h</i>", "keeps the energy": "keeps the energy up to", "why": "what ends it"},
+        ),
+        "precision": (
+            precise,
+            {
+                "method": str,
+                "way": str,
+                "value": number,
+                "time_ratio": number,
+                error: number,
+                "energy_error": number,
+                "drifts": lambda found: "yes" if found else "no",
+                "g": number,
+                "defect": number,
+            },
+            {
+                "value": "<i>h</i>",
+                "time_ratio": "time",
+                error: "error of <i>q</i>",
+                "energy_error": "energy error",
+                "drifts": "drifts",
+                "g": "|<i>g</i>|",
+                "defect": "two-form",
+            },
+        ),
+    }
+    for name, (frame, _, _) in found.items():
+        save_table(folder / f"{name}.csv", frame)
+    return {name: partial(table, name, *parts) for name, parts in found.items()}
+
+
+def _reason(why: str) -> str:
+    """Return the reason in the sentence of a failure, without where it happened and what to do."""
+    return why.rpartition("): ")[2].split(";")[0].rstrip(".")
+
+
+def typeset(sentence: str, methods: Iterable[str]) -> Markup:
+    """Return a sentence as HTML: names of methods as code, and powers of ten as such."""
+    names = "|".join(re.escape(name) for name in sorted(methods, key=len, reverse=True))
+    found = str(escape(sentence))
+    found = re.sub(rf"(?<![\w:/+])({names})(?![\w/+]|:\w)", r"<code>\1</code>", found) if names else found
+    return Markup(re.sub(r"(?<![\w.=])(\d(?:\.\d+)?e[+-]\d+)", lambda each: str(number(float(each[1]))), found))

@@ -1,0 +1,207 @@
+"""What the report on index reduction measures with fixed steps; no judgement here, and no text."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from daebench.diagnostics.energy import Drift, energy_drift
+from daebench.diagnostics.integrals import energy_error, integral_errors
+from daebench.diagnostics.manifold import distance
+from daebench.diagnostics.order import fit_order
+from daebench.diagnostics.reversibility import reversibility_defect
+from daebench.diagnostics.symplecticity import symplecticity_defect, tangent_basis
+from daebench.methods.fixed_step.constrained import FixedStep
+from daebench.methods.initial_value_problem import initial_value_problem
+from daebench.pages.report.compile_ahead import compiling_ahead
+from daebench.pages.report.exact_motion import exact_motion, swing_period
+from daebench.runs.ivp import Array, ConstrainedIvp
+from daebench.runs.make_ivp import constrained
+from daebench.runs.request import Request
+from daebench.runs.trajectory import Trajectory
+
+PROBLEM, SLOW, FAST, OTHER_FAST = "spherical_pendulum", "fig1.1", "fig1.2", "fig1.2b"
+SCHEMES = ("se", "seproj", "symplectic_euler", "symplectic_euler_adjoint", "implicit_euler", "shake", "rattle")
+H, H_SE, H_FAST = 0.03, 0.003, 0.01
+T_END, T_LONG, T_FAST, T_ORDER = 100.0, 300.0, 10.0, 1.0
+DRIFT_RUNS = {"se": H_SE, "seproj": H, "symplectic_euler": H, "rattle": H}
+MOST_STEPS, DEFECT_STEPS = 30, 10
+ORDER_STEPS = (40, 80, 160, 320, 640, 1280)
+TIMED_STEPS, TIMED_RUNS = 20000, 7
+SHOWN = 2500
+
+Tell = Callable[[float, str], None]
+
+
+@dataclass(frozen=True)
+class Numbers:
+    """Everything that is measured with fixed steps.
+
+    Parameters
+    ----------
+    drift : mapping of str to DataFrame
+        Fig. 1.1: for each run t, energy_error and distance (to the manifold).
+    drift_fit : mapping of str to Drift
+        Drift of the energy in these runs.
+    swing : DataFrame
+        Fig. 1.2: t, and q3 and energy of both methods.
+    defects : DataFrame
+        Symplecticity defect after n steps, a column a scheme.
+    errors : DataFrame
+        Errors of q and p against the closed form, by scheme and h.
+    table : DataFrame
+        One row a scheme: claims, defects, orders, drifts, cost.
+    facts : mapping of str to Any
+        Single numbers that the text needs.
+    """
+
+    drift: Mapping[str, pd.DataFrame]
+    drift_fit: Mapping[str, Drift]
+    swing: pd.DataFrame
+    defects: pd.DataFrame
+    errors: pd.DataFrame
+    table: pd.DataFrame
+    facts: Mapping[str, Any]
+
+
+def measure(tell: Tell) -> Numbers:
+    """Return the numbers; ``tell`` is told the fraction done and what is being done."""
+    slow, fast = constrained(initial_value_problem(PROBLEM, SLOW)), constrained(initial_value_problem(PROBLEM, FAST))
+    rows, errors, defects = [], [], {}
+    with compiling_ahead(PROBLEM, SLOW, SCHEMES) as wait:
+        q, p = exact_motion(slow.source, SLOW, [T_ORDER])
+        for k, name in enumerate(SCHEMES):
+            tell(0.6 * k / len(SCHEMES), f"{name}: compile, orders and drifts")
+            errors += [order_errors(slow, name, 1.0 / n, p[0], q[0]) for n in ORDER_STEPS]
+            rows.append(claims(name) | conservation(slow, name))
+        drift = {name: drift_run(slow, name, h) for name, h in DRIFT_RUNS.items()}
+        tell(0.6, "tangent maps: compile")
+        wait()
+    for k, (name, row) in enumerate(zip(SCHEMES, rows, strict=True)):
+        tell(0.7 + 0.3 * k / len(SCHEMES), f"{name}: defects and cost")
+        defects[name] = symplecticity(slow, name)
+        row |= orders([row for row in errors if row["method"] == name]) | cost(slow, name)
+        row |= {"symplecticity": defects[name][DEFECT_STEPS - 1], "reversibility": reversibility(slow, name, p[0], q[0])}
+        row["reversibility_at_start"] = reversibility(slow, name, slow.p0, slow.q0)
+    return Numbers(
+        drift={name: frame for name, (frame, _) in drift.items()},
+        drift_fit={name: fit for name, (_, fit) in drift.items()},
+        swing=swing(fast),
+        defects=pd.DataFrame({"n": np.arange(1, MOST_STEPS + 1), **defects}),
+        errors=pd.DataFrame(errors),
+        table=pd.DataFrame(rows),
+        facts=facts(slow, fast),
+    )
+
+
+def fixed_step(ivp: ConstrainedIvp, name: str, h: float, t_end: float, every: int = 1) -> Trajectory:
+    """Return a run. One kernel a scheme serves all runs: states are kept and watched afterwards, so that less is compiled."""
+    return FixedStep(name).solve(ivp, Request(value=h, t_end=t_end, every=every, watch=()))
+
+
+def claims(name: str) -> dict[str, Any]:
+    """Return what a scheme says of itself."""
+    said = FixedStep(name).claims
+    names = ("order", "symmetric", "symplectic", "keeps_g", "keeps_Gv")
+    return {"method": name, "system": said.system} | {f"claimed_{each}": getattr(said, each) for each in names}
+
+
+def symplecticity(ivp: ConstrainedIvp, name: str) -> list[float]:
+    """Return the symplecticity defects after 1, 2, ... steps from the start."""
+    X = tangent_basis(ivp, ivp.p0, ivp.q0)
+    return [symplecticity_defect(FixedStep(name).flow(ivp, H, n), ivp.p0, ivp.q0, X) for n in range(1, MOST_STEPS + 1)]
+
+
+def reversibility(ivp: ConstrainedIvp, name: str, p: Array, q: Array) -> float:
+    """Return the reversibility defect of one step."""
+    return reversibility_defect(FixedStep(name).flow(ivp, H, 1), p, q)
+
+
+def orders(errors: list[dict[str, Any]]) -> dict[str, Any]:
+    """Return the fitted orders of q and p with their standard errors."""
+    fits = {x: fit_order([row["h"] for row in errors], [row[f"error_{x}"] for row in errors]) for x in ("q", "p")}
+    return {f"order_{x}": fit.slope for x, fit in fits.items()} | {f"order_{x}_error": fit.slope_error for x, fit in fits.items()}
+
+
+def order_errors(ivp: ConstrainedIvp, name: str, h: float, p: Array, q: Array) -> dict[str, Any]:
+    """Return the error at t = 1 against the closed form."""
+    run = fixed_step(ivp, name, h, T_ORDER, every=0)
+    return {"method": name, "h": h, "error_q": np.linalg.norm(run.q[-1] - q), "error_p": np.linalg.norm(run.p[-1] - p)}
+
+
+def conservation(ivp: ConstrainedIvp, name: str) -> dict[str, Any]:
+    """Return what becomes of the energy, the constraints and L3: to t = 100, and the growth exponent to t = 300 as well.
+
+    The shorter run is the beginning of the longer one.
+    """
+    run = fixed_step(ivp, name, H, T_LONG)
+    energy = energy_error(ivp, run)
+    shown = run.t <= T_END
+    short, long = energy_drift(run.t[shown], energy[shown]), energy_drift(run.t, energy)
+    return {
+        "energy_error": np.max(np.abs(energy[shown])),
+        "slope": short.slope,
+        "slope_error": short.slope_error,
+        "growth_short": short.exponent,
+        "growth_short_error": short.exponent_error,
+        "growth": long.exponent,
+        "growth_error": long.exponent_error,
+        "kind": long.words or long.verdict,
+        "g": np.max(np.abs(ivp.along("g", run.q[shown]))),
+        "Gv": np.max(np.abs(ivp.along("Gv", run.p[shown], run.q[shown]))),
+        "L3": np.max(np.abs(integral_errors(ivp, run)["L3"][shown])),
+    }
+
+
+def cost(ivp: ConstrainedIvp, name: str) -> dict[str, Any]:
+    """Return the work of a step by kind of evaluation, and its time, best of several runs."""
+    request = Request(value=H, steps=TIMED_STEPS, every=0, watch=())
+    runs = [FixedStep(name).solve(ivp, request) for _ in range(TIMED_RUNS)]
+    work = {f"work_{kind}": times / runs[0].steps for kind, times in runs[0].work.items()}
+    return work | {"ns_per_step": 1e9 * min(run.seconds / run.steps for run in runs), "failure": runs[0].failure}
+
+
+def drift_run(ivp: ConstrainedIvp, name: str, h: float) -> tuple[pd.DataFrame, Drift]:
+    """Return a run of Fig. 1.1, thinned out to be drawn, and the drift of its energy over all steps."""
+    run = fixed_step(ivp, name, h, T_END).complete()
+    energy = energy_error(ivp, run)
+    kept = slice(None, None, max(1, round(len(run.t) / SHOWN)))
+    away = distance(ivp, run.p[kept], run.q[kept])
+    return pd.DataFrame({"t": run.t[kept], "energy_error": energy[kept], "distance": away}), energy_drift(run.t, energy)
+
+
+def swing(ivp: ConstrainedIvp) -> pd.DataFrame:
+    """Return Fig. 1.2: height and energy of both Euler methods."""
+    columns: dict[str, Any] = {}
+    for name in ("symplectic_euler", "implicit_euler"):
+        run = fixed_step(ivp, name, H_FAST, T_FAST).complete()
+        columns |= {"t": run.t, f"q3_{name}": run.q[:, 2], f"energy_{name}": ivp.along("H", run.p, run.q)}
+    return pd.DataFrame(columns)
+
+
+def facts(slow: ConstrainedIvp, fast: ConstrainedIvp) -> dict[str, Any]:
+    """Return what the text says beside figures and table."""
+    broken = fixed_step(fast, "se", H_FAST, T_FAST)
+    turned = constrained(initial_value_problem(PROBLEM, OTHER_FAST))
+    other = swing(turned)
+    coarse = energy_drift(*_energy(slow, "se", H))
+    return {
+        "se_stops": broken.failure is not None,
+        "se_stops_at": float(broken.t[-1]),
+        "other_swing": other,
+        "periods": {ivp.case: period(ivp) for ivp in (fast, turned)},
+        "se_slope_same_h": coarse.slope,
+    }
+
+
+def period(ivp: ConstrainedIvp) -> float:
+    """Return the exact time of one swing from an initial value problem's start."""
+    p, q = ivp.p0, ivp.q0
+    return swing_period(float(p @ p / 2 + q[2]), float(q[0] * p[1] - q[1] * p[0]))
+
+
+def _energy(ivp: ConstrainedIvp, name: str, h: float) -> tuple[Array, Array]:
+    run = fixed_step(ivp, name, h, T_END).complete()
+    return run.t, energy_error(ivp, run)

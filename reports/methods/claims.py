@@ -1,0 +1,147 @@
+"""What the report on methods asserts: each sentence is tested on the numbers before it is printed."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pandas as pd
+
+from daebench.pages.report.claims import require
+from daebench.reports.methods.families import method
+from daebench.reports.methods.guide import ROUND_OFF, guide
+from daebench.reports.methods.matrix import HIDDEN, LOST, check_claims, keeping, matrix
+from daebench.reports.methods.numbers import Numbers
+from daebench.reports.methods.reverse import reverse
+from daebench.reports.methods.series import KEEPING, powers
+from daebench.reports.methods.sweep import PENDULUM, TORUS
+from daebench.studies.claims.constrained import OK
+
+STEEP = 0.25
+"""A power of h may fall short of the least that theory gives by so much."""
+
+NO_DEFECT = 1e-11
+"""A defect of ten steps up to this is round-off; SHAKE, whose momenta are difference quotients, has more of it than others."""
+
+ON_MANIFOLD = 1e-11
+"""A distance from the manifold over a long run up to this is round-off."""
+
+
+def check(numbers: Numbers) -> SimpleNamespace:
+    """Return the numbers of the text, all sentences tested.
+
+    Raises
+    ------
+    ClaimRefuted
+        If one does not hold.
+    """
+    check_claims(numbers.claims)
+    table = matrix(numbers.claims)
+    return SimpleNamespace(
+        table=table,
+        tally=tally(numbers.claims, table),
+        orders=orders(numbers.orders, table),
+        defects=defects(powers(numbers.defects)),
+        long=long(numbers.drift, table),
+        reverse=reverse(numbers.reverse),
+        work=work(numbers.work),
+        guide=guide(numbers, table),
+    )
+
+
+def tally(claims: pd.DataFrame, table: pd.DataFrame) -> SimpleNamespace:
+    """Return what is counted of claims and methods."""
+    asked = claims[claims["property"] != "refused"]
+    ode = table[table["family"].isin(["ode", "projected"])]
+    untouched = ode.loc[ode["symplectic"] != LOST, "method"].tolist()
+    require(not untouched, "no method of (1.18), projected or not, is symplectic", untouched)
+    for key in ("symplectic", "g", "Gv", "H"):
+        own = table[(table["family"] == "ode") & (table[key] != LOST)]
+        require(own.empty, f"methods for (1.18) lose {key}", list(own["method"]))
+    uneven = [name for name in keeping(table, "symplectic") if name not in keeping(table, "symmetric")]
+    everything = keeping(table, "symmetric", "symplectic", "g", "Gv")
+    hidden = {key: list(table.loc[table[key] == HIDDEN, "method"]) for key in ("symmetric", "symplectic", "g", "Gv", "H")}
+    return SimpleNamespace(
+        methods=len(table),
+        held=int((asked["verdict"] == OK).sum()),
+        everything=everything,
+        schemes=list(dict.fromkeys(method(name).scheme for name in everything)),
+        uneven=uneven,
+        symplectic=keeping(table, "symplectic"),
+        energy=keeping(table, "H"),
+        hidden={key: names for key, names in hidden.items() if names},
+        refused=list(table.loc[table["refused"] == TORUS.problem, "method"]),
+        shorter=shorter(claims),
+    )
+
+
+def shorter(claims: pd.DataFrame) -> list[tuple[str, float]]:
+    """Return the methods that last on the pendulum with less than half of its step size only, and with which."""
+    own = claims[(claims["problem"] == PENDULUM.problem) & claims["h"].notna()]
+    return [(str(name), float(h)) for name, h in own.groupby("method", sort=False)["h"].first().items() if h < PENDULUM.h / 2]
+
+
+def orders(fits: pd.DataFrame, table: pd.DataFrame) -> SimpleNamespace:
+    """Return how far measured orders are from those claimed, and what could not be told."""
+    told = table[table["order"].notna()]
+    off = (told["order"] - told["claimed"]).abs()
+    worst = told.iloc[int(off.argmax())]
+    require(off.max() < 0.5, "each measured order rounds to the one that is claimed", f"{worst['method']}: {off.max():.2f}")
+    untold = list(table.loc[table["order"].isna(), "method"])
+    stiff = [name for name in untold if method(name).form == "stiff"]
+    require(untold == stiff, "all methods but those of the stiff form show an order", untold)
+    torus = fits[(fits["problem"] == TORUS.problem) & fits["component"].isin(["q", "p"])]
+    return SimpleNamespace(
+        count=len(told),
+        off=off.max(),
+        worst=worst,
+        highest=int(told["claimed"].max()),
+        untold=untold,
+        torus=sorted(set(torus["method"]), key=list(torus["method"]).index),
+        error=told["order_error"].max(),
+    )
+
+
+def defects(found: pd.DataFrame) -> SimpleNamespace:
+    """Test that the two-form is kept at every step size, or its defect falls with the order plus one at least."""
+    two_form = found[found["property"] == "symplectic"].set_index("method")
+    kept = two_form[two_form.index.isin(KEEPING)]
+    lost = two_form[~two_form.index.isin(KEEPING)]
+    require(
+        kept["most"].max() < NO_DEFECT, "symplectic methods keep the two-form at every step size", f"a defect of {kept['most'].max():.1e}"
+    )
+    for name, row in lost.iterrows():
+        least = row["order"] + 1 - STEEP
+        require(row["power"] > least, f"the defect of {name} falls at least with h^{row['order'] + 1}", f"a power of {row['power']:.2f}")
+    reversal = found[found["property"] == "symmetric"]
+    flat = list(reversal.loc[reversal["most"] < NO_DEFECT, "method"])
+    said = [name for name in reversal["method"] if method(name).claims.symmetric]
+    require(flat == said, "of these methods the symmetric ones are reversible at every step size, and no others", flat)
+    uneven = [name for name in kept.index if name not in flat]
+    return SimpleNamespace(kept=list(kept.index), most=kept["most"].max(), lost=lost, flat=flat, uneven=uneven)
+
+
+def long(drift: pd.DataFrame, table: pd.DataFrame) -> SimpleNamespace:
+    """Test that symplectic methods bound the energy over the long run, and that those on the manifold stay there."""
+    run = drift.set_index("method")
+    symplectic = [name for name in run.index if name in keeping(table, "symplectic")]
+    for name in symplectic:
+        good = run["kind"][name] == "bounded" and run["failure"][name] == ""
+        require(good, f"the energy of {name} is bounded", run.loc[name, ["kind", "failure"]].to_dict())
+    for name in run.index:
+        if name in keeping(table, "g", "Gv"):
+            require(run["distance"][name] < ON_MANIFOLD, f"{name} stays on the manifold", f"a distance of {run['distance'][name]:.1e}")
+    on = [name for name in run.index if name in keeping(table, "g", "Gv")]
+    others = [name for name in run.index if name not in symplectic]
+    restless = [name for name in on if run["kind"][name] != "bounded"]
+    still = [name for name in run.index if name not in on and run["energy"][name] <= ROUND_OFF]
+    require(restless and still, "a method on the manifold may lose the energy, and one off it keep it", restless + still)
+    return SimpleNamespace(row=run, symplectic=symplectic, others=others, on=on, most=run["distance"][on].max())
+
+
+def work(frame: pd.DataFrame) -> SimpleNamespace:
+    """Test that all times are there, and return the extremes."""
+    ns = frame.set_index("method")["ns"]
+    require(np.isfinite(ns).all() and (ns > 0).all(), "each method has a time", ns[~np.isfinite(ns)].to_dict())
+    without = list(frame.loc[frame["newton"] == 0, "method"])
+    return SimpleNamespace(
+        row=frame.set_index("method"), cheapest=ns.idxmin(), least=ns.min(), dearest=ns.idxmax(), most=ns.max(), without=without
+    )

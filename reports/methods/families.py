@@ -1,0 +1,74 @@
+"""The methods of the report on methods, by family: every scheme of the catalogue, with compositions, projections and forms of some."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+from daebench.methods.catalogue import schemes
+from daebench.methods.fixed_step.compositions import COMPOSITIONS
+from daebench.methods.fixed_step.constrained import FixedStep
+from daebench.methods.fixed_step.forms import FORMS
+from daebench.methods.fixed_step.parts import PROJECTIONS
+from daebench.methods.formulations.constrained import FORMULATIONS
+from daebench.methods.names import parse
+
+COMPOSED, SPLIT = "rattle", "strang/suzuki4"
+"""What is composed in every way that there is, and a composition of a splitting."""
+
+BASES = ("midpoint", "rk4")
+"""A symmetric method and one that is not, which are projected in every way, and run on every form of the system."""
+
+TITLES = {
+    "symplectic": "constrained system (1.9), symplectic",
+    "composed": "compositions of those",
+    "other": "constrained system (1.9), not symplectic",
+    "dae": "index 3, index 2 and GGL",
+    "ode": "index-reduced ODE (1.18)",
+    "projected": "(1.18), projected after each step",
+    "form": "other forms of the system",
+    "ida": "SUNDIALS IDA by formulation",
+}
+"""The families in the order of the page, by what is solved."""
+
+SYSTEMS = {"constrained": "(1.9)", "ode": "(1.18)", "index3": "index 3", "index2": "index 2", "ggl": "GGL", "local": "(2.22)"}
+"""What a method solves, in a word; a name that is missing here stands for itself."""
+
+
+def names() -> list[str]:
+    """Return the names of all methods with fixed steps, by family, then by order, then by name."""
+    found = [*schemes(), *(f"{COMPOSED}/{each}" for each in COMPOSITIONS), SPLIT]
+    found += [f"{base}+{each}" for base in BASES for each in PROJECTIONS]
+    found += [f"{form}:{base}" for form in FORMS for base in BASES]
+    return sorted(found, key=lambda name: (list(TITLES).index(family(name)), method(name).claims.order, name))
+
+
+def solvers() -> list[str]:
+    """Return IDA's methods, one a formulation."""
+    return [f"ida:{each}" for each in FORMULATIONS]
+
+
+def method(name: str, *, compiled: bool = False) -> FixedStep:
+    """Return a method with fixed steps: uncompiled, unless a run is so long that compiling pays."""
+    found = parse(name)
+    assert isinstance(found, FixedStep)
+    return replace(found, compiled=compiled)
+
+
+def family(name: str) -> str:
+    """Return the key of a method's family in :data:`TITLES`."""
+    if name.startswith("ida:"):
+        return "ida"
+    own = method(name)
+    parts = {"form": own.form, "composed": own.composition, "projected": own.projection}
+    if found := next((key for key, part in parts.items() if part), ""):
+        return found
+    if own.claims.system == "constrained":
+        return "symplectic" if own.claims.symplectic else "other"
+    if own.claims.system == "ode":
+        return "projected" if own.claims.on_manifold else "ode"
+    return "dae"
+
+
+def by_family(rows: Sequence[str]) -> Mapping[str, list[str]]:
+    """Return names by the key of their family, those without any left out."""
+    found = {key: [name for name in rows if family(name) == key] for key in TITLES}
+    return {key: own for key, own in found.items() if own}

@@ -1,0 +1,90 @@
+"""What each method claims beside what was measured, one row a method: the numbers of the first figure and the first table."""
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import pandas as pd
+
+from daebench.methods.fixed_step.compositions import COMPOSITIONS
+from daebench.methods.fixed_step.parts import PROJECTIONS
+from daebench.pages.report.claims import require
+from daebench.reports.methods.families import SYSTEMS, family, method
+from daebench.studies.claims.constrained import FALLS_SHORT, NOT_APPLICABLE, OK
+
+PROPERTIES: Mapping[str, str] = {
+    "symmetric": "symmetric",
+    "symplectic": "symplectic",
+    "g": "keeps g",
+    "Gv": "keeps G H_p",
+    "H": "keeps H",
+}
+"""Columns of the matrix, and what ``daebench check`` calls them."""
+
+KEPT, HIDDEN, LOST = "kept", "hidden", "lost"
+"""Claimed and measured; not claimed, but round-off wherever it was measured; not claimed, and not so."""
+
+
+def check_claims(claims: pd.DataFrame) -> None:
+    """Test that no method falls short of a claim on either motion, and that each claim was measured and holds on one of them at least.
+
+    Raises
+    ------
+    ClaimRefuted
+        If one does not hold.
+    """
+    asked = claims[claims["property"] != "refused"]
+    for row in asked[asked["verdict"] == FALLS_SHORT].to_dict("records"):
+        said = f"{row['method']} has order {row['claimed']}" if row["property"] == "order" else f"{row['method']}: {row['property']}"
+        require(False, f"{said} on {row['problem']}", f"{row['measured']:.3g} against a bound of {row['bound']:.3g}")
+    made = asked[[each is not False and each is not None for each in asked["claimed"]]]
+    for (name, property), own in made.groupby(["method", "property"], sort=False):
+        if set(own["verdict"]) != {NOT_APPLICABLE}:
+            require((own["verdict"] == OK).any(), f"a claim of {name} was measured ({property})", ", ".join(own["verdict"]))
+
+
+def matrix(claims: pd.DataFrame) -> pd.DataFrame:
+    """Return a row a method, see below; the worse of both motions counts.
+
+    Columns: method, family, system, source, claimed (the order), order and order_error (measured, NaN where there is none), h and h_torus;
+    for each key of :data:`PROPERTIES` its state and, with the suffix "_most", the largest defect or residual; and refused, the problems
+    that the method does not take.
+    """
+    return pd.DataFrame([_row(str(name), own) for name, own in claims.groupby("method", sort=False)])
+
+
+def _row(name: str, own: pd.DataFrame) -> dict[str, Any]:
+    said = method(name).claims
+    fits = own[(own["property"] == "order") & own["measured"].notna()].sort_values("measured")
+    row: dict[str, Any] = {"method": name, "family": family(name), "system": SYSTEMS.get(said.system, said.system), "source": source(name)}
+    row |= {"claimed": said.order, "order": _first(fits["measured"]), "order_error": _first(fits["standard_error"])}
+    row |= {"orders": len(fits), "refused": ", ".join(own.loc[own["property"] == "refused", "problem"])}
+    for key, property in PROPERTIES.items():
+        row |= _state(key, own[(own["property"] == property) & (own["verdict"] != NOT_APPLICABLE)])
+    return row
+
+
+def source(name: str) -> str:
+    """Return where a method is from: the scheme, and the composition's weights or the projection."""
+    own = method(name)
+    parts = [own.claims.source]
+    parts += [COMPOSITIONS[own.composition].source] if own.composition else []
+    return "; ".join(parts + ([PROJECTIONS[own.projection]] if own.projection else []))
+
+
+def _state(key: str, own: pd.DataFrame) -> dict[str, Any]:
+    """Return the state of a property and the largest number measured."""
+    if own.empty:
+        return {key: "", f"{key}_most": float("nan")}
+    claimed = any(each is True for each in own["claimed"])
+    hidden = bool((own["measured"] <= own["bound"]).all())
+    return {key: KEPT if claimed else HIDDEN if hidden else LOST, f"{key}_most": own["measured"].max()}
+
+
+def _first(values: "pd.Series[float]") -> float:
+    return float(values.iloc[0]) if len(values) else float("nan")
+
+
+def keeping(table: pd.DataFrame, *properties: str) -> list[str]:
+    """Return the methods that claim all of these properties, and so keep them."""
+    chosen: Sequence[bool] = [all(row[each] == KEPT for each in properties) for row in table.to_dict("records")]
+    return list(table.loc[list(chosen), "method"])

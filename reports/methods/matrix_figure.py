@@ -1,0 +1,103 @@
+"""The first figure of the report on methods: a sign for each property of each method, by family."""
+
+import math
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from daebench.draw.figures import BLUE, QUIET, VERMILION, grid_of_axes, save
+from daebench.reports.methods.families import TITLES, by_family
+from daebench.reports.methods.matrix import HIDDEN, KEPT, LOST, PROPERTIES
+
+HEADINGS = {"symmetric": "symmetric", "symplectic": "symplectic", "g": "$g=0$", "Gv": "$G\\,H_p=0$", "H": "energy"}
+
+SIGNS: Mapping[str, dict[str, Any]] = {
+    KEPT: {"marker": "o", "color": BLUE, "markersize": 7.5},
+    HIDDEN: {"marker": "o", "markeredgecolor": BLUE, "markerfacecolor": "white", "markersize": 7.0, "markeredgewidth": 1.3},
+    LOST: {"marker": "x", "color": VERMILION, "markersize": 4.6, "markeredgewidth": 1.3},
+}
+"""Shape and colour tell the same."""
+
+LABELS = {
+    KEPT: "claimed, and kept to round-off",
+    HIDDEN: "not claimed, yet round-off",
+    LOST: "not kept: power of ten of the largest defect",
+}
+
+ROW = 0.172
+"""Height of a row, inches."""
+
+ORDER_X, FIRST_X, STEP_X = 1.0, 2.35, 1.12
+
+
+def lines(rows: Sequence[str]) -> list[tuple[str, str]]:
+    """Return what the lines of the figure are, top first: ("family", its key) or ("method", its name)."""
+    found: list[tuple[str, str]] = []
+    for key, own in by_family(rows).items():
+        found += [("family", key), *(("method", name) for name in own)]
+    return found
+
+
+def draw_matrix(table: pd.DataFrame, solvers: pd.DataFrame, folder: Path) -> Path:
+    """Draw the signs of all methods, IDA's residuals among them."""
+    rows: dict[str, dict[Any, Any]] = {str(row["method"]): dict(row) for row in table.to_dict("records")} | ida_rows(solvers)
+    shown = lines(list(rows))
+    figure, axes = grid_of_axes(1, 1, ROW * (len(shown) + 5))
+    ax = axes[0, 0]
+    for line, (kind, name) in enumerate(shown):
+        if kind == "family":
+            ax.text(-2.1, line + 0.1, TITLES[name], fontsize=8.5, fontweight="bold", va="center")
+            ax.axhline(line - 0.5, color="#c8c8c8", linewidth=0.6)
+        else:
+            draw_row(ax, line, name, rows[name])
+    for k, heading in enumerate(HEADINGS.values()):
+        ax.text(FIRST_X + k * STEP_X, -1.0, heading, ha="center", va="bottom", fontsize=8.5)
+    ax.text(ORDER_X, -1.0, "order", ha="center", va="bottom", fontsize=8.5)
+    ax.set(xlim=(-2.15, FIRST_X + len(HEADINGS) * STEP_X - 0.35), ylim=(len(shown) - 0.4, -1.6))
+    ax.axis("off")
+    draw_key(figure)
+    return save(figure, folder, "matrix", pd.DataFrame(list(rows.values())))
+
+
+def draw_row(ax: Any, line: int, name: str, row: Mapping[Any, Any]) -> None:
+    """Draw one method: its name, its order claimed and measured, and its signs."""
+    ax.text(-1.95, line, name, fontsize=7.6, va="center", family="DejaVu Sans Mono")
+    if math.isfinite(row["claimed"]):
+        ax.text(ORDER_X - 0.1, line, f"{row['claimed']:.0f}", fontsize=8.5, ha="right", va="center", fontweight="bold")
+        measured = f"{row['order']:.2f}" if math.isfinite(row["order"]) else "\N{EN DASH}"
+        ax.text(ORDER_X + 0.05, line, measured, fontsize=7.2, ha="left", va="center", color=QUIET)
+    for k, key in enumerate(HEADINGS):
+        x, state = FIRST_X + k * STEP_X, row[key]
+        if state not in SIGNS:
+            ax.text(x, line, "\N{EN DASH}", ha="center", va="center", fontsize=8, color=QUIET)
+            continue
+        ax.plot([x], [line], linestyle="none", **SIGNS[state])
+        if state == LOST:
+            ax.text(x + 0.16, line, exponent(row[f"{key}_most"]), fontsize=7.0, va="center", color=QUIET)
+
+
+def exponent(value: float) -> str:
+    """Return the power of ten nearest to a positive number on a logarithmic scale, with its sign."""
+    return f"{round(math.log10(value)):+d}".replace("-", "\N{MINUS SIGN}") if value > 0 and math.isfinite(value) else ""
+
+
+def ida_rows(solvers: pd.DataFrame) -> dict[str, dict[str, Any]]:
+    """Return rows for IDA's runs: no order, no map of a step, and residuals that are none of round-off."""
+    found = {}
+    for row in solvers.to_dict("records"):
+        numbers = {"g": row["g"], "Gv": row["Gv"], "H": row["energy"]}
+        signs: dict[str, Any] = {key: LOST if key in numbers else "" for key in PROPERTIES}
+        signs |= {f"{key}_most": value for key, value in numbers.items()}
+        found[str(row["method"])] = {"method": row["method"], "family": "ida", "claimed": np.nan, "order": np.nan} | signs
+    return found
+
+
+def draw_key(figure: Any) -> None:
+    """Draw what the signs mean, below all."""
+    from matplotlib.lines import Line2D
+
+    handles = [Line2D([], [], linestyle="none", label=LABELS[state], **style) for state, style in SIGNS.items()]
+    figure.legend(handles=handles, loc="outside lower center", ncols=3, fontsize=8, handletextpad=0.2, columnspacing=1.2)

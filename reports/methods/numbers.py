@@ -1,0 +1,97 @@
+"""Everything that the report on methods measures: with both cores where there are two, and then times alone; no judgement, and no text."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import pandas as pd
+
+from daebench.pages.report.two_processes import Job, computed
+from daebench.reports.methods.families import names, solvers
+from daebench.reports.methods.reverse import RUNS, reversed_run
+from daebench.reports.methods.series import KEEPING, LONG, LOSING, defects, long_run
+from daebench.reports.methods.sweep import Swept, ida, nanoseconds, sweep, torus_orders
+
+Tell = Callable[[float, str], None]
+
+TOGETHER = 0.9
+"""Part of the work that is done when only times are left to be measured."""
+
+REPEATS = 25
+"""Runs of which the least time counts."""
+
+
+@dataclass(frozen=True)
+class Numbers:
+    """What was measured.
+
+    Parameters
+    ----------
+    claims : DataFrame
+        A row a problem, method and property: h and the fields of :class:`daebench.studies.claims.constrained.Finding`; the property is
+        "refused" where a method does not take a problem.
+    points, orders : DataFrame
+        A row a problem, method, component and step size, and one a fit, as :class:`daebench.studies.orders.series.OrderStudy` has them.
+    work : DataFrame
+        A row a method: h, evaluations a step by kind, and ns, the CPU time of a step.
+    defects : DataFrame
+        Columns method, h, symplectic, symmetric.
+    energy : DataFrame
+        Columns method, t, energy, distance: the largest in a window of time that ends at about t.
+    drift : DataFrame
+        A row a long run: method, energy, distance, failure, kind, slope, slope_error, growth.
+    ida : DataFrame
+        Columns method, tol, g, Gv, energy, steps.
+    reverse : DataFrame
+        A row a run of :mod:`daebench.reports.methods.reverse`: method, case, energy, change, up, down.
+    """
+
+    claims: pd.DataFrame
+    points: pd.DataFrame
+    orders: pd.DataFrame
+    work: pd.DataFrame
+    defects: pd.DataFrame
+    energy: pd.DataFrame
+    drift: pd.DataFrame
+    ida: pd.DataFrame
+    reverse: pd.DataFrame
+
+
+def jobs(own: Sequence[str]) -> list[Job]:
+    """Return what is measured of these methods besides times, the dearest first."""
+    found: list[Job] = [(sweep, (name,)) for name in reversed(own)]
+    found += [(work, (name,)) for work in (torus_orders, long_run) for name in LONG if name in own]
+    found += [(reversed_run, pair) for pair in RUNS]
+    return found + [(defects, (name,)) for name in (*KEEPING, *LOSING) if name in own] + [(ida, (name,)) for name in solvers()]
+
+
+def measure(tell: Tell) -> Numbers:
+    """Return the numbers; ``tell`` is told the fraction done and what was done."""
+    own = names()
+    found = dict(computed(jobs(own), lambda done, doing: tell(TOGETHER * done, doing), "measured"))
+    swept: list[Swept] = [found[work, (name,)] for work in (sweep, torus_orders) for name in own if (work, (name,)) in found]
+    runs = [found[long_run, (name,)] for name in LONG if name in own]
+    return Numbers(
+        claims=_frame([row for each in swept for row in each.claims]),
+        points=_frame([row for each in swept for row in each.points]),
+        orders=_frame([row for each in swept for row in each.orders]),
+        work=_timed(_frame([row for each in swept for row in each.work]), tell),
+        defects=pd.concat([found[defects, (name,)] for name in (*KEEPING, *LOSING) if name in own], ignore_index=True),
+        energy=pd.concat([series for series, _ in runs], ignore_index=True),
+        drift=_frame([row for _, row in runs]),
+        ida=_frame([found[ida, (name,)] for name in solvers()]),
+        reverse=_frame([found[reversed_run, pair] for pair in RUNS]),
+    )
+
+
+def _frame(rows: list[dict[str, Any]]) -> pd.DataFrame:
+    return pd.DataFrame(rows)
+
+
+def _timed(work: pd.DataFrame, tell: Tell) -> pd.DataFrame:
+    """Return the table of work with times, which are measured one after the other and with nothing else at work."""
+    times = []
+    for k, row in enumerate(work.to_dict("records")):
+        tell(TOGETHER + (1 - TOGETHER) * k / len(work), f"time of {row['method']}")
+        times.append(nanoseconds(row["method"], row["h"], REPEATS))
+    return work.assign(ns=times)

@@ -1,0 +1,139 @@
+"""One method held against what it claims on two motions, as ``daebench check`` does, with its orders, and the work of a step."""
+
+from dataclasses import asdict
+from typing import Any, NamedTuple
+
+from daebench.compiler.work import WORK
+from daebench.errors import RunFailed
+from daebench.methods.fixed_step.constrained import FixedStep
+from daebench.methods.initial_value_problem import initial_value_problem
+from daebench.methods.names import parse
+from daebench.reports.methods.families import method
+from daebench.runs.ivp import ConstrainedIvp
+from daebench.runs.make_ivp import constrained
+from daebench.runs.request import Request
+from daebench.runs.trajectory import CONSTRAINED, Trajectory
+from daebench.studies.claims.check import order_finding
+from daebench.studies.claims.constrained import Bench
+
+
+class Motion(NamedTuple):
+    """A motion, and the step size of its defects and residuals, s."""
+
+    problem: str
+    case: str
+    h: float
+
+
+PENDULUM = Motion("spherical_pendulum", "fig1.2b", 0.02)
+TORUS = Motion("torus", "through_hole", 0.05)
+MOTIONS = (PENDULUM, TORUS)
+"""A quadratic constraint with a kinetic flow in closed form, which all methods take; and one that is not quadratic, with neither."""
+
+STEPS = 200
+"""Steps along which constraints and energy are watched; defects are those of the first of them, see ``claims_bench``."""
+
+TIMED_STEPS = 2000
+"""Steps that are timed, on the pendulum."""
+
+HIGH, LONGER = 6, 4
+"""Methods of at least this order take steps this many times as long: else what they lose is hidden by rounding."""
+
+HALVINGS = 8
+"""How often a step size is halved, at most, for a run that does not last."""
+
+TOL, IDA_T_END, IDA_POINTS = 1e-8, 4.0, 201
+
+
+class Swept(NamedTuple):
+    """What one job gives: findings, points and fits of orders, and work, each a list of rows."""
+
+    claims: list[dict[str, Any]]
+    points: list[dict[str, Any]]
+    orders: list[dict[str, Any]]
+    work: list[dict[str, Any]]
+
+
+def ivp_of(motion: Motion) -> ConstrainedIvp:
+    """Return the initial value problem of a motion."""
+    return constrained(initial_value_problem(motion.problem, motion.case))
+
+
+def sweep(name: str) -> Swept:
+    """Return the findings of a method on both motions, its orders on the pendulum, and the work of a step there.
+
+    What refuses a motion has a row that says why, with the property "refused".
+    """
+    found = Swept([], [], [], [])
+    for motion in MOTIONS:
+        ivp = ivp_of(motion)
+        about = {"problem": motion.problem, "method": name}
+        if (why := method(name).refusal(ivp)) is not None:
+            found.claims.append(about | {"property": "refused", "note": why})
+            continue
+        h = lasting_step(motion, name)
+        run = watched(ivp, method(name), h).complete()
+        found.claims.extend(about | {"h": h} | asdict(each) for each in Bench(ivp, method(name), run).findings())
+        if motion == PENDULUM:
+            orders(motion, name, found)
+            found.work.append(about | {"h": h} | {kind: run.work[kind] / run.steps for kind in WORK})
+    return found
+
+
+def watched(ivp: ConstrainedIvp, own: FixedStep, h: float) -> Trajectory:
+    """Return the run along which constraints and energy are watched, uncompiled; it may have stopped."""
+    return own.solve(ivp, Request(value=h, steps=STEPS, every=1, watch=CONSTRAINED))
+
+
+def timed(ivp: ConstrainedIvp, name: str, h: float) -> Trajectory:
+    """Return the run that is timed, compiled, with nothing watched, kept or counted; it may have stopped."""
+    return method(name, compiled=True).solve(ivp, Request(value=h, steps=TIMED_STEPS, every=0, watch=(), count=False))
+
+
+def lasting_step(motion: Motion, name: str) -> float:
+    """Return the step size of a motion, or the first half, quarter, ... of it with which a run lasts: that to be timed on the pendulum.
+
+    It is longer for methods of high order.
+
+    Raises
+    ------
+    RunFailed
+        If none of them lasts.
+    """
+    ivp = ivp_of(motion)
+    longest = motion.h * (LONGER if method(name).claims.order >= HIGH else 1)
+    for k in range(HALVINGS + 1):
+        h = longest * 0.5**k
+        run = timed(ivp, name, h) if motion == PENDULUM else watched(ivp, method(name), h)
+        if run.failure is None:
+            return h
+    raise RunFailed(f"{name} does not last on {motion.problem} with any step size from {longest:g} to {h:g} s: {run.failure}")
+
+
+def orders(motion: Motion, name: str, found: Swept) -> Swept:
+    """Add the order of a method on a motion: the finding, the points, and a fit for each component."""
+    finding, series = order_finding(ivp_of(motion), method(name, compiled=True))
+    about = {"problem": motion.problem}
+    found.claims.append(about | {"method": name} | asdict(finding))
+    found.points.extend(about | row for each in series for row in each.rows())
+    found.orders.extend(about | each.row() for each in series)
+    return found
+
+
+def torus_orders(name: str) -> Swept:
+    """Return the order of a method on the torus."""
+    return orders(TORUS, name, Swept([], [], [], []))
+
+
+def ida(name: str) -> dict[str, Any]:
+    """Return what IDA keeps on the pendulum, the largest values over the outputs: |g|, |G H_p|, |H - H0|, and its steps."""
+    request = Request(value=TOL, t_end=IDA_T_END, points=IDA_POINTS, watch=("manifold", "energy"))
+    run = parse(name).solve(ivp_of(PENDULUM), request).complete()
+    return {"method": name, "tol": TOL, "g": run.maxima["g"], "Gv": run.maxima["Gv"], "energy": run.maxima["energy"], "steps": run.steps}
+
+
+def nanoseconds(name: str, h: float, repeats: int) -> float:
+    """Return the CPU time of a step on the pendulum, ns: the least of several runs."""
+    ivp = ivp_of(PENDULUM)
+    runs = [timed(ivp, name, h).complete() for _ in range(repeats)]
+    return min(1e9 * float(run.seconds) / run.steps for run in runs)

@@ -1,0 +1,116 @@
+"""The figures of the report on Poisson systems that show curves over time or step size; orbits and spheres are in files of their own."""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from daebench.draw.figures import QUIET, STROKES, drawing, grid_of_axes, save
+from daebench.reports.poisson.casimirs import SYSTEMS, TITLES
+from daebench.reports.poisson.defects import CONSTRAINED, slopes
+from daebench.reports.poisson.lattice import METHODS as LATTICE_METHODS
+from daebench.reports.poisson.lattice import H
+from daebench.reports.poisson.numbers import Numbers
+from daebench.reports.poisson.orbit_figures import draw_energy, draw_orbits
+from daebench.reports.poisson.sphere import draw_sphere
+
+STROKE = dict(
+    zip(("midpoint", "rk4", "darboux:symplectic_euler", "strang", "strang/suzuki4", "darboux:verlet", "verlet"), STROKES, strict=True)
+)
+CONSTRAINED_STROKE = dict(zip(CONSTRAINED, (STROKES[3], STROKES[6], STROKES[2], STROKES[4], STROKES[0], STROKES[1]), strict=True))
+LEAST = 1e-17
+"""What is smaller is drawn here."""
+
+EPS = 2.3e-16
+
+
+def draw(numbers: Numbers, folder: Path) -> dict[str, Path]:
+    """Draw all figures into a folder; return the paths of the SVG files by stem."""
+    with drawing():
+        paths = [
+            draw_orbits(numbers.orbits, folder),
+            draw_energy(numbers.orbits, folder),
+            draw_defects(numbers, folder),
+            draw_casimirs(numbers.casimir_series, folder),
+            draw_lattice(numbers, folder),
+            draw_sphere(numbers, folder),
+        ]
+    return {path.stem: path for path in paths}
+
+
+def draw_defects(numbers: Numbers, folder: Path) -> Path:
+    """Draw defects against h: on predator and prey, and both of constrained methods, with the fitted powers at the curves."""
+    figure, axes = grid_of_axes(1, 3, 3.9, sharey=True)
+    panels = (
+        ("defect", "(a) Poisson, predator and prey"),
+        ("symplectic", "(b) symplectic, pendulum"),
+        ("poisson", "(c) Poisson, in its chart"),
+    )
+    for ax, (column, title) in zip(axes[0], panels, strict=True):
+        frame, strokes = (numbers.defects, STROKE) if column == "defect" else (numbers.lemma, CONSTRAINED_STROKE)
+        powers = slopes(frame, column).set_index("method")["slope"]
+        told: list[float] = []
+        for name, own in frame.groupby("method", sort=False):
+            stroke, value = strokes[str(name)], own[column].clip(lower=LEAST)
+            ax.plot(own["h"], value, label=name, **stroke.points())
+            if np.isfinite(powers[name]) and all(abs(np.log(value.iloc[0] / other)) > 1 for other in told):
+                ax.text(own["h"].max() * 1.2, value.iloc[0], f"{powers[name]:.1f}", color=stroke.color, fontsize=8, va="center")
+                told.append(value.iloc[0])
+        ax.axhspan(LEAST, 1e-14, color="#eeeeee", zorder=0, linewidth=0)
+        ax.set(xscale="log", yscale="log", title=title, xlabel="step size $h$", xlim=(own["h"].min() / 1.5, own["h"].max() * 2.2))
+    axes[0, 0].set_ylabel("defect")
+    axes[0, 0].text(axes[0, 0].get_xlim()[0] * 1.1, 1.3e-14, "round-off", color=QUIET, fontsize=8, va="bottom")
+    legends: list[tuple[str, Any, Any]] = [
+        ("methods of (a):", axes[0, 0], "outside lower left"),
+        ("of (b), (c):", axes[0, 1], "outside lower right"),
+    ]
+    for heading, ax, place in legends:
+        handles, labels = ax.get_legend_handles_labels()
+        figure.legend(handles, labels, loc=place, ncols=2, title=heading, alignment="left", columnspacing=1.2)
+    frames = [numbers.defects.assign(kind="poisson, lotka_volterra").rename(columns={"defect": "value"})]
+    frames += [numbers.lemma.assign(kind=f"{kind}, spherical_pendulum", value=numbers.lemma[kind]) for kind in ("symplectic", "poisson")]
+    return save(figure, folder, "defects", pd.concat(frames, ignore_index=True)[["kind", "method", "h", "value"]])
+
+
+def draw_casimirs(series: pd.DataFrame, folder: Path) -> Path:
+    """Draw the largest error so far of the Casimir functions against time, a panel a system."""
+    figure, axes = grid_of_axes(1, 3, 3.5, sharey=True)
+    for ax, problem in zip(axes[0], SYSTEMS, strict=True):
+        for name, own in series[series["problem"] == problem].groupby("method", sort=False):
+            plot_so_far(ax, own["t"], own["casimir"], str(name))
+        ax.set(xscale="log", yscale="log", title=TITLES[problem], xlabel="time $t$", ylim=(LEAST / 2, 1e-1))
+    axes[0, 0].set_ylabel("largest Casimir error so far")
+    legend(figure, axes[0, 0])
+    return save(figure, folder, "casimirs", series)
+
+
+def plot_so_far(ax: Any, t: "pd.Series[float]", value: "pd.Series[float]", name: str) -> None:
+    """Draw one curve over time, with a few markers."""
+    begin = list(STROKE).index(name)
+    ax.plot(t, np.maximum(value, LEAST), label=name, markevery=(4 * begin, 40), **STROKE[name].points())
+    ax.axhspan(LEAST / 2, EPS, color="#eeeeee", zorder=0, linewidth=0)
+
+
+def legend(figure: Any, ax: Any) -> None:
+    """Put the legend of a panel below the figure."""
+    handles, labels = ax.get_legend_handles_labels()
+    figure.legend(handles, labels, loc="outside lower center", ncols=5, columnspacing=1.3)
+
+
+def draw_lattice(numbers: Numbers, folder: Path) -> Path:
+    """Draw the largest error so far of energy and integrals of the lattice against time, a panel a quantity."""
+    series = numbers.lattice_series[numbers.lattice_series["h"] == H]
+    figure, axes = grid_of_axes(2, 2, 5.2, sharex=True, sharey=True)
+    titles = {"energy": "energy $H$", "norm": "norm", "coupling": "coupling", "momentum": "momentum"}
+    for ax, (quantity, title) in zip(axes.flat, titles.items(), strict=True):
+        for name in LATTICE_METHODS:
+            own = series[series["method"] == name]
+            plot_so_far(ax, own["t"], own[quantity], name)
+        ax.set(xscale="log", yscale="log", title=f"{title}, ${numbers.sizes[quantity]:.3g}$ at the start", ylim=(LEAST / 2, 1e2))
+    for ax in axes[1]:
+        ax.set_xlabel("time $t$")
+    for ax in axes[:, 0]:
+        ax.set_ylabel("largest error so far")
+    legend(figure, axes[0, 0])
+    return save(figure, folder, "lattice", series)

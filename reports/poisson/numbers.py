@@ -1,0 +1,92 @@
+"""Everything that the report on Poisson systems measures, with both cores where there are two; no judgement here, and no text."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import pandas as pd
+
+from daebench.pages.report.two_processes import Job, computed
+from daebench.reports.poisson import body, casimirs, defects, lattice, methods
+from daebench.reports.poisson.orbits import Orbits, orbits
+
+Tell = Callable[[float, str], None]
+
+
+@dataclass(frozen=True)
+class Numbers:
+    """What was measured.
+
+    Parameters
+    ----------
+    orbits : Orbits
+        Fig. 4.1.
+    defects, lemma : DataFrame
+        Poisson defects by method and h; both defects of constrained methods.
+    casimirs, casimir_series, break_off : DataFrame
+        A row a system and method; errors over time; where runs on the three species break off.
+    lattice, lattice_series, cost : DataFrame
+        A row a method; errors over time; time of a step per site.
+    sizes : mapping of str to float
+        Energy and integrals of the lattice at the start.
+    speeds : mapping of str to float
+        How fast the lattice moves at the start, and how fast a part alone would have it move.
+    body, trajectories, polhodes : DataFrame
+        A row a method; states of runs with a large step; the exact curves.
+    methods : DataFrame
+        The closing table.
+    """
+
+    orbits: Orbits
+    defects: pd.DataFrame
+    lemma: pd.DataFrame
+    casimirs: pd.DataFrame
+    casimir_series: pd.DataFrame
+    break_off: pd.DataFrame
+    lattice: pd.DataFrame
+    lattice_series: pd.DataFrame
+    cost: pd.DataFrame
+    sizes: Mapping[str, float]
+    speeds: Mapping[str, float]
+    body: pd.DataFrame
+    trajectories: pd.DataFrame
+    polhodes: pd.DataFrame
+    methods: pd.DataFrame
+
+
+def jobs() -> list[Job]:
+    """Return what is measured, the dearest first, so that both cores end at about the same time."""
+    found: list[Job] = [(lattice.invariants, (name,)) for name in lattice.METHODS]
+    found += [(lattice.invariants, ("strang", lattice.FINE)), *((lattice.cost, (sites,)) for sites in reversed(lattice.SIZES))]
+    found += [(methods.summary, (name,)) for name in methods.METHODS]
+    found += [(casimirs.casimirs, (problem,)) for problem in casimirs.SYSTEMS]
+    found += [(body.body, (name,)) for name in body.METHODS] + [(body.trajectories, (name,)) for name in body.SHOWN]
+    found += [(defects.lemma, (name,)) for name in defects.CONSTRAINED] + [(defects.defects, (name,)) for name in defects.METHODS]
+    return [*found, *((casimirs.break_off, (name,)) for name in casimirs.METHODS)]
+
+
+def measure(tell: Tell) -> Numbers:
+    """Return the numbers; ``tell`` is told the fraction done and what was done."""
+    found = dict(computed(jobs(), tell, "measured"))
+    results: dict[Any, list[Any]] = {}
+    for job in sorted(found, key=jobs().index):
+        results.setdefault(job[0], []).append(found[job])
+    tables, series = zip(*results[casimirs.casimirs], strict=True)
+    rows, over_time = zip(*results[lattice.invariants], strict=True)
+    return Numbers(
+        orbits=orbits(),
+        defects=pd.concat(results[defects.defects], ignore_index=True),
+        lemma=pd.concat(results[defects.lemma], ignore_index=True),
+        casimirs=pd.concat(tables, ignore_index=True),
+        casimir_series=pd.concat(series, ignore_index=True),
+        break_off=pd.DataFrame(results[casimirs.break_off]),
+        lattice=pd.DataFrame(rows),
+        lattice_series=pd.concat(over_time, ignore_index=True),
+        cost=pd.DataFrame(results[lattice.cost]).sort_values("sites", ignore_index=True),
+        sizes=lattice.sizes_of_integrals(),
+        speeds=lattice.speeds(),
+        body=pd.DataFrame(results[body.body]),
+        trajectories=pd.concat(results[body.trajectories], ignore_index=True),
+        polhodes=body.polhodes(),
+        methods=pd.DataFrame(results[methods.summary]),
+    )

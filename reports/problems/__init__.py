@@ -1,0 +1,35 @@
+"""The constrained problems, a section each: picture, definition, degrees of freedom, and what each family of methods does on it."""
+
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+from daebench.pages.report import Progress, make_page
+from daebench.reports.problems import ivps, path, rank
+from daebench.reports.problems.claims import check
+from daebench.reports.problems.figures import draw
+from daebench.reports.problems.numbers import Numbers, measure
+from daebench.reports.problems.tables import reason, tables
+from daebench.studies.claims.constrained import ROUNDINGS
+
+COMMAND = "daebench report problems"
+
+CONSTANTS = SimpleNamespace(RANK=rank, STEPS=ivps.STEPS, TOL=ivps.TOL, ROUNDINGS=ROUNDINGS, FINE=path.FINE)
+
+
+def make(out: Path, progress: Progress) -> Path:
+    """Make the report in a folder; return the path of its page, see :func:`daebench.pages.report.make_page`."""
+
+    def content(numbers: Numbers, found: SimpleNamespace) -> dict[str, Any]:
+        return {
+            "c": CONSTANTS,
+            "facts": numbers.facts,
+            "drawings": numbers.drawings,
+            "horizon": ivps.horizon,
+            "step_size": ivps.step_size,
+            "reason": reason,
+            "drawn": draw(numbers, out / "figures"),
+            "tables": tables(numbers, found.across.table, out / "tables"),
+        }
+
+    return make_page("problems/page.html", out, COMMAND, progress, measure=measure, check=check, content=content)

@@ -1,0 +1,163 @@
+"""What a problem is, as it declares it: sizes, structure, formulas, cases, integrals, and the references that exist."""
+
+import ast
+import inspect
+import re
+from dataclasses import dataclass
+from typing import Any
+
+from markupsafe import Markup, escape
+
+from daebench.methods.catalogue import find_problem
+from daebench.pages.report import MINUS
+from daebench.reference.keep import store
+from daebench.reference.keep.places import DATA
+from daebench.reports.problems.ivps import definition, ivp_of
+
+LONGEST = 45
+"""Operations of an expression that is written out."""
+
+SHOWN = 3
+"""Constraints that are written out."""
+
+
+@dataclass(frozen=True)
+class Facts:
+    """What is said of a problem before anything is run.
+
+    Parameters
+    ----------
+    name, summary, case : str
+        Its name, what it is in a line, and its first case.
+    about : Markup
+        What its definition says of it beyond formulas: source, and what it teaches.
+    d, m, dof : int
+        Positions, constraints, and degrees of freedom d - m.
+    structure : str
+        What the mass matrix is: "constant diagonal", "constant", "M(q)", or "H(p, q)".
+    separable : bool
+        Whether H = T(p) + U(q).
+    formulas : list of (str, Markup)
+        Names and MathML of what is written out, or words where it is too long.
+    integrals, has : list of str
+        First integrals besides H; what else it declares: chart, kinetic flow, closed form.
+    cases : list of dict
+        name, about, on_singular, certified (end of its reference, or None).
+    """
+
+    name: str
+    summary: str
+    case: str
+    about: Markup
+    d: int
+    m: int
+    dof: int
+    structure: str
+    separable: bool
+    formulas: list[tuple[str, Markup]]
+    integrals: list[str]
+    has: list[str]
+    cases: list[dict[str, Any]]
+
+
+def facts(name: str) -> Facts:
+    """Return what is said of a problem."""
+    problem, ivp = find_problem(name), ivp_of(name)
+    declared = definition(ivp)
+    has = {"chart": declared.chart, "kinetic flow": declared.kinetic_flow, "closed form": declared.closed_form}
+    return Facts(
+        name=name,
+        summary=problem.summary,
+        case=ivp.case,
+        about=told(problem.path.read_text(encoding="utf-8")),
+        d=ivp.d,
+        m=ivp.m,
+        dof=ivp.d - ivp.m,
+        structure=structure(declared),
+        separable=bool(ivp.sheet.SEPARABLE),
+        formulas=formulas(declared),
+        integrals=list(ivp.integrals),
+        has=[each for each, what in has.items() if what is not None],
+        cases=[case(name, own, each) for own, each in declared.cases.items()],
+    )
+
+
+def case(problem: str, name: str, declared: Any) -> dict[str, Any]:
+    """Return a case, and until when it has a certified reference."""
+    known = f"{problem}-{name}" in store.names(DATA)
+    certified = float(store.load(f"{problem}-{name}", DATA).t[-1]) if known else None
+    return {"name": name, "about": declared.about, "on_singular": declared.on_singular, "certified": certified}
+
+
+def told(text: str) -> Markup:
+    """Return the prose of the docstring of ``problem`` in a file's text: no first line, formulas, parameters, or halves of sentences."""
+    tree = ast.parse(text)
+    function = next(node for node in tree.body if isinstance(node, ast.FunctionDef) and node.name == "problem")
+    doc = inspect.cleandoc(ast.get_docstring(function) or "").partition("\nParameters\n")[0]
+    paragraphs = [" ".join(each.split()) for each in doc.split("\n\n")[1:] if each.strip() and not each.startswith((" ", "::"))]
+    prose = escape(" ".join(filter(None, map(whole, paragraphs))))
+    marked = re.sub(r"``(.+?)``", r"<code>\1</code>", str(prose))
+    return Markup(re.sub(r"\*(\w[^*]*)\*", r"<cite>\1</cite>", marked))
+
+
+def whole(paragraph: str) -> str:
+    """Return a paragraph without the sentence at its end that a formula would finish, and the one at its start that goes on from one."""
+    if not paragraph.endswith("."):
+        head, stop, _ = paragraph.rpartition(". ")
+        paragraph = head + stop.strip()
+    return paragraph.partition(". ")[2] if paragraph[:1].islower() else paragraph
+
+
+def structure(declared: Any) -> str:
+    """Return what the mass matrix is."""
+    if declared.M is None:
+        return "H(p, q)"
+    if declared.M.free_symbols & set(declared.q):
+        return "M(q)"
+    return "constant diagonal" if declared.M.is_diagonal() else "constant"
+
+
+def formulas(declared: Any) -> list[tuple[str, Markup]]:
+    """Return what defines the problem, as MathML where it is short, else in words."""
+    found = [("H", written(declared.H))] if declared.M is None else [("M", mass(declared)), ("U", written(declared.U))]
+    found += [(f"g{k}", written(each)) for k, each in enumerate(declared.g[:SHOWN], start=1)]
+    left = len(declared.g) - SHOWN
+    return [*found, (f"g{SHOWN + 1}…", Markup("{} more of the same kind").format(left))] if left > 0 else found
+
+
+def mass(declared: Any) -> Markup:
+    """Return the mass matrix: its diagonal, or all of it where it is small, or its size."""
+    import sympy as sp
+
+    M = declared.M
+    if M.is_diagonal():
+        entries = list(M.diagonal())
+        if len(set(entries)) == 1:
+            return Markup("{} times the identity, {} by {}").format(written(entries[0]), *M.shape)
+        return Markup("diagonal, {} by {}: {}").format(*M.shape, Markup(", ").join(written(each) for each in dict.fromkeys(entries)))
+    if M.shape[0] <= 3:
+        return written(sp.Matrix(M))
+    filled = sum(M[i, j] != 0 for i in range(M.shape[0]) for j in range(M.shape[0]))
+    where = "depending on q" if M.free_symbols & set(declared.q) else "constant"
+    return Markup("{} by {}, {}, {} entries that are not zero").format(*M.shape, where, filled)
+
+
+def written(expression: Any) -> Markup:
+    """Return an expression as MathML, or how long it is where it is too long to be read."""
+    import sympy as sp
+    from sympy.printing.mathml import mathml
+
+    expression = sp.sympify(expression)
+    if sp.count_ops(expression) > LONGEST:
+        return Markup("an expression of {} operations").format(int(sp.count_ops(expression)))
+    renamed = {symbol: sp.Symbol(str(symbol).replace("_", " ")) for symbol in expression.free_symbols if "_" in str(symbol)}
+    return Markup("<math>{}</math>").format(Markup(mathematics(mathml(expression.subs(renamed), printer="presentation"))))
+
+
+def mathematics(markup: str) -> str:
+    """Return MathML with a thin space for each product and with minus signs."""
+    return (
+        markup.replace("<mo>&InvisibleTimes;</mo>", '<mspace width="0.2em"/>')
+        .replace("<mo>-</mo>", f"<mo>{MINUS}</mo>")
+        .replace("<mn>-", f"<mn>{MINUS}")
+    )

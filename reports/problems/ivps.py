@@ -1,0 +1,98 @@
+"""What the report on problems runs: each constrained problem of the catalogue in its first case, with a step size and an end."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cache
+from types import MappingProxyType
+
+from daebench.methods.catalogue import find_problem, problems
+from daebench.methods.initial_value_problem import initial_value_problem
+from daebench.runs.ivp import ConstrainedIvp
+from daebench.runs.make_ivp import constrained
+from daebench.systems.chain import ConstrainedChain
+from daebench.systems.constrained import ConstrainedHamiltonian
+
+STEPS = 400
+"""Steps of every fixed-step run: h is the end divided by this."""
+
+TOL = 1e-8
+"""Tolerance of every tolerance-driven run, relative and absolute."""
+
+
+@dataclass(frozen=True)
+class Horizon:
+    """How far an initial value problem is run.
+
+    Parameters
+    ----------
+    t_end : float
+        End of all runs, in the problem's unit of time.
+    drawn : float
+        Until when the path is drawn; beyond, it would cover itself.
+    why : str
+        What there is to see until the end, as the end of a sentence.
+    unit : str
+        Unit of time.
+    length : str
+        Unit of length.
+    """
+
+    t_end: float
+    drawn: float
+    why: str
+    unit: str = "s"
+    length: str = "m"
+
+
+UNDECLARED = Horizon(10.0, 5.0, "no other horizon is declared for it")
+
+HORIZONS: Mapping[str, Horizon] = MappingProxyType(
+    {
+        "planar_pendulum": Horizon(60.0, 3.7, "several swings"),
+        "spherical_pendulum": Horizon(60.0, 20.0, "several swings"),
+        "double_pendulum": Horizon(10.0, 3.0, "well before rounding decides the motion"),
+        "pendulum_chain": Horizon(5.0, 1.5, "well before rounding decides the motion"),
+        "double_spherical_pendulum": Horizon(20.0, 6.0, "several swings"),
+        "two_bodies_on_sphere": Horizon(5.0, 5.0, "a few encounters; the step is for the nearest of them"),
+        "ellipsoid_geodesic": Horizon(60.0, 40.0, "several turns round the ellipsoid"),
+        "torus": Horizon(30.0, 15.0, "several times through the hole"),
+        "slider_crank": Horizon(5.0, 0.9, "several turns of the crank"),
+        "four_bar": Horizon(5.0, 1.3, "several swings of the uprights, each through the horizontal"),
+        "andrews_squeezer": Horizon(0.03, 0.03, "the end of the benchmark"),
+        "butane": Horizon(10.0, 10.0, "a picosecond", unit="0.1 ps", length="Å"),
+        "rigid_body_rotation": Horizon(20.0, 9.0, "a few turns"),
+    }
+)
+"""Ends that suit the motions of the first cases; a problem that is not here gets :data:`UNDECLARED`."""
+
+
+def names() -> list[str]:
+    """Return the constrained problems of the catalogue, those that take long first: unknown ones, then as :data:`HORIZONS` ends."""
+    ends = list(HORIZONS)
+    return sorted(problems("constrained"), key=lambda name: (-ends.index(name) if name in ends else -len(ends), name))
+
+
+@cache
+def ivp_of(name: str, case: str | None = None) -> ConstrainedIvp:
+    """Return a case of a problem, by default its first."""
+    return constrained(initial_value_problem(name, case))
+
+
+def horizon(name: str) -> Horizon:
+    """Return how far the first case of a problem is run."""
+    return HORIZONS.get(name, UNDECLARED)
+
+
+def step_size(name: str) -> float:
+    """Return the step size of all fixed-step runs on the first case of a problem."""
+    return horizon(name).t_end / STEPS
+
+
+def definition(ivp: ConstrainedIvp) -> ConstrainedHamiltonian:
+    """Return what a problem declares, a chain written out."""
+    problem = find_problem(ivp.problem)
+    own = ivp.sheet.CASES[ivp.case]["parameters"]
+    declared = problem.define(**{name: int(value) for name, value in own.items() if name in problem.structure})
+    found = declared.written_out() if isinstance(declared, ConstrainedChain) else declared
+    assert isinstance(found, ConstrainedHamiltonian)
+    return found

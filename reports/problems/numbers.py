@@ -1,0 +1,79 @@
+"""Everything that the report on problems measures, with both cores where there are two; no judgement here, and no text."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import pandas as pd
+
+from daebench.pages.report.two_processes import Job, computed
+from daebench.reports.problems import rank, runs
+from daebench.reports.problems.facts import Facts, facts
+from daebench.reports.problems.ivps import names
+from daebench.reports.problems.path import Drawing, drawing_of
+
+Tell = Callable[[float, str], None]
+
+
+@dataclass(frozen=True)
+class Numbers:
+    """What was measured.
+
+    Parameters
+    ----------
+    facts : list of Facts
+        What each problem is.
+    drawings : mapping of str to Drawing
+        What is drawn of each problem that declares a picture.
+    runs : DataFrame
+        A row a problem and method.
+    rank : DataFrame
+        One row for each problem that loses rank, method and mode.
+    rank_paths : DataFrame
+        Positions over time of these runs.
+    losses : mapping of str to float
+        When G loses rank, by problem.
+    """
+
+    facts: list[Facts]
+    drawings: dict[str, Drawing]
+    runs: pd.DataFrame
+    rank: pd.DataFrame
+    rank_paths: pd.DataFrame
+    losses: dict[str, float]
+
+
+def jobs() -> list[Job]:
+    """Return what is measured; the methods of a problem are one job, for they share what is derived, and the dearest come first."""
+    found: list[Job] = [(problem_rows, (name,)) for name in names()]
+    found += [(rank_rows, (problem, case)) for problem, case in rank.IVPS]
+    return found + [(work, (name,)) for name in names() for work in (facts, drawing_of)]
+
+
+def problem_rows(problem: str) -> list[dict[str, Any]]:
+    """Return a row for each method on a problem, those that are left out included."""
+    against = runs.sizes_of(problem)
+    return [runs.row(problem, name, against) for name in runs.METHODS]
+
+
+def rank_rows(problem: str, case: str) -> tuple[list[dict[str, Any]], pd.DataFrame]:
+    """Return what each method does where G loses rank, in each mode, and the positions that are drawn."""
+    rows, paths = zip(*(rank.behaviour(problem, case, name, mode) for name in rank.METHODS for mode in rank.MODES), strict=True)
+    return list(rows), pd.concat(paths, ignore_index=True)
+
+
+def measure(tell: Tell) -> Numbers:
+    """Return the numbers; ``tell`` is told the fraction done and what was done."""
+    found = dict(computed(jobs(), tell, "measured"))
+    about: list[Facts] = sorted((found[facts, (name,)] for name in names()), key=lambda each: (each.m, each.d, each.name))
+    own = [each.name for each in about]
+    lost = [found[rank_rows, ivp] for ivp in rank.IVPS]
+    drawings = {name: found[drawing_of, (name,)] for name in own}
+    return Numbers(
+        facts=about,
+        drawings={name: each for name, each in drawings.items() if each is not None},
+        runs=pd.DataFrame([row for name in own for row in found[problem_rows, (name,)]]),
+        rank=pd.DataFrame([row for rows, _ in lost for row in rows]),
+        rank_paths=pd.concat([paths for _, paths in lost], ignore_index=True),
+        losses={problem: rank.loss(problem) for problem, _ in rank.IVPS},
+    )

@@ -1,0 +1,108 @@
+"""The initial value problems in which G loses rank: when, by an equation of motion of one angle, and what each method does there."""
+
+import math
+from collections.abc import Callable
+from types import MappingProxyType
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from daebench.diagnostics.integrals import energy_error
+from daebench.errors import DaebenchError
+from daebench.reports.problems.ivps import ivp_of
+from daebench.reports.problems.runs import largest, method
+from daebench.runs.request import Request
+
+GRAVITY = 9.81
+METHODS = ("rattle", "lobatto3", "seproj", "rk4", "ida:index3", "scipy:DOP853")
+MODES = ("stop", "continue")
+H, TOL, OUTPUTS = 0.002, 1e-8, 241
+IVPS = MappingProxyType({("four_bar", "iftomm"): 1.2, ("slider_crank", "lock_up"): 1.2})
+"""The initial value problems, each with its end, s."""
+
+SHOWN = MappingProxyType({"four_bar": (3, "height of the middle joint $B_1$ [m]"), "slider_crank": (2, "place of the slider $x_2$ [m]")})
+"""Number of the position that is drawn, and its name."""
+
+
+def loss(problem: str) -> float:
+    """Return when G loses rank, s, by integration of one angle with SciPy, which knows nothing of constraints."""
+    from scipy.integrate import solve_ivp
+
+    rate, start, place = MOTIONS[problem]
+
+    def reached(t: float, x: Any) -> float:
+        return float(x[0] - place)
+
+    reached.terminal = True  # type: ignore[attr-defined]
+    run = solve_ivp(rate, (0.0, 5.0), start, method="DOP853", rtol=1e-12, atol=1e-12, events=reached)
+    assert run.t_events is not None
+    return float(run.t_events[0][0])
+
+
+def uprights(t: float, x: Any) -> list[float]:
+    """Return the rate of (theta, theta') of two linkages in parallel: a pendulum with a = 3 (3 N + 1) / (2 (4 N + 1)), N = 2."""
+    return [x[1], -7 / 6 * GRAVITY * math.sin(x[0])]
+
+
+def crank(t: float, x: Any) -> list[float]:
+    """Return the rate of (phi, phi') of unit bars and masses with x2 = 2 cos phi: 2 T = I(phi) phi'^2 and U = gravity sin phi."""
+    s, c = math.sin(x[0]), math.cos(x[0])
+    inertia, slope = 2 / 3 + 6 * s * s, 12 * s * c
+    return [x[1], (-GRAVITY * c - slope * x[1] ** 2 / 2) / inertia]
+
+
+Motion = tuple[Callable[[float, Any], list[float]], tuple[float, float], float]
+MOTIONS: dict[str, Motion] = {
+    "four_bar": (uprights, (math.pi, -1.0), math.pi / 2),
+    "slider_crank": (crank, (0.0, 0.0), -math.pi / 2),
+}
+"""Rate, start, and the angle at which all bars lie on one line."""
+
+
+def behaviour(problem: str, case: str, name: str, mode: str) -> tuple[dict[str, Any], pd.DataFrame]:
+    """Return what a method does in an initial value problem with ``on_singular``, and the position that is drawn over time.
+
+    Parameters
+    ----------
+    problem, case : str
+        The initial value problem.
+    name : str
+        Name of the method.
+    mode : str
+        One of ``MODES``.
+
+    Returns
+    -------
+    dict
+        end, t (where the run ended), why; told, branch, turn and pivot of the first passage; energy error.
+    DataFrame
+        t and x of each output.
+    """
+    ivp, found, end = ivp_of(problem, case), method(name), IVPS[problem, case]
+    about: dict[str, Any] = {"problem": problem, "case": case, "method": name, "mode": mode}
+    request = Request(value=H, steps=round(end / H), watch=(), on_singular=mode)
+    if found.knob == "tol":
+        request = Request(value=TOL, t_end=end, points=OUTPUTS, watch=(), on_singular=mode)
+    try:
+        run = found.solve(ivp, request)
+    except DaebenchError as error:
+        return about | {"end": "stopped", "t": 0.0, "why": str(error), "branch": ""}, pd.DataFrame({"t": [], "x": []})
+    about |= {"end": "reached" if run.failure is None else "stopped", "t": float(run.t[-1]), "why": run.failure or ""}
+    first = run.passages[0] if run.passages else None
+    about |= {"told": first.t if first else told_in(run.failure or ""), "branch": first.branch if first else ""}
+    about |= {"turn": first.turn if first else math.nan, "pivot": first.pivot if first else math.nan, "passages": len(run.passages)}
+    about |= {"energy": largest(energy_error(ivp, run))}
+    return about, pd.DataFrame(about_path(problem, name, mode, run))
+
+
+def about_path(problem: str, name: str, mode: str, run: Any) -> dict[str, Any]:
+    """Return the columns of the position that is drawn."""
+    kept = np.unique(np.linspace(0, len(run.t) - 1, OUTPUTS).astype(int))
+    return {"problem": problem, "method": name, "mode": mode, "t": run.t[kept], "x": run.q[kept, SHOWN[problem][0]]}
+
+
+def told_in(sentence: str) -> float:
+    """Return the time that a message tells for the loss of rank, NaN if it tells none."""
+    _, found, rest = sentence.partition("G loses rank at about t = ")
+    return float(rest.split()[0].rstrip(".,;")) if found else math.nan

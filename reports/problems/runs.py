@@ -1,0 +1,128 @@
+"""One row a method: what becomes of energy, manifold and integrals of a problem, and what it costs; or why there is no run."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from types import MappingProxyType
+from typing import Any
+
+import numpy as np
+
+from daebench.diagnostics.energy import energy_drift
+from daebench.diagnostics.integrals import energy_error, integral_errors
+from daebench.errors import DaebenchError
+from daebench.methods.fixed_step.constrained import FixedStep
+from daebench.methods.names import parse
+from daebench.reports.problems.ivps import STEPS, TOL, horizon, ivp_of, step_size
+from daebench.reports.problems.sizes import Sizes, sizes
+from daebench.runs.ivp import ConstrainedIvp
+from daebench.runs.request import Method, Request
+from daebench.runs.trajectory import Trajectory
+from daebench.studies.claims.constrained import ROUNDINGS
+
+FAMILIES: Mapping[str, tuple[str, ...]] = MappingProxyType(
+    {
+        "on the manifold, symplectic": ("symplectic_euler", "rattle", "rattle/suzuki4", "lobatto3", "strang"),
+        "positions on it, symplectic": ("shake",),
+        "index-reduced ODE": ("se", "midpoint", "rk4"),
+        "with projection": ("seproj", "rk4+proj"),
+        "local coordinates": ("local:midpoint",),
+        "mechanics codes": ("generalized_alpha", "radau2_ggl"),
+        "DAE solver": ("ida:index3", "ida:index2", "ida:index1", "ida:ggl"),
+        "ODE solver": ("cvode:adams", "scipy:DOP853"),
+    }
+)
+"""Representatives of each family of methods."""
+
+METHODS = tuple(name for members in FAMILIES.values() for name in members)
+FAMILY = {name: family for family, members in FAMILIES.items() for name in members}
+
+BUTANE = "the torsion force, differentiated as they need it, is left out for the time that deriving and compiling takes"
+SQUEEZER = "M(q) of seven bodies on three loops, differentiated as they need it, is left out for the time that deriving and compiling takes"
+BODY = "nine positions under six constraints, differentiated as they need it, are left out for the time that deriving and compiling takes"
+LEFT_OUT: Mapping[tuple[str, str], str] = MappingProxyType(
+    {("butane", name): BUTANE for name in ("local:midpoint", "ida:index2", "ida:index1", "ida:ggl", "cvode:adams")}
+    | {("andrews_squeezer", name): SQUEEZER for name in ("local:midpoint", "ida:index1", "ida:ggl", "cvode:adams")}
+    | {("rigid_body_rotation", name): BODY for name in ("ida:index2", "ida:index1", "ida:ggl", "cvode:adams")}
+)
+"""Pairs of a problem and a method that are not run, with the reason."""
+
+OUTPUTS = 101
+
+ROUND_OFF = ROUNDINGS * STEPS * float(np.finfo(float).eps)
+"""Residuals and errors of up to this part of their size are round-off: what ``daebench check`` allows a run of so many steps."""
+
+EVALUATIONS = ("H_p", "H_q", "g", "G", "second", "residual", "rhs")
+SOLVES = ("solve", "jacobian")
+
+
+def method(name: str) -> Method[ConstrainedIvp, Trajectory]:
+    """Return a method, uncompiled if it has fixed steps: runs are so short that compiling would take longer."""
+    found = parse(name)
+    return replace(found, compiled=False) if isinstance(found, FixedStep) else found
+
+
+def sizes_of(problem: str) -> Sizes:
+    """Return the sizes along the run of RATTLE on the first case of a problem."""
+    ivp = ivp_of(problem)
+    return sizes(ivp, solve(problem, ivp, method("rattle")))
+
+
+def row(problem: str, name: str, against: Sizes) -> dict[str, Any]:
+    """Return what becomes of the first case of a problem with a method, errors as parts of sizes; one that is left out has the reason."""
+    ivp, found = ivp_of(problem), method(name)
+    about: dict[str, Any] = {"problem": problem, "case": ivp.case, "family": FAMILY[name], "method": name, "knob": found.knob}
+    about |= {"claims_manifold": isinstance(found, FixedStep) and found.claims.on_manifold}
+    if (problem, name) in LEFT_OUT:
+        return about | {"end": "not run", "why": LEFT_OUT[problem, name], "t": 0.0}
+    if (why := found.refusal(ivp)) is not None:
+        return about | {"end": "refused", "why": why, "t": 0.0}
+    try:
+        run = solve(problem, ivp, found)
+    except DaebenchError as error:
+        return about | {"end": "stopped", "why": str(error), "t": 0.0}
+    return about | measured(ivp, run, against)
+
+
+def solve(problem: str, ivp: ConstrainedIvp, found: Method[ConstrainedIvp, Trajectory]) -> Trajectory:
+    """Return the run of a method to the end of an initial value problem."""
+    if found.knob == "h":
+        return found.solve(ivp, Request(value=step_size(problem), steps=STEPS, watch=()))
+    return found.solve(ivp, Request(value=TOL, t_end=horizon(problem).t_end, points=OUTPUTS, watch=()))
+
+
+def measured(ivp: ConstrainedIvp, run: Trajectory, against: Sizes) -> dict[str, Any]:
+    """Return what a run, complete or not, did to energy, manifold and integrals, and its work.
+
+    Errors are the largest over the outputs, those of energy and integrals as parts of their sizes. ``g_rounding`` and ``Gv_rounding`` are
+    the residuals that rounding explains.
+    """
+    error = energy_error(ivp, run) / against.energy
+    kept = {name: largest(each) / against.integrals[name] for name, each in integral_errors(ivp, run).items()}
+    found: dict[str, Any] = {"end": "reached" if run.failure is None else "stopped", "why": run.failure or "", "t": float(run.t[-1])}
+    found |= {"energy": largest(error), "kind": kind(run, error), "energy_scale": against.energy}
+    found |= {"g": largest(ivp.along("g", run.q)), "Gv": largest(ivp.along("Gv", run.p, run.q))}
+    found |= {"g_rounding": ROUND_OFF * against.g, "Gv_rounding": ROUND_OFF * against.Gv}
+    found |= {"integrals": max(kept.values(), default=float("nan")), "worst_integral": max(kept, key=kept.__getitem__, default="")}
+    found |= {"steps": run.steps}
+    found |= {"evaluations": total(run.work, EVALUATIONS), "solves": total(run.work, SOLVES)}
+    found |= {f"work_{name}": count for name, count in run.work.items()}
+    found |= {"passages": len(run.passages), "branches": ", ".join(sorted({each.branch for each in run.passages}))}
+    return found
+
+
+def largest(values: Any) -> float:
+    """Return the largest modulus, infinite if one is not finite."""
+    values = np.abs(np.asarray(values, dtype=float))
+    return float(np.max(values)) if np.all(np.isfinite(values)) else float("inf")
+
+
+def kind(run: Trajectory, error: Any) -> str:
+    """Return what becomes of a relative energy error: "kept", or what :func:`daebench.diagnostics.energy.energy_drift` says in brief."""
+    if largest(error) <= ROUND_OFF:
+        return "kept"
+    return energy_drift(run.t, error).brief
+
+
+def total(work: Mapping[str, int], kinds: Sequence[str]) -> int:
+    """Return how often anything of these kinds was done."""
+    return sum(count for name, count in work.items() if name in kinds)

@@ -1,0 +1,36 @@
+"""What IDA's tolerance buys: asked tolerance against reached accuracy by formulation and cure, drift laws, cost, its own estimate."""
+
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+from daebench.pages.report import Progress, make_page
+from daebench.reports.index_reduction.figures import label
+from daebench.reports.tolerances import claims, drift, runs
+from daebench.reports.tolerances import tables as _tolerances_tables
+from daebench.reports.tolerances.claims import check
+from daebench.reports.tolerances.figures import draw
+from daebench.reports.tolerances.numbers import Numbers, measure
+from daebench.reports.tolerances.tables import sentences, tables
+
+COMMAND = "daebench report tolerances"
+
+MODULES = (claims, drift, runs, _tolerances_tables)
+CONSTANTS = SimpleNamespace(**{name: value for module in MODULES for name, value in vars(module).items() if name.isupper()})
+
+
+def make(out: Path, progress: Progress) -> Path:
+    """Make the report in a folder; return the path of its page, see :func:`daebench.pages.report.make_page`."""
+
+    def content(numbers: Numbers, found: SimpleNamespace) -> dict[str, Any]:
+        return {
+            "c": CONSTANTS,
+            "drawn": draw(numbers, out / "figures"),
+            "tables": tables(numbers, out / "tables"),
+            "label": label,
+            "ivps": runs.IVPS,
+            "failures": sentences(found.headline.failed),
+            "spacing": float(numbers.drift["t"].iloc[1]),
+        }
+
+    return make_page("tolerances/page.html", out, COMMAND, progress, measure=measure, check=check, content=content)

@@ -1,0 +1,142 @@
+"""The runs of the report on tolerances: every formulation with every cure at every tolerance, and what became of each."""
+
+import re
+from collections.abc import Sequence
+from functools import cache
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+
+from daebench.methods.initial_value_problem import initial_value_problem
+from daebench.methods.solvers.cured import CURES
+from daebench.methods.solvers.ida import DEFAULT_CURES, Ida
+from daebench.reports.tolerances.exact import Exact, exact
+from daebench.runs.ivp import ConstrainedIvp
+from daebench.runs.make_ivp import constrained
+from daebench.runs.request import Request, WorkLimit
+from daebench.runs.trajectory import Trajectory
+
+FAST = "spherical_pendulum-fig1.2"
+IVPS = {
+    "planar_pendulum-horizontal": "planar pendulum",
+    "spherical_pendulum-fig1.1": "spherical pendulum, slow",
+    FAST: "spherical pendulum, fast",
+    "double_pendulum-horizontal": "double pendulum",
+    "pendulum_chain-horizontal5": "chain of five",
+}
+"""What is solved, by the names of the references, each with its name for people."""
+
+FORMULATIONS = ("index3", "index2", "index1", "ggl")
+TOLERANCES = tuple(float(f"1e-{k}") for k in range(3, 15))
+T_END = 10.0
+
+WORK_LIMIT = WorkLimit(calls=450_000, slow_calls=20_000, slow_part=150)
+"""When a run is given up."""
+
+SHORT_WORK_LIMIT = WorkLimit(calls=150_000, slow_calls=20_000, slow_part=40)
+"""When a run whose multipliers are left as they are is given up: most fail, and half of all work would go into them."""
+
+REACHED = "reached"
+KINDS = {
+    "the local error test failed": "error test",
+    "Newton's iteration failed": "Newton",
+    "the step size has collapsed": "step size",
+    "calls of the residual": "patience",
+}
+"""Why a run ended early: what the sentence contains, and a name for it."""
+
+IN_WORDS = {
+    "error test": "the local error test failed even with the smallest step",
+    "Newton": "Newton's iteration did not converge even with the smallest step",
+    "step size": "a thousand steps covered less than a billionth of the run",
+    "patience": "it was given up after too many calls of the residual",
+    "other": "it stopped for another reason",
+}
+STOPPED = ("error test", "Newton", "other")
+"""Ends that are IDA's own; the others are ours."""
+
+Row = dict[str, Any]
+
+
+@cache
+def ivp_of(name: str) -> ConstrainedIvp:
+    """Return an initial value problem by the name of its reference, made once in a process."""
+    problem, _, case = name.partition("-")
+    return constrained(initial_value_problem(problem, case))
+
+
+@cache
+def exact_of(name: str, t_end: float) -> Exact:
+    """Return what an initial value problem's errors are taken against, read once in a process."""
+    return exact(ivp_of(name), t_end)
+
+
+def series(name: str, formulation: str, tolerances: Sequence[float] = TOLERANCES, cures: Sequence[str] = CURES) -> list[Row]:
+    """Return one row a cure and tolerance; those of a cure know what the next tolerance gives, as a user could.
+
+    Parameters
+    ----------
+    name : str
+        Name of a reference.
+    formulation : str
+        One of ``FORMULATIONS``.
+    tolerances : sequence of float
+        Descending.
+    cures : sequence of str
+        Any of :data:`daebench.methods.solvers.cured.CURES`.
+    """
+    rows = []
+    for cure in cures:
+        runs = [solve(name, formulation, cure, tol) for tol in tolerances]
+        estimates = [difference(one, finer) for one, finer in pairwise(runs)]
+        rows += [row(name, formulation, cure, *pair) for pair in zip(runs, [*estimates, float("nan")], strict=True)]
+    return rows
+
+
+def solve(name: str, formulation: str, cure: str, tol: float, t_end: float = T_END) -> Trajectory:
+    """Return the run of IDA, relative and absolute tolerance ``tol``, with output at the times of the reference."""
+    work_limit = SHORT_WORK_LIMIT if cure == "none" else WORK_LIMIT
+    request = Request(value=tol, t_end=t_end, points=len(exact_of(name, t_end).t), watch=("manifold",), work_limit=work_limit)
+    return Ida(formulation, cure).solve(ivp_of(name), request)
+
+
+def difference(one: Trajectory, other: Trajectory) -> float:
+    """Return the largest difference of two complete runs' positions, NaN if one is not complete."""
+    return float("nan") if one.failure or other.failure else float(np.max(np.abs(one.q - other.q)))
+
+
+def row(name: str, formulation: str, cure: str, run: Trajectory, estimate: float) -> Row:
+    """Return what became of a run: ``error`` is the largest of a component of q at any output, NaN if the run ended early."""
+    truth, problem = exact_of(name, T_END), name.partition("-")
+    return {
+        "problem": problem[0],
+        "case": problem[2],
+        "formulation": formulation,
+        "cure": cure,
+        "default": cure == DEFAULT_CURES[formulation],
+        "tol": run.value,
+        "error": float("nan") if run.failure else float(np.max(np.abs(run.q - truth.q))),
+        "estimate": estimate,
+        "floor": truth.floor,
+        "amplification": truth.amplification,
+        "g": run.maxima["g"],
+        "Gv": run.maxima["Gv"],
+        "steps": run.steps,
+        "residuals": run.work["residual"],
+        "jacobians": run.work.get("jacobian", 0),
+        "t_reached": float(run.t[-1]),
+        "end": end(run.failure),
+        "reason": reason(run.failure),
+    }
+
+
+def reason(failure: str | None) -> str:
+    """Return why a run ended early, without where and advice; empty if it did not."""
+    found = re.search(r"\(tol = [^)]*\): (.*); [^;]*\.$", failure or "")
+    return found[1] if found else failure or ""
+
+
+def end(failure: str | None) -> str:
+    """Return how a run ended: "reached", or a name of ``KINDS``, or "other"."""
+    return REACHED if failure is None else next((name for text, name in KINDS.items() if text in failure), "other")

@@ -1,0 +1,158 @@
+"""The tables of the report on tolerances."""
+
+from collections.abc import Mapping
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from markupsafe import Markup
+
+from daebench.draw.figures import save_table
+from daebench.pages.report import NONE, count, listing, number, power_of_ten, table, with_error
+from daebench.reports.index_reduction.figures import label
+from daebench.reports.index_reduction.tables import Formats, Tabulate, text
+from daebench.reports.tolerances.drift import QUANTITIES
+from daebench.reports.tolerances.numbers import Numbers
+from daebench.reports.tolerances.runs import FORMULATIONS, IN_WORDS, IVPS, KINDS, REACHED
+
+SHOWN_TOLERANCES = (1e-6, 1e-9, 1e-12)
+WANTED = 1e-6
+"""Accuracy, m, for which the table says what to ask for."""
+
+
+def tables(numbers: Numbers, folder: Path) -> Mapping[str, Tabulate]:
+    """Write the tables as CSV into a folder, all columns and rows, and return functions from a caption to HTML, by name."""
+    runs = numbers.runs.assign(scene=numbers.runs["problem"] + "-" + numbers.runs["case"])
+    for stem, data in (("runs", numbers.runs), ("laws", numbers.laws), ("reached", reached(runs)), ("ends", ends(runs))):
+        save_table(folder / f"{stem}.csv", data)
+    return {
+        "reached": partial(reached_table, reached(runs)),
+        "ends": partial(ends_table, ends(runs)),
+        "laws": partial(laws_table, numbers.laws),
+    }
+
+
+def at(rows: pd.DataFrame, tol: float) -> float:
+    """Return the error at a tolerance, NaN if there is none."""
+    found = rows["error"][rows["tol"] == tol]
+    return float(found.iloc[0]) if len(found) else float("nan")
+
+
+def to_ask(rows: pd.DataFrame, wanted: float) -> float:
+    """Return the loosest tolerance from which on every tighter one gives the wanted accuracy, NaN if there is none.
+
+    A run without a result does not give it.
+    """
+    rows = rows.sort_values("tol")
+    good = np.cumprod((rows["error"] <= wanted).to_numpy(dtype=int)).astype(bool)
+    return float(rows["tol"][good].max()) if good.any() else float("nan")
+
+
+def reached(runs: pd.DataFrame) -> pd.DataFrame:
+    """Return one row for each problem and formulation, default cures: errors at chosen tolerances, and what to ask for."""
+    rows = []
+    for ivp, name in IVPS.items():
+        for formulation in FORMULATIONS:
+            own = runs[(runs["scene"] == ivp) & (runs["formulation"] == formulation) & runs["default"]]
+            errors = {f"error_{tol:.0e}": at(own, tol) for tol in SHOWN_TOLERANCES}
+            last = own[own["error"].notna()].sort_values("error").iloc[0]
+            rows.append(
+                {"scene": name, "formulation": label(formulation)}
+                | errors
+                | {
+                    "ask": to_ask(own, WANTED),
+                    "best": last["error"],
+                    "best_tol": last["tol"],
+                    "amplification": own["amplification"].iloc[0],
+                }
+            )
+    return pd.DataFrame(rows)
+
+
+def reached_table(frame: pd.DataFrame, caption: str) -> Markup:
+    """Return what was reached, problem by problem."""
+    first = frame["scene"] != frame["scene"].shift()
+    shown = frame.assign(scene=frame["scene"].where(first, ""))
+    errors = [f"error_{tol:.0e}" for tol in SHOWN_TOLERANCES]
+    formats: Formats = {"scene": text, "formulation": text}
+    formats |= dict.fromkeys(errors, number) | {"ask": power, "best": number, "best_tol": power}
+    headings = {"scene": "problem", "ask": f"ask for<small>to get {power_of_ten(WANTED)} m</small>", "best": "best<small>of all, m</small>"}
+    headings |= {"best_tol": "at<small>tolerance</small>"}
+    headings |= {name: f"error at<small>{power_of_ten(tol)}, m</small>" for name, tol in zip(errors, SHOWN_TOLERANCES, strict=True)}
+    return table("reached", shown, formats, headings, caption)
+
+
+def power(value: float) -> Markup:
+    """Return a power of ten, or a dash where there is none."""
+    return power_of_ten(value) if np.isfinite(value) else Markup(NONE)
+
+
+def ends(runs: pd.DataFrame) -> pd.DataFrame:
+    """Return one row a formulation and cure: how many runs ended how, over all initial value problems, those without a failure included."""
+    names = (REACHED, *KINDS.values(), "other")
+    rows = []
+    for formulation in FORMULATIONS:
+        for cure in ("none", "atol", "derivative"):
+            own = runs[(runs["formulation"] == formulation) & (runs["cure"] == cure)]
+            good = own[own["end"] == REACHED]
+            counts = {name: int(np.sum(own["end"] == name)) for name in names}
+            tightest = good.groupby("scene")["tol"].min().reindex(list(IVPS))
+            rows.append(
+                {"formulation": label(formulation), "cure": cure, "default": bool(own["default"].iloc[0]), "runs": len(own)}
+                | counts
+                | {"tightest_of_worst_scene": tightest.max() if tightest.notna().all() else float("nan")}
+            )
+    return pd.DataFrame(rows)
+
+
+def ends_table(frame: pd.DataFrame, caption: str) -> Markup:
+    """Return how runs ended."""
+    words = {"none": "none (plain)"}
+    first = frame["formulation"] != frame["formulation"].shift()
+    cures = [
+        words.get(cure, cure) + (", default" if default else "") for cure, default in zip(frame["cure"], frame["default"], strict=True)
+    ]
+    shown = frame.assign(formulation=frame["formulation"].where(first, ""), cure=cures)
+    formats: Formats = {"formulation": text, "cure": text, "runs": count, REACHED: zero}
+    formats |= {name: zero for name in (*KINDS.values(), "other") if frame[name].any()}
+    headings = {REACHED: "reached<small>the end</small>", "error test": "error test<small>IDA stops</small>"}
+    headings |= {"Newton": "Newton<small>IDA stops</small>", "step size": "step size<small>collapsed</small>"}
+    headings |= {"patience": "given up<small>too much work</small>", "other": "other<small>IDA stops</small>"}
+    return table("ends", shown, formats, headings, caption)
+
+
+def zero(value: int) -> Markup:
+    """Return a count, or a dash for none."""
+    return count(value) if value else Markup(NONE)
+
+
+def laws_table(laws: pd.DataFrame, caption: str) -> Markup:
+    """Return the fitted powers of time."""
+    rows: list[dict[str, Any]] = []
+    for formulation in FORMULATIONS:
+        for tol, own in reversed(list(laws[laws["formulation"] == formulation].groupby("tol"))):
+            found = own.set_index("quantity")
+            powers = {name: with_error(found["exponent"][name], found["error"][name]) for name in QUANTITIES}
+            rows.append({"formulation": label(formulation), "tol": tol} | powers | {"windows": int(found["windows"]["error"])})
+    shown = pd.DataFrame(rows, dtype=object)  # text that is HTML must not become a string of pandas
+    formats: Formats = {"formulation": text, "tol": power_of_ten}
+    formats |= dict.fromkeys(QUANTITIES, text) | {"windows": count}
+    headings = {"tol": "tolerance", "g": "|<i>g</i>|", "energy": "energy error", "error": "position error"}
+    return table("laws", shown, formats, headings | {"windows": "windows<small>of the last</small>"}, caption)
+
+
+def sentences(failed: pd.DataFrame) -> Markup:
+    """Return runs that ended early, in words: which, where and why."""
+    said = [
+        Markup("{} on the {} at tolerance {} (at t = {} {})").format(
+            label(str(row["formulation"])),
+            IVPS[str(row["scene"])],
+            power_of_ten(row["tol"]),
+            number(row["t_reached"], 3),
+            IN_WORDS[str(row["end"])],
+        )
+        for row in failed.to_dict("records")
+    ]
+    return listing(said)

@@ -1,0 +1,58 @@
+"""What accuracy costs: error against CPU time and evaluations for methods of all families, what each keeps, and which to take."""
+
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+from daebench.pages.report import Progress, make_page
+from daebench.reference.keep import store
+from daebench.reference.keep.places import DATA
+from daebench.reports.work_precision.claims import MIDDLE, check
+from daebench.reports.work_precision.figures import draw_all
+from daebench.reports.work_precision.ivps import COARSE, WANTED
+from daebench.reports.work_precision.numbers import STORE, Numbers, measure
+from daebench.reports.work_precision.tables import setting, tables, times
+from daebench.studies.grid.measure import LONG
+from daebench.studies.work_precision.recommend import LEAST, ROUND_OFF
+from daebench.studies.work_precision.study import CALLS, HALVINGS, IN_A_CALL, REPEAT
+
+COMMAND = "daebench report work-precision"
+
+CONSTANTS = SimpleNamespace(
+    CALLS=CALLS,
+    HALVINGS=HALVINGS,
+    IN_A_CALL=IN_A_CALL,
+    LEAST=LEAST,
+    LONG=LONG,
+    MIDDLE=MIDDLE,
+    REPEAT=REPEAT,
+    ROUND_OFF=ROUND_OFF,
+    STORE=STORE,
+    WANTED=WANTED,
+)
+
+
+def make(out: Path, progress: Progress) -> Path:
+    """Make the report in a folder; return the path of its page, see :func:`daebench.pages.report.make_page`.
+
+    Runs are kept in the folder: interrupted, it goes on where it stopped when it is called again.
+    """
+
+    def content(numbers: Numbers, found: SimpleNamespace) -> dict[str, Any]:
+        used = {f"{work.problem}-{work.case}" for work in numbers.works}
+        methods = {method for runs in numbers.runs.values() for method in runs["method"]}
+        return {
+            "c": CONSTANTS,
+            "coarse": {method: tol for method, tol in COARSE.items() if method in methods},
+            "drawn": draw_all(numbers, out / "figures"),
+            "tables": tables(numbers, found.found, out / "tables"),
+            "references": len(store.names(DATA)),
+            "unused": len(set(store.names(DATA)) - used),
+            "left_out": numbers.left_out,
+            "setting": setting,
+            "times": times,
+        }
+
+    return make_page(
+        "work_precision/page.html", out, COMMAND, progress, measure=lambda tell: measure(out, tell), check=check, content=content
+    )

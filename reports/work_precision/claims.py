@@ -1,0 +1,161 @@
+"""What the report on work against precision says: winners, fronts, recommendations; each sentence is tested before it is printed."""
+
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from daebench.pages.report.claims import require
+from daebench.reports.work_precision.ivps import WANTED, Work
+from daebench.reports.work_precision.numbers import Numbers
+from daebench.studies.work_precision.recommend import CONSERVED, ROUND_OFF, recommended
+from daebench.studies.work_precision.study import LEVELS, at_least, cheapest, front
+
+MIDDLE = 1e-6
+"""The accuracy of the sentences and of the overview."""
+
+
+def check(numbers: Numbers) -> SimpleNamespace:
+    """Return the numbers of the text, all sentences tested.
+
+    Raises
+    ------
+    ClaimRefuted
+        If one does not hold.
+    """
+    check_defects(numbers.defects)
+    found = {work.key: check_work(work, numbers.runs[work.key]) for work in numbers.works}
+    runs = pd.concat(numbers.runs.values())
+    return SimpleNamespace(
+        works=numbers.works,
+        found=found,
+        total=len(runs),
+        failed=int((runs["failure"] != "").sum()),
+        tally=tally([each.winners for each in found.values()]),
+        cells=sum(len(each.winners) for each in found.values()),
+        price={name: price([each.advice for each in found.values()], name) for name in CONSERVED if name != "nothing"},
+        callbacks=callbacks(found),
+        structure=structure(numbers),
+        uncounted=[str(name) for name, each in runs.groupby("method", sort=False) if each["evaluations"].isna().all()],
+    )
+
+
+def check_defects(frame: pd.DataFrame) -> None:
+    """Test that methods keep the two-form, or the structure matrix, exactly where they say so."""
+    for row in frame.dropna(subset=["defect"]).to_dict("records"):
+        good = (row["defect"] <= ROUND_OFF) == row["claimed"]
+        require(
+            good, f"{row['method']} is {'' if row['claimed'] else 'not '}symplectic on {row['key']}", f"a defect of {row['defect']:.2e}"
+        )
+
+
+def check_work(work: Work, table: pd.DataFrame) -> SimpleNamespace:
+    """Test runs, front and recommendations of a motion, and return what is said of it."""
+    failed = table[table["failure"] != ""]
+    shown = failed[[work.error, "seconds"]].notna().any(axis=1)
+    require(not shown.any(), f"failed runs on {work.key} show no number", f"{int(shown.sum())} that do")
+    best = {cost: front(table, work.error, cost) for cost in ("seconds", "evaluations")}
+    for cost, runs in best.items():
+        falls = np.all(np.diff(at_least(runs, work.error)) < 0) and np.all(np.diff(runs[cost]) >= 0)
+        require(falls, f"along the front on {work.key} errors fall and {cost} grow", runs[[cost, work.error]].to_numpy().tolist())
+    advice = recommended(table, work.error, "seconds", WANTED)
+    for row in advice[advice["method"] != ""].to_dict("records"):
+        what = f"{row['method']} reaches {row['level']:.0e} on {work.key}"
+        require(row["error"] <= row["level"], what, f"an error of {row['error']:.2e}")
+    first = winners(work, table)
+    return SimpleNamespace(
+        winners=first,
+        phrases=phrases(first),
+        front=best,
+        advice=advice,
+        failed=failed,
+        keeps=keeps(work, table),
+        bound=float(table[f"bound_{work.letter}"].max()),
+        below=int((table[work.error] <= table[f"bound_{work.letter}"]).sum()),
+    )
+
+
+def winners(work: Work, table: pd.DataFrame) -> pd.DataFrame:
+    """Return the cheapest method for each accuracy: by time, by evaluations, and by time if Python callbacks took none."""
+    found = {cost: cheapest(table, work.error, cost, LEVELS).set_index("level") for cost in ("seconds", "evaluations", "own_seconds")}
+    joined = found["seconds"].join(found["evaluations"].add_suffix("_counted")).join(found["own_seconds"][["method"]].add_suffix("_own"))
+    words = dict.fromkeys(("method_counted", "next_counted", "method_own"), "")  # where no method that counts evaluations gets there
+    return joined.rename(columns={"evaluations_counted": "evaluations"}).fillna(words).reset_index()
+
+
+def phrases(frame: pd.DataFrame) -> list[SimpleNamespace]:
+    """Return the winners by time in as few phrases as there are changes of the winner.
+
+    Each has first and last level, method, least and most factor to the next, the next methods, and who is first by evaluations and who
+    would be without Python callbacks, where that is another one.
+    """
+    found = []
+    alone = frame["next"] == ""
+    for _, rows in frame.groupby(((frame["method"] != frame["method"].shift()) | (alone != alone.shift())).cumsum()):
+        method = str(rows["method"].iloc[0])
+        counted, own = (list(dict.fromkeys(rows[name][~rows[name].isin([method, ""])])) for name in ("method_counted", "method_own"))
+        followers = [name for name in dict.fromkeys(rows["next"]) if name]
+        span = {"first": rows["level"].iloc[0], "last": rows["level"].iloc[-1], "least": rows["ratio"].min(), "most": rows["ratio"].max()}
+        found.append(SimpleNamespace(method=method, next=followers, counted=counted, own=own, **span))
+    return found
+
+
+def keeps(work: Work, table: pd.DataFrame) -> pd.DataFrame:
+    """Return one row a method: its smallest error, largest value of its knob that keeps the energy, and conserved quantities there.
+
+    Columns method, knob, error, claimed, energy (as measured; NaN if it is kept with none), then of the most accurate run: energy_drift,
+    g, Gv or casimirs, and integrals.
+    """
+    rows: list[dict[str, Any]] = []
+    for name, runs in table[table["failure"] == ""].groupby("method", sort=False):
+        best = runs.sort_values(work.error).iloc[0]
+        row = {"method": name, "knob": best["knob"], "error": best[work.error], "claimed": bool(runs["claims_energy"].all())}
+        row |= {"energy": runs["value"].where(runs["measured_energy"]).max(), "all": bool(runs["measured_energy"].all())}
+        rows.append(row | {each: best.get(each, np.nan) for each in ("energy_error", "g", "Gv", "casimirs", "integrals")})
+    return pd.DataFrame(rows)
+
+
+def tally(frames: list[pd.DataFrame]) -> list[tuple[str, int]]:
+    """Return how often each method is the cheapest by time, over all motions and accuracies, the most frequent first."""
+    counts = pd.concat(frames)["method"].value_counts()
+    return [(str(name), int(count)) for name, count in counts.items()]
+
+
+def price(frames: list[pd.DataFrame], conserve: str) -> SimpleNamespace:
+    """Return by what factor the cheapest run that conserves something is dearer than the cheapest of all, over motions and accuracies.
+
+    Median and most are over those cases in which it is dearer; cases counts all in which it could be asked for, n those with such a run.
+    """
+    ratios, cases = [], 0
+    for frame in frames:
+        costs = frame.pivot_table(index="level", columns="conserve", values="price")
+        if conserve in set(frame["conserve"]):
+            cases += int(costs["nothing"].notna().sum())
+        if conserve in costs:
+            ratios += list((costs[conserve] / costs["nothing"]).dropna())
+    require(all(ratio >= 1 for ratio in ratios), f"to conserve {conserve} is never cheaper than not to ask for it", ratios)
+    dear = [ratio for ratio in ratios if ratio > 1]
+    worst = {"median": float(np.median(dear or [np.nan])), "most": max(dear, default=float("nan"))}
+    return SimpleNamespace(cases=cases, n=len(ratios), free=len(ratios) - len(dear), **worst)
+
+
+def callbacks(found: dict[str, SimpleNamespace]) -> SimpleNamespace:
+    """Return how many winners would be others if Python callbacks took no time."""
+    frames = [each.winners for each in found.values()]
+    changed = sum(int((frame["method"] != frame["method_own"]).sum()) for frame in frames)
+    return SimpleNamespace(changed=changed)
+
+
+def structure(numbers: Numbers) -> SimpleNamespace:
+    """Return how many pairs of method and motion claim energy without drift, and how many of these and of the others were measured so."""
+    frames = [keeps(work, numbers.runs[work.key]).assign(key=work.key) for work in numbers.works]
+    every = pd.concat(frames, ignore_index=True)
+    claiming, others = every[every["claimed"]], every[~every["claimed"]]
+    return SimpleNamespace(
+        claiming=len(claiming),
+        level=int(claiming["energy"].notna().sum()),
+        others=len(others),
+        others_level=int(others["energy"].notna().sum()),
+        exceptions=list(dict.fromkeys(others["method"][others["energy"].notna()])),
+    )

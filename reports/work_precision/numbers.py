@@ -1,0 +1,112 @@
+"""Everything that the report on work against precision measures: runs timed one at a time and kept, and defects; no judgement here."""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import pandas as pd
+
+from daebench.errors import DaebenchError
+from daebench.methods.fixed_step.lifted import Lifted
+from daebench.methods.names import methods_of
+from daebench.pages.report.timed_runs import Processes, make_runs
+from daebench.pages.report.two_processes import two_processes
+from daebench.reports.work_precision.ivps import WORKS, Work
+from daebench.runs.ivp import PoissonIvp
+from daebench.studies.grid.claimed import claims_of
+from daebench.studies.grid.metrics import defect_of
+from daebench.studies.grid.store import opened
+from daebench.studies.grid.study import Study
+from daebench.studies.work_precision.recommend import with_conserved
+from daebench.studies.work_precision.study import with_costs
+
+Tell = Callable[[float, str], None]
+
+STORE = "studies.db"
+"""File of the runs, in the folder of the report."""
+
+MADE = 0.95
+"""Part of the work that is done when all runs are."""
+
+COARSER = 2
+"""Defects are those of steps this many times as long as the middle one of a method's step sizes."""
+
+
+@dataclass(frozen=True)
+class Numbers:
+    """What was measured.
+
+    Parameters
+    ----------
+    works : tuple of Work
+        The motions.
+    runs : mapping of str to DataFrame
+        One row a run, by key of the motion, with costs and what it keeps, see
+        :func:`daebench.studies.work_precision.recommend.with_conserved`.
+    defects : DataFrame
+        Columns key, method, h, claimed, defect: of methods with fixed steps; claimed is whether the method says that there is none.
+    left_out : DataFrame
+        Columns key, method, why: of the methods of the standard set that a problem cannot be solved by.
+    """
+
+    works: tuple[Work, ...]
+    runs: Mapping[str, pd.DataFrame]
+    defects: pd.DataFrame
+    left_out: pd.DataFrame
+
+
+def measure(folder: Path, tell: Tell, works: Sequence[Work] = WORKS, processes: Processes = two_processes) -> Numbers:
+    """Return the numbers; runs that the store in the folder has are not made again.
+
+    Raises
+    ------
+    Interrupted
+        If Ctrl-C ends it; what was done is kept.
+    """
+    studies = {work.key: work.study() for work in works}
+    with opened(folder / STORE) as kept:
+        cells = [cell for study, _ in studies.values() for cell in study.cells()]
+        make_runs(cells, kept, lambda done, doing: tell(MADE * done, doing), processes)
+        tables = {key: study.table(kept) for key, (study, _) in studies.items()}
+    tell(MADE, "defects")
+    found = [row for work in works for row in defects(work, studies[work.key][0])]
+    frame = pd.DataFrame(found, columns=["key", "method", "h", "claimed", "defect"])
+    return Numbers(
+        works=tuple(works),
+        runs={key: with_conserved(with_costs(table), _by_method(frame, key), claims_of(table)) for key, table in tables.items()},
+        defects=frame,
+        left_out=pd.DataFrame(
+            [(key, method, why) for key, (_, left) in studies.items() for method, why in left.items()], columns=["key", "method", "why"]
+        ),
+    )
+
+
+def _by_method(frame: pd.DataFrame, key: str) -> dict[str, float]:
+    own = frame[frame["key"] == key]
+    return {str(name): float(defect) for name, defect in zip(own["method"], own["defect"], strict=True)}
+
+
+def defects(work: Work, study: Study) -> list[dict[str, object]]:
+    """Return what each method with fixed steps makes of the two-form, or of the structure matrix: exactly, and uncompiled."""
+    ivp = study.cells()[0].ivp
+    rows: list[dict[str, object]] = []
+    for name, solver in zip(study.methods, methods_of(ivp, study.methods, anyway=study.anyway), strict=True):
+        if solver.knob != "h":
+            continue
+        steps = sorted(study.values.get(name, study.values["h"]))
+        h = COARSER * steps[len(steps) // 2]
+        try:
+            defect = defect_of(ivp, _uncompiled(solver), h)
+        except DaebenchError:
+            defect = float("nan")
+        rows.append({"key": work.key, "method": name, "h": h, "claimed": _claimed(solver, ivp), "defect": defect})
+    return rows
+
+
+def _uncompiled(solver: Any) -> Any:
+    return Lifted(replace(solver.method, compiled=False)) if isinstance(solver, Lifted) else replace(solver, compiled=False)
+
+
+def _claimed(solver: Any, ivp: Any) -> bool:
+    return bool(solver.is_poisson(ivp) if isinstance(ivp, PoissonIvp) else solver.claims.symplectic)

@@ -1,0 +1,150 @@
+"""The tables of the report on work against precision."""
+
+from collections.abc import Mapping
+from functools import partial
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import pandas as pd
+from markupsafe import Markup
+
+from daebench.draw.figures import save_table
+from daebench.pages.report import NONE, THIN, count, number, power_of_ten, table
+from daebench.reports.index_reduction.tables import Formats, Tabulate, code, column, text, tiny
+from daebench.reports.work_precision.claims import MIDDLE
+from daebench.reports.work_precision.ivps import Work
+from daebench.reports.work_precision.numbers import Numbers
+from daebench.studies.work_precision.recommend import CONSERVED
+
+WORDS = CONSERVED | {"two_form": "two-form", "casimirs": "Casimir functions", "constraints": "constraints"}
+
+
+def tables(numbers: Numbers, found: Mapping[str, SimpleNamespace], folder: Path) -> Mapping[str, Tabulate]:
+    """Write the tables as CSV into a folder, all columns and rows, and return functions from a caption to HTML, by name and motion."""
+    save_table(folder / "defects.csv", numbers.defects)
+    made: dict[str, Tabulate] = {"summary": partial(summary_table, numbers, found)}
+    for work in numbers.works:
+        own = found[work.key]
+        stems = {"runs": numbers.runs[work.key], "winners": own.winners, "keeps": own.keeps, "advice": own.advice}
+        stems["front"] = own.front["seconds"]
+        for stem, data in stems.items():
+            save_table(folder / f"{stem}-{work.key}.csv", data)
+        knobs = dict(numbers.runs[work.key].groupby("method")["knob"].first())
+        made[f"winners-{work.key}"] = partial(winners_table, work, own.winners, knobs)
+        made[f"keeps-{work.key}"] = partial(keeps_table, work, own.keeps, numbers.defects[numbers.defects["key"] == work.key])
+        made[f"advice-{work.key}"] = partial(advice_table, work, own.advice)
+        made[f"front-{work.key}"] = partial(front_table, work, own.front["seconds"])
+        if len(own.failed):
+            made[f"failed-{work.key}"] = partial(failed_table, work, own.failed)
+    return made
+
+
+def setting(knob: str, value: float) -> Markup:
+    """Return the value of a knob with its name: h = 1/64, tol = 10^-9."""
+    if knob == "tol":
+        return Markup("tol{0}={0}{1}").format(THIN, power_of_ten(value))
+    parts = round(1 / value)
+    shown = f"1/{parts}" if parts > 1 and abs(parts * value - 1) < 1e-12 else number(value, 3)
+    return Markup("<i>h</i>{0}={0}{1}").format(THIN, shown)
+
+
+def milliseconds(seconds: float) -> Markup:
+    """Return a time in milliseconds."""
+    return number(1e3 * seconds)
+
+
+def times(ratio: float) -> Markup:
+    """Return a factor; an en dash where there is no second method."""
+    return Markup("{}{}{}").format(number(ratio), THIN, "\N{MULTIPLICATION SIGN}") if ratio == ratio else Markup(NONE)
+
+
+def named(value: str) -> Markup:
+    """Return a method's name as HTML, an en dash for none."""
+    return code(value) if value else Markup(NONE)
+
+
+def summary_table(numbers: Numbers, found: Mapping[str, SimpleNamespace], caption: str) -> Markup:
+    """Return what to take on each motion at one accuracy, a column for each thing that must be conserved."""
+    asked = [name for name in CONSERVED if any(name in set(own.advice["conserve"]) for own in found.values())]
+    rows = []
+    for work in numbers.works:
+        advice = found[work.key].advice
+        own = advice[advice["level"] == MIDDLE].set_index("conserve").to_dict("index")
+        rows.append([work.title, work.t_end, *(chosen(own[name]) if name in own else Markup(NONE) for name in asked)])
+    frame = pd.DataFrame(rows, columns=["motion", "t", *asked], dtype=object)
+    formats: Formats = {"motion": text, "t": count} | dict.fromkeys(asked, text)
+    return table("summary", frame, formats, {"t": "to <i>t</i><small>s</small>"} | WORDS, caption)
+
+
+def chosen(row: Mapping[Any, Any]) -> Markup:
+    """Return a method with the value of its knob."""
+    return Markup("{}<br>{}").format(code(row["method"]), setting(row["knob"], row["value"])) if row["method"] else Markup(NONE)
+
+
+def winners_table(work: Work, frame: pd.DataFrame, knobs: Mapping[Any, str], caption: str) -> Markup:
+    """Return the cheapest methods by accuracy."""
+    shown = frame.assign(
+        at=column([setting(knobs[method], value) for method, value in zip(frame["method"], frame["value"], strict=True)], frame)
+    )
+    formats: Formats = {"level": power_of_ten, "method": code, "at": text, "seconds": milliseconds, "next": named, "ratio": times}
+    formats |= {"method_counted": named, "evaluations": count, "next_counted": named, "ratio_counted": times}
+    headings = {"level": f"|Δ<i>{work.letter}</i>|", "method": "by time", "at": "with", "seconds": "ms", "next": "next", "ratio": "dearer"}
+    headings |= {"method_counted": "by evaluations", "evaluations": "count", "next_counted": "next", "ratio_counted": "dearer"}
+    return table(f"winners-{work.key}", shown, formats, headings, caption)
+
+
+def front_table(work: Work, frame: pd.DataFrame, caption: str) -> Markup:
+    """Return the Pareto front by time."""
+    shown = frame.assign(at=column([setting(*pair) for pair in zip(frame["knob"], frame["value"], strict=True)], frame))
+    formats: Formats = {"method": code, "at": text, work.error: number, "seconds": milliseconds, "evaluations": count}
+    return table(f"front-{work.key}", shown, formats, {"at": "with", work.error: "error", "seconds": "CPU time<small>ms</small>"}, caption)
+
+
+def keeps_table(work: Work, frame: pd.DataFrame, defects: pd.DataFrame, caption: str) -> Markup:
+    """Return what each method keeps."""
+    defect = frame["method"].map(defects.set_index("method")["defect"])
+    shown = frame.assign(defect=defect, kept=column([verdict(row) for row in frame.to_dict("records")], frame))
+    formats: Formats = {"method": code, "error": number, "kept": text, "energy_error": tiny}
+    formats |= {name: tiny for name in ("g", "Gv", "casimirs", "integrals", "defect") if shown[name].notna().any()}
+    headings = {"error": "smallest<small>error</small>", "kept": "energy<small>without drift</small>"}
+    headings |= {"energy_error": "energy<small>error</small>", "g": "|<i>g</i>|", "Gv": "|<i>G H<sub>p</sub></i>|"}
+    headings |= {"casimirs": "Casimir<small>error</small>", "integrals": "momentum<small>error</small>"}
+    headings |= {"defect": f"{'structure' if work.poisson else 'two-form'}<small>defect</small>"}
+    return table(f"keeps-{work.key}", shown, formats, headings, caption)
+
+
+def verdict(row: Mapping[Any, Any]) -> Markup:
+    """Return whether a method claims energy without drift, and from where on it was measured to have none."""
+    if not row["claimed"]:
+        return Markup("not claimed")
+    if row["all"]:
+        return Markup("yes")
+    return Markup("from {}").format(setting(row["knob"], row["energy"])) if row["energy"] == row["energy"] else Markup("no")
+
+
+def advice_table(work: Work, frame: pd.DataFrame, caption: str) -> Markup:
+    """Return the recommendations."""
+    records = frame.to_dict("records")
+    shown = frame.assign(
+        accuracy=column([power_of_ten(row["level"]) for row in records], frame),
+        keep=[WORDS[row["conserve"]] for row in records],
+        at=column([setting(row["knob"], row["value"]) if row["method"] else Markup(NONE) for row in records], frame),
+    )
+    formats: Formats = {"accuracy": text, "keep": text, "method": named, "at": text, "cost": milliseconds, "error": number}
+    formats |= {"next": named, "ratio": times}
+    headings = {"accuracy": f"|Δ<i>{work.letter}</i>|", "keep": "must conserve", "method": "take", "at": "with"}
+    headings |= {"cost": "CPU time<small>ms</small>", "error": "error<small>reached</small>", "next": "next best", "ratio": "dearer"}
+    return table(f"advice-{work.key}", shown, formats, headings, caption)
+
+
+def sentence(value: str) -> Markup:
+    """Return a sentence that may take several lines."""
+    return Markup('<span class="long">{}</span>').format(value)
+
+
+def failed_table(work: Work, frame: pd.DataFrame, caption: str) -> Markup:
+    """Return the runs that show no number, and why."""
+    pairs = zip(frame["knob"], frame["value"], strict=True)
+    shown = frame.assign(at=column([setting(knob or "h", value) for knob, value in pairs], frame))
+    return table(f"failed-{work.key}", shown, {"method": code, "at": text, "failure": sentence}, {"at": "with", "failure": "why"}, caption)

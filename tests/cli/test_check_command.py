@@ -1,0 +1,83 @@
+"""The command ``daebench check``: what it prints, how it exits and what it refuses."""
+
+import json
+import sys
+from dataclasses import replace
+
+import pytest
+from checks import EXACT, Study
+
+from daebench.cli.app import main
+from daebench.methods.fixed_step.constrained import FixedStep
+from daebench.studies.claims.constrained import FALLS_SHORT, OK
+
+CHECK = ("check", "spherical_pendulum", "--case", "fig1.1", "--h", 0.03, "--steps", 20, "--method")
+
+
+@pytest.fixture
+def daebench(daebench, monkeypatch):
+    """Run the command line on uncompiled kernels, with a study made up."""
+    monkeypatch.setattr("daebench.methods.names_tables.FixedStep", lambda *a, **k: FixedStep(*a, **k | {"compiled": False}))
+    monkeypatch.setattr("daebench.studies.claims.check.study", lambda *_, **__: Study(q=lambda h: h**2, p=lambda h: h**2))
+    return daebench
+
+
+def test_the_command_prints_a_row_a_claim_and_exits_0_where_all_hold(daebench):
+    status, out, err = daebench(*CHECK, "rattle")
+    assert (status, err) == (0, "")
+    for name in ("order", *EXACT, "keeps L3"):
+        assert name in out
+    assert "2.000 ±" in out
+    assert FALLS_SHORT not in out
+
+
+def test_the_command_gives_one_json_object(daebench):
+    status, out, _ = daebench(*CHECK, "rattle", "--json")
+    found = json.loads(out)
+    rows = {row["property"]: row for row in found["claims"]}
+    assert (status, found["falls_short"], found["h"], found["steps"]) == (0, [], 0.03, 20)
+    assert list(rows) == ["order", *EXACT[:2], "Poisson in the chart", *EXACT[2:], "keeps L3"]
+    assert (rows["symplectic"]["claimed"], rows["symplectic"]["verdict"]) == (True, OK)
+    assert rows["symplectic"]["measured"] <= rows["symplectic"]["bound"]
+    assert (rows["keeps L3"]["claimed"], rows["keeps L3"]["bound"]) == (None, None)
+
+
+def test_a_false_claim_exits_1_naming_the_property(daebench, monkeypatch):
+    claims = replace(FixedStep("se").claims, symplectic=True, order=3)
+    monkeypatch.setattr(FixedStep, "claims", property(lambda _: claims))
+    status, out, _ = daebench(*CHECK, "se")
+    assert status == 1
+    assert out.strip().endswith("se falls short of what it claims: order, symplectic.")
+
+
+@pytest.mark.parametrize(
+    ("words", "status", "sentence"),
+    [
+        (("ida:index2",), 2, "ida:index2 chooses its own steps and makes no claims to check"),
+        (("ratle",), 2, "did you mean rattle"),
+        (("rattle", "--steps", 0), 2, "needs at least one"),
+        (("rattle", "--h", -1), 2, "h = -1 must be greater than 0"),
+        (("se", "--h", 10), 1, "se on spherical_pendulum, case fig1.1, stopped at t = "),
+    ],
+    ids=["no fixed step", "unknown", "no step", "negative", "fails"],
+)
+def test_what_cannot_be_checked_is_one_sentence(daebench, words, status, sentence):
+    found, out, err = daebench(*CHECK, *words)
+    assert (found, out) == (status, "")
+    assert sentence in err
+    assert err.count("\n") == 1
+
+
+def test_a_method_that_refuses_the_problem_says_why(daebench, monkeypatch):
+    monkeypatch.setattr(FixedStep, "refusal", lambda *_: "shake needs what spherical_pendulum does not have; use rattle.")
+    assert daebench(*CHECK, "shake") == (2, "", "daebench: shake needs what spherical_pendulum does not have; use rattle.\n")
+
+
+@pytest.mark.slow
+def test_the_command_as_it_is_used_finds_that_rattle_keeps_its_word(monkeypatch, capsys):
+    monkeypatch.setattr(sys, "argv", ["daebench", "check", "spherical_pendulum", "--method", "rattle"])
+    with pytest.raises(SystemExit) as stop:
+        main()
+    out = capsys.readouterr().out
+    assert stop.value.code == 0
+    assert out.count(f" {OK} ") + out.count(f" {OK}\n") == 5

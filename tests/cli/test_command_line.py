@@ -1,0 +1,281 @@
+"""The command line: what it prints, what it refuses and how it exits."""
+
+import json
+import math
+import os
+import re
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+import typer
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from daebench.cli.app import app
+from daebench.errors import BadInput
+
+KEYS = ("problem", "case", "method", "h", "steps", "t", "q", "p", "lam", "energy", "energy_error", "max_energy_error", "g", "Gv", "work")
+KEYS += ("seconds", "compile_seconds", "failure")
+RUN = ("run", "spherical_pendulum", "--case", "fig1.1", "--method", "rattle")
+
+
+def test_list_names_everything_and_imports_nothing_heavy():
+    code = "import sys, runpy; sys.argv = ['daebench', 'list']\n"
+    code += "try: runpy.run_module('daebench', run_name='__main__')\nexcept SystemExit: pass\n"
+    code += "print({'sympy', 'numba', 'pandas', 'matplotlib', 'scipy', 'mpmath'} & set(sys.modules))"
+    out = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout
+    for name in (
+        "spherical_pendulum",
+        "rattle",
+        "lobatto6",
+        "/kahan_li8",
+        "+symproj",
+        "stiff:",
+        "ida:index2",
+        "baumgarte",
+        "index-reduction",
+    ):
+        assert name in out
+    assert out.strip().endswith("set()")
+
+
+@pytest.mark.parametrize("what", ["problems", "methods", "compositions", "projections", "forms", "formulations", "reports"])
+def test_list_gives_one_json_object(daebench, what):
+    status, out, _ = daebench("list", what, "--json")
+    assert status == 0
+    assert [*json.loads(out)] == [what]
+    assert all(row["name"] for row in json.loads(out)[what])
+
+
+def test_show_gives_definition_cases_and_methods(daebench):
+    status, out, _ = daebench("show", "spherical_pendulum", "--json")
+    shown = json.loads(out)
+    assert status == 0
+    assert shown["definition"]["integral L3"] == "-p1*q2 + p2*q1"
+    assert shown["cases"]["fig1.2"]["p"] == "3*cos(13/10), 13/2, -3*sin(13/10)"
+    assert "rattle" in shown["methods"]
+    assert {shown["definition"][part] for part in ("closed form", "kinetic flow", "chart")} == {"yes"}
+
+
+def test_run_prints_exactly_one_json_object_with_the_documented_keys(daebench):
+    status, out, err = daebench(*RUN, "--h", 0.01, "--steps", 200, "--watch", "energy,manifold,integrals", "--json")
+    found = json.loads(out)
+    assert status == 0
+    assert err == ""
+    assert set(KEYS) <= set(found)
+    assert (found["steps"], found["t"], found["h"], found["failure"]) == (200, 2.0, 0.01, None)
+    assert len(found["q"]) == len(found["p"]) == 3
+    assert len(found["lam"]) == 1
+    assert 0 < found["max_energy_error"] < 1e-6
+    assert found["g"] < 1e-14
+    assert found["integrals"]["L3"] < 1e-15
+    q, p = np.array(found["q"]), np.array(found["p"])
+    assert found["lam"][0] == pytest.approx((p @ p - q[2]) / (2 * q @ q), rel=1e-12)
+    assert found["energy"] == pytest.approx(p @ p / 2 + q[2], rel=1e-14)
+
+
+def test_run_on_the_tolerance_driven_side_agrees_with_rattle(daebench):
+    _, fine, _ = daebench(*RUN, "--h", 0.0005, "--t-end", 2, "--every", 0, "--json")
+    status, out, _ = daebench(*RUN[:-1], "ida:index2", "--tol", 1e-10, "--t-end", 2, "--json")
+    assert status == 0
+    assert json.loads(out)["callback_seconds"] <= json.loads(out)["seconds"]
+    assert np.abs(np.subtract(json.loads(fine)["q"], json.loads(out)["q"])).max() < 1e-6
+
+
+def test_raw_multipliers_go_beside_a_csv_and_into_an_npz(daebench, tmp_path):
+    for ending in ("csv", "npz"):
+        status, _, _ = daebench(*RUN, "--h", "0.1", "--steps", "5", "--raw", "--compensated", "--out", tmp_path / f"run.{ending}")
+        assert status == 0
+    table = np.genfromtxt(tmp_path / "run.raw.csv", delimiter=",", names=True, dtype=None, encoding="ascii")
+    with np.load(tmp_path / "run.npz") as stored:
+        arrays = dict(stored)
+    for name in ("lam_n", "mu_n", "mean"):
+        rows = table[table["multiplier"] == name]
+        assert np.array_equal(rows["t"], arrays[f"raw_{name}_t"])
+        assert np.array_equal(rows["lam1"], arrays[f"raw_{name}"][:, 0])
+
+
+@pytest.mark.parametrize("ending", ["csv", "npz"])
+def test_out_holds_the_trajectory_with_all_its_digits(daebench, tmp_path, ending):
+    path = tmp_path / f"run.{ending}"
+    _, out, _ = daebench(*RUN, "--h", 0.01, "--steps", 50, "--every", 20, "--out", path, "--lam", "--json")
+    end = json.loads(out)
+    if ending == "npz":
+        with np.load(path) as stored:
+            t, q, lam = stored["t"], stored["q"], stored["lam"]
+    else:
+        table = np.genfromtxt(path, delimiter=",", names=True)
+        t, q, lam = table["t"], np.column_stack([table[f"q{i}"] for i in (1, 2, 3)]), table["lam1"][:, None]
+    assert list(t) == [0.0, 0.2, 0.4, 0.5]
+    assert list(q[-1]) == end["q"]
+    assert list(lam[-1]) == end["lam"]
+    assert {each.name for each in tmp_path.iterdir()} == {path.name, f"{path.name}.txt"}
+
+
+def test_a_run_without_solution_exits_1_and_keeps_what_it_has(daebench, tmp_path):
+    path = tmp_path / "run.csv"
+    words = ("run", "spherical_pendulum", "--case", "fig1.2", "--method", "se", "--h", 0.01, "--steps", 1000, "--out", path, "--json")
+    status, out, _ = daebench(*words)
+    found = json.loads(out)
+    assert status == 1
+    for part in ("se on spherical_pendulum", "t = 0.94", "h = 0.01", "residual"):
+        assert part in found["failure"]
+    assert len(path.read_text().splitlines()) == 2 + found["steps"]
+
+
+def test_project_moves_inconsistent_values_and_says_by_how_much(daebench):
+    words = (*RUN, "--h", 0.01, "--steps", 10, "--param", "length=2")
+    status, out, err = daebench(*words)
+    assert (status, out) == (2, "")
+    assert "|g| = 3" in err
+    assert "--project" in err
+    status, out, _ = daebench(*words, "--project", "--json")
+    assert status == 0
+    assert json.loads(out)["projected"]["q0"] == pytest.approx(1.0)
+    assert json.loads(out)["g"] < 1e-14
+
+
+BAD = {
+    "problem": (("run", "spherical_pendulm", "--method", "rattle", "--h", "0.1", "--steps", "5"), "spherical_pendulum"),
+    "case": (("run", "spherical_pendulum", "--case", "fig1.3", "--method", "rattle", "--h", "0.1", "--steps", "5"), "fig1.2"),
+    "method": ((*RUN[:-1], "ratle", "--h", "0.1", "--steps", "5"), "did you mean rattle"),
+    "formulation": ((*RUN[:-1], "ida:index4", "--tol", "1e-8", "--t-end", "5"), "index3"),
+    "cure": ((*RUN[:-1], "ida:index2:magic", "--tol", "1e-8", "--t-end", "5"), "derivative"),
+    "parameter": ((*RUN, "--h", "0.1", "--steps", "5", "--param", "lenght=2"), "length"),
+    "parameter without value": ((*RUN, "--h", "0.1", "--steps", "5", "--param", "length"), "name=value"),
+    "parameter not finite": ((*RUN, "--h", "0.1", "--steps", "5", "--param", "length=nan"), "no finite number"),
+    "option": ((*RUN, "--h", "0.1", "--steps", "5", "--option", "alpha=1"), "unknown option"),
+    "watch": ((*RUN, "--h", "0.1", "--steps", "5", "--watch", "enrgy"), "energy"),
+    "h zero": ((*RUN, "--h", "0", "--steps", "5"), "greater than 0"),
+    "h negative": ((*RUN, "--h=-0.1", "--steps", "5"), "greater than 0"),
+    "h nan": ((*RUN, "--h", "nan", "--steps", "5"), "finite number"),
+    "h endless digits": ((*RUN, "--h", "1e400", "--steps", "5"), "finite number"),
+    "steps endless": ((*RUN, "--h", "0.1", "--steps", "1" + 400 * "0"), "more steps than can be counted"),
+    "every endless": ((*RUN, "--h", "0.1", "--steps", "5", "--every", "1" + 30 * "0"), "every"),
+    "mass zero": ((*RUN, "--h", "0.1", "--steps", "5", "--param", "mass=0"), "greater than 0"),
+    "compare into a file": (
+        ("compare", "spherical_pendulum", "--methods", "rattle", "--h", "0.1", "--t-end", "1", "--out", __file__),
+        "choose another",
+    ),
+    "compare with a bad tol": (
+        ("compare", "spherical_pendulum", "--methods", "rattle,ida:ggl", "--h", "0.1", "--t-end", "1", "--tol", "5"),
+        "tol = 5",
+    ),
+    "h missing": ((*RUN, "--steps", "5"), "step size"),
+    "h and tol": ((*RUN, "--h", "0.1", "--tol", "1e-8", "--steps", "5"), "leave out"),
+    "no steps": ((*RUN, "--h", "0.1", "--steps", "0"), "at least one"),
+    "no end": ((*RUN, "--h", "0.1"), "end time"),
+    "too large": ((*RUN, "--h", "1e-9", "--t-end", "1e4"), "--every"),
+    "points": ((*RUN, "--h", "0.1", "--steps", "5", "--points", "7"), "tolerance-driven"),
+    "tol out of range": ((*RUN[:-1], "ida:index2", "--tol", "1", "--t-end", "5"), "tol"),
+    "steps for ida": ((*RUN[:-1], "ida:index2", "--tol", "1e-8", "--steps", "5"), "end time"),
+    "every for ida": ((*RUN[:-1], "ida:index2", "--tol", "1e-8", "--t-end", "5", "--every", "3"), "every"),
+    "float32 for ida": ((*RUN[:-1], "ida:index2", "--tol", "1e-8", "--t-end", "5", "--precision", "float32"), "float64"),
+    "q0 length": ((*RUN, "--h", "0.1", "--steps", "5", "--q0", "1,0"), "3 positions"),
+    "q0 off the sphere": ((*RUN, "--h", "0.1", "--steps", "5", "--q0", "1,1,0"), "--project"),
+    "raw without out": ((*RUN, "--h", "0.1", "--steps", "5", "--raw"), "--raw needs a file"),
+    "composition": (("run", "spherical_pendulum", "--method", "rattle/suzuki", "--h", "0.1", "--steps", "5"), "did you mean suzuki4"),
+    "form": (("run", "spherical_pendulum", "--method", "stif:rk4", "--h", "0.1", "--steps", "5"), "did you mean stiff"),
+    "out ending": ((*RUN, "--h", "0.1", "--steps", "5", "--out", "run.txt"), ".csv or .npz"),
+    "out folder": ((*RUN, "--h", "0.1", "--steps", "5", "--out", "no/such/folder/run.csv"), "make it first"),
+    "number": ((*RUN, "--h", "abc", "--steps", "5"), "--h"),
+    "command": (("rum",), "rum"),
+    "report": (("report", "index-reductoin"), "index-reduction"),
+    "compare nothing": (("compare", "spherical_pendulum", "--methods", ",", "--h", "0.1", "--t-end", "1"), "at least one"),
+    "compare without h": (("compare", "spherical_pendulum", "--methods", "rattle", "--t-end", "1"), "step size"),
+    "bench of ida": (("bench", "--methods", "ida:index2"), "no fixed steps"),
+    "listing": (("list", "problmes"), "problems"),
+}
+
+
+@pytest.mark.parametrize(("words", "hint"), BAD.values(), ids=BAD)
+def test_bad_input_gets_one_sentence_and_exit_2(daebench, words, hint):
+    status, out, err = daebench(*words)
+    assert (status, out) == (2, "")
+    assert err.startswith("daebench: ")
+    assert err.count("\n") == 1
+    assert "Traceback" not in err
+    assert hint in err
+
+
+numbers = st.one_of(st.sampled_from(["0", "-1", "nan", "inf", "1e-300", "1e300", "0.5", "x", ""]), st.floats(width=32).map(str))
+extras = st.sampled_from(
+    ["--project", "--json", "--lam", "--watch=none", "--watch=,", "--every=0", "--every=-3", "--q0=1", "--p0=a,b,c", "--param=="]
+)
+
+
+counts = st.one_of(st.integers(-5, 50).map(str), st.sampled_from(["1e3", "99999999999999999999", "two"]))
+
+
+@settings(max_examples=80, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(h=numbers, steps=counts, more=st.lists(extras, max_size=2))
+def test_no_words_on_the_command_line_bring_a_traceback(daebench, h, steps, more):
+    status, out, err = daebench(*RUN, f"--h={h}", f"--steps={steps}", "--every=0", *more)
+    assert status in (0, 1, 2)
+    assert "Traceback" not in err
+    assert status != 2 or (out == "" and err.count("\n") == 1)
+    if status == 0 and "--json" in more:
+        found = json.loads(out)
+        assert found["failure"] is None
+        assert all(math.isfinite(x) for x in found["q"])
+
+
+def commands(group):
+    """Yield all commands, those of groups too."""
+    for each in group.commands.values():
+        yield from commands(each) if hasattr(each, "commands") else [each]
+
+
+def test_no_help_has_words_in_brackets_which_would_be_taken_for_a_style_and_left_out():
+    texts = [
+        text for each in commands(typer.main.get_command(app)) for text in (each.help, *(x.help for x in each.params if hasattr(x, "help")))
+    ]
+    assert len(texts) > 50
+    assert [text for text in texts if text and re.search(r"\[[a-z]", text)] == []
+
+
+def test_compare_prints_a_table_and_writes_table_and_picture(daebench, tmp_path):
+    words = ("compare", "spherical_pendulum", "--case", "fig1.1", "--methods", "rattle,se,ida:index1", "--h", 0.03, "--t-end", 20)
+    status, out, _ = daebench(*words, "--out", tmp_path)
+    assert status == 0
+    assert "ida:index1" in out
+    written = {path.name for path in tmp_path.iterdir()}
+    tables = {"comparison.csv", "comparison_drift.csv"}
+    assert written == {*tables, *(f"{name}.txt" for name in tables), "comparison_drift.svg", "comparison_drift.png"}
+    table = (tmp_path / "comparison.csv").read_text().splitlines()
+    assert len(table) == 4
+    assert {"method", "energy_verdict", "energy_law", "energy_change_bound", "g", "Gv", "L3", "seconds", "failure"} <= set(
+        table[0].split(",")
+    )
+
+
+def test_a_method_that_stops_in_a_comparison_is_a_row_and_exit_1(daebench):
+    status, out, _ = daebench("compare", "spherical_pendulum", "--case", "fig1.2", "--methods", "se,rattle", "--h", 0.01, "--t-end", 5)
+    assert status == 1
+    assert "se on spherical_pendulum, case fig1.2, stopped at t = 0.94" in out
+
+
+def test_python_gives_what_the_command_line_gives(daebench):
+    import daebench as package
+
+    trajectory = package.run("spherical_pendulum", case="fig1.1", method="rattle", h=0.01, steps=200)
+    _, out, _ = daebench(*RUN, "--h", 0.01, "--steps", 200, "--json")
+    assert list(trajectory.q[-1]) == json.loads(out)["q"]
+    table = package.compare("spherical_pendulum", case="fig1.1", methods=["rattle", "se"], h=0.03, t_end=30)
+    assert list(table["method"]) == ["rattle", "se"]
+    names = list(package.list_problems()["problem"])
+    assert names == sorted(names)
+    assert {"double_pendulum", "pendulum_chain", "planar_pendulum", "spherical_pendulum"} <= set(names)
+    assert {"rattle", "ida:ggl", "scipy:DOP853"} <= set(package.list_methods()["method"])
+
+
+def test_a_device_is_never_replaced_by_a_file(tmp_path):
+    from daebench.runs.files import atomic
+
+    fifo = tmp_path / "fifo.csv"
+    os.mkfifo(fifo)
+    with pytest.raises(BadInput, match="is no file that could be replaced"), atomic(fifo):
+        pass
+    assert fifo.is_fifo()

@@ -1,0 +1,105 @@
+"""``daebench compare``: its one JSON object, and its table, which fits 80 columns whatever the methods."""
+
+import itertools
+import json
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from daebench.cli.comparison_table import WIDTH, notes, print_narrow
+from daebench.methods.fixed_step.poisson import PoissonStep
+
+COMMANDS = {
+    "certified": ("planar_pendulum", "--case", "rotating", "--methods", "rattle,rk4+proj,scipy:DOP853", "--h", 0.05, "--t-end", 3),
+    "parameter": ("planar_pendulum", "--methods", "implicit_euler,rattle/suzuki4", "--h", 0.02, "--t-end", 1, "--param", "gravity=3"),
+    "one stops": ("spherical_pendulum", "--case", "fig1.2", "--methods", "se,rattle", "--h", 0.01, "--t-end", 2),
+    "a file": ("./ring.py", "--methods", "rattle,ida:ggl", "--h", 0.05, "--t-end", 1),
+    "poisson": ("lotka_volterra", "--case", "4,2", "--methods", "strang,midpoint/kahan_li8,rk4", "--anyway", "--h", 0.05, "--t-end", 2),
+    "by tolerance": ("free_rigid_body", "--methods", "scipy:RK45", "--t-end", 2, "--tol", 1e-4),
+}
+KEYS = {"method", "t_end", "energy_error", "energy_size", "energy_verdict", "position_error", "seconds", "failure"}
+VERDICT = {"kept", "bounded", "drifts", "undetermined", "failed"}
+
+
+@pytest.fixture
+def plain(plain_functions, uncompiled_schemes, folder, monkeypatch):
+    """Have everything run uncompiled, in a folder with a problem file."""
+    monkeypatch.setattr("daebench.methods.names_tables.PoissonStep", lambda *a, **k: PoissonStep(*a, **k | {"compiled": False}))
+
+
+def _refuse(name):
+    raise AssertionError(f"{name} is no JSON")
+
+
+@pytest.mark.parametrize("words", COMMANDS.values(), ids=COMMANDS)
+def test_json_is_one_object_with_a_row_a_method(daebench, plain, words):
+    status, out, err = daebench("compare", *words, "--json")
+    found = json.loads(out, parse_constant=_refuse)
+    assert all(" % after " in line for line in err.splitlines())  # how far it is, where it takes long
+    assert (found["problem"], out.count("\n")) == (words[0], 1)
+    assert [row["method"] for row in found["rows"]] == words[words.index("--methods") + 1].split(",")
+    assert status == any(row["failure"] is not None for row in found["rows"])
+    for row in found["rows"]:
+        assert set(row) >= KEYS
+        assert ("h" in row) != ("tol" in row)
+        assert row["energy_verdict"] in VERDICT
+        assert (row["energy_verdict"] == "failed") == (row["failure"] is not None)
+        assert bool(row["energy_reason"]) == (row["energy_verdict"] in ("undetermined", "failed"))
+        assert row["t_end"] == words[words.index("--t-end") + 1]
+        assert all(value is None or isinstance(value, float | int | str) for value in row.values())
+        assert (row["position_error"] is None) == (row["failure"] is not None or row["position_reference"].startswith("unknown"))
+
+
+@pytest.mark.parametrize("words", COMMANDS.values(), ids=COMMANDS)
+def test_what_is_printed_fits_80_columns_and_says_what_positions_are_held_against(daebench, plain, words):
+    _, out, _ = daebench("compare", *words)
+    failures = [line for line in out.splitlines() if "stopped at t" in line]  # each a sentence for itself
+    assert max(len(line) for line in out.splitlines() if line not in failures) <= 80
+    assert "position error" in " ".join(out.split())
+
+
+NAN = float("nan")
+LONG = ("rattle", "radau3_index2", "baumgarte:gauss6+symproj", "generalized_alpha")
+LONG += ("./folder/of/mine/my_own_stepper.so:step", "ida:baumgarte:atol")
+EXTREME = (1.2345678e-300, 29217.293692, NAN, 0.0, 1.5)
+VERDICTS = ("kept", "bounded", "drifts", "undetermined", "failed")
+
+
+def made(methods, k):
+    """Return a table as a comparison has it, with numbers as long as they get."""
+    rows = []
+    for j, method in enumerate(methods):
+        knob = {"tol": 1.2345e-13} if ":" in method else {"h": 0.0123456}
+        error, bound = EXTREME[(j + k) % 5], EXTREME[(j + k + j % 2) % 5]
+        rows.append({"method": method, **knob, "energy_error": error, "energy_size": 1e3 * error, "energy_verdict": VERDICTS[(j + k) % 5]})
+        rows[-1] |= {"position_error": error, "position_bound": bound, "seconds": 12345.6789, "failure": None}
+        rows[-1] |= {"position_reference": "" if j % 3 == 2 else f"certified two_bodies_on_sphere-case {j % 2}"}
+    return pd.DataFrame(rows)
+
+
+@pytest.mark.parametrize("n", range(1, len(LONG) + 1))
+def test_the_table_fits_80_columns_for_every_subset_of_methods(capsys, n):
+    for k, methods in enumerate(itertools.combinations(LONG, n)):
+        table = made(methods, k)
+        print_narrow(table)
+        printed = [*capsys.readouterr().out.splitlines(), *itertools.chain(*(note.splitlines() for note in notes(table)))]
+        assert max(map(len, printed)) <= WIDTH, printed
+        letters = "".join(line.split("  ")[0].strip() for line in printed)
+        assert all(method in letters for method in methods)  # folded, never cut
+
+
+def test_an_error_within_the_bound_of_its_reference_is_not_claimed_to_be_so_large(capsys):
+    table = made(["rattle"], 1).assign(position_error=1e-9, position_bound=1e-9)
+    print_narrow(table)
+    assert "< 1e-09" in capsys.readouterr().out
+    print_narrow(table.assign(position_bound=1e-10))
+    assert "<" not in capsys.readouterr().out
+
+
+def test_a_lost_motion_is_called_lost_beside_its_trend(capsys):
+    print_narrow(made(["rattle"], 1).assign(energy_size=2.0, energy_verdict="bounded"))
+    (line,) = (line for line in capsys.readouterr().out.splitlines() if "rattle" in line)
+    assert line.split().count("lost") == 1
+    assert "bounded" in line
+    assert np.isfinite(float(line.split()[1]))

@@ -1,0 +1,283 @@
+"""How commands end: one sentence and an exit status, whatever goes wrong with pipes, disks, encodings, memory and Ctrl-C."""
+
+import errno
+import json
+import os
+import resource
+import signal
+import subprocess
+import sys
+import time
+
+import pytest
+from mistaken import written
+
+from daebench.cli import console
+from daebench.cli.endings import FAULT, ending, keep_interrupts
+from daebench.errors import LONGEST, BadInput, DaebenchError, Interrupted, RunFailed, unknown
+from daebench.runs.files import atomic
+
+COMMAND = [sys.executable, "-m", "daebench"]
+LISTINGS = [["list"], ["list", "problems", "--json"], ["list", "methods"], ["show", "planar_pendulum"], ["reference", "list"]]
+
+
+def environment(**more):
+    return os.environ | {"PYTHONWARNINGS": "ignore"} | more
+
+
+@pytest.mark.parametrize("words", LISTINGS, ids=" ".join)
+@pytest.mark.parametrize("lines", [0, 1])
+def test_nobody_who_reads_on_ends_a_command_quietly(words, lines):
+    with subprocess.Popen([*COMMAND, *words], stdout=subprocess.PIPE, stderr=subprocess.PIPE, env=environment()) as command:
+        for _ in range(lines):
+            command.stdout.readline()
+        command.stdout.close()
+        err = command.stderr.read()
+    assert err == b""
+    assert command.returncode in (0, 1)
+
+
+def test_a_mistake_is_said_where_nobody_reads_the_output():
+    with subprocess.Popen([*COMMAND, "list", "problmes"], stdout=subprocess.PIPE, stderr=subprocess.PIPE, env=environment()) as command:
+        command.stdout.close()
+        err = command.stderr.read().decode()
+    assert command.returncode == 2
+    assert err.startswith("daebench: unknown listing 'problmes'")
+
+
+def test_a_broken_pipe_of_something_else_is_no_silence(monkeypatch):
+    sentence, status = ending(BrokenPipeError(errno.EPIPE, "Broken pipe"))
+    assert status == 1
+    assert "has ended" in sentence
+
+
+@pytest.mark.parametrize("words", LISTINGS, ids=" ".join)
+@pytest.mark.skipif(not os.path.exists("/dev/full"), reason="there is no /dev/full")  # noqa: PTH110
+def test_a_full_disk_below_standard_output_is_named(words):
+    with open("/dev/full", "w") as full:  # noqa: PTH123
+        done = subprocess.run([*COMMAND, *words], stdout=full, stderr=subprocess.PIPE, text=True, env=environment())
+    assert done.returncode == 2
+    assert done.stderr == "daebench: standard output: No space left on device.\n"
+
+
+@pytest.mark.parametrize("error", [errno.ENOSPC, errno.EFBIG, errno.EDQUOT, errno.EIO, errno.EPIPE], ids=errno.errorcode.get)
+def test_a_file_that_cannot_be_written_is_named_and_the_old_one_kept(tmp_path, error):
+    path = tmp_path / "table.csv"
+    path.write_text("old")
+
+    def write_half():
+        with atomic(path) as scratch:
+            scratch.write_text("half")
+            raise OSError(error, os.strerror(error))
+
+    with pytest.raises(DaebenchError, match=r"table\.csv cannot be written \(.*\); make room, or choose another place"):
+        write_half()
+    assert [each.name for each in tmp_path.iterdir()] == ["table.csv"]
+    assert path.read_text() == "old"
+
+
+def test_what_is_missing_and_not_written_keeps_its_own_name(tmp_path):
+    with pytest.raises(FileNotFoundError, match=r"other\.csv"), atomic(tmp_path / "table.csv"):
+        (tmp_path / "other.csv").read_text()
+
+
+SMALL = 20_000
+"""Bytes that a file may have at most: as much as is left on the disk."""
+
+WRITING = {
+    "csv": ["run", "planar_pendulum", "--method", "ida:index2", "--tol", "1e-6", "--t-end", "20", "--points", "2000", "--out", "x.csv"],
+    "npz": ["run", "planar_pendulum", "--method", "ida:index2", "--tol", "1e-6", "--t-end", "20", "--points", "2000", "--out", "x.npz"],
+    "pictures": ["compare", "planar_pendulum", "--methods", "ida:index2", "--h", "0.1", "--t-end", "20", "--out", "x"],
+    "page": ["animate", "planar_pendulum", "--methods", "ida:index2", "--h", "0.1", "--t-end", "20", "--out", "x.html"],
+    "reference": ["reference", "export", "planar_pendulum-rotating", "--out", "x.csv"],
+}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("words", WRITING.values(), ids=WRITING)
+def test_a_disk_with_no_room_is_one_sentence_with_the_file(tmp_path, words):
+    done = subprocess.run([*COMMAND, *words], cwd=tmp_path, capture_output=True, text=True, env=environment())
+    assert done.returncode == 0, done.stderr
+
+    def small():
+        resource.setrlimit(resource.RLIMIT_FSIZE, (SMALL, SMALL))
+
+    again = subprocess.run([*COMMAND, *words], cwd=tmp_path, capture_output=True, text=True, env=environment(), preexec_fn=small)
+    assert again.returncode == 1
+    assert again.stderr.count("\n") == 1
+    assert "/x" in again.stderr
+    assert "cannot be written (File too large); make room" in again.stderr
+
+
+ENCODINGS = {
+    "C": {"LC_ALL": "C"},
+    "C, as it says": {"LC_ALL": "C", "PYTHONUTF8": "0", "PYTHONCOERCECLOCALE": "0"},
+    "Latin": {"PYTHONIOENCODING": "latin-1"},
+    "ASCII": {"PYTHONIOENCODING": "ascii"},
+    "DOS": {"PYTHONIOENCODING": "cp437"},
+}
+
+
+@pytest.mark.parametrize("encoding", ENCODINGS.values(), ids=ENCODINGS)
+@pytest.mark.parametrize("words", [["list"], ["list", "--json"], ["reference", "list"]], ids=" ".join)
+def test_lists_are_printed_in_whatever_encoding_there_is(encoding, words):
+    done = subprocess.run([*COMMAND, *words], capture_output=True, env=environment(**encoding))
+    assert (done.returncode, done.stderr) == (0, b"")
+    assert b"pendulum" in done.stdout
+    if "--json" in words:
+        both = subprocess.run([*COMMAND, *words], capture_output=True, env=environment(PYTHONIOENCODING="utf-8"))
+        assert json.loads(done.stdout.decode("ascii" if "ascii" in encoding.values() else "utf-8")) == json.loads(both.stdout)
+
+
+@pytest.mark.parametrize("length", [10, LONGEST - 1, LONGEST, LONGEST + 1, 10**5, 10**7])
+@pytest.mark.parametrize("kind", [BadInput, DaebenchError, RunFailed, Interrupted])
+def test_no_message_is_longer_than_can_be_read(kind, length):
+    said = str(kind("a" * length + "; do this."))
+    assert len(said) <= LONGEST
+    assert said.endswith("; do this.")
+    assert len(str(unknown("method", "b" * length, ["rattle"]))) <= LONGEST
+
+
+@pytest.mark.parametrize("word", ["x" * 10**5, "é" * 10**5, "\n" * 10**5, "./" + "d/" * 10**4 + "x.py", "\udcff.py", "a=" + "9" * 10**5])
+@pytest.mark.parametrize(
+    "where",
+    [["show"], ["run", "planar_pendulum", "--h", "0.1", "--steps", "1", "--method"], ["list"], ["report"], [], ["reference", "show"]],
+    ids=" ".join,
+)
+def test_a_word_of_any_length_is_refused_in_one_short_sentence(daebench, where, word):
+    status, out, err = daebench(*where, word)
+    assert (status, out) == (2, "")
+    assert err.count("\n") == 1
+    assert len(err) <= LONGEST + 100
+
+
+FAULTS = [KeyError("x"), TypeError("y" * 10**6), ZeroDivisionError(), RecursionError("deep"), AssertionError(), SystemError("z")]
+
+
+@pytest.mark.parametrize("error", FAULTS, ids=lambda error: type(error).__name__)
+def test_a_fault_of_ours_is_a_sentence_with_a_status_of_its_own(daebench, monkeypatch, error):
+    def broken(*_, **__):
+        raise error
+
+    monkeypatch.setattr("daebench.methods.catalogue.problems", broken)
+    status, out, err = daebench("list", "problems")
+    assert (status, out, err.count("\n")) == (FAULT, "", 1)
+    assert "this is a fault of daebench in test_endings.py, line" in err
+    assert type(error).__name__ in err
+    assert len(err) <= LONGEST + 100
+    monkeypatch.setenv("DAEBENCH_TRACEBACK", "1")
+    assert "Traceback" in daebench("list", "problems")[2]
+
+
+def test_too_little_memory_is_said(daebench, monkeypatch):
+    def large(*_, **__):
+        raise MemoryError("Unable to allocate 7 TiB")
+
+    monkeypatch.setattr("daebench.methods.catalogue.problems", large)
+    assert daebench("list", "problems")[::2] == (
+        1,
+        "daebench: there is not enough memory for this (Unable to allocate 7 TiB); ask for fewer steps, nodes or members.\n",
+    )
+
+
+MANY = {
+    "links": ["run", "pendulum_chain", "--method", "rattle", "--h", "0.01", "--steps", "1", "--param", "links={}"],
+    "sites": ["run", "ablowitz_ladik", "--method", "lie", "--h", "0.01", "--steps", "1", "--param", "sites={}"],
+    "ensemble": ["long", "planar_pendulum", "--method", "rattle", "--h", "0.1", "--steps", "1e3", "--ensemble", "{}"],
+}
+
+
+@pytest.mark.parametrize("number", [2 * 10**6, 10**9, 10**18])
+@pytest.mark.parametrize("what", ["links", "sites", "ensemble"])
+def test_more_than_fits_into_memory_is_refused_beforehand(daebench, folder, what, number):
+    before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    status, out, err = daebench(*(word.format(number) for word in MANY[what]))
+    assert (status, out, err.count("\n")) == (2, "", 1)
+    assert "is more than" in err
+    assert resource.getrusage(resource.RUSAGE_SELF).ru_maxrss < before + 500_000
+
+
+@pytest.mark.parametrize("came", [ImportError, SystemError])
+def test_ctrl_c_that_a_library_takes_for_a_fault_of_its_own_is_still_ctrl_c(came):
+    error = came("numpy cannot be loaded")
+    error.__cause__ = KeyboardInterrupt()
+    assert ending(error) == ("interrupted.", 130)
+    assert ending(came("another"))[1] == FAULT
+
+
+def test_ctrl_c_where_nothing_can_be_raised_comes_again(monkeypatch):
+    class Dying:
+        def __del__(self):
+            signal.raise_signal(signal.SIGINT)
+
+    def dies_and_goes_on():
+        Dying()
+        time.sleep(30)
+
+    monkeypatch.setattr(sys, "unraisablehook", keep_interrupts)
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)  # it may be ignored in what runs in the background
+    try:
+        with pytest.raises(KeyboardInterrupt):
+            dies_and_goes_on()
+    finally:
+        signal.signal(signal.SIGINT, before)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("part", [k / 12 for k in range(1, 12)])
+def test_ctrl_c_while_a_command_loads_is_one_sentence(part):
+    run = ["run", "planar_pendulum", "--method", "rattle", "--h", "1e-3", "--every", "0", "--steps"]
+    began = time.perf_counter()
+    subprocess.run([*COMMAND, *run, "1"], capture_output=True)
+    lasts = time.perf_counter() - began
+    code = "import os; os.write(2, b'.'); from daebench.cli.__main__ import main; main()"  # before it is Python itself that begins
+    with subprocess.Popen([sys.executable, "-c", code, *run, "100000000"], stdout=subprocess.PIPE, stderr=subprocess.PIPE) as command:
+        assert command.stderr.read(1) == b"."
+        time.sleep(0.1 + part * lasts)
+        command.send_signal(signal.SIGINT)
+        out, err = command.communicate(timeout=60)
+    if command.returncode == 1:  # the run had begun: it is ended as any run that stops early, and says so
+        assert (err, out.count(b"interrupted.")) == (b"", 1)
+    else:
+        assert (command.returncode, out, err.count(b"\n")) == (130, b"", 1)
+        assert err.startswith(b"daebench: ")
+
+
+def test_what_takes_long_says_what_it_does_where_there_is_no_terminal(daebench, folder, monkeypatch):
+    monkeypatch.setattr(console, "SILENCE", 0.05)
+    terms = "sum(sp.sin(k * q[0] + q[1]) * sp.exp(-q[1] ** 2 / (k + 1)) for k in range(25))"
+    (folder / "mine.py").write_text(written("bead", H=f"M=sp.eye(2) * m, U={terms}"))
+    status, out, err = daebench("check", "./mine.py")
+    assert (status, out.count("ok")) == (0, 4)
+    lines = err.splitlines()
+    assert 1 <= len(lines) <= 14
+    assert all(line.startswith("daebench: check ./mine.py") for line in lines)
+    assert any("twice differentiable at the start: 0 % after" in line for line in lines)
+
+
+def test_a_short_command_says_nothing_beside_its_result(daebench):
+    assert daebench("run", "planar_pendulum", "--method", "ida:index2", "--tol", "1e-6", "--t-end", "1", "--json")[2] == ""
+
+
+DAMAGED = {"NaN": "NaN", "infinity": "Infinity", "minus infinity": "-Infinity", "beyond double precision": "1e999", "below": "-1e999"}
+
+
+@pytest.mark.parametrize("number", DAMAGED.values(), ids=DAMAGED)
+@pytest.mark.parametrize("entry", ["amplification", "horizon", "drift"])
+def test_a_certificate_with_what_is_no_number_is_damaged_and_the_others_are_listed(daebench, copied, number, entry):
+    import re
+    import shutil
+
+    (name,) = (each.name for each in copied.iterdir() if each.is_dir())
+    shutil.copytree(copied / name, copied / "planar_pendulum-resting")
+    path = copied / name / "certificate.json"
+    head, found, tail = path.read_text().partition(f'"{entry}": {{')
+    path.write_text(head + found + re.sub(r"-?\d+\.\d+(e[-+]?\d+)?", number, tail, count=1))
+    status, out, err = daebench("reference", "list", "--folder", copied)
+    assert (status, err) == (1, "")
+    said = " ".join(out.split())
+    assert f"{name}/certificate.json is truncated or altered: it has {number} in the place of a number; restore it" in said
+    for command in (["show", name], ["verify", name], ["at", "planar_pendulum", "--case", "rotating", "--t", "1"], ["export", name]):
+        status, _, err = daebench("reference", *command, "--folder", copied)
+        assert status == 1
+        assert err.count("\n") == 1

@@ -1,0 +1,397 @@
+"""What practitioners use: generalized-alpha, the energy-momentum scheme, and RATTLE one constraint at a time."""
+
+from fractions import Fraction
+from functools import cache
+
+import numpy as np
+import pytest
+import sympy as sp
+from ivps import IVPS, ivp, swept
+from scipy.integrate import solve_ivp
+
+from daebench.compiler.definition import source_of
+from daebench.diagnostics.energy import energy_drift
+from daebench.diagnostics.integrals import energy_error
+from daebench.diagnostics.order import fit_order
+from daebench.diagnostics.reversibility import reversibility_defect
+from daebench.diagnostics.symplecticity import symplecticity_defect, tangent_basis
+from daebench.errors import BadInput
+from daebench.methods.fixed_step.constrained import FixedStep
+from daebench.methods.initial_value_problem import initial_value_problem
+from daebench.methods.names import parse
+from daebench.runs.make_ivp import make_ivp
+from daebench.runs.request import Request
+from daebench.systems.constrained import Case, ConstrainedHamiltonian, coordinates
+
+EPS = 2.0**-52
+UP = np.array([0.0, 0.0, 1.0])
+ALPHA = {"rho_inf": 0.6}
+NEW = ("generalized_alpha", "energy_momentum", "rattle_iterative")
+TIED = ("spherical-fast", "planar", "double-pendulum", "coupled-rods")
+
+
+def run(name, where, h, steps, *, compiled=False, options=None, **more):
+    method = FixedStep(name, options=options or {}, compiled=compiled)
+    return method.solve(where, Request(value=h, steps=steps, **more)).complete()
+
+
+@cache
+def bowl():
+    """Bead on a quartic surface of revolution in a potential that is no polynomial, so that both discrete derivatives are corrected."""
+    q, p = coordinates(3)
+    x, y, z = q
+    return ConstrainedHamiltonian(
+        q=q,
+        p=p,
+        M=sp.eye(3),
+        U=sp.cos(2 * z) + 3 * (x**2 + y**2) ** 2,
+        g=[x**2 + y**2 + z**4 - 1],
+        cases={"rest": Case(q=(0.6, 0, -sp.sqrt(0.8)), p=(0, 0, 0)), "go": Case(q=(0.6, 0, -sp.sqrt(0.8)), p=(0, 1, 0))},
+        integrals={"L3": x * p[1] - y * p[0]},
+    )
+
+
+def on_bowl(case):
+    return make_ivp(source_of(bowl(), "bowl"), case)
+
+
+# ---- generalized-alpha ---------------------------------------------------------------------------------------------------
+
+
+def alpha_numbers(rho):
+    alpha_m, alpha_f = (2 * rho - 1) / (rho + 1), rho / (rho + 1)
+    gamma = Fraction(1, 2) + alpha_f - alpha_m
+    return alpha_m, alpha_f, (gamma + Fraction(1, 2)) ** 2 / 4, gamma
+
+
+def acceleration(q, v):
+    """Acceleration of a unit pendulum off the sphere too: -up - lam q with lam from q.q'' = -v.v."""
+    return -UP - q * (v @ v - UP @ q) / (q @ q)
+
+
+def generalized_alpha_on_the_sphere(q, v, h, steps, rho):
+    """The scheme on the unit sphere, where it has a closed form: q1 is u/|u| for what q1 would be if lam were zero."""
+    alpha_m, alpha_f, beta, gamma = map(float, alpha_numbers(rho))
+    rate = acceleration(q, v)
+    jump = acceleration(q + h * v, v + h * rate) - rate
+    a = rate + (alpha_m - alpha_f) * jump
+    v = v + (1 / 6 - beta - (alpha_m - alpha_f) / 2) * h * q * (q @ jump)
+    lam = []
+    for _ in range(steps):
+        known = (alpha_f * rate - alpha_m * a) / (1 - alpha_m)
+        w = h * h * beta * (1 - alpha_f) / (1 - alpha_m)
+        u = q + h * v + h * h * ((0.5 - beta) * a + beta * known) - w * UP
+        q = u / np.linalg.norm(u)
+        lam.append((np.linalg.norm(u) - 1) / (2 * w))
+        rate = -UP - 2 * lam[-1] * q
+        a, before = known + (1 - alpha_f) / (1 - alpha_m) * rate, a
+        v = v + h * ((1 - gamma) * before + gamma * a)
+    return q, v, np.array(lam)
+
+
+def test_the_numbers_of_generalized_alpha_are_those_of_chung_and_hulbert():
+    for rho in (Fraction(0), Fraction(3, 5), Fraction(4, 5), Fraction(1)):
+        found = FixedStep("generalized_alpha", options={"rho_inf": float(rho)}).data[0]
+        assert np.allclose(found, [float(x) for x in alpha_numbers(rho)], rtol=0, atol=4 * EPS)
+    assert np.allclose(FixedStep("generalized_alpha").data[0], (1 / 3, 4 / 9, 25 / 81, 11 / 18), rtol=0, atol=4 * EPS)
+
+
+def test_generalized_alpha_is_its_closed_form_on_the_sphere():
+    where = ivp("spherical-fast")
+    found = run("generalized_alpha", where, 0.02, 50, options=ALPHA, raw=True)
+    q, v, lam = generalized_alpha_on_the_sphere(where.q0, where.p0, 0.02, 50, Fraction(3, 5))
+    assert np.abs(found.q[-1] - q).max() < 1e-13
+    assert np.abs(found.p[-1] - v).max() < 1e-12
+    times, values = found.raw["lam_n"]
+    assert np.allclose(times, 0.02 * np.arange(1, 51), rtol=1e-14)
+    assert np.abs(values[:, 0] - lam).max() < 1e-9  # g is rounded by eps, lam by eps/h^2
+
+
+def multiplier_along(where, T):
+    """Return lam(t) of a unit pendulum with g = |q|^2 - 1, from SciPy."""
+    q0, v0 = where.q0, where.p0
+    found = solve_ivp(
+        lambda _, x: np.concatenate([x[3:], acceleration(x[:3], x[3:])]),
+        (0, T),
+        np.concatenate([q0, v0]),
+        method="DOP853",
+        rtol=1e-13,
+        atol=1e-14,
+        dense_output=True,
+    )
+
+    def lam(t):
+        x = found.sol(t)
+        return (np.sum(x[3:] ** 2, axis=0) - x[2]) / 2
+
+    return lam
+
+
+def multiplier_errors(name, T, counts, options=None):
+    """Return the errors of the raw multipliers at t, in rows, for each number of steps."""
+    where = ivp("spherical-fast")
+    lam = multiplier_along(where, T)
+    errors = []
+    for n in counts:
+        ((t, values),) = run(name, where, T / n, n, options=options, raw=True).raw.values()
+        errors.append((values[:, 0] - lam(t), values[:, 0], t, lam))
+    return errors
+
+
+@pytest.mark.parametrize("rho", [0.0, 0.6, 0.8], ids=["rho=0", "rho=0.6", "rho=0.8"])
+def test_the_multiplier_of_generalized_alpha_is_of_second_order_from_the_first_step_on(rho):
+    counts = (64, 128, 256, 512)
+    for part in (slice(0, 8), slice(None)):
+        errors = [np.abs(e[part]).max() for e, *_ in multiplier_errors("generalized_alpha", 0.5, counts, {"rho_inf": rho})]
+        assert fit_order([1 / n for n in counts], errors).slope > 1.85, (part, errors)
+
+
+def test_without_damping_the_multiplier_of_generalized_alpha_is_of_first_order_only():
+    counts = (64, 128, 256, 512)
+    errors = [np.abs(e).max() for e, *_ in multiplier_errors("generalized_alpha", 0.5, counts, {"rho_inf": 1.0})]
+    assert abs(fit_order([1 / n for n in counts], errors).slope - 1) < 0.15
+
+
+def test_generalized_alpha_damps_and_the_less_the_larger_rho_is():
+    where, drifts = ivp("planar"), []
+    for rho in (0.2, 0.5):
+        found = run("generalized_alpha", where, 0.02, 2500, options={"rho_inf": rho})
+        drifts.append(energy_drift(found.t, energy_error(where, found)))
+    assert drifts[0].slope < 4 * drifts[1].slope < 0
+    assert all(drift.slope < -8 * drift.slope_error for drift in drifts)
+
+
+def test_generalized_alpha_without_damping_loses_the_motion_and_so_does_its_closed_form():
+    where = ivp("spherical-fast")
+    _, v, _ = generalized_alpha_on_the_sphere(where.q0, where.p0, 0.02, 200, Fraction(1))
+    found = run("generalized_alpha", where, 0.02, 200, options={"rho_inf": 1.0})
+    assert min(np.linalg.norm(v), np.linalg.norm(found.p[-1])) > 4 * np.linalg.norm(where.p0)
+    assert found.maxima["g"] < 1e-12
+
+
+# ---- the energy-momentum scheme ------------------------------------------------------------------------------------------
+
+
+def energy_momentum_on_the_sphere(q, p, h, steps):
+    """The scheme on the unit sphere, where all is quadratic and lam solves a linear equation."""
+    lam = []
+    for _ in range(steps):
+        free = q + h * p - h * h / 2 * UP
+        k = (free @ free - 1) / (2 * (1 + free @ q))  # h^2 lam / 2
+        q, before = (free - k * q) / (1 + k), q
+        p = 2 * (q - before) / h - p
+        lam.append(2 * k / h**2)
+    return q, p, np.array(lam)
+
+
+def test_energy_momentum_is_its_closed_form_on_the_sphere():
+    where = ivp("spherical-fast")
+    found = run("energy_momentum", where, 0.02, 50, raw=True)
+    q, p, lam = energy_momentum_on_the_sphere(where.q0, where.p0, 0.02, 50)
+    assert np.abs(found.q[-1] - q).max() < 1e-12
+    assert np.abs(found.p[-1] - p).max() < 1e-11
+    times, values = found.raw["lam_mid"]
+    assert np.allclose(times, 0.02 * (np.arange(50) + 0.5), rtol=1e-14)
+    assert np.abs(values[:, 0] - lam).max() < 1e-9
+
+
+def test_energy_momentum_solves_its_equations_where_both_derivatives_are_corrected():
+    h = 0.1
+    found = run("energy_momentum", on_bowl("go"), h, 5, raw=True)
+    (q0, q1), (p0, p1), lam = found.q[-2:], found.p[-2:], found.raw["lam_mid"][1][-1, 0]
+
+    def U(q):
+        return np.cos(2 * q[2]) + 3 * (q[0] ** 2 + q[1] ** 2) ** 2
+
+    def g(q):
+        return q[0] ** 2 + q[1] ** 2 + q[2] ** 4 - 1
+
+    x, y, z = (q0 + q1) / 2
+    dq = q1 - q0
+    U_q = np.array([12 * x * (x * x + y * y), 12 * y * (x * x + y * y), -2 * np.sin(2 * z)])
+    G = np.array([2 * x, 2 * y, 4 * z**3])
+    extra = [U(q1) - U(q0) - U_q @ dq, g(q1) - g(q0) - G @ dq]
+    D_U, DG = (gradient + e * dq / (dq @ dq) for gradient, e in zip((U_q, G), extra, strict=True))
+    assert min(map(abs, extra)) > 1e-7
+    assert np.abs(dq - h * (p0 + p1) / 2).max() < 2e-15
+    assert np.abs(p1 - p0 + h * (D_U + lam * DG)).max() < 1e-13
+    assert abs(g(q1)) < 4 * EPS
+
+
+@pytest.mark.parametrize("case", ["go", "rest"])
+@pytest.mark.parametrize("h", [0.1, 1e-2, 1e-4, 1e-6], ids=str)
+def test_energy_is_kept_to_round_off_whatever_h_is_and_from_rest(case, h):
+    where = on_bowl(case)
+    found = run("energy_momentum", where, h, 300)
+    assert found.maxima["energy"] < 1e-13
+    assert found.maxima["g"] < 1e-14
+    exact = run("rattle", where, h, 300)
+    assert np.abs(found.q[-1] - exact.q[-1]).max() < 1e-12 + 40 * h**2
+
+
+def test_a_state_at_rest_in_equilibrium_stays_there():
+    q, p = coordinates(2)
+    hanging = ConstrainedHamiltonian(
+        q=q, p=p, M=sp.eye(2), U=q[1] + q[1] ** 4, g=[q[0] ** 2 + q[1] ** 2 - 1], cases={"still": Case(q=(0, -1), p=(0, 0))}
+    )
+    for name in ("energy_momentum", "generalized_alpha"):
+        found = run(name, make_ivp(source_of(hanging, "hanging"), "still"), 0.1, 5)
+        assert np.array_equal(found.q[-1], [0, -1])
+        assert np.abs(found.p[-1]).max() < 1e-14
+
+
+def test_angular_momentum_is_kept_where_all_is_quadratic_and_not_otherwise():
+    watch = ("integrals",)
+    assert run("energy_momentum", ivp("spherical-fast"), 0.01, 300, watch=watch).maxima["L3"] < 1e-13
+    assert run("energy_momentum", on_bowl("go"), 0.01, 300, watch=watch).maxima["L3"] > 1e-7
+    assert run("rattle", on_bowl("go"), 0.01, 300, watch=watch).maxima["L3"] < 1e-13
+
+
+def test_raw_multipliers_of_energy_momentum_alternate_and_the_mean_of_two_is_of_second_order():
+    counts = (64, 128, 256, 512)
+    found = multiplier_errors("energy_momentum", 0.5, counts)
+    single = [np.abs(e).max() for e, *_ in found]
+    mean = [np.abs((x[1:] + x[:-1]) / 2 - lam((t[1:] + t[:-1]) / 2)).max() for _, x, t, lam in found]
+    assert abs(fit_order([1 / n for n in counts], single).slope - 1) < 0.15
+    assert abs(fit_order([1 / n for n in counts], mean).slope - 2) < 0.15
+
+
+def test_energy_momentum_reverses_and_is_not_symplectic_where_its_derivatives_are_corrected():
+    where = on_bowl("go")
+    flow = FixedStep("energy_momentum", compiled=False).flow(where, 0.02, 10)
+    assert reversibility_defect(flow, where.p0, where.q0) < 1e-12
+    assert symplecticity_defect(flow, where.p0, where.q0, tangent_basis(where, where.p0, where.q0)) > 1e-6
+
+
+# ---- RATTLE one constraint at a time -------------------------------------------------------------------------------------
+
+
+RATTLES = (("rattle_iterative", {"tolerance": 1e-15}), ("rattle", {}))
+
+
+@pytest.mark.parametrize("place", TIED)
+def test_with_the_smallest_tolerance_one_at_a_time_agrees_with_rattle(place):
+    loose, newton = (run(name, ivp(place), 0.01, 50, options=options, raw=True) for name, options in RATTLES)
+    assert np.abs(loose.q - newton.q).max() < 1e-14 * 50
+    assert np.abs(loose.p - newton.p).max() < 4e-14 * 50
+    for kind in ("lam_n", "mu_n"):
+        assert np.abs(loose.raw[kind][1] - newton.raw[kind][1]).max() < 64 * EPS / 0.01**2
+
+
+@pytest.mark.parametrize("place", swept([name for name in IVPS if not name.startswith(("stretched", "relativistic"))]))
+def test_what_the_tolerance_adds_to_the_error_of_rattle_is_of_its_size(place):
+    if why := FixedStep("rattle_iterative").refusal(ivp(place)):
+        pytest.skip(why)
+    rattle = run("rattle", ivp(place), 0.002, 250)
+    for tolerance in (1e-6, 1e-8, 1e-12):
+        found = run("rattle_iterative", ivp(place), 0.002, 250, options={"tolerance": tolerance})
+        assert max(np.abs(found.q[-1] - rattle.q[-1]).max(), np.abs(found.p[-1] - rattle.p[-1]).max()) < 40 * tolerance
+
+
+@pytest.mark.parametrize("tolerance", [1e-3, 1e-6, 1e-9], ids=str)
+def test_the_tolerance_is_met_and_not_more_than_that(tolerance):
+    where = ivp("double-pendulum")
+    found = run("rattle_iterative", where, 0.01, 100, options={"tolerance": tolerance})
+    q, v = found.q, found.p / np.array([1, 1, 2, 2])
+    r, w = q[:, 2:] - q[:, :2], v[:, 2:] - v[:, :2]
+    g = np.abs([np.sum(q[:, :2] ** 2, axis=1) - 1, np.sum(r**2, axis=1) - 1])
+    Gv = np.abs(2 * np.array([np.sum(q[:, :2] * v[:, :2], axis=1), np.sum(r * w, axis=1)]))
+    sizes = [2 * np.sum(q[:, :2] ** 2, axis=1), 2 * np.sum(np.abs(r) * (np.abs(q[:, :2]) + np.abs(q[:, 2:])), axis=1)]
+    assert np.all(g <= 1.2 * tolerance * np.array(sizes))  # sizes are taken before the correction, which moves q a little
+    assert tolerance / 10 < max(g.max(), Gv.max()) < 40 * tolerance
+
+
+def test_a_loose_tolerance_breaks_what_rattle_keeps():
+    where = ivp("spherical-fast")
+    flow = FixedStep("rattle_iterative", options={"tolerance": 1e-2}, compiled=False).flow(where, 0.01, 10)
+    assert symplecticity_defect(flow, where.p0, where.q0, tangent_basis(where, where.p0, where.q0)) > 1e-6
+    assert reversibility_defect(flow, where.p0, where.q0) > 1e-2
+
+
+def test_rounds_are_counted_and_grow_with_the_coupling():
+    work = [run("rattle_iterative", ivp(place), 0.01, 50).work for place in ("spherical-fast", "double-pendulum")]
+    assert [each["solve"] for each in work] == [0, 0]
+    assert work[1]["newton"] > 1.5 * work[0]["newton"]
+    rounds = work[0]["newton"] - 50 * 2  # two rounds a step for the velocity, whose equation is linear
+    assert work[0]["g"] == rounds
+    assert work[0]["G"] == rounds + 2 * 50
+
+
+def test_bodies_that_fall_side_by_side_are_held_together_without_a_failure():
+    chain = initial_value_problem("pendulum_chain", "horizontal5")
+    found = run("rattle_iterative", chain, 0.005, 20).complete()
+    newton = run("rattle", chain, 0.005, 20).complete()
+    assert np.abs(found.q[-1] - newton.q[-1]).max() < 1e-6
+
+
+FAILURES = {"no solution": (1.0, "one at a time within the tolerance in 1000 rounds"), "overflow": (1e200, "no longer finite")}
+
+
+@pytest.mark.parametrize(("h", "why"), FAILURES.values(), ids=FAILURES)
+def test_constraints_that_cannot_be_met_are_said(h, why):
+    found = FixedStep("rattle_iterative", compiled=False).solve(ivp("double-pendulum"), Request(value=h, steps=3))
+    assert why in found.failure
+    assert "rattle_iterative on double-pendulum, case bent" in found.failure
+    assert np.all(np.isfinite(found.q))
+
+
+@pytest.mark.slow
+def test_a_loose_tolerance_makes_the_energy_drift_and_newton_does_not():
+    where, request = ivp("double-pendulum"), Request(value=0.0014, t_end=2000, every=97)
+    drifts = {}
+    for tolerance in (None, 1e-6, 1e-8):
+        method = FixedStep("rattle_iterative", options={"tolerance": tolerance}) if tolerance else FixedStep("rattle")
+        found = method.solve(where, request).complete()
+        drifts[tolerance] = energy_drift(found.t, energy_error(where, found))
+    assert abs(drifts[None].slope) < 2 * drifts[None].slope_error
+    assert abs(drifts[1e-8].slope) > 5 * drifts[1e-8].slope_error
+    assert abs(drifts[1e-6].slope) > 30 * abs(drifts[1e-8].slope)
+
+
+# ---- all three -----------------------------------------------------------------------------------------------------------
+
+BAD = {
+    "rho above": ("generalized_alpha", {"rho_inf": 1.01}, r"rho_inf = 1.01 must be in \[0, 1\]"),
+    "rho below": ("generalized_alpha", {"rho_inf": -0.1}, r"rho_inf = -0.1 must be in \[0, 1\]"),
+    "tolerance": ("rattle_iterative", {"tolerance": 0.0}, "tolerance = 0 must be greater than 0"),
+    "unknown": ("rattle_iterative", {"tol": 1e-8}, "did you mean tolerance"),
+    "none": ("energy_momentum", {"rho_inf": 0.5}, "unknown option of energy_momentum"),
+}
+
+
+@pytest.mark.parametrize(("name", "options", "sentence"), BAD.values(), ids=BAD)
+def test_a_bad_option_is_answered_with_a_sentence(name, options, sentence):
+    with pytest.raises(BadInput, match=sentence):
+        parse(name, options)
+
+
+REFUSALS = {"generalized_alpha": "relativistic", "energy_momentum": "relativistic", "rattle_iterative": "stretched-M"}
+
+
+@pytest.mark.parametrize(("name", "place"), REFUSALS.items(), ids=REFUSALS)
+def test_a_problem_that_does_not_fit_is_refused_with_a_sentence(name, place):
+    with pytest.raises(BadInput, match=f"{name} needs .*use rattle"):
+        run(name, ivp(place), 0.01, 1)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", NEW)
+def test_machine_code_gives_the_same_and_keeps_float32(name):
+    where = ivp("double-pendulum")
+    fast, plain = (run(name, where, 0.002, 40, compiled=compiled) for compiled in (True, False))
+    assert fast.work == plain.work
+    assert np.abs(fast.q - plain.q).max() < 1e-13
+    assert np.abs(fast.p - plain.p).max() < 1e-12
+    single = run(name, where, 0.002, 40, compiled=True, precision="float32")
+    kernel = FixedStep(name).kernel(where, "float32", ("energy", "manifold"), count=True)
+    assert "float64" not in str(kernel.integrate.nopython_signatures[0].return_type)
+    assert single.maxima["g"] < 1e-5
+    assert 1e-9 < np.abs(single.q[-1] - fast.q[-1]).max() < 1e-4
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("place", ["spherical-fast", "stretched-M", "double-pendulum"])
+def test_energy_is_kept_over_a_hundred_thousand_steps(place):
+    found = run("energy_momentum", ivp(place), 0.01, 100_000, compiled=True, every=0)
+    assert found.maxima["energy"] < 5e-12
+    assert found.maxima["g"] < 4e-15

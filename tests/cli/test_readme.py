@@ -1,0 +1,133 @@
+"""What the README quotes is what is said, its report is written, and what it asks to be cited is this version."""
+
+import importlib.util
+import json
+import math
+import re
+import sys
+import tomllib
+import warnings
+from types import SimpleNamespace
+
+import pandas as pd
+import pytest
+import said
+from readme import README
+
+import daebench as library
+from daebench.compiler import cache
+from daebench.methods.catalogue import problems
+
+ROOT = README.parent
+
+
+@pytest.fixture
+def files(tmp_path, monkeypatch):
+    """A folder with the files that the README shows, and with what its commands make of them."""
+    said.write_files(tmp_path)
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+@pytest.fixture
+def heyoka_missing(monkeypatch):
+    monkeypatch.setitem(sys.modules, "heyoka", None)
+
+
+@pytest.fixture
+def refuted(monkeypatch):
+    """Have the report on index reduction measure that the first step of ``se`` is not symplectic."""
+    from daebench.reports import index_reduction
+    from daebench.reports.index_reduction.claims import check_symplecticity
+
+    numbers = SimpleNamespace(defects=pd.DataFrame({"se": [3.1e-5] + 19 * [1e-3]}))
+    claims = pd.DataFrame({"claimed_symplectic": {"se": False}})
+    monkeypatch.setattr(index_reduction, "both", lambda progress: (numbers,))
+    monkeypatch.setattr(index_reduction, "check", lambda numbers: check_symplecticity(numbers, claims))
+
+
+def what_is_said(daebench, words):
+    """Return the sentences that a command says: of a run that stops why, else what is on standard error."""
+    status, out, err = daebench(*words, *(["--json"] if words[0] == "run" else []))
+    stopped = json.loads(out)["failure"] if words[0] == "run" and out else None
+    return status, stopped or err.removeprefix("daebench: ").rstrip("\n")
+
+
+@pytest.fixture
+def cache_named(monkeypatch, trouble):
+    """Have kernels be kept where a row says, and the warning of it said as it is at the command line."""
+    monkeypatch.setenv("DAEBENCH_CACHE", trouble.cache)
+    cache.warn.cache_clear()
+    with warnings.catch_warnings():
+        warnings.simplefilter("default", cache.CacheWarning)
+        yield
+    cache.warn.cache_clear()
+
+
+@pytest.mark.parametrize("trouble", said.troubles(), ids=lambda trouble: " ".join(trouble.words[:2]))
+def test_a_message_in_the_readme_is_what_the_command_says(
+    daebench, files, heyoka_missing, refuted, plain_functions, uncompiled_schemes, request, trouble
+):
+    if trouble.cache:
+        request.getfixturevalue("cache_named")
+    status, message = what_is_said(daebench, trouble.words)
+    quoted = re.escape(trouble.message).replace(r"\.\.\.", r"\S+?")
+    assert re.fullmatch(quoted, message), message
+    assert status == (0 if "compiling in memory" in message else 1 if "stopped at" in message or "the report would" in message else 2)
+
+
+def test_the_readme_quotes_enough_messages():
+    assert len(said.troubles()) >= 12
+
+
+def test_the_report_in_the_readme_is_written(tmp_path, plain_functions, uncompiled_schemes):
+    (tmp_path / "my_report.py").write_text(said.block("my_report.py"))
+    spec = importlib.util.spec_from_file_location("my_report", tmp_path / "my_report.py")
+    report = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(report)
+    page = report.make(tmp_path / "out", lambda fraction, doing: None)
+    html = page.read_text(encoding="utf-8")
+    energy = pd.read_csv(tmp_path / "out" / "figures" / "energy.csv")["energy_error"]
+    assert list(energy / energy.shift(-1))[:-1] == pytest.approx([4, 4], rel=0.05)
+    assert "<title>RATTLE by step size</title>" in html
+    assert "<svg" in html
+    assert html.count('<th scope="row"') == 3
+
+
+def test_the_digits_that_ida_is_said_to_reach_are_those_of_the_picture_below():
+    """The CSV of the picture of tolerances: each formulation as it comes, at the tightest tolerance, all lengths being 1 m."""
+    table = pd.read_csv(ROOT / "reports" / "gallery" / "tolerances.csv")
+    errors = table[(table["tol"] == 1e-14) & table["default"] & (table["end"] == "reached")]["error"]
+    assert len(errors) >= 16
+    said_digits = re.search(r"At a tolerance of 1e-14 IDA reaches (\d+) to (\d+) digits", README.read_text(encoding="utf-8"))
+    assert [int(-math.log10(each)) for each in (errors.max(), errors.min())] == [int(each) for each in said_digits.groups()]
+
+
+def test_se_with_half_the_step_ends_as_said(uncompiled_schemes):
+    run = library.run("spherical_pendulum", case="fig1.2", method="se", h=0.005, steps=1000)
+    text = README.read_text(encoding="utf-8")
+    assert f"With h halved this run gets to t = {run.t[-1]:.2f} and ends in the same way, with \\|g\\| = {run.maxima['g']:.2f}" in text
+    assert "did not converge" in run.failure
+
+
+def test_there_are_as_many_drawings_as_problems():
+    assert len(problems("constrained")) == 13
+    assert "![Thirteen small drawings" in README.read_text(encoding="utf-8")
+
+
+def test_what_is_to_be_cited_is_this_version():
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    citation = (ROOT / "CITATION.cff").read_text(encoding="utf-8")
+    assert re.search(r"^version: (.*)$", citation, re.MULTILINE)[1] == project["version"]
+    entry = README.read_text(encoding="utf-8").partition("@software{daebench,")[2].partition("\n}")[0]
+    assert re.search(r"version = \{(.*?)\}", entry)[1] == project["version"]
+    year = re.search(r"Copyright \(c\) (\d{4})", (ROOT / "LICENSE").read_text(encoding="utf-8"))[1]
+    assert re.search(r"year    = \{(.*?)\}", entry)[1] == year
+
+
+def test_links_of_the_readme_lead_to_files_and_to_its_own_headings():
+    text = README.read_text(encoding="utf-8")
+    headings = {re.sub(r"[^\w -]", "", line.lower()).replace(" ", "-") for line in re.findall(r"^#+ (.*)$", text, re.MULTILINE)}
+    links = re.findall(r"\]\(([^)]+)\)", text)
+    assert {link[1:] for link in links if link.startswith("#")} <= headings
+    assert [link for link in links if not link.startswith("#") and not (ROOT / link).exists()] == []

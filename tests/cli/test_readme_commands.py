@@ -1,0 +1,177 @@
+"""The README's commands and programs run from what a reader has: its files, and what its earlier commands have written."""
+
+import re
+import shlex
+import subprocess
+import sys
+
+import pytest
+import said
+
+ELSEWHERE = {
+    "daebench report all": "tests of the gallery and of each report",
+    "daebench lesson": "tests of lessons in a browser",
+}
+"""Beginnings of commands that are not run here, and where they are; the two below markers are the gate's."""
+
+QUICK = (
+    "daebench list",
+    "daebench show",
+    "daebench check ./",
+    "daebench reference list",
+    "daebench reference show",
+    "daebench reference at",
+)
+"""Beginnings of commands that compile nothing."""
+
+LONG = (
+    "daebench work-precision",
+    "daebench precision",
+    "daebench stability",
+    "daebench long",
+    "daebench export",
+    "daebench archive",
+    "daebench reproduce",
+    "daebench reference verify",
+)
+"""Beginnings of commands that take minutes, or need one that does; of those with grids the slow tests ask what they would run."""
+
+STOPS = "daebench run spherical_pendulum --case fig1.2 --method se "
+"""The command of the tour that is to stop."""
+
+HERE = [command for command in said.commands() if not command.startswith(tuple(ELSEWHERE))]
+
+
+def marked(command):
+    """Return a command as a parameter, with the mark that its cost asks for."""
+    if command.startswith(QUICK):
+        return pytest.param(command, id=command)
+    return pytest.param(command, id=command, marks=[pytest.mark.slow, *[pytest.mark.exhaustive] * command.startswith(LONG)])
+
+
+def named_after(command, option):
+    words = shlex.split(command)
+    return words[words.index(option) + 1] if option in words else None
+
+
+def makers(command):
+    """Return the earlier commands that write a file or folder which a command reads, in their order, with those that they need."""
+    reads = [word for word in shlex.split(command) if word != named_after(command, "--out")]
+    before = [(each, named_after(each, "--out")) for each in HERE[: HERE.index(command)]]
+    own = [each for each, made in before if made and any(word == made or word.startswith(made + "/") for word in reads)]
+    return list(dict.fromkeys(needed for each in own for needed in (*makers(each), each)))
+
+
+@pytest.fixture
+def reader(tmp_path):
+    """A reader's folder."""
+    said.write_files(tmp_path)
+    return tmp_path
+
+
+@pytest.mark.parametrize("command", [marked(command) for command in HERE])
+def test_a_command_of_the_readme_does_what_it_is_there_for(reader, command):
+    for each in (*makers(command), command):
+        done = said.call(each, reader)
+        assert done.returncode == (1 if each.startswith(STOPS) else 0), done.stderr
+        assert "Traceback" not in done.stderr
+        assert (out := named_after(each, "--out")) is None or (reader / out).exists()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("command", [c for c in HERE if c.startswith(LONG[:4])], ids=str)
+def test_a_study_of_the_readme_says_what_it_would_run(reader, command):
+    done = said.call(f"{command} --dry-run", reader)
+    assert done.returncode == 0, done.stderr
+    assert done.stdout
+
+
+def test_no_two_commands_of_the_readme_write_the_same_file():
+    """A page of an animation has its numbers beside it, under the same name with .csv."""
+    written = [out for command in said.commands() if (out := named_after(command, "--out")) and "." in out]
+    names = [name for out in written for name in {out, out.rpartition(".")[0] + ".csv"}]
+    assert len(set(names)) == len(names)
+
+
+def test_what_is_compared_with_a_reference_is_no_reference():
+    (command,) = (each for each in HERE if each.startswith("daebench reference compare"))
+    assert [each.split()[1] for each in makers(command)] == ["run"]
+
+
+def test_what_is_not_run_here_is_in_the_readme():
+    for beginning in (*ELSEWHERE, *QUICK, *LONG, STOPS):
+        assert any(command.startswith(beginning) for command in said.commands()), beginning
+
+
+TAKES_A_PROBLEM = {
+    "show": "",
+    "check": "",
+    "run": "--method rattle --h 0.1 --steps 1",
+    "compare": "--methods rattle --h 0.1 --t-end 1",
+    "order": "--methods rattle --t-end 1 --halvings 2",
+    "animate": "--methods rattle --h 0.1 --t-end 1 --out film.html",
+    "long": "--methods rattle --h 0.1 --steps 100 --dry-run",
+    "stability": "--dry-run",
+    "precision": "--dry-run",
+    "work-precision": "--dry-run",
+}
+"""Commands that take a problem, and what else they need."""
+
+
+def test_a_problem_file_goes_wherever_the_readme_says_that_it_does(daebench, reader, monkeypatch, uncompiled_schemes):
+    """Commands that it does not except are called with a file; of the sentence on it all excepted ones are named there."""
+    monkeypatch.chdir(reader)
+    excepted = re.search(r"Its path goes wherever .*?:\n", said.README.read_text(encoding="utf-8"), re.DOTALL)[0]
+    for command, more in TAKES_A_PROBLEM.items():
+        if f"`daebench {command}`" not in excepted:
+            status, _, err = daebench(command, "./bead.py", *more.split())
+            assert status == 0, (command, err)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("program", said.programs(), ids=lambda text: text.split("\n", 1)[0])
+def test_a_program_of_the_readme_runs(reader, program):
+    if "mycode" in program:
+        pytest.skip("its code is the reader's; tests of the plugin have such a file")
+    (reader / "program.py").write_text(program, encoding="utf-8")
+    done = said.call("python program.py", reader)
+    assert done.returncode == 0, done.stderr
+
+
+@pytest.mark.slow
+def test_the_tests_in_the_readme_pass_with_a_code_that_is_right(reader):
+    """The reader's code here is RATTLE for the planar pendulum, written from (1.25), and steps of it that are small enough."""
+    (program,) = (text for text in said.programs() if "mycode" in text)
+    (reader / "mycode.py").write_text(MYCODE, encoding="utf-8")
+    (reader / "test_mine.py").write_text(program, encoding="utf-8")
+    done = subprocess.run([sys.executable, "-m", "pytest", "-q", "test_mine.py"], cwd=reader, capture_output=True, text=True, check=False)
+    assert "2 passed" in done.stdout, done.stdout
+
+
+MYCODE = '''"""RATTLE, (1.25), for the planar pendulum with unit mass, length and gravity as of the case horizontal."""
+
+import numpy as np
+
+from daebench.methods.initial_value_problem import initial_value_problem
+
+gravity = initial_value_problem("planar_pendulum", "horizontal").parameters["gravity"]
+down = np.array([0.0, gravity])
+
+
+def rattle(p, q, h):
+    free = q + h * (p - h / 2 * down)
+    a, b = q @ q, free @ q
+    nu = (b - np.sqrt(b * b - a * (free @ free - 1.0))) / a
+    q1 = free - nu * q
+    p1 = (q1 - q) / h - h / 2 * down
+    return p1 - (p1 @ q1) / (q1 @ q1) * q1, q1
+
+
+def simulate(q, p, t):
+    states, substeps = [(q, p)], 400
+    for h in np.diff(t) / substeps:
+        for _ in range(substeps):
+            p, q = rattle(p, q, h)
+        states.append((q, p))
+    return tuple(np.array(part) for part in zip(*states))
+'''

@@ -1,0 +1,261 @@
+"""Sentences of mathematics in the pages, each held against numbers: where they fail here, the pages are wrong."""
+
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+from ivps import ivp
+from runs import method, run
+
+from daebench.diagnostics.poisson import poisson_defect
+from daebench.methods.catalogue import find_problem
+from daebench.methods.fixed_step.forms import FORMS
+from daebench.methods.initial_value_problem import initial_value_problem
+from daebench.methods.names import parse
+from daebench.pages.report import percent
+from daebench.pages.report.exact_motion import exact_motion
+from daebench.problems import lotka_volterra
+from daebench.reports import lessons
+from daebench.reports.index_reduction.numbers import period
+from daebench.runs.request import Request
+
+ROUND_OFF = 1e-12
+PAGES = Path(lessons.__path__[0]).parent
+
+SEPARABLE = ("spherical-fast", "planar", "coupled-rods")
+KINDS = (*SEPARABLE, "stretched-M", "relativistic")
+
+
+def stepped(name, place, h, p, q):
+    return np.concatenate(method(name).flow(ivp(place), h, 1)(p, q))
+
+
+def fixed_point(update, x):
+    """Return the solution of x = update(x)."""
+    for _ in range(200):
+        x, before = update(x), x
+        if np.abs(x - before).max() < 1e-16:
+            break
+    return x
+
+
+# ---- RATTLE and symplectic Euler ----------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("place", KINDS)
+def test_rattle_is_half_a_step_of_symplectic_euler_and_of_its_adjoint_with_no_constraint_between(place):
+    """(1.26) written as two half steps that share one multiplier: the state between them is off g = 0."""
+    where, h = ivp(place), 0.02
+    p0, q0 = where.p0, where.q0
+    found = method("rattle").solve(where, Request(value=h, steps=1, raw=True))
+    lam, mu = (found.raw[name][1][0] for name in ("lam_n", "mu_n"))
+    G0, G1 = where.value("G", q0), where.value("G", found.q[-1])
+
+    def euler(p):
+        return p0 - h / 2 * (where.value("H_q", p, q0) + G0.T @ lam)
+
+    p_half = fixed_point(euler, p0)
+    q_half = q0 + h / 2 * where.value("H_p", p_half, q0)
+    q1 = fixed_point(lambda q: q_half + h / 2 * where.value("H_p", p_half, q), q_half)
+    p1 = p_half - h / 2 * (where.value("H_q", p_half, q1) + G1.T @ mu)
+    assert np.abs(q1 - found.q[-1]).max() < ROUND_OFF
+    assert np.abs(p1 - found.p[-1]).max() < ROUND_OFF * max(1.0, np.abs(p1).max())
+    assert np.abs(where.value("g", q_half)).max() > 1e-6
+
+
+@pytest.mark.parametrize("place", KINDS)
+def test_rattle_is_no_composition_of_symplectic_euler_and_its_adjoint(place):
+    """Neither order of the two half steps gives RATTLE: both differ from it by O(h^3)."""
+    p0, q0 = ivp(place).p0, ivp(place).q0
+    d = len(q0)
+    for first, second in (("symplectic_euler", "symplectic_euler_adjoint"), ("symplectic_euler_adjoint", "symplectic_euler")):
+        off = []
+        for h in (0.02, 0.01):
+            half = stepped(first, place, h / 2, p0, q0)
+            whole = stepped(second, place, h / 2, half[:d], half[d:])
+            off.append(np.abs(whole - stepped("rattle", place, h, p0, q0)).max())
+        assert off[1] > 1e-9
+        assert off[0] / off[1] == pytest.approx(8, rel=0.1)
+
+
+# ---- SHAKE --------------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("place", ["spherical-fast", "coupled-rods"])  # others start at a turning point, which hides it
+def test_the_recursion_of_shake_is_symmetric_and_its_map_from_the_manifold_is_not(place):
+    where, h, n = ivp(place), 0.04, 10
+    there = run("shake", place, h, n)
+    p, q = np.real(method("shake").flow(where, h, n)(-there.p[-1], there.q[-1]))
+    assert np.abs(q - where.q0).max() < 1e-10
+    miss = -p - where.p0
+    assert np.abs(miss).max() > 1e-8
+    G = where.value("G", where.q0)
+    assert np.abs(miss - G.T @ np.linalg.lstsq(G.T, miss, rcond=None)[0]).max() < 1e-9
+    end, before = there.q[-1], there.q[-2]
+    for k in range(n - 2, -1, -1):
+        end, before = before, _shaken(where, h, end, before)
+        assert np.abs(before - there.q[k]).max() < 1e-10
+
+
+def _shaken(where, h, q0, q1):
+    """Return q2 of (1.23) from q0 and q1, by Newton's iteration for the multiplier, written from the book."""
+    G, still = where.value("G", q1), np.zeros_like(q1)
+    M = np.linalg.inv(np.array([where.value("H_p", e, q1) for e in np.eye(len(q1))]))
+    lam = np.zeros(len(G))
+    for _ in range(50):
+        q2 = 2 * q1 - q0 - h**2 * np.linalg.solve(M, where.value("H_q", still, q1) + G.T @ lam)
+        slope = -(h**2) * where.value("G", q2) @ np.linalg.solve(M, G.T)
+        lam = lam - np.linalg.solve(slope, where.value("g", q2))
+    return q2
+
+
+@pytest.mark.parametrize("place", SEPARABLE)
+def test_shake_and_rattle_cost_one_force_a_step_where_the_force_is_kept(place):
+    """RATTLE evaluates it at both ends of n steps, which are n + 1 positions; SHAKE at the n + 1 positions that it goes on from."""
+    n = 20
+    rattle, shake = (run(name, place, 0.01, n) for name in ("rattle", "shake"))
+    assert rattle.work["H_q"] == 2 * n
+    assert len({tuple(q) for q in rattle.q}) == n + 1
+    assert shake.work["H_q"] <= n + 2
+
+
+# ---- the two-form off the manifold --------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("place", ["spherical-fast", "coupled-rods"])
+def test_the_two_form_changes_along_the_reduced_system_as_in_1_17(place, random):
+    """d/dt xi1^T J xi2 = sum_i (dg_i xi1) (dlam_i xi2) - (dlam_i xi1) (dg_i xi2): zero on tangent vectors, and not on others."""
+    where = ivp(place)
+    d, e = len(where.q0), 1e-6
+
+    def field(x):
+        p, q = x[:d], x[d:]
+        return np.concatenate([-where.value("H_q", p, q) - where.value("G", q).T @ where.value("lam", p, q), where.value("H_p", p, q)])
+
+    def derivative(function, x):
+        return np.array([(function(x + e * u) - function(x - e * u)) / (2 * e) for u in np.eye(2 * d)]).T
+
+    x = np.concatenate([where.p0, where.q0])
+    J = np.block([[np.zeros((d, d)), np.eye(d)], [-np.eye(d), np.zeros((d, d))]])
+    A = derivative(field, x)
+    change = A.T @ J + J @ A
+    dlam = derivative(lambda x: where.value("lam", x[:d], x[d:]), x)
+    dg = np.hstack([np.zeros((len(dlam), d)), where.value("G", where.q0)])
+    said = dg.T @ dlam - dlam.T @ dg
+    assert np.abs(change - said).max() < 1e-6 * np.abs(said).max()
+    from daebench.diagnostics.symplecticity import tangent_basis
+
+    X = tangent_basis(where, where.p0, where.q0)
+    assert np.abs(X.T @ said @ X).max() < 1e-10 * np.abs(said).max()
+    assert np.abs(said).max() > 0.1
+
+
+# ---- Poisson systems ----------------------------------------------------------------------------------------------------
+
+
+def test_u_is_the_predator_on_every_page():
+    """The species u multiplies where there is more v, and v dies where there is more u; the problem, the lesson and the report say so."""
+    where = initial_value_problem("lotka_volterra", "4,2")
+
+    def growth(u, v):
+        return where.value("field", (u, v)) / (u, v)
+
+    for u, v in ((4.0, 2.0), (0.5, 0.1), (1.0, 5.0)):
+        assert growth(u, v + 0.1)[0] > growth(u, v)[0]
+        assert growth(u + 0.1, v)[1] < growth(u, v)[1]
+    assert lotka_volterra.problem().picture.axes == ("predators u", "prey v")
+    said = re.compile(r"(predators?|prey)\s+\$?([uv])\b")
+    files = [PAGES / "poisson" / "orbit_figures.py", *PAGES.glob("lessons/*poisson_maps*.py"), PAGES / "poisson" / "page.html"]
+    found = {pair for path in files for pair in said.findall(path.read_text(encoding="utf-8").lower())}
+    assert found == {("predators", "u"), ("prey", "v")}
+
+
+def test_a_poisson_map_need_not_keep_a_casimir_function():
+    """A shift of c satisfies (4.2) for B = [[0, 1, 0], [-1, 0, 0], [0, 0, 0]], whose Casimir function is c."""
+    B = np.zeros((3, 3))
+    B[0, 1], B[1, 0] = 1, -1
+    y = np.array([0.3, -0.2, 1.5])
+    assert poisson_defect(lambda y: np.asarray(y) + np.array([0, 0, 1.0]), y, lambda y: B) < ROUND_OFF
+
+
+# ---- the swing of Fig. 1.2 ----------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("case", ["fig1.2", "fig1.2b"])
+def test_the_period_of_a_swing_is_that_of_the_closed_form(case):
+    """After one period, and two, the height and its velocity are those of the start; after half of one they are not."""
+    where = initial_value_problem("spherical_pendulum", case)
+    T = period(where)
+    q, p = exact_motion(where.source, case, [T / 2, T, 2 * T])
+    assert q[1:, 2] == pytest.approx(where.q0[2], abs=1e-11)
+    assert p[1:, 2] == pytest.approx(where.p0[2], abs=1e-11)
+    assert abs(p[0, 2] - where.p0[2]) > 0.1
+    assert f"{T:.6f}" == {"fig1.2": "0.872449", "fig1.2b": "0.881554"}[case]
+
+
+def test_the_energy_of_symplectic_euler_is_off_by_more_than_a_thousandth():
+    """0.1185 % of what it is above the lowest point, which "at most 0.1 %" is not."""
+    found = run("symplectic_euler", initial_value_problem("spherical_pendulum", "fig1.2"), 0.01, 1000)
+    H = np.sum(found.p**2, axis=1) / 2 + found.q[:, 2] + 1
+    off = np.abs(H / H[0] - 1).max()
+    assert f"{off:.4%}" == "0.1185%"
+    assert str(percent(off, up=True)).startswith("0.12")
+
+
+# ---- methods ------------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("place", ["spherical-fast", "relativistic", "coupled-rods"])
+@pytest.mark.parametrize("s", [2, 3])
+def test_lobatto_is_the_discontinuous_collocation_of_the_book(place, s):
+    """Polynomials u of degree s, v of degree s - 2 and w of degree s - 1 as in (1.27)-(1.30), solved for by SciPy."""
+    from scipy.optimize import fsolve
+
+    from daebench.schemes.kernels.tableaux import lobatto_iiia
+
+    where, h = ivp(place), 0.05
+    p0, q0 = where.p0, where.q0
+    d, m = len(q0), len(where.value("g", q0))
+    b, c = np.array(lobatto_iiia(s).b), np.array(lobatto_iiia(s).c)
+    powers = np.vander(c, s, increasing=True)
+    to_u = np.linalg.inv(powers)
+    v_nodes = np.vander(c, s - 1, increasing=True)
+    v_slopes = np.array([[k * x ** max(k - 1, 0) for k in range(s - 1)] for x in c])
+
+    def unpacked(x):
+        return x[: s * d].reshape(s, d), x[s * d : (2 * s - 1) * d].reshape(s - 1, d), x[(2 * s - 1) * d :].reshape(s, m)
+
+    def equations(x):
+        U, V, W = unpacked(x)
+        slope = to_u @ U
+        u = np.array([q0 + h * sum(slope[k] * t ** (k + 1) / (k + 1) for k in range(s)) for t in c])
+        v, dv = v_nodes @ V, v_slopes @ V / h
+        delta = np.array([dv[i] + where.value("H_q", v[i], u[i]) + where.value("G", u[i]).T @ W[i] for i in range(s)])
+        p1 = v[-1] - h * b[-1] * delta[-1]
+        rows = [U[i] - where.value("H_p", v[i], u[i]) for i in range(s)]
+        rows += [v[0] - p0 + h * b[0] * delta[0], *delta[1:-1]]
+        rows += [where.value("g", u[i]) / h for i in range(1, s)]
+        rows += [where.value("G", u[-1]) @ where.value("H_p", p1, u[-1])]
+        return np.concatenate(rows), u[-1], p1
+
+    v0 = where.value("H_p", p0, q0)
+    start = np.concatenate([np.tile(v0, s), p0, np.zeros((s - 2) * d), np.zeros(s * m)])
+    x = fsolve(lambda x: equations(x)[0], start, xtol=1e-13)
+    residual, q1, p1 = equations(x)
+    assert np.abs(residual).max() < 1e-10
+    found = stepped(f"lobatto{s}", place, h, p0, q0)
+    assert np.abs(np.concatenate([p1, q1]) - found).max() < 1e-10 * max(1.0, np.abs(p0).max())
+
+
+@pytest.mark.parametrize("name", [f"{form}:{scheme}" for form in FORMS for scheme in ("rk4", "midpoint", "gauss2")])
+def test_a_form_of_the_system_is_not_said_to_be_the_reduced_one(name):
+    assert "(1.18)" not in parse(name).claims.source
+
+
+def test_the_squeezers_page_has_what_its_printed_values_are_off_by():
+    from daebench.reports.problems.facts import told
+
+    about = told(find_problem("andrews_squeezer").path.read_text(encoding="utf-8"))
+    assert "1.4e-9 rad in q" in about
+    assert "1.5e-5 N in lam" in about

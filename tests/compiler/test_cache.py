@@ -1,0 +1,249 @@
+"""The cache of generated modules and machine code: what is damaged or another's is made anew, and the numbers are always right."""
+
+import json
+import os
+import stat
+import subprocess
+import sys
+import types
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+
+import cache_damage
+import pytest
+
+import daebench
+from daebench.compiler import cache, sealed
+from daebench.compiler.cache import CacheWarning, generated
+
+PROGRAM = """
+import json, shutil, sys
+from pathlib import Path
+from cache_damage import FAMILY, folder, swapped
+from daebench.compiler.cache import generated
+
+HEADER = "from daebench.compiler.sharing import shared\\nfrom daebench.compiler.machine_code import njit\\n"
+TEXT = "@njit(error_model='numpy'{})\\ndef root(x):\\n    return x * x + {} * x\\n"
+
+def values():
+    for name in [each for each in sys.modules if each.startswith("daebench_generated_small")]:
+        del sys.modules[name]
+    modules = [generated("small", str(k), lambda cached, k=k: HEADER + TEXT.format(", cache=True" * cached, k)) for k in (1, 2)]
+    return [module.root(2.0) for module in modules]
+
+kept, pristine = Path(sys.argv[1]), Path(sys.argv[2])
+print(json.dumps(["as made", values()]))
+shutil.copytree(kept, pristine)
+files = [each.relative_to(kept) for each in sorted(kept.rglob("*")) if each.is_file()]
+one_a_kind = list({each.suffix: each for each in files}.values())
+WHOLE = {"a folder": lambda path: folder(path), "another's": lambda path: swapped(path, list(pristine.rglob("*")))}
+for file in one_a_kind:
+    for what in (*FAMILY, *WHOLE):
+        shutil.rmtree(kept)
+        shutil.copytree(pristine, kept)
+        if what in FAMILY:
+            (kept / file).write_bytes(FAMILY[what]((pristine / file).read_bytes()))
+        else:
+            WHOLE[what](kept / file)
+        print(json.dumps([f"{file.suffix} {what}", values()]), flush=True)
+"""
+
+
+def in_a_process(program, *words, **environment):
+    where = {"PYTHONPATH": os.pathsep.join([str(Path(__file__).parents[1] / "support"), *sys.path])}
+    run = [sys.executable, "-c", program, *map(str, words)]
+    return subprocess.run(run, env=os.environ | where | environment, capture_output=True, text=True)
+
+
+GENERATORS = ("compiler", "methods", "runs", "schemes", "systems")
+"""Folders of the package whose files decide what generated source says."""
+
+
+def test_an_edit_of_any_file_that_decides_generated_source_changes_the_key(monkeypatch):
+    package, before, read = Path(daebench.__file__).parent, cache.toolchain.__wrapped__(), Path.read_bytes
+    files = [file for folder in GENERATORS for file in sorted((package / folder).rglob("*.py"))]
+    overlooked = []
+    for edited in files:
+        monkeypatch.setattr(Path, "read_bytes", lambda path, edited=edited: read(path) + b"#" * (path == edited))
+        if cache.toolchain.__wrapped__() == before:
+            overlooked.append(edited.relative_to(package).as_posix())
+    assert "poisson_residuals" in {file.stem for file in files}
+    assert overlooked == []
+
+
+def test_damaged_files_are_made_anew_and_the_numbers_are_right(tmp_path):
+    done = in_a_process(PROGRAM, tmp_path / "kept", tmp_path / "pristine", DAEBENCH_CACHE=str(tmp_path / "kept"))
+    told = [json.loads(line) for line in done.stdout.splitlines()]
+    assert (done.returncode, done.stderr) == (0, ""), told[-1:]
+    assert [what for what, values in told if values != [6.0, 8.0]] == []
+    assert len(told) >= 2 * (len(cache_damage.FAMILY) + 2) + 1
+
+
+RUNS = """
+import sys, shutil
+from pathlib import Path
+import daebench
+from cache_damage import FAMILY, folder, swapped
+
+def last():
+    for name in [each for each in sys.modules if each.startswith("daebench_generated_")]:
+        if "elimination" not in name:
+            del sys.modules[name]
+    return daebench.run("planar_pendulum", method="rattle", h=0.01, steps=100, every=0).q[-1].tolist()
+
+kept = Path(sys.argv[1])
+right = last()
+for damage in ("cut at 0.5", "bit flipped at 0.7", "zeros from 0 to 1", "a folder", "another's"):
+    files = [each for each in sorted(kept.rglob("*")) if each.is_file()]
+    for file in files:
+        if damage in FAMILY:
+            file.write_bytes(FAMILY[damage](file.read_bytes()))
+        elif damage == "a folder":
+            folder(file)
+        else:
+            swapped(file, files)
+    assert last() == right, damage
+    assert last() == right, damage
+print("right")
+"""
+
+
+@pytest.mark.slow
+def test_a_run_survives_damage_of_every_file_at_once(tmp_path):
+    done = in_a_process(RUNS, tmp_path, DAEBENCH_CACHE=str(tmp_path))
+    assert (done.returncode, done.stdout, done.stderr) == (0, "right\n", "")
+
+
+AT_ONCE = """
+import sys
+from daebench.compiler.cache import generated
+
+HEADER = "from daebench.compiler.machine_code import njit\\n"
+module = generated("small", "at once", lambda _: HEADER + "@njit(error_model='numpy', cache=True)\\ndef root(x):\\n    return x * x\\n")
+x = complex(sys.argv[1])
+print(module.root(x if x.imag else x.real))
+"""
+
+
+@pytest.mark.parametrize("processes", [2, pytest.param(8, marks=pytest.mark.slow)])
+def test_processes_that_compile_for_two_types_at_once_do_not_spoil_each_other(tmp_path, processes):
+    words = ["3", "3j"] * (processes // 2)
+    for _ in ("cold", "warm"):
+        with ThreadPoolExecutor(processes) as pool:
+            done = list(pool.map(lambda word: in_a_process(AT_ONCE, word, DAEBENCH_CACHE=str(tmp_path)), words))
+        assert [each.stderr for each in done] == [""] * processes
+        assert [complex(each.stdout) for each in done] == [9, -9] * (processes // 2)
+    assert sorted(path.suffix for path in tmp_path.iterdir()) == [".code", ".code", ".py"]
+
+
+@pytest.fixture
+def kept(tmp_path, monkeypatch):
+    """An empty cache directory, open to others as one that an older version made."""
+    folder = tmp_path / "kept"
+    folder.mkdir()
+    folder.chmod(0o777)
+    monkeypatch.setenv("DAEBENCH_CACHE", str(folder))
+    sealed.warn.cache_clear()
+    return folder
+
+
+def asked(key):
+    """Return the value of a generated module, and forget the module."""
+    module = generated("plain", key, lambda cached: f"VALUE = {cached}")
+    sys.modules.pop(module.__name__)
+    assert isinstance(module, types.ModuleType)
+    return module.VALUE
+
+
+def mode(path):
+    return stat.S_IMODE(path.stat().st_mode)
+
+
+posix = pytest.mark.skipif(os.name == "nt", reason="Windows has no such rights")
+
+
+@posix
+def test_the_folder_is_made_for_its_user_alone(tmp_path, monkeypatch):
+    monkeypatch.setenv("DAEBENCH_CACHE", str(tmp_path / "a" / "b"))
+    assert asked("made") is True
+    assert mode(tmp_path / "a" / "b") == 0o700
+
+
+@posix
+def test_an_own_folder_that_is_open_to_others_is_closed(kept):
+    (kept / "daebench_generated_old.py").write_text("")
+    assert asked("mended") is True
+    assert mode(kept) == 0o700
+
+
+@posix
+@pytest.mark.parametrize(("rights", "trusted"), [(0o777, False), (0o775, False), (0o755, True), (0o700, True)])
+def test_a_folder_of_other_things_keeps_its_rights_and_is_trusted_where_others_cannot_write(kept, rights, trusted):
+    (kept / "thesis.tex").write_text("")
+    kept.chmod(rights)
+    if trusted:
+        assert asked("shared") is True
+    else:
+        with pytest.warns(CacheWarning, match=r"can be written to by other users, who could change what is run; compiling in memory"):
+            assert asked("shared") is False
+    assert mode(kept) == rights
+
+
+@posix
+def test_a_folder_of_another_user_is_not_used(kept, monkeypatch):
+    another = os.geteuid() + 1
+    monkeypatch.setattr(sealed.os, "geteuid", lambda: another)
+    with pytest.warns(CacheWarning, match=r"belongs to another user, who could change what is run; compiling in memory"):
+        assert asked("foreign") is False
+    assert list(kept.iterdir()) == []
+
+
+@posix
+def test_a_file_of_another_user_is_not_read(kept, monkeypatch):
+    asked("once")
+    (path,) = kept.iterdir()
+    with monkeypatch.context() as patch:
+        patch.setattr(sealed, "_is_ours", lambda found: stat.S_ISDIR(found.st_mode))
+        assert sealed.own(path) is None
+    assert sealed.own(path) is not None
+
+
+@pytest.mark.parametrize("stopped", [KeyboardInterrupt, OSError(28, "No space left on device")], ids=["interrupted", "disk full"])
+def test_a_write_that_is_stopped_leaves_nothing(kept, monkeypatch, stopped):
+    def stop(self, target):
+        raise stopped
+
+    with monkeypatch.context() as patch:
+        patch.setattr(Path, "replace", stop)
+        if stopped is KeyboardInterrupt:
+            with pytest.raises(KeyboardInterrupt):
+                asked("stopped")
+        else:
+            with pytest.warns(CacheWarning, match="cannot write to the cache directory"):
+                assert asked("stopped") is False
+    assert list(kept.iterdir()) == []
+    assert asked("stopped") is True
+
+
+def test_machine_code_that_cannot_be_written_is_said_once_and_the_run_goes_on(kept, monkeypatch):
+    header = "from daebench.compiler.machine_code import njit\n"
+    text = "@njit(error_model='numpy', cache=True)\ndef root(x):\n    return x * x\n"
+    module = generated("small", "unwritten", lambda _: header + text)
+
+    def full(path, purpose, content):
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(sealed, "write", full)
+    with pytest.warns(CacheWarning, match=r"cannot keep machine code in .* \(No space left on device\)") as said:
+        assert (module.root(3.0), module.root(3j)) == (9.0, -9)
+    assert len(said) == 1
+
+
+def test_the_source_of_another_module_is_not_run_under_this_name(kept):
+    asked("one")
+    asked("two")
+    one, two = sorted(kept.iterdir())
+    two.write_bytes(one.read_bytes())
+    assert cache._read(two) == ""
+    assert not two.exists()
+    assert cache._read(one) == "VALUE = True\n"

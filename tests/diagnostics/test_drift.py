@@ -1,0 +1,181 @@
+"""Drift and growth: of the energy under oscillations and noise, of the constraints, and errors of what is conserved."""
+
+import numpy as np
+import pytest
+
+from daebench.compiler.definition import source_of
+from daebench.diagnostics.energy import energy_drift
+from daebench.diagnostics.growth import growth_exponent
+from daebench.diagnostics.integrals import energy_error, integral_errors
+from daebench.diagnostics.manifold import manifold_drift
+from daebench.errors import BadInput
+from daebench.problems import planar_pendulum
+from daebench.runs.make_ivp import make_ivp
+from daebench.runs.trajectory import Trajectory
+
+
+def trajectory_of(ivp, t, p, q):
+    return Trajectory(
+        problem=ivp.problem,
+        case=ivp.case,
+        method="made up",
+        parameters=ivp.parameters,
+        knob="h",
+        value=0.1,
+        t=t,
+        q=q,
+        p=p,
+        steps=0,
+        seconds=0.0,
+    )
+
+
+# ---- energy --------------------------------------------------------------------------------------------------------------
+
+T = np.linspace(0, 1e4, 100_001)
+OSCILLATION = 1e-3 * np.sin(T + 0.3) * (1 + 0.2 * np.cos(2 * T))
+
+
+@pytest.mark.parametrize("slope", [1e-8, -1e-8, 3e-7], ids=["up", "down", "steep"])
+def test_a_linear_drift_is_seen_under_an_oscillation_a_hundred_thousand_times_larger(slope):
+    drift = energy_drift(T, slope * T + OSCILLATION)
+    assert drift.law == "linear"
+    assert abs(drift.slope - slope) < 3 * drift.slope_error < 0.1 * abs(slope)
+    assert abs(drift.exponent - 1) < 3 * drift.exponent_error
+
+
+@pytest.mark.parametrize("alpha", [0.5, 1.0, 2.0, 3.0], ids=lambda alpha: f"t^{alpha}")
+@pytest.mark.parametrize("amplitude", [0.0, 1e-3], ids=["alone", "under oscillation"])
+def test_the_growth_exponent_is_found(alpha, amplitude):
+    drift = energy_drift(T, 2e-3 * (T / T[-1]) ** alpha + amplitude * np.sin(T))
+    assert drift.law == ("linear" if alpha == 1 else "power")
+    assert abs(drift.exponent - alpha) < 0.02
+
+
+@pytest.mark.parametrize("periods", [5.3, 20.0, 46.0, 340.0, 391.0, 1000.5])
+@pytest.mark.parametrize("phase", [0.0, 1.0, 2.5, 4.0])
+def test_an_oscillation_is_bounded_whatever_its_period_and_phase(periods, phase):
+    t = np.linspace(0, 500, 12_001)
+    error = np.cos(2 * np.pi * periods * t / 500 + phase) - np.cos(phase)
+    drift = energy_drift(t, error)
+    assert drift.verdict == "bounded"
+    assert abs(drift.slope) < 2 * drift.slope_error
+    assert np.isnan(drift.exponent)
+    assert np.isnan(drift.exponent_error)
+
+
+def test_the_standard_error_of_the_slope_is_that_of_the_textbook_for_white_noise(random):
+    t = np.linspace(0, 50, 1000)
+    drifts = [energy_drift(t, random.normal(size=1000)) for _ in range(400)]
+    scatter = np.std([drift.slope for drift in drifts])
+    assert 0.8 < np.mean([drift.slope_error for drift in drifts]) / scatter < 1.25
+    assert np.mean([drift.verdict == "bounded" for drift in drifts]) > 0.97
+
+
+def test_the_standard_error_of_the_slope_holds_for_autocorrelated_noise(random):
+    t = np.arange(4000.0)
+    drifts = []
+    for _ in range(200):
+        noise = random.normal(size=4000)
+        for k in range(1, 4000):
+            noise[k] += 0.95 * noise[k - 1]
+        drifts.append(energy_drift(t, noise))
+    assert 0.7 < np.mean([drift.slope_error for drift in drifts]) / np.std([drift.slope for drift in drifts]) < 1.4
+    assert np.mean([drift.verdict == "bounded" for drift in drifts]) > 0.95
+
+
+def test_what_settles_at_once_is_still_a_change_of_the_mean():
+    found = energy_drift(T, 1e-3 * (1 - np.exp(-T)))
+    assert (found.verdict, found.words) == ("drifts", "saturated at 0.001")
+    assert energy_drift(T, 0 * T).verdict == "kept"
+    assert energy_drift(T, 1e-3 + 0 * T).verdict == "bounded"
+
+
+@pytest.mark.parametrize("error", [1e-6 * T * np.sin(T), 1e-9 * np.exp(T / 300)], ids=["amplitude", "explosion"])
+def test_what_spreads_without_a_significant_slope_is_not_called_bounded(error):
+    assert energy_drift(T, error).verdict == "drifts"
+
+
+def test_a_drift_within_the_resolution_is_bounded():
+    error = 1e-19 * T
+    assert energy_drift(T, error).law == "linear"
+    assert energy_drift(T, error, resolution=2e-15).verdict == "kept"
+
+
+@pytest.mark.parametrize(
+    ("t", "error"),
+    [(T[:10], T[:10]), (T[:100], np.full(100, np.nan)), (T[:100], np.where(np.arange(100) == 50, np.inf, 0))],
+    ids=["short", "NaN", "inf"],
+)
+def test_what_cannot_be_judged_is_undetermined_or_failed(t, error):
+    drift = energy_drift(t, error)
+    assert drift.verdict == ("failed" if len(t) == 100 else "undetermined")
+    assert drift.reason
+    assert np.all(np.isnan([drift.slope, drift.slope_error, drift.exponent, drift.exponent_error]))
+
+
+@pytest.mark.parametrize(("t", "error"), [(T[:100], T[:99]), (T[99::-1], T[:100])], ids=["shapes", "backwards"])
+def test_a_series_that_makes_no_sense_is_refused(t, error):
+    with pytest.raises(BadInput):
+        energy_drift(t, error)
+
+
+# ---- constraints and conserved quantities --------------------------------------------------------------------------------
+
+
+def test_manifold_drift_gives_maxima_and_slopes(pendulum):
+    t = np.linspace(0, 100, 2001)
+    angle = 0.5 * t
+    around = np.stack([np.cos(angle), np.sin(angle), 0 * t], axis=1)
+    ahead = np.stack([-np.sin(angle), np.cos(angle), 0 * t], axis=1)
+    # |q|^2 - 1 grows as 1e-6 t, and q.p oscillates
+    q, p = around * np.sqrt(1 + 1e-6 * t)[:, None], 0.5 * ahead + 1e-4 * np.sin(7 * t)[:, None] * around
+    found = manifold_drift(pendulum, trajectory_of(pendulum, t, p, q))
+    assert found.g_max == pytest.approx(1e-4, rel=1e-9)
+    assert found.g.law == "linear"
+    assert found.g.slope == pytest.approx(1e-6, rel=1e-9)
+    assert found.Gv_max == pytest.approx(2e-4, rel=1e-3)
+    assert found.Gv.verdict == "bounded"
+
+
+def test_errors_of_conserved_quantities_are_differences_from_their_start(pendulum):
+    t = np.linspace(0, 1, 5)
+    p, q = np.tile(pendulum.p0, (5, 1)), np.tile(pendulum.q0, (5, 1))
+    q[:, 2] += t
+    p[:, 1] += 2 * t
+    trajectory = trajectory_of(pendulum, t, p, q)
+    np.testing.assert_allclose(energy_error(pendulum, trajectory), t + 2 * t**2 + 2 * t * pendulum.p0[1], atol=1e-13)
+    errors = integral_errors(pendulum, trajectory)
+    assert list(errors) == ["L3"]
+    np.testing.assert_allclose(errors["L3"], 2 * t * pendulum.q0[0], atol=1e-13)
+
+
+def test_a_problem_without_integrals_has_no_errors_of_them():
+    ivp = make_ivp(source_of(planar_pendulum.problem(), "planar_pendulum"), "horizontal")
+    assert integral_errors(ivp, trajectory_of(ivp, np.zeros(1), ivp.p0[None], ivp.q0[None])) == {}
+
+
+def test_the_drift_of_a_run_that_blows_up_does_not_overflow():
+    t = np.linspace(0, 1000, 4001)
+    small, large = (energy_drift(t, size * (t + 10 * np.sin(t))) for size in (1.0, 2.0**1000))
+    assert large.slope == small.slope * 2.0**1000
+    assert (large.exponent, large.law) == (small.exponent, small.law) == (pytest.approx(1.0, abs=0.1), "linear")
+    burst = np.where(t > 990, 1e300, 0.0)
+    assert energy_drift(t, burst).verdict == energy_drift(t, burst / 1e300).verdict
+
+
+FIRST = np.linspace(0, 32, 3201)
+BEGUN = {
+    "a jump, then a line": 1.0 * (FIRST >= 1) + 0.05 * FIRST,
+    "a ramp, then a root": np.minimum(FIRST, 1) + 0.02 * np.sqrt(FIRST),
+    "rest, then a line": np.where(FIRST < 1, 0, FIRST),
+}
+
+
+@pytest.mark.parametrize("error", BEGUN.values(), ids=BEGUN)
+def test_the_first_window_takes_part_in_the_growth_exponent(error):
+    """From the second window on each is a power of t to many digits; with the first one, which ends at t = 1, none is."""
+    exponent, exponent_error = growth_exponent(FIRST, error)
+    assert not exponent_error < 5e-3
+    assert growth_exponent(FIRST, 2 + FIRST)[1] < 1e-3
+    assert np.isnan(exponent) == np.isnan(exponent_error)

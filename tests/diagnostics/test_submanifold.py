@@ -1,0 +1,292 @@
+"""Symplectic submanifolds, HLW VII.2.3: constrained systems as Poisson systems, the symplectic projection, Lemma 4.9, and splitting."""
+
+from dataclasses import replace
+from functools import cache
+
+import definitions
+import numpy as np
+import pytest
+import sympy as sp
+from ivps import ivp
+from runs import method
+from scipy.integrate import solve_ivp
+
+from daebench.compiler.definition import source_of
+from daebench.diagnostics.poisson import poisson_defect
+from daebench.diagnostics.submanifold import as_poisson, symplectic_projection
+from daebench.diagnostics.symplecticity import symplecticity_defect, tangent_basis, tangent_map
+from daebench.errors import BadInput, InvalidProblem
+from daebench.methods.catalogue import find_problem
+from daebench.methods.initial_value_problem import initial_value_problem
+from daebench.reference.keep.store import load
+from daebench.runs.local_flow import enter, leave, local_flow, structure_matrix
+from daebench.runs.make_ivp import make_ivp
+from daebench.systems.constrained import Chart, ConstrainedHamiltonian, coordinates
+
+STEP = 1e-30
+PENDULUMS = (("planar_pendulum", "rotating"), ("spherical_pendulum", "fig1.2b"), ("double_pendulum", "swing"))
+
+
+@cache
+def local(problem, case=None):
+    """Return a problem in its chart."""
+    source = source_below(problem)
+    return make_ivp(source, case or next(iter(source.sheet.CASES)))
+
+
+@cache
+def source_below(problem):
+    return source_of(as_poisson(find_problem(problem).define()), problem)
+
+
+def integrated(where, y0, t, name="field"):
+    found = solve_ivp(lambda _, y: where.value(name, y), (0, t), y0, method="DOP853", rtol=1e-12, atol=1e-12)
+    assert found.success
+    return found.y[:, -1]
+
+
+def J(d):
+    return np.kron([[0, 1], [-1, 0]], np.eye(d))
+
+
+def chi_derivative(where, y):
+    """Return X = chi'(y), momenta first, shape(2d, len(y))."""
+    out = leave(where)
+    return np.array([np.imag(np.concatenate(out(*np.split(y + 1j * STEP * e, 2)))) / STEP for e in np.eye(len(y))]).T
+
+
+# ---- (2.22): constrained systems as Poisson systems ----------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(("problem", "case"), PENDULUMS, ids=[each[0] for each in PENDULUMS])
+def test_the_flow_of_the_poisson_system_mapped_by_the_chart_is_the_certified_one(problem, case):
+    above, below = initial_value_problem(problem, case), local(problem, case)
+    known = load(f"{problem}-{case}")
+    row = 8
+    p, q = leave(above)(*np.split(integrated(below, below.y0, known.t[row]), 2))
+    assert known.t[row] == 1.0
+    assert np.abs(q - known.q[row]).max() < 1e-10
+    assert np.abs(p - known.p[row]).max() < 1e-10
+
+
+@pytest.mark.parametrize("problem", [each[0] for each in PENDULUMS], ids=str)
+def test_every_case_is_carried_over_and_its_energy_with_it(problem):
+    for case in local(problem).sheet.CASES:
+        above, below = initial_value_problem(problem, case), local(problem, case)
+        assert below.parameters == above.parameters
+        assert np.abs(np.concatenate(leave(above)(*np.split(below.y0, 2))) - np.concatenate(above.start)).max() < 1e-15
+        assert below.value("H", below.y0) == pytest.approx(float(above.value("H", above.p0, above.q0)), rel=1e-14, abs=1e-14)
+
+
+@pytest.mark.parametrize("problem", [each[0] for each in PENDULUMS], ids=str)
+def test_the_structure_matrix_has_the_jacobi_identity_and_inverts_the_two_form_where_it_is_evaluated(problem):
+    above, below = initial_value_problem(problem), local(problem)
+    y = np.linspace(0.4, 1.3, below.size)
+    B = below.value("B", y)
+    slope = np.array([np.imag(below.value("B", y + 1j * STEP * e)) / STEP for e in np.eye(len(y))])
+    cyclic = np.einsum("mij,mk->ijk", slope, B)
+    identity = cyclic + cyclic.transpose(2, 0, 1) + cyclic.transpose(1, 2, 0)
+    assert np.abs(identity).max() < 1e-13 * np.abs(cyclic).max() + 1e-15
+    X = chi_derivative(above, y)
+    assert np.abs(B @ X.T @ J(above.d) @ X - np.eye(len(y))).max() < 1e-13
+
+
+def test_on_the_circle_b_is_constant_and_on_the_sphere_it_is_not():
+    circle, sphere = (as_poisson(find_problem(name).define()) for name in ("planar_pendulum", "spherical_pendulum"))
+    mass, length = sp.symbols("mass length", positive=True)
+    assert sp.Matrix([[0, -1], [1, 0]]) / (mass * length**2) == circle.B
+    turn, theta = sphere.y[1:3]
+    assert sp.simplify(sphere.B[0, 1] - 2 * turn / (mass * length**2 * sp.tan(theta))) == 0
+    assert sp.simplify(sphere.integrals["L3"] - mass * length**2 * sp.sin(theta) ** 2 * turn) == 0
+
+
+def test_positions_that_depend_on_eta_too_are_no_obstacle():
+    """The plane rotor with angle and rate mixed: xi = theta - omega/2."""
+    plain = find_problem("planar_pendulum").define()
+    omega, xi = sp.symbols("omega xi", real=True)
+    own = dict(zip([*plain.chart.eta, *plain.chart.xi], [omega, xi + omega / 2], strict=True))
+    mixed = Chart(
+        eta=(omega,),
+        xi=(xi,),
+        p=[each.subs(own) for each in plain.chart.p],
+        q=[each.subs(own) for each in plain.chart.q],
+        inverse_eta=plain.chart.inverse_eta,
+        inverse_xi=(plain.chart.inverse_xi[0] - plain.chart.inverse_eta[0] / 2,),
+    )
+    where = make_ivp(source_of(as_poisson(replace(plain, chart=mixed, closed_form=None)), "mixed"), "rotating")
+    other = local("planar_pendulum", "rotating")
+    found, known = integrated(where, where.y0, 1.0), integrated(other, other.y0, 1.0)
+    assert np.abs([found[0], found[1] + found[0] / 2] - known).max() < 1e-10
+
+
+def test_three_coupled_coordinates_in_different_orders_of_rates_and_places_are_a_poisson_system():
+    """A point on the saddle q4 = q1 q2: with rates in another order than places the block A of X^T J X is not symmetric."""
+    q, p = coordinates(4)
+    x, v = sp.symbols("x1:4", real=True), sp.symbols("v1:4", real=True)
+    chart = Chart(
+        eta=(v[2], v[0], v[1]),
+        xi=x,
+        p=(*v, x[1] * v[0] + x[0] * v[1]),
+        q=(*x, x[0] * x[1]),
+        inverse_eta=(p[2], p[0], p[1]),
+        inverse_xi=q[:3],
+    )
+    saddle = ConstrainedHamiltonian(q=q, p=p, M=sp.eye(4), U=q[3] ** 2 + q[2] * q[0], g=[q[3] - q[0] * q[1]], chart=chart)
+    above = make_ivp(source_of(saddle, "saddle"), "", q0=(0.5, 0.4, -0.3, 0.2), p0=(0.7, -0.2, 0.1, 0.18))
+    below = make_ivp(source_of(as_poisson(saddle), "saddle_below"), "", y0=(0.1, 0.7, -0.2, 0.5, 0.4, -0.3))
+    lam, G = above.value("lam", above.p0, above.q0), above.value("G", above.q0)
+    force = -above.value("H_q", above.p0, above.q0) - G.T @ lam
+    known = [force[2], force[0], force[1], *above.p0[:3]]
+    assert np.abs(below.value("field", below.y0) - known).max() < 1e-14
+    assert not np.any(below.value("B", below.y0)[3:, 3:])
+
+
+def test_a_case_in_a_pole_of_the_chart_is_left_out():
+    plain = find_problem("spherical_pendulum").define()
+    low = type(next(iter(plain.cases.values())))(q=(0, 0, -1), p=(0, 0, 0))
+    problem = replace(plain, cases={**plain.cases, "low": low})
+    assert list(as_poisson(problem).cases) == ["fig1.1", "fig1.2", "fig1.2b"]
+
+
+def test_what_is_no_chart_and_what_is_no_integral_is_refused():
+    with pytest.raises(BadInput, match="declares no chart"):
+        as_poisson(definitions.two_spheres())
+    q, p = coordinates(2)
+    a, b = sp.symbols("a b", real=True)
+    rest = {"q": q, "p": p, "M": sp.eye(2), "U": q[1], "g": [q[0] ** 2 + q[1] ** 2 - 1]}
+    flat = Chart(eta=(a,), xi=(b,), p=(0, 0), q=(sp.sin(b), -sp.cos(b)), inverse_eta=(p[0],), inverse_xi=(q[0],))
+    with pytest.raises(BadInput, match="singular everywhere"):
+        as_poisson(ConstrainedHamiltonian(**rest, chart=flat))
+    chart = Chart(eta=(a,), xi=(b,), p=(a * sp.cos(b), a * sp.sin(b)), q=(sp.sin(b), -sp.cos(b)), inverse_eta=(p[0],), inverse_xi=(q[0],))
+    with pytest.raises(InvalidProblem, match="Lz is no first integral"):
+        as_poisson(ConstrainedHamiltonian(**rest, chart=chart, integrals={"Lz": q[0] * p[1] - q[1] * p[0]}))
+
+
+# ---- (2.19): the symplectic projection -----------------------------------------------------------------------------------
+
+PLACES = ("spherical-fast", "stretched-M", "relativistic", "double-pendulum", "coupled-rods")
+
+
+def field(where):
+    """Return J^-1 grad H at the start, momenta first."""
+    return np.concatenate([-where.value("H_q", where.p0, where.q0), where.value("H_p", where.p0, where.q0)])
+
+
+@pytest.mark.parametrize("place", PLACES)
+def test_the_symplectic_projection_projects_onto_the_tangent_space_and_along_what_is_orthogonal_to_it(place):
+    where = ivp(place)
+    P, X = symplectic_projection(where, where.p0, where.q0), tangent_basis(where, where.p0, where.q0)
+    size = np.linalg.norm(P, 2) ** 2
+    assert np.abs(P @ P - P).max() < 1e-14 * size
+    assert np.abs(P @ X - X).max() < 1e-14 * size
+    assert np.linalg.matrix_rank(P, tol=1e-8) == X.shape[1] == 2 * (where.d - where.m)
+    assert np.abs(X.T @ J(where.d) @ (np.eye(2 * where.d) - P)).max() < 1e-14 * size
+
+
+@pytest.mark.parametrize("place", PLACES)
+def test_the_projected_canonical_field_is_the_right_side_with_the_multiplier(place):
+    """(2.20) is (1.18): p' = -H_q - G^T lam, q' = H_p."""
+    where = ivp(place)
+    lam, G = where.value("lam", where.p0, where.q0), where.value("G", where.q0)
+    right = field(where) - np.concatenate([G.T @ lam, np.zeros(where.d)])
+    found = symplectic_projection(where, where.p0, where.q0) @ field(where)
+    assert np.abs(found - right).max() < 1e-13 * max(1.0, np.abs(field(where)).max())
+
+
+def test_the_symplectic_projection_does_not_depend_on_coordinates():
+    """Here X is the derivative of the chart, and B is X^T J X inverted by the Poisson system's own expression."""
+    above, below = ivp("spherical-fast"), local("spherical_pendulum", "fig1.2b")
+    X = chi_derivative(above, below.y0)
+    known = X @ below.value("B", below.y0) @ X.T @ J(3)
+    assert np.abs(symplectic_projection(above, above.p0, above.q0) - known).max() < 1e-13
+
+
+@pytest.mark.parametrize(
+    ("p", "sentence"),
+    [
+        ([1.0, 2.0], "p has 2 numbers; the problem has 3 positions"),
+        ([1.0, float("nan"), 0.0], r"p\[1\] = nan must be a finite number"),
+        (["a", "b", "c"], r"p\[0\] = 'a' must be a finite number"),
+        (1.0, "p = 1.0 must be 3 numbers"),
+    ],
+    ids=["too-few", "nan", "letters", "number"],
+)
+def test_no_point_has_no_symplectic_projection(p, sentence):
+    with pytest.raises(BadInput, match=sentence):
+        symplectic_projection(initial_value_problem("spherical_pendulum"), p, [0.0, 0.0, 1.0])
+
+
+def test_what_is_no_constrained_problem_is_no_poisson_system():
+    with pytest.raises(BadInput, match=r"as_poisson takes a ConstrainedHamiltonian.*not 'spherical_pendulum'"):
+        as_poisson("spherical_pendulum")
+
+
+def test_there_is_no_symplectic_projection_where_the_constraint_loses_rank():
+    q, p = coordinates(2)
+    cross = ConstrainedHamiltonian(q=q, p=p, M=sp.eye(2), U=q[1], g=[q[0] ** 2 * (q[0] - 1) - q[1] ** 2])
+    where = make_ivp(source_of(cross, "cross"), "", q0=(0, 0), p0=(0, 0))
+    P = symplectic_projection(where, [1.0, 0.5], [2.0, 2.0])
+    assert np.abs(P @ P - P).max() < 1e-13
+    with pytest.raises(BadInput, match=r"cross is not symplectic at q = \[0.0, 0.0\]"):
+        symplectic_projection(where, [1.0, 0.5], [0.0, 0.0])
+
+
+# ---- Lemma 4.9 -----------------------------------------------------------------------------------------------------------
+
+KEPT = ("rattle", "lobatto3", "strang", "lie", "symplectic_euler", "rattle/suzuki4")
+LOST = ("implicit_euler", "seproj", "midpoint+symproj", "rk4+proj", "local:midpoint")
+
+
+def both_ways(name, h=0.02, steps=3):
+    """Return the defect of the two-form on the manifold, the Poisson defect in the chart, and what the first makes the second."""
+    where = ivp("spherical-fast")
+    flow, y0 = method(name).flow(where, h, steps), np.concatenate(enter(where)(where.p0, where.q0))
+    X0 = chi_derivative(where, y0)
+    below = local_flow(flow, where)
+    T, X1 = tangent_map(flow, where.p0, where.q0, X0), chi_derivative(where, np.real(below(y0)))
+    before, change = X0.T @ J(3) @ X0, T.T @ J(3) @ T - X0.T @ J(3) @ X0
+    A = np.linalg.lstsq(X1, T, rcond=None)[0]
+    known = np.abs(A @ (np.linalg.inv(before) - np.linalg.inv(before + change)) @ A.T).max()
+    return symplecticity_defect(flow, where.p0, where.q0, X0), poisson_defect(below, y0, structure_matrix(where)), known
+
+
+@pytest.mark.parametrize("name", KEPT)
+def test_an_integrator_that_is_symplectic_on_the_manifold_is_a_poisson_map_in_its_chart(name):
+    symplectic, poisson, _ = both_ways(name)
+    assert method(name).claims.symplectic
+    assert symplectic < 1e-13
+    assert poisson < 1e-13
+
+
+@pytest.mark.parametrize("name", LOST)
+def test_an_integrator_that_is_not_symplectic_on_the_manifold_misses_the_poisson_property_by_as_much(name):
+    """With A = Phi'(y) and the defect D of the two-form W: A B A^T - B(Phi) = A (W^-1 - (W + D)^-1) A^T."""
+    symplectic, poisson, known = both_ways(name)
+    assert not method(name).claims.symplectic
+    assert symplectic > 1e-6
+    assert poisson == pytest.approx(known, rel=1e-8)
+
+
+# ---- variational splitting (4.7), (4.8) ----------------------------------------------------------------------------------
+
+
+@cache
+def halves():
+    """Return the spherical pendulum in its chart with H^[1] = T alone and with H^[2] = U alone."""
+    plain = find_problem("spherical_pendulum").define()
+    rest = {"q": plain.q, "p": plain.p, "g": plain.g, "parameters": plain.parameters, "cases": plain.cases, "chart": plain.chart}
+    T = ConstrainedHamiltonian(**rest, H=sum(x**2 for x in plain.p) / (2 * plain.M[0, 0]))
+    U = ConstrainedHamiltonian(**rest, H=plain.U)
+    return [make_ivp(source_of(as_poisson(each), name), "fig1.2b") for each, name in ((T, "kinetic"), (U, "potential"))]
+
+
+@pytest.mark.parametrize(("name", "order"), [("strang", "121"), ("lie", "12"), ("lie_adjoint", "21")], ids=lambda x: x)
+def test_constrained_splitting_is_variational_splitting_with_the_kinetic_energy_first(name, order):
+    where, h = ivp("spherical-fast"), 0.05
+    y = np.concatenate(enter(where)(where.p0, where.q0))
+    for part in order:
+        y = integrated(halves()[int(part) - 1], y, h / order.count(part))
+    p, q = leave(where)(*np.split(y, 2))
+    p1, q1 = method(name).flow(where, h, 1)(where.p0, where.q0)
+    assert np.abs(np.subtract(p, np.real(p1))).max() < 1e-11
+    assert np.abs(np.subtract(q, np.real(q1))).max() < 1e-11

@@ -1,0 +1,293 @@
+"""Panels of curves as SVG: axes, ticks, thinning, broken lines, escaping, and the scales that a panel carries along."""
+
+import re
+import xml.etree.ElementTree as ET
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from markupsafe import Markup
+
+from daebench.draw.figures import BLACK, STROKES
+from daebench.draw.svg.axis import DIGITS, Axis, around, labels
+from daebench.draw.svg.marks import Area, Curve, Dots, Note, path_of, thinned
+from daebench.draw.svg.panels import Panel, sheet
+from daebench.errors import BadInput
+
+SVG = "{http://www.w3.org/2000/svg}"
+STROKE = STROKES[0]
+
+
+def parsed(panels, **settings):
+    return ET.fromstring(sheet(panels, alt="what it shows", **settings))
+
+
+def drawn(*marks, x=None, y=None, **settings):
+    return Panel(x or Axis("x", 0.0, 1.0), y or Axis("y", 0.0, 1.0), marks, **settings)
+
+
+def marks_of(root):
+    return [child for group in root.iter(f"{SVG}g") if group.get("class") == "marks" for child in group]
+
+
+def points(path):
+    return [(pen, float(a), float(b)) for pen, a, b in re.findall(r"([ML])(-?[\d.]+) (-?[\d.]+)", path)]
+
+
+# ---- axes ------------------------------------------------------------------------------------------------------------------
+
+
+def test_shares_go_from_0_to_1_evenly_or_evenly_in_decades():
+    assert Axis("x", -2.0, 6.0).share([-2, 0, 6, 8]).tolist() == [0, 0.25, 1, 1.25]
+    assert Axis("x", 1e-4, 1.0, log=True).share([1e-4, 1e-3, 1e-2, 1]) == pytest.approx([0, 0.25, 0.5, 1], abs=1e-15)
+
+
+def test_what_has_no_place_has_no_share():
+    assert np.isnan(Axis("x", 0.0, 1.0).share([np.nan])).all()
+    assert np.isnan(Axis("x", 0.1, 1.0, log=True).share([0.0, -1.0, np.nan])).all()
+
+
+@pytest.mark.parametrize(
+    ("low", "high", "log"),
+    [
+        (1.0, 1.0, False),
+        (2.0, 1.0, False),
+        (np.nan, 1.0, False),
+        (0.0, np.inf, False),
+        (-1.7e308, 1.7e308, False),
+        (0.0, 5e-324, False),
+        (0.0, 1.0, True),
+        (-1.0, 1.0, True),
+    ],
+    ids=["empty", "backwards", "nan", "endless", "overflowing", "denormal", "log from 0", "log from -1"],
+)
+def test_an_axis_that_no_scale_has_is_refused(low, high, log):
+    with pytest.raises(BadInput, match=r"axis t: no (linear|logarithmic) scale goes from"):
+        Axis("t", low, high, log)
+
+
+EXTENTS = [(0.0, 1.0), (-3.0, 17.0), (1e-7, 3e-7), (-1e-280, 2e-280), (-1e250, 1e250), (1e6, 1e6 + 3), (0.0, 86400.0), (0.12, 0.131)]
+
+
+@pytest.mark.parametrize(("low", "high"), EXTENTS, ids=[f"{a:g} to {b:g}" for a, b in EXTENTS])
+def test_ticks_are_on_the_axis_evenly_and_their_labels_are_their_values(low, high):
+    ticks, exponent = Axis("x", low, high).ticks()
+    values = [value for value, _ in ticks]
+    steps = np.diff(values)
+    assert 2 <= len(ticks) <= 6
+    assert low <= values[0] < values[-1] <= high + 1e-9 * (high - low)
+    assert steps == pytest.approx(np.full(len(steps), steps[0]), rel=1e-6)
+    written = [float(text.replace("\N{MINUS SIGN}", "-")) * 10.0**exponent for _, text in ticks]
+    assert written == pytest.approx(values, rel=1e-12, abs=1e-6 * steps[0])
+    assert len({text for _, text in ticks}) == len(ticks)
+
+
+@pytest.mark.parametrize(
+    ("low", "high"), [(1e-16, 1.0), (1e-300, 1e299), (0.5, 200.0), (1e-3, 1e-2)], ids=["16 decades", "all", "odd ends", "one"]
+)
+def test_ticks_of_a_logarithmic_axis_are_powers_of_ten(low, high):
+    ticks, exponent = Axis("x", low, high, log=True).ticks()
+    assert exponent == 0
+    assert 2 <= len(ticks) <= 6
+    for value, text in ticks:
+        k = int(text.striptags().removeprefix("10").replace("\N{MINUS SIGN}", "-"))
+        assert value == pytest.approx(10.0**k, rel=1e-12)
+        assert low * (1 - 1e-8) <= value <= high * (1 + 1e-8)
+
+
+def test_within_a_decade_a_logarithmic_axis_has_plain_numbers():
+    ticks, exponent = Axis("x", 0.02, 0.05, log=True).ticks()
+    assert exponent == 0
+    assert [float(text) for _, text in ticks] == pytest.approx([value for value, _ in ticks])
+    assert len(ticks) >= 2
+
+
+def test_a_single_tick_is_not_rounded_away():
+    assert labels([0.125]) == ([Markup("0.125")], 0)
+    assert len(labels([1 / 3])[0][0]) <= DIGITS + 2
+    assert labels([0.0]) == ([Markup("0")], 0)
+    assert labels([]) == ([], 0)
+
+
+def test_an_axis_around_values_holds_them_and_skips_what_is_not_finite():
+    axis = around("x", [1.0, np.nan, 3.0], [np.inf, -2.0], margin=0.1)
+    assert (axis.low, axis.high) == pytest.approx((-2.5, 3.5))
+    assert (around("x").low, around("x").high) == pytest.approx((-0.06, 1.06))
+
+
+@pytest.mark.parametrize("value", [0.0, 5.0, -5.0, 1e-320, 1e-298, 1.7e308, 1e300], ids="{:g}".format)
+@pytest.mark.parametrize("log", [False, True], ids=["linear", "log"])
+def test_an_axis_around_one_value_has_an_extent_and_ticks(value, log):
+    axis = around("x", [value, value], log=log)
+    assert axis.low < axis.high
+    assert len(axis.ticks()[0]) >= 2
+    if 1e-297 < abs(value) < 1e298 and (value > 0 or not log):
+        assert 0 <= axis.share([value])[0] <= 1
+
+
+def test_an_axis_around_zeros_is_of_the_order_of_one():
+    axis = around("x", np.zeros(4))
+    assert axis.low < 0 < axis.high
+    assert axis.high - axis.low > 0.01
+
+
+def test_a_logarithmic_axis_around_values_ends_at_powers_of_ten_and_at_the_floor():
+    axis = around("x", [3e-7, 2e-2, 0.0, -1.0], log=True)
+    assert (axis.low, axis.high) == pytest.approx((1e-7, 0.1))
+    assert around("x", [1e-30, 1.0], log=True, floor=1e-16).low == pytest.approx(1e-17, rel=1e-9)
+    assert around("x", [np.nan], log=True).log
+
+
+# ---- curves ----------------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("n", [601, 9_999, 100_003], ids=str)
+def test_thinning_keeps_ends_and_extremes_and_few_points(n):
+    rng = np.random.default_rng(8)
+    x, y = np.arange(n, dtype=float), rng.normal(size=n)
+    y[n // 3], y[n - 2] = 50.0, -50.0
+    a, b = thinned(x, y, 600)
+    assert len(a) <= 950
+    assert (a[0], a[-1]) == (0, n - 1)
+    assert (np.diff(a) > 0).all()
+    assert (b.max(), b.min()) == (50.0, -50.0)
+    assert np.array_equal(b, y[a.astype(int)])
+
+
+def test_every_bin_keeps_its_lowest_and_its_highest():
+    rng = np.random.default_rng(9)
+    y = rng.normal(size=6000)
+    a, _ = thinned(np.arange(6000.0), y, 600)
+    for lowest in y.reshape(300, 20).min(axis=1), y.reshape(300, 20).max(axis=1):
+        assert set(lowest) <= set(y[a.astype(int)])
+
+
+def test_a_short_curve_is_not_thinned():
+    x = np.arange(600.0)
+    assert thinned(x, x, 600)[0] is x
+
+
+def test_a_line_is_broken_where_it_is_not_finite_thinned_or_not():
+    y = np.sin(np.arange(5000.0))
+    y[2003] = np.nan
+    for most in (600, 10_000):
+        path = points(path_of(*thinned(np.arange(5000.0), y, most)))
+        pens = [pen for pen, _, _ in path]
+        assert pens.count("M") == 2
+        before, after = next(pair for pair in pairwise(path[1:]) if pair[1][0] == "M")
+        assert before[1] <= 2002 < 2004 <= after[1]
+    assert path_of(np.array([np.nan, 1.0]), np.array([1.0, np.inf])) == ""
+
+
+def test_a_logarithmic_curve_is_broken_at_zero():
+    root = parsed([drawn(Curve([0, 0.5, 0.7, 1], [0.1, 0, 0.1, 1], STROKE), y=Axis("y", 0.01, 1.0, log=True))])
+    assert [pen for pen, _, _ in points(marks_of(root)[0].get("d"))] == ["M", "M", "L"]
+
+
+def test_pixels_far_outside_stay_small_numbers():
+    assert all(abs(float(number)) <= 1e5 for number in re.findall(r"-?[\d.]+", path_of(np.array([1e250, 0.0]), np.array([-1e250, 0.0]))))
+
+
+# ---- sheets ----------------------------------------------------------------------------------------------------------------
+
+
+def inverse(panel, x, y):
+    """Return data of pixels, by nothing but the attributes of a panel."""
+    left, top, width, height = map(float, panel.get("data-frame").split())
+    found = []
+    for name, share in (("data-x", (x - left) / width), ("data-y", 1 - (y - top) / height)):
+        low, high, log = panel.get(name).split()
+        low, high = float(low), float(high)
+        found.append(low * (high / low) ** share if int(log) else low + share * (high - low))
+    return found
+
+
+@pytest.mark.parametrize("settings", [{}, {"equal": True}, {"equal": True, "bare": True}], ids=["axes", "equal", "bare"])
+def test_the_scales_of_a_panel_take_pixels_back_to_data(settings):
+    x, y = np.array([0.2, 0.5, 0.9]), np.array([3.0, -1.0, 2.0])
+    panel = drawn(Curve(x, y, STROKE), y=Axis("y", -2.0, 4.0), **settings)
+    root = parsed([drawn(), panel])
+    group = [each for each in root.iter(f"{SVG}g") if each.get("class") == "panel"][1]
+    pixels = points(next(iter(group.iter(f"{SVG}g"))).find(f"{SVG}g/{SVG}path").get("d"))
+    low, high, _ = map(float, group.get("data-y").split())
+    assert high - low >= 6
+    for (_, a, b), *data in zip(pixels, x, y, strict=True):
+        assert inverse(group, a, b) == pytest.approx(data, abs=0.002 * (high - low))
+
+
+def test_a_logarithmic_scale_is_carried_along():
+    panel = drawn(Curve([0.5], [1e-5], STROKE), y=Axis("y", 1e-12, 1.0, log=True))
+    root = parsed([panel])
+    group = next(each for each in root.iter(f"{SVG}g") if each.get("class") == "panel")
+    _, a, b = points(marks_of(root)[0].get("d"))[0]
+    assert inverse(group, a, b) == pytest.approx([0.5, 1e-5], rel=0.02)
+
+
+def test_a_unit_is_equally_long_both_ways_where_it_is_asked_for():
+    for low, high in ((0.0, 10.0), (0.0, 0.1)):
+        frame = drawn(x=Axis("x", low, high), equal=True).frame(0, 0, 400, 300)
+        (a, b), (c, d) = frame([0, 1], [0, 1])
+        assert b - a == pytest.approx(c - d)
+        assert frame.x.low <= low < high <= frame.x.high
+        assert frame.y.low <= 0 < 1 <= frame.y.high
+
+
+def test_what_is_written_is_escaped_and_markup_is_not():
+    bad = "<b>&\"'"
+    marks = [
+        Curve([0, 1], [0, 1], STROKE, name=bad),
+        Note(0.5, 0.5, bad),
+        Dots([0.5], [0.5], STROKE, name="<i>"),
+        Note(0, 0, Markup("<tspan/>")),
+    ]
+    panel = Panel(Axis(bad, 0, 1), Axis(bad, 0, 1), marks, title=bad)
+    text = sheet([panel], alt=bad)
+    root = ET.fromstring(text)
+    written = ["".join(each.itertext()) for each in root.iter(f"{SVG}text")]
+    assert written.count(bad) == 5
+    assert root.get("aria-label") == bad
+    assert "<b>" not in text
+    assert root.find(f".//{SVG}tspan") is not None
+
+
+def test_a_sheet_is_well_formed_says_what_it_shows_and_is_the_same_bytes_again():
+    t = np.linspace(0, 1, 3000)
+    marks = [
+        Curve(t, np.sin(9 * t), STROKES[1], name="thick", width=3, faint=True),
+        Dots(t[::300], t[::300], STROKES[2], name="hollow", hollow=True),
+        Dots(t[::300], t[::300], STROKES[3], name="full"),
+        Area([0, 1, 1], [0, 0, 1], STROKES[4], name="area"),
+        Note(np.nan, 0.0, "nowhere"),
+    ]
+    panels = [drawn(*marks, title="one"), drawn(), drawn(x=Axis("t", 1e-9, 2e-9))]
+    text = sheet(panels, alt="a & b")
+    assert text == sheet(panels, alt="a & b")
+    root = ET.fromstring(text)
+    assert root.get("role") == "img"
+    assert root.get("aria-label") == "a & b"
+    names = [each.text for each in root.iter(f"{SVG}text")]
+    assert {"thick", "hollow", "full", "area"} <= set(names)
+    assert "nowhere" not in names
+    assert "nan" not in text
+    ids = [each.get("id") for each in root.iter() if each.get("id")]
+    assert len(ids) == len(set(ids)) == 3
+    used = re.findall(r"url\(#([^)]+)\)", text)
+    assert sorted(used) == sorted(ids)
+
+
+def test_a_legend_breaks_its_lines_and_names_each_name_once():
+    many = [Curve([0, 1], [0, k], STROKES[k % 7], name=f"a method with a long name {k}") for k in range(9)]
+    root = parsed([drawn(*many), drawn(*many)], width=400)
+    names = [each for each in root.iter(f"{SVG}text") if (each.text or "").startswith("a method")]
+    assert len(names) == 9
+    height = float(root.get("viewBox").split()[3])
+    assert all(float(each.get("y")) < height for each in names)
+    assert len({each.get("y") for each in names}) > 1
+
+
+def test_black_follows_the_page_and_dashes_are_in_widths():
+    black = next(stroke for stroke in STROKES if stroke.color == BLACK)
+    path = marks_of(parsed([drawn(Curve([0, 1], [0, 1], black, width=2.0))]))[0]
+    assert path.get("stroke") == "currentColor"
+    assert path.get("stroke-dasharray") == "16 4"
+    assert marks_of(parsed([drawn(Curve([0, 1], [0, 1], STROKE))]))[0].get("stroke-dasharray") is None

@@ -1,0 +1,146 @@
+"""The weights of compositions, against their order conditions and what was published, at high precision."""
+
+import dataclasses
+import math
+from fractions import Fraction
+
+import mpmath as mp
+import pytest
+
+from daebench.methods.fixed_step.compositions import COMPOSITIONS
+
+pytestmark = pytest.mark.usefixtures("forty_digits")
+
+NAMES = list(COMPOSITIONS)
+STAGES = {"triple_jump4": 3, "suzuki4": 5, "yoshida6": 7, "kahan_li6": 9, "suzuki_umeno8": 15, "kahan_li8": 17, "sofroniou_spaletta10": 35}
+
+# The middle weights as published: they are not in the package, so that they tell whether the others were typed correctly.
+MIDDLE = {
+    "yoshida6": "1.31518632068391121888424973",
+    "kahan_li6": "0.79854399093482996339895035",
+    "suzuki_umeno8": "-0.79688793935291635401978884",
+    "kahan_li8": "-0.60550853383003451169892108",
+    "sofroniou_spaletta10": "0.04931773575959453791768001",
+}
+
+# Numbers published to 26 digits meet the conditions to 2e-25 at worst (yoshida6); the next condition fails by 1e-6 at least.
+TOLERANCE = 1e-24
+
+
+def words(weight):
+    """Return the words of odd letters whose sum is the weight: products X_i X_j ... of the free associative algebra."""
+    if weight == 0:
+        return [()]
+    return [(*word, letter) for letter in range(1, weight + 1, 2) for word in words(weight - letter)]
+
+
+def product(weights, highest):
+    """Return the coefficients of prod exp(gamma X_1 + gamma^3 X_3 + gamma^5 X_5 + ...) up to a weight.
+
+    A symmetric map of order 2 or more is such an exponential with the exact X_1, and its other X_i are arbitrary. The coefficient of
+    a word in one factor is gamma^weight / length!.
+    """
+    basis = [word for weight in range(highest + 1) for word in words(weight)]
+    result = {word: mp.mpf(not word) for word in basis}
+    for gamma in weights:
+        result = {
+            word: mp.fsum(result[word[:k]] * gamma ** sum(word[k:]) / math.factorial(len(word) - k) for k in range(len(word) + 1))
+            for word in basis
+        }
+    return result
+
+
+def defects(weights, highest):
+    """Return how far the product is from exp(X_1), weight by weight from 1: zero below the order of the composition plus 1."""
+    found = product(weights, highest)
+    return [
+        max(abs(found[word] - (mp.mpf(1) / math.factorial(weight) if set(word) == {1} else 0)) for word in words(weight))
+        for weight in range(1, highest + 1)
+    ]
+
+
+def order(weights, highest):
+    """Return the number of weights whose conditions hold, counted up to the first that fails."""
+    return next((k for k, defect in enumerate(defects(weights, highest)) if defect > TOLERANCE), highest)
+
+
+def test_the_compositions_are_those_named():
+    assert {name: each.stages for name, each in COMPOSITIONS.items()} == STAGES
+    assert all(len(each.weights) == STAGES[name] and each.name == name for name, each in COMPOSITIONS.items())
+
+
+def test_the_order_conditions_know_the_order_of_the_plain_step_and_of_a_triple_jump_of_triple_jumps():
+    inner = COMPOSITIONS["triple_jump4"].weights_to(40)
+    outer = 1 / (2 - mp.root(2, 5))
+    assert order([mp.mpf(1)], 5) == 2
+    assert order([mp.mpf(1) / 3] * 3, 5) == 2
+    assert order([gamma * delta for delta in (outer, 1 - 2 * outer, outer) for gamma in inner], 7) == 6
+
+
+@pytest.mark.parametrize("name", NAMES, ids=str)
+def test_a_composition_has_its_order_and_no_higher_one(name):
+    composition = COMPOSITIONS[name]
+    found = defects(composition.weights_to(40), composition.order + 1)
+    assert max(found[:-1]) < TOLERANCE
+    assert found[-1] > 1e-6
+
+
+@pytest.mark.parametrize("name", NAMES, ids=str)
+def test_the_rounded_weights_have_the_order_to_rounding(name):
+    composition = COMPOSITIONS[name]
+    found = defects([mp.mpf(weight) for weight in composition.weights], composition.order)
+    assert max(found) < 2e-15
+
+
+@pytest.mark.parametrize("name", NAMES, ids=str)
+def test_a_wrong_digit_in_the_twentieth_place_is_noticed(name):
+    composition = COMPOSITIONS[name]
+    highest = min(composition.order, 5)
+    for i, gamma in enumerate(composition.gamma):
+        place = gamma.index(".") + 20
+        wrong = gamma[:place] + str((int(gamma[place]) + 1) % 10) + gamma[place + 1 :]
+        corrupted = dataclasses.replace(composition, gamma=(*composition.gamma[:i], wrong, *composition.gamma[i + 1 :]))
+        assert order(corrupted.weights_to(40), highest) < highest, f"gamma_{i + 1}"
+
+
+@pytest.mark.parametrize("name", list(MIDDLE), ids=str)
+def test_weights_in_another_order_are_noticed(name):
+    composition = COMPOSITIONS[name]
+    first, second, *rest = composition.gamma
+    exchanged = dataclasses.replace(composition, gamma=(second, first, *rest))
+    assert order(exchanged.weights_to(40), composition.order) < composition.order
+
+
+@pytest.mark.parametrize("name", NAMES, ids=str)
+def test_the_weights_are_symmetric_and_their_sum_is_one(name):
+    composition = COMPOSITIONS[name]
+    half = composition.stages // 2
+    for weights in (composition.weights, composition.weights_to(40)):
+        assert weights == weights[::-1]
+    assert abs(mp.fsum(composition.weights_to(40)) - 1) < 1e-39
+    assert math.fsum(composition.weights) == 1.0
+    error = abs(sum(map(Fraction, composition.weights)) - 1)
+    assert error <= Fraction(math.ulp(composition.weights[half])) / 2
+
+
+@pytest.mark.parametrize("name", NAMES, ids=str)
+def test_the_weights_are_those_of_high_precision_rounded(name):
+    composition = COMPOSITIONS[name]
+    half = composition.stages // 2
+    expected = [float(weight) for weight in composition.weights_to(40)]
+    assert composition.weights[:half] == tuple(expected[:half])
+    # the middle one makes up for the rounding of the others, each at most half a unit in the last place
+    assert abs(composition.weights[half] - expected[half]) <= sum(map(math.ulp, expected))
+
+
+@pytest.mark.parametrize("name", list(MIDDLE), ids=str)
+def test_the_middle_weight_is_the_published_one(name):
+    composition = COMPOSITIONS[name]
+    # half a unit in the 26th place for itself and for each of the others
+    assert abs(composition.weights_to(40)[composition.stages // 2] - mp.mpf(MIDDLE[name])) <= 0.5e-26 * composition.stages
+
+
+def test_the_compositions_of_order_4_are_the_closed_forms():
+    with mp.workdps(50):
+        for name, root, n in (("triple_jump4", mp.cbrt(2), 2), ("suzuki4", mp.cbrt(4), 4)):
+            assert all(abs(mp.mpf(gamma) - 1 / (n - root)) < 1e-48 for gamma in COMPOSITIONS[name].gamma)

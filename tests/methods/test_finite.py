@@ -1,0 +1,104 @@
+"""Nothing that is not finite is a success: no state, multiplier or watched quantity, of any method, whatever is watched."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import sympy as sp
+import uncompiled as plain
+from leaving import ENDS, ending, ending_poisson
+
+from daebench.compiler.definition import source_of
+from daebench.methods.formulations import constrained as posing
+from daebench.methods.names import POISSON, listed, parse
+from daebench.runs.make_ivp import make_ivp
+from daebench.runs.request import Request
+from daebench.runs.trajectory import PoissonTrajectory, Trajectory
+from daebench.systems.constrained import Case, ConstrainedHamiltonian, coordinates
+
+WATCHES = {"nothing": (), "energy": ("energy",), "manifold": ("manifold",)}
+
+
+@pytest.fixture(autouse=True)
+def plain_functions(monkeypatch):
+    monkeypatch.setattr(posing, "_module", plain.kept_module)
+
+
+def uncompiled(method):
+    """Return a method whose kernel, if it has one, is not compiled."""
+    return replace(method, compiled=False) if method.knob == "h" else method
+
+
+def request(method, **more):
+    """Return a request that goes far beyond the end of the motion."""
+    return Request(value=0.02 if method.knob == "h" else 1e-6, t_end=6.0, **more)
+
+
+METHODS = [each.name for each in listed()]
+
+
+@pytest.mark.parametrize("watch", [*WATCHES])
+@pytest.mark.parametrize("end", [pytest.param(end, marks=pytest.mark.slow if end in ENDS[2:] else ()) for end in ENDS])
+def test_no_method_comes_to_the_end_of_a_run_beyond_the_end_of_the_motion(end, watch):
+    ivp, ran = ending(end), 0
+    for name in METHODS if watch == "nothing" else METHODS[::5]:
+        method = uncompiled(parse(name))
+        if method.refusal(ivp) is None:
+            run = method.solve(ivp, request(method, watch=WATCHES[watch]))
+            ran += 1
+            assert run.failure is not None, f"{name} at t = {run.t[-1]}"
+            assert np.isfinite(ivp.along("H", run.p, run.q)).all(), name
+            assert all(np.isfinite(value) for value in run.maxima.values()), name
+    assert ran > (35 if watch == "nothing" else 6)
+
+
+@pytest.mark.parametrize("name", [method.name for method in listed(POISSON)])
+def test_no_method_for_poisson_systems_does_either(name):
+    ivp, method = ending_poisson(), uncompiled(parse(name, kind=POISSON))
+    if method.refusal(ivp):
+        pytest.skip(method.refusal(ivp))
+    for watch in ((), ("energy",)):
+        run = method.solve(ivp, request(method, watch=watch))
+        assert run.failure is not None
+        assert np.isfinite(ivp.along("H", run.y)).all()
+
+
+def outcome(**more):
+    """Return the fields of a run that is complete."""
+    return {"problem": "x", "case": "y", "method": "z", "parameters": {}, "knob": "h", "value": 0.1, "steps": 2, "seconds": 0.0} | more
+
+
+@pytest.mark.parametrize("wrong", [np.nan, np.inf, -np.inf], ids=str)
+@pytest.mark.parametrize("place", ["q", "p", "lam", "y", "raw", "maximum"])
+def test_a_trajectory_with_a_number_that_is_not_finite_is_a_failure_wherever_it_comes_from(place, wrong):
+    t, rows, bad = np.array([0.0, 0.25, 0.5]), np.ones((3, 2)), np.array([[1.0, 1.0], [1.0, wrong], [1.0, 1.0]])
+    maxima = {"energy": wrong if place == "maximum" else 0.0}
+    given = outcome(t=t, maxima=maxima)
+    if place == "y":
+        run = PoissonTrajectory(**given, y=bad)
+    else:
+        states = {name: bad if place == name else rows for name in ("q", "p", "lam")}
+        run = Trajectory(**given, **states, raw={"end": (t, bad)} if place == "raw" else {})
+    assert run.failure is not None
+    assert ("energy" if place == "maximum" else "t = 0.25") in run.failure
+    assert Trajectory(**outcome(t=t, maxima={"energy": 0.0}), q=rows, p=rows).failure is None
+
+
+def test_an_energy_that_overflows_while_states_do_not_is_a_failure_though_nothing_is_watched():
+    q, p = coordinates(2)
+    cases = {"falling": Case(q=(0, 0), p=(0, 0))}
+    problem = ConstrainedHamiltonian(q=q, p=p, M=sp.eye(2), U=-(sp.Integer(10) ** 158) * q[1], g=[q[0]], cases=cases)
+    run = uncompiled(parse("symplectic_euler")).solve(make_ivp(source_of(problem), "falling"), Request(value=1.0, steps=3, watch=()))
+    assert np.isfinite(run.p).all()
+    assert run.failure is not None
+    assert "H is not finite" in run.failure
+
+
+def test_a_start_outside_of_the_domain_is_said_to_be_that():
+    ivp = ending("log")
+    outside = replace(ivp, q0=np.array([-0.6, 0.8]))
+    for name in ("rattle", "ida:index2", "scipy:DOP853", "cvode:bdf"):
+        method = uncompiled(parse(name))
+        run = method.solve(outside, request(method))
+        assert run.failure is not None
+        assert "H " in run.failure

@@ -1,0 +1,91 @@
+"""Taylor series of heyoka as a method: held against certified references, and told what they cannot do."""
+
+from importlib.util import find_spec
+
+import numpy as np
+import pytest
+import sympy as sp
+
+from daebench.errors import BadInput
+from daebench.methods import run as api
+from daebench.methods.solvers import heyoka_ode
+from daebench.reference.keep.store import load
+from daebench.studies.work_precision.study import standard, with_costs
+from daebench.systems.poisson import PoissonCase, PoissonSystem
+
+needs_heyoka = pytest.mark.skipif(find_spec("heyoka") is None, reason="heyoka, of the extra peers, is not installed")
+
+
+def run(problem, case, t_end, tol=1e-14, **more):
+    return api.run(problem, case=case, method="heyoka:taylor", tol=tol, t_end=t_end, **more)
+
+
+@needs_heyoka
+@pytest.mark.parametrize(
+    ("name", "t_end"),
+    [("spherical_pendulum-fig1.2", 10.0), ("double_pendulum-horizontal", 2.0), ("lotka_volterra-4,2", 10.0)],
+    ids=["in-momenta", "in-velocities", "poisson"],
+)
+def test_it_gives_the_certified_motion(name, t_end):
+    problem, case = name.split("-", 1)
+    truth = load(name)
+    rows = np.flatnonzero(truth.t <= t_end)
+    found = run(problem, case, float(truth.t[rows[-1]]), points=len(rows)).complete()
+    assert np.allclose(found.t, truth.t[rows], rtol=0, atol=1e-13)
+    for part, values in found.states.items():
+        assert np.max(np.abs(values - truth.values[part][rows])) < 1e-9
+    loose = run(problem, case, float(truth.t[rows[-1]]), tol=1e-5, points=len(rows))
+    assert max(np.max(np.abs(values - truth.values[part][rows])) for part, values in loose.states.items()) > 1e-8
+
+
+@needs_heyoka
+def test_its_steps_are_counted_and_what_it_does_not_tell_is_not_zero():
+    found = run("planar_pendulum", "rotating", 4.0, points=5)
+    assert set(found.work) == {"steps"}
+    assert 5 < found.steps == found.work["steps"] < 200
+    import pandas as pd
+
+    table = pd.DataFrame(
+        [{"problem": "planar_pendulum", "n_steps": found.steps, "n_H_q": np.nan, "seconds": 1.0, "callback_seconds": np.nan}]
+    )
+    assert with_costs(table)["evaluations"].isna().all()
+
+
+@needs_heyoka
+def test_a_start_whose_last_coefficients_vanish_is_left_by_a_short_step():
+    # from rest, u = -t^2/2 + c t^6 + ...: at order 16, which 1e-13 asks for, the coefficients of t^15 and t^16 are those of no variable
+    u, w = sp.symbols("u w", real=True)
+    system = PoissonSystem(y=[u, w], B=sp.Matrix([[0, 1], [-1, 0]]), H=w**2 / 2 + sp.sin(u), cases={"rest": PoissonCase(y=(0, 0))})
+    found, other = (api.run(system, method=name, tol=1e-13, t_end=5.0).complete() for name in ("heyoka:taylor", "scipy:DOP853"))
+    assert np.max(np.abs(found.y - other.y)) < 1e-9
+
+
+@needs_heyoka
+@pytest.mark.parametrize(
+    ("settings", "sentence"),
+    [
+        ({"problem": "pendulum_chain", "case": None, "algebra": "arrays"}, "use ida:index1"),
+        ({"problem": "ablowitz_ladik", "case": None}, "as expressions, and ablowitz_ladik has them as loops"),
+    ],
+    ids=["chain", "lattice"],
+)
+def test_what_has_no_expressions_is_refused(settings, sentence):
+    with pytest.raises(BadInput, match=sentence):
+        run(**settings, t_end=1.0)
+
+
+@needs_heyoka
+def test_least_squares_are_refused():
+    with pytest.raises(BadInput, match="not by least squares"):
+        run("planar_pendulum", "rotating", 1.0, on_singular="least-squares")
+
+
+def test_without_heyoka_there_is_the_command_that_installs_it(daebench, monkeypatch):
+    monkeypatch.setattr(heyoka_ode, "find_spec", lambda name: None)
+    sentence = "heyoka:taylor takes heyoka, which is not installed; install it by pip install 'daebench[peers]'."
+    for problem, case in (("planar_pendulum", "rotating"), ("lotka_volterra", "4,2")):
+        status, out, err = daebench("run", problem, "--case", case, "--method", "heyoka:taylor", "--tol", 1e-6, "--t-end", 1)
+        assert (status, out, err) == (2, "", f"daebench: {sentence}\n")
+        study, left_out = standard(problem, case=case)
+        assert "heyoka:taylor" not in study.methods
+        assert left_out["heyoka:taylor"] == sentence

@@ -1,0 +1,115 @@
+"""Initial value problems from a name, a path, a definition or another one, and the old names of their constructor."""
+
+import doctest
+
+import definitions
+import numpy as np
+import pytest
+
+import daebench as package
+from daebench.errors import BadInput, InconsistentStart
+from daebench.methods import initial_value_problem as ivp_constructor
+from daebench.methods.initial_value_problem import declared_ivps, initial_value_problem
+from daebench.methods.run import singular_as
+from daebench.runs.ivp import ConstrainedIvp, PoissonIvp
+from daebench.studies.grid.cell import Cell
+
+
+def test_both_kinds_of_problems_are_taken_by_name():
+    poisson, pendulum = initial_value_problem("lotka_volterra", "6,2"), initial_value_problem("spherical_pendulum")
+    assert isinstance(poisson, PoissonIvp)
+    assert isinstance(pendulum, ConstrainedIvp)
+    assert (poisson.y0.tolist(), pendulum.d) == ([6, 2], 3)
+
+
+@pytest.mark.parametrize("file", ["ring.py", "orbit.py"])
+def test_a_path_a_text_and_the_problem_of_an_initial_value_problem_give_the_same(folder, file):
+    by_text, by_path = initial_value_problem(f"./{file}"), initial_value_problem(folder / file)
+    assert by_text.case == by_path.case
+    for one, other, again in zip(by_text.start, by_path.start, initial_value_problem(by_text).start, strict=True):
+        assert one.tolist() == other.tolist() == again.tolist()
+
+
+def test_a_definition_is_taken_with_its_first_case():
+    assert initial_value_problem(definitions.double_pendulum()).case == next(iter(definitions.double_pendulum().cases))
+
+
+def test_an_initial_value_problem_keeps_what_is_not_replaced():
+    first = initial_value_problem("spherical_pendulum", "fig1.2", {"gravity": 3.0}, p0=[0.0, 0.0, 0.0])
+    heavy = initial_value_problem(first, parameters={"mass": 2.0})
+    assert (heavy.case, heavy.parameters["gravity"], heavy.parameters["mass"]) == ("fig1.2", 3.0, 2.0)
+    assert np.array_equal(heavy.p0, first.p0)
+    other = initial_value_problem(first, "fig1.1")
+    assert other.parameters == initial_value_problem("spherical_pendulum", "fig1.1").parameters
+    assert np.array_equal(other.p0, initial_value_problem("spherical_pendulum", "fig1.1").p0)
+
+
+def test_what_happens_where_G_loses_rank_stays_with_an_initial_value_problem():
+    locked = initial_value_problem("slider_crank", "lock_up")
+    chosen = singular_as(locked, "least-squares")
+    assert initial_value_problem(chosen).on_singular == "least-squares"
+
+
+def test_a_run_takes_an_initial_value_problem():
+    ivp = initial_value_problem("lotka_volterra", y0=[3.0, 2.0])
+    run = package.run(ivp, method="midpoint", h=0.1, steps=2, anyway=True)
+    assert run.y[0].tolist() == [3.0, 2.0]
+
+
+@pytest.mark.parametrize(
+    ("problem", "more", "words"),
+    [
+        (3, {}, "a name, a ConstrainedHamiltonian or a PoissonSystem"),
+        ("lotka_volterra", {"project": True}, "leave out project"),
+        ("lotka_volterra", {"q0": [1.0, 2.0]}, "leave out q0"),
+        ("spherical_pendulum", {"case": "fig9"}, "unknown case"),
+        ("spherical_pendulum", {"parameters": {"weight": 1.0}}, "unknown parameter"),
+    ],
+    ids=["number", "project", "q0", "case", "parameter"],
+)
+def test_what_cannot_be_meant_is_refused(problem, more, words):
+    with pytest.raises(BadInput, match=words):
+        initial_value_problem(problem, **more)
+
+
+def test_how_vectors_are_held_is_not_changed_afterwards():
+    with pytest.raises(BadInput, match="leave out algebra"):
+        initial_value_problem(initial_value_problem("planar_pendulum"), algebra="values")
+
+
+def test_initial_values_off_the_manifold_are_refused_unless_they_are_projected_or_wanted():
+    off = {"q0": [1.1, 0.0]}
+    with pytest.raises(InconsistentStart):
+        initial_value_problem("planar_pendulum", "horizontal", **off)
+    assert initial_value_problem("planar_pendulum", "horizontal", **off, project=True).q0.tolist() == [1.0, 0.0]
+    assert initial_value_problem("planar_pendulum", "horizontal", **off, consistent=False).q0.tolist() == [1.1, 0.0]
+
+
+def test_all_cases_are_returned_as_they_are_declared():
+    assert [ivp.case for ivp in declared_ivps("spherical_pendulum")] == list(initial_value_problem("spherical_pendulum").sheet.CASES)
+    assert [ivp.case for ivp in declared_ivps("spherical_pendulum", "fig1.2")] == ["fig1.2"]
+
+
+@pytest.mark.parametrize("old", ["scene_of", "setting_of"])
+def test_the_old_names_of_the_constructor_work_and_warn(old):
+    with pytest.warns(FutureWarning, match=f"daebench.{old} is now called daebench.initial_value_problem") as warned:
+        constructor = getattr(package, old)
+    assert constructor is package.initial_value_problem
+    assert warned[0].filename == __file__
+
+
+def test_old_attributes_and_arguments_work_and_warn():
+    cell = Cell(problem="planar_pendulum", case="horizontal", method="rattle", value=0.1, t_end=1.0, metrics=())
+    with pytest.warns(FutureWarning, match="Cell.scene is now called ivp") as warned:
+        assert cell.scene is cell.ivp
+    assert warned[0].filename == __file__
+    ivp = initial_value_problem("planar_pendulum")
+    with pytest.warns(FutureWarning, match="argument scene of symplectic_projection is now called ivp") as warned:
+        projection = package.symplectic_projection(scene=ivp, p=ivp.p0, q=ivp.q0)
+    assert np.array_equal(projection, package.symplectic_projection(ivp, ivp.p0, ivp.q0))
+    assert warned[0].filename == __file__
+
+
+def test_the_example_of_the_constructor_runs():
+    results = doctest.testmod(ivp_constructor)
+    assert (results.attempted, results.failed) == (3, 0)

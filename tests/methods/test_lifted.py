@@ -1,0 +1,169 @@
+"""Lifted methods: the discrete Moser-Veselov algorithm of HLW VII.5.3 against its own definition, and what a lifted run reports."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from poisson_runs import ivp
+from scipy.linalg import expm
+
+from daebench.diagnostics.order import fit_order
+from daebench.diagnostics.poisson import poisson_defect
+from daebench.errors import BadInput, RunFailed
+from daebench.methods.fixed_step.lifted import Lifted, above
+from daebench.methods.initial_value_problem import initial_value_problem
+from daebench.methods.names import parse
+from daebench.runs.request import Request
+
+BODY = "free_rigid_body"
+MOMENTS = np.array([0.6, 0.8, 1.0])
+D = np.diag(MOMENTS.sum() / 2 - MOMENTS)
+
+
+def method(name):
+    return Lifted.of(replace(parse(name), compiled=False))
+
+
+def run(name, h, steps, case=None, **more):
+    return method(name).solve(ivp(BODY, case), Request(value=h, steps=steps, **more))
+
+
+def hat(y):
+    return np.array([[0, -y[2], y[1]], [y[2], 0, -y[0]], [-y[1], y[0], 0]])
+
+
+def vee(Y):
+    return np.array([Y[2, 1], Y[0, 2], Y[1, 0]])
+
+
+def moser_veselov(y, h):
+    """Return the next angular momentum: W D - D W^T = h hat(y) for a rotation W, and then hat(y1) = W^T hat(y) W.
+
+    W = exp(hat(w)) by Newton's iteration with differences, from the rotation of the exact motion to first order.
+    """
+    w, step = h * y / MOMENTS, 1e-6
+
+    def residual(w):
+        W = expm(hat(w))
+        return vee(W @ D - D @ W.T) - h * y
+
+    for _ in range(12):
+        slope = np.array([(residual(w + step * e) - residual(w - step * e)) / (2 * step) for e in np.eye(3)]).T
+        w = w - np.linalg.solve(slope, residual(w))
+    W = expm(hat(w))
+    return vee(W.T @ hat(y) @ W)
+
+
+def test_rattle_on_the_rotation_matrix_is_the_discrete_moser_veselov_algorithm():
+    found = run("rattle", 0.25, 30).complete()
+    y = [ivp(BODY).y0]
+    for _ in range(30):
+        y.append(moser_veselov(y[-1], 0.25))
+    assert np.abs(found.y - y).max() < 1e-13
+
+
+def test_it_keeps_energy_and_casimir_function_and_another_symplectic_method_the_casimir_function_alone():
+    kept, other = run("rattle", 0.25, 60).maxima, run("lobatto3", 0.25, 10).maxima
+    assert max(kept.values()) < 1e-14
+    assert other["C"] < 1e-14
+    assert other["energy"] > 1e-8
+
+
+@pytest.mark.parametrize("name", ["rattle", "lobatto3", "rattle/suzuki4", "symplectic_euler", "rk4", "implicit_euler"])
+def test_a_lifted_method_is_a_poisson_map_where_it_claims_to_be(name):
+    own, where = method(name), ivp(BODY)
+    defect = poisson_defect(own.flow(where, 0.1, 2), where.y0, lambda y: where.value("B", y))
+    claimed = name not in ("rk4", "implicit_euler")
+    assert own.is_poisson(where) == claimed
+    assert own.keeps(where) == (("C",) if claimed else ())
+    assert (defect < 1e-14) == claimed
+    assert claimed or defect > 1e-8
+
+
+@pytest.mark.parametrize(("name", "steps"), [("rattle", (8, 16, 32)), ("rattle/suzuki4", (4, 8, 16))], ids=["rattle", "composed"])
+def test_the_order_is_that_of_the_method_above(name, steps):
+    where = ivp(BODY)
+    exact = [float(y) for y in where.source.derivation.problem.closed_form(1.0, where.y0, where.parameters)]
+    errors = [np.abs(run(name, 1 / n, n, every=0).y[-1] - exact).max() for n in steps]
+    assert method(name).order == method(name).method.claims.order
+    assert abs(fit_order([1 / n for n in steps], errors).slope - method(name).order) < 0.15
+
+
+def test_a_lifted_run_reports_the_system_below_and_the_work_above():
+    found = run("rattle", 0.1, 6, "middle", every=2)
+    assert (found.problem, found.case, found.method, found.maxima_over) == (BODY, "middle", "lifted:rattle", "outputs")
+    assert found.parameters == ivp(BODY, "middle").parameters
+    assert found.t.tolist() == pytest.approx([0, 0.2, 0.4, 0.6])
+    assert np.array_equal(found.y[0], ivp(BODY, "middle").y0)
+    assert list(found.maxima) == ["energy", "C"]
+    assert found.steps == 6
+    assert found.work["newton"] > 6
+    energies = (found.y**2 / MOMENTS).sum(axis=1) / 2
+    assert found.maxima["energy"] == pytest.approx(np.abs(energies - energies[0]).max(), abs=1e-16)
+    assert run("rattle", 0.1, 2, watch=("integrals",)).maxima == {}
+
+
+def test_the_system_above_has_the_parameters_below_and_starts_over_the_start():
+    where = ivp(BODY, "symmetric")
+    upper = above(where)
+    assert [upper.parameters[f"I{k}"] for k in (1, 2, 3)] == [0.8, 0.8, 1.0]
+    assert upper.parameters["gravity"] == 0
+    momentum = upper.q0.reshape(3, 3).T @ upper.p0.reshape(3, 3)
+    assert np.abs(vee(momentum - momentum.T) - where.y0).max() < 1e-15
+
+
+def test_the_map_of_several_steps_is_the_run():
+    where = ivp(BODY)
+    assert np.abs(method("rattle").flow(where, 0.1, 3)(where.y0) - run("rattle", 0.1, 3).y[-1]).max() < 1e-15
+
+
+def test_a_run_that_stops_above_says_so_below_with_what_was_computed():
+    found = run("rattle", 5.0, 3)
+    words = "lifted:rattle on free_rigid_body, case hlw: rattle on rigid_body_rotation, case free, stopped at t = 0 .*did not converge"
+    with pytest.raises(RunFailed, match=words):
+        found.complete()
+    assert found.y.shape == (1, 3)
+    with pytest.raises(RunFailed, match=words):
+        method("rattle").flow(ivp(BODY), 5.0, 1)(ivp(BODY).y0)
+
+
+def test_what_cannot_be_lifted_is_refused_in_words():
+    request = Request(value=0.1, steps=2)
+    for name, where, words in (
+        ("rattle", ivp("lotka_volterra"), "lifted:rattle needs a constrained system above, which lotka_volterra does not declare"),
+        ("strang", ivp(BODY), "lifted:strang on free_rigid_body: strang needs the flow of the kinetic energy"),
+        (
+            "rattle",
+            initial_value_problem("planar_pendulum"),
+            "lifted:rattle is for Poisson systems, and planar_pendulum is a constrained problem",
+        ),
+    ):
+        with pytest.raises(BadInput, match=words):
+            method(name).check(where, request)
+    with pytest.raises(BadInput, match="has no multipliers"):
+        method("rattle").check(ivp(BODY), replace(request, multipliers=True))
+    with pytest.raises(BadInput, match="no constraints to watch"):
+        method("rattle").check(ivp(BODY), replace(request, watch=("manifold",)))
+    with pytest.raises(BadInput, match="at least one"):
+        method("rattle").check(ivp(BODY), replace(request, steps=0))
+    with pytest.raises(BadInput, match="lifted: takes fixed-step methods, and ida:index2 chooses its own steps"):
+        Lifted.of(parse("ida:index2"))
+
+
+def test_a_method_that_leaves_the_manifold_is_no_poisson_integrator_below():
+    assert method("rattle").is_poisson(ivp(BODY))
+    assert not method("shake").is_poisson(ivp(BODY))
+
+
+def test_maxima_are_the_largest_errors_and_not_the_last():
+    found = run("implicit_euler", 0.05, 40).complete()
+    errors = np.abs((found.y**2 / MOMENTS).sum(axis=1) / 2 - (found.y[0] ** 2 / MOMENTS).sum() / 2)
+    assert found.maxima["energy"] == pytest.approx(errors.max(), rel=1e-10)
+    there_and_back = run("lobatto2", 0.7, 41).complete()
+    errors = np.abs((there_and_back.y**2 / MOMENTS).sum(axis=1) / 2 - (there_and_back.y[0] ** 2 / MOMENTS).sum() / 2)
+    assert there_and_back.maxima["energy"] == pytest.approx(errors.max(), abs=1e-15)
+
+
+def test_a_flat_body_has_no_regular_mass_above_and_that_is_said():
+    flat = initial_value_problem(BODY, None, {"I1": 0.4, "I2": 0.6, "I3": 1.0})
+    assert "the energy of rigid_body_rotation above is not finite" in method("rattle").refusal(flat)

@@ -1,0 +1,231 @@
+"""What may stand around a scheme: compositions, projections, forms, compensated sums, raw multipliers; and the grammar of their names."""
+
+import numpy as np
+import pytest
+from oracles import solution
+
+from daebench.diagnostics.integrals import energy_error
+from daebench.diagnostics.order import fit_order
+from daebench.diagnostics.reversibility import reversibility_defect
+from daebench.diagnostics.symplecticity import symplecticity_defect, tangent_basis
+from daebench.errors import BadInput
+from daebench.methods.fixed_step.compositions import COMPOSITIONS
+from daebench.methods.fixed_step.constrained import FixedStep
+from daebench.methods.names import parse, several
+from daebench.methods.run import prepare
+from daebench.runs.request import Request
+
+LADDERS = {4: (64, 96, 128, 192), 6: (24, 28, 32, 40, 48), 8: (14, 16, 18, 20, 24), 10: (8, 9, 10, 12, 14)}
+"""Numbers of steps over T = 2 by order: large enough to be asymptotic, small enough to be above round-off."""
+
+
+def run(method, ivp, h, steps, **more):
+    return method.solve(ivp, Request(value=h, steps=steps, **more)).complete()
+
+
+@pytest.mark.parametrize("name", COMPOSITIONS, ids=COMPOSITIONS)
+def test_a_composition_of_rattle_has_its_order_and_keeps_what_rattle_keeps(name, get_ivp):
+    ivp, method = get_ivp("planar"), FixedStep("rattle", composition=name, compiled=False)
+    q, p = solution("planar", 2.0)
+    counts = LADDERS[COMPOSITIONS[name].order]
+    runs = [run(method, ivp, 2.0 / n, n) for n in counts]
+    errors = [max(np.abs(each.q[-1] - q).max(), np.abs(each.p[-1] - p).max()) for each in runs]
+    fit = fit_order([2.0 / n for n in counts], errors, floor=2e-12)
+    assert abs(fit.slope - COMPOSITIONS[name].order) < 0.35, (fit, errors)
+    assert method.claims.order == COMPOSITIONS[name].order
+    assert max(runs[-1].maxima["g"], runs[-1].maxima["Gv"]) < 1e-13
+
+
+@pytest.mark.parametrize("place", ["spherical-fast", "stretched-M", "coupled-rods"])
+def test_a_composition_is_symmetric_and_symplectic_on_every_kind_of_hamiltonian(place, get_ivp):
+    ivp, method = get_ivp(place), FixedStep("rattle", composition="suzuki4", compiled=False)
+    flow = method.flow(ivp, 0.01, 5)
+    assert reversibility_defect(flow, ivp.p0, ivp.q0) < 1e-12
+    assert symplecticity_defect(flow, ivp.p0, ivp.q0, tangent_basis(ivp, ivp.p0, ivp.q0)) < 1e-12
+
+
+def test_a_composition_is_the_substeps_one_after_another(get_ivp):
+    ivp = get_ivp("spherical-fast")
+    whole = run(FixedStep("rattle", composition="triple_jump4", compiled=False), ivp, 0.02, 1)
+    p, q = tuple(ivp.p0), tuple(ivp.q0)
+    for weight in COMPOSITIONS["triple_jump4"].weights:
+        p, q = FixedStep("rattle", compiled=False).flow(ivp, weight * 0.02, 1)(p, q)
+    assert np.abs(np.real(q) - whole.q[-1]).max() < 1e-15
+    assert np.abs(np.real(p) - whole.p[-1]).max() < 5e-15
+
+
+def test_a_composition_counts_the_work_of_every_substep(get_ivp):
+    ivp = get_ivp("spherical-fast")
+    one = run(FixedStep("rattle", compiled=False), ivp, 0.001, 6).work
+    two = run(FixedStep("rattle", composition="kahan_li8", compiled=False), ivp, 0.001, 6).work
+    assert two["H_q"] == 17 * one["H_q"]
+    assert two["newton"] > 10 * one["newton"]
+
+
+def test_another_composition_compiles_nothing(get_ivp):
+    ivp = get_ivp("planar")
+    kernels = {FixedStep("rattle", composition=name).kernel(ivp, "float64", (), count=False) for name in COMPOSITIONS}
+    assert len(kernels) == 1
+    for name in ("triple_jump4", "kahan_li8", "sofroniou_spaletta10"):
+        run(FixedStep("rattle", composition=name), ivp, 0.01, 3, watch=(), count=False)
+    assert len(kernels.pop().integrate.signatures) == 1
+
+
+def test_a_substep_without_a_solution_is_named(get_ivp):
+    from daebench.methods.initial_value_problem import initial_value_problem
+
+    ivp = initial_value_problem("spherical_pendulum", "fig1.2")
+    stopped = FixedStep("rattle", composition="triple_jump4", compiled=False).solve(ivp, Request(value=0.1, steps=10))
+    assert stopped.failure is not None
+    assert (
+        "rattle/triple_jump4 on spherical_pendulum, case fig1.2, stopped at t = 0 (step 1 of 10, h = 0.1, substep 2 of 3" in stopped.failure
+    )
+    assert stopped.steps == 0
+    run(FixedStep("rattle", compiled=False), ivp, 0.1, 10)
+
+
+def test_a_projection_that_fails_after_good_substeps_is_not_blamed_on_a_substep(get_ivp):
+    linked = FixedStep("midpoint", composition="suzuki4", projection="proj", compiled=False)
+    sentence = linked._linked(get_ivp("planar"), None, 0.1).failure(get_ivp("planar"), 0.1, 0, 1, -5, (1, 1.0))
+    assert "substep" not in sentence
+    assert "substep 5 of 5" in linked._linked(get_ivp("planar"), None, 0.1).failure(get_ivp("planar"), 0.1, 0, 1, 5, (1, 1.0))
+
+
+def test_a_projected_energy_momentum_step_claims_no_energy():
+    assert FixedStep("energy_momentum").claims.conserves_energy
+    assert not FixedStep("energy_momentum", projection="proj").claims.conserves_energy
+
+
+def test_the_mean_of_two_steps_multipliers_is_of_second_order_and_each_of_them_of_first(get_ivp):
+    ivp, T = get_ivp("planar"), 1.0
+    errors = {"lam_n": [], "mu_n": [], "mean": []}
+    counts = (64, 128, 256, 512)
+    for n in counts:
+        found = run(FixedStep("rattle", compiled=False), ivp, T / n, n, raw=True)
+        for name, (t, values) in found.raw.items():
+            exact = _lam_of_the_unit_pendulum(ivp, t)
+            errors[name].append(np.abs(values[:, 0] - exact).max())
+    slopes = {name: fit_order([T / n for n in counts], each).slope for name, each in errors.items()}
+    assert abs(slopes["lam_n"] - 1) < 0.1, slopes
+    assert abs(slopes["mu_n"] - 1) < 0.1, slopes
+    assert abs(slopes["mean"] - 2) < 0.1, slopes
+
+
+def _lam_of_the_unit_pendulum(ivp, t):
+    """Multiplier of g = q.q - 1 with unit mass, length and gravity, from the energy: lam = (v.v - q2)/2 = (2 E - 3 q2)/2."""
+    energy = ivp.p0 @ ivp.p0 / 2 + ivp.q0[1]
+    q2 = np.array([solution("planar", s)[0][1] if s else ivp.q0[1] for s in t])
+    return energy - 1.5 * q2
+
+
+def test_raw_multipliers_have_the_times_that_they_belong_to(get_ivp):
+    raw = run(FixedStep("rattle", compiled=False), get_ivp("planar"), 0.1, 4, raw=True).raw
+    assert np.allclose(raw["lam_n"][0], [0.0, 0.1, 0.2, 0.3], atol=1e-15)
+    assert np.allclose(raw["mu_n"][0], [0.1, 0.2, 0.3, 0.4], atol=1e-15)
+    assert np.allclose(raw["mean"][0], [0.1, 0.2, 0.3], atol=1e-15)
+    assert np.allclose(raw["mean"][1], (raw["mu_n"][1][:-1] + raw["lam_n"][1][1:]) / 2)
+
+
+def test_seproj_is_se_with_a_projection(get_ivp):
+    methods = FixedStep("seproj", compiled=False), FixedStep("se", projection="proj", compiled=False)
+    runs = [run(method, get_ivp("spherical-slow"), 0.03, 50) for method in methods]
+    assert np.array_equal(runs[0].q, runs[1].q)
+    assert runs[0].work == runs[1].work
+
+
+def test_compensation_changes_round_off_and_nothing_else(get_ivp):
+    ivp = get_ivp("spherical-fast")
+    plain, kept = (run(FixedStep("rattle", compensated=each, compiled=False), ivp, 0.01, 40) for each in (False, True))
+    assert 0 < np.abs(plain.q - kept.q).max() < 1e-14
+    assert plain.work == kept.work
+
+
+@pytest.mark.slow
+def test_compensation_takes_most_of_the_random_walk_away(get_ivp):
+    ivp = get_ivp("spherical-fast")
+    request = Request(value=0.002, steps=2 * 10**6, every=2000, count=False, watch=("energy",))
+    walks = [parse("rattle/kahan_li8", compensated=each).solve(ivp, request).complete() for each in (False, True)]
+    sizes = [np.std(energy_error(ivp, walk)) for walk in walks]
+    assert sizes[1] < sizes[0] / 5, sizes
+
+
+@pytest.mark.parametrize(
+    ("name", "words"),
+    [
+        ("rattle/foo", "unknown composition 'foo'"),
+        ("rattle+foo", "unknown projection 'foo'"),
+        ("foo:rattle", "unknown solver or form 'foo'"),
+        ("ratle/suzuki4", "did you mean rattle"),
+        ("rattle/", "no composition follows"),
+        ("rk4+", "no projection follows"),
+        ("midpoint+proj/suzuki4", r"write midpoint/suzuki4\+proj"),
+        ("rattle+proj", "stays on the manifold by itself"),
+        ("seproj+symproj", "stays on the manifold by itself"),
+        ("shake+proj", "has a memory"),
+        ("shake/suzuki4", "symmetric one-step methods of order 2"),
+        ("lobatto3/suzuki4", "symmetric one-step methods of order 2"),
+        ("energy_momentum/suzuki4", "momenta leave the manifold"),
+        ("energy_momentum+symproj", "momenta leave the manifold"),
+        ("baumgarte:midpoint/suzuki4", "symmetric one-step methods of order 2"),
+        ("rk4/suzuki4", "symmetric one-step methods of order 2"),
+        ("gauss2/suzuki4", "symmetric one-step methods of order 2"),
+        ("stiff:rattle", "cannot be run on the form stiff"),
+        ("local:se", "cannot be run on the form local"),
+        ("stiff:midpoint+proj", "no constraints"),
+        ("local:midpoint+proj", "stays on the manifold by itself"),
+        ("midpoint/suzuki4+symproj", r"use midpoint\+symproj"),
+    ],
+)
+def test_parts_of_a_name_that_do_not_go_together_are_refused_with_a_reason(name, words):
+    with pytest.raises(BadInput, match=words):
+        parse(name)
+
+
+@pytest.mark.parametrize(
+    ("settings", "words"),
+    [
+        ({"method": "shake", "compensated": True}, "does not give its increments"),
+        ({"method": "midpoint+proj", "compensated": True}, "has no increments"),
+        ({"method": "rattle/suzuki4", "raw": True}, "belong to its substeps"),
+        ({"method": "se", "raw": True}, "computes none"),
+        ({"method": "rattle", "raw": True, "every": 3}, "every = 3"),
+        ({"method": "rattle", "options": {"eps": 1.0}}, "unknown option of rattle"),
+        ({"method": "stiff:midpoint", "options": {"eps": 0.0}}, "eps = 0 must be greater than 0"),
+        ({"method": "stiff:midpoint", "options": {"eps": float("nan")}}, "finite"),
+    ],
+    ids=lambda x: x["method"] + " " + " ".join(sorted(set(x) - {"method"})) if isinstance(x, dict) else "",
+)
+def test_a_request_that_a_method_cannot_meet_is_refused_with_a_reason(settings, words):
+    with pytest.raises(BadInput, match=words):
+        prepare("spherical_pendulum", h=0.01, steps=5, **settings)
+
+
+def test_an_option_goes_to_the_methods_that_have_it_and_one_that_none_has_is_refused():
+    damped, plain, ida = several(["generalized_alpha", "rattle", "ida:baumgarte"], {"rho_inf": 0.5, "alpha": 3.0})
+    assert damped.options == {"rho_inf": 0.5}
+    assert plain.options == {}
+    assert ida.name == "ida:baumgarte"
+    with pytest.raises(BadInput, match="unknown option of these methods 'rho'; did you mean rho_inf"):
+        several(["generalized_alpha", "rattle"], {"rho": 0.5})
+
+
+@pytest.mark.parametrize(
+    ("name", "option", "words"),
+    [
+        ("generalized_alpha", {"rho_inf": 1.5}, "rho_inf = 1.5"),
+        ("rattle_iterative", {"tolerance": 1.0}, "less than 1"),
+        ("rattle_iterative", {"tolerance": 0.0}, "greater than 0"),
+        ("baumgarte:rk4", {"alpha": -1.0}, "greater than 0"),
+    ],
+    ids=lambda x: x if isinstance(x, str) else "",
+)
+def test_an_option_out_of_range_is_refused(name, option, words):
+    with pytest.raises(BadInput, match=words):
+        parse(name, option)
+
+
+def test_a_solver_has_neither_raw_multipliers_nor_compensated_sums():
+    with pytest.raises(BadInput, match="no raw multipliers"):
+        prepare("spherical_pendulum", method="ida:index2", tol=1e-8, t_end=1.0, raw=True)
+    with pytest.raises(BadInput, match="compensated summation is for fixed-step"):
+        prepare("spherical_pendulum", method="ida:index2", tol=1e-8, t_end=1.0, compensated=True)

@@ -1,0 +1,405 @@
+"""IDA, CVODE and SciPy's solvers on Poisson systems: accuracy, Casimir functions, exact counts, and what they say when they fail."""
+
+import types
+from dataclasses import replace
+from functools import cache, partial
+
+import numpy as np
+import pytest
+import uncompiled
+from scipy.integrate import solve_ivp
+
+from daebench.errors import BadInput, DaebenchError, RunFailed
+from daebench.methods.formulations import poisson as posing
+from daebench.methods.formulations import poisson_residuals
+from daebench.methods.formulations.poisson import pose_poisson
+from daebench.methods.initial_value_problem import initial_value_problem
+from daebench.methods.names import POISSON, listed
+from daebench.methods.names import parse as parse_name
+from daebench.methods.solvers.poisson_ida import PoissonIda
+from daebench.methods.solvers.scipy_ode import IMPLICIT
+from daebench.runs.request import Request
+
+parse = partial(parse_name, kind=POISSON)
+NAMES = [method.name for method in listed(POISSON) if method.knob == "tol"]
+ONE_EACH = ["ida:casimirs", "ida:ode", "cvode:adams", "scipy:RK45", "scipy:LSODA"]
+END = Request(value=1e-8, t_end=2.0, points=3)
+
+_kept = {}
+
+
+def _module(ivp, formulation, multipliers):
+    """The generated source run as it stands, with ``njit`` standing for nothing, made once."""
+    key = (ivp.problem, len(ivp.y0), formulation, multipliers)
+    if key not in _kept:
+        text = poisson_residuals.source("Uncompiled.", ivp.source.derivation, formulation, multipliers, cached=False)
+        _kept[key] = uncompiled.run(text, "uncompiled")
+    return _kept[key]
+
+
+@pytest.fixture(autouse=True)
+def plain(monkeypatch, request):
+    if "compiled" not in request.fixturenames:
+        monkeypatch.setattr(posing, "_module", _module)
+
+
+@pytest.fixture
+def compiled():
+    """Asked for by tests that want numba's functions."""
+
+
+@cache
+def ivp_of(name):
+    problem, case = {
+        "body": ("free_rigid_body", "hlw"),
+        "top": ("heavy_top_lie_poisson", "kovalevskaya"),
+        "prey": ("lotka_volterra", "6,2"),
+        "three": ("lotka_volterra_3d", "blow_up"),
+        "late": ("lotka_volterra_3d", "late"),
+        "lattice": ("ablowitz_ladik", None),
+    }[name]
+    return initial_value_problem(problem, case)
+
+
+# ---- right sides written by hand -----------------------------------------------------------------------------------------
+
+
+def body(y):
+    return np.cross(y, np.array(y) / [0.6, 0.8, 1.0])
+
+
+def top(state):
+    y, Gamma = state[:3], state[3:]
+    omega = np.array(y) / [1.0, 1.0, 0.5]
+    return np.concatenate([np.cross(y, omega) + np.cross(Gamma, [1.0, 0.0, 0.0]), np.cross(Gamma, omega)])
+
+
+def prey(y):
+    return np.array([y[0] * (y[1] - 2), y[1] * (1 - y[0])])
+
+
+def three(y):
+    return np.array([y[0] * (y[1] + y[2]), y[1] * (y[0] - y[2] + 1), y[2] * (y[0] + y[1] + 1)])
+
+
+def lattice(state):
+    """(4.10) in complex numbers, on a circle of length 1."""
+    y = state[:16] + 1j * state[16:]
+    around = np.roll(y, 1) + np.roll(y, -1)
+    rate = 1j * ((around - 2 * y) * 16**2 + abs(y) ** 2 * around)
+    return np.concatenate([rate.real, rate.imag])
+
+
+BY_HAND = {"body": body, "top": top, "prey": prey, "three": three, "late": three, "lattice": lattice}
+
+
+@cache
+def solution(name, t):
+    found = solve_ivp(lambda _, y: BY_HAND[name](y), (0, t), ivp_of(name).y0, method="DOP853", rtol=1e-13, atol=1e-14)
+    assert found.success
+    return found.y[:, -1]
+
+
+# ---- what is posed -------------------------------------------------------------------------------------------------------
+
+POSED = [
+    (name, formulation, multipliers)
+    for name in BY_HAND
+    for formulation, multipliers in (("ode", "plain"), ("casimirs", "plain"), ("casimirs", "derivative"))
+    if formulation == "ode" or name in ("body", "top", "three")
+]
+
+
+@pytest.mark.parametrize("name", BY_HAND)
+def test_the_right_side_is_the_one_written_by_hand(name, random):
+    dae = pose_poisson(ivp_of(name), "ode")
+    y, out = dae.y0 * (1 + 0.1 * random.random(dae.n)), np.empty(dae.n)
+    assert dae.rhs(0.0, y, out, dae.par) == 1.0
+    assert np.allclose(out, BY_HAND[name](y), rtol=1e-12, atol=1e-12 * np.abs(out).max())
+
+
+@pytest.mark.parametrize(("name", "formulation", "multipliers"), POSED, ids=["-".join(each) for each in POSED])
+def test_the_start_is_consistent_and_jacobians_are_those_of_the_residual(name, formulation, multipliers, random):
+    dae = pose_poisson(ivp_of(name), formulation, multipliers=multipliers)
+    res, JJ, cj = np.empty(dae.n), np.empty((dae.n, dae.n)), 3.0
+    dae.residual(0.0, dae.y0, dae.yp0, res, dae.par)
+    assert np.abs(res).max() <= 1e-14 * np.abs(dae.yp0).max()
+    y, yp = (x + 0.1 * random.random(dae.n) for x in (dae.y0, dae.yp0))
+    dae.jacobian(0.0, y, yp, res, cj, JJ, dae.par)
+
+    def F(step):
+        out = np.empty(dae.n)
+        dae.residual(0.0, y + step, yp + cj * step, out, dae.par)
+        return out
+
+    differences = np.array([(F(1e-6 * e) - F(-1e-6 * e)) / 2e-6 for e in np.eye(dae.n)]).T
+    assert np.allclose(JJ, differences, rtol=1e-7, atol=1e-8 * np.abs(JJ).max())
+
+
+def test_the_residual_with_casimirs_has_a_multiplier_along_each_gradient():
+    dae = pose_poisson(ivp_of("body"), "casimirs")
+    y, mu, rate = np.array([0.3, -0.2, 0.9]), 0.7, np.array([0.1, 0.2, 0.3])
+    res = np.empty(4)
+    dae.residual(0.0, np.append(y, mu), np.append(rate, 0.0), res, dae.par)
+    start = ivp_of("body").y0
+    assert np.allclose(res, [*(rate - body(y) - mu * y), (y @ y - start @ start) / 2], rtol=0, atol=1e-15)
+
+
+# ---- what comes out ------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("name", [*NAMES, "ida:casimirs:atol"])
+def test_method_follows_the_motion_written_by_hand(name):
+    for problem, t, bound in (("body", 2.0, 2e-6), ("top", 2.0, 2e-6), ("three", 1.5, 3e-5)):
+        trajectory = parse(name).solve(ivp_of(problem), replace(END, t_end=t)).complete()
+        assert np.abs(trajectory.y[-1] - solution(problem, t)).max() < bound
+
+
+@pytest.mark.parametrize("name", ["ida:ode", "cvode:bdf", "scipy:DOP853"])
+def test_a_lattice_is_solved_too(name):
+    trajectory = parse(name).solve(ivp_of("lattice"), replace(END, t_end=0.005)).complete()
+    assert np.abs(trajectory.y[-1] - solution("lattice", 0.005)).max() < 1e-5
+
+
+@pytest.mark.usefixtures("compiled")
+@pytest.mark.parametrize("name", ["ida:casimirs", "cvode:adams", "scipy:Radau"])
+def test_compiled_functions_give_the_same(name, monkeypatch):
+    found = parse(name).solve(ivp_of("body"), END).complete()
+    monkeypatch.setattr(posing, "_module", _module)
+    plain = parse(name).solve(ivp_of("body"), END).complete()
+    assert np.allclose(found.y, plain.y, rtol=0, atol=1e-7)
+    assert abs(found.steps - plain.steps) <= 3
+
+
+@pytest.mark.parametrize("name", ONE_EACH)
+def test_trajectory_says_what_was_run(name):
+    ivp = ivp_of("top")
+    trajectory = parse(name).solve(ivp, Request(value=1e-6, t_end=1.5, points=7))
+    assert (trajectory.problem, trajectory.case, trajectory.method) == ("heavy_top_lie_poisson", "kovalevskaya", name)
+    assert (trajectory.knob, trajectory.value, trajectory.maxima_over, trajectory.failure) == ("tol", 1e-6, "outputs", None)
+    assert np.array_equal(trajectory.t, np.linspace(0, 1.5, 7))
+    assert np.array_equal(trajectory.y[0], ivp.y0)
+    y, Gamma = trajectory.y[:, :3], trajectory.y[:, 3:]
+    H = (y**2 / [1.0, 1.0, 0.5]).sum(axis=1) / 2 + Gamma[:, 0]
+    errors = {"energy": H, "C1": (Gamma**2).sum(axis=1) / 2, "C2": (y * Gamma).sum(axis=1)}
+    assert trajectory.maxima.keys() == errors.keys()
+    for each, values in errors.items():
+        assert trajectory.maxima[each] == pytest.approx(np.abs(values - values[0]).max(), abs=1e-14)
+    assert 0 < trajectory.callback_seconds <= trajectory.seconds
+    assert trajectory.work["steps"] == trajectory.steps > 0
+
+
+def test_what_is_watched_is_what_was_asked_for():
+    run = parse("ida:ode").solve(ivp_of("lattice"), Request(value=1e-6, t_end=0.01, points=3, watch=("integrals",), count=False))
+    assert list(run.maxima) == ["norm", "coupling", "momentum"]
+    assert run.work == {}
+    assert parse("ida:ode").solve(ivp_of("body"), replace(END, watch=())).maxima == {}
+
+
+def test_the_multiplier_holds_the_casimir_which_drifts_without_it():
+    late = {}
+    for name in ("ida:casimirs", "ida:casimirs:atol", "ida:ode"):
+        run = parse(name).solve(ivp_of("body"), Request(value=1e-6, t_end=400.0, points=401)).complete()
+        errors = np.abs((run.y**2).sum(axis=1) - 1) / 2
+        late[name] = errors[-100:].max(), errors[:100].max()
+    for name in ("ida:casimirs", "ida:casimirs:atol"):
+        assert max(late[name]) < 5e-6
+    assert late["ida:ode"][0] > 5e-5
+    assert late["ida:ode"][0] > 3 * late["ida:ode"][1]
+
+
+def test_a_smaller_tolerance_holds_the_casimir_closer():
+    found = [parse("ida:casimirs").solve(ivp_of("top"), replace(END, value=tol)).maxima["C2"] for tol in (1e-6, 1e-9, 1e-12)]
+    for tol, error in zip((1e-6, 1e-9, 1e-12), found, strict=True):
+        assert error < 5 * tol
+
+
+def test_ida_counts_are_those_of_its_own_step_by_step_mode():
+    from sksundae.ida import IDA
+
+    dae, calls = pose_poisson(ivp_of("body"), "casimirs", multipliers="derivative"), {"residual": 0, "jacobian": 0}
+
+    def residual(t, y, yp, res):
+        calls["residual"] += 1
+        dae.residual(t, y, yp, res, dae.par)
+
+    def jacobian(t, y, yp, res, cj, JJ):
+        calls["jacobian"] += 1
+        dae.jacobian(t, y, yp, res, cj, JJ, dae.par)
+
+    solver = IDA(residual, jacfn=jacobian, rtol=1e-7, atol=1e-7, max_num_steps=10**6)
+    found = solver.solve([0.0, 2.0], dae.y0, dae.yp0)
+    trajectory = parse("ida:casimirs").solve(ivp_of("body"), replace(END, value=1e-7))
+    assert dict(trajectory.work) == {**calls, "steps": len(found.t) - 1}
+    assert np.array_equal(trajectory.y[-1], found.y[-1][:3])
+
+
+@pytest.mark.parametrize("variant", ["RK45", "Radau"])
+def test_scipy_counts_are_those_of_solve_ivp(variant):
+    dae = pose_poisson(ivp_of("body"), "ode")
+
+    def filled(function, shape):
+        def call(t, y):
+            out = np.empty(shape)
+            function(t, y, out, dae.par)
+            return out
+
+        return call
+
+    more = {"jac": filled(dae.rhs_jacobian, (3, 3))} if IMPLICIT[variant] else {}
+    found = solve_ivp(filled(dae.rhs, 3), (0, 2), dae.y0, method=variant, rtol=1e-6, atol=1e-6, **more)
+    trajectory = parse(f"scipy:{variant}").solve(ivp_of("body"), replace(END, value=1e-6))
+    assert (trajectory.steps, trajectory.work["rhs"]) == (len(found.t) - 1, found.nfev)
+    assert np.array_equal(trajectory.y[-1], found.y[:, -1])
+
+
+@pytest.mark.parametrize("name", ["ida:casimirs", "cvode:bdf", "scipy:DOP853"])
+def test_steps_do_not_depend_on_the_grid_and_two_points_keep_the_ends(name):
+    coarse, fine, ends = (parse(name).solve(ivp_of("three"), Request(value=1e-6, t_end=1.0, points=n)) for n in (3, 101, 2))
+    assert coarse.steps == fine.steps == ends.steps
+    assert np.array_equal(coarse.y[1:], fine.y[[50, 100]])
+    assert np.array_equal(ends.t, [0.0, 1.0])
+
+
+# ---- stopping early ------------------------------------------------------------------------------------------------------
+
+
+@cache
+def blow_up():
+    """The time at which the three species reach infinity, with the length of the path as the independent variable."""
+
+    def field(_, state):
+        rate = three(state[:3])
+        return np.append(rate, 1.0) / (1.0 + np.linalg.norm(rate))
+
+    found = solve_ivp(field, (0, 1e12), [*ivp_of("three").y0, 0.0], method="DOP853", rtol=1e-12, atol=1e-12)
+    return found.y[3, -1]
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_a_blow_up_is_a_failure_with_the_time_reached(name, capfd):
+    trajectory = parse(name).solve(ivp_of("three"), Request(value=1e-7, t_end=3.0))
+    assert blow_up() == pytest.approx(1.7479, abs=1e-5)
+    with pytest.raises(RunFailed, match=rf"{name} on lotka_volterra_3d, case blow_up, stopped at t = 1\.74\d+ of 3 \(tol = 1e-07\)"):
+        trajectory.complete()
+    assert trajectory.failure.endswith("end the run earlier if the motion itself leaves all bounds there, or use another tol.")
+    assert trajectory.t[-1] == pytest.approx(blow_up(), abs=1e-4)
+    assert trajectory.steps < 20_000
+    assert np.all(np.isfinite(trajectory.y))
+    assert all(np.isfinite(value) for value in trajectory.maxima.values())
+    assert capfd.readouterr() == ("", "")
+
+
+@pytest.mark.parametrize("name", ["ida:ode", "cvode:adams", "scipy:RK23"])
+def test_a_state_that_leaves_the_domain_ends_the_run_before_it_is_kept(name):
+    ivp = initial_value_problem("lotka_volterra", "6,2", y0=[30.0, 30.0])
+    trajectory = parse(name).solve(ivp, Request(value=1e-2, t_end=100.0, points=1001))
+    assert "the state leaves the domain u > 0 and v > 0 in the next step; use a smaller tol" in trajectory.failure
+    assert f"stopped at t = {trajectory.t[-1]:.9g} of" in trajectory.failure
+    assert np.all(trajectory.y > 0)
+    assert 0 < trajectory.t[-1] < 100
+    assert np.isfinite(trajectory.maxima["energy"])
+
+
+@pytest.mark.parametrize("name", ["ida:ode", "cvode:adams", "scipy:DOP853"])
+def test_a_value_that_is_not_finite_ends_the_run(name, monkeypatch):
+    def ill(*key):
+        module = types.SimpleNamespace(**vars(_module(*key)))
+        for each in ("rhs", "residual"):
+            right = getattr(module, each)
+            setattr(module, each, lambda t, *arrays, right=right: right(t, *arrays) if t < 0.5 else np.nan)
+        return module
+
+    monkeypatch.setattr(posing, "_module", ill)
+    with pytest.raises(RunFailed, match="a value is no longer finite at t = 0"):
+        parse(name).solve(ivp_of("body"), replace(END, points=21)).complete()
+
+
+def test_without_a_cure_the_error_test_fails_on_the_multiplier(capfd):
+    trajectory = parse("ida:casimirs:none").solve(ivp_of("body"), replace(END, value=1e-10))
+    assert trajectory.failure.startswith("ida:casimirs:none on free_rigid_body, case hlw, stopped at t = 0 of 2")
+    assert trajectory.failure.endswith("take the multipliers out of the error test with the cure atol or derivative.")
+    assert capfd.readouterr() == ("", "")
+
+
+@pytest.mark.parametrize("name", ONE_EACH)
+def test_the_wall_clock_limit_keeps_what_there_is(name):
+    trajectory = parse(name).solve(ivp_of("body"), Request(value=1e-9, t_end=1e6, seconds_limit=0.05))
+    assert "the limit of 0.05 s is reached; allow more time" in trajectory.failure
+    assert len(trajectory.t) == 2
+
+
+# ---- requests and names --------------------------------------------------------------------------------------------------
+
+REFUSED = {
+    "no-end": ({"t_end": None}, "needs an end time"),
+    "steps": ({"steps": 10}, "chooses its own steps"),
+    "tol": ({"value": 0.1}, "between .* and 0.01"),
+    "multipliers": ({"multipliers": True}, "has no multipliers"),
+    "raw": ({"raw": True}, "has no raw multipliers"),
+    "manifold": ({"watch": ("manifold",)}, "no constraints to watch"),
+    "single-precision": ({"precision": "float32"}, "float64 only"),
+}
+
+
+@pytest.mark.parametrize(("change", "says"), REFUSED.values(), ids=REFUSED)
+@pytest.mark.parametrize("name", ["ida:casimirs", "cvode:adams"])
+def test_requests_that_cannot_be_met_are_refused(name, change, says):
+    with pytest.raises(BadInput, match=says):
+        parse(name).check(ivp_of("body"), replace(END, **change))
+
+
+def test_systems_without_casimir_functions_are_refused_with_a_way_out():
+    for name in ("prey", "lattice"):
+        ivp = ivp_of(name)
+        sentence = f"{ivp.problem} declares no Casimir functions for multipliers to keep; use ida:ode."
+        assert parse("ida:casimirs").refusal(ivp) == sentence
+        with pytest.raises(BadInput, match="declares no Casimir functions"):
+            parse("ida:casimirs").solve(ivp, END)
+        assert parse("ida:ode").refusal(ivp) is None
+    with pytest.raises(BadInput, match="declares no Casimir functions"):
+        pose_poisson(ivp_of("prey"), "casimirs")
+
+
+def test_a_constrained_problem_is_refused():
+    pendulum = initial_value_problem("spherical_pendulum")
+    for name in NAMES:
+        assert "spherical_pendulum is a constrained problem" in parse(name).refusal(pendulum)
+
+
+def test_dependent_gradients_at_the_start_are_an_error():
+    with pytest.raises(DaebenchError, match=r"dependent at y0 = \[0.0, 0.0, 0.0\].*use ida:ode"):
+        pose_poisson(initial_value_problem("free_rigid_body", "hlw", y0=[0.0, 0.0, 0.0]), "casimirs")
+    upright = initial_value_problem("heavy_top_lie_poisson", "kovalevskaya", y0=[0.0, 0.0, 0.0, 0.0, 0.0, 0.0])
+    with pytest.raises(DaebenchError, match="dependent"):
+        pose_poisson(upright, "casimirs")
+
+
+def test_names_are_read_back_and_unknown_ones_refused():
+    assert set(NAMES) == {
+        "ida:casimirs",
+        "ida:ode",
+        "cvode:adams",
+        "cvode:bdf",
+        "heyoka:taylor",
+        *(f"scipy:{variant}" for variant in IMPLICIT),
+    }
+    for name in [*NAMES, "ida:casimirs:atol", "ida:casimirs:none"]:
+        assert parse(name).name == name
+        assert parse(name).knob == "tol"
+    assert parse("ida:casimirs:derivative").name == "ida:casimirs"
+    for name, says in {
+        "ida:casimir": "did you mean casimirs",
+        "ida:index2": "unknown formulation of Poisson systems 'index2'",
+        "ida:casimirs:atoll": "did you mean atol",
+        "ida:ode:atol": "nothing for atol to cure",
+        "cvode:adam": "did you mean adams",
+        "ide:ode": "did you mean ida",
+    }.items():
+        with pytest.raises(BadInput, match=says):
+            parse(name)
+    with pytest.raises(BadInput, match="chooses its own steps and sums"):
+        parse("ida:ode", compensated=True)
+    with pytest.raises(BadInput, match="unknown option of ida:ode 'alpha'"):
+        parse("ida:ode", {"alpha": 1.0})
+    assert PoissonIda("ode").name == "ida:ode"

@@ -1,0 +1,133 @@
+"""Steps over a singularity are told by what the run conserves, and ordinary motions by no one; what is lost is warned of."""
+
+import json
+
+import numpy as np
+import pytest
+import uncompiled
+from ivps import ivp
+from leaving import SINGULAR, singular
+
+import daebench as package
+from daebench.errors import LostMotion
+from daebench.methods.doubts import doubts
+from daebench.methods.fixed_step.constrained import FixedStep
+from daebench.methods.formulations import constrained as posing
+from daebench.methods.formulations.constrained import FORMULATIONS, pose
+from daebench.methods.initial_value_problem import initial_value_problem
+from daebench.methods.solvers.conserved import conservation
+from daebench.methods.solvers.cvode import Cvode
+from daebench.methods.solvers.ida import Ida
+from daebench.methods.solvers.scipy_ode import IMPLICIT, ScipyOde
+from daebench.runs.request import Request
+
+METHODS = [*map(Ida, FORMULATIONS), *map(Cvode, Cvode.variants), *map(ScipyOde, IMPLICIT)]
+TESTED = [method for method in METHODS if method.name != "ida:index3"]
+"""Methods whose velocities are in the error test: what the tolerance explains is far more where they are not."""
+
+
+@pytest.fixture(autouse=True)
+def plain_functions(monkeypatch, request):
+    if "compiled" not in request.fixturenames:
+        monkeypatch.setattr(posing, "_module", uncompiled.kept_module)
+
+
+@pytest.fixture
+def compiled():
+    """Asked for by tests that want numba's functions."""
+
+
+def said(where, method, tol):
+    """Return what is said of a run through the singularity."""
+    run = method.solve(where, Request(value=tol, t_end=3.0, points=101, seconds_limit=20.0))
+    return run.failure or " ".join(doubts(where, run))
+
+
+@pytest.mark.filterwarnings("ignore:.*in scalar:RuntimeWarning")  # of functions that are not compiled, at the kink itself
+@pytest.mark.parametrize("tol", [1e-4, 1e-6, pytest.param(1e-9, marks=pytest.mark.slow)], ids=str)
+@pytest.mark.parametrize("name", SINGULAR)
+def test_a_step_over_a_singularity_is_said(name, tol):
+    for method in TESTED:
+        if (name, tol) not in (("passing", 1e-4), ("cusp", 1e-4)):  # there it is hardly more than what the tolerance allows
+            assert said(singular(name), method, tol), method.name
+
+
+@pytest.mark.parametrize("tol", [1e-3, 1e-6, 1e-10], ids=str)
+@pytest.mark.parametrize("name", ["spherical-fast", "planar", "stretched-M", "relativistic", "double-pendulum"])
+def test_an_ordinary_motion_is_never_stopped_nor_doubted(name, tol):
+    for method in METHODS:
+        run = method.solve(ivp(name), Request(value=tol, t_end=2.0, points=21)).complete()
+        assert not doubts(ivp(name), run), method.name
+
+
+def test_the_change_that_is_explained_is_that_of_errors_within_the_tolerance():
+    fast = ivp("spherical-fast")
+    dae = pose(fast, "ode")
+    found = conservation(dae, 1e-6).explained(dae.y0, 0.1)
+    q, v = dae.y0[:3], dae.y0[3:]
+    H_q, H_v = np.array([0, 0, 1.0]), v
+    expected = 1e-6 * (np.abs(H_q) @ (1 + np.abs(q)) + np.abs(H_v) @ (1 + np.abs(v)))
+    assert found[0] == pytest.approx(expected, rel=1e-4)
+    assert found[1] == pytest.approx(1e-6 * np.abs(2 * q) @ (1 + np.abs(q)), rel=1e-4)
+    wider = conservation(pose(fast, "index3"), 1e-6).explained(dae.y0, 1e-3)
+    assert wider[0] > 100 * found[0]
+
+
+LOST = {
+    "generalized_alpha": ("fig1.2", 0.05, 20.0),
+    "implicit_euler": ("fig1.2", 0.05, 100.0),
+    "se": ("fig1.1", 0.03, 100.0),
+}
+"""Methods that lose the spherical pendulum, with the case, the step and the end."""
+
+
+@pytest.mark.parametrize("method", LOST)
+def test_a_motion_that_is_lost_is_warned_of_with_the_time(method):
+    case, h, t_end = LOST[method]
+    where = initial_value_problem("spherical_pendulum", case)
+    run = FixedStep(method, compiled=False).solve(where, Request(value=h, t_end=t_end)).complete()
+    told = doubts(where, run)[0]
+    assert told.startswith(f"{method} on spherical_pendulum, case {case}: the motion is lost from t = ")
+    kinetic = float(told.rsplit("kinetic energy, ", 1)[1].split(";")[0])
+    since = float(told.split("from t = ")[1].split(" ")[0])
+    assert run.maxima["energy"] > kinetic
+    error = np.abs(where.along("H", run.p, run.q) - where.value("H", where.p0, where.q0))
+    first = int(np.argmin(np.abs(run.t - since)))
+    assert error[first] > 0.99 * kinetic
+    assert np.all(error[:first] < 1.01 * kinetic)
+
+
+@pytest.mark.parametrize("method", ["rattle", "lobatto3", "energy_momentum", "generalized_alpha"])
+def test_a_motion_that_is_not_lost_is_not_warned_of(method):
+    where = initial_value_problem("spherical_pendulum", "fig1.2")
+    assert not doubts(where, FixedStep(method, compiled=False).solve(where, Request(value=0.002, t_end=2.0)).complete())
+
+
+def test_a_run_from_python_warns():
+    with pytest.warns(LostMotion, match="the motion is lost from t = "):
+        package.run("spherical_pendulum", case="fig1.2", method="generalized_alpha", h=0.05, t_end=20.0)
+
+
+def test_the_command_warns_in_words_and_in_json(daebench):
+    words = ("run", "spherical_pendulum", "--case", "fig1.2", "--method", "generalized_alpha", "--h", 0.05, "--t-end", 20)
+    status, out, _ = daebench(*words)
+    assert status == 0
+    assert "Warning: generalized_alpha on spherical_pendulum, case fig1.2: the motion is lost from t = " in out
+    found = json.loads(daebench(*words, "--json")[1])
+    assert len(found["warnings"]) == 1
+    assert json.loads(daebench(*words[:-4], "--h", 0.002, "--t-end", 1, "--json")[1])["warnings"] == []
+
+
+def test_a_constraint_that_is_broken_is_warned_of():
+    cusp = singular("cusp")
+    run = ScipyOde("DOP853").solve(cusp, Request(value=1e-2, t_end=3.0, points=301)).complete()
+    assert any("g1 = 0 is broken from t = " in each for each in doubts(cusp, run))
+    assert np.max(np.abs(cusp.along("g", run.q))) > 1
+
+
+@pytest.mark.parametrize("rate", [3.0, 10.0, 30.0], ids=str)
+@pytest.mark.parametrize(("turn", "lost"), [(0.1, False), (0.15, False), (0.2, True), (0.3, True)], ids=str)
+def test_generalized_alpha_loses_a_pendulum_where_its_page_says(rate, turn, lost):
+    where = initial_value_problem("planar_pendulum", "rotating", q0=[0, -1], p0=[rate, 0])
+    run = FixedStep("generalized_alpha", compiled=False).solve(where, Request(value=turn / rate, steps=1000)).complete()
+    assert bool(doubts(where, run)) == lost

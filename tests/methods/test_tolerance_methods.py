@@ -1,0 +1,357 @@
+"""IDA, CVODE and SciPy's solvers as methods: accuracy, exact counts, grids, limits, and what they say when they fail."""
+
+import signal
+from contextlib import nullcontext
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import uncompiled
+from ivps import ivp
+from oracles import solution
+
+from daebench.errors import BadInput, DaebenchError, RunFailed
+from daebench.methods.formulations import constrained as posing
+from daebench.methods.formulations.constrained import FORMULATIONS, pose
+from daebench.methods.solvers.cured import CURES
+from daebench.methods.solvers.cvode import Cvode
+from daebench.methods.solvers.ida import Ida
+from daebench.methods.solvers.meter import Meter, Stopped
+from daebench.methods.solvers.scipy_ode import IMPLICIT, ScipyOde
+from daebench.runs.request import Request, WorkLimit
+
+METHODS = [*map(Ida, FORMULATIONS), *map(Cvode, Cvode.variants), *map(ScipyOde, IMPLICIT)]
+ONE_EACH = [Ida("index1"), Cvode("adams"), ScipyOde("RK45"), ScipyOde("LSODA")]
+SLOW = Request(value=1e-8, t_end=2.0, points=3)
+
+
+def named(methods):
+    return {"argvalues": methods, "ids": [method.name for method in methods]}
+
+
+@pytest.fixture(autouse=True)
+def plain_functions(monkeypatch, request):
+    if "compiled" not in request.fixturenames:
+        monkeypatch.setattr(posing, "_module", uncompiled.kept_module)
+
+
+@pytest.fixture
+def compiled():
+    """Asked for by tests that want numba's functions."""
+
+
+# ---- what comes out ------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("method", **named(METHODS))
+def test_method_follows_the_motion_written_by_hand(method):
+    for name, bound in (("spherical-slow", 1e-5), ("relativistic", 2e-4)):
+        trajectory = method.solve(ivp(name), SLOW).complete()
+        q, p = solution(name, 2.0)
+        assert max(np.abs(trajectory.q[-1] - q).max(), np.abs(trajectory.p[-1] - p).max()) < bound
+
+
+@pytest.mark.parametrize("method", **named(METHODS))
+def test_a_smaller_tolerance_gives_a_smaller_error(method):
+    q, _ = solution("spherical-fast", 2.0)
+    coarse, fine = (method.solve(ivp("spherical-fast"), replace(SLOW, value=tol)).complete() for tol in (1e-5, 1e-8))
+    assert np.abs(fine.q[-1] - q).max() < 0.1 * np.abs(coarse.q[-1] - q).max()
+    assert fine.steps > coarse.steps
+
+
+@pytest.mark.parametrize("method", **named(ONE_EACH))
+def test_trajectory_says_what_was_run(method):
+    fast = ivp("spherical-fast")
+    trajectory = method.solve(fast, Request(value=1e-6, t_end=1.5, points=7, multipliers=True, watch=("energy", "manifold", "integrals")))
+    assert (trajectory.problem, trajectory.case, trajectory.method) == ("spherical_pendulum", "fig1.2b", method.name)
+    assert (trajectory.knob, trajectory.value, trajectory.maxima_over, trajectory.failure) == ("tol", 1e-6, "outputs", None)
+    assert np.array_equal(trajectory.t, np.linspace(0, 1.5, 7))
+    assert np.array_equal(trajectory.q[0], fast.q0)
+    assert np.array_equal(trajectory.p[0], fast.p0)
+    q, p = trajectory.q, trajectory.p
+    H = (p**2).sum(axis=1) / 2 + q[:, 2]
+    lam = ((p**2).sum(axis=1) - q[:, 2]) / (2 * (q**2).sum(axis=1))
+    L3 = q[:, 0] * p[:, 1] - q[:, 1] * p[:, 0]
+    found = {"energy": H - H[0], "g": (q**2).sum(axis=1) - 1, "Gv": 2 * (q * p).sum(axis=1), "L3": L3 - L3[0]}
+    assert trajectory.maxima.keys() == found.keys()
+    for name, errors in found.items():
+        assert trajectory.maxima[name] == pytest.approx(np.abs(errors).max(), abs=1e-14)
+    assert np.allclose(trajectory.lam[:, 0], lam, rtol=1e-12, atol=0)
+    assert trajectory.pivot == 1.0
+    assert 0 < trajectory.callback_seconds <= trajectory.seconds
+    assert trajectory.compile_seconds > 0
+
+
+@pytest.mark.parametrize("method", **named(METHODS))
+def test_outputs_belong_to_the_trajectory_alone(method):
+    trajectory = method.solve(ivp("spherical-slow"), replace(SLOW, value=1e-4))
+    before = trajectory.q.copy(), trajectory.p.copy()
+    method.solve(ivp("planar"), replace(SLOW, value=1e-4))
+    assert np.array_equal(trajectory.q, before[0])
+    assert np.array_equal(trajectory.p, before[1])
+    assert len(np.unique(trajectory.q[:, 0])) == 3
+
+
+@pytest.mark.parametrize("method", **named(METHODS))
+def test_steps_do_not_depend_on_the_grid(method):
+    coarse, fine = (method.solve(ivp("spherical-fast"), replace(SLOW, value=1e-6, points=points)) for points in (3, 101))
+    assert coarse.steps == fine.steps
+    assert np.array_equal(coarse.q[1:], fine.q[[50, 100]])
+
+
+@pytest.mark.parametrize("method", **named(ONE_EACH))
+def test_two_points_or_none_between_keep_the_start_and_the_end(method):
+    whole = method.solve(ivp("spherical-fast"), replace(SLOW, value=1e-6, points=None))
+    assert len(whole.t) == 201
+    two, ends = (method.solve(ivp("spherical-fast"), replace(SLOW, value=1e-6, **k)) for k in ({"points": 2}, {"points": None, "every": 0}))
+    for trajectory in (two, ends):
+        assert np.array_equal(trajectory.t, [0.0, 2.0])
+        assert np.array_equal(trajectory.q[-1], whole.q[-1])
+    assert ends.maxima == whole.maxima
+
+
+# ---- counts --------------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("formulation", [*FORMULATIONS], ids=str)
+def test_ida_steps_are_those_of_its_own_step_by_step_mode(formulation):
+    from sksundae.ida import IDA
+
+    method, fast = Ida(formulation), ivp("spherical-fast")
+    cured = method.name == f"ida:{formulation}" and formulation in ("index2", "ggl")
+    dae = pose(fast, formulation, multipliers="derivative" if cured else "plain")
+    calls = {"residual": 0, "jacobian": 0}
+
+    def residual(t, y, yp, res):
+        calls["residual"] += 1
+        dae.residual(t, y, yp, res, dae.par)
+
+    def jacobian(t, y, yp, res, cj, JJ):
+        calls["jacobian"] += 1
+        dae.jacobian(t, y, yp, res, cj, JJ, dae.par)
+
+    solver = IDA(residual, jacfn=jacobian, rtol=1e-7, atol=method.tolerances(dae, 1e-7), max_num_steps=10**6)
+    found = solver.solve([0.0, 2.0], dae.y0, dae.yp0)
+    trajectory = method.solve(fast, replace(SLOW, value=1e-7))
+    assert dict(trajectory.work) == {**calls, "steps": len(found.t) - 1}
+    assert np.array_equal(trajectory.q[-1], found.y[-1][:3])
+
+
+@pytest.mark.parametrize("variant", Cvode.variants)
+def test_cvode_steps_are_those_of_its_own_step_by_step_mode(variant):
+    from sksundae.cvode import CVODE
+
+    dae = pose(ivp("spherical-fast"), "ode")
+    options = {"method": variant, "rtol": 1e-7, "atol": 1e-7, "max_num_steps": 10**6}
+    jacobian = lambda t, y, yp, JJ: dae.rhs_jacobian(t, y, JJ, dae.par)  # noqa: E731
+    found = CVODE(lambda t, y, yp: dae.rhs(t, y, yp, dae.par), jacfn=jacobian, **options).solve([0.0, 2.0], dae.y0)
+    trajectory = Cvode(variant).solve(ivp("spherical-fast"), replace(SLOW, value=1e-7))
+    assert trajectory.work["steps"] == len(found.t) - 1
+    assert trajectory.work["rhs"] == found.nfev
+
+
+@pytest.mark.parametrize("variant", ["RK45", "DOP853", "Radau", "BDF"])
+def test_scipy_steps_are_those_of_solve_ivp(variant):
+    from scipy.integrate import solve_ivp
+
+    dae = pose(ivp("spherical-fast"), "ode")
+
+    def rhs(t, y):
+        out = np.empty(6)
+        dae.rhs(t, y, out, dae.par)
+        return out
+
+    def jac(t, y):
+        JJ = np.empty((6, 6))
+        dae.rhs_jacobian(t, y, JJ, dae.par)
+        return JJ
+
+    found = solve_ivp(rhs, (0, 2), dae.y0, method=variant, rtol=1e-6, atol=1e-6, **({"jac": jac} if IMPLICIT[variant] else {}))
+    trajectory = ScipyOde(variant).solve(ivp("spherical-fast"), replace(SLOW, value=1e-6))
+    assert trajectory.steps == len(found.t) - 1
+    assert np.array_equal(trajectory.q[-1], found.y[:3, -1])
+
+
+def test_work_is_left_out_where_it_is_not_wanted():
+    assert Ida("index2").solve(ivp("planar"), replace(SLOW, count=False)).work == {}
+
+
+@pytest.mark.usefixtures("compiled")
+@pytest.mark.parametrize("method", **named([Ida("index2"), Cvode("bdf"), ScipyOde("Radau")]))
+def test_nothing_is_compiled_while_the_clock_runs(method, monkeypatch):
+    begin, seen = type(method)._begin, []
+
+    def compiled(dae):
+        return [len(found.signatures) for found in vars(dae.module).values() if hasattr(found, "signatures")]
+
+    def begun(self, dae, tol, meter):
+        advance = begin(self, dae, tol, meter)
+        seen.append((dae, compiled(dae)))
+        return advance
+
+    monkeypatch.setattr(type(method), "_begin", begun)
+    method.solve(ivp("spherical-slow"), SLOW).complete()
+    dae, before = seen[0]
+    assert compiled(dae) == before
+    assert sum(before) > 0
+
+
+# ---- stopping early ------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("method", **named([Ida("index3", "none"), Ida("ggl", "none")]))
+def test_plain_settings_fail_with_a_sentence(method, capsys):
+    trajectory = method.solve(ivp("spherical-fast"), replace(SLOW, seconds_limit=60))
+    with pytest.raises(RunFailed, match=rf"{method.name} on spherical_pendulum, case fig1.2b, stopped at t = \S+ of 2 \(tol = 1e-08\)"):
+        trajectory.complete()
+    assert "limit" not in trajectory.failure
+    assert trajectory.failure.endswith("with the cure atol or derivative.")
+    assert len(trajectory.t) == len(trajectory.q) < 3
+    assert capsys.readouterr().out == ""
+
+
+@pytest.mark.parametrize("method", **named(ONE_EACH))
+def test_the_wall_clock_limit_keeps_what_there_is(method):
+    trajectory = method.solve(ivp("spherical-fast"), Request(value=1e-9, t_end=1e6, seconds_limit=0.05))
+    assert "the limit of 0.05 s is reached; allow more time" in trajectory.failure
+    assert len(trajectory.t) == 2
+    assert f"stopped at t = {trajectory.t[-1]:.9g} of" in trajectory.failure
+    assert abs((trajectory.q[-1] ** 2).sum() - 1) < 1e-5
+
+
+@pytest.mark.skipif(not hasattr(signal, "setitimer"), reason="needs an interval timer")
+@pytest.mark.parametrize("method", **named(ONE_EACH))
+@pytest.mark.parametrize("kept", [True, False])
+def test_an_interrupt_goes_on_unless_what_there_is_is_to_be_kept(method, kept):
+    def interrupt(*_):
+        raise KeyboardInterrupt
+
+    method.solve(ivp("spherical-fast"), SLOW)
+    old = signal.signal(signal.SIGALRM, interrupt)
+    try:
+        signal.setitimer(signal.ITIMER_REAL, 0.5)
+        with nullcontext() if kept else pytest.raises(KeyboardInterrupt):
+            trajectory = method.solve(ivp("spherical-fast"), Request(value=1e-9, t_end=1e6, seconds_limit=60, keep_interrupted=kept))
+    finally:
+        signal.setitimer(signal.ITIMER_REAL, 0)
+        signal.signal(signal.SIGALRM, old)
+    if kept:
+        assert "interrupted" in trajectory.failure
+        assert len(trajectory.t) == 2
+
+
+def test_progress_goes_from_the_first_output_to_the_end():
+    told = []
+    Ida("index1").solve(ivp("planar"), replace(SLOW, points=5, progress=told.append))
+    assert told == [0.25, 0.5, 0.75, 1.0]
+
+
+@pytest.mark.parametrize("method", **named([Ida("ode"), Cvode("adams"), ScipyOde("DOP853"), ScipyOde("LSODA")]))
+@pytest.mark.parametrize(("health", "says"), [(0.0, r"G M\^-1 G\^T is singular at t = "), (np.nan, "no longer finite at t = ")])
+def test_rank_loss_and_values_that_are_not_finite_end_the_run(method, health, says, monkeypatch):
+    def ill(found, ivp, *rest):
+        module = uncompiled.module(ivp, *rest)
+        for name in ("rhs", "residual"):
+            right = getattr(module, name)
+            setattr(module, name, lambda t, *arrays, right=right: right(t, *arrays) if t < 0.5 else health)
+        return module
+
+    monkeypatch.setattr(posing, "_module", lambda ivp, *rest: ill(None, ivp, *rest))
+    trajectory = method.solve(ivp("spherical-slow"), replace(SLOW, points=21))
+    with pytest.raises(RunFailed, match=says):
+        trajectory.complete()
+    assert 0 < trajectory.t[-1] <= 0.5 < 0.1 * len(trajectory.t) + 0.5
+
+
+def test_a_step_size_that_has_collapsed_ends_the_run():
+    meter = Meter(1.0, 600.0)
+    for k in range(999):
+        meter.stepped(k * 1e-17, np.zeros(1))
+    with pytest.raises(Stopped, match=r"collapsed to 1.0e-17"):
+        meter.stepped(1e-14, np.zeros(1))
+
+
+# ---- requests and names --------------------------------------------------------------------------------------------------
+
+REFUSED = {
+    "no-end": ({"t_end": None}, "needs an end time"),
+    "end-not-positive": ({"t_end": 0.0}, "greater than 0"),
+    "end-not-finite": ({"t_end": float("nan")}, "finite number"),
+    "steps": ({"steps": 10}, "chooses its own steps"),
+    "every": ({"every": 5}, "give points"),
+    "one-point": ({"points": 1}, r"between 2 \(start and end\)"),
+    "too-many-points": ({"points": 10**9}, "10000000"),
+    "tol-too-large": ({"value": 0.1}, "between .* and 0.01"),
+    "tol-too-small": ({"value": 1e-17}, "tol = 1e-17"),
+    "tol-not-a-number": ({"value": float("nan")}, "tol = nan"),
+    "single-precision": ({"precision": "float32"}, "float64 only"),
+}
+
+
+@pytest.mark.parametrize(("change", "says"), REFUSED.values(), ids=REFUSED)
+@pytest.mark.parametrize("method", **named(ONE_EACH))
+def test_requests_that_cannot_be_met_are_refused(method, change, says):
+    with pytest.raises(BadInput, match=says):
+        method.solve(ivp("planar"), replace(SLOW, **change))
+
+
+def test_scipy_refuses_tolerances_that_it_would_silently_raise():
+    with pytest.raises(BadInput, match=r"2\.22e-14"):
+        ScipyOde("DOP853").solve(ivp("planar"), replace(SLOW, value=1e-14))
+
+
+def test_names_have_the_cure_only_where_it_is_not_the_default():
+    names = {Ida(formulation, cure).name for formulation in ("index2", "index1") for cure in (None, *CURES)}
+    assert names == {"ida:index2", "ida:index2:atol", "ida:index2:none", "ida:index1", "ida:index1:derivative", "ida:index1:none"}
+    assert (Cvode("adams").name, ScipyOde("RK23").name) == ("cvode:adams", "scipy:RK23")
+    assert {method.knob for method in METHODS} == {"tol"}
+    assert {method.refusal(ivp("planar")) for method in METHODS} == {None}
+
+
+@pytest.mark.parametrize(
+    ("make", "says"),
+    [
+        (lambda: Ida("index4"), "unknown formulation 'index4'; did you mean"),
+        (lambda: Ida("index2", "deriv"), "unknown cure 'deriv'; did you mean derivative"),
+        (lambda: Ida("ode", "atol"), "nothing for atol to cure"),
+        (lambda: Cvode("adam"), "did you mean adams"),
+        (lambda: ScipyOde("dop853"), "unknown method of scipy"),
+    ],
+    ids=["formulation", "cure", "cure-of-ode", "cvode", "scipy"],
+)
+def test_unknown_variants_are_refused(make, says):
+    with pytest.raises(BadInput, match=says):
+        make()
+
+
+def test_options_reach_the_formulation():
+    weak, strong = (Ida("baumgarte", options={"alpha": a, "beta": a}).solve(ivp("spherical-fast"), SLOW).maxima["g"] for a in (0, 30))
+    assert strong < 0.5 * weak
+    with pytest.raises(DaebenchError, match="option of index1"):
+        Ida("index1", options={"alpha": 1}).solve(ivp("planar"), SLOW)
+
+
+def test_work_limit_ends_after_a_number_of_calls_whatever_they_cover():
+    meter = Meter(10.0, 600.0, WorkLimit(5, 100, 100))
+    for t in range(5):
+        meter.called("residual", t, 1.0, 0.0)
+        meter.called("jacobian", t, 1.0, 0.0)
+    with pytest.raises(Stopped, match="5 calls of the residual were not enough"):
+        meter.called("residual", 6.0, 1.0, 0.0)
+
+
+def test_work_limit_ends_sooner_where_calls_cover_too_little():
+    meter = Meter(10.0, 600.0, WorkLimit(1000, 10, 100))
+    for k in range(1, 110):
+        meter.called("rhs", 0.011 * min(k, 100), 1.0, 0.0)
+    with pytest.raises(Stopped, match="10 calls of the rhs covered less than 1/100 of the run"):
+        meter.called("rhs", 1.1, 1.0, 0.0)
+
+
+def test_work_limit_that_is_not_tried_changes_nothing(get_ivp, plain_functions):
+    request = Request(value=1e-6, t_end=0.5, points=5)
+    one, other = (
+        Ida("index2").solve(get_ivp("planar"), each) for each in (request, replace(request, work_limit=WorkLimit(10**6, 10**5, 10)))
+    )
+    assert np.array_equal(one.q, other.q)
+    assert one.work == other.work

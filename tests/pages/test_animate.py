@@ -1,0 +1,425 @@
+"""Animations: what is shown is what was run, to scale, and nothing is hidden between two frames."""
+
+import base64
+import json
+import re
+import xml.etree.ElementTree as ET
+from dataclasses import replace
+from html.parser import HTMLParser
+
+import numpy as np
+import pandas as pd
+import pytest
+from own_files import RING
+
+from daebench import animation
+from daebench.draw.scene import layout_of, surface_lines
+from daebench.errors import BadInput, InvalidProblem
+from daebench.methods.catalogue import find_problem, problems
+from daebench.methods.fixed_step.constrained import FixedStep
+from daebench.methods.initial_value_problem import initial_value_problem
+from daebench.pages.film import gif, mp4, page, smil
+from daebench.pages.film.raster import frames
+from daebench.pages.film.reel import Reel
+from daebench.pages.film.take import Take, take
+from daebench.runs.request import Request
+from daebench.systems.picture import Picture
+
+SVG = "{http://www.w3.org/2000/svg}"
+NAME = "planar_pendulum"
+TIMES = np.linspace(0, 2, 21)
+H = 0.01
+
+
+def quiet(fraction):
+    assert 0 <= fraction <= 1
+
+
+def plain(name):
+    return FixedStep(name, compiled=False)
+
+
+@pytest.fixture(scope="module")
+def ivp():
+    return initial_value_problem(NAME)
+
+
+@pytest.fixture(scope="module")
+def reel(ivp):
+    takes = [take(ivp, plain(name), H, TIMES, quiet) for name in ("se", "rattle")]
+    return Reel(ivp.problem, ivp.case, ivp.parameters, layout_of(ivp), takes, TIMES, 0.8)
+
+
+@pytest.fixture(scope="module")
+def whole(ivp):
+    """Every step of RATTLE."""
+    return plain("rattle").solve(ivp, Request(value=H, steps=200, watch=()))
+
+
+@pytest.fixture(scope="module")
+def written(reel, tmp_path_factory):
+    path = tmp_path_factory.mktemp("page") / "pendulum.html"
+    page.write(path, reel)
+    return path.read_text(encoding="utf-8")
+
+
+def energy(run):
+    return (run.p**2).sum(axis=1) / 2 + run.q[:, 1]
+
+
+# ---- takes -----------------------------------------------------------------------------------------------------------------
+
+
+def test_what_is_shown_are_states_of_the_run(reel, whole):
+    shown = reel.takes[1]
+    assert np.array_equal(shown.t, np.arange(21) * 10 * H)
+    assert np.array_equal(shown.states, whole.q[::10])
+    assert np.array_equal(shown.shown(TIMES), np.arange(21))
+
+
+def test_no_error_between_two_frames_is_hidden(reel, whole):
+    every = np.abs(energy(whole) - energy(whole)[0])
+    windows = [every[0], *(every[10 * k + 1 : 10 * k + 11].max() for k in range(20))]
+    shown = reel.takes[1].errors["energy_error"]
+    assert shown == pytest.approx(windows, abs=1e-15)
+    assert shown.max() == pytest.approx(every.max(), abs=1e-15)
+    assert every[::10].max() < every.max()
+    g = np.abs((whole.q**2).sum(axis=1) - 1)
+    assert reel.takes[1].errors["g"] == pytest.approx([g[0], *(g[10 * k + 1 : 10 * k + 11].max() for k in range(20))], abs=5e-16)
+
+
+def test_large_steps_are_shown_as_they_are(ivp):
+    found = take(ivp, plain("rattle"), 0.3, TIMES, quiet)
+    assert found.t == pytest.approx(0.3 * np.arange(7))
+    shown = found.shown(TIMES)
+    assert shown[0] == 0
+    for time, state in zip(TIMES, shown, strict=True):
+        assert found.t[state] <= time + 1e-12
+        assert state == 6 or found.t[state + 1] > time
+
+
+def test_of_a_method_that_chooses_its_steps_the_outputs_are_watched(ivp):
+    run = plain("rattle").solve(ivp, Request(value=2 / 160, steps=160, watch=()))
+
+    class Free:
+        knob = "tol"
+        outcome = run
+
+        def solve(self, ivp, request):
+            assert (request.points, request.t_end) == (161, 2.0)
+            return self.outcome
+
+    found = take(ivp, Free(), 1e-6, TIMES, quiet)
+    assert found.over == "outputs"
+    assert found.t == pytest.approx(TIMES)
+    assert np.array_equal(found.states, run.q[::8])
+    every = np.abs(energy(run) - energy(run)[0])
+    assert found.errors["energy_error"] == pytest.approx([0, *(every[8 * k + 1 : 8 * k + 9].max() for k in range(20))], abs=1e-15)
+
+
+def test_a_run_that_stops_is_shown_until_then():
+    locked = initial_value_problem("slider_crank", "lock_up")
+    times = np.linspace(0, 4, 41)
+    found = take(locked, plain("rattle"), 0.005, times, quiet)
+    assert "G loses rank" in found.failure
+    assert 0.8 < found.t[-1] < 0.9
+    assert set(found.shown(times)[9:]) == {len(found.t) - 1}
+    q1 = initial_value_problem("slider_crank", "lock_up")
+    reel = Reel("slider_crank", "lock_up", {}, layout_of(q1), [found], times, 1.0)
+    assert reel.end_of(0).startswith(", stopped at t = 0.8")
+
+
+# ---- the picture -----------------------------------------------------------------------------------------------------------
+
+
+def test_the_scale_is_that_of_the_others_where_one_runs_away(reel):
+    wild = replace(reel.takes[0], states=100 * reel.takes[0].states)
+    both = Reel(reel.problem, reel.case, {}, reel.layout, [wild, reel.takes[1]], TIMES, 0.8)
+    assert (both.leaves(0), both.leaves(1)) == (True, False)
+    assert "leaves the picture" in both.end_of(0)
+    assert both.box[0].high - both.box[0].low < 5
+    assert both.end_of(1) == ""
+
+
+def test_a_picture_that_makes_no_sense_is_refused(ivp):
+    definition = ivp.source.define()
+    x, y = definition.q
+    for picture, sentence in (
+        (Picture(masses=[(x, y, 0)], fixed=[(0, 0)]), "all of the plane or all of space"),
+        (Picture(), "needs points"),
+        (Picture(masses=[(x, y)], axes=("x",)), "names 1 axes for points with 2 coordinates"),
+        (Picture(masses=[(x, definition.p[0])]), "contains p1, which is no coordinate or parameter"),
+    ):
+        with pytest.raises(InvalidProblem, match=sentence):
+            layout_of(initial_value_problem(replace(definition, picture=picture)))
+
+
+def test_the_vector_of_a_rigid_body_is_on_the_sphere_that_is_drawn():
+    body = initial_value_problem("free_rigid_body", "middle")
+    layout = layout_of(body)
+    assert np.linalg.norm(layout.at(body.y0[None])[0, layout.masses[0]]) == pytest.approx(1, abs=1e-15)
+    assert np.linalg.norm(layout.surface, axis=-1) == pytest.approx(np.ones(layout.surface.shape[:2]), abs=1e-15)
+    found = take(body, parse_poisson("strang"), 0.5, np.linspace(0, 10, 11), quiet)
+    assert set(found.errors) == {"energy_error", "casimir_error"}
+    assert found.errors["casimir_error"].max() < 1e-14 < found.errors["energy_error"].max()
+
+
+def parse_poisson(name):
+    from daebench.methods.fixed_step.poisson import PoissonStep
+
+    return PoissonStep(name, compiled=False)
+
+
+def test_a_lattice_is_a_line_through_its_sites_and_a_long_chain_has_all_its_links():
+    from daebench.draw.scene import numbered
+    from daebench.problems import pendulum_chain
+
+    chain = pendulum_chain.problem(links=60).picture
+    rods, masses, _, flat = numbered(chain)
+    assert (len(rods[0]), len(masses), len(flat)) == (61, 60, 122)
+    assert surface_lines(chain, [], []).size == 0
+
+
+@pytest.mark.slow
+def test_every_problem_of_the_catalogue_has_a_picture():
+    assert [name for name in problems() if find_problem(name).define().picture is None] == []
+
+
+# ---- the page --------------------------------------------------------------------------------------------------------------
+
+
+def decoded(text, k, name):
+    given = json.loads(re.search(r'id="data">(.*?)</script>', text, re.DOTALL)[1])
+    return given, np.frombuffer(base64.b64decode(given["takes"][k][name]), "<i2")
+
+
+def places(text, k):
+    """Return the points of a take, by nothing but what is in the page."""
+    given, values = decoded(text, k, "points")
+    pixels = values.reshape(-1, given["points"], 2) / given["scale"]
+    panels = re.findall(r'class="panel" data-frame="([^"]+)" data-x="([^"]+)" data-y="([^"]+)"', text)
+    frame, x, y = (list(map(float, each.split())) for each in panels[k])
+    share = (pixels - frame[:2]) / frame[2:]
+    return np.stack([x[0] + share[..., 0] * (x[1] - x[0]), y[1] - share[..., 1] * (y[1] - y[0])], axis=-1)
+
+
+def test_the_page_shows_the_points_where_they_are(written, reel, whole):
+    found = places(written, 1)
+    mass = reel.layout.masses[0]
+    assert found[:, mass] == pytest.approx(whole.q[::10], abs=1e-3)
+    assert np.linalg.norm(found[:, mass], axis=1) == pytest.approx(np.ones(21), abs=1e-3)
+    assert decoded(written, 1, "shown")[1].tolist() == list(range(21))
+
+
+def test_a_wrong_scale_would_be_seen(written, whole, reel):
+    wrong = written.replace(f'"scale":{page.SCALE}', f'"scale":{page.SCALE * 1.02}')
+    assert wrong != written
+    assert places(wrong, 1)[:, reel.layout.masses[0]] != pytest.approx(whole.q[::10], abs=1e-3)
+
+
+class Outline(HTMLParser):
+    """Opens and closes elements, and keeps what is looked for."""
+
+    void = ("meta", "input", "path", "br")
+
+    def __init__(self):
+        super().__init__()
+        self.open, self.ids, self.links = [], [], []
+
+    def handle_starttag(self, tag, attributes):
+        named = dict(attributes)
+        self.ids += [named["id"]] if "id" in named else []
+        self.links += [named[name] for name in ("src", "href", "action") if name in named]
+        if tag not in self.void:
+            self.open.append(tag)
+
+    def handle_startendtag(self, tag, attributes):
+        self.handle_starttag(tag, attributes)
+        if tag not in self.void:
+            self.open.pop()
+
+    def handle_endtag(self, tag):
+        if tag not in self.void:
+            assert self.open.pop() == tag
+
+
+def test_the_page_is_well_formed_and_asks_for_nothing(written):
+    outline = Outline()
+    outline.feed(written)
+    assert outline.open == []
+    assert outline.links == []
+    controls = [each for each in outline.ids if not each.startswith("clip")]
+    assert sorted(controls) == ["data", "now", "play", "speed", "time"]
+    assert set(re.findall(r"https?://[^\"' ]+", written)) == {"http://www.w3.org/2000/svg"}
+    assert "@import" not in written
+    assert {each.split("#")[0] for each in re.findall(r"url\(([^)]*)\)", written)} == {""}
+    assert "prefers-reduced-motion" in written
+    assert written.count('<path class="rods"') == written.count('<path class="masses"') == 2
+
+
+def test_the_page_says_how_times_go_together_and_what_the_curves_are(written):
+    assert "t = 0 to 2 in 0.8 s: 2.5 units of time a second" in written
+    assert "largest error of all steps since the state that is shown before" in written
+
+
+def test_a_page_of_many_points_stays_below_two_megabytes(reel, tmp_path):
+    points, methods = 102, 3
+    n = page.most_frames(points, methods, 4)
+    assert n > 200
+    rng = np.random.default_rng(3)
+    times = np.linspace(0, 1, n)
+    errors = dict.fromkeys(("energy_error", "g", "Gv"), 10 ** rng.uniform(-16, 0, n))
+    takes = [Take(name, "h", 0.1, times, rng.normal(size=(n, points, 2)), errors, "steps", None) for name in ("a", "b", "c")]
+    rod = list(range(points))
+    layout = replace(reel.layout, rods=[rod], masses=rod[-3:], fixed=[0], at=lambda states: states)
+    path = tmp_path / "large.html"
+    page.write(path, Reel("p", "c", {}, layout, takes, times, 12.0))
+    assert 1e6 < path.stat().st_size < 2e6
+
+
+def test_a_point_that_is_nowhere_is_told_from_all_places(reel):
+    lost = reel.takes[0].states.copy()
+    lost[5] = np.nan
+    both = Reel(reel.problem, reel.case, {}, reel.layout, [replace(reel.takes[0], states=lost), reel.takes[1]], TIMES, 0.8)
+    coded = page.places(both, 0)
+    assert (coded[5, reel.layout.masses] == page.MISSING).all()
+    assert (coded[[4, 6]] > page.MISSING).all()
+    assert both.leaves(0)
+
+
+# ---- drawings, GIFs and films ----------------------------------------------------------------------------------------------
+
+
+def test_the_drawing_moves_through_all_frames_and_is_the_same_bytes_again(reel, whole, tmp_path):
+    for name in ("a.svg", "b.svg"):
+        smil.write(tmp_path / name, reel)
+    text = (tmp_path / "a.svg").read_text(encoding="utf-8")
+    assert text == (tmp_path / "b.svg").read_text(encoding="utf-8")
+    assert "<script" not in text
+    root = ET.fromstring(text)
+    panel = [each for each in root.iter(f"{SVG}g") if each.get("class") == "panel"][1]
+    left, top, width, height = map(float, panel.get("data-frame").split())
+    (x0, x1, _), (y0, y1, _) = (map(float, panel.get(name).split()) for name in ("data-x", "data-y"))
+    masses = next(each for each in panel.iter(f"{SVG}path") if each.get("class") == "masses")
+    values = masses.find(f"{SVG}animate").get("values").split(";")
+    assert len(values) == 21
+    pixels = np.array([list(map(float, re.findall(r"-?[\d.]+", value)[:2])) for value in values])
+    found = np.stack([x0 + (pixels[:, 0] - left) / width * (x1 - x0), y1 - (pixels[:, 1] - top) / height * (y1 - y0)], axis=1)
+    assert found == pytest.approx(whole.q[::10], abs=0.005)
+
+
+def test_the_gif_has_all_frames_and_its_masses_move(reel, tmp_path):
+    from PIL import Image
+
+    gif.write(tmp_path / "a.gif", reel, quiet)
+    with Image.open(tmp_path / "a.gif") as image:
+        assert image.n_frames == 21
+        assert image.info["duration"] == 40
+        shown = []
+        for n in (0, 10, 20):
+            image.seek(n)
+            shown.append(np.asarray(image.convert("RGB")).astype(int))
+    assert all(len(np.unique(each.reshape(-1, 3), axis=0)) > 20 for each in shown)
+    assert np.abs(shown[0] - shown[1]).max() > 100
+    assert (tmp_path / "a.gif").stat().st_size < 1e6
+
+
+def test_pixels_show_the_rod_from_the_pivot_to_the_mass(reel, whole):
+    pictures = np.array(list(frames(reel)))
+    _, height, width, _ = pictures.shape
+    assert (height % 2, width % 2) == (0, 0)
+    dark = pictures[:, : height // 2, width // 2 :].max(axis=3) < 60
+    rod = dark & ~dark.all(axis=0)
+    down, across = np.array([np.argwhere(each).mean(axis=0) for each in rod]).T
+    x, y = whole.q[::10].T
+    assert np.corrcoef(x, across)[0, 1] > 0.99
+    assert np.corrcoef(-y, down)[0, 1] > 0.99
+    assert np.polyfit(x, across, 1)[0] == pytest.approx(np.polyfit(-y, down, 1)[0], rel=0.1)
+
+
+def test_frames_of_a_gif_last_whole_hundredths_of_a_second():
+    assert [gif.possible(fps) for fps in (25, 30, 60, 1)] == pytest.approx([25, 100 / 3, 50, 1])
+
+
+def test_the_film_has_all_frames(reel, tmp_path):
+    ffmpeg = pytest.importorskip("imageio_ffmpeg", reason="no films: imageio-ffmpeg is not installed")
+    mp4.write(tmp_path / "a.mp4", reel, quiet)
+    count, seconds = ffmpeg.count_frames_and_secs(str(tmp_path / "a.mp4"))
+    assert count == 21
+    assert seconds == pytest.approx(0.84, abs=0.05)
+
+
+def test_without_ffmpeg_a_film_is_refused(monkeypatch, tmp_path):
+    monkeypatch.setattr(mp4, "find_spec", lambda name: None)
+    with pytest.raises(BadInput, match=r"needs the package imageio-ffmpeg; install daebench\[video\]"):
+        animation(NAME, methods=["rattle"], h=0.1, t_end=1, out=tmp_path / "a.mp4")
+    assert list(tmp_path.iterdir()) == []
+
+
+# ---- the command -----------------------------------------------------------------------------------------------------------
+
+
+def test_the_command_writes_a_page_and_its_numbers(daebench, uncompiled_schemes, tmp_path):
+    out = tmp_path / "p.html"
+    words = ["animate", NAME, "--methods", "se,rattle", "--h", "0.05", "--t-end", "2", "--seconds", "1", "--fps", "10", "--out", out]
+    status, told, _ = daebench(*words)
+    assert (status, told) == (0, f"written: {out}, {out.with_suffix('.frames.csv')}\n")
+    table = pd.read_csv(out.with_suffix(".frames.csv"))
+    assert list(table.columns) == ["method", "t", "energy_error", "g", "Gv", "x1", "y1"]
+    assert table.groupby("method").size().to_dict() == {"rattle": 11, "se": 11}
+    own = table[table["method"] == "rattle"]
+    run = plain("rattle").solve(initial_value_problem(NAME), Request(value=0.05, steps=40, every=4, watch=()))
+    assert own[["x1", "y1"]].to_numpy() == pytest.approx(run.q, abs=1e-11)
+    assert (own["x1"] ** 2 + own["y1"] ** 2).to_numpy() == pytest.approx(np.ones(11), abs=1e-11)
+
+
+def test_a_run_that_stops_is_told_and_gives_exit_1(daebench, uncompiled_schemes, tmp_path):
+    out = tmp_path / "p.html"
+    words = ("animate", "slider_crank", "--case", "lock_up", "--methods", "rattle", "--h", "0.01", "--t-end", "2", "--out", out)
+    status, told, _ = daebench(*words)
+    assert status == 1
+    assert told.startswith("rattle on slider_crank, case lock_up, stopped at t = 0.88")
+    assert "rattle on slider_crank, case lock_up, stopped at t = 0.88" in out.read_text(encoding="utf-8")
+
+
+def test_a_problem_of_ones_own_needs_a_picture(daebench, uncompiled_schemes, folder):
+    words = ["--methods", "rattle", "--h", "0.1", "--t-end", "1", "--seconds", "1", "--out", "ring.svg"]
+    status, _, told = daebench("animate", "ring.py", *words)
+    assert status == 2
+    assert "ring.py declares no picture to animate; add picture=Picture(rods=..., masses=..., fixed=...) with points in q" in told
+    text = RING.replace("import Case,", "import Picture, Case,").replace("closed_form=closed_form", "picture=Picture(masses=[q])")
+    (folder / "ring.py").write_text(text)
+    assert daebench("animate", "ring.py", *words)[0] == 0
+    assert ET.parse(folder / "ring.svg").getroot().tag == f"{SVG}svg"
+
+
+GOOD = {"--methods": "rattle", "--h": "0.1", "--t-end": "1", "--out": "a.html"}
+BAD = {
+    "ending": ({"--out": "a.avi"}, "--out a.avi: the file must end in .html, .svg, .gif or .mp4."),
+    "folder": ({"--out": "no/a.gif"}, "--out no/a.gif: there is no folder no; make it first."),
+    "end": ({"--t-end": "-1"}, "t_end = -1 must be greater than 0."),
+    "short": ({"--t-end": "0.01"}, "t_end = 0.01 is less than h = 0.1"),
+    "step": ({"--h": None}, "rattle is steered by a step size h; give one."),
+    "both": ({"--seconds": "3", "--speed": "2"}, "leave out one of them."),
+    "fps": ({"--fps": "0"}, "fps = 0 must be greater than 0."),
+    "many": ({"--fps": "1000"}, "fps = 1000 must be between 1 and 60."),
+    "long": ({"--seconds": "1e9"}, "seconds = 1e+09 must be between 0.2 and 600."),
+    "fast": ({"--speed": "1e9"}, "speed = 1e+09 would show t = 0 to 1 in 1e-09 s; between 0.2 and 600 s are possible."),
+    "nan": ({"--speed": "nan"}, "speed = nan must be a finite number."),
+    "method": ({"--methods": "rattel"}, "rattle"),
+    "none": ({"--methods": ","}, "--methods names no method"),
+    "kind": ({"--methods": "verlet"}, "verlet is for Poisson systems"),
+    "case": ({"--case": "no"}, "unknown case of planar_pendulum 'no'"),
+    "parameter": ({"--param": "weight=1"}, "unknown parameter of planar_pendulum 'weight'"),
+}
+
+
+@pytest.mark.parametrize(("changed", "sentence"), BAD.values(), ids=BAD)
+def test_what_cannot_be_is_one_sentence_and_leaves_nothing(daebench, tmp_path, monkeypatch, changed, sentence):
+    monkeypatch.chdir(tmp_path)
+    words = [word for name, value in (GOOD | changed).items() if value is not None for word in (name, value)]
+    status, told, said = daebench("animate", NAME, *words)
+    assert (status, told) == (2, "")
+    assert sentence in said
+    assert said.count("\n") == 1
+    assert list(tmp_path.iterdir()) == []

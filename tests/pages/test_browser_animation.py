@@ -1,0 +1,105 @@
+"""Animations in a real browser: they play, stop, and go to any time."""
+
+import numpy as np
+import pytest
+from browser import blank
+
+from daebench.draw.scene import layout_of
+from daebench.methods.fixed_step.constrained import FixedStep
+from daebench.methods.initial_value_problem import initial_value_problem
+from daebench.pages.film import page, smil
+from daebench.pages.film.reel import Reel
+from daebench.pages.film.take import take
+
+pytestmark = pytest.mark.slow
+
+TIMES = np.linspace(0, 4, 41)
+
+
+@pytest.fixture(scope="module")
+def reel():
+    ivp = initial_value_problem("spherical_pendulum", "fig1.2")
+    takes = [take(ivp, FixedStep(name, compiled=False), 0.02, TIMES, lambda fraction: None) for name in ("shake", "rattle")]
+    return Reel(ivp.problem, ivp.case, ivp.parameters, layout_of(ivp), takes, TIMES, 2.0)
+
+
+@pytest.fixture(scope="module")
+def address(reel, tmp_path_factory):
+    path = tmp_path_factory.mktemp("animation") / "pendulum.html"
+    page.write(path, reel)
+    return path.as_uri()
+
+
+def rods(shown):
+    return shown.page.eval_on_selector_all("path.rods", "each => each.map(one => one.getAttribute('d'))")
+
+
+def test_it_plays_to_the_end_stops_and_starts_again(seen, address):
+    shown = seen(address)
+    shown.page.wait_for_function("document.getElementById('time').value === '40'", timeout=15000)
+    end = rods(shown)
+    button = shown.page.get_by_role("button")
+    assert button.inner_text() == "Play"
+    button.click()
+    shown.page.wait_for_function("Number(document.getElementById('time').value) < 40", timeout=5000)
+    assert button.inner_text() == "Pause"
+    assert rods(shown) != end
+    button.click()
+    still = shown.page.input_value("#time")
+    shown.page.wait_for_timeout(300)
+    assert shown.page.input_value("#time") == still
+    shown.clean()
+
+
+def test_the_slider_moves_scenes_cursors_and_numbers_by_the_keyboard_too(seen, address, reel):
+    shown = seen(address)
+    slider = shown.page.get_by_role("slider", name="Time")
+    slider.fill("10")
+    before = rods(shown)
+    assert slider.get_attribute("aria-valuetext") == "t = 1.000"
+    width = 380 - 62 - 12
+    shifts = shown.page.eval_on_selector_all(".cursor", "each => each.map(one => one.transform.baseVal.getItem(0).matrix.e)")
+    assert shifts == pytest.approx([width / 4] * 3, abs=0.5)
+    slider.press("ArrowRight")
+    assert slider.get_attribute("aria-valuetext") == "t = 1.100"
+    assert rods(shown) != before
+    told = [float(text) for text in shown.page.locator("dd[data-error=energy_error]").all_inner_texts()]
+    assert told == pytest.approx([each.errors["energy_error"][11] for each in reel.takes], rel=0.06)
+    shown.clean()
+
+
+@pytest.mark.parametrize(("width", "dark"), [(1200, False), (390, True)], ids=["wide and light", "phone and dark"])
+def test_it_fits_and_is_not_blank(seen, address, tmp_path, width, dark):
+    shown = seen(address, width=width, dark=dark)
+    shown.page.emulate_media(reduced_motion="reduce")
+    shown.page.reload()
+    assert shown.page.evaluate("document.documentElement.scrollWidth") <= width
+    image = shown.screenshot(tmp_path / "page.png", full_page=True)
+    assert not blank(image)
+    assert image.shape[1] == width
+    assert (image[0, 0, :3].mean() < 0.3) == dark
+    shown.page.wait_for_timeout(200)
+    assert shown.page.input_value("#time") == "0"
+    shown.clean()
+
+
+def test_without_scripts_the_start_and_the_whole_curves_are_there(chromium, address):
+    context = chromium.new_context(java_script_enabled=False)
+    shown = context.new_page()
+    shown.goto(address)
+    assert not shown.get_by_role("button").is_visible()
+    assert "Without scripts this page shows the start" in shown.inner_text("noscript")
+    assert shown.locator("path.rods").count() == 2
+    assert shown.locator(".graphs svg").count() == 3
+    context.close()
+
+
+def test_the_drawing_moves_by_itself(seen, reel, tmp_path):
+    smil.write(tmp_path / "pendulum.svg", reel)
+    shown = seen((tmp_path / "pendulum.svg").as_uri())
+    first = shown.screenshot(tmp_path / "first.png")
+    shown.page.wait_for_timeout(500)
+    second = shown.screenshot(tmp_path / "second.png")
+    assert not blank(first)
+    assert np.abs(first - second).max() > 0.3
+    shown.clean()

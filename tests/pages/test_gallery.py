@@ -1,0 +1,344 @@
+"""The gallery: what is stale is made anew and nothing else, a failing page is told of and not linked, and pages sort and travel."""
+
+import json
+import os
+import re
+import subprocess
+import sys
+from pathlib import Path
+from zipfile import ZipFile
+
+import pandas as pd
+import pytest
+from pages import Page, standalone
+
+from daebench.cli.app import app
+from daebench.draw.figures import STROKES, drawing, grid_of_axes, save
+from daebench.errors import BadInput, DaebenchError, Interrupted, RunFailed
+from daebench.pages import gallery as pages
+from daebench.pages.report import build, freshness, gallery, number, picture, table, write_page
+from daebench.pages.report.archive import write_archive
+from daebench.pages.report.gallery import PagesFailed, build_all
+from daebench.pages.report.reports import Report, find
+
+TEXT = """{% extends "page.html" %}{% block title %}A &lt;page&gt;{% endblock %}{% block content %}{{ drawn }}{{ shown }}
+<p>All of it: <a href="figures/line.csv">the <b>table</b></a>; <a href="#more" id="more">more</a>.</p>{% endblock %}"""
+
+
+def quick(name, tmp_path, *, fails=None, kind="report"):
+    """A report that takes no time, the file that decides it, and how often it was run."""
+    source = tmp_path / f"{name}.txt"
+    source.write_text("1", encoding="utf-8")
+    calls = []
+
+    def make(out, progress):
+        calls.append(name)
+        if fails:
+            raise fails
+        progress(0.5, "half")
+        with drawing():
+            figure, axes = grid_of_axes(1, 1, 2.0)
+            axes[0, 0].plot([0, 1], [0, 1], **STROKES[0].line())
+        drawn = picture(save(figure, out / "figures", "line", {"x": [0.0, 1.0]}), "A line that rises", "A line")
+        shown = table("few", pd.DataFrame({"name": ["b", "a", "c"], "size": [2e-9, 1.5, 3.0]}), {"name": str, "size": number}, {}, "Few")
+        return write_page(TEXT, out / "index.html", f"make {name}", drawn=drawn, shown=shown)
+
+    return Report(name, f"About {name}", f"make {name}", make, lambda: [source], kind=kind), source, calls
+
+
+@pytest.fixture
+def gallery_of(tmp_path):
+    def made(*names, **more):
+        return [quick(name, tmp_path, **more) for name in names]
+
+    return made
+
+
+def built(out, parts, **more):
+    told = []
+    made = build_all(out, [report for report, _, _ in parts], lambda fraction, doing: told.append(fraction), lambda each: None, **more)
+    assert told == sorted(told)
+    assert told[-1] == 1.0
+    return {each.name: each for each in made}
+
+
+def counts(parts):
+    return [len(calls) for _, _, calls in parts]
+
+
+def test_what_is_as_it_should_be_is_left_alone(tmp_path, gallery_of):
+    parts, out = gallery_of("one", "two"), tmp_path / "out"
+    assert all(each.seconds > 0 for each in built(out, parts).values())
+    assert {each.seconds for each in built(out, parts).values()} == {0.0}
+    assert counts(parts) == [1, 1]
+    built(out, parts, anew=True)
+    assert counts(parts) == [2, 2]
+
+
+@pytest.mark.parametrize("change", ["own file", "figure", "lost page", "lost stamp", "broken stamp", "package"])
+def test_only_what_is_stale_is_made_anew(tmp_path, gallery_of, monkeypatch, change):
+    parts, out = gallery_of("one", "two"), tmp_path / "out"
+    built(out, parts)
+    if change == "own file":
+        parts[1][1].write_text("2", encoding="utf-8")
+    elif change == "figure":
+        (out / "two" / "figures" / "line.csv").write_text("x\n7\n", encoding="utf-8")
+    elif change == "lost page":
+        (out / "two" / "index.html").unlink()
+    elif change == "lost stamp":
+        (out / "two" / freshness.STAMP).unlink()
+    elif change == "broken stamp":
+        (out / "two" / freshness.STAMP).write_text('{"title": ', encoding="utf-8")
+    else:
+        monkeypatch.setattr(freshness, "_package", lambda: "another package")
+    built(out, parts)
+    assert counts(parts) == ([2, 2] if change == "package" else [1, 2])
+
+
+@pytest.mark.parametrize("change", ["code", "template", "certified reference", "versions"])
+def test_every_page_stands_on_the_whole_package_and_on_the_versions(tmp_path, monkeypatch, change):
+    names = {
+        "code": "compiler/link.py",
+        "template": "reports/methods/page.html",
+        "certified reference": "reference/data/torus-through_hole/torus-through_hole.csv",
+    }
+    files = freshness.package.files(*freshness.SOURCES)
+    before = freshness._package.__wrapped__()
+    if change == "versions":
+        monkeypatch.setattr(freshness, "versions", lambda: {"numpy": "0"})
+    else:
+        (tmp_path / "edited").write_bytes(files[names[change]].read_bytes() + b"\n")
+        monkeypatch.setattr(freshness.package, "files", lambda *endings: files | {names[change]: tmp_path / "edited"})
+    assert freshness._package.__wrapped__() != before
+
+
+def test_a_report_of_ones_own_depends_on_its_file_and_on_what_that_imports(tmp_path):
+    (tmp_path / "mine.py").write_text("import beside\n", encoding="utf-8")
+    for name in ("beside", "other"):
+        (tmp_path / f"{name}.py").write_text("", encoding="utf-8")
+    assert [path.name for path in find(str(tmp_path / "mine.py")).files()] == ["mine.py", "beside.py"]
+
+
+@pytest.mark.parametrize("stop", [KeyboardInterrupt(), Interrupted("interrupted; 2 runs are kept.")], ids=["key", "with what is kept"])
+def test_an_interrupted_gallery_goes_on_where_it_stopped(tmp_path, gallery_of, monkeypatch, capsys, daebench, stop):
+    (first, stopped, last), out = gallery_of("one", "two", "three"), tmp_path / "out"
+    interrupted = quick("two", tmp_path, fails=stop)
+    monkeypatch.setattr(pages, "pages", lambda command_line: [report for report, _, _ in (first, interrupted, last)])
+    status, said, told = daebench("report", "all", "--out", out)
+    assert (status, said.count("made in"), counts([first, last])) == (130, 1, [1, 0])
+    assert told == f"daebench: interrupted; what was made is in {out}: run again to go on.\n"
+    assert 'href="one/index.html"' in (out / "index.html").read_text(encoding="utf-8")
+    built(out, [first, stopped, last])
+    assert counts([first, stopped, last]) == [1, 1, 1]
+
+
+def test_an_interrupted_report_says_so(tmp_path, monkeypatch, daebench):
+    def pressed(name, out, progress):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(gallery, "build", pressed)
+    assert daebench("report", "poisson", "--out", tmp_path) == (130, "", "daebench: interrupted.\n")
+
+
+def test_a_page_that_fails_is_told_of_and_the_others_are_made(tmp_path, gallery_of):
+    (good,), out = gallery_of("good"), tmp_path / "out"
+    bad = quick("bad", tmp_path, fails=RunFailed("the report would say that pigs fly, but measured was 0."))
+    with pytest.raises(PagesFailed, match=r"1 of 2 pages failed, .*bad: the report would say that pigs fly"):
+        built(out, [bad, good])
+    page = Page((out / "index.html").read_text(encoding="utf-8"))
+    assert "pigs fly" in page.text
+    assert "good/index.html" in page.links
+    assert "bad/index.html" not in page.links
+    with pytest.raises(PagesFailed):
+        built(out, [bad, good])
+    assert counts([bad, good]) == [2, 1]
+
+
+def test_the_index_has_a_card_with_title_and_picture_for_each_page(tmp_path, gallery_of):
+    out = tmp_path / "out"
+    built(out, [*gallery_of("one", "two"), *gallery_of("play", kind="lesson")])
+    page = standalone(out / "index.html")
+    assert {"one/index.html", "two/figures/line.png", "play/index.html"} <= set(page.links)
+    assert page.text.count("A <page>") == 3
+    assert re.search(r"Reports .*About one.*About two.*Lessons .*About play", page.text)
+
+
+def test_progress_is_in_parts_of_the_time_that_pages_took(tmp_path, gallery_of):
+    parts, out, told = gallery_of("one", "two"), tmp_path / "out", []
+    built(out, parts)
+    stamp = json.loads((out / "two" / freshness.STAMP).read_text())
+    (out / "two" / freshness.STAMP).write_text(json.dumps(stamp | {"seconds": 9.0, "digest": ""}))
+    (out / "one" / freshness.STAMP).write_text(json.dumps(stamp | {"seconds": 1.0, "digest": ""}))
+    build_all(out, [each[0] for each in parts], lambda fraction, doing: told.append((round(fraction, 3), doing)), lambda each: None)
+    assert told == [(0.05, "one: half"), (0.55, "two: half"), (1.0, "done")]
+
+
+def test_all_own_reports_are_in_the_gallery_in_their_order():
+    names = [each.name for each in pages.pages(None) if each.kind == "report"]
+    assert sorted(names) == sorted(pages.reports())
+    assert names[: len(gallery.SECONDS)] == [name for name in gallery.SECONDS if name in names]
+
+
+def test_cells_are_sorted_by_their_numbers_and_not_by_their_texts():
+    shown = str(
+        table(
+            "few",
+            pd.DataFrame({"name": ["a", "b"], "size": [2e-9, float("nan")], "sure": [True, True]}),
+            {"name": str, "size": number, "sure": str},
+            {},
+            "",
+        )
+    )
+    assert re.findall('data-order="(.*?)"', shown) == ["2e-09", "none"]
+
+
+def test_an_archive_has_pages_that_stand_alone_and_is_the_same_for_the_same_pages(tmp_path, gallery_of):
+    out = tmp_path / "out"
+    built(out, gallery_of("one", "two"))
+    first, second = (write_archive(out, tmp_path / name).read_bytes() for name in ("a.zip", "b.zip"))
+    assert first == second
+    with ZipFile(tmp_path / "a.zip") as archive:
+        archive.extractall(tmp_path / "read")
+    found = {path.relative_to(tmp_path / "read").as_posix() for path in (tmp_path / "read").rglob("*.*")}
+    assert found == {"index.html", *(f"{name}/{file}" for name in ("one", "two") for file in ("index.html", "figures/line.png"))}
+    for name in (".", "one", "two"):
+        page = standalone(tmp_path / "read" / name / "index.html")
+        assert ("figures/line.csv" in standalone(out / name / "index.html").links) == (name != ".")
+        assert [link for link in page.links if link.endswith(".csv")] == []
+        assert ("All of it: the table ; more ." in page.text) == (name != ".")
+
+
+OWN = '''"""How far a pendulum falls."""
+
+from pathlib import Path
+
+from beside import LABEL
+
+from daebench.pages.report import Progress, write_page
+
+TEMPLATE = """{% extends "page.html" %}
+{% block title %}A fall{% endblock %}
+{% block content %}<p>It falls {{ depth | number }} m, {{ label }}.</p>{% endblock %}"""
+
+
+def make(out: Path, progress: Progress) -> Path:
+    progress(0.5, "falling")
+    return write_page(TEMPLATE, out / "index.html", "daebench report ./my_fall.py", depth=1 / 4, label=LABEL)
+'''
+
+
+@pytest.fixture
+def own(tmp_path):
+    def written(text=OWN, beside="LABEL = 'at least'\n"):
+        (tmp_path / "my_fall.py").write_text(text, encoding="utf-8")
+        (tmp_path / "beside.py").write_text(beside, encoding="utf-8")
+        return str(tmp_path / "my_fall.py")
+
+    return written
+
+
+def test_a_report_of_ones_own_is_a_file_with_the_same_helpers(own, tmp_path):
+    page = build(own(), tmp_path / "out")
+    assert page == tmp_path / "out" / "my-fall" / "index.html"
+    assert "It falls 0.25 m, at least." in standalone(page).text
+    assert "How far a pendulum falls." in standalone(tmp_path / "out" / "index.html").text
+    assert "at most" in Page(build(own(beside="LABEL = 'at most'\n"), tmp_path / "out").read_text(encoding="utf-8")).text
+
+
+MISTAKES = {
+    "no such file": (None, "there is no such file"),
+    "not Python": (OWN + "\n(", r"my_fall.py, line \d+: this is not Python"),
+    "a name that is not there": (
+        OWN.replace("depth=1 / 4", "depth=falls"),
+        r"my_fall.py, line 16: NameError: .*'falls'.*; correct the file",
+    ),
+    "a division by zero": (OWN.replace("1 / 4", "1 / 0"), "line 16: ZeroDivisionError: division by zero; correct the file"),
+    "no make": (OWN.replace("def make", "def made"), r"defines no function make\(out, progress\)"),
+    "no page": (OWN.replace("return write_page", "return print"), "TypeError|wrote no out/index.html"),
+    "a placeholder that nothing fills": (OWN.replace("{{ label }}", "{{ lable }}"), "UndefinedError: 'lable' is undefined"),
+}
+
+
+@pytest.mark.parametrize(("text", "sentence"), MISTAKES.values(), ids=list(MISTAKES))
+def test_a_mistake_in_ones_own_report_is_named(own, tmp_path, text, sentence):
+    path = own(text) if text else str(tmp_path / "none.py")
+    with pytest.raises(BadInput, match=sentence):
+        build(path, tmp_path / "out")
+
+
+def test_a_refuted_claim_of_ones_own_report_is_no_mistake_in_the_file(own, tmp_path):
+    text = OWN.replace("from beside", "from daebench.errors import RunFailed\nfrom beside").replace(
+        "    progress(0.5", "    raise RunFailed('it does not fall.')\n    progress(0.5"
+    )
+    with pytest.raises(DaebenchError, match=r"^it does not fall\.$") as found:
+        build(own(text), tmp_path / "out")
+    assert not isinstance(found.value, BadInput)
+
+
+def test_a_report_of_ones_own_does_not_take_the_name_of_another(own, tmp_path):
+    path = Path(own()).rename(tmp_path / "poisson.py")
+    with pytest.raises(BadInput, match="rename the file"):
+        build(str(path), tmp_path / "out")
+
+
+def test_the_command_makes_the_gallery_and_its_archive(tmp_path, gallery_of, monkeypatch, capsys):
+    parts = gallery_of("one", "two")
+    monkeypatch.setattr(pages, "pages", lambda command_line: [report for report, _, _ in parts])
+    command = ["report", "all", "--out", str(tmp_path / "out")]
+    app([*command, "--archive", str(tmp_path / "all.zip")], standalone_mode=False)
+    assert re.findall(r"(?m)^(one|two): made in", capsys.readouterr().out) == ["one", "two"]
+    app(command, standalone_mode=False)
+    assert capsys.readouterr().out.count("as it should be") == 2
+    assert (tmp_path / "all.zip").is_file()
+
+
+@pytest.mark.parametrize(
+    ("more", "sentence"),
+    [
+        (["all", "--archive", "pages.tar"], "must end in .zip"),
+        (["all", "--archive", "nowhere/pages.zip"], "--archive .*no folder"),
+        (["poisson", "--anew"], "--anew goes with all"),
+        (["poissno"], "did you mean poisson"),
+    ],
+    ids=["ending", "folder", "anew", "name"],
+)
+def test_what_cannot_be_asked_for_is_refused_before_any_work(tmp_path, more, sentence):
+    with pytest.raises(BadInput, match=sentence):
+        app(["report", *more, "--out", str(tmp_path / "out")], standalone_mode=False)
+    assert not (tmp_path / "out").exists()
+
+
+def test_the_time_that_a_page_takes_is_what_it_took_or_what_is_known_of_it_or_a_minute(tmp_path, gallery_of):
+    assert [gallery.expected(each, tmp_path) for each in pages.pages(None)] == [*gallery.SECONDS.values()]
+    ((mine, _, _),) = gallery_of("mine")
+    assert gallery.expected(mine, tmp_path) == 60.0
+
+
+def test_without_what_lessons_need_the_gallery_is_made_without_them_and_says_so(tmp_path, monkeypatch, capsys):
+    assert sum(each.kind == "lesson" for each in pages.pages(None)) == len(pages.lessons()) > 0
+    monkeypatch.setattr("daebench.pages.lesson.installed.find_spec", lambda name: None)
+    assert not [each for each in pages.pages(None) if each.kind == "lesson"]
+    monkeypatch.setattr(pages, "pages", lambda command_line: [])
+    app(["report", "all", "--out", str(tmp_path / "out")], standalone_mode=False)
+    assert "pip install 'daebench[lessons]'" in capsys.readouterr().err
+
+
+def test_digests_are_the_same_in_every_process():
+    said = "from daebench.pages.report.freshness import digest; print(digest())"
+    found = {
+        subprocess.run(
+            [sys.executable, "-c", said], env=os.environ | {"PYTHONHASHSEED": seed}, check=True, capture_output=True, text=True
+        ).stdout
+        for seed in ("0", "1", "2")
+    }
+    assert len(found) == 1
+
+
+def test_the_gallery_that_is_kept_has_every_page_and_each_stands_alone(tmp_path):
+    kept = Path(__file__).parents[2] / "reports" / "gallery" / "gallery.zip"
+    with ZipFile(kept) as archive:
+        assert archive.testzip() is None
+        archive.extractall(tmp_path)
+    assert {path.parent.name for path in tmp_path.glob("*/index.html")} == {each.name for each in pages.pages(None)}
+    for path in tmp_path.rglob("index.html"):
+        standalone(path, quotes=path.parent.name == "reference")

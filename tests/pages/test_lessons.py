@@ -1,0 +1,268 @@
+"""Lessons: what they compute without marimo, what their notebooks say as scripts, and the static pages made of them."""
+
+import importlib
+import re
+import subprocess
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from daebench.diagnostics.symplecticity import areas, symplecticity_defect, tangent_path
+from daebench.errors import BadInput
+from daebench.methods.catalogue import lessons
+from daebench.methods.names import parse
+from daebench.pages.lesson.control import NO_YES, Control, defaults
+from daebench.pages.lesson.film import film
+from daebench.pages.lesson.mathml import static_html
+from daebench.pages.lesson.page import export
+
+ROOT = Path(__file__).parents[2]
+EVERY = sorted(lessons())
+
+
+def module_of(name):
+    """Return the pure functions of a lesson."""
+    return importlib.import_module(f"daebench.reports.lessons._{name.replace('-', '_')}")
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", EVERY)
+def test_the_controls_of_a_lesson_answer_with_a_picture_and_with_words(name):
+    for each in module_of(name).EXPERIMENTS:
+        values = defaults(each.controls)
+        shown = each.show(values)
+        assert shown.picture.count("<svg") >= 1
+        assert "nan" not in shown.says.lower()
+        assert len(each.table(values)) > 1
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", EVERY)
+def test_a_lesson_tells_only_what_holds(name):
+    assert vars(module_of(name).facts())
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", EVERY)
+def test_a_notebook_is_a_plain_script_too(name):
+    file = ROOT / "reports" / "lessons" / f"{name.replace('-', '_')}.py"
+    said = subprocess.run([sys.executable, file], capture_output=True, text=True, check=True, cwd=ROOT).stdout
+    for each in module_of(name).EXPERIMENTS:
+        assert each.show(defaults(each.controls)).says.striptags() in said
+
+
+def test_a_control_refuses_a_default_or_a_film_that_does_not_belong_to_it():
+    with pytest.raises(BadInput, match=r"control h: 3 is not among its values"):
+        Control("h", "h", (1, 2), 3)
+    with pytest.raises(BadInput, match="leaves out the default 1"):
+        Control("h", "h", (1, 2), 1, film=(2,))
+    assert Control("on", "on", NO_YES, False).is_switch
+    assert not Control("on", "on", NO_YES, False).is_slider
+
+
+def test_formulas_become_mathml_and_paragraphs_paragraphs():
+    text = '<span class="markdown prose"><span class="paragraph">Some <marimo-tex class="arithmatex">||(x^2&lt;1||)</marimo-tex>.</span>\n'
+    text += '<marimo-tex class="arithmatex">||[\ny = 1 \\tag{HLW VI.2}||]</marimo-tex></span>'
+    found = static_html(text)
+    assert found.startswith("<p>Some <math")
+    assert "<msup>" in found
+    assert "&#x0003C;" in found or "&lt;" in found
+    assert '<span class="no">(HLW VI.2)</span>' in found
+    assert "marimo" not in found
+
+
+@pytest.fixture(autouse=True)
+def short_runs_uncompiled(request, monkeypatch):
+    """Have the runs of fast tests uncompiled: they take a few steps, and compiling takes seconds."""
+    if "slow" not in request.keywords:
+        for name in ("_why_symplectic_run", "_shake_to_lobatto_runs"):
+            module = importlib.import_module(f"daebench.reports.lessons.{name}")
+            monkeypatch.setattr(module, "parse", lambda *words: replace(parse(*words), compiled=False))
+        poisson = "daebench.reports.lessons._poisson_maps_runs.parse"
+        monkeypatch.setattr(poisson, lambda name, **more: replace(parse(name, **more), compiled=False))
+
+
+def run_of(scheme, **changed):
+    """Return the run of the first lesson with some values changed."""
+    from daebench.reports.lessons._why_symplectic_run import carried
+
+    return carried.__wrapped__(**{"scheme": scheme, "project": False, "start": "wide", "h": 0.1, "t_end": 2.0} | changed)
+
+
+@pytest.mark.parametrize("scheme", ["se", "rk4", "rattle"])
+def test_the_area_of_the_parallelogram_is_what_the_diagnostics_say_of_the_same_map(scheme):
+    from daebench.reports.lessons._why_symplectic_run import ivp_of, method_of, sides
+
+    run, ivp = run_of(scheme), ivp_of("wide")
+    X = sides(ivp)
+    flow = method_of(scheme, False)[0].flow(ivp, 0.1, len(run.t) - 1)
+    assert abs(run.area[-1] - 1) == pytest.approx(symplecticity_defect(flow, ivp.p0, ivp.q0, X), abs=1e-12)
+    assert run.area[0] == pytest.approx(1, abs=1e-15)
+
+
+@pytest.mark.parametrize("scheme", ["se", "rattle"])
+def test_the_parallelogram_is_carried_as_differences_of_neighbouring_runs_say(scheme):
+    from daebench.reports.lessons._why_symplectic_run import ivp_of, method_of, sides
+
+    run, ivp, eps = run_of(scheme), ivp_of("wide"), 1e-6
+    flow = method_of(scheme, False)[0].flow(ivp, 0.1, 20)
+    for k, side in enumerate(sides(ivp).T):
+        ahead, behind = (np.concatenate(flow(ivp.p0 + s * eps * side[:3], ivp.q0 + s * eps * side[3:])).real for s in (1, -1))
+        assert run.X[-1, :, k] == pytest.approx((ahead - behind) / (2 * eps), rel=1e-6, abs=1e-7)
+
+
+def test_the_area_is_kept_by_symplectic_schemes_and_by_no_other():
+    assert {name: run_of(name).kept for name in ("rattle", "symplectic_euler", "lobatto3")} == dict.fromkeys(
+        ("rattle", "symplectic_euler", "lobatto3"), True
+    )
+    assert not any(run_of(name).kept for name in ("se", "rk4", "midpoint", "implicit_euler"))
+    assert not run_of("se", project=True).kept
+    assert np.max(run_of("se", project=True).g) < 1e-14
+
+
+def test_areas_are_those_of_the_drawn_parallelograms():
+    from daebench.reports.lessons._why_symplectic_picture import corners
+
+    X = np.random.default_rng(7).normal(size=(6, 2))
+    for i in range(3):
+        q, p = corners(X, i).T
+        shoelace = 0.5 * np.sum(q * np.roll(p, -1) - np.roll(q, -1) * p)
+        assert areas(X)[i] == pytest.approx(shoelace, abs=1e-14)
+    J = np.block([[np.zeros((3, 3)), -np.eye(3)], [np.eye(3), np.zeros((3, 3))]])
+    assert areas(X).sum() == pytest.approx(X[:, 0] @ J @ X[:, 1])
+
+
+def test_a_run_that_ends_early_is_shown_up_to_there():
+    run = run_of("rattle", start="fast", h=0.2)
+    assert run.failure
+    assert len(run.t) == len(run.X) < 11
+
+
+def test_tangent_vectors_of_a_path_that_ends_at_once_are_those_of_the_start():
+    X = np.eye(2)
+    x, carried, failure = tangent_path(lambda p, q: (np.concatenate([p, q])[None], "no step"), [1.0], [2.0], X)
+    assert x.tolist() == [[1.0, 2.0]]
+    assert carried[0] == pytest.approx(X)
+    assert failure == "no step"
+
+
+@pytest.mark.slow
+def test_a_film_has_a_frame_for_each_choice_and_they_differ():
+    each = module_of("why-symplectic").EXPERIMENTS[0]
+    text = film(each, lambda fraction: None)
+    frames = text.split("<template ")[1:]
+    expected = np.prod([len(control.film) for control in each.controls if control.film])
+    assert len(frames) == expected
+    drawings = [frame.partition(">")[2] for frame in frames]
+    assert len(set(drawings)) > 0.8 * expected
+    assert text.count("<fieldset") + text.count('type="range"') == sum(bool(control.film) for control in each.controls)
+    assert "length of the run 10 s" in text
+
+
+def test_the_projected_momenta_of_shake_are_those_of_rattle_and_without_the_projection_they_are_not():
+    from daebench.reports.lessons import _shake_to_lobatto_runs
+
+    found = _shake_to_lobatto_runs.hidden.__wrapped__(0.01, 0.1)
+    assert found.positions < 1e-13
+    assert found.momenta < 1e-12
+    shake = _shake_to_lobatto_runs.solve("shake", "fast", 0.1, 10, every=1)
+    rattle = _shake_to_lobatto_runs.solve("rattle", "fast", 0.1, 10, every=1)
+    assert np.max(np.abs(shake.p - rattle.p)) > 1e-5
+    tangent = np.einsum("ij,ij->i", _shake_to_lobatto_runs.projected(shake.p, shake.q), shake.q)
+    assert np.max(np.abs(tangent)) < 1e-14
+
+
+def test_errors_on_the_ladder_are_against_the_closed_form_and_a_wrong_one_would_be_seen():
+    from daebench.diagnostics.order import fit_order
+    from daebench.reports.lessons import _shake_to_lobatto_runs
+
+    frame = _shake_to_lobatto_runs.ladder("rattle", "slow", 1.0, 5)
+    assert frame["h"].tolist() == [0.5, 0.25, 0.125, 0.0625, 0.03125]
+    assert fit_order(frame["h"], frame["q"]).slope == pytest.approx(2, abs=0.1)
+    assert not abs(fit_order(frame["h"], frame["q"] + 1e-3).slope - 2) < 0.1
+
+
+@pytest.mark.parametrize(("scheme", "keeps"), [("strang", True), ("symplectic_euler_adjoint", True), ("rk4", False), ("euler", False)])
+def test_the_poisson_volume_along_an_orbit_and_that_of_the_cat_say_the_same(scheme, keeps):
+    from daebench.reports.lessons._poisson_maps_runs import carried, log_area
+
+    run = carried.__wrapped__(scheme, "4,2", 0.25, 1.5)
+    area = log_area(run.cats[-1]) / log_area(run.cats[0])
+    assert (np.max(np.abs(run.volume - 1)) < 1e-12) == keeps
+    assert (abs(area - 1) < 1e-4) == keeps
+    assert (area - 1) * (run.volume[-1] - 1) > 0 or keeps
+
+
+def test_the_volume_of_an_outline_is_exact_for_what_is_known():
+    from daebench.reports.lessons._poisson_maps_runs import cat, log_area
+
+    outline = cat(np.array([4.0, 2.0]))
+    u, v = np.log(outline).T
+    straight = 0.5 * np.sum(u * np.roll(v, -1) - v * np.roll(u, -1))
+    assert log_area(outline) == pytest.approx(straight, rel=1e-12)
+    bent = np.exp(np.stack([u + 0.3 * v**2, v], axis=1))
+    assert log_area(bent) == pytest.approx(log_area(outline), rel=1e-12)
+    assert log_area(outline * [2.0, 3.0]) == pytest.approx(log_area(outline), rel=1e-12)
+
+
+def test_the_explicit_euler_method_by_hand_ends_where_a_population_dies_out():
+    from daebench.reports.lessons._poisson_maps_runs import carried, prey
+
+    run = carried.__wrapped__("euler", "4,2", 0.5, 5.0)
+    assert "no longer positive" in run.failure
+    one = carried.__wrapped__("euler", "4,2", 0.01, 0.01)
+    a, b = prey("4,2").par
+    assert one.y[1] == pytest.approx([4 + 0.01 * 4 * (2 - b), 2 + 0.01 * 2 * (a - 4)], rel=1e-15)
+
+
+def test_two_pendulums_have_parted_when_they_are_a_tenth_of_an_arm_apart():
+    from daebench.reports.lessons._extremes_chaos import parted
+
+    t = np.array([0.0, 1.0, 2.0])
+    assert parted(t, np.array([0.0, 0.05, 0.2])) == 2.0
+    assert np.isnan(parted(t, np.zeros(3)))
+
+
+def test_asking_for_a_lesson_that_there_is_not_is_one_sentence(daebench, tmp_path):
+    for words in (("--no-browser",), ("--export", tmp_path)):
+        code, _, said = daebench("lesson", "why-symplectick", *words)
+        assert code == 2
+        assert said == "daebench: unknown lesson 'why-symplectick'; did you mean why-symplectic?\n"
+    assert not list(tmp_path.iterdir())
+
+
+def test_without_marimo_there_is_a_sentence_that_says_what_to_install(daebench, monkeypatch):
+    monkeypatch.setattr("daebench.pages.lesson.installed.find_spec", lambda name: None)
+    code, _, said = daebench("lesson", EVERY[0], "--no-browser")
+    assert code == 2
+    assert "pip install 'daebench[lessons]'" in said
+
+
+def test_lessons_are_listed_and_listing_imports_no_marimo(daebench):
+    assert all(name in daebench("lesson")[1] for name in EVERY)
+    code = "import sys; sys.argv[1:] = ['list', 'lessons']; from daebench.cli.app import main\n"
+    code += "try: main()\nexcept SystemExit: pass\nprint([name for name in ('marimo', 'pandas', 'sympy') if name in sys.modules])"
+    said = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, cwd=ROOT).stdout
+    assert said.strip().endswith("[]")
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", EVERY)
+def test_a_static_page_stands_alone(name, tmp_path):
+    told = []
+    page = export(name, tmp_path / name, lambda fraction, doing: told.append(fraction))
+    text = page.read_text(encoding="utf-8")
+    assert page == tmp_path / name / "index.html"
+    assert not re.findall(r"""(?:src|href|url\()=?["']?(?:https?:)?//""", text)
+    assert "marimo-" not in text
+    assert "<math" in text
+    assert text.count("<details>") >= 3
+    assert text.count("<details open") == text.count("<summary>On this page")
+    assert len(text) < 2_500_000
+    assert told == sorted(told)
+    for each in module_of(name).EXPERIMENTS:
+        assert f'id="film-{each.name}"' in text
+        assert (page.parent / f"{each.name}.csv").stat().st_size > 100

@@ -1,0 +1,326 @@
+"""Reports: numbers in words, files written whole, and a page whose sentences are tested on the numbers before it is written."""
+
+import math
+import re
+from dataclasses import replace
+from types import SimpleNamespace
+from xml.etree import ElementTree
+
+import numpy as np
+import pandas as pd
+import pytest
+from markupsafe import escape
+from pages import Page, standalone
+
+from daebench.draw.figures import STROKES, drawing, grid_of_axes, save
+from daebench.errors import BadInput, DaebenchError
+from daebench.pages.report import (
+    at_least,
+    at_most,
+    build,
+    count,
+    inline_svg,
+    listing,
+    number,
+    percent,
+    power_of_ten,
+    table,
+    versions,
+    with_error,
+)
+from daebench.pages.report.claims import ClaimRefuted, require
+from daebench.reports import index_reduction
+from daebench.reports.index_reduction.claims import check, check_symplecticity
+from daebench.reports.index_reduction.tables import pairs
+from daebench.runs.machine import machine
+
+FIGURES = {
+    "energy": ["t", "energy_error", "distance", "method", "h"],
+    "drift": ["t", "energy_error_se", "distance_se"],
+    "swing": ["t", "q3_symplectic_euler", "q3_implicit_euler", "energy_implicit_euler"],
+    "symplecticity": ["n", "se", "seproj", "rattle"],
+    "ida": ["case", "formulation", "tol", "error", "g", "failure"],
+}
+SIGNS = str.maketrans("\N{NARROW NO-BREAK SPACE}\N{NO-BREAK SPACE}\N{MINUS SIGN}\N{MULTIPLICATION SIGN}", "  -x")
+
+
+def plain(html):
+    return re.sub(r"<sup>(.*?)</sup>", r"^\1", str(html)).translate(SIGNS)
+
+
+@pytest.mark.parametrize(
+    ("value", "digits", "text"),
+    [
+        (1.23e-5, 2, "1.2 x 10^-5"),
+        (-0.0123, 2, "-0.012"),
+        (9.996e-4, 2, "1.0 x 10^-3"),
+        (123.4, 2, "123"),
+        (-2.5e7, 3, "-2.50 x 10^7"),
+        (1e-16, 1, "1 x 10^-16"),
+        (0.0, 2, "0"),
+        (math.nan, 2, "\N{EN DASH}"),
+        (math.inf, 2, "\N{EN DASH}"),
+    ],
+)
+def test_a_number_is_written_as_a_person_would(value, digits, text):
+    assert plain(number(value, digits)) == text
+
+
+@pytest.mark.parametrize("digits", [1, 2, 3, 4])
+def test_at_most_is_an_upper_bound_and_at_least_a_lower_one(digits, random):
+    values = 10.0 ** random.uniform(-16, 4, 200)
+    for value in (*values, *(float(f"{value:.{digits - 1}e}") for value in values)):
+        above, below = (float(plain(each(value, digits)).replace(" x 10^", "e")) for each in (at_most, at_least))
+        assert below <= value * (1 + 1e-11)
+        assert above >= value * (1 - 1e-11)
+        assert above - below <= 1.0001 * 10.0 ** (math.floor(math.log10(value)) + 1 - digits)
+
+
+def test_at_most_of_a_decimal_number_is_that_number():
+    assert [plain(at_most(value)) for value in (0.1, 0.12, 1.3e-7, 0.0, math.nan)] == ["0.10", "0.12", "1.3 x 10^-7", "0", "\N{EN DASH}"]
+    assert [plain(at_most(value)) for value in (1.2001, 123.4)] == ["1.3", "124"]
+
+
+def test_a_share_that_is_at_most_is_rounded_up():
+    assert [plain(percent(value, up=True)) for value in (0.0011851619965985716, 0.3001, 0.0)] == ["0.12 %", "30.1 %", "0.0 %"]
+    assert plain(percent(0.0011851619965985716)) == "0.1 %"
+
+
+@pytest.mark.parametrize(
+    ("value", "error", "text"),
+    [
+        (1.0356, 0.0454, "1.04 ± 0.05"),
+        (1.00061, 0.000143, "1.00061 ± 0.00014"),
+        (8.001e-7, 2.3e-8, "(8.00 ± 0.23) x 10^-7"),
+        (-1.05e-10, 1.7e-10, "(-1.1 ± 1.7) x 10^-10"),
+        (123.0, 45.0, "123 ± 45"),
+        (math.nan, 0.1, "\N{EN DASH}"),
+        (0.5, math.nan, "0.500"),
+    ],
+)
+def test_a_value_and_its_error_end_at_the_same_digit(value, error, text):
+    assert plain(with_error(value, error)) == text
+
+
+def test_counts_shares_powers_and_lists_read_well():
+    assert plain(count(33333)) == "33 333"
+    assert plain(percent(0.30001)) == "30.0 %"
+    assert plain(percent(0.000239)) == "0.024 %"
+    assert plain(power_of_ten(1e-12)) == "10^-12"
+    assert str(listing(["a", "b", "c<"])) == "a, b and c&lt;"
+    assert str(listing(["a"])) == "a"
+
+
+def test_a_table_sets_numbers_to_the_right_and_escapes_text():
+    frame = pd.DataFrame({"name": ["a<b"], "size": [1.5], "kept out": [0]})
+    root = ElementTree.fromstring(table("sizes", frame, {"name": str, "size": number}, {}, "Sizes"))
+    header, cell = root.find(".//tbody//th"), root.find(".//tbody//td")
+    assert (header.text, header.get("scope")) == ("a<b", "row")
+    assert (cell.text, cell.get("class")) == ("1.5", "n")
+    assert "kept out" not in "".join(root.itertext())
+
+
+def drawn(directory, stem="line"):
+    with drawing():
+        figure, axes = grid_of_axes(1, 1, 2.0)
+        axes[0, 0].plot([0, 1], [0, 1], label=r"$x$", **STROKES[0].points())
+        axes[0, 0].legend()
+    return save(figure, directory, stem, {"x": [0.1, 1.0], "y": [1 / 3, 1.0]})
+
+
+def test_a_figure_is_saved_as_svg_png_and_csv_with_a_text_and_nothing_else(tmp_path):
+    svg = drawn(tmp_path / "made")
+    assert sorted(path.name for path in svg.parent.iterdir()) == ["line.csv", "line.csv.txt", "line.png", "line.svg"]
+    assert ElementTree.parse(svg).getroot().tag == "{http://www.w3.org/2000/svg}svg"
+    assert "<text" not in svg.read_text()
+    assert (svg.parent / "line.csv").read_text().splitlines() == ["x,y", "0.1,0.333333333333", "1,1"]
+
+
+def test_the_same_drawing_gives_the_same_svg(tmp_path):
+    assert drawn(tmp_path / "a").read_bytes() == drawn(tmp_path / "b").read_bytes()
+
+
+def test_a_figure_that_cannot_be_saved_leaves_the_old_one(tmp_path, monkeypatch):
+    svg = drawn(tmp_path)
+    before = svg.read_bytes()
+
+    def broken(self, path, **settings):
+        path.write_text("half of")
+        raise OSError("disk full")
+
+    monkeypatch.setattr("matplotlib.figure.Figure.savefig", broken)
+    with pytest.raises(DaebenchError, match=r"line\.svg cannot be written \(disk full\)"):
+        drawn(tmp_path)
+    assert svg.read_bytes() == before
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["line.csv", "line.csv.txt", "line.png", "line.svg"]
+
+
+def test_strokes_differ_in_more_than_colour():
+    assert len({stroke.marker for stroke in STROKES}) == len({stroke.color for stroke in STROKES}) == len(STROKES)
+
+
+def test_two_drawings_in_a_page_share_no_names(tmp_path):
+    texts = [inline_svg(drawn(tmp_path, stem).read_text(), stem, 'a "line" & more') for stem in ("one", "two")]
+    roots = [ElementTree.fromstring(text) for text in texts]
+    names = [{each.get("id") for each in root.iter() if each.get("id")} for root in roots]
+    assert names[0]
+    assert not names[0] & names[1]
+    for root, own in zip(roots, names, strict=True):
+        assert root.get("width") is None
+        assert root.get("aria-label") == 'a "line" & more'
+        assert {link[1:] for each in root.iter() for key, link in each.items() if key.endswith("href")} <= own
+    assert {name for text in texts for name in re.findall(r"url\(#(.*?)\)", text)} <= names[0] | names[1]
+
+
+def test_the_machine_is_described_without_names_and_paths():
+    import platform
+
+    assert "cores" in machine()
+    assert platform.node() not in machine()
+    assert all("/" not in value for value in versions().values())
+
+
+def test_an_unknown_report_is_refused_with_the_nearest_name(tmp_path):
+    with pytest.raises(BadInput, match="index-reduction"):
+        build("index-reductoin", tmp_path)
+
+
+def test_a_claim_that_fails_says_what_was_claimed_and_measured():
+    require(True, "all is well", 1)
+    with pytest.raises(ClaimRefuted, match="would say that pigs fly, but measured was 0"):
+        require(np.bool_(False), "pigs fly", 0)
+    assert issubclass(ClaimRefuted, DaebenchError)
+
+
+SYMPLECTIC = {"se": False, "seproj": False, "rattle": True}
+DEFECTS = {"se": [1e-16] + [1e-6] * 29, "seproj": [1e-5] * 30, "rattle": [1e-15] * 30}
+FAULTS = {
+    "se is symplectic": {"se": [1e-16] * 30},
+    "se is not even in its first step": {"se": [1e-6] * 30},
+    "seproj is symplectic in its first step": {"seproj": [1e-16] + [1e-5] * 29},
+    "rattle is not symplectic": {"rattle": [1e-15] * 29 + [1e-8]},
+    "a value is missing": {"rattle": [math.nan] * 30},
+    "projection helps": {"seproj": [1e-8] * 30},
+}
+
+
+def symplecticity_of(defects):
+    table = pd.DataFrame({"claimed_symplectic": SYMPLECTIC, "symplecticity": {name: values[9] for name, values in defects.items()}})
+    check_symplecticity(SimpleNamespace(defects=pd.DataFrame(defects)), table)
+
+
+def test_the_story_of_the_two_form_passes_as_measured():
+    symplecticity_of(DEFECTS)
+
+
+@pytest.mark.parametrize("fault", FAULTS.values(), ids=list(FAULTS))
+def test_a_planted_fault_in_the_two_form_refutes_the_story(fault):
+    with pytest.raises(ClaimRefuted):
+        symplecticity_of(DEFECTS | fault)
+
+
+@pytest.fixture(scope="module")
+def built(tmp_path_factory):
+    """Build the report once; return its page, what it measured, and what progress was told."""
+    measured, told = {}, []
+
+    def keeping(name):
+        original = getattr(index_reduction, name)
+        return lambda tell: measured.setdefault(name, original(tell))
+
+    with pytest.MonkeyPatch.context() as patch:
+        for name in ("measure", "measure_ida"):
+            patch.setattr(index_reduction, name, keeping(name))
+        page = build("index-reduction", tmp_path_factory.mktemp("out"), lambda fraction, label: told.append((fraction, label)))
+    return SimpleNamespace(page=page, numbers=measured["measure"], ida=measured["measure_ida"], told=told)
+
+
+def test_numbers_with_powers_of_ten_are_html_in_the_columns_of_tables():
+    frame = pd.DataFrame({"slope": [1e-9, 2e-7], "slope_error": [1e-11, 1e-9]}, index=[3, 5])
+    shown = frame.assign(slope=pairs(frame, "slope"))
+    assert "&lt;" not in table("drift", shown, {"slope": escape}, {"slope": "slope"}, "")
+
+
+@pytest.mark.slow
+def test_the_page_is_one_file_that_loads_nothing(built, looks_right):
+    standalone(built.page)
+    looks_right(built.page)
+    source = built.page.read_text(encoding="utf-8")
+    assert source.count("<svg") == len(FIGURES) == len(re.findall(r'<svg[^>]* aria-label="[^"]{40,}"', source))
+
+
+@pytest.mark.slow
+def test_the_page_says_how_it_is_made_again(built):
+    text = Page(built.page.read_text(encoding="utf-8")).text
+    assert "daebench report index-reduction" in text
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("stem", FIGURES)
+def test_a_figure_has_its_files_and_they_show_something(built, stem):
+    from matplotlib.image import imread
+
+    folder = built.page.parent / "figures"
+    ElementTree.parse(folder / f"{stem}.svg")
+    assert np.std(imread(folder / f"{stem}.png")[..., :3]) > 0.02
+    data = pd.read_csv(folder / f"{stem}.csv", keep_default_na=False)
+    assert set(FIGURES[stem]) <= set(data.columns)
+    assert len(data) >= 30
+    assert np.isfinite(data.select_dtypes("number").to_numpy()).all()
+
+
+@pytest.mark.slow
+def test_the_tables_are_there_as_csv(built):
+    found = {path.stem: pd.read_csv(path) for path in (built.page.parent / "tables").glob("*.csv")}
+    assert {name: len(frame) for name, frame in found.items()} == {"schemes": 7, "orders": 42, "ida": 72}
+
+
+@pytest.mark.slow
+def test_progress_goes_from_nothing_to_all_and_never_back(built):
+    fractions = [fraction for fraction, _ in built.told]
+    assert fractions == sorted(fractions)
+    assert (fractions[0], fractions[-1]) == (0.0, 1.0)
+
+
+def with_cell(frame, method, **values):
+    frame = frame.copy()
+    for name, value in values.items():
+        frame.loc[frame["method"] == method, name] = value
+    return frame
+
+
+TAMPERED = {
+    "se is symplectic": lambda n: replace(n, defects=n.defects.assign(se=1e-16)),
+    "rattle has order 1": lambda n: replace(n, table=with_cell(n.table, "rattle", order_q=1.0)),
+    "rattle is not reversible": lambda n: replace(n, table=with_cell(n.table, "rattle", reversibility=1e-6)),
+    "seproj leaves the manifold": lambda n: replace(n, table=with_cell(n.table, "seproj", g=1e-6)),
+    "seproj does not drift": lambda n: replace(n, table=with_cell(n.table, "seproj", kind="bounded")),
+    "se keeps its energy": lambda n: replace(n, drift_fit={**n.drift_fit, "se": n.drift_fit["rattle"]}),
+    "se stays on the manifold": lambda n: replace(n, drift={**n.drift, "se": n.drift["rattle"]}),
+    "implicit Euler loses nothing": lambda n: replace(n, swing=n.swing.assign(energy_implicit_euler=n.swing["energy_symplectic_euler"])),
+    "se gets through fig1.2": lambda n: replace(n, facts={**n.facts, "se_stops": False}),
+}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("tamper", TAMPERED.values(), ids=list(TAMPERED))
+def test_a_tampered_number_stops_the_page(built, tamper):
+    check(built.numbers, built.ida)
+    with pytest.raises(ClaimRefuted):
+        check(tamper(built.numbers), built.ida)
+
+
+@pytest.mark.slow
+def test_an_ida_that_is_as_accurate_as_asked_stops_the_page(built):
+    with pytest.raises(ClaimRefuted, match="tightest tolerance"):
+        check(built.numbers, built.ida.assign(error=built.ida["tol"]))
+
+
+@pytest.mark.slow
+def test_a_refuted_claim_leaves_the_old_page(built, monkeypatch):
+    before = built.page.read_bytes()
+    monkeypatch.setattr(index_reduction, "measure", lambda tell: TAMPERED["se is symplectic"](built.numbers))
+    monkeypatch.setattr(index_reduction, "measure_ida", lambda tell: built.ida)
+    with pytest.raises(ClaimRefuted, match="se is not symplectic"):
+        build("index-reduction", built.page.parent.parent)
+    assert built.page.read_bytes() == before

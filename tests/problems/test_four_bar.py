@@ -1,0 +1,337 @@
+"""The row of four-bar linkages against bars and a pendulum written out by hand, published numbers, and its certificate across rank loss."""
+
+import json
+from itertools import pairwise
+
+import mpmath as mp
+import numpy as np
+import pytest
+import sympy as sp
+from published import FOUR_BAR_B0
+from scipy.integrate import solve_ivp
+
+from daebench.errors import BadInput, RunFailed
+from daebench.methods.initial_value_problem import initial_value_problem
+from daebench.methods.solvers.quadruple import library
+from daebench.methods.solvers.scipy_ode import ScipyOde
+from daebench.problems.four_bar import closed_form
+from daebench.reference.check.invariants import Stored, checks
+from daebench.reference.check.own_run import method_of
+from daebench.reference.check.verify import _outside
+from daebench.reference.keep import certificate, store
+from daebench.reference.keep.between import states_at
+from daebench.reference.keep.certificate import certified_text
+from daebench.reference.keep.definition import Definition, define
+from daebench.reference.make import constrained, taylor
+from daebench.reference.make.certify import NotCertified, certify
+from daebench.reference.make.local import Local
+from daebench.reference.make.motions import Motions
+from daebench.reference.make.multiprecision import Functions
+from daebench.reference.make.stages import Stages
+from daebench.runs.local_flow import enter, leave
+from daebench.runs.request import Request
+
+NAME = "four_bar-iftomm"
+UNITS = {"mass": 0.7, "length": 2.5, "gravity": 9.81}
+FIRST = 0.714355529
+"""First passage of the horizontal, s; published as 0.71."""
+
+
+def ivp(bars=2, case="iftomm", **parameters):
+    return initial_value_problem("four_bar", case, {"bars": bars, **parameters})
+
+
+def bars_of(q, v, length):
+    """Return the ends of all bars and their velocities, in link order."""
+    B, W = np.reshape(q, (-1, 2)), np.reshape(v, (-1, 2))
+    found = []
+    for i in range(len(B)):
+        found += [(B[i - 1], B[i], W[i - 1], W[i])] if i else []
+        found.append((np.array([i * length, 0.0]), B[i], np.zeros(2), W[i]))
+    return found
+
+
+def shares(bars, mass):
+    """Return the momentum of each upright's end, where all ends move with velocity 1: by p = dT/dv, summed over the bars that end there."""
+    found = np.full(bars + 1, mass / 3)  # of the uprights, whose other end is at rest
+    for i in range(bars):
+        found[[i, i + 1]] += mass / 2
+    return found
+
+
+def by_hand(bars, mass, length, gravity):
+    """Return the moment of inertia about the pivots and the weight's moment, a bar at a time, of all uprights in parallel."""
+    inertia = (bars + 1) * mass * length**2 / 3 + bars * mass * length**2
+    return inertia, gravity * ((bars + 1) * mass * length / 2 + bars * mass * length)
+
+
+def swung(theta0, omega0, bars, t, events=None, **units):
+    """Return the solution of the pendulum of the parallel motion from an angle and its rate."""
+    inertia, weight = by_hand(bars, **units)
+
+    def f(_, x):
+        return [x[1], -weight / inertia * np.sin(x[0])]
+
+    return solve_ivp(f, (0, t), [theta0, omega0], method="DOP853", rtol=1e-13, atol=1e-14, events=events)
+
+
+def started(theta, omega, bars, mass, length, **_):
+    """Return q and p of all uprights at an angle from hanging and a rate."""
+    B = np.array([np.sin(theta), -np.cos(theta)]) * length
+    q = np.concatenate([B + np.array([i * length, 0]) for i in range(bars + 1)])
+    v = omega * length * np.array([np.cos(theta), np.sin(theta)])
+    return q, np.concatenate([share * v for share in shares(bars, mass)])
+
+
+@pytest.mark.parametrize("bars", [1, 2, 4], ids=str)
+def test_energy_and_constraints_are_those_of_the_bars(bars, random):
+    where = ivp(bars, **UNITS)
+    q, v = random.normal(size=(2, 2 * bars + 2))
+    m, length, gravity = UNITS.values()
+    own = bars_of(q, v, length)
+    T = sum(m / 6 * (a @ a + a @ b + b @ b) for _, _, a, b in own)
+    U = sum(m * gravity * (x + y)[1] / 2 for x, y, _, _ in own)
+    p = mass_matrix(bars, m) @ v
+    assert float(where.value("H", p, q)) == pytest.approx(T + U, rel=1e-13)
+    np.testing.assert_allclose(where.value("g", q), [(y - x) @ (y - x) - length**2 for x, y, _, _ in own], rtol=0, atol=1e-12)
+
+
+def mass_matrix(bars, mass):
+    """Return the Hessian of T in the velocities, a bar at a time."""
+    n = 2 * bars + 2
+    found = np.zeros((n, n))
+    for i in range(bars + 1):
+        found[2 * i : 2 * i + 2, 2 * i : 2 * i + 2] += mass / 3 * np.eye(2)
+    for i in range(bars):
+        found[2 * i : 2 * i + 4, 2 * i : 2 * i + 4] += mass / 6 * np.kron([[2, 1], [1, 2]], np.eye(2))
+    return found
+
+
+def test_g_loses_rank_in_the_horizontal_and_nowhere_else():
+    for bars in (1, 2, 5):
+        where = ivp(bars)
+        for theta, rank in ((np.pi, 2 * bars + 1), (0.3, 2 * bars + 1), (np.pi / 2, bars + 1), (-np.pi / 2, bars + 1)):
+            q, _ = started(theta, 0.0, bars, 1.0, 1.0)
+            assert np.linalg.matrix_rank(where.value("G", q), tol=1e-9) == rank
+
+
+# ---- the motion ----------------------------------------------------------------------------------------------------------
+
+
+def test_the_published_motion_converges_to_the_closed_form():
+    """It is within its seven digits."""
+    start = ivp()
+    q, _ = closed_form(10, list(start.q0), list(start.p0), start.parameters)
+    assert np.abs(np.array(q[:2], dtype=float) - FOUR_BAR_B0).max() < 4e-8
+
+
+@pytest.mark.parametrize(("theta", "omega"), [(np.pi, -1.0), (0.1, 0.0), (2.0, 3.0), (-0.7, 9.0)], ids=["over", "swing", "back", "fast"])
+@pytest.mark.parametrize("bars", [1, 2, 5], ids=str)
+def test_the_closed_form_is_the_pendulum_that_all_bars_make_together(bars, theta, omega):
+    q0, p0 = started(theta, omega, bars, **UNITS)
+    found = swung(theta, omega, bars, 3.0, **UNITS)
+    q, p = closed_form(3.0, list(q0), list(p0), UNITS)
+    expected = started(*found.y[:, -1], bars, **UNITS)
+    np.testing.assert_allclose(np.array(q, dtype=float), expected[0], rtol=0, atol=1e-10)
+    np.testing.assert_allclose(np.array(p, dtype=float), expected[1], rtol=0, atol=1e-9)
+
+
+@pytest.mark.usefixtures("plain_functions")
+def test_the_closed_form_is_a_motion_of_the_constrained_system():
+    where = ivp(2, "swing", **UNITS)
+    run = ScipyOde("DOP853").solve(where, Request(value=1e-12, t_end=1.0, points=3)).complete()
+    q, p = closed_form(1.0, list(where.q0), list(where.p0), where.parameters)
+    np.testing.assert_allclose(run.q[-1], np.array(q, dtype=float), rtol=0, atol=1e-10)
+    np.testing.assert_allclose(run.p[-1], np.array(p, dtype=float), rtol=0, atol=1e-10)
+
+
+def test_the_closed_form_keeps_its_digits():
+    definition, found = define("four_bar", "iftomm"), []
+    for digits in (40, 60):
+        with mp.workdps(digits):
+            q0, p0 = definition.start_numbers()
+            q, p = closed_form(100, q0, p0, definition.values())
+            found.append([*q, *p])
+    assert max(abs(a - b) for a, b in zip(*found, strict=True)) < 1e-35
+
+
+@pytest.mark.parametrize("part", ["q", "p"])
+def test_uprights_that_are_not_parallel_are_refused(part):
+    q0, p0 = started(0.3, 1.0, 2, **UNITS)
+    (q0 if part == "q" else p0)[4] += 1e-6
+    with pytest.raises(BadInput, match="all uprights parallel"):
+        closed_form(1.0, list(q0), list(p0), UNITS)
+
+
+@pytest.mark.parametrize("theta", [0.1, np.pi / 2, 2.5, -np.pi / 2], ids=["low", "right", "high", "left"])
+def test_the_chart_leads_to_the_manifold_and_back_through_the_horizontal(theta):
+    where = ivp(3, **UNITS)
+    p, q = leave(where)([0.8], [theta])
+    expected = started(theta, 0.8, 3, **UNITS)
+    np.testing.assert_allclose(q, expected[0], rtol=0, atol=1e-14)
+    np.testing.assert_allclose(p, expected[1], rtol=0, atol=1e-13)
+    np.testing.assert_allclose(np.ravel(enter(where)(p, q)), [0.8, theta], rtol=0, atol=1e-14)
+
+
+def test_the_picture_has_every_bar_once_and_every_pivot():
+    problem = define("four_bar", "iftomm").problem
+    drawn = {frozenset(map(tuple, rod)) for rod in problem.picture.rods}
+    ends, ground = list(zip(problem.q[0::2], problem.q[1::2], strict=True)), [tuple(each) for each in problem.picture.fixed]
+    assert drawn == {frozenset(each) for each in [*zip(ground, ends, strict=True), *pairwise(ends)]}
+    assert [float(sp.sympify(x).subs(problem.parameters)) for x, _ in ground] == [0, 1, 2]
+
+
+# ---- the certificate -----------------------------------------------------------------------------------------------------
+
+
+def motions(case="iftomm", t_end=1, n=8):
+    made = {}
+
+    def keep(stage, make):
+        if stage not in made:
+            made[stage] = make()
+        return made[stage]
+
+    return Motions(define("four_bar", case), [mp.mpf(t_end) * k / n for k in range(n + 1)], keep)
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    """Certify the motion up to t = 1, with one rank loss and without runs of IDA, and return the folder it is stored in."""
+    place = tmp_path_factory.mktemp("references")
+    with pytest.MonkeyPatch.context() as patch, mp.workdps(80):
+        patch.setattr(certificate, "ida_errors", lambda *_: [])
+        times = [mp.mpf(k) / 8 for k in range(9)]
+        found, text = certified_text(define("four_bar", "iftomm"), times, Stages(place / ".stages", "key", lambda stage: None))
+        store.save(NAME, found | {"versions": {}}, text, place)
+    return place
+
+
+@pytest.fixture
+def crossed(folder):
+    return store.load(NAME, folder)
+
+
+def test_the_certificate_says_that_rank_is_lost_and_when_and_where_the_truth_is(crossed):
+    passed = swung(np.pi, -1.0, 2, 1.0, events=lambda _, x: np.cos(x[0]), mass=1.0, length=1.0, gravity=9.81).t_events[0]
+    assert list(crossed.rank_losses) == pytest.approx(passed, abs=2e-9)
+    assert list(crossed.rank_losses) == pytest.approx([FIRST], abs=2e-9)
+    made = crossed.certificate["made"]
+    assert made["method"] == "closed form, 50 digits, in minimal coordinates"
+    assert [each["against"] for each in made["checks"]][1] == "Taylor series in the problem's chart in quadruple precision"
+    assert "multipliers do not exist" in crossed.certificate["rank"]["rule"]
+    assert method_of(crossed) == "local:gauss4"
+
+
+def test_stored_digits_are_those_of_a_pendulum_by_taylor_series(crossed):
+    with mp.workdps(30):
+        ratio = mp.mpf(7) / 6 * mp.mpf(981) / 100  # 3/2 + 2 weights, and 3/3 + 2 moments of inertia, of a bar
+        theta, omega = mp.odefun(lambda _, x: [x[1], -ratio * mp.sin(x[0])], 0, [+mp.pi, mp.mpf(-1)])(mp.mpf(3) / 8)
+        expected = {"q1": mp.sin(theta), "q6": -mp.cos(theta), "p4": mp.mpf(4) / 3 * omega * mp.sin(theta)}
+        for name, value in expected.items():
+            assert abs(mp.mpf(crossed.text[name][3]) - value) < 1e-26
+
+
+def force_by_hand(q, p):
+    """Return -(M q'' + U_q), the force G^T lam of the constraints, of the parallel motion with default numbers and two linkages."""
+    B, P = q[:2], np.array([p[0::2].sum(), p[1::2].sum()])
+    inertia, weight = by_hand(2, 1.0, 1.0, 9.81)
+    v = P / shares(2, 1.0).sum()
+    a = -weight / inertia * B[0] * np.array([-B[1], B[0]]) - v @ v * B
+    return -np.concatenate([m * a + [0, 9.81 * w] for m, w in zip(shares(2, 1.0), (1.0, 1.5, 1.0), strict=True)])
+
+
+def test_stored_multipliers_and_those_next_to_rank_loss_make_the_force_of_newtons_law(crossed):
+    near = states_at(crossed, [FIRST - 1e-6, FIRST + 1e-9])
+    rows = [*zip(crossed.q, crossed.p, crossed.lam, strict=True), *zip(*near.states.values(), strict=True)]
+    for q, p, lam in rows:
+        force = ivp().value("G", q).T @ lam
+        assert np.abs(force - force_by_hand(q, p)).max() < 1e-14 * max(30.0, np.abs(lam).max())
+    assert np.abs(near.states["lam"][1]).max() > 1e7
+    assert not near.stored.any()
+
+
+def test_between_stored_times_states_lie_within_their_bounds(crossed):
+    t = [0.3, FIRST + 0.01, 0.99]
+    found = states_at(crossed, t)
+    with mp.workdps(40):
+        q0, p0 = define("four_bar", "iftomm").start_numbers()
+        for k, time in enumerate(t):
+            q, p = closed_form(mp.mpf(time), q0, p0, {"mass": 1, "length": 1, "gravity": mp.mpf(981) / 100})
+            for part, exact in (("q", q), ("p", p)):
+                errors = [float(abs(mp.mpf(float(x)) - y)) for x, y in zip(found.states[part][k], exact, strict=True)]
+                assert np.all(errors <= found.bound[part][k])
+    assert max(rows.max() for rows in found.bound.values()) < 1e-12
+
+
+def test_nothing_but_multipliers_goes_through_the_index_reduced_equation(monkeypatch):
+    def forbidden(definition):
+        raise AssertionError
+
+    monkeypatch.setattr(constrained, "own_coordinates", forbidden)
+    with mp.workdps(80):
+        assert certify(motions()).bound["q"].max() < 1e-29
+
+
+def test_without_minimal_coordinates_rank_loss_is_refused(monkeypatch):
+    monkeypatch.setattr(Definition, "crosses", False)
+    monkeypatch.setattr(taylor, "MOST_STEPS", 500)
+    with mp.workdps(80), pytest.raises(RunFailed, match=r"the Taylor series stopped between t = 0.625 and 0.75"):
+        certify(motions())
+
+
+def test_a_chart_that_is_wrong_is_refused(monkeypatch):
+    right, hy = Local.equations.func, library()
+
+    def wrong(self):
+        (x, rate), *rest = right(self)
+        return [(x, rate * (hy.real128(1) + hy.real128("1e-25"))), *rest]
+
+    monkeypatch.setattr(Local, "equations", property(wrong))
+    with mp.workdps(80), pytest.raises(NotCertified, match="Taylor series in the problem's chart in quadruple precision differs"):
+        certify(motions())
+
+
+def test_a_case_that_does_not_go_on_through_rank_loss_is_certified_as_any_other():
+    made = motions("swing").mathematics
+    assert not made.crosses
+    assert made.series == "Taylor series of HLW (1.18) in quadruple precision"
+
+
+def test_multipliers_where_there_are_none_are_refused_with_the_place():
+    with pytest.raises(RunFailed, match=r"singular at q = \(0.0, 0.0, 2.0, .*choose times that miss it"):
+        Functions(define("four_bar", "iftomm")).lam([mp.mpf(x) for x in (0, 0, 2, 0, 3, 0)], [mp.mpf(0)] * 6)
+
+
+def test_an_intact_certificate_holds_against_its_definition(crossed):
+    assert [check for check in checks(Stored(crossed, define("four_bar", "iftomm"))) if not check.ok] == []
+
+
+@pytest.mark.parametrize(
+    ("alter", "seen"),
+    [
+        (lambda rank, text: rank.update(lost=[]), "times of rank loss"),
+        (lambda rank, text: rank.update(lost=[FIRST + 1e-6]), "times of rank loss"),
+        (lambda rank, text: rank.update(lost=[FIRST, 0.9]), "times of rank loss"),
+        (lambda rank, text: rank["values"].__setitem__(3, 2 * rank["values"][3]), "singular values at the outputs"),
+        (lambda rank, text: rank.update(values=rank["values"][:-1]), "shape of the singular values"),
+        (lambda rank, text: rank.pop("values"), "certificate"),
+        (lambda rank, text: text["lam3"].__setitem__(6, changed(text["lam3"][6], "1e-26")), "lam against lam(p, q)"),
+        (lambda rank, text: text["q4"].__setitem__(7, changed(text["q4"][7], "1e-28")), "drift of g"),
+    ],
+    ids=["no loss", "late", "one too many", "value", "values", "no values", "lam", "q"],
+)
+def test_what_is_altered_is_seen(crossed, alter, seen, tmp_path):
+    claims = json.loads(json.dumps({key: x for key, x in crossed.certificate.items() if key not in ("data", "format", "checksum")}))
+    text = {name: list(column) for name, column in crossed.text.items()}
+    alter(claims["rank"], text)
+    store.save(NAME, claims, text, tmp_path)
+    altered = store.load(NAME, tmp_path)
+    definition, outside = _outside(altered)
+    found = outside if not all(check.ok for check in outside) else checks(Stored(altered, definition))
+    assert seen in "; ".join(check.what for check in found if not check.ok)
+
+
+def changed(number, by):
+    with mp.workdps(50):
+        return mp.nstr(mp.mpf(number) + mp.mpf(by), 34)

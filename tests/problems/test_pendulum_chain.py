@@ -1,0 +1,283 @@
+"""The double pendulum and the chain, against their equations of motion in angles, which are written out here with NumPy."""
+
+from functools import cache
+
+import numpy as np
+import pytest
+import sympy as sp
+from scipy.integrate import solve_ivp
+
+from daebench.errors import BadInput
+from daebench.methods.fixed_step.constrained import FixedStep
+from daebench.methods.initial_value_problem import initial_value_problem
+from daebench.methods.solvers.ida import Ida
+from daebench.problems import double_pendulum, pendulum_chain, planar_pendulum
+from daebench.reference.solution import integrated
+from daebench.runs.request import Request
+
+pytestmark = pytest.mark.usefixtures("plain_functions")
+
+UNLIKE = {"mass1": 0.7, "mass2": 2.5, "length1": 1.6, "length2": 0.45, "gravity": 3.7}
+TIMES = np.array([0.5, 1.0])
+
+
+# ---- the motion in angles ------------------------------------------------------------------------------------------------
+
+
+class Angles:
+    """Masses on rods, by the angles a of the rods from the downward vertical and their rates: no constraint, no multiplier.
+
+    The kinetic energy is a'.A(a) a' / 2, A_ij = l_i l_j cos(a_i - a_j) times the mass that hangs below both rods.
+    """
+
+    def __init__(self, masses, lengths, gravity):
+        self.m, self.length, self.gravity = np.array(masses, dtype=float), np.array(lengths, dtype=float), gravity
+        self.n, below = len(self.m), np.cumsum(self.m[::-1])[::-1]
+        self.pull = below * self.length
+        self.weights = np.outer(self.length, self.length) * below[np.maximum.outer(np.arange(self.n), np.arange(self.n))]
+
+    def mass_matrix(self, a):
+        return self.weights * np.cos(np.subtract.outer(a, a))
+
+    def acceleration(self, a, rates):
+        torque = -(self.weights * np.sin(np.subtract.outer(a, a))) @ rates**2 - self.gravity * self.pull * np.sin(a)
+        return np.linalg.solve(self.mass_matrix(a), torque)
+
+    def cartesian(self, a, rates):
+        """Return q and p; a and rates may have further axes behind the first."""
+        length, m = (np.expand_dims(x, tuple(range(1, np.ndim(a)))) for x in (self.length, self.m))
+        x = [np.cumsum(part, axis=0) for part in (length * np.sin(a), -length * np.cos(a))]
+        p = [m * np.cumsum(part, axis=0) for part in (length * np.cos(a) * rates, length * np.sin(a) * rates)]
+        return (np.stack(part, axis=1).reshape(2 * self.n, *np.shape(a)[1:]) for part in (x, p))
+
+    def motion(self, a, rates, times):
+        """Return q and p at these times, shape(len(times), 2 n)."""
+
+        def field(_, y):
+            return np.concatenate([y[self.n :], self.acceleration(y[: self.n], y[self.n :])])
+
+        y0 = np.concatenate([np.broadcast_to(a, self.n), np.broadcast_to(rates, self.n)])
+        y = solve_ivp(field, (0, times[-1]), y0, "DOP853", times, rtol=3e-14, atol=1e-14).y
+        return [part.T for part in self.cartesian(y[: self.n], y[self.n :])]
+
+
+def equal(n):
+    return Angles([1] * n, [1] * n, 9.81)
+
+
+def of_double(parameters):
+    return Angles(*([parameters[f"{name}{k}"] for k in (1, 2)] for name in ("mass", "length")), parameters["gravity"])
+
+
+IVPS = {
+    "double-horizontal": ("double_pendulum", "horizontal", 2, np.pi / 2),
+    "double-swing": ("double_pendulum", "swing", 2, 0.1),
+    "one-horizontal": ("pendulum_chain", "horizontal5", 1, np.pi / 2),
+    "three-horizontal": ("pendulum_chain", "horizontal5", 3, np.pi / 2),
+    "three-hanging": ("pendulum_chain", "hanging", 3, 0.1),
+}
+
+
+@pytest.mark.parametrize(("problem", "case", "n", "angle"), IVPS.values(), ids=IVPS)
+def test_the_motion_is_that_in_angles(problem, case, n, angle):
+    found = integrated(initial_value_problem(problem, case, {"links": n} if problem == "pendulum_chain" else None), TIMES)
+    q, p = equal(n).motion(angle, 0, TIMES)
+    # the motion in angles has an error of its own, of the size of the bound
+    assert np.max(np.linalg.norm(found.states["q"] - q, axis=1)) < 2 * found.bound["q"] < 1e-9
+    assert np.max(np.linalg.norm(found.states["p"] - p, axis=1)) < 2 * found.bound["p"] < 1e-8
+
+
+def test_the_double_pendulum_of_unlike_masses_and_rods_moves_as_in_angles():
+    alone = of_double(UNLIKE)
+    a, rates = np.array([2.5, -0.7]), np.array([-1.0, 3.0])
+    q0, p0 = alone.cartesian(a, rates)
+    found = integrated(initial_value_problem("double_pendulum", "swing", UNLIKE, q0=q0, p0=p0), TIMES)
+    q, p = alone.motion(a, rates, TIMES)
+    assert np.max(np.linalg.norm(found.states["q"] - q, axis=1)) < 2 * found.bound["q"] < 1e-9
+    assert np.max(np.linalg.norm(found.states["p"] - p, axis=1)) < 2 * found.bound["p"] < 1e-8
+
+
+@pytest.mark.parametrize("n", [1, 5, 10])
+def test_a_scheme_of_order_8_follows_the_chain_in_angles(n):
+    # bent and turning, so that no term of the motion vanishes; errors of one step are below rounding
+    a, rates = 0.3 * np.arange(n) - 1, np.cos(np.arange(n))
+    q0, p0 = equal(n).cartesian(a, rates)
+    method = FixedStep("rattle", composition="kahan_li8", compiled=False)
+    where = initial_value_problem("pendulum_chain", "hanging", {"links": n}, q0=q0, p0=p0)
+    found = method.solve(where, Request(value=0.005, steps=12, watch=("manifold",))).complete()
+    q, p = equal(n).motion(a, rates, [0.06])
+    assert max(np.abs(found.q[-1] - q).max(), np.abs(found.p[-1] - p).max()) < 1e-12
+    assert max(found.maxima.values()) < 1e-12
+
+
+@pytest.mark.parametrize("links", [2, 3])
+def test_ida_follows_the_hanging_chain(links):
+    found = Ida("index2").solve(
+        initial_value_problem("pendulum_chain", "hanging", {"links": links}), Request(value=1e-9, t_end=2.0, points=2)
+    )
+    q, p = equal(links).motion(0.1, 0, [2.0])
+    assert max(np.abs(found.complete().q[-1] - q).max(), np.abs(found.p[-1] - p).max()) < 1e-6
+
+
+@pytest.mark.parametrize("case", ["horizontal5", "hanging"])
+def test_a_chain_of_one_link_is_the_planar_pendulum(case):
+    where = initial_value_problem("pendulum_chain", case, {"links": 1, "mass": 1.3, "length": 0.6})
+    found = integrated(where, TIMES)
+    for k, t in enumerate(TIMES):
+        q, p = planar_pendulum.closed_form(t, where.q0, where.p0, where.parameters)
+        assert np.linalg.norm(found.states["q"][k] - np.array(q, dtype=float)) < found.bound["q"] < 1e-11
+        assert np.linalg.norm(found.states["p"][k] - np.array(p, dtype=float)) < found.bound["p"] < 1e-10
+
+
+def test_a_chain_of_two_links_is_the_double_pendulum():
+    chain, double = initial_value_problem("pendulum_chain", "horizontal5", {"links": 2}), initial_value_problem("double_pendulum")
+    assert np.array_equal(chain.q0, double.q0)
+    one, other = integrated(chain, TIMES), integrated(double, TIMES)
+    for name in ("q", "p", "lam"):
+        assert np.abs(one.states[name] - other.states[name]).max() < one.bound[name]
+
+
+# ---- horizontal and at rest ----------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("n", [2, 5, 10])
+def test_a_horizontal_chain_at_rest_falls_freely_and_pulls_at_nothing(n):
+    # in angles only the first rod has an angular acceleration, -gravity/length: the first mass falls freely and so do all below it
+    expected = np.eye(n)[0] * -9.81
+    np.testing.assert_allclose(equal(n).acceleration(np.full(n, np.pi / 2), np.zeros(n)), expected, rtol=0, atol=1e-11)
+    where = initial_value_problem("pendulum_chain", "horizontal5", {"links": n}, algebra="values")
+    lam = where.value("lam", where.p0, where.q0)
+    q_acc = -(where.value("H_q", where.p0, where.q0) + where.value("G", where.q0).T @ lam)
+    assert np.abs(lam).max() == 0
+    assert np.array_equal(q_acc, np.tile([0, -9.81], n))
+
+
+def test_a_bent_chain_at_rest_is_pulled_as_in_angles():
+    a = np.array([0.4, -1.2, 2.0, 0.1, 1.0])
+    q0, p0 = equal(5).cartesian(a, np.zeros(5))
+    where = initial_value_problem("pendulum_chain", q0=q0, p0=p0)
+    lam = where.value("lam", p0, q0)
+    q_acc = -(where.value("H_q", p0, q0) + where.value("G", q0).T @ lam)
+    _, expected = equal(5).cartesian(a, equal(5).acceleration(a, np.zeros(5)))
+    np.testing.assert_allclose(q_acc, expected, rtol=0, atol=1e-12)
+
+
+# ---- definitions ---------------------------------------------------------------------------------------------------------
+
+
+SHEETS = {"double": double_pendulum.problem(), **{f"{n} links": pendulum_chain.problem(links=n).written_out() for n in (1, 2, 5, 10)}}
+
+
+@pytest.mark.parametrize("sheet", SHEETS.values(), ids=SHEETS)
+def test_every_case_is_at_rest_on_the_manifold_exactly_for_any_lengths(sheet):
+    for case in sheet.cases.values():
+        at = dict(zip(sheet.q, case.q, strict=True))
+        assert [sp.simplify(g.subs(at, simultaneous=True)) for g in sheet.g] == [0] * sheet.m
+        assert set(case.p) == {0}
+
+
+@pytest.mark.parametrize("sheet", SHEETS.values(), ids=SHEETS)
+def test_no_integral_is_declared_and_angular_momentum_is_one_without_gravity_only(sheet):
+    q, p = sheet.q, sheet.p
+    L = sum(q[k] * p[k + 1] - q[k + 1] * p[k] for k in range(0, sheet.d, 2))
+    lam = sp.symbols(f"lam1:{sheet.m + 1}")
+    force = -sp.Matrix([sheet.U + sum(a * b for a, b in zip(lam, sheet.g, strict=True))]).jacobian(q)
+    velocity = sheet.M.inv() * sp.Matrix(p)
+    rate = sum(L.diff(x) * v + L.diff(y) * f for x, v, y, f in zip(q, velocity, p, force, strict=True))
+    gravity = next(symbol for symbol in sheet.parameters if str(symbol) == "gravity")
+    assert sheet.integrals == {}
+    assert sp.expand(rate.subs(gravity, 0)) == 0
+    assert sp.expand(rate) != 0
+
+
+@pytest.mark.parametrize("links", [1, 2, 5, 10])
+def test_G_Minv_GT_of_the_chain_is_tridiagonal(links):
+    q = np.random.default_rng(7).normal(size=2 * links)
+    where = initial_value_problem(
+        "pendulum_chain", "hanging", {"links": links, "mass": 0.4}, algebra="values", q0=q, p0=0 * q, consistent=False
+    )
+    G = where.value("G", q)
+    r = np.diff(np.concatenate([[[0, 0]], q.reshape(-1, 2)]), axis=0)
+    expected = np.diag(8 * np.sum(r * r, axis=1)) / 0.4
+    expected[0, 0] /= 2
+    for k in range(links - 1):
+        expected[k, k + 1] = expected[k + 1, k] = -4 * r[k] @ r[k + 1] / 0.4
+    found = G @ G.T / 0.4
+    np.testing.assert_allclose(found, expected, rtol=1e-13, atol=1e-13)
+    assert np.array_equal(found == 0, np.abs(np.subtract.outer(range(links), range(links))) > 1)
+
+
+def test_arguments_of_a_definition_are_the_values_of_its_parameters():
+    double, chain = double_pendulum.problem(**UNLIKE), pendulum_chain.problem(links=3, mass=0.4, length=1.5, gravity=3.7).written_out()
+    assert {str(symbol): value for symbol, value in double.parameters.items()} == UNLIKE
+    assert {str(symbol): value for symbol, value in chain.parameters.items()} == {"mass": 0.4, "length": 1.5, "gravity": 3.7}
+
+
+def test_the_number_of_links_is_the_cases_unless_it_is_given():
+    assert initial_value_problem("pendulum_chain", "horizontal5").q0.tolist() == [1, 0, 2, 0, 3, 0, 4, 0, 5, 0]
+    assert initial_value_problem("pendulum_chain", "horizontal5", {"links": 2, "length": 3.0}).q0.tolist() == [3, 0, 6, 0]
+    assert initial_value_problem("pendulum_chain", "hanging", {"links": 7}).m == 7
+    assert initial_value_problem("double_pendulum", None, {"length2": 0.5}).q0.tolist() == [1, 0, 1.5, 0]
+    with pytest.raises(BadInput, match="links = 0 must be a whole number of at least 1"):
+        initial_value_problem("pendulum_chain", "hanging", {"links": 0})
+
+
+# ---- the chart -----------------------------------------------------------------------------------------------------------
+
+CHARTS = {"double": ("double_pendulum", 2), **{f"{n} links": ("pendulum_chain", n) for n in (1, 2, 5, 10)}}
+
+
+@cache
+def chart(name, n):
+    """Return the chart, its inverse and X = chi' as functions of numbers, and the motion in angles with the same parameters."""
+    values = UNLIKE if name == "double_pendulum" else {"mass": 0.4, "length": 1.5, "gravity": 9.81}
+    sheet = double_pendulum.problem() if name == "double_pendulum" else pendulum_chain.problem(links=n).written_out()
+    its, par = sheet.chart, {symbol: values[str(symbol)] for symbol in sheet.parameters}
+    y, x = [*its.eta, *its.xi], sp.Matrix([*its.p, *its.q]).subs(par)
+    back = sp.Matrix([*its.inverse_eta, *its.inverse_xi]).subs(par)
+    functions = sp.lambdify([y], x), sp.lambdify([[*sheet.p, *sheet.q]], back), sp.lambdify([y], x.jacobian(y))
+    alone = of_double(values) if name == "double_pendulum" else Angles([0.4] * n, [1.5] * n, 9.81)
+    return *functions, alone
+
+
+@pytest.fixture(params=CHARTS.values(), ids=CHARTS)
+def charted(request, random):
+    """The chart's functions, and points of it everywhere on the circle: rates and angles."""
+    name, n = request.param
+    points = [(random.normal(size=n), random.uniform(-np.pi, np.pi, size=n)) for _ in range(5)]
+    ends = [(np.zeros(n), angle * np.ones(n)) for angle in (0.0, np.pi / 2, -np.pi / 2, 3.0)]
+    return *chart(name, n), [*points, *ends]
+
+
+def test_the_chart_is_of_angles_from_the_downward_vertical_and_their_rates(charted):
+    into, _, _, alone, points = charted
+    for rates, a in points:
+        q, p = alone.cartesian(a, rates)
+        np.testing.assert_allclose(into([*rates, *a])[:, 0], np.concatenate([p, q]), rtol=0, atol=1e-13)
+
+
+def test_the_chart_and_its_inverse_undo_each_other_everywhere(charted):
+    into, back, _, alone, points = charted
+    for rates, a in points:
+        q, p = alone.cartesian(a, rates)
+        np.testing.assert_allclose(back([*p, *q])[:, 0], [*rates, *a], rtol=0, atol=1e-13)
+        np.testing.assert_allclose(into(back([*p, *q])[:, 0])[:, 0], [*p, *q], rtol=0, atol=1e-13)
+
+
+def test_the_two_form_in_the_chart_has_the_mass_matrix_of_the_angles_and_is_nowhere_singular(charted):
+    _, _, jacobian, alone, points = charted
+    n = alone.n
+    J = np.block([[np.zeros((2 * n, 2 * n)), np.eye(2 * n)], [-np.eye(2 * n), np.zeros((2 * n, 2 * n))]])
+    for rates, a in points:
+        X = jacobian([*rates, *a])
+        two_form, A = X.T @ J @ X, alone.mass_matrix(a)
+        np.testing.assert_allclose(two_form[:n, n:], A, rtol=0, atol=1e-12)
+        np.testing.assert_allclose(two_form[:n, :n], 0, atol=1e-13)
+        assert np.linalg.eigvalsh(A).min() > 1e-2
+
+
+def test_in_the_chart_gauss_follows_the_double_pendulum():
+    where = initial_value_problem("double_pendulum", "swing")
+    found = FixedStep("gauss3", form="local", compiled=False).solve(where, Request(value=0.02, steps=25)).complete()
+    q, p = equal(2).motion(0.1, 0, [0.5])
+    assert max(np.abs(found.q[-1] - q).max(), np.abs(found.p[-1] - p).max()) < 1e-9

@@ -1,0 +1,431 @@
+"""Point masses on rods and surfaces, and butane, against their equations of motion written out by hand and against closed forms."""
+
+from functools import cache
+from importlib import import_module
+
+import mpmath as mp
+import numpy as np
+import pytest
+import sympy as sp
+from scipy.integrate import quad, solve_ivp
+from scipy.special import ellipe
+
+from daebench.methods.fixed_step.constrained import FixedStep
+from daebench.methods.initial_value_problem import initial_value_problem
+from daebench.reference.solution import integrated
+from daebench.runs.request import Request
+
+pytestmark = pytest.mark.usefixtures("plain_functions")
+
+PROBLEMS = ("double_spherical_pendulum", "two_bodies_on_sphere", "ellipsoid_geodesic", "torus", "butane")
+PICTURED = (*PROBLEMS, "planar_pendulum", "spherical_pendulum", "double_pendulum")
+AXES = np.array([1.8, 1.5, 0.7])
+
+
+@cache
+def sheet(name):
+    return import_module(f"daebench.problems.{name}").problem()
+
+
+def numbers(name, expressions, arguments, **values):
+    """Return expressions as a function of their arguments, with the default parameters unless others are given."""
+    at = {s: sp.Rational(repr(values.get(str(s), value))) for s, value in sheet(name).parameters.items()}
+    return sp.lambdify(arguments, [sp.sympify(x).subs(at) for x in expressions], modules="numpy", cse=True)
+
+
+def solved(f, x0, times, tolerance=1e-12):
+    found = solve_ivp(f, (0, times[-1]), x0, "DOP853", times, rtol=tolerance, atol=tolerance / 10)
+    assert found.success
+    return found.y
+
+
+# ---- motions in minimal coordinates ----------------------------------------------------------------------------------------
+
+
+def direction(a, b):
+    """Return n = (cos b cos a, cos b sin a, sin b), its derivatives by a and b, and those of second order by aa, ab, bb."""
+    (ca, sa), (cb, sb), zero = (np.cos(a), np.sin(a)), (np.cos(b), np.sin(b)), 0 * a
+    return (
+        np.array([cb * ca, cb * sa, sb]),
+        np.array([[-cb * sa, -sb * ca], [cb * ca, -sb * sa], [zero, cb]]),
+        np.array([[-cb * ca, sb * sa, -cb * ca], [-cb * sa, -sb * ca, -cb * sa], [zero, zero, -sb]]),
+    )
+
+
+class Directions:
+    """Points x = B n for directions n stacked, masses and a force: x'' = B (J xi'' + c), so (B J)^T M (B J) xi'' = (B J)^T (F - M B c)."""
+
+    def __init__(self, B, masses, force):
+        self.B, self.M, self.force = np.array(B, dtype=float), np.diag(np.repeat(masses, 3)), force
+
+    def split(self, y):
+        n = len(y) // 2
+        parts = [direction(*y[k : k + 2]) for k in range(0, n, 2)]
+        J = np.zeros((3 * len(parts), n))
+        for k, (_, each, _) in enumerate(parts):
+            J[3 * k : 3 * k + 3, 2 * k : 2 * k + 2] = each
+        c = np.concatenate(
+            [twice @ [r[0] ** 2, 2 * r[0] * r[1], r[1] ** 2] for (*_, twice), r in zip(parts, y[n:].reshape(-1, 2), strict=True)]
+        )
+        return np.concatenate([each[0] for each in parts]), J, c
+
+    def field(self, _, y):
+        n, J, c = self.split(y)
+        D = self.B @ J
+        rates = y[len(y) // 2 :]
+        return np.concatenate([rates, np.linalg.solve(D.T @ self.M @ D, D.T @ (self.force(self.B @ n) - self.M @ self.B @ c))])
+
+    def start(self, q, p):
+        """Return angles and rates of a state."""
+        n = np.linalg.solve(self.B, q).reshape(-1, 3)
+        y = np.concatenate([[np.arctan2(m[1], m[0]), np.arcsin(m[2])] for m in n])
+        D = self.B @ self.split(np.concatenate([y, 0 * y]))[1]
+        return np.concatenate([y, np.linalg.lstsq(D, np.linalg.solve(self.M, p), rcond=None)[0]])
+
+    def motion(self, q, p, times, tolerance=1e-12):
+        y = solved(self.field, self.start(q, p), times, tolerance).T
+        states = [(self.split(row)[0], self.split(row)[1] @ row[len(row) // 2 :]) for row in y]
+        return np.array([self.B @ n for n, _ in states]), np.array([self.M @ self.B @ rate for _, rate in states])
+
+
+def attraction(x):
+    """Force of U = -1/acos(x1.x2) on both points."""
+    c = x[:3] @ x[3:]
+    return np.concatenate([x[3:], x[:3]]) / np.arccos(c) ** 2 / np.sqrt(1 - c * c)
+
+
+def moved_by_directions(name):
+    turned = np.array([[0, 0, 1], [1, 0, 0], [0, 1, 0]])  # the poles of the angles lie on the second axis
+    both = np.kron(np.eye(2), turned)
+    if name == "two_bodies_on_sphere":
+        return Directions(both, [1, 1], attraction)
+    if name == "ellipsoid_geodesic":
+        return Directions(np.diag(AXES), [1], lambda x: 0 * x)
+    return Directions(np.kron([[1, 0], [1, 1]], turned), [1, 1], lambda x: np.array([0, 0, -9.81, 0, 0, -9.81]))
+
+
+def on_torus(q, p, times, gravity, tolerance=1e-12):
+    """Return the motion on the torus of radii 2 and 1 by its angles, from a start with phi = 0."""
+    theta = np.arctan2(q[2], q[0] - 2)
+    x0 = [theta, 0, p[2] * np.cos(theta) - p[0] * np.sin(theta), p[1] / q[0]]
+
+    def f(_, x):
+        a, _, rise, turn = x
+        rho = 2 + np.cos(a)
+        return [rise, turn, -rho * np.sin(a) * turn**2 - gravity * np.cos(a), 2 * np.sin(a) * rise * turn / rho]
+
+    a, b, rise, turn = solved(f, x0, times, tolerance)
+    rho = 2 + np.cos(a)
+    v = [-np.sin(a) * np.cos(b) * rise - rho * np.sin(b) * turn, -np.sin(a) * np.sin(b) * rise + rho * np.cos(b) * turn, np.cos(a) * rise]
+    return np.array([rho * np.cos(b), rho * np.sin(b), np.sin(a)]).T, np.array(v).T
+
+
+# ---- butane by hand: Cartesian, with the torsion force as molecular dynamics has it ---------------------------------------
+
+ATOMS = np.array([15.035, 14.027, 14.027, 15.035])
+C = np.array([9.28, 12.16, -13.12, -3.06, 26.24, -31.50])
+PAIRS = ((0, 1), (1, 2), (2, 3), (0, 2), (1, 3))
+
+
+def torsion(q):
+    """Return the torsion angle, 0 in trans, and its gradient, shape(4, 3)."""
+    r = np.reshape(q, (4, 3))
+    a, b, c = np.diff(r, axis=0)
+    m, n, size = np.cross(a, b), np.cross(b, c), np.linalg.norm(b)
+    first, last = -size / (m @ m) * m, size / (n @ n) * n
+    s, t = (a @ b) / size**2, (c @ b) / size**2
+    gradient = np.array([first, -first * (1 + s) + t * last, s * first - (1 + t) * last, last])
+    return np.arctan2(-size * (a @ n), -(m @ n)), gradient
+
+
+def torsion_force(q):
+    phi, gradient = torsion(q)
+    slope = -np.sin(phi) * np.polynomial.Polynomial(C).deriv()(np.cos(phi))
+    return (-slope * gradient).ravel()
+
+
+def by_hand(q, p, times, tolerance=1e-12):
+    """Return the motion of butane: the five distances are held by forces along them."""
+    M = np.repeat(ATOMS, 3)
+
+    def f(_, x):
+        q, v = x[:12], x[12:]
+        G, hidden = np.zeros((5, 12)), np.zeros(5)
+        for k, (i, j) in enumerate(PAIRS):
+            a, b = slice(3 * i, 3 * i + 3), slice(3 * j, 3 * j + 3)
+            G[k, b], G[k, a], hidden[k] = q[b] - q[a], q[a] - q[b], (v[b] - v[a]) @ (v[b] - v[a])
+        force = torsion_force(q)
+        lam = np.linalg.solve(G / M @ G.T, G @ (force / M) + hidden)
+        return np.concatenate([v, (force - G.T @ lam) / M])
+
+    x = solved(f, np.concatenate([q, p / M]), times, tolerance)
+    return x[:12].T, (x[12:].T * M)
+
+
+MOTIONS = {
+    "double-swing": ("double_spherical_pendulum", "swing", 1.0),
+    "double-horizontal": ("double_spherical_pendulum", "horizontal", 1.0),
+    "two-gni": ("two_bodies_on_sphere", "gni", 1.0),
+    "two-circling": ("two_bodies_on_sphere", "circling", 1.0),
+    "round-short": ("ellipsoid_geodesic", "round_short", 2.0),
+    "round-long": ("ellipsoid_geodesic", "round_long", 1.0),
+    "umbilic": ("ellipsoid_geodesic", "umbilic", 2.0),
+    "torus-hole": ("torus", "through_hole", 2.0),
+    "torus-trough": ("torus", "trough", 2.0),
+    "torus-inner": ("torus", "inner", 2.0),
+}
+
+
+def independent(where, times, tolerance=1e-12):
+    """Return q and p, one row a time, by equations that are written out in this file."""
+    if where.problem == "torus":
+        return on_torus(where.q0, where.p0, times, where.parameters["gravity"], tolerance)
+    if where.problem == "butane":
+        return by_hand(where.q0, where.p0, times, tolerance)
+    return moved_by_directions(where.problem).motion(where.q0, where.p0, times, tolerance)
+
+
+@pytest.mark.parametrize(("problem", "case", "t"), MOTIONS.values(), ids=MOTIONS)
+def test_the_motion_is_that_of_the_equations_written_by_hand(problem, case, t):
+    where, times = initial_value_problem(problem, case), np.array([0.5, 1.0]) * t
+    found = integrated(where, times)
+    q, p = independent(where, times)
+    assert np.abs(found.states["q"] - q).max() < 3e-10
+    assert np.abs(found.states["p"] - p).max() < 3e-9
+
+
+@pytest.mark.parametrize("problem", PROBLEMS)
+def test_a_scheme_of_order_8_follows_the_equations_written_by_hand(problem):
+    case = "tumbling" if problem == "butane" else None
+    where = initial_value_problem(problem, case)
+    method = FixedStep("rattle", composition="kahan_li8", compiled=False)
+    found = method.solve(where, Request(value=0.01, steps=10, watch=("manifold", "integrals"))).complete()
+    q, p = independent(where, np.array([0.1]))
+    assert np.abs(found.q[-1] - q).max() < 1e-11
+    assert np.abs(found.p[-1] - p).max() < 1e-10
+    assert max(found.maxima["g"], found.maxima["Gv"]) < 1e-12
+
+
+# ---- starts and integrals ------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("name", PROBLEMS)
+def test_every_case_is_on_the_manifold_to_forty_digits(name, forty_digits):
+    whole = sheet(name)
+    for case in whole.cases.values():
+        at = {s: sp.Rational(repr(case.parameters.get(str(s), value))) for s, value in whole.parameters.items()}
+        at |= {s: sp.N(sp.sympify(x).subs(at), 45) for s, x in zip([*whole.q, *whole.p], [*case.q, *case.p], strict=True)}
+        G = sp.Matrix(whole.g).jacobian(whole.q)
+        for residual in [*whole.g, *(G * whole.M.inv() * sp.Matrix(whole.p))]:
+            assert abs(sp.sympify(residual).subs(at)) < 1e-38
+
+
+def test_the_two_bodies_start_as_in_the_codes_of_hairer():
+    where = initial_value_problem("two_bodies_on_sphere")
+    for k, (a, b, turn, rise) in enumerate(((1.3, 2.1, 1.2, 0.1), (-2.1, -1.1, 0.1, -0.5))):
+        q = [np.cos(a) * np.sin(b), np.sin(a) * np.sin(b), np.cos(b)]
+        v = [
+            -np.sin(a) * np.sin(b) * turn + np.cos(a) * np.cos(b) * rise,
+            np.cos(a) * np.sin(b) * turn + np.sin(a) * np.cos(b) * rise,
+            -np.sin(b) * rise,
+        ]
+        assert np.abs(where.q0[3 * k : 3 * k + 3] - q).max() < 1e-15
+        assert np.abs(where.p0[3 * k : 3 * k + 3] - v).max() < 1e-15
+    # theta' is the speed along a meridian and phi' sin(theta) that along a circle of latitude
+    kinetic = (0.1**2 + (1.2 * np.sin(2.1)) ** 2 + 0.5**2 + (0.1 * np.sin(-1.1)) ** 2) / 2
+    distance = np.arccos(np.cos(2.1) * np.cos(-1.1) + np.sin(2.1) * np.sin(-1.1) * np.cos(1.3 + 2.1))
+    assert float(where.value("H", where.p0, where.q0)) == pytest.approx(kinetic - 1 / distance, rel=1e-14)
+
+
+@pytest.mark.parametrize("name", PROBLEMS)
+def test_what_is_declared_is_kept_and_nothing_beside_it(name):
+    """Integrals along motions written by hand; with one variable doubled in it none is."""
+    whole, where = sheet(name), initial_value_problem(name, "tumbling" if name == "butane" else None)
+    assert {*whole.integrals} == KEPT[name]
+    q, p = independent(where, np.array([0.2, 0.5]), 1e-11)
+    states = [*np.vstack([where.q0, q]).T, *np.vstack([where.p0, p]).T]
+    kept = list(whole.integrals.values())
+    doubled = [each.subs(y, 2 * y) for each in kept for y in [next(y for y in whole.p if each.has(y))]]
+    found = numbers(name, [*kept, *doubled], [*whole.q, *whole.p])(*states)
+    changes = np.array([np.ptp(np.broadcast_to(each, 3)) for each in found])
+    assert changes[: len(kept)].max() < 1e-9
+    assert changes[len(kept) :].min() > 1e-3
+
+
+KEPT = {
+    "double_spherical_pendulum": {"L3"},
+    "two_bodies_on_sphere": {"L1", "L2", "L3"},
+    "ellipsoid_geodesic": {"Jacobi"},
+    "torus": {"L3"},
+    "butane": {"P1", "P2", "P3", "L1", "L2", "L3"},
+}
+
+
+# ---- charts and pictures ---------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("name", PROBLEMS)
+def test_the_chart_leads_to_the_manifold_and_back(name, random):
+    whole, chart = sheet(name), sheet(name).chart
+    y, x = [*chart.eta, *chart.xi], [*whole.p, *whole.q]
+    Gv = sp.Matrix(whole.g).jacobian(whole.q) * whole.M.inv() * sp.Matrix(whole.p)
+    out, back, off = (
+        numbers(name, *each) for each in (([*chart.p, *chart.q], y), ([*chart.inverse_eta, *chart.inverse_xi], x), ([*whole.g, *Gv], x))
+    )
+    at = random.uniform(-1.4, 1.4, size=(len(y), 20))
+    state = out(*at)
+    assert np.abs(np.array(back(*state)) - at).max() < 1e-12
+    assert max(np.abs(each).max() for each in off(*state)) < 1e-12
+
+
+def test_the_motions_stay_far_from_the_poles_of_their_charts():
+    t = np.linspace(0, 10, 501)[1:]
+
+    def passed(name, case, pole):
+        where = initial_value_problem(name, case)
+        system = moved_by_directions(name)
+        y = solved(system.field, system.start(where.q0, where.p0), t, 1e-6)
+        n = np.array([direction(*y[k : k + 2])[0] for k in range(0, len(y) // 2, 2)])
+        turned = np.array([[0, 0, 1], [1, 0, 0], [0, 1, 0]]) if len(n) > 1 else np.eye(3)
+        return np.degrees(np.arccos(np.einsum("i,ij,kjt->kt", pole, turned, n).max()))
+
+    for case in ("gni", "circling"):
+        assert passed("two_bodies_on_sphere", case, np.array([1, -2, -2]) / 3) > 70
+    assert passed("double_spherical_pendulum", "swing", np.array([0, 0, 1])) > 135
+    assert passed("double_spherical_pendulum", "horizontal", np.array([0, 0, 1])) > 30
+    for case in ("round_short", "round_long"):
+        assert passed("ellipsoid_geodesic", case, np.array([3, 0, 4]) / 5) > 4
+
+
+@pytest.mark.parametrize("name", PICTURED)
+def test_masses_are_drawn_where_they_are_and_on_the_surface(name, random):
+    whole, picture = sheet(name), sheet(name).picture
+    assert [x for mass in picture.masses for x in mass] == list(whole.q)
+    assert {tuple(point) for rod in picture.rods for point in rod} <= {*map(tuple, picture.masses), *picture.fixed}
+    if picture.surface is not None:
+        k = len(picture.surface)
+        on = [g.subs(dict(zip(whole.q[i * k : i * k + k], picture.surface, strict=True)), simultaneous=True) for i, g in enumerate(whole.g)]
+        f = numbers(name, on, [symbol for symbol, _, _ in picture.over])
+        bounds = [[float(bound) for bound in each[1:]] for each in picture.over]
+        assert np.abs(f(*(random.uniform(low, high, size=50) for low, high in bounds))).max() < 1e-13
+
+
+# ---- what is known in closed form ------------------------------------------------------------------------------------------
+
+
+def test_the_kinetic_flow_of_two_bodies_is_motion_along_great_circles(random):
+    whole = sheet("two_bodies_on_sphere")
+    flow = whole.kinetic_flow
+    n, w = random.normal(size=(2, 2, 3))
+    n = n / np.linalg.norm(n, axis=1)[:, None]
+    q, p = n.ravel(), (np.array([[0.7], [2.5]]) * np.cross(w, n)).ravel()
+    found = numbers("two_bodies_on_sphere", [*flow.q, *flow.p], [*whole.q, *whole.p, flow.t], mass1=0.7, mass2=2.5)(*q, *p, 1.3)
+    free = Directions(np.eye(6), [0.7, 2.5], lambda x: 0 * x)
+    exact = free.motion(q, p, np.array([1.3]))
+    assert np.abs(np.array(found) - np.concatenate([each[0] for each in exact])).max() < 1e-10
+
+
+def test_geodesics_from_an_umbilic_meet_in_the_opposite_one_half_the_middle_ellipse_away():
+    where = initial_value_problem("ellipsoid_geodesic", "umbilic")
+    half = 2 * AXES[0] * ellipe(1 - (AXES[2] / AXES[0]) ** 2)
+    assert np.abs(where.q0 - AXES * [0.6, 0, -0.8]).max() < 1e-15
+    q, _ = independent(where, np.array([half]))
+    assert np.abs(q[-1] + where.q0).max() < 1e-10
+    assert np.abs(integrated(where, np.array([half])).states["q"][-1] + where.q0).max() < 1e-10
+
+
+@pytest.mark.parametrize(("case", "kind"), [("round_short", 2), ("round_long", 0)], ids=["round_short", "round_long"])
+def test_geodesics_wind_round_the_axis_that_they_are_named_after(case, kind):
+    where = initial_value_problem("ellipsoid_geodesic", case)
+    q, _ = independent(where, np.linspace(0, 20, 201)[1:], 1e-8)
+    a, b = q.T[[k for k in range(3) if k != kind]] / AXES[[k for k in range(3) if k != kind], None]
+    assert np.hypot(a, b).min() > 0.05
+    assert abs(np.ptp(np.unwrap(np.arctan2(b, a)))) > 3.9 * np.pi
+
+
+def test_on_the_torus_the_orbits_do_what_they_say():
+    """Beside the innermost circle, of curvature -1 along it, geodesics part as cosh t, and are as near again after a turn of the tube."""
+
+    def tube_angle(case, t):
+        where = initial_value_problem("torus", case)
+        q, _ = independent(where, np.linspace(0, t, 100 * int(t) + 1)[1:])
+        return np.unwrap(np.arctan2(q[:, 2], np.hypot(q[:, 0], q[:, 1]) - 2))
+
+    assert np.ptp(tube_angle("through_hole", 20)) > 8 * np.pi
+    trough = tube_angle("trough", 20)
+    assert -1.7 < trough.min() < trough.max() < -0.6
+    beside = np.pi - tube_angle("inner", 24)
+    t = np.linspace(0, 24, 2401)[1:]
+    assert np.abs(beside / (1e-3 * np.cosh(t)) - 1)[t <= 3].max() < 0.01
+    assert np.abs(2 * np.pi - beside).min() == pytest.approx(1e-3, rel=0.01)
+
+
+def test_wells_and_barriers_of_butane_are_where_the_force_vanishes():
+    """Extrema of the polynomial in cos(phi), against the ends where the sine vanishes, and against the force in Cartesian coordinates."""
+    V = np.polynomial.Polynomial(C)
+    inside = sorted(float(np.real(c)) for c in V.deriv().roots() if abs(np.imag(c)) < 1e-12 and abs(c) < 1)
+    assert np.degrees(np.arccos(inside)) == pytest.approx([120.01, 59.96], abs=0.01)
+    assert V(np.array([1, *inside, -1])) == pytest.approx([0, 2.927, 12.353, 44.8], abs=1e-3)
+    at = numbers("butane", bent(sp.Symbol("torsion")), [sp.Symbol("torsion")])
+    for c in (1, *inside, -1):
+        assert np.abs(torsion_force(np.array(at(float(np.arccos(c))), dtype=float))).max() < 1e-6
+
+
+def bent(angle):
+    chart = sheet("butane").chart
+    still = dict.fromkeys(chart.xi, 0) | {chart.xi[-1]: angle}
+    return [x.subs(still) for x in chart.q]
+
+
+def test_the_torsion_force_is_the_slope_of_the_declared_potential_along_the_manifold(random, forty_digits):
+    whole, chart = sheet("butane"), sheet("butane").chart
+    at = {s: sp.Rational(repr(value)) for s, value in whole.parameters.items()}
+    U = sp.lambdify([chart.xi], whole.U.subs(at).subs(dict(zip(whole.q, [x.subs(at) for x in chart.q], strict=True))), modules="mpmath")
+    place, X = (numbers("butane", each, [chart.xi]) for each in (chart.q, sp.Matrix(chart.q).jacobian(chart.xi)))
+    for _ in range(3):
+        xi = random.uniform(-1.4, 1.4, size=7)
+        slopes = []
+        for k in range(7):
+            ends = [[mp.mpf(x) + (sign * mp.mpf("1e-13") if i == k else 0) for i, x in enumerate(xi.tolist())] for sign in (1, -1)]
+            slopes.append(float((U(ends[0]) - U(ends[1])) / mp.mpf("2e-13")))
+        force = torsion_force(np.array(place(xi), dtype=float))
+        assert np.abs(force @ np.array(X(xi), dtype=float).reshape(12, 7) + slopes).max() < 1e-12 * np.abs(slopes).max()
+
+
+def inertia(phi):
+    """Return the mass of the torsion where the molecule as a whole neither moves nor turns, kinetic energy phi'^2 / 2 times it."""
+    b, angle = 1.53, np.radians(109.47)
+    along, off = -b * np.cos(angle), b * np.sin(angle)
+    r = np.array([[-along, off, 0], [0, 0, 0], [b, 0, 0], [b + along, -off * np.cos(phi), -off * np.sin(phi)]])
+    r, s = r - ATOMS @ r / ATOMS.sum(), np.array([[0, 0, 0]] * 3 + [[0, off * np.sin(phi), -off * np.cos(phi)]])
+    s = s - ATOMS @ s / ATOMS.sum()
+    momentum = ATOMS @ np.cross(r, s)
+    whole = sum(m * (x @ x * np.eye(3) - np.outer(x, x)) for m, x in zip(ATOMS, r, strict=True))
+    return ATOMS @ np.sum(s**2, axis=1) - momentum @ np.linalg.solve(whole, momentum)
+
+
+def test_from_rest_the_torsion_swings_with_the_period_of_one_degree_of_freedom():
+    """A quarter period by quadrature over phi = phi0 sin(s), which takes the square root at the turning point away."""
+    V = np.polynomial.Polynomial(C)
+
+    def dt(s):
+        phi = 0.5 * np.sin(s)
+        drop = (V(np.cos(0.5)) - V(np.cos(phi))) if np.cos(s) > 1e-6 else np.inf
+        return 0.5 * np.cos(s) * np.sqrt(inertia(phi) / 2 / drop)
+
+    quarter = quad(dt, 0, np.pi / 2, epsabs=1e-11, epsrel=1e-11)[0]
+    where = initial_value_problem("butane", "trans")
+    q, p = by_hand(where.q0, where.p0, np.array([1, 2, 4]) * quarter)
+    assert abs(torsion(q[0])[0]) < 1e-6
+    assert abs(torsion(q[1])[0] + 0.5) < 1e-6
+    assert np.abs(q[2] - where.q0).max() < 1e-5
+    assert np.abs(p[2]).max() < 1e-4
+
+
+@pytest.mark.parametrize(("case", "least", "most"), [("gauche", 1.5, 2.41), ("crossing", -3.01, 3.01)], ids=["gauche", "crossing"])
+def test_the_torsion_stays_in_its_well_or_crosses_all_barriers(case, least, most):
+    where = initial_value_problem("butane", case)
+    q, _ = by_hand(where.q0, where.p0, np.linspace(0, 6, 61)[1:], 1e-6)
+    found = np.unwrap([torsion(each)[0] for each in q])
+    assert least < found.min() < least + 0.3
+    assert most - 0.3 < found.max() < most

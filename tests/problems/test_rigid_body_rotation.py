@@ -1,0 +1,137 @@
+"""The rotation matrix of a rigid body against Euler's equations written out by hand, published numbers, and its chart."""
+
+import numpy as np
+import pytest
+from runs import run
+from scipy.integrate import solve_ivp
+
+from daebench.diagnostics.manifold import constraint_jacobian
+from daebench.methods.initial_value_problem import initial_value_problem
+from daebench.methods.solvers.scipy_ode import ScipyOde
+from daebench.runs.local_flow import enter, leave
+from daebench.runs.request import Request
+
+CASES = ("free", "heavy_top")
+POLE = np.array([2, 3, 6]) / 7
+
+
+def ivp(case, **parameters):
+    return initial_value_problem("rigid_body_rotation", case, parameters)
+
+
+def hat(w):
+    return np.array([[0, -w[2], w[1]], [w[2], 0, -w[0]], [-w[1], w[0], 0]])
+
+
+def numbers(where):
+    values = where.parameters
+    return np.array([values[f"I{k}"] for k in (1, 2, 3)]), values["mass"] * values["gravity"] * np.array(
+        [values[f"r{k}"] for k in (1, 2, 3)]
+    )
+
+
+def body(p, q):
+    """Return the angular momentum in the body."""
+    Y = q.reshape(3, 3).T @ p.reshape(3, 3)
+    return np.array([Y[2, 1] - Y[1, 2], Y[0, 2] - Y[2, 0], Y[1, 0] - Y[0, 1]])
+
+
+def euler(where, t, tolerance=1e-13):
+    """Return Q and omega at the times t: Q' = Q hat(omega), I omega' = I omega x omega + Gamma x (mass gravity r), Gamma the third row."""
+    moments, weight = numbers(where)
+
+    def f(_, x):
+        Q, w = x[:9].reshape(3, 3), x[9:]
+        return np.concatenate([(Q @ hat(w)).ravel(), (np.cross(moments * w, w) + np.cross(Q[2], weight)) / moments])
+
+    x0 = np.concatenate([where.q0, body(where.p0, where.q0) / moments])
+    found = solve_ivp(f, (0, t[-1]), x0, t_eval=t, method="DOP853", rtol=tolerance, atol=tolerance)
+    assert found.success
+    return found.y[:9].T, found.y[9:].T
+
+
+def test_the_free_body_starts_as_eulers_and_the_top_with_the_published_energy():
+    free, top = ivp("free"), ivp("heavy_top")
+    assert np.abs(body(free.p0, free.q0) - [np.cos(1.1), 0, np.sin(1.1)]).max() < 1e-15
+    assert np.abs(body(top.p0, top.q0) / numbers(top)[0] - [0, 150, -4.61538]).max() < 1e-13
+    assert float(top.value("H", top.p0, top.q0)) == pytest.approx(5435.696790865546875, rel=1e-15)
+
+
+@pytest.mark.parametrize(("case", "t"), [("free", 1.0), ("heavy_top", 0.04)], ids=CASES)
+def test_the_constrained_motion_is_that_of_eulers_equations(plain_functions, case, t):
+    where = ivp(case)
+    found = ScipyOde("DOP853").solve(where, Request(value=1e-11, t_end=t, points=3)).complete()
+    Q, w = euler(where, found.t)
+    assert np.abs(found.q - Q).max() < 1e-8
+    moments = numbers(where)[0]
+    D = np.diag(moments.sum() / 2 - moments)
+    P = np.array([(q.reshape(3, 3) @ hat(each) @ D).ravel() for q, each in zip(Q, w, strict=True)])
+    assert np.abs(found.p - P).max() < 1e-8 * np.abs(P).max()
+
+
+def test_the_top_is_turned_as_published_after_a_fifth_of_a_second():
+    """A Runge-Kutta computation gave the quaternion (-.70828, .43878, .54573, .0894), all its signs free to change together."""
+    a, b, c, d = np.array([-0.70828, 0.43878, 0.54573, 0.0894])
+    rows = [
+        [b * b - c * c - d * d, 2 * (b * c - a * d), 2 * (b * d + a * c)],
+        [2 * (b * c + a * d), c * c - b * b - d * d, 2 * (c * d - a * b)],
+    ]
+    published = np.array(rows) + a * a * np.eye(3)[:2]
+    Q = euler(ivp("heavy_top"), np.array([0.0, 0.2]))[0][-1].reshape(3, 3)
+    assert np.abs(Q[:2] - published).max() < 2e-3
+
+
+def test_rattle_keeps_the_constraints_the_vertical_momentum_and_of_a_free_body_the_energy():
+    for where, h in ((ivp("free"), 0.1), (ivp("heavy_top"), 2e-4)):
+        found = run("rattle", where, h, 20, watch=("energy", "manifold", "integrals"))
+        size = float(np.abs(where.p0).max())
+        assert max(found.maxima["g"], found.maxima["Gv"] / max(1.0, size)) < 1e-14
+        assert found.maxima["L3"] < 1e-14 * max(1.0, size)
+        if where.case == "free":
+            assert found.maxima["energy"] < 1e-15
+
+
+def test_gravity_acts_on_the_centre_of_mass_downwards():
+    where = ivp("free", gravity=3.0, mass=2.0, r1=0.3, r2=0.0, r3=-0.5)
+    assert float(where.value("H", 0 * where.p0, where.q0)) == pytest.approx(3.0 * 2.0 * -0.5)
+    assert np.abs(where.value("H_q", where.p0, where.q0) - [*[0] * 6, 1.8, 0, -3.0]).max() < 1e-15
+
+
+# ---- the chart -----------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_the_chart_leads_to_the_manifold_and_back(case, random):
+    where = ivp(case)
+    for _ in range(5):
+        eta, xi = random.uniform(-2, 2, 3), random.uniform(-1.4, 1.4, 3)
+        p, q = leave(where)(eta, xi)
+        again = enter(where)(p, q)
+        assert np.abs(np.concatenate([*again]) - np.concatenate([eta, xi])).max() < 1e-13
+        Q, P = np.array(q).reshape(3, 3), np.array(p).reshape(3, 3)
+        assert np.abs(Q.T @ Q - np.eye(3)).max() < 1e-15
+        assert np.linalg.det(Q) == pytest.approx(1)
+        moments = numbers(where)[0]
+        assert np.abs(P - Q @ hat(eta) @ np.diag(moments.sum() / 2 - moments)).max() < 1e-13
+        C = constraint_jacobian(where, P.reshape(1, 9), Q.reshape(1, 9))[0]
+        assert np.linalg.matrix_rank(C) == 12
+
+
+def test_the_chart_at_the_start_leads_back_to_it():
+    for case in CASES:
+        where = ivp(case)
+        p, q = leave(where)(*enter(where)(where.p0, where.q0))
+        assert np.abs(np.array(q) - where.q0).max() < 1e-15
+        assert np.abs(np.array(p) - where.p0).max() < 1e-13 * np.abs(where.p0).max()
+
+
+@pytest.mark.parametrize(
+    ("case", "t", "degrees"),
+    [("free", 20.0, 15.4), ("heavy_top", 1.5, 4.6), pytest.param("heavy_top", 20.0, 4.6, marks=pytest.mark.slow)],
+    ids=["free", "heavy_top", "heavy_top-long"],
+)
+def test_the_motion_stays_away_from_the_poles_of_the_chart(case, t, degrees):
+    """Axis 2 of the body never comes that close to the axis (2, 3, 6)/7 of space, on either side of it."""
+    Q, _ = euler(ivp(case), np.linspace(0, t, 20_001), tolerance=1e-8)
+    angles = np.degrees(np.arccos(np.abs(Q[:, [1, 4, 7]] @ POLE)))
+    assert degrees < angles.min() < degrees + 1

@@ -1,0 +1,73 @@
+"""A reference between its stored times: within its bound, from either side, never beyond the horizon."""
+
+import mpmath as mp
+import numpy as np
+import pytest
+
+from daebench.errors import BadInput
+from daebench.problems.planar_pendulum import closed_form
+from daebench.reference.check.runs import Motion
+from daebench.reference.keep.between import states_at
+from daebench.reference.keep.store import load
+
+
+@pytest.fixture
+def rotating(references):
+    return load("planar_pendulum-rotating", references)
+
+
+def still(n):
+    """Return n states of nothing."""
+    return Motion({"q": np.zeros((n, 2)), "p": np.zeros((n, 2)), "lam": np.zeros((n, 1))}, dict.fromkeys(("q", "p", "lam"), 0.0))
+
+
+def exact(t):
+    with mp.workdps(40):
+        q, p = closed_form(mp.mpf(float(t)), [0, -1], [mp.mpf(5) / 2, 0], {"mass": 1, "length": 1, "gravity": 1})
+        return q, p, [(p[0] ** 2 + p[1] ** 2 - q[1]) / 2]
+
+
+@pytest.mark.usefixtures("plain_functions")
+def test_states_between_lie_within_their_bounds_and_bounds_are_not_wasteful(rotating, random):
+    times = np.concatenate([random.uniform(0, 4, 25), [1.0625, 0.06, 0.07, 3.99]])
+    found = states_at(rotating, times)
+    assert not found.stored.any()
+    for k, t in enumerate(times):
+        for part, values in zip(("q", "p", "lam"), exact(t), strict=True):
+            errors = [float(abs(mp.mpf(float(x)) - y)) for x, y in zip(found.states[part][k], values, strict=True)]
+            assert np.all(errors <= found.bound[part][k]), (t, part)
+    assert max(rows.max() for rows in found.bound.values()) < 1e-12
+
+
+def test_stored_times_give_stored_digits(rotating):
+    found = states_at(rotating, [2.5, 0.0, 4.0])
+    assert found.row.tolist() == [20, 0, 32]
+    np.testing.assert_array_equal(found.states["q"], rotating.q[[20, 0, 32]])
+    assert np.all(found.bound["q"] <= 2.0**-52)
+    assert np.all(found.bound["q"] >= rotating.bound["q"][[20, 0, 32]])
+
+
+@pytest.mark.usefixtures("plain_functions")
+def test_times_keep_their_order_and_may_come_twice(rotating):
+    found = states_at(rotating, [1.03, 0.5, 1.03, 0.97, 1.0])
+    alone = [states_at(rotating, [t]) for t in (1.03, 0.5, 1.03, 0.97, 1.0)]
+    np.testing.assert_allclose(found.states["q"], np.concatenate([each.states["q"] for each in alone]), rtol=0, atol=1e-15)
+    assert found.stored.tolist() == [False, True, False, False, True]
+
+
+def test_the_nearest_stored_state_is_where_it_starts_on_either_side(rotating, monkeypatch):
+    begun = []
+
+    def travelled(ivp, reference, k, t):
+        begun.append((k, t.tolist()))
+        return still(len(t)), dict.fromkeys(("q", "p", "lam"), 0.0)
+
+    monkeypatch.setattr("daebench.reference.keep.between._travelled", travelled)
+    states_at(rotating, [0.9, 0.95, 1.05, 1.1])
+    assert begun == [(7, [0.9]), (8, [0.95]), (8, [1.05]), (9, [1.1])]
+
+
+@pytest.mark.parametrize("t", [-0.1, 4.1, float("nan")], ids=str)
+def test_times_outside_are_refused_with_the_horizon(rotating, t):
+    with pytest.raises(BadInput, match=r"is outside of planar_pendulum-rotating, which reaches from 0 to its horizon at 4\."):
+        states_at(rotating, [1.0, t])

@@ -1,0 +1,299 @@
+"""Certification: the digits are right, what was found about them is right, and wrong motions are refused."""
+
+import definitions
+import mpmath as mp
+import numpy as np
+import pytest
+import sympy as sp
+from ivps import ivp
+
+from daebench.compiler.definition import source_of
+from daebench.errors import BadInput, RunFailed
+from daebench.methods.solvers import taylor_equations
+from daebench.methods.solvers.quadruple import Translation, library, orthogonally
+from daebench.reference.keep.definition import Definition, define
+from daebench.reference.make import constrained, local, taylor
+from daebench.reference.make.amplification import amplification, double_horizon
+from daebench.reference.make.amplification import growth as growth_of
+from daebench.reference.make.certify import NotCertified, certify, largest_so_far, smallest_singular_values
+from daebench.reference.make.local import Local
+from daebench.reference.make.motions import Motions
+from daebench.reference.make.multiprecision import Functions
+from daebench.runs.make_ivp import make_ivp
+
+
+@pytest.fixture(autouse=True)
+def fifty_digits():
+    with mp.workdps(50):
+        yield
+
+
+def times(t_end, n=16):
+    return [mp.mpf(t_end) * k / n for k in range(n + 1)]
+
+
+def motions(problem, case, t_end=2, n=16):
+    """Return the motions of a case, each made once."""
+    made = {}
+
+    def keep(stage, make):
+        if stage not in made:
+            made[stage] = make()
+        return made[stage]
+
+    return Motions(define(problem, case), times(t_end, n), keep)
+
+
+def extrapolated(rates, y, t, steps):
+    """Return the solution of y' = rates(y) at t by Gragg's midpoint rule, extrapolated in 18 columns: about 45 digits."""
+    H = t / steps
+    for _ in range(steps):
+        table = []
+        for k in range(1, 19):
+            h, before, now = H / (2 * k), y, y + H / (2 * k) * rates(y)
+            for _ in range(2 * k - 1):
+                before, now = now, before + 2 * h * rates(now)
+            row = [now]
+            for j, last in enumerate(table[-1] if table else [], 1):
+                row.append(row[-1] + (row[-1] - last) / ((mp.mpf(k) / (k - j)) ** 2 - 1))
+            table.append(row)
+        y = table[-1][-1]
+    return y
+
+
+def double_pendulum_in_angles(t, angle):
+    """Return positions of the double pendulum with unit masses and rods, gravity 981/100, released at rest, straight."""
+    gravity = mp.mpf(981) / 100
+
+    def rates(y):
+        a, b, u, w = y
+        c, s = mp.cos(a - b), mp.sin(a - b)
+        f, k = -s * w**2 - 2 * gravity * mp.sin(a), s * u**2 - gravity * mp.sin(b)
+        return np.array([u, w, (f - c * k) / (2 - c**2), (2 * k - c * f) / (2 - c**2)])
+
+    a, b, *_ = extrapolated(rates, np.array([angle, angle, mp.mpf(0), mp.mpf(0)]), t, 32)
+    x = [mp.sin(a), -mp.cos(a)]
+    return [*x, x[0] + mp.sin(b), x[1] - mp.cos(b)]
+
+
+def test_taylor_series_in_both_coordinates_agree_with_a_motion_written_by_hand():
+    found = motions("double_pendulum", "horizontal", t_end=1)
+    expected = double_pendulum_in_angles(mp.mpf(1), mp.pi / 2)
+    for way in (found.own(), found.other()):
+        assert max(abs(x - y) for x, y in zip(way.parts["q"][-1], expected, strict=True)) < 1e-31
+
+
+def test_certified_digits_of_a_motion_without_a_closed_form_lie_within_their_bounds():
+    found = certify(motions("double_pendulum", "horizontal", t_end=1))
+    expected = double_pendulum_in_angles(mp.mpf(1), mp.pi / 2)
+    errors = [float(abs(x - y)) for x, y in zip(found.states.parts["q"][-1], expected, strict=True)]
+    assert np.all(errors <= found.bound["q"][-1])
+    assert found.bound["q"].max() < 1e-29
+    assert [check["against"] for check in found.checks][-1] == "Taylor series in the problem's chart"
+
+
+def test_a_closed_form_is_the_truth_where_there_is_one_and_multipliers_are_those_of_newton():
+    found = certify(motions("planar_pendulum", "iftomm_a01"))
+    assert found.method.startswith("closed form")
+    for q, p, lam in zip(*found.states.parts.values(), strict=True):
+        assert abs(2 * lam[0] - (p[0] ** 2 + p[1] ** 2 - mp.mpf(981) / 100 * q[1])) < 1e-33  # the rod's pull, centripetal
+
+
+def test_parameters_and_starts_are_exact_and_not_their_doubles():
+    own = define("planar_pendulum", "iftomm_a01")
+    assert own.parameters[sp.Symbol("gravity", real=True)] == sp.Rational(981, 100)
+    q0, _ = define("spherical_pendulum", "fig1.1").start_numbers()
+    assert abs(q0[1] - mp.sin(mp.mpf(1) / 10)) < 1e-49
+
+
+def test_the_hash_changes_with_the_mathematics_and_not_with_the_other_cases():
+    first, second = define("planar_pendulum", "horizontal"), define("planar_pendulum", "iftomm_a01")
+    assert first.hash != second.hash
+    assert first.hash == define("planar_pendulum", "horizontal").hash
+    assert "iftomm" not in str(first.text)
+
+
+def test_constants_are_divided_in_quadruple_precision():
+    hy, x = library(), sp.Symbol("x")
+    say = Translation({x: hy.make_vars("x")})
+    rows = taylor.integrated([(hy.make_vars("x"), say(x / 5 + sp.Rational(1, 3)))], [mp.mpf(1)], [mp.mpf(0), mp.mpf(1)])
+    assert abs(rows[-1][0] - ((1 + mp.mpf(5) / 3) * mp.exp(mp.mpf(1) / 5) - mp.mpf(5) / 3)) < 1e-33
+
+
+def test_the_second_run_has_other_rounding_and_the_start_has_none():
+    found = motions("double_pendulum", "swing", t_end=1)
+    again = taylor.integrated(taylor_equations.own_coordinates(found.definition), found.own().rows[0], found.times, parts=3)
+    apart = max(abs(x - y) for x, y in zip(found.own().rows[-1], again[-1], strict=True))
+    assert 0 < apart < 1e-31
+    assert [found.own().parts[part][0] for part in "qp"] == found.definition.start_numbers()
+
+
+@pytest.mark.parametrize("place", ["spherical-fast", "stretched-M", "relativistic", "double-pendulum", "coupled-rods"], ids=str)
+def test_the_index_reduced_equation_is_that_of_the_kernels_off_the_manifold_too(place):
+    where, hy = ivp(place), library()
+    q, p = where.q0 + 0.01, where.p0 + 0.02
+    variables, rates = zip(*taylor_equations.own_coordinates(Definition(where, {})), strict=True)
+    compiled = hy.cfunc([hy.expression(rate) if isinstance(rate, hy.real128) else rate for rate in rates], vars=list(variables))
+    force = -where.value("H_q", p, q) - where.value("G", q).T @ where.value("lam", p, q)
+    np.testing.assert_allclose(compiled(np.concatenate([q, p])), [*where.value("H_p", p, q), *force], rtol=1e-12, atol=1e-13)
+
+
+def test_orthogonalised_columns_solve_where_every_pivot_vanishes():
+    hy = library()
+    x = hy.make_vars("x")
+    numbers = [[0, 2, 1], [3, 0, -2], [1, 1, 0]], [5, -1, 4]
+    A, b = ([[x * k for k in row] for row in numbers[0]], [x * k for k in numbers[1]])
+    found = hy.cfunc(orthogonally(A, b), vars=[x])([1.5])
+    np.testing.assert_allclose(found, np.linalg.solve(*numbers), rtol=1e-14, atol=1e-14)
+
+
+@pytest.mark.parametrize(
+    ("problem", "case", "symmetric"), [("double_pendulum", "horizontal", True), ("rigid_body_rotation", "free", False)]
+)
+def test_columns_are_orthogonalised_where_rates_are_not_those_of_the_angles(problem, case, symmetric, monkeypatch):
+    used = []
+    for name in ("solved", "orthogonally"):
+        monkeypatch.setattr(local, name, lambda A, b, name=name: used.append(name) or b)
+    assert len(Local(define(problem, case)).equations) == (4 if symmetric else 6)
+    assert set(used) == {"solved" if symmetric else "orthogonally"}
+
+
+@pytest.mark.slow
+def test_the_heavy_top_goes_on_where_a_pivot_of_its_chart_vanishes():
+    found = motions("rigid_body_rotation", "heavy_top", t_end=0.5, n=8)
+    assert max(abs(x - y) for x, y in zip(found.own().rows[-1], found.other().rows[-1], strict=True)) < 1e-26
+
+
+def test_a_function_without_a_counterpart_is_named():
+    x = sp.Symbol("x")
+    with pytest.raises(BadInput, match=r"gamma.*has no counterpart"):
+        Translation({x: library().make_vars("x")})(sp.gamma(x))
+
+
+def test_a_series_that_blows_up_says_where():
+    x = library().make_vars("x")
+    with pytest.raises(RunFailed, match=r"between t = 1.0 and 1.125.*choose a shorter end time"):
+        taylor.integrated([(x, x * x)], [mp.mpf(1)], times(2, 16))
+
+
+# ---- wrong motions -------------------------------------------------------------------------------------------------------
+
+
+def spoiled(equations, where, share):
+    """Return equations with one rate off by a part of it."""
+    hy = library()
+    factor = hy.real128(1) + hy.real128(share)
+    return [(x, rate * factor if k == where else rate) for k, (x, rate) in enumerate(equations)]
+
+
+@pytest.mark.parametrize("case", [("planar_pendulum", "rotating"), ("double_pendulum", "horizontal")], ids=lambda case: case[0])
+@pytest.mark.parametrize("share", ["1e-3", "1e-26"], ids=str)
+def test_an_equation_that_is_wrong_by_a_little_is_refused(case, share, monkeypatch):
+    right = taylor_equations.own_coordinates
+    monkeypatch.setattr(constrained, "own_coordinates", lambda definition: spoiled(right(definition), definition.derivation.d, share))
+    with pytest.raises(NotCertified, match=r"was not certified: at t = .* differs in"):
+        certify(motions(*case, t_end=1))
+
+
+def test_a_chart_that_is_wrong_is_refused(monkeypatch):
+    right = Local.equations.func
+    monkeypatch.setattr(Local, "equations", property(lambda self: spoiled(right(self), 0, "1e-25")))
+    with pytest.raises(NotCertified, match="Taylor series in the problem's chart differs"):
+        certify(motions("double_pendulum", "horizontal", t_end=1))
+
+
+def test_a_closed_form_that_is_wrong_is_refused(monkeypatch):
+    found = motions("planar_pendulum", "rotating")
+    form = found.definition.derivation.problem.closed_form
+
+    def late(t, *rest):
+        return form(t * (1 + mp.mpf("1e-27")), *rest)
+
+    monkeypatch.setitem(vars(found.definition.derivation.problem), "closed_form", late)
+    with pytest.raises(NotCertified, match="differs in"):
+        certify(found)
+
+
+def test_what_has_neither_closed_form_nor_chart_is_refused():
+    where = make_ivp(source_of(definitions.double_pendulum(), "tied"), "bent")
+    with pytest.raises(NotCertified, match="neither a closed form nor a chart"):
+        certify(Motions(Definition(where, {}), times(1), lambda stage, make: make()))
+
+
+def test_lost_rank_is_refused_with_its_time(monkeypatch):
+    found = motions("planar_pendulum", "rotating")
+    certified, states = certify(found), iter(range(100))
+    monkeypatch.setattr(Functions, "smallest_singular_value", lambda *_: 1e-9 if next(states) == 4 else 4.0)
+    with pytest.raises(NotCertified, match=r"smallest singular value of G M.-1 G.T is 1e-09 at t = 0.5"):
+        smallest_singular_values(found.definition.name, found, certified)
+
+
+def test_a_bound_never_falls_and_is_never_below_rounding():
+    states = motions("planar_pendulum", "rotating").own()
+    found = {part: np.zeros((17, 2 if part != "lam" else 1)) for part in ("q", "p", "lam")}
+    found["q"][3, 0] = 1e-20
+    bound = largest_so_far([found], states)
+    assert np.all(np.diff(bound["q"], axis=0) >= 0)
+    assert bound["q"][2, 0] == pytest.approx(1e-33)
+    assert bound["q"][16, 0] == pytest.approx(1e-19)
+    assert bound["q"][16, 1] == pytest.approx(1e-33)
+
+
+def test_a_reference_ends_where_its_bound_is_no_better_than_a_double(monkeypatch):
+    monkeypatch.setattr("daebench.reference.make.certify.WORTH", 1e-31)
+    found = certify(motions("double_pendulum", "horizontal", t_end=4, n=64))
+    assert 8 <= len(found.t) < 65
+    assert found.bound["q"].shape == (len(found.t), 4)
+
+
+# ---- multiprecision functions and amplification --------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("place", ["spherical-fast", "stretched-M", "relativistic", "double-pendulum", "coupled-rods"], ids=str)
+def test_functions_in_mpmath_are_those_of_the_kernels(place):
+    where = ivp(place)
+    functions = Functions(Definition(where, {}))
+    q, p = where.q0 + 0.01, where.p0 + 0.02
+    for name, found in (("H", [functions.energy(list(q), list(p))]), ("lam", functions.lam(list(q), list(p)))):
+        np.testing.assert_allclose([float(x) for x in found], np.ravel(where.value(name, p, q)), rtol=1e-12)
+    np.testing.assert_allclose([float(x) for x in functions.g(list(q))], where.value("g", q), rtol=0, atol=1e-14)
+    np.testing.assert_allclose([float(x) for x in functions.Gv(list(q), list(p))], where.value("Gv", p, q), rtol=1e-12, atol=1e-14)
+
+
+def test_amplification_is_that_of_neighbours_by_the_closed_form():
+    found = motions("planar_pendulum", "rotating")
+    certified = certify(found)
+    growth = amplification(found, certified).start
+    form, values = found.definition.derivation.problem.closed_form, {"mass": 1, "length": 1, "gravity": 1}
+    speed, eps = mp.mpf(5) / 2, mp.mpf("1e-15")
+    size = max(float(abs(x)) for row in certified.states.parts["p"] for x in row)
+
+    def state(turn, faster):
+        """The state at the end from the lowest point, turned by an angle, at some speed."""
+        q0, v = [mp.sin(turn), -mp.cos(turn)], speed + faster
+        return form(mp.mpf(2), q0, [v * mp.cos(turn), v * mp.sin(turn)], values)
+
+    columns = []
+    for turn, faster in ((eps, 0), (0, eps)):
+        (q, p), (q0, p0) = state(turn, faster), state(0, 0)
+        columns.append(
+            [float((x - y) / eps) for x, y in zip(q, q0, strict=True)] + [float((x - y) / eps) / size for x, y in zip(p, p0, strict=True)]
+        )
+    start = np.array([[1, 0, 0, float(speed) / size], [0, 0, 1 / size, 0]]).T
+    expected = np.linalg.norm(np.array(columns).T @ np.linalg.pinv(start), 2)
+    assert growth[0] == pytest.approx(1, rel=1e-9)
+    assert growth[-1] == pytest.approx(expected, rel=1e-9)
+
+
+def test_growth_from_a_time_on_the_way_is_found_where_the_motion_converges_again():
+    C = np.array([np.eye(2), np.diag([10, 0.1]), np.diag([1, 1]), np.diag([0.5, 2])])
+    found = growth_of(C)
+    np.testing.assert_allclose(found.start, [1, 10, 1, 2])
+    np.testing.assert_allclose(found.worst, [1, 10, 10, 20])
+    np.testing.assert_allclose(found.step, [1, 10, 10, 2])
+
+
+def test_the_horizon_of_double_precision_is_where_a_rounded_start_is_lost():
+    growth = np.array([1.0, 1e10, 2e14, 1e16])
+    assert double_horizon([0, 1, 2, 3], growth) == 2.0
+    assert double_horizon([0, 1], growth[:2]) is None

@@ -1,0 +1,135 @@
+"""The references that come with daebench: one for every problem, whole, of today's definitions, and not too large."""
+
+import mpmath as mp
+import numpy as np
+import pytest
+from published import BARI_LAM, BARI_Q, FOUR_BAR_B0
+
+from daebench.methods.catalogue import find_problem, problems
+from daebench.reference.check.verify import verify
+from daebench.reference.keep.between import states_at
+from daebench.reference.keep.definition import define
+from daebench.reference.keep.places import DATA
+from daebench.reference.keep.store import load, names
+from daebench.reports.problems.facts import told
+
+EXPECTED = {
+    "planar_pendulum-horizontal": 100.0,
+    "planar_pendulum-near_top": 100.0,
+    "planar_pendulum-iftomm_a01": 100.0,
+    "planar_pendulum-rotating": 100.0,
+    "spherical_pendulum-fig1.1": 100.0,
+    "spherical_pendulum-fig1.2": 100.0,
+    "spherical_pendulum-fig1.2b": 100.0,
+    "double_pendulum-horizontal": 32.0,
+    "double_pendulum-swing": 50.0,
+    "pendulum_chain-horizontal5": 20.0,
+    "pendulum_chain-hanging": 20.0,
+    "double_spherical_pendulum-swing": 32.0,
+    "two_bodies_on_sphere-gni": 20.0,
+    "butane-tumbling": 20.0,
+    "ellipsoid_geodesic-round_short": 50.0,
+    "torus-through_hole": 50.0,
+    "rigid_body_rotation-free": 32.0,
+    "rigid_body_rotation-heavy_top": 2.0,
+    "slider_crank-turning": 32.0,
+    "four_bar-iftomm": 10.0,
+    "andrews_squeezer-bari": 0.0625,
+    "lotka_volterra-4,2": 100.0,
+    "lotka_volterra-6,2": 100.0,
+    "lotka_volterra_3d-blow_up": 1.0,
+    "free_rigid_body-hlw": 100.0,
+    "heavy_top_lie_poisson-heavy_top": 10.0,
+    "ablowitz_ladik-hlw16": 2.0,
+}
+"""Names, and a time that each reaches, s."""
+
+
+def test_every_problem_has_one_and_none_is_missing():
+    assert {load(name).problem for name in names()} >= set(problems())
+    assert set(EXPECTED) <= set(names())
+
+
+def test_they_are_below_20_megabytes():
+    assert sum(path.stat().st_size for path in DATA.rglob("*") if path.is_file()) < 20e6
+
+
+@pytest.mark.parametrize("name", EXPECTED, ids=str)
+def test_each_is_whole_and_of_the_definition_of_today(name):
+    found = load(name)
+    assert found.horizon >= EXPECTED[name]
+    assert found.certificate["definition"]["sha256"] == define(found.problem, found.case).hash
+    assert {*np.arange(1, np.floor(EXPECTED[name]) + 1), EXPECTED[name]} <= set(found.t)
+    ivp = found.ivp()
+    for part in found.kind.state:  # entries are sums of terms as large as the largest: their rounding is that of those
+        np.testing.assert_allclose(found.values[part][0], getattr(ivp, f"{part}0"), rtol=5e-16, atol=4e-16 * max(1.0, found.size(part)))
+
+
+@pytest.mark.parametrize("name", EXPECTED, ids=str)
+def test_each_bound_has_all_digits_of_a_double(name):
+    found = load(name)
+    assert set(found.bound) in ({"q", "p", "lam"}, {"y"})
+    for part, bound in found.bound.items():
+        assert np.all(bound > 0)
+        assert np.all(bound <= 1e-17 * np.abs(found.values[part]).max())
+
+
+def test_the_rigid_body_by_its_matrix_and_by_its_angular_momentum_is_one_motion_to_thirty_digits():
+    matrix, momentum = load("rigid_body_rotation-free"), load("free_rigid_body-hlw")
+    with mp.workdps(40):
+        for k in (1, 100, len(matrix.t) - 1):
+            assert matrix.t[k] == momentum.t[k]
+            q, p = (mp.matrix(3, 3) for _ in range(2))
+            for part, rows in (("q", q), ("p", p)):
+                for i in range(9):
+                    rows[i // 3, i % 3] = mp.mpf(matrix.text[f"{part}{i + 1}"][k])
+            hat = q.T * p - p.T * q
+            for name, value in (("y1", hat[2, 1]), ("y2", hat[0, 2]), ("y3", hat[1, 0])):
+                assert abs(value - mp.mpf(momentum.text[name][k])) < 1e-29
+
+
+def test_the_four_bar_linkage_is_where_a_published_program_converges_to():
+    """Its B_0 at t = 10 with steps of 2.5e-4 and 1.25e-4, extrapolated at order 2."""
+    found = load("four_bar-iftomm")
+    assert np.abs(found.q[found.t == 10.0][0, :2] - FOUR_BAR_B0).max() < 4e-8
+    assert found.rank_losses[0] == pytest.approx(0.71, abs=0.005)
+
+
+def test_the_heavy_top_has_the_published_energy_and_quaternion(plain_functions):
+    """A Runge-Kutta computation gave (-.70828, .43878, .54573, .0894) at t = 0.2: five decimals, so that an entry of Q is good to 1e-5."""
+    found = load("rigid_body_rotation-heavy_top")
+    a, b, c, d = -0.70828, 0.43878, 0.54573, 0.0894
+    Q = [
+        [a * a + b * b - c * c - d * d, 2 * (b * c - a * d), 2 * (b * d + a * c)],
+        [2 * (b * c + a * d), a * a - b * b + c * c - d * d, 2 * (c * d - a * b)],
+        [2 * (b * d - a * c), 2 * (c * d + a * b), a * a - b * b - c * c + d * d],
+    ]
+    assert np.abs(states_at(found, [0.2]).states["q"][0].reshape(3, 3) - Q).max() < 1e-5
+    assert float(found.ivp().value("H", found.p[-1], found.q[-1])) == pytest.approx(5435.696790865546875, rel=1e-14)
+
+
+@pytest.mark.slow
+def test_the_squeezer_is_where_the_bari_test_set_says_but_for_a_shift_of_its_time(plain_functions):
+    """The published positions are late by one shift of 1e-12 s, and the multipliers good to seven digits of the largest."""
+    found = load("andrews_squeezer-bari")
+    at = states_at(found, [0.03])
+    v = found.ivp().along("H_p", at.states["p"], at.states["q"])[0]
+    off = at.states["q"][0] - BARI_Q
+    assert np.abs(off[2:]).max() < 5e-10
+    assert f"{np.abs(off).max():.1e}" == "1.4e-09"
+    shift = off @ v / (v @ v)
+    assert shift == pytest.approx(-1e-12, rel=0.01)
+    assert np.abs(off - shift * v).max() < 1e-12
+    assert f"{np.abs(at.states['lam'][0] - BARI_LAM).max():.1e}" == "1.5e-05"
+    about = told(find_problem("andrews_squeezer").path.read_text(encoding="utf-8"))
+    assert all(number in about for number in ("1.4e-9 rad in q", "1e-12 s", "1.5e-5 N in lam"))
+
+
+ONE_OF_A_KIND = ("planar_pendulum-iftomm_a01", "slider_crank-turning", "lotka_volterra-4,2")
+"""References that have between them most of what is verified: a closed form, a start in algebraic numbers, a Poisson system."""
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", [pytest.param(x, marks=[pytest.mark.exhaustive] * (x not in ONE_OF_A_KIND)) for x in EXPECTED], ids=str)
+def test_each_is_verified(name):
+    assert verify(name).ok

@@ -1,0 +1,342 @@
+"""The functions for testers, and the pytest plugin that hands them out: right codes pass, and wrong ones fail with reasons."""
+
+import importlib.metadata
+import math
+import subprocess
+import sys
+import tomllib
+from pathlib import Path
+
+import mpmath as mp
+import numpy as np
+import pytest
+
+from daebench.cli import pytest_plugin
+from daebench.errors import BadInput
+from daebench.problems.planar_pendulum import closed_form
+from daebench.reference.check.convergence import convergence
+from daebench.reference.keep.store import save
+from daebench.testing import assert_agrees, assert_converges, assert_solver_converges, reference_trajectory
+
+pytest_plugins = ["pytester"]
+
+UNIT = {"mass": 1, "length": 1, "gravity": 1}
+UP = np.array([0.0, 1.0])
+NAMES = ("assert_agrees", "assert_converges", "assert_solver_converges", "reference_trajectory")
+
+OUTSIDE = """
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+NAME, UP = "planar_pendulum-rotating", np.array([0.0, 1.0])
+
+
+@pytest.fixture
+def truth(reference_trajectory):
+    return reference_trajectory(NAME, folder=Path({folder!r}))
+
+
+def rattle(p, q, h, share=0.5):
+    u = q + h * (p - h / 2 * UP)
+    q1 = u - (u @ q - np.sqrt((u @ q) ** 2 - u @ u + 1)) * q
+    p1 = (q1 - q) / h - share * h * UP
+    return p1 - (p1 @ q1) * q1, q1
+
+
+def test_the_reference_is_there(truth):
+    assert truth.q.shape == truth.p.shape == (17, 2)
+    assert truth.horizon == 2 and truth.bound["q"].max() < 1e-30
+
+
+def test_rattle(assert_converges, truth):
+    assert_converges(rattle, truth, 2)
+
+
+def test_wrong_half_kick(assert_converges, truth):
+    assert_converges(lambda p, q, h: rattle(p, q, h, share=0.6), truth, 2)
+
+
+def test_order_3(assert_converges, truth):
+    assert_converges(rattle, truth, 3)
+
+
+def test_unknown(reference_trajectory):
+    reference_trajectory("planar_pendulum-rotatin", folder=Path({folder!r}))
+"""
+
+
+def keep(folder, *, bound=1e-33, amplification=1.0, double=None):
+    """Store the rotating pendulum up to t = 2 from its closed form, with a certificate that says what it is told to."""
+    t = [k / 8 for k in range(17)]
+    with mp.workdps(34):
+        rows = [[*q, *p] for q, p in (closed_form(x, (0, -1), (mp.mpf(5) / 2, 0), UNIT) for x in t)]
+        columns = [[mp.nstr(x, 34) for x in column] for column in zip(*rows, strict=True)]
+    text = {"t": [str(x) for x in t]} | dict(zip(("q1", "q2", "p1", "p2"), columns, strict=True)) | {"lam1": ["0"] * len(t)}
+    certificate = {
+        "problem": "planar_pendulum",
+        "case": "rotating",
+        "definition": {"parameters": {name: str(value) for name, value in UNIT.items()}, "structure": {}},
+        "horizon": {"double": double},
+        "amplification": dict.fromkeys(("values", "worst", "step"), [amplification] * len(t)),
+        "bound": {part: [[bound] * 2] * len(t) for part in "qp"} | {"lam": [[bound]] * len(t)},
+    }
+    save("planar_pendulum-rotating", certificate, text, folder)
+    return reference_trajectory("planar_pendulum-rotating", folder=folder)
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    place = tmp_path_factory.mktemp("references")
+    keep(place)
+    return place
+
+
+@pytest.fixture
+def truth(folder):
+    return reference_trajectory("planar_pendulum-rotating", folder=folder)
+
+
+def rattle(p, q, h):
+    """HLW (1.26) on the unit circle, its first multiplier in closed form."""
+    u = q + h * (p - h / 2 * UP)
+    q1 = u - (u @ q - math.sqrt((u @ q) ** 2 - u @ u + 1)) * q
+    p1 = (q1 - q) / h - h / 2 * UP
+    return p1 - (p1 @ q1) * q1, q1
+
+
+def shake(p, q, h, t):
+    """HLW (1.22), of two steps, with the central difference for p."""
+    past, n = [q, rattle(p, q, h)[1]], round(t[-1] / h)
+    for _ in range(n):
+        u = 2 * past[-1] - past[-2] - h**2 * UP
+        past.append(u - (u @ past[-1] - math.sqrt((u @ past[-1]) ** 2 - u @ u + 1)) * past[-1])
+    Q, rows = np.array(past), np.rint(t / h).astype(int)
+    return (Q[rows + 1] - Q[rows - 1]) / (2 * h), Q[rows]
+
+
+@pytest.fixture
+def outside(pytester, folder, monkeypatch):
+    """Run a file of tests that knows nothing of ours, with no plugin but this one and every warning an error."""
+    monkeypatch.setenv("PYTEST_DISABLE_PLUGIN_AUTOLOAD", "1")
+    pytester.makepyfile(OUTSIDE.replace("{folder!r}", repr(str(folder))))
+    return pytester.runpytest_subprocess("-p", "daebench.cli.pytest_plugin", "-W", "error", "-p", "no:cacheprovider")
+
+
+def test_in_a_test_file_outside_right_codes_pass_and_wrong_ones_say_why(outside):
+    outside.assert_outcomes(passed=2, failed=3)
+    outside.stdout.fnmatch_lines(
+        [
+            "E*AssertionError: No order can be told in q and p: the errors stop falling far above rounding; look for *",
+            "E*error of q*slope*error of p*slope",
+            "E*0.0625*plateau*plateau",
+            "E*Errors are the largest at 8 times up to t = 1 of planar_pendulum-rotating (mass = 1, length = 1, gravity = 1).",
+            "E*AssertionError: The order in q is 2.00 (standard error *), and 3 was claimed.",
+            "E*The order in p is 2.00 (standard error *), and 3 was claimed.",
+            "E*BadInput: unknown reference 'planar_pendulum-rotatin'; did you mean planar_pendulum-rotating?",
+        ]
+    )
+
+
+def test_a_failure_shows_lines_of_the_tester_and_none_of_ours(outside):
+    shown = {line.split(":")[0] for line in outside.outlines if ".py:" in line and not line.startswith(("E ", "FAILED"))}
+    assert shown == {"test_a_failure_shows_lines_of_the_tester_and_none_of_ours.py"}
+
+
+def test_the_plugin_is_fixtures_and_nothing_else():
+    public = {name for name in vars(pytest_plugin) if name.isidentifier() and not name.startswith("_")}
+    assert public == {*NAMES, "Any", "Callable", "pytest"}
+
+
+def test_loading_the_plugin_imports_nothing_heavy():
+    code = "import sys, pytest; before = {*sys.modules}; import daebench.cli.pytest_plugin; print(*sorted({*sys.modules} - before))"
+    told = subprocess.run([sys.executable, "-W", "error", "-c", code], capture_output=True, text=True, check=True)
+    ours = ["daebench", "daebench.cli", "daebench.cli.pytest_plugin", "daebench.systems", "daebench.systems.renamed"]
+    assert [name for name in told.stdout.split() if name.startswith("daebench")] == [*ours, "daebench.systems.renamed_modules"]
+    assert not {"numpy", "sympy", "numba", "pandas", "typer"} & set(told.stdout.split())
+
+
+def test_importing_the_functions_needs_no_heavy_package():
+    code = "import sys, daebench.testing; print(*{'sympy', 'numba', 'pandas', 'mpmath', 'scipy', 'heyoka', 'pytest'} & {*sys.modules})"
+    assert subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout.split() == []
+
+
+def test_the_project_registers_the_plugin_under_its_own_name():
+    project = tomllib.loads((Path(__file__).parents[2] / "pyproject.toml").read_text())["project"]
+    points = project["entry-points"]["pytest11"]
+    assert list(points) == ["daebench"]
+    assert importlib.metadata.EntryPoint("daebench", points["daebench"], "pytest11").load() is pytest_plugin
+
+
+def test_a_problem_and_a_case_name_a_reference_as_well(folder, truth):
+    assert reference_trajectory("planar_pendulum", "rotating", folder=folder).text == truth.text
+
+
+def test_a_reference_is_handed_back(truth):
+    assert reference_trajectory(truth) is truth
+
+
+def test_a_case_without_a_reference_is_told_how_to_build_it(folder):
+    with pytest.raises(BadInput, match="daebench reference build planar_pendulum-horizontal"):
+        reference_trajectory("planar_pendulum", folder=folder)
+
+
+def test_rattle_has_order_2_and_neither_less_nor_more(truth):
+    assert_converges(rattle, truth, 2)
+    assert_converges(rattle, truth, 2.1)
+    with pytest.raises(AssertionError, match=r"order in q is 2\.00") as stop:
+        assert_converges(rattle, truth, 2.2)
+    assert "order in p is 2.00" in str(stop.value)
+
+
+def test_a_method_whose_momenta_alone_are_of_first_order_is_found_out(truth):
+    def late(p, q, h):
+        p1, q1 = rattle(p, q, h)
+        return p1 * (1 + h**2 / 10), q1
+
+    assert_converges(late, truth, 1)
+    with pytest.raises(AssertionError, match="and 2 was claimed"):
+        assert_converges(late, truth, 2)
+
+
+def test_a_two_step_method_is_judged_by_its_whole_run(truth):
+    assert_solver_converges(shake, truth, 2)
+    with pytest.raises(AssertionError, match="and 3 was claimed"):
+        assert_solver_converges(shake, truth, 3)
+
+
+def test_a_step_that_writes_into_its_arguments_is_judged_the_same(truth):
+    def in_place(p, q, h):
+        p[:], q[:] = rattle(p, q, h)
+        return p, q
+
+    assert_converges(in_place, truth, 2)
+
+
+def wrong_gravity(p, q, h):
+    p1, q1 = rattle(p, q, h)
+    return p1 - 0.01 * h * (UP - q1[1] * q1), q1
+
+
+WRONG = {
+    "another parameter": (wrong_gravity, {}, "q and p: the errors stop falling far above rounding"),
+    "p and q exchanged": (lambda p, q, h: rattle(q, p, h)[::-1], {"h": 2**-6}, "the errors stop falling far above rounding"),
+    "not finite": (lambda p, q, h: (p * math.nan, q * math.nan), {}, "q and p: most results are not finite; give a smaller h"),
+    "too coarse": (rattle, {"h": 0.25, "halvings": 2}, "the slopes have not settled; give a smaller h, or a shorter t_end"),
+}
+
+
+@pytest.mark.parametrize("name", WRONG)
+def test_without_an_asymptotic_part_the_message_says_what_to_change(truth, name):
+    step, options, message = WRONG[name]
+    with pytest.raises(AssertionError, match=message):
+        assert_converges(step, truth, 2, **options)
+
+
+def test_a_code_that_is_at_rounding_throughout_is_told_to_take_larger_steps(truth):
+    def exact(p, q, h, t):
+        rows = np.searchsorted(truth.t, t)
+        return truth.p[rows] * (1 + 2**-52), truth.q[rows] * (1 + 2**-52)
+
+    with pytest.raises(AssertionError, match="q and p: the errors are down at rounding; give a larger h, or a longer t_end"):
+        assert_solver_converges(exact, truth, 2)
+
+
+@pytest.mark.parametrize(("bound", "amplification"), [(1e-3, 1.0), (1e-33, 1e12)], ids=["bound", "amplification"])
+def test_errors_that_the_reference_cannot_tell_from_none_are_left_out(tmp_path, bound, amplification):
+    truth = keep(tmp_path, bound=bound, amplification=amplification)
+    found = convergence(shake, truth, t_end=1, h=1 / 16, halvings=6)
+    floor = bound * math.sqrt(2) + 10 * 2**-53 * amplification * np.abs(truth.q).max()
+    np.testing.assert_allclose(found.floor["q"], floor, rtol=1e-14)
+    assert [reason == "round-off" for reason in found.fits["q"].reasons] == list(found.errors["q"] <= floor)
+
+
+def test_errors_are_the_largest_norms_over_the_stored_times_that_every_run_meets(truth):
+    def off(p, q, h, t):
+        np.testing.assert_array_equal(t, [0.25, 0.5, 0.75, 1.0])
+        rows, d = np.searchsorted(truth.t, t), np.array([[1, 0], [0, 0], [3, 4], [0, 2]])
+        return truth.p[rows] + h**3 * d, truth.q[rows] - h**2 * d
+
+    found = convergence(off, truth, t_end=1, h=1 / 4, halvings=3)
+    h = np.array([1 / 4, 1 / 8, 1 / 16, 1 / 32])
+    np.testing.assert_array_equal(found.h, h)
+    np.testing.assert_allclose(found.errors["q"], 5 * h**2, rtol=1e-11)
+    np.testing.assert_allclose(found.errors["p"], 5 * h**3, rtol=1e-10)
+
+
+REFUSED = {
+    "beyond the horizon": ({"t_end": 4}, "beyond the horizon of planar_pendulum-rotating, t = 2"),
+    "beyond doubles": ({"t_end": 1.75}, "no run in double precision can follow .* give one below t = 1.5"),
+    "no stored time": ({"t_end": 0.3, "h": 0.1}, "t_end = 0.3 must be a time stored in planar_pendulum-rotating"),
+    "no whole number of steps": ({"h": 0.3}, "a whole number of steps of h = 0.3"),
+    "one halving": ({"halvings": 1}, "halvings = 1 must be at least 2"),
+    "too many": ({"halvings": 40}, "more than 2\\^28 steps"),
+    "half a halving": ({"halvings": 2.5}, "halvings = 2.5 must be a whole number"),
+    "no step": ({"h": 0}, "h = 0 must be greater than 0"),
+    "no order": ({"order": math.nan}, "order = nan must be a finite number"),
+    "no pair": ({"step": lambda p, q, h: None}, "step must return \\(p, q\\), of shape \\(2,\\) each; it returned NoneType"),
+    "wrong shape": ({"step": lambda p, q, h: (p, q[:1])}, "their shapes are \\(2,\\) and \\(1,\\)"),
+}
+
+
+@pytest.mark.parametrize("name", REFUSED)
+def test_what_cannot_be_meant_is_refused_in_a_sentence(tmp_path, name):
+    changes, message = REFUSED[name]
+    with pytest.raises(BadInput, match=message):
+        assert_converges(**{"step": rattle, "problem": keep(tmp_path, double=1.5), "order": 2} | changes)
+
+
+def test_what_a_step_raises_is_raised_with_the_step_size(truth):
+    def breaking(p, q, h):
+        if h < 1 / 40:
+            raise ZeroDivisionError("mine")
+        return rattle(p, q, h)
+
+    with pytest.raises(ZeroDivisionError, match="mine") as stop:
+        assert_converges(breaking, truth, 2)
+    assert stop.value.__notes__ == ["This was raised in the run with h = 0.015625."]
+
+
+def test_a_trajectory_agrees_with_itself_in_any_order_of_times(truth):
+    rows = [5, 0, 16]
+    assert_agrees(truth, t=truth.t[rows], q=truth.q[rows], p=truth.p[rows], digits=17)
+
+
+def test_digits_are_counted_in_units_of_the_largest_modulus(truth):
+    q = truth.q.copy()
+    q[9, 1] += 1e-6
+    q[12, 0] -= 1e-5
+    assert np.abs(truth.q).max() == pytest.approx(1)
+    assert_agrees(truth, t=truth.t, q=q, p=truth.p, digits=4.99)
+    with pytest.raises(AssertionError) as stop:
+        assert_agrees(truth, t=truth.t, q=q, p=truth.p, digits=7)
+    lines = str(stop.value).splitlines()
+    assert lines[0] == "The trajectory does not agree with planar_pendulum-rotating to 7 digits."
+    assert lines[1].startswith("First: 6.0 digits of q2 at t = 1.125, where rounding of the start alone leaves 16.0")
+    assert lines[2].startswith("Least: 5.0 digits of q1 at t = 1.5, ")
+
+
+def test_momenta_are_counted_in_their_own_units(truth):
+    size = np.abs(truth.p).max()
+    assert size > 2
+    assert_agrees(truth, t=truth.t, q=truth.q, p=truth.p + 1e-6 * size, digits=5.99)
+    with pytest.raises(AssertionError, match=r"First: 6.0 digits of p\d at t = 0,"):
+        assert_agrees(truth, t=truth.t, q=truth.q, p=truth.p + 1e-6 * size, digits=6.01)
+
+
+def test_what_is_not_a_number_agrees_with_nothing(truth):
+    p = truth.p.copy()
+    p[3, 0] = math.nan
+    with pytest.raises(AssertionError, match=r"First: -inf digits of p1 at t = 0\.375"):
+        assert_agrees(truth, t=truth.t, q=truth.q, p=p, digits=-5)
+
+
+def test_a_time_that_is_not_stored_is_refused_and_never_interpolated(truth):
+    with pytest.raises(BadInput, match=r"t = 0.1 is not stored in planar_pendulum-rotating, which has t = 0, 0.125, ..., 2."):
+        assert_agrees(truth, t=[0, 0.1], q=truth.q[:2], p=truth.p[:2], digits=3)
+
+
+def test_a_trajectory_of_another_length_is_refused(truth):
+    with pytest.raises(BadInput, match=r"p and q are needed at all times t, of shape \(17, 2\) each"):
+        assert_agrees(truth, t=truth.t, q=truth.q[:5], p=truth.p[:5], digits=3)

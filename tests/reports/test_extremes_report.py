@@ -1,0 +1,105 @@
+"""The report on extremes: small runs make a whole page, its claims are refuted by faults, and its sections can be made as declared."""
+
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
+from functools import partial
+
+import pandas as pd
+import pytest
+from pages import standalone
+
+from daebench.pages.report import build
+from daebench.pages.report.claims import ClaimRefuted
+from daebench.reports.extremes import ivps, numbers
+from daebench.reports.extremes.claims import horizons, limits, ratios
+from daebench.reports.extremes.tables import typeset
+from daebench.studies.precision.study import WAYS, cells_of
+from daebench.studies.stability.extreme import Asked
+from daebench.studies.stability.study import EXTREMES
+
+PENDULUM = Asked(problem="planar_pendulum", case="near_top", methods=("rattle", "rk4"), t_end=4.0, h=(0.25, 0.125))
+SMALL = {
+    "steps": PENDULUM,
+    "map": replace(PENDULUM, parameters={"gravity": (1.0, 100.0)}),
+    "masses": Asked(problem="double_pendulum", case="swing", methods=("rattle",), t_end=0.5, h=(0.05,), parameters={"mass1": (0.1, 1e3)}),
+    "chaos": PENDULUM,
+}
+
+
+def changed(frame, row, **values):
+    """Return a table with some numbers of one row altered."""
+    return frame.assign(**{name: [value if k == row else old for k, old in enumerate(frame[name])] for name, value in values.items()})
+
+
+@pytest.fixture
+def small(monkeypatch):
+    """Make a small report without the compiler."""
+    sections = tuple(replace(each, asked=SMALL[each.key]) for each in ivps.SECTIONS if each.key in SMALL)
+    monkeypatch.setattr(ivps, "SECTIONS", sections)
+    monkeypatch.setattr(numbers, "PRECISION", replace(PENDULUM, methods=("rattle",), h=(0.125,), t_end=0.5))
+    one_thread = partial(ThreadPoolExecutor, 1)
+    monkeypatch.setattr(numbers, "measure", partial(numbers.measure, processes=one_thread))
+    return sections
+
+
+@pytest.mark.usefixtures("uncompiled_schemes")
+def test_a_small_report_is_a_whole_page(small, tmp_path):
+    told = []
+    page = build("extremes", tmp_path, lambda fraction, doing: told.append(fraction)).read_text(encoding="utf-8")
+    assert told == sorted(told)
+    assert told[-1] == 1.0
+    for section in small:
+        assert f'id="{section.key}"' in page
+        assert (tmp_path / "extremes" / "figures" / f"{section.key}.csv").exists()
+    assert page.count("<figure") == len(small) + 1
+    standalone(tmp_path / "extremes" / "index.html")
+    assert (tmp_path / "extremes" / "tables" / "precision.csv").exists()
+
+
+def test_a_run_that_keeps_the_energy_and_does_not_end_refutes_it():
+    steps = pd.DataFrame({"method": ["a", "a"], "verdict": ["completes", "keeps the energy"], "h": [0.5, 0.1], "fails": [0.6, 0.2]})
+    assert limits(steps).room == pytest.approx([5.0])
+    two = pd.concat([steps, steps.assign(method="b", h=[0.5, 0.25], fails=[float("inf"), 0.3])])
+    assert (limits(two).most, limits(two).least, limits(two).best) == (["b"], True, ["b"])
+    with pytest.raises(ClaimRefuted, match="does not come to its end"):
+        limits(changed(steps, 1, h=0.6))
+
+
+def test_rattle_off_its_manifold_refutes_it():
+    runs = pd.DataFrame({"method": "rattle", "failure": "", "g": [1e-16, 1e-15], "outcome": "fine", "varied": [0.1, 1.0]})
+    assert ratios(runs).fine == ratios(runs).through == ["rattle"]
+    assert ratios(changed(runs, 1, outcome="coarse")).fine == []
+    assert ratios(changed(runs, 1, failure="stopped")).through == []
+    with pytest.raises(ClaimRefuted, match="keeps the constraints"):
+        ratios(changed(runs, 1, g=1e-9))
+
+
+def test_a_run_that_follows_longer_than_its_digits_can_refutes_it():
+    runs = pd.DataFrame(
+        {"method": ["a", "b"], "double_horizon": 19.0, "horizon": [12.0, 17.0], "tenfold": 1.4, "t_end": 20.0, "grown": 1e9}
+    )
+    assert horizons(runs).methods == ["b"]
+    with pytest.raises(ClaimRefuted, match="beyond what double precision"):
+        horizons(changed(runs, 0, horizon=25.0))
+
+
+def test_names_and_powers_of_ten_are_set_as_such():
+    found = typeset("rattle/kahan_li8 has 1.2e-05 < 3e+02 at h = 1e-3, rattle newton=1e-6.", {"rattle", "rattle/kahan_li8"})
+    assert found.startswith("<code>rattle/kahan_li8</code> has 1.2")
+    assert "<sup>\N{MINUS SIGN}5</sup> &lt; 300 at" in found
+    assert found.endswith("<code>rattle</code> newton=1e-6.")
+    assert typeset("rattle: fine, ida:rattle and rattle/x are others.", {"rattle"}).startswith("<code>rattle</code>: fine, ida:rattle and")
+
+
+def test_every_section_has_its_extreme():
+    for section in ivps.SECTIONS:
+        assert EXTREMES[section.extreme].refusal(section.asked) == "", section.key
+    assert {way for way, _ in cells_of(ivps.PRECISION)[0]} == set(WAYS)
+
+
+@pytest.mark.slow
+@pytest.mark.exhaustive
+def test_the_whole_report_can_be_made(tmp_path):
+    page = build("extremes", tmp_path)
+    standalone(page)
+    assert page.read_text(encoding="utf-8").count("<figure") == len(ivps.SECTIONS) + 1

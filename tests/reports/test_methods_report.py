@@ -1,0 +1,362 @@
+"""The report on methods: the catalogue is in it whole, its numbers are the diagnostics' own, and planted faults refute its sentences."""
+
+import math
+import pickle
+import re
+from xml.etree import ElementTree
+
+import numpy as np
+import pandas as pd
+import pytest
+from pages import standalone
+from tampered import changed
+
+from daebench.methods.catalogue import schemes
+from daebench.methods.fixed_step.compositions import COMPOSITIONS
+from daebench.methods.fixed_step.forms import FORMS
+from daebench.methods.fixed_step.parts import PROJECTIONS
+from daebench.methods.formulations.constrained import FORMULATIONS
+from daebench.methods.initial_value_problem import initial_value_problem
+from daebench.pages.report import MINUS, build
+from daebench.pages.report.claims import ClaimRefuted
+from daebench.reports import methods
+from daebench.reports.methods import families, guide, series, sweep
+from daebench.reports.methods import numbers as _methods_numbers
+from daebench.reports.methods.claims import check, defects, long, tally
+from daebench.reports.methods.matrix import check_claims, keeping, matrix
+from daebench.reports.methods.matrix_figure import exponent, ida_rows, lines
+from daebench.reports.methods.numbers import jobs, measure
+from daebench.runs.request import Request
+from daebench.studies.claims.check import order_finding
+from daebench.studies.claims.constrained import FALLS_SHORT, NOT_CLAIMED, OK, UNDETERMINED
+
+FEW = ("rattle", "se", "midpoint", "energy_momentum", "stiff:midpoint", "strang")
+
+
+def test_the_catalogue_is_in_the_report_whole():
+    own = families.names()
+    assert len(set(own)) == len(own)
+    assert set(schemes()) <= set(own)
+    parts = [families.method(name) for name in own]
+    assert {each.composition for each in parts} == {"", *COMPOSITIONS}
+    assert {each.projection for each in parts} == {"", *PROJECTIONS}
+    assert {each.form for each in parts} == {"", *FORMS}
+    assert families.solvers() == [f"ida:{each}" for each in FORMULATIONS]
+    rows = [name for kind, name in lines([*own, *families.solvers()]) if kind == "method"]
+    assert sorted(rows) == sorted([*own, *families.solvers()])
+
+
+def test_a_new_scheme_is_in_the_report_without_an_edit(monkeypatch):
+    monkeypatch.setattr(families, "schemes", lambda: ("rattle", "shake"))
+    assert set(families.names()) >= {"shake", "rattle"}
+    assert "se" not in families.names()
+
+
+@pytest.mark.parametrize(
+    ("name", "family"),
+    [
+        ("rattle", "symplectic"),
+        ("rattle/suzuki4", "composed"),
+        ("implicit_euler", "other"),
+        ("radau2_ggl", "dae"),
+        ("rk4", "ode"),
+        ("seproj", "projected"),
+        ("rk4+proj", "projected"),
+        ("local:rk4", "form"),
+        ("ida:ggl", "ida"),
+    ],
+    ids=str,
+)
+def test_families_are_by_what_is_solved(name, family):
+    assert families.family(name) == family
+
+
+def test_every_job_is_another_one_and_can_be_sent_to_another_process():
+    found = jobs(families.names())
+    assert len(set(found)) == len(found)
+    assert pickle.loads(pickle.dumps(found)) == found
+    assert {own[0] for work, own in found if work is sweep.sweep} == set(families.names())
+
+
+@pytest.fixture(scope="module")
+def swept():
+    """Return what is measured of a few methods, without orders, for which kernels are compiled."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(sweep, "orders", lambda motion, name, found: found)
+        patch.setattr(sweep, "timed", lambda ivp, name, h: sweep.watched(ivp, families.method(name), h))
+        return {name: sweep.sweep(name) for name in FEW}
+
+
+def test_numbers_are_those_of_the_diagnostics(swept):
+    found = pd.DataFrame(swept["rattle"].claims).set_index(["problem", "property"])
+    ivp = initial_value_problem("torus", "through_hole")
+    run = families.method("rattle").solve(ivp, Request(value=0.05, steps=200))
+    assert 0 < found.loc[("torus", "keeps g"), "measured"] < 1e-14
+    H = np.sum(run.p**2, axis=1) / 2 + run.q[:, 2]
+    assert found.loc[("torus", "keeps H"), "measured"] == pytest.approx(np.max(np.abs(H - H[0])), rel=1e-12)
+    assert swept["rattle"].work[0]["H_q"] == 2
+
+
+def test_the_step_is_halved_until_a_run_lasts(swept):
+    steps = {name: found.work[0]["h"] for name, found in swept.items()}
+    assert steps["rattle"] == sweep.PENDULUM.h
+    assert math.log2(sweep.PENDULUM.h / steps["se"]) in (1, 2, 3, 4)
+
+
+def test_what_refuses_a_motion_has_a_row_that_says_why(swept):
+    rows = [row for row in swept["strang"].claims if row["property"] == "refused"]
+    assert [row["problem"] for row in rows] == ["torus"]
+    assert "needs the flow of the kinetic energy" in rows[0]["note"]
+
+
+def test_the_matrix_says_what_is_claimed_and_measured(swept):
+    table = matrix(pd.DataFrame([row for found in swept.values() for row in found.claims])).set_index("method")
+    keys = ["symmetric", "symplectic", "g", "Gv", "H"]
+    assert list(table.loc["rattle", keys]) == ["kept"] * 4 + ["lost"]
+    assert list(table.loc["energy_momentum", keys]) == ["kept", "lost", "kept", "lost", "kept"]
+    assert list(table.loc["midpoint", keys]) == ["kept"] + ["lost"] * 4
+    assert list(table.loc["se", keys]) == ["lost"] * 5
+    assert table.loc["strang", "refused"] == "torus"
+    assert table.loc["se", "g_most"] > 0.01 > 1e-12 > table.loc["rattle", "g_most"]
+
+
+def claim(method, property, claimed, measured, bound, verdict, problem="torus"):
+    about = {"problem": problem, "method": method, "property": property, "h": 0.1}
+    return about | {"claimed": claimed, "measured": measured, "bound": bound, "verdict": verdict, "standard_error": math.nan, "note": ""}
+
+
+@pytest.mark.parametrize(
+    ("row", "says"),
+    [
+        (claim("rattle", "symplectic", True, 1e-3, 1e-12, FALLS_SHORT), "rattle: symplectic on torus"),
+        (claim("rattle", "order", 2, 1.2, 1.8, FALLS_SHORT), "rattle has order 2 on torus"),
+        (claim("rattle", "order", 2, math.nan, 1.8, UNDETERMINED), "a claim of rattle was measured"),
+    ],
+    ids=["defect", "order", "undetermined"],
+)
+def test_a_method_that_falls_short_stops_the_page(row, says):
+    good = claim("rattle", "keeps g", True, 1e-16, 1e-12, OK)
+    check_claims(pd.DataFrame([good, claim("se", "symplectic", False, 1.0, 1e-12, NOT_CLAIMED)]))
+    with pytest.raises(ClaimRefuted, match=says):
+        check_claims(pd.DataFrame([good, row]))
+
+
+def test_a_claim_that_is_decided_on_one_motion_is_enough():
+    rows = [claim("rattle", "order", 2, math.nan, 1.8, UNDETERMINED), claim("rattle", "order", 2, 2.0, 1.8, OK, problem="other")]
+    check_claims(pd.DataFrame(rows))
+    assert matrix(pd.DataFrame(rows)).loc[0, "order"] == 2.0
+
+
+def test_what_is_round_off_without_a_claim_is_hidden_and_not_kept():
+    rows = [claim("se", "keeps G H_p", False, 1e-16, 1e-12, NOT_CLAIMED)]
+    table = matrix(pd.DataFrame(rows))
+    assert table.loc[0, "Gv"] == "hidden"
+    assert keeping(table, "Gv") == []
+    assert matrix(pd.DataFrame([*rows, claim("se", "keeps G H_p", False, 0.1, 1e-12, NOT_CLAIMED)])).loc[0, "Gv"] == "lost"
+
+
+def test_defects_of_a_method_fall_with_its_order_plus_one():
+    found = series.powers(pd.concat([series.defects(name) for name in ("midpoint", "rattle")])).set_index(["method", "property"])
+    assert abs(found.loc[("midpoint", "symplectic"), "power"] - 3) < 0.1
+    assert math.isnan(found.loc[("rattle", "symplectic"), "power"])
+    assert found.loc[("rattle", "symplectic"), "most"] < 1e-14
+
+
+def test_steps_for_an_error_are_between_two_runs_or_beyond_the_last():
+    errors = pd.Series([1e-1, 1e-3, 1e-5], index=[10, 100, 1000])
+    assert guide.steps_for(errors, 1e-2) == pytest.approx(10**1.5, rel=1e-12)
+    assert guide.steps_for(errors, 1e-4) == pytest.approx(10**2.5, rel=1e-12)
+    assert guide.steps_for(errors, 1e-7) == pytest.approx(1e4, rel=1e-12)
+    assert guide.steps_for(errors, 1.0) == 10
+
+
+def test_powers_of_ten_in_the_figure_have_signs():
+    assert [exponent(x) for x in (3e-7, 20.0, 0.0, math.nan)] == ["\N{MINUS SIGN}7", "+1", "", ""]
+    solvers = pd.DataFrame([{"method": "ida:ggl", "tol": 1e-8, "g": 1e-8, "Gv": 1e-7, "energy": 1e-5, "steps": 9}])
+    row = ida_rows(solvers)["ida:ggl"]
+    assert (row["symmetric"], row["g"], row["H_most"]) == ("", "lost", 1e-5)
+
+
+def test_equations_are_mathml_and_have_the_signs_of_the_book():
+    from importlib import resources
+
+    from jinja2 import Environment, FileSystemLoader
+
+    environment = Environment(loader=FileSystemLoader(str(resources.files("daebench.reports"))), autoescape=True)
+    module = environment.get_template("_methods_equations.html").module
+    text = {name: str(getattr(module, name)()) for name in ("system", "euler", "shake", "rattle", "lobatto")}
+    plain = {name: re.sub(r"\s|<[^>]*>", "", each).replace(MINUS, "-") for name, each in text.items()}
+    for each in text.values():
+        ElementTree.fromstring(f"<div>{each}</div>")
+    assert "p^=p0-h(Hq(p^,q0)+G(q0)Tλ),q1=q0+hHp(p^,q0),0=g(q1),(1.19)" in plain["euler"]
+    assert "p1=p^-hG(q1)Tμ,0=G(q1)Hp(p1,q1).(1.20)" in plain["euler"]
+    assert "qn+1-2qn+qn-1=-h2M-1(Uq(qn)+G(qn)Tλn),0=g(qn+1).(1.23)" in plain["shake"]
+    assert "p1/2=p0-h2(Hq(p1/2,q0)+G(q0)Tλ),q1=q0+h2(Hp(p1/2,q0)+Hp(p1/2,q1)),0=g(q1),(1.26)" in plain["rattle"]
+    assert "p1=p1/2-h2(Hq(p1/2,q1)+G(q1)Tμ),0=G(q1)Hp(p1,q1)." in plain["rattle"]
+    assert "Pi=p0-h∑ja^ij(Hq(Pj,Qj)+G(Qj)TΛj)," in plain["lobatto"]
+    assert "(1.27)" not in plain["lobatto"]  # that number is the collocation form's, whose equations are others
+
+
+# ---- sentences on planted numbers
+
+
+DRIFT = {"energy": 1e-3, "distance": 1e-15, "failure": "", "kind": "bounded", "slope": 0.0, "slope_error": 1e-9, "growth": math.nan}
+
+
+def drift(**more):
+    """Return a table of long runs that bears the page out, with rows altered by method."""
+    rows = {"rattle": {}, "energy_momentum": {"energy": 1e-13, "distance": 1e-3}, "rk4+proj": {"kind": "linear", "slope": -1e-6}}
+    rows["radau2_ggl"] = {"kind": "linear", "slope": -1e-4}
+    return pd.DataFrame([{"method": name} | DRIFT | row | more.get(name.replace("+", "_"), {}) for name, row in rows.items()])
+
+
+@pytest.fixture
+def table():
+    """Return a matrix of the methods of the long runs, all claims kept."""
+    names = {"symmetric": "symmetric", "symplectic": "symplectic", "keeps_g": "keeps g", "keeps_Gv": "keeps G H_p"}
+    rows = []
+    for name in drift()["method"]:
+        said = families.method(name).claims
+        rows += [claim(name, each, getattr(said, key), 1e-15 if getattr(said, key) else 1e-3, 1e-12, OK) for key, each in names.items()]
+        rows.append(claim(name, "keeps H", said.conserves_energy, 1e-13 if said.conserves_energy else 1e-3, 1e-12, OK))
+    return matrix(pd.DataFrame(rows))
+
+
+LONG_FAULTS = {
+    "the energy of a symplectic method drifts": drift(rattle={"kind": "linear"}),
+    "its run ends early": drift(rattle={"failure": "stopped"}),
+    "a method leaves the manifold": drift(rk4_proj={"distance": 1e-6}),
+    "nothing on the manifold drifts": drift(rk4_proj={"kind": "bounded"}, radau2_ggl={"kind": "bounded"}),
+    "nothing off the manifold keeps the energy": drift(energy_momentum={"energy": 1e-3}),
+}
+
+
+@pytest.mark.parametrize("tampered", LONG_FAULTS.values(), ids=list(LONG_FAULTS))
+def test_a_tampered_long_run_stops_the_page(table, tampered):
+    assert long(drift(), table).others == ["energy_momentum", "rk4+proj", "radau2_ggl"]
+    with pytest.raises(ClaimRefuted):
+        long(tampered, table)
+
+
+def power(method, two_form, reversal):
+    order = families.method(method).claims.order
+    rows = [("symplectic", *two_form), ("symmetric", *reversal)]
+    return [{"method": method, "property": x, "order": order, "most": most, "power": p, "power_error": 0.01} for x, most, p in rows]
+
+
+FLAT, STEEP, SHALLOW = (1e-15, math.nan), (1e-4, 3.0), (1e-4, 1.5)
+
+
+def test_tampered_defects_stop_the_page():
+    good = [power("rattle", FLAT, FLAT), power("midpoint", STEEP, FLAT), power("shake", FLAT, STEEP)]
+    found = defects(pd.DataFrame([row for each in good for row in each]))
+    assert (found.kept, found.flat, found.uneven) == (["rattle", "shake"], ["rattle", "midpoint"], ["shake"])
+    for fault in (
+        power("rattle", STEEP, FLAT),
+        power("midpoint", SHALLOW, FLAT),
+        power("midpoint", STEEP, STEEP),
+        power("shake", FLAT, FLAT),
+    ):
+        rows = [row for each in good if each[0]["method"] != fault[0]["method"] for row in each]
+        with pytest.raises(ClaimRefuted):
+            defects(pd.DataFrame(rows + fault))
+
+
+def test_a_method_for_the_reduced_equation_that_keeps_the_two_form_stops_the_page():
+    rows = [claim("rk4", each, False, 0.1, 1e-12, NOT_CLAIMED) for each in ("symplectic", "keeps g", "keeps G H_p", "keeps H")]
+    assert tally(pd.DataFrame(rows), matrix(pd.DataFrame(rows))).methods == 1
+    for k in range(len(rows)):
+        tampered = pd.DataFrame([row | {"measured": 1e-16} if k == j else row for j, row in enumerate(rows)])
+        with pytest.raises(ClaimRefuted):
+            tally(tampered, matrix(tampered))
+
+
+# ---- a whole small report
+
+
+SMALL = ("rattle", "rattle/kahan_li8", "strang", "shake", "energy_momentum", "radau2_ggl", "rk4+proj", "stiff:midpoint")
+
+
+@pytest.fixture(scope="module")
+def numbers():
+    """Return the numbers of a few methods, measured uncompiled and in this process, with short runs."""
+
+    def plain(name, *, compiled=False):
+        return families.method(name)
+
+    def short(ivp, own):
+        return order_finding(ivp, own, halvings={2: 7, 3: 7, 4: 10}.get(own.claims.order))
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("os.cpu_count", lambda: 1)
+        patch.setattr(sweep, "order_finding", short)
+        for module in (sweep, series):
+            patch.setattr(module, "method", plain)
+        patch.setattr(_methods_numbers, "names", lambda: [name for name in families.names() if name in SMALL])
+        patch.setattr(_methods_numbers, "REPEATS", 1)
+        patch.setattr(sweep, "TIMED_STEPS", 200)
+        patch.setattr(series, "T_LONG", 100.0)
+        yield measure(lambda fraction, doing: None)
+
+
+TAMPERED = {
+    "a claim falls short": ("rattle: symplectic on", changed("claims", "verdict", FALLS_SHORT, method="rattle", property="symplectic")),
+    "an order is another one": ("order rounds to the one", changed("claims", "measured", 3.0, method="rattle", property="order")),
+    "rattle is dear": ("a step of rattle is the cheapest", changed("work", "ns", 1e9, method="rattle")),
+    "a time is missing": ("each method has a time", changed("work", "ns", math.nan, method="shake")),
+    "strang iterates": ("strang needs no iteration", changed("work", "newton", 2.0, method="strang")),
+    "shake has other positions": ("the positions of rattle", changed("points", "error", 1e-3, method="shake", component="q")),
+    "shake is tangent": ("shake leaves G H_p", changed("claims", "measured", 1e-16, method="shake", property="keeps G H_p")),
+    "a projected method is symplectic": ("is symplectic", changed("claims", "measured", 1e-16, method="rk4+proj", property="symplectic")),
+    "rk4+proj does not drift": ("rk4\\+proj drifts linearly", changed("drift", "kind", "bounded", method="rk4+proj")),
+    "energy_momentum loses energy": ("keep it", changed("drift", "energy", 1e-3, method="energy_momentum")),
+    "a symmetric method does not drift": ("drifts on the motion through", changed("reverse", "change", 1e-9, case="through_hole")),
+    "it drifts to and fro": (
+        "level on the motion to and fro",
+        changed("reverse", "change", 1e-3, method="midpoint+symproj", case="trough"),
+    ),
+    "one that is not symmetric does not": ("drifts there too", changed("reverse", "change", 1e-9, method="midpoint+proj")),
+    "the motion to and fro goes round": ("to and fro", changed("reverse", "up", 3.0, case="trough")),
+    "Radau gains energy": ("radau2_ggl falls", changed("drift", "slope", 1e-3, method="radau2_ggl")),
+    "IDA keeps a constraint": ("no constraint to round-off", changed("ida", "g", 1e-16, method="ida:ggl")),
+}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("says", "tamper"), TAMPERED.values(), ids=list(TAMPERED))
+def test_a_tampered_number_stops_the_page(numbers, says, tamper):
+    with pytest.raises(ClaimRefuted, match=says):
+        check(tamper(numbers))
+
+
+@pytest.mark.slow
+def test_the_story_passes_as_measured(numbers):
+    found = check(numbers)
+    assert found.tally.methods == len(SMALL)
+    assert found.guide.everything == ["rattle", "rattle/kahan_li8"]
+    assert found.orders.untold == ["stiff:midpoint"]
+
+
+@pytest.mark.slow
+def test_the_whole_report_is_made_and_its_page_loads_nothing(numbers, tmp_path, looks_right, monkeypatch):
+    monkeypatch.setattr(methods, "measure", lambda tell: numbers)
+    page = build("methods", tmp_path)
+    source = page.read_text(encoding="utf-8")
+    standalone(page)
+    looks_right(page)
+    assert "&lt;" not in source
+    for name in SMALL:
+        assert f"<code>{name}</code>" in source
+    for link in re.findall(r'href="((?:tables|figures)/[^"#]+)"', source):
+        assert (page.parent / link).is_file(), link
+    shown = pd.read_csv(page.parent / "tables" / "methods.csv").set_index("method")
+    assert shown.loc["rattle", "symplectic"] == "kept"
+    assert len(pd.read_csv(page.parent / "figures" / "matrix.csv")) == len(SMALL) + len(FORMULATIONS)
+
+
+@pytest.mark.slow
+def test_a_refuted_claim_leaves_no_page(numbers, tmp_path, monkeypatch):
+    monkeypatch.setattr(methods, "measure", lambda tell: TAMPERED["a claim falls short"][1](numbers))
+    with pytest.raises(ClaimRefuted, match="rattle: symplectic on"):
+        build("methods", tmp_path)
+    assert not (tmp_path / "methods" / "index.html").exists()

@@ -1,0 +1,414 @@
+"""The report on Poisson systems: its numbers against closed forms, claims that faults refute, tables, and the page."""
+
+import pickle
+from dataclasses import replace
+
+import numpy as np
+import pandas as pd
+import pytest
+from pages import standalone
+from tampered import changed
+
+from daebench.draw.orthographic import seen
+from daebench.pages.report import build
+from daebench.pages.report.claims import ClaimRefuted
+from daebench.reports import poisson
+from daebench.reports.poisson import body, casimirs, lattice, methods
+from daebench.reports.poisson import defects as _poisson_defects
+from daebench.reports.poisson import orbits as _poisson_orbits
+from daebench.reports.poisson.claims import check, check_defects, check_lemma, check_orbits
+from daebench.reports.poisson.figures import draw
+from daebench.reports.poisson.numbers import Numbers, jobs
+from daebench.reports.poisson.orbits import level_curve, orbits, printed_step
+from daebench.reports.poisson.runs import defect, errors, ivp_of, kind, method, solve
+from daebench.reports.poisson.tables import tables
+
+FIGURES = ("orbits", "energy", "defects", "casimirs", "lattice", "sphere")
+TINY, SMALL = 1e-15, 1e-3
+
+
+def H(u, v):
+    return u - np.log(u) + v - 2 * np.log(v)
+
+
+def test_the_exact_orbit_has_the_energy_of_its_start_and_goes_through_it():
+    curve = level_curve(ivp_of("lotka_volterra", "6,2"))
+    assert np.max(np.abs(H(curve["u"], curve["v"]) - H(6, 2))) < 1e-12
+    assert np.hypot(curve["u"] - 6, curve["v"] - 2).min() < 1e-12
+    assert curve["u"].min() < 0.02 < 1 < curve["u"].max()
+
+
+def test_the_printed_step_solves_the_equations_of_example_4_7():
+    u, v, h = 4.0, 2.3, 0.05
+    u1, v1 = printed_step(np.array([u, v]), h, {"a": 1.0, "b": 2.0})
+    assert abs(u1 - (u + h * u1 * v * (1 - 2 / v))) < 1e-14
+    assert abs(v1 - (v - h * u1 * v * (1 - 1 / u1))) < 1e-14
+    ivp = ivp_of("lotka_volterra", "4,2", y0=(u, v))
+    assert np.allclose(solve(ivp, "symplectic_euler", h, 1).y[1], [u1, v1], rtol=1e-13, atol=0)
+    assert printed_step(np.array([6.0, 2.0]), 0.25, {"a": 1.0, "b": 2.0}) == (6.0, -0.5)
+
+
+def test_all_energy_is_left_of_a_run_that_loses_none():
+    ivp = ivp_of("lotka_volterra", "4,2")
+    curve = level_curve(ivp)[["u", "v"]].to_numpy()
+    assert abs(_poisson_orbits.left(ivp, curve) - 1) < 1e-12
+    assert 0.2 < _poisson_orbits.left(ivp, np.vstack([curve[:1], np.sqrt(curve[1:] * [1, 2])])) < 0.7
+
+
+@pytest.mark.parametrize("energy", [0.52, 0.6, 0.625, 0.7, 0.82], ids=str)
+def test_polhodes_are_on_the_sphere_and_on_the_ellipsoid(energy):
+    e = 1 / np.array([0.6, 0.8, 1.0])
+    one, other = body.polhode(energy, tuple(e))
+    for curve in (one, other):
+        assert np.max(np.abs(np.sum(curve**2, axis=0) - 1)) < 1e-14
+        assert np.max(np.abs(e @ curve**2 / 2 - energy)) < 1e-14
+    assert np.max(np.abs(one - other)) > 0.1
+
+
+def test_the_exact_curves_of_the_starts_pass_through_them():
+    curves = body.polhodes()
+    own = curves[curves["drawn"] == "start"][["y1", "y2", "y3"]].to_numpy()
+    for y0 in body.STARTS:
+        assert np.linalg.norm(own - y0, axis=1).min() < 0.03
+    assert set(curves["drawn"]) == {"level", "separatrix", "start"}
+
+
+def test_the_view_is_a_rotation_towards_the_eye():
+    R = seen(np.eye(3))
+    assert np.allclose(R @ R.T, np.eye(3), atol=1e-15)
+    assert np.linalg.det(R) == pytest.approx(1, rel=1e-14)
+    assert R[2, 0] == pytest.approx(0, abs=1e-16)
+    assert min(R[:, 2]) > 0.3
+
+
+def test_round_off_is_told_from_a_drift():
+    t = np.arange(1000.0)
+    assert kind(t, 1e-13 * np.cos(t)) == "kept"
+    assert kind(t, 1e-3 * np.cos(t)) == "bounded"
+    assert kind(t, 1e-6 * t) == "linear"
+
+
+def test_errors_have_the_names_of_what_is_conserved():
+    ivp = ivp_of("free_rigid_body", "hlw")
+    run = solve(ivp, "rk4", 0.5, 20)
+    found = errors(ivp, run)
+    assert set(found) == {"energy", "C"}
+    assert found["C"][-1] == pytest.approx((run.y[-1] @ run.y[-1] - 1) / 2, abs=1e-15)
+
+
+def test_lifted_methods_run_uncompiled_as_well():
+    assert not method("lifted:rattle").method.compiled
+    ivp = ivp_of("free_rigid_body", "hlw")
+    assert defect(ivp, "lifted:rattle", 0.4, 1) < 1e-14
+    assert defect(ivp, "midpoint", 0.4, 1) > 1e-6
+
+
+@pytest.mark.parametrize(
+    ("errors", "expected"),
+    [
+        ({"a": 1e-14, "b": np.nan}, "all"),
+        ({"a": 1e-14, "b": 1e-3}, "a"),
+        ({"a": 1e-3, "b": 1e-3}, "none"),
+        ({"a": np.nan, "b": np.nan}, ""),
+    ],
+    ids=["all that there are", "one", "none", "not to be run"],
+)
+def test_it_is_said_where_casimir_functions_are_kept(errors, expected):
+    assert methods.kept(errors) == expected
+
+
+def test_every_job_is_another_one_and_can_be_sent_to_another_process():
+    found = jobs()
+    assert len(set(found)) == len(found) >= 40
+    assert pickle.loads(pickle.dumps(found)) == found
+
+
+def test_casimir_errors_are_those_of_the_run(monkeypatch):
+    monkeypatch.setattr(casimirs, "SYSTEMS", {"lotka_volterra_3d": ("blow_up", 0.02, 40)})
+    monkeypatch.setattr(casimirs, "DEFECT_STEPS", {"lotka_volterra_3d": 3})
+    table, series = casimirs.casimirs("lotka_volterra_3d")
+    found = table.set_index("method")
+    y = solve(ivp_of("lotka_volterra_3d", "blow_up"), "midpoint", 0.02, 40).y
+    C = np.log(y) @ [-1, -1, 1]
+    assert found["casimir"]["midpoint"] == pytest.approx(np.max(np.abs(C - C[0])), rel=1e-9)
+    assert found["casimir"]["strang"] < 1e-14
+    assert np.all(series.groupby("method")["casimir"].apply(lambda x: np.all(np.diff(x) >= 0)))
+    assert series.groupby("method")["casimir"].last()["midpoint"] == found["casimir"]["midpoint"]
+
+
+def test_a_run_beyond_the_blow_up_breaks_off_there():
+    found = casimirs.break_off("rk4")
+    assert abs(found["t"] - casimirs.BLOW_UP) < 0.02
+    assert "stopped at t = 1.7" in found["failure"]
+
+
+@pytest.fixture(scope="module")
+def fig41():
+    return orbits()
+
+
+@pytest.fixture(scope="module")
+def measured_defects():
+    return (
+        pd.concat([_poisson_defects.defects(name) for name in _poisson_defects.METHODS], ignore_index=True),
+        pd.concat([_poisson_defects.lemma(name) for name in _poisson_defects.CONSTRAINED], ignore_index=True),
+    )
+
+
+def test_figure_4_1_is_as_the_book_has_it(fig41):
+    found = check_orbits(fig41)
+    assert (found.outer["u_next"], found.outer["v_next"]) == (6.0, -0.5)
+    assert found.inner["steps"] > 700
+    assert found.row["midpoint"]["6"]["left"] < 0.8
+    own = fig41.points[(fig41.points["method"] == "verlet") & (fig41.points["case"] == "4,2")]
+    assert len(own) == _poisson_orbits.STEPS + 1
+    assert np.allclose(own["energy"], H(own["u"], own["v"]) - H(4, 2), atol=1e-13)
+
+
+@pytest.mark.parametrize(
+    ("wrong", "right"), [("midpoint", "verlet"), ("verlet", "midpoint"), ("verlet", "symplectic_euler")], ids=lambda name: name
+)
+def test_another_method_in_figure_4_1_is_found_out(monkeypatch, wrong, right):
+    monkeypatch.setattr(_poisson_orbits, "solve", lambda ivp, name, h, n: solve(ivp, wrong if name == right else name, h, n))
+    with pytest.raises(ClaimRefuted):
+        check_orbits(orbits())
+
+
+def test_defects_are_round_off_or_have_the_powers_of_the_text(measured_defects):
+    found = check_defects(_poisson_defects.slopes(measured_defects[0]).set_index("method"))
+    assert found.kept < 1e-14
+    lemma = check_lemma(measured_defects[1])
+    assert lemma.symplectic["local:rk4"] == pytest.approx(5, abs=0.05)
+    assert lemma.kept < 1e-13
+
+
+def test_a_wrong_structure_matrix_is_found_out(monkeypatch):
+    from daebench.reports.poisson import runs
+
+    true = runs.poisson_defect
+    monkeypatch.setattr(runs, "poisson_defect", lambda flow, y, B: true(flow, y, lambda y: B(y) / y[0]))
+    frame = pd.concat([_poisson_defects.defects(name) for name in _poisson_defects.METHODS], ignore_index=True)
+    with pytest.raises(ClaimRefuted, match="strang is a Poisson map to round-off"):
+        check_defects(_poisson_defects.slopes(frame).set_index("method"))
+
+
+def casimir_rows():
+    rows = []
+    for problem in casimirs.SYSTEMS:
+        for name in casimirs.METHODS:
+            if name == "darboux:verlet" and problem == "heavy_top_lie_poisson":
+                continue
+            good = name in ("strang", "strang/suzuki4", "darboux:verlet")
+            kept = good or (name == "midpoint" and problem != "lotka_volterra_3d")
+            rows.append(
+                {
+                    "problem": problem,
+                    "method": name,
+                    "h": 0.1,
+                    "t_end": 10.0,
+                    "defect": TINY / 4 if good else SMALL,
+                    "energy": SMALL,
+                    "energy_kind": "bounded" if good else "linear",
+                    "casimir": TINY if kept else SMALL,
+                    "casimir_kind": "kept" if kept else "linear",
+                }
+            )
+    return pd.DataFrame(rows)
+
+
+def lattice_rows():
+    size = {"strang": 5.0, "strang/suzuki4": 1e-6, "darboux:verlet": 1e-4, "midpoint": 1e-8, "rk4": 1e-7}
+    rows = []
+    for name, h in [*((name, lattice.H) for name in lattice.METHODS), ("strang", lattice.FINE)]:
+        row = {"method": name, "h": h, "ns": 1e3}
+        for quantity in lattice.QUANTITIES:
+            value = size[name] if h == lattice.H else 0.1
+            value = TINY if name == "midpoint" and quantity in ("coupling", "momentum") else value
+            row |= {quantity: value, f"{quantity}_kind": "linear" if name == "rk4" else "bounded" if value > TINY else "kept"}
+        rows.append(row)
+    return pd.DataFrame(rows)
+
+
+def body_rows():
+    energies = dict(zip(body.ORDERS, (4e-3, 1e-3, 6e-3, 1e-3, 1e-2, 9e-3), strict=True))
+    energies |= {"strang@top": 8e-4, "darboux:verlet": 6e-4, "midpoint": TINY, "rk4": 1e-5, "lifted:rattle": TINY}
+    rows = []
+    for name in body.METHODS:
+        said, grows = name not in ("midpoint", "rk4"), "linear" if name == "rk4" else "kept"
+        row = {"method": name, "claimed_poisson": said, "energy": energies[name], "C": SMALL if name == "rk4" else TINY, "C_kind": grows}
+        row |= {"energy_kind": grows if energies[name] == TINY or name == "rk4" else "bounded", "defect": TINY if said else SMALL}
+        rows.append(row)
+    return pd.DataFrame(rows)
+
+
+def method_rows():
+    rows = []
+    for k, name in enumerate(methods.METHODS):
+        said = name not in ("midpoint", "rk4")
+        row = {"method": name, "order": 2, "class": "split", "form": "darboux" if ":" in name else "", "claimed": said, "energy": SMALL}
+        row |= {
+            "defect": TINY if said else SMALL,
+            "kind": "bounded" if said else "linear",
+            "slope": 1e-5,
+            "slope_error": 1e-7,
+            "ns": 30.0 + k,
+        }
+        rows.append(row | {f"casimir_{problem}": TINY if said else SMALL for problem in methods.CASIMIR_SYSTEMS})
+    return pd.DataFrame(rows)
+
+
+@pytest.fixture(scope="module")
+def numbers(fig41, measured_defects):
+    """Return numbers of which all that the page says is true: some measured, those that need compiled kernels made up."""
+    t = np.geomspace(0.01, 20, 120)
+    table = casimir_rows()
+    names = zip(table["problem"], table["method"], strict=True)
+    over_time = [pd.DataFrame({"problem": problem, "method": name, "t": t, "casimir": 1e-9 * t}) for problem, name in names]
+    waves = [
+        pd.DataFrame({"method": name, "h": lattice.H, "t": t} | dict.fromkeys(lattice.QUANTITIES, 1e-9 * t)) for name in lattice.METHODS
+    ]
+    return Numbers(
+        orbits=fig41,
+        defects=measured_defects[0],
+        lemma=measured_defects[1],
+        casimirs=table,
+        casimir_series=pd.concat(over_time, ignore_index=True),
+        break_off=pd.DataFrame({"method": casimirs.METHODS, "t": 1.745, "failure": "stopped"}),
+        lattice=lattice_rows(),
+        lattice_series=pd.concat(waves, ignore_index=True),
+        cost=pd.DataFrame({"sites": lattice.SIZES, "ns_per_site": 100.0}),
+        sizes=dict.fromkeys(lattice.QUANTITIES, 7.0),
+        speeds={"all": 100.0, "part": 1000.0, "rate": 512.0},
+        body=body_rows(),
+        trajectories=pd.concat([body.trajectories(name) for name in body.SHOWN], ignore_index=True),
+        polhodes=body.polhodes(),
+        methods=method_rows(),
+    )
+
+
+def test_the_story_passes_on_numbers_of_which_it_is_true(numbers):
+    found = check(numbers)
+    assert found.closing.poisson == len(methods.METHODS) - 2
+    assert (found.body.worst, found.body.factor) == ("strang@312", pytest.approx(10, rel=1e-12))
+    assert found.lattice.ratio == pytest.approx(5e4, rel=1e-12)
+    assert found.lattice.fast == 10
+    assert 0.8 < found.body.shortest <= found.body.longest < 0.95
+
+
+def orbit(column, value, **where):
+    def tamper(numbers):
+        return replace(numbers, orbits=changed("table", column, value, **where)(numbers.orbits))
+
+    return tamper
+
+
+TAMPERED = {
+    "the printed form takes its first step": orbit("steps", 3, method="symplectic_euler", case="6,2"),
+    "the printed form stays inside": orbit("failure", "", method="symplectic_euler", case="4,2"),
+    "its next step is inside": orbit("v_next", 0.1, method="symplectic_euler", case="6,2"),
+    "the adjoint fails": orbit("failure", "stopped", method="symplectic_euler_adjoint"),
+    "verlet does not close": orbit("orbit", "irregular", method="verlet"),
+    "midpoint gains energy": orbit("slope", 1e-3, method="midpoint"),
+    "midpoint spirals outwards": orbit("wander", 0.1, method="midpoint", case="4,2"),
+    "midpoint loses little": orbit("left", 0.99, method="midpoint", case="4,2"),
+    "strang is no Poisson map": changed("defects", "defect", 1e-9, method="strang"),
+    "midpoint has defect O(h)": changed("defects", "defect", 1e-3, method="midpoint"),
+    "RATTLE is symplectic alone": changed("lemma", "poisson", 1e-9, method="rattle"),
+    "seproj is a Poisson map": changed("lemma", "poisson", 1e-16, method="seproj"),
+    "a splitting loses a Casimir": changed("casimirs", "casimir", 1e-9, method="strang"),
+    "midpoint loses a quadratic Casimir": changed("casimirs", "casimir", 1e-9, method="midpoint", problem="free_rigid_body"),
+    "midpoint is a Poisson map for the top": changed("casimirs", "defect", 1e-16, method="midpoint", problem="heavy_top_lie_poisson"),
+    "rk4 is a Poisson map for the species": changed("casimirs", "defect", 1e-13, method="rk4", problem="lotka_volterra_3d"),
+    "midpoint keeps the Casimir of the species": changed("casimirs", "casimir", 1e-16, method="midpoint", problem="lotka_volterra_3d"),
+    "rk4 bounds Casimirs": changed("casimirs", "casimir_kind", "bounded", method="rk4"),
+    "a run goes on beyond the blow-up": changed("break_off", "failure", "", method="rk4"),
+    "a run breaks off early": changed("break_off", "t", 1.5, method="midpoint"),
+    "rk4 bounds the norm": changed("lattice", "norm_kind", "bounded", method="rk4"),
+    "verlet lets the coupling grow": changed("lattice", "coupling_kind", "irregular", method="darboux:verlet"),
+    "midpoint loses the momentum": changed("lattice", "momentum", 1e-9, method="midpoint"),
+    "strang is good on the lattice": changed("lattice", "norm", 1e-3, method="strang", h=lattice.H),
+    "smaller steps do not help strang": changed("lattice", "norm", 4.0, method="strang", h=lattice.FINE),
+    "order four does not help": changed("lattice", "norm", 1e-3, method="strang/suzuki4"),
+    "parts are slow": lambda numbers: replace(numbers, speeds={"all": 100.0, "part": 100.0}),
+    "a splitting leaves the sphere": changed("body", "C", 1e-9, method="strang@231"),
+    "lifted RATTLE is no Poisson map": changed("body", "defect", 1e-6, method="lifted:rattle"),
+    "midpoint loses energy": changed("body", "energy", 1e-6, method="midpoint"),
+    "midpoint is a Poisson map": changed("body", "defect", 1e-16, method="midpoint"),
+    "all orders are alike": lambda numbers: replace(numbers, body=alike(numbers.body)),
+    "the top is worse": changed("body", "energy", 5e-3, method="strang@top"),
+    "rk4 stays on the sphere": lambda numbers: replace(numbers, trajectories=on_the_sphere(numbers.trajectories)),
+    "midpoint leaves the energy curves": changed("trajectories", "energy", 1e-6, method="midpoint"),
+    "strang@top is far off": changed("trajectories", "energy", 0.2, method="strang@top"),
+    "strang@123 is close": changed("trajectories", "energy", 1e-3, method="strang@123"),
+    "a claim is wrong": changed("methods", "defect", 1e-6, method="verlet"),
+    "a claim is too modest": changed("methods", "defect", 1e-16, method="rk4"),
+    "a Poisson integrator drifts": changed("methods", "kind", "linear", method="strang"),
+    "rk4 keeps a Casimir": changed("methods", "casimir_free_rigid_body", 1e-16, method="rk4"),
+}
+
+
+def alike(frame):
+    return frame.assign(energy=frame["energy"].where(~frame["method"].isin(body.ORDERS), 2e-3))
+
+
+def on_the_sphere(frame):
+    y = frame[["y1", "y2", "y3"]]
+    return frame.assign(**y.div(np.sqrt((y**2).sum(axis=1)), axis=0))
+
+
+@pytest.mark.parametrize("tamper", TAMPERED.values(), ids=list(TAMPERED))
+def test_a_tampered_number_refutes_the_story(numbers, tamper):
+    with pytest.raises(ClaimRefuted):
+        check(tamper(numbers))
+
+
+def test_tables_are_kept_as_csv_and_shown_as_html(numbers, tmp_path):
+    made = tables(numbers, tmp_path)
+    rows = {path.stem: len(pd.read_csv(path)) for path in tmp_path.glob("*.csv")}
+    assert rows == {"orbits": 8, "slopes": 17, "casimirs": 14, "break_off": 5, "lattice": 6, "cost": 4, "body": 11, "methods": 8}
+    for name, make in made.items():
+        html = str(make("A caption"))
+        assert html.count("<tr>") >= 6, name
+        assert "nan" not in html
+        assert "&lt;" not in html
+
+
+def test_the_page_is_made_of_numbers_and_words(numbers, tmp_path, monkeypatch):
+    monkeypatch.setattr(poisson, "draw", lambda numbers, folder: dict.fromkeys(FIGURES, tmp_path))
+    monkeypatch.setattr("daebench.pages.report.page.picture", lambda *arguments: "")
+    monkeypatch.setattr(poisson, "measure", lambda tell: numbers)
+    page = build("poisson", tmp_path)
+    text = page.read_text(encoding="utf-8")
+    standalone(page)
+    assert "stopped at t = 0 (step 1 of 1000, h = 0.25): the state has left the domain" in text
+
+
+def test_a_refuted_claim_leaves_no_page(numbers, tmp_path, monkeypatch):
+    monkeypatch.setattr(poisson, "measure", lambda tell: TAMPERED["verlet does not close"](numbers))
+    with pytest.raises(ClaimRefuted, match="verlet bounds the energy and closes the orbit"):
+        build("poisson", tmp_path)
+    assert not (tmp_path / "poisson" / "index.html").exists()
+
+
+@pytest.mark.slow
+def test_the_figures_show_numbers_that_are_beside_them(numbers, tmp_path):
+    from matplotlib.image import imread
+
+    assert set(draw(numbers, tmp_path)) == set(FIGURES)
+    for stem in FIGURES:
+        assert np.std(imread(tmp_path / f"{stem}.png")[..., :3]) > 0.02
+        assert len(pd.read_csv(tmp_path / f"{stem}.csv")) >= 100
+        assert "<text" not in (tmp_path / f"{stem}.svg").read_text()
+
+
+@pytest.mark.slow
+def test_the_whole_report_is_made_and_its_page_loads_nothing(tmp_path, looks_right):
+    told = []
+    page = build("poisson", tmp_path, lambda fraction, label: told.append(fraction))
+    source = page.read_text(encoding="utf-8")
+    standalone(page)
+    looks_right(page)
+    assert source.count("<svg") == len(FIGURES)
+    assert told == sorted(told)
+    assert (told[0], told[-1]) == (0.0, 1.0)
+    assert len(pd.read_csv(page.parent / "tables" / "lattice.csv")) == len(lattice.METHODS) + 1

@@ -1,0 +1,328 @@
+"""The report on problems: facts against the definitions, drawings on the manifold, claims that faults refute, tables, and the page."""
+
+import math
+import pickle
+from dataclasses import replace
+from xml.etree import ElementTree
+
+import numpy as np
+import pandas as pd
+import pytest
+from pages import standalone
+from tampered import changed
+
+from daebench.methods.catalogue import problems as catalogue
+from daebench.pages.report import build
+from daebench.pages.report.claims import ClaimRefuted
+from daebench.reports import problems
+from daebench.reports.problems import ivps, rank, runs
+from daebench.reports.problems.claims import across, check, check_rank, per_problem
+from daebench.reports.problems.facts import facts, told, whole
+from daebench.reports.problems.figures import draw, projected
+from daebench.reports.problems.numbers import Numbers, jobs, problem_rows
+from daebench.reports.problems.path import drawing_of
+from daebench.reports.problems.tables import outcome, reason, tables
+
+FEW = ("planar_pendulum", "torus")
+CHEAP = ("symplectic_euler", "rattle", "shake", "se", "seproj", "rk4", "rk4+proj", "strang")
+
+
+def test_every_constrained_problem_is_in_the_report_once():
+    assert sorted(ivps.names()) == sorted(catalogue("constrained"))
+    assert {job[1][0] for job in jobs()} >= set(catalogue("constrained"))
+
+
+def test_a_problem_without_a_horizon_is_run_too(monkeypatch):
+    monkeypatch.setattr(ivps, "HORIZONS", {})
+    assert ivps.step_size("planar_pendulum") == ivps.UNDECLARED.t_end / ivps.STEPS
+    assert len(ivps.names()) == len(catalogue("constrained"))
+
+
+def test_every_job_is_another_one_and_can_be_sent_to_another_process():
+    found = jobs()
+    assert len(set(found)) == len(found)
+    assert pickle.loads(pickle.dumps(found)) == found
+
+
+@pytest.mark.parametrize(
+    ("name", "d", "m", "structure", "integrals"),
+    [
+        ("planar_pendulum", 2, 1, "constant diagonal", []),
+        ("slider_crank", 3, 2, "constant", []),
+        ("torus", 3, 1, "constant diagonal", ["L3"]),
+    ],
+    ids=lambda value: value if isinstance(value, str) and "_" in value else "",
+)
+def test_the_facts_are_those_of_the_definition(name, d, m, structure, integrals):
+    found = facts(name)
+    assert (found.d, found.m, found.dof, found.structure, found.integrals) == (d, m, d - m, structure, integrals)
+    assert found.summary == catalogue()[name].summary
+    assert next(case["name"] for case in found.cases) == found.case
+    assert all(case["about"] for case in found.cases)
+    for _, what in found.formulas:
+        ElementTree.fromstring(f"<p>{what}</p>")
+
+
+def test_a_certified_reference_is_said_with_its_end():
+    ends = {case["name"]: case["certified"] for case in facts("planar_pendulum").cases}
+    assert ends == dict.fromkeys(("horizontal", "near_top", "rotating", "iftomm_a01"), 100.0)
+    assert {case["name"]: case["certified"] for case in facts("torus").cases} == {"through_hole": 50.0, "trough": None, "inner": None}
+
+
+def test_prose_is_taken_from_the_docstring_without_formulas_and_parameters():
+    doc = (
+        "First.\n\n    ::\n\n        x = 1\n\n    It teaches\n    much.\n\n    Parameters\n    ----------\n    a : float\n        A.\n    "
+    )
+    text = f'def problem(*, a: float = 1.0):\n    """{doc}"""\n'
+    assert told(text) == "It teaches much."
+
+
+@pytest.mark.parametrize(
+    ("paragraph", "kept"),
+    [
+        ("One. Two are at", "One."),
+        ("which with these is three. Four.", "Four."),
+        ("One. Two.", "One. Two."),
+        ("with the angles,", ""),
+    ],
+    ids=["before a formula", "after a formula", "whole", "nothing whole"],
+)
+def test_halves_of_sentences_round_a_formula_are_left_out(paragraph, kept):
+    assert whole(paragraph) == kept
+
+
+def test_prose_is_escaped_and_its_marks_are_html():
+    assert told('def problem():\n    """A.\n\n    If ``x`` < 1, see *A Book*.\n    """\n') == (
+        "If <code>x</code> &lt; 1, see <cite>A Book</cite>."
+    )
+
+
+def test_a_residual_that_is_not_a_number_is_not_printed():
+    row = {"why": "rk4 on x, case y, stopped at t = 1 (step 2 of 3, h = 4): a value is no longer finite; use a smaller h."}
+    assert reason(row) == "a value is no longer finite"
+
+
+@pytest.fixture(scope="module")
+def drawings():
+    return {name: drawing_of(name) for name in (*FEW, "slider_crank")}
+
+
+def test_a_drawing_starts_at_the_start_and_its_rods_keep_their_lengths(drawings):
+    crank = drawings["slider_crank"]
+    assert crank.dimension == 2
+    assert crank.off < 1e-12
+    assert np.allclose(crank.points[0, crank.rods[0]], [[0, 0], [1, 0]], rtol=0, atol=1e-15)
+    for rod, length in zip(crank.rods, (1.0, 2.0), strict=True):
+        assert np.allclose(np.linalg.norm(np.diff(crank.points[:, rod], axis=1)[:, 0], axis=1), length, rtol=0, atol=1e-12)
+
+
+def test_points_and_lines_are_on_the_torus(drawings):
+    torus = drawings["torus"]
+    for points in (torus.points[:, torus.masses[0]], torus.surface.reshape(-1, 3)):
+        assert np.max(np.abs((np.hypot(points[:, 0], points[:, 1]) - 2) ** 2 + points[:, 2] ** 2 - 1)) < 1e-11
+    assert torus.dimension == 3
+    assert list(torus.table().columns) == ["t", "x1", "y1", "z1"]
+
+
+def test_the_projection_keeps_lengths_across_the_line_of_sight():
+    flat = projected(np.eye(3))
+    assert np.allclose(np.sum(flat**2), 2, rtol=0, atol=1e-14)
+    assert np.array_equal(projected(np.ones((4, 5, 2))), np.ones((4, 5, 2)))
+
+
+@pytest.fixture(scope="module")
+def against():
+    return {name: runs.sizes_of(name) for name in FEW}
+
+
+def test_what_errors_are_compared_with_are_sizes_along_the_run_of_rattle(against):
+    ivp = ivps.ivp_of("torus")
+    run = runs.solve("torus", ivp, runs.method("rattle"))
+    p, q = np.abs(run.p), np.abs(run.q)
+    assert against["torus"].energy == pytest.approx(np.max(np.sum(p**2, axis=1) / 2), rel=1e-14)
+    L3 = (p[:, 0] + p[:, 1]) * q.max(axis=1) + (q[:, 0] + q[:, 1]) * p.max(axis=1)
+    assert against["torus"].integrals == pytest.approx({"L3": np.max(L3)}, rel=1e-8)
+    run = runs.solve("planar_pendulum", ivps.ivp_of("planar_pendulum"), runs.method("rattle"))
+    p, q = np.abs(run.p), np.abs(run.q)
+    assert against["planar_pendulum"].g == pytest.approx(np.max(2 * q.sum(axis=1) * q.max(axis=1)), rel=1e-14)
+    Gv = 2 * (p.sum(axis=1) * q.max(axis=1) + q.sum(axis=1) * p.max(axis=1))
+    assert against["planar_pendulum"].Gv == pytest.approx(np.max(Gv), rel=1e-14)
+    assert against["planar_pendulum"].integrals == {}
+
+
+def test_a_row_has_the_errors_of_the_run(monkeypatch, against):
+    monkeypatch.setattr(runs, "STEPS", 50)
+    found = runs.row("planar_pendulum", "rattle", against["planar_pendulum"])
+    ivp = ivps.ivp_of("planar_pendulum")
+    run = runs.solve("planar_pendulum", ivp, runs.method("rattle"))
+    H = np.sum(run.p**2, axis=1) / 2 + run.q[:, 1]
+    T = against["planar_pendulum"].energy
+    assert found["energy"] == pytest.approx(np.max(np.abs(H - H[0])) / T, rel=1e-12)
+    assert found["g"] == np.max(np.abs(np.sum(run.q**2, axis=1) - 1))
+    assert (found["end"], found["steps"]) == ("reached", 50)
+    assert found["solves"] == run.work["solve"]
+
+
+def test_the_error_of_an_integral_is_a_part_of_what_its_terms_amount_to(monkeypatch, against):
+    monkeypatch.setattr(runs, "STEPS", 100)
+    found = runs.row("torus", "rk4", against["torus"])
+    run = runs.solve("torus", ivps.ivp_of("torus"), runs.method("rk4"))
+    L3 = run.q[:, 0] * run.p[:, 1] - run.q[:, 1] * run.p[:, 0]
+    assert found["integrals"] == pytest.approx(np.max(np.abs(L3 - L3[0])) / against["torus"].integrals["L3"], rel=1e-10)
+    assert found["worst_integral"] == "L3"
+
+
+def test_every_method_is_asked_on_every_problem_and_what_is_left_out_has_its_reason(monkeypatch, against):
+    assert {problem for problem, _ in runs.LEFT_OUT} <= set(catalogue("constrained"))
+    assert {name for _, name in runs.LEFT_OUT} <= set(runs.METHODS)
+    for (problem, name), why in runs.LEFT_OUT.items():
+        found = runs.row(problem, name, against["torus"])
+        assert (found["end"], found["why"], outcome(found)) == ("not run", why, "not run")
+    monkeypatch.setattr(runs, "sizes_of", against.get)
+    monkeypatch.setattr(runs, "row", lambda problem, name, sizes: (problem, name, sizes))
+    assert problem_rows("torus") == [("torus", name, against["torus"]) for name in runs.METHODS]
+
+
+def test_what_is_refused_or_stops_is_a_row_that_says_why(against):
+    refused = runs.row("slider_crank", "strang", against["torus"])
+    assert refused["end"] == "refused"
+    assert "needs the flow of the kinetic energy" in reason(refused)
+    stopped = runs.row("planar_pendulum", "se", against["planar_pendulum"])
+    assert stopped["end"] == "stopped"
+    assert reason(stopped) == "the iteration did not converge in 100 sweeps"
+    assert outcome(stopped) == f"stops at {stopped['t']:.3g}"
+
+
+def test_errors_that_are_not_finite_are_infinite():
+    assert runs.largest([1.0, math.nan]) == math.inf
+    assert runs.largest([1.0, -2.0]) == 2.0
+
+
+def test_the_times_of_rank_loss_are_those_of_the_definitions():
+    assert rank.loss("four_bar") == pytest.approx(0.71435553, abs=1e-8)
+    assert rank.loss("slider_crank") == pytest.approx(0.88743236848, abs=1e-8)
+    assert rank.told_in("x stopped: G loses rank at about t = 0.714, within the next steps") == 0.714
+    assert math.isnan(rank.told_in("x stopped"))
+
+
+@pytest.fixture(scope="module")
+def numbers(drawings, against):
+    """Return numbers of two problems, measured with the methods that need no compiling, and of rank loss with two of them."""
+    rows, paths = [], []
+    for problem, case in rank.IVPS:
+        for name in ("rattle", "lobatto3"):
+            for mode in rank.MODES:
+                row, path = rank.behaviour(problem, case, name, mode)
+                rows.append(row)
+                paths.append(path)
+    return Numbers(
+        facts=[facts(name) for name in FEW],
+        drawings={name: drawings[name] for name in FEW},
+        runs=pd.DataFrame([runs.row(problem, name, against[problem]) for problem in FEW for name in CHEAP]),
+        rank=pd.DataFrame(rows),
+        rank_paths=pd.concat(paths, ignore_index=True),
+        losses={problem: rank.loss(problem) for problem, _ in rank.IVPS},
+    )
+
+
+def test_the_story_passes_as_measured(numbers):
+    found = check(numbers)
+    assert (found.across.problems, found.across.rattle_reached) == (2, 2)
+    assert found.across.keeps == ["torus"]
+    assert found.rank.told < 5e-4
+    assert found.rank.through == found.rank.went == 4
+    assert found.across.reached + found.across.stopped + found.across.refused == found.across.runs == len(numbers.runs)
+
+
+TAMPERED = {
+    "rattle leaves the manifold": changed("runs", "g", 1e-9, method="rattle", problem="torus"),
+    "its velocities leave it": changed("runs", "Gv", 1e-9, method="rk4+proj", problem="planar_pendulum"),
+    "a residual is missing": changed("runs", "g", math.nan, method="rattle", problem="torus"),
+    "a picture is missing": lambda numbers: replace(numbers, drawings={}),
+    "a path is off": lambda numbers: replace(numbers, drawings={k: replace(each, off=1e-6) for k, each in numbers.drawings.items()}),
+    "it does not stop": changed("rank", "end", "reached", mode="stop", problem="four_bar"),
+    "it does not say why": changed("rank", "why", "stopped", mode="stop", method="rattle"),
+    "it stops within a step after": changed("rank", "t", 0.888, mode="stop", problem="slider_crank"),
+    "it is reflected": changed("rank", "branch", "reflected", mode="continue", method="lobatto3"),
+    "it does not go on": changed("rank", "end", "stopped", mode="continue", method="rattle"),
+}
+
+
+@pytest.mark.parametrize("tamper", TAMPERED.values(), ids=list(TAMPERED))
+def test_a_tampered_number_stops_the_page(numbers, tamper):
+    with pytest.raises(ClaimRefuted):
+        check(tamper(numbers))
+
+
+def test_what_is_counted_follows_the_numbers(numbers):
+    numbers = changed("runs", "kind", "bounded", method="rattle")(numbers)
+    worse = changed("runs", "kind", "linear", method="rattle", problem="torus")(numbers)
+    assert (check(numbers).across.rattle_quiet, check(worse).across.rattle_quiet) == (2, 1)
+    assert check(worse).across.rattle_other == ["torus"]
+    unknown = changed("runs", "kind", "undetermined", method="rattle", problem="torus")(numbers)
+    assert (check(unknown).across.rattle_quiet, check(unknown).across.rattle_other) == (1, [])
+    lost = changed("runs", "integrals", 1e-10, method="rattle", problem="torus")(numbers)
+    assert (check(numbers).across.loses, check(lost).across.loses) == ([], ["torus"])
+    off = changed("runs", "Gv", 1e-9, method="rattle", problem="torus")(numbers)
+    for column, tampered in (("bounded", worse), ("bounded", unknown), ("manifold", off)):
+        assert [across(each.runs).set_index("method")[column]["rattle"] for each in (numbers, tampered)] == [2, 1]
+    assert "rattle" in per_problem(worse.runs)["torus"].drifting
+    assert "rattle" not in per_problem(unknown.runs)["torus"].drifting
+    wandered = changed("rank", "branch", "other branch", mode="continue")(numbers)
+    with pytest.raises(ClaimRefuted, match="goes on through"):
+        check_rank(wandered)
+
+
+def test_a_pair_that_is_left_out_counts_nowhere_but_is_told(numbers):
+    left = changed("runs", "end", "not run", method="rk4", problem="torus")(numbers)
+    found = check(replace(left, runs=left.runs.assign(why=left.runs["why"].where(left.runs["end"] != "not run", "it is long"))))
+    assert (found.across.left_out, found.across.runs) == (1, len(numbers.runs) - 1)
+    assert found.across.table.set_index("method")["asked"]["rk4"] == 1
+    assert found.per["torus"].left_out == {"it is long": ["rk4"]}
+    assert found.per["planar_pendulum"].left_out == {}
+
+
+def test_the_tables_have_a_row_each_and_say_why_a_run_is_short(numbers, tmp_path):
+    found = tables(numbers, across(numbers.runs), tmp_path)
+    html = str(found["planar_pendulum"]("Caption"))
+    root = ElementTree.fromstring(html)
+    assert len(root.findall(".//tbody/tr")) == len(CHEAP)
+    assert "stops at" in html
+    assert "nan" not in html
+    assert sorted(path.stem for path in tmp_path.glob("*.csv")) == sorted(["runs", "rank_loss", "across", "overview", *FEW])
+    for name in ("overview", "across", "rank"):
+        ElementTree.fromstring(str(found[name]("Caption")))
+
+
+@pytest.mark.slow
+def test_the_figures_show_numbers_that_are_beside_them(numbers, tmp_path, monkeypatch):
+    from matplotlib.image import imread
+
+    stems = draw(numbers, tmp_path)
+    assert set(stems) == {*FEW, "scenes", "rank_loss"}
+    for stem in stems:
+        assert np.std(imread(tmp_path / f"{stem}.png")[..., :3]) > 0.02
+        assert len(pd.read_csv(tmp_path / f"{stem}.csv")) >= 100
+        assert "<text" not in (tmp_path / f"{stem}.svg").read_text()
+
+
+def test_a_refuted_claim_leaves_no_page(numbers, tmp_path, monkeypatch):
+    monkeypatch.setattr(problems, "measure", lambda tell: TAMPERED["it is reflected"](numbers))
+    with pytest.raises(ClaimRefuted, match="goes on through"):
+        build("problems", tmp_path)
+    assert not (tmp_path / "problems" / "index.html").exists()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("own", [FEW, pytest.param(catalogue("constrained"), marks=pytest.mark.exhaustive)], ids=["few", "all"])
+def test_the_whole_report_is_made_and_its_page_loads_nothing(tmp_path, looks_right, monkeypatch, own):
+    monkeypatch.setattr("daebench.reports.problems.numbers.names", lambda: own)
+    told_of = []
+    page = build("problems", tmp_path, lambda fraction, label: told_of.append(fraction))
+    source = page.read_text(encoding="utf-8")
+    standalone(page)
+    looks_right(page)
+    for name in own:
+        assert f'<h2 id="{name}">' in source
+    assert told_of == sorted(told_of)
+    assert (told_of[0], told_of[-1]) == (0.0, 1.0)

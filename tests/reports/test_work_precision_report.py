@@ -1,0 +1,315 @@
+"""The report on work against precision: a small one of real runs, kept and resumed, and its sentences on planted numbers."""
+
+import re
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, replace
+from types import SimpleNamespace
+
+import numpy as np
+import pandas as pd
+import pytest
+from pages import standalone
+
+from daebench.errors import Interrupted
+from daebench.methods.fixed_step.constrained import FixedStep
+from daebench.pages.report import MINUS, NONE, THIN, TIMES, build
+from daebench.pages.report.claims import ClaimRefuted
+from daebench.reports import work_precision
+from daebench.reports.work_precision.claims import check
+from daebench.reports.work_precision.figures import ratios
+from daebench.reports.work_precision.ivps import WANTED, WORKS, Work
+from daebench.reports.work_precision.numbers import Numbers, measure
+from daebench.reports.work_precision.tables import setting, tables, times
+from daebench.studies.grid.claimed import THINGS
+from daebench.studies.grid.measure import row_of
+from daebench.studies.grid.store import opened
+from daebench.studies.work_precision.recommend import with_conserved
+from daebench.studies.work_precision.study import LEVELS, standard, with_costs
+
+
+@dataclass(frozen=True)
+class Uncompiled(FixedStep):
+    """A fixed-step method run as Python."""
+
+    compiled: bool = False
+
+
+@dataclass(frozen=True)
+class Small(Work):
+    """A motion with three methods and four values of each."""
+
+    def study(self):
+        steps, tol = [1 / 8, 1 / 16, 1 / 32, 1 / 64], [1e-4, 1e-6, 1e-8, 1e-10]
+        methods = ["rattle", "rk4", "scipy:DOP853"]
+        return standard(self.problem, case=self.case, methods=methods, h=steps, tol=tol, t_end=self.t_end, repeat=1)
+
+
+SMALL = Small("planar_pendulum", "rotating", 4.0, "Pendulum", "one that turns over")
+
+
+@pytest.fixture
+def uncompiled(monkeypatch):
+    monkeypatch.setattr("daebench.methods.names_tables.FixedStep", Uncompiled)
+    opened = []
+
+    def one_thread():
+        opened.append("a pool")
+        return ThreadPoolExecutor(1)
+
+    return SimpleNamespace(processes=one_thread, opened=opened)
+
+
+def test_a_small_report_is_made_kept_and_made_again_without_a_run(tmp_path, monkeypatch, uncompiled):
+    monkeypatch.setattr(work_precision, "measure", lambda folder, tell: measure(folder, tell, [SMALL], uncompiled.processes))
+    monkeypatch.setattr("daebench.pages.report.page.picture", lambda *arguments: "")
+    monkeypatch.setattr(work_precision, "draw_all", lambda numbers, folder: {"overview": folder, SMALL.key: folder})
+    first = build("work-precision", tmp_path).read_text(encoding="utf-8")
+    assert len(uncompiled.opened) == 1
+    monkeypatch.setattr("daebench.studies.grid.measure.row_of", lambda cell: pytest.fail("a run"))
+    told = []
+    second = build("work-precision", tmp_path, lambda fraction, doing: told.append(fraction)).read_text(encoding="utf-8")
+    assert len(uncompiled.opened) == 1
+    assert told == sorted(told)
+    strip = re.compile(r"The last call took \d+ s")
+    assert strip.sub("", first) == strip.sub("", second)
+    defects = pd.read_csv(tmp_path / "work-precision" / "tables" / "defects.csv").set_index("method")["defect"]
+    assert defects["rattle"] < 1e-13 < 1e-6 < defects["rk4"]
+    assert set(defects.index) == {"rattle", "rk4"}
+    for link in re.findall(r'href="(tables/[^"#]+)"', first):
+        assert (tmp_path / "work-precision" / link).is_file(), link
+
+
+def test_an_interruption_says_what_is_kept(tmp_path, monkeypatch, uncompiled):
+    real, made = row_of, []
+
+    def one_only(cell):
+        if made:
+            raise KeyboardInterrupt
+        made.append(cell)
+        return real(cell)
+
+    monkeypatch.setattr("daebench.studies.grid.measure.row_of", one_only)
+    with pytest.raises(Interrupted, match=r"1 runs are kept in .*studies\.db: run again to go on"):
+        measure(tmp_path, lambda *told: None, [SMALL], uncompiled.processes)
+    with opened(tmp_path / "studies.db") as store:
+        assert len(store) == 1
+
+
+# ---- planted numbers
+
+
+H = 0.5 ** np.arange(3, 11)
+
+
+def power_law(method, order, price, *, verdict="bounded", knob="h", drift=1e-3, **more):
+    """Return runs whose error is h^order, at this price a step."""
+    errors = np.maximum(H**order, 1e-15)
+    columns = {"problem": "planar_pendulum", "case": "rotating", "method": method, "knob": knob, "value": H}
+    columns |= {"error_q": errors, "bound_q": 1e-16, "seconds": price / H, "callback_seconds": np.nan, "steps": 1 / H, "failure": ""}
+    columns |= {
+        "energy_error": drift,
+        "energy_verdict": verdict,
+        "energy_scale": 1.0,
+        "t_end": 10.0,
+        "g": 1e-16,
+        "Gv": 1e-15,
+        "integrals": 1e-9,
+        "n_H_p": 4 / H,
+        "n_steps": 1 / H,
+    }
+    return pd.DataFrame(columns | more)
+
+
+PLANTED = replace(WORKS[0], problem="planar_pendulum", case="rotating", title="Pendulum")
+DEFECTS = {"verlet": 1e-15, "fourth": 1e-15, "drifter": 1e-3}
+CLAIMS = {"verlet": THINGS, "fourth": THINGS}
+
+
+@pytest.fixture
+def numbers():
+    """Return runs of four methods by power laws: a symplectic pair, a cheap one that drifts, a solver that lives in callbacks."""
+    kinds = {"verdict": "drifts", "g": 1e-3}
+    parts = [power_law("verlet", 2, 1e-6), power_law("fourth", 4, 5e-6), power_law("drifter", 4, 2e-6, **kinds)]
+    parts += [power_law("solver", 4, 1e-3, knob="tol", **kinds).assign(callback_seconds=0.9995e-3 / H, n_H_p=1 / H)]
+    failed = power_law("fourth", 4, 5e-6).iloc[:1].assign(value=1.0, error_q=np.nan, seconds=np.nan, failure="it stopped.")
+    table = with_conserved(with_costs(pd.concat([*parts, failed], ignore_index=True)), DEFECTS, CLAIMS)
+    rows = [(PLANTED.key, name, 0.1, name != "drifter", defect) for name, defect in DEFECTS.items()]
+    defects = pd.DataFrame(rows, columns=["key", "method", "h", "claimed", "defect"])
+    left_out = pd.DataFrame([(PLANTED.key, "other", "other needs what is not there.")], columns=["key", "method", "why"])
+    return Numbers((PLANTED,), {PLANTED.key: table}, defects, left_out)
+
+
+def test_winners_and_prices_are_those_of_the_power_laws(numbers):
+    found = check(numbers)
+    own = found.found[PLANTED.key]
+    winners = own.winners.set_index("level")
+    # verlet costs 1e-6 level^(-1/2), the drifter 2e-6 level^(-1/4): the same at level 1/16
+    assert set(winners["method"][winners.index <= 1e-4]) == {"drifter"}
+    assert winners["ratio"][1e-6] == pytest.approx(2.5, rel=1e-9)
+    assert winners["next"][1e-6] == "fourth"
+    assert set(winners["method_counted"][winners.index <= 1e-4]) == {"solver"}
+    assert set(winners["method_own"][winners.index <= 1e-4]) == {"solver"}
+    assert found.price["energy"].most == pytest.approx(2.5, rel=1e-9)
+    assert found.price["energy"].n == 3
+    advice = own.advice.set_index(["level", "conserve"])["method"]
+    assert advice[1e-6].to_dict() == {"nothing": "drifter", "energy": "fourth", "constraints": "fourth", "two_form": "fourth"}
+    assert (found.total, found.failed) == (33, 1)
+    assert (found.structure.claiming, found.structure.level, found.structure.others_level) == (2, 2, 0)
+    assert found.callbacks.changed == sum(winners["method"] != winners["method_own"])
+    assert set(winners.index) == {level for level in LEVELS if level >= 1e-12}
+
+
+def test_the_overview_has_how_far_each_is_from_the_cheapest(numbers):
+    found = ratios(numbers).set_index("method")["ratio"]
+    assert found.to_dict() == pytest.approx({"drifter": 1.0, "fourth": 2.5, "verlet": 1e-6**-0.25 / 2, "solver": 500.0}, rel=1e-6)
+
+
+def altered(**columns):
+    """Return what sets columns of the runs of one method, or of all."""
+
+    def tamper(numbers):
+        table = numbers.runs[PLANTED.key]
+        chosen = table["failure"] != "" if "seconds" in columns else table["method"] == "fourth"
+        table = table.assign(**{name: table[name].where(~chosen, value) for name, value in columns.items()})
+        return replace(numbers, runs={PLANTED.key: table})
+
+    return tamper
+
+
+def defect(method, value):
+    def tamper(numbers):
+        frame = numbers.defects
+        return replace(numbers, defects=frame.assign(defect=frame["defect"].where(frame["method"] != method, value)))
+
+    return tamper
+
+
+TAMPERED = {
+    "a symplectic method is none": (defect("verlet", 1e-6), "verlet is symplectic"),
+    "a claim is too modest": (defect("drifter", 1e-15), "drifter is not symplectic"),
+    "a failed run shows a number": (altered(seconds=1.0), "failed runs on .* show no number"),
+}
+
+
+@pytest.mark.parametrize(("tamper", "sentence"), TAMPERED.values(), ids=list(TAMPERED))
+def test_a_tampered_number_refutes_the_story(numbers, tamper, sentence):
+    with pytest.raises(ClaimRefuted, match=sentence):
+        check(tamper(numbers))
+
+
+def test_a_method_that_begins_to_drift_is_no_longer_recommended(numbers):
+    table = numbers.runs[PLANTED.key]
+    drifting = with_conserved(
+        table.assign(energy_verdict=table["energy_verdict"].where(table["method"] != "fourth", "drifts")), DEFECTS, CLAIMS
+    )
+    advice = check(replace(numbers, runs={PLANTED.key: drifting})).found[PLANTED.key].advice.set_index(["level", "conserve"])["method"]
+    assert advice[1e-6, "energy"] == "verlet"
+    assert advice[1e-6, "two_form"] == "fourth"
+
+
+@pytest.fixture
+def page(numbers, tmp_path, monkeypatch):
+    monkeypatch.setattr(work_precision, "draw_all", lambda numbers, folder: {"overview": folder, PLANTED.key: folder})
+    monkeypatch.setattr("daebench.pages.report.page.picture", lambda *arguments: "")
+    monkeypatch.setattr(work_precision, "measure", lambda folder, tell: numbers)
+    return build("work-precision", tmp_path).read_text(encoding="utf-8")
+
+
+def words(html):
+    apart = re.sub(r"<(style|script)>.*?</\1>", "", html, flags=re.DOTALL)
+    return re.sub(r"[ \n]+", " ", re.sub(r"<[^>]*>", "", apart).replace("&nbsp;", " "))
+
+
+def test_the_page_says_what_the_runs_say(page):
+    text = words(page)
+    assert not re.search(r"\b(nan|inf|None|True|False|Markup|undefined)\b|\{\{", text)
+    assert f"For |Δq| ≤ 10{MINUS}4 to 10{MINUS}12, drifter is 2.5{THIN}{TIMES} cheaper in time than the next, fourth" in text
+    assert "by evaluations solver would come first" in text
+    assert "without Python callbacks solver would" in text
+    assert "1 run shows no number" in text
+    assert "it stopped." in text
+    assert "are not on every motion: other needs what is not there." in text
+
+
+def test_a_method_that_tells_no_evaluations_has_no_part_where_they_count(numbers, tmp_path, monkeypatch):
+    table = numbers.runs[PLANTED.key]
+    swift = with_costs(power_law("swift", 8, 1e-8, knob="tol").assign(n_H_p=np.nan))
+    others = table[(table["method"] != "solver") | (table["error_q"] > 1e-6)]
+    joined = with_conserved(pd.concat([others[others["error_q"] > 1e-9], swift], ignore_index=True), DEFECTS, CLAIMS)
+    planted = replace(numbers, runs={PLANTED.key: joined})
+    found = check(planted)
+    assert found.uncounted == ["swift"]
+    winners = found.found[PLANTED.key].winners.set_index("level")
+    assert winners["method"][1e-12] == "swift"
+    assert (winners["method_counted"][1e-12], winners["method_own"][1e-12]) == ("", "swift")
+    assert "swift" not in set(winners["method_counted"])
+    monkeypatch.setattr(work_precision, "draw_all", lambda numbers, folder: {"overview": folder, PLANTED.key: folder})
+    monkeypatch.setattr("daebench.pages.report.page.picture", lambda *arguments: "")
+    monkeypatch.setattr(work_precision, "measure", lambda folder, tell: planted)
+    text = words(build("work-precision", tmp_path).read_text(encoding="utf-8"))
+    assert "swift tells of none, and so has no part wherever they count" in text
+    assert not re.search(r"\b(nan|None)\b", text)
+
+
+def test_a_refuted_claim_leaves_no_page(numbers, tmp_path, monkeypatch):
+    monkeypatch.setattr(work_precision, "measure", lambda folder, tell: TAMPERED["a symplectic method is none"][0](numbers))
+    with pytest.raises(ClaimRefuted):
+        build("work-precision", tmp_path)
+    assert not (tmp_path / "work-precision" / "index.html").exists()
+
+
+def test_what_to_take_is_the_recommendation_at_the_accuracy_of_the_page(numbers, tmp_path):
+    html = str(tables(numbers, check(numbers).found, tmp_path)["summary"]("A caption"))
+    # of order 4 both, the drifter and the fourth reach 1e-6 with h = 10^-1.5, the next of the halves is 1/32
+    assert html.count(f"<code>drifter</code><br><i>h</i>{THIN}={THIN}1/32") == 1
+    assert html.count(f"<code>fourth</code><br><i>h</i>{THIN}={THIN}1/32") == 3
+
+
+def test_tables_are_kept_as_csv_with_all_rows(numbers, tmp_path):
+    made = tables(numbers, check(numbers).found, tmp_path)
+    assert len(pd.read_csv(tmp_path / f"runs-{PLANTED.key}.csv")) == 33
+    assert len(pd.read_csv(tmp_path / f"advice-{PLANTED.key}.csv")) == 4 * len(WANTED)
+    for name, make in made.items():
+        assert "nan" not in str(make("A caption")), name
+
+
+@pytest.mark.parametrize(
+    ("knob", "value", "shown"),
+    [("h", 1 / 64, "1/64"), ("h", 0.3, "0.300"), ("h", 2.0, "2.00"), ("tol", 1e-9, f"10<sup>{MINUS}9</sup>")],
+    ids=str,
+)
+def test_a_value_has_the_name_of_its_knob(knob, value, shown):
+    text = str(setting(knob, value))
+    assert text.endswith(shown)
+    assert ("tol" in text) == (knob == "tol")
+
+
+def test_no_second_method_is_no_factor():
+    assert str(times(float("nan"))) == NONE
+    assert str(times(3.14159)).startswith("3.1")
+
+
+def test_the_standard_set_has_references_that_reach_its_horizons():
+    from daebench.reference.keep import store
+
+    assert len({work.key for work in WORKS}) == len(WORKS) >= 5
+    assert any(work.poisson for work in WORKS)
+    for work in WORKS:
+        reference = store.find(work.problem, work.case)
+        assert work.t_end <= min(reference.horizon, reference.double_horizon)
+
+
+@pytest.mark.slow
+@pytest.mark.exhaustive
+def test_the_whole_report_is_made_and_its_page_loads_nothing(tmp_path):
+    told = []
+    page = build("work-precision", tmp_path, lambda fraction, label: told.append(fraction))
+    source = page.read_text(encoding="utf-8")
+    standalone(page)
+    assert source.count("<svg") == len(WORKS) + 1
+    assert told == sorted(told)
+    assert (told[0], told[-1]) == (0.0, 1.0)
+    for work in WORKS:
+        runs = pd.read_csv(page.parent / "figures" / f"{work.key}.csv")
+        assert (runs["failure"].fillna("") == "").all()
+        assert runs["method"].nunique() >= 5

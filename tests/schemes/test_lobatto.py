@@ -1,0 +1,271 @@
+"""Lobatto IIIA-IIIB and Radau IIA for constrained systems: orders, multipliers apart, structure, and how far they can be solved."""
+
+from functools import cache
+
+import numpy as np
+import pytest
+from ivps import ivp
+from oracles import solution
+from planted import plant
+from tallied import tally
+
+from daebench.diagnostics.order import fit_order
+from daebench.diagnostics.reversibility import reversibility_defect
+from daebench.diagnostics.symplecticity import symplecticity_defect, tangent_basis
+from daebench.errors import RunFailed
+from daebench.methods.fixed_step.constrained import FixedStep
+from daebench.methods.initial_value_problem import initial_value_problem
+from daebench.problems.spherical_pendulum import closed_form
+from daebench.runs.request import Request
+from daebench.schemes.kernels import tableaux
+
+T = 0.5
+LOBATTO = [f"lobatto{s}" for s in range(2, 7)]
+RADAU = ["radau2_index2", "radau2_ggl", "radau3_index2", "radau3_ggl"]
+COUNTS = {
+    "lobatto2": (64, 128, 256, 512),
+    "lobatto3": (16, 24, 32, 48),
+    "lobatto4": (8, 12, 16, 24),
+    "lobatto5": (6, 8, 12, 16),
+    "lobatto6": (4, 5, 6, 8),
+} | dict.fromkeys(RADAU, (24, 32, 48, 64))
+GENERAL = ["stretched-M", "stretched-H", "relativistic"]
+
+
+def run(name, where, h, steps, **more):
+    return FixedStep(name, compiled=False).solve(where, Request(value=h, steps=steps, **more)).complete()
+
+
+@cache
+def exact(t):
+    """State of the fast spherical pendulum by elliptic functions, and its multiplier from q.q'' = -v.v with q'' = -e3 - 2 lam q."""
+    where = ivp("spherical-fast")
+    q, p = (np.array(part, dtype=float) for part in closed_form(t, list(where.q0), list(where.p0), where.parameters))
+    return q, p, (p @ p - q[2]) / 2
+
+
+@cache
+def errors(name):
+    """Errors on the fast spherical pendulum after T, by the number of steps: of q and p, and of each raw multiplier of the last step."""
+    found = {}
+    for n in COUNTS[name]:
+        last = run(name, ivp("spherical-fast"), T / n, n, raw=True, watch=())
+        q, p, _ = exact(T)
+        each = {"q": np.abs(last.q[-1] - q).max(), "p": np.abs(last.p[-1] - p).max()}
+        for kind, (t, value) in last.raw.items():
+            each[kind] = abs(value[-1, 0] - (0.0 if kind.startswith("mu_") and name in RADAU else exact(t[-1])[2]))
+        for kind, error in each.items():
+            found.setdefault(kind, []).append(error)
+    return found
+
+
+def slope(name, kind):
+    return fit_order([T / n for n in COUNTS[name]], errors(name)[kind]).slope
+
+
+@pytest.mark.parametrize("name", LOBATTO + RADAU, ids=str)
+def test_q_and_p_are_each_of_the_order_that_is_claimed(name):
+    order = FixedStep(name, compiled=False).claims.order
+    assert order == (2 * int(name[-1]) - 2 if name in LOBATTO else 2 * int(name[5]) - 1)
+    assert abs(slope(name, "q") - order) < 0.1, errors(name)
+    assert abs(slope(name, "p") - order) < 0.1, errors(name)
+
+
+@pytest.mark.parametrize("place", GENERAL, ids=str)
+@pytest.mark.parametrize("name", LOBATTO[:4] + RADAU, ids=str)
+def test_the_order_is_the_same_for_any_hamiltonian(name, place):
+    counts = (16, 24, 32, 48) if name in ("lobatto2", *RADAU[:2]) else (3, 4, 6, 8)
+    q, p = solution(place, 1.0)
+    runs = [run(name, ivp(place), 1.0 / n, n, watch=()) for n in counts]
+    fit = fit_order([1.0 / n for n in counts], [max(np.abs(r.q[-1] - q).max(), np.abs(r.p[-1] - p).max()) for r in runs])
+    assert abs(fit.slope - FixedStep(name, compiled=False).claims.order) < 0.25, fit
+
+
+def test_the_stages_multipliers_of_lobatto_are_of_order_s_minus_1():
+    for s, name in zip((3, 4, 5), LOBATTO[1:4], strict=True):
+        for i in range(s):
+            assert abs(slope(name, f"Lam_{i + 1}") - (s - 1)) < 0.15, (name, i, errors(name))
+
+
+def test_the_mean_of_the_multipliers_that_meet_is_of_the_next_even_order():
+    assert abs(slope("lobatto2", "mean") - 2) < 0.05
+    assert abs(slope("lobatto3", "mean") - 2) < 0.05
+    assert slope("lobatto4", "mean") > 3.9
+    assert abs(slope("lobatto5", "mean") - 4) < 0.15
+
+
+def test_the_multipliers_of_radau_are_of_order_s():
+    for kind in ("Lam_1", "Lam_2", "Lam_3"):
+        assert abs(slope("radau3_index2", kind) - 3) < 0.05
+    for kind in ("mu_1", "mu_2", "mu_3"):
+        assert abs(slope("radau3_ggl", kind) - 3) < 0.05
+
+
+@pytest.mark.parametrize(
+    "place", ["spherical-fast", "stretched-M", "stretched-H", "relativistic", "double-pendulum", "coupled-rods"], ids=str
+)
+def test_two_stages_are_rattle(place):
+    """Multipliers that follow from g = 0 are uncertain by eps/h^2 = 2e-12."""
+    by_two, by_rattle = (run(name, ivp(place), 0.01, 50, raw=True) for name in ("lobatto2", "rattle"))
+    assert np.abs(by_two.q - by_rattle.q).max() < 2e-15
+    assert np.abs(by_two.p - by_rattle.p).max() < 1e-14
+    assert by_two.raw.keys() == by_rattle.raw.keys() == {"lam_n", "mu_n", "mean"}
+    for kind, (t, values) in by_two.raw.items():
+        assert np.array_equal(t, by_rattle.raw[kind][0])
+        assert np.abs(values - by_rattle.raw[kind][1]).max() < 2e-11
+
+
+LARGE = {"spherical-fast": 0.1, "stretched-M": 0.4, "relativistic": 0.4, "double-pendulum": 0.15, "coupled-rods": 0.1}
+
+
+@pytest.mark.parametrize("place", LARGE, ids=str)
+@pytest.mark.parametrize("name", LOBATTO, ids=str)
+def test_lobatto_is_symplectic_reversible_and_on_the_manifold_at_large_steps(name, place):
+    where, h = ivp(place), LARGE[place]
+    flow = FixedStep(name, compiled=False).flow(where, h, 2)
+    assert symplecticity_defect(flow, where.p0, where.q0, tangent_basis(where, where.p0, where.q0)) < 2e-14
+    assert reversibility_defect(flow, where.p0, where.q0) < 2e-14
+    maxima = run(name, where, h, 5).maxima
+    assert max(maxima["g"], maxima["Gv"]) < 2e-14
+
+
+def test_radau_keeps_what_its_formulation_keeps_and_nothing_else():
+    where = ivp("spherical-fast")
+    X = tangent_basis(where, where.p0, where.q0)
+    for name in RADAU:
+        maxima = run(name, where, 0.03, 20).maxima
+        assert maxima["Gv"] < 1e-13
+        assert maxima["g"] < 1e-14 if name.endswith("ggl") else maxima["g"] > 1e-8
+        flow = FixedStep(name, compiled=False).flow(where, 0.03, 3)
+        assert symplecticity_defect(flow, where.p0, where.q0, X) > 1e-9
+        assert reversibility_defect(flow, where.p0, where.q0) > 1e-9
+
+
+# ---- how far the equations can be solved ---------------------------------------------------------------------------------
+
+REACH = {"rattle": 0.13, "lobatto2": 0.13, "lobatto3": 0.30, "lobatto4": 0.42, "lobatto5": 0.50, "lobatto6": 0.64}
+"""Steps of fig1.2 that are solved; the solution ends at 0.139, 0.380, 0.459, 0.733 and 0.778 by continuation of the equations."""
+
+
+@pytest.mark.parametrize("name", REACH, ids=str)
+def test_a_step_is_solved_far_up_to_where_the_equations_lose_their_solution(name):
+    assert run(name, initial_value_problem("spherical_pendulum", "fig1.2"), REACH[name], 1).maxima["g"] < 1e-14
+
+
+def test_two_stages_are_solved_as_far_as_rattle():
+    for place, largest in (("fig1.2", 0.14), ("stretched-M", 1.0), ("relativistic", 1.05)):
+        where = initial_value_problem("spherical_pendulum", "fig1.2") if place == "fig1.2" else ivp(place)
+        ends = [_largest(name, where, largest) for name in ("rattle", "lobatto2")]
+        assert abs(ends[0] - ends[1]) < 0.05 * ends[0], (place, ends)
+
+
+def _largest(name, where, bound):
+    h = bound
+    while FixedStep(name, compiled=False).solve(where, Request(value=h, steps=1)).failure is not None:
+        h -= 0.02 * bound
+    return h
+
+
+def test_a_step_without_a_solution_is_an_error_that_says_so():
+    with pytest.raises(RunFailed, match=r"lobatto3 on spherical_pendulum, case fig1\.2, stopped at t = 0"):
+        run("lobatto3", initial_value_problem("spherical_pendulum", "fig1.2"), 0.5, 3)
+
+
+# ---- work ----------------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("name", ["lobatto2", "lobatto3", "lobatto4", "radau2_index2", "radau3_ggl"], ids=str)
+def test_work_is_what_an_independent_tally_counts_for_any_hamiltonian(name, monkeypatch):
+    where, method, request = ivp("stretched-H"), FixedStep(name, compiled=False), Request(value=0.01, steps=5, watch=())
+    counted = method.solve(where, request).work
+    assert counted == tally(monkeypatch, method, where, request)
+
+
+def test_no_second_derivatives_are_derived_where_h_is_separable():
+    kernel = FixedStep("lobatto4", compiled=False).kernel(ivp("spherical-fast"), "float64", (), count=False)
+    assert not {"H_qp", "H_qq", "curvature", "Gv_q", "a_p"} & set(vars(kernel))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("name", "place"), [("lobatto3", "stretched-M"), ("radau2_ggl", "stretched-M")], ids=["lobatto3", "radau2_ggl"])
+def test_machine_code_does_what_the_files_say_where_the_mass_depends_on_q(name, place):
+    request = Request(value=0.02, steps=20)
+    fast, slow = (FixedStep(name, compiled=compiled).solve(ivp(place), request).complete() for compiled in (True, False))
+    assert fast.work == slow.work
+    assert np.abs(fast.q - slow.q).max() < 1e-14
+    assert np.abs(fast.p - slow.p).max() < 1e-14
+
+
+# ---- faults --------------------------------------------------------------------------------------------------------------
+
+
+def defects():
+    """What lobatto3 falls short of on the fast pendulum, by what is looked at."""
+    where, counts, method = ivp("spherical-fast"), COUNTS["lobatto3"], FixedStep("lobatto3", compiled=False)
+    runs = [run("lobatto3", where, T / n, n, raw=True, watch=("manifold",)) for n in counts]
+    found = [np.abs(each.q[-1] - exact(T)[0]).max() for each in runs]
+    flow, X = method.flow(where, 0.05, 2), tangent_basis(where, where.p0, where.q0)
+    t, lam = runs[-1].raw["Lam_2"]
+    return {
+        "order": method.claims.order + np.polyfit(np.log(counts), np.log(found), 1)[0],
+        "two-form": symplecticity_defect(flow, where.p0, where.q0, X),
+        "reversal": reversibility_defect(flow, where.p0, where.q0),
+        "manifold": max(max(each.maxima.values()) for each in runs),
+        "multiplier": abs(lam[-1, 0] - exact(t[-1])[2]),
+    }
+
+
+ALLOWED = {"order": 0.1, "two-form": 2e-14, "reversal": 2e-14, "manifold": 2e-14, "multiplier": 4e-3}
+"""Of what is right; what is wrong must exceed it at least twice."""
+
+TABLEAU_FAULTS = {
+    "iiia-in-place-of-iiib": ("lobatto_iiib", lambda t: tableaux.Tableau(tableaux.lobatto_iiia(3, 40).A, t.b, t.c), "two-form"),
+    "rows-of-iiib": ("lobatto_iiib", lambda t: tableaux.Tableau((t.A[0], t.A[2], t.A[1]), t.b, t.c), "order"),
+    "a-weight": ("lobatto_iiia", lambda t: tableaux.Tableau(t.A, (t.b[0] * 1.01, t.b[1] * 0.9975, t.b[2]), t.c), "reversal"),
+    "a-node": ("lobatto_iiia", lambda t: tableaux.Tableau(t.A, t.b, (t.c[0], t.c[1] * 1.01, t.c[2])), "order"),
+}
+KERNEL_FAULTS = {
+    "multiplier": ("kernels.lobatto_stages", "+ J[k].T @ Lam[k]", "+ 0.999 * J[k].T @ Lam[k]", "multiplier"),
+    "last-kick": ("schemes.lobatto", "last = -h * b[STAGES - 1]", "last = -1.1 * h * b[STAGES - 1]", "order"),
+    "weights-of-a-stage": ("schemes.lobatto", "weighted_but_last(last, -h, b,", "weighted_but_last(last, -h, DATA[0][1],", "two-form"),
+    "momentum-not-projected": ("schemes.lobatto", "return dp - n, dQ", "return dp - 0.5 * n, dQ", "manifold"),
+}
+
+
+def test_nothing_is_caught_where_nothing_is_wrong():
+    found = defects()
+    assert all(abs(found[what]) < allowed for what, allowed in ALLOWED.items()), found
+
+
+@pytest.mark.parametrize(("family", "spoil", "what"), TABLEAU_FAULTS.values(), ids=TABLEAU_FAULTS)
+def test_a_wrong_tableau_is_caught(family, spoil, what, monkeypatch):
+    right = getattr(tableaux, family)
+    monkeypatch.setattr(tableaux, family, lambda s, digits=None: spoil(right(s, digits)))
+    assert defects()[what] > 2 * ALLOWED[what]
+
+
+@pytest.mark.parametrize(("file", "right", "wrong", "what"), KERNEL_FAULTS.values(), ids=KERNEL_FAULTS)
+def test_a_planted_fault_is_caught(file, right, wrong, what, monkeypatch, tmp_path):
+    plant(monkeypatch, tmp_path, file, right, wrong)
+    assert defects()[what] > 2 * ALLOWED[what]
+
+
+@pytest.mark.parametrize(
+    ("name", "h", "own"),
+    [
+        ("lobatto3", 0.35, True),
+        ("lobatto4", 0.5, True),
+        ("radau2_ggl", 0.3, True),
+        ("radau3_index2", 0.34, True),
+        ("gauss2", 0.34, True),
+        ("midpoint", 0.2, True),
+        ("lobatto2", 0.15, False),
+        ("rattle", 0.15, False),
+    ],
+)
+def test_a_failure_says_whether_it_is_the_iteration_that_ends(name, h, own):
+    done = FixedStep(name, compiled=False).solve(
+        initial_value_problem("spherical_pendulum", "fig1.2"), Request(value=h, t_end=20.0, watch=())
+    )
+    assert done.failure is not None
+    assert ("this is the limit of the iteration, which leaves out derivatives" in done.failure) == own

@@ -1,0 +1,281 @@
+"""Every scheme for Poisson systems keeps its claims on every Poisson system of the catalogue, in every form that it takes."""
+
+import numpy as np
+import pytest
+import sympy as sp
+from poisson_runs import FORMS, ivp, method, pairs, rate, run
+from scipy.integrate import solve_ivp
+
+from daebench.compiler.definition import source_of
+from daebench.diagnostics.poisson import poisson_defect
+from daebench.errors import BadInput, RunFailed
+from daebench.methods.catalogue import problems
+from daebench.methods.fixed_step.poisson import PoissonStep
+from daebench.methods.names import POISSON, parse
+from daebench.methods.schemes import poisson_members
+from daebench.runs.make_ivp import make_ivp
+from daebench.runs.request import Request
+from daebench.systems.poisson import PoissonCase, PoissonSystem
+
+PAIRS = pairs()
+each_pair = pytest.mark.parametrize(("problem", "name"), PAIRS, ids=[f"{name}-{problem}" for problem, name in PAIRS])
+
+
+def exact(problem, T):
+    """Return the state at T by SciPy, tight."""
+    where = ivp(problem)
+    found = solve_ivp(lambda t, y: where.value("field", y), (0.0, T), where.y0, method="DOP853", rtol=1e-13, atol=1e-14)
+    return found.y[:, -1]
+
+
+def structure(problem):
+    return lambda y: ivp(problem).value("B", y)
+
+
+def size(problem):
+    """Return the round-off of the defect: that of |B|, whose entries set its scale."""
+    return 2.0**-52 * (1 + np.abs(ivp(problem).value("B", ivp(problem).y0)).max())
+
+
+def test_every_poisson_problem_takes_a_poisson_integrator():
+    for problem in problems("poisson"):
+        assert any(method(name, anyway=False).refusal(ivp(problem)) is None and method(name).is_poisson(ivp(problem)) for name in names())
+
+
+def names():
+    return [form + scheme for form in FORMS for scheme in poisson_members() if not (form and poisson_members()[scheme].poisson == "split")]
+
+
+@each_pair
+def test_the_order_is_the_one_that_is_claimed(problem, name):
+    T = 2.0 / rate(problem)
+    truth = exact(problem, T)
+    errors = [np.abs(run(problem, name, T / n, n, every=0, watch=()).y[-1] - truth).max() for n in (16, 32, 64)]
+    slopes = np.log2(np.divide(errors[:-1], errors[1:]))
+    assert slopes[-1] == pytest.approx(method(name).order, abs=0.25), (errors, slopes)
+
+
+@each_pair
+def test_the_adjoint_undoes_a_step_where_the_scheme_is_symmetric(problem, name):
+    where, h = ivp(problem), 0.3 / rate(problem)
+    there = method(name).flow(where, h, 3)(where.y0)
+    back = np.real(method(name).flow(where, -h, 3)(there))
+    defect = np.abs(back - where.y0).max() / np.abs(where.y0).max()
+    if method(name).member.symmetric:
+        assert defect < 1e-12
+    else:
+        assert defect > 1e-9
+
+
+@each_pair
+def test_a_poisson_integrator_is_a_poisson_map_and_no_other_scheme_is(problem, name):
+    where, h = ivp(problem), 0.3 / rate(problem)
+    defect = poisson_defect(method(name).flow(where, h, 3), where.y0, structure(problem))
+    if method(name).is_poisson(where):
+        assert defect < 500 * size(problem)
+    else:
+        assert defect > 1e5 * size(problem)
+
+
+@each_pair
+def test_what_a_scheme_says_it_keeps_it_keeps(problem, name):
+    where = ivp(problem)
+    found = run(problem, name, 0.02 / rate(problem), 100, watch=("energy", "casimirs", "integrals"))
+    kept = method(name).keeps(where)
+    values = {"energy": where.value("H", where.y0), **dict(zip(where.casimirs, where.value("casimirs", where.y0), strict=True))}
+    values |= dict(zip(where.integrals, where.value("integrals", where.y0), strict=True))
+    for each in kept:
+        assert found.maxima[each] < 2e-13 * max(1.0, abs(values[each])), each
+
+
+def test_the_rigid_body_loses_its_casimir_with_rk4_and_not_with_the_midpoint_rule():
+    kept = run("free_rigid_body", "midpoint", 0.2, 200).maxima
+    lost = run("free_rigid_body", "rk4", 0.2, 200).maxima
+    assert max(kept.values()) < 1e-13
+    assert min(lost.values()) > 1e-7
+
+
+def test_strang_of_lotka_volterra_is_the_method_of_the_book():
+    u, v, h = 4.0, 2.0, 0.25
+    for _ in range(3):
+        u *= np.exp(h / 2 * (v - 2))
+        v *= np.exp(-h * (u - 1))
+        u *= np.exp(h / 2 * (v - 2))
+    assert run("lotka_volterra", "strang", h, 3).y[-1] == pytest.approx([u, v], rel=1e-14)
+
+
+def test_symplectic_euler_and_its_adjoint_of_lotka_volterra_are_the_methods_of_the_book():
+    h, (u, v) = 0.05, (4.0, 2.0)
+    u1 = u / (1 - h * (v - 2))
+    v1 = v - h * u1 * v * (1 - 1 / u1)
+    assert run("lotka_volterra", "symplectic_euler", h, 1).y[-1] == pytest.approx([u1, v1], rel=1e-14)
+    v1 = v / (1 + h * (u - 1))
+    u1 = u + h * u * v1 * (1 - 2 / v1)
+    assert run("lotka_volterra", "symplectic_euler_adjoint", h, 1).y[-1] == pytest.approx([u1, v1], rel=1e-14)
+
+
+def test_symplectic_euler_in_logarithms_is_the_method_of_the_book():
+    h, (u, v) = 0.25, (4.0, 2.0)
+    u1 = u * np.exp(h * (v - 2))
+    v1 = v * np.exp(-h * (u1 - 1))
+    assert run("lotka_volterra", "darboux:symplectic_euler", h, 1).y[-1] == pytest.approx([u1, v1], rel=1e-14)
+    assert run("lotka_volterra", "darboux:verlet", h, 5).y[-1] != pytest.approx([u1, v1], rel=1e-3)
+
+
+def test_verlet_in_logarithms_is_strang_splitting():
+    strang, verlet = (run("lotka_volterra", name, 0.25, 5).y[-1] for name in ("strang", "darboux:verlet"))
+    swapped = run("lotka_volterra", "lie", 0.25, 5).y[-1]
+    assert verlet != pytest.approx(swapped, rel=1e-3)
+    u, v, h = 4.0, 2.0, 0.25
+    for _ in range(5):
+        v *= np.exp(-h / 2 * (u - 1))
+        u *= np.exp(h * (v - 2))
+        v *= np.exp(-h / 2 * (u - 1))
+    assert verlet == pytest.approx([u, v], rel=1e-13)
+    assert strang != pytest.approx([u, v], rel=1e-3)
+
+
+def test_the_printed_euler_form_leaves_the_domain_and_its_adjoint_does_not():
+    where = ivp("lotka_volterra", "6,2")
+    request = Request(value=0.25, steps=1000)
+    failed = method("symplectic_euler").solve(where, request)
+    assert failed.steps == 0
+    assert failed.failure == (
+        "symplectic_euler on lotka_volterra, case 6,2, stopped at t = 0 (step 1 of 1000, h = 0.25): the state has left the domain "
+        "u > 0 and v > 0; use a smaller h, and see whether the motion itself runs away there."
+    )
+    with pytest.raises(RunFailed, match="left the domain"):
+        failed.complete()
+    for name in ("symplectic_euler_adjoint", "verlet"):
+        assert method(name).solve(where, request).failure is None
+
+
+def test_compositions_have_their_order():
+    T = 2.0 / rate("lotka_volterra")
+    truth = exact("lotka_volterra", T)
+    for name, order, n in (("strang/suzuki4", 4, 8), ("strang/kahan_li8", 8, 3), ("darboux:verlet/suzuki4", 4, 8)):
+        errors = [np.abs(run("lotka_volterra", name, T / k, k, every=0).y[-1] - truth).max() for k in (n, 2 * n)]
+        assert np.log2(errors[0] / errors[1]) == pytest.approx(order, abs=0.6), name
+
+
+def test_the_order_of_the_factors_is_the_one_that_is_named():
+    where, h = ivp("free_rigid_body"), 0.3
+    moments = np.array(where.par)
+
+    def rotated(y, axis, t):
+        """Flow of y_i^2 / (2 I_i): a rotation about axis i by -t y_i / I_i, as y' = y x (I^-1 y) has it."""
+        angle, (j, k) = t * y[axis] / moments[axis], ((axis + 1) % 3, (axis + 2) % 3)
+        z = y.copy()
+        z[j] = np.cos(angle) * y[j] + np.sin(angle) * y[k]
+        z[k] = np.cos(angle) * y[k] - np.sin(angle) * y[j]
+        return z
+
+    for splitting in ("123", "312", "213"):
+        y = where.y0.copy()
+        for axis in splitting:
+            y = rotated(y, int(axis) - 1, h)
+        assert run("free_rigid_body", f"lie@{splitting}", h, 1).y[-1] == pytest.approx(y, abs=1e-15), splitting
+    first, second = (run("free_rigid_body", name, h, 1).y[-1] for name in ("lie", "lie@123"))
+    assert np.array_equal(first, second)
+
+
+@pytest.mark.parametrize(
+    ("problem", "name", "sentence"),
+    [
+        (
+            "lotka_volterra",
+            "midpoint",
+            "midpoint is a Poisson integrator for constant B only, which lotka_volterra does not have; --anyway",
+        ),
+        ("ablowitz_ladik", "symplectic_euler", "linear in u_k and in v_k and H a sum"),
+        ("free_rigid_body", "symplectic_euler", "needs a state in two halves, and free_rigid_body has 3 coordinates; use strang"),
+        ("heavy_top_lie_poisson", "darboux:verlet", "needs canonical coordinates, which heavy_top_lie_poisson does not declare"),
+        ("lotka_volterra", "strang@KL", "lotka_volterra has no splitting 'KL'; it has LK"),
+    ],
+    ids=["midpoint", "bilinear", "halves", "darboux", "splitting"],
+)
+def test_a_scheme_refuses_what_it_is_no_poisson_integrator_for(problem, name, sentence):
+    assert sentence in str(method(name, anyway=False).refusal(ivp(problem)))
+
+
+X = sp.symbols("u1:3 v1:3", positive=True)
+
+
+def halves(block, H):
+    """Return a system of two u and two v with this diagonal block of B."""
+    D = sp.diag(*block)
+    B = sp.Matrix(sp.BlockMatrix([[sp.zeros(2), D], [-D, sp.zeros(2)]]))
+    return make_ivp(source_of(PoissonSystem(y=X, B=B, H=H, domain=X, cases={"some": PoissonCase(y=(1, 2, 3, 1))}), "halves"), "some")
+
+
+APART = sum(x - sp.log(x) for x in X)
+BLOCKS = {
+    "products": ((X[0] * X[2], X[1] * X[3]), APART, True),
+    "shifted": (((1 + X[0]) * (5 - X[2]), X[1]), APART, True),
+    "constant": ((2, 3), APART + X[0] * X[3], True),
+    "coupled": ((X[0] * X[2], X[1] * X[3]), APART + X[0] * X[1] / 3 + X[2] * X[3] / 2, False),
+    "sum": ((X[0] + X[2], X[1] * X[3]), APART, True),
+    "no-factors": ((X[0] * X[2] + 1, X[1] * X[3]), APART, True),
+    "square": ((X[0] ** 2, X[1] * X[3]), APART, False),
+    "root": ((X[0], sp.sqrt(X[3])), APART, False),
+}
+
+
+@pytest.mark.parametrize("block", BLOCKS, ids=str)
+def test_symplectic_euler_takes_just_the_blocks_for_which_it_is_a_poisson_map(block):
+    d, H, bilinear = BLOCKS[block]
+    where = halves(d, H)
+    assert bilinear == where.sheet.BILINEAR
+    assert (method("symplectic_euler", anyway=False).refusal(where) is None) == bilinear
+    defects = [
+        poisson_defect(method(name).flow(where, 0.05, 1), where.y0, lambda y: where.value("B", y))
+        for name in ("symplectic_euler", "symplectic_euler_adjoint")
+    ]
+    assert max(defects) < 1e-13 if bilinear else max(defects) > 1e-6
+
+
+@pytest.mark.parametrize(
+    ("name", "sentence"),
+    [
+        ("strangg", "did you mean strang"),
+        ("rk4/suzuki4", "composes symmetric methods of order 2, which rk4 is not"),
+        ("darboux:strang", "takes the flows in the system's own coordinates; leave out darboux:"),
+        ("midpoint@123", "midpoint does not split H; leave out @123"),
+        ("strang+proj", "projections are for constrained problems; leave out \\+proj"),
+        ("strang/", "ends with /, and no composition follows"),
+        ("strang@", "ends with @, and no splitting follows"),
+        ("local:strang", "unknown solver or form of Poisson systems 'local'"),
+        ("darboux:", "darboux: names no scheme; it has one of .*verlet"),
+        ("darboux:verlett", "unknown scheme after darboux: 'verlett'; did you mean verlet"),
+    ],
+    ids=["unknown", "composition", "darboux", "at", "projection", "slash", "no-splitting", "form", "nothing", "unknown-in-form"],
+)
+def test_names_that_make_no_sense_are_refused(name, sentence):
+    with pytest.raises(BadInput, match=sentence):
+        parse(name, kind=POISSON)
+
+
+def test_what_has_no_meaning_for_poisson_systems_is_refused():
+    where = ivp("lotka_volterra")
+    for more, sentence in (
+        ({"multipliers": True}, "no multipliers"),
+        ({"raw": True}, "no raw multipliers"),
+        ({"watch": ("manifold",)}, "no constraints to watch"),
+        ({"points": 5}, "points are for tolerance-driven methods"),
+    ):
+        with pytest.raises(BadInput, match=sentence):
+            method("strang").check(where, Request(value=0.1, steps=10, **more))
+
+
+def test_a_newton_iteration_that_finds_no_step_says_where():
+    found = method("symplectic_euler").solve(ivp("lotka_volterra"), Request(value=40.0, steps=5))
+    assert found.failure is not None
+    assert "stopped at t = 0" in found.failure
+
+
+def test_compiled_and_uncompiled_kernels_agree():
+    where = ivp("lotka_volterra_3d")
+    request = Request(value=0.05, steps=20)
+    compiled, plain = (PoissonStep("strang", compiled=flag).solve(where, request) for flag in (True, False))
+    assert compiled.y == pytest.approx(plain.y, rel=1e-13)
+    assert compiled.work == plain.work == {"field": 0, "half": 0, "flow": 100, "second": 0, "solve": 0, "newton": 0}

@@ -1,0 +1,229 @@
+"""Runge-Kutta tableaux, against their closed forms and simplifying assumptions at high precision."""
+
+import dataclasses
+import subprocess
+import sys
+
+import mpmath as mp
+import pytest
+
+from daebench.errors import BadInput
+from daebench.schemes.kernels.tableaux import Tableau, gauss, lobatto_iiia, lobatto_iiib, radau_iia
+
+pytestmark = pytest.mark.usefixtures("forty_digits")
+
+FAMILIES = {"gauss": gauss, "radau_iia": radau_iia, "lobatto_iiia": lobatto_iiia, "lobatto_iiib": lobatto_iiib}
+LEAST = {"gauss": 1, "radau_iia": 1, "lobatto_iiia": 2, "lobatto_iiib": 2}
+TABLEAUX = [(family, s) for family in FAMILIES for s in range(LEAST[family], 9)]
+SYMMETRIC = [each for each in TABLEAUX if each[0] != "radau_iia"]
+PAIRS = [s for family, s in TABLEAUX if family == "lobatto_iiia"]
+IDS = [f"{family}-{s}" for family, s in TABLEAUX]
+DIGITS = 1e-30
+
+# The simplifying assumptions B(p), C(eta), D(zeta) of each family, as functions of s.
+ASSUMPTIONS = {
+    "gauss": lambda s: (2 * s, s, s),
+    "radau_iia": lambda s: (2 * s - 1, s, s - 1),
+    "lobatto_iiia": lambda s: (2 * s - 2, s, s - 2),
+    "lobatto_iiib": lambda s: (2 * s - 2, s - 2, s),
+}
+
+
+def distance(these, those):
+    """Return the largest difference of two equally nested sequences of numbers."""
+    if isinstance(these, Tableau):
+        these, those = (dataclasses.astuple(each) for each in (these, those))
+    if isinstance(these, tuple | list):
+        return max(distance(a, b) for a, b in zip(these, those, strict=True))
+    return abs(these - those)
+
+
+def B(tableau, k):
+    """Return the defect of sum_i b_i c_i^(k-1) = 1/k."""
+    return abs(mp.fdot(tableau.b, [c ** (k - 1) for c in tableau.c]) - mp.mpf(1) / k)
+
+
+def C(tableau, k):
+    """Return the defect of sum_j a_ij c_j^(k-1) = c_i^k / k."""
+    powers = [c ** (k - 1) for c in tableau.c]
+    return max(abs(mp.fdot(row, powers) - c**k / k) for row, c in zip(tableau.A, tableau.c, strict=True))
+
+
+def D(tableau, k):
+    """Return the defect of sum_i b_i c_i^(k-1) a_ij = b_j (1 - c_j^k) / k."""
+    powers = [b * c ** (k - 1) for b, c in zip(tableau.b, tableau.c, strict=True)]
+    columns = zip(*tableau.A, strict=True)
+    return max(abs(mp.fdot(a, powers) - b * (1 - c**k) / k) for a, b, c in zip(columns, tableau.b, tableau.c, strict=True))
+
+
+def symplecticity(first, second):
+    """Return the defect of b_i a^_ij + b_j a_ji = b_i b_j."""
+    b, stages = first.b, range(len(first.b))
+    return max(abs(b[i] * second.A[i][j] + b[j] * first.A[j][i] - b[i] * b[j]) for i in stages for j in stages)
+
+
+def closed_forms():
+    """Return tableaux as they stand in the books."""
+    r3, r5, r6, r15 = map(mp.sqrt, (3, 5, 6, 15))
+    half, one = mp.mpf(1) / 2, mp.mpf(1)
+    lobatto3 = (one / 6, 2 * one / 3, one / 6), (0, half, 1)
+    lobatto4 = (one / 12, 5 * one / 12, 5 * one / 12, one / 12), (0, (5 - r5) / 10, (5 + r5) / 10, 1)
+    radau3_b = ((16 - r6) / 36, (16 + r6) / 36, one / 9)
+    return {
+        ("gauss", 1): (((half,),), (1,), (half,)),
+        ("gauss", 2): (((one / 4, one / 4 - r3 / 6), (one / 4 + r3 / 6, one / 4)), (half, half), (half - r3 / 6, half + r3 / 6)),
+        ("gauss", 3): (
+            (
+                (5 * one / 36, 2 * one / 9 - r15 / 15, 5 * one / 36 - r15 / 30),
+                (5 * one / 36 + r15 / 24, 2 * one / 9, 5 * one / 36 - r15 / 24),
+                (5 * one / 36 + r15 / 30, 2 * one / 9 + r15 / 15, 5 * one / 36),
+            ),
+            (5 * one / 18, 4 * one / 9, 5 * one / 18),
+            (half - r15 / 10, half, half + r15 / 10),
+        ),
+        ("radau_iia", 1): (((1,),), (1,), (1,)),
+        ("radau_iia", 2): (((5 * one / 12, -one / 12), (3 * one / 4, one / 4)), (3 * one / 4, one / 4), (one / 3, 1)),
+        ("radau_iia", 3): (
+            (
+                ((88 - 7 * r6) / 360, (296 - 169 * r6) / 1800, (-2 + 3 * r6) / 225),
+                ((296 + 169 * r6) / 1800, (88 + 7 * r6) / 360, (-2 - 3 * r6) / 225),
+                radau3_b,
+            ),
+            radau3_b,
+            ((4 - r6) / 10, (4 + r6) / 10, 1),
+        ),
+        ("lobatto_iiia", 2): (((0, 0), (half, half)), (half, half), (0, 1)),
+        ("lobatto_iiia", 3): (((0, 0, 0), (5 * one / 24, one / 3, -one / 24), lobatto3[0]), *lobatto3),
+        ("lobatto_iiia", 4): (
+            (
+                (0, 0, 0, 0),
+                ((11 + r5) / 120, (25 - r5) / 120, (25 - 13 * r5) / 120, (-1 + r5) / 120),
+                ((11 - r5) / 120, (25 + 13 * r5) / 120, (25 + r5) / 120, (-1 - r5) / 120),
+                lobatto4[0],
+            ),
+            *lobatto4,
+        ),
+        ("lobatto_iiib", 2): (((half, 0), (half, 0)), (half, half), (0, 1)),
+        ("lobatto_iiib", 3): (((one / 6, -one / 6, 0), (one / 6, one / 3, 0), (one / 6, 5 * one / 6, 0)), *lobatto3),
+        ("lobatto_iiib", 4): (
+            (
+                (one / 12, (-1 - r5) / 24, (-1 + r5) / 24, 0),
+                (one / 12, (25 + r5) / 120, (25 - 13 * r5) / 120, 0),
+                (one / 12, (25 + 13 * r5) / 120, (25 - r5) / 120, 0),
+                (one / 12, (11 - r5) / 24, (11 + r5) / 24, 0),
+            ),
+            *lobatto4,
+        ),
+    }
+
+
+@pytest.mark.parametrize(("family", "s"), closed_forms(), ids=[f"{family}-{s}" for family, s in closed_forms()])
+def test_a_tableau_is_the_one_in_the_books(family, s):
+    assert distance(FAMILIES[family](s, digits=40), Tableau(*closed_forms()[family, s])) < 1e-39
+
+
+@pytest.mark.parametrize(("family", "s"), TABLEAUX, ids=IDS)
+def test_the_simplifying_assumptions_hold_as_far_as_they_should_and_no_farther(family, s):
+    tableau = FAMILIES[family](s, digits=40)
+    for assumption, highest in zip((B, C, D), ASSUMPTIONS[family](s), strict=True):
+        assert max((assumption(tableau, k) for k in range(1, highest + 1)), default=0) < DIGITS
+        # the quadrature error of Gauss with 8 nodes at degree 16 is 4e-11
+        assert assumption(tableau, highest + 1) > 1e-12
+
+
+@pytest.mark.parametrize(("family", "s"), TABLEAUX, ids=IDS)
+def test_the_nodes_increase_within_the_step_and_the_weights_are_positive(family, s):
+    for digits in (None, 40):
+        tableau = FAMILIES[family](s, digits=digits)
+        assert list(tableau.c) == sorted(set(tableau.c))
+        assert 0 <= tableau.c[0] <= tableau.c[-1] <= 1
+        assert min(tableau.b) > 0
+        assert [len(row) for row in tableau.A] == [s] * s
+
+
+@pytest.mark.parametrize(("family", "s"), SYMMETRIC, ids=[f"{family}-{s}" for family, s in SYMMETRIC])
+def test_the_tableau_is_symmetric(family, s):
+    tableau = FAMILIES[family](s, digits=40)
+    reflected = [[b - a for a, b in zip(row[::-1], tableau.b, strict=True)] for row in tableau.A[::-1]]
+    assert distance(reflected, tableau.A) < DIGITS
+    assert distance([1 - c for c in tableau.c[::-1]], tableau.c) < DIGITS
+    rounded = FAMILIES[family](s)
+    assert rounded.b == rounded.b[::-1]
+
+
+@pytest.mark.parametrize("s", range(1, 9), ids=str)
+def test_gauss_is_symplectic(s):
+    assert symplecticity(gauss(s, digits=40), gauss(s, digits=40)) < DIGITS
+    assert symplecticity(gauss(s), gauss(s)) < 1e-16
+
+
+@pytest.mark.parametrize("s", PAIRS, ids=str)
+def test_lobatto_iiia_and_iiib_are_a_symplectic_pair(s):
+    for digits, tolerance in ((40, DIGITS), (None, 1e-16)):
+        iiia, iiib = lobatto_iiia(s, digits=digits), lobatto_iiib(s, digits=digits)
+        assert symplecticity(iiia, iiib) < tolerance
+        assert (iiia.b, iiia.c) == (iiib.b, iiib.c)
+        assert symplecticity(iiia, iiia) > 1e-3
+        assert symplecticity(iiib, iiib) > 1e-3
+
+
+@pytest.mark.parametrize("s", PAIRS, ids=str)
+def test_lobatto_iiib_is_what_its_definition_by_discontinuous_collocation_gives(s):
+    # the first column b_1, the last zero, and C(s-2), HLW II.1.4: s conditions on the s entries of each row
+    b, c = lobatto_iiia(s, digits=60).b, lobatto_iiia(s, digits=60).c
+    with mp.workdps(60):
+        first, last = ([mp.mpf(i == j) for j in range(s)] for i in (0, s - 1))
+        conditions = mp.matrix([first, last, *([x ** (k - 1) for x in c] for k in range(1, s - 1))])
+        rows = [list(mp.lu_solve(conditions, mp.matrix([b[0], 0, *(x**k / k for k in range(1, s - 1))]))) for x in c]
+    assert distance(rows, lobatto_iiib(s, digits=40).A) < DIGITS
+
+
+@pytest.mark.parametrize("digits", [None, 40], ids=["floats", "40 digits"])
+@pytest.mark.parametrize("s", PAIRS, ids=str)
+def test_the_ends_of_the_lobatto_tableaux_are_exact(s, digits):
+    iiia, iiib = lobatto_iiia(s, digits=digits), lobatto_iiib(s, digits=digits)
+    assert (iiia.c[0], iiia.c[-1]) == (0, 1)
+    assert set(iiia.A[0]) == {0}
+    assert iiia.A[-1] == iiia.b
+    assert {row[-1] for row in iiib.A} == {0}
+    assert {row[0] for row in iiib.A} == {iiib.b[0]}
+
+
+@pytest.mark.parametrize("digits", [None, 40], ids=["floats", "40 digits"])
+@pytest.mark.parametrize("s", range(1, 9), ids=str)
+def test_radau_iia_is_stiffly_accurate(s, digits):
+    tableau = radau_iia(s, digits=digits)
+    assert tableau.c[-1] == 1
+    assert tableau.A[-1] == tableau.b
+
+
+@pytest.mark.parametrize(("family", "s"), TABLEAUX, ids=IDS)
+def test_the_floats_are_the_exact_numbers_rounded_once(family, s):
+    with mp.workdps(70):
+        exact = FAMILIES[family](s, digits=60)
+        rounded = Tableau(*((tuple(tuple(map(float, row)) for row in exact.A)), tuple(map(float, exact.b)), tuple(map(float, exact.c))))
+    assert FAMILIES[family](s) == rounded
+    assert {type(a) for row in FAMILIES[family](s).A for a in row} == {float}
+
+
+def test_many_stages_keep_every_digit():
+    for family in FAMILIES.values():
+        assert distance(family(12, digits=25), family(12, digits=50)) < 1e-24
+
+
+@pytest.mark.parametrize("s", [0, -1, 2.0, "2", True], ids=repr)
+@pytest.mark.parametrize("family", list(FAMILIES), ids=str)
+def test_a_number_of_stages_that_is_none_is_refused(family, s):
+    with pytest.raises(BadInput, match=family):
+        FAMILIES[family](s)
+
+
+@pytest.mark.parametrize("family", ["lobatto_iiia", "lobatto_iiib"], ids=str)
+def test_lobatto_needs_both_ends(family):
+    with pytest.raises(BadInput, match="at least 2 stages, not s = 1"):
+        FAMILIES[family](1)
+
+
+def test_the_modules_import_without_mpmath():
+    code = "import sys, daebench.methods.fixed_step.compositions, daebench.schemes.kernels.tableaux; sys.exit('mpmath' in sys.modules)"
+    assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0

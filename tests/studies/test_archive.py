@@ -1,0 +1,223 @@
+"""Archives of studies: one file that says how it was made, that is held against a new run, and that nobody can smuggle anything into."""
+
+import hashlib
+import io
+import json
+import shutil
+import zipfile
+from dataclasses import replace
+
+import pandas as pd
+import pytest
+from cache_damage import FAMILY
+from own_files import RING
+
+from daebench.errors import BadInput
+from daebench.methods.fixed_step.constrained import FixedStep
+from daebench.studies.grid import reproduce
+from daebench.studies.grid.archive import FORMAT, MANIFEST, ROWS, write_archive
+from daebench.studies.grid.cell import ivp_of
+from daebench.studies.grid.reproduce import DIFFERS, EQUAL, WITHIN, compared, read
+from daebench.studies.grid.store import as_json, of_json, opened
+from daebench.studies.grid.study import Study
+
+
+class Uncompiled(FixedStep):
+    """Fixed steps run as Python."""
+
+    def __init__(self, *settings, **more):
+        super().__init__(*settings, **more | {"compiled": False})
+
+
+@pytest.fixture(scope="module")
+def made(tmp_path_factory):
+    """Make a folder with a study of a problem of daebench's and of one of one's own, and its archive."""
+    folder = tmp_path_factory.mktemp("made")
+    (folder / "ring.py").write_text(RING)
+    with pytest.MonkeyPatch.context() as patch, opened(folder / "s.db") as store:
+        patch.chdir(folder)
+        patch.setattr("daebench.methods.names_tables.FixedStep", Uncompiled)
+        pendulum = {"problem": "planar_pendulum", "cases": ["rotating"], "metrics": ("q", "energy")}
+        Study(**pendulum, methods=["rattle", "scipy:DOP853"], values={"h": [1 / 8, 1 / 16], "tol": [1e-6]}, t_end=2.0).table(store)
+        Study(problem="./ring.py", methods=["rattle"], values={"h": [1 / 8]}, t_end=2.0, repeat=1).table(store)
+        write_archive(store, folder / "s.zip")
+    return folder
+
+
+@pytest.fixture
+def archived(made, tmp_path, monkeypatch, uncompiled_schemes):
+    """Return a copy of that folder, to work in."""
+    shutil.copytree(made, tmp_path / "here")
+    monkeypatch.chdir(tmp_path / "here")
+    ivp_of.cache_clear()
+    return tmp_path / "here"
+
+
+def parts(path):
+    with zipfile.ZipFile(path) as archive:
+        return {name: archive.read(name) for name in archive.namelist()}
+
+
+def pack(path, files, more=None):
+    """Write an archive of these files, with a manifest that is right for them but for what is given."""
+    digests = {name: hashlib.sha256(content).hexdigest() for name, content in files.items() if name != MANIFEST}
+    manifest = json.loads(files[MANIFEST]) | {"files": digests} | (more or {})
+    with zipfile.ZipFile(path, "w") as archive:
+        for name, content in {**files, MANIFEST: json.dumps(manifest).encode()}.items():
+            archive.writestr(name, content)
+
+
+def test_one_file_has_data_definitions_pictures_certificate_and_how_it_was_made(archived):
+    files = parts(archived / "s.zip")
+    assert files["definitions/2-ring/ring.py"].decode() == RING
+    assert {"definitions/1-planar_pendulum/planar_pendulum.py", "rows.csv", "pictures/ring-turning.svg"} <= set(files)
+    certificate = json.loads(files["references/planar_pendulum-rotating/certificate.json"])
+    digits = files["references/planar_pendulum-rotating/planar_pendulum-rotating.csv"]
+    assert certificate["data"]["sha256"] == hashlib.sha256(digits).hexdigest()
+    words = files["README.txt"].decode()
+    for said in ("was made by daebench 0.1.0 on 20", "numpy ", "Machine: ", "daebench reproduce s.zip", "rattle", "(case rotating)"):
+        assert said in words
+    assert str(archived) not in "".join(each.decode(errors="replace") for each in files.values())
+    assert len(pd.read_csv(io.BytesIO(files["rows.csv"]))) == 4
+    assert len(files[ROWS].splitlines()) == 4
+
+
+def test_the_command_says_what_it_wrote(archived, daebench):
+    status, out, err = daebench("archive", "s.db", "--out", "t.zip")
+    assert (status, err) == (0, "")
+    assert out == "written: t.zip, 4 runs; hold it against a new run by: daebench reproduce t.zip\n"
+    status, out, _ = daebench("archive", "s.db", "--json")
+    assert (status, json.loads(out)["rows"], json.loads(out)["file"]) == (0, 4, "s.zip")
+
+
+def test_it_is_reproduced_to_the_bit_in_another_folder(archived, daebench, monkeypatch):
+    (archived / "elsewhere").mkdir()
+    (archived / "s.zip").rename(archived / "elsewhere" / "s.zip")
+    (archived / "ring.py").unlink()
+    monkeypatch.chdir(archived / "elsewhere")
+    status, out, err = daebench("reproduce", "s.zip", "--trust")
+    assert (status, err) == (0, "")
+    assert "equal to the bit: 4 of 4 runs.\n" in out
+    status, out, _ = daebench("reproduce", "s.zip", "--trust", "--json")
+    assert [row["verdict"] for row in json.loads(out)["rows"]] == [EQUAL] * 4
+
+
+def test_a_number_that_is_not_reproduced_is_named_and_ends_with_1(archived, daebench):
+    files = parts(archived / "s.zip")
+    rows = [of_json(line) for line in files[ROWS].decode().splitlines()]
+    k = next(k for k, each in enumerate(rows) if each.row["problem"] == "planar_pendulum" and each.cell["method"] == "rattle")
+    for factor, status, word in (
+        (1 + 1e-9, 0, "within tolerances: 1 runs; most in rattle on planar_pendulum"),
+        (1.5, 1, "differs: rattle on"),
+    ):
+        wrong = [replace(each, row={**each.row, "error_q": each.row["error_q"] * factor}) if each is rows[k] else each for each in rows]
+        pack(archived / "wrong.zip", files | {ROWS: "\n".join(map(as_json, wrong)).encode()})
+        found, out, err = daebench("reproduce", "wrong.zip", "--trust")
+        assert (found, err) == (status, "")
+        assert "equal to the bit: 3 of 4 runs." in out
+        assert word in out
+        assert "error_q = " in out
+
+
+ROW = {"failure": "", "n_rhs": 100, "steps": 10, "a": 1.0, "tiny": 1e-16, "word": "x", "none": float("nan"), "seconds": 1.0}
+PAIRS = {
+    "the same": ({}, EQUAL, ""),
+    "time": ({"seconds": 2.0}, EQUAL, ""),
+    "round-off": ({"tiny": 5e-16}, WITHIN, "tiny"),
+    "counts": ({"n_rhs": 101}, WITHIN, "n_rhs"),
+    "the last digits": ({"a": 1.0 + 1e-9}, WITHIN, "a"),
+    "the worst decides": ({"a": 1.1, "tiny": 5e-16, "n_rhs": 900}, DIFFERS, "a"),
+    "a number": ({"a": 1.1}, DIFFERS, "a"),
+    "no number": ({"a": float("nan")}, DIFFERS, "a"),
+    "a number where there was none": ({"none": 1.0}, DIFFERS, "none"),
+    "infinite": ({"a": float("inf")}, DIFFERS, "a"),
+    "a word": ({"word": "y"}, DIFFERS, "word"),
+    "a failure": ({"failure": "stopped"}, DIFFERS, "failure"),
+    "a column less": ({"a": None}, DIFFERS, "a"),
+}
+
+
+@pytest.mark.parametrize(("change", "verdict", "column"), PAIRS.values(), ids=PAIRS)
+def test_two_rows_are_equal_within_or_differ(change, verdict, column):
+    for old, new in ((ROW, ROW | change), (ROW | change, ROW)):
+        found = compared(old, new, rtol=1e-6, atol=1e-12)
+        assert (found.verdict, found.column) == (verdict, column)
+
+
+def test_a_study_whose_problem_file_has_changed_says_so(archived, daebench):
+    (archived / "ring.py").write_text(RING.replace("(3 * m, 0)", "(4 * m, 0)"))
+    ivp_of.cache_clear()
+    _, out, _ = daebench("archive", "s.db", "--out", "less.zip")
+    assert "3 runs, without 1 of definitions that have changed since" in out
+    (archived / "ring.py").unlink()
+    ivp_of.cache_clear()
+    status, _, err = daebench("archive", "s.db", "--out", "none.zip")
+    assert (status, err) == (
+        2,
+        "daebench: ./ring.py: there is no such file; give the path of a problem file, or a name that daebench list problems has.\n",
+    )
+    assert not (archived / "none.zip").exists()
+
+
+def test_bad_input_is_one_sentence_and_makes_no_file(archived, daebench):
+    (archived / "text.db").write_text("no database at all, but long enough to be taken for one" * 20)
+    with opened(archived / "empty.db"):
+        pass
+    before = sorted(archived.iterdir())
+    wrong = {
+        ("archive", "missing.db"): "there is no store missing.db",
+        ("archive", "text.db"): "text.db is no store of a study",
+        ("archive", "empty.db"): "empty.db cannot be archived: it has no rows",
+        ("archive", "s.db", "--out", "x.tar"): "must end in .zip",
+        ("archive", "s.db", "--out", "nowhere/x.zip"): "there is no folder",
+        ("reproduce", "missing.zip"): "there is no archive missing.zip",
+        ("reproduce", "s.db"): "it is no archive of a study, or is damaged",
+        ("reproduce", "s.zip"): "has problem files of its own, ring.py, which would be executed; read them, and add --trust",
+        ("reproduce", "s.zip", "--rtol", "-1"): "--rtol -1 must be 0 or more",
+        ("reproduce", "s.zip", "--atol", "nan"): "--atol",
+    }
+    for command, sentence in wrong.items():
+        status, out, err = daebench(*command)
+        assert (status, out, err.count("\n")) == (2, "", 1), command
+        assert sentence in err
+    assert sorted(archived.iterdir()) == before
+
+
+def test_no_damage_of_an_archive_goes_unseen(archived):
+    whole, right = (archived / "s.zip").read_bytes(), read(archived / "s.zip")
+    for what, damage in FAMILY.items():
+        (archived / "damaged.zip").write_bytes(damage(whole))
+        try:
+            found = read(archived / "damaged.zip")
+        except BadInput:
+            continue
+        assert [*map(as_json, found.rows)] == [*map(as_json, right.rows)], what
+        assert found.files == right.files, what
+
+
+SMUGGLED = {
+    "a name that leads out": ({"../evil.py": b""}, {}, r"'\.\./evil\.py', whose name leads out of it"),
+    "an absolute name": ({"/evil.py": b""}, {}, "whose name leads out of it"),
+    "a name of Windows": ({"definitions\\..\\..\\evil.py": b""}, {}, "whose name leads out of it"),
+    "a file that is not in the manifest": ({"definitions/1-ring/evil.py": b"1"}, {"files": {}}, "is not what was written"),
+    "a newer format": ({}, {"format": FORMAT + 1}, "written by a newer daebench"),
+    "no format": ({}, {"format": "x" * 500}, "written by another daebench"),
+    "a file of this machine": ({}, {"own": []}, "has runs of definitions/2-ring/ring.py, which is not in it; nothing is run"),
+    "rows that are none": ({ROWS: b'{"key": 1}\n'}, {}, "it is no archive of a study, or is damaged"),
+    "rows that are nested": ({ROWS: b"[" * 100_000}, {}, "it is no archive of a study, or is damaged"),
+}
+
+
+@pytest.mark.parametrize(("more", "manifest", "sentence"), SMUGGLED.values(), ids=SMUGGLED)
+def test_what_was_put_into_an_archive_is_refused_before_anything_is_run(archived, more, manifest, sentence, monkeypatch):
+    monkeypatch.setattr(reproduce, "row_of", lambda cell: pytest.fail("run"))
+    pack(archived / "evil.zip", parts(archived / "s.zip") | more, manifest)
+    with pytest.raises(BadInput, match=sentence) as said:
+        read(archived / "evil.zip")
+    assert len(str(said.value)) < 400
+
+
+def test_an_archive_that_is_huge_when_unpacked_is_not_unpacked(archived, monkeypatch):
+    monkeypatch.setattr(reproduce, "LARGEST", 1000)
+    with pytest.raises(BadInput, match="larger than 2 GB when it is unpacked"):
+        read(archived / "s.zip")

@@ -1,0 +1,67 @@
+"""The verdict on the energy of real runs: symplectic methods are bounded or kept, and no bound of another method is violated."""
+
+import numpy as np
+import pytest
+
+from daebench.diagnostics.energy_verdict import energy_verdict
+from daebench.diagnostics.integrals import energy_error
+from daebench.methods.fixed_step.constrained import FixedStep
+from daebench.methods.initial_value_problem import initial_value_problem
+from daebench.methods.names import methods_of
+from daebench.runs.request import Request
+from daebench.studies.comparison.table import row
+
+MOTIONS = {"fast swing": ("spherical_pendulum", "fig1.2", 0.05, 100.0), "rotating": ("planar_pendulum", "rotating", 0.02, 60.0)}
+SYMPLECTIC = ("rattle", "symplectic_euler", "lobatto3", "strang", "rattle/suzuki4")
+OTHERS = ("rk4", "implicit_euler", "generalized_alpha", "rk4+proj", "radau2_ggl", "se", "scipy:RK45", "scipy:Radau")
+
+
+def run_of(motion, name, times=1.0):
+    problem, case, h, t_end = MOTIONS[motion]
+    ivp = initial_value_problem(problem, case)
+    (method,) = methods_of(ivp, [name])
+    value = h if method.knob == "h" else 1e-6
+    every = {"every": 2} if method.knob == "h" else {"points": 2001}
+    return ivp, method.solve(ivp, Request(value=value, t_end=times * t_end, keep_interrupted=True, **every))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("motion", MOTIONS)
+@pytest.mark.parametrize("name", SYMPLECTIC)
+def test_symplectic_methods_keep_or_bound_the_energy(motion, name):
+    ivp, run = run_of(motion, name)
+    found = energy_verdict(ivp, run)
+    assert found.verdict in ("kept", "bounded")
+    assert found.change_bound < max(np.ptp(energy_error(ivp, run)), 1e-13)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("motion", MOTIONS)
+@pytest.mark.parametrize("name", OTHERS)
+def test_no_bound_of_another_method_is_violated_by_a_run_four_times_as_long(motion, name):
+    """The truth is the mean over the first eighth of the longer run against that about the end of the shorter one."""
+    ivp, run = run_of(motion, name)
+    found = energy_verdict(ivp, run)
+    assert found.verdict != "kept"
+    if found.verdict == "bounded":
+        ivp, longer = run_of(motion, name, 4.0)
+        error, t = energy_error(ivp, longer), longer.t / run.t[-1]
+        change = np.mean(error[(t > 0.8) & (t < 1.2)]) - np.mean(error[t < 0.2])
+        assert abs(change) <= found.change_bound
+
+
+def test_the_four_methods_of_the_fast_swing_have_a_true_verdict_each():
+    problem, case, h, t_end = MOTIONS["fast swing"]
+    ivp = initial_value_problem(problem, case)
+    told = {}
+    for name in ("implicit_euler", "rk4", "rattle", "generalized_alpha"):
+        told[name] = row(ivp, FixedStep(name).solve(ivp, Request(value=h, t_end=t_end)))
+    assert {name: each["energy_verdict"] for name, each in told.items()} == {
+        "implicit_euler": "drifts",
+        "rk4": "drifts",
+        "rattle": "bounded",
+        "generalized_alpha": "drifts",
+    }
+    assert told["implicit_euler"]["energy_law"] == "saturated at -26.9"
+    assert [name for name, each in told.items() if each["energy_size"] > 1] == ["implicit_euler", "generalized_alpha"]
+    assert told["rattle"]["energy_change_bound"] < 1e-3 < told["rattle"]["energy_error"]

@@ -1,0 +1,85 @@
+"""About how long: kept runs are a measure for those like them, and compilation is counted apart from work."""
+
+from dataclasses import replace
+
+import pytest
+
+from daebench.studies.grid.cell import Cell, maker
+from daebench.studies.grid.estimate import LEAST_COMPILE, LEAST_SECONDS, MOST_COMPILE, STEP_SECONDS, TOLERANCE_SECONDS, estimate
+from daebench.studies.grid.store import Kept, opened
+
+FIXED = Cell(problem="planar_pendulum", case="rotating", method="rattle", value=0.01, t_end=100.0, metrics=("energy",))
+CHOSEN = replace(FIXED, method="scipy:DOP853", value=1e-6)
+
+
+@pytest.fixture
+def store(tmp_path):
+    with opened(tmp_path / "rows.db") as found:
+        yield found
+
+
+def keep(store, cell, took, failure="", maker=""):
+    store.put([Kept(f"{cell}", cell.plain(), {"failure": failure}, maker, took)])
+
+
+def test_without_kept_runs_it_is_what_is_usual(store):
+    found = estimate([FIXED, replace(FIXED, t_end=0.1), CHOSEN], store)
+    assert found.seconds == pytest.approx(1e4 * STEP_SECONDS + LEAST_SECONDS + 100 * TOLERANCE_SECONDS)
+    assert "none of these methods was run" in found.sentence(1, "in one process")
+
+
+def test_time_is_in_proportion_to_steps_and_repetitions_and_not_to_what_the_first_run_compiled(store):
+    keep(store, replace(FIXED, value=0.1), 5.0)
+    keep(store, FIXED, 0.5)
+    keep(store, replace(FIXED, value=0.02), 0.0, failure="stopped at once")
+    found = estimate([replace(FIXED, value=0.001, repeat=3)], store)
+    assert found.seconds == pytest.approx(0.5 * 10 * 4)
+    assert found.sentence(2, "on 2 processes").startswith("about 11 s on 2 processes (an estimate from kept runs of the same methods")
+
+
+STIFF = replace(FIXED, method="lobatto4")
+KERNELS = {
+    "one": ([FIXED], 1),
+    "numbers compile nothing": ([FIXED, replace(FIXED, value=0.1, t_end=3.0, case="near_top", parameters=(("gravity", 2.0),))], 1),
+    "what is timed": ([replace(FIXED, repeat=3)], 2),
+    "by tolerance": ([replace(CHOSEN, repeat=3)], 1),
+    "two methods": ([FIXED, STIFF, CHOSEN], 3),
+    "two precisions": ([FIXED, replace(FIXED, precision="float32"), replace(FIXED, compensated=True)], 3),
+}
+
+
+@pytest.mark.parametrize(("cells", "count"), KERNELS.values(), ids=KERNELS)
+def test_kernels_that_nothing_kept_has_compiled_are_counted_with_their_time(store, cells, count):
+    found = estimate(cells, store)
+    assert found.kernels == count
+    assert found.compiling >= count * LEAST_COMPILE
+    assert f"for kernels to compile, {count} at most" in found.sentence(1, "in one process")
+    for cell in cells:
+        keep(store, replace(cell, value=cell.value / 2), 1.0, maker="another version")
+    assert estimate(cells, store).kernels == count
+    for cell in cells:
+        keep(store, replace(cell, value=cell.value / 3), 1.0, maker=maker())
+    found = estimate(cells, store)
+    assert (found.kernels, found.compiling) == (0, 0)
+    assert "all is compiled" in found.sentence(1, "in one process")
+
+
+def test_more_stages_and_larger_problems_take_longer_to_compile_up_to_a_limit(store):
+    large = replace(FIXED, problem="andrews_squeezer", case="bari")
+    times = [estimate([cell], store).compiling for cell in (FIXED, replace(large, method="rattle"), replace(large, method="lobatto4"))]
+    assert times == sorted(times)
+    assert times[0] < times[1] <= times[2] <= MOST_COMPILE
+
+
+def test_rows_with_less_than_no_repetitions_are_no_division_by_zero(store):
+    keep(store, replace(FIXED, repeat=-1), 0.5)
+    assert estimate([FIXED], store).seconds == pytest.approx(0.5)
+
+
+def test_where_steps_are_chosen_the_nearest_tolerance_tells(store):
+    keep(store, replace(CHOSEN, value=1e-4), 1.0)
+    keep(store, replace(CHOSEN, value=1e-8), 3.0)
+    assert estimate([replace(CHOSEN, value=1e-9, t_end=200.0)], store).seconds == pytest.approx(6.0)
+    mixed = estimate([CHOSEN, FIXED], store)
+    assert (mixed.like, mixed.cells) == (1, 2)
+    assert "for 1 of them" in mixed.sentence(1, "in one process")

@@ -1,0 +1,222 @@
+"""Methods driven to their extremes: what tables say that were made by hand, which extremes a problem has, and the command."""
+
+import json
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from daebench.errors import BadInput
+from daebench.methods.fixed_step.stepping import ITS_OWN
+from daebench.methods.names import parse
+from daebench.studies.grid.outcomes import OUTCOMES, SIZED
+from daebench.studies.stability import lost_motion, outcome_map, parameter_range, penalty, round_off, step_limit
+from daebench.studies.stability.extreme import Asked
+from daebench.studies.stability.study import EXTREMES, chosen
+
+
+def runs(method, values, **columns):
+    """Return rows of one method with a column "failure"."""
+    return pd.DataFrame({"method": method, "knob": "h", "value": values, "failure": ""} | columns)
+
+
+def test_the_largest_step_is_said_of_the_method_that_has_it():
+    table = pd.DataFrame(
+        {
+            "method": ["one", "one", "two", "two"],
+            "verdict": ["completes", "keeps the energy"] * 2,
+            "h": [0.5, 0.1, 2.0, 0.0],
+            "fails": [0.6, 0.2, np.inf, 0.1],
+            "why": [f"it stopped; use a smaller h; {ITS_OWN}.", "", "", ""],
+            "gaps": [False, False, True, False],
+        }
+    )
+    first, second, none, own, gaps = step_limit.says(table)
+    assert own == "Of one this is the limit of the iteration, which leaves out derivatives, and not necessarily that of the equations."
+    assert first == "two completes with the largest steps, up to at least h = 2 s; the smallest limit is that of one, 0.5 s."
+    assert second == "one keeps the energy with the largest steps, up to h = 0.1 s."
+    assert none == "With no step that was tried keeps the energy: two."
+    assert gaps.endswith("with two.")
+
+
+def test_a_map_counts_what_is_fine():
+    words, trends = ["fine", "fine", "lost", "lost", "blown up"], ["drifts", "bounded", "drifts", "drifts", ""]
+    table = pd.DataFrame({"method": "one", "outcome": words, "trend": trends, "size": [1e-3, 3e-3, 2.0, 3.0, np.nan]})
+    told = "2 of 5 runs are fine, with energy errors of 2.0e-03 of the kinetic energy in the median; 1 of them drift"
+    assert outcome_map.says(table) == [f"one: {told}; most of the others: lost (2)."]
+    none = outcome_map.says(table[table["outcome"] == "lost"])
+    assert none == ["one: 0 of 2 runs are fine; most of the others: lost (2)."]
+
+
+def test_every_outcome_has_a_colour_by_its_size_or_one_of_its_own():
+    assert set(outcome_map.LETTERS) == set(OUTCOMES) - set(SIZED)
+    letters = [letter for _, letter in outcome_map.LETTERS.values()]
+    assert len({*letters, *outcome_map.TRENDS.values()}) == len(letters) + len(outcome_map.TRENDS)
+
+
+def test_a_map_is_coloured_by_size_and_has_letters_for_trends(tmp_path, monkeypatch):
+    """A run of rk4+proj 100 times as accurate as one of RATTLE has the lighter colour, and its drift is a letter."""
+    from matplotlib.axes import Axes
+
+    written, drawn = [], []
+    text, tiles = Axes.text, Axes.pcolormesh
+    monkeypatch.setattr(Axes, "text", lambda self, x, y, s, **k: written.append((self.get_title(), s)) or text(self, x, y, s, **k))
+    monkeypatch.setattr(Axes, "pcolormesh", lambda self, x, y, c, **k: drawn.append(tiles(self, x, y, c, **k)) or drawn[-1])
+    rows = [("rattle", 0.1, "fine", "bounded", 1e-3), ("rattle", 0.2, "lost", "undetermined", 3.0)]
+    rows += [("rk4+proj", 0.1, "fine", "drifts", 1e-5), ("rk4+proj", 0.2, "no solution", "", np.nan)]
+    table = pd.DataFrame(rows, columns=["method", "value", "outcome", "trend", "size"]).assign(varied=1.0, parameter="gravity")
+    outcome_map.draw(tmp_path, "map", table)
+    assert [letter for _, letter in written] == ["", "?", "d", "n"]
+    of_rattle, _, of_rk4, *_ = drawn
+    lightness = [float(np.mean(each.to_rgba(each.get_array())[0, 0, :3])) for each in (of_rattle, of_rk4)]
+    assert lightness[1] > lightness[0]
+    assert np.ma.getmaskarray(of_rk4.get_array()).tolist() == [[False, True]]
+
+
+def test_a_range_tells_where_a_method_is_not_fine():
+    table = pd.DataFrame(
+        {
+            "method": "one",
+            "parameter": "mass1",
+            "varied": [0.1, 1.0, 10.0],
+            "outcome": ["fine", "fine", "blown up"],
+            "energy_part": [1e-3, 1e-2, np.nan],
+        }
+    )
+    assert parameter_range.says(table) == [
+        "one: fine for 2 of 3 values of mass1 (blown up at 10); energy within 1.0e-02 of its size where it came to an end."
+    ]
+
+
+def test_a_penalty_is_held_against_a_constrained_method_of_the_same_order():
+    orders = {method: (parse(method).claims.order, parse(limit).claims.order) for method, limit in penalty.LIMITS.items()}
+    assert all(own == held for own, held in orders.values()), orders
+
+
+def test_a_penalty_is_held_against_the_constrained_run_of_the_same_step():
+    eps = np.array([0.1, 0.01, 0.001, 0.0001])
+    stiff = runs("stiff:gauss2", 0.01, eps=eps, error_q=[1e-1, 1e-3, 5.0, np.nan], evaluations=300.0)
+    stiff.loc[3, "failure"] = "stopped"
+    coarse = runs("stiff:gauss2", 0.1, eps=eps, error_q=1e-9, evaluations=1.0)
+    limit = runs("lobatto3", 0.01, eps=[0.0], error_q=[1e-4], evaluations=100.0)
+    other = runs("rattle", 0.01, eps=[0.0], error_q=[1e-2], evaluations=50.0)
+    first, _, second = penalty.says(pd.concat([stiff, coarse, limit, other], ignore_index=True))
+    assert first == "With h = 0.01 s lobatto3 on the constrained system has an error of 1.0e-04 in q."
+    assert "1.0e-03 at best, at eps = 1.0e-02, 10 times that of lobatto3, of the same order, with 3 times its evaluations" in second
+    assert second.endswith("1.0e-03, it has 5.0e+00, and 1 of 4 runs fail.")
+    (alone,) = penalty.says(pd.concat([stiff, limit.assign(failure="stopped", error_q=np.nan)], ignore_index=True))
+    assert alone.startswith("lobatto3 on the constrained system fails with h = 0.01 s")
+
+
+def test_round_off_has_won_where_the_error_grows_again_and_who_gives_up_first_is_named():
+    h = 10.0 ** -np.arange(1, 5)
+    walk = runs("fixed", h, error_q=[1e-2, 1e-6, 1e-10, 1e-9], bound_q=1e-16)
+    ever = runs("other", h, error_q=[1e-2, 1e-4, 1e-6, 1e-8], bound_q=1e-16)
+    solvers = [runs(name, h, error_q=h, bound_q=1e-16).assign(knob="tol") for name in ("index3", "index2")]
+    for solver, limit in zip(solvers, (1e-2, 1e-3), strict=True):
+        solver.loc[solver["value"] < limit, ["error_q", "failure"]] = [np.nan, "gave up"]
+    said = round_off.says(pd.concat([walk, ever, *solvers], ignore_index=True))
+    assert said[0] == "fixed: least error 1.0e-10, at h = 1.0e-03 s; at h = 1.0e-04 s it is 10 times that: round-off has won."
+    assert said[1] == "other: least error 1.0e-08, at h = 1.0e-04 s."
+    assert said[-1] == "First to give up: index3, at tol = 1e-03; then index2 at 1e-04."
+
+
+def test_until_when_a_motion_is_followed():
+    both = pd.concat([runs("one", [0.1, 0.01], horizon=[2.0, 5.0]), runs("two", [0.1, 0.01], horizon=[8.0, 8.0])])
+    said = lost_motion.says(both.assign(double_horizon=6.5, tenfold=0.5, t_end=8.0, grown=2.0**30))
+    assert said[0] == "A rounding on the way may have grown 1.1e+09 times by t = 8 s, from 1.1e-16 to 1.2e-07."
+    assert said[1:3] == [
+        "A perturbation grows tenfold in 0.5 s, so that each digit of accuracy is worth so much time.",
+        "From t = 6.5 s on no run in double precision can be trusted, whatever its method.",
+    ]
+    assert said[3:] == [
+        "one is within 1% until t = 5 s at best, with h = 1.0e-02 s.",
+        "two is within 1% to the end at best, with h = 1.0e-01 s.",
+    ]
+
+
+def test_the_rate_of_growth_is_that_of_an_exponential():
+    t = np.linspace(0.0, 30.0, 200)
+    assert lost_motion._tenfold(t, np.exp(0.7 * t)) == pytest.approx(np.log(10) / 0.7, rel=1e-6)
+    assert np.isnan(lost_motion._tenfold(t, np.ones(200)))
+    assert np.isnan(lost_motion._tenfold(t, 1e4 * (2 + np.sin(t))))
+
+
+@pytest.mark.parametrize(
+    ("problem", "case", "names"),
+    [
+        ("planar_pendulum", "near_top", {"step-limit", "outcome-map", "penalty", "round-off", "lost-motion"}),
+        ("double_pendulum", "swing", {"step-limit", "outcome-map", "parameter-range", "penalty", "round-off"}),
+        ("torus", "inner", {"step-limit", "outcome-map"}),
+        ("lotka_volterra", None, {"step-limit", "outcome-map", "round-off"}),
+    ],
+)
+def test_a_problem_has_the_extremes_that_it_can_have(problem, case, names):
+    found, refused = chosen(Asked(problem=problem, case=case))
+    assert {each.name for each in found} == names
+    assert set(refused) == set(EXTREMES) - names
+    assert all(why and not why.endswith(".") for why in refused.values())
+
+
+@pytest.mark.parametrize(
+    ("name", "asked", "why"),
+    [
+        ("outcome-map", {"parameters": {"gravity": [0.0, 1.0]}}, "greater than 0, each once"),
+        ("outcome-map", {"h": [0.1, 0.1]}, "greater than 0, each once"),
+        ("parameter-range", {"h": [0.1, 0.2], "parameters": {"gravity": [1.0]}}, "one step size"),
+        ("round-off", {"t_end": 1e4}, "before t_end = 10000"),
+    ],
+    ids=["zero", "twice", "two steps", "too long"],
+)
+def test_what_an_extreme_cannot_use_is_refused(name, asked, why):
+    assert why in EXTREMES[name].refusal(Asked(problem="planar_pendulum", case="rotating", **asked))
+
+
+def test_a_method_that_cannot_be_run_is_refused():
+    with pytest.raises(BadInput, match="kinetic energy in closed form"):
+        Asked(problem="double_pendulum", methods=("strang",)).fixed.append("")
+
+
+@pytest.mark.usefixtures("uncompiled_schemes")
+def test_the_command_says_what_it_found_and_keeps_its_runs(daebench, tmp_path):
+    words = ("stability", "planar_pendulum", "--case", "rotating", "--methods", "symplectic_euler,rattle", "--t-end", 2, "--out", tmp_path)
+    words = (
+        *words,
+        "--workers",
+        1,
+        "--only",
+        "step-limit,outcome-map,lost-motion",
+        "--h",
+        "0.5,0.05",
+        "--param",
+        "gravity=0.5,1,50",
+        "--json",
+    )
+    status, out, err = daebench(*words)
+    assert (status, err) == (0, "")
+    found = json.loads(out)
+    assert set(found["said"]) == {"step-limit", "outcome-map"}
+    assert "lost-motion" in found["left_out"]
+    table = pd.read_csv(tmp_path / "outcome-map.csv")
+    assert len(table) == 2 * 3 * 2
+    assert set(table["outcome"]) <= set(OUTCOMES)
+    assert {"outcome-map.svg", "step-limit.png", "studies.db"} <= {path.name for path in tmp_path.iterdir()}
+    assert daebench(*words)[1] == out
+
+
+@pytest.mark.parametrize(
+    ("words", "sentence"),
+    [
+        (("planar_pendulum", "--only", "map"), "unknown extreme 'map'"),
+        (("planar_pendulum", "--param", "gravity"), "name=value"),
+        (("planar_pendulum", "--param", "weight=1"), "unknown parameter of planar_pendulum 'weight'"),
+        (("planar_pendulum", "--h", "-1"), "--h"),
+        (("planar_pendulum", "--methods", "rattel"), "rattel"),
+    ],
+    ids=["extreme", "form", "parameter", "negative", "method"],
+)
+def test_bad_input_is_one_sentence(daebench, tmp_path, words, sentence):
+    status, out, err = daebench("stability", *words, "--out", tmp_path / "new")
+    assert (status, out) == (2, "")
+    assert sentence in err
+    assert err.count("\n") == 1

@@ -1,0 +1,553 @@
+"""Long runs: statistics in bounded memory, checkpoints that go on to the same bits, ensembles, and what the command says."""
+
+import json
+import os
+import re
+import signal
+import subprocess
+import sys
+import time
+from dataclasses import replace
+from itertools import pairwise
+from pathlib import Path
+
+import numpy as np
+import pytest
+from cache_damage import FAMILY
+from ivps import ivp
+
+from daebench.diagnostics.energy import Drift
+from daebench.diagnostics.manifold import residual_scales
+from daebench.diagnostics.random_walk import Walk
+from daebench.errors import BadInput
+from daebench.runs.ivp import PoissonIvp
+from daebench.runs.request import Request
+from daebench.studies.grid import checkpoint
+from daebench.studies.grid.checkpoint import Checkpoint, identity, load, resumed, save
+from daebench.studies.grid.interrupts import alike
+from daebench.studies.long import blocks, starts
+from daebench.studies.long import run as long_run
+from daebench.studies.long.blocks import MANY, Blocks, middles
+from daebench.studies.long.ensemble import Ensemble, run_member
+from daebench.studies.long.run import LongRun, Stream
+from daebench.studies.long.starts import start_of
+from daebench.studies.long.table import growth, members_table, share, windows_table
+from daebench.studies.long.verdict import sentence
+from daebench.studies.long.windows import COUNT, EDGES, LEAST, MEAN, MOST, SQUARES, Windows, centres, mean_square
+
+RUNS = {
+    "rattle": LongRun(problem="spherical_pendulum", case="fig1.2", method="rattle", h=0.01, stride=3),
+    "lobatto3": LongRun(problem="spherical_pendulum", case="fig1.2", method="lobatto3", h=0.01, stride=3),
+    "symplectic_euler": LongRun(problem="spherical_pendulum", case="fig1.2", method="symplectic_euler", h=0.01, stride=2),
+    "shake": LongRun(problem="planar_pendulum", case="rotating", method="shake", h=0.01, stride=3),
+    "compensated": LongRun(problem="planar_pendulum", case="rotating", method="rattle/kahan_li8", h=0.1, stride=3, compensated=True),
+    "float32": LongRun(problem="planar_pendulum", case="rotating", method="rattle", h=0.01, stride=3, precision="float32"),
+    "local": LongRun(problem="planar_pendulum", case="rotating", method="local:midpoint", h=0.02, stride=3),
+    "poisson": LongRun(problem="free_rigid_body", case="symmetric", method="strang", h=0.05, stride=3),
+}
+STEPS = 500
+
+
+@pytest.fixture
+def uncompiled(monkeypatch):
+    """Have methods run as Python, and samples be reduced 32 at a time."""
+    compiled = LongRun.solver.fget
+    monkeypatch.setattr(LongRun, "solver", property(lambda self: replace(compiled(self), compiled=False)))
+    for module in (long_run, blocks):
+        monkeypatch.setattr(module, "BLOCK", 32)
+
+
+def marched(spec, steps=STEPS):
+    stream = Stream(spec, steps)
+    while stream.going:
+        stream.advance()
+    return stream
+
+
+def bits(stream):
+    run, table = stream.run, stream.windows.table
+    parts = stream.numbers(), table, stream.blocks.means, run.X[: run.row, 0]
+    return [part.tobytes() for part in parts], run.done, run.left, stream.blocks.length, stream.blocks.total, stream.blocks.pieces
+
+
+@pytest.mark.parametrize("name", RUNS)
+def test_a_run_that_is_left_and_taken_up_again_ends_with_the_same_bits(name, uncompiled, monkeypatch, random, tmp_path):
+    spec, file = RUNS[name], tmp_path / "run.npz"
+    monkeypatch.setattr(blocks, "MANY", 2)
+    whole = marched(spec)
+    assert (whole.run.failure, whole.run.done) == (None, STEPS)
+    assert whole.windows.samples + whole.run.row == STEPS // spec.stride
+    monkeypatch.setattr(long_run, "next_piece", lambda *_: int(random.integers(1, 60)))
+    stream, left = Stream(spec, STEPS), 0
+    while stream.going:
+        stream.advance()
+        if random.random() < 0.3:
+            save(file, identity(spec), stream)
+            stream, left = Stream(spec, STEPS), left + 1
+            resumed(stream, load(file, identity(spec)))
+    assert left > 3
+    assert bits(stream) == bits(whole)
+
+
+@pytest.mark.parametrize("name", ["rattle", "compensated", "local", "poisson"])
+def test_samples_are_the_energy_errors_of_the_states_that_a_plain_run_stores(name, uncompiled):
+    spec = RUNS[name]
+    steps = 30 * spec.stride
+    stream = marched(spec, steps)
+    run = spec.solver.solve(spec.ivp, Request(value=spec.h, steps=steps, every=spec.stride)).complete()
+    states = (run.y,) if isinstance(spec.ivp, PoissonIvp) else (run.p, run.q)
+    energies = spec.ivp.along("H", *states)
+    assert len(stream.waiting) == 30
+    np.testing.assert_allclose(stream.waiting, energies[1:] - energies[0], rtol=0, atol=1e-14 * abs(energies[0]))
+    end = np.concatenate([x[-1] for x in states])
+    assert stream.run.linked.leave(stream.run.x).tobytes() == end.tobytes()
+
+
+def test_a_longer_run_goes_on_from_a_shorter_one(uncompiled, tmp_path):
+    spec, file = RUNS["rattle"], tmp_path / "run.npz"
+    save(file, identity(spec), marched(spec, 217))
+    stream = Stream(spec, STEPS)
+    resumed(stream, load(file, identity(spec)))
+    while stream.going:
+        stream.advance()
+    assert bits(stream) == bits(marched(spec))
+
+
+def test_a_longer_run_stops_where_the_last_step_of_a_shorter_one_tells_that_G_loses_rank(uncompiled, tmp_path):
+    spec, file = (
+        LongRun(problem="slider_crank", case="lock_up", method="rattle", h=0.005, stride=3, on_singular="stop"),
+        tmp_path / "run.npz",
+    )
+    whole = marched(spec, STEPS)
+    assert "G loses rank" in whole.run.failure
+    shorter = marched(spec, whole.run.done)
+    assert (shorter.run.failure, shorter.run.rank_pending) == (None, True)
+    save(file, identity(spec), shorter)
+    stream = Stream(spec, STEPS)
+    resumed(stream, load(file, identity(spec)))
+    while stream.going:
+        stream.advance()
+    assert stream.run.failure == whole.run.failure
+    assert bits(stream) == bits(whole)
+
+
+def test_windows_have_the_moments_of_their_samples(random):
+    series = 1e9 + random.standard_normal(3000)
+    found, start = Windows(), 0
+    while start < len(series):
+        stop = start + int(random.integers(1, 300))
+        found.add(series[start:stop])
+        start = stop
+    assert found.samples == len(series)
+    for row, (a, b) in zip(found.table, pairwise(EDGES), strict=False):
+        own = series[a - 1 : b - 1]
+        exact = own.astype(np.longdouble)
+        assert (row[COUNT], row[LEAST], row[MOST]) == (len(own), own.min(), own.max())
+        assert row[MEAN] == pytest.approx(float(exact.mean()), rel=1e-15)
+        assert row[SQUARES] == pytest.approx(float(((exact - exact.mean()) ** 2).sum()), rel=1e-6, abs=1e-12)
+        assert mean_square(row[None])[0] == pytest.approx(float((exact**2).mean()), rel=1e-14)
+    assert centres(found.table)[5] == np.mean(np.arange(EDGES[5], EDGES[6]))
+
+
+def test_windows_are_four_an_octave_and_more_samples_make_a_copy():
+    found = Windows()
+    for _ in range(64):
+        found.add(np.zeros(4096))
+    assert len(found.table) < 4 * 18 + 1
+    assert (EDGES[-1], EDGES[-5], EDGES[0]) == (2**53, 2**52, 1)
+    more = found.with_(np.ones(3))
+    assert (more.samples, found.samples) == (64 * 4096 + 3, 64 * 4096)
+    assert more.table[-1, MOST] == 1
+
+
+def test_blocks_are_few_and_their_means_are_those_of_the_series():
+    found, pieces = Blocks(), 3 * MANY
+    for k in range(pieces):
+        found.add(np.arange(k * blocks.BLOCK, (k + 1) * blocks.BLOCK, dtype=float))
+    assert len(found.means) < MANY
+    assert found.length == 4 * blocks.BLOCK
+    expected = np.arange(len(found.means)) * found.length + (found.length - 1) / 2
+    assert found.means.tolist() == expected.tolist()
+    assert (middles(len(expected), found.length) - 1).tolist() == expected.tolist()
+    assert len(found.means) * found.length + found.pieces * blocks.BLOCK == pieces * blocks.BLOCK
+    assert found.at(2 * found.length).tolist() == [(a + b) / 2 for a, b in zip(expected[::2], expected[1::2], strict=False)]
+
+
+def test_starts_are_of_the_same_motion_on_the_manifold_and_round_differently():
+    own = ivp("spherical-fast")
+    found = [start_of(own, k, "float64") for k in range(8)]
+    assert found[0] is own
+    energies = [float(each.value("H", each.p0, each.q0)) for each in found]
+    assert len(set(energies)) > 4
+    np.testing.assert_allclose(energies, energies[0], rtol=1e-11)
+    g_scale, Gv_scale = residual_scales(own, own.p0, own.q0)
+    for each in found[1:]:
+        assert np.all(np.abs(each.value("g", each.q0)) <= 1e-15 * g_scale)
+        assert np.all(np.abs(each.value("Gv", each.p0, each.q0)) <= 1e-14 * Gv_scale)
+        assert 1e-14 < np.abs(each.q0 - own.q0).max() < 1e-12
+    assert start_of(own, 3, "float64").q0.tobytes() == found[3].q0.tobytes()
+
+
+@pytest.mark.parametrize(("problem", "case"), [("planar_pendulum", "horizontal"), ("double_pendulum", "horizontal")])
+def test_members_of_a_start_with_zeros_are_distinct_runs(problem, case, tmp_path, uncompiled):
+    spec = LongRun(problem=problem, case=case, method="rattle", h=0.01, stride=1)
+    Ensemble(spec, 16, 64, tmp_path).check()
+    ends = {marched(spec.member_of(k), 31).waiting.tobytes() for k in range(16)}
+    assert len(ends) == 16
+
+
+def test_members_that_begin_alike_are_refused(monkeypatch, tmp_path):
+    monkeypatch.setattr(starts, "ROUNDINGS", 0.0)
+    with pytest.raises(BadInput, match=r"members 0 and 1 of planar_pendulum, case rotating, begin at the same state"):
+        Ensemble(replace(RUNS["shake"], stride=1, on_singular="stop"), 3, 10, tmp_path).check()
+
+
+def samples(spec, steps):
+    """Return the energies of the samples of a run, taken from it one by one."""
+    stream, found = Stream(spec, steps), []
+    while stream.going:
+        row = stream.run.row
+        stream._piece = 1
+        stream.advance()
+        found.append(stream.run.X[row, 0])
+    return np.array(found)
+
+
+def test_members_round_as_good_as_independently(uncompiled):
+    """Truncation of order 8 is below round-off here: what the energy changes from step to step is rounding alone."""
+    spec = replace(RUNS["compensated"], compensated=False, h=0.01, stride=1)
+    changes = [np.diff(samples(spec.member_of(k), 250)) for k in range(4)]
+    apart = np.corrcoef(changes)[np.triu_indices(4, 1)]
+    assert np.abs(apart).max() < 0.3  # five standard errors of one pair, 1 / sqrt(250)
+    assert abs(apart.mean()) < 0.12
+
+
+def refused(tmp_path, spec, other, match):
+    file = tmp_path / "run.npz"
+    save(file, identity(spec), marched(spec, 8))
+    with pytest.raises(BadInput, match=match):
+        load(file, other())
+
+
+def test_a_checkpoint_of_something_else_is_refused(uncompiled, tmp_path, monkeypatch):
+    spec = RUNS["rattle"]
+    refused(tmp_path, spec, lambda: identity(replace(spec, h=0.02)), r"is of a run with h = 0.01, not 0.02; name another folder by --out")
+    refused(tmp_path, spec, lambda: identity(spec) | {"definition": "other"}, "another definition of spherical_pendulum")
+    with monkeypatch.context() as patch:
+        patch.setattr(checkpoint, "maker", lambda: "an older one")
+        ours = identity(spec)
+    refused(tmp_path, spec, lambda: ours, "another version of daebench or of its libraries")
+    monkeypatch.setattr(checkpoint, "LAYOUT", 0)
+    file = tmp_path / "older.npz"
+    save(file, identity(spec), marched(spec, 8))
+    monkeypatch.setattr(checkpoint, "LAYOUT", 1)
+    with pytest.raises(BadInput, match="layout 0, here 1"):
+        load(file, identity(spec))
+
+
+@pytest.mark.parametrize("damage", FAMILY.values(), ids=FAMILY)
+def test_a_damaged_checkpoint_is_named(damage, uncompiled, tmp_path):
+    file = tmp_path / "run.npz"
+    save(file, identity(RUNS["rattle"]), marched(RUNS["rattle"], 8))
+    file.write_bytes(damage(file.read_bytes()))
+    with pytest.raises(BadInput, match=r"is damaged, or no checkpoint of a long run.*remove it"):
+        load(file, identity(RUNS["rattle"]))
+
+
+def test_a_checkpoint_is_still_an_archive_of_numpy(uncompiled, tmp_path):
+    save(tmp_path / "run.npz", identity(RUNS["rattle"]), marched(RUNS["rattle"], 8))
+    with np.load(tmp_path / "run.npz") as kept:
+        assert {"about", "reals", "windows", "means", "numbers", "waiting"} == set(kept)
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM], ids=["ctrl-c", "sigterm"])
+def test_a_signal_stops_a_member_with_everything_kept(number, uncompiled, tmp_path):
+    spec, file, told = RUNS["rattle"], tmp_path / "run.npz", []
+
+    def stop(part):
+        told.append(part)
+        if len(told) == 3:
+            signal.raise_signal(number)
+
+    before = signal.getsignal(number)
+    with alike(), pytest.raises(KeyboardInterrupt):
+        run_member(spec, STEPS, file, stop)
+    assert signal.getsignal(number) == before
+    assert load(file, identity(spec)).done == round(told[-1] * STEPS) < STEPS
+    run_member(spec, STEPS, file)
+    kept = load(file, identity(spec))
+    assert (kept.done, kept.numbers.tobytes()) == (STEPS, marched(spec).numbers().tobytes())
+
+
+def walkers(count, random, drift=0.0, failed=()):
+    """Return checkpoints of members whose energy is a walk, with 128 samples each."""
+    return {
+        k: Checkpoint(
+            done=2048,
+            left=16,
+            passages=0,
+            seconds=1.0,
+            failure="it fell." if k in failed else "",
+            windows=Windows(),
+            blocks=Blocks(),
+            numbers=np.empty(0),
+            waiting=1.0 + 1e-10 * (np.cumsum(random.standard_normal(128)) + drift * np.arange(128)),
+            first=1.0,
+        )
+        for k in range(count)
+    }
+
+
+def test_sixteen_members_tell_a_walk_and_fewer_do_not(random):
+    spec = replace(RUNS["rattle"], stride=16)
+    found = growth(spec, walkers(24, random))
+    assert isinstance(found, Walk)
+    assert found.verdict == "random walk"
+    whole = share(spec, walkers(24, random), 24, 2048)
+    assert sentence(found, whole).startswith("random walk: the spread of 24 members grows as t^(0.")
+    assert "Told to" not in sentence(found, whole)
+    assert growth(spec, walkers(20, random, failed=(0, 7))).members == 18
+    few = growth(spec, members := walkers(18, random, failed=(0, 1, 2)))
+    assert isinstance(few, Drift)
+    said = sentence(few, share(spec, members, 18, 2048))
+    assert "told from 16 members or more, of which there are 15 so far. " in said
+    assert said.endswith("Told to t = 20.48 from 15 of 18 members; left out: 3 of 18 stopped early.")
+    assert growth(spec, walkers(2, random, failed=(0, 1))) is None
+    drifting = growth(spec, walkers(16, random, drift=1.0))
+    assert drifting.law == "linear"
+    assert drifting.slope == pytest.approx(1e-10 / (spec.stride * spec.h), abs=4 * drifting.slope_error)
+
+
+def test_members_that_are_far_behind_are_left_out_and_the_sentence_says_so(random):
+    spec, members = replace(RUNS["rattle"], stride=16), walkers(20, random)
+    for number, most in ((3, 0), (4, 63), (5, 64)):
+        members[number] = replace(members[number], waiting=members[number].waiting[:most], done=16 * most)
+    found = growth(spec, members)
+    assert (type(found), found.members) == (Walk, 18)
+    said = sentence(found, share(spec, members, 32, 2048))
+    assert said.endswith(" Told to t = 10.24 from 18 of 32 members; left out: 2 of 32 far behind, 12 of 32 not begun.")
+    long = Blocks(length=4 * blocks.BLOCK, means=random.standard_normal(600))
+    table = Windows(np.array([[600.0 * long.length, 0, 1, -1, 1]]))
+    members[0] = replace(members[0], blocks=long, windows=table, waiting=np.ones(0))
+    assert isinstance(growth(spec, members), Drift)
+    assert share(spec, members, 32, 2048).told == 1
+
+
+def test_where_nothing_can_be_told_the_sentence_says_why(random):
+    spec = replace(RUNS["rattle"], stride=16)
+    failed, early = walkers(2, random, failed=(0, 1)), walkers(2, random)
+    early = {number: replace(kept, waiting=kept.waiting[:0]) for number, kept in early.items()}
+    assert sentence(growth(spec, failed), share(spec, failed, 2, 2048)) == "undetermined: every member stopped early."
+    assert "2 of 16 members have begun, and every one of them stopped early" in sentence(None, share(spec, failed, 16, 2048))
+    assert growth(spec, early) is None
+    assert sentence(None, share(spec, early, 2, 2048)).startswith("undetermined: there is too little to tell")
+
+
+@pytest.mark.parametrize(
+    ("told", "says"),
+    [
+        ({"verdict": "drifts", "law": "linear", "slope": 1e-12, "slope_error": 1e-13}, "linear: the mean of 16 members drifts by"),
+        ({"verdict": "drifts", "law": "saturated", "level": -26.6}, "the mean of 16 members saturated at -26.6"),
+        ({"verdict": "drifts", "law": "growing scatter", "change": 0.1}, "growing scatter: the mean of 16 members"),
+        ({"verdict": "drifts", "law": "apart", "exponent": 1.0, "exponent_error": 0.1, "spreads": True}, "so that each drifts its own way"),
+        ({"verdict": "undetermined", "reason": "aliased output", "spreads": True}, "spread beyond round-off too late to tell"),
+        ({"verdict": "undetermined", "reason": "fewer than 5 oscillations"}, "undetermined: fewer than 5 oscillations;"),
+        ({"verdict": "bounded"}, "do not spread beyond round-off, and their mean changes by at most 3e-12 over the time"),
+        ({"verdict": "random walk", "exponent": 0.5, "exponent_error": 0.05, "spreads": True}, "grows as t^(0.50 +- 0.10)"),
+        ({"verdict": "kept"}, "no member is off by more than rounding"),
+    ],
+    ids=lambda x: " ".join(str(x[name]) for name in ("verdict", "law", "reason") if x.get(name)) if isinstance(x, dict) else "",
+)
+def test_each_verdict_has_a_sentence_of_its_own(told, says, random):
+    walk = Walk(members=16, **({"change_bound": 3e-12, "slope": 0.0, "slope_error": 1e-13} | told))
+    whole = share(replace(RUNS["rattle"], stride=16), walkers(16, random), 16, 2048)
+    assert sentence(walk, whole).startswith(f"{told['verdict']}: ")
+    assert says in sentence(walk, whole)
+
+
+def test_the_windows_of_all_are_those_of_their_samples_together(random):
+    spec, members = replace(RUNS["rattle"], stride=16), walkers(5, random)
+    table = windows_table(members_table(spec, members))
+    errors = np.array([kept.errors for kept in members.values()])
+    a, b = EDGES[9] - 1, EDGES[10] - 1
+    row = table.iloc[9]
+    assert row["t"] == pytest.approx((a + 1 + b) / 2 * 0.16)
+    assert row["members"] == 5
+    assert row["mean"] == pytest.approx(errors[:, a:b].mean())
+    assert row["rms"] == pytest.approx(np.sqrt((errors[:, a:b] ** 2).mean()))
+    assert row["spread"] == pytest.approx(errors[:, a:b].mean(axis=1).std(ddof=1))
+    assert row["largest"] == np.abs(errors[:, a:b]).max()
+
+
+def test_a_window_that_not_all_members_have_filled_is_that_of_those_who_have(random):
+    spec, members = replace(RUNS["rattle"], stride=16), walkers(3, random)
+    members[2] = replace(members[2], waiting=members[2].waiting[:90])
+    table = windows_table(members_table(spec, members))
+    filled = np.minimum(EDGES[1 : len(table) + 1] - EDGES[: len(table)], 129 - EDGES[: len(table)])
+    short = np.clip(91 - EDGES[: len(table)], 0, filled)
+    assert table["members"].tolist() == [3 if short_ == all_ else 2 for short_, all_ in zip(short, filled, strict=True)]
+    assert table["members"].iloc[[0, -1]].tolist() == [3, 2]
+
+
+WORDS = ("long", "planar_pendulum", "--case", "rotating", "--methods", "rattle", "--h", "0.01", "--steps", "1e3")
+
+
+def test_the_command_says_what_became_of_the_energy(daebench, uncompiled, tmp_path):
+    words = (*WORDS, "--ensemble", 2, "--workers", 1, "--out", tmp_path)
+    status, out, err = daebench(*words)
+    assert (status, err) == (0, "")
+    assert re.search(r"(bounded|undetermined|drifts|kept): ", out)
+    assert {path.suffix for path in tmp_path.iterdir()} >= {".csv", ".png", ".svg"}
+    status, out, _ = daebench(*words, "--json")
+    (run,) = json.loads(out)["runs"]
+    assert (status, run["steps"], run["failures"]) == (0, [1000, 1000], {})
+    assert run["growth"]["verdict"] in run["verdict"]
+    assert sum(1 for _ in tmp_path.glob("checkpoints/*.npz")) == 2
+    status, out, _ = daebench(*words, "--dry-run")
+    assert (status, out.startswith("rattle: 2 x 1000 steps, 0 of them to do")) == (0, True)
+    status, _, err = daebench(*words, "--steps", "500")
+    assert (status, "has 1000 steps already, and 500 are asked for" in err) == (2, True)
+
+
+def test_an_interrupted_command_says_what_is_kept_and_goes_on(daebench, uncompiled, tmp_path, monkeypatch):
+    advance, calls = Stream.advance, []
+
+    def stopped(self):
+        advance(self)
+        calls.append(self)
+        if len(calls) == 1:
+            signal.raise_signal(signal.SIGTERM)
+
+    words = (*WORDS, "--steps", "600", "--out", tmp_path)
+    with monkeypatch.context() as patch:
+        patch.setattr(Stream, "advance", stopped)
+        status, out, err = daebench(*words)
+    assert status == 130
+    assert "undetermined: there is too little to tell; take more steps. Told to t = 0.64 from 1 of 1 members." in out
+    assert err.startswith("daebench: interrupted; 10.7 % of rattle")
+    assert err.endswith("the same command goes on from there.\n")
+    spec = LongRun(problem="planar_pendulum", case="rotating", method="rattle", h=0.01)
+    ensemble = Ensemble(spec, 1, 600, tmp_path / "checkpoints")
+    assert ensemble.kept()[0].done == 64
+    assert daebench(*words)[0] == 0
+    kept, whole = ensemble.kept()[0], marched(spec, 600)
+    assert (kept.done, kept.numbers.tobytes()) == (600, whole.numbers().tobytes())
+    assert kept.windows.with_(kept.errors).table.tobytes() == whole.windows.with_(whole.waiting).table.tobytes()
+
+
+def test_an_interruption_before_the_first_sample_is_no_traceback(daebench, uncompiled, tmp_path, monkeypatch):
+    advance = Stream.advance
+
+    def stopped(self):
+        advance(self)
+        signal.raise_signal(signal.SIGINT)
+
+    monkeypatch.setattr(Stream, "advance", stopped)
+    status, out, err = daebench(*WORDS, "--stride", "100", "--out", tmp_path)
+    assert (status, err.startswith("daebench: interrupted; ")) == (130, True)
+    assert "too little to tell; take more steps. Told from no member; left out: 1 of 1 before the first sample." in out
+
+
+def test_sixteen_short_members_end_to_end(daebench, uncompiled, tmp_path):
+    words = ("long", "planar_pendulum", "--case", "horizontal", "--methods", "rattle", "--h", "0.02", "--steps", "400", "--stride", "4")
+    status, out, err = daebench(*words, "--ensemble", "16", "--workers", "1", "--out", tmp_path, "--json")
+    assert (status, err) == (0, "")
+    (run,) = json.loads(out)["runs"]
+    assert run["steps"] == [400] * 16
+    assert run["told_from"] == {"asked": 16, "begun": 16, "failed": 0, "told": 16, "until": 8.0, "whole": True}
+    assert (run["growth"]["members"], run["growth"]["verdict"] in run["verdict"]) == (16, True)
+    assert "16 members" in run["verdict"]
+    assert all(0 < row["spread"] < 1e-10 for row in run["windows"][4:])
+    status, out, _ = daebench(*words, "--ensemble", "17", "--workers", "1", "--out", tmp_path, "--dry-run")
+    assert (status, out.startswith("rattle: 17 x 400 steps, 400 of them to do; in about ")) == (0, True)
+
+
+def test_a_dry_run_whose_trial_fails_says_why(daebench, uncompiled, tmp_path):
+    words = ("long", "spherical_pendulum", "--case", "fig1.2", "--methods", "symplectic_euler", "--h", "0.625", "--steps", "1e4")
+    status, out, err = daebench(*words, "--out", tmp_path, "--dry-run")
+    assert (status, err) == (0, "")
+    assert "10000 of them to do; a trial stopped early: symplectic_euler on spherical_pendulum, case fig1.2, stopped at t = 0 " in out
+
+
+def test_a_method_above_the_problem_is_refused(daebench, tmp_path):
+    status, _, err = daebench("long", "free_rigid_body", "--methods", "lifted:rattle", "--h", "0.1", "--out", tmp_path)
+    assert (status, err.count("\n")) == (2, 1)
+    assert "lifted:rattle keeps its state above the problem" in err
+
+
+def test_a_member_that_stops_early_says_why_and_keeps_its_windows(daebench, uncompiled, tmp_path):
+    words = ("long", "spherical_pendulum", "--case", "fig1.2", "--methods", "rk4", "--h", "0.4", "--steps", "2000", "--stride", "2")
+    status, out, err = daebench(*words, "--out", tmp_path)
+    assert (status, err) == (1, "")
+    assert "member 0: rk4 on spherical_pendulum, case fig1.2: the energy is beyond 1e+140 at t = " in out
+    assert "Its windows so far are kept." in out
+    (file,) = tmp_path.glob("*-members.csv")
+    assert len(file.read_text().splitlines()) > 3
+
+
+@pytest.mark.parametrize(
+    ("words", "says"),
+    [
+        (("--methods", "ida:index2"), "chooses its steps itself"),
+        (("--steps", "1.5"), "must be a whole number"),
+        (("--steps", "nan"), "must be a whole number"),
+        (("--h", "0"), "h = 0 must be greater than 0"),
+        (("--stride", "0"), "stride = 0 must be at least one step"),
+        (("--stride", "1001"), "at most the 1000 steps"),
+        (("--ensemble", "0"), "give at least 1"),
+        (("--workers", "0"), "--workers 0 must be at least 1"),
+        (("--precision", "half"), "unknown precision 'half'"),
+        (("--case", "upside"), "unknown case of planar_pendulum 'upside'"),
+        (("--methods", "ratle"), "did you mean rattle"),
+    ],
+    ids=lambda each: " ".join(each) if isinstance(each, tuple) else "",
+)
+def test_bad_input_is_one_sentence(words, says, daebench, tmp_path):
+    status, out, err = daebench(*WORDS, *words, "--out", tmp_path / "new")
+    assert (status, out) == (2, "")
+    assert says in err
+    assert err.count("\n") == 1
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("numbers", [(signal.SIGKILL, signal.SIGTERM, signal.SIGINT)], ids=["kill, term, ctrl-c"])
+def test_an_ensemble_that_is_ended_in_any_way_goes_on_to_the_same_bits(numbers, tmp_path, monkeypatch):
+    words = ["long", "planar_pendulum", "--case", "rotating", "--methods", "rattle", "--h", "0.01", "--steps", "6e7"]
+    words += ["--ensemble", "3", "--workers", "2"]
+    ended = [_ended(number, [*words, "--out", str(tmp_path / "left")]) for number in numbers]
+    assert ended == [-9, 130, 130]
+    for out in ("left", "whole"):
+        subprocess.run([sys.executable, "-m", "daebench", *words, "--out", str(tmp_path / out)], check=True, capture_output=True)
+    spec = LongRun(problem="planar_pendulum", case="rotating", method="rattle", h=0.01)
+    left, whole = (Ensemble(spec, 3, 6 * 10**7, tmp_path / out / "checkpoints").kept() for out in ("left", "whole"))
+    for k in range(3):
+        assert left[k].numbers.tobytes() == whole[k].numbers.tobytes()
+        assert left[k].windows.table.tobytes() == whole[k].windows.table.tobytes()
+        assert left[k].blocks.means.tobytes() == whole[k].blocks.means.tobytes()
+
+
+def _ended(number, words):
+    """Start the command, end it as soon as a checkpoint is there that was not, and return its status."""
+    folder = Path(words[-1]) / "checkpoints"
+    before = _stamps(folder)
+    process = subprocess.Popen(
+        [
+            sys.executable,
+            "-c",
+            "import daebench.studies.long.ensemble as e; e.SECONDS = 0.2; from daebench.cli.app import main; main()",
+            *words,
+        ],
+        env=os.environ | {"PYTHONPATH": os.pathsep.join(sys.path)},
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+    )
+    deadline = time.monotonic() + 120
+    while time.monotonic() < deadline and process.poll() is None and _stamps(folder) == before:
+        time.sleep(0.02)
+    process.send_signal(number)
+    process.communicate(timeout=60)
+    return process.returncode
+
+
+def _stamps(folder):
+    return {path.name: path.stat().st_mtime_ns for path in folder.glob("*.npz") if not path.name.startswith(".")}

@@ -1,0 +1,81 @@
+"""What became of a run, in one word."""
+
+import math
+from dataclasses import replace
+
+import pandas as pd
+import pytest
+
+from daebench.methods.fixed_step.stepping import REASONS
+from daebench.studies.grid.cell import Cell
+from daebench.studies.grid.measure import row_of
+from daebench.studies.grid.outcomes import OUTCOMES, TOLD, outcome_of, varied_runs
+
+pytestmark = pytest.mark.usefixtures("uncompiled_schemes")
+
+FAST = {"problem": "spherical_pendulum", "case": "fig1.2", "t_end": 20.0}
+RUNS = {
+    "fine": {**FAST, "method": "rattle", "value": 0.01},
+    "coarse": {**FAST, "method": "symplectic_euler", "value": 0.05, "t_end": 10.0, "parameters": (("gravity", 100.0),)},
+    "wrong branch": {**FAST, "method": "rattle", "value": 10 / 128, "t_end": 10.0, "parameters": (("gravity", 10**1.75),)},
+    "off the manifold": {**FAST, "method": "se", "value": 0.003, "t_end": 3.0},
+    "no solution": {**FAST, "method": "rattle", "value": 2.0},
+    "rank lost": {"problem": "slider_crank", "case": "lock_up", "t_end": 2.0, "method": "rattle", "value": 0.01},
+    "blown up": {**FAST, "method": "midpoint", "value": 1e200, "t_end": 1e202},
+}
+
+
+@pytest.mark.parametrize("word", RUNS)
+def test_a_run_is_called_what_it_is(word):
+    cell = Cell(metrics=("energy", "manifold", "jump"), outputs=10_000, **RUNS[word])
+    row = row_of(cell)
+    assert outcome_of(cell, row) == word, row
+    assert word in OUTCOMES
+
+
+SIZES = {1e-12: "fine", 0.09: "fine", 0.11: "coarse", 0.99: "coarse", 1.01: "lost", 1e6: "lost", math.inf: "lost"}
+
+
+@pytest.mark.parametrize("verdict", ["kept", "bounded", "undetermined", "drifts"])
+@pytest.mark.parametrize("size", SIZES)
+def test_a_run_is_called_by_the_size_of_its_error_whatever_its_trend(size, verdict):
+    row = {"failure": "", "g": 0.0, "energy_size": size, "energy_scale": 10.0, "energy_error": 10 * size, "energy_verdict": verdict}
+    cell = Cell(metrics=("energy", "manifold"), **RUNS["fine"])
+    assert outcome_of(cell, row) == SIZES[size]
+
+
+def test_an_accurate_run_that_drifts_is_fine_and_its_trend_is_told_apart():
+    """RK4 with projection: it drifts at every step size, by less than the oscillation of RATTLE."""
+    cells = [
+        Cell(
+            metrics=("energy", "manifold", "jump"),
+            outputs=2000,
+            **{**FAST, "method": name, "value": 0.005, "parameters": (("gravity", 1.0),)},
+        )
+        for name in ("rattle", "rk4+proj")
+    ]
+    table = varied_runs(cells, "gravity", lambda each: pd.DataFrame([row_of(cell) for cell in each]))
+    assert table["outcome"].tolist() == ["fine", "fine"]
+    assert table["trend"].tolist() == ["bounded", "drifts"]
+    assert table["size"][1] < table["size"][0] / 10
+
+
+@pytest.mark.parametrize("word", sorted(set(OUTCOMES) - {"fine", "coarse", "lost"}))
+def test_a_run_that_came_to_no_end_on_the_manifold_has_no_trend(word, monkeypatch):
+    monkeypatch.setattr("daebench.studies.grid.outcomes.outcome_of", lambda cell, row: word)
+    cell = Cell(metrics=("energy", "manifold"), parameters=(("gravity", 1.0),), **RUNS["fine"])
+    row = {"energy_size": 1.0, "energy_scale": 1.0, "energy_error": 1.0, "energy_verdict": "drifts"}
+    assert varied_runs([cell], "gravity", lambda cells: pd.DataFrame([row]))["trend"].tolist() == [""]
+
+
+def test_a_slope_over_two_oscillations_is_no_drift():
+    cell = Cell(problem="planar_pendulum", case="rotating", method="rattle", value=0.01, t_end=4.0, metrics=("energy", "manifold"))
+    row = row_of(replace(cell, parameters=(("gravity", 0.01),)))
+    assert row["energy_verdict"] == "undetermined"
+    assert outcome_of(cell, row) == "fine"
+
+
+def test_every_reason_of_a_scheme_has_a_word():
+    for status, (reason, _) in REASONS.items():
+        sentence = f"rattle stopped at t = 1: {reason.format(sweeps=100, relaxations=1000, residual=1.0)}; do something."
+        assert [word for text, word in TOLD.items() if text in sentence], status

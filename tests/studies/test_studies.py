@@ -1,0 +1,554 @@
+"""Studies: grids are checked before the first run, numbers are those of the runs, and what was computed is never computed again."""
+
+import json
+import math
+import os
+import signal
+import sqlite3
+import subprocess
+import sys
+import textwrap
+import time
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import closing
+from dataclasses import dataclass, replace
+
+import numpy as np
+import pytest
+from own_files import ORBIT, RING
+
+from daebench.errors import BadInput
+from daebench.methods import run as api
+from daebench.methods.fixed_step.constrained import FixedStep
+from daebench.methods.fixed_step.poisson import PoissonStep
+from daebench.problems import planar_pendulum
+from daebench.reference.keep.store import load
+from daebench.studies.grid import cell as cells
+from daebench.studies.grid.cell import Cell
+from daebench.studies.grid.cell_key import key_of, require_possible
+from daebench.studies.grid.measure import row_of
+from daebench.studies.grid.metrics import METRICS
+from daebench.studies.grid.schedulers import dask_cluster
+from daebench.studies.grid.store import LAYOUT, Kept, Store, StoreFull, opened
+from daebench.studies.grid.study import Study
+from daebench.systems.files import package as package_files
+
+PENDULUM = {"problem": "planar_pendulum", "cases": ["rotating"], "t_end": 4.0}
+
+
+@dataclass(frozen=True)
+class Uncompiled(FixedStep):
+    """A fixed-step method run as Python."""
+
+    compiled: bool = False
+
+
+@pytest.fixture(autouse=True)
+def uncompiled_schemes(monkeypatch):
+    monkeypatch.setattr("daebench.methods.names_tables.FixedStep", Uncompiled)
+
+
+@pytest.fixture
+def store(tmp_path):
+    with opened(tmp_path / "rows.db") as found:
+        yield found
+
+
+def study(**more):
+    return Study(**{**PENDULUM, "methods": ["rattle"], "values": {"h": [1 / 16, 1 / 32]}, **more})
+
+
+def one(**more):
+    given = {"problem": "planar_pendulum", "case": "rotating", "method": "rattle", "value": 1 / 16, "t_end": 4.0, "metrics": ("energy",)}
+    return Cell(**{**given, **more})
+
+
+def kept(key, row, cell=(), maker=""):
+    return Kept(key, dict(cell), row, maker, 0.0)
+
+
+# ---- the grid
+
+
+def test_a_grid_is_every_method_with_its_own_values_on_every_case_and_parameter():
+    found = study(
+        methods=["rattle", "scipy:DOP853", "lobatto3"],
+        values={"h": [0.1, 0.05], "tol": [1e-6], "lobatto3": [0.2]},
+        cases=["rotating", "near_top"],
+        parameters={"gravity": [1.0, 2.0, 3.0]},
+        precisions=["float64"],
+    ).cells()
+    assert len(found) == (2 + 1 + 1) * 2 * 3
+    assert {(each.method, each.value) for each in found} == {("rattle", 0.1), ("rattle", 0.05), ("scipy:DOP853", 1e-6), ("lobatto3", 0.2)}
+    assert {each.parameters for each in found} == {(("gravity", x),) for x in (1.0, 2.0, 3.0)}
+
+
+def test_the_ways_to_compute_are_an_axis():
+    found = study(precisions=["float64", "float32", "compensated", "sweeps=2", "newton=1e-6"], values={"h": [0.1]}).cells()
+    told = [(each.precision, each.compensated, each.sweeps, each.newton) for each in found]
+    assert told == [
+        ("float64", False, 0, 0.0),
+        ("float32", False, 0, 0.0),
+        ("float64", True, 0, 0.0),
+        ("float64", False, 2, 0.0),
+        ("float64", False, 0, 1e-6),
+    ]
+
+
+def test_options_go_to_the_methods_that_have_them_and_others_may_be_beside():
+    found = study(
+        methods=["generalized_alpha", "ida:index1", "scipy:DOP853", "ida:baumgarte"],
+        values={"h": [1 / 16], "tol": [1e-6]},
+        options={"rho_inf": 0.5, "alpha": 3.0},
+    )
+    told = {cell.method: cell.options for cell in found.cells()}
+    assert told == {
+        "generalized_alpha": (("rho_inf", 0.5),),
+        "ida:index1": (),
+        "scipy:DOP853": (),
+        "ida:baumgarte": (("alpha", 3.0),),
+    }
+
+
+CONTRADICTIONS = {
+    "less than no repetitions": ({"repeat": -1}, "repeat = -1 must be 0 or more"),
+    "half a repetition": ({"repeat": 1.5}, "repeat = 1.5 must be a whole number"),
+    "no sweeps": ({"precisions": ["sweeps=0"]}, "unknown precision 'sweeps=0'"),
+    "no tolerance": ({"precisions": ["newton=small"]}, "unknown precision 'newton=small'"),
+    "no methods": ({"methods": []}, "methods of a study is empty"),
+    "a word": ({"methods": "rattle"}, "must be several, in a list, not 'rattle'"),
+    "twice": ({"values": {"h": [0.1, 0.05, 0.1]}}, r"values of h of a study has 0\.1 twice"),
+    "no values": ({"values": {}}, "rattle needs values of h"),
+    "useless values": ({"values": {"h": [0.1], "tol": [1e-6]}}, "values of tol are of no use to rattle"),
+    "no number": ({"values": {"h": ["small"]}}, "'small'"),
+    "negative": ({"values": {"h": [-0.1]}}, "-0.1"),
+    "unknown metric": ({"metrics": ["enrgy"]}, "unknown metric 'enrgy'; did you mean energy"),
+    "unknown method": ({"methods": ["ratle"]}, "did you mean rattle"),
+    "unknown case": ({"cases": ["rotatin"]}, "did you mean rotating"),
+    "unknown parameter": ({"parameters": {"gravty": [1.0]}}, "gravty"),
+    "unknown precision": ({"precisions": ["float16"]}, "unknown precision 'float16'"),
+    "no reference": (
+        {"problem": "lotka_volterra_3d", "cases": ["blow_up"], "methods": ["strang"], "metrics": ["y"], "t_end": 3.0},
+        "the error y needs a certified reference that fits, or a finer run, and there is neither: ",
+    ),
+    "no steps": ({"methods": ["scipy:DOP853"], "values": {"tol": [1e-6]}, "metrics": ["defect"]}, "defect is of methods with fixed steps"),
+    "other kind": ({"metrics": ["y"]}, "y is not measured on planar_pendulum, which is a constrained problem"),
+    "refused": ({"problem": "andrews_squeezer", "cases": ["bari"], "methods": ["shake"]}, "shake needs H"),
+    "an end": ({"t_end": 0.0}, "t_end"),
+}
+
+
+@pytest.mark.parametrize(("more", "sentence"), CONTRADICTIONS.values(), ids=CONTRADICTIONS)
+def test_a_contradiction_is_told_before_anything_is_run(more, sentence, monkeypatch):
+    monkeypatch.setattr("daebench.studies.grid.measure.row_of", lambda cell: pytest.fail("run"))
+    with pytest.raises(BadInput, match=sentence):
+        study(**more).cells()
+
+
+# ---- the numbers
+
+
+OWN = {
+    "parameter": {"parameters": {"gravity": [3.0]}},
+    "beyond the reference": {"t_end": 101.0, "values": {"h": [101 / 8192]}},
+    "no reference": {"problem": "torus", "cases": ["inner"]},
+    "a file": {"problem": "./ring.py", "cases": ["turning"]},
+    "poisson": {"problem": "lotka_volterra", "cases": ["4,2"], "methods": ["strang"], "metrics": ["y"], "parameters": {"b": [2.5]}},
+}
+
+
+@pytest.mark.usefixtures("plain_functions")
+@pytest.mark.parametrize("more", OWN.values(), ids=OWN)
+def test_without_a_certified_reference_errors_are_against_a_finer_run_with_its_bound(folder, more, monkeypatch):
+    """The oracle is RATTLE or the splitting itself with much smaller steps, by Richardson of order 2."""
+    text = (folder / "ring.py").read_text()
+    (folder / "ring.py").write_text(text.replace("        closed_form=closed_form,\n", ""))
+    monkeypatch.setattr("daebench.methods.names_tables.PoissonStep", lambda *a, **k: PoissonStep(*a, **k | {"compiled": False}))
+    (cell,) = study(**{"metrics": ["q"], "values": {"h": [1 / 64]}, "t_end": 2.0} | more).cells()
+    row = row_of(cell)
+    letter = "y" if "y" in cell.metrics else "q"
+    assert (row["failure"], row["reference"][:8]) in {("", "own fine"), ("", "closed f")}
+    assert 0 < row[f"bound_{letter}"] < 1e-3 * row[f"error_{letter}"]
+    states = [getattr(cell.at(cell.value / k).solver.solve(cell.ivp, _same_outputs(cell, k)), letter) for k in (1, 8, 16)]
+    true = (4 * states[2] - states[1]) / 3
+    assert row[f"error_{letter}"] == pytest.approx(np.abs(states[0] - true).max(), rel=1e-2)
+
+
+def _same_outputs(cell, k):
+    asked = cell.asked("h")
+    return replace(asked, value=cell.value / k, every=k * asked.every)
+
+
+def test_errors_are_those_against_the_reference_and_have_its_bounds():
+    row = row_of(one(metrics=("q", "p", "lam", "manifold")))
+    run = api.run("planar_pendulum", case="rotating", method="rattle", h=1 / 16, t_end=4.0, multipliers=True)
+    truth = load("planar_pendulum-rotating")
+    at, rows = np.arange(0, 65, 2), slice(0, 33)
+    assert np.array_equal(run.t[at], truth.t[rows])
+    for part in ("q", "p", "lam"):
+        assert row[f"error_{part}"] == pytest.approx(np.abs(getattr(run, part)[at] - truth.values[part][rows]).max(), rel=1e-12)
+        assert 0 < row[f"bound_{part}"] < 1e-15
+    assert row["g"] == run.maxima["g"]
+    assert (row["steps"], row["t_reached"], row["failure"]) == (64, 4.0, "")
+    assert row["n_solve"] == run.work["solve"]
+
+
+def test_the_phase_is_the_time_by_which_a_motion_is_late(monkeypatch):
+    late = 1e-4
+
+    def slow(self, ivp, request):
+        t = np.arange(33) / 8
+        y0 = [float(x) for x in (*ivp.q0, *ivp.p0)]
+        rows = [planar_pendulum.closed_form(x * (1 - late), y0[:2], y0[2:], ivp.parameters) for x in t]
+        q, p = (np.array([[float(x) for x in row[k]] for row in rows]) for k in (0, 1))
+        return replace(real(self, ivp, request), t=t, q=q, p=p)
+
+    real = FixedStep.solve
+    monkeypatch.setattr(FixedStep, "solve", slow)
+    assert row_of(one(metrics=("phase",)))["phase"] == pytest.approx(4 * late, rel=1e-3)
+
+
+def test_a_run_that_tells_nothing_shows_no_number():
+    failed = row_of(one(problem="spherical_pendulum", case="fig1.2", value=2.0, t_end=50.0, metrics=("energy", "manifold")))
+    assert "stopped at t" in failed["failure"]
+    two = row_of(one(outputs=1))
+    assert "2 states tell nothing" in two["failure"]
+    for row in (failed, two):
+        assert all(math.isnan(row[name]) for name in ("energy_error", "energy_slope", "growth"))
+    assert math.isnan(failed["g"])
+
+
+def test_the_two_form_is_measured_over_several_steps():
+    kept, lost = (row_of(one(method=name, metrics=("defect",)))["defect"] for name in ("rattle", "rk4"))
+    assert kept < 1e-12
+    assert lost > 1e-8
+
+
+def test_newton_that_is_ended_early_loses_the_two_form_by_as_much_as_sweeps_are_missing():
+    fast = {"problem": "spherical_pendulum", "case": "fig1.2", "value": 1 / 64, "metrics": ("defect", "manifold")}
+    whole, one_, two, loose = (row_of(one(**fast, **how)) for how in ({}, {"sweeps": 1}, {"sweeps": 2}, {"newton": 1e-4}))
+    assert whole["defect"] < 1e-14 < 1e3 * two["defect"] < one_["defect"]
+    assert whole["n_newton"] > two["n_newton"] == 2 * one_["n_newton"] == 2 * one_["steps"]
+    assert one_["g"] > 1e3 * two["g"] > 1e6 * whole["g"]
+    assert loose["defect"] > 1e3 * whole["defect"]
+    with pytest.raises(BadInput, match="not in scipy:DOP853"):
+        require_possible(one(method="scipy:DOP853", value=1e-6, sweeps=1))
+
+
+def test_a_poisson_system_has_its_own_metrics():
+    row = row_of(one(problem="lotka_volterra", case="4,2", method="strang", metrics=("y", "energy", "defect")))
+    assert 1e-6 < row["error_y"] < 1
+    assert row["defect"] < 1e-12
+
+
+@pytest.mark.parametrize("name", ["steps", "g", "n_rhs"])
+def test_a_parameter_that_is_called_like_a_column_is_refused(name):
+    with pytest.raises(BadInput, match=f"^{name} of planar_pendulum has the name of another column .*; rename it to study it.$"):
+        require_possible(one(parameters=((name, 1.0),), metrics=("manifold",)))
+
+
+def test_time_is_the_best_of_several_runs_and_only_where_it_is_asked_for():
+    assert math.isnan(row_of(one())["seconds"])
+    assert row_of(one(repeat=2))["seconds"] > 0
+
+
+def test_a_metric_of_fixed_steps_is_not_a_number_for_the_other_methods_of_a_study(store):
+    mixed = study(methods=["rattle", "scipy:DOP853"], values={"h": [1 / 16], "tol": [1e-6]}, metrics=["energy", "defect"])
+    table = mixed.table(store).set_index("method")
+    assert (table["failure"] == "").all()
+    assert table["defect"]["rattle"] < 1e-12
+    assert math.isnan(table["defect"]["scipy:DOP853"])
+
+
+def test_every_metric_fills_the_columns_it_names():
+    for metric in METRICS.values():
+        place = {} if metric.constrained else {"problem": "lotka_volterra", "case": "4,2", "method": "strang"}
+        row = row_of(one(metrics=(metric.name,), **place))
+        assert row["failure"] == ""
+        assert set(metric.columns) <= set(row)
+
+
+# ---- what is kept
+
+
+def test_what_was_computed_is_not_computed_again(store, monkeypatch):
+    first = study().table(store)
+    monkeypatch.setattr("daebench.studies.grid.measure.row_of", lambda cell: pytest.fail("computed again"))
+    again = study().table(store)
+    assert again.equals(first)
+    assert list(again["value"]) == [1 / 16, 1 / 32]
+
+
+MOVES = {
+    "another folder": ("b", "own.py"),
+    "another name": ("a", "bead.py"),
+    "a folder within": ("b/c", "own.py"),
+}
+
+
+@pytest.mark.parametrize("helped", [False, True], ids=["alone", "with a file beside it"])
+@pytest.mark.parametrize(("text", "case"), [(RING, "turning"), (ORBIT, "even")], ids=["constrained", "poisson"])
+@pytest.mark.parametrize(("place", "name"), MOVES.values(), ids=MOVES)
+def test_a_problem_file_that_is_moved_loses_no_row(store, tmp_path, monkeypatch, place, name, text, case, helped):
+    own = tmp_path / "a" / "own.py"
+    own.parent.mkdir()
+    own.write_text(text.replace("import sympy as sp\n", "import sympy as sp\nimport speeds_of_own\n", 1) if helped else text)
+    (own.parent / "speeds_of_own.py").write_text("SPEED = 1\n")
+    grid = {"cases": [case], "methods": ["rattle" if case == "turning" else "midpoint"], "anyway": case == "even"}
+    first = study(problem=str(own), **grid).table(store)
+    moved = tmp_path / place / name
+    moved.parent.mkdir(parents=True, exist_ok=True)
+    own.rename(moved)
+    if moved.parent != own.parent:
+        (own.parent / "speeds_of_own.py").rename(moved.with_name("speeds_of_own.py"))
+    monkeypatch.setattr("daebench.studies.grid.measure.row_of", lambda cell: pytest.fail("computed again"))
+    again = study(problem=str(moved), **grid).table(store)
+    assert set(again["problem"]) == {str(moved)}
+    assert again.drop(columns="problem").equals(first.drop(columns="problem"))
+
+
+CHANGES = {
+    "the file": lambda own: own.write_text(own.read_text().replace("mass: float = 2.0", "mass: float = 2.5")),
+    "an imported file": lambda own: own.with_name("speeds_of_own.py").write_text("SPEED = 4\n"),
+    "a file that it reads": lambda own: own.with_name("speed.txt").write_text("4"),
+}
+
+
+@pytest.mark.parametrize("change", CHANGES.values(), ids=CHANGES)
+def test_a_problem_file_that_is_moved_and_changed_has_other_rows(tmp_path, change):
+    text = RING.replace("import mpmath", "from pathlib import Path\n\nimport speeds_of_own\nimport mpmath", 1)
+    text = text.replace("(3 * m, 0)", "(speeds_of_own.SPEED * int((Path(__file__).parent / 'speed.txt').read_text()) * m, 0)")
+    keys = []
+    for folder in ("a", "b", "c"):
+        own = tmp_path / folder / "own.py"
+        own.parent.mkdir()
+        own.write_text(text)
+        own.with_name("speeds_of_own.py").write_text("SPEED = 3\n")
+        own.with_name("speed.txt").write_text("1")
+        if folder == "c":
+            change(own)
+        keys.append(key_of(one(problem=str(own), case="turning")))
+    assert keys[0] == keys[1] != keys[2]
+
+
+def test_a_wider_grid_computes_what_is_missing_alone(store, monkeypatch):
+    study().table(store)
+    seen = []
+    monkeypatch.setattr("daebench.studies.grid.measure.row_of", lambda cell: seen.append(cell.value) or row_of(cell))
+    found = study(values={"h": [1 / 8, 1 / 16, 1 / 32, 1 / 64]}).table(store)
+    assert seen == [1 / 8, 1 / 64]
+    assert list(found["value"]) == [1 / 8, 1 / 16, 1 / 32, 1 / 64]
+
+
+@pytest.mark.parametrize(
+    "more",
+    [
+        {"value": 1 / 32},
+        {"t_end": 5.0},
+        {"method": "lobatto2"},
+        {"case": "near_top"},
+        {"parameters": (("gravity", 2.0),)},
+        {"metrics": ("energy", "manifold")},
+        {"precision": "float32"},
+        {"compensated": True},
+        {"outputs": 32},
+        {"repeat": 3},
+        {"beside": True},
+        {"sweeps": 1},
+        {"newton": 1e-6},
+        {"on_singular": "continue"},
+    ],
+    ids=lambda more: next(iter(more)),
+)
+def test_all_that_decides_a_run_is_in_its_key(more):
+    assert key_of(one(**more)) != key_of(one())
+    assert key_of(one(**more)) == key_of(one(**more))
+
+
+def test_code_and_versions_are_in_the_key(monkeypatch):
+    before = key_of(one())
+    monkeypatch.setattr("daebench.studies.grid.cell_key.made_by", lambda: "another version")
+    assert key_of(one()) != before
+
+
+def test_the_code_of_linked_folders_is_in_what_numbers_are_made_by(tmp_path, monkeypatch):
+    here = cells._files()
+    assert {"studies/cell.py", "daebench/methods/solvers/drive.py", "reference/keep/store.py", "problems/torus.py"} <= set(here)
+    assert not any(name.startswith(("cli/", "reports/")) for name in here)
+    assert len({file.resolve() for file in here.values()}) == len(here)
+    for name, file in here.items():
+        installed = tmp_path / "daebench" / name
+        installed.parent.mkdir(parents=True, exist_ok=True)
+        installed.write_bytes(file.read_bytes())
+    monkeypatch.setattr(package_files, "folder", lambda package: tmp_path.joinpath(*package.split(".")))
+    assert sorted(cells._files()) == sorted(here)
+
+
+def test_the_reference_is_in_the_key_of_what_is_measured_against_it(monkeypatch):
+    errors, energy = key_of(one(metrics=("q",))), key_of(one())
+    found = load("planar_pendulum-rotating")
+    other = replace(found, certificate={**found.certificate, "checksum": "another"})
+    monkeypatch.setattr("daebench.reference.keep.store.find", lambda problem, case: other)
+    assert key_of(one(metrics=("q",))) != errors
+    assert key_of(one()) == energy
+
+
+def test_a_reference_is_read_once_for_many_runs(monkeypatch):
+    read = []
+    found = load("planar_pendulum-rotating")
+    monkeypatch.setattr("daebench.reference.keep.store.find", lambda problem, case: read.append(case) or found)
+    study(metrics=["q", "phase"], values={"h": [1 / 8, 1 / 16, 1 / 32]}).cells()
+    assert not math.isnan(row_of(one(metrics=("q", "phase")))["error_q"])
+    assert read == ["rotating"]
+
+
+def test_runs_that_may_be_timed_beside_others_are_other_runs():
+    beside = study(repeat=2, beside=True).cells()
+    assert {key_of(each) for each in beside}.isdisjoint(key_of(each) for each in study(repeat=2).cells())
+    assert [key_of(each) for each in study(beside=True).cells()] == [key_of(each) for each in study().cells()]
+
+
+def test_a_cell_goes_through_json_unchanged():
+    cell = one(parameters=(("gravity", 2.0),), options=(("rho_inf", 0.5),))
+    assert Cell.of_plain(json.loads(json.dumps(cell.plain()))) == cell
+    with pytest.raises(BadInput, match="a cell has no colour"):
+        Cell.of_plain(cell.plain() | {"colour": "red"})
+
+
+def test_numbers_that_json_does_not_have_come_back(store):
+    row = {"a": math.nan, "b": math.inf, "c": -math.inf, "d": 0.1, "e": "word", "f": 3, "g": None}
+    store.put([kept("key", row)])
+    found = store.get("key")
+    assert math.isnan(found.pop("a"))
+    assert found == {name: value for name, value in row.items() if name != "a"}
+
+
+def test_a_file_of_something_else_is_refused(tmp_path):
+    text, base = tmp_path / "text.db", tmp_path / "other.db"
+    text.write_text("no database at all, but long enough to be taken for one" * 20)
+    with sqlite3.connect(base) as other:
+        other.execute("CREATE TABLE books (name TEXT)")
+    other.close()
+    for path, sentence in ((text, "is no store"), (base, "database of something else")):
+        with pytest.raises(BadInput, match=sentence):
+            Store(path)
+    assert text.read_text().startswith("no database")
+
+
+@pytest.mark.parametrize(("step", "age"), [(1, "a newer"), (-1, "an older")], ids=["newer", "older"])
+def test_a_file_of_another_layout_is_refused_and_left_as_it_is(tmp_path, step, age):
+    path = tmp_path / "rows.db"
+    Store(path).close()
+    with closing(sqlite3.connect(path)) as other:
+        other.execute(f"PRAGMA user_version = {LAYOUT + step}")
+    with pytest.raises(BadInput, match=f"written by {age} daebench .*name another file"):
+        Store(path)
+    with closing(sqlite3.connect(path)) as other:
+        assert other.execute("PRAGMA user_version").fetchone() == (LAYOUT + step,)
+
+
+def test_rows_of_other_versions_are_told_from_those_of_other_cells(store, monkeypatch):
+    study(values={"h": [1 / 16, 1 / 32]}).table(store)
+    monkeypatch.setattr(cells, "made_by", lambda: "another version")
+    monkeypatch.setattr("daebench.studies.grid.cell_key.made_by", lambda: "another version")
+    wanted = {key_of(each): each.plain() for each in study(values={"h": [1 / 32, 1 / 64]}).cells()}
+    assert store.outdated(wanted) == 1
+    study(values={"h": [1 / 32, 1 / 64]}).table(store)
+    assert (store.outdated(wanted), len(store)) == (0, 4)
+
+
+def test_a_full_disk_keeps_what_there_is(store):
+    store.put([kept("one", {"a": 1})])
+    store._base.execute(f"PRAGMA max_page_count = {store._base.execute('PRAGMA page_count').fetchone()[0]}")
+    with pytest.raises(StoreFull, match="the 1 rows in it are kept: make room"):
+        store.put([kept("small", {"b": 2}), kept("two", {"text": "x" * 50_000})])
+    assert store.get("one") == {"a": 1}
+    assert store.get("small") is None
+
+
+def test_another_executor_gives_the_same_rows(store, tmp_path):
+    with ThreadPoolExecutor(2) as pool:
+        found = study().table(store, executor=pool)
+    with opened(tmp_path / "other.db") as other:
+        assert found.equals(study().table(other))
+
+
+def test_progress_tells_each_cell_that_is_computed(store):
+    told = []
+    study().table(store, tell=lambda done, of, cell: told.append((done, of, cell.value)))
+    assert told == [(1, 2, 1 / 16), (2, 2, 1 / 32)]
+
+
+@pytest.mark.slow
+def test_a_study_that_is_killed_keeps_what_was_done_and_goes_on(tmp_path, monkeypatch):
+    monkeypatch.setattr("daebench.methods.names_tables.FixedStep", FixedStep)
+    path = tmp_path / "rows.db"
+    program = f"""
+    from pathlib import Path
+    from daebench.studies.grid.study import Study
+    from daebench.studies.grid.store import opened
+    from daebench.studies.grid.schedulers import local_processes
+    if __name__ == "__main__":
+        values = [1 / k for k in range(16, 400)]
+        study = Study(problem="planar_pendulum", methods=["rattle"], values={{"h": values}}, t_end=50.0)
+        with opened(Path({str(path)!r})) as store, local_processes(2) as pool:
+            study.table(store, executor=pool)
+    """
+    (tmp_path / "program.py").write_text(textwrap.dedent(program))
+    process = subprocess.Popen(
+        [sys.executable, tmp_path / "program.py"], env=os.environ | {"PYTHONPATH": os.pathsep.join(sys.path)}, start_new_session=True
+    )
+    deadline = time.monotonic() + 120
+    while time.monotonic() < deadline and process.poll() is None:
+        time.sleep(0.05)
+        if path.exists():
+            with sqlite3.connect(path, timeout=10) as base:
+                if (
+                    base.execute("SELECT count(*) FROM sqlite_master").fetchone()[0]
+                    and base.execute("SELECT count(*) FROM rows").fetchone()[0] > 5
+                ):
+                    break
+            base.close()
+    os.killpg(process.pid, signal.SIGKILL)
+    process.wait()
+    with opened(path) as store:
+        done = len(store)
+        assert done > 5
+        values = [1 / k for k in range(16, 400)]
+        seen = []
+        whole = Study(problem="planar_pendulum", methods=["rattle"], values={"h": values}, t_end=50.0)
+        found = whole.table(store, tell=lambda _, of, cell: seen.append(of))
+        assert len(found) == len(values)
+        assert len(seen) == len(values) - done
+
+
+@pytest.mark.slow
+@pytest.mark.filterwarnings("ignore::ResourceWarning", "ignore::DeprecationWarning", "ignore::pytest.PytestUnraisableExceptionWarning")
+def test_a_cluster_gives_the_same_rows_though_a_worker_is_killed(store, tmp_path, monkeypatch):
+    distributed = pytest.importorskip("distributed", reason="the extra scale is not installed")
+    monkeypatch.setattr("daebench.methods.names_tables.FixedStep", FixedStep)
+    wide = study(values={"h": [1 / k for k in range(16, 216)]}, t_end=200.0)
+    with distributed.LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=":0") as cluster:
+        killed = []
+
+        def tell(done, of, cell):
+            if done == 20:
+                worker = next(iter(cluster.workers.values()))
+                killed.append(worker.pid)
+                os.kill(worker.pid, signal.SIGKILL)
+
+        with dask_cluster(cluster.scheduler_address) as executor:
+            found = wide.table(store, executor=executor, tell=tell)
+    assert len(killed) == 1
+    with opened(tmp_path / "other.db") as other:
+        assert found.equals(wide.table(other))
+
+
+def test_a_scheduler_that_is_not_there_is_said(monkeypatch):
+    pytest.importorskip("distributed", reason="the extra scale is not installed")
+    monkeypatch.setattr("daebench.studies.grid.schedulers.REACHED_SECONDS", 0.5)
+    with (
+        pytest.raises(BadInput, match=r"there is no Dask scheduler at tcp://127\.0\.0\.1:1.*start one by"),
+        dask_cluster("tcp://127.0.0.1:1"),
+    ):
+        pass

@@ -1,0 +1,123 @@
+"""A Dask cluster behind TLS: who shows a certificate of its authority gets in, and nobody else."""
+
+import shutil
+import subprocess
+
+import pytest
+
+from daebench.cli.executors import Executors
+from daebench.errors import BadInput
+from daebench.studies.grid.schedulers import dask_cluster
+from daebench.studies.grid.tls import OPTIONS, Tls, security
+
+distributed = pytest.importorskip("distributed", reason="the extra scale is not installed")
+
+pytestmark = pytest.mark.skipif(shutil.which("openssl") is None, reason="there is no openssl to make certificates with")
+
+
+def authority(folder):
+    """Make an authority and a certificate that it has signed; return the three files."""
+    folder.mkdir()
+
+    def openssl(*words):
+        subprocess.run(["openssl", *words], cwd=folder, check=True, capture_output=True)
+
+    new = ("-newkey", "rsa:2048", "-nodes")
+    openssl("req", "-x509", *new, "-keyout", "ca.key", "-out", "ca.pem", "-subj", "/CN=authority", "-days", "2")
+    openssl("req", *new, "-keyout", "own.key", "-out", "own.csr", "-subj", "/CN=member")
+    openssl("x509", "-req", "-in", "own.csr", "-CA", "ca.pem", "-CAkey", "ca.key", "-CAcreateserial", "-out", "own.pem", "-days", "2")
+    (folder / "both.pem").write_text((folder / "own.pem").read_text() + (folder / "own.key").read_text())
+    return Tls(folder / "ca.pem", folder / "own.pem", folder / "own.key")
+
+
+@pytest.fixture(scope="module")
+def certificates(tmp_path_factory):
+    return authority(tmp_path_factory.mktemp("tls") / "own")
+
+
+@pytest.fixture(scope="module")
+def foreign(tmp_path_factory):
+    return authority(tmp_path_factory.mktemp("tls") / "foreign")
+
+
+@pytest.fixture
+def no_configuration(monkeypatch):
+    """Have Dask's configuration name no certificates."""
+    with configured(None, None, None):
+        yield
+
+
+def configured(ca_file, cert, key):
+    """Have Dask's configuration name these files."""
+    import dask
+
+    tls = {"ca-file": ca_file, "client.cert": cert, "client.key": key}
+    return dask.config.set({f"distributed.comm.tls.{name}": None if path is None else str(path) for name, path in tls.items()})
+
+
+@pytest.mark.slow
+@pytest.mark.filterwarnings("ignore::ResourceWarning", "ignore::DeprecationWarning", "ignore::pytest.PytestUnraisableExceptionWarning")
+def test_a_cluster_behind_tls_lets_in_its_own_and_nobody_else(certificates, foreign, no_configuration, monkeypatch):
+    monkeypatch.setattr("daebench.studies.grid.schedulers.REACHED_SECONDS", 20.0)
+    served = {"tls_scheduler_cert": certificates.cert, "tls_scheduler_key": certificates.key}
+    served |= {"tls_worker_cert": certificates.cert, "tls_worker_key": certificates.key}
+    served |= {"tls_client_cert": certificates.cert, "tls_client_key": certificates.key, "tls_ca_file": certificates.ca_file}
+    safe = distributed.Security(require_encryption=True, **{name: str(path) for name, path in served.items()})
+    cluster = distributed.LocalCluster(n_workers=1, threads_per_worker=1, dashboard_address=":0", protocol="tls", security=safe)
+    with cluster:
+        address = cluster.scheduler_address
+        assert address.startswith("tls://")
+        both = Tls(certificates.ca_file, certificates.cert.with_name("both.pem"))
+        for own in (certificates, both):
+            with dask_cluster(address, own) as executor:
+                assert executor.submit(pow, 2, 5).result(timeout=60) == 32
+        with configured(certificates.ca_file, certificates.cert, certificates.key), dask_cluster(address) as executor:
+            assert executor.submit(pow, 2, 6).result(timeout=60) == 64
+        monkeypatch.setattr("daebench.studies.grid.schedulers.REACHED_SECONDS", 3.0)
+        swapped = Tls(foreign.ca_file, certificates.cert, certificates.key)
+        strangers = [foreign, swapped, Tls(certificates.ca_file, foreign.cert, foreign.key)]
+        for where, each in [*((address, each) for each in strangers), (address.replace("tls://", "tcp://"), Tls())]:
+            with pytest.raises(BadInput, match="there is no Dask scheduler at"), dask_cluster(where, each):
+                pass
+
+
+def test_what_is_given_is_what_dask_is_given(certificates, no_configuration):
+    found = security("tls://a:1", certificates)
+    assert found.require_encryption
+    assert found.tls_ca_file == str(certificates.ca_file)
+    assert (found.tls_client_cert, found.tls_client_key) == (str(certificates.cert), str(certificates.key))
+    assert security("tcp://a:1", Tls()) is None
+
+
+def test_what_does_not_belong_together_is_a_sentence(certificates, foreign, no_configuration, tmp_path):
+    ca_file, cert, key = certificates.ca_file, certificates.cert, certificates.key
+    (tmp_path / "empty.pem").touch()
+    for files in ({"ca_file": ca_file}, {"cert": cert}, {"key": key}, {"cert": cert, "key": key}, {"ca_file": ca_file, "key": key}):
+        with pytest.raises(BadInput, match="--tls-ca-file and --tls-cert belong together"):
+            Tls(**files)
+    for files in ((tmp_path / "no.pem", cert, key), (ca_file, tmp_path, key), (ca_file, cert, tmp_path / "no.key")):
+        with pytest.raises(BadInput, match="there is no such file"):
+            Tls(*files)
+    for files in ((ca_file, cert, foreign.key), (tmp_path / "empty.pem", cert, key), (ca_file, ca_file), (key, cert, key), (ca_file, cert)):
+        with pytest.raises(BadInput, match=r"cannot be used .*; give files in PEM that belong together"):
+            security("tls://a:1", Tls(*files))
+    for address in ("tcp://a:1", "a:1", "tls:a:1"):
+        with pytest.raises(BadInput, match="its address must be tls://host:port"):
+            security(address, certificates)
+    with pytest.raises(BadInput, match="tls://a:1 takes certificates; give --tls-ca-file"):
+        security("tls://a:1", Tls())
+    with pytest.raises(BadInput, match="are for --scheduler"):
+        Executors(timed=False, tls=certificates)
+
+
+@pytest.mark.parametrize("command", ["work-precision", "precision", "stability"])
+def test_the_commands_take_certificates_and_say_what_tcp_means(command, daebench, certificates, tmp_path, monkeypatch):
+    monkeypatch.setenv("COLUMNS", "200")
+    text = " ".join(daebench(command, "--help")[1].replace("│", " ").split())
+    assert "run any code on the workers and on this machine" in text
+    assert all(option in text for option in OPTIONS)
+    given = [word for pair in zip(OPTIONS, (certificates.ca_file, certificates.cert, certificates.key), strict=True) for word in pair]
+    given += ["--scheduler", "tcp://127.0.0.1:1", "--out", tmp_path, *(() if command == "stability" else ("--repeat", 0))]
+    status, out, err = daebench(command, "planar_pendulum", *given)
+    assert (status, out) == (2, "")
+    assert "is without encryption, and certificates are given" in err

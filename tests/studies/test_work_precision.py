@@ -1,0 +1,371 @@
+"""Work against precision: which runs are made, which method is called the cheapest, and what the command says."""
+
+import json
+from dataclasses import replace
+from functools import partial
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from daebench.errors import BadInput
+from daebench.methods import run as api
+from daebench.methods.catalogue import problems
+from daebench.methods.fixed_step.constrained import FixedStep
+from daebench.methods.initial_value_problem import initial_value_problem
+from daebench.methods.names import methods_of
+from daebench.methods.schemes import members, poisson_members
+from daebench.methods.solvers.scipy_ode import ScipyOde
+from daebench.reference.keep import store
+from daebench.runs.request import Request
+from daebench.studies.grid.cell import Cell
+from daebench.studies.grid.measure import row_of
+from daebench.studies.work_precision.figure import FAMILIES, draw, families
+from daebench.studies.work_precision.study import cheapest, front, standard, with_costs
+
+
+def power_law(method, order, price, floor=1e-15):
+    """Return runs whose error is h^order, at this price a step."""
+    h = 0.5 ** np.arange(12)
+    return pd.DataFrame({"method": method, "value": h, "error_q": h**order, "bound_q": floor, "seconds": price / h, "failure": ""})
+
+
+def test_the_cheapest_is_the_one_that_the_power_laws_say():
+    table = pd.concat([power_law("low", 2, 1.0), power_law("high", 4, 10.0)])
+    found = cheapest(table, "error_q", "seconds", [1e-1, 1e-3]).set_index("level")
+    # h^2 costs level^(-1/2), h^4 costs 10 level^(-1/4): the same at 1e-4 h
+    assert list(found["method"]) == ["low", "low"]
+    assert found.loc[1e-3, "seconds"] == pytest.approx(1e-3**-0.5, rel=1e-9)
+    assert found.loc[1e-3, "ratio"] == pytest.approx(10 * 1e-3**-0.25 / 1e-3**-0.5, rel=1e-9)
+    (fine,) = cheapest(table, "error_q", "seconds", [1e-5]).itertuples()
+    assert (fine.method, fine.next) == ("high", "low")
+    assert fine.ratio == pytest.approx(1e-5**-0.5 / (10 * 1e-5**-0.25), rel=1e-9)
+
+
+def test_a_level_that_nobody_reaches_has_no_row_and_errors_count_as_their_bound():
+    table = power_law("one", 2, 1.0, floor=1e-5)
+    assert list(cheapest(table, "error_q", "seconds", [1e-4, 1e-6])["level"]) == [1e-4]
+
+
+def test_failed_and_untimed_runs_do_not_count():
+    table = power_law("one", 2, 1.0)
+    table.loc[table["error_q"] <= 1e-2, "seconds"] = np.nan
+    assert cheapest(table, "error_q", "seconds", [1e-3]).empty
+    assert not cheapest(table, "error_q", "seconds", [1e-1]).empty
+
+
+def counted(problem, **counts):
+    return pd.DataFrame({"problem": [problem], "seconds": [2.0], "callback_seconds": [np.nan], **counts})
+
+
+def test_evaluations_leave_out_what_evaluates_nothing():
+    table = counted("torus", n_H_p=2.0, n_G=3.0, n_solve=100.0, n_newton=100.0, n_steps=100.0, n_residual=np.nan)
+    assert with_costs(table)["evaluations"].tolist() == [5.0]
+
+
+def test_a_call_of_a_whole_right_side_counts_as_what_it_evaluates():
+    assert with_costs(counted("torus", n_rhs=10.0, n_jacobian=1.0))["evaluations"].tolist() == [44.0]
+    assert with_costs(counted("lotka_volterra", n_rhs=10.0, n_jacobian=1.0))["evaluations"].tolist() == [11.0]
+
+
+def test_a_stage_of_a_fixed_step_counts_as_much_as_a_call_of_a_solver():
+    run = FixedStep("rk4", compiled=False).solve(initial_value_problem("planar_pendulum", "rotating"), Request(value=1 / 8, steps=10))
+    table = with_costs(counted("planar_pendulum", **{f"n_{name}": float(count) for name, count in run.work.items()}))
+    assert table["evaluations"].item() == 4 * run.steps * with_costs(counted("planar_pendulum", n_rhs=1.0))["evaluations"].item()
+
+
+def test_the_own_time_of_a_solver_is_without_its_callbacks():
+    table = with_costs(pd.concat([counted("torus"), counted("torus").assign(callback_seconds=0.5)]))
+    assert table["own_seconds"].tolist() == [2.0, 1.5]
+
+
+def test_the_front_has_the_runs_than_which_none_is_better():
+    table = pd.DataFrame(
+        {
+            "method": list("abcdef"),
+            "error_q": [1e-1, 1e-2, 1e-2, 1e-1, 1e-3, np.nan],
+            "bound_q": 1e-16,
+            "seconds": [1.0, 2.0, 3.0, 2.5, 4.0, 0.1],
+        }
+    )
+    assert front(table, "error_q", "seconds")["method"].tolist() == ["a", "b", "e"]
+    assert front(table.assign(bound_q=5e-3), "error_q", "seconds")["method"].tolist() == ["a", "b", "e"]
+    assert front(table.assign(bound_q=5e-2), "error_q", "seconds")["method"].tolist() == ["a", "b"]
+    assert front(table.iloc[:0], "error_q", "seconds").empty
+
+
+def family_of(method, problem="spherical_pendulum", case="fig1.2"):
+    """Return the family of one method, whose runs in the table look as if they kept everything, and drifted."""
+    knob = "tol" if method.startswith(("ida:", "scipy:", "cvode:", "heyoka:", "solve_dae:")) else "h"
+    table = power_law(method, 2, 1.0).assign(problem=problem, case=case, knob=knob)
+    ((family, names),) = families(table).items()
+    assert names == [method]
+    return family
+
+
+CLAIMING, OTHERS, COMPOSED, BY_TOLERANCE = FAMILIES
+FAMILY = {
+    **dict.fromkeys(("symplectic_euler", "symplectic_euler_adjoint", "rattle", "lobatto3", "strang", "lie", "energy_momentum"), CLAIMING),
+    **dict.fromkeys(("radau3_ggl", "generalized_alpha", "rk4", "rk4+proj", "implicit_euler", "se", "midpoint+symproj"), OTHERS),
+    **dict.fromkeys(("rattle/suzuki4", "strang/kahan_li8"), COMPOSED),
+    **dict.fromkeys(("ida:ggl", "scipy:DOP853"), BY_TOLERANCE),
+}
+
+
+@pytest.mark.parametrize("method", FAMILY)
+def test_the_family_of_a_method_is_that_of_its_claim_whatever_ten_seconds_show(method):
+    assert family_of(method) == FAMILY[method]
+
+
+@pytest.mark.parametrize("method", members())
+def test_every_scheme_is_in_the_family_of_its_claims(method):
+    claims = members()[method][1].claims
+    kept = claims.conserves_energy or (claims.symplectic and claims.keeps_g and claims.keeps_Gv)
+    assert family_of(method) == (CLAIMING if kept else OTHERS)
+
+
+@pytest.mark.parametrize("method", poisson_members())
+@pytest.mark.parametrize("problem", ["lotka_volterra", "free_rigid_body"])
+def test_every_scheme_for_poisson_systems_is_too(problem, method):
+    ivp = initial_value_problem(problem)
+    (solver,) = methods_of(ivp, [method], anyway=True)
+    assert family_of(method, problem, ivp.case) == (CLAIMING if solver.is_poisson(ivp) or "energy" in solver.keeps(ivp) else OTHERS)
+
+
+def test_nothing_is_drawn_below_the_bound_of_the_reference(tmp_path, monkeypatch):
+    from matplotlib.axes import Axes
+
+    drawn = []
+    real = Axes.plot
+
+    def plot(self, x, y, *rest, **more):
+        drawn.extend(np.asarray(y, dtype=float))
+        return real(self, x, y, *rest, **more)
+
+    monkeypatch.setattr(Axes, "plot", plot)
+    torus = {"problem": "torus", "case": "inner", "knob": "h"}
+    table = power_law("rattle", 2, 1.0, floor=1e-5).assign(**torus, callback_seconds=np.nan, n_H_p=1.0, energy_error=1e-3)
+    table = with_costs(table.assign(energy_verdict="bounded", energy_scale=1.0, t_end=10.0, g=0.0, Gv=0.0, steps=1))
+    table.loc[0, "bound_q"] = 1e-2  # of another row: it hides none of the others
+    svg = draw(tmp_path, table, "error_q", "error")
+    assert min(table["error_q"]) < 1e-5 < min(drawn) < 1e-4
+    assert len(pd.read_csv(svg.with_suffix(".csv"))) == len(table)
+
+
+def test_an_error_with_a_sign_is_taken_by_its_modulus():
+    table = power_law("one", 2, 1.0).assign(energy_slope=lambda runs: -runs["error_q"])
+    by_slope, by_error = (cheapest(table, error, "seconds", [1e-3]) for error in ("energy_slope", "error_q"))
+    assert by_slope.equals(by_error)
+
+
+MOTION = {"problem": "planar_pendulum", "case": "rotating", "t_end": 4.0}
+
+
+def test_a_run_by_tolerance_is_given_up_after_so_many_calls():
+    cell = Cell(**MOTION, method="scipy:DOP853", value=1e-10, metrics=("energy",), calls=100)
+    assert "100 calls of the rhs were not enough" in row_of(cell)["failure"]
+    assert row_of(replace(cell, calls=100_000))["failure"] == ""
+
+
+@pytest.mark.parametrize(("method", "value"), [("scipy:DOP853", 1e-3), ("rattle", 1 / 8)], ids=["tolerance", "fixed steps"])
+def test_a_long_run_is_timed_once(monkeypatch, method, value):
+    monkeypatch.setattr("daebench.methods.names_tables.FixedStep", partial(FixedStep, compiled=False))
+    monkeypatch.setattr("daebench.studies.grid.measure.LONG", 0.0)
+    cell = Cell(**MOTION, method=method, value=value, metrics=("energy",), repeat=5)
+    owner, solved = type(cell.solver), []
+    real = owner.solve
+    monkeypatch.setattr(owner, "solve", lambda self, ivp, request: solved.append(real(self, ivp, request)) or solved[-1])
+    assert row_of(cell)["seconds"] == solved[-1].seconds
+    assert len(solved) == 2
+
+
+def test_time_and_work_of_a_run_by_tolerance_are_those_of_one_that_keeps_nothing():
+    cell = Cell(**MOTION, method="scipy:DOP853", value=1e-6, metrics=("energy",))
+    looked, timed, more = (row_of(each) for each in (cell, replace(cell, repeat=1), replace(cell, repeat=1, outputs=256)))
+    assert timed["energy_error"] == looked["energy_error"]
+    assert timed["steps"] == looked["steps"]
+    assert timed["n_rhs"] == more["n_rhs"] < looked["n_rhs"]
+
+
+def test_where_the_timed_run_fails_the_work_is_that_of_the_one_looked_at(monkeypatch):
+    real = ScipyOde.solve
+
+    def solve(self, ivp, request):
+        run = real(self, ivp, request)
+        return replace(run, failure="stopped", work={"rhs": 1}) if request.points == 2 else run
+
+    cell = Cell(**MOTION, method="scipy:DOP853", value=1e-6, metrics=("energy",))
+    before = row_of(cell)
+    monkeypatch.setattr(ScipyOde, "solve", solve)
+    row = row_of(replace(cell, repeat=2))
+    assert (row["failure"], row["n_rhs"]) == ("", before["n_rhs"])
+    assert np.isnan(row["seconds"])
+
+
+@pytest.mark.parametrize("which", [0, 1], ids=["measured", "timed"])
+def test_an_interrupted_run_is_no_row(monkeypatch, which):
+    real, made = ScipyOde.solve, []
+
+    def solve(self, ivp, request):
+        made.append(request)
+        if len(made) == which + 1:
+            raise KeyboardInterrupt
+        return real(self, ivp, request)
+
+    monkeypatch.setattr(ScipyOde, "solve", solve)
+    with pytest.raises(KeyboardInterrupt):
+        row_of(Cell(**MOTION, method="scipy:DOP853", value=1e-3, metrics=("energy",), repeat=1))
+
+
+def test_momenta_are_measured_where_the_problem_has_some():
+    row = row_of(Cell(problem="lotka_volterra", case="4,2", t_end=4.0, method="scipy:DOP853", value=1e-6, metrics=("integrals",)))
+    assert np.isnan(row["integrals"])
+    cell = Cell(problem="spherical_pendulum", case="fig1.1", t_end=4.0, method="scipy:DOP853", value=1e-6, metrics=("integrals",))
+    run = api.run("spherical_pendulum", case="fig1.1", method="scipy:DOP853", tol=1e-6, t_end=4.0, points=65)
+    L3 = run.q[:, 0] * run.p[:, 1] - run.q[:, 1] * run.p[:, 0]
+    assert row_of(cell)["integrals"] == pytest.approx(np.max(np.abs(L3 - L3[0])), rel=1e-6)
+
+
+@pytest.mark.parametrize("name", [each for each in problems() if any(x.startswith(f"{each}-") for x in store.names())])
+def test_the_standard_study_of_a_problem_can_be_made(name):
+    case = next(x for x in store.names() if x.startswith(f"{name}-")).removeprefix(f"{name}-")
+    study, left_out = standard(name, case=case)
+    cells = study.cells()
+    assert {cell.method for cell in cells}.isdisjoint(left_out)
+    assert len({cell.method for cell in cells}) >= 5
+    assert all(why.endswith(".") for why in left_out.values())
+    times = store.find(name, case).t
+    for cell in cells:
+        if cell.solver.knob == "h":
+            assert cell.value * round(times[1] / cell.value) == times[1]
+
+
+@pytest.mark.parametrize(("certified", "styles"), [(True, {":"}), (False, {"--"})], ids=["certified", "own"])
+def test_what_a_reference_may_be_wrong_by_is_drawn_as_what_it_is(tmp_path, monkeypatch, certified, styles):
+    from matplotlib.axes import Axes
+
+    lines, areas = [], []
+    real = Axes.axhline, Axes.axhspan
+    monkeypatch.setattr(Axes, "axhline", lambda self, *x, **k: lines.append(k) or real[0](self, *x, **k))
+    monkeypatch.setattr(Axes, "axhspan", lambda self, *x, **k: areas.append(k) or real[1](self, *x, **k))
+    words = "certified torus-inner" if certified else "own finer run (DOP853, tol 2.5e-14)"
+    table = power_law("rattle", 2, 1.0, floor=1e-5).assign(problem="torus", case="inner", knob="h", reference=words, n_H_p=1.0)
+    svg = draw(tmp_path, with_costs(table.assign(callback_seconds=np.nan)), "error_q", "error")
+    assert {line["linestyle"] for line in lines} == styles
+    assert [area.get("hatch") for area in areas] == ([] if certified else ["///"] * len(areas))
+    assert bool(areas) != certified
+    assert ("bound 1.0e-05" in svg.read_text(encoding="utf-8").replace("&#x2212;", "-")) != certified
+
+
+@pytest.mark.parametrize(
+    ("words", "reference"),
+    [
+        (("planar_pendulum", "--case", "rotating", "--param", "gravity=3"), "closed form"),
+        (("torus", "--case", "inner"), "own finer run (DOP853, tol 2.5e-14)"),
+        (("planar_pendulum", "--case", "rotating"), "certified planar_pendulum-rotating"),
+    ],
+    ids=["parameter", "no reference", "certified"],
+)
+def test_the_command_says_what_errors_are_against(daebench, tmp_path, words, reference):
+    words = ("work-precision", *words, "--methods", "scipy:RK45", "--tol", "1e-4,1e-6", "--t-end", 2, "--repeat", 0, "--workers", 1)
+    status, out, err = daebench(*words, "--out", tmp_path, "--json")
+    assert (status, err) == (0, "")
+    ((told, bound),) = json.loads(out)["references"].items()
+    table = pd.read_csv(tmp_path / "work_precision.csv")
+    assert (told, set(table["reference"])) == (reference, {reference})
+    assert 0 < bound == pytest.approx(table["bound_q"].max(), rel=1e-9)
+    assert bound < table["error_q"].min()
+    assert f"errors are against: {reference}, which may be wrong by" in daebench(*words, "--out", tmp_path)[1]
+
+
+def test_the_command_keeps_its_runs_and_names_a_winner(daebench, tmp_path, monkeypatch):
+    words = ("work-precision", "planar_pendulum", "--case", "rotating", "--methods", "scipy:DOP853,scipy:RK45", "--tol", "1e-4,1e-6,1e-8")
+    words = (*words, "--repeat", 0, "--workers", 1, "--out", tmp_path)
+    status, out, _ = daebench(*words, "--dry-run")
+    assert (status, out.split(",")[0]) == (0, "6 runs")
+    assert "6 to make: about 2 s in one process (an estimate" in out
+    assert "with 2 s in all for kernels to compile, 2 at most)" in out
+    status, out, err = daebench(*words, "--json")
+    assert (status, err) == (0, "")
+    found = json.loads(out)
+    assert found["runs"] == 6
+    table = pd.read_csv(tmp_path / "work_precision.csv")
+    for each in found["best"]:
+        own = table[(table["method"] == each["method"]) & (table["value"] == each["value"])]
+        assert own["error_q"].item() <= each["level"]
+        assert own["evaluations"].item() >= each["evaluations"]
+    assert {path.name for path in tmp_path.iterdir()} >= {"studies.db", "work_precision.csv", "work_precision_error_q.svg"}
+    assert "6 of them kept" in daebench(*words, "--dry-run")[1]
+    monkeypatch.setattr("daebench.studies.grid.cell.made_by", lambda: "another version")
+    monkeypatch.setattr("daebench.studies.grid.cell_key.made_by", lambda: "another version")
+    again = "6 kept runs are of another version of daebench, of a library or of the problem, and made again."
+    assert again in daebench(*words, "--dry-run")[1]
+    assert again in daebench(*words)[1]
+    assert again not in daebench(*words)[1]
+
+
+def test_the_defect_is_measured_where_it_is_asked_for(daebench, tmp_path):
+    words = ("work-precision", "planar_pendulum", "--case", "rotating", "--methods", "rk4,scipy:RK45", "--h", "0.0625", "--tol", "1e-4")
+    status, _, err = daebench(*words, "--repeat", 0, "--workers", 1, "--out", tmp_path, "--error", "defect")
+    assert (status, err) == (0, "")
+    table = pd.read_csv(tmp_path / "work_precision.csv").set_index("method")
+    assert table["defect"]["rk4"] > 1e-12
+    assert np.isnan(table["defect"]["scipy:RK45"])
+    assert (tmp_path / "work_precision_defect.svg").exists()
+
+
+@pytest.mark.parametrize(
+    ("words", "sentence"),
+    [
+        (("lotka_volterra", "--case", "4,2", "--error", "integrals"), "no run on lotka_volterra has a number for it"),
+        (("planar_pendulum", "--case", "rotating"), "none of the 1 runs came to its end; the first says: "),
+    ],
+    ids=["no-number", "all-fail"],
+)
+def test_where_there_is_nothing_to_draw_there_is_a_table_and_a_sentence(daebench, tmp_path, monkeypatch, words, sentence):
+    if "integrals" not in words:
+        monkeypatch.setattr(ScipyOde, "solve", _refuse)
+    more = ("--methods", "scipy:RK45", "--tol", "1e-4", "--repeat", 0, "--workers", 1, "--out", tmp_path)
+    status, out, err = daebench("work-precision", *words, *more)
+    assert (status, out) == (1, "")
+    assert "to draw: " + sentence in err
+    assert err.count("\n") == 1
+    assert len(pd.read_csv(tmp_path / "work_precision.csv")) == 1
+
+
+def _refuse(self, ivp, request):
+    raise BadInput("it will not.")
+
+
+def test_runs_without_times_are_made_by_processes(daebench, tmp_path):
+    words = ("work-precision", "planar_pendulum", "--case", "rotating", "--methods", "scipy:RK45", "--tol", "1e-4,1e-6", "--repeat", 0)
+    status, _, err = daebench(*words, "--workers", 2, "--out", tmp_path)
+    assert (status, err) == (0, "")
+    daebench(*words, "--workers", 1, "--out", tmp_path / "here")
+    there, here = (pd.read_csv(folder / "work_precision.csv") for folder in (tmp_path, tmp_path / "here"))
+    assert there.equals(here)
+
+
+PENDULUM = ("planar_pendulum", "--case", "rotating")
+
+
+@pytest.mark.parametrize(
+    ("words", "sentence"),
+    [
+        ((*PENDULUM, "--error", "energy_scale"), "unknown column 'energy_scale'"),
+        (("lotka_volterra_3d", "--case", "blow_up", "--t-end", "3"), "needs a certified reference that fits, or a finer run"),
+        ((*PENDULUM, "--error", "error_z"), "unknown column 'error_z'"),
+        (("torus", "--case", "inner", "--t-end", "1e6"), "has used up its calls of the right side"),
+        ((*PENDULUM, "--methods", "rattle", "--tol", "1e-3"), "tol"),
+        ((*PENDULUM, "--workers", "0"), "--workers 0 must be at least 1"),
+        ((*PENDULUM, "--workers", "2", "--scheduler", "tcp://a:1"), "leave out one of them"),
+        ((*PENDULUM, "--workers", "2", "--repeat", "1"), "runs that are timed are made one at a time"),
+        ((*PENDULUM, "--scheduler", "tcp://a:1", "--repeat", "1"), "runs that are timed are made one at a time"),
+    ],
+    ids=["size", "no-reference", "column", "too-long", "useless", "no-workers", "two-places", "timed-beside", "timed-elsewhere"],
+)
+def test_bad_input_is_one_sentence(daebench, tmp_path, words, sentence):
+    status, out, err = daebench("work-precision", "--repeat", 0, "--out", tmp_path / "new", *words)
+    assert (status, out) == (2, "")
+    assert sentence in err
+    assert err.count("\n") == 1

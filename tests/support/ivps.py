@@ -1,0 +1,69 @@
+"""The problems that every scheme is swept over: problems of the catalogue, and those of ``definitions`` for every kind of H."""
+
+from functools import cache
+
+import definitions
+import pytest
+
+from daebench.compiler.definition import source_of
+from daebench.methods.catalogue import problems
+from daebench.methods.initial_value_problem import initial_value_problem
+from daebench.runs.make_ivp import make_ivp
+
+IN_TENS = {"methyl": 1.5035, "methylene": 1.4027, "C0": 0.928, "C1": 1.216, "C2": -1.312, "C3": -0.306, "C4": 2.624, "C5": -3.15}
+"""Butane in units of 10 u and 10 kJ/mol: the same motion with momenta of order one."""
+
+SMALLER = {
+    "pendulum_chain": ("hanging", {"links": 3}),
+    "rigid_body_rotation": ("free", {"gravity": 2.0}),
+    "four_bar": ("swing", {"bars": 1}),
+    "slider_crank": ("swing", {"gravity": 2.0}),
+    "butane": ("tumbling", IN_TENS),
+    "andrews_squeezer": ("bari", {"density": 1e4}),  # the same motion a hundred times as slowly
+}
+"""What is swept of problems whose first case would take minutes, is too fast for the sweep's steps, or so special that some schemes are
+better there than they claim."""
+
+
+@cache
+def ivp(name):
+    """Return one of the initial value problems by name."""
+    catalogue = {
+        "spherical-slow": ("spherical_pendulum", "fig1.1"),
+        "spherical-fast": ("spherical_pendulum", "fig1.2b"),
+        "planar": ("planar_pendulum", "rotating"),
+    }
+    if name in problems("constrained"):
+        return initial_value_problem(name, *SMALLER.get(name, ()))
+    if name in catalogue:
+        return initial_value_problem(*catalogue[name])
+    problem, case = {
+        "stretched-M": (definitions.stretched(), "swing"),
+        "stretched-H": (definitions.stretched(given_as="H"), "swing"),
+        "relativistic": (definitions.relativistic(), "tied"),
+        "double-pendulum": (definitions.double_pendulum(), "bent"),
+        "coupled-rods": (definitions.coupled(), "bent"),
+    }[name]
+    return make_ivp(source_of(problem, name), case)
+
+
+IVPS = (
+    "spherical-fast",
+    "planar",
+    "stretched-M",
+    "stretched-H",
+    "relativistic",
+    *problems("constrained"),
+)
+"""Chosen cases and kinds, and the first case of every problem of the catalogue but ``SMALLER``, which is in the sweep by being there.
+
+That of the spherical pendulum is spherical-slow.
+"""
+
+LARGE = ("andrews_squeezer", "butane", "rigid_body_rotation")
+"""Problems of so many unknowns that a sweep over all schemes takes minutes, run as Python: they are swept among the slow tests."""
+
+
+def swept(names=IVPS):
+    """Return parameters of a test that is swept over initial value problems of these names."""
+    return [pytest.param(name, id=name, marks=pytest.mark.slow if name in LARGE else ()) for name in names]

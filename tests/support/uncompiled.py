@@ -1,0 +1,42 @@
+"""Formulations without numba: the generated source run as it stands, so that sweeps need not compile every pair."""
+
+import types
+
+from daebench.compiler.link import Linker, Options
+from daebench.compiler.syntax import HOLE
+from daebench.methods.formulations import residuals
+
+_kept = {}
+
+
+def run(text, name):
+    """Return a module of generated source with ``njit`` standing for nothing."""
+    found = types.ModuleType(name)
+    exec(
+        text.replace("from daebench.compiler.machine_code import njit", "def njit(**_):\n    return lambda function: function"),
+        found.__dict__,
+    )
+    return found
+
+
+def module(ivp, formulation, multipliers):
+    """Return the generated module of a formulation with ``njit`` standing for nothing; in place of ``formulations.constrained._module``."""
+    text = residuals.source("Uncompiled.", ivp.source.derivation, formulation, multipliers, cached=False)
+    return run(text, f"{ivp.problem}_{formulation}_{multipliers}")
+
+
+def kept_module(ivp, formulation, multipliers):
+    """As ``module``, made once for each source."""
+    key = (ivp.source, formulation, multipliers)
+    if key not in _kept:
+        _kept[key] = module(ivp, formulation, multipliers)
+    return _kept[key]
+
+
+def kept_functions(ivp, *names):
+    """Return a module of a problem's functions without numba, made once; in place of ``InitialValueProblem.functions``."""
+    key = (ivp.source, names)
+    if key not in _kept:
+        text = Linker(ivp.source.derivation, Options(compiled=False)).module("Uncompiled.", [(HOLE, name) for name in names], False)
+        _kept[key] = run(text, "_".join(names))
+    return _kept[key]

@@ -1,0 +1,371 @@
+"""Chains of nodes with vectors as arrays: the same schemes as loops over nodes, against the system written out as values."""
+
+from itertools import pairwise, product
+
+import numpy as np
+import pytest
+import scipy.linalg
+import sympy as sp
+
+from daebench.compiler.chain.derivation import WRITTEN_OUT
+from daebench.compiler.definition import source_of
+from daebench.errors import BadInput, InvalidProblem
+from daebench.methods.fixed_step.constrained import FixedStep
+from daebench.methods.initial_value_problem import initial_value_problem
+from daebench.methods.names import parse
+from daebench.runs.make_ivp import make_ivp
+from daebench.runs.request import Request
+from daebench.schemes.kernels import band
+from daebench.systems.chain import ConstrainedChain
+from daebench.systems.constrained import Case
+
+EPS = np.finfo(float).eps
+PLACES = {"pendulum_chain": ("hanging", {"links": 3}), "four_bar": ("swing", {"bars": 2})}
+KNOWN = ("rattle", "lobatto2", "lobatto3", "lobatto4", "symplectic_euler", "symplectic_euler_adjoint", "shake", "rk4")
+COMPOSED = ("rattle/suzuki4", "symplectic_euler", "lobatto3")
+
+
+def place(problem, algebra):
+    case, parameters = PLACES[problem]
+    return initial_value_problem(problem, case, parameters, algebra=algebra)
+
+
+def moved(ivp):
+    """Return a state off the manifold near an initial value problem's start."""
+    wave = np.cos(1.0 + np.arange(ivp.d))
+    return ivp.p0 + 0.3 * wave, ivp.q0 + 0.01 * wave[::-1]
+
+
+@pytest.fixture(params=PLACES)
+def problem(request):
+    return request.param
+
+
+# ---- schemes -------------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("name", KNOWN)
+def test_steps_are_those_of_the_system_written_out(problem, name):
+    method = FixedStep(name, compiled=False)
+    request = Request(value=0.01, steps=6, raw=bool(method.member.multipliers()))
+    arrays, values = (method.solve(place(problem, algebra), request).complete() for algebra in ("arrays", "values"))
+    assert np.abs(arrays.q - values.q).max() < 40 * EPS
+    assert np.abs(arrays.p - values.p).max() < (1e4 if name == "shake" else 100) * EPS
+    for kind, (_, lam) in values.raw.items():
+        assert np.abs(arrays.raw[kind][1] - lam).max() < 1e-9 * np.abs(lam).max()
+
+
+@pytest.mark.parametrize("name", COMPOSED)
+def test_work_is_counted_alike(problem, name):
+    method = parse(name)
+    method = FixedStep(method.scheme, composition=method.composition, compiled=False)
+    request = Request(value=0.01, steps=3)
+    assert method.solve(place(problem, "arrays"), request).work == method.solve(place(problem, "values"), request).work
+
+
+def test_sums_are_compensated_alike(problem):
+    method = FixedStep("rattle", compensated=True, compiled=False)
+    arrays, values = (method.solve(place(problem, algebra), Request(value=0.01, steps=5)) for algebra in ("arrays", "values"))
+    assert np.abs(arrays.q - values.q).max() < 20 * EPS
+
+
+@pytest.mark.parametrize("name", ["rattle", "lobatto3", "symplectic_euler", "rk4"])
+def test_derivatives_carried_in_imaginary_parts_are_the_same(problem, random, name):
+    method, ivps = FixedStep(name, compiled=False), [place(problem, algebra) for algebra in ("arrays", "values")]
+    dp, dq = 1e-30j * random.normal(size=(2, ivps[0].d))
+    one, other = (np.concatenate(method.flow(each, 0.05, 2)(each.p0 + dp, each.q0 + dq)) for each in ivps)
+    assert np.abs(one.real - other.real).max() < 100 * EPS
+    assert np.abs(one.imag - other.imag).max() < 1e-12 * np.abs(other.imag).max()
+
+
+@pytest.mark.parametrize("watch", [("energy",), ("manifold",)], ids=lambda watch: watch[0])
+def test_what_is_watched_is_the_same(problem, watch):
+    method = FixedStep("symplectic_euler", compiled=False)
+    one, other = (method.solve(place(problem, algebra), Request(value=0.02, steps=5, watch=watch)) for algebra in ("arrays", "values"))
+    assert one.maxima.keys() == other.maxima.keys()
+    for key, value in other.maxima.items():
+        assert one.maxima[key] == pytest.approx(value, rel=1e-9, abs=1e-13)
+
+
+def test_single_precision_stays_single(problem):
+    kernel = FixedStep("rattle", compiled=False).kernel(place(problem, "arrays"), "float32", (), count=False)
+    ivp = place(problem, "arrays")
+    p, q = (np.float32(x) for x in (ivp.p0, ivp.q0))
+    par = (*map(np.float32, ivp.par), (), (), (np.float32(1), np.float32(0)))
+    (p1, q1), _, _, report = kernel.one((p, q), (), np.float32(0.01), par)
+    assert p1.dtype == q1.dtype == np.float32
+    assert report[0] == 0
+    assert np.asarray(report[1]).dtype == np.float32
+
+
+@pytest.mark.parametrize(
+    "name", ["se", "gauss2", "midpoint", "radau2_ggl", "implicit_euler", "generalized_alpha", "energy_momentum", "rk4+proj"]
+)
+def test_what_loops_cannot_do_is_refused_with_a_sentence_that_names_the_scheme(problem, name):
+    refusal = parse(name).refusal(place(problem, "arrays"))
+    assert refusal is not None
+    assert refusal.startswith(name)
+    assert refusal.endswith(".")
+    assert parse(name).refusal(place(problem, "values")) is None
+
+
+def uneven(nodes):
+    """Return a chain whose masses, joints and constraints change from node to node."""
+    x, y, before, below = sp.symbols("x y before below", real=True)
+    k, gravity = sp.Symbol("k", integer=True), sp.Symbol("gravity", real=True)
+    share = sp.Rational(1, 10)
+    return ConstrainedChain(
+        nodes=nodes,
+        here=(x, y),
+        before=(before, below),
+        node=k,
+        anchor=(0, 1),
+        joints=[(x - before) ** 2 + (y - below) ** 2 - (1 + k * share) ** 2],
+        mass=(1 + k * share) * sp.eye(2),
+        joint_mass=(2 + k) * share * sp.kronecker_product(sp.Matrix([[2, 1], [1, 2]]), sp.eye(2)),
+        U=gravity * (1 + k * share) * y,
+        joint_U=gravity * (below + y) * k * share,
+        parameters={gravity: 9.81},
+        cases={"down": Case(q=(0, 1 - (k + 1) - share * k * (k + 1) / 2), p=(k * share, 0))},
+        speeds=True,
+    )
+
+
+@pytest.mark.parametrize("nodes", [1, 2, 3, 5], ids=str)
+def test_nodes_need_not_be_alike(nodes):
+    arrays, values = (make_ivp(source_of(uneven(nodes), algebra=algebra), "down") for algebra in ("arrays", "values"))
+    assert np.abs(arrays.p0 - values.p0).max() < 4 * EPS
+    method, request = FixedStep("rattle", compiled=False), Request(value=0.01, steps=5, on_singular="continue")
+    one, other = (method.solve(each, request).complete() for each in (arrays, values))
+    assert np.abs(one.q - other.q).max() < 100 * EPS
+    assert np.abs(one.p - other.p).max() < 1000 * EPS
+    assert np.abs(np.array(list(one.maxima.values())) - list(other.maxima.values())).max() < 1e-12
+
+
+def dumbbells(nodes):
+    """Return a chain of free masses, none of them tied to anything but its neighbours."""
+    x, y, before, below = sp.symbols("x y before below", real=True)
+    k = sp.Symbol("k", integer=True)
+    return ConstrainedChain(
+        nodes=nodes,
+        here=(x, y),
+        before=(before, below),
+        node=k,
+        joints=[(x - before) ** 2 + (y - below) ** 2 - 1],
+        mass=(1 + k) * sp.eye(2),
+        U=sp.Integer(0),
+        cases={"turning": Case(q=(k, 0), p=((1 + k) * sp.Rational(1, 5), (1 + k) * k * sp.Rational(1, 3)))},
+    )
+
+
+@pytest.mark.parametrize("name", ["rattle", "lobatto3"])
+def test_a_chain_may_be_free_at_both_ends(name):
+    arrays, values = (make_ivp(source_of(dumbbells(3), algebra=algebra), "turning") for algebra in ("arrays", "values"))
+    one, other = (FixedStep(name, compiled=False).solve(each, Request(value=0.02, steps=5)).complete() for each in (arrays, values))
+    assert np.abs(one.q - other.q).max() < 100 * EPS
+    assert np.abs(one.p - other.p).max() < 1000 * EPS
+
+
+def test_what_arrays_do_not_have_is_refused_with_a_sentence(daebench):
+    many = ("--param", "links=20")
+    for words in (
+        ("run", "pendulum_chain", *many, "--case", "hanging", "--method", "rattle", "--h", "0.01", "--steps", "2", "--project"),
+        ("run", "pendulum_chain", *many, "--method", "rattle", "--h", "0.01", "--steps", "2", "--on-singular", "least-squares"),
+        ("order", "pendulum_chain", *many, "--case", "hanging", "--methods", "rattle", "--t-end", "1"),
+    ):
+        status, _, told = daebench(*words)
+        assert status == 2
+        assert "20 nodes" in told
+
+
+@pytest.mark.parametrize("name", ["pendulum_chain", "four_bar"])
+def test_a_chain_is_shown_at_one_node(daebench, name):
+    status, told, _ = daebench("show", name)
+    assert status == 0
+    assert "at each joint" in told
+    assert "nodes," in told
+
+
+def test_bars_are_seen_to_lose_rank_where_they_do():
+    ivp = initial_value_problem("four_bar", "iftomm", algebra="arrays")
+    run = FixedStep("symplectic_euler", compiled=False).solve(ivp, Request(value=0.004, t_end=0.8, watch=()))
+    (passage,) = run.complete().passages
+    assert passage.t == pytest.approx(0.714356, abs=2e-3)
+    assert passage.branch == "through"
+    stopped = FixedStep("symplectic_euler", compiled=False).solve(ivp, Request(value=0.004, t_end=0.8, watch=(), on_singular="stop"))
+    assert "G loses rank at about t = 0.71" in stopped.failure
+
+
+# ---- functions -----------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.slow
+def test_functions_are_those_of_the_system_written_out(problem):
+    names = ("H", "H_p", "H_q", "g", "Gv", "lam", "independence")
+    arrays, values = place(problem, "arrays"), place(problem, "values")
+    p, q = moved(values)
+    loops, straight = arrays.functions(*names), values.functions(*names)
+    for name in names:
+        own, other = ((q,) if name == "g" else (p, q)), ((tuple(q),) if name == "g" else (tuple(p), tuple(q)))
+        one, two = np.array(getattr(loops, name)(*own, arrays.par)), np.array(getattr(straight, name)(*other, values.par))
+        assert one.shape == two.shape
+        if name != "independence" or problem != "four_bar":  # whose pivots are those of another matrix, and vanish with these
+            assert np.abs(one - two).max() <= 1e-11 * max(1.0, np.abs(two).max())
+
+
+def test_the_written_out_chain_is_the_textbook_one():
+    found = initial_value_problem("pendulum_chain", "horizontal5", {"links": 3}).source.derivation.problem
+    x1, y1, x2, y2, x3, y3 = found.q
+    mass, length, gravity = found.parameters
+    assert [sp.expand(each) for each in found.g] == [
+        sp.expand(each - length**2) for each in (x1**2 + y1**2, (x2 - x1) ** 2 + (y2 - y1) ** 2, (x3 - x2) ** 2 + (y3 - y2) ** 2)
+    ]
+    assert mass * sp.eye(6) == found.M
+    assert sp.expand(found.U - mass * gravity * (y1 + y2 + y3)) == 0
+
+
+def test_the_written_out_bars_have_the_energy_of_uniform_rods():
+    found = initial_value_problem("four_bar", "iftomm").source.derivation.problem
+    mass, _, gravity = found.parameters
+    v = sp.Matrix(sp.symbols("v0:6"))
+    ends = [v[0:2], v[2:4], v[4:6]]
+
+    def rod(a, b):
+        return mass / 6 * sum(x * x + x * y + y * y for x, y in zip(a, b, strict=True))
+
+    bars = [rod((0, 0), end) for end in ends] + [rod(a, b) for a, b in pairwise(ends)]
+    assert sp.expand((v.T * found.M * v)[0] / 2 - sum(bars)) == 0
+    y = found.q[1::2]
+    heights = [each / 2 for each in y] + [(a + b) / 2 for a, b in pairwise(y)]
+    assert sp.expand(found.U - mass * gravity * sum(heights)) == 0
+
+
+def test_velocities_of_a_case_become_momenta_in_both_algebras():
+    arrays, values = (
+        initial_value_problem("four_bar", "iftomm", {"bars": 4, "mass": 2.0}, algebra=algebra) for algebra in ("arrays", "values")
+    )
+    assert np.abs(arrays.p0 - values.p0).max() < 4 * EPS
+    assert np.abs(arrays.q0 - values.q0).max() < 4 * EPS
+    assert arrays.on_singular == values.on_singular == "continue"
+
+
+# ---- which algebra -------------------------------------------------------------------------------------------------------
+
+
+def test_size_decides_how_vectors_are_held():
+    most = WRITTEN_OUT // 2
+    assert not initial_value_problem("pendulum_chain", "hanging", {"links": most}).arrays
+    assert initial_value_problem("pendulum_chain", "hanging", {"links": most + 1}).arrays
+
+
+def test_an_unknown_algebra_is_refused():
+    with pytest.raises(BadInput, match="unknown algebra 'lists'; known: arrays, values"):
+        initial_value_problem("pendulum_chain", algebra="lists")
+
+
+def test_a_problem_that_is_no_chain_has_no_arrays(daebench):
+    status, _, told = daebench("run", "spherical_pendulum", "--method", "rattle", "--h", "0.1", "--steps", "1", "--algebra", "arrays")
+    assert status == 2
+    assert "not written as a chain of nodes" in told
+
+
+def test_a_chain_of_no_nodes_is_refused():
+    x, before, k = sp.symbols("x before k")
+    with pytest.raises(InvalidProblem, match="0 nodes"):
+        ConstrainedChain(nodes=0, here=(x,), before=(before,), node=k, joints=(x - before,), mass=sp.eye(1), U=x)
+
+
+def test_a_chain_with_a_foreign_symbol_is_refused():
+    x, y, before, below, k, other = sp.symbols("x y before below k other")
+    with pytest.raises(InvalidProblem, match="joints of the chain contains other"):
+        ConstrainedChain(nodes=3, here=(x, y), before=(before, below), node=k, joints=(x - before - other,), mass=sp.eye(2), U=x)
+
+
+def test_a_chain_whose_sizes_do_not_fit_is_refused():
+    x, y, before, k = sp.symbols("x y before k")
+    with pytest.raises(InvalidProblem, match="nodes have 2 positions"):
+        ConstrainedChain(nodes=3, here=(x, y), before=(before,), node=k, joints=(x - before,), mass=sp.eye(2), U=x)
+
+
+# ---- the solver ----------------------------------------------------------------------------------------------------------
+
+
+def solved(A, b, w):
+    """Return the solution of a banded system by the elimination that chains use, and the smallest relative pivot."""
+    n = len(b)
+    window, size, scale = np.zeros((w + 1, 2 * w + 2)), np.zeros((w + 2, 2 * w + 1)), np.zeros(w + 1)
+    U, x, rows, column, pivot = np.zeros((n, 2 * w + 2)), np.zeros(n + 2 * w), 0, 0, np.inf
+    for r in range(n):
+        window[rows] = 0.0
+        for j in range(max(0, r - w), min(n, r + w + 1)):
+            window[rows, rows + j - r] = A[r, j]
+        window[rows, -1] = b[r]
+        band.push(window, size, scale, rows, w)
+        rows += 1
+        if rows == w + 1:
+            pivot = band.settle(window, size, scale, rows, w, U, column, pivot)
+            rows, column = rows - 1, column + 1
+    while rows:
+        pivot = band.settle(window, size, scale, rows, w, U, column, pivot)
+        rows, column = rows - 1, column + 1
+    for r in reversed(range(n)):
+        x[r] = (U[r, -1] - U[r, 1:-1] @ x[r + 1 : r + 1 + 2 * w]) * U[r, 0]
+    return x[:n], pivot
+
+
+@pytest.mark.parametrize(("n", "w"), [*product((1, 2, 5, 12), (1, 2, 4))], ids=lambda each: str(each))
+def test_banded_elimination_solves_what_scipy_solves(random, n, w):
+    A = np.triu(np.tril(random.normal(size=(n, n)), w), -w)
+    np.fill_diagonal(A, 1e-9)  # nothing without exchanges of rows
+    A += np.diag(random.normal(size=n) * (n == 1))
+    if n > 1 and abs(np.linalg.det(A)) < 1e-6:
+        A += np.triu(np.tril(np.ones((n, n)), w), -w)
+    b = random.normal(size=n)
+    x, pivot = solved(A, b, w)
+    expected = scipy.linalg.solve(A, b)
+    assert np.abs(x - expected).max() < 1e-12 * np.linalg.cond(A) * np.abs(expected).max()
+    assert 0 < pivot <= 1
+
+
+def test_a_singular_band_has_no_pivot():
+    A = np.array([[1.0, 1.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 1.0]])
+    A[1, 2] = 0.0
+    with np.errstate(all="ignore"):
+        assert solved(A, np.ones(3), 1)[1] <= 2 * EPS
+
+
+# ---- large -----------------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.slow
+def test_a_hundred_thousand_links_take_their_steps():
+    ivp = initial_value_problem("pendulum_chain", "hanging", {"links": 100_000})
+    found = parse("rattle").solve(ivp, Request(value=1e-3, steps=3, every=0, watch=("energy", "manifold"))).complete()
+    assert found.maxima["g"] < 1e-9
+    assert found.maxima["energy"] < 1e-9 * abs(float(ivp.value("H", ivp.p0, ivp.q0)))
+
+
+@pytest.mark.slow
+def test_compiled_loops_follow_another_scheme_on_the_system_written_out():
+    few = initial_value_problem("pendulum_chain", "hanging", {"links": 6}, algebra="values")
+    many = initial_value_problem("pendulum_chain", "hanging", {"links": 6}, algebra="arrays")
+    request = Request(value=1e-3, steps=500)
+    one = parse("rattle").solve(many, request)
+    other = FixedStep("lobatto4", compiled=False).solve(few, Request(value=0.01, steps=50))
+    assert np.abs(one.q[-1] - other.q[-1]).max() < 1e-5
+    assert np.abs(one.q[-1] - other.q[-1]).max() > 1e-10
+
+
+@pytest.mark.slow
+def test_compiled_loops_keep_the_number_type_of_the_run():
+    few = initial_value_problem("pendulum_chain", "hanging", {"links": 6}, algebra="values")
+    many = initial_value_problem("pendulum_chain", "hanging", {"links": 6}, algebra="arrays")
+    single = parse("rattle").solve(many, Request(value=1e-3, steps=50, precision="float32")).complete()
+    double = FixedStep("rattle", compiled=False).solve(few, Request(value=1e-3, steps=50))
+    assert 1e-9 < np.abs(single.q[-1] - double.q[-1]).max() < 1e-4
+    flow, by_hand = parse("rattle").flow(many, 1e-3, 10), FixedStep("rattle", compiled=False).flow(few, 1e-3, 10)
+    z = np.concatenate([many.p0, many.q0]).astype(complex)
+    z[7] += 1e-30j
+    one, other = (np.concatenate(phi(z[: many.d], z[many.d :])) for phi in (flow, by_hand))
+    assert np.abs(one.imag - other.imag).max() < 1e-12 * 1e-30
+    assert np.abs(other.imag).max() > 0.05 * 1e-30

@@ -1,0 +1,206 @@
+"""A Poisson lattice is the same system whether its kernels loop over sites or are written out, and its cost is linear in them."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+import sympy as sp
+from poisson_runs import method
+
+from daebench.compiler.definition import source_of
+from daebench.errors import BadInput, InvalidProblem
+from daebench.methods.fixed_step.poisson import coordinates
+from daebench.methods.initial_value_problem import initial_value_problem
+from daebench.methods.names import POISSON, parse
+from daebench.problems.ablowitz_ladik import problem
+from daebench.runs.make_ivp import make_ivp
+from daebench.runs.request import Request
+from daebench.systems.lattice import PoissonLattice
+
+SITES = 3
+NAMES = ("strang", "strang@UVD", "lie", "lie_adjoint", "rk4", "midpoint", "symplectic_euler", "darboux:verlet", "darboux:midpoint")
+
+
+@pytest.fixture(scope="module")
+def lattice():
+    return initial_value_problem("ablowitz_ladik", None, {"sites": SITES})
+
+
+@pytest.fixture(scope="module")
+def written_out():
+    """The same lattice with a symbol for each coordinate, in straight-line code."""
+    return make_ivp(source_of(problem(sites=SITES).expanded(SITES), "written_out"), "hlw16")
+
+
+def by_hand(y):
+    """Right side, H and the three sums of PROBLEMS, in complex numbers."""
+    N = len(y) // 2
+    z, dx = y[:N] + 1j * y[N:], 1 / N
+    right, left = np.roll(z, -1), np.roll(z, 1)
+    rate = 1j * ((right - 2 * z + left) / dx**2 + abs(z) ** 2 * (right + left))
+    coupling = np.real(z * np.conj(left)).sum()
+    logarithms = np.log1p(dx**2 * abs(z) ** 2).sum()
+    momentum = (z.real * right.imag - z.imag * right.real).sum()
+    return np.concatenate([rate.real, rate.imag]), coupling / dx**2 - logarithms / dx**4, [logarithms / dx**2, coupling, momentum]
+
+
+def test_the_field_and_the_integrals_are_those_of_the_book(lattice, random):
+    y = random.normal(size=2 * SITES)
+    field, H, integrals = by_hand(y)
+    assert lattice.value("field", y) == pytest.approx(field, rel=1e-13, abs=1e-12)
+    assert lattice.value("H", y) == pytest.approx(H, rel=1e-13)
+    assert lattice.value("integrals", y) == pytest.approx(integrals, rel=1e-13)
+
+
+def test_the_start_of_the_case_is_the_published_one():
+    start = initial_value_problem("ablowitz_ladik").y0
+    k = np.arange(1, 17)
+    u = 0.6 + 0.2 * np.cos(2 * np.pi * k / 16)
+    v = 0.3 * np.sin(4 * np.pi * k / 16) + 0.1 * np.sin(2 * np.pi * k / 16)
+    assert start == pytest.approx(np.concatenate([u, v]), abs=1e-15)
+
+
+@pytest.mark.parametrize("name", ["field", "H", "integrals", "B"], ids=str)
+def test_loops_and_straight_lines_are_the_same_functions(name, lattice, written_out, random):
+    y = random.normal(size=2 * SITES)
+    assert lattice.value(name, y) == pytest.approx(written_out.value(name, y), rel=1e-13, abs=1e-13)
+
+
+@pytest.mark.parametrize("name", NAMES, ids=str)
+def test_a_step_is_the_same_by_loops_and_by_straight_lines(name, lattice, written_out):
+    request = Request(value=2e-3, steps=5, watch=("energy", "integrals"))
+    loops, lines = (method(name).solve(where, request).complete() for where in (lattice, written_out))
+    assert loops.y == pytest.approx(lines.y, rel=1e-11)
+    assert loops.maxima == pytest.approx(lines.maxima, rel=1e-6, abs=1e-11)
+
+
+@pytest.mark.slow
+def test_kernels_of_splittings_hold_no_matrix_and_take_any_number_of_sites():
+    large = initial_value_problem("ablowitz_ladik", None, {"sites": 20000})
+    request = Request(value=1e-13, steps=3, every=0)
+    for name in ("strang", "darboux:symplectic_euler", "midpoint"):
+        compiled = replace(method(name), compiled=True)
+        text = Path(compiled.kernel(large, "float64", ("energy",), count=True).__file__).read_text()
+        assert "zeros(" not in text
+        found = compiled.solve(large, request).complete()
+        assert found.y.shape == (2, 40000)
+        assert found.maxima["energy"] < 1e-14 * 20000**2 * large.y0 @ large.y0, "of the size of the rounding of one sum in H"
+
+
+def test_a_flow_that_reaches_infinity_within_a_step_says_so(lattice):
+    found = method("strang").solve(lattice, Request(value=0.5, steps=3))
+    assert found.failure is not None
+    assert "a value is no longer finite" in found.failure
+
+
+@pytest.mark.slow
+def test_float32_stays_float32(lattice):
+    found = replace(method("strang"), compiled=True).solve(lattice, Request(value=1e-3, steps=50, precision="float32")).complete()
+    exact = method("strang").solve(lattice, Request(value=1e-3, steps=50)).complete()
+    error = np.abs(found.y[-1] - exact.y[-1]).max()
+    assert 1e-8 < error < 1e-4
+
+
+@pytest.mark.parametrize("sites", [1, 2], ids=str)
+def test_a_lattice_without_two_neighbours_is_refused(sites):
+    with pytest.raises(InvalidProblem, match="needs at least 3"):
+        problem(sites=sites)
+
+
+def test_functions_along_many_states_of_a_large_lattice_are_loops_too():
+    where = initial_value_problem("ablowitz_ladik", None, {"sites": 600})
+    Y = np.array([where.y0, 0.5 * where.y0])
+    rounding = 600**2 * np.sum(Y[0] ** 2) * np.finfo(float).eps  # of either sum in H, which nearly cancel
+    assert where.along("H", Y) == pytest.approx([by_hand(y)[1] for y in Y], abs=4 * rounding)
+
+
+@pytest.mark.parametrize("name", ["ida:ode", "cvode:bdf", "scipy:Radau"], ids=str)
+def test_solvers_with_the_whole_jacobian_refuse_a_large_lattice(name):
+    large = initial_value_problem("ablowitz_ladik", None, {"sites": 5000})
+    assert "solves with the whole Jacobian, and ablowitz_ladik has 10000 coordinates" in parse(name, kind=POISSON).refusal(large)
+    assert parse("scipy:DOP853", kind=POISSON).refusal(large) is None
+
+
+def test_a_wrong_number_of_sites_is_refused_in_a_sentence():
+    with pytest.raises(BadInput, match=r"sites = 2\.5 must be a whole number"):
+        initial_value_problem("ablowitz_ladik", None, {"sites": 2.5})
+
+
+def test_canonical_coordinates_of_a_large_lattice_lose_no_digits():
+    where = initial_value_problem("ablowitz_ladik", None, {"sites": 1000})
+    enter, leave = coordinates(where)
+    assert np.abs(leave(enter(where.y0)) - where.y0).max() < 1e-15
+
+
+@pytest.mark.parametrize(("name", "h"), [("strang", 0.2), ("strang", 0.4), ("lie@UVD", 1.6)], ids=str)
+def test_a_flow_that_passes_infinity_more_than_once_says_so_too(name, h):
+    where = initial_value_problem("ablowitz_ladik", None, {"sites": 3})
+    assert method(name).solve(where, Request(value=h, steps=3)).failure is not None
+
+
+WRONG_SYMBOLS = {
+    "h": (lambda good: {"h": good.h + good.right[0]}, "h contains u_right"),
+    "integral": (lambda good: {"integrals": {"norm": good.site * good.here[0]}}, "the density of norm contains k"),
+    "b": (lambda good: {"b": good.b * good.left[0]}, "b contains u_left"),
+    "flow": (lambda good: {"parts": good.parts | {"D": replace(good.parts["D"], t=sp.Symbol("s"))}}, "the flow of part D contains t"),
+}
+
+
+@pytest.mark.parametrize("fault", WRONG_SYMBOLS, ids=str)
+def test_what_a_site_may_not_depend_on_is_refused(fault):
+    good = problem(sites=4)
+    change, sentence = WRONG_SYMBOLS[fault]
+    with pytest.raises(InvalidProblem, match=sentence):
+        replace(good, **change(good))
+
+
+def test_a_site_at_rest_has_canonical_coordinates_too():
+    where = initial_value_problem("ablowitz_ladik", None, {"sites": 3}, y0=[0, 0.5, 0.1, 0, 0.2, 0.3])
+    found = method("darboux:verlet").solve(where, Request(value=1e-4, steps=10)).complete()
+    assert found.y[-1] == pytest.approx(method("strang").solve(where, Request(value=1e-4, steps=10)).complete().y[-1], abs=1e-6)
+
+
+FAULTS = {
+    "bracket": (lambda good: {"b": sp.Matrix([[0, 1], [1, 0]])}, "not skew-symmetric"),
+    "integral": (lambda good: {"integrals": {"norm": good.here[0] ** 2}}, "'?norm'? is no first integral"),
+    "flow": (lambda good: {"parts": good.parts | {"D": replace(good.parts["D"], here=good.here)}}, "flow of part 'D' is not"),
+    "sum": (lambda good: {"splittings": {"UV": ("U", "V")}}, "splitting 'UV' do not add up"),
+    "canonical": (lambda good: {"darboux": replace(good.darboux, Q=good.darboux.P, P=good.darboux.Q)}, "not canonical"),
+}
+
+
+@pytest.mark.parametrize("fault", FAULTS, ids=str)
+def test_a_lattice_that_is_no_poisson_system_is_refused(fault):
+    good = problem(sites=4)
+    change, sentence = FAULTS[fault]
+    with pytest.raises(InvalidProblem, match=sentence):
+        replace(good, **change(good))
+
+
+def test_a_lattice_with_a_casimir_function_keeps_it():
+    """Three fields a site, b = hat(y): rigid bodies side by side, coupled by h = y . y_left."""
+    here, left, right = (sp.symbols(f"x{side} y{side} z{side}", real=True) for side in ("", "_l", "_r"))
+    x, y, z = here
+    k = sp.Symbol("k", integer=True)
+    chain = PoissonLattice(
+        sites=4,
+        here=here,
+        left=left,
+        right=right,
+        b=sp.Matrix([[0, -z, y], [z, 0, -x], [-y, x, 0]]),
+        h=sum(a * b for a, b in zip(here, left, strict=True)) + z**2,
+        casimirs={"length": x**2 + y**2 + z**2},
+        site=k,
+    )
+    start = np.random.default_rng(3).normal(size=12)
+    where = make_ivp(source_of(chain, "spins"), "", y0=start)
+    request = Request(value=0.05, steps=100, watch=("energy", "casimirs"))
+    kept, lost = (method(name).solve(where, request).complete().maxima for name in ("midpoint", "rk4"))
+    assert max(kept.values()) < 1e-12
+    assert min(lost.values()) > 1e-7
+    assert np.abs(where.value("field", start) - where.value("B", start) @ _gradient(where, start)).max() < 1e-13
+
+
+def _gradient(where, y):
+    return np.array([np.imag(where.value("H", y + 1e-30j * e)) / 1e-30 for e in np.eye(len(y))])

@@ -1,0 +1,280 @@
+"""Mistakes in a problem file: each is named with the file, the line or the case, and what is found sound is not looked at again."""
+
+import re
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from own_files import ORBIT, RING
+
+import daebench as package
+from daebench.diagnostics.problem import check
+from daebench.errors import InvalidProblem
+from daebench.methods.initial_value_problem import initial_value_problem
+
+TEXT = {
+    "no such file": (None, None, "nowhere.py: there is no such file"),
+    "no function problem": ("def problem", "def problems", "ring.py defines no function problem"),
+    "wrong annotation": ("-> ConstrainedHamiltonian:", "-> float:", "line 10: problem() must be annotated to return one of"),
+    "no annotation": (" -> ConstrainedHamiltonian:", ":", "line 10: problem() must be annotated to return one of"),
+    "syntax": ("    m, r = sp", "    m, r = = sp", "ring.py, line 11: this is not Python: invalid syntax"),
+    "positional arguments": ("problem(*, mass", "problem(mass", "line 10: problem() takes mass, radius; write problem(*, ...)"),
+    "argument of no number type": ("mass: float", "mass: complex", "argument mass of problem() must be annotated float or int"),
+    "argument without default": (
+        "mass: float = 2.0",
+        "mass: float",
+        "argument mass of problem() must be annotated float or int and have a default",
+    ),
+    "default that is computed": (
+        "mass: float = 2.0",
+        "mass: float = 2 * 3.1",
+        "has the default 2 * 3.1, and must have a number that is written out",
+    ),
+    "default that is no whole number": ("mass: float = 2.0", "mass: int = 2.5", "its default 2.5 is no whole number of at least 1"),
+}
+
+RAISED = {
+    "exception": ("    turn = ", "    1 / 0\n    turn = ", "ring.py, line 14: ZeroDivisionError: division by zero"),
+    "exception at the top": ("from daebench.kin", "from daebench.no_such.kin", "line 7: ModuleNotFoundError: No module named"),
+    "exit": ("    turn = ", "    raise SystemExit(3)\n    turn = ", "ring.py, line 14: SystemExit: 3"),
+    "nothing returned": ("    return Constr", "    Constr", "problem() returns nothing, which is not what it is annotated to return"),
+    "other kind": (
+        "-> ConstrainedHamiltonian",
+        '-> "daebench.PoissonSystem"',
+        "problem() returns a ConstrainedHamiltonian, which is not what",
+    ),
+    "other parameters": (
+        'sp.symbols("mass radius"',
+        'sp.symbols("mass length"',
+        "are mass, radius, and the parameters of its definition length, mass",
+    ),
+    "a case's parameter": ("p=(0, 0))", 'p=(0, 0), parameters={"raduis": 2})', "case 'resting' sets raduis, which is no parameter"),
+}
+
+DEFINED = {
+    "wrong p": ("        p=p,", "        p=p[:1],", "2 positions but 1 momenta"),
+    "wrong M": ("M=m * sp.eye(2)", "M=m * sp.eye(3)", "the mass matrix M has shape (3, 3), but there are 2 positions"),
+    "M that is a list": ("M=m * sp.eye(2)", "M=[[m, 0], [0, m]]", "the mass matrix M must be a SymPy Matrix, and is a list"),
+    "M that is not symmetric": ("M=m * sp.eye(2)", "M=sp.Matrix([[m, 1], [0, m]])", "the mass matrix M is not symmetric"),
+    "g that is no sequence": (
+        "g=[q[0] ** 2 + q[1] ** 2 - r**2]",
+        "g=q[0] ** 2 + q[1] ** 2 - r**2",
+        "g is q1**2 + q2**2 - radius**2, and must be a sequence",
+    ),
+    "g that is an equation": ("- r**2]", "- r**2, sp.Eq(q[0], 0)][1:]", "g is the equation Eq(q1, 0); give the difference of its sides"),
+    "too many constraints": ("- r**2]", "- r**2, q[0]]", "2 constraints on 2 positions"),
+    "wrong case": ("p=(0, 0))", "p=(0, 0, 0))", "case 'resting' has 2 positions and 3 momenta; both must be 2"),
+    "case of another type": ("Case(q=(r, 0), p=(0, 0))", "((r, 0), (0, 0))", "case 'resting' is a tuple; it must be a Case(q=..., p=...)"),
+    "q that is no symbol": ("        q=q,", "        q=('q1', 'q2'),", "q contains 'q1', which is no SymPy Symbol"),
+    "undeclared symbol": ("U=sp.S.Zero", 'U=sp.Symbol("k") * q[0]', "U contains k, which it may not depend on; declare it"),
+    "g of momenta": ("- r**2]", "- r**2 + p[0]]", "g contains p1, which it may not depend on"),
+    "other assumptions": ("U=sp.S.Zero", 'U=sp.Symbol("q1") ** 2', "U contains q1 with other assumptions than those declared"),
+    "symbol used twice": ("        p=p,", "        p=q,", "q1, q2 stands for more than one position, momentum or parameter"),
+    "H and M": ("U=sp.S.Zero", "U=sp.S.Zero, H=p[0] ** 2", "gives either H(p, q), or M and U together"),
+    "complex number": ("U=sp.S.Zero", "U=sp.sqrt(-2) * q[0]", "U is not a real number everywhere: it contains an imaginary unit"),
+    "infinity": ("U=sp.S.Zero", "U=q[0] + sp.oo", "U is not a real number everywhere"),
+    "complex start": ("p=(0, 0))", "p=(0, sp.I))", "p of case 'resting'[1] is not a real number everywhere"),
+    "|q|": ("U=sp.S.Zero", "U=sp.Abs(q[0])", "U contains Abs(q1), which is not twice differentiable"),
+    "sign": ("U=sp.S.Zero", "U=q[0] * sp.sign(q[0])", "U contains sign(q1), which is not twice differentiable"),
+    "Max": ("- r**2]", "- r**2 + sp.Max(q[0], 0)]", "g[0] contains Max(0, q1), which is not twice differentiable"),
+    "Piecewise": (
+        "U=sp.S.Zero",
+        "U=sp.Piecewise((q[0], q[0] > 0), (0, True))",
+        "U contains Piecewise((q1, q1 > 0), (0, True)), which is not twice",
+    ),
+    "floor": ("U=sp.S.Zero", "U=sp.floor(q[0])", "U contains floor(q1), which is not twice differentiable"),
+    "Heaviside in M": (
+        "M=m * sp.eye(2)",
+        "M=(m + sp.Heaviside(q[0])) * sp.eye(2)",
+        "M contains Heaviside(q1), which is not twice differentiable",
+    ),
+    "undefined function": ("U=sp.S.Zero", 'U=sp.Function("V")(q[0])', "U contains V(q1), a function that is not defined"),
+    "chart of positions": ("q=list(r * e)", "q=list(q)", "the chart contains q1, q2, which it may not depend on"),
+    "open integral": ("U=sp.S.Zero", "U=sp.Integral(sp.exp(q[0] ** 2), q[0])", "which SymPy has not carried out; call doit()"),
+}
+
+DECLARED = {
+    "function without numbers": ("U=sp.S.Zero", "U=sp.besselj(0, q[0])", "H cannot be written as a numerical function"),
+    "H that is not finite": ("U=sp.S.Zero", "U=sp.log(q[0] - r)", "case 'resting': H is no finite number at the start"),
+    "H that is complex": ("U=sp.S.Zero", "U=sp.sqrt(q[0] - 2 * r)", "case 'resting': H is no finite number at the start"),
+    "kink at the start": (
+        "U=sp.S.Zero",
+        "U=((q[0] - r) ** 2 + q[1] ** 2) ** sp.Rational(2, 3)",
+        "case 'resting': the derivative H_q is no finite number",
+    ),
+    "second derivative": (
+        "U=sp.S.Zero",
+        "U=(q[0] + q[1] - r) ** sp.Rational(3, 2)",
+        "case 'resting': the derivative H_qq is no finite number",
+    ),
+    "singular M": (
+        "M=m * sp.eye(2)",
+        "M=sp.Matrix([[m, m], [m, m]])",
+        "the mass matrix M is singular at q0: its eigenvalues are from 0 to 4",
+    ),
+    "indefinite M": (
+        "M=m * sp.eye(2)",
+        "M=sp.diag(m, -m)",
+        "the mass matrix M is not positive definite at q0: its eigenvalues are from -2 to 2",
+    ),
+    "integral": ("turn}", "p[0]}", "L is no first integral: its derivative along the motion is"),
+    "integral that is no number": (
+        "turn}",
+        "turn + sp.sqrt(q[0] - 9)}",
+        "its derivative along the motion is nan",
+    ),
+    "complex closed form": (
+        "c, s = mp.cos(angle), mp.sin(angle)",
+        "c, s = mp.mpc(mp.cos(angle), 1), mp.sin(angle)",
+        "closed_form raises TypeError: cannot create mpf from",
+    ),
+    "kinetic flow of an H": (
+        "M=m * sp.eye(2),\n        U=sp.S.Zero,",
+        "H=(p[0] ** 2 + p[1] ** 2) / (2 * m),",
+        "a kinetic flow needs M and U in place of H",
+    ),
+    "closed form elsewhere": ("** 2) * t", "** 2) * (t + 1)", "closed_form is off the initial values at t = 0 by"),
+    "closed form too fast": ("** 2) * t", "** 2) * t * 2", "closed_form misses the equations of motion by 1 of their size at t = 0 s"),
+    "closed form that raises": ('parameters["mass"]', 'parameters["m"]', "closed_form raises KeyError: 'm'"),
+    "closed form of wrong size": ("return [c * q0[0] - s * q0[1], s", "return [s", "closed_form returns 3 numbers, and a state has 4"),
+    "kinetic flow that moves at once": (
+        "kinetic_flow=flow",
+        "kinetic_flow=KineticFlow(t=flow.t, p=flow.p, q=[2 * x for x in flow.q])",
+        "the kinetic flow over time 0 moves the state by",
+    ),
+    "kinetic flow too fast": (
+        "kinetic_flow=flow",
+        "kinetic_flow=sphere(q, p, mass=m / 2, length=r)",
+        "the kinetic flow misses p' = -T_q - G^T lam, q' = H_p by",
+    ),
+    "kinetic flow off the manifold": (
+        "kinetic_flow=flow",
+        "kinetic_flow=KineticFlow(t=flow.t, p=p, q=[x + flow.t * y / m for x, y in zip(q, p)])",
+        "the kinetic flow leaves the manifold",
+    ),
+    "kinetic flow in another time": (
+        "kinetic_flow=flow",
+        "kinetic_flow=KineticFlow(t=flow.t, **{x: [y.subs(flow.t, flow.t + flow.t**3) for y in getattr(flow, x)] for x in 'pq'})",
+        "the kinetic flow over a time twice is not that over twice the time, by",
+    ),
+    "chart without values": (
+        "sp.atan2(q[1], q[0])",
+        "sp.atan2(q[1], q[0]) * sp.log(-r)",
+        "the chart has no finite values around the start of case 'turning'",
+    ),
+    "inverse of the chart": ("inverse_eta=[turn / (m", "inverse_eta=[2 * turn / (m", "the chart and its inverse do not undo each other"),
+}
+
+
+def edited(folder, old, new):
+    assert RING.count(old) >= 1
+    (folder / "ring.py").write_text(RING.replace(old, new, 1))
+
+
+@pytest.mark.parametrize(("old", "new", "sentence"), TEXT.values(), ids=TEXT)
+def test_a_mistake_in_the_form_of_the_file_is_named(daebench, folder, old, new, sentence):
+    if old is not None:
+        edited(folder, old, new)
+    status, out, err = daebench("show", "./ring.py" if old else "./nowhere.py")
+    assert (status, out) == (2, "")
+    assert sentence in err
+    assert err.count("\n") == 1
+
+
+@pytest.mark.parametrize(("old", "new", "sentence"), [*RAISED.values(), *DEFINED.values()], ids=[*RAISED, *DEFINED])
+def test_a_mistake_in_the_definition_is_named_with_the_file_and_the_line(daebench, folder, old, new, sentence):
+    edited(folder, old, new)
+    status, out, err = daebench("run", "./ring.py", "--method", "rattle", "--h", 0.1, "--steps", 1)
+    assert (status, out) == (2, "")
+    assert err.startswith("daebench: ./ring.py")
+    assert sentence in err
+    assert err.count("\n") == 1
+
+
+@pytest.mark.parametrize(("old", "new", "sentence"), DECLARED.values(), ids=DECLARED)
+def test_what_is_declared_and_not_so_is_named(daebench, folder, old, new, sentence):
+    edited(folder, old, new)
+    case = "resting" if "resting" in sentence else "turning"
+    status, out, err = daebench("run", "./ring.py", "--case", case, "--method", "rattle", "--h", 0.1, "--steps", 1)
+    assert (status, out) == (2, "")
+    assert err.startswith("daebench: ./ring.py")
+    assert sentence in err
+    assert err.count("\n") == 1
+
+
+LATER = {
+    "a call": ("    turn = ", "    fragile.break_down()\n    turn = ", 15),
+    "the top": ("\n\ndef problem", "\nfragile.break_down()\n\n\ndef problem", 10),
+}
+
+
+@pytest.mark.parametrize(("old", "new", "line"), LATER.values(), ids=LATER)
+def test_the_place_is_in_the_users_file_where_another_package_in_its_folder_raises(tmp_path, monkeypatch, old, new, line):
+    library = tmp_path / ".venv" / "lib"
+    library.mkdir(parents=True)
+    (library / "fragile.py").write_text("def break_down():\n    raise ValueError('too much')\n")
+    monkeypatch.syspath_prepend(str(library))
+    (tmp_path / "ring.py").write_text(RING.replace(old, new, 1).replace("import sympy", "import fragile\nimport sympy", 1))
+    try:
+        with pytest.raises(InvalidProblem, match=rf"ring.py, line {line}: ValueError: too much; correct the file"):
+            initial_value_problem(str(tmp_path / "ring.py"))
+    finally:
+        sys.modules.pop("fragile", None)
+
+
+@pytest.mark.parametrize("what", ["integrals", "kinetic_flow"])
+def test_a_declaration_that_is_checked_nowhere_is_not_found_sound(folder, monkeypatch, what):
+    ivp = initial_value_problem("./ring.py", "turning")
+    monkeypatch.setattr("daebench.diagnostics.problem.declared.points", lambda ivp: iter(()))
+    fault = getattr(check.declared_checks, what)(ivp)
+    assert re.fullmatch(r"\./ring\.py: .* cannot be checked around the start of case 'turning'.*; correct .*\.", fault)
+
+
+OFF = {
+    "g": ("Case(q=(r, 0), p=(0, 0))", "Case(q=(r + 1, 0), p=(0, 0))", "g[0] = q1**2 + q2**2 - radius**2, is 4 at q0 and not 0"),
+    "G H_p": ("Case(q=(r, 0), p=(0, 0))", "Case(q=(r, 0), p=(4, 0))", "G H_p[0], is 6 at q0, p0 and not 0"),
+}
+
+
+@pytest.mark.parametrize(("old", "new", "sentence"), OFF.values(), ids=OFF)
+def test_initial_values_off_the_manifold_are_named_with_the_constraint(daebench, folder, old, new, sentence):
+    edited(folder, old, new)
+    status, out, _ = daebench("check", "./ring.py")
+    assert status == 1
+    assert f"./ring.py, case 'resting': constraint 1 of 1, {sentence}; correct the case, or add --project" in " ".join(out.split())
+    assert daebench("check", "./ring.py", "--case", "turning")[0] == 0
+    assert np.allclose(package.initial_value_problem("./ring.py", "resting", project=True).q0, [1.5, 0.0], rtol=0, atol=1e-15)
+
+
+def test_what_was_found_sound_is_not_looked_at_again_until_the_file_changes(folder, monkeypatch):
+    initial_value_problem("./ring.py", "turning")
+    monkeypatch.setattr("daebench.diagnostics.problem.check.held", lambda ivp: pytest.fail("checked again"))
+    initial_value_problem("./ring.py", "turning", {"mass": 3.0})
+    (folder / "ring.py").write_text(RING + "\n")
+    with pytest.raises(pytest.fail.Exception, match="checked again"):
+        initial_value_problem("./ring.py", "turning")
+
+
+DECIDE = ["problem_check", "declared_checks", "definition_checks", "nearby", "consistency", "manifold", "metric", "rank"]
+
+
+@pytest.mark.parametrize("name", DECIDE)
+def test_what_was_found_sound_is_looked_at_again_where_the_check_itself_changed(monkeypatch, name):
+    before, read = check._code.__wrapped__(), Path.read_bytes
+    monkeypatch.setattr(Path, "read_bytes", lambda path: read(path) + (b"#" if path.stem == name else b""))
+    assert check._code.__wrapped__() != before
+
+
+NOT_SMOOTH = {
+    "B": ("[[0, u * v], [-u * v, 0]]", "[[0, sp.Max(u, v)], [-sp.Max(u, v), 0]]"),
+    "H": ("H=u - ", "H=sp.Max(u, v) - "),
+}
+
+
+@pytest.mark.parametrize(("old", "new"), NOT_SMOOTH.values(), ids=NOT_SMOOTH)
+def test_a_poisson_system_that_is_not_smooth_is_named(daebench, folder, old, new):
+    (folder / "orbit.py").write_text(ORBIT.replace(old, new))
+    status, _, err = daebench("run", "./orbit.py", "--method", "midpoint", "--anyway", "--h", 0.1, "--steps", 1)
+    assert status == 2
+    assert "contains Max(u, v), which is not twice differentiable" in err
