@@ -120,4 +120,4 @@ def uncompiled_schemes(monkeypatch):
         def __init__(self, *settings, **more):
             super().__init__(*settings, **more | {"compiled": False})
 
-    monkeypatch.setattr("daebench.methods.names_tables.FixedStep", Uncompiled)
+    monkeypatch.setattr("daebench.methods.names.FixedStep", Uncompiled)

@@ -1,10 +1,13 @@
 """The house: links, layers, package lists and the README say what is there, and imports are light."""
 
+import ast
 import importlib
+import io
 import os
 import re
 import subprocess
 import sys
+import tokenize
 import tomllib
 from importlib.util import find_spec
 from pathlib import Path
@@ -18,6 +21,10 @@ from daebench.methods.schemes import members
 
 ROOT = Path(__file__).parent.parent
 FOLDERS = ("problems", "reference", "reports")
+LONGEST = 45
+"""Most lines of code of a function, its docstring, comments and blank lines not counted."""
+
+LAYOUT = {tokenize.COMMENT, tokenize.NL, tokenize.NEWLINE, tokenize.INDENT, tokenize.DEDENT, tokenize.ENDMARKER}
 
 
 @pytest.mark.parametrize("folder", FOLDERS)
@@ -111,3 +118,30 @@ def test_importing_the_diagnostics_imports_neither_sympy_nor_numba_nor_pandas():
     code = "import sys\n" + "".join(f"import daebench.diagnostics.{name}\n" for name in names)
     code += "print([name for name in ('sympy', 'numba', 'pandas', 'scipy') if name in sys.modules])"
     assert subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout.strip() == "[]"
+
+
+def lengths(text):
+    """Return the numbers of lines of code of the functions in a source, by name and line."""
+    tokens = (token for token in tokenize.generate_tokens(io.StringIO(text).readline) if token.type not in LAYOUT)
+    code = {line for token in tokens for line in range(token.start[0], token.end[0] + 1)}
+    functions = (node for node in ast.walk(ast.parse(text)) if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef))
+    return {f"{node.name}:{node.lineno}": len(code & _body_lines(node)) for node in functions}
+
+
+def _body_lines(function):
+    lines = set(range(function.lineno, function.end_lineno + 1))
+    if ast.get_docstring(function) is None:
+        return lines
+    return lines - set(range(function.body[0].lineno, function.body[0].end_lineno + 1))
+
+
+def test_a_function_is_as_long_as_its_lines_of_code():
+    code = 'def f():\n    """One.\n\n    Two.\n    """\n    # three\n    x = 1\n\n    return """\n    text\n    """\n'
+    assert lengths(code) == {"f:1": 5}
+
+
+def test_no_function_is_longer_than_45_lines_of_code():
+    files = [file for folder in ("daebench", *FOLDERS) for file in (ROOT / folder).rglob("*.py")]
+    counted = {f"{file.relative_to(ROOT)}:{name}": n for file in files for name, n in lengths(file.read_text(encoding="utf-8")).items()}
+    assert len(counted) > 1000
+    assert {name: n for name, n in counted.items() if n > LONGEST} == {}

@@ -1,25 +1,24 @@
 """``daebench animate``: several methods on one scene, moving side by side."""
 
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
-from daebench.cli.arguments import Algebra, Anyway, Case, Free, OnSingular, Overwrite, Param, Problem, Project
+from daebench.cli.arguments import Algebra, Anyway, Case, Free, OnSingular, Overwrite, Param, Problem, Project, StepSize, TEnd, Tolerance
 from daebench.cli.console import bar, method_names, pairs
+
+Out = Annotated[Path, typer.Option("--out", help="File: .html (a page that plays), .svg, .gif or .mp4; its numbers go to FILE.frames.csv.")]
 
 
 def animate(
     problem: Problem,
     methods: Annotated[str, typer.Option("--methods", help="Names of methods, comma-separated; each has its scene beside the others.")],
-    t_end: Annotated[float, typer.Option("--t-end", help="End time.")],
-    out: Annotated[
-        Path,
-        typer.Option("--out", help="File: .html (a page that plays), .svg, .gif or .mp4; its numbers go to FILE.frames.csv."),
-    ],
+    t_end: TEnd,
+    out: Out,
     case: Case = None,
-    h: Annotated[float | None, typer.Option("--h", help="Step size of the fixed-step methods.")] = None,
-    tol: Annotated[float, typer.Option("--tol", help="Tolerance of the tolerance-driven methods.")] = 1e-8,
+    h: StepSize = None,
+    tol: Tolerance = 1e-8,
     fps: Annotated[float, typer.Option("--fps", help="Frames a second, at most.")] = 25.0,
     seconds: Annotated[float | None, typer.Option("--seconds", help="How long it lasts [12].")] = None,
     speed: Annotated[float | None, typer.Option("--speed", help="Units of physical time a second, in place of --seconds.")] = None,
@@ -36,26 +35,11 @@ def animate(
     from daebench.pages.film.animation import animation
 
     with bar(f"animate {problem}") as progress:
-        found = animation(
-            problem,
-            methods=wanted,
-            t_end=t_end,
-            out=out,
-            h=h,
-            case=case,
-            tol=tol,
-            fps=fps,
-            seconds=seconds,
-            speed=speed,
-            parameters=pairs("param", param or []),
-            options=pairs("option", option or []),
-            project=project,
-            anyway=anyway,
-            on_singular=on_singular,
-            algebra=algebra,
-            overwrite=overwrite,
-            progress=progress,
-        )
+        runs: dict[str, Any] = {"case": case, "parameters": pairs("param", param or []), "options": pairs("option", option or [])}
+        runs |= {"project": project, "anyway": anyway, "on_singular": on_singular, "algebra": algebra}
+        runs |= {"methods": wanted, "t_end": t_end, "h": h, "tol": tol}
+        film: dict[str, Any] = {"out": out, "overwrite": overwrite, "fps": fps, "seconds": seconds, "speed": speed}
+        found = animation(problem, **runs, **film, progress=progress)
     for failure in found.failures:
         print(failure)
     print(f"written: {', '.join(str(path) for path in found.paths)}")

@@ -42,3 +42,12 @@ TlsKey = Annotated[Path | None, typer.Option("--tls-key", help="For tls://: its 
 SideBySide = Annotated[
     bool, typer.Option("--side-by-side", help="Let runs that are timed run beside others too, whose load is then in their times.")
 ]
+TEnd = Annotated[float, typer.Option("--t-end", help="End time.")]
+StepSize = Annotated[float | None, typer.Option("--h", help="Step size of the fixed-step methods.")]
+Tolerance = Annotated[float, typer.Option("--tol", help="Tolerance of the tolerance-driven methods.")]
+Compensated = Annotated[bool, typer.Option("--compensated", help="Compensate sums over steps for rounding.")]
+StudyMethods = Annotated[str | None, typer.Option("--methods", help="Names of methods, comma-separated; some of each family if left out.")]
+StudyTEnd = Annotated[float | None, typer.Option("--t-end", help="End of all runs; 10 or the end of the reference if left out.")]
+Repeat = Annotated[int, typer.Option("--repeat", min=0, help="Runs that are timed, of which the best counts; 0: no times.")]
+Store = Annotated[Path | None, typer.Option("--store", help="File in which runs are kept; studies.db in the folder if left out.")]
+DryRun = Annotated[bool, typer.Option("--dry-run", help="Say how many runs are to be made, and about how long they take.")]

@@ -12,7 +12,7 @@ from daebench.errors import BadInput
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from daebench.studies.claims.constrained import Finding
+    from daebench.studies.claims.bench import Finding
 
 
 def check(
@@ -40,8 +40,8 @@ def check(
 
     from daebench.methods.initial_value_problem import initial_value_problem
     from daebench.methods.names import method_of
+    from daebench.studies.claims.bench import FALLS_SHORT
     from daebench.studies.claims.check import NO_CLAIMS, check_claims, default_step
-    from daebench.studies.claims.constrained import FALLS_SHORT
     from daebench.studies.measurable import measured
 
     ivp = initial_value_problem(problem, case, pairs("param", param or []))

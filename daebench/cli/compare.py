@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from daebench.cli.arguments import Algebra, Anyway, Case, Free, Json, OnSingular, Param, Problem, Project
+from daebench.cli.arguments import Algebra, Anyway, Case, Free, Json, OnSingular, Param, Problem, Project, StepSize, TEnd, Tolerance
 from daebench.cli.console import bar, method_names, pairs, print_json
 
 if TYPE_CHECKING:
@@ -20,10 +20,10 @@ ENDING = ("position_error", "position_bound", "position_reference", "seconds", "
 def compare(
     problem: Problem,
     methods: Annotated[str, typer.Option("--methods", help="Names of methods, comma-separated.")],
-    t_end: Annotated[float, typer.Option("--t-end", help="End time.")],
+    t_end: TEnd,
     case: Case = None,
-    h: Annotated[float | None, typer.Option("--h", help="Step size of the fixed-step methods.")] = None,
-    tol: Annotated[float, typer.Option("--tol", help="Tolerance of the tolerance-driven methods.")] = 1e-8,
+    h: StepSize = None,
+    tol: Tolerance = 1e-8,
     param: Param = None,
     option: Free = None,
     project: Project = False,

@@ -2,7 +2,10 @@
 
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from pathlib import Path
 from typing import TYPE_CHECKING
+
+import typer
 
 from daebench.cli.console import bar
 from daebench.cli.executors import Executors
@@ -40,3 +43,21 @@ def making(store: "Store", executors: Executors, label: str) -> "Iterator[Runs]"
 
     with bar(label) as progress, executors.opened() as executor:
         yield runs_of(store, executor=executor, tell=lambda done, of, cell: progress(done / of, f"{label}: {cell.method}"))
+
+
+@contextmanager
+def study_runs(
+    cells: "Sequence[Cell]", store: Path | None, out: Path, executors: Executors, label: str, *, dry_run: bool
+) -> "Iterator[tuple[Runs, str]]":
+    """Give what makes the rows of a study's cells, and the sentence on outdated runs; a dry run prints the plan and leaves."""
+    from daebench.runs.files import make_folder
+    from daebench.studies.grid.store import opened
+
+    make_folder(out)
+    with opened(store or out / "studies.db") as kept:
+        if dry_run:
+            print(plan(cells, kept, executors))
+            raise typer.Exit
+        again = outdated(cells, kept)
+        with making(kept, executors, label) as runs:
+            yield runs, again

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from daebench.cli.arguments import Anyway, Case, Free, Json, OnSingular, Param, Problem
+from daebench.cli.arguments import Anyway, Case, Compensated, Free, Json, OnSingular, Param, Problem
 from daebench.cli.console import bar, method_names, pairs, print_json, print_table
 
 if TYPE_CHECKING:
@@ -28,7 +28,7 @@ def long(
     stride: Annotated[int | None, typer.Option("--stride", help="Steps between samples of the energy; 16 if left out.")] = None,
     param: Param = None,
     option: Free = None,
-    compensated: Annotated[bool, typer.Option("--compensated", help="Compensate sums over steps for rounding.")] = False,
+    compensated: Compensated = False,
     precision: Annotated[str, typer.Option("--precision", help="float64 or float32.")] = "float64",
     on_singular: OnSingular = None,
     anyway: Anyway = False,
@@ -50,12 +50,8 @@ def long(
 
     given = tuple(pairs("param", param or []).items())
     named = initial_value_problem(problem, case, dict(given)).case
-    shared: dict[str, Any] = {
-        "parameters": given,
-        "options": tuple(pairs("option", option or []).items()),
-        "on_singular": on_singular or "",
-    }
-    shared |= {"compensated": compensated, "precision": precision, "anyway": anyway, "h": h}
+    shared: dict[str, Any] = {"parameters": given, "options": tuple(pairs("option", option or []).items()), "h": h}
+    shared |= {"compensated": compensated, "precision": precision, "anyway": anyway, "on_singular": on_singular or ""}
     shared["stride"] = STRIDE if stride is None else stride
     specs = [LongRun(problem=problem, case=named, method=name, **shared) for name in method_names(methods)]
     found = [Ensemble(spec, ensemble, _whole(steps), out / "checkpoints") for spec in specs]

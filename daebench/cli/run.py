@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from daebench.cli.arguments import Algebra, Anyway, Case, Free, Json, OnSingular, Overwrite, Param, Problem, Project
+from daebench.cli.arguments import Algebra, Anyway, Case, Compensated, Free, Json, OnSingular, Overwrite, Param, Problem, Project
 from daebench.cli.console import bar, numbers, pairs, print_json, words
 from daebench.errors import BadInput
 
@@ -61,7 +61,7 @@ def run(
     on_singular: OnSingular = None,
     algebra: Algebra = "",
     anyway: Anyway = False,
-    compensated: Annotated[bool, typer.Option("--compensated", help="Compensate sums over steps for rounding.")] = False,
+    compensated: Compensated = False,
     overwrite: Overwrite = False,
     as_json: Json = False,
 ) -> None:
@@ -81,13 +81,8 @@ def run(
         chosen, ivp, request = prepare(problem, method=method, **start, **asked)
         trajectory = chosen.solve(ivp, request)
     _write(out, ivp, request, method, trajectory)
-    _print(
-        ivp,
-        trajectory,
-        constrained(initial_value_problem(problem, **start, consistent=False)) if project else None,
-        compensated=compensated,
-        as_json=as_json,
-    )
+    given = constrained(initial_value_problem(problem, **start, consistent=False)) if project else None
+    _print(ivp, trajectory, given, compensated=compensated, as_json=as_json)
     raise typer.Exit(1 if trajectory.failure else 0)
 
 

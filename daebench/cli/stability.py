@@ -6,7 +6,20 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from daebench.cli.arguments import Case, Json, Problem, Scheduler, TlsCaFile, TlsCert, TlsKey, Workers
+from daebench.cli.arguments import (
+    Case,
+    DryRun,
+    Json,
+    Problem,
+    Scheduler,
+    Store,
+    StudyMethods,
+    StudyTEnd,
+    TlsCaFile,
+    TlsCert,
+    TlsKey,
+    Workers,
+)
 from daebench.cli.asked import asked_of
 from daebench.cli.console import numbers, print_json, words
 from daebench.cli.executors import Executors
@@ -14,38 +27,38 @@ from daebench.cli.grids import making, outdated, plan
 from daebench.studies.grid.tls import Tls
 
 if TYPE_CHECKING:
-    from daebench.studies.grid.store import Store
+    from daebench.studies.grid.store import Store as RunStore
     from daebench.studies.stability.extreme import Asked, Extreme
+
+
+Only = Annotated[
+    str | None,
+    typer.Option(
+        "--only", help="Which of step-limit, outcome-map, parameter-range, penalty, round-off, lost-motion; all that the problem has."
+    ),
+]
+Varied = Annotated[
+    str | None, typer.Option("--param", help="The parameter to vary and its values, name=value,value,...; chosen if left out.")
+]
 
 
 def stability(
     problem: Problem,
     case: Case = None,
-    methods: Annotated[
-        str | None, typer.Option("--methods", help="Names of methods, comma-separated; some of each family if left out.")
-    ] = None,
-    only: Annotated[
-        str | None,
-        typer.Option(
-            "--only", help="Which of step-limit, outcome-map, parameter-range, penalty, round-off, lost-motion; all that the problem has."
-        ),
-    ] = None,
+    methods: StudyMethods = None,
+    only: Only = None,
     h: Annotated[str | None, typer.Option("--h", help="Step sizes, comma-separated; chosen by each extreme if left out.")] = None,
-    param: Annotated[
-        str | None, typer.Option("--param", help="The parameter to vary and its values, name=value,value,...; chosen if left out.")
-    ] = None,
+    param: Varied = None,
     near: Annotated[float, typer.Option("--near", help="Value that the parameter approaches; pictures show the distance from it.")] = 0.0,
-    t_end: Annotated[float | None, typer.Option("--t-end", help="End of all runs; 10 or the end of the reference if left out.")] = None,
-    store: Annotated[
-        Path | None, typer.Option("--store", help="File in which runs are kept; studies.db in the folder if left out.")
-    ] = None,
+    t_end: StudyTEnd = None,
+    store: Store = None,
     out: Annotated[Path, typer.Option("--out", help="Folder for tables and pictures.")] = Path("output/stability"),
     workers: Workers = None,
     scheduler: Scheduler = None,
     tls_ca_file: TlsCaFile = None,
     tls_cert: TlsCert = None,
     tls_key: TlsKey = None,
-    dry_run: Annotated[bool, typer.Option("--dry-run", help="Say how many runs are to be made, and about how long they take.")] = False,
+    dry_run: DryRun = False,
     as_json: Json = False,
 ) -> None:
     """Drive methods to where they break: steps too large and too small, masses, penalties, chaos; what was run is kept.
@@ -78,21 +91,26 @@ def stability(
     if as_json:
         print_json(found)
     else:
-        for name, why in refused.items():
-            print(f"no {name}: {why}.")
-        if found["made_again"]:
-            print(found["made_again"])
-        print(f"written: {', '.join(found['files'])}")
+        _tell_rest(found)
 
 
-def _tell_plan(extremes: "Sequence[Extreme]", asked: "Asked", kept: "Store", executors: Executors) -> None:
+def _tell_rest(found: dict[str, Any]) -> None:
+    """Print which extremes were left out and why, which kept runs were made again, and the files written."""
+    for name, why in found["left_out"].items():
+        print(f"no {name}: {why}.")
+    if found["made_again"]:
+        print(found["made_again"])
+    print(f"written: {', '.join(found['files'])}")
+
+
+def _tell_plan(extremes: "Sequence[Extreme]", asked: "Asked", kept: "RunStore", executors: Executors) -> None:
     plans = [f"{extreme.name}: {plan(extreme.cells(asked), kept, executors)}" for extreme in extremes]  # all, or a sentence alone
     print("\n".join(plans))
     if any(extreme.name == "step-limit" for extreme in extremes):
         print("step-limit makes about twenty runs more for each of its own, by bisection.")
 
 
-def _made(extreme: "Extreme", asked: "Asked", kept: "Store", executors: Executors, out: Path) -> tuple[list[str], Path]:
+def _made(extreme: "Extreme", asked: "Asked", kept: "RunStore", executors: Executors, out: Path) -> tuple[list[str], Path]:
     """Return what an extreme says, and its picture."""
     with making(kept, executors, f"{extreme.name} on {asked.problem}") as runs:
         table = extreme.measure(asked, runs)

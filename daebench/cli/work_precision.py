@@ -6,10 +6,26 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from daebench.cli.arguments import Case, Json, Param, Problem, Scheduler, SideBySide, TlsCaFile, TlsCert, TlsKey, Workers
+from daebench.cli.arguments import (
+    Case,
+    DryRun,
+    Json,
+    Param,
+    Problem,
+    Repeat,
+    Scheduler,
+    SideBySide,
+    Store,
+    StudyMethods,
+    StudyTEnd,
+    TlsCaFile,
+    TlsCert,
+    TlsKey,
+    Workers,
+)
 from daebench.cli.console import numbers, pairs, print_json, print_table, words
 from daebench.cli.executors import Executors
-from daebench.cli.grids import making, outdated, plan
+from daebench.cli.grids import study_runs
 from daebench.errors import DaebenchError
 from daebench.studies.grid.tls import Tls
 
@@ -25,24 +41,23 @@ if TYPE_CHECKING:
     from daebench.studies.grid.study import Study
 
 
+Error = Annotated[
+    str | None,
+    typer.Option("--error", help="Column that is drawn against costs; error_q, or error_y, if left out. defect: of the two-form."),
+]
+
+
 def work_precision(
     problem: Problem,
     case: Case = None,
-    methods: Annotated[
-        str | None, typer.Option("--methods", help="Names of methods, comma-separated; some of each family if left out.")
-    ] = None,
+    methods: StudyMethods = None,
     h: Annotated[str | None, typer.Option("--h", help="Step sizes, comma-separated; halvings of a reference's if left out.")] = None,
     tol: Annotated[str | None, typer.Option("--tol", help="Tolerances, comma-separated; 1e-3 to 1e-13 if left out.")] = None,
-    t_end: Annotated[float | None, typer.Option("--t-end", help="End of all runs; 10 or the end of the reference if left out.")] = None,
+    t_end: StudyTEnd = None,
     param: Param = None,
-    error: Annotated[
-        str | None,
-        typer.Option("--error", help="Column that is drawn against costs; error_q, or error_y, if left out. defect: of the two-form."),
-    ] = None,
-    repeat: Annotated[int, typer.Option("--repeat", min=0, help="Runs that are timed, of which the best counts; 0: no times.")] = 3,
-    store: Annotated[
-        Path | None, typer.Option("--store", help="File in which runs are kept; studies.db in the folder if left out.")
-    ] = None,
+    error: Error = None,
+    repeat: Repeat = 3,
+    store: Store = None,
     out: Annotated[Path, typer.Option("--out", help="Folder for table and picture.")] = Path("output/work-precision"),
     workers: Workers = None,
     scheduler: Scheduler = None,
@@ -50,7 +65,7 @@ def work_precision(
     tls_cert: TlsCert = None,
     tls_key: TlsKey = None,
     side_by_side: SideBySide = False,
-    dry_run: Annotated[bool, typer.Option("--dry-run", help="Say how many runs are to be made, and about how long they take.")] = False,
+    dry_run: DryRun = False,
     json: Json = False,
 ) -> None:
     """Measure errors of many methods against time and work, and name the cheapest for each accuracy; what was measured is kept.
@@ -61,8 +76,6 @@ def work_precision(
     Runs are timed one at a time, the best of several after one that warms up; without times they are made side by side. heyoka's Taylor
     series (heyoka:taylor) and solve_dae's Radau method (solve_dae:Radau) take part where their packages are installed (extra peers).
     """
-    from daebench.runs.files import make_folder
-    from daebench.studies.grid.store import opened
     from daebench.studies.work_precision.study import standard, with_costs
 
     tls = Tls(tls_ca_file, tls_cert, tls_key)
@@ -80,15 +93,9 @@ def work_precision(
         also=(DEFECT,) if error == DEFECT else (),
     )
     error = _column(error, study)
-    make_folder(out)
-    with opened(store or out / "studies.db") as kept:
-        cells = study.cells()
-        if dry_run:
-            print(plan(cells, kept, executors))
-            raise typer.Exit
-        again = outdated(cells, kept)
-        with making(kept, executors, f"work against precision on {problem}") as runs:
-            table = with_costs(runs(cells))
+    cells = study.cells()
+    with study_runs(cells, store, out, executors, f"work against precision on {problem}", dry_run=dry_run) as (runs, again):
+        table = with_costs(runs(cells))
     path = _drawn(out, table, error)
     _tell(table, error, "seconds" if repeat else "evaluations", left_out, again, json=json)
     if not json:

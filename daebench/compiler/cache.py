@@ -12,7 +12,7 @@ from pathlib import Path
 
 from daebench.compiler import sealed
 from daebench.compiler.sealed import CacheWarning, warn
-from daebench.systems.files.package import folder
+from daebench.systems.files.package import digest_of_packages
 
 __all__ = ["GENERATORS", "CacheWarning", "cache_directory", "generated", "toolchain"]
 
@@ -42,17 +42,7 @@ def cache_directory() -> Path:
 @cache
 def toolchain() -> str:
     """Return the text that stands for everything that turns definitions into source: this package's own code and SymPy's version."""
-    return f"{code_of_generators()} sympy {version('sympy')} python {sys.version_info[:2]}"
-
-
-def code_of_generators() -> str:
-    """Return the hash of the names and contents of all files of :data:`GENERATORS`."""
-    package = folder("daebench")
-    digest = hashlib.sha256()
-    for file in sorted(file for name in GENERATORS for file in (package / name).rglob("*.py")):
-        content = file.read_bytes()
-        digest.update(f"{file.relative_to(package).as_posix()} {len(content)}\n".encode() + content)
-    return digest.hexdigest()
+    return f"{digest_of_packages(*GENERATORS)} sympy {version('sympy')} python {sys.version_info[:2]}"
 
 
 def generated(stem: str, key: str, build: Callable[[bool], str]) -> types.ModuleType:

@@ -201,7 +201,7 @@ class Linker:
         if module != HOLE:
             return self.function(module, name, {})
         if found := self.filled(name):
-            return self.function(found, "step" if name == "plain_step" else name, {})
+            return self.function(*found, {})
         if name not in self.emitted:
             for needed in (*self.watch.needs(name), *self.derivation.needs(name)):
                 self.resolve(HOLE, needed)
@@ -211,17 +211,18 @@ class Linker:
             self.emitted[name] = source
         return name
 
-    def filled(self, name: str) -> str | None:
-        """Return the file whose function stands in this hole, where it is one of the scheme, of what is around it, or of the form."""
+    def filled(self, name: str) -> tuple[str, str] | None:
+        """Return file and function that stand in this hole, where they are of the scheme, of what is around it, or of the form."""
         if name in ("one", "begin", "finish", "seen", "moduli"):
-            return f"daebench.schemes.kernels.{self.derivation.states}"
+            return f"daebench.schemes.kernels.{self.derivation.states}", name
         if name == "f":
-            return f"daebench.schemes.kernels.{self.options.form or 'reduced'}"
+            return f"daebench.schemes.kernels.{self.options.form or 'reduced'}", name
         if name == "step" and self.options.projection == "symproj":
-            return "daebench.schemes.kernels.symmetric_projection"
+            return "daebench.schemes.kernels.symmetric_projection", name
         if name in ("step", "plain_step"):
-            return str(self.scheme) if "step" in self.file(str(self.scheme)).functions else "daebench.schemes.kernels.whole"
-        return str(self.scheme) if name in ("start", "increment") else None
+            own = "step" in self.file(str(self.scheme)).functions
+            return (str(self.scheme), "step") if own else ("daebench.schemes.kernels.constrained", "added")
+        return (str(self.scheme), name) if name in ("start", "increment") else None
 
     def _composed(self, name: str) -> str:
         for part in ("mechanical", "composed", "rank"):

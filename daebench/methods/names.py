@@ -25,6 +25,8 @@ from daebench.errors import BadInput, unknown
 from daebench.methods.fixed_step.constrained import FixedStep
 from daebench.methods.fixed_step.lifted import FORM as LIFTED
 from daebench.methods.fixed_step.lifted import Lifted
+from daebench.methods.fixed_step.parts import Parts
+from daebench.methods.fixed_step.poisson import PoissonStep
 from daebench.methods.names_tables import CONSTRAINED, ON_ODE, POISSON, SOLVERS, Kind, Listed, kind_of, solver_numbers
 from daebench.runs.ivp import Ivp
 from daebench.runs.request import Method
@@ -84,10 +86,8 @@ def parse(
     if colon and head == LIFTED and LIFTED in kind.forms:
         return Lifted.of(parse(rest, options, compensated=compensated))
     solver = kind.solvers.get(head) if colon else None
-    if compensated and solver:
-        raise BadInput(f"{name} chooses its own steps and sums; compensated summation is for fixed-step methods.")
-    if kind is POISSON and compensated:
-        raise BadInput(f"{name} does not give its increments, which compensated summation needs; leave it out.")
+    if compensated:
+        _require_increments(kind, name, chooses_steps=solver is not None)
     if kind is POISSON or solver:
         _require_options(name, options, solver_numbers(name) if kind is CONSTRAINED else {})
     if solver:
@@ -95,7 +95,17 @@ def parse(
     if colon and head not in kind.forms:
         raise unknown(f"solver or form{kind.of_kind}", head, [*kind.solvers, *kind.forms])
     form, rest = (head, rest) if colon else ("", name)
-    return kind.fixed_step(*_parts(kind, name, form, rest), dict(options or {}), compensated, anyway)
+    scheme, parts = _parts(kind, name, form, rest)
+    if kind is POISSON:
+        return PoissonStep(scheme, form, parts["splitting"], parts["composition"], anyway)
+    return FixedStep(scheme, form, parts["composition"], parts["projection"], dict(options or {}), compensated)
+
+
+def _require_increments(kind: Kind, name: str, *, chooses_steps: bool) -> None:
+    if chooses_steps:
+        raise BadInput(f"{name} chooses its own steps and sums; compensated summation is for fixed-step methods.")
+    if kind is POISSON:
+        raise BadInput(f"{name} does not give its increments, which compensated summation needs; leave it out.")
 
 
 def _require_options(name: str, options: Mapping[str, float] | None, allowed: Mapping[str, float]) -> None:
@@ -104,8 +114,8 @@ def _require_options(name: str, options: Mapping[str, float] | None, allowed: Ma
             raise unknown(f"option of {name}", option, allowed)
 
 
-def _parts(kind: Kind, name: str, form: str, rest: str) -> tuple[str, str, dict[str, str]]:
-    """Return the scheme, its form, and what follows the scheme: composition, and projection or splitting."""
+def _parts(kind: Kind, name: str, form: str, rest: str) -> tuple[str, dict[str, str]]:
+    """Return the scheme, and what follows it: composition, and projection or splitting."""
     before, plus, after = rest.partition("+")
     if plus and "+" not in kind.signs:
         raise BadInput(f"{name}: projections are for constrained problems; leave out +{after}.")
@@ -121,7 +131,7 @@ def _parts(kind: Kind, name: str, form: str, rest: str) -> tuple[str, str, dict[
         raise _unknown_scheme(kind, name, form, scheme, alone=scheme == rest)
     if empty:
         raise BadInput(empty[0])
-    return scheme, form, parts
+    return scheme, parts
 
 
 def _unknown_scheme(kind: Kind, name: str, form: str, scheme: str, *, alone: bool) -> BadInput:
@@ -160,7 +170,7 @@ def several(
 def free_numbers(method: Method[Any, Any]) -> Mapping[str, float]:
     """Return the names of a method's free numbers and their defaults; those of one that is lifted are those of the method above."""
     scheme = method.method if isinstance(method, Lifted) else method
-    return scheme.free_numbers if isinstance(scheme, FixedStep) else solver_numbers(method.name)
+    return scheme.free_numbers if isinstance(scheme, Parts) else solver_numbers(method.name)
 
 
 def method_of(

@@ -6,11 +6,9 @@ from functools import partial
 from typing import Any
 
 from daebench.methods.catalogue import schemes
-from daebench.methods.fixed_step.constrained import FixedStep
 from daebench.methods.fixed_step.forms import FORMS
 from daebench.methods.fixed_step.lifted import FORM as LIFTED
 from daebench.methods.fixed_step.poisson import FORMS as POISSON_FORMS
-from daebench.methods.fixed_step.poisson import PoissonStep
 from daebench.methods.formulations import constrained
 from daebench.methods.formulations.poisson import FORMULATIONS
 from daebench.methods.schemes import members, poisson_members
@@ -70,8 +68,6 @@ class Kind:
         Returns the names of the schemes.
     signs : mapping of str to str
         What may follow a scheme, by the sign before it, the outermost first.
-    fixed_step : callable
-        Returns a fixed-step method from scheme, form and these parts, with its free numbers, compensated sums and ``anyway``.
     noun : callable
         Returns from a form, or "", what is unknown where a scheme is.
     listed : callable
@@ -85,7 +81,6 @@ class Kind:
     forms: Mapping[str, str]
     schemes: Callable[[], Collection[str]]
     signs: Mapping[str, str]
-    fixed_step: Callable[..., FixedStep | PoissonStep]
     noun: Callable[[str], str]
     listed: Callable[[], list[Listed]]
 
@@ -106,14 +101,6 @@ def _ode(solver: Callable[[str], Any], variant: str, options: Options | None) ->
 
 def _poisson_ode(solver: Callable[[str], Any], variant: str, options: Options | None) -> PoissonOde:
     return PoissonOde(solver(variant))
-
-
-def _constrained_step(scheme: str, form: str, parts: Mapping[str, str], options: Options, compensated: bool, anyway: bool) -> FixedStep:
-    return FixedStep(scheme, form, parts["composition"], parts["projection"], options, compensated)
-
-
-def _poisson_step(scheme: str, form: str, parts: Mapping[str, str], options: Options, compensated: bool, anyway: bool) -> PoissonStep:
-    return PoissonStep(scheme, form, parts["splitting"], parts["composition"], anyway)
 
 
 def _constrained_methods() -> list[Listed]:
@@ -143,7 +130,6 @@ CONSTRAINED = Kind(
     forms={name: form.about for name, form in FORMS.items()},
     schemes=schemes,
     signs={"+": "projection", "/": "composition"},
-    fixed_step=_constrained_step,
     noun=lambda form: "method",
     listed=_constrained_methods,
 )
@@ -163,7 +149,6 @@ POISSON = Kind(
     },
     schemes=poisson_members,
     signs={"/": "composition", "@": "splitting"},
-    fixed_step=_poisson_step,
     noun=lambda form: f"scheme after {form}:" if form else "method for Poisson systems",
     listed=_poisson_methods,
 )

@@ -99,6 +99,13 @@ def _(at_most, facts, mo, number):
     derivative of an unknown; at index 1 and 3, to give it an absolute tolerance that is always met (at index 3, the velocity too). It is
     then computed anew, from position and velocity, when it is asked for.
 
+    """)
+    return
+
+
+@app.cell
+def _(mo):
+    mo.md(r"""
     ## Questions to try
 
     **Take index 1, cured, and go to smaller tolerances. What becomes of g?**

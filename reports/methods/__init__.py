@@ -10,7 +10,7 @@ from daebench.reports.methods.claims import check
 from daebench.reports.methods.figures import draw
 from daebench.reports.methods.numbers import REPEATS, Numbers, measure
 from daebench.reports.methods.tables import tables
-from daebench.studies.claims.constrained import DEFECT_STEPS, ROUNDINGS
+from daebench.studies.claims.bench import DEFECT_STEPS, ROUNDINGS
 
 COMMAND = "daebench report methods"
 

@@ -13,7 +13,7 @@ from daebench.reports.methods.numbers import Numbers
 from daebench.reports.methods.reverse import reverse
 from daebench.reports.methods.series import KEEPING, powers
 from daebench.reports.methods.sweep import PENDULUM, TORUS
-from daebench.studies.claims.constrained import OK
+from daebench.studies.claims.bench import OK
 
 STEEP = 0.25
 """A power of h may fall short of the least that theory gives by so much."""

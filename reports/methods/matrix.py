@@ -9,7 +9,7 @@ from daebench.methods.fixed_step.compositions import COMPOSITIONS
 from daebench.methods.fixed_step.parts import PROJECTIONS
 from daebench.pages.report.claims import require
 from daebench.reports.methods.families import SYSTEMS, family, method
-from daebench.studies.claims.constrained import FALLS_SHORT, NOT_APPLICABLE, OK
+from daebench.studies.claims.bench import FALLS_SHORT, NOT_APPLICABLE, OK
 
 PROPERTIES: Mapping[str, str] = {
     "symmetric": "symmetric",

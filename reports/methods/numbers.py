@@ -28,7 +28,7 @@ class Numbers:
     Parameters
     ----------
     claims : DataFrame
-        A row a problem, method and property: h and the fields of :class:`daebench.studies.claims.constrained.Finding`; the property is
+        A row a problem, method and property: h and the fields of :class:`daebench.studies.claims.bench.Finding`; the property is
         "refused" where a method does not take a problem.
     points, orders : DataFrame
         A row a problem, method, component and step size, and one a fit, as :class:`daebench.studies.orders.series.OrderStudy` has them.

@@ -14,7 +14,7 @@ from daebench.runs.make_ivp import constrained
 from daebench.runs.request import Request
 from daebench.runs.trajectory import CONSTRAINED, Trajectory
 from daebench.studies.claims.check import order_finding
-from daebench.studies.claims.constrained import Bench
+from daebench.studies.claims.constrained import ConstrainedBench
 
 
 class Motion(NamedTuple):
@@ -31,7 +31,7 @@ MOTIONS = (PENDULUM, TORUS)
 """A quadratic constraint with a kinetic flow in closed form, which all methods take; and one that is not quadratic, with neither."""
 
 STEPS = 200
-"""Steps along which constraints and energy are watched; defects are those of the first of them, see ``claims_bench``."""
+"""Steps along which constraints and energy are watched; defects are those of the first ``DEFECT_STEPS`` of them."""
 
 TIMED_STEPS = 2000
 """Steps that are timed, on the pendulum."""
@@ -73,7 +73,7 @@ def sweep(name: str) -> Swept:
             continue
         h = lasting_step(motion, name)
         run = watched(ivp, method(name), h).complete()
-        found.claims.extend(about | {"h": h} | asdict(each) for each in Bench(ivp, method(name), run).findings())
+        found.claims.extend(about | {"h": h} | asdict(each) for each in ConstrainedBench(ivp, method(name), run).findings())
         if motion == PENDULUM:
             orders(motion, name, found)
             found.work.append(about | {"h": h} | {kind: run.work[kind] / run.steps for kind in WORK})

@@ -10,7 +10,7 @@ from daebench.reports.problems.claims import check
 from daebench.reports.problems.figures import draw
 from daebench.reports.problems.numbers import Numbers, measure
 from daebench.reports.problems.tables import reason, tables
-from daebench.studies.claims.constrained import ROUNDINGS
+from daebench.studies.claims.bench import ROUNDINGS
 
 COMMAND = "daebench report problems"
 

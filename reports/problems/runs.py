@@ -17,7 +17,7 @@ from daebench.reports.problems.sizes import Sizes, sizes
 from daebench.runs.ivp import ConstrainedIvp
 from daebench.runs.request import Method, Request
 from daebench.runs.trajectory import Trajectory
-from daebench.studies.claims.constrained import ROUNDINGS
+from daebench.studies.claims.bench import ROUNDINGS
 
 FAMILIES: Mapping[str, tuple[str, ...]] = MappingProxyType(
     {

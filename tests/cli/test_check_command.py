@@ -9,7 +9,7 @@ from checks import EXACT, Study
 
 from daebench.cli.app import main
 from daebench.methods.fixed_step.constrained import FixedStep
-from daebench.studies.claims.constrained import FALLS_SHORT, OK
+from daebench.studies.claims.bench import FALLS_SHORT, OK
 
 CHECK = ("check", "spherical_pendulum", "--case", "fig1.1", "--h", 0.03, "--steps", 20, "--method")
 
@@ -17,7 +17,7 @@ CHECK = ("check", "spherical_pendulum", "--case", "fig1.1", "--h", 0.03, "--step
 @pytest.fixture
 def daebench(daebench, monkeypatch):
     """Run the command line on uncompiled kernels, with a study made up."""
-    monkeypatch.setattr("daebench.methods.names_tables.FixedStep", lambda *a, **k: FixedStep(*a, **k | {"compiled": False}))
+    monkeypatch.setattr("daebench.methods.names.FixedStep", lambda *a, **k: FixedStep(*a, **k | {"compiled": False}))
     monkeypatch.setattr("daebench.studies.claims.check.study", lambda *_, **__: Study(q=lambda h: h**2, p=lambda h: h**2))
     return daebench
 

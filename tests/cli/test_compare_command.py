@@ -25,7 +25,7 @@ VERDICT = {"kept", "bounded", "drifts", "undetermined", "failed"}
 @pytest.fixture
 def plain(plain_functions, uncompiled_schemes, folder, monkeypatch):
     """Have everything run uncompiled, in a folder with a problem file."""
-    monkeypatch.setattr("daebench.methods.names_tables.PoissonStep", lambda *a, **k: PoissonStep(*a, **k | {"compiled": False}))
+    monkeypatch.setattr("daebench.methods.names.PoissonStep", lambda *a, **k: PoissonStep(*a, **k | {"compiled": False}))
 
 
 def _refuse(name):

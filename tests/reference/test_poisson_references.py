@@ -39,7 +39,7 @@ MIDDLE = 5
 def uncompiled_methods():
     """Have our own method run uncompiled."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("daebench.methods.names_tables.PoissonStep", lambda *a: replace(PoissonStep(*a), compiled=False))
+        patch.setattr("daebench.methods.names.PoissonStep", lambda *a: replace(PoissonStep(*a), compiled=False))
         yield
 
 

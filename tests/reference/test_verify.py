@@ -45,7 +45,7 @@ def recomputed_once():
 
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("daebench.methods.formulations.constrained._module", uncompiled.kept_module)
-        patch.setattr("daebench.methods.names_tables.FixedStep", lambda *a, **k: FixedStep(*a, **k | {"compiled": False}))
+        patch.setattr("daebench.methods.names.FixedStep", lambda *a, **k: FixedStep(*a, **k | {"compiled": False}))
         patch.setattr(own_run, "FINEST", 64)
         patch.setattr(own_run, "stepped", once(own_run.stepped))
         patch.setattr(ida_run, "_by_tolerance", once(ida_run._by_tolerance))

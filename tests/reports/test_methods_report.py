@@ -27,8 +27,8 @@ from daebench.reports.methods.matrix import check_claims, keeping, matrix
 from daebench.reports.methods.matrix_figure import exponent, ida_rows, lines
 from daebench.reports.methods.numbers import jobs, measure
 from daebench.runs.request import Request
+from daebench.studies.claims.bench import FALLS_SHORT, NOT_CLAIMED, OK, UNDETERMINED
 from daebench.studies.claims.check import order_finding
-from daebench.studies.claims.constrained import FALLS_SHORT, NOT_CLAIMED, OK, UNDETERMINED
 
 FEW = ("rattle", "se", "midpoint", "energy_momentum", "stiff:midpoint", "strang")
 

@@ -49,7 +49,7 @@ SMALL = Small("planar_pendulum", "rotating", 4.0, "Pendulum", "one that turns ov
 
 @pytest.fixture
 def uncompiled(monkeypatch):
-    monkeypatch.setattr("daebench.methods.names_tables.FixedStep", Uncompiled)
+    monkeypatch.setattr("daebench.methods.names.FixedStep", Uncompiled)
     opened = []
 
     def one_thread():

@@ -36,7 +36,7 @@ def made(tmp_path_factory):
     (folder / "ring.py").write_text(RING)
     with pytest.MonkeyPatch.context() as patch, opened(folder / "s.db") as store:
         patch.chdir(folder)
-        patch.setattr("daebench.methods.names_tables.FixedStep", Uncompiled)
+        patch.setattr("daebench.methods.names.FixedStep", Uncompiled)
         pendulum = {"problem": "planar_pendulum", "cases": ["rotating"], "metrics": ("q", "energy")}
         Study(**pendulum, methods=["rattle", "scipy:DOP853"], values={"h": [1 / 8, 1 / 16], "tol": [1e-6]}, t_end=2.0).table(store)
         Study(problem="./ring.py", methods=["rattle"], values={"h": [1 / 8]}, t_end=2.0, repeat=1).table(store)

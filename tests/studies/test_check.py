@@ -12,8 +12,8 @@ from daebench.errors import BadInput, RunFailed
 from daebench.methods.fixed_step.constrained import FixedStep
 from daebench.methods.names import parse
 from daebench.runs.make_ivp import make_ivp
+from daebench.studies.claims.bench import FALLS_SHORT, NOT_APPLICABLE, NOT_CLAIMED, OK, UNDETERMINED
 from daebench.studies.claims.check import check_claims, default_step
-from daebench.studies.claims.constrained import FALLS_SHORT, NOT_APPLICABLE, NOT_CLAIMED, OK, UNDETERMINED
 from daebench.systems.constrained import Case, ConstrainedHamiltonian, coordinates
 
 

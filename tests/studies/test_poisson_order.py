@@ -19,8 +19,8 @@ from daebench.methods.fixed_step.poisson import PoissonStep
 from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.methods.names import POISSON, parse
 from daebench.reference.solution import integrated, reach, reference_solution
+from daebench.studies.claims.bench import FALLS_SHORT, NOT_CLAIMED, OK, UNDETERMINED
 from daebench.studies.claims.check import check, check_claims, default_step
-from daebench.studies.claims.constrained import FALLS_SHORT, NOT_CLAIMED, OK, UNDETERMINED
 from daebench.studies.orders.study import order, study
 
 TIMES = np.arange(1, 9) / 4
@@ -175,7 +175,7 @@ def test_the_python_interface_gives_the_table():
 
 
 def test_the_command_measures_orders(daebench, monkeypatch, tmp_path):
-    monkeypatch.setattr("daebench.methods.names_tables.PoissonStep", lambda *a, **k: PoissonStep(*a, **k | {"compiled": False}))
+    monkeypatch.setattr("daebench.methods.names.PoissonStep", lambda *a, **k: PoissonStep(*a, **k | {"compiled": False}))
     words = ("order", "lotka_volterra", "--methods", "strang,midpoint", "--t-end", 1, "--h", 0.03125, "--halvings", 3)
     status, out, err = daebench(*words)
     assert (status, out) == (2, "")
@@ -384,7 +384,7 @@ def test_the_step_size_chosen_is_a_small_round_part_of_the_motion(name, low, hig
 
 
 def test_the_command_checks_claims(daebench, monkeypatch):
-    monkeypatch.setattr("daebench.methods.names_tables.PoissonStep", lambda *a, **k: PoissonStep(*a, **k | {"compiled": False}))
+    monkeypatch.setattr("daebench.methods.names.PoissonStep", lambda *a, **k: PoissonStep(*a, **k | {"compiled": False}))
     monkeypatch.setattr("daebench.studies.claims.check.study", no_study)
     words = ("check", "free_rigid_body", "--h", 0.05, "--steps", 20, "--method")
     status, out, err = daebench(*words, "strang", "--json")

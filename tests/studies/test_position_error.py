@@ -17,7 +17,7 @@ pytestmark = pytest.mark.usefixtures("plain_functions", "uncompiled_schemes")
 
 @pytest.fixture(autouse=True)
 def _plain(monkeypatch):
-    monkeypatch.setattr("daebench.methods.names_tables.PoissonStep", lambda *a, **k: PoissonStep(*a, **k | {"compiled": False}))
+    monkeypatch.setattr("daebench.methods.names.PoissonStep", lambda *a, **k: PoissonStep(*a, **k | {"compiled": False}))
 
 
 def oscillator():

@@ -45,7 +45,7 @@ class Uncompiled(FixedStep):
 
 @pytest.fixture(autouse=True)
 def uncompiled_schemes(monkeypatch):
-    monkeypatch.setattr("daebench.methods.names_tables.FixedStep", Uncompiled)
+    monkeypatch.setattr("daebench.methods.names.FixedStep", Uncompiled)
 
 
 @pytest.fixture
@@ -163,7 +163,7 @@ def test_without_a_certified_reference_errors_are_against_a_finer_run_with_its_b
     """The oracle is RATTLE or the splitting itself with much smaller steps, by Richardson of order 2."""
     text = (folder / "ring.py").read_text()
     (folder / "ring.py").write_text(text.replace("        closed_form=closed_form,\n", ""))
-    monkeypatch.setattr("daebench.methods.names_tables.PoissonStep", lambda *a, **k: PoissonStep(*a, **k | {"compiled": False}))
+    monkeypatch.setattr("daebench.methods.names.PoissonStep", lambda *a, **k: PoissonStep(*a, **k | {"compiled": False}))
     (cell,) = study(**{"metrics": ["q"], "values": {"h": [1 / 64]}, "t_end": 2.0} | more).cells()
     row = row_of(cell)
     letter = "y" if "y" in cell.metrics else "q"
@@ -481,7 +481,7 @@ def test_progress_tells_each_cell_that_is_computed(store):
 
 @pytest.mark.slow
 def test_a_study_that_is_killed_keeps_what_was_done_and_goes_on(tmp_path, monkeypatch):
-    monkeypatch.setattr("daebench.methods.names_tables.FixedStep", FixedStep)
+    monkeypatch.setattr("daebench.methods.names.FixedStep", FixedStep)
     path = tmp_path / "rows.db"
     program = f"""
     from pathlib import Path
@@ -526,7 +526,7 @@ def test_a_study_that_is_killed_keeps_what_was_done_and_goes_on(tmp_path, monkey
 @pytest.mark.filterwarnings("ignore::ResourceWarning", "ignore::DeprecationWarning", "ignore::pytest.PytestUnraisableExceptionWarning")
 def test_a_cluster_gives_the_same_rows_though_a_worker_is_killed(store, tmp_path, monkeypatch):
     distributed = pytest.importorskip("distributed", reason="the extra scale is not installed")
-    monkeypatch.setattr("daebench.methods.names_tables.FixedStep", FixedStep)
+    monkeypatch.setattr("daebench.methods.names.FixedStep", FixedStep)
     wide = study(values={"h": [1 / k for k in range(16, 216)]}, t_end=200.0)
     with distributed.LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=":0") as cluster:
         killed = []

@@ -169,7 +169,7 @@ def test_a_run_by_tolerance_is_given_up_after_so_many_calls():
 
 @pytest.mark.parametrize(("method", "value"), [("scipy:DOP853", 1e-3), ("rattle", 1 / 8)], ids=["tolerance", "fixed steps"])
 def test_a_long_run_is_timed_once(monkeypatch, method, value):
-    monkeypatch.setattr("daebench.methods.names_tables.FixedStep", partial(FixedStep, compiled=False))
+    monkeypatch.setattr("daebench.methods.names.FixedStep", partial(FixedStep, compiled=False))
     monkeypatch.setattr("daebench.studies.grid.measure.LONG", 0.0)
     cell = Cell(**MOTION, method=method, value=value, metrics=("energy",), repeat=5)
     owner, solved = type(cell.solver), []

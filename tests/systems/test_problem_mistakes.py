@@ -9,9 +9,12 @@ import pytest
 from own_files import ORBIT, RING
 
 import daebench as package
+from daebench.diagnostics import consistency, manifold, metric, nearby, rank
 from daebench.diagnostics.problem import check
 from daebench.errors import InvalidProblem
 from daebench.methods.initial_value_problem import initial_value_problem
+from daebench.systems import constrained_checks
+from daebench.systems.files.package import digest_of_packages
 
 TEXT = {
     "no such file": (None, None, "nowhere.py: there is no such file"),
@@ -256,14 +259,19 @@ def test_what_was_found_sound_is_not_looked_at_again_until_the_file_changes(fold
         initial_value_problem("./ring.py", "turning")
 
 
-DECIDE = ["problem_check", "declared_checks", "definition_checks", "nearby", "consistency", "manifold", "metric", "rank"]
-
-
-@pytest.mark.parametrize("name", DECIDE)
-def test_what_was_found_sound_is_looked_at_again_where_the_check_itself_changed(monkeypatch, name):
-    before, read = check._code.__wrapped__(), Path.read_bytes
-    monkeypatch.setattr(Path, "read_bytes", lambda path: read(path) + (b"#" if path.stem == name else b""))
-    assert check._code.__wrapped__() != before
+def test_what_was_found_sound_is_looked_at_again_where_the_check_itself_changed(folder, monkeypatch):
+    initial_value_problem("./ring.py", "turning")
+    modules = [check, check.declared_checks, constrained_checks, consistency, manifold, metric, nearby, rank]
+    edited, read = [Path(module.__file__).resolve() for module in modules], Path.read_bytes
+    monkeypatch.setattr("daebench.diagnostics.problem.check.digest_of_packages", digest_of_packages.__wrapped__)
+    initial_value_problem("./ring.py", "turning")
+    monkeypatch.setattr("daebench.diagnostics.problem.check.held", lambda ivp: pytest.fail("checked again"))
+    for changed in edited:
+        monkeypatch.setattr(Path, "read_bytes", lambda path, changed=changed: read(path) + (b"#" if path.resolve() == changed else b""))
+        with pytest.raises(pytest.fail.Exception, match="checked again"):
+            initial_value_problem("./ring.py", "turning")
+    monkeypatch.setattr(Path, "read_bytes", read)
+    initial_value_problem("./ring.py", "turning")
 
 
 NOT_SMOOTH = {

@@ -88,7 +88,7 @@ class Tracer:
         """Return what a name stands for: a method of the hole, or the function of a file, to be run on symbols."""
         if module == HOLE:
             if found := self.linker.filled(name):
-                return self._call(found, "step" if name == "plain_step" else name)
+                return self._call(*found)
             own = getattr(self.hole, name, None)
             if own is not None:
                 return self._counted(name, own)

@@ -4,25 +4,22 @@ What SymPy can see is refused when the definition is made, see ``definition_chec
 start and at a few points of the manifold around it.
 """
 
-import hashlib
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from functools import cache
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from daebench.compiler.cache import generated
-from daebench.diagnostics import consistency, manifold, metric, nearby, rank
+from daebench.diagnostics import rank
 from daebench.diagnostics.consistency import TOLERANCE
 from daebench.diagnostics.manifold import residual_scales
 from daebench.diagnostics.problem import declared as declared_checks
 from daebench.errors import DaebenchError, InvalidProblem
 from daebench.runs.ivp import ConstrainedIvp, Ivp, PoissonIvp
 from daebench.runs.make_ivp import make_ivp
-from daebench.systems import constrained_checks
 from daebench.systems.constrained_checks import check_smooth
+from daebench.systems.files.package import digest_of_packages
 from daebench.systems.poisson import PoissonSystem
 
 MOST = 200
@@ -35,6 +32,9 @@ BASIC = (MASS, SMOOTH, START, RANK)
 
 LEFT_TO_RUNS = (START, RANK)
 """What a run may be told to go on with: a start may be projected, and dependent constraints solved by least squares."""
+
+DECIDING = ("diagnostics", "systems")
+"""Packages that may decide whether a problem is sound: whole ones, so that no file of them can be forgotten."""
 
 Check = Callable[[Any], str]
 
@@ -100,15 +100,7 @@ def require_sound(ivp: Ivp) -> None:
         return '"""Nothing is wrong."""'
 
     if ivp.case in ivp.sheet.CASES:
-        generated(f"{ivp.problem}_sound", f"{ivp.source.key} case {ivp.case} sound {_code()}", build)
-
-
-@cache
-def _code() -> str:
-    """Return a digest of what decides the verdict here."""
-    modules = (declared_checks, constrained_checks, nearby, consistency, manifold, metric, rank)
-    files = [Path(str(each)) for each in (__file__, *(module.__file__ for module in modules))]
-    return hashlib.sha256(b"".join(file.read_bytes() for file in files)).hexdigest()
+        generated(f"{ivp.problem}_sound", f"{ivp.source.key} case {ivp.case} sound {digest_of_packages(*DECIDING)}", build)
 
 
 def _declared(ivp: Ivp) -> Ivp:

@@ -1,6 +1,5 @@
-"""Fixed-step methods for either kind of problem: a scheme linked to a problem, its runs, and its map for complex states."""
+"""Fixed-step methods for either kind of problem: a scheme linked to a problem, and its map for complex states."""
 
-import time
 import types
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping, Sequence
@@ -31,10 +30,9 @@ BEGIN = ("daebench.schemes.kernels.constrained", "begin")
 
 
 class FixedStepMethod(ABC, Generic[Ivp, Result]):
-    """A scheme run with constant step size; problems of each kind add how they enter and leave the scheme's state."""
+    """A scheme run with constant step size; problems of each kind add a run, and how they enter and leave the scheme's state."""
 
     knob = "h"
-    watchable: ClassVar[tuple[str, ...]]
     counted: ClassVar[tuple[str, ...]]
     form: str
     composition: str
@@ -75,10 +73,6 @@ class FixedStepMethod(ABC, Generic[Ivp, Result]):
     @abstractmethod
     def _coordinates(self, ivp: Ivp) -> tuple[Callable[[Sequence[Any]], Any], Callable[[Any], Sequence[Any]]]:
         """Return the maps from the vectors of a state to what the scheme computes in, and back."""
-
-    @abstractmethod
-    def _trajectory(self, run: Run, outcome: dict[str, Any]) -> Result:
-        """Return the trajectory of a run that has ended."""
 
     def _structure(self, *, raw: bool, singular: str) -> dict[str, Any]:
         """Return what else decides the generated module, as :class:`daebench.compiler.link.Options` takes it."""
@@ -127,6 +121,7 @@ class FixedStepMethod(ABC, Generic[Ivp, Result]):
             arrays=ivp.arrays,
         )
 
+    @abstractmethod
     def solve(self, ivp: Ivp, request: Request) -> Result:
         """Return the trajectory; where the scheme stops early, what was computed so far and why.
 
@@ -135,9 +130,8 @@ class FixedStepMethod(ABC, Generic[Ivp, Result]):
         BadInput
             If the request cannot be met: see :class:`daebench.runs.grid.Grid`.
         """
-        run = self.begin(ivp, request, self.grid(ivp, request), request.watched(self.watchable))
-        return self._trajectory(run, run.outcome())
 
+    @abstractmethod
     def begin(self, ivp: Ivp, request: Request, grid: Grid, watched: tuple[str, ...]) -> Run:
         """Return a run at its start.
 
@@ -152,9 +146,6 @@ class FixedStepMethod(ABC, Generic[Ivp, Result]):
         watched : tuple of str
             What the loop watches, or ("samples",) for it to store H in place of states.
         """
-        began = time.perf_counter()
-        kernel = self.kernel(ivp, request.precision, watched, count=request.count)
-        return Run(self._linked(ivp, kernel, grid.h), ivp, request, grid, names=watched_names(watched, ivp), began=began)
 
     def check(self, ivp: Ivp, request: Request) -> None:
         """Accept a request that can be met; raise :class:`BadInput` otherwise."""

@@ -45,7 +45,6 @@ class FixedStep(Parts, FixedStepMethod[ConstrainedIvp, Trajectory]):
     compiled: bool = True
     sweeps: int = 0
     roundings: float = ROUNDINGS
-    watchable = CONSTRAINED
     counted = WORK
 
     @property
@@ -103,8 +102,10 @@ class FixedStep(Parts, FixedStepMethod[ConstrainedIvp, Trajectory]):
     def _reasons(self, ivp: ConstrainedIvp) -> Mapping[int, tuple[str, str]]:
         return SIMPLIFIED if self.member.simplified and self.form != "stiff" else REASONS
 
-    def _trajectory(self, run: Run, outcome: dict[str, Any]) -> Trajectory:
-        ivp, request, (t, rows) = run.ivp, run.request, run.states()
+    def solve(self, ivp: ConstrainedIvp, request: Request) -> Trajectory:
+        """Return the trajectory; where the scheme stops early, what was computed so far and why."""
+        run = self.begin(ivp, request, self.grid(ivp, request), request.watched(CONSTRAINED))
+        outcome, (t, rows) = run.outcome(), run.states()
         d, m = int(ivp.sheet.D), int(ivp.sheet.M)
         p, q = rows[:, :d].copy(), rows[:, d:].copy()
         return Trajectory(
@@ -112,7 +113,7 @@ class FixedStep(Parts, FixedStepMethod[ConstrainedIvp, Trajectory]):
             t=t,
             q=q,
             p=p,
-            lam=ivp.along("lam", p, q) if request.multipliers else None,
+            lam=run.ivp.along("lam", p, q) if request.multipliers else None,
             raw=Stages(self.member.multipliers()).multipliers(run.multipliers(), run.grid.h, m) if request.raw else {},
             passages=tuple(run.passages),
         )

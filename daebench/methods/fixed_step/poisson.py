@@ -1,5 +1,6 @@
 """Fixed-step methods for Poisson systems: a scheme on a form of the system, with a splitting, composed, linked to a problem and run."""
 
+import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -9,10 +10,11 @@ import numpy as np
 from daebench.compiler.cache import generated
 from daebench.compiler.work import POISSON_WORK
 from daebench.errors import BadInput, require_known
-from daebench.methods.fixed_step.base import FixedStepMethod
+from daebench.methods.fixed_step.base import FixedStepMethod, watched_names
 from daebench.methods.fixed_step.compositions import COMPOSITIONS
 from daebench.methods.fixed_step.stepping import REASONS, Run
 from daebench.methods.schemes import poisson_members
+from daebench.runs.grid import Grid
 from daebench.runs.ivp import InitialValueProblem, PoissonIvp
 from daebench.runs.request import Request
 from daebench.runs.scales import in_coordinates, poisson_scales
@@ -58,7 +60,6 @@ class PoissonStep(FixedStepMethod[PoissonIvp, PoissonTrajectory]):
     composition: str = ""
     anyway: bool = False
     compiled: bool = True
-    watchable = POISSON
     counted = POISSON_WORK
 
     def __post_init__(self) -> None:
@@ -154,9 +155,17 @@ class PoissonStep(FixedStepMethod[PoissonIvp, PoissonTrajectory]):
         domain = " and ".join(f"{function} > 0" for function in ivp.sheet.DOMAIN)
         return REASONS | {status: (why.replace("{domain}", domain), advice) for status, (why, advice) in LEFT.items()}
 
-    def _trajectory(self, run: Run, outcome: dict[str, Any]) -> PoissonTrajectory:
-        t, y = run.states()
+    def solve(self, ivp: PoissonIvp, request: Request) -> PoissonTrajectory:
+        """Return the trajectory; where the scheme stops early, what was computed so far and why."""
+        run = self.begin(ivp, request, self.grid(ivp, request), request.watched(POISSON))
+        outcome, (t, y) = run.outcome(), run.states()
         return PoissonTrajectory(**outcome, t=t, y=y)
+
+    def begin(self, ivp: PoissonIvp, request: Request, grid: Grid, watched: tuple[str, ...]) -> Run:
+        """Return a run at its start; see :meth:`FixedStepMethod.begin`."""
+        began = time.perf_counter()
+        kernel = self.kernel(ivp, request.precision, watched, count=request.count)
+        return Run(self._linked(ivp, kernel, grid.h), ivp, request, grid, names=watched_names(watched, ivp), began=began)
 
 
 def require_poisson(name: str, request: Request) -> None:

@@ -57,7 +57,7 @@ class Linked:
     name : str
         Name in the grammar of methods.
     kernel : module
-        The generated module.
+        The generated module, whose ``integrate`` is that of :mod:`daebench.schemes.kernels.loop`.
     par : tuple
         Run-time data: the problem's parameters, the scheme's numbers, the form's numbers.
     weights : ndarray, shape(k,)

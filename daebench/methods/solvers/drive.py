@@ -101,7 +101,7 @@ def drive(
     name: str,
     posed: Posed,
     request: Request,
-    begin: Callable[[Meter], Advance],
+    begin: Callable[[Any, float, Meter], Advance],
     *,
     began: float,
     advice: str,
@@ -120,7 +120,7 @@ def drive(
     request : Request
         What is asked for, already checked.
     begin : callable
-        ``begin(meter)`` compiles what will be called and returns how to advance.
+        ``begin(posed, tol, meter)`` compiles what will be called and returns how to advance.
     began : float
         When the work on this request began, on ``time.perf_counter``.
     advice : str
@@ -137,7 +137,7 @@ def drive(
     outputs = _Outputs([posed.y0])
     try:
         meter.begin(posed.y0)
-        advance = begin(meter)
+        advance = begin(posed, request.value, meter)
         ready = time.perf_counter()
         meter.start()
         outputs.extend(advance, times, meter, request.progress)

@@ -85,10 +85,7 @@ class Ida(Cured):
         self.check(ivp, request)
 
         def driven(dae: Dae, metered: Callable[..., Meter]) -> Driven:
-            def begin(meter: Meter) -> Advance:
-                return self._begin(dae, request.value, meter)
-
-            return drive(self.name, dae, request, begin, began=began, advice=self._advice, metered=metered)
+            return drive(self.name, dae, request, self._begin, began=began, advice=self._advice, metered=metered)
 
         return constrained(self.name, ivp, request, self._posed, driven)
 

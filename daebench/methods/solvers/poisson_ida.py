@@ -68,7 +68,7 @@ class PoissonIda(Cured):
         began = time.perf_counter()
         self.check(ivp, request)
         dae = pose_poisson(ivp, self.formulation, multipliers=self.multipliers)
-        found = drive(self.name, dae, request, lambda meter: self._begin(dae, request.value, meter), began=began, advice=self._advice)
+        found = drive(self.name, dae, request, self._begin, began=began, advice=self._advice)
         return poisson_trajectory(dae, request, found)
 
     @property

@@ -88,11 +88,7 @@ class OnReducedOde(ABC):
 
     def drive(self, posed: Posed, request: Request, *, began: float, advice: str, metered: Callable[..., Meter] = Meter) -> Driven:
         """Return what the solver gives on any ODE; see :func:`daebench.methods.solvers.drive.drive`."""
-
-        def begin(meter: Meter) -> Advance:
-            return self._begin(posed, request.value, meter)
-
-        return drive(self.name, posed, request, begin, began=began, advice=advice, metered=metered)
+        return drive(self.name, posed, request, self._begin, began=began, advice=advice, metered=metered)
 
     @abstractmethod
     def _begin(self, dae: Posed, tol: float, meter: Meter) -> Advance:

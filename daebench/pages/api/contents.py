@@ -39,7 +39,7 @@ TASKS = (
             "daebench.check",
             "daebench.list_problems",
             "daebench.list_methods",
-            "daebench.studies.claims.constrained.Finding",
+            "daebench.studies.claims.bench.Finding",
             "daebench.initial_value_problem",
             "daebench.InitialValueProblem",
             "daebench.Trajectory",

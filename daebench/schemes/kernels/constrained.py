@@ -1,11 +1,14 @@
-"""What the loop does with states x = (p, q) of a constrained system: one step, what ends it, and what is seen of it."""
+"""What the loop does with states x = (p, q) of a constrained system: one step, what ends it, and what is seen of it.
+
+``step``, ``increment`` and ``start`` are those of the scheme's file; a file that has only ``increment`` gets ``added`` as its step.
+"""
 
 from typing import Any
 
 from daebench.schemes.kernels.language import COMPENSATED, INF, LOCAL, MULTISTEP, PROJECTED, chart, increment, no_work, norm, start, step
 from daebench.schemes.kernels.manifold import project
 from daebench.schemes.kernels.newton import OK, both
-from daebench.schemes.kernels.spaces import Number, Report, Vector
+from daebench.schemes.kernels.spaces import Number, Report, Step, Vector
 from daebench.schemes.kernels.summation import add
 
 State = tuple[Vector, Vector]
@@ -40,6 +43,12 @@ else:
         """Return the next state, memory, the raw multipliers and a report."""
         p1, q1, raw, report = step(x[0], x[1], h)
         return (p1, q1), memory, raw, report
+
+
+def added(p0: Vector, q0: Vector, h: Number) -> Step:
+    """Return p1 = p0 + dp, q1 = q0 + dq, the raw multipliers and a report: the step of a scheme that gives its increments."""
+    dp, dq, raw, report = increment(p0, q0, h)
+    return p0 + dp, q0 + dq, raw, report
 
 
 if PROJECTED:

@@ -1,4 +1,8 @@
-"""The only loop over steps: it composes, stores, watches and stops; a step is a map of states and knows nothing of it."""
+"""The only loop over steps: it composes, stores, watches and stops; a step is a map of states and knows nothing of it.
+
+``one``, ``finish``, ``seen`` and ``moduli`` are those of :mod:`daebench.schemes.kernels.constrained`, or of
+:mod:`daebench.schemes.kernels.poisson`.
+"""
 
 from typing import Any
 

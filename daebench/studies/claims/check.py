@@ -1,7 +1,7 @@
 """The claims of a fixed-step method held against what is measured on one initial value problem, one finding a claim.
 
-What is claimed to hold exactly is measured to be zero but for rounding; the bounds on that are those of ``claims_bench``, and of
-``poisson_claims_bench`` for Poisson systems.
+What is claimed to hold exactly is measured to be zero but for rounding; the bounds on that are those of
+:mod:`daebench.studies.claims.bench`.
 """
 
 from collections.abc import Callable, Mapping
@@ -19,7 +19,8 @@ from daebench.reference.solution import reach
 from daebench.runs.ivp import Ivp, PoissonIvp
 from daebench.runs.request import Method, Request
 from daebench.runs.trajectory import CONSTRAINED, POISSON
-from daebench.studies.claims.constrained import FALLS_SHORT, NOT_APPLICABLE, OK, UNDETERMINED, Bench, Finding
+from daebench.studies.claims.bench import FALLS_SHORT, NOT_APPLICABLE, OK, UNDETERMINED, Finding
+from daebench.studies.claims.constrained import ConstrainedBench
 from daebench.studies.claims.poisson import PoissonBench
 from daebench.studies.measurable import PoissonScheme, measured, order_of
 from daebench.studies.orders.series import Series
@@ -79,7 +80,7 @@ def check(
     -------
     DataFrame
         Columns property, claimed, measured, bound, verdict, standard_error and note, as
-        :class:`daebench.studies.claims.constrained.Finding` has them.
+        :class:`daebench.studies.claims.bench.Finding` has them.
 
     Raises
     ------
@@ -104,7 +105,7 @@ def check_claims(
     halvings: int | None = None,
     progress: Progress | None = None,
 ) -> list[Finding]:
-    """Return what a method claims on an initial value problem, and what is measured.
+    """Return what a method claims on an initial value problem, and what is measured: the rows of :func:`check`, which has the errors.
 
     Parameters
     ----------
@@ -112,10 +113,8 @@ def check_claims(
         A problem with consistent initial values.
     method : Method
         A fixed-step method.
-    h : float, optional
-        Step size, s, of all but the order, which has step sizes of its own; by default :func:`default_step`.
-    steps : int
-        Steps of the run along which what is kept is watched; the defects are those of at most 10 steps.
+    h, steps
+        As for :func:`check`; the defects are those of at most 10 steps.
     halvings : int, optional
         As for :func:`daebench.studies.orders.study.study`.
     progress : callable, optional
@@ -127,13 +126,6 @@ def check_claims(
         Order, symmetry, symplecticity, in the problem's chart too where it declares one, both constraints, energy, and each first
         integral that the problem declares; of a Poisson system order, symmetry, whether it is a Poisson map, energy, each Casimir
         function and each first integral.
-
-    Raises
-    ------
-    BadInput
-        If it is no fixed-step method, the method refuses the problem, or h or steps are not what they must be.
-    RunFailed
-        If the run stops early at this step size.
     """
     told = progress or (lambda fraction, label: None)
     fixed = measured(method, ivp, NO_CLAIMS)
@@ -145,9 +137,8 @@ def check_claims(
     told(0.0, f"{fixed.name} on {ivp.problem}, {steps} steps")
     run = fixed.solve(ivp, request)
     told(0.2, f"{fixed.name} on {ivp.problem}, defects")
-    bench: PoissonBench | Bench
-    bench = PoissonBench(ivp, fixed, run.complete()) if isinstance(ivp, PoissonIvp) else Bench(ivp, fixed, run.complete())
-    exact = bench.findings()
+    bench: Any = PoissonBench if isinstance(ivp, PoissonIvp) else ConstrainedBench
+    exact = bench(ivp, fixed, run.complete()).findings()
     order, _ = order_finding(ivp, fixed, halvings=halvings, began=lambda fraction, label: told(0.4 + 0.6 * fraction, f"order of {label}"))
     return [order, *exact]
 
@@ -171,12 +162,8 @@ def order_finding(
 
     Parameters
     ----------
-    ivp : InitialValueProblem
-        A problem with consistent initial values.
-    method : FixedStep or PoissonScheme
-        A fixed-step method that takes it.
-    halvings, began
-        As for :func:`daebench.studies.orders.study.study`.
+    ivp, method, halvings, began
+        As for :func:`daebench.studies.orders.study.study`, with one fixed-step method that takes the problem.
     """
     claimed, missing = order_of(method), float("nan")
     if isinstance(method, FixedStep) and method.form == "stiff":
@@ -193,8 +180,9 @@ def order_finding(
         return Finding("order", claimed, missing, claimed - SLACK, UNDETERMINED, note=note), studied
     fit = min((each.fit for each in found), key=lambda fit: fit.slope)
     bound = claimed - SLACK - 2 * fit.slope_error
-    verdict = OK if fit.slope > bound else FALLS_SHORT
-    return Finding("order", claimed, fit.slope, bound, verdict, fit.slope_error, "; ".join(map(_told, series)) + "."), studied
+    return Finding(
+        "order", claimed, fit.slope, bound, OK if fit.slope > bound else FALLS_SHORT, fit.slope_error, "; ".join(map(_told, series)) + "."
+    ), studied
 
 
 def _told(series: Series) -> str:

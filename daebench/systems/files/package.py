@@ -1,5 +1,6 @@
 """Where the package's own files are: in a wheel, in a checkout with symbolic links, and in one without them."""
 
+import hashlib
 from functools import cache
 from importlib.util import find_spec
 from pathlib import Path
@@ -21,6 +22,17 @@ def folder(package: str) -> Path:
     if spec is None or not spec.submodule_search_locations:
         raise ModuleNotFoundError(f"there is no package {package}; install daebench anew.", name=package)
     return Path(next(iter(spec.submodule_search_locations)))
+
+
+@cache
+def digest_of_packages(*names: str) -> str:
+    """Return the hash of the names and contents of all Python files in packages of daebench, those in folders below included."""
+    package = folder("daebench")
+    digest = hashlib.sha256()
+    for file in sorted(file for name in names for file in (package / name).rglob("*.py")):
+        content = file.read_bytes()
+        digest.update(f"{file.relative_to(package).as_posix()} {len(content)}\n".encode() + content)
+    return digest.hexdigest()
 
 
 def files(*endings: str) -> dict[str, Path]:
