@@ -20,6 +20,7 @@ MODULES = {
     "inputs": "errors",
     "kernels.hole": "schemes.kernels.language",
     "kernels.poisson_hole": "schemes.kernels.poisson_language",
+    "kinetic_flows": "systems.kinetic_flows",
     "method": "runs.request",
     "names": "methods.names",
     "order_study": "studies.orders.study",

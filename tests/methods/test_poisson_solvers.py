@@ -6,12 +6,11 @@ from functools import cache, partial
 
 import numpy as np
 import pytest
-import uncompiled
+from poisson_motions import BY_HAND, body, ivp_of, plain_module, solution, three
 from scipy.integrate import solve_ivp
 
 from daebench.errors import BadInput, DaebenchError, RunFailed
 from daebench.methods.formulations import poisson as posing
-from daebench.methods.formulations import poisson_residuals
 from daebench.methods.formulations.poisson import pose_poisson
 from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.methods.names import POISSON, listed
@@ -25,79 +24,16 @@ NAMES = [method.name for method in listed(POISSON) if method.knob == "tol"]
 ONE_EACH = ["ida:casimirs", "ida:ode", "cvode:adams", "scipy:RK45", "scipy:LSODA"]
 END = Request(value=1e-8, t_end=2.0, points=3)
 
-_kept = {}
-
-
-def _module(ivp, formulation, multipliers):
-    """The generated source run as it stands, with ``njit`` standing for nothing, made once."""
-    key = (ivp.problem, len(ivp.y0), formulation, multipliers)
-    if key not in _kept:
-        text = poisson_residuals.source("Uncompiled.", ivp.source.derivation, formulation, multipliers, cached=False)
-        _kept[key] = uncompiled.run(text, "uncompiled")
-    return _kept[key]
-
 
 @pytest.fixture(autouse=True)
 def plain(monkeypatch, request):
     if "compiled" not in request.fixturenames:
-        monkeypatch.setattr(posing, "_module", _module)
+        monkeypatch.setattr(posing, "_module", plain_module)
 
 
 @pytest.fixture
 def compiled():
     """Asked for by tests that want numba's functions."""
-
-
-@cache
-def ivp_of(name):
-    problem, case = {
-        "body": ("free_rigid_body", "hlw"),
-        "top": ("heavy_top_lie_poisson", "kovalevskaya"),
-        "prey": ("lotka_volterra", "6,2"),
-        "three": ("lotka_volterra_3d", "blow_up"),
-        "late": ("lotka_volterra_3d", "late"),
-        "lattice": ("ablowitz_ladik", None),
-    }[name]
-    return initial_value_problem(problem, case)
-
-
-# ---- right sides written by hand -----------------------------------------------------------------------------------------
-
-
-def body(y):
-    return np.cross(y, np.array(y) / [0.6, 0.8, 1.0])
-
-
-def top(state):
-    y, Gamma = state[:3], state[3:]
-    omega = np.array(y) / [1.0, 1.0, 0.5]
-    return np.concatenate([np.cross(y, omega) + np.cross(Gamma, [1.0, 0.0, 0.0]), np.cross(Gamma, omega)])
-
-
-def prey(y):
-    return np.array([y[0] * (y[1] - 2), y[1] * (1 - y[0])])
-
-
-def three(y):
-    return np.array([y[0] * (y[1] + y[2]), y[1] * (y[0] - y[2] + 1), y[2] * (y[0] + y[1] + 1)])
-
-
-def lattice(state):
-    """(4.10) in complex numbers, on a circle of length 1."""
-    y = state[:16] + 1j * state[16:]
-    around = np.roll(y, 1) + np.roll(y, -1)
-    rate = 1j * ((around - 2 * y) * 16**2 + abs(y) ** 2 * around)
-    return np.concatenate([rate.real, rate.imag])
-
-
-BY_HAND = {"body": body, "top": top, "prey": prey, "three": three, "late": three, "lattice": lattice}
-
-
-@cache
-def solution(name, t):
-    found = solve_ivp(lambda _, y: BY_HAND[name](y), (0, t), ivp_of(name).y0, method="DOP853", rtol=1e-13, atol=1e-14)
-    assert found.success
-    return found.y[:, -1]
 
 
 # ---- what is posed -------------------------------------------------------------------------------------------------------
@@ -165,7 +101,7 @@ def test_a_lattice_is_solved_too(name):
 @pytest.mark.parametrize("name", ["ida:casimirs", "cvode:adams", "scipy:Radau"])
 def test_compiled_functions_give_the_same(name, monkeypatch):
     found = parse(name).solve(ivp_of("body"), END).complete()
-    monkeypatch.setattr(posing, "_module", _module)
+    monkeypatch.setattr(posing, "_module", plain_module)
     plain = parse(name).solve(ivp_of("body"), END).complete()
     assert np.allclose(found.y, plain.y, rtol=0, atol=1e-7)
     assert abs(found.steps - plain.steps) <= 3
@@ -304,7 +240,7 @@ def test_a_state_that_leaves_the_domain_ends_the_run_before_it_is_kept(name):
 @pytest.mark.parametrize("name", ["ida:ode", "cvode:adams", "scipy:DOP853"])
 def test_a_value_that_is_not_finite_ends_the_run(name, monkeypatch):
     def ill(*key):
-        module = types.SimpleNamespace(**vars(_module(*key)))
+        module = types.SimpleNamespace(**vars(plain_module(*key)))
         for each in ("rhs", "residual"):
             right = getattr(module, each)
             setattr(module, each, lambda t, *arrays, right=right: right(t, *arrays) if t < 0.5 else np.nan)

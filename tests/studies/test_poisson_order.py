@@ -8,8 +8,8 @@ from functools import cache
 import mpmath
 import numpy as np
 import pytest
+from poisson_motions import ivp_of, plain_module, solution
 from scipy.integrate import solve_ivp
-from test_poisson_solvers import _module, ivp_of, solution
 
 import daebench.methods.formulations.poisson as posing
 from daebench.errors import BadInput, RunFailed
@@ -28,7 +28,7 @@ TIMES = np.arange(1, 9) / 4
 
 @pytest.fixture(autouse=True)
 def plain_sources(monkeypatch):
-    monkeypatch.setattr(posing, "_module", _module)
+    monkeypatch.setattr(posing, "_module", plain_module)
 
 
 def plain(name, **more):

@@ -39,7 +39,7 @@ TEXT = {
 
 RAISED = {
     "exception": ("    turn = ", "    1 / 0\n    turn = ", "ring.py, line 14: ZeroDivisionError: division by zero"),
-    "exception at the top": ("from daebench.kin", "from daebench.no_such.kin", "line 7: ModuleNotFoundError: No module named"),
+    "exception at the top": ("from daebench.systems.kin", "from daebench.no_such.kin", "line 7: ModuleNotFoundError: No module named"),
     "exit": ("    turn = ", "    raise SystemExit(3)\n    turn = ", "ring.py, line 14: SystemExit: 3"),
     "nothing returned": ("    return Constr", "    Constr", "problem() returns nothing, which is not what it is annotated to return"),
     "other kind": (

@@ -40,8 +40,8 @@ def large_solver(name: str, n: int, target: Target, rows: int = 0) -> str:
 def row_solver(name: str, dtype: str, rows: int = 0) -> str:
     """Source of elimination by operations on rows, see :mod:`daebench.compiler.linear.elimination_rows`."""
     others = ", X" * bool(rows)
-    main = function(f"{name}(A, b{others})", f"return elimination_by_rows.solved(A, b, {dtype!r}{others})")
-    return f"from daebench import elimination_by_rows\n\n\n{main}"
+    main = function(f"{name}(A, b{others})", f"return elimination_rows.solved(A, b, {dtype!r}{others})")
+    return f"from daebench.compiler.linear import elimination_rows\n\n\n{main}"
 
 
 def blocked(name: str, blocks: Sequence[Sequence[int]], target: Target, rows: int = 0) -> str:
