@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from daebench.errors import BadInput, DaebenchError, InconsistentStart, InvalidProblem, RunFailed
     from daebench.methods.initial_value_problem import initial_value_problem
     from daebench.methods.run import list_methods, list_problems, run
-    from daebench.pages.film.animation import animation
+    from daebench.pages.animation.animation import animation
     from daebench.runs.ivp import InitialValueProblem
     from daebench.runs.trajectory import PoissonTrajectory, Trajectory
     from daebench.studies.claims.check import check
@@ -74,7 +74,7 @@ _HOME = {
     "PoissonLattice": "systems.lattice",
     "InitialValueProblem": "runs.ivp",
     "Study": "studies.grid.study",
-    "animation": "pages.film.animation",
+    "animation": "pages.animation.animation",
     "check": "studies.claims.check",
     "compare": "studies.comparison.table",
     "initial_value_problem": "methods.initial_value_problem",

@@ -36,10 +36,10 @@ from daebench.diagnostics.order import SLACK
 from daebench.errors import DaebenchError, positive, real
 from daebench.reference.check.agreement import agreement
 from daebench.reference.check.convergence import Solve, convergence
-from daebench.reference.check.handed import handed
+from daebench.reference.check.external_state import external_state
 from daebench.reference.keep import store
-from daebench.reference.keep.parts import Parts
 from daebench.reference.keep.record import Reference
+from daebench.reference.keep.state_layout import StateLayout
 
 Array = NDArray[np.float64]
 
@@ -119,8 +119,8 @@ def assert_converges(
         If a name or number is not what it must be, t_end is beyond a horizon, or ``step`` returns no such state.
     """
     __tracebackhide__ = True
-    truth = reference_trajectory(problem, case)
-    assert_solver_converges(_march(step, truth.kind), truth, order, t_end=t_end, h=h, halvings=halvings, slack=slack)
+    reference = reference_trajectory(problem, case)
+    assert_solver_converges(_march(step, reference.kind), reference, order, t_end=t_end, h=h, halvings=halvings, slack=slack)
 
 
 def assert_solver_converges(
@@ -160,14 +160,14 @@ def assert_solver_converges(
         raise AssertionError("\n".join([*faults, found.table()]))
 
 
-def _march(step: Step, kind: Parts) -> Solve:
+def _march(step: Step, kind: StateLayout) -> Solve:
     def solve(*given: Any) -> Any:
         __tracebackhide__ = True
         *state, h, t = given
         shapes, rows, n = [part.shape for part in state], [], 0
         for steps in np.rint(t / h):
             while n < steps:
-                state = handed(step(*state, h), shapes, f"step must return {kind.told}")
+                state = external_state(step(*state, h), shapes, f"step must return {kind.told}")
                 n += 1
             rows.append([part.copy() for part in state])
         columns = [np.array(part) for part in zip(*rows, strict=True)]

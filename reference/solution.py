@@ -69,7 +69,7 @@ def reference_solution(ivp: InitialValueProblem, times: ArrayLike, calls: float 
     RunFailed
         If the integration stops early, takes more calls or leaves the domain, or a multiplier is not finite.
     """
-    if not ivp.sheet.CLOSED_FORM:
+    if not ivp.facts.CLOSED_FORM:
         return integrated(ivp, times, calls)
     closed_form, states = ivp.source.derivation.problem.closed_form, {}
     if isinstance(ivp, ConstrainedIvp):
@@ -159,7 +159,7 @@ def multipliers_between(ivp: ConstrainedIvp, known: ReferenceSolution, times: Ar
     ----------
     ivp : ConstrainedIvp
         What ``known`` belongs to.
-    known : Truth
+    known : ReferenceSolution
         The states from which to go on.
     times : array_like, shape(n,)
         Times, s, at least 0, in any order.

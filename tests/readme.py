@@ -10,7 +10,7 @@ from daebench.methods.fixed_step.parts import PROJECTIONS
 from daebench.methods.formulations import poisson as poisson_pose
 from daebench.methods.formulations.constrained import FORMULATIONS
 from daebench.methods.names import POISSON
-from daebench.methods.schemes import members, poisson_members
+from daebench.methods.registry import poisson_registry, registry
 from daebench.schemes.kernels.claims import CLASSES
 
 README = Path(__file__).parent.parent / "README.md"
@@ -46,7 +46,7 @@ def methods():
         system = {"constrained": "(1.9)", "ode": "(1.18)"}.get(claims.system, claims.system)
         kept = [text for text, keeps in (("g = 0", claims.keeps_g), ("G H_p = 0", claims.keeps_Gv)) if keeps]
         yes = ["yes" if value else "no" for value in (claims.symmetric, claims.symplectic)]
-        options = ", ".join(f"{option} = {value:g}" for option, value in members()[name][1].options.items())
+        options = ", ".join(f"{option} = {value:g}" for option, value in registry()[name][1].options.items())
         title = f"`{name}` ({options})" if options else f"`{name}`"
         row = (title, system, str(claims.order), *yes, ", ".join(kept) or "neither", claims.source)
         lines.append(f"| {' | '.join(row)} |")
@@ -63,7 +63,7 @@ def methods():
 def poisson():
     """Return the table of methods for Poisson systems, as Markdown."""
     lines = ["| method | Poisson integrator for | order | symmetric | keeps besides | source |", "|---|---|---|---|---|---|"]
-    for name, claims in poisson_members().items():
+    for name, claims in poisson_registry().items():
         kept = f"{claims.keeps} integrals" if claims.keeps else ""
         row = (
             f"`{name}`",

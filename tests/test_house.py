@@ -17,7 +17,7 @@ import pytest
 import readme
 
 import daebench
-from daebench.methods.schemes import members
+from daebench.methods.registry import registry
 
 ROOT = Path(__file__).parent.parent
 FOLDERS = ("problems", "reference", "reports")
@@ -77,18 +77,18 @@ def test_the_table_of_methods_in_the_readme_is_what_the_schemes_claim():
     assert text == readme.replaced(text)
 
 
-@pytest.mark.parametrize("file", sorted({file for file, _ in members().values()}))
+@pytest.mark.parametrize("file", sorted({file for file, _ in registry().values()}))
 def test_a_scheme_file_says_what_it_is_and_where_it_is_from(file):
     text = (ROOT / "daebench" / "schemes" / f"{file}.py").read_text(encoding="utf-8")
     assert text.startswith('"""')
     assert "::\n" in text or file == "seproj"
-    sources = [member.claims.source for _, (own, member) in members().items() if own == file]
+    sources = [member.claims.source for _, (own, member) in registry().items() if own == file]
     assert all("HLW" in source or "(19" in source or "(20" in source for source in sources)
 
 
 def test_schemes_have_names_of_their_own():
-    names = [name for file in sorted({file for file, _ in members().values()}) for name in _names(file)]
-    assert len(names) == len(set(names)) == len(members())
+    names = [name for file in sorted({file for file, _ in registry().values()}) for name in _names(file)]
+    assert len(names) == len(set(names)) == len(registry())
 
 
 def _names(file):

@@ -32,7 +32,7 @@ def animate(
 ) -> None:
     """Animate methods on one problem: the scene of each above its energy error and what the structure keeps; exit 1 if one stops early."""
     wanted = method_names(methods)
-    from daebench.pages.film.animation import animation
+    from daebench.pages.animation.animation import animation
 
     with bar(f"animate {problem}") as progress:
         runs: dict[str, Any] = {"case": case, "parameters": pairs("param", param or []), "options": pairs("option", option or [])}

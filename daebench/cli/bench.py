@@ -29,13 +29,13 @@ def bench(
     """Measure nanoseconds per step of fixed-step methods, and seconds to the first step on an empty and on a full cache."""
     from daebench.methods.catalogue import schemes
     from daebench.methods.initial_value_problem import initial_value_problem
-    from daebench.methods.schemes import poisson_members
+    from daebench.methods.registry import poisson_registry
     from daebench.studies.start_up import first_step, numba_alone
     from daebench.studies.timing import hand_written, measure
 
     given = pairs("param", param or [])
     ivp = initial_value_problem(problem, case, given, algebra=algebra)
-    own = schemes() if ivp.sheet.KIND == "constrained" else poisson_members()
+    own = schemes() if ivp.facts.KIND == "constrained" else poisson_registry()
     names = words(methods) if methods else list(own)
     rows = []
     with bar("bench") as progress:

@@ -22,7 +22,7 @@ def check(
     ] = None,
     case: Case = None,
     h: Annotated[float | None, typer.Option("--h", help="Step size of all but the order; a small part of the motion if left out.")] = None,
-    steps: Annotated[int | None, typer.Option("--steps", help="Steps along which what is kept is watched; 200 if left out.")] = None,
+    steps: Annotated[int | None, typer.Option("--steps", help="Steps along which what is kept is monitored; 200 if left out.")] = None,
     param: Param = None,
     option: Free = None,
     anyway: Anyway = False,

@@ -72,8 +72,8 @@ def _plain(ivp: Any, table: "pd.DataFrame") -> dict[str, Any]:
     """Return what a comparison says as one mapping; a row has h or tol, whichever steers its method."""
     rows = []
     for row in table.to_dict("records"):
-        knob = "h" if row.get("h") == row.get("h") and "h" in row else "tol"
-        names = [name for name in (*NAMED, *TOLD, *ENDING) if name in row and (name not in ("h", "tol") or name == knob)]
+        resolution = "h" if row.get("h") == row.get("h") and "h" in row else "tol"
+        names = [name for name in (*NAMED, *TOLD, *ENDING) if name in row and (name not in ("h", "tol") or name == resolution)]
         rows.append({name: row[name] for name in names} | {"failure": row["failure"] or None})
     return {"problem": ivp.problem, "case": ivp.case, "parameters": dict(ivp.parameters), "rows": rows}
 

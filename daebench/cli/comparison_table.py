@@ -19,14 +19,14 @@ LOST = 1.0
 
 
 def print_narrow(table: "pd.DataFrame") -> None:
-    """Print one line a method: its knob, error, size and trend of the energy, error of the position, and time."""
-    knobs = [name for name in ("h", "tol") if name in table]
-    columns = ["method", " or ".join(knobs), "energy\nerror", "over\nmean T", "energy", "position\nerror", "seconds"]
-    print_table(columns, [_line(row, knobs) for row in table.to_dict("records")], width=WIDTH)
+    """Print one line a method: its step size or tolerance, error, size and trend of the energy, error of the position, and time."""
+    resolutions = [name for name in ("h", "tol") if name in table]
+    columns = ["method", " or ".join(resolutions), "energy\nerror", "over\nmean T", "energy", "position\nerror", "seconds"]
+    print_table(columns, [_line(row, resolutions) for row in table.to_dict("records")], width=WIDTH)
 
 
-def _line(row: dict[Any, Any], knobs: list[str]) -> list[str]:
-    value = next(row[name] for name in knobs if row[name] == row[name])
+def _line(row: dict[Any, Any], resolutions: list[str]) -> list[str]:
+    value = next(row[name] for name in resolutions if row[name] == row[name])
     return [
         str(row["method"]),
         f"{value:.3g}",

@@ -45,14 +45,14 @@ def _chain(definition: Any) -> dict[str, str]:
     return text | {"size": f"{size}, {definition.d - definition.m} degrees of freedom"}
 
 
-def poisson(definition: Any, sheet: types.ModuleType) -> Texts:
+def poisson(definition: Any, facts: types.ModuleType) -> Texts:
     """Return the definition of a Poisson system as text, and its cases; of a lattice, what it has at one site."""
     text = _lattice(definition) if hasattr(definition, "sites") else _written_out(definition)
-    text["domain"] = ", ".join(f"{each} > 0" for each in sheet.DOMAIN)
-    text |= {f"splitting {name}": ", then ".join(parts) for name, parts in sheet.SPLITTINGS.items()}
-    text["closed form"] = "yes" if sheet.CLOSED_FORM else "no"
-    text["canonical coordinates"] = "yes" if sheet.DARBOUX else "no"
-    text["lift"] = sheet.LIFT or "no"
+    text["domain"] = ", ".join(f"{each} > 0" for each in facts.DOMAIN)
+    text |= {f"splitting {name}": ", then ".join(parts) for name, parts in facts.SPLITTINGS.items()}
+    text["closed form"] = "yes" if facts.CLOSED_FORM else "no"
+    text["canonical coordinates"] = "yes" if facts.DARBOUX else "no"
+    text["lift"] = facts.LIFT or "no"
     return {name: part for name, part in text.items() if part}, _cases(definition.cases, ("y",))
 
 

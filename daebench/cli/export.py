@@ -17,8 +17,8 @@ def export(
     """Write all runs of a store as one table, a row a run, with what made it and how long it took; CSV, or Parquet (extra scale)."""
     from daebench.errors import BadInput
     from daebench.runs import provenance
-    from daebench.studies.grid.cell import maker
     from daebench.studies.grid.export import check_file, described, table_of, write
+    from daebench.studies.grid.run_specification import code_version
     from daebench.studies.grid.store import opened
 
     if not store.is_file():
@@ -28,7 +28,7 @@ def export(
         table = table_of(kept)
     write(table, file)
     provenance.write_beside(file, described(table))
-    others = int((table["maker"] != maker()).sum())
+    others = int((table["maker"] != code_version()).sum())
     if json:
         print_json({"file": str(file), "rows": len(table), "columns": list(table.columns), "of_other_versions": others})
         return

@@ -9,10 +9,10 @@ import typer
 
 from daebench.cli.console import bar
 from daebench.cli.executors import Executors
-from daebench.studies.grid.cell_key import key_of
+from daebench.studies.grid.specification_key import key_of
 
 if TYPE_CHECKING:
-    from daebench.studies.grid.cell import Cell
+    from daebench.studies.grid.run_specification import Cell
     from daebench.studies.grid.runs import Runs
     from daebench.studies.grid.store import Store
 

@@ -97,21 +97,21 @@ def _methods() -> list[dict[str, Any]]:
 
 
 def _constrained(each: Any) -> dict[str, Any]:
-    from daebench.methods.schemes import members
+    from daebench.methods.registry import registry
 
     about: dict[str, Any] = {"name": each.name, "kind": "constrained", "knob": each.knob, "system": each.system}
-    claims = members()[each.name][1].claims if each.name in members() else None
+    claims = registry()[each.name][1].claims if each.name in registry() else None
     claimed = ("order", "symmetric", "symplectic", "on_manifold", "source")
     return about | {"options": dict(each.options)} | {name: getattr(claims, name, None) for name in claimed}
 
 
 def _poisson(each: Any) -> dict[str, Any]:
     """Return a method for Poisson systems with its claims; ``poisson`` says for which B it is a Poisson integrator."""
-    from daebench.methods.schemes import poisson_members
+    from daebench.methods.registry import poisson_registry
     from daebench.schemes.kernels.claims import CLASSES
 
     about: dict[str, Any] = {"name": each.name, "kind": "poisson", "knob": each.knob, "system": each.system}
-    claims = poisson_members().get(each.name)
+    claims = poisson_registry().get(each.name)
     about |= {claim: getattr(claims, claim, None) for claim in ("order", "symmetric", "keeps")}
     return about | {"poisson": CLASSES.get(claims.poisson, "no B") if claims else None, "source": claims.source if claims else None}
 

@@ -27,7 +27,7 @@ def order(
 ) -> None:
     """Measure the orders of methods; exit 1 if a method fails at every step size.
 
-    Errors of q, p, lam and raw multipliers apart, or of y of a Poisson system.
+    Errors of q, p, lam and stage multipliers apart, or of y of a Poisson system.
 
     Errors are Euclidean norms, the largest over t = T k/8, k = 1..8.
     """
@@ -56,9 +56,9 @@ def _print(found: "OrderStudy") -> None:
     columns = ("method", "component", "claimed", "order", "standard error", "points", "dropped", "note")
     print_table(columns, [_line(series) for series in found.series])
     where = f"{found.ivp.problem}, case {found.ivp.case}, T = {found.t_end:g}"
-    bounds = ", ".join(f"{name} {bound:.1e}" for name, bound in found.truth.bound.items())
+    bounds = ", ".join(f"{name} {bound:.1e}" for name, bound in found.reference_solution.bound.items())
     print(f"{where}: largest Euclidean norm of the error over t = T k/8, k = 1..8.")
-    print(f"Reference: {found.truth.kind}, good for {bounds}.")
+    print(f"Reference: {found.reference_solution.kind}, good for {bounds}.")
     failures = {point.failure: None for series in found.series for point in series.points if point.failure}
     for failure in failures:
         print(failure)
@@ -79,9 +79,9 @@ def _everything(found: "OrderStudy") -> dict[str, Any]:
         "case": found.ivp.case,
         "parameters": dict(found.ivp.parameters),
         "t_end": found.t_end,
-        "times": found.truth.t,
+        "times": found.reference_solution.t,
         "error": "largest Euclidean norm over the times",
-        "reference": {"kind": found.truth.kind, "bound": dict(found.truth.bound)},
+        "reference": {"kind": found.reference_solution.kind, "bound": dict(found.reference_solution.bound)},
         "series": [_series(each) for each in found.series],
     }
 

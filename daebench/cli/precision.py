@@ -62,7 +62,7 @@ def precision(
 ) -> None:
     """Compare single, double and compensated arithmetic, and Newton's iteration ended early, in error, energy, two-form and time.
 
-    Newton's iteration is ended after 1, 2, 3 sweeps or at a tolerance, and held against a converged one.
+    Newton's iteration is ended after 1, 2, 3 iterations or at a tolerance, and held against a converged one.
     """
     from daebench.studies.precision.figure import draw
     from daebench.studies.precision.study import cells_of, says, smallest_steps, table_of

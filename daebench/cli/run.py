@@ -21,7 +21,7 @@ MAKER = "daebench run"
 """Who made a file, as the text beside it says."""
 
 MOST_PASSAGES = 6
-"""Passages through places where G loses rank that are printed; JSON has all."""
+"""Rank-loss events that are printed; JSON has all."""
 
 
 class Precision(StrEnum):
@@ -75,7 +75,7 @@ def run(
         start: dict[str, Any] = {"case": case, "parameters": pairs("param", param or []), "algebra": algebra}
         start |= {"q0": numbers("--q0", q0), "p0": numbers("--p0", p0)}
         asked: dict[str, Any] = {"h": h, "tol": tol, "steps": steps, "t_end": t_end, "points": points, "every": every}
-        asked |= {"watch": None if watch is None else _watched(watch), "multipliers": lam, "raw": raw, "progress": progress}
+        asked |= {"watch": None if watch is None else _monitored(watch), "multipliers": lam, "raw": raw, "progress": progress}
         asked |= {"options": pairs("option", option or []), "compensated": compensated, "precision": precision.value, "anyway": anyway}
         asked |= {"y0": numbers("--y0", y0), "project": project, "on_singular": on_singular}
         chosen, ivp, request = prepare(problem, method=method, **start, **asked)
@@ -145,7 +145,7 @@ def _passed(passages: "Sequence[Passage]") -> str | None:
     return "; ".join([*told, *more]) or None
 
 
-def _watched(text: str) -> list[str]:
+def _monitored(text: str) -> list[str]:
     names = words(text)
     if "none" in names and len(names) > 1:
         raise BadInput(f"--watch {text}: none cannot be combined with other names.")

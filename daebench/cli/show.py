@@ -23,9 +23,9 @@ def show(
 
     found = find_problem(problem)
     ivp = initial_value_problem(problem, consistent=False)
-    poisson = ivp.sheet.KIND == "poisson"
-    text, cases = definition.poisson(found.define(), ivp.sheet) if poisson else definition.constrained(found.define())
-    about = {"problem": found.name, "kind": ivp.sheet.KIND, "about": found.summary, "definition": text}
+    poisson = ivp.facts.KIND == "poisson"
+    text, cases = definition.poisson(found.define(), ivp.facts) if poisson else definition.constrained(found.define())
+    about = {"problem": found.name, "kind": ivp.facts.KIND, "about": found.summary, "definition": text}
     about |= {"parameters": {**found.parameters, **found.structure}, "cases": cases}
     about |= _use(ivp)
     if as_json:
@@ -65,7 +65,7 @@ def _use(ivp: Any) -> dict[str, Any]:
     from daebench.methods.names import kind_of, listed, parse
 
     kind = kind_of(ivp)
-    names = _poisson_names() if ivp.sheet.KIND == "poisson" else [method.name for method in listed()]
+    names = _poisson_names() if ivp.facts.KIND == "poisson" else [method.name for method in listed()]
     refusals = {name: parse(name, kind=kind).refusal(ivp) for name in names}
     return {
         "methods": [name for name, why in refusals.items() if why is None],
@@ -76,8 +76,8 @@ def _use(ivp: Any) -> dict[str, Any]:
 def _poisson_names() -> list[str]:
     """Return the methods for Poisson systems, the schemes that can be run in canonical coordinates there too, and one that is lifted."""
     from daebench.methods.names import POISSON, listed
-    from daebench.methods.schemes import poisson_members
+    from daebench.methods.registry import poisson_registry
 
     own = [method.name for method in listed(POISSON)]
-    canonical = [f"darboux:{name}" for name, claims in poisson_members().items() if claims.poisson != "split"]
+    canonical = [f"darboux:{name}" for name, claims in poisson_registry().items() if claims.poisson != "split"]
     return [*own, *(name for name in canonical if name not in own), "lifted:rattle"]

@@ -79,7 +79,7 @@ class Source:
 
     @cached_property
     def _darboux(self) -> Any:
-        if self.sheet.SITES:
+        if self.facts.SITES:
             from daebench.compiler.lattice.derivation import DarbouxLattice
 
             return DarbouxLattice(self.derivation)
@@ -88,7 +88,7 @@ class Source:
         return DarbouxDerivation(self.derivation)
 
     @cached_property
-    def sheet(self) -> types.ModuleType:
+    def facts(self) -> types.ModuleType:
         """Facts of the problem: sizes, names and initial values, see :func:`daebench.compiler.facts.facts`."""
 
         def build(cached: bool) -> str:

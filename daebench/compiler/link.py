@@ -1,7 +1,7 @@
 """The linker: joins a scheme's file with one problem's functions and algebra into the source of one module.
 
 Scheme files and the files in ``kernels/`` are read as syntax, never run; operations of the algebra take the place of operators. From
-the functions that are asked for, the linker follows every call; for each function it settles the constants of the hole, threads the
+the functions that are asked for, the linker follows every call; for each function it settles the constants of the language, threads the
 problem's parameters through, specialises functions that are passed by name, and asks the derivation or the algebra for exactly the names
 that are left.
 """
@@ -15,7 +15,18 @@ from daebench.compiler import codegen
 from daebench.compiler.constrained.derivation import Derivation
 from daebench.compiler.declared import Declarations
 from daebench.compiler.operators import Lowering
-from daebench.compiler.syntax import HOLE, HOLES, RUN_TIME, SourceFile, TypedLiterals, call, called, decorated, gathered, parameters_of
+from daebench.compiler.syntax import (
+    LANGUAGE,
+    LANGUAGES,
+    RUN_TIME,
+    SourceFile,
+    TypedLiterals,
+    call,
+    called,
+    decorated,
+    gathered,
+    parameters_of,
+)
 from daebench.compiler.unroll import Unroller
 from daebench.errors import InvalidProblem
 from daebench.schemes.kernels.language import ROUNDINGS
@@ -50,7 +61,7 @@ class Options:
     watch : tuple of str
         Any of "energy", "manifold", "integrals": what the loop takes the maximum error of; or "samples": that it stores H and no states.
     count : bool
-        Whether evaluations, solves and sweeps are counted.
+        Whether evaluations, solves and iterations are counted.
     compiled : bool
         Whether functions are handed to numba; otherwise they run as they are.
     form : str
@@ -61,10 +72,10 @@ class Options:
         Whether a step is made of several substeps, and whether sums over steps are compensated for rounding.
     projection : str
         What ends a step: "" for nothing, "proj" or "symproj".
-    raw : int
-        Number of raw multipliers of a step that the loop stores.
+    stage_multipliers : int
+        Number of stage multipliers of a step that the loop stores.
     singular : str
-        What becomes of a run where G loses rank: "" where it is not watched, "watch", or "least-squares" where systems of constraints
+        What becomes of a run where G loses rank: "" where it is not monitored, "watch", or "least-squares" where systems of constraints
         are solved that way besides.
     sweeps, roundings : int and float
         Sweeps after which Newton's iteration is ended, 0 for convergence, and increments, in roundings, that end it.
@@ -79,7 +90,7 @@ class Options:
     composed: bool = False
     compensated: bool = False
     projection: str = ""
-    raw: int = 0
+    stage_multipliers: int = 0
     singular: str = ""
     sweeps: int = 0
     roundings: float = ROUNDINGS
@@ -92,7 +103,7 @@ def _text(module: str) -> str:
 
 @cache
 def _declared(module: str) -> SourceFile:
-    """Return a file of the hole as syntax: what it declares is the same for every problem."""
+    """Return a file of the scheme language as syntax: what it declares is the same for every problem."""
     return SourceFile(module, _text(module), {})
 
 
@@ -104,9 +115,9 @@ class Linker:
     derivation : Derivation
         The problem.
     options : Options
-        Number type, what to watch, whether to count and to compile.
+        Number type, what to monitor, whether to count and to compile.
     scheme : str, optional
-        Module name of the scheme that fills the holes ``step`` and ``start``.
+        Module name of the scheme that has the functions ``step`` and ``start``.
     """
 
     def __init__(self, derivation: Derivation, options: Options, scheme: str | None = None) -> None:
@@ -127,10 +138,10 @@ class Linker:
             "RANK_WATCHED": bool(options.singular),
             "SINGLE": derivation.constants.get("SINGLE", derivation.constants.get("CONSTRAINTS") == 1),
             "AGAIN": 2 if options.precision == "complex128" and options.roundings == ROUNDINGS else 1,
-            "SWEEPS_ASKED": options.sweeps,
+            "ITERATIONS_ASKED": options.sweeps,
             "ROUNDINGS": options.roundings,
         }
-        self.watch = derivation.watch(options.watch, len(self.kinds) if options.count else 0, options.raw)
+        self.monitored = derivation.monitored(options.watch, len(self.kinds) if options.count else 0, options.stage_multipliers)
         self.files: dict[str, SourceFile] = {}
         if scheme:
             self.constants["MULTISTEP"] = "start" in self.file(scheme).functions
@@ -150,7 +161,7 @@ class Linker:
             real = "float32" if self.options.precision == "float32" else "float64"
             lines += [f"DTYPE = numpy.{self.options.precision}", f"REAL = numpy.{real}", "ZERO = DTYPE(0)"]
         if self.scheme:
-            lines += [f"EACH_{name.upper()} = {self.work.get(name, [])}" for name in ("one", "finish", "begin")]
+            lines += [f"EACH_{name.upper()} = {self.work.get(name, [])}" for name in ("one_step", "after_step", "initialise")]
         lines.append(f"ELEMENTWISE = {self.algebra.elementwise and 'def solve' not in body and 'def _solve' not in body}")
         if self.options.compiled:
             constants = dict(line.split(" = ", 1) for line in lines[1:])
@@ -169,19 +180,19 @@ class Linker:
         file = self.file(module)
         if name not in file.lowered:
             path = f"{module.replace('.', '/')}.py"
-            lowering = Lowering(path, Declarations(file, lambda other: _declared(other) if other in HOLES else self.file(other)))
+            lowering = Lowering(path, Declarations(file, lambda other: _declared(other) if other in LANGUAGES else self.file(other)))
             file.lowered[name] = lowering.function(file.functions[name])
             for operation in sorted(lowering.used):
-                if operation in file.functions or file.imports.get(operation, (HOLE, operation)) != (HOLE, operation):
+                if operation in file.functions or file.imports.get(operation, (LANGUAGE, operation)) != (LANGUAGE, operation):
                     raise InvalidProblem(f"{path}: {operation} is the name of an operation of the algebra; give the function another.")
-                file.imports[operation] = (HOLE, operation)
+                file.imports[operation] = (LANGUAGE, operation)
         return file.lowered[name]
 
     @staticmethod
     def _emitted(module: str, name: str) -> str:
         """Return the name that a file's function has in the generated module."""
-        own = module.rsplit(".", 1)[1]
-        return name if own in ("loop", "constrained", "poisson", "composed", "mechanical", "rank") else f"{own}_{name}"
+        file = module.rsplit(".", 1)[1]
+        return name if file in ("loop", "constrained", "poisson", "composed", "mechanical", "rank") else f"{file}_{name}"
 
     def function(self, module: str, name: str, bound: Mapping[str, str]) -> str:
         """Emit the function of this name in this file, with these functions in place of its callable parameters; return its name."""
@@ -196,16 +207,16 @@ class Linker:
 
     def resolve(self, module: str, name: str) -> str:
         """Return the emitted name of what a file's imported name stands for, emitting it first where it is new."""
-        if self.tracer and (module == HOLE or module == "daebench.schemes.kernels.rank") and self.tracer.written(name):
+        if self.tracer and (module == LANGUAGE or module == "daebench.schemes.kernels.rank") and self.tracer.written(name):
             return name
-        if module != HOLE:
+        if module != LANGUAGE:
             return self.function(module, name, {})
-        if found := self.filled(name):
-            return self.function(*found, {})
+        if filling := self.filled(name):
+            return self.function(*filling, {})
         if name not in self.emitted:
-            for needed in (*self.watch.needs(name), *self.derivation.needs(name)):
-                self.resolve(HOLE, needed)
-            source = self.derivation.source(name) or self.algebraic(name) or self.watch.source(name)
+            for needed in (*self.monitored.needs(name), *self.derivation.needs(name)):
+                self.resolve(LANGUAGE, needed)
+            source = self.derivation.source(name) or self.algebraic(name) or self.monitored.source(name)
             if source is None:
                 return self._composed(name)
             self.emitted[name] = source
@@ -213,7 +224,7 @@ class Linker:
 
     def filled(self, name: str) -> tuple[str, str] | None:
         """Return file and function that stand in this hole, where they are of the scheme, of what is around it, or of the form."""
-        if name in ("one", "begin", "finish", "seen", "moduli"):
+        if name in ("one_step", "initialise", "after_step", "output", "state_norm"):
             return f"daebench.schemes.kernels.{self.derivation.states}", name
         if name == "f":
             return f"daebench.schemes.kernels.{self.options.form or 'reduced'}", name
@@ -233,10 +244,10 @@ class Linker:
 
     def takes_par(self, module: str, name: str) -> bool:
         """Whether calls of this function hand on the problem's parameters."""
-        return module != HOLE or (self.algebraic(name) is None and name not in _PLAIN)
+        return module != LANGUAGE or (self.algebraic(name) is None and name not in _PLAIN)
 
     def work_of(self, emitted: str, name: str) -> list[int]:
-        """Return what one call of this function counts for, Newton's sweeps apart."""
+        """Return what one call of this function counts for, Newton's iterations apart."""
         if name in self.derivation.costs:
             return self.derivation.costs[name]
         if name in _UNCOUNTED:
@@ -245,12 +256,12 @@ class Linker:
             return [int(kind == _WORK[name]) for kind in self.kinds]
         return self.work.get(emitted, [0] * len(self.kinds))
 
-    def tally(self, improve: str) -> str:
-        """Emit the function that turns a number of sweeps of ``improve`` into work; return its name."""
-        emitted = f"tally__{improve}"
-        sweep = [n + (kind == "newton") for n, kind in zip(self.work[improve], self.kinds, strict=True)]
-        result = codegen.pack(f"{n} * sweeps" for n in sweep) if self.options.count else "()"
-        self.emitted[emitted] = codegen.function(f"{emitted}(sweeps)", f"return {result}")
+    def tally(self, update: str) -> str:
+        """Emit the function that turns a number of iterations of ``update`` into work; return its name."""
+        emitted = f"tally__{update}"
+        work = [n + (kind == "newton") for n, kind in zip(self.work[update], self.kinds, strict=True)]
+        result = codegen.pack(f"{n} * iterations" for n in work) if self.options.count else "()"
+        self.emitted[emitted] = codegen.function(f"{emitted}(iterations)", f"return {result}")
         return emitted
 
 
@@ -272,19 +283,19 @@ class _Specialise(Unroller):
         return ast.fix_missing_locations(signature)
 
     def visit_Name(self, node: ast.Name) -> ast.expr:
-        """Put values in place of the hole's constants and of a file's literals."""
+        """Put values in place of the language's constants and of a file's literals."""
         if node.id in self.indices:
             return ast.Constant(self.indices[node.id])
         module, name = self._target(node.id)
-        if module == HOLE and name in self.linker.constants:
+        if module == LANGUAGE and name in self.linker.constants:
             return ast.Constant(self.linker.constants[name])
-        if module == HOLE and name in RUN_TIME:
+        if module == LANGUAGE and name in RUN_TIME:
             return ast.parse(RUN_TIME[name].format(len(self.linker.derivation.parameters)), mode="eval").body
-        return node if module == HOLE else self.linker.file(module).literals.get(name, node)
+        return node if module == LANGUAGE else self.linker.file(module).literals.get(name, node)
 
     def counts(self, name: str) -> bool:
         """Whether a name stands for the number of stages or of constraints."""
-        return self._target(name) in ((HOLE, "STAGES"), (HOLE, "CONSTRAINTS"))
+        return self._target(name) in ((LANGUAGE, "STAGES"), (LANGUAGE, "CONSTRAINTS"))
 
     def generic_visit(self, node: ast.AST) -> ast.AST:
         """Keep track of branches and loops: what is called there is called we know not how often."""
@@ -301,7 +312,7 @@ class _Specialise(Unroller):
         if len(node.args) == 1 and isinstance(node.args[0], ast.GeneratorExp):
             return gathered(name, self.written_out(node.args[0]))
         module, target = self._target(name)
-        if module == HOLE and target == "tally":
+        if module == LANGUAGE and target == "tally":
             assert isinstance(node.args[0], ast.Name)
             return call(self.linker.tally(self.bound[node.args[0].id]), [self.visit(node.args[1])])
         if name in self.bound:
@@ -329,7 +340,7 @@ class _Specialise(Unroller):
 
     def _split(self, module: str, target: str, arguments: Sequence[ast.expr]) -> tuple[dict[str, str], list[ast.expr]]:
         """Split a call's arguments into functions passed by name, emitted and bound to their parameters, and the others."""
-        function = None if module == HOLE else self.linker.file(module).functions[target]
+        function = None if module == LANGUAGE else self.linker.file(module).functions[target]
         slots = [] if function is None else called(function)
         bound, handed = {}, []
         for position, argument in enumerate(arguments):

@@ -1,6 +1,6 @@
 """Operators in scheme files, lowered to the operations of the algebra before linking: ``q0 + h * v`` becomes ``axpy(h, v, q0)``.
 
-Annotations and the declarations of ``kernels/hole.py`` give every expression a kind, see :mod:`daebench.compiler.shapes`; the kinds of
+Annotations and the declarations of ``kernels/language.py`` give every expression a kind, see :mod:`daebench.compiler.shapes`; the kinds of
 names are followed through assignments, branches and loops.
 """
 

@@ -1,7 +1,7 @@
 """Kinds of expressions in scheme files, and the operation of the algebra that each sum, multiple and product of them stands for.
 
-The kinds with names are the classes of ``kernels/hole.py``. ``None`` is the kind of an expression of which nothing is known: no operator
-takes it.
+The kinds with names are the classes of ``kernels/language.py``. ``None`` is the kind of an expression of which nothing is known: no
+operator takes it.
 """
 
 from collections.abc import Mapping

@@ -6,8 +6,8 @@ from collections.abc import Mapping, Sequence
 from functools import cache, reduce
 from types import MappingProxyType
 
-HOLE = "daebench.schemes.kernels.language"
-HOLES = (HOLE, "daebench.schemes.kernels.poisson_language", "daebench.schemes.kernels.spaces")
+LANGUAGE = "daebench.schemes.kernels.language"
+LANGUAGES = (LANGUAGE, "daebench.schemes.kernels.poisson_language", "daebench.schemes.kernels.spaces")
 """The files that declare what the linker fills in; what they declare is one set of names."""
 
 RUN_TIME = {"DATA": "par[{0}]", "FORM_DATA": "par[{0} + 1]", "LENGTH": "par[{0} + 2][0]", "RATE": "par[{0} + 2][1]"}
@@ -17,7 +17,7 @@ RUN_TIME = {"DATA": "par[{0}]", "FORM_DATA": "par[{0} + 1]", "LENGTH": "par[{0} 
 class SourceFile:
     """One source file as syntax, with its constant ``if`` statements settled.
 
-    ``imports`` puts both files of the hole in one, ``homes`` keeps them apart; ``lowered`` are the functions without operators.
+    ``imports`` puts both files of the language in one, ``homes`` keeps them apart; ``lowered`` are the functions without operators.
     """
 
     def __init__(self, name: str, text: str, constants: Mapping[str, bool | int | float]) -> None:
@@ -36,7 +36,7 @@ class SourceFile:
             if isinstance(node, ast.FunctionDef):
                 self.functions[node.name] = node
             elif isinstance(node, ast.ImportFrom) and (node.module or "").startswith(("daebench.schemes.kernels", "daebench.schemes")):
-                module = HOLE if node.module in HOLES else str(node.module)
+                module = LANGUAGE if node.module in LANGUAGES else str(node.module)
                 self.imports |= {alias.asname or alias.name: (module, alias.name) for alias in node.names}
                 self.homes |= {alias.asname or alias.name: (str(node.module), alias.name) for alias in node.names}
             elif isinstance(node, ast.If) and isinstance(node.test, ast.Name) and node.test.id in constants:

@@ -21,7 +21,7 @@ TOLERANCE = 1e-12
 MET = 1e-10
 """Largest relative residual of conditions that a converged iteration has met."""
 
-SWEEPS = 100
+ITERATIONS = 100
 """Most sweeps of a projection."""
 
 
@@ -146,7 +146,7 @@ def projected(ivp: ConstrainedIvp) -> tuple[ConstrainedIvp, float, float]:
     """
     if ivp.arrays:
         raise BadInput(
-            f"initial values of {ivp.problem} with {ivp.sheet.NODES} nodes cannot be projected; give consistent ones, or fewer nodes."
+            f"initial values of {ivp.problem} with {ivp.facts.NODES} nodes cannot be projected; give consistent ones, or fewer nodes."
         )
     p0, q0, moved_q, moved_p = project(ivp, ivp.p0, ivp.q0)
     return replace(ivp, p0=p0, q0=q0), moved_q, moved_p
@@ -164,7 +164,7 @@ def _nearest(what: str, conditions: Conditions, x0: Array, W: Array, least: floa
     """
     eps = float(np.finfo(float).eps)
     dx, previous, least = np.zeros_like(x0), np.inf, max(least, float(np.max(np.abs(x0))))
-    for _ in range(SWEEPS):
+    for _ in range(ITERATIONS):
         residual, C = conditions(x0 + dx)
         new = least_displacement(C[None], W[None], (C @ dx - residual)[None])[0]
         increment, size = float(np.max(np.abs(new - dx))), max(least, float(np.max(np.abs(x0 + new))))
@@ -176,6 +176,7 @@ def _nearest(what: str, conditions: Conditions, x0: Array, W: Array, least: floa
             break
         previous = increment
     raise BadInput(
-        f"the {what} cannot be projected onto the constraints: after {SWEEPS} sweeps at most, the last increment is {increment:.3g}; "
+        f"the {what} cannot be projected onto the constraints: after {ITERATIONS} iterations at most, "
+        f"the last increment is {increment:.3g}; "
         "give initial values nearer to consistent ones."
     )

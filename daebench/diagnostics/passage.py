@@ -1,4 +1,4 @@
-"""The passage through a place where G loses rank: which branch the motion took."""
+"""A rank-loss event: which branch the motion takes where G loses rank."""
 
 import math
 from collections.abc import Sequence

@@ -168,7 +168,7 @@ def symplectic_projection(ivp: ConstrainedIvp, p: ArrayLike, q: ArrayLike) -> Ar
         If p or q is not what it must be, or the two-form degenerates on the tangent space there, as where G loses rank and the system
         does not rest.
     """
-    p, q = (initial_values(name, values, ivp.sheet) for name, values in (("p", p), ("q", q)))
+    p, q = (initial_values(name, values, ivp.facts) for name, values in (("p", p), ("q", q)))
     X = tangent_basis(ivp, p, q)
     d = ivp.d
     XJ = np.hstack([-X[d:].T, X[:d].T])

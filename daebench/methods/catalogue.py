@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from daebench.errors import BadInput, real, unknown
-from daebench.methods.schemes import members
+from daebench.methods.registry import registry
 from daebench.systems.files.execute import is_path
 from daebench.systems.files.package import folder
 from daebench.systems.files.read import Problem, read, summary
@@ -52,7 +52,7 @@ def _problem(name: str) -> Problem:
 
 def schemes() -> tuple[str, ...]:
     """Return the names of all schemes."""
-    return tuple(sorted(members()))
+    return tuple(sorted(registry()))
 
 
 @cache

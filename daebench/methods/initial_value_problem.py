@@ -121,7 +121,7 @@ def declared_ivps(problem: str, case: str | None = None) -> list[Ivp]:
     """
     file = find_problem(problem)
     first = _from_file(file, case, None, {}, "")
-    return [first] if case is not None else [_from_file(file, name, None, {}, "") for name in first.sheet.CASES]
+    return [first] if case is not None else [_from_file(file, name, None, {}, "") for name in first.facts.CASES]
 
 
 def _unchecked(
@@ -154,7 +154,7 @@ def _from_file(file: Problem, case: str | None, parameters: Mapping[str, float] 
     structure, others = whole_structure(file, parameters or {})
     source = source_in(file, structure, algebra)
     case = first_case(source, start) if case is None else case
-    of_case = source.sheet.CASES.get(case, {"parameters": {}})["parameters"]
+    of_case = source.facts.CASES.get(case, {"parameters": {}})["parameters"]
     declared = {name: int(value) for name, value in of_case.items() if name in file.structure and name not in structure}
     if declared:
         source = source_in(file, structure | declared, algebra)

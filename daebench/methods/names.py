@@ -5,8 +5,8 @@
     method      = solver ":" variant | [ form ":" ] scheme [ "/" composition ] [ "+" projection ]
     Poisson     = solver ":" variant | [ "darboux:" ] scheme [ "@" splitting ] [ "/" composition ] | "lifted:" method
     solver      = "ida" | "cvode" | "scipy" | "heyoka" | "solve_dae"
-    variant     = formulation [ ":" cure ] for ida, else the solver's own method on the index-reduced ODE
-    cure        = "derivative" | "atol" | "none"      what keeps multipliers from spoiling IDA's error test
+    variant     = formulation [ ":" treatment ] for ida, else the solver's own method on the index-reduced ODE
+    treatment   = "derivative" | "atol" | "none"      how multipliers enter IDA's error test
     form        = "local" | "stiff" | "baumgarte"     the form of the system that the scheme is run on
     scheme      = "rattle" | "lobatto3" | ...         any scheme in daebench/schemes
     composition = "suzuki4" | "kahan_li8" | ...       of a symmetric scheme of order 2
@@ -168,7 +168,7 @@ def several(
 
 
 def free_numbers(method: Method[Any, Any]) -> Mapping[str, float]:
-    """Return the names of a method's free numbers and their defaults; those of one that is lifted are those of the method above."""
+    """Return the names of a method's free numbers and their defaults; one realised on the constrained system has those of its method."""
     scheme = method.method if isinstance(method, Lifted) else method
     return scheme.free_numbers if isinstance(scheme, Parts) else solver_numbers(method.name)
 

@@ -11,7 +11,7 @@ from daebench.methods.fixed_step.lifted import FORM as LIFTED
 from daebench.methods.fixed_step.poisson import FORMS as POISSON_FORMS
 from daebench.methods.formulations import constrained
 from daebench.methods.formulations.poisson import FORMULATIONS
-from daebench.methods.schemes import members, poisson_members
+from daebench.methods.registry import poisson_registry, registry
 from daebench.methods.solvers.cvode import Cvode
 from daebench.methods.solvers.heyoka_ode import HeyokaTaylor
 from daebench.methods.solvers.ida import Ida
@@ -91,8 +91,8 @@ def solver_numbers(name: str) -> Options:
 
 
 def _ida(method: Callable[..., Any], variant: str, *options: Options | None) -> Any:
-    formulation, _, cure = variant.partition(":")
-    return method(formulation, cure or None, *options)
+    formulation, _, treatment = variant.partition(":")
+    return method(formulation, treatment or None, *options)
 
 
 def _ode(solver: Callable[[str], Any], variant: str, options: Options | None) -> Any:
@@ -104,14 +104,14 @@ def _poisson_ode(solver: Callable[[str], Any], variant: str, options: Options | 
 
 
 def _constrained_methods() -> list[Listed]:
-    fixed = [Listed(name, "h", member.claims.system, member.options) for name, (_, member) in sorted(members().items())]
+    fixed = [Listed(name, "h", member.claims.system, member.options) for name, (_, member) in sorted(registry().items())]
     solvers = [Listed(f"ida:{name}", "tol", name, solver_numbers(f"ida:{name}")) for name in constrained.FORMULATIONS]
     return [*fixed, *solvers, *_on_ode("ode"), Listed(RadauDae().name, "tol", RadauDae().formulation)]
 
 
 def _poisson_methods() -> list[Listed]:
     ida = [Listed(f"ida:{name}", "tol", "poisson") for name in FORMULATIONS]
-    return [*(Listed(name, "h", "poisson") for name in poisson_members()), *ida, *_on_ode("poisson")]
+    return [*(Listed(name, "h", "poisson") for name in poisson_registry()), *ida, *_on_ode("poisson")]
 
 
 def _on_ode(system: str) -> list[Listed]:
@@ -147,7 +147,7 @@ POISSON = Kind(
         **POISSON_FORMS,
         LIFTED: "a constrained system above, HLW VII.5.3: any fixed-step method for constrained problems, its states mapped down",
     },
-    schemes=poisson_members,
+    schemes=poisson_registry,
     signs={"/": "composition", "@": "splitting"},
     noun=lambda form: f"scheme after {form}:" if form else "method for Poisson systems",
     listed=_poisson_methods,

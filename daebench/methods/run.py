@@ -11,7 +11,7 @@ from daebench.methods.doubts import doubts
 from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.methods.names import kind_of, method_of
 from daebench.runs.ivp import ConstrainedIvp, InitialValueProblem, Ivp, PoissonIvp
-from daebench.runs.request import ON_SINGULAR, Progress, Request, knob_value
+from daebench.runs.request import ON_SINGULAR, Progress, Request, resolution_value
 from daebench.runs.trajectory import CONSTRAINED, POISSON, PoissonTrajectory, Trajectory
 
 if TYPE_CHECKING:
@@ -62,10 +62,10 @@ def run(
         If the initial values are off the manifold and are not to be projected.
     """
     chosen, ivp, request = prepare(problem, method=method, **settings)
-    found: Trajectory | PoissonTrajectory = chosen.solve(ivp, request)
-    for doubt in doubts(ivp, found):
+    trajectory: Trajectory | PoissonTrajectory = chosen.solve(ivp, request)
+    for doubt in doubts(ivp, trajectory):
         warnings.warn(doubt, LostMotion, stacklevel=2)
-    return found
+    return trajectory
 
 
 def prepare(
@@ -108,7 +108,7 @@ def prepare(
     method : str
         Name in the grammar of :mod:`daebench.methods.names`, for example "rattle" or "ida:index2".
     h, tol : float
-        The method's knob: step size of a fixed-step method, s; relative and absolute tolerance of the others.
+        The method's resolution: step size of a fixed-step method, s; relative and absolute tolerance of the others.
     steps : int, optional
         Number of steps of a fixed-step method.
     t_end : float, optional
@@ -131,7 +131,7 @@ def prepare(
     multipliers : bool
         Whether lam(p, q) is computed at the output times.
     raw : bool
-        Whether the raw multipliers of every step of a fixed-step scheme are kept, see :attr:`Trajectory.raw`. Those of RATTLE are of
+        Whether the stage multipliers of every step of a fixed-step scheme are kept, see :attr:`Trajectory.raw`. Those of RATTLE are of
         first order each; ``mean``, of two steps that meet, is of second.
     compensated : bool
         Whether a fixed-step method compensates its sums over steps for rounding, HLW VIII.5: over 1e7 steps of rattle/kahan_li8 or
@@ -168,9 +168,9 @@ def prepare(
     _require_precision(precision)
     ivp = singular_as(initial_value_problem(problem, case, parameters, p0=p0, q0=q0, y0=y0, project=project, algebra=algebra), on_singular)
     chosen = method_of(ivp, method, options, compensated=compensated, anyway=anyway)
-    value = real(chosen.knob, knob_value(chosen, h=h, tol=tol))
+    value = real(chosen.knob, resolution_value(chosen, h=h, tol=tol))
     extent = _extent(t_end=t_end, steps=steps, every=every, points=points, seconds_limit=seconds_limit)
-    results: dict[str, Any] = {"watch": _watched(ivp, watch), "count": count, "multipliers": multipliers, "raw": raw}
+    results: dict[str, Any] = {"watch": _monitored(ivp, watch), "count": count, "multipliers": multipliers, "raw": raw}
     manner: dict[str, Any] = {"precision": precision, "on_singular": on_singular, "progress": progress, "keep_interrupted": True}
     request = Request(value=value, **extent, **results, **manner)
     chosen.check(ivp, request)
@@ -209,16 +209,18 @@ def _given(checked: Callable[[str, Any], T], name: str, value: Any) -> T | None:
     return None if value is None else checked(name, value)
 
 
-def _watched(ivp: Ivp, watch: Sequence[str] | None) -> tuple[str, ...] | None:
+def _monitored(ivp: Ivp, watch: Sequence[str] | None) -> tuple[str, ...] | None:
     if watch is None:
         return None
-    own, other = (POISSON, CONSTRAINED) if isinstance(ivp, PoissonIvp) else (CONSTRAINED, POISSON)
+    allowed, of_other_kind = (POISSON, CONSTRAINED) if isinstance(ivp, PoissonIvp) else (CONSTRAINED, POISSON)
     wanted = [watch] if isinstance(watch, str) else list(watch)
     for name in wanted:
-        if name in other and name not in own:
-            raise BadInput(f"{name} cannot be watched on {ivp.problem}, which is {kind_of(ivp).words}; watch any of {', '.join(own)}.")
-        if name not in own:
-            raise unknown("quantity to watch", name, own)
+        if name in of_other_kind and name not in allowed:
+            raise BadInput(
+                f"{name} cannot be monitored on {ivp.problem}, which is {kind_of(ivp).words}; monitor any of {', '.join(allowed)}."
+            )
+        if name not in allowed:
+            raise unknown("quantity to monitor", name, allowed)
     return tuple(wanted)
 
 
@@ -237,16 +239,16 @@ def list_problems() -> "pd.DataFrame":
 
     others = catalogue.plugins()
     broken, rows = list(others.broken.values()), []
-    for name, each in {**catalogue.problems(), **others.problems}.items():
+    for name, file in {**catalogue.problems(), **others.problems}.items():
         try:
-            cases = list(source_in(each, {}).sheet.CASES)
+            cases = list(source_in(file, {}).facts.CASES)
         except DaebenchError as error:
-            if each.own:
+            if file.own:
                 raise
-            broken.append(f"problem {name} of {each.package} cannot be used: {error}")
+            broken.append(f"problem {name} of {file.package} cannot be used: {error}")
             continue
-        parameters = {**each.parameters, **each.structure}
-        rows.append({"problem": name, "kind": each.kind, "summary": each.summary, "parameters": parameters, "cases": cases})
+        parameters = {**file.parameters, **file.structure}
+        rows.append({"problem": name, "kind": file.kind, "summary": file.summary, "parameters": parameters, "cases": cases})
     for sentence in broken:
         warnings.warn(sentence, stacklevel=2)
     return pd.DataFrame(rows)
@@ -265,12 +267,13 @@ def list_methods() -> "pd.DataFrame":
 
     import pandas as pd
 
-    from daebench.methods.schemes import members, poisson_members
+    from daebench.methods.registry import poisson_registry, registry
 
-    own, poisson = members(), poisson_members()
+    constrained, poisson = registry(), poisson_registry()
     rows = [
-        {"kind": "constrained", **asdict(each)} | (asdict(own[each.name][1].claims) if each.name in own else {}) for each in names.listed()
+        {"kind": "constrained", **asdict(method)} | (asdict(constrained[method.name][1].claims) if method.name in constrained else {})
+        for method in names.listed()
     ]
-    for each in names.listed(names.POISSON):
-        rows.append({"kind": "poisson", **asdict(each)} | (asdict(poisson[each.name]) if each.name in poisson else {}))
+    for method in names.listed(names.POISSON):
+        rows.append({"kind": "poisson", **asdict(method)} | (asdict(poisson[method.name]) if method.name in poisson else {}))
     return pd.DataFrame(rows).rename(columns={"name": "method"}).convert_dtypes()

@@ -155,7 +155,7 @@ def _csv(path: Path, trajectory: AnyTrajectory) -> None:
 
 def _npz(path: Path, trajectory: AnyTrajectory) -> None:
     arrays = {"t": trajectory.t, **trajectory.states}
-    for name, (t, values) in _raw(trajectory).items():
+    for name, (t, values) in _stage_multipliers(trajectory).items():
         arrays |= {f"raw_{name}": values, f"raw_{name}_t": t}
     with path.open("wb") as file:  # a name would be given the ending .npz where it ends in .NPZ
         np.savez_compressed(file, **arrays)  # type: ignore[arg-type]
@@ -165,32 +165,32 @@ WRITERS: dict[str, Callable[[Path, AnyTrajectory], None]] = {".csv": _csv, ".npz
 
 
 def written(path: Path, *, raw: bool) -> list[Path]:
-    """Return the files that :func:`write_trajectory` writes, of a trajectory with or without raw multipliers."""
+    """Return the files that :func:`write_trajectory` writes, of a trajectory with or without stage multipliers."""
     return [path, path.with_suffix(".raw.csv")] if raw and path.suffix.lower() == ".csv" else [path]
 
 
 def write_trajectory(path: Path, trajectory: AnyTrajectory) -> list[Path]:
     """Write a trajectory to FILE.csv (decimal digits that survive the round trip) or FILE.npz; return what was written.
 
-    Raw multipliers belong to times of their own: they go beside FILE.csv as FILE.raw.csv, one multiplier of one step a row, or into
+    Stage multipliers belong to times of their own: they go beside FILE.csv as FILE.raw.csv, one multiplier of one step a row, or into
     FILE.npz as ``raw_NAME`` and ``raw_NAME_t``.
     """
     with atomic(path) as scratch:
         WRITERS[path.suffix.lower()](scratch, trajectory)
-    raw = _raw(trajectory)
+    raw = _stage_multipliers(trajectory)
     if not raw or path.suffix.lower() != ".csv":
         return [path]
     beside = path.with_suffix(".raw.csv")
     with atomic(beside) as scratch:
-        _raw_csv(scratch, raw)
+        _stage_multipliers_csv(scratch, raw)
     return [path, beside]
 
 
-def _raw(trajectory: AnyTrajectory) -> Mapping[str, tuple[Array, Array]]:
+def _stage_multipliers(trajectory: AnyTrajectory) -> Mapping[str, tuple[Array, Array]]:
     return trajectory.raw if isinstance(trajectory, Trajectory) else {}
 
 
-def _raw_csv(path: Path, raw: Mapping[str, tuple[Array, Array]]) -> None:
+def _stage_multipliers_csv(path: Path, raw: Mapping[str, tuple[Array, Array]]) -> None:
     m = max(values.shape[1] for _, values in raw.values())
     rows = ([name, *(f"{x:.17g}" for x in row)] for name, (t, values) in raw.items() for row in np.column_stack([t, values]))
     write_rows(path, ["multiplier", "t", *(f"lam{i + 1}" for i in range(m))], rows)

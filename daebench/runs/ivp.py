@@ -45,7 +45,7 @@ class InitialValueProblem:
     @property
     def arrays(self) -> bool:
         """Whether the problem's functions take arrays, and are compiled: those of a lattice and of a long chain do."""
-        return bool(getattr(self.sheet, "SITES", 0) or getattr(self.sheet, "NODES", 0))
+        return bool(getattr(self.facts, "SITES", 0) or getattr(self.facts, "NODES", 0))
 
     @property
     def problem(self) -> str:
@@ -53,9 +53,9 @@ class InitialValueProblem:
         return self.source.problem
 
     @property
-    def sheet(self) -> types.ModuleType:
+    def facts(self) -> types.ModuleType:
         """Sizes, names and initial values of the problem."""
-        return self.source.sheet
+        return self.source.facts
 
     @property
     def singular(self) -> str:
@@ -70,17 +70,17 @@ class InitialValueProblem:
     @property
     def integrals(self) -> tuple[str, ...]:
         """Names of the first integrals besides H."""
-        return tuple(self.sheet.INTEGRALS)
+        return tuple(self.facts.INTEGRALS)
 
     def functions(self, *names: str) -> types.ModuleType:
         """Return a module of the problem's functions of these names: of tuples, and uncompiled, or where vectors are arrays compiled."""
 
         def build(cached: bool) -> str:
             from daebench.compiler.link import Linker, Options
-            from daebench.compiler.syntax import HOLE
+            from daebench.compiler.syntax import LANGUAGE
 
             linker = Linker(self.source.derivation, Options(compiled=self.arrays, singular=self.singular))
-            return linker.module(f"Functions of {self.problem}.", [(HOLE, name) for name in names], cached)
+            return linker.module(f"Functions of {self.problem}.", [(LANGUAGE, name) for name in names], cached)
 
         return generated(f"{self.problem}_{'_'.join(names)}", f"{self.source.key} functions {names} {self.singular}", build)
 
@@ -96,7 +96,7 @@ class InitialValueProblem:
         Parameters
         ----------
         name : str
-            Name in ``kernels/hole.py`` or ``kernels/composed.py``: H, g, Gv, integrals, lam, ...
+            Name in ``kernels/language.py`` or ``kernels/composed.py``: H, g, Gv, integrals, lam, ...
         arguments : ndarray, shape(n, d)
             One state a row.
 
@@ -144,12 +144,12 @@ class ConstrainedIvp(InitialValueProblem):
     @property
     def d(self) -> int:
         """Number of positions."""
-        return int(self.sheet.D)
+        return int(self.facts.D)
 
     @property
     def m(self) -> int:
         """Number of constraints."""
-        return int(self.sheet.M)
+        return int(self.facts.M)
 
 
 @dataclass(frozen=True)
@@ -172,7 +172,7 @@ class PoissonIvp(InitialValueProblem):
     @property
     def casimirs(self) -> tuple[str, ...]:
         """Names of the Casimir functions."""
-        return tuple(self.sheet.CASIMIRS)
+        return tuple(self.facts.CASIMIRS)
 
 
 Ivp = ConstrainedIvp | PoissonIvp

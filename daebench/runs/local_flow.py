@@ -32,15 +32,15 @@ def functions(ivp: ConstrainedIvp) -> types.ModuleType:
     BadInput
         If the problem declares no chart.
     """
-    if not ivp.sheet.CHART:
+    if not ivp.facts.CHART:
         raise BadInput(f"{ivp.problem} declares no chart of its manifold; add one to its definition.")
 
     def build(cached: bool) -> str:
         from daebench.compiler.link import Linker, Options
-        from daebench.compiler.syntax import HOLE
+        from daebench.compiler.syntax import LANGUAGE
 
         linker = Linker(ivp.source.form("local"), Options(compiled=False, form="local"))
-        roots = [(HOLE, name) for name in ("chart", "inverse_chart", "two_form")]
+        roots = [(LANGUAGE, name) for name in ("chart", "inverse_chart", "two_form")]
         return linker.module(f"Chart of {ivp.problem}.", roots, cached)
 
     return generated(f"{ivp.problem}_chart", f"{ivp.source.key} chart", build)

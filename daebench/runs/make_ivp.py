@@ -35,65 +35,65 @@ def make_ivp(
     BadInput
         If the case or a parameter is unknown, a value is not a finite number, or initial values are those of another kind of problem.
     """
-    sheet = source.sheet
+    facts = source.facts
     case = first_case(source, given) if case is None else case
-    names = ("y0",) if sheet.KIND == "poisson" else ("p0", "q0")
+    names = ("y0",) if facts.KIND == "poisson" else ("p0", "q0")
     for name, values in given.items():
         if values is not None and name not in names:
             raise BadInput(f"{source.problem} starts from {' and '.join(names)}; leave out {name}.")
-    free = not sheet.CASES and all(given.get(name) is not None for name in names)
-    if case not in sheet.CASES and not free:
-        raise unknown(f"case of {source.problem}", case, sheet.CASES)
-    values_of = _parameters(source, {} if free else sheet.CASES[case]["parameters"], parameters or {})
-    declared = () if free else _case_start(sheet, case, values_of)
-    start = [declared[k] if (values := given.get(name)) is None else initial_values(name, values, sheet) for k, name in enumerate(names)]
+    free = not facts.CASES and all(given.get(name) is not None for name in names)
+    if case not in facts.CASES and not free:
+        raise unknown(f"case of {source.problem}", case, facts.CASES)
+    values_of = _parameters(source, {} if free else facts.CASES[case]["parameters"], parameters or {})
+    declared = () if free else _case_start(facts, case, values_of)
+    start = [declared[k] if (values := given.get(name)) is None else initial_values(name, values, facts) for k, name in enumerate(names)]
     for name, array in zip(names, start, strict=True):
         if not np.all(np.isfinite(array)):
             raise BadInput(f"{name} of {source.problem}, case {case}, is {array.tolist()}; it must be finite numbers.")
-    if sheet.KIND == "poisson":
+    if facts.KIND == "poisson":
         return _in_domain(PoissonIvp(source, case, values_of, *start))
-    return ConstrainedIvp(source, case, values_of, start[0], start[1], on_singular=sheet.CASES.get(case, {}).get("on_singular", "stop"))
+    return ConstrainedIvp(source, case, values_of, start[0], start[1], on_singular=facts.CASES.get(case, {}).get("on_singular", "stop"))
 
 
 def first_case(source: Source, start: Start) -> str:
     """Return the first case, or the empty name where the problem has none and all initial values are given."""
-    if not source.sheet.CASES and sum(values is not None for values in start.values()) < (1 if source.sheet.KIND == "poisson" else 2):
+    if not source.facts.CASES and sum(values is not None for values in start.values()) < (1 if source.facts.KIND == "poisson" else 2):
         raise BadInput(f"{source.problem} declares no cases; declare one, or give the initial values.")
-    return next(iter(source.sheet.CASES), "")
+    return next(iter(source.facts.CASES), "")
 
 
 def _parameters(source: Source, of_case: Mapping[str, float], given: Mapping[str, float]) -> dict[str, float]:
     """Return the values of all parameters: the defaults, those of the case, and those that are given, each over the one before."""
-    values: dict[str, float] = dict(source.defaults or source.sheet.PARAMETERS)
+    values: dict[str, float] = dict(source.defaults or source.facts.PARAMETERS)
     values |= {name: float(value) for name, value in of_case.items() if name in values}
     for name, value in given.items():
         if name not in values:
             raise unknown(f"parameter of {source.problem}", name, values)
         values[name] = real(name, value)
-    _require_positive(source.problem, source.sheet, values)
+    _require_positive(source.problem, source.facts, values)
     return values
 
 
 def _in_domain(ivp: PoissonIvp) -> PoissonIvp:
-    domain = " and ".join(f"{expression} > 0" for expression in ivp.sheet.DOMAIN)
+    domain = " and ".join(f"{expression} > 0" for expression in ivp.facts.DOMAIN)
     if domain and not bool(ivp.value("inside", ivp.y0)):
         raise BadInput(f"y0 = {ivp.y0.tolist()} of {ivp.problem} is outside of its domain {domain}; start inside.")
     return ivp
 
 
-def _require_positive(problem: str, sheet: types.ModuleType, values: Mapping[str, float]) -> None:
-    for name in sheet.POSITIVE:
+def _require_positive(problem: str, facts: types.ModuleType, values: Mapping[str, float]) -> None:
+    for name in facts.POSITIVE:
         if not values[name] > 0:
             raise BadInput(f"{name} = {values[name]:g} of {problem} must be greater than 0.")
 
 
-def _case_start(sheet: types.ModuleType, case: str, values: Mapping[str, float]) -> tuple[Array, ...]:
+def _case_start(facts: types.ModuleType, case: str, values: Mapping[str, float]) -> tuple[Array, ...]:
     with np.errstate(all="ignore"):
-        start = sheet.INITIAL[case](tuple(map(np.float64, values.values())))
+        start = facts.INITIAL[case](tuple(map(np.float64, values.values())))
     return tuple(np.array(x, dtype=float) for x in (start if np.ndim(start) > 1 else (start,)))
 
 
-def initial_values(name: str, values: Any, sheet: types.ModuleType) -> Array:
+def initial_values(name: str, values: Any, facts: types.ModuleType) -> Array:
     """Return initial values as an array, shape(d,), each a finite number.
 
     Raises
@@ -101,7 +101,7 @@ def initial_values(name: str, values: Any, sheet: types.ModuleType) -> Array:
     BadInput
         If they are not as many as the problem has positions or coordinates, or one is no finite number.
     """
-    d, what = (sheet.N, "coordinates") if sheet.KIND == "poisson" else (sheet.D, "positions")
+    d, what = (facts.N, "coordinates") if facts.KIND == "poisson" else (facts.D, "positions")
     if isinstance(values, str) or not np.iterable(values):
         raise BadInput(f"{name} = {values!r} must be {d} numbers.")
     numbers = list(values)

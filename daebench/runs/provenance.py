@@ -47,7 +47,7 @@ def definition(ivp: Ivp) -> dict[str, str]:
         "Problem": f"{ivp.problem}, case {ivp.case}" if ivp.case else ivp.problem,
         "Parameters": ", ".join(f"{name} = {value!r}" for name, value in ivp.parameters.items()) or "none",
         "Start": start,
-        "Definition": f"SHA-256 {ivp.sheet.FINGERPRINT} of its equations and cases",
+        "Definition": f"SHA-256 {ivp.facts.FINGERPRINT} of its equations and cases",
     }
 
 

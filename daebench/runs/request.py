@@ -1,4 +1,4 @@
-"""What a method is: a name, one knob, and a way from an initial value problem to a trajectory."""
+"""What a method is: a name, a step size or tolerance, and a way from an initial value problem to a trajectory."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
@@ -43,7 +43,7 @@ class Request:
     Parameters
     ----------
     value : float
-        Value of the method's knob, h or tol.
+        Step size or tolerance of the method.
     t_end : float, optional
         End of the run; a fixed-step method takes floor(t_end / h + 1e-9) steps of exactly h.
     steps : int, optional
@@ -62,7 +62,7 @@ class Request:
     multipliers : bool
         Whether lam(p, q) is wanted at the output times.
     raw : bool
-        Whether the raw multipliers of every step of a fixed-step scheme are wanted.
+        Whether the stage multipliers of every step of a fixed-step scheme are wanted.
     progress : callable, optional
         Told the fraction done.
     seconds_limit : float, optional
@@ -105,7 +105,7 @@ class Request:
         return mode
 
     def watched(self, kinds: Sequence[str]) -> tuple[str, ...]:
-        """Return what is watched of the kinds that there are, in their order."""
+        """Return the monitored quantities of the kinds that there are, in their order."""
         return tuple(name for name in kinds if (name != "integrals" if self.watch is None else name in self.watch))
 
 
@@ -159,8 +159,8 @@ class Method(Protocol[Ivp, Result]):
         """
 
 
-def knob_value(method: Method[Any, Any], *, h: float | None, tol: float | None) -> float:
-    """Return the value of a method's knob.
+def resolution_value(method: Method[Any, Any], *, h: float | None, tol: float | None) -> float:
+    """Return a method's step size or tolerance.
 
     Raises
     ------
@@ -172,3 +172,6 @@ def knob_value(method: Method[Any, Any], *, h: float | None, tol: float | None) 
         wanted, unwanted = ("a step size h", "a tolerance") if method.knob == "h" else ("a tolerance tol", "a step size")
         raise BadInput(f"{method.name} is steered by {wanted}; {'give one' if own is None else f'leave out {unwanted}'}.")
     return own
+
+
+knob_value = resolution_value  # the name of the release before; it goes with the next one

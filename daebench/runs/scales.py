@@ -92,7 +92,7 @@ def in_coordinates(scales: tuple[float, float], leave: Leave, start: Sequence[An
 def _acceleration(ivp: ConstrainedIvp, q0: Array) -> Any:
     """Return M^-1 H_q at the start, whatever of it the constraint forces take up."""
     gradient = ivp.value("H_q", ivp.p0, q0)
-    if ivp.sheet.QUADRATIC:
+    if ivp.facts.QUADRATIC:
         return ivp.value("H_p", gradient, q0)
     return ivp.value("H_pp", ivp.p0, q0) @ gradient
 

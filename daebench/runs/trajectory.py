@@ -12,10 +12,10 @@ from daebench.errors import RunFailed
 Array = NDArray[np.float64]
 
 CONSTRAINED = ("energy", "manifold", "integrals")
-"""What a run on a constrained problem can watch."""
+"""What a run on a constrained problem can monitor."""
 
 POISSON = ("energy", "casimirs", "integrals")
-"""What a run on a Poisson system can watch."""
+"""What a run on a Poisson system can monitor."""
 
 DOUBTED = "use a smaller h or tol, and see whether the motion has left the domain of H, or G has lost rank"
 """What to do where a run has come to its end with a number that is not finite."""
@@ -31,10 +31,10 @@ class Outcome:
         Names.
     parameters : mapping of str to float
         The problem's run-time parameters.
-    knob : str
+    resolution : str
         "h" or "tol": what the method is steered by.
     value : float
-        Value of the knob.
+        Step size or tolerance.
     t : ndarray, shape(n,)
         Output times, the first 0.
     steps : int
@@ -42,14 +42,14 @@ class Outcome:
     work : mapping of str to int
         Exact counts: evaluations, linear solves, Newton sweeps. Empty if not counted.
     maxima : mapping of str to float
-        Largest modulus of the watched errors: "energy", "g", "Gv", and Casimir functions and first integrals by name.
+        Largest modulus of the monitored errors: "energy", "g", "Gv", and Casimir functions and first integrals by name.
     maxima_over : str
         "steps" or "outputs": what the maxima were taken over.
     pivot : float, optional
         Smallest relative pivot met in a linear solve.
     seconds : float
-        CPU time of stepping; neither compilation nor, of tolerance-driven methods, the watch after each step on H, g and the rank of G is
-        in it.
+        CPU time of stepping; neither compilation nor, of tolerance-driven methods, the evaluation of H, g and the rank of G after each step
+        is in it.
     compile_seconds : float
         Time until the kernel was ready.
     callback_seconds : float, optional
@@ -79,7 +79,7 @@ class Outcome:
     interrupted: bool = False
 
     def __post_init__(self) -> None:
-        """Make a run with a number that is not finite a failure, whichever method it is of: the last of all watches."""
+        """Make a run with a number that is not finite a failure, whichever method it is of: the last of all checks."""
         if self.failure is None and (what := self._not_finite()):
             why = f"{self.method} on {self.problem}, case {self.case}: {what}, so that the run is no result; {DOUBTED}."
             object.__setattr__(self, "failure", why)
@@ -87,7 +87,7 @@ class Outcome:
     def _not_finite(self) -> str | None:
         """Return which number is not finite, and when, as a sentence without an end; None if all are."""
         numbers = {name: (self.t, rows) for name, rows in self.states.items()}
-        numbers |= {f"the raw multiplier {name}": each for name, each in self._raw.items()}
+        numbers |= {f"the stage multiplier {name}": each for name, each in self._stage_multipliers.items()}
         for name, (t, rows) in numbers.items():
             wrong = np.flatnonzero(~np.isfinite(rows).all(axis=1))
             if len(wrong):
@@ -101,8 +101,8 @@ class Outcome:
         raise NotImplementedError
 
     @property
-    def _raw(self) -> Mapping[str, tuple[Array, Array]]:
-        """Raw multipliers of steps by name, with their times."""
+    def _stage_multipliers(self) -> Mapping[str, tuple[Array, Array]]:
+        """Stage multipliers of steps by name, with their times."""
         return {}
 
     def complete(self) -> Self:
@@ -152,7 +152,7 @@ class Trajectory(Outcome):
     lam : ndarray, shape(n, m), optional
         Multipliers lam(p, q) of HLW (1.12) at the output times, where they were asked for.
     raw : mapping of str to (ndarray, shape(n,), ndarray, shape(n, m))
-        Raw multipliers of a fixed-step scheme by name, where they were asked for: the times they belong to, and their values.
+        Stage multipliers of a fixed-step scheme by name, where they were asked for: the times they belong to, and their values.
     passages : sequence of Passage
         Where G lost rank and the run went on.
     """
@@ -169,7 +169,7 @@ class Trajectory(Outcome):
         return {"q": self.q, "p": self.p} | ({} if self.lam is None else {"lam": self.lam})
 
     @property
-    def _raw(self) -> Mapping[str, tuple[Array, Array]]:
+    def _stage_multipliers(self) -> Mapping[str, tuple[Array, Array]]:
         return self.raw
 
 

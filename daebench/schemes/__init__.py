@@ -1,1 +1,1 @@
-"""The schemes: one file each, a pure map with a hole (``kernels/hole.py``) and its claims."""
+"""The schemes: one file each, a pure map in the scheme language (``kernels/language.py``) and its claims."""

@@ -37,8 +37,8 @@ def forces(p0: Vector, q0: Vector, dp: Vector, dq: Vector) -> tuple[Vector, Rows
     return gradient + missing_H * direction, jacobian + missing_g @ direction.T, value
 
 
-def improve(x: tuple[Vector, Vector, Multiplier], data: tuple[Vector, Vector, Number]) -> Update:
-    """One sweep for p1 - p0, q1 - q0 and lam, with the derivatives of the midpoint rule; q and then p are eliminated."""
+def update(x: tuple[Vector, Vector, Multiplier], data: tuple[Vector, Vector, Number]) -> Update:
+    """One update of p1 - p0, q1 - q0 and lam, with the derivatives of the midpoint rule; q and then p are eliminated."""
     dp, dq, lam = x
     p0, q0, h = data
     p, q, half = p0 + dp / 2, q0 + dq / 2, h / 2
@@ -57,7 +57,7 @@ def increment(p0: Vector, q0: Vector, h: Number) -> Step:
 
     H is kept by construction, for H_p(zm).dp + D_q H.dq = H(z1) - H(z0) and DG dq = g(q1) - g(q0). Where H and g are at most quadratic
     in q both corrections vanish, and quadratic integrals such as angular momenta are kept too; otherwise they are not, for a correction
-    along dq knows nothing of the symmetry. Raw multipliers alternate about lam by h; the mean of two in a row is of second order.
+    along dq knows nothing of the symmetry. Stage multipliers alternate about lam by h; the mean of two in a row is of second order.
     Below h about 1e-7 the rounding of g, eps/h in the momenta, is what one sees. With z = (p, q) and m for the mean of both ends::
 
         dq = h H_p(zm),      dp = -h (D_q H + DG^T lam),      0 = g(q1)
@@ -65,5 +65,5 @@ def increment(p0: Vector, q0: Vector, h: Number) -> Step:
         DG    = G(qm) + (g(q1) - g(q0) - G(qm) dq) dq^T/|dq|^2
     """
     still = 0 * p0
-    (dp, dq, lam), report = newton(improve, (still, still, zero(q0)), (p0, q0, h))
+    (dp, dq, lam), report = newton(update, (still, still, zero(q0)), (p0, q0, h))
     return dp, dq, (lam,), report

@@ -56,8 +56,8 @@ if STIFF:
         G0 = G(q)
         return H_qq(p, q) + (curvature(q, g(q)) + G0.T @ G0) / eps**2
 
-    def improve(x: Guess, data: tuple[Vector, Vector, Number]) -> Update:
-        """One Newton sweep, with exact second derivatives, for p' = F and q' = V at the stages."""
+    def update(x: Guess, data: tuple[Vector, Vector, Number]) -> Update:
+        """One Newton update, with exact second derivatives, for p' = F and q' = V at the stages."""
         F, V, before = x
         p0, q0, h = data
         P, Q = states(p0, F, h), states(q0, V, h)
@@ -83,11 +83,11 @@ if STIFF:
 
 else:
 
-    def improve(x: Guess, data: tuple[Vector, Vector, Number]) -> Update:
-        """One sweep of fixed-point iteration, HLW VIII.6.2, for p' = F and q' = V at the stages.
+    def update(x: Guess, data: tuple[Vector, Vector, Number]) -> Update:
+        """One fixed-point update, HLW VIII.6.2, for p' = F and q' = V at the stages.
 
         The change of V alone is measured, against |V| and the speed that goes with length and rate of the problem; and that of two
-        sweeps in a row, because a change of F is seen in V one sweep later. By then both have been contracted once more.
+        iterations in a row, because a change of F is seen in V one iteration later. By then both have been contracted once more.
         """
         F, V, before = x
         p0, q0, h = data
@@ -100,7 +100,7 @@ else:
 
 
 def increment(p0: Vector, q0: Vector, h: Number) -> Step:
-    """Return p1 - p0, q1 - q0, no raw multipliers, and a report, for x = (p, q).
+    """Return p1 - p0, q1 - q0, no stage multipliers, and a report, for x = (p, q).
 
     ::
 
@@ -108,5 +108,5 @@ def increment(p0: Vector, q0: Vector, h: Number) -> Step:
     """
     F0, v0, _ = f(p0, q0)
     start = (tuple(F0 for i in range(STAGES)), tuple(v0 for i in range(STAGES)), RATE * max(LENGTH, norm(q0)) + norm(v0))
-    (F, V, _), report = newton(improve, start, (p0, q0, h))
+    (F, V, _), report = newton(update, start, (p0, q0, h))
     return weighted(h, DATA[1], F), weighted(h, DATA[1], V), (), report

@@ -64,8 +64,8 @@ else:
         return mass(p0, q) @ v
 
 
-def improve(x: tuple[Vector, Multiplier], data: tuple[Vector, Vector, Vector, Vector, Number, Number]) -> Update:
-    """One sweep for z = w v1', what v1' adds to q1, and nu = w lam; exact for constant M, else but for velocity terms of order h."""
+def update(x: tuple[Vector, Multiplier], data: tuple[Vector, Vector, Vector, Vector, Number, Number]) -> Update:
+    """One update of z = w v1', what v1' adds to q1, and nu = w lam; exact for constant M, else but for velocity terms of order h."""
     z, nu = x
     p0, q0, dq, v_free, w, ratio = data
     q, v = q0 + (z + dq), v_free + ratio * z
@@ -124,6 +124,6 @@ def step(p0: Vector, q0: Vector, memory: Memory, h: Number) -> tuple[Vector, Vec
     dq = h * v0 + h**2 * (beta * a_free + (0.5 - beta) * a0)
     v_free = v0 + h * (gamma * a_free + (1 - gamma) * a0)
     w = beta * share * h * h
-    (z, nu), report = newton(improve, (w * rate0, zero(q0)), (p0, q0, dq, v_free, w, gamma / (beta * h)))
+    (z, nu), report = newton(update, (w * rate0, zero(q0)), (p0, q0, dq, v_free, w, gamma / (beta * h)))
     q1, v1, rate1 = q0 + (z + dq), v_free + gamma / (beta * h) * z, z / w
     return mass(p0, q1) @ v1, q1, (v1, a_free + share * rate1, rate1), (nu / w,), report

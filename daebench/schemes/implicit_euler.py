@@ -1,7 +1,7 @@
 """Constrained implicit Euler: (1.19) with every argument at the new point, HLW Fig. 1.2; it loses energy at once."""
 
 from daebench.schemes.kernels.claims import Claims
-from daebench.schemes.kernels.constrain import tangent
+from daebench.schemes.kernels.constrain import project_momentum
 from daebench.schemes.kernels.eliminate import eliminate
 from daebench.schemes.kernels.language import G, H_p, H_pp, H_q, H_qp, H_qq, curvature, g, norm, zero
 from daebench.schemes.kernels.newton import both, newton
@@ -12,8 +12,8 @@ CLAIMS = Claims(
 )
 
 
-def improve(x: tuple[Vector, Vector, Multiplier], data: tuple[Vector, Vector, Number]) -> Update:
-    """One Newton sweep for p, q and lam; q and then p are eliminated."""
+def update(x: tuple[Vector, Vector, Multiplier], data: tuple[Vector, Vector, Number]) -> Update:
+    """One Newton update for p, q and lam; q and then p are eliminated."""
     p, q, lam = x
     p0, q0, h = data
     G1 = G(q)
@@ -29,7 +29,7 @@ def improve(x: tuple[Vector, Vector, Multiplier], data: tuple[Vector, Vector, Nu
 
 
 def step(p0: Vector, q0: Vector, h: Number) -> Step:
-    """Return p1, q1, no raw multipliers, and a report.
+    """Return p1, q1, no stage multipliers, and a report.
 
     ::
 
@@ -37,6 +37,6 @@ def step(p0: Vector, q0: Vector, h: Number) -> Step:
         q1    = q0 + h H_p(p_hat, q1),             0 = g(q1)
         p1    = p_hat - h G(q1)^T mu,              0 = G(q1) H_p(p1, q1)
     """
-    (p_hat, q1, _), found = newton(improve, (p0, q0, zero(q0)), (p0, q0, h))
-    p1, _, settled = tangent(p_hat, q1)
+    (p_hat, q1, _), found = newton(update, (p0, q0, zero(q0)), (p0, q0, h))
+    p1, _, settled = project_momentum(p_hat, q1)
     return p1, q1, (), both(found, settled)

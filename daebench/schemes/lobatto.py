@@ -4,7 +4,7 @@ from functools import partial
 from typing import Any
 
 from daebench.schemes.kernels.claims import Claims, Member
-from daebench.schemes.kernels.constrain import normal
+from daebench.schemes.kernels.constrain import momentum_correction
 from daebench.schemes.kernels.language import STAGES, G, H_q
 from daebench.schemes.kernels.lobatto_stages import forces, jacobians, positions, stages
 from daebench.schemes.kernels.newton import both
@@ -62,5 +62,5 @@ def increment(p0: Vector, q0: Vector, h: Number) -> Step:
     Q, b = positions(q0, dQ), DATA[3]
     last = -h * b[STAGES - 1] * H_q(P[STAGES - 1], Q[STAGES - 1])
     dp = weighted_but_last(last, -h, b, forces(P, Q, jacobians(G(q0), Q), Lam))
-    n, mu, settled = normal(p0 + dp, Q[STAGES - 1])
+    n, mu, settled = momentum_correction(p0 + dp, Q[STAGES - 1])
     return dp - n, dQ[STAGES - 2], (*Lam, mu / (h * b[STAGES - 1])), both(found, settled)

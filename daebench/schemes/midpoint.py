@@ -11,7 +11,7 @@ MEMBERS = {"midpoint": Member(claims=claims(1), stages=1, numbers=partial(number
 
 
 def increment(p0: Vector, q0: Vector, h: Number) -> Step:
-    """Return p1 - p0, q1 - q0, no raw multipliers, and a report, for x = (p, q): Gauss collocation of one stage.
+    """Return p1 - p0, q1 - q0, no stage multipliers, and a report, for x = (p, q): Gauss collocation of one stage.
 
     ::
 

@@ -5,7 +5,7 @@ from functools import partial
 from daebench.schemes.kernels.claims import Claims, Member
 from daebench.schemes.kernels.language import STAGES, g, norm, solve_2s, zero
 from daebench.schemes.kernels.newton import newton
-from daebench.schemes.kernels.radau import Blocks, Multipliers, Points, begin, held, moved, nodes, numbers, size_of, velocity_matrix
+from daebench.schemes.kernels.radau import Blocks, Multipliers, Points, first_guess, held, moved, nodes, numbers, size_of, velocity_matrix
 from daebench.schemes.kernels.spaces import DATA, LENGTH, Jacobian, Number, Rows, Step, Update, Vector
 from daebench.schemes.kernels.stages import weighted
 
@@ -44,8 +44,8 @@ def shifted(h: Number, free: Points, J: tuple[Jacobian, ...], mu: Multipliers) -
     return tuple(free[i] + weighted(-h, DATA[0][i], back) for i in range(STAGES))
 
 
-def improve(x: tuple[Points, Points, Multipliers, Multipliers], data: tuple[Vector, Vector, Number]) -> Update:
-    """One sweep for P_i - p0, Q_i - q0, Lam_i and mu_i: Newton's but for second derivatives and that of H_p with respect to q."""
+def update(x: tuple[Points, Points, Multipliers, Multipliers], data: tuple[Vector, Vector, Number]) -> Update:
+    """One update of P_i - p0, Q_i - q0, Lam_i and mu_i: Newton's but for second derivatives and that of H_p with respect to q."""
     dP, dQ, Lam, mu = x
     p0, q0, h = data
     Q, free_P, V, S, J, R, C, scale_v = held(p0, q0, dP, dQ, Lam, h)
@@ -73,7 +73,7 @@ def increment(p0: Vector, q0: Vector, h: Number) -> Step:
         P_i = p0 - h sum_j a_ij (H_q(P_j, Q_j) + G(Q_j)^T Lam_j),                  0 = G(Q_i) H_p(P_i, Q_i)
         p1  = P_s,     q1 = Q_s
     """
-    dP, dQ = begin(p0, q0, h)
+    dP, dQ = first_guess(p0, q0, h)
     none = tuple(zero(q0) for i in range(STAGES))
-    (dP, dQ, Lam, mu), report = newton(improve, (dP, dQ, none, none), (p0, q0, h))
+    (dP, dQ, Lam, mu), report = newton(update, (dP, dQ, none, none), (p0, q0, h))
     return dP[STAGES - 1], dQ[STAGES - 1], Lam + mu, report

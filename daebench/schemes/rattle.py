@@ -1,7 +1,7 @@
 """RATTLE, HLW (1.25), and its extension to any Hamiltonian, (1.26)."""
 
 from daebench.schemes.kernels.claims import Claims, Member
-from daebench.schemes.kernels.constrain import normal, reach
+from daebench.schemes.kernels.constrain import momentum_correction, project_position
 from daebench.schemes.kernels.language import SEPARABLE, G, H_p, H_pp, H_q, H_qp, g, norm, rows, solve, zero
 from daebench.schemes.kernels.newton import both, newton
 from daebench.schemes.kernels.spaces import LENGTH, I, Jacobian, Multiplier, Number, Step, Update, Vector
@@ -22,16 +22,16 @@ if SEPARABLE:
         """
         G0 = G(q0)
         kick = -h / 2 * H_q(p0, q0)
-        dq, nu, found = reach(q0, h * H_p(p0 + kick, q0), rows(G0, p0, q0))
+        dq, nu, found = project_position(q0, h * H_p(p0 + kick, q0), rows(G0, p0, q0))
         q1 = q0 + dq
         dp = kick - G0.T @ nu / h - h / 2 * H_q(p0, q1)
-        n, mu, settled = normal(p0 + dp, q1)
+        n, mu, settled = momentum_correction(p0 + dp, q1)
         return dp - n, dq, (2 / h**2 * nu, 2 / h * mu), both(found, settled)
 
 else:
 
-    def improve(x: tuple[Vector, Vector, Multiplier], data: tuple[Vector, Vector, Jacobian, Number]) -> Update:
-        """One Newton sweep for p_half - p0, q1 - q0 and lam; the first two are eliminated block by block."""
+    def update(x: tuple[Vector, Vector, Multiplier], data: tuple[Vector, Vector, Jacobian, Number]) -> Update:
+        """One Newton update for p_half - p0, q1 - q0 and lam; the first two are eliminated block by block."""
         dp, dq, lam = x
         p0, q0, G0, half = data
         p, q = p0 + dp, q0 + dq
@@ -61,8 +61,8 @@ else:
             p1     = p_half - h/2 (H_q(p_half, q1) + G(q1)^T mu),      0 = G(q1) H_p(p1, q1)
         """
         still = 0 * p0
-        (half, dq, lam), found = newton(improve, (still, still, zero(q0)), (p0, q0, G(q0), h / 2))
+        (half, dq, lam), found = newton(update, (still, still, zero(q0)), (p0, q0, G(q0), h / 2))
         q1 = q0 + dq
         dp = half - h / 2 * H_q(p0 + half, q1)
-        n, mu, settled = normal(p0 + dp, q1)
+        n, mu, settled = momentum_correction(p0 + dp, q1)
         return dp - n, dq, (lam, 2 / h * mu), both(found, settled)

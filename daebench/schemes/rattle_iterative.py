@@ -40,7 +40,7 @@ def bounds(X: Rows, x: Vector) -> Multiplier:
     return multiplier(max(DATA[0] * dot_moduli(X[k], x), 4.0 * EPS * norm(X[k]) * norm(x)) for k in range(CONSTRAINTS))
 
 
-def improve_positions(
+def update_positions(
     x: tuple[Vector, Multiplier], data: tuple[Vector, Rows, Multiplier]
 ) -> tuple[tuple[Vector, Multiplier], Number, Number, Number]:
     """One round for g(q0 + dq - V^T nu) = 0; each visit to a constraint counts as an evaluation of g and one of G."""
@@ -59,7 +59,7 @@ def improve_positions(
     return (dq, nu), unmet, residual, pivot
 
 
-def improve_velocities(
+def update_velocities(
     x: tuple[Vector, Multiplier], data: tuple[Jacobian, Rows, Multiplier]
 ) -> tuple[tuple[Vector, Multiplier], Number, Number, Number]:
     """One round for G1 (v - V^T mu) = 0."""
@@ -93,9 +93,9 @@ def increment(p0: Vector, q0: Vector, h: Number) -> Step:
     G0 = G(q0)
     kick = -h / 2 * H_q(p0, q0)
     dq_free = h * H_p(p0 + kick, q0)
-    (dq, nu), found = relax(improve_positions, (dq_free, zero(q0)), (q0, rows(G0, p0, q0), bounds(G0, q0 + dq_free)))
+    (dq, nu), found = relax(update_positions, (dq_free, zero(q0)), (q0, rows(G0, p0, q0), bounds(G0, q0 + dq_free)))
     q1 = q0 + dq
     dp = kick - G0.T @ nu / h - h / 2 * H_q(p0, q1)
     G1, v_free = G(q1), H_p(p0 + dp, q1)
-    (_, mu), settled = relax(improve_velocities, (v_free, zero(q0)), (G1, rows(G1, p0, q1), bounds(G1, v_free)))
+    (_, mu), settled = relax(update_velocities, (v_free, zero(q0)), (G1, rows(G1, p0, q1), bounds(G1, v_free)))
     return dp - G1.T @ mu, dq, (2 / h**2 * nu, 2 / h * mu), both(found, settled)

@@ -20,8 +20,8 @@ else:
         return solve(I + h * H_qp(p, q), r_p, by_lam)
 
 
-def improve(x: tuple[Vector, Multiplier], data: tuple[Vector, Vector, Jacobian, Number]) -> Update:
-    """One Newton sweep for p1 and lam(p1, q0)."""
+def update(x: tuple[Vector, Multiplier], data: tuple[Vector, Vector, Jacobian, Number]) -> Update:
+    """One Newton update for p1 and lam(p1, q0)."""
     p, lam = x
     p0, q0, G0, h = data
     force = H_q(p, q0) + G0.T @ lam
@@ -39,7 +39,7 @@ def improve(x: tuple[Vector, Multiplier], data: tuple[Vector, Vector, Jacobian, 
 
 
 def step(p0: Vector, q0: Vector, h: Number) -> Step:
-    """Return p1, q1, no raw multipliers, and a report.
+    """Return p1, q1, no stage multipliers, and a report.
 
     ::
 
@@ -48,5 +48,5 @@ def step(p0: Vector, q0: Vector, h: Number) -> Step:
 
     lam is evaluated in full, also off the manifold, where the solution soon is.
     """
-    (p1, _), report = newton(improve, (p0, zero(q0)), (p0, q0, G(q0), h))
+    (p1, _), report = newton(update, (p0, zero(q0)), (p0, q0, G(q0), h))
     return p1, q0 + h * H_p(p1, q0), (), report

@@ -1,7 +1,7 @@
 """SHAKE, HLW (1.23): the three-term recursion in q, started by RATTLE; as HLW say, round-off may accumulate in it."""
 
 from daebench.schemes.kernels.claims import Claims, Member
-from daebench.schemes.kernels.constrain import reach
+from daebench.schemes.kernels.constrain import project_position
 from daebench.schemes.kernels.language import G, H_p, H_q, mass, rows
 from daebench.schemes.kernels.spaces import Multiplier, Number, Report, Vector
 from daebench.schemes.rattle import increment as rattle_increment
@@ -30,6 +30,6 @@ def step(p0: Vector, q0: Vector, q1: Vector, h: Number) -> tuple[Vector, Vector,
         p1 = M (q2 - q0) / (2 h)
     """
     dq = q1 - q0
-    dq2, nu, report = reach(q1, dq - h**2 * H_p(H_q(p0, q1), q1), rows(G(q1), p0, q1))
+    dq2, nu, report = project_position(q1, dq - h**2 * H_p(H_q(p0, q1), q1), rows(G(q1), p0, q1))
     p1 = mass(p0, q1) @ (dq + dq2)
     return 0.5 / h * p1, q1, q1 + dq2, (nu / h**2,), report

@@ -15,7 +15,7 @@ CLAIMS = replace(LIE, order=2, symmetric=True)
 
 
 def increment(p0: Vector, q0: Vector, h: Number) -> Step:
-    """Return p1 - p0, q1 - q0, no raw multipliers, and a report.
+    """Return p1 - p0, q1 - q0, no stage multipliers, and a report.
 
     ::
 

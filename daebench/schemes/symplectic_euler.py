@@ -1,7 +1,7 @@
 """Constrained symplectic Euler, HLW (1.19) and (1.20): implicit in p, explicit in q."""
 
 from daebench.schemes.kernels.claims import Claims
-from daebench.schemes.kernels.constrain import reach, tangent
+from daebench.schemes.kernels.constrain import project_momentum, project_position
 from daebench.schemes.kernels.language import SEPARABLE, G, H_p, H_pp, H_q, H_qp, g, norm, rows, solve, zero
 from daebench.schemes.kernels.newton import both, newton
 from daebench.schemes.kernels.spaces import LENGTH, I, Jacobian, Multiplier, Number, Step, Update, Vector
@@ -11,7 +11,7 @@ CLAIMS = Claims(order=1, symmetric=False, symplectic=True, keeps_g=True, keeps_G
 if SEPARABLE:
 
     def step(p0: Vector, q0: Vector, h: Number) -> Step:
-        """Return p1, q1, no raw multipliers, and a report.
+        """Return p1, q1, no stage multipliers, and a report.
 
         ::
 
@@ -21,15 +21,15 @@ if SEPARABLE:
         """
         G0 = G(q0)
         p_hat = p0 - h * H_q(p0, q0)
-        dq, nu, found = reach(q0, h * H_p(p_hat, q0), rows(G0, p0, q0))
+        dq, nu, found = project_position(q0, h * H_p(p_hat, q0), rows(G0, p0, q0))
         q1 = q0 + dq
-        p1, _, settled = tangent(p_hat - G0.T @ nu / h, q1)
+        p1, _, settled = project_momentum(p_hat - G0.T @ nu / h, q1)
         return p1, q1, (), both(found, settled)
 
 else:
 
-    def improve(x: tuple[Vector, Multiplier], data: tuple[Vector, Vector, Jacobian, Number]) -> Update:
-        """One Newton sweep for p_hat and lam."""
+    def update(x: tuple[Vector, Multiplier], data: tuple[Vector, Vector, Jacobian, Number]) -> Update:
+        """One Newton update for p_hat and lam."""
         p, lam = x
         p0, q0, G0, h = data
         force = H_q(p, q0) + G0.T @ lam
@@ -45,7 +45,7 @@ else:
         return x, norm(S @ dp), max(LENGTH, norm(q1)), norm(r_p) + norm(value), min(pivot, pivot_p)
 
     def step(p0: Vector, q0: Vector, h: Number) -> Step:
-        """Return p1, q1, no raw multipliers, and a report.
+        """Return p1, q1, no stage multipliers, and a report.
 
         ::
 
@@ -53,7 +53,7 @@ else:
             q1    = q0 + h H_p(p_hat, q0),             0 = g(q1)
             p1    = p_hat - h G(q1)^T mu,              0 = G(q1) H_p(p1, q1)
         """
-        (p_hat, _), found = newton(improve, (p0, zero(q0)), (p0, q0, G(q0), h))
+        (p_hat, _), found = newton(update, (p0, zero(q0)), (p0, q0, G(q0), h))
         q1 = q0 + h * H_p(p_hat, q0)
-        p1, _, settled = tangent(p_hat, q1)
+        p1, _, settled = project_momentum(p_hat, q1)
         return p1, q1, (), both(found, settled)

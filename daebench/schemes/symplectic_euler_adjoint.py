@@ -1,7 +1,7 @@
 """The adjoint of constrained symplectic Euler, HLW (1.19) and (1.20): explicit in p, implicit in q."""
 
 from daebench.schemes.kernels.claims import Claims
-from daebench.schemes.kernels.constrain import reach, tangent
+from daebench.schemes.kernels.constrain import project_momentum, project_position
 from daebench.schemes.kernels.language import SEPARABLE, G, H_p, H_pp, H_q, H_qp, g, norm, rows, solve, zero
 from daebench.schemes.kernels.newton import both, newton
 from daebench.schemes.kernels.spaces import LENGTH, I, Jacobian, Multiplier, Number, Step, Update, Vector
@@ -13,7 +13,7 @@ CLAIMS = Claims(
 if SEPARABLE:
 
     def step(p0: Vector, q0: Vector, h: Number) -> Step:
-        """Return p1, q1, no raw multipliers, and a report.
+        """Return p1, q1, no stage multipliers, and a report.
 
         ::
 
@@ -21,16 +21,16 @@ if SEPARABLE:
             p1    = p_hat - h (U_q(q1) + G(q1)^T lam),                  0 = G(q1) M^-1 p1
         """
         G0 = G(q0)
-        dq, nu, found = reach(q0, h * H_p(p0, q0), rows(G0, p0, q0))
+        dq, nu, found = project_position(q0, h * H_p(p0, q0), rows(G0, p0, q0))
         q1 = q0 + dq
         p_hat = p0 - G0.T @ nu / h
-        p1, _, settled = tangent(p_hat - h * H_q(p_hat, q1), q1)
+        p1, _, settled = project_momentum(p_hat - h * H_q(p_hat, q1), q1)
         return p1, q1, (), both(found, settled)
 
 else:
 
-    def improve(x: tuple[Vector, Multiplier], data: tuple[Vector, Vector, Jacobian, Number]) -> Update:
-        """One Newton sweep for q1 and mu."""
+    def update(x: tuple[Vector, Multiplier], data: tuple[Vector, Vector, Jacobian, Number]) -> Update:
+        """One Newton update for q1 and mu."""
         q, mu = x
         p0, q0, G0, h = data
         p = p0 - h * G0.T @ mu
@@ -45,7 +45,7 @@ else:
         return x, norm(dq), max(LENGTH, norm(q)), norm(r_q) + norm(value), min(pivot, pivot_q)
 
     def step(p0: Vector, q0: Vector, h: Number) -> Step:
-        """Return p1, q1, no raw multipliers, and a report.
+        """Return p1, q1, no stage multipliers, and a report.
 
         ::
 
@@ -53,7 +53,7 @@ else:
             p1    = p_hat - h (H_q(p_hat, q1) + G(q1)^T lam),               0 = G(q1) H_p(p1, q1)
         """
         G0 = G(q0)
-        (q1, mu), found = newton(improve, (q0, zero(q0)), (p0, q0, G0, h))
+        (q1, mu), found = newton(update, (q0, zero(q0)), (p0, q0, G0, h))
         p_hat = p0 - h * G0.T @ mu
-        p1, _, settled = tangent(p_hat - h * H_q(p_hat, q1), q1)
+        p1, _, settled = project_momentum(p_hat - h * H_q(p_hat, q1), q1)
         return p1, q1, (), both(found, settled)

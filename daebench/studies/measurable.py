@@ -23,7 +23,7 @@ def measured(method: Any, ivp: Ivp, why: str) -> Any:
     if isinstance(ivp, ConstrainedIvp):
         if ivp.arrays:
             raise BadInput(
-                f"{ivp.problem} with {ivp.sheet.NODES} nodes is held as arrays, for which there is no reference solution {why}; "
+                f"{ivp.problem} with {ivp.facts.NODES} nodes is held as arrays, for which there is no reference solution {why}; "
                 "take fewer nodes."
             )
         return accepted(method, ivp, why)

@@ -25,11 +25,11 @@ VARIANTS: dict[str, dict[str, Any]] = {
     "ns_watched": {"watch": None, "count": False},
     "ns_counted": {"watch": None, "count": True},
 }
-"""What is timed: bare steps; with energy and manifold, or Casimir functions, watched; and with work counted too."""
+"""What is timed: bare steps; with energy and manifold, or Casimir functions, monitored; and with work counted too."""
 
 
 def measure(ivp: Ivp, name: str, *, h: float, steps: int, repeat: int, anyway: bool = False) -> dict[str, Any]:
-    """Return a method's best time of a step: bare, watched, and watched and counted.
+    """Return a method's best time of a step: bare, monitored, and monitored and counted.
 
     Parameters
     ----------

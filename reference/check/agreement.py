@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from daebench.errors import BadInput
-from daebench.reference.check.handed import handed
+from daebench.reference.check.external_state import external_state
 from daebench.reference.keep.record import EPS, Reference
 
 Array = NDArray[np.float64]
@@ -64,11 +64,11 @@ def agreement(reference: Reference, t: ArrayLike, **states: ArrayLike) -> Agreem
     """
     kind, rows = reference.kind, _rows(reference, _times(t))
     if set(states) != set(kind.state):
-        raise BadInput(f"{reference.name} has states {kind.told}; give {' and '.join(kind.handed)}, and nothing else.")
-    sizes = [reference.values[part].shape[1] for part in kind.handed]
-    duty = f"{' and '.join(kind.handed)} {'are' if len(sizes) > 1 else 'is'} needed at all times t"
-    given = states[kind.handed[0]] if len(sizes) == 1 else [states[part] for part in kind.handed]
-    own = dict(zip(kind.handed, handed(given, [(len(rows), size) for size in sizes], duty), strict=True))
+        raise BadInput(f"{reference.name} has states {kind.told}; give {' and '.join(kind.external)}, and nothing else.")
+    sizes = [reference.values[part].shape[1] for part in kind.external]
+    duty = f"{' and '.join(kind.external)} {'are' if len(sizes) > 1 else 'is'} needed at all times t"
+    given = states[kind.external[0]] if len(sizes) == 1 else [states[part] for part in kind.external]
+    own = dict(zip(kind.external, external_state(given, [(len(rows), size) for size in sizes], duty), strict=True))
     digits = [_digits(own[part], reference.values[part][rows], reference.size(part)) for part in kind.state]
     return Agreement(reference, rows, np.hstack(digits))
 
@@ -91,7 +91,7 @@ def _rows(reference: Reference, t: Array) -> NDArray[np.intp]:
     return np.searchsorted(reference.t, t)
 
 
-def _digits(own: Array, truth: Array, size: float) -> Array:
+def _digits(own: Array, reference_solution: Array, size: float) -> Array:
     with np.errstate(divide="ignore", invalid="ignore"):
-        found = -np.log10(np.abs(own - truth) / size)
+        found = -np.log10(np.abs(own - reference_solution) / size)
     return np.where(np.isnan(found), -np.inf, found)

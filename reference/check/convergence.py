@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from daebench.diagnostics.order import OrderFit, fit_order
 from daebench.errors import BadInput, positive, whole
-from daebench.reference.check.handed import handed
+from daebench.reference.check.external_state import external_state
 from daebench.reference.keep.record import EPS, Reference
 
 Array = NDArray[np.float64]
@@ -33,7 +33,7 @@ FAR = 1000.0
 
 @dataclass(frozen=True, eq=False)
 class Convergence:
-    """The errors of one code over a ladder of step sizes.
+    """The errors of one code over a sequence of step sizes.
 
     Parameters
     ----------
@@ -173,12 +173,12 @@ def _solved(solve: Solve, reference: Reference, t: Array, h: float) -> dict[str,
     __tracebackhide__ = True
     kind = reference.kind
     try:
-        found = solve(*(reference.values[part][0].copy() for part in kind.handed), h, t.copy())
+        found = solve(*(reference.values[part][0].copy() for part in kind.external), h, t.copy())
     except Exception as error:
         error.add_note(f"This was raised in the run with h = {h:g}.")
         raise
-    shapes = [(len(t), reference.values[part].shape[1]) for part in kind.handed]
-    return dict(zip(kind.handed, handed(found, shapes, f"solve must return {kind.told} at the times t"), strict=True))
+    shapes = [(len(t), reference.values[part].shape[1]) for part in kind.external]
+    return dict(zip(kind.external, external_state(found, shapes, f"solve must return {kind.told} at the times t"), strict=True))
 
 
 def _largest(error: Array) -> float:

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from daebench.errors import BadInput, positive, whole
 from daebench.reference.keep import store
-from daebench.reference.keep.between import states_at
+from daebench.reference.keep.dense_evaluation import states_at
 from daebench.reference.keep.record import EPS, Reference
 from daebench.reference.keep.trajectory_file import TrajectoryFile, read, split
 

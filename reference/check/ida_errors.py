@@ -26,7 +26,7 @@ MARKS = (1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0)
 """Times, s, up to which errors are given besides the end."""
 
 TIGHT, UNTIL, ESTIMATES = 2, 10.0, 3.0
-"""IDA has to agree with the truth within three of its own estimates, up to this time, s, at one of the tolerances from 1e-12 on."""
+"""IDA has to agree with the reference within three of its own estimates, up to this time, s, at one of the tolerances from 1e-12 on."""
 
 ROUNDINGS = 4.0
 """What rounding alone may make of an error over a time so short that no step makes one, in units of that of the largest position."""
@@ -34,7 +34,7 @@ ROUNDINGS = 4.0
 Keep = Callable[[str, Callable[[], dict[str, Any]]], dict[str, Any]]
 
 
-def ida_errors(ivp: Ivp, t: Array, truth: Mapping[str, Array], keep: Keep, until: float = np.inf) -> list[dict[str, Any]]:
+def ida_errors(ivp: Ivp, t: Array, reference: Mapping[str, Array], keep: Keep, until: float = np.inf) -> list[dict[str, Any]]:
     """Return one record a formulation and tolerance: largest errors, own estimate |S(tol) - S(tol/10)|, work and status.
 
     The estimate is null where the run at a tenth of the tolerance stopped early; ``lost`` is the time at which the motion is lost,
@@ -46,7 +46,7 @@ def ida_errors(ivp: Ivp, t: Array, truth: Mapping[str, Array], keep: Keep, until
         The problem with its numbers.
     t : ndarray, shape(n,)
         Equidistant times, the first 0.
-    truth : mapping of str to ndarray
+    reference : mapping of str to ndarray
         q, p and lam, or y, at these times, rounded to double precision.
     keep : callable
         ``keep(stage, make)`` returns what was made now or in an earlier run that was interrupted.
@@ -56,23 +56,23 @@ def ida_errors(ivp: Ivp, t: Array, truth: Mapping[str, Array], keep: Keep, until
     Raises
     ------
     NotCertified
-        If IDA disagrees with the truth by more than it says itself.
+        If IDA disagrees with the reference solution by more than it says itself.
     """
     clear = int(np.searchsorted(t, min(until, UNTIL), "right"))
-    return [record for name in ida_names(ivp) for record in _records(ivp, name, t, truth, keep, clear)]
+    return [record for name in ida_names(ivp) for record in _records(ivp, name, t, reference, keep, clear)]
 
 
-def _records(ivp: Ivp, name: str, t: Array, truth: Mapping[str, Array], keep: Keep, clear: int) -> list[dict[str, Any]]:
-    runs, lead = [], next(iter(truth))
+def _records(ivp: Ivp, name: str, t: Array, reference: Mapping[str, Array], keep: Keep, clear: int) -> list[dict[str, Any]]:
+    runs, lead = [], next(iter(reference))
     for exponent in (*EXPONENTS, EXPONENTS[-1] + 1):
         tol = float(f"1e-{exponent}")
         runs.append(keep(f"{name.replace(':', '-')}-{exponent}", lambda tol=tol: _run(ivp, name, tol, t)))  # type: ignore[misc]
-    _require_agreement(ivp, runs[TIGHT:], t[:clear], truth, lead)
-    return [_record(each, finer, t, truth, lead) for each, finer in pairwise(runs)]
+    _require_agreement(ivp, runs[TIGHT:], t[:clear], reference, lead)
+    return [_record(each, finer, t, reference, lead) for each, finer in pairwise(runs)]
 
 
 def _require_agreement(ivp: Ivp, runs: Sequence[dict[str, Any]], t: Array, exact: Mapping[str, Array], lead: str) -> None:
-    """Require that one of the tight runs is as near to the truth as its own estimate says, or as rounding allows, for a while."""
+    """Require that one of the tight runs is as near to the reference as its own estimate says, or as rounding allows, for a while."""
     n, told, rounding = len(t), [], ROUNDINGS * EPS * float(np.abs(exact[lead]).max())
     for each, finer in pairwise(runs):
         error, estimate = (float(_distances(each, other, exact)[lead][:n].max()) for other in (exact, finer))
@@ -80,7 +80,7 @@ def _require_agreement(ivp: Ivp, runs: Sequence[dict[str, Any]], t: Array, exact
         if error <= ESTIMATES * estimate + rounding:
             return
     raise NotCertified(
-        f"{ivp.problem}-{ivp.case} was not certified: up to t = {t[-1]:g} {runs[0]['method']} differs from the truth in {lead} by "
+        f"{ivp.problem}-{ivp.case} was not certified: up to t = {t[-1]:g} {runs[0]['method']} differs from the reference in {lead} by "
         f"{', '.join(told)}; see which of the two is wrong."
     )
 

@@ -29,7 +29,7 @@ class Recomputed:
     Parameters
     ----------
     method : str
-        Its name, with the value of its knob.
+        Its name, with its step size or tolerance.
     states, limit : mapping of str to ndarray, shape(n, components)
         Every part at the first n stored times, and by how much it may be wrong.
     """

@@ -29,7 +29,7 @@ def own_name(ivp: Ivp, *, crosses: bool = False) -> str:
     """Return the name of our own method for a problem, one that passes rank loss where the motion does."""
     if isinstance(ivp, ConstrainedIvp):
         return GAUSS if crosses else RATTLE
-    return STRANG if ivp.sheet.SPLITTINGS else MIDPOINT
+    return STRANG if ivp.facts.SPLITTINGS else MIDPOINT
 
 
 def coarsest(name: str) -> int:

@@ -182,7 +182,7 @@ def _unseen(reference: Reference, digits: list[Digits]) -> str:
     return (
         f"A change of {' and '.join(state)} along the motion, which keeps {kept} to the certificate's drift, is seen from {finest:.1e} "
         f"of the motion; a smaller one takes a recomputation in quadruple precision: daebench reference build {reference.name}. "
-        "How the truth was made, its checks, the table of IDA but for its row at 1e-12, and amplifications between are taken as they are."
+        "How it was made, its checks, the table of IDA but for its row at 1e-12, and amplifications between are taken as they are."
         f"{_passed(reference)}"
     )
 

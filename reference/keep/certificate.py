@@ -10,7 +10,7 @@ from daebench.reference.check.ida_errors import ida_errors
 from daebench.reference.keep.definition import Definition
 from daebench.reference.make.amplification import LOST, amplification, double_horizon
 from daebench.reference.make.certify import ROUNDING, STORED_DIGITS, WORK_DIGITS, WORTH, Certified, certify, smallest_singular_values
-from daebench.reference.make.motions import Motions
+from daebench.reference.make.independent_computations import Computations
 from daebench.reference.make.rank_loss import first_loss, rank_losses
 from daebench.reference.make.stages import Stages
 
@@ -51,17 +51,17 @@ def certified_text(definition: Definition, times: list[Any], stages: Stages) -> 
     NotCertified
         If the certification fails.
     """
-    motions = Motions(definition, times, stages.rows)
-    certified = certify(motions)
-    rank = _rank(definition.name, motions, certified)
-    growth = amplification(motions, certified)
+    computations = Computations(definition, times, stages.rows)
+    certified = certify(computations)
+    rank = _rank(definition.name, computations, certified)
+    growth = amplification(computations, certified)
     lost = double_horizon(certified.t, growth.worst)
     text = columns(certified)
     t = np.array([float(x) for x in certified.t])
     followed = len(t) if lost is None else int(np.searchsorted(t, lost))
-    truth = {part: np.array([[float(x) for x in row] for row in rows[:followed]]) for part, rows in certified.states.parts.items()}
+    reference = {part: np.array([[float(x) for x in row] for row in rows[:followed]]) for part, rows in certified.states.parts.items()}
     passed = first_loss(rank.get("lost", ()))
-    ida = ida_errors(definition.ivp, t[:followed], truth, stages.record, passed)
+    ida = ida_errors(definition.ivp, t[:followed], reference, stages.record, passed)
     return {
         "problem": definition.ivp.problem,
         "case": definition.ivp.case,
@@ -69,11 +69,11 @@ def certified_text(definition: Definition, times: list[Any], stages: Stages) -> 
         "definition": definition.text | {"sha256": definition.hash},
         "made": {"by": _command(definition.name, times), "method": certified.method, "checks": certified.checks},
         "horizon": {"truth": float(certified.t[-1]), "double": lost, "asked": float(times[-1]), "rule": HORIZON},
-        "drift": drifts(motions, text),
+        "drift": drifts(computations, text),
         **({"rank": rank} if rank else {}),
         "ida": ida,
         "amplification": {
-            "rule": AMPLIFICATION.format(which=motions.mathematics.perturbations),
+            "rule": AMPLIFICATION.format(which=computations.mathematics.perturbations),
             "largest": _short(growth.start.max()),
             "values": [_short(x) for x in growth.start],
             "worst": [_short(x) for x in growth.worst],
@@ -83,12 +83,12 @@ def certified_text(definition: Definition, times: list[Any], stages: Stages) -> 
     }, text
 
 
-def _rank(name: str, motions: Motions, certified: Certified) -> dict[str, Any]:
+def _rank(name: str, computations: Computations, certified: Certified) -> dict[str, Any]:
     """Return what is known of what must not lose rank, and of where it does; nothing where there is no such thing."""
-    made = motions.mathematics
+    made = computations.mathematics
     if not made.regular:
         return {}
-    singular, t = smallest_singular_values(name, motions, certified), np.array([float(x) for x in certified.t])
+    singular, t = smallest_singular_values(name, computations, certified), np.array([float(x) for x in certified.t])
     smallest = int(np.argmin(singular))
     found = {"smallest_singular_value": _short(singular[smallest]), "t": float(t[smallest]), "largest": _short(singular.max())}
     if not made.crosses:
@@ -112,9 +112,9 @@ def columns(certified: Certified) -> dict[str, list[str]]:
     return text
 
 
-def drifts(motions: Motions, text: dict[str, list[str]]) -> dict[str, float]:
+def drifts(computations: Computations, text: dict[str, list[str]]) -> dict[str, float]:
     """Return the largest change of what is conserved, and modulus of what is zero, of stored digits, evaluated with 50 digits."""
-    made, kind = motions.mathematics, motions.definition.kind
+    made, kind = computations.mathematics, computations.definition.kind
     with mp.workdps(WORK_DIGITS):
         state = [column for name, column in text.items() if name.rstrip("0123456789") in kind.state]
         found = [made.conserved([mp.mpf(x) for x in row]) for row in zip(*state, strict=True)]

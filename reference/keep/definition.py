@@ -12,7 +12,7 @@ import sympy as sp
 
 from daebench.methods.catalogue import find_problem
 from daebench.methods.initial_value_problem import initial_value_problem
-from daebench.reference.keep.parts import KINDS, Parts
+from daebench.reference.keep.state_layout import KINDS, StateLayout
 from daebench.runs.ivp import Ivp
 from daebench.systems.constrained import ConstrainedHamiltonian
 from daebench.systems.lattice import PoissonLattice
@@ -42,9 +42,9 @@ class Definition:
         return f"{self.ivp.problem}-{self.ivp.case}"
 
     @property
-    def kind(self) -> Parts:
+    def kind(self) -> StateLayout:
         """What a state consists of."""
-        return KINDS[self.ivp.sheet.KIND]
+        return KINDS[self.ivp.facts.KIND]
 
     @property
     def derivation(self) -> Any:
@@ -126,5 +126,5 @@ def define(problem: str, case: str | None = None) -> Definition:
         If the problem or the case is unknown.
     """
     ivp, found = initial_value_problem(problem, case), find_problem(problem)
-    own = ivp.sheet.CASES[ivp.case]["parameters"]
+    own = ivp.facts.CASES[ivp.case]["parameters"]
     return Definition(ivp, {name: int(own.get(name, value)) for name, value in found.structure.items()})

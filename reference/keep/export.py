@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from daebench.errors import BadInput, unknown
-from daebench.reference.keep.between import At, states_at
+from daebench.reference.keep.dense_evaluation import At, states_at
 from daebench.reference.keep.record import Reference
 from daebench.runs.csv_files import write_rows
 from daebench.runs.files import atomic

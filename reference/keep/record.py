@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from daebench.errors import BadInput
 from daebench.methods.initial_value_problem import initial_value_problem
-from daebench.reference.keep.parts import Parts, parts_of
+from daebench.reference.keep.state_layout import StateLayout, layout_of_columns
 from daebench.runs.ivp import Ivp
 from daebench.systems.renamed import OldAttribute
 
@@ -70,9 +70,9 @@ class Reference:
         return {name: int(value) for name, value in self.certificate["definition"]["structure"].items()}
 
     @cached_property
-    def kind(self) -> Parts:
+    def kind(self) -> StateLayout:
         """What a row consists of."""
-        return parts_of(self.text)
+        return layout_of_columns(self.text)
 
     @cached_property
     def t(self) -> Array:

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from daebench.errors import BadInput
-from daebench.reference.keep.parts import Parts
+from daebench.reference.keep.state_layout import StateLayout
 
 Array = NDArray[np.float64]
 
@@ -79,14 +79,14 @@ def split(name: str) -> tuple[str, int]:
     return found[1], int(found[2]) - 1
 
 
-def read(path: Path, kind: Parts) -> TrajectoryFile:
+def read(path: Path, kind: StateLayout) -> TrajectoryFile:
     """Return the trajectory of a file.
 
     Parameters
     ----------
     path : Path
         The file.
-    kind : Parts
+    kind : StateLayout
         Which columns are components; others are left aside.
 
     Raises
@@ -108,7 +108,7 @@ def read(path: Path, kind: Parts) -> TrajectoryFile:
     return found
 
 
-def _rows(path: Path, kind: Parts) -> tuple[list[str], list[list[str]], list[int]]:
+def _rows(path: Path, kind: StateLayout) -> tuple[list[str], list[list[str]], list[int]]:
     """Return the header, the rows that are not blank, and their lines."""
     if not path.exists():
         raise BadInput(f"{path}: there is no such file; give the path of a CSV file.")
@@ -131,19 +131,19 @@ def _rows(path: Path, kind: Parts) -> tuple[list[str], list[list[str]], list[int
     return rows[0], rows[1:], lines[1:]
 
 
-def _is_component(name: str, kind: Parts) -> bool:
+def _is_component(name: str, kind: StateLayout) -> bool:
     found = NAME.fullmatch(name)
     return found is not None and found[1] in kind.names
 
 
-def _header(kind: Parts) -> str:
+def _header(kind: StateLayout) -> str:
     """Return what the first line must be."""
     first, *others = kind.names
     columns = ", ".join([f"{first}1, {first}2, ...", *(f"{each}1, ..." for each in others)])
     return f"the first line names the columns: t and any of {columns}, separated by commas"
 
 
-def _require_header(path: Path, names: Sequence[str], known: Sequence[bool], kind: Parts) -> None:
+def _require_header(path: Path, names: Sequence[str], known: Sequence[bool], kind: StateLayout) -> None:
     if "t" not in names:
         raise BadInput(f"{path}, line 1: there is no column t among {_told(names)}; {_header(kind)}.")
     if sum(known) == names.count("t"):

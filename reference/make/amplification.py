@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from daebench.reference.keep.record import EPS
 from daebench.reference.make.certify import Certified
-from daebench.reference.make.motions import Motions, sizes
+from daebench.reference.make.independent_computations import Computations, sizes
 from daebench.reference.make.stages import Rows
 
 Array = NDArray[np.float64]
@@ -40,25 +40,25 @@ class Growth:
     step: Array
 
 
-def amplification(motions: Motions, certified: Certified) -> Growth:
+def amplification(computations: Computations, certified: Certified) -> Growth:
     """Return how much perturbations grow, from neighbours in quadruple precision, one for each direction.
 
     The rounding of a state on the way grows from there, which where a motion converges again is more than from the start.
 
     Parameters
     ----------
-    motions : Motions
+    computations : Computations
         The motion, and the way to its neighbours.
     certified : Certified
         Its certified part.
     """
-    n, largest, kind = len(certified.t), sizes(certified.states), motions.definition.kind
+    n, largest, kind = len(certified.t), sizes(certified.states), computations.definition.kind
     first = certified.states.parts
     S = np.concatenate([np.full(len(first[part][0]), largest[part]) for part in kind.state])
-    Q = np.linalg.qr(motions.mathematics.directions / S[:, None])[0]
-    base, columns = motions.own(), []
+    Q = np.linalg.qr(computations.mathematics.directions / S[:, None])[0]
+    base, columns = computations.own(), []
     for k, direction in enumerate((S[:, None] * Q).T):
-        beside = motions.own([BESIDE * mp.mpf(float(x)) for x in direction], stage=f"beside-{k + 1}")
+        beside = computations.own([BESIDE * mp.mpf(float(x)) for x in direction], stage=f"beside-{k + 1}")
         columns.append(_apart(base.rows[:n], beside.rows) / S)
     return growth(np.stack(columns, axis=2))
 

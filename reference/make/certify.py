@@ -1,4 +1,4 @@
-"""From a definition to certified digits: the truth, a second run of it, an independent one, and the bound that they leave."""
+"""From a definition to certified digits: the reference, a second run of it, an independent one, and the bound that they leave."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from daebench.errors import RunFailed
-from daebench.reference.make.motions import Motions, States, differences, sizes
+from daebench.reference.make.independent_computations import Computations, States, differences, sizes
 
 Array = NDArray[np.float64]
 
@@ -66,7 +66,7 @@ class Certified:
     bound : mapping of str to ndarray, shape(n, components)
         Largest error of each number of each part.
     method : str
-        How the truth was made.
+        How the reference solution was made.
     checks : list of dict
         What it was held against, and the largest difference.
     """
@@ -78,37 +78,37 @@ class Certified:
     checks: list[dict[str, Any]]
 
 
-def certify(motions: Motions) -> Certified:
+def certify(computations: Computations) -> Certified:
     """Return the certified digits of a definition.
 
-    Where the problem has a closed form, that is the truth: worked out with 50 digits, a second time with 70, and held against the
-    Taylor series in the problem's own coordinates, or in its chart where the motion may pass rank loss, from which it must be no further
-    than that series is uncertain. Else the Taylor series is the truth, run a second time with other steps. Both are held against the
-    series in other coordinates where there are some: the chart of a constrained problem without a closed form; the canonical coordinates
-    of a Poisson system, else the constrained system above it, else skewed ones.
+    Where the problem has a closed form, that is the reference solution: worked out with 50 digits, a second time with 70, and held against
+    the Taylor series in the problem's own coordinates, or in its chart where the motion may pass rank loss, from which it must be no
+    further than that series is uncertain. Else the Taylor series is the reference solution, run a second time with other steps. Both are
+    held against the series in other coordinates where there are some: the chart of a constrained problem without a closed form; the
+    canonical coordinates of a Poisson system, else the constrained system above it, else skewed ones.
 
     Raises
     ------
     NotCertified
         If there is neither a closed form nor a chart, an independent motion disagrees, G loses rank, or nothing is left.
     """
-    made, name = motions.mathematics, motions.definition.name
+    made, name = computations.mathematics, computations.definition.name
     if not made.closed_form and made.other is None:
         raise NotCertified(f"{name} has neither a closed form nor a chart to certify it by; declare one in the problem.")
-    first, second = motions.own(), motions.own(stage="taylor-again", **AGAIN)
+    first, second = computations.own(), computations.own(stage="taylor-again", **AGAIN)
     uncertain = largest_so_far([differences(first, second)], first, safety=AGREEMENT, floor=FLOOR)
     if made.closed_form:
         where = ", in minimal coordinates" if made.crosses else ""
-        truth, method = motions.closed_form(WORK_DIGITS), f"closed form, {WORK_DIGITS} digits{where}"
-        again, independent = {f"closed form with {MORE_DIGITS} digits": motions.closed_form(MORE_DIGITS)}, {made.series: first}
+        reference, method = computations.closed_form(WORK_DIGITS), f"closed form, {WORK_DIGITS} digits{where}"
+        again, independent = {f"closed form with {MORE_DIGITS} digits": computations.closed_form(MORE_DIGITS)}, {made.series: first}
     else:
-        truth, method = first, made.series
+        reference, method = first, made.series
         again, independent = {"second run with another order and other steps": second}, {}
     if made.other is not None:
-        independent[f"Taylor series in {made.other.name}"] = motions.other()
+        independent[f"Taylor series in {made.other.name}"] = computations.other()
     for what, each in independent.items():
-        _require_agreement(name, motions.times, differences(truth, each), uncertain, what)
-    return _cut(motions, truth, method, again | independent)
+        _require_agreement(name, computations.times, differences(reference, each), uncertain, what)
+    return _cut(computations, reference, method, again | independent)
 
 
 def largest_so_far(
@@ -137,26 +137,26 @@ def _require_agreement(name: str, times: Sequence[Any], found: Mapping[str, Arra
             )
 
 
-def _cut(motions: Motions, truth: States, method: str, others: Mapping[str, States]) -> Certified:
+def _cut(computations: Computations, reference: States, method: str, others: Mapping[str, States]) -> Certified:
     """Return what lies before the horizon, with the bound that the other motions leave."""
-    bound = largest_so_far([differences(truth, each) for each in others.values()], truth)
-    largest, n = sizes(truth), len(truth.rows)
+    bound = largest_so_far([differences(reference, each) for each in others.values()], reference)
+    largest, n = sizes(reference), len(reference.rows)
     for part, values in bound.items():
         lost = np.flatnonzero(~np.all(values <= WORTH * largest[part], axis=1))
         n = min(n, lost[0] if lost.size else n)
     if n < FEWEST:
-        name = motions.definition.name
+        name = computations.definition.name
         raise NotCertified(f"{name} was not certified: its bound exceeds {WORTH:g} of the motion after {n} outputs; give closer times.")
-    kept = truth.until(n)
+    kept = reference.until(n)
     checks = [{"against": name, "largest_difference": _largest(kept, each.until(n))} for name, each in others.items()]
-    return Certified(list(motions.times[:n]), kept, {part: values[:n] for part, values in bound.items()}, method, checks)
+    return Certified(list(computations.times[:n]), kept, {part: values[:n] for part, values in bound.items()}, method, checks)
 
 
-def _largest(truth: States, other: States) -> dict[str, float]:
-    return {part: float(f"{values.max():.2g}") for part, values in differences(truth, other).items()}
+def _largest(reference: States, other: States) -> dict[str, float]:
+    return {part: float(f"{values.max():.2g}") for part, values in differences(reference, other).items()}
 
 
-def smallest_singular_values(name: str, motions: Motions, certified: Certified) -> Array:
+def smallest_singular_values(name: str, computations: Computations, certified: Certified) -> Array:
     """Return the smallest singular value of what must not lose rank, G H_pp G^T, at each time.
 
     Raises
@@ -164,7 +164,7 @@ def smallest_singular_values(name: str, motions: Motions, certified: Certified) 
     NotCertified
         If it falls below a millionth of its largest, or where rank loss may be passed, is next to nothing at an output.
     """
-    made = motions.mathematics
+    made = computations.mathematics
     least, advice = (BARELY, "choose another distance of outputs") if made.crosses else (SINGULAR, "end the reference before")
     values = np.array([made.smallest_singular_value(row) for row in certified.states.rows])
     k = int(np.argmin(values))

@@ -69,4 +69,4 @@ KINDS: dict[str, type[Constrained] | type[Poisson]] = {"constrained": Constraine
 
 def mathematics(definition: Definition) -> Mathematics:
     """Return the mathematics of a definition."""
-    return KINDS[definition.ivp.sheet.KIND](definition)
+    return KINDS[definition.ivp.facts.KIND](definition)

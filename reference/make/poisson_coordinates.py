@@ -64,8 +64,8 @@ class Lifted:
     def equations(self) -> Equations:
         """Variables q and p and their rates."""
         source = source_in(find_problem(self.lift.problem), {})
-        case, ivp = next(iter(source.sheet.CASES)), self.definition.ivp
-        own = {name: value for name, value in ivp.parameters.items() if name in source.sheet.PARAMETERS}
+        case, ivp = next(iter(source.facts.CASES)), self.definition.ivp
+        own = {name: value for name, value in ivp.parameters.items() if name in source.facts.PARAMETERS}
         return own_coordinates(Definition(make_ivp(source, case, own), {}))
 
     def entered(self, x: Vector) -> Vector:

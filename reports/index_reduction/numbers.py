@@ -97,7 +97,7 @@ def measure(tell: Tell) -> Numbers:
 
 
 def fixed_step(ivp: ConstrainedIvp, name: str, h: float, t_end: float, every: int = 1) -> Trajectory:
-    """Return a run. One kernel a scheme serves all runs: states are kept and watched afterwards, so that less is compiled."""
+    """Return a run. One kernel a scheme serves all runs: states are kept and monitored afterwards, so that less is compiled."""
     return FixedStep(name).solve(ivp, Request(value=h, t_end=t_end, every=every, watch=()))
 
 

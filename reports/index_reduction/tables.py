@@ -112,7 +112,7 @@ def cost(frame: pd.DataFrame, caption: str) -> Markup:
     formats: Formats = {"method": code} | {f"work_{kind}": lambda value: number(value, 3) if value else Markup("0") for kind in kinds}
     headings = {
         "method": "scheme",
-        "work_newton": "Newton<small>sweeps</small>",
+        "work_newton": "Newton<small>iterations</small>",
         "work_H_p": "<i>H<sub>p</sub></i>",
         "work_H_q": "<i>H<sub>q</sub></i>",
         "work_g": "<i>g</i>",

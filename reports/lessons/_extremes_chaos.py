@@ -7,7 +7,7 @@ import pandas as pd
 from markupsafe import Markup
 
 from daebench.draw.svg.axis import Axis
-from daebench.draw.svg.panels import sheet
+from daebench.draw.svg.panels import draw_panels
 from daebench.methods.fixed_step.constrained import accepted
 from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.methods.names import parse
@@ -61,7 +61,7 @@ def show(values: Values) -> Shown:
     says = Markup("Released {} rad apart, {}. The energy error is {} J at most.").format(
         number(values["delta"], 1), told, at_most(np.max(np.abs(energy)))
     )
-    return Shown(sheet(panels, alt="Distance of two double pendulums against time, and energy error of one.", height=250), says)
+    return Shown(draw_panels(panels, alt="Distance of two double pendulums against time, and energy error of one.", height=250), says)
 
 
 def table(values: Values) -> pd.DataFrame:

@@ -7,7 +7,7 @@ import pandas as pd
 from markupsafe import Markup
 
 from daebench.draw.svg.axis import Axis
-from daebench.draw.svg.panels import sheet
+from daebench.draw.svg.panels import draw_panels
 from daebench.methods.fixed_step.constrained import accepted
 from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.methods.names import parse
@@ -54,7 +54,7 @@ def show(values: Values) -> Shown:
         says += Markup(" The run stopped at <i>t</i> = {:.3g} s: {}").format(
             found.t[-1], found.failure.partition(": ")[2].partition(", within")[0] + "."
         )
-    return Shown(sheet(panels, alt="Energy error and rank of G against time.", height=250), says)
+    return Shown(draw_panels(panels, alt="Energy error and rank of G against time.", height=250), says)
 
 
 def table(values: Values) -> pd.DataFrame:

@@ -7,7 +7,7 @@ import pandas as pd
 from markupsafe import Markup
 
 from daebench.draw.svg.axis import around
-from daebench.draw.svg.panels import sheet
+from daebench.draw.svg.panels import draw_panels
 from daebench.methods.fixed_step.constrained import accepted
 from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.methods.names import parse
@@ -46,7 +46,9 @@ def show(values: Values) -> Shown:
     ]
     largest = Markup(", ").join(Markup("{} <b>{}</b>").format(name, number(np.max(np.abs(error)))) for name, error in errors.items())
     says = Markup("After {} steps, the largest error of the angular momentum: {}.").format(count(values["steps"]), largest)
-    return Shown(sheet(panels, alt="Error of the angular momentum against time, with plain and with compensated sums.", height=250), says)
+    return Shown(
+        draw_panels(panels, alt="Error of the angular momentum against time, with plain and with compensated sums.", height=250), says
+    )
 
 
 def table(values: Values) -> pd.DataFrame:

@@ -7,7 +7,7 @@ import pandas as pd
 from markupsafe import Markup
 
 from daebench.draw.svg.axis import Axis
-from daebench.draw.svg.panels import sheet
+from daebench.draw.svg.panels import draw_panels
 from daebench.methods.fixed_step.constrained import accepted
 from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.methods.names import parse
@@ -22,7 +22,7 @@ from daebench.runs.trajectory import Trajectory
 
 SCHEMES = {"stiff:rk4": "Runge and Kutta (rk4)", "stiff:midpoint": "midpoint rule"}
 EPS, H, T_END = (0.1, 0.03, 0.01, 0.003, 0.001, 0.0003, 0.0001), (0.001, 0.002, 0.005, 0.01), 3.0
-TRUTH = "lobatto3"
+REFERENCE = "lobatto3"
 
 
 @cache
@@ -31,10 +31,10 @@ def run(scheme: str, eps: float, h: float) -> tuple[Trajectory, Array, Array]:
     ivp = constrained(initial_value_problem("spherical_pendulum", "fig1.2"))
     request = Request(value=h, t_end=T_END, every=1, watch=())
     why = "and has no step to compare"
-    truth = accepted(parse(TRUTH), ivp, why).solve(ivp, request)
+    reference = accepted(parse(REFERENCE), ivp, why).solve(ivp, request)
     found = accepted(parse(scheme, {"eps": eps} if scheme.startswith("stiff:") else None), ivp, why).solve(ivp, request)
-    n = min(len(found.t), len(truth.t))
-    away = np.linalg.norm(found.q[:n] - truth.q[:n], axis=1)
+    n = min(len(found.t), len(reference.t))
+    away = np.linalg.norm(found.q[:n] - reference.q[:n], axis=1)
     return found, away, np.abs(ivp.along("g", found.q[:n])).ravel()
 
 
@@ -57,7 +57,9 @@ def show(values: Values) -> Shown:
     ).format(number(np.pi * values["eps"]), number(turns), at_most(g.max()), number(away[-1]))
     if found.failure:
         says += Markup(" The run stopped at <i>t</i> = {:.3g} s.").format(found.t[-1])
-    return Shown(sheet(panels, alt="Distance from the constrained motion and residual of the constraint against time.", height=250), says)
+    return Shown(
+        draw_panels(panels, alt="Distance from the constrained motion and residual of the constraint against time.", height=250), says
+    )
 
 
 def table(values: Values) -> pd.DataFrame:

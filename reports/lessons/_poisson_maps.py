@@ -10,7 +10,7 @@ from markupsafe import Markup
 from daebench.draw.figures import BLACK, BLUE, GREEN, VERMILION, Stroke
 from daebench.draw.svg.axis import Axis, around
 from daebench.draw.svg.marks import Area, Curve, Dots
-from daebench.draw.svg.panels import Panel, sheet
+from daebench.draw.svg.panels import Panel, draw_panels
 from daebench.pages.lesson.control import Control, Values
 from daebench.pages.lesson.experiment import Experiment, Preparation, Shown
 from daebench.pages.report import number
@@ -60,7 +60,7 @@ def show_orbits(values: Values) -> Shown:
         ),
     ]
     alt = "Orbit of predators and prey with a cat carried along, the same in logarithms, energy error and Poisson volume against time."
-    return Shown(sheet(panels, alt=alt, height=270), orbits_said(run))
+    return Shown(draw_panels(panels, alt=alt, height=270), orbits_said(run))
 
 
 def plane(run: Carried, exact: Array, x: Axis, y: Axis) -> Panel:
@@ -125,7 +125,10 @@ def show_body(values: Values) -> Shown:
     ).format(number(np.max(np.abs(run.casimir))), number(np.max(np.abs(run.energy))), float(np.linalg.norm(run.y[-1])))
     alt = "States of the rigid body on the sphere of constant angular momentum, and errors of Casimir function and energy against time."
     return Shown(
-        sheet([view([*dots], "angular momentum, seen from the body"), Panel(time, axis, curves, "what is kept")], alt=alt, height=300), says
+        draw_panels(
+            [view([*dots], "angular momentum, seen from the body"), Panel(time, axis, curves, "what is kept")], alt=alt, height=300
+        ),
+        says,
     )
 
 

@@ -11,7 +11,7 @@ from daebench.diagnostics.order import OrderFit, fit_order
 from daebench.draw.figures import STROKES, Stroke
 from daebench.draw.svg.axis import Axis, around
 from daebench.draw.svg.marks import Curve, Dots, Mark
-from daebench.draw.svg.panels import Panel, sheet
+from daebench.draw.svg.panels import Panel, draw_panels
 from daebench.methods.fixed_step.constrained import FixedStep
 from daebench.methods.names import parse
 from daebench.pages.lesson.control import NO_YES, Control, Values
@@ -19,7 +19,7 @@ from daebench.pages.lesson.experiment import Experiment, Preparation, Shown
 from daebench.pages.report import at_most
 from daebench.pages.report.claims import require
 from daebench.reports.lessons._panels import seconds
-from daebench.reports.lessons._shake_to_lobatto_runs import CASES, hidden, ladder, solve
+from daebench.reports.lessons._shake_to_lobatto_runs import CASES, hidden, solve, step_sizes
 from daebench.runs.ivp import Array
 
 SCHEMES = {
@@ -40,9 +40,9 @@ KICKS = 2
 """Evaluations of the force by which the starts of SHAKE and RATTLE may differ."""
 
 
-def ladders(values: Values) -> dict[str, pd.DataFrame]:
+def sequences(values: Values) -> dict[str, pd.DataFrame]:
     """Return the errors of all schemes, by scheme."""
-    return {name: ladder(name, values["start"], values["t_end"], values["rungs"]) for name in SCHEMES}
+    return {name: step_sizes(name, values["start"], values["t_end"], values["rungs"]) for name in SCHEMES}
 
 
 def slope(frame: pd.DataFrame, of: str) -> OrderFit:
@@ -52,7 +52,7 @@ def slope(frame: pd.DataFrame, of: str) -> OrderFit:
 
 def show_orders(values: Values) -> Shown:
     """Return errors against the step size and against evaluations, and the fitted orders."""
-    found, of = ladders(values), values["of"]
+    found, of = sequences(values), values["of"]
     errors = [frame[of] for frame in found.values()]
     error = around(f"error of {OF[of]} at the end", *errors, [1e-15], log=True)
     panels = []
@@ -63,7 +63,9 @@ def show_orders(values: Values) -> Shown:
             mark for (name, frame), stroke in pairs for mark in curve(frame[column].to_numpy(), frame[of].to_numpy(), stroke, SCHEMES[name])
         ]
         panels.append(Panel(axis, error, marks, f"error against {label.partition(' [')[0]}"))
-    picture = sheet(panels, alt=f"Error of {OF[of]} against step size and against evaluations of the force, a line a scheme.", height=330)
+    picture = draw_panels(
+        panels, alt=f"Error of {OF[of]} against step size and against evaluations of the force, a line a scheme.", height=330
+    )
     return Shown(picture, orders_said({name: slope(frame, of) for name, frame in found.items()}, OF[of]))
 
 
@@ -81,7 +83,7 @@ def orders_said(fits: dict[str, OrderFit], of: str) -> Markup:
 
 def table_orders(values: Values) -> pd.DataFrame:
     """Return the errors behind the picture."""
-    return pd.concat(ladders(values).values(), ignore_index=True)
+    return pd.concat(sequences(values).values(), ignore_index=True)
 
 
 def show_hidden(values: Values) -> Shown:
@@ -102,7 +104,7 @@ def show_hidden(values: Values) -> Shown:
         "then they differ from RATTLE's by {}."
     ).format(*(at_most(each) for each in (run.positions, run.shake.max(), run.projected.max(), run.momenta)))
     return Shown(
-        sheet(panels, alt="Residual of the hidden constraint and energy error against time, of SHAKE and RATTLE.", height=270), says
+        draw_panels(panels, alt="Residual of the hidden constraint and energy error against time, of SHAKE and RATTLE.", height=270), says
     )
 
 
@@ -146,7 +148,7 @@ def preparations() -> list[Preparation]:
 
     def runs(start: str, t_end: float) -> None:
         for name in SCHEMES:
-            ladder(name, start, t_end, RUNGS[-1])
+            step_sizes(name, start, t_end, RUNGS[-1])
 
     return compiled + [(f"runs of {t_end:g} s", partial(runs, start, t_end)) for start, t_end in every]
 
@@ -180,7 +182,7 @@ def facts() -> SimpleNamespace:
         If a sentence of the text does not hold.
     """
     values = {"start": "fast", "t_end": 1.0, "rungs": RUNGS[-1]}
-    found, table, run = ladders(values), claims(), hidden(H, 5.0)
+    found, table, run = sequences(values), claims(), hidden(H, 5.0)
     orders = {name: slope(frame, "q").slope for name, frame in found.items()}
     for row in table.to_dict("records"):
         require(abs(orders[row["name"]] - row["order"]) < 0.25, f"{row['scheme']} has order {row['order']}", orders[row["name"]])

@@ -33,7 +33,7 @@ def ivp_of(start: str) -> ConstrainedIvp:
 def solve(scheme: str, start: str, t_end: float, steps: int, every: int = 0) -> Trajectory:
     """Return the run of a scheme in so many steps."""
     request = Request(value=t_end / steps, steps=steps, every=every, watch=())
-    return accepted(parse(scheme), ivp_of(start), "and has no ladder").solve(ivp_of(start), request)
+    return accepted(parse(scheme), ivp_of(start), "and has no sequence of step sizes").solve(ivp_of(start), request)
 
 
 @cache
@@ -43,7 +43,7 @@ def exact(start: str, t_end: float) -> tuple[Array, Array]:
     return q[0], p[0]
 
 
-def ladder(scheme: str, start: str, t_end: float, rungs: int) -> pd.DataFrame:
+def step_sizes(scheme: str, start: str, t_end: float, rungs: int) -> pd.DataFrame:
     """Return what runs with halved steps reach: method, h, evaluations of the force, and errors of q and p at the end, NaN if stopped."""
     rows, (q, p) = [], exact(start, t_end)
     for k in range(rungs):

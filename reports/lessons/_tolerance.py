@@ -11,8 +11,8 @@ from markupsafe import Markup
 from daebench.draw.figures import BLACK, STROKES, VERMILION, Stroke
 from daebench.draw.svg.axis import Axis, around
 from daebench.draw.svg.marks import Curve, Dots, Mark
-from daebench.draw.svg.panels import Panel, sheet
-from daebench.methods.solvers.ida import DEFAULT_CURES, Ida
+from daebench.draw.svg.panels import Panel, draw_panels
+from daebench.methods.solvers.ida import DEFAULT_TREATMENTS, Ida
 from daebench.pages.lesson.control import NO_YES, Control, Values
 from daebench.pages.lesson.experiment import Experiment, Preparation, Shown
 from daebench.pages.report import at_most, count, number
@@ -61,11 +61,15 @@ class Reached:
 @cache
 def reached(formulation: str, cured: bool, tol: float) -> Reached:
     """Return the run of a formulation with one tolerance, relative and absolute."""
-    ivp, truth = ivp_of(FAST), exact_of(FAST, T_END)
-    request = Request(value=tol, t_end=T_END, points=len(truth.t), watch=(), work_limit=WORK_LIMIT)
-    run = Ida(formulation, DEFAULT_CURES[formulation] if cured else "none").solve(ivp, request)
-    n = int(np.sum(run.t <= truth.t[-1] + 1e-9)) if not run.failure else int(np.sum(np.isin(np.round(run.t, 9), np.round(truth.t, 9))))
-    error = np.max(np.abs(run.q[:n] - truth.q[:n]), axis=1)
+    ivp, reference = ivp_of(FAST), exact_of(FAST, T_END)
+    request = Request(value=tol, t_end=T_END, points=len(reference.t), watch=(), work_limit=WORK_LIMIT)
+    run = Ida(formulation, DEFAULT_TREATMENTS[formulation] if cured else "none").solve(ivp, request)
+    n = (
+        int(np.sum(run.t <= reference.t[-1] + 1e-9))
+        if not run.failure
+        else int(np.sum(np.isin(np.round(run.t, 9), np.round(reference.t, 9))))
+    )
+    error = np.max(np.abs(run.q[:n] - reference.q[:n]), axis=1)
     return Reached(
         t=run.t[:n],
         error=error,
@@ -101,7 +105,7 @@ def show(values: Values) -> Shown:
         Panel(time, Axis("residual", 1e-17, 1e1, log=True), lines, "its constraints"),
     ]
     alt = "Error reached against tolerance and against evaluations, a line a formulation; error and constraints of one run."
-    return Shown(sheet(panels, alt=alt, height=270), says(values, chosen))
+    return Shown(draw_panels(panels, alt=alt, height=270), says(values, chosen))
 
 
 FORMULATIONS_ORDER = {name: k for k, name in enumerate(FORMULATIONS)}
@@ -139,7 +143,7 @@ def says(values: Values, run: Reached) -> Markup:
 
 
 def table(values: Values) -> pd.DataFrame:
-    """Return what all runs reached, with the cure or without it."""
+    """Return what all runs reached, with the treatment or without it."""
     rows = [(name, tol, reached(name, values["cured"], tol)) for name in FORMULATIONS for tol in TOLERANCES]
     columns = ("worst", "calls", "end")
     return pd.DataFrame([{"formulation": name, "tol": tol} | {each: getattr(run, each) for each in columns} for name, tol, run in rows])
@@ -181,9 +185,9 @@ def facts() -> SimpleNamespace:
     plain = {name: [reached(name, False, tol).end for tol in TOLERANCES] for name in FORMULATIONS}
     came = {name: sum(each == "reached" for each in ends) for name, ends in plain.items()}
     more = {name: run.worst / TOL for name, run in cured.items()}
-    require(all(run.end == "reached" for run in cured.values()), "with the cure all formulations come to the end", cured)
-    require(came["index3"] == 0, "without a cure index 3 never comes to the end", came)
-    require(max(came.values()) < len(TOLERANCES), "without a cure no formulation comes to the end at all tolerances", came)
+    require(all(run.end == "reached" for run in cured.values()), "with the treatment all formulations come to the end", cured)
+    require(came["index3"] == 0, "without a treatment index 3 never comes to the end", came)
+    require(max(came.values()) < len(TOLERANCES), "without a treatment no formulation comes to the end at all tolerances", came)
     require(min(more.values()) > 10, "every error is well above the tolerance", more)
     drift = {name: float(run.g.max()) for name, run in cured.items()}
     require(drift["index1"] > 5 * max(drift[name] for name in drift if name != "index1"), "index 1 leaves the constraint farthest", drift)

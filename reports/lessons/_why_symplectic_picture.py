@@ -6,7 +6,7 @@ from markupsafe import Markup
 from daebench.draw.figures import BLACK, BLUE, GREEN, VERMILION, Stroke
 from daebench.draw.svg.axis import Axis, around
 from daebench.draw.svg.marks import Area, Curve, Mark
-from daebench.draw.svg.panels import Panel, sheet
+from daebench.draw.svg.panels import Panel, draw_panels
 from daebench.reports.lessons._view import path, view
 from daebench.reports.lessons._why_symplectic_run import Carried
 from daebench.runs.ivp import Array
@@ -28,8 +28,8 @@ def picture(run: Carried) -> Markup:
     upper = [view(path(run.q, RUN), "the path on the sphere"), area_panel(run), energy_panel(run), constraint_panel(run)]
     words = f"{run.method}: path on the sphere, symplectic area, energy error and residuals of the constraints against time"
     shapes = f"The parallelogram at the start and after {run.t[-1]:g} s, projected onto the planes of each position and its momentum"
-    planes = sheet([plane_panel(run, i) for i in range(3)], alt=shapes, columns=3, height=250)
-    return sheet(upper, alt=words, columns=2, height=235) + planes
+    planes = draw_panels([plane_panel(run, i) for i in range(3)], alt=shapes, columns=3, height=250)
+    return draw_panels(upper, alt=words, columns=2, height=235) + planes
 
 
 def area_panel(run: Carried) -> Panel:

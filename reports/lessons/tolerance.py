@@ -95,7 +95,7 @@ def _(at_most, facts, mo, number):
     ## Why
 
     The estimate of a multiplier's error is much larger than that of a position: the multiplier is a second derivative of the motion, and
-    nothing smooths it. To pass the test, steps would have to be absurdly small. At index 2 and GGL a cure is to make the multiplier the
+    nothing smooths it. To pass the test, steps would have to be absurdly small. At index 2 and GGL a remedy is to make the multiplier the
     derivative of an unknown; at index 1 and 3, to give it an absolute tolerance that is always met (at index 3, the velocity too). It is
     then computed anew, from position and velocity, when it is asked for.
 
@@ -115,7 +115,7 @@ def _(mo):
     without knowing the solution.
     ///
 
-    **A run without the cure stops at a tight tolerance. Is a looser one safer?**
+    **A run without the treatment stops at a tight tolerance. Is a looser one safer?**
 
     /// details | Answer
     It may come to its end, and then one has an answer without digits. Look at index 1 at the loosest tolerances: the end is reached, and

@@ -102,14 +102,14 @@ def draw_long(numbers: Numbers, folder: Path) -> Path:
 
 
 def draw_work(work: pd.DataFrame, folder: Path) -> Path:
-    """Draw sweeps, evaluations and time of a step, a line a method."""
+    """Draw Newton iterations, evaluations and time of a step, a line a method."""
     rows = by_family(list(work["method"]))
     own = [name for names in rows.values() for name in names]
     data = work.set_index("method").loc[own]
     data = data.assign(evaluations=data[list(EVALUATIONS)].sum(axis=1))
     figure, axes = grid_of_axes(1, 3, ROW * (len(own) + 6), sharey=True)
     y = np.arange(len(own))
-    titles = {"newton": "Newton sweeps", "evaluations": "evaluations", "ns": "CPU time (ns)"}
+    titles = {"newton": "Newton iterations", "evaluations": "evaluations", "ns": "CPU time (ns)"}
     for k, (ax, (column, title)) in enumerate(zip(axes[0], titles.items(), strict=True)):
         ax.plot(data[column], y, **curve(3 * k) | {"linestyle": "none", "markersize": 4.2})
         ax.set(title=title, ylim=(len(own) - 0.4, -0.6))

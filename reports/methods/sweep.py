@@ -31,7 +31,7 @@ MOTIONS = (PENDULUM, TORUS)
 """A quadratic constraint with a kinetic flow in closed form, which all methods take; and one that is not quadratic, with neither."""
 
 STEPS = 200
-"""Steps along which constraints and energy are watched; defects are those of the first ``DEFECT_STEPS`` of them."""
+"""Steps along which constraints and energy are monitored; defects are those of the first ``DEFECT_STEPS`` of them."""
 
 TIMED_STEPS = 2000
 """Steps that are timed, on the pendulum."""
@@ -72,7 +72,7 @@ def sweep(name: str) -> Swept:
             found.claims.append(about | {"property": "refused", "note": why})
             continue
         h = lasting_step(motion, name)
-        run = watched(ivp, method(name), h).complete()
+        run = monitored(ivp, method(name), h).complete()
         found.claims.extend(about | {"h": h} | asdict(each) for each in ConstrainedBench(ivp, method(name), run).findings())
         if motion == PENDULUM:
             orders(motion, name, found)
@@ -80,13 +80,13 @@ def sweep(name: str) -> Swept:
     return found
 
 
-def watched(ivp: ConstrainedIvp, own: FixedStep, h: float) -> Trajectory:
-    """Return the run along which constraints and energy are watched, uncompiled; it may have stopped."""
+def monitored(ivp: ConstrainedIvp, own: FixedStep, h: float) -> Trajectory:
+    """Return the run along which constraints and energy are monitored, uncompiled; it may have stopped."""
     return own.solve(ivp, Request(value=h, steps=STEPS, every=1, watch=CONSTRAINED))
 
 
 def timed(ivp: ConstrainedIvp, name: str, h: float) -> Trajectory:
-    """Return the run that is timed, compiled, with nothing watched, kept or counted; it may have stopped."""
+    """Return the run that is timed, compiled, with nothing monitored, kept or counted; it may have stopped."""
     return method(name, compiled=True).solve(ivp, Request(value=h, steps=TIMED_STEPS, every=0, watch=(), count=False))
 
 
@@ -104,7 +104,7 @@ def lasting_step(motion: Motion, name: str) -> float:
     longest = motion.h * (LONGER if method(name).claims.order >= HIGH else 1)
     for k in range(HALVINGS + 1):
         h = longest * 0.5**k
-        run = timed(ivp, name, h) if motion == PENDULUM else watched(ivp, method(name), h)
+        run = timed(ivp, name, h) if motion == PENDULUM else monitored(ivp, method(name), h)
         if run.failure is None:
             return h
     raise RunFailed(f"{name} does not last on {motion.problem} with any step size from {longest:g} to {h:g} s: {run.failure}")

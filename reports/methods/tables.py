@@ -93,7 +93,7 @@ def work_table(frame: pd.DataFrame, caption: str) -> Markup:
     three = partial(number, digits=3)
     formats: Formats = {"method": code, "h": three}
     formats |= dict.fromkeys((*kinds, "ns"), three)
-    headings = {"h": "<i>h</i>", "newton": "Newton<small>sweeps</small>", "H_p": "<i>H<sub>p</sub></i>", "H_q": "<i>H<sub>q</sub></i>"}
+    headings = {"h": "<i>h</i>", "newton": "Newton<small>iterations</small>", "H_p": "<i>H<sub>p</sub></i>", "H_q": "<i>H<sub>q</sub></i>"}
     headings |= {"g": "<i>g</i>", "G": "<i>G</i>", "second": "second<small>derivatives</small>", "solve": "linear<small>solves</small>"}
     return table("work", frame, formats, headings | {"ns": "time<small>ns</small>"}, caption)
 

@@ -63,7 +63,7 @@ def check_body(frame: pd.DataFrame, trajectories: pd.DataFrame) -> SimpleNamespa
         both = max(rows[name]["energy"], rows[name]["C"])
         require(both <= ROUND_OFF, f"{name} keeps energy and Casimir function", both)
     require(rows["midpoint"]["defect"] > VISIBLE, "midpoint is no Poisson map", rows["midpoint"]["defect"])
-    require(rows["lifted:rattle"]["claimed_poisson"], "lifted RATTLE claims to be a Poisson map", "no claim")
+    require(rows["lifted:rattle"]["claimed_poisson"], "RATTLE on the constrained system claims to be a Poisson map", "no claim")
     for quantity in ("energy", "C"):
         require(rows["rk4"][f"{quantity}_kind"] == "linear", f"rk4 loses {quantity} linearly", rows["rk4"][f"{quantity}_kind"])
     energies = {name: rows[name]["energy"] for name in ORDERS}

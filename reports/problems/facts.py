@@ -74,7 +74,7 @@ def facts(name: str) -> Facts:
         m=ivp.m,
         dof=ivp.d - ivp.m,
         structure=structure(declared),
-        separable=bool(ivp.sheet.SEPARABLE),
+        separable=bool(ivp.facts.SEPARABLE),
         formulas=formulas(declared),
         integrals=list(ivp.integrals),
         has=[each for each, what in has.items() if what is not None],

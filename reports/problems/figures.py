@@ -1,4 +1,4 @@
-"""The figures of the report on problems: a drawing of each scene, all of them on one sheet, and what happens where G loses rank."""
+"""The figures of the report on problems: a drawing of each scene, all of them in one figure, and what happens where G loses rank."""
 
 import math
 from pathlib import Path
@@ -19,7 +19,7 @@ from daebench.runs.ivp import Array
 STROKE = dict(zip(rank.METHODS, (STROKES[3], STROKES[5], STROKES[1], STROKES[0], STROKES[2], STROKES[6]), strict=True))
 COLUMNS = 5
 THINNED = 5
-"""Every so many rows of the paths are beside the sheet of all scenes; each scene has all of its own beside it."""
+"""Every so many rows of the paths are beside the figure of all scenes; each scene has all of its own beside it."""
 
 PATHS = (BLUE, ORANGE, "#009e73", "#cc79a7", "#56b4e9")
 
@@ -28,7 +28,7 @@ def draw(numbers: Numbers, folder: Path) -> dict[str, Path]:
     """Draw all figures into a folder; return the paths of the SVG files by stem."""
     with drawing():
         paths = [draw_scene(each, folder) for each in numbers.drawings.values()]
-        paths += [draw_sheet(numbers, folder), draw_rank(numbers, folder)]
+        paths += [draw_scenes(numbers, folder), draw_rank(numbers, folder)]
     return {path.stem: path for path in paths}
 
 
@@ -39,8 +39,8 @@ def draw_scene(scene: Drawing, folder: Path) -> Path:
     return save(figure, folder, scene.problem, scene.table())
 
 
-def draw_sheet(numbers: Numbers, folder: Path) -> Path:
-    """Draw all scenes on one sheet."""
+def draw_scenes(numbers: Numbers, folder: Path) -> Path:
+    """Draw all scenes in one figure."""
     scenes = list(numbers.drawings.values())
     rows = math.ceil(len(scenes) / COLUMNS)
     figure, axes = grid_of_axes(rows, COLUMNS, 1.75 * rows)

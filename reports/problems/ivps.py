@@ -91,7 +91,7 @@ def step_size(name: str) -> float:
 def definition(ivp: ConstrainedIvp) -> ConstrainedHamiltonian:
     """Return what a problem declares, a chain written out."""
     problem = find_problem(ivp.problem)
-    own = ivp.sheet.CASES[ivp.case]["parameters"]
+    own = ivp.facts.CASES[ivp.case]["parameters"]
     declared = problem.define(**{name: int(value) for name, value in own.items() if name in problem.structure})
     found = declared.written_out() if isinstance(declared, ConstrainedChain) else declared
     assert isinstance(found, ConstrainedHamiltonian)

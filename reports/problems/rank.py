@@ -75,7 +75,7 @@ def behaviour(problem: str, case: str, name: str, mode: str) -> tuple[dict[str, 
     Returns
     -------
     dict
-        end, t (where the run ended), why; told, branch, turn and pivot of the first passage; energy error.
+        end, t (where the run ended), why; told, branch, turn and pivot of the first rank-loss event; energy error.
     DataFrame
         t and x of each output.
     """

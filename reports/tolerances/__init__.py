@@ -1,4 +1,4 @@
-"""What IDA's tolerance buys: asked tolerance against reached accuracy by formulation and cure, drift laws, cost, its own estimate."""
+"""What IDA's tolerance buys: asked tolerance against reached accuracy by formulation and treatment, drift laws, cost, its own estimate."""
 
 from pathlib import Path
 from types import SimpleNamespace

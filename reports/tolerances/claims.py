@@ -8,11 +8,11 @@ import numpy as np
 import pandas as pd
 
 from daebench.pages.report.claims import require
-from daebench.reports.tolerances.cure_claims import check_cures
 from daebench.reports.tolerances.drift import QUANTITIES, TOL
 from daebench.reports.tolerances.numbers import Numbers
 from daebench.reports.tolerances.runs import FAST, FORMULATIONS, IVPS, REACHED
 from daebench.reports.tolerances.tables import WANTED, to_ask
+from daebench.reports.tolerances.treatment_claims import check_treatments
 
 TIGHT = 1e-12
 """The tolerance that people take for safe."""
@@ -54,7 +54,7 @@ def check(numbers: Numbers) -> SimpleNamespace:
         floor=check_floor(done),
         slopes=slopes(done),
         last=last_decade(done),
-        cures=check_cures(runs),
+        treatments=check_treatments(runs),
         cost=check_cost(runs[runs["default"]]),
         estimate=check_estimate(done),
         laws=check_laws(numbers.laws),

@@ -8,7 +8,7 @@ import numpy as np
 import pandas as pd
 
 from daebench.diagnostics.integrals import energy_error
-from daebench.methods.solvers.ida import DEFAULT_CURES
+from daebench.methods.solvers.ida import DEFAULT_TREATMENTS
 from daebench.reports.tolerances.runs import FAST, exact_of, ivp_of, solve
 from daebench.runs.ivp import Array
 
@@ -60,10 +60,10 @@ def drift_run(formulation: str, tol: float) -> pd.DataFrame:
     RunFailed
         If the run does not reach its end.
     """
-    ivp, truth = ivp_of(FAST), exact_of(FAST, T_LONG)
-    run = solve(FAST, formulation, DEFAULT_CURES[formulation], tol, T_LONG).complete()
+    ivp, reference = ivp_of(FAST), exact_of(FAST, T_LONG)
+    run = solve(FAST, formulation, DEFAULT_TREATMENTS[formulation], tol, T_LONG).complete()
     g = np.max(np.abs(ivp.along("g", run.q)), axis=1)
-    error = np.max(np.abs(run.q - truth.q), axis=1)
+    error = np.max(np.abs(run.q - reference.q), axis=1)
     return pd.DataFrame(
         {"formulation": formulation, "tol": tol, "t": run.t, "g": g, "energy": np.abs(energy_error(ivp, run)), "error": error}
     )

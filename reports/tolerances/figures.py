@@ -14,8 +14,8 @@ from daebench.reports.tolerances.numbers import Numbers
 from daebench.reports.tolerances.runs import FAST, FORMULATIONS, IVPS, REACHED, STOPPED
 
 STROKE = dict(zip(FORMULATIONS, (STROKES[0], STROKES[3], STROKES[1], STROKES[5]), strict=True))
-CURE_STROKE = {"derivative": STROKES[3], "atol": STROKES[1], "none": STROKES[6]}
-CURE_NAMES = {"derivative": "derivative", "atol": "atol", "none": "plain"}
+TREATMENT_STROKE = {"derivative": STROKES[3], "atol": STROKES[1], "none": STROKES[6]}
+TREATMENT_NAMES = {"derivative": "derivative", "atol": "atol", "none": "plain"}
 EDGE = (3e1, 1e4)
 """Where runs without a result are marked, above all errors."""
 
@@ -29,7 +29,7 @@ def draw(numbers: Numbers, folder: Path) -> dict[str, Path]:
     with drawing():
         paths = [
             draw_accuracy(runs, folder),
-            draw_cures(runs, folder),
+            draw_treatments(runs, folder),
             draw_drift(numbers, folder),
             draw_cost(runs, folder),
             draw_estimate(runs, folder),
@@ -43,7 +43,7 @@ def shown(rows: pd.DataFrame) -> "pd.Series[float]":
 
 
 def draw_accuracy(runs: pd.DataFrame, folder: Path) -> Path:
-    """Draw the error reached against the tolerance asked for: a panel a problem, a curve a formulation with its default cure."""
+    """Draw the error reached against the tolerance asked for: a panel a problem, a curve a formulation with its default treatment."""
     default = runs[runs["default"]]
     figure, axes = grid_of_axes(2, 3, 5.4, sharex=True, sharey=True)
     for ax, (ivp, title) in zip(axes.flat, IVPS.items(), strict=False):
@@ -96,16 +96,16 @@ def explain(ax: Any, source: Any) -> None:
     ax.legend([*handles, line, *stops], texts, loc="center left", labelspacing=0.7)
 
 
-def draw_cures(runs: pd.DataFrame, folder: Path) -> Path:
-    """Draw the same for all cures on the fast pendulum: a panel a formulation."""
+def draw_treatments(runs: pd.DataFrame, folder: Path) -> Path:
+    """Draw the same for all treatments on the fast pendulum: a panel a formulation."""
     fast = runs[runs["scene"] == FAST]
     figure, axes = grid_of_axes(2, 2, 5.2, sharex=True, sharey=True)
     for ax, formulation in zip(axes.flat, FORMULATIONS, strict=True):
         diagonal(ax, fast["tol"])
-        for k, (cure, stroke) in enumerate(CURE_STROKE.items()):
-            rows = fast[(fast["formulation"] == formulation) & (fast["cure"] == cure)]
-            ax.plot(rows["tol"], shown(rows), label=CURE_NAMES[cure], **stroke.points())
-            mark_ends(ax, rows, stroke.color, k, len(CURE_STROKE))
+        for k, (treatment, stroke) in enumerate(TREATMENT_STROKE.items()):
+            rows = fast[(fast["formulation"] == formulation) & (fast["cure"] == treatment)]
+            ax.plot(rows["tol"], shown(rows), label=TREATMENT_NAMES[treatment], **stroke.points())
+            mark_ends(ax, rows, stroke.color, k, len(TREATMENT_STROKE))
         finish(ax, label(formulation))
     for ax in axes[1]:
         ax.set_xlabel(ASKED)

@@ -19,7 +19,7 @@ class Numbers:
     Parameters
     ----------
     runs : DataFrame
-        One row a run to t = 10, see :func:`daebench.reports.tolerances.runs.row`, by problem, formulation, cure and tolerance.
+        One row a run to t = 10, see :func:`daebench.reports.tolerances.runs.row`, by problem, formulation, treatment and tolerance.
     drift : DataFrame
         The long runs below one another: formulation, tol, t, g, energy, error.
     laws : DataFrame

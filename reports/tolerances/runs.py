@@ -1,4 +1,4 @@
-"""The runs of the report on tolerances: every formulation with every cure at every tolerance, and what became of each."""
+"""The runs of the report on tolerances: every formulation with every treatment at every tolerance, and what became of each."""
 
 import re
 from collections.abc import Sequence
@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 
 from daebench.methods.initial_value_problem import initial_value_problem
-from daebench.methods.solvers.cured import CURES
-from daebench.methods.solvers.ida import DEFAULT_CURES, Ida
+from daebench.methods.solvers.ida import DEFAULT_TREATMENTS, Ida
+from daebench.methods.solvers.multiplier_treatment import TREATMENTS
 from daebench.reports.tolerances.exact import Exact, exact
 from daebench.runs.ivp import ConstrainedIvp
 from daebench.runs.make_ivp import constrained
@@ -72,8 +72,8 @@ def exact_of(name: str, t_end: float) -> Exact:
     return exact(ivp_of(name), t_end)
 
 
-def series(name: str, formulation: str, tolerances: Sequence[float] = TOLERANCES, cures: Sequence[str] = CURES) -> list[Row]:
-    """Return one row a cure and tolerance; those of a cure know what the next tolerance gives, as a user could.
+def series(name: str, formulation: str, tolerances: Sequence[float] = TOLERANCES, treatments: Sequence[str] = TREATMENTS) -> list[Row]:
+    """Return one row a treatment and tolerance; those of a treatment know what the next tolerance gives, as a user could.
 
     Parameters
     ----------
@@ -83,22 +83,22 @@ def series(name: str, formulation: str, tolerances: Sequence[float] = TOLERANCES
         One of ``FORMULATIONS``.
     tolerances : sequence of float
         Descending.
-    cures : sequence of str
-        Any of :data:`daebench.methods.solvers.cured.CURES`.
+    treatments : sequence of str
+        Any of :data:`daebench.methods.solvers.multiplier_treatment.TREATMENTS`.
     """
     rows = []
-    for cure in cures:
-        runs = [solve(name, formulation, cure, tol) for tol in tolerances]
+    for treatment in treatments:
+        runs = [solve(name, formulation, treatment, tol) for tol in tolerances]
         estimates = [difference(one, finer) for one, finer in pairwise(runs)]
-        rows += [row(name, formulation, cure, *pair) for pair in zip(runs, [*estimates, float("nan")], strict=True)]
+        rows += [row(name, formulation, treatment, *pair) for pair in zip(runs, [*estimates, float("nan")], strict=True)]
     return rows
 
 
-def solve(name: str, formulation: str, cure: str, tol: float, t_end: float = T_END) -> Trajectory:
+def solve(name: str, formulation: str, treatment: str, tol: float, t_end: float = T_END) -> Trajectory:
     """Return the run of IDA, relative and absolute tolerance ``tol``, with output at the times of the reference."""
-    work_limit = SHORT_WORK_LIMIT if cure == "none" else WORK_LIMIT
+    work_limit = SHORT_WORK_LIMIT if treatment == "none" else WORK_LIMIT
     request = Request(value=tol, t_end=t_end, points=len(exact_of(name, t_end).t), watch=("manifold",), work_limit=work_limit)
-    return Ida(formulation, cure).solve(ivp_of(name), request)
+    return Ida(formulation, treatment).solve(ivp_of(name), request)
 
 
 def difference(one: Trajectory, other: Trajectory) -> float:
@@ -106,20 +106,20 @@ def difference(one: Trajectory, other: Trajectory) -> float:
     return float("nan") if one.failure or other.failure else float(np.max(np.abs(one.q - other.q)))
 
 
-def row(name: str, formulation: str, cure: str, run: Trajectory, estimate: float) -> Row:
+def row(name: str, formulation: str, treatment: str, run: Trajectory, estimate: float) -> Row:
     """Return what became of a run: ``error`` is the largest of a component of q at any output, NaN if the run ended early."""
-    truth, problem = exact_of(name, T_END), name.partition("-")
+    reference, problem = exact_of(name, T_END), name.partition("-")
     return {
         "problem": problem[0],
         "case": problem[2],
         "formulation": formulation,
-        "cure": cure,
-        "default": cure == DEFAULT_CURES[formulation],
+        "cure": treatment,
+        "default": treatment == DEFAULT_TREATMENTS[formulation],
         "tol": run.value,
-        "error": float("nan") if run.failure else float(np.max(np.abs(run.q - truth.q))),
+        "error": float("nan") if run.failure else float(np.max(np.abs(run.q - reference.q))),
         "estimate": estimate,
-        "floor": truth.floor,
-        "amplification": truth.amplification,
+        "floor": reference.floor,
+        "amplification": reference.amplification,
         "g": run.maxima["g"],
         "Gv": run.maxima["Gv"],
         "steps": run.steps,

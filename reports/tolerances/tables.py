@@ -51,7 +51,7 @@ def to_ask(rows: pd.DataFrame, wanted: float) -> float:
 
 
 def reached(runs: pd.DataFrame) -> pd.DataFrame:
-    """Return one row for each problem and formulation, default cures: errors at chosen tolerances, and what to ask for."""
+    """Return one row for each problem and formulation, default treatments: errors at chosen tolerances, and what to ask for."""
     rows = []
     for ivp, name in IVPS.items():
         for formulation in FORMULATIONS:
@@ -90,17 +90,17 @@ def power(value: float) -> Markup:
 
 
 def ends(runs: pd.DataFrame) -> pd.DataFrame:
-    """Return one row a formulation and cure: how many runs ended how, over all initial value problems, those without a failure included."""
+    """Return one row a formulation and treatment: how many runs ended how, over all problems, those without a failure included."""
     names = (REACHED, *KINDS.values(), "other")
     rows = []
     for formulation in FORMULATIONS:
-        for cure in ("none", "atol", "derivative"):
-            own = runs[(runs["formulation"] == formulation) & (runs["cure"] == cure)]
+        for treatment in ("none", "atol", "derivative"):
+            own = runs[(runs["formulation"] == formulation) & (runs["cure"] == treatment)]
             good = own[own["end"] == REACHED]
             counts = {name: int(np.sum(own["end"] == name)) for name in names}
             tightest = good.groupby("scene")["tol"].min().reindex(list(IVPS))
             rows.append(
-                {"formulation": label(formulation), "cure": cure, "default": bool(own["default"].iloc[0]), "runs": len(own)}
+                {"formulation": label(formulation), "cure": treatment, "default": bool(own["default"].iloc[0]), "runs": len(own)}
                 | counts
                 | {"tightest_of_worst_scene": tightest.max() if tightest.notna().all() else float("nan")}
             )
@@ -111,10 +111,11 @@ def ends_table(frame: pd.DataFrame, caption: str) -> Markup:
     """Return how runs ended."""
     words = {"none": "none (plain)"}
     first = frame["formulation"] != frame["formulation"].shift()
-    cures = [
-        words.get(cure, cure) + (", default" if default else "") for cure, default in zip(frame["cure"], frame["default"], strict=True)
+    treatments = [
+        words.get(treatment, treatment) + (", default" if default else "")
+        for treatment, default in zip(frame["cure"], frame["default"], strict=True)
     ]
-    shown = frame.assign(formulation=frame["formulation"].where(first, ""), cure=cures)
+    shown = frame.assign(formulation=frame["formulation"].where(first, ""), cure=treatments)
     formats: Formats = {"formulation": text, "cure": text, "runs": count, REACHED: zero}
     formats |= {name: zero for name in (*KINDS.values(), "other") if frame[name].any()}
     headings = {REACHED: "reached<small>the end</small>", "error test": "error test<small>IDA stops</small>"}

@@ -102,7 +102,7 @@ def phrases(frame: pd.DataFrame) -> list[SimpleNamespace]:
 
 
 def keeps(work: Work, table: pd.DataFrame) -> pd.DataFrame:
-    """Return one row a method: its smallest error, largest value of its knob that keeps the energy, and conserved quantities there.
+    """Return one row a method: its smallest error, largest step size or tolerance that keeps the energy, and conserved quantities there.
 
     Columns method, knob, error, claimed, energy (as measured; NaN if it is kept with none), then of the most accurate run: energy_drift,
     g, Gv or casimirs, and integrals.

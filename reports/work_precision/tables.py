@@ -30,8 +30,8 @@ def tables(numbers: Numbers, found: Mapping[str, SimpleNamespace], folder: Path)
         stems["front"] = own.front["seconds"]
         for stem, data in stems.items():
             save_table(folder / f"{stem}-{work.key}.csv", data)
-        knobs = dict(numbers.runs[work.key].groupby("method")["knob"].first())
-        made[f"winners-{work.key}"] = partial(winners_table, work, own.winners, knobs)
+        resolutions = dict(numbers.runs[work.key].groupby("method")["knob"].first())
+        made[f"winners-{work.key}"] = partial(winners_table, work, own.winners, resolutions)
         made[f"keeps-{work.key}"] = partial(keeps_table, work, own.keeps, numbers.defects[numbers.defects["key"] == work.key])
         made[f"advice-{work.key}"] = partial(advice_table, work, own.advice)
         made[f"front-{work.key}"] = partial(front_table, work, own.front["seconds"])
@@ -40,9 +40,9 @@ def tables(numbers: Numbers, found: Mapping[str, SimpleNamespace], folder: Path)
     return made
 
 
-def setting(knob: str, value: float) -> Markup:
-    """Return the value of a knob with its name: h = 1/64, tol = 10^-9."""
-    if knob == "tol":
+def setting(resolution: str, value: float) -> Markup:
+    """Return a step size or tolerance with its name: h = 1/64, tol = 10^-9."""
+    if resolution == "tol":
         return Markup("tol{0}={0}{1}").format(THIN, power_of_ten(value))
     parts = round(1 / value)
     shown = f"1/{parts}" if parts > 1 and abs(parts * value - 1) < 1e-12 else number(value, 3)
@@ -78,14 +78,14 @@ def summary_table(numbers: Numbers, found: Mapping[str, SimpleNamespace], captio
 
 
 def chosen(row: Mapping[Any, Any]) -> Markup:
-    """Return a method with the value of its knob."""
+    """Return a method with its step size or tolerance."""
     return Markup("{}<br>{}").format(code(row["method"]), setting(row["knob"], row["value"])) if row["method"] else Markup(NONE)
 
 
-def winners_table(work: Work, frame: pd.DataFrame, knobs: Mapping[Any, str], caption: str) -> Markup:
+def winners_table(work: Work, frame: pd.DataFrame, resolutions: Mapping[Any, str], caption: str) -> Markup:
     """Return the cheapest methods by accuracy."""
     shown = frame.assign(
-        at=column([setting(knobs[method], value) for method, value in zip(frame["method"], frame["value"], strict=True)], frame)
+        at=column([setting(resolutions[method], value) for method, value in zip(frame["method"], frame["value"], strict=True)], frame)
     )
     formats: Formats = {"level": power_of_ten, "method": code, "at": text, "seconds": milliseconds, "next": named, "ratio": times}
     formats |= {"method_counted": named, "evaluations": count, "next_counted": named, "ratio_counted": times}
@@ -146,5 +146,5 @@ def sentence(value: str) -> Markup:
 def failed_table(work: Work, frame: pd.DataFrame, caption: str) -> Markup:
     """Return the runs that show no number, and why."""
     pairs = zip(frame["knob"], frame["value"], strict=True)
-    shown = frame.assign(at=column([setting(knob or "h", value) for knob, value in pairs], frame))
+    shown = frame.assign(at=column([setting(resolution or "h", value) for resolution, value in pairs], frame))
     return table(f"failed-{work.key}", shown, {"method": code, "at": text, "failure": sentence}, {"at": "with", "failure": "why"}, caption)

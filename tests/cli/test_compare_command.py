@@ -70,9 +70,11 @@ def made(methods, k):
     """Return a table as a comparison has it, with numbers as long as they get."""
     rows = []
     for j, method in enumerate(methods):
-        knob = {"tol": 1.2345e-13} if ":" in method else {"h": 0.0123456}
+        resolution = {"tol": 1.2345e-13} if ":" in method else {"h": 0.0123456}
         error, bound = EXTREME[(j + k) % 5], EXTREME[(j + k + j % 2) % 5]
-        rows.append({"method": method, **knob, "energy_error": error, "energy_size": 1e3 * error, "energy_verdict": VERDICTS[(j + k) % 5]})
+        rows.append(
+            {"method": method, **resolution, "energy_error": error, "energy_size": 1e3 * error, "energy_verdict": VERDICTS[(j + k) % 5]}
+        )
         rows[-1] |= {"position_error": error, "position_bound": bound, "seconds": 12345.6789, "failure": None}
         rows[-1] |= {"position_reference": "" if j % 3 == 2 else f"certified two_bodies_on_sphere-case {j % 2}"}
     return pd.DataFrame(rows)

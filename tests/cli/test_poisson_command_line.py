@@ -148,14 +148,14 @@ BAD = {
     "q0": ((*LOTKA, "--steps", "5", "--q0", "1,2"), "starts from y0; leave out q0"),
     "y0 of a pendulum": (("run", "spherical_pendulum", "--method", "rattle", "--h", "0.1", "--steps", "5", "--y0", "1,2"), "leave out y0"),
     "watch": ((*LOTKA, "--steps", "5", "--watch", "casmirs"), "did you mean casimirs"),
-    "watch the manifold": ((*LOTKA, "--steps", "5", "--watch", "energy,manifold"), "manifold cannot be watched on lotka_volterra"),
+    "watch the manifold": ((*LOTKA, "--steps", "5", "--watch", "energy,manifold"), "manifold cannot be monitored on lotka_volterra"),
     "casimirs of a pendulum": (
         ("run", "spherical_pendulum", "--method", "rattle", "--h", "0.1", "--steps", "5", "--watch", "casimirs"),
-        "casimirs cannot be watched on spherical_pendulum",
+        "casimirs cannot be monitored on spherical_pendulum",
     ),
     "project": ((*LOTKA, "--steps", "5", "--project"), "no manifold to project onto"),
     "multipliers": ((*LOTKA, "--steps", "5", "--lam"), "no multipliers"),
-    "raw multipliers": ((*LOTKA, "--steps", "5", "--raw", "--out", "run.csv"), "no raw multipliers"),
+    "stage multipliers": ((*LOTKA, "--steps", "5", "--raw", "--out", "run.csv"), "no stage multipliers"),
     "compensated": ((*LOTKA, "--steps", "5", "--compensated"), "compensated"),
     "projection": (("run", "lotka_volterra", "--method", "rk4+proj", "--h", "0.1", "--steps", "5"), "constrained problems"),
     "anyway of a pendulum": (
@@ -293,7 +293,7 @@ def test_a_system_made_in_the_process_goes_wherever_a_name_goes():
 
 @pytest.mark.parametrize(
     ("settings", "words"),
-    [({"multipliers": True}, "no multipliers"), ({"raw": True}, "no raw multipliers"), ({"p0": [1.0, 1.0]}, "leave out p0")],
+    [({"multipliers": True}, "no multipliers"), ({"raw": True}, "no stage multipliers"), ({"p0": [1.0, 1.0]}, "leave out p0")],
     ids=["multipliers", "raw", "p0"],
 )
 def test_what_a_poisson_system_does_not_have_cannot_be_asked_for(settings, words):

@@ -128,7 +128,7 @@ def multiplier_along(where, T):
 
 
 def multiplier_errors(name, T, counts, options=None):
-    """Return the errors of the raw multipliers at t, in rows, for each number of steps."""
+    """Return the errors of the stage multipliers at t, in rows, for each number of steps."""
     where = ivp("spherical-fast")
     lam = multiplier_along(where, T)
     errors = []

@@ -42,14 +42,14 @@ def test_a_function_is_another_where_something_that_it_reads_or_calls_is(name):
 
 def test_kernels_of_a_problem_share_functions_and_nothing_that_differs():
     where = ivp("spherical-fast")
-    bare, watched = (FixedStep("rattle").kernel(where, "float64", watch, count=False) for watch in ((), ("energy",)))
+    bare, monitored = (FixedStep("rattle").kernel(where, "float64", watch, count=False) for watch in ((), ("energy",)))
     single = FixedStep("rattle").kernel(where, "float32", (), count=False)
-    assert bare.g is watched.g
-    assert bare.newton_judge is watched.newton_judge
+    assert bare.g is monitored.g
+    assert bare.newton_judge is monitored.newton_judge
     assert bare.newton_judge is not single.newton_judge
     assert bare.newton_judge.py_func.__qualname__ != single.newton_judge.py_func.__qualname__
-    assert bare.watch is not watched.watch
-    assert bare.integrate is not watched.integrate
+    assert bare.watch is not monitored.watch
+    assert bare.integrate is not monitored.integrate
 
 
 PROGRAM = """

@@ -14,12 +14,12 @@ from daebench.compiler.definition import source_of
 from daebench.errors import BadInput, RunFailed
 from daebench.methods.catalogue import schemes
 from daebench.methods.fixed_step.constrained import FixedStep
-from daebench.methods.schemes import members
+from daebench.methods.registry import registry
 from daebench.runs.make_ivp import make_ivp
 from daebench.runs.request import Request
 from daebench.systems.constrained import Case, ConstrainedHamiltonian, coordinates
 
-FILES = {file: name for name, (file, _) in reversed(members().items())}
+FILES = {file: name for name, (file, _) in reversed(registry().items())}
 """One scheme of each file: the others in it are the same code with more stages."""
 
 KINDS = ("stretched-M", "double-pendulum")

@@ -20,10 +20,10 @@ from daebench.systems.constrained import Case, ConstrainedHamiltonian, coordinat
 def ellipse():
     """A point of unequal masses on an ellipse: the metric and the curvature are not the identity's."""
     (x, y), p = coordinates(2)
-    sheet = ConstrainedHamiltonian(
+    definition = ConstrainedHamiltonian(
         q=(x, y), p=p, M=sp.diag(1, 4 + x**2), U=y, g=[x**2 / 4 + y**2 - 1], cases={"end": Case(q=(2, 0), p=(0, 3))}
     )
-    return make_ivp(source_of(sheet, "ellipse"), "end")
+    return make_ivp(source_of(definition, "ellipse"), "end")
 
 
 def test_the_distance_from_a_sphere_is_that_along_the_radius(pendulum, random):
@@ -112,11 +112,11 @@ def test_consistent_starts_pass_and_others_are_told_both_residuals(pendulum):
 
 @pytest.mark.parametrize("length", [1e-6, 1.0, 1e6], ids=["micrometre", "metre", "megametre"])
 def test_consistency_does_not_depend_on_units(length):
-    sheet = planar_pendulum.problem(length=length)
+    definition = planar_pendulum.problem(length=length)
     angle, m = 0.7, 3.0
     q0 = length * np.array([np.sin(angle), -np.cos(angle)])
     p0 = length * m * np.array([np.cos(angle), np.sin(angle)])
-    ivp = make_ivp(source_of(sheet, "planar_pendulum"), "horizontal", {"mass": m}, p0=p0, q0=q0)
+    ivp = make_ivp(source_of(definition, "planar_pendulum"), "horizontal", {"mass": m}, p0=p0, q0=q0)
     require_consistent(ivp)
     with pytest.raises(InconsistentStart):
         require_consistent(replace(ivp, q0=q0 * (1 + 1e-9)))

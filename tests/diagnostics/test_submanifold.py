@@ -31,7 +31,7 @@ PENDULUMS = (("planar_pendulum", "rotating"), ("spherical_pendulum", "fig1.2b"),
 def local(problem, case=None):
     """Return a problem in its chart."""
     source = source_below(problem)
-    return make_ivp(source, case or next(iter(source.sheet.CASES)))
+    return make_ivp(source, case or next(iter(source.facts.CASES)))
 
 
 @cache
@@ -71,7 +71,7 @@ def test_the_flow_of_the_poisson_system_mapped_by_the_chart_is_the_certified_one
 
 @pytest.mark.parametrize("problem", [each[0] for each in PENDULUMS], ids=str)
 def test_every_case_is_carried_over_and_its_energy_with_it(problem):
-    for case in local(problem).sheet.CASES:
+    for case in local(problem).facts.CASES:
         above, below = initial_value_problem(problem, case), local(problem, case)
         assert below.parameters == above.parameters
         assert np.abs(np.concatenate(leave(above)(*np.split(below.y0, 2))) - np.concatenate(above.start)).max() < 1e-15

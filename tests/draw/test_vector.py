@@ -11,7 +11,7 @@ from markupsafe import Markup
 from daebench.draw.figures import BLACK, STROKES
 from daebench.draw.svg.axis import DIGITS, Axis, around, labels
 from daebench.draw.svg.marks import Area, Curve, Dots, Note, path_of, thinned
-from daebench.draw.svg.panels import Panel, sheet
+from daebench.draw.svg.panels import Panel, draw_panels
 from daebench.errors import BadInput
 
 SVG = "{http://www.w3.org/2000/svg}"
@@ -19,7 +19,7 @@ STROKE = STROKES[0]
 
 
 def parsed(panels, **settings):
-    return ET.fromstring(sheet(panels, alt="what it shows", **settings))
+    return ET.fromstring(draw_panels(panels, alt="what it shows", **settings))
 
 
 def drawn(*marks, x=None, y=None, **settings):
@@ -188,7 +188,7 @@ def test_pixels_far_outside_stay_small_numbers():
     assert all(abs(float(number)) <= 1e5 for number in re.findall(r"-?[\d.]+", path_of(np.array([1e250, 0.0]), np.array([-1e250, 0.0]))))
 
 
-# ---- sheets ----------------------------------------------------------------------------------------------------------------
+# ---- panels ----------------------------------------------------------------------------------------------------------------
 
 
 def inverse(panel, x, y):
@@ -241,7 +241,7 @@ def test_what_is_written_is_escaped_and_markup_is_not():
         Note(0, 0, Markup("<tspan/>")),
     ]
     panel = Panel(Axis(bad, 0, 1), Axis(bad, 0, 1), marks, title=bad)
-    text = sheet([panel], alt=bad)
+    text = draw_panels([panel], alt=bad)
     root = ET.fromstring(text)
     written = ["".join(each.itertext()) for each in root.iter(f"{SVG}text")]
     assert written.count(bad) == 5
@@ -260,8 +260,8 @@ def test_a_sheet_is_well_formed_says_what_it_shows_and_is_the_same_bytes_again()
         Note(np.nan, 0.0, "nowhere"),
     ]
     panels = [drawn(*marks, title="one"), drawn(), drawn(x=Axis("t", 1e-9, 2e-9))]
-    text = sheet(panels, alt="a & b")
-    assert text == sheet(panels, alt="a & b")
+    text = draw_panels(panels, alt="a & b")
+    assert text == draw_panels(panels, alt="a & b")
     root = ET.fromstring(text)
     assert root.get("role") == "img"
     assert root.get("aria-label") == "a & b"

@@ -29,7 +29,7 @@ def test_compiled_functions_give_what_the_uncompiled_give(formulation):
 
 
 @cache
-def fast_truth(t_end):
+def fast_reference(t_end):
     """Positions of spherical_pendulum fig1.2 from its angles: th'' = sin th cos th phi'^2 + sin th, sin^2 th phi' constant."""
     from scipy.integrate import solve_ivp
 
@@ -48,7 +48,7 @@ def fast_error(method, tol):
     from daebench.methods.initial_value_problem import initial_value_problem
 
     trajectory = method.solve(initial_value_problem("spherical_pendulum", "fig1.2"), Request(value=tol, t_end=10.0, watch=())).complete()
-    return np.abs(trajectory.q - fast_truth(10.0)).max()
+    return np.abs(trajectory.q - fast_reference(10.0)).max()
 
 
 @pytest.mark.parametrize(("variant", "bound"), [("index2", 5e-5), ("index1", 1e-3), ("ggl", 5e-4), ("baumgarte", 3e-4), ("ode", 3e-3)])

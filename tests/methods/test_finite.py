@@ -1,4 +1,4 @@
-"""Nothing that is not finite is a success: no state, multiplier or watched quantity, of any method, whatever is watched."""
+"""Nothing that is not finite is a success: no state, multiplier or monitored quantity, of any method, whatever is monitored."""
 
 from dataclasses import replace
 

@@ -28,14 +28,14 @@ def run(problem, case, t_end, tol=1e-14, **more):
 )
 def test_it_gives_the_certified_motion(name, t_end):
     problem, case = name.split("-", 1)
-    truth = load(name)
-    rows = np.flatnonzero(truth.t <= t_end)
-    found = run(problem, case, float(truth.t[rows[-1]]), points=len(rows)).complete()
-    assert np.allclose(found.t, truth.t[rows], rtol=0, atol=1e-13)
+    reference = load(name)
+    rows = np.flatnonzero(reference.t <= t_end)
+    found = run(problem, case, float(reference.t[rows[-1]]), points=len(rows)).complete()
+    assert np.allclose(found.t, reference.t[rows], rtol=0, atol=1e-13)
     for part, values in found.states.items():
-        assert np.max(np.abs(values - truth.values[part][rows])) < 1e-9
-    loose = run(problem, case, float(truth.t[rows[-1]]), tol=1e-5, points=len(rows))
-    assert max(np.max(np.abs(values - truth.values[part][rows])) for part, values in loose.states.items()) > 1e-8
+        assert np.max(np.abs(values - reference.values[part][rows])) < 1e-9
+    loose = run(problem, case, float(reference.t[rows[-1]]), tol=1e-5, points=len(rows))
+    assert max(np.max(np.abs(values - reference.values[part][rows])) for part, values in loose.states.items()) > 1e-8
 
 
 @needs_heyoka

@@ -12,7 +12,7 @@ from daebench.methods import initial_value_problem as ivp_constructor
 from daebench.methods.initial_value_problem import declared_ivps, initial_value_problem
 from daebench.methods.run import singular_as
 from daebench.runs.ivp import ConstrainedIvp, PoissonIvp
-from daebench.studies.grid.cell import Cell
+from daebench.studies.grid.run_specification import Cell
 
 
 def test_both_kinds_of_problems_are_taken_by_name():

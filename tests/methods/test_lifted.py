@@ -142,7 +142,7 @@ def test_what_cannot_be_lifted_is_refused_in_words():
             method(name).check(where, request)
     with pytest.raises(BadInput, match="has no multipliers"):
         method("rattle").check(ivp(BODY), replace(request, multipliers=True))
-    with pytest.raises(BadInput, match="no constraints to watch"):
+    with pytest.raises(BadInput, match="no constraints to monitor"):
         method("rattle").check(ivp(BODY), replace(request, watch=("manifold",)))
     with pytest.raises(BadInput, match="at least one"):
         method("rattle").check(ivp(BODY), replace(request, steps=0))

@@ -1,4 +1,4 @@
-"""What may stand around a scheme: compositions, projections, forms, compensated sums, raw multipliers; and the grammar of their names."""
+"""What may stand around a scheme: compositions, projections, forms, compensated sums, stage multipliers; and the grammar of their names."""
 
 import numpy as np
 import pytest
@@ -15,7 +15,7 @@ from daebench.methods.names import parse, several
 from daebench.methods.run import prepare
 from daebench.runs.request import Request
 
-LADDERS = {4: (64, 96, 128, 192), 6: (24, 28, 32, 40, 48), 8: (14, 16, 18, 20, 24), 10: (8, 9, 10, 12, 14)}
+SEQUENCES = {4: (64, 96, 128, 192), 6: (24, 28, 32, 40, 48), 8: (14, 16, 18, 20, 24), 10: (8, 9, 10, 12, 14)}
 """Numbers of steps over T = 2 by order: large enough to be asymptotic, small enough to be above round-off."""
 
 
@@ -27,7 +27,7 @@ def run(method, ivp, h, steps, **more):
 def test_a_composition_of_rattle_has_its_order_and_keeps_what_rattle_keeps(name, get_ivp):
     ivp, method = get_ivp("planar"), FixedStep("rattle", composition=name, compiled=False)
     q, p = solution("planar", 2.0)
-    counts = LADDERS[COMPOSITIONS[name].order]
+    counts = SEQUENCES[COMPOSITIONS[name].order]
     runs = [run(method, ivp, 2.0 / n, n) for n in counts]
     errors = [max(np.abs(each.q[-1] - q).max(), np.abs(each.p[-1] - p).max()) for each in runs]
     fit = fit_order([2.0 / n for n in counts], errors, floor=2e-12)
@@ -225,7 +225,7 @@ def test_an_option_out_of_range_is_refused(name, option, words):
 
 
 def test_a_solver_has_neither_raw_multipliers_nor_compensated_sums():
-    with pytest.raises(BadInput, match="no raw multipliers"):
+    with pytest.raises(BadInput, match="no stage multipliers"):
         prepare("spherical_pendulum", method="ida:index2", tol=1e-8, t_end=1.0, raw=True)
     with pytest.raises(BadInput, match="compensated summation is for fixed-step"):
         prepare("spherical_pendulum", method="ida:index2", tol=1e-8, t_end=1.0, compensated=True)

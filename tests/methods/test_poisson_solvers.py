@@ -254,7 +254,7 @@ def test_a_value_that_is_not_finite_ends_the_run(name, monkeypatch):
 def test_without_a_cure_the_error_test_fails_on_the_multiplier(capfd):
     trajectory = parse("ida:casimirs:none").solve(ivp_of("body"), replace(END, value=1e-10))
     assert trajectory.failure.startswith("ida:casimirs:none on free_rigid_body, case hlw, stopped at t = 0 of 2")
-    assert trajectory.failure.endswith("take the multipliers out of the error test with the cure atol or derivative.")
+    assert trajectory.failure.endswith("take the multipliers out of the error test with the treatment atol or derivative.")
     assert capfd.readouterr() == ("", "")
 
 
@@ -272,8 +272,8 @@ REFUSED = {
     "steps": ({"steps": 10}, "chooses its own steps"),
     "tol": ({"value": 0.1}, "between .* and 0.01"),
     "multipliers": ({"multipliers": True}, "has no multipliers"),
-    "raw": ({"raw": True}, "has no raw multipliers"),
-    "manifold": ({"watch": ("manifold",)}, "no constraints to watch"),
+    "raw": ({"raw": True}, "has no stage multipliers"),
+    "manifold": ({"watch": ("manifold",)}, "no constraints to monitor"),
     "single-precision": ({"precision": "float32"}, "float64 only"),
 }
 

@@ -17,12 +17,14 @@ needs_solve_dae = pytest.mark.skipif(find_spec("solve_dae") is None, reason="sol
 @pytest.mark.parametrize("name", ["spherical_pendulum-fig1.2", "double_pendulum-horizontal"], ids=["in-momenta", "in-velocities"])
 def test_it_converges_to_the_certified_motion(name):
     problem, case = name.split("-", 1)
-    truth = load(name)
-    rows = np.flatnonzero(truth.t <= 2.0)
+    reference = load(name)
+    rows = np.flatnonzero(reference.t <= 2.0)
     errors = []
     for tol in (1e-4, 1e-9):
-        found = run.run(problem, case=case, method="solve_dae:Radau", tol=tol, t_end=float(truth.t[rows[-1]]), points=len(rows)).complete()
-        errors.append(max(np.max(np.abs(values - truth.values[part][rows])) for part, values in found.states.items()))
+        found = run.run(
+            problem, case=case, method="solve_dae:Radau", tol=tol, t_end=float(reference.t[rows[-1]]), points=len(rows)
+        ).complete()
+        errors.append(max(np.max(np.abs(values - reference.values[part][rows])) for part, values in found.states.items()))
         assert found.work["jacobian"] % 2 == 0 < found.work["residual"] > found.steps > 5
     assert errors[1] < 1e-7 < errors[0] < 1e-1
 

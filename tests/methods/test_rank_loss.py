@@ -54,7 +54,7 @@ def _inertia_slope(s, c):
 
 
 @pytest.fixture(scope="module")
-def truth():
+def reference():
     found = angle_of_lock_up()
     return found, float(found.t_events[0][0])
 
@@ -78,33 +78,33 @@ REDUNDANT = {"a multiple": lambda g1, g2: [3 * g1], "a combination": lambda g1, 
 
 
 @pytest.mark.parametrize("name", ["rattle", "lobatto3", "rk4", "rattle/suzuki4", "energy_momentum", "radau3_ggl"], ids=lambda name: name)
-def test_a_run_stops_in_the_steps_before_the_lock_up_and_keeps_what_there_is(name, lock_up, truth):
+def test_a_run_stops_in_the_steps_before_the_lock_up_and_keeps_what_there_is(name, lock_up, reference):
     h = 0.01
     run = method(name).solve(lock_up, Request(value=h, t_end=1.2))
-    assert truth[1] - 2.5 * h < run.t[-1] < truth[1]
+    assert reference[1] - 2.5 * h < run.t[-1] < reference[1]
     assert "slider_crank, case lock_up, stopped at t" in run.failure
     assert "G loses rank at about t = 0.8" in run.failure
     assert "--on-singular continue" in run.failure
     assert len(run.q) == run.steps + 1
     assert np.all(np.isfinite(run.q))
-    phi = truth[0].sol(run.t[-1])[0]
+    phi = reference[0].sol(run.t[-1])[0]
     assert np.abs(run.q[-1] - [math.cos(phi), math.sin(phi), 2 * math.cos(phi)]).max() < 2e-3
 
 
-def test_the_extrapolated_time_is_the_true_one(lock_up, truth):
+def test_the_extrapolated_time_is_the_true_one(lock_up, reference):
     run = method("rattle/suzuki4").solve(lock_up, Request(value=0.005, t_end=1.2))
     said = float(run.failure.split("about t = ")[1].split(",")[0])
-    assert said == pytest.approx(truth[1], abs=1e-5)
+    assert said == pytest.approx(reference[1], abs=1e-5)
 
 
-def test_going_on_follows_the_smooth_branch_and_says_so(lock_up, truth):
+def test_going_on_follows_the_smooth_branch_and_says_so(lock_up, reference):
     run = method("rattle").solve(lock_up, Request(value=0.002, t_end=1.1, on_singular="continue", every=50)).complete()
     (passage,) = run.passages
     assert passage.branch == "through"
     assert passage.turn < 0.1
-    assert passage.t == pytest.approx(truth[1], abs=1e-4)
+    assert passage.t == pytest.approx(reference[1], abs=1e-4)
     assert passage.pivot < 1e-5
-    phi = truth[0].sol(run.t)[0]
+    phi = reference[0].sol(run.t)[0]
     assert np.abs(run.q[:, 2] - 2 * np.cos(phi)).max() < 1e-3
     assert run.q[-1, 2] < -0.5
 
@@ -125,9 +125,9 @@ def test_pieces_of_a_run_do_not_forget_the_steps_before(lock_up, monkeypatch):
     assert method("rattle").solve(lock_up, Request(value=0.01, t_end=1.2)).failure == whole.failure
 
 
-def test_a_loss_of_rank_in_the_first_steps_is_noticed_too(lock_up, truth):
-    t, h = truth[1] - 0.015, 0.01
-    phi, rate = truth[0].sol(t)
+def test_a_loss_of_rank_in_the_first_steps_is_noticed_too(lock_up, reference):
+    t, h = reference[1] - 0.015, 0.01
+    phi, rate = reference[0].sol(t)
     s, c = math.sin(phi), math.cos(phi)
     v = np.array([-s, c, -2 * s]) * rate
     M = lock_up.value("mass", lock_up.p0, lock_up.q0)
@@ -351,11 +351,11 @@ def test_the_reduced_equation_by_least_squares_moves_as_without_the_redundant_co
 
 @pytest.mark.parametrize("name", ["ida:index1", "ida:index2", "ida:index3", "ida:ggl", "cvode:bdf", "scipy:Radau"], ids=lambda name: name)
 @pytest.mark.usefixtures("plain_functions")
-def test_tolerance_driven_runs_stop_before_the_lock_up(name, lock_up, truth):
+def test_tolerance_driven_runs_stop_before_the_lock_up(name, lock_up, reference):
     run = parse(name).solve(lock_up, Request(value=1e-6, t_end=1.2))
-    assert truth[1] - 0.12 < run.t[-1] < truth[1]
+    assert reference[1] - 0.12 < run.t[-1] < reference[1]
     said = float(run.failure.split("about t = ")[1].split(" ")[0])
-    assert said == pytest.approx(truth[1], abs=5e-3)
+    assert said == pytest.approx(reference[1], abs=5e-3)
     assert "--on-singular continue" in run.failure
 
 
@@ -367,10 +367,10 @@ def test_steps_that_leap_over_a_loss_of_rank_are_searched_inside():
 
 
 @pytest.mark.usefixtures("plain_functions")
-def test_tolerance_driven_runs_that_go_on_say_which_branch(lock_up, truth):
+def test_tolerance_driven_runs_that_go_on_say_which_branch(lock_up, reference):
     run = parse("cvode:bdf").solve(lock_up, Request(value=1e-8, t_end=1.2, on_singular="continue")).complete()
     assert [each.branch for each in run.passages] == ["through"]
-    assert np.abs(run.q[:, 2] - 2 * np.cos(truth[0].sol(run.t)[0])).max() < 1e-5
+    assert np.abs(run.q[:, 2] - 2 * np.cos(reference[0].sol(run.t)[0])).max() < 1e-5
 
 
 @pytest.mark.slow
@@ -385,8 +385,8 @@ def test_ida_on_index_2_says_which_branch_it_took_at_the_lock_up(lock_up):
 @pytest.mark.usefixtures("plain_functions")
 def test_no_alarm_where_the_rank_is_kept():
     regular = initial_value_problem("slider_crank", "turning")
-    for name, knob in (("rattle", 0.02), ("rk4", 0.02)):
-        assert method(name).solve(regular, Request(value=knob, t_end=2)).failure is None
+    for name, resolution in (("rattle", 0.02), ("rk4", 0.02)):
+        assert method(name).solve(regular, Request(value=resolution, t_end=2)).failure is None
     for name in ("ida:index1", "scipy:DOP853"):
         run = parse(name).solve(regular, Request(value=1e-5, t_end=2, on_singular="stop"))
         assert run.failure is None

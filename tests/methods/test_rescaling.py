@@ -14,7 +14,7 @@ from daebench.diagnostics.symplecticity import tangent_basis, tangent_map
 from daebench.methods.fixed_step.constrained import FixedStep
 from daebench.methods.fixed_step.poisson import PoissonStep
 from daebench.methods.initial_value_problem import initial_value_problem
-from daebench.methods.schemes import members, poisson_members
+from daebench.methods.registry import poisson_registry, registry
 from daebench.reference.solution import integrated
 from daebench.runs.make_ivp import make_ivp
 from daebench.runs.request import Request
@@ -28,7 +28,7 @@ PLACES = {
     "three links": ("pendulum_chain", "hanging", {"links": 3}),
 }
 FORMS = [(name, form) for name in ("midpoint", "gauss2", "rk4") for form in ("local", "baumgarte", "stiff")]
-METHODS = [(name, "") for name in members() if name != "seproj"] + FORMS
+METHODS = [(name, "") for name in registry() if name != "seproj"] + FORMS
 ROUNDED = ("radau2_ggl", "radau3_ggl")
 """Their two multipliers have different units, so that another order of pivots is chosen: the same to round-off, and not to the bit."""
 
@@ -82,7 +82,7 @@ def test_a_projection_has_a_unit_of_time_and_none_of_length_or_mass(scheme):
     assert difference(here, slow, "slow") > 0
 
 
-@pytest.mark.parametrize("scheme", poisson_members())
+@pytest.mark.parametrize("scheme", poisson_registry())
 @pytest.mark.parametrize("power", [-30, 30])
 def test_a_poisson_system_that_scales_has_the_same_digits(scheme, power):
     ivp, method = initial_value_problem("free_rigid_body"), PoissonStep(scheme, anyway=True, compiled=False)

@@ -13,10 +13,10 @@ from oracles import solution
 from daebench.errors import BadInput, DaebenchError, RunFailed
 from daebench.methods.formulations import constrained as posing
 from daebench.methods.formulations.constrained import FORMULATIONS, pose
-from daebench.methods.solvers.cured import CURES
 from daebench.methods.solvers.cvode import Cvode
 from daebench.methods.solvers.ida import Ida
-from daebench.methods.solvers.meter import Meter, Stopped
+from daebench.methods.solvers.monitor import Monitor, Stopped
+from daebench.methods.solvers.multiplier_treatment import TREATMENTS
 from daebench.methods.solvers.scipy_ode import IMPLICIT, ScipyOde
 from daebench.runs.request import Request, WorkLimit
 
@@ -184,8 +184,8 @@ def test_nothing_is_compiled_while_the_clock_runs(method, monkeypatch):
     def compiled(dae):
         return [len(found.signatures) for found in vars(dae.module).values() if hasattr(found, "signatures")]
 
-    def begun(self, dae, tol, meter):
-        advance = begin(self, dae, tol, meter)
+    def begun(self, dae, tol, monitor):
+        advance = begin(self, dae, tol, monitor)
         seen.append((dae, compiled(dae)))
         return advance
 
@@ -205,7 +205,7 @@ def test_plain_settings_fail_with_a_sentence(method, capsys):
     with pytest.raises(RunFailed, match=rf"{method.name} on spherical_pendulum, case fig1.2b, stopped at t = \S+ of 2 \(tol = 1e-08\)"):
         trajectory.complete()
     assert "limit" not in trajectory.failure
-    assert trajectory.failure.endswith("with the cure atol or derivative.")
+    assert trajectory.failure.endswith("with the treatment atol or derivative.")
     assert len(trajectory.t) == len(trajectory.q) < 3
     assert capsys.readouterr().out == ""
 
@@ -264,11 +264,11 @@ def test_rank_loss_and_values_that_are_not_finite_end_the_run(method, health, sa
 
 
 def test_a_step_size_that_has_collapsed_ends_the_run():
-    meter = Meter(1.0, 600.0)
+    monitor = Monitor(1.0, 600.0)
     for k in range(999):
-        meter.stepped(k * 1e-17, np.zeros(1))
+        monitor.stepped(k * 1e-17, np.zeros(1))
     with pytest.raises(Stopped, match=r"collapsed to 1.0e-17"):
-        meter.stepped(1e-14, np.zeros(1))
+        monitor.stepped(1e-14, np.zeros(1))
 
 
 # ---- requests and names --------------------------------------------------------------------------------------------------
@@ -301,7 +301,7 @@ def test_scipy_refuses_tolerances_that_it_would_silently_raise():
 
 
 def test_names_have_the_cure_only_where_it_is_not_the_default():
-    names = {Ida(formulation, cure).name for formulation in ("index2", "index1") for cure in (None, *CURES)}
+    names = {Ida(formulation, treatment).name for formulation in ("index2", "index1") for treatment in (None, *TREATMENTS)}
     assert names == {"ida:index2", "ida:index2:atol", "ida:index2:none", "ida:index1", "ida:index1:derivative", "ida:index1:none"}
     assert (Cvode("adams").name, ScipyOde("RK23").name) == ("cvode:adams", "scipy:RK23")
     assert {method.knob for method in METHODS} == {"tol"}
@@ -312,7 +312,7 @@ def test_names_have_the_cure_only_where_it_is_not_the_default():
     ("make", "says"),
     [
         (lambda: Ida("index4"), "unknown formulation 'index4'; did you mean"),
-        (lambda: Ida("index2", "deriv"), "unknown cure 'deriv'; did you mean derivative"),
+        (lambda: Ida("index2", "deriv"), "unknown treatment of the multipliers 'deriv'; did you mean derivative"),
         (lambda: Ida("ode", "atol"), "nothing for atol to cure"),
         (lambda: Cvode("adam"), "did you mean adams"),
         (lambda: ScipyOde("dop853"), "unknown method of scipy"),
@@ -332,20 +332,20 @@ def test_options_reach_the_formulation():
 
 
 def test_work_limit_ends_after_a_number_of_calls_whatever_they_cover():
-    meter = Meter(10.0, 600.0, WorkLimit(5, 100, 100))
+    monitor = Monitor(10.0, 600.0, WorkLimit(5, 100, 100))
     for t in range(5):
-        meter.called("residual", t, 1.0, 0.0)
-        meter.called("jacobian", t, 1.0, 0.0)
+        monitor.called("residual", t, 1.0, 0.0)
+        monitor.called("jacobian", t, 1.0, 0.0)
     with pytest.raises(Stopped, match="5 calls of the residual were not enough"):
-        meter.called("residual", 6.0, 1.0, 0.0)
+        monitor.called("residual", 6.0, 1.0, 0.0)
 
 
 def test_work_limit_ends_sooner_where_calls_cover_too_little():
-    meter = Meter(10.0, 600.0, WorkLimit(1000, 10, 100))
+    monitor = Monitor(10.0, 600.0, WorkLimit(1000, 10, 100))
     for k in range(1, 110):
-        meter.called("rhs", 0.011 * min(k, 100), 1.0, 0.0)
+        monitor.called("rhs", 0.011 * min(k, 100), 1.0, 0.0)
     with pytest.raises(Stopped, match="10 calls of the rhs covered less than 1/100 of the run"):
-        meter.called("rhs", 1.1, 1.0, 0.0)
+        monitor.called("rhs", 1.1, 1.0, 0.0)
 
 
 def test_work_limit_that_is_not_tried_changes_nothing(get_ivp, plain_functions):

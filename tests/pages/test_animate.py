@@ -18,10 +18,10 @@ from daebench.errors import BadInput, InvalidProblem
 from daebench.methods.catalogue import find_problem, problems
 from daebench.methods.fixed_step.constrained import FixedStep
 from daebench.methods.initial_value_problem import initial_value_problem
-from daebench.pages.film import gif, mp4, page, smil
-from daebench.pages.film.raster import frames
-from daebench.pages.film.reel import Reel
-from daebench.pages.film.take import Take, take
+from daebench.pages.animation import gif, mp4, page, smil
+from daebench.pages.animation.animated_runs import AnimatedRuns
+from daebench.pages.animation.raster import frames
+from daebench.pages.animation.recorded_run import RecordedRun, recorded_run
 from daebench.runs.request import Request
 from daebench.systems.picture import Picture
 
@@ -45,9 +45,9 @@ def ivp():
 
 
 @pytest.fixture(scope="module")
-def reel(ivp):
-    takes = [take(ivp, plain(name), H, TIMES, quiet) for name in ("se", "rattle")]
-    return Reel(ivp.problem, ivp.case, ivp.parameters, layout_of(ivp), takes, TIMES, 0.8)
+def animated(ivp):
+    runs = [recorded_run(ivp, plain(name), H, TIMES, quiet) for name in ("se", "rattle")]
+    return AnimatedRuns(ivp.problem, ivp.case, ivp.parameters, layout_of(ivp), runs, TIMES, 0.8)
 
 
 @pytest.fixture(scope="module")
@@ -57,9 +57,9 @@ def whole(ivp):
 
 
 @pytest.fixture(scope="module")
-def written(reel, tmp_path_factory):
+def written(animated, tmp_path_factory):
     path = tmp_path_factory.mktemp("page") / "pendulum.html"
-    page.write(path, reel)
+    page.write(path, animated)
     return path.read_text(encoding="utf-8")
 
 
@@ -70,26 +70,26 @@ def energy(run):
 # ---- takes -----------------------------------------------------------------------------------------------------------------
 
 
-def test_what_is_shown_are_states_of_the_run(reel, whole):
-    shown = reel.takes[1]
+def test_what_is_shown_are_states_of_the_run(animated, whole):
+    shown = animated.runs[1]
     assert np.array_equal(shown.t, np.arange(21) * 10 * H)
     assert np.array_equal(shown.states, whole.q[::10])
     assert np.array_equal(shown.shown(TIMES), np.arange(21))
 
 
-def test_no_error_between_two_frames_is_hidden(reel, whole):
+def test_no_error_between_two_frames_is_hidden(animated, whole):
     every = np.abs(energy(whole) - energy(whole)[0])
     windows = [every[0], *(every[10 * k + 1 : 10 * k + 11].max() for k in range(20))]
-    shown = reel.takes[1].errors["energy_error"]
+    shown = animated.runs[1].errors["energy_error"]
     assert shown == pytest.approx(windows, abs=1e-15)
     assert shown.max() == pytest.approx(every.max(), abs=1e-15)
     assert every[::10].max() < every.max()
     g = np.abs((whole.q**2).sum(axis=1) - 1)
-    assert reel.takes[1].errors["g"] == pytest.approx([g[0], *(g[10 * k + 1 : 10 * k + 11].max() for k in range(20))], abs=5e-16)
+    assert animated.runs[1].errors["g"] == pytest.approx([g[0], *(g[10 * k + 1 : 10 * k + 11].max() for k in range(20))], abs=5e-16)
 
 
 def test_large_steps_are_shown_as_they_are(ivp):
-    found = take(ivp, plain("rattle"), 0.3, TIMES, quiet)
+    found = recorded_run(ivp, plain("rattle"), 0.3, TIMES, quiet)
     assert found.t == pytest.approx(0.3 * np.arange(7))
     shown = found.shown(TIMES)
     assert shown[0] == 0
@@ -109,7 +109,7 @@ def test_of_a_method_that_chooses_its_steps_the_outputs_are_watched(ivp):
             assert (request.points, request.t_end) == (161, 2.0)
             return self.outcome
 
-    found = take(ivp, Free(), 1e-6, TIMES, quiet)
+    found = recorded_run(ivp, Free(), 1e-6, TIMES, quiet)
     assert found.over == "outputs"
     assert found.t == pytest.approx(TIMES)
     assert np.array_equal(found.states, run.q[::8])
@@ -120,21 +120,21 @@ def test_of_a_method_that_chooses_its_steps_the_outputs_are_watched(ivp):
 def test_a_run_that_stops_is_shown_until_then():
     locked = initial_value_problem("slider_crank", "lock_up")
     times = np.linspace(0, 4, 41)
-    found = take(locked, plain("rattle"), 0.005, times, quiet)
+    found = recorded_run(locked, plain("rattle"), 0.005, times, quiet)
     assert "G loses rank" in found.failure
     assert 0.8 < found.t[-1] < 0.9
     assert set(found.shown(times)[9:]) == {len(found.t) - 1}
     q1 = initial_value_problem("slider_crank", "lock_up")
-    reel = Reel("slider_crank", "lock_up", {}, layout_of(q1), [found], times, 1.0)
-    assert reel.end_of(0).startswith(", stopped at t = 0.8")
+    animated = AnimatedRuns("slider_crank", "lock_up", {}, layout_of(q1), [found], times, 1.0)
+    assert animated.end_of(0).startswith(", stopped at t = 0.8")
 
 
 # ---- the picture -----------------------------------------------------------------------------------------------------------
 
 
-def test_the_scale_is_that_of_the_others_where_one_runs_away(reel):
-    wild = replace(reel.takes[0], states=100 * reel.takes[0].states)
-    both = Reel(reel.problem, reel.case, {}, reel.layout, [wild, reel.takes[1]], TIMES, 0.8)
+def test_the_scale_is_that_of_the_others_where_one_runs_away(animated):
+    wild = replace(animated.runs[0], states=100 * animated.runs[0].states)
+    both = AnimatedRuns(animated.problem, animated.case, {}, animated.layout, [wild, animated.runs[1]], TIMES, 0.8)
     assert (both.leaves(0), both.leaves(1)) == (True, False)
     assert "leaves the picture" in both.end_of(0)
     assert both.box[0].high - both.box[0].low < 5
@@ -159,7 +159,7 @@ def test_the_vector_of_a_rigid_body_is_on_the_sphere_that_is_drawn():
     layout = layout_of(body)
     assert np.linalg.norm(layout.at(body.y0[None])[0, layout.masses[0]]) == pytest.approx(1, abs=1e-15)
     assert np.linalg.norm(layout.surface, axis=-1) == pytest.approx(np.ones(layout.surface.shape[:2]), abs=1e-15)
-    found = take(body, parse_poisson("strang"), 0.5, np.linspace(0, 10, 11), quiet)
+    found = recorded_run(body, parse_poisson("strang"), 0.5, np.linspace(0, 10, 11), quiet)
     assert set(found.errors) == {"energy_error", "casimir_error"}
     assert found.errors["casimir_error"].max() < 1e-14 < found.errors["energy_error"].max()
 
@@ -190,11 +190,11 @@ def test_every_problem_of_the_catalogue_has_a_picture():
 
 def decoded(text, k, name):
     given = json.loads(re.search(r'id="data">(.*?)</script>', text, re.DOTALL)[1])
-    return given, np.frombuffer(base64.b64decode(given["takes"][k][name]), "<i2")
+    return given, np.frombuffer(base64.b64decode(given["runs"][k][name]), "<i2")
 
 
 def places(text, k):
-    """Return the points of a take, by nothing but what is in the page."""
+    """Return the points of a run, by nothing but what is in the page."""
     given, values = decoded(text, k, "points")
     pixels = values.reshape(-1, given["points"], 2) / given["scale"]
     panels = re.findall(r'class="panel" data-frame="([^"]+)" data-x="([^"]+)" data-y="([^"]+)"', text)
@@ -203,18 +203,18 @@ def places(text, k):
     return np.stack([x[0] + share[..., 0] * (x[1] - x[0]), y[1] - share[..., 1] * (y[1] - y[0])], axis=-1)
 
 
-def test_the_page_shows_the_points_where_they_are(written, reel, whole):
+def test_the_page_shows_the_points_where_they_are(written, animated, whole):
     found = places(written, 1)
-    mass = reel.layout.masses[0]
+    mass = animated.layout.masses[0]
     assert found[:, mass] == pytest.approx(whole.q[::10], abs=1e-3)
     assert np.linalg.norm(found[:, mass], axis=1) == pytest.approx(np.ones(21), abs=1e-3)
     assert decoded(written, 1, "shown")[1].tolist() == list(range(21))
 
 
-def test_a_wrong_scale_would_be_seen(written, whole, reel):
+def test_a_wrong_scale_would_be_seen(written, whole, animated):
     wrong = written.replace(f'"scale":{page.SCALE}', f'"scale":{page.SCALE * 1.02}')
     assert wrong != written
-    assert places(wrong, 1)[:, reel.layout.masses[0]] != pytest.approx(whole.q[::10], abs=1e-3)
+    assert places(wrong, 1)[:, animated.layout.masses[0]] != pytest.approx(whole.q[::10], abs=1e-3)
 
 
 class Outline(HTMLParser):
@@ -262,27 +262,29 @@ def test_the_page_says_how_times_go_together_and_what_the_curves_are(written):
     assert "largest error of all steps since the state that is shown before" in written
 
 
-def test_a_page_of_many_points_stays_below_two_megabytes(reel, tmp_path):
+def test_a_page_of_many_points_stays_below_two_megabytes(animated, tmp_path):
     points, methods = 102, 3
     n = page.most_frames(points, methods, 4)
     assert n > 200
     rng = np.random.default_rng(3)
     times = np.linspace(0, 1, n)
     errors = dict.fromkeys(("energy_error", "g", "Gv"), 10 ** rng.uniform(-16, 0, n))
-    takes = [Take(name, "h", 0.1, times, rng.normal(size=(n, points, 2)), errors, "steps", None) for name in ("a", "b", "c")]
+    runs = [RecordedRun(name, "h", 0.1, times, rng.normal(size=(n, points, 2)), errors, "steps", None) for name in ("a", "b", "c")]
     rod = list(range(points))
-    layout = replace(reel.layout, rods=[rod], masses=rod[-3:], fixed=[0], at=lambda states: states)
+    layout = replace(animated.layout, rods=[rod], masses=rod[-3:], fixed=[0], at=lambda states: states)
     path = tmp_path / "large.html"
-    page.write(path, Reel("p", "c", {}, layout, takes, times, 12.0))
+    page.write(path, AnimatedRuns("p", "c", {}, layout, runs, times, 12.0))
     assert 1e6 < path.stat().st_size < 2e6
 
 
-def test_a_point_that_is_nowhere_is_told_from_all_places(reel):
-    lost = reel.takes[0].states.copy()
+def test_a_point_that_is_nowhere_is_told_from_all_places(animated):
+    lost = animated.runs[0].states.copy()
     lost[5] = np.nan
-    both = Reel(reel.problem, reel.case, {}, reel.layout, [replace(reel.takes[0], states=lost), reel.takes[1]], TIMES, 0.8)
+    both = AnimatedRuns(
+        animated.problem, animated.case, {}, animated.layout, [replace(animated.runs[0], states=lost), animated.runs[1]], TIMES, 0.8
+    )
     coded = page.places(both, 0)
-    assert (coded[5, reel.layout.masses] == page.MISSING).all()
+    assert (coded[5, animated.layout.masses] == page.MISSING).all()
     assert (coded[[4, 6]] > page.MISSING).all()
     assert both.leaves(0)
 
@@ -290,9 +292,9 @@ def test_a_point_that_is_nowhere_is_told_from_all_places(reel):
 # ---- drawings, GIFs and films ----------------------------------------------------------------------------------------------
 
 
-def test_the_drawing_moves_through_all_frames_and_is_the_same_bytes_again(reel, whole, tmp_path):
+def test_the_drawing_moves_through_all_frames_and_is_the_same_bytes_again(animated, whole, tmp_path):
     for name in ("a.svg", "b.svg"):
-        smil.write(tmp_path / name, reel)
+        smil.write(tmp_path / name, animated)
     text = (tmp_path / "a.svg").read_text(encoding="utf-8")
     assert text == (tmp_path / "b.svg").read_text(encoding="utf-8")
     assert "<script" not in text
@@ -308,10 +310,10 @@ def test_the_drawing_moves_through_all_frames_and_is_the_same_bytes_again(reel, 
     assert found == pytest.approx(whole.q[::10], abs=0.005)
 
 
-def test_the_gif_has_all_frames_and_its_masses_move(reel, tmp_path):
+def test_the_gif_has_all_frames_and_its_masses_move(animated, tmp_path):
     from PIL import Image
 
-    gif.write(tmp_path / "a.gif", reel, quiet)
+    gif.write(tmp_path / "a.gif", animated, quiet)
     with Image.open(tmp_path / "a.gif") as image:
         assert image.n_frames == 21
         assert image.info["duration"] == 40
@@ -324,8 +326,8 @@ def test_the_gif_has_all_frames_and_its_masses_move(reel, tmp_path):
     assert (tmp_path / "a.gif").stat().st_size < 1e6
 
 
-def test_pixels_show_the_rod_from_the_pivot_to_the_mass(reel, whole):
-    pictures = np.array(list(frames(reel)))
+def test_pixels_show_the_rod_from_the_pivot_to_the_mass(animated, whole):
+    pictures = np.array(list(frames(animated)))
     _, height, width, _ = pictures.shape
     assert (height % 2, width % 2) == (0, 0)
     dark = pictures[:, : height // 2, width // 2 :].max(axis=3) < 60
@@ -341,9 +343,9 @@ def test_frames_of_a_gif_last_whole_hundredths_of_a_second():
     assert [gif.possible(fps) for fps in (25, 30, 60, 1)] == pytest.approx([25, 100 / 3, 50, 1])
 
 
-def test_the_film_has_all_frames(reel, tmp_path):
+def test_the_film_has_all_frames(animated, tmp_path):
     ffmpeg = pytest.importorskip("imageio_ffmpeg", reason="no films: imageio-ffmpeg is not installed")
-    mp4.write(tmp_path / "a.mp4", reel, quiet)
+    mp4.write(tmp_path / "a.mp4", animated, quiet)
     count, seconds = ffmpeg.count_frames_and_secs(str(tmp_path / "a.mp4"))
     assert count == 21
     assert seconds == pytest.approx(0.84, abs=0.05)

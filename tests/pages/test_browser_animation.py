@@ -7,9 +7,9 @@ from browser import blank
 from daebench.draw.scene import layout_of
 from daebench.methods.fixed_step.constrained import FixedStep
 from daebench.methods.initial_value_problem import initial_value_problem
-from daebench.pages.film import page, smil
-from daebench.pages.film.reel import Reel
-from daebench.pages.film.take import take
+from daebench.pages.animation import page, smil
+from daebench.pages.animation.animated_runs import AnimatedRuns
+from daebench.pages.animation.recorded_run import recorded_run
 
 pytestmark = pytest.mark.slow
 
@@ -17,16 +17,16 @@ TIMES = np.linspace(0, 4, 41)
 
 
 @pytest.fixture(scope="module")
-def reel():
+def animated():
     ivp = initial_value_problem("spherical_pendulum", "fig1.2")
-    takes = [take(ivp, FixedStep(name, compiled=False), 0.02, TIMES, lambda fraction: None) for name in ("shake", "rattle")]
-    return Reel(ivp.problem, ivp.case, ivp.parameters, layout_of(ivp), takes, TIMES, 2.0)
+    runs = [recorded_run(ivp, FixedStep(name, compiled=False), 0.02, TIMES, lambda fraction: None) for name in ("shake", "rattle")]
+    return AnimatedRuns(ivp.problem, ivp.case, ivp.parameters, layout_of(ivp), runs, TIMES, 2.0)
 
 
 @pytest.fixture(scope="module")
-def address(reel, tmp_path_factory):
+def address(animated, tmp_path_factory):
     path = tmp_path_factory.mktemp("animation") / "pendulum.html"
-    page.write(path, reel)
+    page.write(path, animated)
     return path.as_uri()
 
 
@@ -51,7 +51,7 @@ def test_it_plays_to_the_end_stops_and_starts_again(seen, address):
     shown.clean()
 
 
-def test_the_slider_moves_scenes_cursors_and_numbers_by_the_keyboard_too(seen, address, reel):
+def test_the_slider_moves_scenes_cursors_and_numbers_by_the_keyboard_too(seen, address, animated):
     shown = seen(address)
     slider = shown.page.get_by_role("slider", name="Time")
     slider.fill("10")
@@ -64,7 +64,7 @@ def test_the_slider_moves_scenes_cursors_and_numbers_by_the_keyboard_too(seen, a
     assert slider.get_attribute("aria-valuetext") == "t = 1.100"
     assert rods(shown) != before
     told = [float(text) for text in shown.page.locator("dd[data-error=energy_error]").all_inner_texts()]
-    assert told == pytest.approx([each.errors["energy_error"][11] for each in reel.takes], rel=0.06)
+    assert told == pytest.approx([each.errors["energy_error"][11] for each in animated.runs], rel=0.06)
     shown.clean()
 
 
@@ -94,8 +94,8 @@ def test_without_scripts_the_start_and_the_whole_curves_are_there(chromium, addr
     context.close()
 
 
-def test_the_drawing_moves_by_itself(seen, reel, tmp_path):
-    smil.write(tmp_path / "pendulum.svg", reel)
+def test_the_drawing_moves_by_itself(seen, animated, tmp_path):
+    smil.write(tmp_path / "pendulum.svg", animated)
     shown = seen((tmp_path / "pendulum.svg").as_uri())
     first = shown.screenshot(tmp_path / "first.png")
     shown.page.wait_for_timeout(500)

@@ -50,7 +50,7 @@ def live(chromium):
 def test_a_live_lesson_answers_a_control_with_another_picture(name, live, seen, tmp_path):
     shown = seen(live(name))
     page = shown.page
-    page.wait_for_selector(".shown svg.sheet", timeout=1000 * STARTED)
+    page.wait_for_selector(".shown svg.panels", timeout=1000 * STARTED)
     page.wait_for_selector("summary, marimo-accordion, details", timeout=20_000)
     drawing = page.locator(".shown").first
     before = drawing.inner_html()
@@ -58,7 +58,7 @@ def test_a_live_lesson_answers_a_control_with_another_picture(name, live, seen, 
     slider.focus()
     slider.press("ArrowRight")
     page.wait_for_function("before => document.querySelector('.shown').innerHTML !== before", arg=before, timeout=10_000)
-    assert drawing.locator("svg.sheet").count() >= 1
+    assert drawing.locator("svg.panels").count() >= 1
     assert not blank(shown.screenshot(tmp_path / "live.png"))
     assert lessons()[name]
     shown.clean()

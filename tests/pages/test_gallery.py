@@ -16,7 +16,7 @@ from daebench.cli.app import app
 from daebench.draw.figures import STROKES, drawing, grid_of_axes, save
 from daebench.errors import BadInput, DaebenchError, Interrupted, RunFailed
 from daebench.pages import gallery as pages
-from daebench.pages.report import build, freshness, gallery, number, picture, table, write_page
+from daebench.pages.report import build, build_stamp, gallery, number, picture, table, write_page
 from daebench.pages.report.archive import write_archive
 from daebench.pages.report.gallery import PagesFailed, build_all
 from daebench.pages.report.reports import Report, find
@@ -86,11 +86,11 @@ def test_only_what_is_stale_is_made_anew(tmp_path, gallery_of, monkeypatch, chan
     elif change == "lost page":
         (out / "two" / "index.html").unlink()
     elif change == "lost stamp":
-        (out / "two" / freshness.STAMP).unlink()
+        (out / "two" / build_stamp.STAMP).unlink()
     elif change == "broken stamp":
-        (out / "two" / freshness.STAMP).write_text('{"title": ', encoding="utf-8")
+        (out / "two" / build_stamp.STAMP).write_text('{"title": ', encoding="utf-8")
     else:
-        monkeypatch.setattr(freshness, "_package", lambda: "another package")
+        monkeypatch.setattr(build_stamp, "_package", lambda: "another package")
     built(out, parts)
     assert counts(parts) == ([2, 2] if change == "package" else [1, 2])
 
@@ -102,14 +102,14 @@ def test_every_page_stands_on_the_whole_package_and_on_the_versions(tmp_path, mo
         "template": "reports/methods/page.html",
         "certified reference": "reference/data/torus-through_hole/torus-through_hole.csv",
     }
-    files = freshness.package.files(*freshness.SOURCES)
-    before = freshness._package.__wrapped__()
+    files = build_stamp.package.files(*build_stamp.SOURCES)
+    before = build_stamp._package.__wrapped__()
     if change == "versions":
-        monkeypatch.setattr(freshness, "versions", lambda: {"numpy": "0"})
+        monkeypatch.setattr(build_stamp, "versions", lambda: {"numpy": "0"})
     else:
         (tmp_path / "edited").write_bytes(files[names[change]].read_bytes() + b"\n")
-        monkeypatch.setattr(freshness.package, "files", lambda *endings: files | {names[change]: tmp_path / "edited"})
-    assert freshness._package.__wrapped__() != before
+        monkeypatch.setattr(build_stamp.package, "files", lambda *endings: files | {names[change]: tmp_path / "edited"})
+    assert build_stamp._package.__wrapped__() != before
 
 
 def test_a_report_of_ones_own_depends_on_its_file_and_on_what_that_imports(tmp_path):
@@ -166,9 +166,9 @@ def test_the_index_has_a_card_with_title_and_picture_for_each_page(tmp_path, gal
 def test_progress_is_in_parts_of_the_time_that_pages_took(tmp_path, gallery_of):
     parts, out, told = gallery_of("one", "two"), tmp_path / "out", []
     built(out, parts)
-    stamp = json.loads((out / "two" / freshness.STAMP).read_text())
-    (out / "two" / freshness.STAMP).write_text(json.dumps(stamp | {"seconds": 9.0, "digest": ""}))
-    (out / "one" / freshness.STAMP).write_text(json.dumps(stamp | {"seconds": 1.0, "digest": ""}))
+    stamp = json.loads((out / "two" / build_stamp.STAMP).read_text())
+    (out / "two" / build_stamp.STAMP).write_text(json.dumps(stamp | {"seconds": 9.0, "digest": ""}))
+    (out / "one" / build_stamp.STAMP).write_text(json.dumps(stamp | {"seconds": 1.0, "digest": ""}))
     build_all(out, [each[0] for each in parts], lambda fraction, doing: told.append((round(fraction, 3), doing)), lambda each: None)
     assert told == [(0.05, "one: half"), (0.55, "two: half"), (1.0, "done")]
 
@@ -324,7 +324,7 @@ def test_without_what_lessons_need_the_gallery_is_made_without_them_and_says_so(
 
 
 def test_digests_are_the_same_in_every_process():
-    said = "from daebench.pages.report.freshness import digest; print(digest())"
+    said = "from daebench.pages.report.build_stamp import digest; print(digest())"
     found = {
         subprocess.run(
             [sys.executable, "-c", said], env=os.environ | {"PYTHONHASHSEED": seed}, check=True, capture_output=True, text=True

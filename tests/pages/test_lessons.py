@@ -175,11 +175,11 @@ def test_the_projected_momenta_of_shake_are_those_of_rattle_and_without_the_proj
     assert np.max(np.abs(tangent)) < 1e-14
 
 
-def test_errors_on_the_ladder_are_against_the_closed_form_and_a_wrong_one_would_be_seen():
+def test_errors_of_the_sequence_are_against_the_closed_form_and_a_wrong_one_would_be_seen():
     from daebench.diagnostics.order import fit_order
     from daebench.reports.lessons import _shake_to_lobatto_runs
 
-    frame = _shake_to_lobatto_runs.ladder("rattle", "slow", 1.0, 5)
+    frame = _shake_to_lobatto_runs.step_sizes("rattle", "slow", 1.0, 5)
     assert frame["h"].tolist() == [0.5, 0.25, 0.125, 0.0625, 0.03125]
     assert fit_order(frame["h"], frame["q"]).slope == pytest.approx(2, abs=0.1)
     assert not abs(fit_order(frame["h"], frame["q"] + 1e-3).slope - 2) < 0.1

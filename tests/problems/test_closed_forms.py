@@ -9,7 +9,7 @@ from scipy.integrate import solve_ivp
 from daebench.errors import BadInput
 from daebench.problems import planar_pendulum, spherical_pendulum
 
-SHEETS = {"planar": planar_pendulum.problem(), "spherical": spherical_pendulum.problem()}
+DEFINITIONS = {"planar": planar_pendulum.problem(), "spherical": spherical_pendulum.problem()}
 UNITS = {"mass": 0.7, "length": 2.5, "gravity": 9.81}
 PLANAR = ["horizontal", "near_top", "rotating", "iftomm_a01"]
 SPHERICAL = ["fig1.1", "fig1.2", "fig1.2b"]
@@ -41,9 +41,11 @@ OTHER_IDS = [f"{kind}-{name}" for kind, name in OTHER_STARTS]
 
 def initial(kind, case):
     """Return q0, p0 and parameters of a case, the values at mpmath's working precision."""
-    sheet = SHEETS[kind]
-    parameters = {str(symbol): value for symbol, value in sheet.parameters.items()} | dict(sheet.cases[case].parameters)
-    numbers = [[mp.mpmathify(sp.N(sp.sympify(x), mp.mp.dps + 5)) for x in part] for part in (sheet.cases[case].q, sheet.cases[case].p)]
+    definition = DEFINITIONS[kind]
+    parameters = {str(symbol): value for symbol, value in definition.parameters.items()} | dict(definition.cases[case].parameters)
+    numbers = [
+        [mp.mpmathify(sp.N(sp.sympify(x), mp.mp.dps + 5)) for x in part] for part in (definition.cases[case].q, definition.cases[case].p)
+    ]
     return *numbers, parameters
 
 
@@ -90,7 +92,7 @@ def invariants(q, p, parameters):
 
 
 def assert_invariants_kept(kind, t, q0, p0, parameters, digits):
-    q, p = SHEETS[kind].closed_form(t, q0, p0, parameters)
+    q, p = DEFINITIONS[kind].closed_form(t, q0, p0, parameters)
     before, after = invariants(q0, p0, parameters), invariants(q, p, parameters)
     scale = max(1, *(abs(a) for a in before))
     assert max(abs(a - b) for a, b in zip(before, after, strict=True)) < scale * mp.mpf(10) ** -digits
@@ -98,7 +100,7 @@ def assert_invariants_kept(kind, t, q0, p0, parameters, digits):
 
 def assert_equations_of_motion_hold(kind, t, q0, p0, parameters):
     """Check q' = p/m, and p' + m gravity e along q, by numerical differentiation at 30 digits."""
-    form = SHEETS[kind].closed_form
+    form = DEFINITIONS[kind].closed_form
     m, gravity = mp.mpf(parameters["mass"]), mp.mpf(parameters["gravity"])
     t, d = mp.mpf(t), len(q0)
     q, p = form(t, q0, p0, parameters)
@@ -121,7 +123,7 @@ def test_the_closed_form_agrees_with_an_integration_in_cartesian_coordinates(kin
     tolerance = 1e-9 if case == "near_top" else 5e-11
     with mp.workdps(20):
         for t, q_ref, p_ref in zip(times, Q, P, strict=True):
-            q, p = SHEETS[kind].closed_form(t, q0, p0, parameters)
+            q, p = DEFINITIONS[kind].closed_form(t, q0, p0, parameters)
             np.testing.assert_allclose(np.array([*q, *p], dtype=float), [*q_ref, *p_ref], rtol=0, atol=tolerance)
 
 
@@ -131,7 +133,7 @@ def test_the_closed_form_holds_for_any_phase_and_in_any_units(kind, name):
     times = np.array([0, 0.7, 3.1, 10])
     Q, P = integrated(times, q0, p0, UNITS)
     for t, q_ref, p_ref in zip(times, Q, P, strict=True):
-        q, p = SHEETS[kind].closed_form(t, q0, p0, UNITS)
+        q, p = DEFINITIONS[kind].closed_form(t, q0, p0, UNITS)
         np.testing.assert_allclose(np.array([*q, *p], dtype=float), [*q_ref, *p_ref], rtol=0, atol=2e-10)
 
 
@@ -139,7 +141,7 @@ def test_the_closed_form_holds_for_any_phase_and_in_any_units(kind, name):
 def test_the_planar_closed_form_agrees_with_taylor_series_in_the_angle(case):
     with mp.workdps(20):
         q0, p0, parameters = initial("planar", case)
-        q, _ = SHEETS["planar"].closed_form(2, q0, p0, parameters)
+        q, _ = DEFINITIONS["planar"].closed_form(2, q0, p0, parameters)
         assert mp.norm([a - b for a, b in zip(q, angle_integrated(2, q0, p0, parameters), strict=True)]) < 1e-15
 
 
@@ -172,7 +174,7 @@ def test_a_second_working_precision_gives_the_same_state_at_time_100(kind, case)
     found = []
     for digits in (40, 60):
         with mp.workdps(digits):
-            q, p = SHEETS[kind].closed_form(100, *initial(kind, case))
+            q, p = DEFINITIONS[kind].closed_form(100, *initial(kind, case))
             found.append([*q, *p])
     assert max(abs(a - b) for a, b in zip(*found, strict=True)) < 1e-35
 
@@ -181,7 +183,7 @@ def test_a_second_working_precision_gives_the_same_state_at_time_100(kind, case)
 def test_running_on_and_running_back_are_one_motion(kind, name):
     with mp.workdps(40):
         q0, p0 = start(kind, name, UNITS)
-        form = SHEETS[kind].closed_form
+        form = DEFINITIONS[kind].closed_form
         whole = form(11, q0, p0, UNITS)
         halves = form(mp.mpf("6.25"), *form(mp.mpf("4.75"), q0, p0, UNITS), UNITS)
         back = form(-11, *whole, UNITS)
@@ -189,10 +191,10 @@ def test_running_on_and_running_back_are_one_motion(kind, name):
             assert mp.norm([a - b for a, b in zip([*q, *p], [*q_ref, *p_ref], strict=True)]) < 1e-33
 
 
-@pytest.mark.parametrize("kind", list(SHEETS))
+@pytest.mark.parametrize("kind", list(DEFINITIONS))
 def test_time_zero_gives_the_start(kind):
     q0, p0 = start(kind, next(iter(OTHER[kind])), UNITS)
-    q, p = SHEETS[kind].closed_form(0, q0, p0, UNITS)
+    q, p = DEFINITIONS[kind].closed_form(0, q0, p0, UNITS)
     np.testing.assert_allclose(np.array([*q, *p], dtype=float), np.array([*q0, *p0], dtype=float), rtol=0, atol=1e-14)
 
 
@@ -205,7 +207,7 @@ def test_without_angular_momentum_the_spherical_pendulum_is_a_planar_one_through
         p0 = [mp.mpf(b) for b in p0]
         Q, P = integrated(np.array([0.0, 2.0, 9.0]), q0, p0, parameters)
         for k, t in ((1, 2), (2, 9)):
-            q, p = SHEETS["spherical"].closed_form(t, q0, p0, parameters)
+            q, p = DEFINITIONS["spherical"].closed_form(t, q0, p0, parameters)
             np.testing.assert_allclose(np.array([*q, *p], dtype=float), [*Q[k], *P[k]], rtol=0, atol=1e-10)
             assert_invariants_kept("spherical", t, q0, p0, parameters, digits=27)
 
@@ -213,9 +215,9 @@ def test_without_angular_momentum_the_spherical_pendulum_is_a_planar_one_through
 def test_a_little_angular_momentum_changes_the_planar_motion_a_little():
     parameters = {"mass": 1, "length": 1, "gravity": 1}
     with mp.workdps(30):
-        planar = SHEETS["spherical"].closed_form(7, (1, 0, 0), (0, 0, 0), parameters)
+        planar = DEFINITIONS["spherical"].closed_form(7, (1, 0, 0), (0, 0, 0), parameters)
         for size, bound in (("1e-6", 1e-5), ("1e-12", 1e-11), ("1e-20", 1e-19), ("1e-28", 1e-27)):
-            q, p = SHEETS["spherical"].closed_form(7, (1, 0, 0), (0, mp.mpf(size), 0), parameters)
+            q, p = DEFINITIONS["spherical"].closed_form(7, (1, 0, 0), (0, mp.mpf(size), 0), parameters)
             assert mp.norm([a - b for a, b in zip([*q, *p], [*planar[0], *planar[1]], strict=True)]) < 3 * bound
 
 
@@ -223,24 +225,24 @@ def test_the_conical_pendulum_goes_round_evenly():
     with mp.workdps(40):
         z, rho = mp.mpf("-0.8"), mp.mpf("0.6")
         rate = 1 / mp.sqrt(-z)
-        q, p = SHEETS["spherical"].closed_form(50, (rho, 0, z), (0, rho * rate, 0), {"mass": 1, "length": 1, "gravity": 1})
+        q, p = DEFINITIONS["spherical"].closed_form(50, (rho, 0, z), (0, rho * rate, 0), {"mass": 1, "length": 1, "gravity": 1})
         expected = [rho * mp.cos(50 * rate), rho * mp.sin(50 * rate), z, -rho * rate * mp.sin(50 * rate), rho * rate * mp.cos(50 * rate), 0]
         assert mp.norm([a - b for a, b in zip([*q, *p], expected, strict=True)]) < 1e-35
 
 
 def test_the_separatrix_is_hyperbolic():
     with mp.workdps(30):
-        q, p = SHEETS["planar"].closed_form(4, (0, -1), (2, 0), {"mass": 1, "length": 1, "gravity": 1})
+        q, p = DEFINITIONS["planar"].closed_form(4, (0, -1), (2, 0), {"mass": 1, "length": 1, "gravity": 1})
         theta = 4 * mp.atan(mp.tanh(mp.mpf(4) / 2))
         expected = [mp.sin(theta), -mp.cos(theta), 2 / mp.cosh(4) * mp.cos(theta), 2 / mp.cosh(4) * mp.sin(theta)]
         assert mp.norm([a - b for a, b in zip([*q, *p], expected, strict=True)]) < 1e-27
 
 
-@pytest.mark.parametrize("kind", list(SHEETS))
+@pytest.mark.parametrize("kind", list(DEFINITIONS))
 @pytest.mark.parametrize("height", [-1, 1], ids=["lower", "upper"])
 def test_an_equilibrium_stays_where_it_is(kind, height):
     q0 = [0] * (1 if kind == "planar" else 2) + [height]
-    q, p = SHEETS[kind].closed_form(5, q0, [0] * len(q0), {"mass": 1, "length": 1, "gravity": 1})
+    q, p = DEFINITIONS[kind].closed_form(5, q0, [0] * len(q0), {"mass": 1, "length": 1, "gravity": 1})
     assert q == q0
     assert p == [0] * len(q0)
 
@@ -248,10 +250,10 @@ def test_an_equilibrium_stays_where_it_is(kind, height):
 @pytest.mark.parametrize(("q0", "p0"), [((1.001, 0), (0, 0)), ((1, 0), (0.01, 1))], ids=["off the circle", "off the tangent"])
 def test_a_start_off_the_manifold_is_refused(q0, p0):
     with pytest.raises(BadInput, match="project them first"):
-        SHEETS["planar"].closed_form(1, q0, p0, {"mass": 1, "length": 1, "gravity": 1})
+        DEFINITIONS["planar"].closed_form(1, q0, p0, {"mass": 1, "length": 1, "gravity": 1})
 
 
-@pytest.mark.parametrize("kind", list(SHEETS))
+@pytest.mark.parametrize("kind", list(DEFINITIONS))
 def test_a_start_that_is_off_by_rounding_is_projected_first(kind):
     name = next(iter(OTHER[kind]))
     with mp.workdps(40):
@@ -260,7 +262,7 @@ def test_a_start_that_is_off_by_rounding_is_projected_first(kind):
         q1 = [a / mp.norm(rounded[0]) for a in rounded[0]]
         p1 = [b - a * mp.fdot(q1, rounded[1]) for a, b in zip(q1, rounded[1], strict=True)]
         unit = {"mass": 1, "length": 1, "gravity": 1}
-        found, expected = SHEETS[kind].closed_form(9, *rounded, unit), SHEETS[kind].closed_form(9, q1, p1, unit)
+        found, expected = DEFINITIONS[kind].closed_form(9, *rounded, unit), DEFINITIONS[kind].closed_form(9, q1, p1, unit)
         assert mp.norm([a - b for a, b in zip([*found[0], *found[1]], [*expected[0], *expected[1]], strict=True)]) < 1e-35
 
 
@@ -277,6 +279,6 @@ def test_the_spherical_closed_form_agrees_with_taylor_series_in_spherical_angles
         y0 = [theta0, p0[2] / mp.sin(theta0), mp.atan2(q0[1], q0[0])]
         solution = mp.odefun(lambda _, y: [y[1], L**2 * mp.cos(y[0]) / mp.sin(y[0]) ** 3 - mp.sin(y[0]), L / mp.sin(y[0]) ** 2], 0, y0)
         theta, _, phi = solution(t_end)
-        q, _ = SHEETS["spherical"].closed_form(t_end, q0, p0, parameters)
+        q, _ = DEFINITIONS["spherical"].closed_form(t_end, q0, p0, parameters)
         expected = [mp.sin(theta) * mp.cos(phi), mp.sin(theta) * mp.sin(phi), -mp.cos(theta)]
         assert mp.norm([a - b for a, b in zip(q, expected, strict=True)]) < 1e-22

@@ -19,13 +19,13 @@ from daebench.reference.check.invariants import Stored, checks
 from daebench.reference.check.own_run import method_of
 from daebench.reference.check.verify import _outside
 from daebench.reference.keep import certificate, store
-from daebench.reference.keep.between import states_at
 from daebench.reference.keep.certificate import certified_text
 from daebench.reference.keep.definition import Definition, define
+from daebench.reference.keep.dense_evaluation import states_at
 from daebench.reference.make import constrained, taylor
 from daebench.reference.make.certify import NotCertified, certify
+from daebench.reference.make.independent_computations import Computations
 from daebench.reference.make.local import Local
-from daebench.reference.make.motions import Motions
 from daebench.reference.make.multiprecision import Functions
 from daebench.reference.make.stages import Stages
 from daebench.runs.local_flow import enter, leave
@@ -184,7 +184,7 @@ def test_the_picture_has_every_bar_once_and_every_pivot():
 # ---- the certificate -----------------------------------------------------------------------------------------------------
 
 
-def motions(case="iftomm", t_end=1, n=8):
+def computations(case="iftomm", t_end=1, n=8):
     made = {}
 
     def keep(stage, make):
@@ -192,7 +192,7 @@ def motions(case="iftomm", t_end=1, n=8):
             made[stage] = make()
         return made[stage]
 
-    return Motions(define("four_bar", case), [mp.mpf(t_end) * k / n for k in range(n + 1)], keep)
+    return Computations(define("four_bar", case), [mp.mpf(t_end) * k / n for k in range(n + 1)], keep)
 
 
 @pytest.fixture(scope="module")
@@ -270,14 +270,14 @@ def test_nothing_but_multipliers_goes_through_the_index_reduced_equation(monkeyp
 
     monkeypatch.setattr(constrained, "own_coordinates", forbidden)
     with mp.workdps(80):
-        assert certify(motions()).bound["q"].max() < 1e-29
+        assert certify(computations()).bound["q"].max() < 1e-29
 
 
 def test_without_minimal_coordinates_rank_loss_is_refused(monkeypatch):
     monkeypatch.setattr(Definition, "crosses", False)
     monkeypatch.setattr(taylor, "MOST_STEPS", 500)
     with mp.workdps(80), pytest.raises(RunFailed, match=r"the Taylor series stopped between t = 0.625 and 0.75"):
-        certify(motions())
+        certify(computations())
 
 
 def test_a_chart_that_is_wrong_is_refused(monkeypatch):
@@ -289,11 +289,11 @@ def test_a_chart_that_is_wrong_is_refused(monkeypatch):
 
     monkeypatch.setattr(Local, "equations", property(wrong))
     with mp.workdps(80), pytest.raises(NotCertified, match="Taylor series in the problem's chart in quadruple precision differs"):
-        certify(motions())
+        certify(computations())
 
 
 def test_a_case_that_does_not_go_on_through_rank_loss_is_certified_as_any_other():
-    made = motions("swing").mathematics
+    made = computations("swing").mathematics
     assert not made.crosses
     assert made.series == "Taylor series of HLW (1.18) in quadruple precision"
 

@@ -13,7 +13,7 @@ from scipy.integrate import solve_ivp
 from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.methods.names import parse
 from daebench.methods.solvers.scipy_ode import ScipyOde
-from daebench.reference.keep.between import states_at
+from daebench.reference.keep.dense_evaluation import states_at
 from daebench.reference.keep.store import load
 from daebench.runs.request import Request
 

@@ -165,27 +165,27 @@ def test_a_bent_chain_at_rest_is_pulled_as_in_angles():
 # ---- definitions ---------------------------------------------------------------------------------------------------------
 
 
-SHEETS = {"double": double_pendulum.problem(), **{f"{n} links": pendulum_chain.problem(links=n).written_out() for n in (1, 2, 5, 10)}}
+DEFINITIONS = {"double": double_pendulum.problem(), **{f"{n} links": pendulum_chain.problem(links=n).written_out() for n in (1, 2, 5, 10)}}
 
 
-@pytest.mark.parametrize("sheet", SHEETS.values(), ids=SHEETS)
-def test_every_case_is_at_rest_on_the_manifold_exactly_for_any_lengths(sheet):
-    for case in sheet.cases.values():
-        at = dict(zip(sheet.q, case.q, strict=True))
-        assert [sp.simplify(g.subs(at, simultaneous=True)) for g in sheet.g] == [0] * sheet.m
+@pytest.mark.parametrize("definition", DEFINITIONS.values(), ids=DEFINITIONS)
+def test_every_case_is_at_rest_on_the_manifold_exactly_for_any_lengths(definition):
+    for case in definition.cases.values():
+        at = dict(zip(definition.q, case.q, strict=True))
+        assert [sp.simplify(g.subs(at, simultaneous=True)) for g in definition.g] == [0] * definition.m
         assert set(case.p) == {0}
 
 
-@pytest.mark.parametrize("sheet", SHEETS.values(), ids=SHEETS)
-def test_no_integral_is_declared_and_angular_momentum_is_one_without_gravity_only(sheet):
-    q, p = sheet.q, sheet.p
-    L = sum(q[k] * p[k + 1] - q[k + 1] * p[k] for k in range(0, sheet.d, 2))
-    lam = sp.symbols(f"lam1:{sheet.m + 1}")
-    force = -sp.Matrix([sheet.U + sum(a * b for a, b in zip(lam, sheet.g, strict=True))]).jacobian(q)
-    velocity = sheet.M.inv() * sp.Matrix(p)
+@pytest.mark.parametrize("definition", DEFINITIONS.values(), ids=DEFINITIONS)
+def test_no_integral_is_declared_and_angular_momentum_is_one_without_gravity_only(definition):
+    q, p = definition.q, definition.p
+    L = sum(q[k] * p[k + 1] - q[k + 1] * p[k] for k in range(0, definition.d, 2))
+    lam = sp.symbols(f"lam1:{definition.m + 1}")
+    force = -sp.Matrix([definition.U + sum(a * b for a, b in zip(lam, definition.g, strict=True))]).jacobian(q)
+    velocity = definition.M.inv() * sp.Matrix(p)
     rate = sum(L.diff(x) * v + L.diff(y) * f for x, v, y, f in zip(q, velocity, p, force, strict=True))
-    gravity = next(symbol for symbol in sheet.parameters if str(symbol) == "gravity")
-    assert sheet.integrals == {}
+    gravity = next(symbol for symbol in definition.parameters if str(symbol) == "gravity")
+    assert definition.integrals == {}
     assert sp.expand(rate.subs(gravity, 0)) == 0
     assert sp.expand(rate) != 0
 
@@ -231,11 +231,11 @@ CHARTS = {"double": ("double_pendulum", 2), **{f"{n} links": ("pendulum_chain", 
 def chart(name, n):
     """Return the chart, its inverse and X = chi' as functions of numbers, and the motion in angles with the same parameters."""
     values = UNLIKE if name == "double_pendulum" else {"mass": 0.4, "length": 1.5, "gravity": 9.81}
-    sheet = double_pendulum.problem() if name == "double_pendulum" else pendulum_chain.problem(links=n).written_out()
-    its, par = sheet.chart, {symbol: values[str(symbol)] for symbol in sheet.parameters}
+    definition = double_pendulum.problem() if name == "double_pendulum" else pendulum_chain.problem(links=n).written_out()
+    its, par = definition.chart, {symbol: values[str(symbol)] for symbol in definition.parameters}
     y, x = [*its.eta, *its.xi], sp.Matrix([*its.p, *its.q]).subs(par)
     back = sp.Matrix([*its.inverse_eta, *its.inverse_xi]).subs(par)
-    functions = sp.lambdify([y], x), sp.lambdify([[*sheet.p, *sheet.q]], back), sp.lambdify([y], x.jacobian(y))
+    functions = sp.lambdify([y], x), sp.lambdify([[*definition.p, *definition.q]], back), sp.lambdify([y], x.jacobian(y))
     alone = of_double(values) if name == "double_pendulum" else Angles([0.4] * n, [1.5] * n, 9.81)
     return *functions, alone
 

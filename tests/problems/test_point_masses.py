@@ -23,13 +23,13 @@ AXES = np.array([1.8, 1.5, 0.7])
 
 
 @cache
-def sheet(name):
+def definition(name):
     return import_module(f"daebench.problems.{name}").problem()
 
 
 def numbers(name, expressions, arguments, **values):
     """Return expressions as a function of their arguments, with the default parameters unless others are given."""
-    at = {s: sp.Rational(repr(values.get(str(s), value))) for s, value in sheet(name).parameters.items()}
+    at = {s: sp.Rational(repr(values.get(str(s), value))) for s, value in definition(name).parameters.items()}
     return sp.lambdify(arguments, [sp.sympify(x).subs(at) for x in expressions], modules="numpy", cse=True)
 
 
@@ -211,7 +211,7 @@ def test_a_scheme_of_order_8_follows_the_equations_written_by_hand(problem):
 
 @pytest.mark.parametrize("name", PROBLEMS)
 def test_every_case_is_on_the_manifold_to_forty_digits(name, forty_digits):
-    whole = sheet(name)
+    whole = definition(name)
     for case in whole.cases.values():
         at = {s: sp.Rational(repr(case.parameters.get(str(s), value))) for s, value in whole.parameters.items()}
         at |= {s: sp.N(sp.sympify(x).subs(at), 45) for s, x in zip([*whole.q, *whole.p], [*case.q, *case.p], strict=True)}
@@ -240,7 +240,7 @@ def test_the_two_bodies_start_as_in_the_codes_of_hairer():
 @pytest.mark.parametrize("name", PROBLEMS)
 def test_what_is_declared_is_kept_and_nothing_beside_it(name):
     """Integrals along motions written by hand; with one variable doubled in it none is."""
-    whole, where = sheet(name), initial_value_problem(name, "tumbling" if name == "butane" else None)
+    whole, where = definition(name), initial_value_problem(name, "tumbling" if name == "butane" else None)
     assert {*whole.integrals} == KEPT[name]
     q, p = independent(where, np.array([0.2, 0.5]), 1e-11)
     states = [*np.vstack([where.q0, q]).T, *np.vstack([where.p0, p]).T]
@@ -266,7 +266,7 @@ KEPT = {
 
 @pytest.mark.parametrize("name", PROBLEMS)
 def test_the_chart_leads_to_the_manifold_and_back(name, random):
-    whole, chart = sheet(name), sheet(name).chart
+    whole, chart = definition(name), definition(name).chart
     y, x = [*chart.eta, *chart.xi], [*whole.p, *whole.q]
     Gv = sp.Matrix(whole.g).jacobian(whole.q) * whole.M.inv() * sp.Matrix(whole.p)
     out, back, off = (
@@ -299,7 +299,7 @@ def test_the_motions_stay_far_from_the_poles_of_their_charts():
 
 @pytest.mark.parametrize("name", PICTURED)
 def test_masses_are_drawn_where_they_are_and_on_the_surface(name, random):
-    whole, picture = sheet(name), sheet(name).picture
+    whole, picture = definition(name), definition(name).picture
     assert [x for mass in picture.masses for x in mass] == list(whole.q)
     assert {tuple(point) for rod in picture.rods for point in rod} <= {*map(tuple, picture.masses), *picture.fixed}
     if picture.surface is not None:
@@ -314,7 +314,7 @@ def test_masses_are_drawn_where_they_are_and_on_the_surface(name, random):
 
 
 def test_the_kinetic_flow_of_two_bodies_is_motion_along_great_circles(random):
-    whole = sheet("two_bodies_on_sphere")
+    whole = definition("two_bodies_on_sphere")
     flow = whole.kinetic_flow
     n, w = random.normal(size=(2, 2, 3))
     n = n / np.linalg.norm(n, axis=1)[:, None]
@@ -372,13 +372,13 @@ def test_wells_and_barriers_of_butane_are_where_the_force_vanishes():
 
 
 def bent(angle):
-    chart = sheet("butane").chart
+    chart = definition("butane").chart
     still = dict.fromkeys(chart.xi, 0) | {chart.xi[-1]: angle}
     return [x.subs(still) for x in chart.q]
 
 
 def test_the_torsion_force_is_the_slope_of_the_declared_potential_along_the_manifold(random, forty_digits):
-    whole, chart = sheet("butane"), sheet("butane").chart
+    whole, chart = definition("butane"), definition("butane").chart
     at = {s: sp.Rational(repr(value)) for s, value in whole.parameters.items()}
     U = sp.lambdify([chart.xi], whole.U.subs(at).subs(dict(zip(whole.q, [x.subs(at) for x in chart.q], strict=True))), modules="mpmath")
     place, X = (numbers("butane", each, [chart.xi]) for each in (chart.q, sp.Matrix(chart.q).jacobian(chart.xi)))

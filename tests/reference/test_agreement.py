@@ -11,7 +11,7 @@ from daebench.errors import BadInput
 from daebench.reference.check.file_agreement import BETWEEN, Place, agreement
 from daebench.reference.keep import store
 from daebench.reference.keep.definition import define
-from daebench.reference.keep.parts import CONSTRAINED
+from daebench.reference.keep.state_layout import CONSTRAINED
 from daebench.reference.keep.trajectory_file import read
 
 NAME = "planar_pendulum-rotating"

@@ -7,7 +7,7 @@ import pytest
 from daebench.errors import BadInput
 from daebench.problems.planar_pendulum import closed_form
 from daebench.reference.check.runs import Motion
-from daebench.reference.keep.between import states_at
+from daebench.reference.keep.dense_evaluation import states_at
 from daebench.reference.keep.store import load
 
 
@@ -62,7 +62,7 @@ def test_the_nearest_stored_state_is_where_it_starts_on_either_side(rotating, mo
         begun.append((k, t.tolist()))
         return still(len(t)), dict.fromkeys(("q", "p", "lam"), 0.0)
 
-    monkeypatch.setattr("daebench.reference.keep.between._travelled", travelled)
+    monkeypatch.setattr("daebench.reference.keep.dense_evaluation._travelled", travelled)
     states_at(rotating, [0.9, 0.95, 1.05, 1.1])
     assert begun == [(7, [0.9]), (8, [0.95]), (8, [1.05]), (9, [1.1])]
 

@@ -14,7 +14,7 @@ from daebench.reference.check.ida_errors import ida_errors
 from daebench.reference.keep import certificate
 from daebench.reference.keep.store import load, names
 from daebench.reference.make import build as building
-from daebench.reference.make import constrained, motions
+from daebench.reference.make import constrained, independent_computations
 from daebench.reference.make.build import build
 from daebench.reference.make.certify import NotCertified
 from daebench.reference.make.stages import Stages
@@ -70,15 +70,15 @@ def test_a_truth_that_ida_knows_better_is_refused(rotating, off):
             kept[stage] = make()
         return kept[stage]
 
-    truth = dict(rotating.values)
-    ida_errors(rotating.ivp(), rotating.t, truth, keep)
-    truth["q"] = truth["q"] + off * (rotating.t[:, None] > 2)
-    with pytest.raises(NotCertified, match=r"ida:index2 differs from the truth in q by \d\.\de-.* at tol = 1e-12, where it estimates"):
-        ida_errors(rotating.ivp(), rotating.t, truth, keep)
+    reference = dict(rotating.values)
+    ida_errors(rotating.ivp(), rotating.t, reference, keep)
+    reference["q"] = reference["q"] + off * (rotating.t[:, None] > 2)
+    with pytest.raises(NotCertified, match=r"ida:index2 differs from the reference in q by \d\.\de-.* at tol = 1e-12, where it estimates"):
+        ida_errors(rotating.ivp(), rotating.t, reference, keep)
 
 
 def test_an_interrupted_build_goes_on_where_it_stopped(tmp_path, monkeypatch):
-    done, integrated = [], motions.integrated
+    done, integrated = [], independent_computations.integrated
 
     def counted(*arguments, **options):
         done.append("taylor")
@@ -87,7 +87,7 @@ def test_an_interrupted_build_goes_on_where_it_stopped(tmp_path, monkeypatch):
     def interrupted(*_):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(motions, "integrated", counted)
+    monkeypatch.setattr(independent_computations, "integrated", counted)
     with monkeypatch.context() as patch:
         patch.setattr(certificate, "ida_errors", interrupted)
         with pytest.raises(KeyboardInterrupt):
@@ -114,8 +114,8 @@ def test_what_other_code_made_is_not_used(tmp_path, monkeypatch):
     def interrupted(*_):
         raise KeyboardInterrupt
 
-    done, integrated = [], motions.integrated
-    monkeypatch.setattr(motions, "integrated", lambda *a, **k: done.append(1) or integrated(*a, **k))
+    done, integrated = [], independent_computations.integrated
+    monkeypatch.setattr(independent_computations, "integrated", lambda *a, **k: done.append(1) or integrated(*a, **k))
     monkeypatch.setattr(certificate, "ida_errors", interrupted)
     for code in ("one", "other"):
         monkeypatch.setattr(building, "_code", lambda problem, code=code: [code])

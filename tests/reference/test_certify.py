@@ -16,8 +16,8 @@ from daebench.reference.make import constrained, local, taylor
 from daebench.reference.make.amplification import amplification, double_horizon
 from daebench.reference.make.amplification import growth as growth_of
 from daebench.reference.make.certify import NotCertified, certify, largest_so_far, smallest_singular_values
+from daebench.reference.make.independent_computations import Computations
 from daebench.reference.make.local import Local
-from daebench.reference.make.motions import Motions
 from daebench.reference.make.multiprecision import Functions
 from daebench.runs.make_ivp import make_ivp
 
@@ -32,7 +32,7 @@ def times(t_end, n=16):
     return [mp.mpf(t_end) * k / n for k in range(n + 1)]
 
 
-def motions(problem, case, t_end=2, n=16):
+def computations(problem, case, t_end=2, n=16):
     """Return the motions of a case, each made once."""
     made = {}
 
@@ -41,7 +41,7 @@ def motions(problem, case, t_end=2, n=16):
             made[stage] = make()
         return made[stage]
 
-    return Motions(define(problem, case), times(t_end, n), keep)
+    return Computations(define(problem, case), times(t_end, n), keep)
 
 
 def extrapolated(rates, y, t, steps):
@@ -77,14 +77,14 @@ def double_pendulum_in_angles(t, angle):
 
 
 def test_taylor_series_in_both_coordinates_agree_with_a_motion_written_by_hand():
-    found = motions("double_pendulum", "horizontal", t_end=1)
+    found = computations("double_pendulum", "horizontal", t_end=1)
     expected = double_pendulum_in_angles(mp.mpf(1), mp.pi / 2)
     for way in (found.own(), found.other()):
         assert max(abs(x - y) for x, y in zip(way.parts["q"][-1], expected, strict=True)) < 1e-31
 
 
 def test_certified_digits_of_a_motion_without_a_closed_form_lie_within_their_bounds():
-    found = certify(motions("double_pendulum", "horizontal", t_end=1))
+    found = certify(computations("double_pendulum", "horizontal", t_end=1))
     expected = double_pendulum_in_angles(mp.mpf(1), mp.pi / 2)
     errors = [float(abs(x - y)) for x, y in zip(found.states.parts["q"][-1], expected, strict=True)]
     assert np.all(errors <= found.bound["q"][-1])
@@ -93,7 +93,7 @@ def test_certified_digits_of_a_motion_without_a_closed_form_lie_within_their_bou
 
 
 def test_a_closed_form_is_the_truth_where_there_is_one_and_multipliers_are_those_of_newton():
-    found = certify(motions("planar_pendulum", "iftomm_a01"))
+    found = certify(computations("planar_pendulum", "iftomm_a01"))
     assert found.method.startswith("closed form")
     for q, p, lam in zip(*found.states.parts.values(), strict=True):
         assert abs(2 * lam[0] - (p[0] ** 2 + p[1] ** 2 - mp.mpf(981) / 100 * q[1])) < 1e-33  # the rod's pull, centripetal
@@ -121,7 +121,7 @@ def test_constants_are_divided_in_quadruple_precision():
 
 
 def test_the_second_run_has_other_rounding_and_the_start_has_none():
-    found = motions("double_pendulum", "swing", t_end=1)
+    found = computations("double_pendulum", "swing", t_end=1)
     again = taylor.integrated(taylor_equations.own_coordinates(found.definition), found.own().rows[0], found.times, parts=3)
     apart = max(abs(x - y) for x, y in zip(found.own().rows[-1], again[-1], strict=True))
     assert 0 < apart < 1e-31
@@ -160,7 +160,7 @@ def test_columns_are_orthogonalised_where_rates_are_not_those_of_the_angles(prob
 
 @pytest.mark.slow
 def test_the_heavy_top_goes_on_where_a_pivot_of_its_chart_vanishes():
-    found = motions("rigid_body_rotation", "heavy_top", t_end=0.5, n=8)
+    found = computations("rigid_body_rotation", "heavy_top", t_end=0.5, n=8)
     assert max(abs(x - y) for x, y in zip(found.own().rows[-1], found.other().rows[-1], strict=True)) < 1e-26
 
 
@@ -192,18 +192,18 @@ def test_an_equation_that_is_wrong_by_a_little_is_refused(case, share, monkeypat
     right = taylor_equations.own_coordinates
     monkeypatch.setattr(constrained, "own_coordinates", lambda definition: spoiled(right(definition), definition.derivation.d, share))
     with pytest.raises(NotCertified, match=r"was not certified: at t = .* differs in"):
-        certify(motions(*case, t_end=1))
+        certify(computations(*case, t_end=1))
 
 
 def test_a_chart_that_is_wrong_is_refused(monkeypatch):
     right = Local.equations.func
     monkeypatch.setattr(Local, "equations", property(lambda self: spoiled(right(self), 0, "1e-25")))
     with pytest.raises(NotCertified, match="Taylor series in the problem's chart differs"):
-        certify(motions("double_pendulum", "horizontal", t_end=1))
+        certify(computations("double_pendulum", "horizontal", t_end=1))
 
 
 def test_a_closed_form_that_is_wrong_is_refused(monkeypatch):
-    found = motions("planar_pendulum", "rotating")
+    found = computations("planar_pendulum", "rotating")
     form = found.definition.derivation.problem.closed_form
 
     def late(t, *rest):
@@ -217,11 +217,11 @@ def test_a_closed_form_that_is_wrong_is_refused(monkeypatch):
 def test_what_has_neither_closed_form_nor_chart_is_refused():
     where = make_ivp(source_of(definitions.double_pendulum(), "tied"), "bent")
     with pytest.raises(NotCertified, match="neither a closed form nor a chart"):
-        certify(Motions(Definition(where, {}), times(1), lambda stage, make: make()))
+        certify(Computations(Definition(where, {}), times(1), lambda stage, make: make()))
 
 
 def test_lost_rank_is_refused_with_its_time(monkeypatch):
-    found = motions("planar_pendulum", "rotating")
+    found = computations("planar_pendulum", "rotating")
     certified, states = certify(found), iter(range(100))
     monkeypatch.setattr(Functions, "smallest_singular_value", lambda *_: 1e-9 if next(states) == 4 else 4.0)
     with pytest.raises(NotCertified, match=r"smallest singular value of G M.-1 G.T is 1e-09 at t = 0.5"):
@@ -229,7 +229,7 @@ def test_lost_rank_is_refused_with_its_time(monkeypatch):
 
 
 def test_a_bound_never_falls_and_is_never_below_rounding():
-    states = motions("planar_pendulum", "rotating").own()
+    states = computations("planar_pendulum", "rotating").own()
     found = {part: np.zeros((17, 2 if part != "lam" else 1)) for part in ("q", "p", "lam")}
     found["q"][3, 0] = 1e-20
     bound = largest_so_far([found], states)
@@ -241,7 +241,7 @@ def test_a_bound_never_falls_and_is_never_below_rounding():
 
 def test_a_reference_ends_where_its_bound_is_no_better_than_a_double(monkeypatch):
     monkeypatch.setattr("daebench.reference.make.certify.WORTH", 1e-31)
-    found = certify(motions("double_pendulum", "horizontal", t_end=4, n=64))
+    found = certify(computations("double_pendulum", "horizontal", t_end=4, n=64))
     assert 8 <= len(found.t) < 65
     assert found.bound["q"].shape == (len(found.t), 4)
 
@@ -261,7 +261,7 @@ def test_functions_in_mpmath_are_those_of_the_kernels(place):
 
 
 def test_amplification_is_that_of_neighbours_by_the_closed_form():
-    found = motions("planar_pendulum", "rotating")
+    found = computations("planar_pendulum", "rotating")
     certified = certify(found)
     growth = amplification(found, certified).start
     form, values = found.definition.derivation.problem.closed_form, {"mass": 1, "length": 1, "gravity": 1}

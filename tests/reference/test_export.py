@@ -7,8 +7,8 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from daebench.studies.grid.cell import Cell, maker
-from daebench.studies.grid.store import Kept, Store, opened
+from daebench.studies.grid.run_specification import Cell, code_version
+from daebench.studies.grid.store import Store, StoredRow, opened
 
 CELL = Cell(problem="planar_pendulum", case="rotating", method="rattle", value=0.1, t_end=4.0, metrics=("energy", "q"))
 
@@ -17,8 +17,8 @@ CELL = Cell(problem="planar_pendulum", case="rotating", method="rattle", value=0
 def path(tmp_path):
     row = {"problem": "planar_pendulum", "case": "rotating", "method": "rattle", "value": 0.1, "gravity": 2.0, "failure": ""}
     with opened(tmp_path / "rows.db") as store:
-        store.put([Kept("b", CELL.plain(), row | {"error_q": 0.1 + 0.2}, maker(), 0.5)])
-        store.put([Kept("a", CELL.plain(), row | {"error_q": np.inf}, "another version", 0.25)])
+        store.put([StoredRow("b", CELL.plain(), row | {"error_q": 0.1 + 0.2}, code_version(), 0.5)])
+        store.put([StoredRow("a", CELL.plain(), row | {"error_q": np.inf}, "another version", 0.25)])
     return tmp_path / "rows.db"
 
 

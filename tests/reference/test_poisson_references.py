@@ -18,13 +18,13 @@ from daebench.reference.check.file_agreement import agreement
 from daebench.reference.check.ida_errors import ida_errors
 from daebench.reference.check.verify import verify
 from daebench.reference.keep import store
-from daebench.reference.keep.between import states_at
 from daebench.reference.keep.definition import Definition, define
+from daebench.reference.keep.dense_evaluation import states_at
 from daebench.reference.make import poisson
 from daebench.reference.make.build import build
 from daebench.reference.make.certify import NotCertified, certify
+from daebench.reference.make.independent_computations import Computations
 from daebench.reference.make.mathematics import mathematics
-from daebench.reference.make.motions import Motions
 from daebench.reference.make.poisson_coordinates import Canonical, Lifted, Skewed
 from daebench.reference.make.taylor import integrated
 from daebench.runs.make_ivp import make_ivp
@@ -52,7 +52,7 @@ def folder(tmp_path_factory):
 
 
 @pytest.fixture
-def truth(folder):
+def reference(folder):
     return reference_trajectory(NAME, folder=folder)
 
 
@@ -75,7 +75,7 @@ def solution():
         return mp.odefun(rates, 0, [4, 2])
 
 
-def motions(problem, case, t_end=1, n=8):
+def computations(problem, case, t_end=1, n=8):
     """Return the motions of a case, each made once."""
     made = {}
 
@@ -84,23 +84,23 @@ def motions(problem, case, t_end=1, n=8):
             made[stage] = make()
         return made[stage]
 
-    return Motions(define(problem, case), [mp.mpf(t_end) * k / n for k in range(n + 1)], keep)
+    return Computations(define(problem, case), [mp.mpf(t_end) * k / n for k in range(n + 1)], keep)
 
 
 # ---- digits --------------------------------------------------------------------------------------------------------------
 
 
-def test_stored_digits_lie_within_their_bound_of_the_solution_by_mpmath(truth, solution):
+def test_stored_digits_lie_within_their_bound_of_the_solution_by_mpmath(reference, solution):
     with mp.workdps(38):
-        for k, t in enumerate(truth.t):
-            errors = [abs(mp.mpf(truth.text[f"y{i + 1}"][k]) - x) for i, x in enumerate(solution(mp.mpf(float(t))))]
-            assert np.all([float(x) for x in errors] <= truth.bound["y"][k])
-    assert truth.bound["y"].max() < 1e-31
-    assert truth.y.shape == truth.bound["y"].shape == (9, 2)
+        for k, t in enumerate(reference.t):
+            errors = [abs(mp.mpf(reference.text[f"y{i + 1}"][k]) - x) for i, x in enumerate(solution(mp.mpf(float(t))))]
+            assert np.all([float(x) for x in errors] <= reference.bound["y"][k])
+    assert reference.bound["y"].max() < 1e-31
+    assert reference.y.shape == reference.bound["y"].shape == (9, 2)
 
 
-def test_the_certificate_says_what_was_done(truth):
-    found = truth.certificate
+def test_the_certificate_says_what_was_done(reference):
+    found = reference.certificate
     assert found["definition"]["B"] == "[[0, u*v], [-u*v, 0]]"
     assert found["definition"]["parameters"] == {"a": "1.0", "b": "2.0"}
     assert found["definition"]["y0"] == ["4", "2"]
@@ -116,13 +116,13 @@ def test_the_certificate_says_what_was_done(truth):
         assert 0.2 * row["error"]["y"] < row["estimate"]["y"] < 1e3 * row["tol"]
 
 
-def test_amplification_is_that_of_the_tangent_map_in_every_direction(truth, solution):
+def test_amplification_is_that_of_the_tangent_map_in_every_direction(reference, solution):
     with mp.workdps(38):
         eps = mp.mpf("1e-12")
         base = solution(mp.mpf(1))
         beside = [mp.odefun(rates, 0, start)(mp.mpf(1)) for start in ([4 + eps, 2], [4, 2 + eps])]
         columns = np.array([[float((x - y) / eps) for x, y in zip(each, base, strict=True)] for each in beside]).T
-    assert truth.amplification[-1] == pytest.approx(np.linalg.norm(columns, 2), rel=0.011)
+    assert reference.amplification[-1] == pytest.approx(np.linalg.norm(columns, 2), rel=0.011)
 
 
 def test_the_hash_changes_with_the_structure_matrix():
@@ -147,7 +147,7 @@ COORDINATES = {
 
 @pytest.mark.parametrize(("problem", "case", "kind"), COORDINATES.values(), ids=COORDINATES)
 def test_the_motion_in_other_coordinates_is_the_same(problem, case, kind, forty_digits):
-    found = motions(problem, case, t_end=0.5, n=2)
+    found = computations(problem, case, t_end=0.5, n=2)
     own = found.own()
     other = kind(found.definition)
     start = own.rows[0]
@@ -157,7 +157,7 @@ def test_the_motion_in_other_coordinates_is_the_same(problem, case, kind, forty_
 
 
 def test_the_closed_form_of_the_rigid_body_is_held_against_two_series(forty_digits):
-    found = certify(motions("free_rigid_body", "hlw"))
+    found = certify(computations("free_rigid_body", "hlw"))
     assert found.method.startswith("closed form")
     assert [check["against"] for check in found.checks][1:] == [
         "Taylor series of y' = B(y) grad H(y) in quadruple precision",
@@ -202,20 +202,20 @@ def test_an_equation_that_is_wrong_by_a_little_is_refused(place, monkeypatch, fo
     right = poisson.hamiltonian
     monkeypatch.setattr(poisson, "hamiltonian", lambda *a: spoiled(right(*a), "1e-26"))
     with pytest.raises(NotCertified, match=r"was not certified: at t = .* differs in y by"):
-        certify(motions(*place))
+        certify(computations(*place))
 
 
 def test_canonical_coordinates_that_are_not_are_refused(monkeypatch, forty_digits):
     right = Canonical.equations.func
     monkeypatch.setattr(Canonical, "equations", property(lambda self: spoiled(right(self), "1e-26")))
     with pytest.raises(NotCertified, match="the Taylor series in canonical coordinates differs in y"):
-        certify(motions("lotka_volterra", "4,2"))
+        certify(computations("lotka_volterra", "4,2"))
 
 
-def test_a_truth_that_ida_knows_better_is_refused(truth):
-    wrong = {"y": truth.y + 1e-9 * (truth.t[:, None] > 0.5)}
-    with pytest.raises(NotCertified, match=r"ida:ode differs from the truth in y by \d\.\de-09 at tol = 1e-12, where it estimates"):
-        ida_errors(truth.ivp(), truth.t, wrong, lambda stage, make: make())
+def test_a_truth_that_ida_knows_better_is_refused(reference):
+    wrong = {"y": reference.y + 1e-9 * (reference.t[:, None] > 0.5)}
+    with pytest.raises(NotCertified, match=r"ida:ode differs from the reference in y by \d\.\de-09 at tol = 1e-12, where it estimates"):
+        ida_errors(reference.ivp(), reference.t, wrong, lambda stage, make: make())
 
 
 # ---- verification --------------------------------------------------------------------------------------------------------
@@ -299,9 +299,9 @@ def test_what_was_altered_is_seen_though_the_checksums_are_right(copy, digits, c
 
 
 @pytest.mark.usefixtures("plain_functions")
-def test_states_between_stored_times_lie_within_their_bounds(truth, solution, random):
+def test_states_between_stored_times_lie_within_their_bounds(reference, solution, random):
     times = random.uniform(0, 1, 6)
-    found = states_at(truth, times)
+    found = states_at(reference, times)
     assert not found.stored.any()
     with mp.workdps(38):
         for k, t in enumerate(times):
@@ -310,33 +310,36 @@ def test_states_between_stored_times_lie_within_their_bounds(truth, solution, ra
     assert found.bound["y"].max() < 1e-11
 
 
-def test_the_commands_list_show_at_and_export_have_y_in_place_of_q_and_p(folder, daebench, truth, tmp_path):
+def test_the_commands_list_show_at_and_export_have_y_in_place_of_q_and_p(folder, daebench, reference, tmp_path):
     where = ("--folder", folder)
     (row,) = json.loads(daebench("reference", "list", *where, "--json")[1])
-    assert (row["name"], row["bound"]) == (NAME, truth.bound["y"][-1].max())
+    assert (row["name"], row["bound"]) == (NAME, reference.bound["y"][-1].max())
     shown = daebench("reference", "show", NAME, *where)[1]
     for words in ("grad H(y) in quadruple precision", "max |dy|", "|dy|", "ida:ode"):
         assert words in shown
     found = json.loads(daebench("reference", "at", "lotka_volterra", "--case", "4,2", "--t", 0.5, *where, "--json")[1])
-    assert found["digits"] == {"y": [truth.text["y1"][4], truth.text["y2"][4]]}
-    assert found["y"] == truth.y[4].tolist()
+    assert found["digits"] == {"y": [reference.text["y1"][4], reference.text["y2"][4]]}
+    assert found["y"] == reference.y[4].tolist()
     assert not {"q", "p", "lam"} & set(found)
     path = tmp_path / "x.csv"
     assert daebench("reference", "export", NAME, *where, "--out", path)[0] == 0
     rows = list(csv.reader(path.read_text().splitlines()))
     assert rows[0] == ["t", "y1", "y2", "bound_y1", "bound_y2"]
-    assert [row[1] for row in rows[1:]] == truth.text["y1"]
+    assert [row[1] for row in rows[1:]] == reference.text["y1"]
 
 
-def test_a_file_is_compared_to_any_digit(folder, truth, tmp_path):
+def test_a_file_is_compared_to_any_digit(folder, reference, tmp_path):
     path = tmp_path / "own.csv"
-    rows = [["t", "y2", "q1", "y1"], *zip(truth.text["t"], truth.text["y2"], truth.text["y2"], truth.text["y1"], strict=True)]
+    rows = [
+        ["t", "y2", "q1", "y1"],
+        *zip(reference.text["t"], reference.text["y2"], reference.text["y2"], reference.text["y1"], strict=True),
+    ]
     with localcontext(prec=50):
         rows[4] = [rows[4][0], str(Decimal(rows[4][1]) - Decimal("3e-20")), *rows[4][2:]]
     path.write_text("".join(",".join(row) + "\n" for row in rows))
     found = agreement(path, NAME, folder)
     assert (found.worst.name, found.worst.error, found.worst.t) == ("y2", pytest.approx(3e-20, rel=1e-6, abs=0), 0.375)
-    assert found.digits == pytest.approx(-np.log10(3e-20 / np.abs(truth.y).max()), abs=1e-6)
+    assert found.digits == pytest.approx(-np.log10(3e-20 / np.abs(reference.y).max()), abs=1e-6)
     assert found.ignored == ("q1",)
 
 
@@ -355,14 +358,14 @@ def strang(y, h):
     return [u * np.exp(h / 2 * (v - 2)), v]
 
 
-def test_a_step_from_y_to_y_has_its_order_and_no_more(truth):
-    assert_converges(strang, truth, 2)
+def test_a_step_from_y_to_y_has_its_order_and_no_more(reference):
+    assert_converges(strang, reference, 2)
     with pytest.raises(AssertionError, match=r"order in y is 2\.0.*and 3 was claimed") as stop:
-        assert_converges(strang, truth, 3)
+        assert_converges(strang, reference, 3)
     assert "(a = 1, b = 2)" in str(stop.value)
 
 
-def test_a_whole_run_is_judged_too(truth):
+def test_a_whole_run_is_judged_too(reference):
     def euler(y, h, t):
         rows, n = [], 0
         for steps in np.rint(t / h):
@@ -371,7 +374,7 @@ def test_a_whole_run_is_judged_too(truth):
             rows.append(y)
         return rows
 
-    assert_solver_converges(euler, truth, 1, halvings=8)
+    assert_solver_converges(euler, reference, 1, halvings=8)
 
 
 @pytest.mark.parametrize(
@@ -384,20 +387,20 @@ def test_a_whole_run_is_judged_too(truth):
     ],
     ids=["nothing", "a pair", "short", "complex"],
 )
-def test_what_is_no_state_is_refused(truth, step, says):
+def test_what_is_no_state_is_refused(reference, step, says):
     with pytest.raises(BadInput, match=says):
-        assert_converges(step, truth, 2)
+        assert_converges(step, reference, 2)
 
 
-def test_a_trajectory_agrees_to_the_digits_it_has(truth):
-    y = truth.y + 1e-6 * np.abs(truth.y).max() * (truth.t[:, None] == 0.5) * [0, 1]
-    assert_agrees(truth, t=truth.t, y=y, digits=5.99)
+def test_a_trajectory_agrees_to_the_digits_it_has(reference):
+    y = reference.y + 1e-6 * np.abs(reference.y).max() * (reference.t[:, None] == 0.5) * [0, 1]
+    assert_agrees(reference, t=reference.t, y=y, digits=5.99)
     with pytest.raises(AssertionError, match=r"First: 6\.0 digits of y2 at t = 0\.5"):
-        assert_agrees(truth, t=truth.t, y=y, digits=6.01)
+        assert_agrees(reference, t=reference.t, y=y, digits=6.01)
 
 
-def test_states_of_another_kind_are_refused(truth):
+def test_states_of_another_kind_are_refused(reference):
     with pytest.raises(BadInput, match=r"lotka_volterra-4,2 has states y; give y, and nothing else"):
-        assert_agrees(truth, t=truth.t, q=truth.y, p=truth.y, digits=5)
+        assert_agrees(reference, t=reference.t, q=reference.y, p=reference.y, digits=5)
     with pytest.raises(AttributeError, match="lotka_volterra-4,2 has y, and no q"):
-        assert truth.q is None
+        assert reference.q is None

@@ -7,8 +7,8 @@ from published import BARI_LAM, BARI_Q, FOUR_BAR_B0
 
 from daebench.methods.catalogue import find_problem, problems
 from daebench.reference.check.verify import verify
-from daebench.reference.keep.between import states_at
 from daebench.reference.keep.definition import define
+from daebench.reference.keep.dense_evaluation import states_at
 from daebench.reference.keep.places import DATA
 from daebench.reference.keep.store import load, names
 from daebench.reports.problems.facts import told

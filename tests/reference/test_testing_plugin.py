@@ -34,7 +34,7 @@ NAME, UP = "planar_pendulum-rotating", np.array([0.0, 1.0])
 
 
 @pytest.fixture
-def truth(reference_trajectory):
+def reference solution(reference_trajectory):
     return reference_trajectory(NAME, folder=Path({folder!r}))
 
 
@@ -45,20 +45,20 @@ def rattle(p, q, h, share=0.5):
     return p1 - (p1 @ q1) * q1, q1
 
 
-def test_the_reference_is_there(truth):
+def test_the_reference_is_there(reference solution):
     assert truth.q.shape == truth.p.shape == (17, 2)
     assert truth.horizon == 2 and truth.bound["q"].max() < 1e-30
 
 
-def test_rattle(assert_converges, truth):
+def test_rattle(assert_converges, reference solution):
     assert_converges(rattle, truth, 2)
 
 
-def test_wrong_half_kick(assert_converges, truth):
+def test_wrong_half_kick(assert_converges, reference solution):
     assert_converges(lambda p, q, h: rattle(p, q, h, share=0.6), truth, 2)
 
 
-def test_order_3(assert_converges, truth):
+def test_order_3(assert_converges, reference solution):
     assert_converges(rattle, truth, 3)
 
 
@@ -94,7 +94,7 @@ def folder(tmp_path_factory):
 
 
 @pytest.fixture
-def truth(folder):
+def reference(folder):
     return reference_trajectory("planar_pendulum-rotating", folder=folder)
 
 
@@ -169,12 +169,12 @@ def test_the_project_registers_the_plugin_under_its_own_name():
     assert importlib.metadata.EntryPoint("daebench", points["daebench"], "pytest11").load() is pytest_plugin
 
 
-def test_a_problem_and_a_case_name_a_reference_as_well(folder, truth):
-    assert reference_trajectory("planar_pendulum", "rotating", folder=folder).text == truth.text
+def test_a_problem_and_a_case_name_a_reference_as_well(folder, reference):
+    assert reference_trajectory("planar_pendulum", "rotating", folder=folder).text == reference.text
 
 
-def test_a_reference_is_handed_back(truth):
-    assert reference_trajectory(truth) is truth
+def test_a_reference_is_handed_back(reference):
+    assert reference_trajectory(reference) is reference
 
 
 def test_a_case_without_a_reference_is_told_how_to_build_it(folder):
@@ -182,36 +182,36 @@ def test_a_case_without_a_reference_is_told_how_to_build_it(folder):
         reference_trajectory("planar_pendulum", folder=folder)
 
 
-def test_rattle_has_order_2_and_neither_less_nor_more(truth):
-    assert_converges(rattle, truth, 2)
-    assert_converges(rattle, truth, 2.1)
+def test_rattle_has_order_2_and_neither_less_nor_more(reference):
+    assert_converges(rattle, reference, 2)
+    assert_converges(rattle, reference, 2.1)
     with pytest.raises(AssertionError, match=r"order in q is 2\.00") as stop:
-        assert_converges(rattle, truth, 2.2)
+        assert_converges(rattle, reference, 2.2)
     assert "order in p is 2.00" in str(stop.value)
 
 
-def test_a_method_whose_momenta_alone_are_of_first_order_is_found_out(truth):
+def test_a_method_whose_momenta_alone_are_of_first_order_is_found_out(reference):
     def late(p, q, h):
         p1, q1 = rattle(p, q, h)
         return p1 * (1 + h**2 / 10), q1
 
-    assert_converges(late, truth, 1)
+    assert_converges(late, reference, 1)
     with pytest.raises(AssertionError, match="and 2 was claimed"):
-        assert_converges(late, truth, 2)
+        assert_converges(late, reference, 2)
 
 
-def test_a_two_step_method_is_judged_by_its_whole_run(truth):
-    assert_solver_converges(shake, truth, 2)
+def test_a_two_step_method_is_judged_by_its_whole_run(reference):
+    assert_solver_converges(shake, reference, 2)
     with pytest.raises(AssertionError, match="and 3 was claimed"):
-        assert_solver_converges(shake, truth, 3)
+        assert_solver_converges(shake, reference, 3)
 
 
-def test_a_step_that_writes_into_its_arguments_is_judged_the_same(truth):
+def test_a_step_that_writes_into_its_arguments_is_judged_the_same(reference):
     def in_place(p, q, h):
         p[:], q[:] = rattle(p, q, h)
         return p, q
 
-    assert_converges(in_place, truth, 2)
+    assert_converges(in_place, reference, 2)
 
 
 def wrong_gravity(p, q, h):
@@ -228,37 +228,37 @@ WRONG = {
 
 
 @pytest.mark.parametrize("name", WRONG)
-def test_without_an_asymptotic_part_the_message_says_what_to_change(truth, name):
+def test_without_an_asymptotic_part_the_message_says_what_to_change(reference, name):
     step, options, message = WRONG[name]
     with pytest.raises(AssertionError, match=message):
-        assert_converges(step, truth, 2, **options)
+        assert_converges(step, reference, 2, **options)
 
 
-def test_a_code_that_is_at_rounding_throughout_is_told_to_take_larger_steps(truth):
+def test_a_code_that_is_at_rounding_throughout_is_told_to_take_larger_steps(reference):
     def exact(p, q, h, t):
-        rows = np.searchsorted(truth.t, t)
-        return truth.p[rows] * (1 + 2**-52), truth.q[rows] * (1 + 2**-52)
+        rows = np.searchsorted(reference.t, t)
+        return reference.p[rows] * (1 + 2**-52), reference.q[rows] * (1 + 2**-52)
 
     with pytest.raises(AssertionError, match="q and p: the errors are down at rounding; give a larger h, or a longer t_end"):
-        assert_solver_converges(exact, truth, 2)
+        assert_solver_converges(exact, reference, 2)
 
 
 @pytest.mark.parametrize(("bound", "amplification"), [(1e-3, 1.0), (1e-33, 1e12)], ids=["bound", "amplification"])
 def test_errors_that_the_reference_cannot_tell_from_none_are_left_out(tmp_path, bound, amplification):
-    truth = keep(tmp_path, bound=bound, amplification=amplification)
-    found = convergence(shake, truth, t_end=1, h=1 / 16, halvings=6)
-    floor = bound * math.sqrt(2) + 10 * 2**-53 * amplification * np.abs(truth.q).max()
+    reference = keep(tmp_path, bound=bound, amplification=amplification)
+    found = convergence(shake, reference, t_end=1, h=1 / 16, halvings=6)
+    floor = bound * math.sqrt(2) + 10 * 2**-53 * amplification * np.abs(reference.q).max()
     np.testing.assert_allclose(found.floor["q"], floor, rtol=1e-14)
     assert [reason == "round-off" for reason in found.fits["q"].reasons] == list(found.errors["q"] <= floor)
 
 
-def test_errors_are_the_largest_norms_over_the_stored_times_that_every_run_meets(truth):
+def test_errors_are_the_largest_norms_over_the_stored_times_that_every_run_meets(reference):
     def off(p, q, h, t):
         np.testing.assert_array_equal(t, [0.25, 0.5, 0.75, 1.0])
-        rows, d = np.searchsorted(truth.t, t), np.array([[1, 0], [0, 0], [3, 4], [0, 2]])
-        return truth.p[rows] + h**3 * d, truth.q[rows] - h**2 * d
+        rows, d = np.searchsorted(reference.t, t), np.array([[1, 0], [0, 0], [3, 4], [0, 2]])
+        return reference.p[rows] + h**3 * d, reference.q[rows] - h**2 * d
 
-    found = convergence(off, truth, t_end=1, h=1 / 4, halvings=3)
+    found = convergence(off, reference, t_end=1, h=1 / 4, halvings=3)
     h = np.array([1 / 4, 1 / 8, 1 / 16, 1 / 32])
     np.testing.assert_array_equal(found.h, h)
     np.testing.assert_allclose(found.errors["q"], 5 * h**2, rtol=1e-11)
@@ -287,56 +287,56 @@ def test_what_cannot_be_meant_is_refused_in_a_sentence(tmp_path, name):
         assert_converges(**{"step": rattle, "problem": keep(tmp_path, double=1.5), "order": 2} | changes)
 
 
-def test_what_a_step_raises_is_raised_with_the_step_size(truth):
+def test_what_a_step_raises_is_raised_with_the_step_size(reference):
     def breaking(p, q, h):
         if h < 1 / 40:
             raise ZeroDivisionError("mine")
         return rattle(p, q, h)
 
     with pytest.raises(ZeroDivisionError, match="mine") as stop:
-        assert_converges(breaking, truth, 2)
+        assert_converges(breaking, reference, 2)
     assert stop.value.__notes__ == ["This was raised in the run with h = 0.015625."]
 
 
-def test_a_trajectory_agrees_with_itself_in_any_order_of_times(truth):
+def test_a_trajectory_agrees_with_itself_in_any_order_of_times(reference):
     rows = [5, 0, 16]
-    assert_agrees(truth, t=truth.t[rows], q=truth.q[rows], p=truth.p[rows], digits=17)
+    assert_agrees(reference, t=reference.t[rows], q=reference.q[rows], p=reference.p[rows], digits=17)
 
 
-def test_digits_are_counted_in_units_of_the_largest_modulus(truth):
-    q = truth.q.copy()
+def test_digits_are_counted_in_units_of_the_largest_modulus(reference):
+    q = reference.q.copy()
     q[9, 1] += 1e-6
     q[12, 0] -= 1e-5
-    assert np.abs(truth.q).max() == pytest.approx(1)
-    assert_agrees(truth, t=truth.t, q=q, p=truth.p, digits=4.99)
+    assert np.abs(reference.q).max() == pytest.approx(1)
+    assert_agrees(reference, t=reference.t, q=q, p=reference.p, digits=4.99)
     with pytest.raises(AssertionError) as stop:
-        assert_agrees(truth, t=truth.t, q=q, p=truth.p, digits=7)
+        assert_agrees(reference, t=reference.t, q=q, p=reference.p, digits=7)
     lines = str(stop.value).splitlines()
     assert lines[0] == "The trajectory does not agree with planar_pendulum-rotating to 7 digits."
     assert lines[1].startswith("First: 6.0 digits of q2 at t = 1.125, where rounding of the start alone leaves 16.0")
     assert lines[2].startswith("Least: 5.0 digits of q1 at t = 1.5, ")
 
 
-def test_momenta_are_counted_in_their_own_units(truth):
-    size = np.abs(truth.p).max()
+def test_momenta_are_counted_in_their_own_units(reference):
+    size = np.abs(reference.p).max()
     assert size > 2
-    assert_agrees(truth, t=truth.t, q=truth.q, p=truth.p + 1e-6 * size, digits=5.99)
+    assert_agrees(reference, t=reference.t, q=reference.q, p=reference.p + 1e-6 * size, digits=5.99)
     with pytest.raises(AssertionError, match=r"First: 6.0 digits of p\d at t = 0,"):
-        assert_agrees(truth, t=truth.t, q=truth.q, p=truth.p + 1e-6 * size, digits=6.01)
+        assert_agrees(reference, t=reference.t, q=reference.q, p=reference.p + 1e-6 * size, digits=6.01)
 
 
-def test_what_is_not_a_number_agrees_with_nothing(truth):
-    p = truth.p.copy()
+def test_what_is_not_a_number_agrees_with_nothing(reference):
+    p = reference.p.copy()
     p[3, 0] = math.nan
     with pytest.raises(AssertionError, match=r"First: -inf digits of p1 at t = 0\.375"):
-        assert_agrees(truth, t=truth.t, q=truth.q, p=p, digits=-5)
+        assert_agrees(reference, t=reference.t, q=reference.q, p=p, digits=-5)
 
 
-def test_a_time_that_is_not_stored_is_refused_and_never_interpolated(truth):
+def test_a_time_that_is_not_stored_is_refused_and_never_interpolated(reference):
     with pytest.raises(BadInput, match=r"t = 0.1 is not stored in planar_pendulum-rotating, which has t = 0, 0.125, ..., 2."):
-        assert_agrees(truth, t=[0, 0.1], q=truth.q[:2], p=truth.p[:2], digits=3)
+        assert_agrees(reference, t=[0, 0.1], q=reference.q[:2], p=reference.p[:2], digits=3)
 
 
-def test_a_trajectory_of_another_length_is_refused(truth):
+def test_a_trajectory_of_another_length_is_refused(reference):
     with pytest.raises(BadInput, match=r"p and q are needed at all times t, of shape \(17, 2\) each"):
-        assert_agrees(truth, t=truth.t, q=truth.q[:5], p=truth.p[:5], digits=3)
+        assert_agrees(reference, t=reference.t, q=reference.q[:5], p=reference.p[:5], digits=3)

@@ -83,7 +83,7 @@ def swept():
     """Return what is measured of a few methods, without orders, for which kernels are compiled."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(sweep, "orders", lambda motion, name, found: found)
-        patch.setattr(sweep, "timed", lambda ivp, name, h: sweep.watched(ivp, families.method(name), h))
+        patch.setattr(sweep, "timed", lambda ivp, name, h: sweep.monitored(ivp, families.method(name), h))
         return {name: sweep.sweep(name) for name in FEW}
 
 

@@ -189,7 +189,7 @@ def test_what_is_refused_or_stops_is_a_row_that_says_why(against):
     assert "needs the flow of the kinetic energy" in reason(refused)
     stopped = runs.row("planar_pendulum", "se", against["planar_pendulum"])
     assert stopped["end"] == "stopped"
-    assert reason(stopped) == "the iteration did not converge in 100 sweeps"
+    assert reason(stopped) == "the iteration did not converge in 100 iterations"
     assert outcome(stopped) == f"stops at {stopped['t']:.3g}"
 
 

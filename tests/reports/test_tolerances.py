@@ -10,8 +10,8 @@ import pytest
 from pages import standalone
 
 from daebench.errors import RunFailed
-from daebench.methods.solvers.cured import CURES
-from daebench.methods.solvers.ida import DEFAULT_CURES, Ida
+from daebench.methods.solvers.ida import DEFAULT_TREATMENTS, Ida
+from daebench.methods.solvers.multiplier_treatment import TREATMENTS
 from daebench.pages.report import build
 from daebench.pages.report.claims import ClaimRefuted
 from daebench.reference.keep import store
@@ -104,18 +104,18 @@ def test_a_run_that_is_given_up_says_so(plain_functions, get_ivp):
 
 @pytest.fixture
 def tiny(plain_functions, get_ivp, monkeypatch):
-    """Have the planar pendulum run to t = 0.5 against a truth of which one number is off by 1e-3."""
+    """Have the planar pendulum run to t = 0.5 against a reference solution of which one number is off by 1e-3."""
     ivp = get_ivp("planar")
     t = np.linspace(0.0, 0.5, 5)
     q = Ida("index1").solve(ivp, Request(value=1e-12, t_end=0.5, points=5)).q
     q[2, 1] += 1e-3
-    truth = Exact(t, q, 1e-15, 1.0)
+    reference = Exact(t, q, 1e-15, 1.0)
     for work_limit in ("WORK_LIMIT", "SHORT_WORK_LIMIT"):
         monkeypatch.setattr(_tolerances_runs, work_limit, WorkLimit(300, 1000, 100))
     monkeypatch.setattr(_tolerances_runs, "T_END", 0.5)
     monkeypatch.setattr(_tolerances_runs.solve, "__defaults__", (0.5,))
     monkeypatch.setattr(_tolerances_runs, "ivp_of", lambda name: ivp)
-    monkeypatch.setattr(_tolerances_runs, "exact_of", lambda name, t_end: truth)
+    monkeypatch.setattr(_tolerances_runs, "exact_of", lambda name, t_end: reference)
 
 
 def test_a_series_has_errors_estimates_and_ends(tiny):
@@ -174,17 +174,17 @@ CURE_FACTORS = {
 }
 
 
-def made_row(name, formulation, cure, tol):
+def made_row(name, formulation, treatment, tol):
     problem, _, case = name.partition("-")
-    factor = CURE_FACTORS[formulation][cure]
+    factor = CURE_FACTORS[formulation][treatment]
     error = math.nan if factor is None else factor * FACTORS[formulation] * tol ** POWERS[formulation]
     failed = factor is None
     return {
         "problem": problem,
         "case": case,
         "formulation": formulation,
-        "cure": cure,
-        "default": cure == DEFAULT_CURES[formulation],
+        "cure": treatment,
+        "default": treatment == DEFAULT_TREATMENTS[formulation],
         "tol": tol,
         "error": error,
         "estimate": math.nan if tol == TOLERANCES[-1] else 0.9 * error,
@@ -209,7 +209,7 @@ def law_row(formulation, tol, quantity):
 @pytest.fixture(scope="module")
 def numbers():
     """Return numbers made up so that all that the page says is true."""
-    keys = [(name, f, cure, tol) for name in IVPS for f in FORMULATIONS for cure in CURES for tol in TOLERANCES]
+    keys = [(name, f, treatment, tol) for name in IVPS for f in FORMULATIONS for treatment in TREATMENTS for tol in TOLERANCES]
     t = np.arange(801) / 8
     drift = [
         pd.DataFrame({"formulation": f, "tol": TOL, "t": t, "g": 1e-9, "energy": 1e-9 * t, "error": 1e-9 * t**2}) for f in FORMULATIONS
@@ -228,11 +228,11 @@ def default_rows(numbers, name=None):
 def test_the_story_passes_on_numbers_of_which_it_is_true(numbers):
     found = check(numbers)
     assert found.headline.done == found.headline.runs == len(IVPS) * len(FORMULATIONS) * len(TOLERANCES)
-    assert found.cures.at_start == len(TOLERANCES)
-    assert found.cures.gain["index2"] == pytest.approx(2, rel=1e-12)
-    assert found.cures.gain["index1"] == pytest.approx(0.5, rel=1e-12)
+    assert found.treatments.at_start == len(TOLERANCES)
+    assert found.treatments.gain["index2"] == pytest.approx(2, rel=1e-12)
+    assert found.treatments.gain["index1"] == pytest.approx(0.5, rel=1e-12)
     assert found.tight.best == pytest.approx(2e-12**0.9 * 2 / 2**0.9, rel=1e-9)
-    assert (found.cures.stopped, found.cures.ours) == (5 * 12 * 4, 0)
+    assert (found.treatments.stopped, found.treatments.ours) == (5 * 12 * 4, 0)
 
 
 def test_powers_of_the_tolerance_are_found(numbers):
@@ -377,5 +377,5 @@ def test_the_whole_report_is_made_and_its_page_loads_nothing(tmp_path, looks_rig
     assert told == sorted(told)
     assert (told[0], told[-1]) == (0.0, 1.0)
     runs = pd.read_csv(page.parent / "tables" / "runs.csv")
-    assert len(runs) == len(IVPS) * len(FORMULATIONS) * len(CURES) * len(TOLERANCES)
+    assert len(runs) == len(IVPS) * len(FORMULATIONS) * len(TREATMENTS) * len(TOLERANCES)
     assert exact(_tolerances_runs.ivp_of(FAST), T_LONG).t[-1] == T_LONG

@@ -13,7 +13,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from daebench.draw.figures import save_table
-from daebench.reference.keep.parts import KINDS
+from daebench.reference.keep.state_layout import KINDS
 from daebench.reference.keep.trajectory_file import read
 from daebench.runs.csv_files import read_text, text_cell, write_frame, write_numbers, write_rows
 from daebench.runs.files import write_trajectory

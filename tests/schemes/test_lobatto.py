@@ -46,7 +46,7 @@ def exact(t):
 
 @cache
 def errors(name):
-    """Errors on the fast spherical pendulum after T, by the number of steps: of q and p, and of each raw multiplier of the last step."""
+    """Errors on the fast spherical pendulum after T, by the number of steps: of q and p, and of each stage multiplier of the last step."""
     found = {}
     for n in COUNTS[name]:
         last = run(name, ivp("spherical-fast"), T / n, n, raw=True, watch=())

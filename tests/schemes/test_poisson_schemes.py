@@ -12,7 +12,7 @@ from daebench.errors import BadInput, RunFailed
 from daebench.methods.catalogue import problems
 from daebench.methods.fixed_step.poisson import PoissonStep
 from daebench.methods.names import POISSON, parse
-from daebench.methods.schemes import poisson_members
+from daebench.methods.registry import poisson_registry
 from daebench.runs.make_ivp import make_ivp
 from daebench.runs.request import Request
 from daebench.systems.poisson import PoissonCase, PoissonSystem
@@ -43,14 +43,16 @@ def test_every_poisson_problem_takes_a_poisson_integrator():
 
 
 def names():
-    return [form + scheme for form in FORMS for scheme in poisson_members() if not (form and poisson_members()[scheme].poisson == "split")]
+    return [
+        form + scheme for form in FORMS for scheme in poisson_registry() if not (form and poisson_registry()[scheme].poisson == "split")
+    ]
 
 
 @each_pair
 def test_the_order_is_the_one_that_is_claimed(problem, name):
     T = 2.0 / rate(problem)
-    truth = exact(problem, T)
-    errors = [np.abs(run(problem, name, T / n, n, every=0, watch=()).y[-1] - truth).max() for n in (16, 32, 64)]
+    reference = exact(problem, T)
+    errors = [np.abs(run(problem, name, T / n, n, every=0, watch=()).y[-1] - reference).max() for n in (16, 32, 64)]
     slopes = np.log2(np.divide(errors[:-1], errors[1:]))
     assert slopes[-1] == pytest.approx(method(name).order, abs=0.25), (errors, slopes)
 
@@ -152,9 +154,9 @@ def test_the_printed_euler_form_leaves_the_domain_and_its_adjoint_does_not():
 
 def test_compositions_have_their_order():
     T = 2.0 / rate("lotka_volterra")
-    truth = exact("lotka_volterra", T)
+    reference = exact("lotka_volterra", T)
     for name, order, n in (("strang/suzuki4", 4, 8), ("strang/kahan_li8", 8, 3), ("darboux:verlet/suzuki4", 4, 8)):
-        errors = [np.abs(run("lotka_volterra", name, T / k, k, every=0).y[-1] - truth).max() for k in (n, 2 * n)]
+        errors = [np.abs(run("lotka_volterra", name, T / k, k, every=0).y[-1] - reference).max() for k in (n, 2 * n)]
         assert np.log2(errors[0] / errors[1]) == pytest.approx(order, abs=0.6), name
 
 
@@ -225,7 +227,7 @@ BLOCKS = {
 def test_symplectic_euler_takes_just_the_blocks_for_which_it_is_a_poisson_map(block):
     d, H, bilinear = BLOCKS[block]
     where = halves(d, H)
-    assert bilinear == where.sheet.BILINEAR
+    assert bilinear == where.facts.BILINEAR
     assert (method("symplectic_euler", anyway=False).refusal(where) is None) == bilinear
     defects = [
         poisson_defect(method(name).flow(where, 0.05, 1), where.y0, lambda y: where.value("B", y))
@@ -259,8 +261,8 @@ def test_what_has_no_meaning_for_poisson_systems_is_refused():
     where = ivp("lotka_volterra")
     for more, sentence in (
         ({"multipliers": True}, "no multipliers"),
-        ({"raw": True}, "no raw multipliers"),
-        ({"watch": ("manifold",)}, "no constraints to watch"),
+        ({"raw": True}, "no stage multipliers"),
+        ({"watch": ("manifold",)}, "no constraints to monitor"),
         ({"points": 5}, "points are for tolerance-driven methods"),
     ):
         with pytest.raises(BadInput, match=sentence):

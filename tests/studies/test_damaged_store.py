@@ -10,8 +10,8 @@ import pytest
 from cache_damage import FAMILY, flipped, zeroed
 
 from daebench.errors import BadInput
-from daebench.studies.grid.cell import Cell
-from daebench.studies.grid.store import Kept, Store, StoreWarning
+from daebench.studies.grid.run_specification import Cell
+from daebench.studies.grid.store import Store, StoredRow, StoreWarning
 
 CELL = Cell(problem="planar_pendulum", case="rotating", method="rattle", value=0.1, t_end=4.0, metrics=("energy",))
 COUNT = 120
@@ -23,7 +23,7 @@ def whole(tmp_path_factory):
     """Return the bytes of a store of many rows."""
     path = tmp_path_factory.mktemp("whole") / "rows.db"
     with closing(Store(path)) as store:
-        store.put([Kept(key, CELL.at(0.1 + k).plain(), row, "m" * 64, 0.5) for k, (key, row) in enumerate(RIGHT.items())])
+        store.put([StoredRow(key, CELL.at(0.1 + k).plain(), row, "m" * 64, 0.5) for k, (key, row) in enumerate(RIGHT.items())])
     return path.read_bytes()
 
 
@@ -64,7 +64,7 @@ def test_no_damage_changes_a_number_and_what_is_lost_is_said(whole, tmp_path):
         if len(kept) % 4:
             continue
         with closing(Store(path)) as store:
-            store.put([Kept("0" * 64, CELL.plain(), {"a": 1}, "m", 0.5)])
+            store.put([StoredRow("0" * 64, CELL.plain(), {"a": 1}, "m", 0.5)])
         again, nothing = opened(path)
         assert (again, nothing) == ({**rows, "0" * 64: {"a": 1}}, []), what
     assert all(sentence.endswith("name another file.") for sentence in refused)

@@ -4,9 +4,9 @@ from dataclasses import replace
 
 import pytest
 
-from daebench.studies.grid.cell import Cell, maker
 from daebench.studies.grid.estimate import LEAST_COMPILE, LEAST_SECONDS, MOST_COMPILE, STEP_SECONDS, TOLERANCE_SECONDS, estimate
-from daebench.studies.grid.store import Kept, opened
+from daebench.studies.grid.run_specification import Cell, code_version
+from daebench.studies.grid.store import StoredRow, opened
 
 FIXED = Cell(problem="planar_pendulum", case="rotating", method="rattle", value=0.01, t_end=100.0, metrics=("energy",))
 CHOSEN = replace(FIXED, method="scipy:DOP853", value=1e-6)
@@ -19,7 +19,7 @@ def store(tmp_path):
 
 
 def keep(store, cell, took, failure="", maker=""):
-    store.put([Kept(f"{cell}", cell.plain(), {"failure": failure}, maker, took)])
+    store.put([StoredRow(f"{cell}", cell.plain(), {"failure": failure}, maker, took)])
 
 
 def test_without_kept_runs_it_is_what_is_usual(store):
@@ -58,7 +58,7 @@ def test_kernels_that_nothing_kept_has_compiled_are_counted_with_their_time(stor
         keep(store, replace(cell, value=cell.value / 2), 1.0, maker="another version")
     assert estimate(cells, store).kernels == count
     for cell in cells:
-        keep(store, replace(cell, value=cell.value / 3), 1.0, maker=maker())
+        keep(store, replace(cell, value=cell.value / 3), 1.0, maker=code_version())
     found = estimate(cells, store)
     assert (found.kernels, found.compiling) == (0, 0)
     assert "all is compiled" in found.sentence(1, "in one process")

@@ -121,7 +121,7 @@ def start(unit):
 def test_a_watched_quantity_that_overflows_stops_the_run_and_one_that_is_not_is_no_success_at_its_end():
     fast = make_ivp(ivp("spherical-slow").source, "fig1.1", p0=[1e160, 0, 0])
     runs = [FixedStep("rattle", compiled=False).solve(fast, Request(value=1e-200, steps=3, watch=watch)) for watch in (("energy",), ())]
-    assert "a watched quantity is not finite" in runs[0].failure
+    assert "a monitored quantity is not finite" in runs[0].failure
     assert runs[0].steps == 0
     assert runs[1].steps == 3
     assert "H is not finite" in runs[1].failure

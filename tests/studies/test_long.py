@@ -25,12 +25,12 @@ from daebench.runs.request import Request
 from daebench.studies.grid import checkpoint
 from daebench.studies.grid.checkpoint import Checkpoint, identity, load, resumed, save
 from daebench.studies.grid.interrupts import alike
-from daebench.studies.long import blocks, starts
+from daebench.studies.long import blocks, initial_conditions
 from daebench.studies.long import run as long_run
 from daebench.studies.long.blocks import MANY, Blocks, middles
 from daebench.studies.long.ensemble import Ensemble, run_member
+from daebench.studies.long.initial_conditions import start_of
 from daebench.studies.long.run import LongRun, Stream
-from daebench.studies.long.starts import start_of
 from daebench.studies.long.table import growth, members_table, share, windows_table
 from daebench.studies.long.verdict import sentence
 from daebench.studies.long.windows import COUNT, EDGES, LEAST, MEAN, MOST, SQUARES, Windows, centres, mean_square
@@ -66,7 +66,7 @@ def marched(spec, steps=STEPS):
 
 def bits(stream):
     run, table = stream.run, stream.windows.table
-    parts = stream.numbers(), table, stream.blocks.means, run.X[: run.row, 0]
+    parts = stream.numbers(), table, stream.blocks.means, run.state_rows[: run.row, 0]
     return [part.tobytes() for part in parts], run.done, run.left, stream.blocks.length, stream.blocks.total, stream.blocks.pieces
 
 
@@ -197,7 +197,7 @@ def test_members_of_a_start_with_zeros_are_distinct_runs(problem, case, tmp_path
 
 
 def test_members_that_begin_alike_are_refused(monkeypatch, tmp_path):
-    monkeypatch.setattr(starts, "ROUNDINGS", 0.0)
+    monkeypatch.setattr(initial_conditions, "ROUNDINGS", 0.0)
     with pytest.raises(BadInput, match=r"members 0 and 1 of planar_pendulum, case rotating, begin at the same state"):
         Ensemble(replace(RUNS["shake"], stride=1, on_singular="stop"), 3, 10, tmp_path).check()
 
@@ -209,7 +209,7 @@ def samples(spec, steps):
         row = stream.run.row
         stream._piece = 1
         stream.advance()
-        found.append(stream.run.X[row, 0])
+        found.append(stream.run.state_rows[row, 0])
     return np.array(found)
 
 
@@ -234,7 +234,7 @@ def test_a_checkpoint_of_something_else_is_refused(uncompiled, tmp_path, monkeyp
     refused(tmp_path, spec, lambda: identity(replace(spec, h=0.02)), r"is of a run with h = 0.01, not 0.02; name another folder by --out")
     refused(tmp_path, spec, lambda: identity(spec) | {"definition": "other"}, "another definition of spherical_pendulum")
     with monkeypatch.context() as patch:
-        patch.setattr(checkpoint, "maker", lambda: "an older one")
+        patch.setattr(checkpoint, "code_version", lambda: "an older one")
         ours = identity(spec)
     refused(tmp_path, spec, lambda: ours, "another version of daebench or of its libraries")
     monkeypatch.setattr(checkpoint, "LAYOUT", 0)

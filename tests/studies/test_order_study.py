@@ -1,4 +1,4 @@
-"""Orders of methods, measured: the ladder of step sizes, and what is fitted to the errors."""
+"""Orders of methods, measured: the sequence of step sizes, and what is fitted to the errors."""
 
 import math
 from dataclasses import replace
@@ -13,8 +13,8 @@ from daebench.errors import BadInput
 from daebench.methods.fixed_step.constrained import FixedStep
 from daebench.reference.solution import EPS, reference_solution
 from daebench.studies.orders.bench import Bench
-from daebench.studies.orders.ladder import COMMON, ladder
 from daebench.studies.orders.series import Point
+from daebench.studies.orders.step_sizes import COMMON, step_sizes
 from daebench.studies.orders.study import order, study
 
 pytestmark = pytest.mark.usefixtures("plain_functions")
@@ -28,8 +28,8 @@ def by_component(found):
 
 
 @pytest.mark.parametrize("claimed", range(1, 11), ids=str)
-def test_every_ladder_begins_coarse_has_many_steps_and_never_one_twice(claimed):
-    counts = ladder(1.0, claimed)
+def test_every_sequence_begins_coarse_has_many_steps_and_never_one_twice(claimed):
+    counts = step_sizes(1.0, claimed)
     assert counts == sorted(set(counts))
     assert len(counts) >= 11
     assert claimed < 3 or counts[0] == 1
@@ -37,8 +37,8 @@ def test_every_ladder_begins_coarse_has_many_steps_and_never_one_twice(claimed):
 
 
 def test_given_step_sizes_are_halved_and_no_others_are_taken():
-    assert ladder(2.0, 8, 0.1, 3) == [3, 6, 12, 24]
-    assert ladder(2.0, 1, 0.25, 2) == [1, 2, 4]
+    assert step_sizes(2.0, 8, 0.1, 3) == [3, 6, 12, 24]
+    assert step_sizes(2.0, 1, 0.25, 2) == [1, 2, 4]
 
 
 @pytest.mark.parametrize(
@@ -126,7 +126,7 @@ def test_the_order_is_found_without_a_closed_form():
     for name in ("q", "p", "lam"):
         assert abs(slopes["rattle", name] - 2) < 0.1
         assert not slopes["symplectic_euler", name] > 1.3
-    assert found.truth.kind == "DOP853"
+    assert found.reference.kind == "DOP853"
 
 
 def test_an_order_that_looks_like_two_at_large_steps_is_found_to_be_one_or_not_at_all():
@@ -197,7 +197,7 @@ def test_points_below_what_the_reference_is_good_for_are_round_off(monkeypatch):
 
 def test_refinement_ends_at_round_off():
     found = by_component(study(ivp("planar"), [plain("rattle", composition="kahan_li8")], t_end=4.0))
-    assert len(found["q"].points) < len(ladder(4.0, 8))
+    assert len(found["q"].points) < len(step_sizes(4.0, 8))
     assert found["q"].errors[-1] < 1000 * EPS
     assert found["q"].dropped["round-off"] >= 2
     assert abs(found["q"].fit.slope - 8) < 0.3

@@ -7,9 +7,9 @@ import pandas as pd
 import pytest
 
 from daebench.methods.fixed_step.stepping import REASONS
-from daebench.studies.grid.cell import Cell
 from daebench.studies.grid.measure import row_of
 from daebench.studies.grid.outcomes import OUTCOMES, TOLD, outcome_of, varied_runs
+from daebench.studies.grid.run_specification import Cell
 
 pytestmark = pytest.mark.usefixtures("uncompiled_schemes")
 

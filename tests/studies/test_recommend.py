@@ -8,9 +8,9 @@ from daebench.methods.catalogue import problems
 from daebench.methods.fixed_step.constrained import FixedStep
 from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.methods.names import methods_of
-from daebench.methods.schemes import members, poisson_members
-from daebench.studies.grid.able import able
+from daebench.methods.registry import poisson_registry, registry
 from daebench.studies.grid.claimed import THINGS, claimed, claims_of
+from daebench.studies.grid.feasibility import feasible
 from daebench.studies.work_precision.recommend import CONSERVED, recommended, with_conserved
 
 LEVEL, SLOPING, UNKNOWN = "bounded", "drifts", "undetermined"
@@ -201,7 +201,7 @@ NEVER |= {
 @pytest.mark.parametrize("setting", [AT_REST, MOVING], ids=["at-rest", "moving"])
 def test_energy_without_drift_is_claimed_by_what_the_book_says_and_by_symmetry_on_motions_that_are_their_own_reverse(setting):
     ivp = initial_value_problem(*setting)
-    names = [*members(), *SYMMETRIC, *NEVER, "rattle/suzuki4", "lobatto2/kahan_li8"]
+    names = [*registry(), *SYMMETRIC, *NEVER, "rattle/suzuki4", "lobatto2/kahan_li8"]
     given = {name: claimed(ivp, methods_of(ivp, [name])[0]) for name in dict.fromkeys(names)}
     claiming = {name for name, things in given.items() if "energy" in things}
     wanted = SYMPLECTIC | {"energy_momentum", "rattle/suzuki4", "lobatto2/kahan_li8"} | (SYMMETRIC if setting == AT_REST else set())
@@ -212,10 +212,10 @@ def test_energy_without_drift_is_claimed_by_what_the_book_says_and_by_symmetry_o
 @pytest.mark.parametrize("problem", problems("poisson"))
 def test_rk4_claims_no_casimir_function_that_is_not_linear_and_no_energy(problem):
     ivp = initial_value_problem(problem)
-    names, _ = able(ivp, [*poisson_members(), "darboux:midpoint"])
+    names, _ = feasible(ivp, [*poisson_registry(), "darboux:midpoint"])
     given = {name: claimed(ivp, methods_of(ivp, [name], anyway=True)[0]) for name in names}
     assert "energy" not in given["rk4"]
-    assert ("casimirs" in given["rk4"]) == (bool(ivp.casimirs) and set(ivp.casimirs) <= set(ivp.sheet.LINEAR))
+    assert ("casimirs" in given["rk4"]) == (bool(ivp.casimirs) and set(ivp.casimirs) <= set(ivp.facts.LINEAR))
     if "strang" in given:
         assert given["strang"] >= {"energy", "two_form"}
         assert ("casimirs" in given["strang"]) == bool(ivp.casimirs)
@@ -232,5 +232,5 @@ def test_claims_are_those_on_all_cases_and_a_stranger_claims_nothing():
 
 
 def test_every_scheme_of_a_file_has_been_looked_at_here():
-    assert set(members()) - SYMPLECTIC - {"energy_momentum", "shake"} >= {name for name in NEVER if name in members()}
+    assert set(registry()) - SYMPLECTIC - {"energy_momentum", "shake"} >= {name for name in NEVER if name in registry()}
     assert FixedStep("shake").claims.symplectic

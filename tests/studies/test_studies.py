@@ -23,13 +23,13 @@ from daebench.methods.fixed_step.constrained import FixedStep
 from daebench.methods.fixed_step.poisson import PoissonStep
 from daebench.problems import planar_pendulum
 from daebench.reference.keep.store import load
-from daebench.studies.grid import cell as cells
-from daebench.studies.grid.cell import Cell
-from daebench.studies.grid.cell_key import key_of, require_possible
+from daebench.studies.grid import run_specification as cells
 from daebench.studies.grid.measure import row_of
 from daebench.studies.grid.metrics import METRICS
+from daebench.studies.grid.run_specification import Cell
 from daebench.studies.grid.schedulers import dask_cluster
-from daebench.studies.grid.store import LAYOUT, Kept, Store, StoreFull, opened
+from daebench.studies.grid.specification_key import key_of, require_possible
+from daebench.studies.grid.store import LAYOUT, Store, StoredRow, StoreFull, opened
 from daebench.studies.grid.study import Study
 from daebench.systems.files import package as package_files
 
@@ -64,7 +64,7 @@ def one(**more):
 
 
 def kept(key, row, cell=(), maker=""):
-    return Kept(key, dict(cell), row, maker, 0.0)
+    return StoredRow(key, dict(cell), row, maker, 0.0)
 
 
 # ---- the grid
@@ -182,11 +182,11 @@ def _same_outputs(cell, k):
 def test_errors_are_those_against_the_reference_and_have_its_bounds():
     row = row_of(one(metrics=("q", "p", "lam", "manifold")))
     run = api.run("planar_pendulum", case="rotating", method="rattle", h=1 / 16, t_end=4.0, multipliers=True)
-    truth = load("planar_pendulum-rotating")
+    reference = load("planar_pendulum-rotating")
     at, rows = np.arange(0, 65, 2), slice(0, 33)
-    assert np.array_equal(run.t[at], truth.t[rows])
+    assert np.array_equal(run.t[at], reference.t[rows])
     for part in ("q", "p", "lam"):
-        assert row[f"error_{part}"] == pytest.approx(np.abs(getattr(run, part)[at] - truth.values[part][rows]).max(), rel=1e-12)
+        assert row[f"error_{part}"] == pytest.approx(np.abs(getattr(run, part)[at] - reference.values[part][rows]).max(), rel=1e-12)
         assert 0 < row[f"bound_{part}"] < 1e-15
     assert row["g"] == run.maxima["g"]
     assert (row["steps"], row["t_reached"], row["failure"]) == (64, 4.0, "")
@@ -367,7 +367,7 @@ def test_all_that_decides_a_run_is_in_its_key(more):
 
 def test_code_and_versions_are_in_the_key(monkeypatch):
     before = key_of(one())
-    monkeypatch.setattr("daebench.studies.grid.cell_key.made_by", lambda: "another version")
+    monkeypatch.setattr("daebench.studies.grid.specification_key.made_by", lambda: "another version")
     assert key_of(one()) != before
 
 
@@ -450,7 +450,7 @@ def test_a_file_of_another_layout_is_refused_and_left_as_it_is(tmp_path, step, a
 def test_rows_of_other_versions_are_told_from_those_of_other_cells(store, monkeypatch):
     study(values={"h": [1 / 16, 1 / 32]}).table(store)
     monkeypatch.setattr(cells, "made_by", lambda: "another version")
-    monkeypatch.setattr("daebench.studies.grid.cell_key.made_by", lambda: "another version")
+    monkeypatch.setattr("daebench.studies.grid.specification_key.made_by", lambda: "another version")
     wanted = {key_of(each): each.plain() for each in study(values={"h": [1 / 32, 1 / 64]}).cells()}
     assert store.outdated(wanted) == 1
     study(values={"h": [1 / 32, 1 / 64]}).table(store)

@@ -14,12 +14,12 @@ from daebench.methods.catalogue import problems
 from daebench.methods.fixed_step.constrained import FixedStep
 from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.methods.names import methods_of
-from daebench.methods.schemes import members, poisson_members
+from daebench.methods.registry import poisson_registry, registry
 from daebench.methods.solvers.scipy_ode import ScipyOde
 from daebench.reference.keep import store
 from daebench.runs.request import Request
-from daebench.studies.grid.cell import Cell
 from daebench.studies.grid.measure import row_of
+from daebench.studies.grid.run_specification import Cell
 from daebench.studies.work_precision.figure import FAMILIES, draw, families
 from daebench.studies.work_precision.study import cheapest, front, standard, with_costs
 
@@ -96,8 +96,8 @@ def test_the_front_has_the_runs_than_which_none_is_better():
 
 def family_of(method, problem="spherical_pendulum", case="fig1.2"):
     """Return the family of one method, whose runs in the table look as if they kept everything, and drifted."""
-    knob = "tol" if method.startswith(("ida:", "scipy:", "cvode:", "heyoka:", "solve_dae:")) else "h"
-    table = power_law(method, 2, 1.0).assign(problem=problem, case=case, knob=knob)
+    resolution = "tol" if method.startswith(("ida:", "scipy:", "cvode:", "heyoka:", "solve_dae:")) else "h"
+    table = power_law(method, 2, 1.0).assign(problem=problem, case=case, knob=resolution)
     ((family, names),) = families(table).items()
     assert names == [method]
     return family
@@ -117,14 +117,14 @@ def test_the_family_of_a_method_is_that_of_its_claim_whatever_ten_seconds_show(m
     assert family_of(method) == FAMILY[method]
 
 
-@pytest.mark.parametrize("method", members())
+@pytest.mark.parametrize("method", registry())
 def test_every_scheme_is_in_the_family_of_its_claims(method):
-    claims = members()[method][1].claims
+    claims = registry()[method][1].claims
     kept = claims.conserves_energy or (claims.symplectic and claims.keeps_g and claims.keeps_Gv)
     assert family_of(method) == (CLAIMING if kept else OTHERS)
 
 
-@pytest.mark.parametrize("method", poisson_members())
+@pytest.mark.parametrize("method", poisson_registry())
 @pytest.mark.parametrize("problem", ["lotka_volterra", "free_rigid_body"])
 def test_every_scheme_for_poisson_systems_is_too(problem, method):
     ivp = initial_value_problem(problem)
@@ -296,8 +296,8 @@ def test_the_command_keeps_its_runs_and_names_a_winner(daebench, tmp_path, monke
         assert own["evaluations"].item() >= each["evaluations"]
     assert {path.name for path in tmp_path.iterdir()} >= {"studies.db", "work_precision.csv", "work_precision_error_q.svg"}
     assert "6 of them kept" in daebench(*words, "--dry-run")[1]
-    monkeypatch.setattr("daebench.studies.grid.cell.made_by", lambda: "another version")
-    monkeypatch.setattr("daebench.studies.grid.cell_key.made_by", lambda: "another version")
+    monkeypatch.setattr("daebench.studies.grid.run_specification.made_by", lambda: "another version")
+    monkeypatch.setattr("daebench.studies.grid.specification_key.made_by", lambda: "another version")
     again = "6 kept runs are of another version of daebench, of a library or of the problem, and made again."
     assert again in daebench(*words, "--dry-run")[1]
     assert again in daebench(*words)[1]

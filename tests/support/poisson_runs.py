@@ -8,7 +8,7 @@ import numpy as np
 from daebench.methods.catalogue import problems
 from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.methods.names import POISSON, parse
-from daebench.methods.schemes import poisson_members
+from daebench.methods.registry import poisson_registry
 from daebench.runs.request import Request
 
 FORMS = ("", "darboux:")
@@ -28,7 +28,9 @@ def method(name, *, anyway=True):
 
 def pairs():
     """Return every scheme on every Poisson system in every form that it takes, as (problem, method)."""
-    names = [form + scheme for form in FORMS for scheme in poisson_members() if not (form and poisson_members()[scheme].poisson == "split")]
+    names = [
+        form + scheme for form in FORMS for scheme in poisson_registry() if not (form and poisson_registry()[scheme].poisson == "split")
+    ]
     return [(problem, name) for problem in problems("poisson") for name in names if method(name).refusal(ivp(problem)) is None]
 
 

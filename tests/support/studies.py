@@ -14,7 +14,7 @@ plain = partial(FixedStep, compiled=False)
 
 @cache
 def rattle_on_planar():
-    """Three series and those of raw multipliers on a problem with a closed form: h = 1/32 ... 1/512."""
+    """Three series and those of stage multipliers on a problem with a closed form: h = 1/32 ... 1/512."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("daebench.methods.formulations.constrained._module", uncompiled.kept_module)
         return study(ivp("planar"), [plain("rattle")], t_end=1.0, h=1 / 32, halvings=4)

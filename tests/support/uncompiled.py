@@ -3,7 +3,7 @@
 import types
 
 from daebench.compiler.link import Linker, Options
-from daebench.compiler.syntax import HOLE
+from daebench.compiler.syntax import LANGUAGE
 from daebench.methods.formulations import residuals
 
 _kept = {}
@@ -37,6 +37,6 @@ def kept_functions(ivp, *names):
     """Return a module of a problem's functions without numba, made once; in place of ``InitialValueProblem.functions``."""
     key = (ivp.source, names)
     if key not in _kept:
-        text = Linker(ivp.source.derivation, Options(compiled=False)).module("Uncompiled.", [(HOLE, name) for name in names], False)
+        text = Linker(ivp.source.derivation, Options(compiled=False)).module("Uncompiled.", [(LANGUAGE, name) for name in names], False)
         _kept[key] = run(text, "_".join(names))
     return _kept[key]

@@ -9,7 +9,7 @@ from daebench.cli.console import print_json, print_table
 from daebench.cli.reference.arguments import Folder, whose
 
 if TYPE_CHECKING:
-    from daebench.reference.keep.between import At
+    from daebench.reference.keep.dense_evaluation import At
     from daebench.reference.keep.record import Reference
 
 
@@ -21,7 +21,7 @@ def at(
     as_json: Json = False,
 ) -> None:
     """Give q, p, lam, or y, and their bounds at a time: stored digits, or the nearest of them carried on in double precision."""
-    from daebench.reference.keep.between import states_at
+    from daebench.reference.keep.dense_evaluation import states_at
     from daebench.reference.keep.store import find, kept_in
 
     reference = find(problem, case, folder)

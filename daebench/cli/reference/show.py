@@ -57,7 +57,7 @@ def _rank(certificate: Mapping[str, Any]) -> list[list[str]]:
     rank = certificate["rank"]
     least = f"{rank['smallest_singular_value']:g} at t = {rank['t']:g}; largest {rank['largest']:g}"
     losses = ", ".join(f"{t:.6g}" for t in rank.get("lost", ()))
-    passed = [["rank of G lost at t =", f"{losses}; the truth is in minimal coordinates"]] if losses else []
+    passed = [["rank of G lost at t =", f"{losses}; the reference solution is in minimal coordinates"]] if losses else []
     return [["smallest singular value of G M^-1 G^T", least], *passed]
 
 

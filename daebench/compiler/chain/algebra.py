@@ -1,4 +1,4 @@
-"""The names of ``kernels/hole.py`` for a chain: what schemes ask of vectors, Jacobians and linear systems, on symbols."""
+"""The names of ``kernels/language.py`` for a chain: what schemes ask of vectors, Jacobians and linear systems, on symbols."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -11,7 +11,7 @@ from daebench.compiler.chain.loops import Demand
 from daebench.compiler.chain.nodes import at_node
 from daebench.compiler.chain.program import Program, Solve
 from daebench.compiler.codegen import pack
-from daebench.compiler.syntax import HOLE
+from daebench.compiler.syntax import LANGUAGE
 from daebench.errors import InvalidProblem
 
 
@@ -57,8 +57,8 @@ class Bent:
     q: Field
 
 
-class Hole:
-    """The names of ``kernels/hole.py`` for the functions of a chain, on symbols."""
+class ChainLanguage:
+    """The names of ``kernels/language.py`` for the functions of a chain, on symbols."""
 
     def __init__(self, tracer: Any) -> None:
         self.tracer, self.nodes = tracer, tracer.nodes
@@ -444,9 +444,9 @@ class Hole:
 
     # ---- iterations and reports
 
-    def newton(self, improve: Callable[..., Any], x: tuple[Any, ...], data: Any) -> Any:
-        """Newton's iteration, whose sweep becomes a function."""
-        return self.tracer.iterated(improve, x, data)
+    def newton(self, update: Callable[..., Any], x: tuple[Any, ...], data: Any) -> Any:
+        """Newton's iteration, whose update becomes a function."""
+        return self.tracer.iterated(update, x, data)
 
     def judge(self, *arguments: Any) -> Scalar:
         """Status of a linear solve."""
@@ -458,7 +458,7 @@ class Hole:
 
     def no_work(self) -> Scalar:
         """No work."""
-        self.tracer.linker.resolve(HOLE, "no_work")
+        self.tracer.linker.resolve(LANGUAGE, "no_work")
         return Scalar("no_work()")
 
 

@@ -11,7 +11,7 @@ from daebench.compiler.chain.nodes import Nodes
 from daebench.compiler.constrained.derivation import Derivation
 from daebench.compiler.domain import may_be_left_unseen
 from daebench.compiler.linear.arrays import Arrays
-from daebench.compiler.watch import State, Watch, of_constrained
+from daebench.compiler.monitored import Monitored, State, of_constrained
 from daebench.compiler.work import WORK
 from daebench.systems.chain import ConstrainedChain
 from daebench.systems.constrained import Case, ConstrainedHamiltonian, Exact
@@ -62,7 +62,7 @@ class ChainDerivation:
 
     @property
     def constants(self) -> dict[str, bool | int]:
-        """Constants of the hole that the chain settles."""
+        """Constants of the scheme language that the chain settles."""
         return {"SEPARABLE": True, "QUADRATIC": True, "CONSTRAINTS": self.m, "SINGLE": self.m == 1 or not self.chain.diagonal}
 
     def facts(self) -> dict[str, Any]:
@@ -109,12 +109,12 @@ class ChainDerivation:
         """Return the algebra of its vectors outside of steps."""
         return Arrays(self.d)
 
-    def watch(self, names: Sequence[str], kinds: int, raw: int) -> Watch:
+    def monitored(self, names: Sequence[str], kinds: int, stage_multipliers: int) -> Monitored:
         """Return what the loop does beside stepping."""
         chain = self.chain
         guarded = may_be_left_unseen([chain.U, chain.joint_U], [*chain.before, *chain.here])
         state = State((("x[0]", self.d), ("x[1]", self.d)), self.m, arrays=True)
-        return Watch(of_constrained(self.m, 0), state, names, kinds, raw, guarded=guarded)
+        return Monitored(of_constrained(self.m, 0), state, names, kinds, stage_multipliers, guarded=guarded)
 
     def tracer(self, linker: "Linker") -> "Tracer":
         """Return what writes its functions for a linker."""

@@ -1,8 +1,8 @@
 """A scheme run on symbols: what it asks of vectors, Jacobians and linear systems becomes a few loops over the nodes of a chain.
 
-The files of schemes and kernels are executed as they stand, with the constants of the hole settled and every name of the hole bound to a
-method of :class:`daebench.compiler.chain.algebra.Hole`. Vectors are fields, worked out where a loop needs them; a linear system is a loop
-up the chain and one down; an iteration is the one of ``kernels/newton.py``, whose sweep is a function of its own.
+The files of schemes and kernels are executed as they stand, with the constants of the language settled and every name of it bound to a
+method of :class:`daebench.compiler.chain.algebra.ChainLanguage`. Vectors are fields, worked out where a loop needs them; a linear system is
+a loop up the chain and one down; an iteration is the one of ``kernels/newton.py``, whose update is a function of its own.
 """
 
 import ast
@@ -12,14 +12,14 @@ from itertools import count
 from typing import TYPE_CHECKING, Any
 
 from daebench.compiler import codegen
-from daebench.compiler.chain.algebra import Hole, Rows
+from daebench.compiler.chain.algebra import ChainLanguage, Rows
 from daebench.compiler.chain.band import of_width
 from daebench.compiler.chain.fields import At, Field, Scalar, applied, say, stored
 from daebench.compiler.chain.loops import Demand
 from daebench.compiler.chain.nodes import Nodes
 from daebench.compiler.chain.program import Iteration, Program
 from daebench.compiler.codegen import pack
-from daebench.compiler.syntax import HOLE, RUN_TIME, parameters_of
+from daebench.compiler.syntax import LANGUAGE, RUN_TIME, parameters_of
 from daebench.errors import InvalidProblem
 
 if TYPE_CHECKING:
@@ -33,7 +33,7 @@ ARGUMENTS |= dict.fromkeys(("step", "increment", "start"), ("p0", "q0", "h"))
 """Functions that are written from loops over nodes, and their arguments."""
 
 HOMES = {"H": "mechanical"}
-"""Files in which functions of the hole are composed of others, ``composed`` if not these."""
+"""Files in which functions of the scheme language are composed of others, ``composed`` if not these."""
 
 
 class Tracer:
@@ -49,7 +49,7 @@ class Tracer:
 
     def __init__(self, linker: "Linker", nodes: Nodes) -> None:
         self.linker, self.nodes = linker, nodes
-        self.hole = Hole(self)
+        self.language = ChainLanguage(self)
         self.programs: list[Program] = []
         self.companions: dict[tuple[Rows, Field], Field] = {}
         self.momenta: dict[Field, Field] = {}
@@ -85,16 +85,16 @@ class Tracer:
     # ---- running files
 
     def _call(self, module: str, name: str) -> Callable[..., Any]:
-        """Return what a name stands for: a method of the hole, or the function of a file, to be run on symbols."""
-        if module == HOLE:
+        """Return what a name stands for: a method of the scheme language, or the function of a file, to be run on symbols."""
+        if module == LANGUAGE:
             if found := self.linker.filled(name):
                 return self._call(*found)
-            own = getattr(self.hole, name, None)
+            own = getattr(self.language, name, None)
             if own is not None:
                 return self._counted(name, own)
             return self._call(f"daebench.schemes.kernels.{HOMES.get(name, 'composed')}", name)
         if module == NEWTON and name in ("newton", "judge", "both"):
-            return getattr(self.hole, name)  # type: ignore[no-any-return]
+            return getattr(self.language, name)  # type: ignore[no-any-return]
         if (module, name) not in self._functions:
             self._functions[module, name] = self._compiled(module, name)
         return self._functions[module, name]
@@ -129,15 +129,15 @@ class Tracer:
 
     def _meaning(self, module: str, name: str) -> Any:
         home, own = self.linker.file(module).imports.get(name, (module, name))
-        if home.rpartition(".")[2] in ("mechanical", "composed") and hasattr(self.hole, own):
-            home = HOLE
-        if home == HOLE and own in self.linker.constants:
+        if home.rpartition(".")[2] in ("mechanical", "composed") and hasattr(self.language, own):
+            home = LANGUAGE
+        if home == LANGUAGE and own in self.linker.constants:
             return self.linker.constants[own]
-        if home == HOLE and own in ("EPS", "INF"):
+        if home == LANGUAGE and own in ("EPS", "INF"):
             return Scalar(own)
-        if home == HOLE and own in RUN_TIME:
+        if home == LANGUAGE and own in RUN_TIME:
             return Scalar(RUN_TIME[own].format(len(self.nodes.parameters)))
-        if home != HOLE and own in self.linker.file(home).literals:
+        if home != LANGUAGE and own in self.linker.file(home).literals:
             return self.linker.file(home).literals[own].value
         return lambda *arguments: self._call(home, own)(*arguments)
 
@@ -151,12 +151,12 @@ class Tracer:
         return name in ARGUMENTS
 
     def _run(self, name: str, arguments: Sequence[str]) -> Any:
-        """Return the results of a function of the hole, the raw multipliers that nobody stores left out."""
+        """Return the results of a function of the scheme language, the stage multipliers that nobody stores left out."""
         handed = [self._argument(each) for each in arguments]
-        results = self._call(HOLE, name)(*handed)
+        results = self._call(LANGUAGE, name)(*handed)
         if name == "start":
             self.memory = results[0]
-        if name in ("step", "increment") and not self.linker.options.raw:
+        if name in ("step", "increment") and not self.linker.options.stage_multipliers:
             return (*results[:-2], (), results[-1])
         return results
 
@@ -215,15 +215,15 @@ class Tracer:
         program.wishes.append((Demand(needs=[(results, 0)], write=write), [f"{array} = numpy.empty({size}, dtype=DTYPE)"]))
         return array
 
-    def iterated(self, improve: Callable[..., Any], x: Any, data: Any) -> Any:
-        """Emit Newton's iteration with this sweep; return the unknowns after it and its report."""
+    def iterated(self, update: Callable[..., Any], x: Any, data: Any) -> Any:
+        """Emit Newton's iteration with this update; return the unknowns after it and its report."""
         outer, starts = self.programs[-1], _flat(x)
         if outer.top is not outer or not all(isinstance(part, Field) for part in starts):
             raise InvalidProblem("a scheme iterates within an iteration, or on numbers, which long chains do not have.")
         places = [(outer.reserve(part.width), outer.reserve(part.width)) for part in starts]
-        sweep = self._sweep(outer, improve, x, data, places)
+        updating = self._update(outer, update, x, data, places)
         name = outer.name("after")
-        newton = self.linker.function(NEWTON, "newton", {"improve": sweep})
+        newton = self.linker.function(NEWTON, "newton", {"update": updating})
         first = pack(str(place) for place, _ in places)
         call = f"{name}, report_{name} = {newton}({first}, {pack(self._shared(outer))}, par)"
         starting = [_kept(part, f"slab[k, {place} + {{i}}]") for part, (place, _) in zip(starts, places, strict=True)]
@@ -234,16 +234,16 @@ class Tracer:
         ]
         return _shaped(x, after), Scalar(f"report_{name}", late=True)
 
-    def _sweep(self, outer: Program, improve: Callable[..., Any], x: Any, data: Any, places: Sequence[tuple[int, int]]) -> str:
-        """Emit one sweep: it reads the unknowns from one half of their columns of the slab and writes the next into the other."""
+    def _update(self, outer: Program, update: Callable[..., Any], x: Any, data: Any, places: Sequence[tuple[int, int]]) -> str:
+        """Emit one update: it reads the unknowns from one half of their columns of the slab and writes the next into the other."""
         inner = Program(outer.nodes, self.numbers, outer)
         self.programs.append(inner)
         now = [stored(part.kind, part.width, f"slab[{{k}}, now_{i} + {{i}}]", 0, part.ghost) for i, part in enumerate(_flat(x))]
-        then, *judged = improve(_shaped(x, now), data)
+        then, *judged = update(_shaped(x, now), data)
         inner.wishes += [(_kept(part, f"slab[k, then_{i} + {{i}}]"), []) for i, part in enumerate(_flat(then))]
         body = inner.lines()
         self.programs.pop()
-        name = outer.name("sweep")
+        name = outer.name("update")
         self.linker.work[name] = inner.work or [0] * len(self.linker.kinds)
         turns = [line for i, (one, other) in enumerate(places) for line in (f"now_{i} = x[{i}]", f"then_{i} = {one + other} - now_{i}")]
         back = pack(f"then_{i}" for i in range(len(places)))
@@ -253,7 +253,7 @@ class Tracer:
 
     @staticmethod
     def _shared(outer: Program) -> list[str]:
-        """Names of what a sweep shares with the function that calls it."""
+        """Names of what an update shares with the function that calls it."""
         return ["slab", *outer.arrays, *outer.arguments]
 
 

@@ -9,7 +9,7 @@ import sympy as sp
 from daebench.compiler import codegen
 from daebench.compiler.domain import may_be_left_unseen
 from daebench.compiler.linear.tuples import Values
-from daebench.compiler.watch import State, Watch, of_constrained
+from daebench.compiler.monitored import Monitored, State, of_constrained
 from daebench.compiler.work import WORK
 from daebench.systems.constrained import Case, ConstrainedHamiltonian
 
@@ -187,7 +187,7 @@ class Derivation:
 
     @cached_property
     def constants(self) -> dict[str, bool | int]:
-        """Constants of ``kernels/hole.py`` that the problem settles."""
+        """Constants of ``kernels/language.py`` that the problem settles."""
         return {"SEPARABLE": self.separable, "QUADRATIC": self.quadratic, "CONSTRAINTS": self.m}
 
     def facts(self) -> dict[str, Any]:
@@ -213,11 +213,11 @@ class Derivation:
         """Return the algebra of its vectors, for a scheme with so many stages and a number type."""
         return Values(self.d, self.m, self.structure, self.inverse_mass, stages=stages, dtype=dtype, mass=self.coupled)
 
-    def watch(self, names: Sequence[str], kinds: int, raw: int) -> Watch:
-        """Return what the loop does beside stepping, see :class:`daebench.compiler.watch.Watch`."""
+    def monitored(self, names: Sequence[str], kinds: int, stage_multipliers: int) -> Monitored:
+        """Return what the loop does beside stepping, see :class:`daebench.compiler.monitored.Monitored`."""
         quantities = of_constrained(self.m, len(self.problem.integrals))
         state = State((("x[0]", self.d), ("x[1]", self.d)), self.m)
-        return Watch(quantities, state, names, kinds, raw, guarded=self.guarded)
+        return Monitored(quantities, state, names, kinds, stage_multipliers, guarded=self.guarded)
 
     @cached_property
     def guarded(self) -> bool:

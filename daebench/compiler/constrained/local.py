@@ -7,14 +7,14 @@ import sympy as sp
 
 from daebench.compiler import codegen
 from daebench.compiler.constrained.derivation import Arguments, Derivation, Rule
+from daebench.compiler.monitored import Monitored
 from daebench.compiler.trigonometry import shortened
-from daebench.compiler.watch import Watch
 
 
 class LocalDerivation(Derivation):
     """The expressions of one problem in its chart; to kernels eta is ``p`` and xi is ``q``, shape(d - m,) each.
 
-    What a run watches is a function of the problem's own p and q, which the loop has from ``chart``.
+    What a run monitors is a function of the problem's own p and q, which the loop has from ``chart``.
 
     Parameters
     ----------
@@ -64,9 +64,9 @@ class LocalDerivation(Derivation):
         """Velocity constraint G H_p, shape(m,)."""
         return self.G * sp.Matrix([self.H]).jacobian(self.p).T
 
-    def watch(self, names: Sequence[str], kinds: int, raw: int) -> Watch:
+    def monitored(self, names: Sequence[str], kinds: int, stage_multipliers: int) -> Monitored:
         """Return what the loop does beside stepping, for states in the problem's own coordinates."""
-        return self.own.watch(names, kinds, raw)
+        return self.own.monitored(names, kinds, stage_multipliers)
 
     @cached_property
     def K_y(self) -> sp.Matrix:

@@ -10,8 +10,8 @@ from daebench.compiler import codegen
 from daebench.compiler.codegen import function
 from daebench.compiler.domain import may_be_left_unseen
 from daebench.compiler.linear.arrays import Arrays
+from daebench.compiler.monitored import Monitored, State, of_poisson
 from daebench.compiler.poisson.derivation import work_of_parts
-from daebench.compiler.watch import State, Watch, of_poisson
 from daebench.compiler.work import POISSON_WORK
 from daebench.systems.lattice import PoissonLattice
 from daebench.systems.poisson import PoissonCase, PoissonSystem
@@ -75,7 +75,7 @@ class LatticeDerivation:
 
     @property
     def constants(self) -> dict[str, bool | int]:
-        """Constants of the holes that the lattice settles."""
+        """Constants of the scheme language that the lattice settles."""
         return {"DENSE": False, "BOUNDED": False, "CONSTRAINTS": 1}
 
     def facts(self) -> dict[str, Any]:
@@ -107,11 +107,11 @@ class LatticeDerivation:
         """Return the algebra of its vectors."""
         return Arrays(self.n)
 
-    def watch(self, names: Sequence[str], kinds: int, raw: int) -> Watch:
+    def monitored(self, names: Sequence[str], kinds: int, stage_multipliers: int) -> Monitored:
         """Return what the loop does beside stepping."""
         guarded = may_be_left_unseen([self.lattice.h], [*self.lattice.left, *self.lattice.here])
         quantities = of_poisson(len(self.lattice.casimirs), len(self.lattice.integrals))
-        return Watch(quantities, State((("x", self.n),), arrays=True), names, kinds, guarded=guarded)
+        return Monitored(quantities, State((("x", self.n),), arrays=True), names, kinds, guarded=guarded)
 
     def tracer(self, linker: Any) -> Any:
         """Return what writes its functions from loops over nodes: nothing, only a chain has that."""
@@ -202,7 +202,7 @@ class LatticeDerivation:
 class DarbouxLattice(LatticeDerivation):
     """The functions of a Poisson lattice in its canonical coordinates z = (q, p), HLW Corollary 3.6, a lattice again.
 
-    What a run watches is a function of the lattice's own y, which the loop has from ``chart``.
+    What a run monitors is a function of the lattice's own y, which the loop has from ``chart``.
 
     Parameters
     ----------

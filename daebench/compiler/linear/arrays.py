@@ -4,7 +4,7 @@ from daebench.compiler.codegen import function
 
 
 class Arrays:
-    """Source of the operations that :mod:`daebench.compiler.shapes` and ``kernels/hole.py`` name, for arrays of any length.
+    """Source of the operations that :mod:`daebench.compiler.shapes` and ``kernels/language.py`` name, for arrays of any length.
 
     Parameters
     ----------

@@ -25,7 +25,7 @@ def _matrix(signature: str, entry: Callable[[int, int], str], left: range, right
 
 
 class Values:
-    """Source of the operations that :mod:`daebench.compiler.shapes` and ``kernels/hole.py`` name, for tuples of fixed length.
+    """Source of the operations that :mod:`daebench.compiler.shapes` and ``kernels/language.py`` name, for tuples of fixed length.
 
     Parameters
     ----------

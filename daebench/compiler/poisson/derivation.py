@@ -9,7 +9,7 @@ import sympy as sp
 from daebench.compiler import codegen
 from daebench.compiler.domain import may_be_left_unseen
 from daebench.compiler.linear.tuples import Values
-from daebench.compiler.watch import State, Watch, of_poisson
+from daebench.compiler.monitored import Monitored, State, of_poisson
 from daebench.compiler.work import POISSON_WORK
 from daebench.systems.poisson import PoissonCase, PoissonSystem
 
@@ -136,7 +136,7 @@ class PoissonDerivation:
 
     @cached_property
     def constants(self) -> dict[str, bool | int]:
-        """Constants of ``kernels/hole.py`` and ``kernels/poisson_hole.py`` that the system settles."""
+        """Constants of ``kernels/language.py`` and ``kernels/poisson_language.py`` that the system settles."""
         return {"DENSE": True, "BOUNDED": bool(self.problem.domain), "CONSTRAINTS": self.m}
 
     def facts(self) -> dict[str, Any]:
@@ -178,11 +178,11 @@ class PoissonDerivation:
         n, m = self.n, max(1, self.m)
         return Values(n, m, [[True] * n] * m, [[True] * n] * n, stages=stages, dtype=dtype)
 
-    def watch(self, names: Sequence[str], kinds: int, raw: int) -> Watch:
+    def monitored(self, names: Sequence[str], kinds: int, stage_multipliers: int) -> Monitored:
         """Return what the loop does beside stepping."""
         guarded = may_be_left_unseen([self.problem.H], self.problem.y, self.problem.domain)
         quantities = of_poisson(len(self.problem.casimirs), len(self.problem.integrals))
-        return Watch(quantities, State((("x", self.n),)), names, kinds, guarded=guarded)
+        return Monitored(quantities, State((("x", self.n),)), names, kinds, guarded=guarded)
 
     def tracer(self, linker: Any) -> Any:
         """Return what writes its functions from loops over nodes: nothing, only a chain has that."""
@@ -245,7 +245,7 @@ def _shorter(expression: sp.Expr) -> sp.Expr:
 class DarbouxDerivation(PoissonDerivation):
     """The expressions of a Poisson system in its canonical coordinates z = (q, p, c), HLW Corollary 3.6: z' = B0 grad K(z).
 
-    What a run watches, and the domain, are functions of the system's own y, which the loop has from ``chart``.
+    What a run monitors, and the domain, are functions of the system's own y, which the loop has from ``chart``.
 
     Parameters
     ----------

@@ -99,13 +99,13 @@ def require_sound(ivp: Ivp) -> None:
                 raise InvalidProblem(each.fault)
         return '"""Nothing is wrong."""'
 
-    if ivp.case in ivp.sheet.CASES:
+    if ivp.case in ivp.facts.CASES:
         generated(f"{ivp.problem}_sound", f"{ivp.source.key} case {ivp.case} sound {digest_of_packages(*DECIDING)}", build)
 
 
 def _declared(ivp: Ivp) -> Ivp:
     """Return the case as it is declared: other parameters and initial values are not the file's mistake."""
-    return make_ivp(ivp.source, ivp.case) if ivp.case in ivp.sheet.CASES else ivp
+    return make_ivp(ivp.source, ivp.case) if ivp.case in ivp.facts.CASES else ivp
 
 
 def _checks(ivp: Ivp) -> Mapping[str, Check]:

@@ -1,4 +1,4 @@
-"""Panels with axes, side by side on a sheet with one legend."""
+"""Panels with axes, side by side with one legend."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
@@ -10,7 +10,7 @@ from daebench.draw.svg.axis import Array, Axis, power
 from daebench.draw.svg.marks import Area, Curve, Dots, Mark, color_of, dashes_of
 
 WIDTH = 760.0
-"""Width of a sheet, in the pixels that its numbers are in; in the page it is as wide as there is room."""
+"""Width of all panels together, in the pixels that its numbers are in; in the page it is as wide as there is room."""
 
 LEFT, RIGHT, TOP, BOTTOM = 62.0, 12.0, 26.0, 44.0
 """Pixels around the frame of a panel, for labels and title."""
@@ -21,7 +21,7 @@ LINE = 20.0
 
 @dataclass(frozen=True)
 class Frame:
-    """Where a panel's axes are on the sheet, in pixels, and the map from data to them."""
+    """Where a panel's axes are in the drawing, in pixels, and the map from data to them."""
 
     left: float
     top: float
@@ -44,7 +44,7 @@ class Panel:
     x, y : Axis
         The axes.
     marks : sequence of Mark
-        What is drawn, the last above the others; named curves, dots and areas are in the legend of the sheet.
+        What is drawn, the last above the others; named curves, dots and areas are in the legend.
     title : str
         What the panel shows; text of an SVG where it is ``Markup``.
     equal : bool
@@ -70,7 +70,7 @@ class Panel:
         return replace(found, x=self.x.widened(max(1.0, 1 / by)), y=self.y.widened(max(1.0, by)))
 
 
-def sheet(panels: Sequence[Panel], *, alt: str, columns: int = 2, height: float = 250.0, width: float = WIDTH) -> Markup:
+def draw_panels(panels: Sequence[Panel], *, alt: str, columns: int = 2, height: float = 250.0, width: float = WIDTH) -> Markup:
     """Return panels as one SVG.
 
     Parameters
@@ -84,13 +84,13 @@ def sheet(panels: Sequence[Panel], *, alt: str, columns: int = 2, height: float 
     height : float
         Height of a panel with its labels, pixels.
     width : float
-        Width of the sheet, pixels.
+        Width of the drawing, pixels.
     """
     rows, wide = -(-len(panels) // columns), width / columns
     places = [each.frame(wide * (k % columns), height * (k // columns), wide, height) for k, each in enumerate(panels)]
     shown = Markup("").join(panel_svg(each, frame) for each, frame in zip(panels, places, strict=True))
     below, lines = legend(panels, height * rows, width)
-    whole = Markup('<svg class="sheet" xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {:g} {:g}" role="img" aria-label="{}">{}{}</svg>')
+    whole = Markup('<svg class="panels" xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {:g} {:g}" role="img" aria-label="{}">{}{}</svg>')
     return whole.format(width, height * rows + lines * LINE + 4, alt, shown, below)
 
 
@@ -163,3 +163,6 @@ def sample(mark: Curve | Dots | Area, x: float, y: float) -> Markup:
         return Markup('<circle cx="{:.1f}" cy="{:.1f}" r="3.2" fill="{}" stroke="{}"/>').format(x + 14, y, filling, color_of(mark.stroke))
     swatch = Markup('<rect x="{:.1f}" y="{:.1f}" width="22" height="10" fill="{}" fill-opacity=".22" stroke="{}"/>')
     return swatch.format(x + 3, y - 5, color_of(mark.stroke), color_of(mark.stroke))
+
+
+sheet = draw_panels  # the name of the release before; it goes with the next one

@@ -25,7 +25,7 @@ Result = TypeVar("Result")
 LOOP = [("daebench.schemes.kernels.loop", "integrate"), ("daebench.schemes.kernels.loop", "first")]
 """What is called of a generated module."""
 
-BEGIN = ("daebench.schemes.kernels.constrained", "begin")
+INITIALISE = ("daebench.schemes.kernels.constrained", "initialise")
 """What is called too where a scheme remembers something from step to step."""
 
 
@@ -74,7 +74,7 @@ class FixedStepMethod(ABC, Generic[Ivp, Result]):
     def _coordinates(self, ivp: Ivp) -> tuple[Callable[[Sequence[Any]], Any], Callable[[Any], Sequence[Any]]]:
         """Return the maps from the vectors of a state to what the scheme computes in, and back."""
 
-    def _structure(self, *, raw: bool, singular: str) -> dict[str, Any]:
+    def _structure(self, *, stage_multipliers: bool, singular: str) -> dict[str, Any]:
         """Return what else decides the generated module, as :class:`daebench.compiler.link.Options` takes it."""
         return {}
 
@@ -89,18 +89,18 @@ class FixedStepMethod(ABC, Generic[Ivp, Result]):
         return np.array(weights_of(self.composition), dtype=float)
 
     def kernel(
-        self, ivp: Ivp, precision: str, watch: tuple[str, ...], *, count: bool, raw: bool = False, singular: str = "stop"
+        self, ivp: Ivp, precision: str, watch: tuple[str, ...], *, count: bool, stage_multipliers: bool = False, singular: str = "stop"
     ) -> types.ModuleType:
         """Return the generated module of this method and problem; other numbers of the same structure share it."""
         structure: dict[str, Any] = {"precision": precision, "watch": watch, "count": count, "compiled": self.compiled, "form": self.form}
-        structure |= {"composed": bool(self.composition), **self._structure(raw=raw, singular=singular)}
+        structure |= {"composed": bool(self.composition), **self._structure(stage_multipliers=stage_multipliers, singular=singular)}
 
         def build(cached: bool) -> str:
             from daebench.compiler.link import Linker, Options
 
             linker = Linker(self._derivation(ivp), Options(**structure), self.scheme_module)
             remembers = linker.constants["MULTISTEP"] or self.compensated
-            return linker.module(f"{self.name} on {ivp.problem}, {precision}.", [*LOOP, BEGIN] if remembers else LOOP, cached)
+            return linker.module(f"{self.name} on {ivp.problem}, {precision}.", [*LOOP, INITIALISE] if remembers else LOOP, cached)
 
         file = f"{self.scheme_module.rpartition('.')[2]}{structure.get('stages', '')}"
         key = f"{ivp.source.key} {self.scheme_module} {self.splitting} {sorted(structure.items())}"
@@ -132,7 +132,7 @@ class FixedStepMethod(ABC, Generic[Ivp, Result]):
         """
 
     @abstractmethod
-    def begin(self, ivp: Ivp, request: Request, grid: Grid, watched: tuple[str, ...]) -> Run:
+    def begin(self, ivp: Ivp, request: Request, grid: Grid, monitored: tuple[str, ...]) -> Run:
         """Return a run at its start.
 
         Parameters
@@ -143,8 +143,8 @@ class FixedStepMethod(ABC, Generic[Ivp, Result]):
             What is asked for.
         grid : Grid
             The steps that this comes to, see :meth:`grid`.
-        watched : tuple of str
-            What the loop watches, or ("samples",) for it to store H in place of states.
+        monitored : tuple of str
+            What the loop monitors, or ("samples",) for it to store H in place of states.
         """
 
     def check(self, ivp: Ivp, request: Request) -> None:
@@ -200,8 +200,8 @@ def _complex_state(linked: Linked, vectors: Sequence[Sequence[complex]]) -> Any:
     return tuple(map(typed, state)) if isinstance(state, tuple) and np.ndim(state[0]) else typed(state)
 
 
-def watched_names(watch: Sequence[str], ivp: InitialValueProblem) -> list[str]:
-    """Return the names of the errors that a run watches, in order."""
+def monitored_names(watch: Sequence[str], ivp: InitialValueProblem) -> list[str]:
+    """Return the names of the errors that a run monitors, in order."""
     names: Mapping[str, Sequence[str]] = {
         "energy": ["energy"],
         "manifold": ["g", "Gv"],

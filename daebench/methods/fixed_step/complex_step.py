@@ -39,9 +39,9 @@ def complex_run(linked: Linked, ivp: InitialValueProblem, x: Any, h: float, step
     rows = np.empty((steps // every if every else 0, ivp.size), dtype=complex)
     empty = np.empty((0, ivp.size), dtype=complex)
     with np.errstate(all="ignore"):
-        memory, report = kernel.begin(x, h, linked.par) if hasattr(kernel, "begin") else ((), (0,))
+        memory, report = kernel.initialise(x, h, linked.par) if hasattr(kernel, "initialise") else ((), (0,))
         if report[0]:
             return x, rows[:0], linked.failure(ivp, h, 0, steps, 0, report)
-        found = kernel.integrate(x, memory, (), (), np.inf, h, linked.weights, steps, every or -1, every, rows, empty, linked.par)
-    done, stored, report = found[4], found[5], found[-1]
-    return found[0], rows[:stored], linked.failure(ivp, h, done, steps, found[-2], report) if report[0] else None
+        result = kernel.integrate(x, memory, (), (), np.inf, h, linked.weights, steps, every or -1, every, rows, empty, linked.par)
+    done, stored, report = result[4], result[5], result[-1]
+    return result[0], rows[:stored], linked.failure(ivp, h, done, steps, result[-2], report) if report[0] else None

@@ -8,10 +8,10 @@ from typing import Any
 
 from daebench.compiler.work import WORK
 from daebench.errors import BadInput
-from daebench.methods.fixed_step.base import FixedStepMethod, watched_names
+from daebench.methods.fixed_step.base import FixedStepMethod, monitored_names
 from daebench.methods.fixed_step.parts import Parts
 from daebench.methods.fixed_step.rank_loss import RankRun
-from daebench.methods.fixed_step.raw_multipliers import Stages
+from daebench.methods.fixed_step.stage_multipliers import Stages
 from daebench.methods.fixed_step.stepping import REASONS, SIMPLIFIED, Run
 from daebench.runs.grid import Grid
 from daebench.runs.ivp import ConstrainedIvp
@@ -63,7 +63,7 @@ class FixedStep(Parts, FixedStepMethod[ConstrainedIvp, Trajectory]):
         mode = request.at_rank_loss(ivp)
         if mode == "least-squares" and ivp.arrays:
             raise BadInput(
-                f"{self.name} on {ivp.sheet.NODES} nodes of {ivp.problem} solves banded systems, and none by least squares; "
+                f"{self.name} on {ivp.facts.NODES} nodes of {ivp.problem} solves banded systems, and none by least squares; "
                 "take continue, or fewer nodes."
             )
         if request.on_singular == "least-squares" and not self._solves:
@@ -78,12 +78,12 @@ class FixedStep(Parts, FixedStepMethod[ConstrainedIvp, Trajectory]):
     def _derivation(self, ivp: ConstrainedIvp) -> Any:
         return ivp.source.form(self.form)
 
-    def _structure(self, *, raw: bool, singular: str) -> dict[str, Any]:
+    def _structure(self, *, stage_multipliers: bool, singular: str) -> dict[str, Any]:
         return {
             "stages": self.member.stages,
             "compensated": self.compensated,
             "projection": self.projection,
-            "raw": len(self.member.multipliers()) if raw else 0,
+            "stage_multipliers": len(self.member.multipliers()) if stage_multipliers else 0,
             "sweeps": self.sweeps,
             "roundings": self.roundings,
             "singular": "least-squares" if singular == "least-squares" else "watch" if singular and self._solves else "",
@@ -106,7 +106,7 @@ class FixedStep(Parts, FixedStepMethod[ConstrainedIvp, Trajectory]):
         """Return the trajectory; where the scheme stops early, what was computed so far and why."""
         run = self.begin(ivp, request, self.grid(ivp, request), request.watched(CONSTRAINED))
         outcome, (t, rows) = run.outcome(), run.states()
-        d, m = int(ivp.sheet.D), int(ivp.sheet.M)
+        d, m = int(ivp.facts.D), int(ivp.facts.M)
         p, q = rows[:, :d].copy(), rows[:, d:].copy()
         return Trajectory(
             **outcome,
@@ -118,15 +118,23 @@ class FixedStep(Parts, FixedStepMethod[ConstrainedIvp, Trajectory]):
             passages=tuple(run.passages),
         )
 
-    def begin(self, ivp: ConstrainedIvp, request: Request, grid: Grid, watched: tuple[str, ...]) -> Run:
-        """Return a run at its start, which watches whether G keeps its rank; see :meth:`FixedStepMethod.begin`."""
+    def begin(self, ivp: ConstrainedIvp, request: Request, grid: Grid, monitored: tuple[str, ...]) -> Run:
+        """Return a run at its start, which monitors whether G keeps its rank; see :meth:`FixedStepMethod.begin`."""
         began = time.perf_counter()
         mode = self.on_singular(ivp, request)
         ivp = replace(ivp, on_singular=mode)
-        kernel = self.kernel(ivp, request.precision, watched, count=request.count, raw=request.raw, singular=mode)
-        raw = len(self.member.multipliers()) * ivp.m if request.raw else 0
+        kernel = self.kernel(ivp, request.precision, monitored, count=request.count, stage_multipliers=request.raw, singular=mode)
+        stage_multipliers = len(self.member.multipliers()) * ivp.m if request.raw else 0
         made: Callable[..., Run] = partial(RankRun, mode) if mode else Run
-        return made(self._linked(ivp, kernel, grid.h), ivp, request, grid, names=watched_names(watched, ivp), raw=raw, began=began)
+        return made(
+            self._linked(ivp, kernel, grid.h),
+            ivp,
+            request,
+            grid,
+            names=monitored_names(monitored, ivp),
+            stage_multipliers=stage_multipliers,
+            began=began,
+        )
 
     def _require(self, ivp: ConstrainedIvp, request: Request) -> None:
         self.on_singular(ivp, request)
@@ -136,9 +144,9 @@ class FixedStep(Parts, FixedStepMethod[ConstrainedIvp, Trajectory]):
         grid = super().grid(ivp, request)
         if request.raw and (self.composition or not self.member.multipliers()):
             why = "those of a composition belong to its substeps" if self.composition else "it computes none"
-            raise BadInput(f"{self.name} has no raw multipliers to give: {why}; ask for lam(p, q) instead.")
+            raise BadInput(f"{self.name} has no stage multipliers to give: {why}; ask for lam(p, q) instead.")
         if request.raw and grid.every != 1:
-            raise BadInput(f"raw multipliers are those of every step; leave out every = {grid.every}.")
+            raise BadInput(f"stage multipliers are those of every step; leave out every = {grid.every}.")
         return grid
 
 

@@ -1,4 +1,4 @@
-"""The forms of the system that an ODE's scheme can be run on besides (1.18)."""
+"""Formulations of the right-hand side that an ODE's scheme can be run on besides (1.18)."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
@@ -45,4 +45,4 @@ FORMS: Mapping[str, Form] = {
     "stiff": Form("no constraint, but g^T g / (2 eps^2) added to H", {"eps": 1e-3}),
     "local": Form("local coordinates y of the manifold, HLW (2.22): y' = B(y) grad K(y)", {}, enter, leave),
 }
-"""The forms by name."""
+"""The formulations by name."""

@@ -1,4 +1,4 @@
-"""Methods for Poisson systems that are lifted: a constrained method runs above, and its trajectory is mapped down, HLW VII.5.3."""
+"""Methods for Poisson systems realised on a constrained system: its trajectory is mapped down, HLW VII.5.3."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, fields, replace
@@ -17,7 +17,7 @@ from daebench.runs.request import Method, Request
 from daebench.runs.trajectory import POISSON, Array, Outcome, PoissonTrajectory, Trajectory
 
 FORM = "lifted"
-"""What comes before the colon in the name of a lifted method."""
+"""What comes before the colon in the name of a method realised on the constrained system."""
 
 
 @dataclass(frozen=True)
@@ -46,7 +46,7 @@ class Lifted:
 
     @classmethod
     def of(cls, method: Method[ConstrainedIvp, Trajectory]) -> "Lifted":
-        """Return a method lifted; raise :class:`BadInput` where it chooses its own steps."""
+        """Return a method realised on the constrained system; raise :class:`BadInput` where it chooses its own steps."""
         if not isinstance(method, FixedStep):
             raise BadInput(f"{FORM}: takes fixed-step methods, and {method.name} chooses its own steps; run it as it is, or {FORM}:rattle.")
         return cls(method)
@@ -64,17 +64,17 @@ class Lifted:
     def is_poisson(self, ivp: InitialValueProblem) -> bool:
         """Return whether the method claims to be a Poisson integrator: whether it is symplectic on the manifold above."""
         claims = self.method.claims
-        return bool(ivp.sheet.LIFT) and claims.symplectic and claims.on_manifold
+        return bool(ivp.facts.LIFT) and claims.symplectic and claims.on_manifold
 
     def keeps(self, ivp: InitialValueProblem) -> tuple[str, ...]:
         """Return the names of the conserved quantities that the method claims to keep to round-off: the Casimir functions, or none."""
-        return tuple(ivp.sheet.CASIMIRS) if self.is_poisson(ivp) else ()
+        return tuple(ivp.facts.CASIMIRS) if self.is_poisson(ivp) else ()
 
     def refusal(self, ivp: InitialValueProblem) -> str | None:
         """Return why the method cannot be used on this problem, as a sentence, or None."""
         if not isinstance(ivp, PoissonIvp):
             return f"{self.name} is for Poisson systems, and {ivp.problem} is a constrained problem; leave out {FORM}:."
-        if not ivp.sheet.LIFT:
+        if not ivp.facts.LIFT:
             return f"{self.name} needs a constrained system above, which {ivp.problem} does not declare; use strang."
         if not np.isfinite(_energy(up := above(ivp))):
             reason = f"the energy of {up.problem} above is not finite at these parameters, as where its mass matrix is singular"
@@ -100,8 +100,8 @@ class Lifted:
             If the request cannot be met.
         """
         self.check(ivp, request)
-        found = _mapped_down(self.name, ivp, self.method.solve(above(ivp), _silent(request)))
-        return replace(found, maxima=_maxima(ivp, found, request.watched(POISSON)))
+        trajectory = _mapped_down(self.name, ivp, self.method.solve(above(ivp), _silent(request)))
+        return replace(trajectory, maxima=_maxima(ivp, trajectory, request.watched(POISSON)))
 
     def flow(self, ivp: PoissonIvp, h: float, steps: int) -> Callable[[Sequence[complex]], Array]:
         """Return the map y -> y of ``steps`` steps for complex states, exact to first order in the imaginary part.
@@ -157,7 +157,7 @@ def _falling(ivp: PoissonIvp) -> Callable[[Any, Any], Sequence[Any]]:
 
 
 def _silent(request: Request) -> Request:
-    """Return what is asked of the method above, which watches nothing."""
+    """Return what is asked of the method above, which monitors nothing."""
     return replace(request, watch=())
 
 
@@ -174,9 +174,9 @@ def _told(name: str, ivp: PoissonIvp, failure: str) -> str:
     return f"{name} on {ivp.problem}, case {ivp.case}: {failure}"
 
 
-def _maxima(ivp: PoissonIvp, run: PoissonTrajectory, watched: Sequence[str]) -> dict[str, float]:
-    """Return the largest modulus of each watched error over the outputs."""
-    errors: dict[str, Array] = {"energy": energy_error(ivp, run)} if "energy" in watched else {}
-    errors |= casimir_errors(ivp, run) if "casimirs" in watched else {}
-    errors |= integral_errors(ivp, run) if "integrals" in watched else {}
+def _maxima(ivp: PoissonIvp, run: PoissonTrajectory, monitored: Sequence[str]) -> dict[str, float]:
+    """Return the largest modulus of each monitored error over the outputs."""
+    errors: dict[str, Array] = {"energy": energy_error(ivp, run)} if "energy" in monitored else {}
+    errors |= casimir_errors(ivp, run) if "casimirs" in monitored else {}
+    errors |= integral_errors(ivp, run) if "integrals" in monitored else {}
     return {name: float(np.max(np.abs(error))) for name, error in errors.items()}

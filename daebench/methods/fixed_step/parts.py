@@ -11,7 +11,7 @@ from daebench.errors import BadInput, real, require_known, unknown
 from daebench.methods.fixed_step.chain_refusals import unwritten
 from daebench.methods.fixed_step.compositions import COMPOSITIONS
 from daebench.methods.fixed_step.forms import FORMS, OWN, Form
-from daebench.methods.schemes import members
+from daebench.methods.registry import registry
 from daebench.runs.ivp import ConstrainedIvp
 from daebench.schemes.kernels.claims import Claims, Member, composed, on_form, projected
 
@@ -56,7 +56,7 @@ class Parts:
 
     def __post_init__(self) -> None:
         require_known(
-            ("scheme", self.scheme, members()),
+            ("scheme", self.scheme, registry()),
             ("form", self.form, FORMS),
             ("composition", self.composition, COMPOSITIONS),
             ("projection", self.projection, PROJECTIONS),
@@ -72,10 +72,10 @@ class Parts:
 
     def _misfit(self) -> str | None:
         """Return why the parts do not go together, as a sentence, or None."""
-        own, module = self.member.claims, self.module
-        base = on_form(own, self.form)
+        claims, module = self.member.claims, self.module
+        base = on_form(claims, self.form)
         multistep = hasattr(module, "start")
-        if self.form and not own.any_form:
+        if self.form and not claims.any_form:
             return f"{self.scheme} cannot be run on the form {self.form}; use one of {', '.join(takes_forms())}."
         if self.composition and (multistep or not base.symmetric or base.order != 2):
             return f"{self.composition} composes symmetric one-step methods of order 2, which {self.base} is not; use rattle or strang."
@@ -116,12 +116,12 @@ class Parts:
     @property
     def file(self) -> str:
         """Name of the file that the scheme is in."""
-        return members()[self.scheme][0]
+        return registry()[self.scheme][0]
 
     @property
     def member(self) -> Member:
         """What the scheme is in its file."""
-        return members()[self.scheme][1]
+        return registry()[self.scheme][1]
 
     @property
     def module(self) -> types.ModuleType:
@@ -139,29 +139,29 @@ class Parts:
     @cached_property
     def data(self) -> tuple[Any, ...]:
         """Run-time data of scheme and form: the scheme's numbers, and the form's."""
-        own = {name: self.options.get(name, value) for name, value in self.member.options.items()}
-        return self.member.numbers(**own), self.system.numbers(self.options)
+        options = {name: self.options.get(name, value) for name, value in self.member.options.items()}
+        return self.member.numbers(**options), self.system.numbers(self.options)
 
     def refusal(self, ivp: ConstrainedIvp) -> str | None:
         """Return why the method cannot be used on this problem, as a sentence, or None."""
-        needs, sheet = self.member.claims, ivp.sheet
+        needs, facts = self.member.claims, ivp.facts
         if ivp.arrays:
             why = unwritten(ivp, self.file, form=self.form, stages=self.member.stages, projection=self.projection)
-            return f"{self.name} on the {ivp.sheet.NODES} nodes of {ivp.problem}: {why}" if why else None
-        if needs.separable_only and not sheet.SEPARABLE:
+            return f"{self.name} on the {ivp.facts.NODES} nodes of {ivp.problem}: {why}" if why else None
+        if needs.separable_only and not facts.SEPARABLE:
             return f"{self.name} needs H = 1/2 p^T M^-1 p + U(q) with constant M, which {ivp.problem} does not have; use rattle."
-        if needs.quadratic_only and not sheet.QUADRATIC:
+        if needs.quadratic_only and not facts.QUADRATIC:
             return f"{self.name} needs H to be quadratic in p, which that of {ivp.problem} is not; use rattle."
-        if needs.needs_kinetic_flow and not sheet.KINETIC_FLOW:
+        if needs.needs_kinetic_flow and not facts.KINETIC_FLOW:
             return (
                 f"{self.name} needs the flow of the kinetic energy in closed form, which {ivp.problem} does not declare; "
                 "use rattle, whose compositions have the same orders."
             )
-        if self.form == "local" and not sheet.CHART:
+        if self.form == "local" and not facts.CHART:
             return f"{self.name} needs a chart of the manifold, which {ivp.problem} does not declare; leave out local:."
         return None
 
 
 def takes_forms() -> list[str]:
     """Return the names of the schemes that can be run on every form of the system."""
-    return [name for name, (_, member) in members().items() if member.claims.any_form]
+    return [name for name, (_, member) in registry().items() if member.claims.any_form]

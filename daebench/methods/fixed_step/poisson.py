@@ -10,10 +10,10 @@ import numpy as np
 from daebench.compiler.cache import generated
 from daebench.compiler.work import POISSON_WORK
 from daebench.errors import BadInput, require_known
-from daebench.methods.fixed_step.base import FixedStepMethod, watched_names
+from daebench.methods.fixed_step.base import FixedStepMethod, monitored_names
 from daebench.methods.fixed_step.compositions import COMPOSITIONS
 from daebench.methods.fixed_step.stepping import REASONS, Run
-from daebench.methods.schemes import poisson_members
+from daebench.methods.registry import poisson_registry
 from daebench.runs.grid import Grid
 from daebench.runs.ivp import InitialValueProblem, PoissonIvp
 from daebench.runs.request import Request
@@ -22,7 +22,7 @@ from daebench.runs.trajectory import POISSON, PoissonTrajectory
 from daebench.schemes.kernels.claims import CLASSES, PoissonClaims
 
 FORMS = {"darboux": "canonical coordinates z = (q, p, c), HLW VII.4.3: z' = B0 grad K(z)"}
-"""The forms of a Poisson system that a scheme can be run on besides its own coordinates."""
+"""Formulations of a Poisson system that a scheme can be run on besides its own coordinates."""
 
 RUN_AWAY = "use a smaller h, and see whether the motion itself runs away there"
 LEFT = {3: ("a value is no longer finite", RUN_AWAY), 6: ("the state has left the domain {domain}", RUN_AWAY)}
@@ -64,7 +64,7 @@ class PoissonStep(FixedStepMethod[PoissonIvp, PoissonTrajectory]):
 
     def __post_init__(self) -> None:
         require_known(
-            ("scheme for Poisson systems", self.scheme, poisson_members()),
+            ("scheme for Poisson systems", self.scheme, poisson_registry()),
             ("form of Poisson systems", self.form, FORMS),
             ("composition", self.composition, COMPOSITIONS),
         )
@@ -87,7 +87,7 @@ class PoissonStep(FixedStepMethod[PoissonIvp, PoissonTrajectory]):
     @property
     def member(self) -> PoissonClaims:
         """The claims of the scheme itself."""
-        return poisson_members()[self.scheme]
+        return poisson_registry()[self.scheme]
 
     @property
     def order(self) -> int:
@@ -96,30 +96,30 @@ class PoissonStep(FixedStepMethod[PoissonIvp, PoissonTrajectory]):
 
     def is_poisson(self, ivp: InitialValueProblem) -> bool:
         """Return whether the method claims to be a Poisson integrator for this system: whether B is of the class that it states."""
-        kind, sheet = self.member.poisson, ivp.sheet
+        kind, facts = self.member.poisson, ivp.facts
         if self.form == "darboux":
             return bool(kind)
-        return bool({"split": sheet.SPLITTINGS, "constant": sheet.CONSTANT, "bilinear": sheet.BILINEAR, "": False}[kind])
+        return bool({"split": facts.SPLITTINGS, "constant": facts.CONSTANT, "bilinear": facts.BILINEAR, "": False}[kind])
 
     def keeps(self, ivp: InitialValueProblem) -> tuple[str, ...]:
         """Return the names of the conserved quantities that the method claims to keep to round-off: "energy", Casimirs, integrals."""
-        own = {"linear": ivp.sheet.LINEAR, "quadratic": ivp.sheet.QUADRATIC, "": ()}["" if self.form else self.member.keeps]
-        casimirs = ivp.sheet.CASIMIRS if self.is_poisson(ivp) or self.form == "darboux" else ()
-        return tuple(dict.fromkeys((*casimirs, *own)))
+        integrals = {"linear": ivp.facts.LINEAR, "quadratic": ivp.facts.QUADRATIC, "": ()}["" if self.form else self.member.keeps]
+        casimirs = ivp.facts.CASIMIRS if self.is_poisson(ivp) or self.form == "darboux" else ()
+        return tuple(dict.fromkeys((*casimirs, *integrals)))
 
     def refusal(self, ivp: InitialValueProblem) -> str | None:
         """Return why the method cannot be used on this problem, as a sentence, or None."""
-        claims, sheet = self.member, ivp.sheet
-        if sheet.KIND != "poisson":
+        claims, facts = self.member, ivp.facts
+        if facts.KIND != "poisson":
             return f"{self.name} is for Poisson systems, and {ivp.problem} is a constrained problem; use rattle."
-        if self.form == "darboux" and not sheet.DARBOUX:
+        if self.form == "darboux" and not facts.DARBOUX:
             return f"{self.name} needs canonical coordinates, which {ivp.problem} does not declare; leave out darboux:."
-        if claims.poisson == "split" and not sheet.SPLITTINGS:
+        if claims.poisson == "split" and not facts.SPLITTINGS:
             return f"{self.name} needs parts of H with known flows, which {ivp.problem} does not declare; use midpoint --anyway, or rk4."
-        if self.splitting and self.splitting not in sheet.SPLITTINGS:
-            return f"{ivp.problem} has no splitting {self.splitting!r}; it has {', '.join(sheet.SPLITTINGS)}."
-        if claims.halves and not sheet.HALVES and not self.form:
-            return f"{self.name} needs a state in two halves, and {ivp.problem} has {sheet.N} coordinates; use strang."
+        if self.splitting and self.splitting not in facts.SPLITTINGS:
+            return f"{ivp.problem} has no splitting {self.splitting!r}; it has {', '.join(facts.SPLITTINGS)}."
+        if claims.halves and not facts.HALVES and not self.form:
+            return f"{self.name} needs a state in two halves, and {ivp.problem} has {facts.N} coordinates; use strang."
         if claims.poisson and not self.anyway and not self.is_poisson(ivp):
             what = CLASSES[claims.poisson]
             return f"{self.name} is a Poisson integrator for {what} only, which {ivp.problem} does not have; --anyway runs it all the same."
@@ -136,7 +136,7 @@ class PoissonStep(FixedStepMethod[PoissonIvp, PoissonTrajectory]):
     def _derivation(self, ivp: PoissonIvp) -> Any:
         if self.form:
             return ivp.source.form(self.form)
-        return ivp.source.split(self.splitting or next(iter(ivp.sheet.SPLITTINGS), "") if self.member.poisson == "split" else "")
+        return ivp.source.split(self.splitting or next(iter(ivp.facts.SPLITTINGS), "") if self.member.poisson == "split" else "")
 
     def _coordinates(self, ivp: PoissonIvp) -> tuple[Callable[[Sequence[Any]], Any], Callable[[Any], Sequence[Any]]]:
         if not self.form:
@@ -152,7 +152,7 @@ class PoissonStep(FixedStepMethod[PoissonIvp, PoissonTrajectory]):
         return scales
 
     def _reasons(self, ivp: PoissonIvp) -> Mapping[int, tuple[str, str]]:
-        domain = " and ".join(f"{function} > 0" for function in ivp.sheet.DOMAIN)
+        domain = " and ".join(f"{function} > 0" for function in ivp.facts.DOMAIN)
         return REASONS | {status: (why.replace("{domain}", domain), advice) for status, (why, advice) in LEFT.items()}
 
     def solve(self, ivp: PoissonIvp, request: Request) -> PoissonTrajectory:
@@ -161,20 +161,20 @@ class PoissonStep(FixedStepMethod[PoissonIvp, PoissonTrajectory]):
         outcome, (t, y) = run.outcome(), run.states()
         return PoissonTrajectory(**outcome, t=t, y=y)
 
-    def begin(self, ivp: PoissonIvp, request: Request, grid: Grid, watched: tuple[str, ...]) -> Run:
+    def begin(self, ivp: PoissonIvp, request: Request, grid: Grid, monitored: tuple[str, ...]) -> Run:
         """Return a run at its start; see :meth:`FixedStepMethod.begin`."""
         began = time.perf_counter()
-        kernel = self.kernel(ivp, request.precision, watched, count=request.count)
-        return Run(self._linked(ivp, kernel, grid.h), ivp, request, grid, names=watched_names(watched, ivp), began=began)
+        kernel = self.kernel(ivp, request.precision, monitored, count=request.count)
+        return Run(self._linked(ivp, kernel, grid.h), ivp, request, grid, names=monitored_names(monitored, ivp), began=began)
 
 
 def require_poisson(name: str, request: Request) -> None:
     """Refuse what has no meaning for a Poisson system; raise :class:`BadInput`."""
-    for wrong, what in ((request.multipliers, "multipliers lam(p, q)"), (request.raw, "raw multipliers")):
+    for wrong, what in ((request.multipliers, "multipliers lam(p, q)"), (request.raw, "stage multipliers")):
         if wrong:
             raise BadInput(f"{name} runs on a Poisson system, which has no {what}; leave them out.")
     if request.watch and "manifold" in request.watch:
-        raise BadInput("a Poisson system has no constraints to watch; watch energy, casimirs or integrals.")
+        raise BadInput("a Poisson system has no constraints to monitor; monitor energy, casimirs or integrals.")
 
 
 def coordinates(ivp: PoissonIvp) -> tuple[Callable[[Any], Any], Callable[[Any], Any]]:
@@ -182,10 +182,10 @@ def coordinates(ivp: PoissonIvp) -> tuple[Callable[[Any], Any], Callable[[Any], 
 
     def build(cached: bool) -> str:
         from daebench.compiler.link import Linker, Options
-        from daebench.compiler.syntax import HOLE
+        from daebench.compiler.syntax import LANGUAGE
 
         linker = Linker(ivp.source.form("darboux"), Options(compiled=ivp.arrays, form="darboux"))
-        return linker.module(f"Canonical coordinates of {ivp.problem}.", [(HOLE, name) for name in ("canonical", "chart")], cached)
+        return linker.module(f"Canonical coordinates of {ivp.problem}.", [(LANGUAGE, name) for name in ("canonical", "chart")], cached)
 
     module = generated(f"{ivp.problem}_darboux", f"{ivp.source.key} darboux", build)
     par = tuple(map(np.float64, ivp.par))

@@ -1,4 +1,4 @@
-"""A run of a fixed-step scheme on a constrained problem that watches whether G keeps its rank."""
+"""A run of a fixed-step scheme on a constrained problem that monitors whether G keeps its rank."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -86,7 +86,7 @@ class RankRun(Run):
     @property
     def _ahead(self) -> float:
         """How far the substeps of a composition go beyond the end of its step: pivots, but not what one constraint tells, are of there."""
-        if self.ivp.m == 1 or (self.ivp.arrays and not self.ivp.sheet.EXPLICIT):
+        if self.ivp.m == 1 or (self.ivp.arrays and not self.ivp.facts.EXPLICIT):
             return 0.0
         return self.grid.h * max(0.0, float(np.max(np.cumsum(self.linked.weights), initial=1.0)) - 1.0)
 

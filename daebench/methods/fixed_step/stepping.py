@@ -1,4 +1,4 @@
-"""A run of a linked scheme: the compiled loop called piece by piece, so that it can be watched and interrupted."""
+"""A run of a linked scheme: the compiled loop called piece by piece, so that it can be monitored and interrupted."""
 
 import time
 import types
@@ -13,12 +13,12 @@ from daebench.runs.grid import Grid
 from daebench.runs.ivp import InitialValueProblem
 from daebench.runs.request import Request
 from daebench.runs.trajectory import Array, Passage
-from daebench.schemes.kernels.newton import SWEEPS
+from daebench.schemes.kernels.newton import ITERATIONS
 from daebench.schemes.kernels.rank import RANK_LOST
 from daebench.schemes.kernels.relax import ROUNDS
 
 REASONS = {
-    1: ("the iteration did not converge in {sweeps} sweeps, residual {residual:.2e}", "use a smaller h"),
+    1: ("the iteration did not converge in {sweeps} iterations, residual {residual:.2e}", "use a smaller h"),
     2: (
         "the iteration matrix is singular to round-off, residual {residual:.2e}",
         "see whether constraints are redundant, or G has lost rank or a chart is singular there",
@@ -28,7 +28,7 @@ REASONS = {
         "use a smaller h, and see whether the motion has left the domain of H or that of the chart of local:",
     ),
     4: (
-        "H or a watched quantity is not finite after this step",
+        "H or a monitored quantity is not finite after this step",
         "use a smaller h, and see whether the motion has left the domain of H or the range of double precision",
     ),
     5: (
@@ -44,7 +44,7 @@ ITS_OWN = "this is the limit of the iteration, which leaves out derivatives, and
 SIMPLIFIED = REASONS | {1: (REASONS[1][0], f"{REASONS[1][1]}; {ITS_OWN}")}
 """The same of a scheme whose iteration leaves out derivatives."""
 
-LIMITS = {"sweeps": SWEEPS, "relaxations": ROUNDS}
+LIMITS = {"sweeps": ITERATIONS, "relaxations": ROUNDS}
 CHUNK_SECONDS = 0.2
 
 
@@ -111,15 +111,23 @@ class Run:
     ivp, request, grid
         What is integrated, what is asked for, and the steps that this comes to.
     names : sequence of str
-        Names of the errors that the kernel watches.
-    raw : int
-        Raw multipliers of a step, all together, that are stored.
+        Names of the errors that the kernel monitors.
+    stage_multipliers : int
+        Stage multipliers of a step, all together, that are stored.
     began : float
         When the work on this request began, on ``time.perf_counter``.
     """
 
     def __init__(
-        self, linked: Linked, ivp: InitialValueProblem, request: Request, grid: Grid, *, names: Sequence[str], raw: int = 0, began: float
+        self,
+        linked: Linked,
+        ivp: InitialValueProblem,
+        request: Request,
+        grid: Grid,
+        *,
+        names: Sequence[str],
+        stage_multipliers: int = 0,
+        began: float,
     ) -> None:
         self.linked, self.ivp, self.request, self.grid, self.names = linked, ivp, request, grid, names
         self.kernel = linked.kernel
@@ -130,8 +138,8 @@ class Run:
         self.par, self.h = self.typed(linked.par), self.typed(grid.h)
         self.weights = linked.weights.astype(request.precision)
         self.x = self.state(linked.enter(ivp.start))
-        self.X = np.empty((grid.rows, ivp.size), dtype=request.precision)
-        self.R = np.empty((grid.rows if raw else 0, raw), dtype=request.precision)
+        self.state_rows = np.empty((grid.rows, ivp.size), dtype=request.precision)
+        self.stage_rows = np.empty((grid.rows if stage_multipliers else 0, stage_multipliers), dtype=request.precision)
         self.done, self.row, self.left = 0, 0, grid.every or -1
         self.work = np.zeros(len(linked.work), dtype=np.int64)
         self.seconds = 0.0
@@ -161,10 +169,10 @@ class Run:
         self.pivots: Any = self._no_pivots()
         self.memory: Any = ()
         report: Any = (0, self.zero, self.infinity, ())
-        if hasattr(self.kernel, "begin"):
-            memory, report = self.kernel.begin(self.x, self.h, self.par)
+        if hasattr(self.kernel, "initialise"):
+            memory, report = self.kernel.initialise(self.x, self.h, self.par)
             self.memory = self.state(memory)
-            self.work += self._tally(self.kernel.EACH_BEGIN, 1) + self._tally(report[3], 1)
+            self.work += self._tally(self.kernel.EACH_INITIALISE, 1) + self._tally(report[3], 1)
         if report[0]:
             self.failure = self._sentence(report, 0)
         self._call(0)
@@ -179,7 +187,7 @@ class Run:
         return self.pivots
 
     def _lose_rank(self) -> None:
-        """Do what is to be done where G loses rank within the next step; only a run that watches for it comes here."""
+        """Do what is to be done where G loses rank within the next step; only a run that monitors for it comes here."""
 
     def _tally(self, counts: Sequence[int], times: int) -> Any:
         return times * np.array(counts, dtype=np.int64) if self.request.count and len(counts) else np.zeros_like(self.work)
@@ -193,11 +201,11 @@ class Run:
         return self.x, self.memory, self.conserved, self.maxima, self.pivots
 
     @carried.setter
-    def carried(self, found: tuple[Any, ...]) -> None:
-        self.x, self.memory, self.conserved, self.maxima, self.pivots = found
+    def carried(self, numbers: tuple[Any, ...]) -> None:
+        self.x, self.memory, self.conserved, self.maxima, self.pivots = numbers
 
     def _call(self, steps: int) -> Any:
-        outputs = (self.X[self.row :], self.R[self.row :])
+        outputs = (self.state_rows[self.row :], self.stage_rows[self.row :])
         return self.kernel.integrate(*self.carried, self.h, self.weights, steps, self.left, self.grid.every, *outputs, self.par)
 
     def _advance(self, steps: int) -> float:
@@ -214,8 +222,8 @@ class Run:
         self.rank_lost = report[0] == RANK_LOST
         failed = int(report[0] != 0 and not self.rank_lost)
         substeps = done * max(1, len(self.weights)) + failed * abs(tried)
-        self.work += self._tally(work, 1) + self._tally(self.kernel.EACH_ONE, substeps)
-        self.work += self._tally(self.kernel.EACH_FINISH, done + failed)
+        self.work += self._tally(work, 1) + self._tally(self.kernel.EACH_ONE_STEP, substeps)
+        self.work += self._tally(self.kernel.EACH_AFTER_STEP, done + failed)
         self.seconds += took
         if failed:
             self.failure = self._sentence(report, tried)
@@ -288,9 +296,9 @@ class Run:
         index = self.grid.every * np.arange(1, self.row + 1)
         end = [self.done] if self.done and (not len(index) or index[-1] != self.done) else []
         last = np.array([self.linked.leave(self.x)] * len(end), dtype=float).reshape(-1, self.ivp.size)
-        rows = np.concatenate([np.concatenate(self.ivp.start)[None], self.X[: self.row].astype(float, copy=False), last])
+        rows = np.concatenate([np.concatenate(self.ivp.start)[None], self.state_rows[: self.row].astype(float, copy=False), last])
         return np.array([0, *index, *end], dtype=float) * self.grid.h, rows
 
     def multipliers(self) -> Array:
-        """Return the raw multipliers of the steps that were taken, one row a step."""
-        return self.R[: self.row].astype(float, copy=False)
+        """Return the stage multipliers of the steps that were taken, one row a step."""
+        return self.stage_rows[: self.row].astype(float, copy=False)

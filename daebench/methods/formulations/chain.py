@@ -74,7 +74,7 @@ def refused(method: str, ivp: ConstrainedIvp) -> str | None:
     if not ivp.arrays:
         return None
     return (
-        f"{method} solves the index-reduced ODE, in which lam joins all {ivp.sheet.NODES} nodes of {ivp.problem}, so that its Jacobian "
+        f"{method} solves the index-reduced ODE, in which lam joins all {ivp.facts.NODES} nodes of {ivp.problem}, so that its Jacobian "
         "is full; use ida:index1, which has the same rates and a banded Jacobian."
     )
 

@@ -52,7 +52,7 @@ class PoissonDae(Posed):
             return ""
         with np.errstate(all="ignore"):
             inside = self.inside(tuple(y[: self.ivp.size]), self.ivp.par)
-        return "" if inside else f"the domain {' and '.join(f'{each} > 0' for each in self.ivp.sheet.DOMAIN)}"
+        return "" if inside else f"the domain {' and '.join(f'{each} > 0' for each in self.ivp.facts.DOMAIN)}"
 
 
 def pose_poisson(ivp: PoissonIvp, formulation: str, *, multipliers: str = "plain") -> PoissonDae:
@@ -84,7 +84,7 @@ def pose_poisson(ivp: PoissonIvp, formulation: str, *, multipliers: str = "plain
     kept = _kept(ivp) if formulation == "casimirs" else np.empty(0)
     none = np.zeros(len(kept))
     par, y0, yp0 = (np.concatenate(parts) for parts in ((ivp.par, kept), (ivp.y0, none), (rates, none)))
-    inside: Any = ivp.functions("inside").inside if ivp.sheet.DOMAIN else None
+    inside: Any = ivp.functions("inside").inside if ivp.facts.DOMAIN else None
     return PoissonDae(formulation, multipliers, ivp, par, y0, yp0, module, inside)
 
 

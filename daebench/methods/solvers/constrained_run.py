@@ -10,19 +10,19 @@ from daebench.diagnostics.rank import REDUNDANT, dependence
 from daebench.errors import DaebenchError
 from daebench.methods.formulations.chain import BandedDae
 from daebench.methods.formulations.constrained import Dae
-from daebench.methods.solvers.chain_rank_meter import ChainRankMeter
+from daebench.methods.solvers.chain_rank_monitor import ChainRankMonitor
 from daebench.methods.solvers.drive import Array, Driven
-from daebench.methods.solvers.rank_meter import RankMeter
+from daebench.methods.solvers.rank_monitor import RankMonitor
 from daebench.runs.ivp import ConstrainedIvp
 from daebench.runs.request import Request
 from daebench.runs.trajectory import CONSTRAINED, Passage, Trajectory
 
-Drive = Callable[[Dae, Callable[..., RankMeter]], Driven]
-"""Drives a solver on what is posed, with the meter that is made."""
+Drive = Callable[[Dae, Callable[..., RankMonitor]], Driven]
+"""Drives a solver on what is posed, with the monitor that is made."""
 
 
 def constrained(name: str, ivp: ConstrainedIvp, request: Request, posed: Callable[[ConstrainedIvp], Dae], drive: Drive) -> Trajectory:
-    """Return the trajectory of a run that watches whether G keeps its rank.
+    """Return the trajectory of a run that monitors whether G keeps its rank.
 
     Parameters
     ----------
@@ -47,34 +47,34 @@ def constrained(name: str, ivp: ConstrainedIvp, request: Request, posed: Callabl
     if mode != "least-squares" and (why := dependence(ivp)):
         raise DaebenchError(f"{name} cannot start on {ivp.problem}, case {ivp.case}: G M^-1 G^T is singular there; {why}; {REDUNDANT}.")
     dae = posed(ivp)
-    meters: list[RankMeter] = []
+    monitors: list[RankMonitor] = []
 
-    def metered(*settings: Any) -> RankMeter:
-        meters.append(ChainRankMeter(dae, mode, *settings) if isinstance(dae, BandedDae) else RankMeter(dae, mode, *settings))
-        return meters[-1]
+    def make_monitor(*settings: Any) -> RankMonitor:
+        monitors.append(ChainRankMonitor(dae, mode, *settings) if isinstance(dae, BandedDae) else RankMonitor(dae, mode, *settings))
+        return monitors[-1]
 
-    found = drive(dae, metered)
+    found = drive(dae, make_monitor)
     failure = found.outcome["failure"]
     if failure and not found.outcome["interrupted"]:
-        found = replace(found, outcome={**found.outcome, "failure": f"{failure[:-1]}{meters[-1].reason()}."})
-    return _trajectory(dae, request, found, meters[-1].ended())
+        found = replace(found, outcome={**found.outcome, "failure": f"{failure[:-1]}{monitors[-1].reason()}."})
+    return _trajectory(dae, request, found, monitors[-1].ended())
 
 
 def _trajectory(dae: Dae, request: Request, found: Driven, passages: tuple[Passage, ...]) -> Trajectory:
-    """Return the trajectory: momenta in the place of velocities, and what is watched, over all outputs."""
+    """Return the trajectory: momenta in the place of velocities, and the monitored quantities, over all outputs."""
     ivp, kept = dae.ivp, found.kept
     q, v = dae.unpack(found.Y)
     p = dae.momenta(q, v)
     p[0] = ivp.p0  # as given, without the round-off of p = M v
-    watched = request.watched(CONSTRAINED)
+    monitored = request.watched(CONSTRAINED)
     return Trajectory(
         **found.outcome,
         t=found.t[kept],
         q=q[kept],
         p=p[kept],
         lam=ivp.along("lam", p[kept], q[kept]) if request.multipliers else None,
-        maxima=_maxima(ivp, watched, p, q),
-        pivot=_smallest_pivot(ivp, p, q) if "manifold" in watched else None,
+        maxima=_maxima(ivp, monitored, p, q),
+        pivot=_smallest_pivot(ivp, p, q) if "manifold" in monitored else None,
         passages=passages,
     )
 

@@ -6,7 +6,7 @@ import numpy as np
 
 from daebench.methods.formulations.constrained import Posed
 from daebench.methods.solvers.drive import MOST_STEPS, Advance, Array
-from daebench.methods.solvers.meter import Meter
+from daebench.methods.solvers.monitor import Monitor
 from daebench.methods.solvers.reduced import OnReducedOde
 from daebench.methods.solvers.sundials import count_steps, stepwise
 
@@ -17,20 +17,20 @@ class Cvode(OnReducedOde):
     solver = "cvode"
     variants = ("adams", "bdf")
 
-    def _begin(self, dae: Posed, tol: float, meter: Meter) -> Advance:
+    def _begin(self, dae: Posed, tol: float, monitor: Monitor) -> Advance:
         from sksundae.cvode import CVODE
 
         def right_side(t: float, y: Array, yp: Array) -> None:
             began = time.perf_counter()
-            meter.called("rhs", t, rhs(t, y, yp, par), began)
+            monitor.called("rhs", t, rhs(t, y, yp, par), began)
 
         def jacobian(t: float, y: Array, yp: Array, JJ: Array) -> None:
             began = time.perf_counter()
-            meter.called("jacobian", t, rhs_jacobian(t, y, JJ, par), began)
+            monitor.called("jacobian", t, rhs_jacobian(t, y, JJ, par), began)
 
         def every_step(t: float, y: Array, events: Array) -> None:
             events[0] = 1.0
-            count_steps(meter, t, y)
+            count_steps(monitor, t, y)
 
         par, rhs, rhs_jacobian = dae.par, dae.rhs, dae.rhs_jacobian
         y = dae.y0.copy()
@@ -40,4 +40,4 @@ class Cvode(OnReducedOde):
         events = {"eventsfn": every_step, "num_events": 1}
         solver = CVODE(right_side, method=self.variant, jacfn=jacobian, rtol=tol, atol=tol, max_num_steps=MOST_STEPS, **events)
         solver.init_step(0.0, dae.y0)
-        return stepwise(solver, meter)
+        return stepwise(solver, monitor)

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from daebench.errors import BadInput
 from daebench.methods.formulations.constrained import Posed
 from daebench.methods.solvers.conserved import conservation
-from daebench.methods.solvers.meter import Meter, Stopped
+from daebench.methods.solvers.monitor import Monitor, Stopped
 from daebench.runs.request import Progress, Request
 
 Array = NDArray[np.float64]
@@ -32,7 +32,7 @@ def check(name: str, request: Request, least: float = TOLERANCES[0]) -> None:
     ------
     BadInput
         If tol is outside of [least, 1e-2], t_end is missing or not a positive number, steps or every > 0 are given, points are
-        fewer than 2 or more than 1e7, raw multipliers are asked for, or the precision is not float64.
+        fewer than 2 or more than 1e7, stage multipliers are asked for, or the precision is not float64.
     """
     if not least <= request.value <= TOLERANCES[1]:
         raise BadInput(f"tol = {request.value:g} of {name} must be between {least:.3g} and {TOLERANCES[1]:g}.")
@@ -45,7 +45,7 @@ def check(name: str, request: Request, least: float = TOLERANCES[0]) -> None:
     if request.points is not None and not 2 <= request.points <= MOST_POINTS:
         raise BadInput(f"points = {request.points} must be between 2 (start and end) and {MOST_POINTS}.")
     if request.raw:
-        raise BadInput(f"{name} has no raw multipliers of steps; ask for lam(p, q) instead.")
+        raise BadInput(f"{name} has no stage multipliers of steps; ask for lam(p, q) instead.")
     if request.precision != "float64":
         raise BadInput(f"{name} computes in float64 only, not in {request.precision}.")
 
@@ -65,7 +65,7 @@ class Driven:
     Y : ndarray, shape(n, ...)
         Unknowns at those times.
     kept : slice or list of int
-        The rows that were asked for; what is watched is watched in all of them.
+        The rows that were asked for; monitored quantities are evaluated in all of them.
     outcome : mapping of str to object
         Fields of :class:`daebench.runs.trajectory.Outcome`, the maxima and the times apart.
     """
@@ -83,7 +83,7 @@ class _Outputs:
     Y: list[Array]
     seconds: float = 0.0
 
-    def extend(self, advance: Advance, times: Array, meter: Meter, progress: Progress | None) -> None:
+    def extend(self, advance: Advance, times: Array, monitor: Monitor, progress: Progress | None) -> None:
         """Go on to each time but the first; the outputs so far stay where the solver stops."""
         for t in times[1:]:
             cpu = time.thread_time()
@@ -91,7 +91,7 @@ class _Outputs:
                 y = advance(float(t))
             finally:
                 self.seconds += time.thread_time() - cpu
-            meter.require_inside(y)
+            monitor.require_inside(y)
             self.Y.append(y)
             if progress:
                 progress(float(t) / float(times[-1]))
@@ -101,11 +101,11 @@ def drive(
     name: str,
     posed: Posed,
     request: Request,
-    begin: Callable[[Any, float, Meter], Advance],
+    begin: Callable[[Any, float, Monitor], Advance],
     *,
     began: float,
     advice: str,
-    metered: Callable[..., Meter] = Meter,
+    make_monitor: Callable[..., Monitor] = Monitor,
 ) -> Driven:
     """Return what a solver gives that is driven from output to output.
 
@@ -120,41 +120,41 @@ def drive(
     request : Request
         What is asked for, already checked.
     begin : callable
-        ``begin(posed, tol, meter)`` compiles what will be called and returns how to advance.
+        ``begin(posed, tol, monitor)`` compiles what will be called and returns how to advance.
     began : float
         When the work on this request began, on ``time.perf_counter``.
     advice : str
         What to do if the run stops early.
-    metered : callable
-        Makes the meter.
+    make_monitor : callable
+        Makes the monitor of a run.
     """
     assert request.t_end is not None
-    meter = metered(
+    monitor = make_monitor(
         request.t_end, request.seconds_limit or SECONDS_LIMIT, request.work_limit, posed.outside, conservation(posed, request.value)
     )
     failure, interrupted, ready = None, False, began
     times = np.linspace(0.0, request.t_end, max(3, request.points or POINTS))
     outputs = _Outputs([posed.y0])
     try:
-        meter.begin(posed.y0)
-        advance = begin(posed, request.value, meter)
+        monitor.begin(posed.y0)
+        advance = begin(posed, request.value, monitor)
         ready = time.perf_counter()
-        meter.start()
-        outputs.extend(advance, times, meter, request.progress)
+        monitor.start()
+        outputs.extend(advance, times, monitor, request.progress)
     except Stopped as stop:
-        t = max(meter.t, times[len(outputs.Y) - 1]) if stop.t is None else stop.t
+        t = max(monitor.t, times[len(outputs.Y) - 1]) if stop.t is None else stop.t
         failure = _sentence(name, posed, request, t, f"{stop}; {stop.advice or advice}")
     except KeyboardInterrupt:
         if not request.keep_interrupted:
             raise
-        failure, interrupted = _sentence(name, posed, request, meter.t, "interrupted; run it again"), True
+        failure, interrupted = _sentence(name, posed, request, monitor.t, "interrupted; run it again"), True
     Y, times = outputs.Y, times[: len(outputs.Y)]
-    if failure and meter.t > times[-1]:
-        times = np.append(times, meter.t)
-        Y.append(meter.y)
+    if failure and monitor.t > times[-1]:
+        times = np.append(times, monitor.t)
+        Y.append(monitor.y)
     kept: slice | list[int] = slice(None) if request.every is None and request.points != 2 else [0, -1] if len(Y) > 1 else [0]
     ending = {"method": name, "failure": failure, "interrupted": interrupted, "compile_seconds": ready - began}
-    return Driven(times, np.array(Y), kept, ending | _outcome(posed, request, meter, outputs.seconds - meter.aside))
+    return Driven(times, np.array(Y), kept, ending | _outcome(posed, request, monitor, outputs.seconds - monitor.aside))
 
 
 def _sentence(name: str, posed: Posed, request: Request, t: float, why: str) -> str:
@@ -163,7 +163,7 @@ def _sentence(name: str, posed: Posed, request: Request, t: float, why: str) -> 
     return f"{where}, stopped at t = {t:.9g} of {request.t_end:g} (tol = {request.value:g}): {why}."
 
 
-def _outcome(posed: Posed, request: Request, meter: Meter, seconds: float) -> dict[str, Any]:
+def _outcome(posed: Posed, request: Request, monitor: Monitor, seconds: float) -> dict[str, Any]:
     """Return what was run and what it cost; ``seconds`` is the CPU time of the solver."""
     return {
         "problem": posed.ivp.problem,
@@ -171,9 +171,9 @@ def _outcome(posed: Posed, request: Request, meter: Meter, seconds: float) -> di
         "parameters": dict(posed.ivp.parameters),
         "knob": "tol",
         "value": request.value,
-        "steps": meter.steps,
-        "work": dict(meter.calls) | {"steps": meter.steps} if request.count else {},
+        "steps": monitor.steps,
+        "work": dict(monitor.calls) | {"steps": monitor.steps} if request.count else {},
         "maxima_over": "outputs",
-        "callback_seconds": min(meter.seconds, seconds),
+        "callback_seconds": min(monitor.seconds, seconds),
         "seconds": seconds,
     }

@@ -13,7 +13,7 @@ from daebench.compiler.definition import Source
 from daebench.errors import BadInput
 from daebench.methods.formulations.constrained import Posed
 from daebench.methods.solvers.drive import MOST_STEPS, Advance, Array
-from daebench.methods.solvers.meter import Meter, Stopped
+from daebench.methods.solvers.monitor import Monitor, Stopped
 from daebench.methods.solvers.reduced import OnReducedOde
 from daebench.runs.ivp import InitialValueProblem
 
@@ -53,7 +53,7 @@ class HeyokaTaylor(OnReducedOde):
             return f"{self.name} solves for lam by elimination, not by least squares; use scipy:DOP853."
         return None
 
-    def _begin(self, dae: Posed, tol: float, meter: Meter) -> Advance:
+    def _begin(self, dae: Posed, tol: float, monitor: Monitor) -> Advance:
         import heyoka as hy
 
         if lacking := self.lacks(dae.ivp):
@@ -62,7 +62,7 @@ class HeyokaTaylor(OnReducedOde):
         equations, velocity = _equations(ivp.source, tuple(ivp.parameters.items()))
         start = np.concatenate(ivp.start[::-1])
         series = hy.taylor_adaptive(equations, start, tol=tol, compact_mode=len(start) > COMPACT)
-        return _Along(series, velocity, meter, hy.taylor_outcome.err_nf_state)
+        return _Along(series, velocity, monitor, hy.taylor_outcome.err_nf_state)
 
 
 @dataclass(frozen=True)
@@ -96,32 +96,32 @@ def _equations(source: Source, parameters: tuple[tuple[str, float], ...]) -> "tu
 class _Along:
     """Goes along the series step by step, and reads outputs from the series of the step that passes them."""
 
-    def __init__(self, series: Any, velocity: Any, meter: Meter, failed: object) -> None:
-        self.series, self.velocity, self.meter, self.failed = series, velocity, meter, failed
+    def __init__(self, series: Any, velocity: Any, monitor: Monitor, failed: object) -> None:
+        self.series, self.velocity, self.monitor, self.failed = series, velocity, monitor, failed
 
     def __call__(self, t: float) -> Array:
-        while self.meter.t < t:
+        while self.monitor.t < t:
             self._step()
         return self._unknowns(self.series.update_d_output(t))
 
     def _step(self) -> None:
         """Make a step; what is done with it after that is none of heyoka's time, and would take longer than the step."""
-        series, meter = self.series, self.meter
-        outcome, _ = series.step(max_delta_t=meter.t_end - meter.t if meter.steps else FIRST * meter.t_end, write_tc=True)
-        began, aside = time.thread_time(), meter.aside
+        series, monitor = self.series, self.monitor
+        outcome, _ = series.step(max_delta_t=monitor.t_end - monitor.t if monitor.steps else FIRST * monitor.t_end, write_tc=True)
+        began, aside = time.thread_time(), monitor.aside
         try:
             self._taken(outcome)
         finally:
-            meter.aside = aside + time.thread_time() - began
+            monitor.aside = aside + time.thread_time() - began
 
     def _taken(self, outcome: Any) -> None:
-        meter = self.meter
+        monitor = self.monitor
         if outcome == self.failed:
-            raise Stopped(f"a value is no longer finite after t = {meter.t:.9g}", meter.t)
-        meter.stepped(float(self.series.time), self._unknowns(self.series.state))
-        if time.perf_counter() > meter.deadline:
-            raise Stopped(f"the limit of {meter.limit:g} s is reached", advice="allow more time, or use a larger tol")
-        if meter.steps >= MOST_STEPS:
+            raise Stopped(f"a value is no longer finite after t = {monitor.t:.9g}", monitor.t)
+        monitor.stepped(float(self.series.time), self._unknowns(self.series.state))
+        if time.perf_counter() > monitor.deadline:
+            raise Stopped(f"the limit of {monitor.limit:g} s is reached", advice="allow more time, or use a larger tol")
+        if monitor.steps >= MOST_STEPS:
             raise Stopped(f"{MOST_STEPS} steps were not enough")
 
     def _unknowns(self, state: Array) -> Array:

@@ -1,4 +1,4 @@
-"""SUNDIALS IDA on every formulation, with the cures without which its error test fails on multipliers."""
+"""SUNDIALS IDA on every formulation, with the treatments without which its error test fails on multipliers."""
 
 import time
 from collections.abc import Callable, Collection, Mapping
@@ -11,27 +11,27 @@ from daebench.errors import BadInput
 from daebench.methods.formulations.chain import BandedDae, pose_banded, refused
 from daebench.methods.formulations.constrained import FORMULATIONS, Dae, Posed, pose
 from daebench.methods.solvers.constrained_run import constrained
-from daebench.methods.solvers.cured import Cured
 from daebench.methods.solvers.drive import MOST_STEPS, Advance, Array, Driven, check, drive
 from daebench.methods.solvers.least_squares import reduced
-from daebench.methods.solvers.meter import Meter
+from daebench.methods.solvers.monitor import Monitor
+from daebench.methods.solvers.multiplier_treatment import TreatedMultipliers
 from daebench.methods.solvers.sundials import count_steps, stepwise
 from daebench.runs.ivp import ConstrainedIvp
 from daebench.runs.request import Request
 from daebench.runs.trajectory import Trajectory
 
-DEFAULT_CURES = {"index3": "atol", "index2": "derivative", "index1": "atol", "ggl": "derivative", "baumgarte": "atol", "ode": "none"}
+DEFAULT_TREATMENTS = {"index3": "atol", "index2": "derivative", "index1": "atol", "ggl": "derivative", "baumgarte": "atol", "ode": "none"}
 
 
 @dataclass(frozen=True)
-class Ida(Cured):
+class Ida(TreatedMultipliers):
     """IDA, variable-order BDF in double precision, with the analytic Jacobian and a dense linear solver.
 
     On long chains the linear solver is that of banded matrices, and the Jacobian IDA's own difference quotient, of as many residuals as
     the band is wide: scikit-sundae takes analytic entries of a band in the places of a dense matrix only.
 
     The local error estimate of a multiplier can be hundreds of times that of a velocity: under the plain settings index 3 stops
-    at t = 0 at every tolerance, and index 2 and ``ggl`` collapse to order 1. Two cures:
+    at t = 0 at every tolerance, and index 2 and ``ggl`` collapse to order 1. Two treatments:
 
     - ``atol``: an absolute tolerance of 1e20 on lam and mu, for index 3 on v too;
     - ``derivative``: the unknown is Lam with Lam' = lam, so that the multiplier enters as a derivative.
@@ -40,21 +40,21 @@ class Ida(Cured):
     ----------
     formulation : str
         One of ``daebench.methods.formulations.constrained.FORMULATIONS``.
-    cure : str, optional
-        "derivative", "atol" or "none"; by default the better one for the formulation. ``ode`` has no multiplier to cure.
+    treatment : str, optional
+        "derivative", "atol" or "none"; by default the better one for the formulation; ``ode`` has no multiplier.
     options : mapping of str to float, optional
         Free numbers of the formulation, as for :func:`daebench.methods.formulations.constrained.pose`.
 
     Raises
     ------
     BadInput
-        If the formulation or the cure is unknown, or a cure is asked for on ``ode``.
+        If the formulation or the treatment is unknown, or a treatment is asked for on ``ode``.
     """
 
     options: Mapping[str, float] | None = field(default=None, hash=False)
     kind: ClassVar = "formulation"
     formulations: ClassVar = FORMULATIONS
-    default_cures: ClassVar = DEFAULT_CURES
+    default_treatments: ClassVar = DEFAULT_TREATMENTS
 
     def refusal(self, ivp: ConstrainedIvp) -> str | None:
         """Return why the formulation cannot be had, as a sentence, or None: a long chain has no ``ode``, everything else all of them."""
@@ -84,8 +84,8 @@ class Ida(Cured):
         began = time.perf_counter()
         self.check(ivp, request)
 
-        def driven(dae: Dae, metered: Callable[..., Meter]) -> Driven:
-            return drive(self.name, dae, request, self._begin, began=began, advice=self._advice, metered=metered)
+        def driven(dae: Dae, make_monitor: Callable[..., Monitor]) -> Driven:
+            return drive(self.name, dae, request, self._begin, began=began, advice=self._advice, make_monitor=make_monitor)
 
         return constrained(self.name, ivp, request, self._posed, driven)
 
@@ -104,11 +104,11 @@ class Ida(Cured):
     def _advice(self) -> str:
         return self.uncured or "use a larger tol or another formulation, and see whether G keeps its rank"
 
-    def _begin(self, dae: Dae, tol: float, meter: Meter) -> Advance:
-        return begin(dae, tol, self.tolerances(dae, tol), meter)
+    def _begin(self, dae: Dae, tol: float, monitor: Monitor) -> Advance:
+        return begin(dae, tol, self.tolerances(dae, tol), monitor)
 
 
-def begin(posed: Posed, tol: float, atol: Array, meter: Meter) -> Advance:
+def begin(posed: Posed, tol: float, atol: Array, monitor: Monitor) -> Advance:
     """Compile what will be called, and return how IDA is advanced from output to output.
 
     Parameters
@@ -119,22 +119,22 @@ def begin(posed: Posed, tol: float, atol: Array, meter: Meter) -> Advance:
         Relative tolerance.
     atol : ndarray, shape(n,)
         Absolute tolerances.
-    meter : Meter
+    monitor : Monitor
         Where calls and steps are counted.
     """
     from sksundae.ida import IDA
 
     def residual(t: float, y: Array, yp: Array, res: Array) -> None:
         began = time.perf_counter()
-        meter.called("residual", t, posed_residual(t, y, yp, res, par), began)
+        monitor.called("residual", t, posed_residual(t, y, yp, res, par), began)
 
     def jacobian(t: float, y: Array, yp: Array, res: Array, cj: float, JJ: Array) -> None:
         began = time.perf_counter()
-        meter.called("jacobian", t, posed.jacobian(t, y, yp, res, cj, JJ, par), began)
+        monitor.called("jacobian", t, posed.jacobian(t, y, yp, res, cj, JJ, par), began)
 
     def every_step(t: float, y: Array, yp: Array, events: Array) -> None:
         events[0] = 1.0
-        count_steps(meter, t, y[back])
+        count_steps(monitor, t, y[back])
 
     par, posed_residual = posed.par, posed.residual
     options: dict[str, Any] = {"rtol": tol, "max_num_steps": MOST_STEPS, "jacfn": jacobian}
@@ -147,7 +147,7 @@ def begin(posed: Posed, tol: float, atol: Array, meter: Meter) -> Advance:
     _compile(posed)
     solver = IDA(residual, atol=atol[order], eventsfn=every_step, num_events=1, **options)
     solver.init_step(0.0, posed.y0[order], posed.yp0[order])
-    advance = stepwise(solver, meter)
+    advance = stepwise(solver, monitor)
     return lambda t: advance(t)[back]
 
 

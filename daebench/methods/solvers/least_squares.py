@@ -89,10 +89,10 @@ def _right_side(ivp: ConstrainedIvp, precision: str) -> Any:
 
     def build(cached: bool) -> str:
         from daebench.compiler.link import Linker, Options
-        from daebench.compiler.syntax import HOLE, decorated
+        from daebench.compiler.syntax import LANGUAGE, decorated
 
         linker = Linker(ivp.source.derivation, Options(precision=precision, singular="least-squares", compiled=COMPILED))
-        module = linker.module(f"Right side of {ivp.problem} by least squares, {precision}.", [(HOLE, "f")], cached)
+        module = linker.module(f"Right side of {ivp.problem} by least squares, {precision}.", [(LANGUAGE, "f")], cached)
         return f"{module}\n\n{decorated(wrapper, ['right_side'], cached) if COMPILED else wrapper}"
 
     module = generated(f"{ivp.problem}_least_squares_{precision}", f"{ivp.source.key} rhs {precision} {COMPILED} {wrapper}", build)

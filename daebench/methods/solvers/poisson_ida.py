@@ -5,25 +5,25 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from daebench.methods.formulations.poisson import FORMULATIONS, PoissonDae, pose_poisson, without_casimirs
-from daebench.methods.solvers.cured import Cured
 from daebench.methods.solvers.drive import Advance, drive
 from daebench.methods.solvers.ida import begin
-from daebench.methods.solvers.meter import Meter
+from daebench.methods.solvers.monitor import Monitor
+from daebench.methods.solvers.multiplier_treatment import TreatedMultipliers
 from daebench.methods.solvers.poisson_run import ADVICE, accept, poisson_trajectory, refused
 from daebench.runs.ivp import InitialValueProblem, PoissonIvp
 from daebench.runs.request import Request
 from daebench.runs.trajectory import PoissonTrajectory
 
-DEFAULT_CURES = {"casimirs": "derivative", "ode": "none"}
+DEFAULT_TREATMENTS = {"casimirs": "derivative", "ode": "none"}
 
 
 @dataclass(frozen=True)
-class PoissonIda(Cured):
+class PoissonIda(TreatedMultipliers):
     """IDA on a Poisson system, with the analytic Jacobian and a dense linear solver.
 
     The multipliers of ``casimirs`` are zero along the motion and nothing but the numerical error drives them, and yet they spoil the
-    error test: without a cure IDA stops at the start at tolerances of 1e-10 and less, and takes 400 times as many steps at 1e-6.
-    Two cures, as for constrained problems, of which the second takes fewer steps:
+    error test: without a treatment IDA stops at the start at tolerances of 1e-10 and less, and takes 400 times as many steps at 1e-6.
+    Two treatments, as for constrained problems, of which the second takes fewer steps:
 
     - ``atol``: an absolute tolerance of 1e20 on mu;
     - ``derivative``: the unknown is Mu with Mu' = mu, so that the multiplier enters as a derivative.
@@ -32,24 +32,24 @@ class PoissonIda(Cured):
     ----------
     formulation : str
         One of ``daebench.methods.formulations.poisson.FORMULATIONS``.
-    cure : str, optional
-        "derivative", "atol" or "none"; by default the better one for the formulation. ``ode`` has no multiplier to cure.
+    treatment : str, optional
+        "derivative", "atol" or "none"; by default the better one for the formulation; ``ode`` has no multiplier.
 
     Raises
     ------
     BadInput
-        If the formulation or the cure is unknown, or a cure is asked for on ``ode``.
+        If the formulation or the treatment is unknown, or a treatment is asked for on ``ode``.
     """
 
     kind: ClassVar = "formulation of Poisson systems"
     formulations: ClassVar = FORMULATIONS
-    default_cures: ClassVar = DEFAULT_CURES
+    default_treatments: ClassVar = DEFAULT_TREATMENTS
 
     def refusal(self, ivp: InitialValueProblem) -> str | None:
         """Return why the method cannot be used on this problem, as a sentence, or None."""
         if wrong := refused(self.name, ivp, dense=True):
             return wrong
-        return without_casimirs(ivp) if self.formulation == "casimirs" and not ivp.sheet.CASIMIRS else None
+        return without_casimirs(ivp) if self.formulation == "casimirs" and not ivp.facts.CASIMIRS else None
 
     def check(self, ivp: PoissonIvp, request: Request) -> None:
         """Accept a request that can be met; raise :class:`BadInput` otherwise."""
@@ -75,5 +75,5 @@ class PoissonIda(Cured):
     def _advice(self) -> str:
         return self.uncured or ADVICE
 
-    def _begin(self, dae: PoissonDae, tol: float, meter: Meter) -> Advance:
-        return begin(dae, tol, self.tolerances(dae, tol), meter)
+    def _begin(self, dae: PoissonDae, tol: float, monitor: Monitor) -> Advance:
+        return begin(dae, tol, self.tolerances(dae, tol), monitor)

@@ -5,7 +5,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from daebench.errors import BadInput
-from daebench.methods.fixed_step.base import watched_names
+from daebench.methods.fixed_step.base import monitored_names
 from daebench.methods.fixed_step.poisson import require_poisson
 from daebench.methods.formulations.poisson import PoissonDae
 from daebench.methods.solvers.drive import TOLERANCES, Array, Driven, check
@@ -23,7 +23,7 @@ LARGEST = 2000
 
 def refused(name: str, ivp: InitialValueProblem, *, dense: bool) -> str | None:
     """Return why a method of this name cannot be used on what is no Poisson system, or on one too large for its Jacobian, or None."""
-    if ivp.sheet.KIND != "poisson":
+    if ivp.facts.KIND != "poisson":
         return f"{name} is asked for as a method for Poisson systems, and {ivp.problem} is a constrained problem."
     if dense and ivp.size > LARGEST:
         return (
@@ -49,7 +49,7 @@ def accept(name: str, refusal: str | None, request: Request, least: float = TOLE
 
 
 def poisson_trajectory(dae: PoissonDae, request: Request, found: Driven) -> PoissonTrajectory:
-    """Return the trajectory, with what is watched over all outputs.
+    """Return the trajectory, with the monitored quantities over all outputs.
 
     Parameters
     ----------
@@ -68,7 +68,7 @@ def poisson_trajectory(dae: PoissonDae, request: Request, found: Driven) -> Pois
 def _maxima(ivp: PoissonIvp, watch: tuple[str, ...], Y: Array) -> Mapping[str, float]:
     """Return the largest moduli over all outputs, by name."""
     functions = {"energy": "H", "casimirs": "casimirs", "integrals": "integrals"}
-    names = watched_names(watch, ivp)
+    names = monitored_names(watch, ivp)
     if not names:
         return {}
     values = np.concatenate([ivp.along(functions[each], Y).reshape(len(Y), -1) for each in watch], axis=1)

@@ -10,7 +10,7 @@ from daebench.errors import unknown
 from daebench.methods.formulations.constrained import Dae
 from daebench.methods.solvers.drive import Advance, Array, check
 from daebench.methods.solvers.ida import Ida
-from daebench.methods.solvers.meter import Meter
+from daebench.methods.solvers.monitor import Monitor
 from daebench.methods.solvers.scipy_ode import ScipyOde, stepwise
 from daebench.runs.ivp import ConstrainedIvp
 from daebench.runs.request import Request
@@ -57,17 +57,17 @@ class RadauDae(Ida):
         check(self.name, request, ScipyOde.least)
         super().check(ivp, request)
 
-    def _begin(self, dae: Dae, tol: float, meter: Meter) -> Advance:
+    def _begin(self, dae: Dae, tol: float, monitor: Monitor) -> Advance:
         from solve_dae.integrate import RadauDAE
 
         def residual(t: float, y: Array, yp: Array) -> Array:
             began, res = time.perf_counter(), np.empty(dae.n)
-            meter.called("residual", t, dae.residual(t, np.array(y), np.array(yp), res, dae.par), began)
+            monitor.called("residual", t, dae.residual(t, np.array(y), np.array(yp), res, dae.par), began)
             return res
 
         def combined(t: float, y: Array, yp: Array, cj: float) -> Array:
             began, found = time.perf_counter(), np.empty((dae.n, dae.n))
-            meter.called("jacobian", t, dae.jacobian(t, np.array(y), np.array(yp), np.empty(dae.n), cj, found, dae.par), began)
+            monitor.called("jacobian", t, dae.jacobian(t, np.array(y), np.array(yp), np.empty(dae.n), cj, found, dae.par), began)
             return found
 
         def jacobian(t: float, y: Array, yp: Array) -> tuple[Array, Array]:
@@ -76,5 +76,5 @@ class RadauDae(Ida):
 
         dae.residual(0.0, dae.y0, dae.yp0, np.empty(dae.n), dae.par)
         dae.jacobian(0.0, dae.y0, dae.yp0, np.empty(dae.n), 1.0, np.empty((dae.n, dae.n)), dae.par)
-        solver = RadauDAE(residual, 0.0, dae.y0, dae.yp0, meter.t_end, rtol=tol, atol=tol, jac=jacobian)
-        return stepwise(solver, meter, "solve_dae", lambda found: lambda t: found(t)[0])
+        solver = RadauDAE(residual, 0.0, dae.y0, dae.yp0, monitor.t_end, rtol=tol, atol=tol, jac=jacobian)
+        return stepwise(solver, monitor, "solve_dae", lambda found: lambda t: found(t)[0])

@@ -12,7 +12,7 @@ from daebench.methods.formulations.constrained import Posed
 from daebench.methods.solvers.constrained_run import constrained
 from daebench.methods.solvers.drive import TOLERANCES, Advance, Driven, check, drive
 from daebench.methods.solvers.least_squares import reduced
-from daebench.methods.solvers.meter import Meter
+from daebench.methods.solvers.monitor import Monitor
 from daebench.runs.ivp import ConstrainedIvp, InitialValueProblem
 from daebench.runs.request import Request
 from daebench.runs.trajectory import Trajectory
@@ -81,15 +81,15 @@ class OnReducedOde(ABC):
         self.check(ivp, request)
         advice = "use a larger tol, and see whether G keeps its rank"
 
-        def driven(dae: Posed, metered: Callable[..., Meter]) -> Driven:
-            return self.drive(dae, request, began=began, advice=advice, metered=metered)
+        def driven(dae: Posed, make_monitor: Callable[..., Monitor]) -> Driven:
+            return self.drive(dae, request, began=began, advice=advice, make_monitor=make_monitor)
 
         return constrained(self.name, ivp, request, reduced, driven)
 
-    def drive(self, posed: Posed, request: Request, *, began: float, advice: str, metered: Callable[..., Meter] = Meter) -> Driven:
+    def drive(self, posed: Posed, request: Request, *, began: float, advice: str, make_monitor: Callable[..., Monitor] = Monitor) -> Driven:
         """Return what the solver gives on any ODE; see :func:`daebench.methods.solvers.drive.drive`."""
-        return drive(self.name, posed, request, self._begin, began=began, advice=advice, metered=metered)
+        return drive(self.name, posed, request, self._begin, began=began, advice=advice, make_monitor=make_monitor)
 
     @abstractmethod
-    def _begin(self, dae: Posed, tol: float, meter: Meter) -> Advance:
+    def _begin(self, dae: Posed, tol: float, monitor: Monitor) -> Advance:
         """Compile what will be called, and return how the solver is advanced from output to output."""

@@ -9,7 +9,7 @@ import numpy as np
 
 from daebench.methods.formulations.constrained import Posed
 from daebench.methods.solvers.drive import MOST_STEPS, Advance, Array
-from daebench.methods.solvers.meter import Meter, Stopped
+from daebench.methods.solvers.monitor import Monitor, Stopped
 from daebench.methods.solvers.reduced import OnReducedOde
 
 IMPLICIT = {"DOP853": False, "RK45": False, "RK23": False, "Radau": True, "BDF": True, "LSODA": True}
@@ -28,17 +28,17 @@ class ScipyOde(OnReducedOde):
         """Whether it solves with the whole Jacobian: an explicit method does not."""
         return IMPLICIT[self.variant]
 
-    def _begin(self, dae: Posed, tol: float, meter: Meter) -> Advance:
+    def _begin(self, dae: Posed, tol: float, monitor: Monitor) -> Advance:
         from scipy import integrate
 
         def right_side(t: float, y: Array) -> Array:
             began, out = time.perf_counter(), np.empty(dae.n)
-            meter.called("rhs", t, rhs(t, fixed(y), out, par), began)
+            monitor.called("rhs", t, rhs(t, fixed(y), out, par), began)
             return out
 
         def jacobian(t: float, y: Array) -> Array:
             began, JJ = time.perf_counter(), np.empty((dae.n, dae.n))
-            meter.called("jacobian", t, rhs_jacobian(t, fixed(y), JJ, par), began)
+            monitor.called("jacobian", t, rhs_jacobian(t, fixed(y), JJ, par), began)
             return JJ
 
         par, rhs, rhs_jacobian = dae.par, dae.rhs, dae.rhs_jacobian
@@ -47,8 +47,8 @@ class ScipyOde(OnReducedOde):
         if IMPLICIT[self.variant]:
             rhs_jacobian(0.0, fixed(dae.y0), np.empty((dae.n, dae.n)), par)
             options["jac"] = jacobian
-        solver = getattr(integrate, self.variant)(right_side, 0.0, dae.y0, meter.t_end, **options)
-        return stepwise(solver, meter, "SciPy", lambda found: found)
+        solver = getattr(integrate, self.variant)(right_side, 0.0, dae.y0, monitor.t_end, **options)
+        return stepwise(solver, monitor, "SciPy", lambda found: found)
 
 
 def fixed(y: Any) -> Array:
@@ -58,14 +58,14 @@ def fixed(y: Any) -> Array:
     return found
 
 
-def stepwise(solver: Any, meter: Meter, whose: str, states: Callable[[Any], Any]) -> Advance:
+def stepwise(solver: Any, monitor: Monitor, whose: str, states: Callable[[Any], Any]) -> Advance:
     """Return how a solver object is advanced from output to output, by its own steps and its interpolant.
 
     Parameters
     ----------
     solver : object
         With the interface of ``scipy.integrate.OdeSolver``.
-    meter : Meter
+    monitor : Monitor
         Where steps are counted.
     whose : str
         Name of its package.
@@ -77,7 +77,7 @@ def stepwise(solver: Any, meter: Meter, whose: str, states: Callable[[Any], Any]
     def advance(t: float) -> Any:
         nonlocal between
         if solver.t < t:
-            _march(solver, t, meter, whose)
+            _march(solver, t, monitor, whose)
             between = states(solver.dense_output())
         y = solver.y.copy() if solver.t == t else between(t)
         if not np.all(np.isfinite(y)):
@@ -87,7 +87,7 @@ def stepwise(solver: Any, meter: Meter, whose: str, states: Callable[[Any], Any]
     return advance
 
 
-def _march(solver: Any, t: float, meter: Meter, whose: str) -> None:
+def _march(solver: Any, t: float, monitor: Monitor, whose: str) -> None:
     """Step until t is reached or passed."""
     with warnings.catch_warnings(), np.errstate(all="ignore"):
         warnings.simplefilter("ignore")  # what goes wrong is told by the status
@@ -95,6 +95,6 @@ def _march(solver: Any, t: float, meter: Meter, whose: str) -> None:
             message = solver.step()
             if solver.status == "failed":
                 raise Stopped(f"{whose} says: {str(message).rstrip('.')}", float(solver.t))
-            meter.stepped(float(solver.t), solver.y)
-            if meter.steps >= MOST_STEPS:
+            monitor.stepped(float(solver.t), solver.y)
+            if monitor.steps >= MOST_STEPS:
                 raise Stopped(f"{MOST_STEPS} steps were not enough")

@@ -9,7 +9,7 @@ from typing import Any, TextIO
 import numpy as np
 
 from daebench.methods.solvers.drive import MOST_STEPS, Advance
-from daebench.methods.solvers.meter import Meter, Stopped
+from daebench.methods.solvers.monitor import Monitor, Stopped
 
 REASONS = {
     -1: f"{MOST_STEPS} steps were not enough to reach the next output",
@@ -20,7 +20,7 @@ REASONS = {
 }
 
 
-def stepwise(solver: Any, meter: Meter) -> Advance:
+def stepwise(solver: Any, monitor: Monitor) -> Advance:
     """Return how a solver object of scikit-sundae, after ``init_step``, is advanced from output to output.
 
     It keeps its step size, order and history between outputs, and never steps beyond the end. The first step is taken towards
@@ -30,20 +30,20 @@ def stepwise(solver: Any, meter: Meter) -> Advance:
     def call(t: float, method: str) -> Any:
         try:
             with quiet():
-                result = solver.step(t, method, meter.t_end)
+                result = solver.step(t, method, monitor.t_end)
         except RuntimeError as error:
             raise Stopped(f"SUNDIALS refuses to go on ({error})") from error
         if result.status < 0:
-            raise Stopped(REASONS.get(result.status, str(result.message).rstrip(".")), float(result.t) if meter.steps else 0.0)
+            raise Stopped(REASONS.get(result.status, str(result.message).rstrip(".")), float(result.t) if monitor.steps else 0.0)
         return result
 
     def advance(t: float) -> Any:
-        if meter.steps == 0:
-            meter.target = meter.t_end
-            call(meter.t_end, "onestep")
-        meter.target = t
+        if monitor.steps == 0:
+            monitor.target = monitor.t_end
+            call(monitor.t_end, "onestep")
+        monitor.target = t
         result = call(t, "normal")
-        if abs(result.t - t) > 1e-12 * meter.t_end:
+        if abs(result.t - t) > 1e-12 * monitor.t_end:
             raise Stopped(f"SUNDIALS returned before the output at t = {t:.9g}", float(result.t))
         if not np.all(np.isfinite(result.y)):
             raise Stopped(f"a value is no longer finite at t = {t:.9g}")
@@ -52,10 +52,10 @@ def stepwise(solver: Any, meter: Meter) -> Advance:
     return advance
 
 
-def count_steps(meter: Meter, t: float, y: Any) -> None:
+def count_steps(monitor: Monitor, t: float, y: Any) -> None:
     """Count a step from the root function of the solver, which is called at the start, after each step and at each output."""
-    if t > 0.0 and (t != meter.target or t == meter.t_end):
-        meter.stepped(t, y)
+    if t > 0.0 and (t != monitor.target or t == monitor.t_end):
+        monitor.stepped(t, y)
 
 
 class _Hush:

@@ -1,4 +1,4 @@
-"""The gallery: pages in one folder, each with a stamp of what it was made of, and an index of all that is there."""
+"""The gallery: pages in one folder, each with a build stamp of what it was made of, and an index of all that is there."""
 
 import time
 from collections.abc import Callable, Iterable, Sequence
@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from daebench.errors import DaebenchError, Interrupted
-from daebench.pages.report import freshness
+from daebench.pages.report import build_stamp
 from daebench.pages.report.index import write_index
 from daebench.pages.report.page import Progress
 from daebench.pages.report.reports import Report, find
@@ -80,23 +80,23 @@ def build(name: str, out: Path, progress: Progress | None = None) -> Path:
 def put(report: Report, out: Path, progress: Progress | None = None) -> Path:
     """Write a page into a folder of its name, and the index of all that is beside it; return the path of the page."""
     out = Path(out)
-    page = make(report, out, freshness.digest(report.files()), progress or (lambda fraction, label: None))
+    page = make(report, out, build_stamp.digest(report.files()), progress or (lambda fraction, label: None))
     write_index(out, order(out), {})
     return page
 
 
 def make(report: Report, out: Path, digest: str, progress: Progress) -> Path:
-    """Make a page and its stamp; return the page."""
+    """Make a page and its build stamp; return the page."""
     began = time.perf_counter()
     page = report.make(out / report.name, progress)
     about = {"title": report.name, "kind": report.kind, "about": report.summary, "command": report.command}
-    freshness.write(out / report.name, **about, digest=digest, seconds=time.perf_counter() - began)
+    build_stamp.write(out / report.name, **about, digest=digest, seconds=time.perf_counter() - began)
     return page
 
 
 def order(out: Path) -> list[str]:
     """Return the names of the pages that are in a folder in the order in which they are best read."""
-    return in_order(path.parent.name for path in out.glob(f"*/{freshness.STAMP}"))
+    return in_order(path.parent.name for path in out.glob(f"*/{build_stamp.STAMP}"))
 
 
 def in_order(names: Iterable[str]) -> list[str]:
@@ -130,8 +130,8 @@ def build_all(out: Path, reports: Sequence[Report], progress: Progress, told: Ca
     PagesFailed
         If a page failed, when all others are made; the index says which, and why.
     """
-    digests = {each.name: freshness.digest(each.files()) for each in reports}
-    stale = {each.name: expected(each, out) for each in reports if anew or not freshness.is_fresh(out / each.name, digests[each.name])}
+    digests = {each.name: build_stamp.digest(each.files()) for each in reports}
+    stale = {each.name: expected(each, out) for each in reports if anew or not build_stamp.is_fresh(out / each.name, digests[each.name])}
     whole, over, made = sum(stale.values()) or 1.0, 0.0, []
     for report in reports:
         share = stale.get(report.name, 0.0) / whole
@@ -149,7 +149,7 @@ def build_all(out: Path, reports: Sequence[Report], progress: Progress, told: Ca
 
 def expected(report: Report, out: Path) -> float:
     """Return how many seconds a page will take, about: as long as the last time, or as is known of it, or a minute."""
-    stamp = freshness.read(out / report.name)
+    stamp = build_stamp.read(out / report.name)
     return stamp.seconds if stamp and stamp.seconds > 0 else SECONDS.get(report.name, 60.0)
 
 

@@ -7,7 +7,7 @@ from html import unescape
 from pathlib import Path
 from typing import Any
 
-from daebench.pages.report import freshness
+from daebench.pages.report import build_stamp
 from daebench.pages.report.page import write_page
 
 KINDS = {"report": "Reports", "lesson": "Lessons", "reference": "Reference"}
@@ -21,7 +21,7 @@ class Card:
     Parameters
     ----------
     name, kind, about, command, day : str
-        As in its stamp.
+        As in its build stamp.
     title : str
         Title of the page.
     picture : str
@@ -44,7 +44,7 @@ class Card:
 
 
 def write_index(out: Path, names: Sequence[str], failures: Mapping[str, str]) -> Path:
-    """Write ``out/index.html`` for pages with stamps, in this order; return its path.
+    """Write ``out/index.html`` for pages with build stamps, in this order; return its path.
 
     Parameters
     ----------
@@ -64,7 +64,7 @@ def write_index(out: Path, names: Sequence[str], failures: Mapping[str, str]) ->
 
 def card(out: Path, name: str, failure: str) -> Card:
     """Return what the index shows of a page."""
-    stamp, page = freshness.read(out / name), out / name / "index.html"
+    stamp, page = build_stamp.read(out / name), out / name / "index.html"
     text = page.read_text(encoding="utf-8") if page.is_file() else ""
     title = re.search(r"<title>(.*?)</title>", text, re.DOTALL)
     picture, alt = first_picture(out, name, text)

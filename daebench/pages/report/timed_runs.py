@@ -8,11 +8,11 @@ from dataclasses import replace
 
 from daebench.errors import DaebenchError
 from daebench.pages.report.two_processes import two_processes
-from daebench.studies.grid.cell import Cell, maker
-from daebench.studies.grid.cell_key import key_of
 from daebench.studies.grid.engine import computed
 from daebench.studies.grid.measure import bare, with_time
-from daebench.studies.grid.store import Kept, Store
+from daebench.studies.grid.run_specification import Cell, code_version
+from daebench.studies.grid.specification_key import key_of
+from daebench.studies.grid.store import Store, StoredRow
 
 Tell = Callable[[float, str], None]
 
@@ -53,7 +53,7 @@ def make_runs(cells: Iterable[Cell], kept: Store, tell: Tell, processes: Process
             warmed.remove(_kind(cell))
         began = time.perf_counter()
         row = with_time(cell, rows[key_of(looked[key])])
-        kept.put([Kept(key, cell.plain(), row, maker(), time.perf_counter() - began)])
+        kept.put([StoredRow(key, cell.plain(), row, code_version(), time.perf_counter() - began)])
         tell(COMPILED + (1 - COMPILED) * (k + 1) / len(timed), doing(cell))
 
 

@@ -1,1 +1,1 @@
-"""What every linked kernel shares: the hole, Newton's iteration, the loop over steps, and functions composed of a problem's own."""
+"""What every linked kernel shares: the scheme language, Newton's iteration, the loop over steps, and functions composed of others."""

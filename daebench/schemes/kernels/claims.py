@@ -139,10 +139,10 @@ class Member:
     options : mapping of str to float
         Free numbers and their defaults.
     multipliers : callable
-        Returns the names of the raw multipliers in the order in which a step returns them, each with its node c: it belongs to
+        Returns the names of the stage multipliers in the order in which a step returns them, each with its node c: it belongs to
         the time t_n + c h.
     vanishing : tuple of str
-        Names of those raw multipliers that are zero along the exact solution, as mu of GGL; all others stand for lam.
+        Names of those stage multipliers that are zero along the exact solution, as mu of GGL; all others stand for lam.
     simplified : bool
         Whether its iteration leaves out derivatives, as fixed-point iteration does, so that it may end before solutions do.
     """

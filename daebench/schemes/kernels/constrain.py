@@ -5,8 +5,8 @@ from daebench.schemes.kernels.newton import linear, newton
 from daebench.schemes.kernels.spaces import LENGTH, Jacobian, Multiplier, Report, Rows, Update, Vector
 
 
-def improve_reach(x: tuple[Vector, Multiplier], data: tuple[Vector, Rows]) -> Update:
-    """One Newton sweep for g(q0 + dq - V^T nu) = 0; the iteration matrix G(q) V^T is exact."""
+def update_position(x: tuple[Vector, Multiplier], data: tuple[Vector, Rows]) -> Update:
+    """One Newton update for g(q0 + dq - V^T nu) = 0; the iteration matrix G(q) V^T is exact."""
     dq, nu = x
     q0, V = data
     q = q0 + dq
@@ -16,18 +16,18 @@ def improve_reach(x: tuple[Vector, Multiplier], data: tuple[Vector, Rows]) -> Up
     return (dq - back, nu + change), norm(back), max(LENGTH, norm(q)), norm(value), pivot
 
 
-def reach(q0: Vector, dq: Vector, V: Rows) -> tuple[Vector, Multiplier, Report]:
+def project_position(q0: Vector, dq: Vector, V: Rows) -> tuple[Vector, Multiplier, Report]:
     """Return dq - V^T nu with g(q0 + dq - V^T nu) = 0, nu and a report, for V of shape(m, d).
 
     It is the increment that is iterated, so that rounding is relative to it and not to q0.
     """
-    (dq, nu), report = newton(improve_reach, (dq, zero(q0)), (q0, V))
+    (dq, nu), report = newton(update_position, (dq, zero(q0)), (q0, V))
     return dq, nu, report
 
 
 if QUADRATIC:
 
-    def normal(p: Vector, q: Vector) -> tuple[Vector, Multiplier, Report]:
+    def momentum_correction(p: Vector, q: Vector) -> tuple[Vector, Multiplier, Report]:
         """Return n = G(q)^T mu such that G(q) H_p(p - n, q) = 0, mu and a report, HLW (1.20): linear in mu."""
         G1 = G(q)
         value = G1 @ H_p(p, q)
@@ -36,8 +36,8 @@ if QUADRATIC:
 
 else:
 
-    def improve_normal(x: tuple[Vector, Multiplier], data: tuple[Vector, Vector, Jacobian]) -> Update:
-        """One Newton sweep for G(q) H_p(p - n, q) = 0 with n = G(q)^T mu."""
+    def update_momentum(x: tuple[Vector, Multiplier], data: tuple[Vector, Vector, Jacobian]) -> Update:
+        """One Newton update for G(q) H_p(p - n, q) = 0 with n = G(q)^T mu."""
         n, mu = x
         p0, q, G1 = data
         p = p0 - n
@@ -46,13 +46,13 @@ else:
         more = G1.T @ change
         return (n + more, mu + change), norm(more), norm(p), norm(value), pivot
 
-    def normal(p: Vector, q: Vector) -> tuple[Vector, Multiplier, Report]:
+    def momentum_correction(p: Vector, q: Vector) -> tuple[Vector, Multiplier, Report]:
         """Return n = G(q)^T mu such that G(q) H_p(p - n, q) = 0, mu and a report, HLW (1.20)."""
-        (n, mu), report = newton(improve_normal, (0 * p, zero(q)), (p, q, G(q)))
+        (n, mu), report = newton(update_momentum, (0 * p, zero(q)), (p, q, G(q)))
         return n, mu, report
 
 
-def tangent(p: Vector, q: Vector) -> tuple[Vector, Multiplier, Report]:
+def project_momentum(p: Vector, q: Vector) -> tuple[Vector, Multiplier, Report]:
     """Return p - G(q)^T mu with G(q) H_p = 0, mu and a report, HLW (1.20)."""
-    n, mu, report = normal(p, q)
+    n, mu, report = momentum_correction(p, q)
     return p - n, mu, report

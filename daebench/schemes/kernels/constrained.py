@@ -1,4 +1,4 @@
-"""What the loop does with states x = (p, q) of a constrained system: one step, what ends it, and what is seen of it.
+"""What the loop does with states x = (p, q) of a constrained system: one step, what ends it, and its output.
 
 ``step``, ``increment`` and ``start`` are those of the scheme's file; a file that has only ``increment`` gets ``added`` as its step.
 """
@@ -15,69 +15,69 @@ State = tuple[Vector, Vector]
 
 if MULTISTEP:
 
-    def one(x: State, memory: Any, h: Number) -> Any:
-        """Return the next state, memory, the raw multipliers and a report."""
-        p, q, memory1, raw, report = step(x[0], x[1], memory, h)  # type: ignore[call-arg]
-        return (p, q), memory1, raw, report
+    def one_step(x: State, memory: Any, h: Number) -> Any:
+        """Return the next state, memory, the stage multipliers and a report."""
+        p, q, memory1, stage_lam, report = step(x[0], x[1], memory, h)  # type: ignore[call-arg]
+        return (p, q), memory1, stage_lam, report
 
-    def begin(x: State, h: Number) -> Any:
+    def initialise(x: State, h: Number) -> Any:
         """Return the memory that the first step needs, and a report."""
         return start(x[0], x[1], h)
 
 elif COMPENSATED:
 
-    def one(x: State, memory: Any, h: Number) -> Any:
-        """Return the next state, what rounding left of its sums, the raw multipliers and a report."""
-        dp, dq, raw, report = increment(x[0], x[1], h)
+    def one_step(x: State, memory: Any, h: Number) -> Any:
+        """Return the next state, what rounding left of its sums, the stage multipliers and a report."""
+        dp, dq, stage_lam, report = increment(x[0], x[1], h)
         p1, low_p = add(x[0], memory[0], dp)
         q1, low_q = add(x[1], memory[1], dq)
-        return (p1, q1), (low_p, low_q), raw, report
+        return (p1, q1), (low_p, low_q), stage_lam, report
 
-    def begin(x: State, h: Number) -> Any:
+    def initialise(x: State, h: Number) -> Any:
         """Return what rounding has left so far: nothing; and a report."""
         return (0 * h * x[0], 0 * h * x[1]), (OK, 0 * h, INF, no_work())
 
 else:
 
-    def one(x: State, memory: Any, h: Number) -> Any:
-        """Return the next state, memory, the raw multipliers and a report."""
-        p1, q1, raw, report = step(x[0], x[1], h)
-        return (p1, q1), memory, raw, report
+    def one_step(x: State, memory: Any, h: Number) -> Any:
+        """Return the next state, memory, the stage multipliers and a report."""
+        p1, q1, stage_lam, report = step(x[0], x[1], h)
+        return (p1, q1), memory, stage_lam, report
 
 
 def added(p0: Vector, q0: Vector, h: Number) -> Step:
-    """Return p1 = p0 + dp, q1 = q0 + dq, the raw multipliers and a report: the step of a scheme that gives its increments."""
-    dp, dq, raw, report = increment(p0, q0, h)
-    return p0 + dp, q0 + dq, raw, report
+    """Return p1 = p0 + dp, q1 = q0 + dq, the stage multipliers and a report: the step of a scheme that gives its increments."""
+    dp, dq, stage_lam, report = increment(p0, q0, h)
+    return p0 + dp, q0 + dq, stage_lam, report
 
 
 if PROJECTED:
 
-    def finish(x: State, report: Report) -> Any:
+    def after_step(x: State, report: Report) -> Any:
         """Return the projection of a state onto the manifold, and the report of everything up to there."""
         p1, q1, settled = project(x[0], x[1])
         return (p1, q1), both(report, settled)
 
 else:
 
-    def finish(x: State, report: Report) -> Any:
+    def after_step(x: State, report: Report) -> Any:
         """Return the state and the report as they are."""
         return x, report
 
 
 if LOCAL:
 
-    def seen(x: State) -> Any:
+    def output(x: State) -> Any:
         """Return the state (p, q) at the local coordinates that the scheme computes in."""
         return chart(x[0], x[1])
 
 else:
 
-    def seen(x: State) -> Any:
+    def output(x: State) -> Any:
         """Return the state (p, q), which the scheme computes in."""
         return x
 
 
-def moduli(x: State) -> Number:
+def state_norm(x: State) -> Number:
     """Return the sum of moduli of a state; unlike the largest modulus it cannot hide a NaN."""
     return norm(x[0]) + norm(x[1])

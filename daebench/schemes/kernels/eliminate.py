@@ -1,4 +1,4 @@
-"""The linear system of one Newton sweep for p, q and lam together: q, then p, are eliminated."""
+"""The linear system of one Newton update for p, q and lam together: q, then p, are eliminated."""
 
 from daebench.schemes.kernels.language import solve
 from daebench.schemes.kernels.spaces import I, Jacobian, Matrix, Multiplier, Number, Rows, Vector

@@ -1,6 +1,6 @@
 """What a scheme may use: the linker puts a problem's own functions and the fitting algebra in place of this module.
 
-A scheme file is a module with a hole. It imports names from here and is never run as it stands: the linker joins it with the
+A scheme file imports the names of its language from here and is never run as it stands: the linker joins it with the
 source of exactly those names for one problem, so that one namespace holds everything and a compiler can inline it. The rules:
 
 - vectors are values, shape(d,) for states and shape(m,) for multipliers: tuples that no function changes;
@@ -9,7 +9,7 @@ source of exactly those names for one problem, so that one namespace holds every
   of a shape that does not fit is refused with the file, the line and the expression;
 - an integer in arithmetic is a number of the run's type, and division by a power of two is multiplication by its inverse;
 - a scheme file has functions, ``CLAIMS``, names of kinds, and ``if`` statements on the constants below; nothing else at module level;
-- a function whose parameter is called, as ``improve`` in Newton's iteration, is specialised for each function passed by name;
+- a function whose parameter is called, as ``update`` in Newton's iteration, is specialised for each function passed by name;
 - parameters of the problem are threaded through every call by the linker and never written.
 """
 
@@ -59,7 +59,7 @@ STIFF: bool = False
 """The system is the penalised one, whose force is stiff."""
 
 RANK_WATCHED: bool = False
-"""The loop watches whether G keeps its rank."""
+"""The loop monitors whether G keeps its rank."""
 
 SINGLE: bool = False
 """Pivots of a step do not tell the rank of G, which is measured at its end: there is one constraint, or G M^-1 G^T is not formed."""
@@ -72,9 +72,9 @@ CONSTRAINTS: int = 1
 """Number of constraints m."""
 
 AGAIN: int = 1
-"""Newton's sweeps are done this many times over: 2 when derivatives are carried in the imaginary part."""
+"""Newton's iterations are done this many times over: 2 when derivatives are carried in the imaginary part."""
 
-SWEEPS_ASKED: int = 0
+ITERATIONS_ASKED: int = 0
 """Sweeps after which Newton's iteration is ended whether it has converged or not; 0: it is not."""
 
 ROUNDINGS: float = 4.0
@@ -341,8 +341,8 @@ def solve_2d(A: Any, b: Any) -> tuple[Vector, Vector, Number]:
 # ---- what only Newton and the loop use -----------------------------------------------------------------------------------
 
 
-def tally(improve: Any, sweeps: int) -> Any:
-    """Work of so many sweeps of ``improve``; empty where work is not counted."""
+def tally(update: Any, iterations: int) -> Any:
+    """Work of so many iterations of ``update``; empty where work is not counted."""
 
 
 def no_work() -> Any:
@@ -354,7 +354,7 @@ def plus_work(x: Any, y: Any) -> Any:
 
 
 def step(p0: Vector, q0: Vector, h: Number) -> Any:
-    """p1, q1, raw multipliers and a report; a multistep scheme's step has its memory after q0 and returns it after q1."""
+    """p1, q1, stage multipliers and a report; a multistep scheme's step has its memory after q0 and returns it after q1."""
     raise NotImplementedError("filled in by the linker")
 
 
@@ -373,34 +373,34 @@ def start(p0: Vector, q0: Vector, h: Number) -> tuple[Any, Report]:
     raise NotImplementedError("filled in by the linker")
 
 
-def one(x: State, memory: Any, h: Number) -> Any:
-    """The next state, memory, the raw multipliers and a report."""
+def one_step(x: State, memory: Any, h: Number) -> Any:
+    """The next state, memory, the stage multipliers and a report."""
 
 
-def begin(x: State, h: Number) -> Any:
+def initialise(x: State, h: Number) -> Any:
     """The memory that the first step needs, and a report."""
 
 
-def finish(x: State, report: Report) -> Any:
+def after_step(x: State, report: Report) -> Any:
     """State and report after what ends a step."""
 
 
-def seen(x: State) -> State:
-    """The state in the coordinates that are watched and stored."""
+def output(x: State) -> State:
+    """The state in the coordinates that are monitored and stored."""
 
 
-def moduli(x: State) -> Number:
+def state_norm(x: State) -> Number:
     """Sum of moduli of a state."""
     raise NotImplementedError("filled in by the linker")
 
 
-def watched(x: State) -> tuple[Number, ...]:
-    """Conserved quantities that the run watches."""
+def conserved_quantities(x: State) -> tuple[Number, ...]:
+    """Conserved quantities that the run monitors."""
     raise NotImplementedError("filled in by the linker")
 
 
-def watch(x: State, first: tuple[Number, ...]) -> tuple[Number, ...]:
-    """Moduli of the errors that the run watches, given the conserved quantities at the start."""
+def monitored_errors(x: State, first: tuple[Number, ...]) -> tuple[Number, ...]:
+    """Moduli of the errors that the run monitors, given the conserved quantities at the start."""
     raise NotImplementedError("filled in by the linker")
 
 
@@ -410,14 +410,14 @@ def worst(x: tuple[Number, ...], y: tuple[Number, ...]) -> tuple[Number, ...]:
 
 
 def total(x: tuple[Number, ...]) -> Number:
-    """Sum of moduli that are watched; not finite where any of them is not."""
+    """Sum of moduli that are monitored; not finite where any of them is not."""
     raise NotImplementedError("filled in by the linker")
 
 
 def defined(x: State) -> Number:
-    """0 where H has a value, NaN where it has none; 0 everywhere if the forces tell that, or H is watched."""
+    """0 where H has a value, NaN where it has none; 0 everywhere if the forces tell that, or H is monitored."""
     raise NotImplementedError("filled in by the linker")
 
 
-def store(X: Any, R: Any, row: int, x: State, raw: Any) -> None:
-    """Write a state into row ``row`` of the outputs, and the step's raw multipliers where they are wanted; or H where samples are."""
+def store(states: Any, stage_lams: Any, row: int, x: State, stage_lam: Any) -> None:
+    """Write a state into row ``row`` of the outputs, and the step's stage multipliers where they are wanted; or H where samples are."""

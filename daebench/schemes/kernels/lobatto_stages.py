@@ -51,7 +51,7 @@ def correct(
     return change, moved, sum(norm(value[i]) for i in range(STAGES - 1)), pivot
 
 
-def begin(p0: Vector, q0: Vector, h: Number) -> tuple[Points, Multipliers]:
+def first_guess(p0: Vector, q0: Vector, h: Number) -> tuple[Points, Multipliers]:
     """Return Q_i - q0 on the tangent, i = 2 ... s, and multipliers of zero, to begin the iteration with."""
     v0 = H_p(p0, q0)
     return tuple(h * DATA[4][i] * v0 for i in range(1, STAGES)), tuple(zero(q0) for k in range(STAGES - 1))
@@ -59,8 +59,8 @@ def begin(p0: Vector, q0: Vector, h: Number) -> tuple[Points, Multipliers]:
 
 if SEPARABLE:
 
-    def improve(x: tuple[Points, Multipliers], data: Start) -> Update:
-        """One sweep for Q_i - q0 and Lam_k; the P_i are eliminated, H_p being affine in p."""
+    def update(x: tuple[Points, Multipliers], data: Start) -> Update:
+        """One update of Q_i - q0 and Lam_k; the P_i are eliminated, H_p being affine in p."""
         dQ, Lam = x
         p0, q0, G0, h = data
         Q = positions(q0, dQ)
@@ -75,14 +75,14 @@ if SEPARABLE:
 
     def stages(p0: Vector, q0: Vector, h: Number) -> tuple[Points, Points, Multipliers, Report]:
         """Return the P_i as far as the forces need them, Q_2 - q0, ..., Q_s - q0, Lam_1, ..., Lam_s-1, and a report."""
-        dQ, Lam = begin(p0, q0, h)
-        (dQ, Lam), report = newton(improve, (dQ, Lam), (p0, q0, G(q0), h))
+        dQ, Lam = first_guess(p0, q0, h)
+        (dQ, Lam), report = newton(update, (dQ, Lam), (p0, q0, G(q0), h))
         return tuple(p0 for i in range(STAGES)), dQ, Lam, report
 
 else:
 
-    def improve(x: tuple[Points, Points, Multipliers], data: Start) -> Update:  # type: ignore[misc]
-        """One sweep for P_i - p0, Q_i - q0 and Lam_k: first P, then the velocities with it, then Q and the multipliers together."""
+    def update(x: tuple[Points, Points, Multipliers], data: Start) -> Update:  # type: ignore[misc]
+        """One update of P_i - p0, Q_i - q0 and Lam_k: first P, then the velocities with it, then Q and the multipliers together."""
         dP, dQ, Lam = x
         p0, q0, G0, h = data
         Q = positions(q0, dQ)
@@ -106,6 +106,6 @@ else:
     def stages(p0: Vector, q0: Vector, h: Number) -> tuple[Points, Points, Multipliers, Report]:
         """Return P_1, ..., P_s, Q_2 - q0, ..., Q_s - q0, Lam_1, ..., Lam_s-1, and a report."""
         still = 0 * p0
-        dQ, Lam = begin(p0, q0, h)
-        (dP, dQ, Lam), report = newton(improve, (tuple(still for i in range(STAGES)), dQ, Lam), (p0, q0, G(q0), h))
+        dQ, Lam = first_guess(p0, q0, h)
+        (dP, dQ, Lam), report = newton(update, (tuple(still for i in range(STAGES)), dQ, Lam), (p0, q0, G(q0), h))
         return places(p0, dP), dQ, Lam, report

@@ -1,6 +1,6 @@
-"""The only loop over steps: it composes, stores, watches and stops; a step is a map of states and knows nothing of it.
+"""The only loop over steps: it composes, stores, monitors and stops; a step is a map of states and knows nothing of it.
 
-``one``, ``finish``, ``seen`` and ``moduli`` are those of :mod:`daebench.schemes.kernels.constrained`, or of
+``one_step``, ``after_step``, ``output`` and ``state_norm`` are those of :mod:`daebench.schemes.kernels.constrained`, or of
 :mod:`daebench.schemes.kernels.poisson`.
 """
 
@@ -9,48 +9,48 @@ from typing import Any
 from daebench.schemes.kernels.language import (
     COMPOSED,
     INF,
+    after_step,
+    conserved_quantities,
     defined,
-    finish,
-    moduli,
+    monitored_errors,
     no_work,
-    one,
+    one_step,
+    output,
     plus_work,
-    seen,
+    state_norm,
     store,
     total,
-    watch,
-    watched,
     worst,
 )
 from daebench.schemes.kernels.newton import NOT_FINITE, OK
 from daebench.schemes.kernels.rank import RANK_LOST, lost, measured, recalled
 from daebench.schemes.kernels.spaces import Data, Number, Report, State
 
-WATCH_NOT_FINITE = 4
+ERROR_NOT_FINITE = 4
 
 if COMPOSED:
 
     def advance(x: State, memory: Any, h: Number, weights: Data) -> tuple[Any, Any, Any, Report, int, Number]:
-        """Return what ``one`` returns for substeps of weights[0] h, weights[1] h, ... in a row, how many were tried, and G's rank."""
+        """Return what ``one_step`` returns for substeps of weights[0] h, weights[1] h, ... in a row, how many were tried, and G's rank."""
         pivot, work = INF, no_work()
         for stage in range(len(weights)):
-            x, memory, raw, report = one(x, memory, weights[stage] * h)
+            x, memory, stage_lam, report = one_step(x, memory, weights[stage] * h)
             pivot, work = min(pivot, report[2]), plus_work(work, report[3])
             if report[0] != OK:
-                return x, memory, raw, (report[0], report[1], pivot, work), stage + 1, pivot
-        return x, memory, raw, (report[0], report[1], pivot, work), len(weights), measured(seen(x), pivot)
+                return x, memory, stage_lam, (report[0], report[1], pivot, work), stage + 1, pivot
+        return x, memory, stage_lam, (report[0], report[1], pivot, work), len(weights), measured(output(x), pivot)
 
 else:
 
     def advance(x: State, memory: Any, h: Number, weights: Data) -> tuple[Any, Any, Any, Report, int, Number]:
-        """Return what ``one`` returns, that it was one substep, and G's rank."""
-        x1, memory1, raw, report = one(x, memory, h)
-        return x1, memory1, raw, report, 1, measured(seen(x1), report[2])
+        """Return what ``one_step`` returns, that it was one substep, and G's rank."""
+        x1, memory1, stage_lam, report = one_step(x, memory, h)
+        return x1, memory1, stage_lam, report, 1, measured(output(x1), report[2])
 
 
 def first(x: State) -> tuple[Number, ...]:
-    """Return the conserved quantities that the run watches, at the start."""
-    return watched(seen(x))
+    """Return the conserved quantities that the run monitors, at the start."""
+    return conserved_quantities(output(x))
 
 
 def integrate(
@@ -64,38 +64,38 @@ def integrate(
     steps: int,
     left: int,
     every: int,
-    X: Any,
-    R: Any,
+    states: Any,
+    stage_lams: Any,
 ) -> Any:
     """Take so many steps of size h, storing a state when ``left`` steps are done and then after every ``every``.
 
-    Returns the last good state and memory, the maxima of what is watched, what is recalled of pivots, the steps done, the rows stored,
-    the steps left until the next output, Newton's work, the substeps tried in the last step, and the last report; the number tried is
-    negative where it was not one of them that failed but what comes after. It stops with RANK_LOST after the step before that in which
-    G loses rank; called again, it goes on.
+    Returns the last good state and memory, the maxima of the monitored quantities, what is recalled of pivots, the steps done, the rows
+    stored, the steps left until the next output, Newton's work, the substeps tried in the last step, and the last report; the number tried
+    is negative where it was not one of them that failed but what comes after. It stops with RANK_LOST after the step before that in which G
+    loses rank; called again, it goes on.
     """
     row = 0
     work = no_work()
     report = (OK, 0 * h, INF, work)
     tried = 0
     for k in range(steps):
-        x1, memory1, raw, report, tried, rank = advance(x, memory, h, weights)
+        x1, memory1, stage_lam, report, tried, rank = advance(x, memory, h, weights)
         stepped = report[0]
-        x1, report = finish(x1, report)
+        x1, report = after_step(x1, report)
         work = plus_work(work, report[3])
-        if report[0] == OK and not moduli(x1) < INF:
+        if report[0] == OK and not state_norm(x1) < INF:
             report = (NOT_FINITE, INF, report[2], report[3])
-        y = seen(x1)
-        larger = worst(maxima, watch(y, conserved))
+        y = output(x1)
+        larger = worst(maxima, monitored_errors(y, conserved))
         if report[0] == OK and not total(larger) + defined(y) < INF:
-            report = (WATCH_NOT_FINITE, INF, report[2], report[3])
+            report = (ERROR_NOT_FINITE, INF, report[2], report[3])
         if report[0] != OK:
             return x, memory, maxima, pivots, k, row, left, work, tried if stepped != OK else -tried, report
         x, memory, maxima = x1, memory1, larger
         before, pivots = pivots, recalled(pivots, report[2], rank)
         left -= 1
         if left == 0:
-            store(X, R, row, y, raw)
+            store(states, stage_lams, row, y, stage_lam)
             row += 1
             left = every
         if lost(before, pivots):

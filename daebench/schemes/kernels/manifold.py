@@ -56,8 +56,8 @@ def corrected(x: Point, due: Point) -> Point:
     return x[0] - due[0], x[1] - due[1], x[2] - due[2], x[3] - due[3]
 
 
-def improve_projection(x: Point, data: tuple[Vector, Vector, Matrix, Matrix]) -> Update:
-    """One sweep for the point of the manifold."""
+def update_projection(x: Point, data: tuple[Vector, Vector, Matrix, Matrix]) -> Update:
+    """One update of the point of the manifold."""
     p_free, q_free, inverse_mass, mass_ = data
     due, size, scale, residual, pivot = correction(1.0, x, p_free, q_free, inverse_mass, mass_)
     return corrected(x, due), size, scale, residual, pivot
@@ -70,5 +70,5 @@ def project(p: Vector, q: Vector) -> tuple[Vector, Vector, Report]:
     metric adds energies of positions to those of momenta by a unit of time, 1 s: in another unit another point is the nearest.
     """
     data = (p, q, H_pp(p, q), mass(p, q))
-    (p, q, _, _), report = newton(improve_projection, (p, q, zero(q), zero(q)), data)
+    (p, q, _, _), report = newton(update_projection, (p, q, zero(q), zero(q)), data)
     return p, q, report

@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from typing import Any, TypeVar
 
-from daebench.schemes.kernels.language import AGAIN, EPS, INF, ROUNDINGS, SWEEPS_ASKED, no_work, plus_work, tally
+from daebench.schemes.kernels.language import AGAIN, EPS, INF, ITERATIONS_ASKED, ROUNDINGS, no_work, plus_work, tally
 from daebench.schemes.kernels.spaces import Number, Report
 
 X = TypeVar("X")
@@ -11,7 +11,7 @@ OK = 0
 NOT_CONVERGED = 1
 SINGULAR = 2
 NOT_FINITE = 3
-SWEEPS = 100
+ITERATIONS = 100
 
 
 def judge(residual: Number, pivot: Number, size: Number) -> int:
@@ -23,10 +23,10 @@ def judge(residual: Number, pivot: Number, size: Number) -> int:
     return OK if size < INF else NOT_FINITE
 
 
-def newton(improve: Callable[..., tuple[X, Number, Number, Number, Number]], x: X, data: Any) -> tuple[X, Report]:
-    """Return the x at which ``improve`` has nothing left to do, and a report.
+def newton(update: Callable[..., tuple[X, Number, Number, Number, Number]], x: X, data: Any) -> tuple[X, Report]:
+    """Return the x at which ``update`` has nothing left to do, and a report.
 
-    ``improve(x, data)`` returns the next iterate, the size of the increment of the state part, what it is measured against, the
+    ``update(x, data)`` returns the next iterate, the size of the increment of the state part, what it is measured against, the
     residual at x, and the smallest relative pivot of the iteration matrix, and has no branches or loops. The iteration ends when::
 
         |dx| <= 4 eps scale      or      |dx| no longer shrinks and is within 1e4 eps scale,
@@ -35,31 +35,31 @@ def newton(improve: Callable[..., tuple[X, Number, Number, Number, Number]], x: 
     are the same. Momenta are measured as velocities, so that light and heavy parts count alike: as h M^-1 dp where they
     follow from g = 0, which leaves them uncertain by eps |q| / h; against |M^-1 p| where they do not. The iteration never ends
     because the residual is small: that leaves a bias, and the energy a linear drift. Where the imaginary part carries a
-    derivative it goes on for as many sweeps again, so that the derivative is as converged as the value. A relative pivot at
-    round-off, anything that is not finite, or 100 sweeps without an end stop it with a status that says so.
+    derivative it goes on for as many iterations again, so that the derivative is as converged as the value. A relative pivot at
+    round-off, anything that is not finite, or 100 iterations without an end stop it with a status that says so.
 
-    A study of what that buys may ask for another number of roundings than 4, or for so many sweeps and no more; derivatives are then
+    A study of what that buys may ask for another number of roundings than 4, or for so many iterations and no more; derivatives are then
     those of what was done.
     """
     last = INF
-    until = SWEEPS_ASKED
+    until = ITERATIONS_ASKED
     residual = INF
     pivot = INF
-    for sweep in range(1, 2 * SWEEPS + 1):
-        x, size, scale, residual, pivot = improve(x, data)
+    for iteration in range(1, 2 * ITERATIONS + 1):
+        x, size, scale, residual, pivot = update(x, data)
         status = judge(residual, pivot, size)
         if status != OK:
-            return x, (status, residual, pivot, tally(improve, sweep))
+            return x, (status, residual, pivot, tally(update, iteration))
         if until == 0:
             bound = EPS * scale
             if size <= ROUNDINGS * bound or (size >= last and size <= 10000.0 * bound):
-                until = AGAIN * sweep
-            elif sweep == SWEEPS:
-                return x, (NOT_CONVERGED, residual, pivot, tally(improve, sweep))
+                until = AGAIN * iteration
+            elif iteration == ITERATIONS:
+                return x, (NOT_CONVERGED, residual, pivot, tally(update, iteration))
             last = size
-        if sweep == until:
-            return x, (OK, residual, pivot, tally(improve, sweep))
-    return x, (NOT_CONVERGED, residual, pivot, tally(improve, 2 * SWEEPS))
+        if iteration == until:
+            return x, (OK, residual, pivot, tally(update, iteration))
+    return x, (NOT_CONVERGED, residual, pivot, tally(update, 2 * ITERATIONS))
 
 
 def linear(pivot: Number, residual: Number) -> Report:

@@ -1,4 +1,4 @@
-"""What the loop does with states y of a Poisson system: one step, what ends it, and what is seen of it."""
+"""What the loop does with states y of a Poisson system: one step, what ends it, and its output."""
 
 from typing import Any
 
@@ -10,40 +10,40 @@ from daebench.schemes.kernels.spaces import Number, Report, Vector
 OUTSIDE = 6
 
 
-def one(x: Vector, memory: Any, h: Number) -> Any:
-    """Return the next state, no memory, no raw multipliers, and a report."""
+def one_step(x: Vector, memory: Any, h: Number) -> Any:
+    """Return the next state, no memory, no stage multipliers, and a report."""
     y1, report = step(x, h)
     return y1, memory, (), report
 
 
 if BOUNDED:
 
-    def finish(x: Vector, report: Report) -> Any:
+    def after_step(x: Vector, report: Report) -> Any:
         """Return the state, and the report, which says whether it is still in the domain."""
-        if report[0] == OK and not inside(seen(x)):
+        if report[0] == OK and not inside(output(x)):
             return x, (OUTSIDE, report[1], report[2], report[3])
         return x, report
 
 else:
 
-    def finish(x: Vector, report: Report) -> Any:
+    def after_step(x: Vector, report: Report) -> Any:
         """Return the state and the report as they are."""
         return x, report
 
 
 if LOCAL:
 
-    def seen(x: Vector) -> Any:
+    def output(x: Vector) -> Any:
         """Return the state in the system's own coordinates."""
         return chart(x)
 
 else:
 
-    def seen(x: Vector) -> Any:
+    def output(x: Vector) -> Any:
         """Return the state, which the scheme computes in."""
         return x
 
 
-def moduli(x: Vector) -> Number:
+def state_norm(x: Vector) -> Number:
     """Return the sum of moduli of a state; unlike the largest modulus it cannot hide a NaN."""
     return norm(x)

@@ -1,6 +1,6 @@
 """The flow of the potential energy on the manifold, HLW (1.45) with H^[2] = U, for splitting."""
 
-from daebench.schemes.kernels.constrain import normal
+from daebench.schemes.kernels.constrain import momentum_correction
 from daebench.schemes.kernels.language import H_q
 from daebench.schemes.kernels.spaces import Number, Report, Vector
 
@@ -13,9 +13,9 @@ def potential_increment(p0: Vector, q: Vector, t: Number) -> tuple[Vector, Repor
         p(t) = p0 - t (U_q + G^T lam),      0 = G M^-1 p(t)
 
     On the manifold lam = -(G M^-1 G^T)^-1 G M^-1 U_q, the multiplier of the forces alone: the motion's share of lam(p, q) is in the
-    kinetic flow, so a splitting has no raw multiplier to give. That p0 is put into the equation for lam makes no difference there,
+    kinetic flow, so a splitting has no stage multiplier to give. That p0 is put into the equation for lam makes no difference there,
     but keeps the rounding of G M^-1 p0 from adding up over the steps.
     """
     dp = -t * H_q(p0, q)
-    n, _, report = normal(p0 + dp, q)
+    n, _, report = momentum_correction(p0 + dp, q)
     return dp - n, report

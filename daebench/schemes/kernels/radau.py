@@ -1,4 +1,4 @@
-"""What Radau IIA has in common on the formulations of index 2: the stages with the multipliers held, and the matrices of the sweep."""
+"""What Radau IIA has in common on the formulations of index 2: the stages with the multipliers held, and the matrices of the iteration."""
 
 from typing import Any
 
@@ -28,7 +28,7 @@ def nodes(s: int, *kinds: str) -> dict[str, float]:
     return {f"{kind}_{i + 1}": c for kind in kinds for i, c in enumerate(radau_iia(s).c)}
 
 
-def begin(p0: Vector, q0: Vector, h: Number) -> tuple[Points, Points]:
+def first_guess(p0: Vector, q0: Vector, h: Number) -> tuple[Points, Points]:
     """Return P_i - p0 = 0 and Q_i - q0 on the tangent, to begin the iteration with."""
     v0, still = H_p(p0, q0), 0 * p0
     return tuple(still for i in range(STAGES)), tuple(h * DATA[2][i] * v0 for i in range(STAGES))

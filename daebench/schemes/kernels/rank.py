@@ -63,5 +63,5 @@ else:
         return min(pivots, pivot)
 
     def lost(before: Pivots, now: Pivots) -> bool:
-        """Return False: nothing is watched."""
+        """Return False: nothing is monitored."""
         return False

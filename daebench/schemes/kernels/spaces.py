@@ -181,10 +181,10 @@ Report = tuple[int, Number, Number, Any]
 """Status, residual, smallest relative pivot, and Newton's work, of what was solved."""
 
 Step = tuple[Vector, Vector, Any, Report]
-"""What a step returns: p1 and q1, or p1 - p0 and q1 - q0; the raw multipliers; and a report."""
+"""What a step returns: p1 and q1, or p1 - p0 and q1 - q0; the stage multipliers; and a report."""
 
 Update = tuple[Any, Number, Number, Number, Number]
-"""What a sweep of Newton's iteration returns: the next iterate, the size of its change and what that is measured against, the residual
+"""What a Newton update returns: the next iterate, the size of its change and what that is measured against, the residual
 and the smallest relative pivot."""
 
 

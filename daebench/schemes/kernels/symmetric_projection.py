@@ -18,23 +18,23 @@ def due_at(x: Point, p_free: Vector, q_free: Vector) -> tuple[Point, Number, Num
     return correction(2.0, x, p_free, q_free, H_pp(x[0], x[1]), mass(x[0], x[1]))
 
 
-def improve_symmetric(x: Guess, data: tuple[Vector, Vector, Number, tuple[Rows, Rows, Rows]]) -> Update:
-    """One sweep: the correction that is due, the step from the start that follows from it, and the correction that is due then.
+def update_symmetric(x: Guess, data: tuple[Vector, Vector, Number, tuple[Rows, Rows, Rows]]) -> Update:
+    """One update: the correction that is due, the step from the start that follows from it, and the correction that is due then.
 
-    No step is thus done in vain: the sweep after which nothing is left to correct is the last.
+    No step is thus done in vain: the update after which nothing is left to correct is the last.
     """
     state, due, work, pivot, _ = x
     p0, q0, h, down0 = data
     state = corrected(state, due)
     by_p, by_q = shift(down0, state[2], state[3])
-    p_free, q_free, raw, inner = plain_step(p0 + by_p, q0 + by_q, h)
+    p_free, q_free, stage_lam, inner = plain_step(p0 + by_p, q0 + by_q, h)
     due, size, scale, residual, own = due_at(state, p_free, q_free)
-    x = (state, due, plus_work(work, inner[3]), min(pivot, inner[2]), (raw, inner[0], inner[1]))
+    x = (state, due, plus_work(work, inner[3]), min(pivot, inner[2]), (stage_lam, inner[0], inner[1]))
     return x, size, scale, residual if inner[0] == OK else INF, own
 
 
 def step(p0: Vector, q0: Vector, h: Number) -> Step:
-    """Return p1, q1, the raw multipliers of the step inside, and a report.
+    """Return p1, q1, the stage multipliers of the step inside, and a report.
 
     ::
 
@@ -42,12 +42,12 @@ def step(p0: Vector, q0: Vector, h: Number) -> Step:
 
     where the columns of N(x) = D^-1 C^T span the normal space of the manifold at x. Its metric has a unit of time, 1 s.
     """
-    p_free, q_free, raw, inner = plain_step(p0, q0, h)
-    begin = (p_free, q_free, zero(q0), zero(q0))
-    due, _, _, _, own = due_at(begin, p_free, q_free)
+    p_free, q_free, stage_lam, inner = plain_step(p0, q0, h)
+    first_guess = (p_free, q_free, zero(q0), zero(q0))
+    due, _, _, _, own = due_at(first_guess, p_free, q_free)
     down0 = normals(p0, q0, H_pp(p0, q0), mass(p0, q0))
-    start = (begin, due, inner[3], min(own, inner[2]), (raw, inner[0], inner[1]))
-    (state, _, work, pivot, last), report = newton(improve_symmetric, start, (p0, q0, h, down0))
+    start = (first_guess, due, inner[3], min(own, inner[2]), (stage_lam, inner[0], inner[1]))
+    (state, _, work, pivot, last), report = newton(update_symmetric, start, (p0, q0, h, down0))
     status = report[0] if last[1] == OK else last[1]
     residual = report[1] if last[1] == OK else last[2]
     return state[0], state[1], last[0], (status, residual, min(pivot, report[2]), plus_work(work, report[3]))

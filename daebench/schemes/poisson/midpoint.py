@@ -9,8 +9,8 @@ from daebench.schemes.kernels.spaces import LENGTH, I, Number, Report, Update, V
 if DENSE:
     from daebench.schemes.kernels.poisson_language import field_y
 
-    def improve(y1: Vector, data: tuple[Vector, Number]) -> Update:
-        """One Newton sweep for y1."""
+    def update(y1: Vector, data: tuple[Vector, Number]) -> Update:
+        """One Newton update for y1."""
         y0, h = data
         middle = y0 + (y1 - y0) / 2
         r = y1 - h * field(middle) - y0
@@ -19,8 +19,8 @@ if DENSE:
 
 else:
 
-    def improve(y1: Vector, data: tuple[Vector, Number]) -> Update:
-        """One sweep of fixed-point iteration for y1, HLW VIII.6.2."""
+    def update(y1: Vector, data: tuple[Vector, Number]) -> Update:
+        """One fixed-point update of y1, HLW VIII.6.2."""
         y0, h = data
         new = y0 + h * field(y0 + (y1 - y0) / 2)
         change = norm(new - y1)
@@ -37,4 +37,4 @@ def step(y0: Vector, h: Number) -> tuple[Vector, Report]:
 
         y1 = y0 + h f((y0 + y1)/2)
     """
-    return newton(improve, y0 + h * field(y0), (y0, h))
+    return newton(update, y0 + h * field(y0), (y0, h))

@@ -9,8 +9,8 @@ from daebench.schemes.kernels.spaces import LENGTH, Half, I, Number, Report, Upd
 if DENSE:
     from daebench.schemes.kernels.poisson_language import rate_u_u
 
-    def improve(u: Half, data: tuple[Vector, Number]) -> Update:
-        """One Newton sweep for u."""
+    def update(u: Half, data: tuple[Vector, Number]) -> Update:
+        """One Newton update for u."""
         y0, h = data
         y = joined(u, second_half(y0), y0)
         r = u - h * rate_u(y) - first_half(y0)
@@ -19,8 +19,8 @@ if DENSE:
 
 else:
 
-    def improve(u: Half, data: tuple[Vector, Number]) -> Update:
-        """One sweep of fixed-point iteration for u."""
+    def update(u: Half, data: tuple[Vector, Number]) -> Update:
+        """One fixed-point update of u."""
         y0, h = data
         new = first_half(y0) + h * rate_u(joined(u, second_half(y0), y0))
         change = norm(new - u)
@@ -40,6 +40,6 @@ def step(y0: Vector, h: Number) -> tuple[Vector, Report]:
     With u' = d(u, v) L'(v), v' = -d(u, v) K'(u) it is a Poisson map for uv, as in the book, and for every d that is linear in u and in v:
     then d(u0, v0) = d(u1, v0) (1 - h d_u L') and d(u1, v1) = d(u1, v0) (1 - h d_v K'), and their ratio is det Phi'.
     """
-    u1, report = newton(improve, first_half(y0), (y0, h))
+    u1, report = newton(update, first_half(y0), (y0, h))
     y = joined(u1, second_half(y0), y0)
     return joined(u1, second_half(y0) + h * rate_v(y), y0), report

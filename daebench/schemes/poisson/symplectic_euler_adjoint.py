@@ -11,8 +11,8 @@ from daebench.schemes.poisson.symplectic_euler import CLAIMS as SYMPLECTIC_EULER
 if DENSE:
     from daebench.schemes.kernels.poisson_language import rate_v_v
 
-    def improve(v: Half, data: tuple[Vector, Number]) -> Update:
-        """One Newton sweep for v."""
+    def update(v: Half, data: tuple[Vector, Number]) -> Update:
+        """One Newton update for v."""
         y0, h = data
         y = joined(first_half(y0), v, y0)
         r = v - h * rate_v(y) - second_half(y0)
@@ -21,8 +21,8 @@ if DENSE:
 
 else:
 
-    def improve(v: Half, data: tuple[Vector, Number]) -> Update:
-        """One sweep of fixed-point iteration for v."""
+    def update(v: Half, data: tuple[Vector, Number]) -> Update:
+        """One fixed-point update of v."""
         y0, h = data
         new = second_half(y0) + h * rate_v(joined(first_half(y0), v, y0))
         change = norm(new - v)
@@ -39,6 +39,6 @@ def step(y0: Vector, h: Number) -> tuple[Vector, Report]:
 
         v1 = v0 + h f_v(u0, v1)        u1 = u0 + h f_u(u0, v1)
     """
-    v1, report = newton(improve, second_half(y0), (y0, h))
+    v1, report = newton(update, second_half(y0), (y0, h))
     y = joined(first_half(y0), v1, y0)
     return joined(first_half(y0) + h * rate_u(y), v1, y0), report

@@ -83,7 +83,7 @@ def tried(measure: Callable[[], Any]) -> tuple[float, str]:
 
 
 class Bench(ABC, Generic[Ivp, Run]):
-    """One method measured on one initial value problem, along a complete run of it with everything watched.
+    """One method measured on one initial value problem, along a complete run of it with everything monitored.
 
     Each kind of problem says which claims there are, how the defects are measured, and what the sizes are.
     """

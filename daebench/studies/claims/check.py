@@ -33,7 +33,7 @@ if TYPE_CHECKING:
     from daebench.systems.poisson import PoissonSystem
 
 STEPS = 200
-"""Steps of the run along which what is kept is watched, where none are given."""
+"""Steps of the run along which what is kept is monitored, where none are given."""
 
 MOST_STATES = 1000
 """States of the run that sizes are taken from, about."""
@@ -70,7 +70,7 @@ def check(
         Step size, s, of all but the order, which has step sizes of its own; by default the largest 1, 2 or 5 times a power of ten
         up to a sixteenth of the mean of the first 64 steps of DOP853 at 1e-13, and up to 1 s.
     steps : int
-        Steps of the run along which what is kept is watched.
+        Steps of the run along which what is kept is monitored.
     parameters, options : mapping of str to float, optional
         Values of the problem's parameters, and free numbers of the method.
     anyway : bool

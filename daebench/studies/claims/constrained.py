@@ -63,7 +63,7 @@ class ConstrainedBench(Bench[ConstrainedIvp, Trajectory]):
 
     def poisson(self) -> list[Finding]:
         """Return the Poisson defect in the problem's chart, HLW (4.2), of a method that stays on the manifold; reported without a claim."""
-        if not (self.ivp.sheet.CHART and self.claims.on_manifold):
+        if not (self.ivp.facts.CHART and self.claims.on_manifold):
             return []
 
         def measure() -> float:

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from daebench.errors import DaebenchError, RunFailed
-from daebench.reference.keep.between import states_at
+from daebench.reference.keep.dense_evaluation import states_at
 from daebench.reference.motion import certified_for, own_run
 from daebench.runs.ivp import Ivp, PoissonIvp
 from daebench.runs.request import Request
@@ -29,7 +29,7 @@ SAFETY = 2.0
 """The bound of a method's own finer run is so many times its difference from the one before."""
 
 FINER = {"h": (2, 4), "tol": (10, 100)}
-"""A method's own finer runs have its knob divided by these: with fixed steps they cost six times as much as the run."""
+"""A method's own finer runs have its step size or tolerance divided by these: with fixed steps they cost six times as much as the run."""
 
 
 @dataclass(frozen=True)
@@ -136,7 +136,7 @@ def _against_itself(ivp: Ivp, method: Any, run: Run, part: str) -> PositionError
 
 
 def _finer(run: Run, divisor: int) -> Request:
-    """Return what asks for the outputs of a run with its knob divided."""
+    """Return what asks for the outputs of a run with its step size or tolerance divided."""
     if run.knob == "tol":
         return Request(value=run.value / divisor, t_end=float(run.t[-1]), points=len(run.t), watch=(), count=False)
     every = divisor * round(float(run.t[1]) / run.value)

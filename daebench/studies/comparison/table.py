@@ -11,7 +11,7 @@ from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.methods.names import methods_of
 from daebench.methods.run import singular_as
 from daebench.runs.ivp import Ivp, PoissonIvp
-from daebench.runs.request import Request, knob_value
+from daebench.runs.request import Request, resolution_value
 from daebench.runs.trajectory import CONSTRAINED, POISSON, Array, PoissonTrajectory, Trajectory
 from daebench.studies.comparison.position_error import position_errors
 
@@ -142,7 +142,7 @@ def trajectories(
         If a method needs a step size and none is given, or refuses the problem.
     """
     for method in methods:
-        knob_value(method, h=h if method.knob == "h" else None, tol=tol if method.knob == "tol" else None)
+        resolution_value(method, h=h if method.knob == "h" else None, tol=tol if method.knob == "tol" else None)
         method.check(ivp, _request(ivp, method, h, tol, t_end))
     found: list[Any] = []
     for method in methods:
@@ -206,6 +206,6 @@ def errors_along(ivp: Ivp, trajectory: Trajectory | PoissonTrajectory) -> dict[s
     if isinstance(trajectory, Trajectory):
         found |= {"g": ivp.along("g", trajectory.q), "Gv": ivp.along("Gv", trajectory.p, trajectory.q)}
     else:
-        kinds = {"casimir_error": ("casimirs", ivp.sheet.CASIMIRS), "integral_error": ("integrals", ivp.integrals)}
+        kinds = {"casimir_error": ("casimirs", ivp.facts.CASIMIRS), "integral_error": ("integrals", ivp.integrals)}
         found |= {column: error_along(ivp, trajectory, name) for column, (name, there) in kinds.items() if there}
     return {name: np.abs(rows).max(axis=1) if rows.ndim == 2 else np.abs(rows) for name, rows in found.items()}

@@ -10,7 +10,7 @@ from daebench.reference.keep import store
 from daebench.reference.keep.record import Reference
 from daebench.reference.motion import OwnRun, certified_for, own_run
 from daebench.runs.trajectory import Array
-from daebench.studies.grid.cell import OUTPUTS, Cell, ivp_of
+from daebench.studies.grid.run_specification import OUTPUTS, Cell, ivp_of
 
 Parameters = tuple[tuple[str, float], ...]
 

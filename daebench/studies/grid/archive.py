@@ -28,11 +28,11 @@ from daebench.runs import provenance
 from daebench.runs.files import atomic
 from daebench.runs.machine import machine
 from daebench.studies.grid import archive_figure, export
-from daebench.studies.grid.cell import Cell, maker
-from daebench.studies.grid.cell_key import key_of
 from daebench.studies.grid.metrics import METRICS
 from daebench.studies.grid.references import reference_of
-from daebench.studies.grid.store import Kept, Store, as_json
+from daebench.studies.grid.run_specification import Cell, code_version
+from daebench.studies.grid.specification_key import key_of
+from daebench.studies.grid.store import Store, StoredRow, as_json
 from daebench.systems.files.read import Problem
 from daebench.systems.files.user import own_files
 
@@ -100,7 +100,7 @@ def _write(path: Path, files: Mapping[str, bytes], own: Sequence[str]) -> None:
         "made": provenance.now(),
         "versions": provenance.versions(),
         "machine": machine(),
-        "maker": maker(),
+        "maker": code_version(),
         "own": own,
         "files": {name: hashlib.sha256(content).hexdigest() for name, content in files.items()},
     }
@@ -110,14 +110,14 @@ def _write(path: Path, files: Mapping[str, bytes], own: Sequence[str]) -> None:
             archive.writestr(name, content)
 
 
-def _current(rows: Sequence[Kept]) -> tuple[list[Kept], int]:
+def _current(rows: Sequence[StoredRow]) -> tuple[list[StoredRow], int]:
     """Return the rows whose definition is still there, and how many others there are; those of other versions are not told apart."""
-    here = maker()
+    here = code_version()
     kept = [row for row in rows if row.maker != here or key_of(Cell.of_plain(row.cell)) == row.key]
     return kept, len(rows) - len(kept)
 
 
-def _renamed(row: Kept, moved: Mapping[str, str]) -> Kept:
+def _renamed(row: StoredRow, moved: Mapping[str, str]) -> StoredRow:
     """Return a row whose problem file is where it is in the archive."""
     name = row.cell["problem"]
     return replace(row, cell={**row.cell, "problem": moved[name]}, row={**row.row, "problem": moved[name]}) if name in moved else row
@@ -155,7 +155,7 @@ def _certified(reference: Reference) -> dict[str, bytes]:
     return {f"references/{name}/certificate.json": certificate.encode("ascii"), f"references/{name}/{name}.csv": rows.encode("ascii")}
 
 
-def _readme(name: str, rows: Sequence[Kept], files: Mapping[str, bytes]) -> str:
+def _readme(name: str, rows: Sequence[StoredRow], files: Mapping[str, bytes]) -> str:
     about = {
         **export.described(export.frame(rows)),
         "Files": ", ".join(files),

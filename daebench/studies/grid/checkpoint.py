@@ -13,7 +13,7 @@ import numpy as np
 from daebench.errors import BadInput
 from daebench.runs.files import atomic
 from daebench.runs.trajectory import Array
-from daebench.studies.grid.cell import defined_by, digest, maker
+from daebench.studies.grid.run_specification import code_version, defined_by, digest
 from daebench.studies.long.blocks import Blocks
 from daebench.studies.long.run import LongRun, Stream
 from daebench.studies.long.windows import Windows
@@ -36,7 +36,7 @@ class Checkpoint:
     left : int
         Steps to the next sample.
     passages : int
-        Passages through places where G loses rank.
+        Number of rank-loss events.
     seconds : float
         CPU time of the loop.
     failure : str
@@ -73,7 +73,7 @@ class Checkpoint:
 
 def identity(spec: LongRun) -> dict[str, Any]:
     """Return all that decides the numbers of a run: its fields, its definition with its numbers, and the versions of everything."""
-    return {**spec.plain(), "definition": digest(*defined_by(spec.ivp)), "versions": maker()}
+    return {**spec.plain(), "definition": digest(*defined_by(spec.ivp)), "versions": code_version()}
 
 
 def save(path: Path, who: dict[str, Any], stream: Stream) -> None:
@@ -94,7 +94,7 @@ def save(path: Path, who: dict[str, Any], stream: Stream) -> None:
         windows=stream.windows.table,
         means=blocks.means,
         numbers=stream.numbers(),
-        waiting=run.X[: run.row, 0],
+        waiting=run.state_rows[: run.row, 0],
     )
     with atomic(path) as scratch:
         scratch.write_bytes(content.getvalue() + _seal(content.getvalue()))
@@ -156,6 +156,6 @@ def resumed(stream: Stream, kept: Checkpoint) -> None:
     stream.restore(kept.numbers)
     stream.windows, stream.blocks, stream.passages = kept.windows, kept.blocks, kept.passages
     run.done, run.left, run.row, run.seconds = kept.done, kept.left, len(kept.waiting), kept.seconds
-    run.X[: run.row, 0] = kept.waiting
+    run.state_rows[: run.row, 0] = kept.waiting
     run.failure, run.rank_pending = kept.failure or None, kept.rank_pending
     run.passages.clear()

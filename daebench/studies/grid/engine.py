@@ -3,10 +3,10 @@
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import Executor
 
-from daebench.studies.grid.cell import Cell
-from daebench.studies.grid.cell_key import key_of
+from daebench.studies.grid.batches import Batch, handed_out
 from daebench.studies.grid.measure import Row, kept
-from daebench.studies.grid.shares import Share, handed_out
+from daebench.studies.grid.run_specification import Cell
+from daebench.studies.grid.specification_key import key_of
 from daebench.studies.grid.store import Store
 
 Tell = Callable[[int, int, Cell], None]
@@ -45,7 +45,7 @@ def computed(cells: Sequence[Cell], store: Store, *, executor: Executor | None =
     return {key: found[key] for key in wanted}
 
 
-def _here(cells: Mapping[str, Cell]) -> Iterator[Share]:
+def _here(cells: Mapping[str, Cell]) -> Iterator[Batch]:
     """Give the rows of cells one by one, computed in this process."""
     for key, cell in cells.items():
         yield (kept(key, cell),)

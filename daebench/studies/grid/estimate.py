@@ -5,8 +5,8 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 
 from daebench.runs.ivp import PoissonIvp
-from daebench.studies.grid.cell import Cell, maker
-from daebench.studies.grid.store import Kept, Store
+from daebench.studies.grid.run_specification import Cell, code_version
+from daebench.studies.grid.store import Store, StoredRow
 
 STEP_SECONDS = 1e-6
 """What a fixed step usually costs: between 1e-7 for RATTLE on a pendulum and 1e-5 for long compositions on large problems."""
@@ -68,20 +68,20 @@ def estimate(cells: Sequence[Cell], store: Store) -> Estimate:
     compiled: set[Cell] = set()
     for each in _whole(store.all()):
         cell = Cell.of_plain(each.cell)
-        if each.maker == maker():
+        if each.maker == code_version():
             compiled.add(_kind(cell))
         kept.setdefault((cell.problem, cell.method), []).append(cell)
         took[cell] = each.took
-    knobs: dict[tuple[str, str], str] = {}
+    resolutions: dict[tuple[str, str], str] = {}
     seconds, like = 0.0, 0
     for cell in cells:
         others = kept.get((cell.problem, cell.method), [])
-        if (cell.problem, cell.method) not in knobs:
-            knobs[cell.problem, cell.method] = cell.solver.knob
-        knob = knobs[cell.problem, cell.method]
-        usual = STEP_SECONDS if knob == "h" else TOLERANCE_SECONDS
-        rate = min((took[other] / _work(other, knob) for other in _nearest(cell, knob, others)), default=usual)
-        seconds += max(LEAST_SECONDS, rate * _work(cell, knob))
+        if (cell.problem, cell.method) not in resolutions:
+            resolutions[cell.problem, cell.method] = cell.solver.knob
+        resolution = resolutions[cell.problem, cell.method]
+        usual = STEP_SECONDS if resolution == "h" else TOLERANCE_SECONDS
+        rate = min((took[other] / _work(other, resolution) for other in _nearest(cell, resolution, others)), default=usual)
+        seconds += max(LEAST_SECONDS, rate * _work(cell, resolution))
         like += bool(others)
     missing = {_kind(cell): cell for cell in cells if _kind(cell) not in compiled}
     kernels = [(cell, _kernels(cell)) for cell in missing.values()]
@@ -96,7 +96,7 @@ def _kind(cell: Cell) -> Cell:
 
 
 def _kernels(cell: Cell) -> int:
-    """Return how many kernels a cell takes: with fixed steps one that watches, and one more that is timed."""
+    """Return how many kernels a cell takes: with fixed steps one that monitors, and one more that is timed."""
     return 2 if cell.repeat > 0 and cell.solver.knob == "h" else 1
 
 
@@ -107,23 +107,23 @@ def _compile_seconds(cell: Cell) -> float:
     return float(min(MOST_COMPILE, max(LEAST_COMPILE, COMPILE_SECONDS * stages * size**2)))
 
 
-def _nearest(cell: Cell, knob: str, others: Sequence[Cell]) -> Sequence[Cell]:
+def _nearest(cell: Cell, resolution: str, others: Sequence[Cell]) -> Sequence[Cell]:
     """Return the cells to whose time that of this one is in proportion: with fixed steps all, and else those with the nearest tol."""
-    if knob == "h" or not others:
+    if resolution == "h" or not others:
         return others
     distances = [abs(math.log(other.value / cell.value)) for other in others]
     least = min(distances)
     return [other for other, distance in zip(others, distances, strict=True) if distance == least]
 
 
-def _whole(rows: Iterable[Kept]) -> Iterable[Kept]:
+def _whole(rows: Iterable[StoredRow]) -> Iterable[StoredRow]:
     """Give those that came to their end: one that failed soon tells nothing of another that does not."""
     return (each for each in rows if not each.row.get("failure"))
 
 
-def _work(cell: Cell, knob: str) -> float:
+def _work(cell: Cell, resolution: str) -> float:
     """Return to what the time of a cell is taken as proportional: its runs times their steps, or their length where steps are chosen."""
-    return (1 + max(0, cell.repeat)) * (cell.t_end / cell.value if knob == "h" else cell.t_end)
+    return (1 + max(0, cell.repeat)) * (cell.t_end / cell.value if resolution == "h" else cell.t_end)
 
 
 def duration(seconds: float) -> str:

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any
 from daebench.errors import BadInput
 from daebench.runs.csv_files import write_frame
 from daebench.runs.files import atomic, check_place
-from daebench.studies.grid.cell import maker
-from daebench.studies.grid.store import Kept, Store
+from daebench.studies.grid.run_specification import code_version
+from daebench.studies.grid.store import Store, StoredRow
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -40,7 +40,7 @@ def table_of(store: Store) -> "pd.DataFrame":
     """Return all rows of a store, those with the same cell one after the other: what was computed, the cell, and what made it.
 
     Columns are those of the rows; the fields of cells that rows do not have; and key, maker and took, see
-    :class:`daebench.studies.grid.store.Kept`. What a row has not is missing.
+    :class:`daebench.studies.grid.store.StoredRow`. What a row has not is missing.
 
     Raises
     ------
@@ -53,7 +53,7 @@ def table_of(store: Store) -> "pd.DataFrame":
     return frame(rows)
 
 
-def frame(rows: Sequence[Kept]) -> "pd.DataFrame":
+def frame(rows: Sequence[StoredRow]) -> "pd.DataFrame":
     """Return rows as a table, see :func:`table_of`."""
     import pandas as pd
 
@@ -62,7 +62,7 @@ def frame(rows: Sequence[Kept]) -> "pd.DataFrame":
 
 def described(table: "pd.DataFrame") -> dict[str, str]:
     """Return in words what a table of runs is of: problems, methods and settings, and how many runs other versions made."""
-    here = maker()
+    here = code_version()
     problems = table[["problem", "case"]].drop_duplicates().itertuples(index=False)
     others = int((table["maker"] != here).sum())
     return {
@@ -90,7 +90,7 @@ def write(table: "pd.DataFrame", path: Path) -> None:
             table.to_parquet(scratch, index=False, engine="pyarrow")
 
 
-def _flat(kept: Kept) -> dict[str, Any]:
+def _flat(kept: StoredRow) -> dict[str, Any]:
     """Return a row with the fields of its cell; lists of names are words, and of pairs, which the row has as columns, left out."""
     cell = {name: value for name, value in kept.cell.items() if name not in ("parameters", "options")}
     cell["metrics"] = " ".join(cell["metrics"])

@@ -6,9 +6,9 @@ from typing import Any
 
 from daebench.errors import DaebenchError
 from daebench.runs.request import Request
-from daebench.studies.grid.cell import Cell, maker
 from daebench.studies.grid.metrics import Measured, metrics_of
-from daebench.studies.grid.store import Kept
+from daebench.studies.grid.run_specification import Cell, code_version
+from daebench.studies.grid.store import StoredRow
 
 NAN = float("nan")
 
@@ -18,11 +18,11 @@ LONG = 0.3
 Row = dict[str, Any]
 
 
-def kept(key: str, cell: Cell) -> Kept:
+def kept(key: str, cell: Cell) -> StoredRow:
     """Return the row of a cell as it is kept under its key, with how long it took."""
     began = time.perf_counter()
     row = row_of(cell)
-    return Kept(key, cell.plain(), row, maker(), time.perf_counter() - began)
+    return StoredRow(key, cell.plain(), row, code_version(), time.perf_counter() - began)
 
 
 def row_of(cell: Cell) -> Row:
@@ -111,8 +111,8 @@ def _timed(cell: Cell, solver: Any) -> Row:
     return {**work, "seconds": best.seconds, "callback_seconds": NAN if inside is None else inside}
 
 
-def bare(cell: Cell, knob: str) -> Request:
-    """Return what a method with this knob is asked where it is timed: its end alone, nothing watched, and no work counted that costs."""
-    if knob == "h":
-        return replace(cell.asked(knob), watch=(), count=False, every=0)
-    return replace(cell.asked(knob), watch=(), points=2)
+def bare(cell: Cell, resolution: str) -> Request:
+    """Return what a method of this resolution is asked when timed: its end alone, nothing monitored, and no costly work counted."""
+    if resolution == "h":
+        return replace(cell.asked(resolution), watch=(), count=False, every=0)
+    return replace(cell.asked(resolution), watch=(), points=2)

@@ -12,12 +12,12 @@ from daebench.diagnostics.branch import largest_jump
 from daebench.diagnostics.energy_verdict import energy_scales, energy_verdict, size
 from daebench.diagnostics.integrals import integral_errors
 from daebench.errors import BadInput, unknown
-from daebench.reference.keep.between import At, states_at
+from daebench.reference.keep.dense_evaluation import At, states_at
 from daebench.reference.motion import OwnRun
 from daebench.runs.ivp import Ivp, PoissonIvp
 from daebench.runs.trajectory import Array, PoissonTrajectory, Trajectory
 from daebench.studies.grid.against import certified_of, own_of, require_reference
-from daebench.studies.grid.cell import FEWEST, Cell
+from daebench.studies.grid.run_specification import FEWEST, Cell
 from daebench.systems.renamed import OldAttribute
 
 NAN = float("nan")
@@ -50,6 +50,7 @@ class Measured:
     solver: Any
     run: Trajectory | PoissonTrajectory
     scene = OldAttribute("ivp")
+    truth = OldAttribute("reference_solution")
 
     @property
     def told(self) -> bool:
@@ -69,7 +70,7 @@ class Measured:
         return stored if np.sum(stored) >= ENOUGH else np.ones(len(self.run.t), dtype=bool)
 
     @cached_property
-    def truth(self) -> At | OwnRun:
+    def reference_solution(self) -> At | OwnRun:
         """The certified reference at these outputs, or a finer run where there is none."""
         certified, t = certified_of(self.cell), self.run.t[self.compared]
         return states_at(certified, t) if certified else own_of(self.cell, t)
@@ -77,8 +78,8 @@ class Measured:
     @property
     def against(self) -> str:
         """What errors are taken against, in words."""
-        truth = self.truth
-        return truth.words if isinstance(truth, OwnRun) else f"certified {self.cell.problem}-{self.cell.case}"
+        reference = self.reference_solution
+        return reference.words if isinstance(reference, OwnRun) else f"certified {self.cell.problem}-{self.cell.case}"
 
     def part(self, name: str) -> Array:
         """Return a part of the run's states at these outputs: "q", "p", "y", or "lam"."""
@@ -142,18 +143,18 @@ class Metric:
 
 def _error(part: str) -> Callable[[Measured], Columns]:
     def measure(found: Measured) -> Columns:
-        truth = found.truth
-        off = np.abs(found.part(part) - truth.states[part])
-        return {f"error_{part}": float(np.max(off)), f"bound_{part}": float(np.max(truth.bound[part]))}
+        reference = found.reference_solution
+        off = np.abs(found.part(part) - reference.states[part])
+        return {f"error_{part}": float(np.max(off)), f"bound_{part}": float(np.max(reference.bound[part]))}
 
     return measure
 
 
 def _phase(found: Measured) -> Columns:
     """Return by how much time the run is early or late, at most: its error along the motion over the speed there."""
-    truth, parts = found.truth, ("y",) if isinstance(found.ivp, PoissonIvp) else ("p", "q")
-    rates = _rates(found.ivp, *(truth.states[part] for part in parts))
-    off = np.concatenate([found.part(part) - truth.states[part] for part in parts], axis=1)
+    reference, parts = found.reference_solution, ("y",) if isinstance(found.ivp, PoissonIvp) else ("p", "q")
+    rates = _rates(found.ivp, *(reference.states[part] for part in parts))
+    off = np.concatenate([found.part(part) - reference.states[part] for part in parts], axis=1)
     speed = np.sum(rates**2, axis=1)
     moving = speed > 1e-12 * float(np.max(speed))
     late = np.sum(off * rates, axis=1)[moving] / speed[moving]
@@ -199,8 +200,8 @@ def _jump(found: Measured) -> Columns:
 def _horizon(found: Measured) -> Columns:
     """Return the last time up to which the error of the position, or of the state, is at most a part of its size."""
     part = "y" if isinstance(found.ivp, PoissonIvp) else "q"
-    truth = found.truth.states[part]
-    off = np.max(np.abs(found.part(part) - truth), axis=1) > LOST * np.max(np.abs(truth))
+    reference = found.reference_solution.states[part]
+    off = np.max(np.abs(found.part(part) - reference), axis=1) > LOST * np.max(np.abs(reference))
     t = found.run.t[found.compared]
     return {"horizon": float(t[max(int(np.argmax(off)) - 1, 0)] if np.any(off) else t[-1])}
 

@@ -8,9 +8,9 @@ from daebench.diagnostics.branch import WRONG
 from daebench.diagnostics.manifold import residual_scales
 from daebench.methods.fixed_step.stepping import REASONS
 from daebench.runs.ivp import PoissonIvp
-from daebench.studies.grid.cell import Cell
 from daebench.studies.grid.measure import Row
 from daebench.studies.grid.rows import rows_of
+from daebench.studies.grid.run_specification import Cell
 from daebench.studies.grid.runs import Runs
 
 if TYPE_CHECKING:

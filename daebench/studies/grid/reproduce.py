@@ -14,9 +14,9 @@ from typing import Any
 
 from daebench.errors import BadInput
 from daebench.studies.grid.archive import FORMAT, MANIFEST, ROWS
-from daebench.studies.grid.cell import Cell
 from daebench.studies.grid.measure import row_of
-from daebench.studies.grid.store import Kept, of_json
+from daebench.studies.grid.run_specification import Cell
+from daebench.studies.grid.store import StoredRow, of_json
 from daebench.systems.files.execute import is_path
 
 EQUAL, WITHIN, DIFFERS = "equal to the bit", "within", "differs"
@@ -39,14 +39,14 @@ class Archive:
     ----------
     manifest : mapping
         What it says of itself.
-    rows : tuple of Kept
+    rows : tuple of StoredRow
         The runs.
     files : mapping of str to bytes
         All that is in it, by name.
     """
 
     manifest: Mapping[str, Any]
-    rows: tuple[Kept, ...]
+    rows: tuple[StoredRow, ...]
     files: Mapping[str, bytes]
 
     @property
@@ -140,7 +140,7 @@ def _require_whole(digests: Mapping[str, str], files: Mapping[str, bytes]) -> No
         raise ValueError(f"{min(wrong)} is not what was written")
 
 
-def _require_plain(path: Path, own: Sequence[str], rows: Sequence[Kept], files: Mapping[str, bytes]) -> None:
+def _require_plain(path: Path, own: Sequence[str], rows: Sequence[StoredRow], files: Mapping[str, bytes]) -> None:
     """Refuse runs of problem files that are not in the archive: nothing else of this machine is to be executed."""
     for row in rows:
         name = str(row.cell["problem"])
@@ -149,7 +149,7 @@ def _require_plain(path: Path, own: Sequence[str], rows: Sequence[Kept], files: 
 
 
 @contextmanager
-def unpacked(archive: Archive) -> Iterator[list[tuple[Kept, Cell]]]:
+def unpacked(archive: Archive) -> Iterator[list[tuple[StoredRow, Cell]]]:
     """Give the runs of an archive as they are made here, its problem files in a folder for the time of a block."""
     with tempfile.TemporaryDirectory(prefix="daebench-") as folder:
         for name, content in archive.files.items():
@@ -160,7 +160,7 @@ def unpacked(archive: Archive) -> Iterator[list[tuple[Kept, Cell]]]:
         yield [(row, _cell(row, Path(folder), archive.own)) for row in archive.rows]
 
 
-def _cell(row: Kept, folder: Path, own: Sequence[str]) -> Cell:
+def _cell(row: StoredRow, folder: Path, own: Sequence[str]) -> Cell:
     cell = Cell.of_plain(row.cell)
     return replace(cell, problem=str(folder / cell.problem)) if cell.problem in own else cell
 

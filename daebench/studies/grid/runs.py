@@ -4,8 +4,8 @@ from collections.abc import Callable, Sequence
 from concurrent.futures import Executor
 from typing import TYPE_CHECKING
 
-from daebench.studies.grid.cell import Cell
-from daebench.studies.grid.cell_key import key_of
+from daebench.studies.grid.run_specification import Cell
+from daebench.studies.grid.specification_key import key_of
 from daebench.studies.grid.store import Store
 
 if TYPE_CHECKING:

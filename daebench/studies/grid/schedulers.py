@@ -35,10 +35,10 @@ from daebench.studies.grid.tls import NO_TLS, Tls, security
 THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
 """What numerical libraries read: one thread for each process."""
 
-LOADED = ("numba", "scipy.linalg", "daebench.studies.grid.shares")
+LOADED = ("numba", "scipy.linalg", "daebench.studies.grid.batches")
 """What every process needs, loaded once by the server that they are forked from."""
 
-COMPUTES = "daebench.studies.grid.shares"
+COMPUTES = "daebench.studies.grid.batches"
 """What a worker needs: one that gets what it cannot load leaves the cluster without a word to us."""
 
 REACHED_SECONDS = 10.0

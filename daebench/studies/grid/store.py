@@ -51,18 +51,18 @@ class StoreWarning(UserWarning):
 
 
 @dataclass(frozen=True)
-class Kept:
-    """A row as it is kept.
+class StoredRow:
+    """A row of a store.
 
     Parameters
     ----------
     key : str
         Hash of all that decided it.
     cell : mapping
-        Fields of the cell, as :meth:`daebench.studies.grid.cell.Cell.plain` gives them.
+        Fields of the cell, as :meth:`daebench.studies.grid.run_specification.Cell.plain` gives them.
     row : mapping
         What was computed, by column.
-    maker : str
+    code_version : str
         Hash of daebench's own source and of the versions of the packages that made it.
     took : float
         How long it took, s.
@@ -180,12 +180,12 @@ class Store:
         found = self._base.execute("SELECT row FROM rows WHERE key = ?", (key,)).fetchone()
         return None if found is None else _read(found[0])
 
-    def put(self, rows: Iterable[Kept]) -> None:
+    def put(self, rows: Iterable[StoredRow]) -> None:
         """Write rows, all or none, in place of those of the same keys if there are any.
 
         Parameters
         ----------
-        rows : iterable of Kept
+        rows : iterable of StoredRow
             What is written, in one transaction.
 
         Raises
@@ -202,10 +202,10 @@ class Store:
             kept = f"the {len(self)} rows in it are kept: make room, and run again"
             raise StoreFull(f"{self.path} cannot be written: {error}; {kept}.") from error
 
-    def all(self) -> Iterator[Kept]:
+    def all(self) -> Iterator[StoredRow]:
         """Give all rows."""
-        for key, cell, row, maker, took in self._base.execute("SELECT key, cell, row, maker, took FROM rows"):
-            yield Kept(key, json.loads(cell), _read(row), maker, took)
+        for key, cell, row, code_version, took in self._base.execute("SELECT key, cell, row, maker, took FROM rows"):
+            yield StoredRow(key, json.loads(cell), _read(row), code_version, took)
 
     def outdated(self, wanted: Mapping[str, Mapping[str, Any]]) -> int:
         """Return how many cells, by their keys, are kept under another key alone: made by other versions, or of a changed definition."""
@@ -217,7 +217,7 @@ class Store:
         return sum(asked[cell] not in keys for cell, keys in found.items())
 
 
-def as_json(kept: Kept) -> str:
+def as_json(kept: StoredRow) -> str:
     """Return a row as one line of JSON, which :func:`of_json` reads; numbers that JSON does not have are words."""
     return json.dumps(
         {"key": kept.key, "cell": dict(kept.cell), "row": json.loads(_written(kept.row)), "maker": kept.maker, "took": kept.took},
@@ -225,7 +225,7 @@ def as_json(kept: Kept) -> str:
     )
 
 
-def of_json(line: str) -> Kept:
+def of_json(line: str) -> StoredRow:
     """Return the row of a line that :func:`as_json` gives.
 
     Raises
@@ -234,7 +234,7 @@ def of_json(line: str) -> Kept:
         If it is no such line.
     """
     found = json.loads(line)
-    return Kept(str(found["key"]), dict(found["cell"]), _read(json.dumps(found["row"])), str(found["maker"]), float(found["took"]))
+    return StoredRow(str(found["key"]), dict(found["cell"]), _read(json.dumps(found["row"])), str(found["maker"]), float(found["took"]))
 
 
 @contextmanager
@@ -301,3 +301,6 @@ def _word(value: Any) -> Any:
 
 def _read(text: str) -> dict[str, Any]:
     return {name: float(value["number"]) if isinstance(value, dict) else value for name, value in json.loads(text).items()}
+
+
+Kept = StoredRow  # the name of the release before; it goes with the next one

@@ -10,10 +10,10 @@ from daebench.errors import BadInput, positive, unknown, whole
 from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.methods.names import free_numbers, methods_of
 from daebench.runs.ivp import Ivp
-from daebench.studies.grid.cell import OUTPUTS, Cell
-from daebench.studies.grid.cell_key import key_of, require_possible
 from daebench.studies.grid.metrics import metrics_of
+from daebench.studies.grid.run_specification import OUTPUTS, Cell
 from daebench.studies.grid.runs import runs_of
+from daebench.studies.grid.specification_key import key_of, require_possible
 from daebench.studies.grid.store import Store
 
 if TYPE_CHECKING:
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, kw_only=True)
 class Study:
-    """Every method on every case, with every value of its knob and of the parameters.
+    """Every method on every case, with every step size or tolerance and every value of the parameters.
 
     Parameters
     ----------
@@ -128,13 +128,13 @@ class Study:
     def _cells(self) -> Iterator[Cell]:
         ivp = initial_value_problem(self.problem, self.cases[0] if self.cases else None)
         solvers = methods_of(ivp, self.methods, self.options, anyway=self.anyway)
-        knobs = [self._values_of(name, solver.knob) for name, solver in zip(self.methods, solvers, strict=True)]
+        resolutions = [self._values_of(name, solver.knob) for name, solver in zip(self.methods, solvers, strict=True)]
         if useless := set(self.values) - set(self.methods) - {solver.knob for solver in solvers}:
             raise BadInput(f"values of {', '.join(sorted(useless))} are of no use to {', '.join(self.methods)}; leave them out.")
         grids = [[(name, float(x)) for x in values] for name, values in self.parameters.items()]
         options = [self._options_of(ivp, solver) for solver in solvers]
         for case, given, (name, own, values), precision in product(
-            self.cases or [ivp.case], product(*grids), zip(self.methods, options, knobs, strict=True), self.precisions
+            self.cases or [ivp.case], product(*grids), zip(self.methods, options, resolutions, strict=True), self.precisions
         ):
             for value in values:
                 yield Cell(
@@ -159,11 +159,11 @@ class Study:
         known = free_numbers(solver)
         return tuple((key, number) for key, number in self.options.items() if key in known)
 
-    def _values_of(self, method: str, knob: str) -> Sequence[float]:
-        values = self.values.get(method, self.values.get(knob))
+    def _values_of(self, method: str, resolution: str) -> Sequence[float]:
+        values = self.values.get(method, self.values.get(resolution))
         if values is None:
-            raise BadInput(f"{method} needs values of {knob}; give values={{{knob!r}: [...]}}.")
-        return [positive(knob, value) for value in values]
+            raise BadInput(f"{method} needs values of {resolution}; give values={{{resolution!r}: [...]}}.")
+        return [positive(resolution, value) for value in values]
 
     def table(self, store: Store, *, executor: Executor | None = None, tell: "Tell | None" = None) -> "pd.DataFrame":
         """Return one row a run, those that the store has taken from there; the others are computed and put there.

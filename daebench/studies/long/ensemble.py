@@ -31,7 +31,7 @@ Tell = Callable[[float], None]
 
 @dataclass(frozen=True)
 class Ensemble:
-    """Runs of the same motion from starts that round differently, see :mod:`daebench.studies.long.starts`.
+    """Runs of the same motion from starts that round differently, see :mod:`daebench.studies.long.initial_conditions`.
 
     Parameters
     ----------

@@ -16,9 +16,9 @@ from daebench.runs.grid import Grid
 from daebench.runs.ivp import Ivp
 from daebench.runs.request import Request
 from daebench.runs.trajectory import Array
-from daebench.studies.grid.cell import ivp_of
+from daebench.studies.grid.run_specification import ivp_of
 from daebench.studies.long.blocks import BLOCK, Blocks
-from daebench.studies.long.starts import start_of
+from daebench.studies.long.initial_conditions import start_of
 from daebench.studies.long.windows import Windows
 from daebench.systems.renamed import OldAttribute
 
@@ -142,7 +142,7 @@ def _ivp(spec: LongRun) -> Ivp:
 
 @dataclass(frozen=True)
 class _Buffered(Grid):
-    """A grid of which no more is kept at a time than a buffer holds, and what is added in a passage where G loses rank."""
+    """A grid of which no more is kept at a time than a buffer holds, and what is added in a rank-loss event."""
 
     @property
     def rows(self) -> int:
@@ -178,7 +178,7 @@ class Stream:
     @property
     def waiting(self) -> Array:
         """Errors of the energy that are sampled and not yet reduced, shape(k,): H(x) - H(x0) in the run's number type."""
-        energies = self.run.X[: self.run.row, 0]
+        energies = self.run.state_rows[: self.run.row, 0]
         return np.asarray(energies - self.run.conserved[0], dtype=float)
 
     def advance(self) -> None:
@@ -199,13 +199,13 @@ class Stream:
         self.windows.add(values)
         self.blocks.add(values)
         rest = run.row - BLOCK
-        run.X[:rest] = run.X[BLOCK : run.row]
+        run.state_rows[:rest] = run.state_rows[BLOCK : run.row]
         run.row = rest
 
     def _require_finite(self, first: int) -> None:
         """Stop where a sample is not finite, or so large that its square may not be; those before it are kept."""
         run = self.run
-        wrong = np.flatnonzero(~(np.abs(run.X[first : run.row, 0].astype(float)) < LARGEST))
+        wrong = np.flatnonzero(~(np.abs(run.state_rows[first : run.row, 0].astype(float)) < LARGEST))
         if len(wrong):
             run.row = first + int(wrong[0])
             t = (self.windows.samples + run.row + 1) * run.grid.every * run.grid.h

@@ -10,8 +10,8 @@ from daebench.diagnostics.energy import Drift, energy_drift
 from daebench.diagnostics.random_walk import MEMBERS, Walk, random_walk
 from daebench.studies.grid.checkpoint import Checkpoint
 from daebench.studies.long.blocks import middles
+from daebench.studies.long.initial_conditions import ROUNDINGS
 from daebench.studies.long.run import LongRun
-from daebench.studies.long.starts import ROUNDINGS
 from daebench.studies.long.windows import COUNT, LEAST, MEAN, MOST, centres, mean_square
 
 if TYPE_CHECKING:

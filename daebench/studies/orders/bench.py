@@ -1,4 +1,4 @@
-"""The runs of one method in an order study: errors of q, p, lam and raw multipliers, or of y on a Poisson system."""
+"""The runs of one method in an order study: errors of q, p, lam and stage multipliers, or of y on a Poisson system."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -16,8 +16,8 @@ from daebench.studies.orders.runs import CLEAR, ROUND_OFF, Runs, at_common_times
 ON_GRID = 1e-6
 """Times this close to a grid point, in steps, are it."""
 
-MOST_RAW = 2e7
-"""Raw multipliers are measured in runs of at most so many numbers, for those of all steps have to be kept."""
+MOST_STAGE_MULTIPLIERS = 2e7
+"""Stage multipliers are measured in runs of at most so many numbers, for those of all steps have to be kept."""
 
 
 @dataclass(frozen=True)
@@ -40,15 +40,15 @@ class Bench(Runs):
     leading = ("q", "p")
 
     @property
-    def _raw(self) -> Mapping[str, float]:
-        """Names and nodes of the raw multipliers; those of a composition belong to its substeps and are not given."""
+    def _stage_multipliers(self) -> Mapping[str, float]:
+        """Names and nodes of the stage multipliers; those of a composition belong to its substeps and are not given."""
         return {} if self.method.composition else self.method.member.multipliers()
 
     def _exact(self, name: str) -> Array:
         return self.known.states[self._like(name)]
 
     def _like(self, name: str) -> str:
-        """Return the component that one is compared with: raw multipliers stand for lam."""
+        """Return the component that one is compared with: stage multipliers stand for lam."""
         return name if name in self.state else "lam"
 
     def _floor(self, name: str, h: Sequence[float], errors: Sequence[float]) -> float:
@@ -61,7 +61,7 @@ class Bench(Runs):
         return largest(self.ivp.along("H_q", self.known.states["p"], self.known.states["q"])) * float(self.known.t[-1]) / 32
 
     def _lost(self, h: Sequence[float], errors: Sequence[float]) -> float:
-        """Return the largest error of a raw multiplier that the rounding of positions may have made, eps |G| |q| / (h^2 G M^-1 G^T)."""
+        """Return the largest error of a stage multiplier that the rounding of positions may have made, eps |G| |q| / (h^2 G M^-1 G^T)."""
         p, q = (self.known.states[name][:1] for name in ("p", "q"))
         G, M_inverse = self.ivp.along("G", q)[0], self.ivp.along("H_pp", p, q)[0]
         least = float(np.linalg.svd(G @ M_inverse @ G.T, compute_uv=False)[-1])
@@ -69,13 +69,17 @@ class Bench(Runs):
         return max((error for each, error in zip(h, errors, strict=True) if error * each * each <= CLEAR * unit), default=0.0)
 
     def _run(self, h: float, steps: int, n: int) -> Trajectory:
-        raw = bool(self._raw) and steps * (2 * self.ivp.d + len(self._raw) * self.ivp.m) <= MOST_RAW
-        return self.method.solve(self.ivp, Request(value=h, steps=steps, every=1 if raw else n, raw=raw, watch=(), count=False))
+        stage_multipliers = (
+            bool(self._stage_multipliers) and steps * (2 * self.ivp.d + len(self._stage_multipliers) * self.ivp.m) <= MOST_STAGE_MULTIPLIERS
+        )
+        return self.method.solve(
+            self.ivp, Request(value=h, steps=steps, every=1 if stage_multipliers else n, raw=stage_multipliers, watch=(), count=False)
+        )
 
     def _errors(self, run: Trajectory, n: int, *, halved: bool) -> tuple[dict[str, float], float]:
-        """Return the errors and the bound; raw multipliers only after halvings.
+        """Return the errors and the bound; stage multipliers only after halvings.
 
-        The rounding of a state makes an error in a raw multiplier that grows with 1/h, so that slopes between close step sizes are lost.
+        The rounding of a state makes an error in a stage multiplier that grows with 1/h, so that slopes between close step sizes are lost.
         """
         errors, bound = self._raw_errors(run, n) if halved else ({}, 0.0)
         return self._state_errors(run) | errors, bound

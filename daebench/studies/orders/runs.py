@@ -13,8 +13,8 @@ from daebench.methods.fixed_step.constrained import FixedStep
 from daebench.reference.solution import EPS, ReferenceSolution
 from daebench.runs.ivp import Array, InitialValueProblem
 from daebench.studies.measurable import PoissonScheme, order_of
-from daebench.studies.orders.ladder import COMMON
 from daebench.studies.orders.series import Point, Series
+from daebench.studies.orders.step_sizes import COMMON
 
 ROUND_OFF = 500.0
 """Of errors up to so many units of rounding of the largest state, rounding is a per cent and more."""
@@ -26,7 +26,7 @@ NEAR = 1e-9
 """Round-off is looked for below this error, relative to the largest state."""
 
 HIGH = 1e-6
-"""Errors of states above this, relative to the largest state, are not due to rounding; those of raw multipliers, eps/h^2, may be."""
+"""Errors of states above this, relative to the largest state, are not due to rounding; those of stage multipliers, eps/h^2, may be."""
 
 FAR, LIMIT = 100.0, 1.01
 """Errors have a limit other than 0 where the finest three are this far above the floor and differ by a factor below this one."""

@@ -30,7 +30,7 @@ class Point:
     seconds : float
         CPU time it took.
     bound : float
-        What the reference of the raw multipliers may be wrong by.
+        What the reference of the stage multipliers may be wrong by.
     """
 
     h: float
@@ -50,9 +50,9 @@ class Series:
     method : str
         Name of the method.
     component : str
-        "q", "p", "lam" or the name of a raw multiplier; "y" of a Poisson system.
+        "q", "p", "lam" or the name of a stage multiplier; "y" of a Poisson system.
     claimed : int, optional
-        The order that the method claims; a raw multiplier has none.
+        The order that the method claims; a stage multiplier has none.
     points : tuple of Point
         The runs in which it was measured or which failed, coarsest first.
     fit : OrderFit
@@ -125,7 +125,7 @@ class OrderStudy:
         What was solved.
     t_end : float
         End time, s.
-    truth : ReferenceSolution
+    reference_solution : ReferenceSolution
         The reference at the common times.
     series : tuple of Series
         One for each method and component.
@@ -133,9 +133,10 @@ class OrderStudy:
 
     ivp: Ivp
     t_end: float
-    truth: ReferenceSolution
+    reference_solution: ReferenceSolution
     series: tuple[Series, ...]
     scene = OldAttribute("ivp")
+    truth = OldAttribute("reference_solution")
 
     def table(self) -> pd.DataFrame:
         """Return one row for each method and component, as :meth:`Series.row` gives them."""

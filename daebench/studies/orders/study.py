@@ -2,12 +2,12 @@
 
 Errors are taken at the common times t = T k/8, k = 1, ..., 8, which every step size meets exactly: h = T/(8 n) with whole n. The
 error of a component at one time is the Euclidean norm over its entries, in the problem's own units; that of a run is the largest
-over the common times. A raw multiplier that belongs to grid points is taken at those that are common times; one that belongs to
+over the common times. A stage multiplier that belongs to grid points is taken at those that are common times; one that belongs to
 times inside of a step in the steps that begin at a common time, against the reference at the very time it belongs to.
 
 By default the step sizes depend on the order that is claimed, for a method of high order reaches round-off in a few halvings from
 T/8, while one of order 1 may show it at very small steps only. Methods of order 5 and more are given three step sizes between the
-halvings, at which raw multipliers are not measured. Refinement ends where q and p - or y, of a Poisson system - have not fallen any more
+halvings, at which stage multipliers are not measured. Refinement ends where q and p - or y, of a Poisson system - have not fallen any more
 for two step sizes, near round-off or below what the reference is good for, and after a run of more than a second.
 """
 
@@ -25,8 +25,8 @@ from daebench.runs.ivp import Ivp, PoissonIvp
 from daebench.runs.request import Method
 from daebench.studies.measurable import measured, order_of
 from daebench.studies.orders.bench import Bench, PoissonBench
-from daebench.studies.orders.ladder import COMMON, ladder
 from daebench.studies.orders.series import OrderStudy, Series
+from daebench.studies.orders.step_sizes import COMMON, step_sizes
 
 if TYPE_CHECKING:
     from daebench.systems.constrained import ConstrainedHamiltonian
@@ -130,10 +130,10 @@ def study(
     if not chosen:
         raise BadInput("an order study needs at least one method, for example rattle.")
     end = positive("t_end", t_end) if t_end is not None else min(LONGEST, 2.0 ** math.floor(math.log2(reach(ivp, LONG))))
-    ladders = [ladder(end, order_of(method), h, halvings) for method in chosen]
+    sequences = [step_sizes(end, order_of(method), h, halvings) for method in chosen]
     known = reference_solution(ivp, [end * k / COMMON for k in range(1, COMMON + 1)])
     series: list[Series] = []
-    for k, (method, counts) in enumerate(zip(chosen, ladders, strict=True)):
+    for k, (method, counts) in enumerate(zip(chosen, sequences, strict=True)):
         if began:
             began(k / len(chosen), f"{method.name} on {ivp.problem}")
         series += _bench(ivp, method, known).series(counts, stop=halvings is None)

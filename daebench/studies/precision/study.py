@@ -4,13 +4,13 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 from daebench.errors import BadInput
-from daebench.studies.grid.able import able
-from daebench.studies.grid.cell import Cell
-from daebench.studies.grid.cell_key import require_possible
 from daebench.studies.grid.drift import drifts
+from daebench.studies.grid.feasibility import feasible
 from daebench.studies.grid.measure import Row
 from daebench.studies.grid.rows import by_method, error_of, rows_of
+from daebench.studies.grid.run_specification import Cell
 from daebench.studies.grid.runs import Runs
+from daebench.studies.grid.specification_key import require_possible
 from daebench.studies.grid.study import computed_in
 from daebench.studies.stability.extreme import Asked, uncertified
 from daebench.studies.work_precision.study import REPEAT
@@ -52,7 +52,7 @@ def cells_of(
     """
     if asked.reference and asked.end > asked.reference.horizon:
         raise BadInput(f"{uncertified(asked)}; take a smaller t_end.")
-    methods = asked.fixed if asked.methods else able(asked.ivp, POISSON if asked.poisson else CONSTRAINED)[0]
+    methods = asked.fixed if asked.methods else feasible(asked.ivp, POISSON if asked.poisson else CONSTRAINED)[0]
     if not methods:
         raise BadInput("precision is compared for methods with fixed steps, and none is given; give some, for example rattle.")
     found: list[tuple[str, Cell]] = []

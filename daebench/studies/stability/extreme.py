@@ -11,9 +11,9 @@ from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.methods.names import method_of
 from daebench.reference.keep.record import Reference
 from daebench.runs.ivp import Ivp, PoissonIvp
-from daebench.studies.grid.able import able
-from daebench.studies.grid.cell import Cell
+from daebench.studies.grid.feasibility import feasible
 from daebench.studies.grid.references import reference_of, usual_end
+from daebench.studies.grid.run_specification import Cell
 from daebench.studies.grid.runs import Runs
 from daebench.systems.renamed import OldAttribute
 
@@ -93,7 +93,7 @@ class Asked:
                     raise BadInput(why)
             return list(self.methods)
         names = (*POISSON, "ida:ode") if self.poisson else (*CONSTRAINED, *TOLERANT)
-        return able(self.ivp, names)[0]
+        return feasible(self.ivp, names)[0]
 
     def knob(self, method: str) -> str:
         """Return "h" or "tol"."""

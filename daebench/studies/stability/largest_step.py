@@ -5,8 +5,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from daebench.errors import BadInput
-from daebench.studies.grid.cell import Cell
 from daebench.studies.grid.measure import Row, row_of
+from daebench.studies.grid.run_specification import Cell
 
 FINEST = 40
 """Halvings of the first step size after which there is none that gets through."""

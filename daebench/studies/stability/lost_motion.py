@@ -6,10 +6,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from daebench.draw.figures import QUIET, drawing, save
-from daebench.studies.grid.cell import Cell
-from daebench.studies.grid.knob_panels import knob_panels, legends_below
 from daebench.studies.grid.metrics import LOST
+from daebench.studies.grid.resolution_panels import legends_below, resolution_panels
 from daebench.studies.grid.rows import by_method, rows_of
+from daebench.studies.grid.run_specification import Cell
 from daebench.studies.grid.runs import Runs
 from daebench.studies.stability.extreme import Asked, Extreme, uncertified
 
@@ -46,8 +46,10 @@ def cells(asked: Asked) -> list[Cell]:
     end, spacing = asked.t_end or reference.horizon, float(reference.t[1])
     metrics, outputs = (("y", "horizon") if asked.poisson else ("q", "horizon")), int(end / spacing + 0.5)
     steps = asked.h or [spacing / 2**k for k in HALVINGS]
-    knobs = [(method, h) for method in asked.fixed for h in steps] + [(method, tol) for method in asked.tolerant for tol in TOLERANCES]
-    return [asked.cell(method, value, metrics, t_end=end, outputs=outputs) for method, value in knobs]
+    resolutions = [(method, h) for method in asked.fixed for h in steps] + [
+        (method, tol) for method in asked.tolerant for tol in TOLERANCES
+    ]
+    return [asked.cell(method, value, metrics, t_end=end, outputs=outputs) for method, value in resolutions]
 
 
 def measure(asked: Asked, runs: Runs) -> "pd.DataFrame":
@@ -98,7 +100,7 @@ def draw(out: Path, stem: str, table: "pd.DataFrame") -> Path:
     """Draw the time until which each method follows against its step, and against its tolerance."""
     double = float(table["double_horizon"].iloc[0])
     with drawing():
-        figure, panels = knob_panels(table, "horizon", 4.4)
+        figure, panels = resolution_panels(table, "horizon", 4.4)
         for axis in panels.values():
             if np.isfinite(double):
                 axis.axhline(double, color=QUIET, linestyle="--", linewidth=1.0, label="double precision ends")

@@ -6,9 +6,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from daebench.draw.figures import drawing, grid_of_axes, save
-from daebench.studies.grid.cell import Cell
 from daebench.studies.grid.outcomes import ALL, FINE, OUTCOMES, SIZED, varied_runs
 from daebench.studies.grid.rows import by_method
+from daebench.studies.grid.run_specification import Cell
 from daebench.studies.grid.runs import Runs
 from daebench.studies.stability.extreme import Asked, Extreme
 

@@ -5,9 +5,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from daebench.draw.figures import curve, drawing, grid_of_axes, legend_below, save
-from daebench.studies.grid.cell import Cell
 from daebench.studies.grid.outcomes import FINE, varied_runs
 from daebench.studies.grid.rows import by_method
+from daebench.studies.grid.run_specification import Cell
 from daebench.studies.grid.runs import Runs
 from daebench.studies.stability.extreme import Asked, Extreme
 
@@ -55,10 +55,10 @@ def cells(asked: Asked) -> list[Cell]:
     """Return the runs."""
     name, values = varied(asked)
     metrics = ("energy",) if asked.poisson else ("energy", "manifold")
-    knobs = dict.fromkeys(asked.fixed, asked.h[0] if asked.h else asked.end / STEPS) | dict.fromkeys(asked.tolerant, TOL)
+    resolutions = dict.fromkeys(asked.fixed, asked.h[0] if asked.h else asked.end / STEPS) | dict.fromkeys(asked.tolerant, TOL)
     return [
-        asked.cell(method, knob, metrics, parameters=((name, float(value)),), outputs=STEPS)
-        for method, knob in knobs.items()
+        asked.cell(method, resolution, metrics, parameters=((name, float(value)),), outputs=STEPS)
+        for method, resolution in resolutions.items()
         for value in values
     ]
 

@@ -4,10 +4,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from daebench.draw.figures import QUIET, curve, drawing, grid_of_axes, legend_below, save
-from daebench.studies.grid.able import able
-from daebench.studies.grid.cell import Cell
+from daebench.studies.grid.feasibility import feasible
 from daebench.studies.grid.measure import Row
 from daebench.studies.grid.rows import by_method, rows_of
+from daebench.studies.grid.run_specification import Cell
 from daebench.studies.grid.runs import Runs
 from daebench.studies.stability.extreme import Asked, Extreme, uncertified
 from daebench.studies.work_precision.study import with_costs
@@ -31,7 +31,7 @@ MOST = 1.0
 def _able(asked: Asked) -> str:
     if asked.poisson:
         return f"{asked.problem} is a Poisson system, which has no constraint"
-    return uncertified(asked) or ("" if able(asked.ivp, tuple(LIMITS))[0] else f"{', '.join(LIMITS)} cannot be run on {asked.problem}")
+    return uncertified(asked) or ("" if feasible(asked.ivp, tuple(LIMITS))[0] else f"{', '.join(LIMITS)} cannot be run on {asked.problem}")
 
 
 def cells(asked: Asked) -> list[Cell]:
@@ -39,7 +39,7 @@ def cells(asked: Asked) -> list[Cell]:
     assert asked.reference is not None
     steps = asked.h or [float(asked.reference.t[1]) / 2**k for k in HALVINGS]
     metrics = ("q", "energy", "manifold")
-    methods, _ = able(asked.ivp, tuple(LIMITS))
+    methods, _ = feasible(asked.ivp, tuple(LIMITS))
     stiff = [asked.cell(method, h, metrics, options=(("eps", eps),)) for method in methods for h in steps for eps in EPS]
     limits = dict.fromkeys(LIMITS[method] for method in methods)
     return stiff + [asked.cell(limit, h, metrics, options=()) for limit in limits for h in steps]

@@ -4,10 +4,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from daebench.draw.figures import QUIET, curve, drawing, save
-from daebench.studies.grid.cell import Cell
-from daebench.studies.grid.knob_panels import knob_panels, legends_below
 from daebench.studies.grid.measure import Row
+from daebench.studies.grid.resolution_panels import legends_below, resolution_panels
 from daebench.studies.grid.rows import by_method, error_of, rows_of
+from daebench.studies.grid.run_specification import Cell
 from daebench.studies.grid.runs import Runs
 from daebench.studies.stability.extreme import Asked, Extreme, uncertified
 
@@ -30,8 +30,10 @@ def cells(asked: Asked) -> list[Cell]:
     spacing = float(asked.reference.t[1])
     steps = asked.h or [spacing / 2**k for k in range(0, 40, 2) if asked.end / (spacing / 2**k) <= STEPS]
     metrics = ("y",) if asked.poisson else ("q", "manifold")
-    knobs = [(method, h) for method in asked.fixed for h in steps] + [(method, tol) for method in asked.tolerant for tol in TOLERANCES]
-    return [asked.cell(method, value, metrics) for method, value in knobs]
+    resolutions = [(method, h) for method in asked.fixed for h in steps] + [
+        (method, tol) for method in asked.tolerant for tol in TOLERANCES
+    ]
+    return [asked.cell(method, value, metrics) for method, value in resolutions]
 
 
 def measure(asked: Asked, runs: Runs) -> "pd.DataFrame":
@@ -53,15 +55,15 @@ def says(table: "pd.DataFrame") -> list[str]:
 
 
 def _least(method: str, rows: list[Row], error: str) -> str:
-    knob, good = rows[0]["knob"], [row for row in rows if not row["failure"]]
+    resolution, good = rows[0]["knob"], [row for row in rows if not row["failure"]]
     if not good:
-        return f"{method} fails with every {knob}."
+        return f"{method} fails with every {resolution}."
     best, finest = min(good, key=lambda row: float(row[error])), min(good, key=lambda row: float(row["value"]))
     known = max(float(best[error]), float(best[error.replace("error", "bound")]))
     worse = float(finest[error]) / known
-    unit = " s" if knob == "h" else ""
-    end = f"; at {knob} = {finest['value']:.1e}{unit} it is {worse:.2g} times that: round-off has won" if worse > WORSE else ""
-    return f"{method}: least error {known:.1e}, at {knob} = {best['value']:.1e}{unit}{end}."
+    unit = " s" if resolution == "h" else ""
+    end = f"; at {resolution} = {finest['value']:.1e}{unit} it is {worse:.2g} times that: round-off has won" if worse > WORSE else ""
+    return f"{method}: least error {known:.1e}, at {resolution} = {best['value']:.1e}{unit}{end}."
 
 
 def _gives_up(rows: list[Row]) -> float:
@@ -74,10 +76,10 @@ def draw(out: Path, stem: str, table: "pd.DataFrame") -> Path:
     """Draw errors against step size, and against tolerance; a cross is the smallest value before a solver gives up."""
     error = error_of(table)
     with drawing():
-        figure, panels = knob_panels(table, error, 4.6)
+        figure, panels = resolution_panels(table, error, 4.6)
         floor = max(float(table[error.replace("error", "bound")].max()), 2.0**-53)
-        for knob, axis in panels.items():
-            for k, (_, rows) in enumerate(by_method(table[table["knob"] == knob])):
+        for resolution, axis in panels.items():
+            for k, (_, rows) in enumerate(by_method(table[table["knob"] == resolution])):
                 _cross(axis, rows, error, curve(k)["color"])
             axis.axhline(floor, color=QUIET, linestyle=":", linewidth=1.0, label="one rounding")
             axis.set(yscale="log")

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 
 from daebench.draw.figures import QUIET, STROKES, drawing, grid_of_axes, save
 from daebench.methods.fixed_step.stepping import ITS_OWN
-from daebench.studies.grid.cell import Cell
+from daebench.studies.grid.run_specification import Cell
 from daebench.studies.grid.runs import Runs
 from daebench.studies.stability.extreme import Asked, Extreme
 from daebench.studies.stability.largest_step import PART, completes, keeps_energy, largest_step

@@ -34,7 +34,7 @@ HIGHEST = 10.0
 
 
 def families(table: "pd.DataFrame") -> Mapping[str, list[str]]:
-    """Return the families that there are and their methods: by knob, by composition, and by whether they claim energy without drift."""
+    """Return the families that there are and their methods: by resolution, composition and claim on the energy."""
     claims = claims_of(table)
     found: dict[str, list[str]] = {name: [] for name in FAMILIES}
     for name, runs in by_method(table):
@@ -84,11 +84,11 @@ def draw(out: Path, table: "pd.DataFrame", error: str, label: str, *, stem: str 
     """Write the figure of one error, ``work_precision_ERROR`` as SVG, PNG and CSV; return the path of the SVG.
 
     Each family has a column - fixed steps with a claim to energy without drift, and without - and a method whose energy was measured to
-    drift in the run with the smallest value of its knob says so in the legend. The curves of the other families are in grey behind, and
-    the Pareto front of all runs is a black line. A curve ends where an error reaches its own bound, below which nothing is known; a dotted
-    line is at the largest of the bounds, and of a finer run, which is not certified, a dashed one over a hatched area. Of what has a sign,
-    its modulus is drawn. The part of the time that a solver spends in Python callbacks, which is not its own, is a line that leads back
-    from each of its points to what it would take without.
+    drift in the run with its smallest step size or tolerance says so in the legend. The curves of the other families are in grey behind,
+    and the Pareto front of all runs is a black line. A curve ends where an error reaches its own bound, below which nothing is known; a
+    dotted line is at the largest of the bounds, and of a finer run, which is not certified, a dashed one over a hatched area. Of what has a
+    sign, its modulus is drawn. The part of the time that a solver spends in Python callbacks, which is not its own, is a line that leads
+    back from each of its points to what it would take without.
 
     Parameters
     ----------
@@ -157,7 +157,7 @@ def _panel(axis: Any, table: "pd.DataFrame", names: list[str], error: str, cost:
 
 
 def _drift(runs: "pd.DataFrame") -> str:
-    """Return a mark for a method whose energy drifts in the run with the smallest value of its knob, whatever it claims; else ""."""
+    """Return a mark for a method whose energy drifts in the run with its smallest step size or tolerance, whatever it claims; else ""."""
     if "energy_verdict" not in runs:
         return ""
     return ", drifts" if runs.sort_values("value")["energy_verdict"].iloc[0] == DRIFTS else ""

@@ -48,9 +48,10 @@ def with_conserved(table: "pd.DataFrame", defects: Mapping[str, float], claims: 
         ``keeps_nothing`` is true wherever a run came to its end. ``keeps_energy`` if the verdict on its energy is kept or bounded,
         so that the change of its mean has a bound, see :func:`daebench.diagnostics.energy.energy_drift`; ``keeps_constraints`` if g and
         G H_p are round-off, ``keeps_casimirs`` likewise, both absolute: held against 1, and against no size of the problem's. These hold
-        for a run only if they hold for all runs of the method with smaller values of its knob too, and for the three smallest at least.
-        ``keeps_two_form`` if the defect of the method is round-off. All of them but ``keeps_nothing`` need the method's claim besides. A
-        column is there for what can be conserved alone. ``claims_energy`` and ``measured_energy`` are the two parts of ``keeps_energy``.
+        for a run only if they hold for all runs of the method with smaller step sizes or tolerances too, and for the three smallest at
+        least. ``keeps_two_form`` if the defect of the method is round-off. All of them but ``keeps_nothing`` need the method's claim
+        besides. A column is there for what can be conserved alone. ``claims_energy`` and ``measured_energy`` are the two parts of
+        ``keeps_energy``.
     """
     done = table["failure"] == ""
     found = {"nothing": done, "energy": done & table["energy_verdict"].isin((KEPT, BOUNDED))}

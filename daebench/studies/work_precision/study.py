@@ -10,10 +10,10 @@ from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.methods.names import methods_of
 from daebench.reference.motion import certified_for
 from daebench.runs.ivp import PoissonIvp
-from daebench.studies.grid.able import able
-from daebench.studies.grid.cell import OUTPUTS
+from daebench.studies.grid.feasibility import feasible
 from daebench.studies.grid.references import usual_end
 from daebench.studies.grid.rows import by_method
+from daebench.studies.grid.run_specification import OUTPUTS
 from daebench.studies.grid.study import Study
 
 if TYPE_CHECKING:
@@ -93,7 +93,7 @@ def standard(
 
     Errors are taken against the certified reference where it is of these parameters and reaches the end, else against a finer run. Step
     sizes are the distance of its times, halved and halved again, so that errors are taken at stored times; those of a finer run are
-    the end over :data:`daebench.studies.grid.cell.OUTPUTS`.
+    the end over :data:`daebench.studies.grid.run_specification.OUTPUTS`.
 
     Raises
     ------
@@ -104,7 +104,7 @@ def standard(
     poisson = isinstance(ivp, PoissonIvp)
     left_out: dict[str, str] = {}
     if methods is None:
-        methods, left_out = able(ivp, POISSON if poisson else CONSTRAINED)
+        methods, left_out = feasible(ivp, POISSON if poisson else CONSTRAINED)
     end = usual_end(certified_for(ivp, 0.0)) if t_end is None else t_end
     reference = certified_for(ivp, end)
     spacing = float(reference.t[1]) if reference else end / OUTPUTS
@@ -112,12 +112,15 @@ def standard(
     usual = (("y", "casimirs") if poisson else ("q", "p", "lam", "manifold")) + ("phase", "energy", "integrals")
     solvers = methods_of(ivp, methods, anyway=poisson)
     values = {"h": list(h or steps), "tol": list(tol or TOLERANCES)}
-    knobs = sorted({solver.knob for solver in solvers})
-    for knob, given in (("h", h), ("tol", tol)):
-        if given and knob not in knobs:
-            raise BadInput(f"values of {knob} are of no use to {', '.join(methods)}; leave them out.")
+    resolutions = sorted({solver.knob for solver in solvers})
+    for resolution, given in (("h", h), ("tol", tol)):
+        if given and resolution not in resolutions:
+            raise BadInput(f"values of {resolution} are of no use to {', '.join(methods)}; leave them out.")
     runs: dict[str, Any] = {"problem": problem, "cases": [ivp.case], "methods": list(methods), "t_end": end, "anyway": poisson}
-    runs |= {"values": {knob: values[knob] for knob in knobs}, "parameters": {name: [x] for name, x in (parameters or {}).items()}}
+    runs |= {
+        "values": {resolution: values[resolution] for resolution in resolutions},
+        "parameters": {name: [x] for name, x in (parameters or {}).items()},
+    }
     measured: dict[str, Any] = {"metrics": [*(metrics or usual), *also], "outputs": SAMPLES}
     return Study(**runs, **measured, repeat=repeat, calls=CALLS, beside=beside), left_out
 
@@ -154,7 +157,7 @@ def front(table: "pd.DataFrame", error: str, cost: str) -> "pd.DataFrame":
 
 
 def costs_at(table: "pd.DataFrame", error: str, cost: str, level: float) -> dict[str, tuple[float, float]]:
-    """Return what an accuracy costs and the value of the knob that reaches it, by method, the cheapest first; see :func:`cheapest`."""
+    """Return what an accuracy costs and the step size or tolerance that reaches it, by method, the cheapest first; see :func:`cheapest`."""
     found = {name: at for name, runs in by_method(table) if (at := _cost_at(runs, error, cost, level))}
     return dict(sorted(found.items(), key=lambda entry: entry[1][0]))
 
@@ -192,7 +195,7 @@ def cheapest(table: "pd.DataFrame", error: str, cost: str, levels: Sequence[floa
 
 
 def _cost_at(runs: "pd.DataFrame", error: str, cost: str, level: float) -> tuple[float, float] | None:
-    """Return what an accuracy costs by one method, and the value of its knob that reaches it; None if it is not reached."""
+    """Return what an accuracy costs by one method, and the step size or tolerance that reaches it; None if it is not reached."""
     errors = at_least(runs, error)
     good = runs.assign(found=errors)[np.isfinite(errors) & np.isfinite(runs[cost]) & (runs[cost] > 0)].sort_values(cost)
     best: tuple[float, float] | None = None

@@ -1,0 +1,163 @@
+"""What the loop does beside stepping: it monitors errors, adds up work and stores states; written out for what is asked, or empty."""
+
+from collections.abc import Mapping, Sequence
+from itertools import accumulate
+from typing import NamedTuple
+
+from daebench.compiler.codegen import function, pack
+
+
+class Quantity(NamedTuple):
+    """A quantity that a run may monitor.
+
+    Parameters
+    ----------
+    function : str
+        Name of the problem's function that gives its values.
+    arguments : str
+        Arguments of the function, parts of a state x.
+    length : int, optional
+        Number of values in a tuple; None for a function that returns a number.
+    conserved : bool
+        Whether the error of each value is its difference from the start. Otherwise the error is the largest modulus of all values.
+    """
+
+    function: str
+    arguments: str
+    length: int | None = None
+    conserved: bool = True
+
+    @property
+    def call(self) -> str:
+        """Source of the call of its function."""
+        return f"{self.function}({self.arguments}, par)"
+
+    @property
+    def values(self) -> list[str]:
+        """Source of each value."""
+        return [self.call] if self.length is None else [f"{self.call}[{i}]" for i in range(self.length)]
+
+
+Quantities = Mapping[str, Sequence[Quantity]]
+"""Quantities that a run may monitor, by the names in a request; "energy" is always there."""
+
+
+def of_constrained(m: int, integrals: int) -> Quantities:
+    """Return the quantities of a constrained system with m constraints and so many first integrals besides H."""
+    return {
+        "energy": [Quantity("H", "x[0], x[1]")],
+        "manifold": [Quantity("g", "x[1]", m, conserved=False), Quantity("Gv", "x[0], x[1]", m, conserved=False)],
+        "integrals": [Quantity("integrals", "x[0], x[1]", integrals)],
+    }
+
+
+def of_poisson(casimirs: int, integrals: int) -> Quantities:
+    """Return the quantities of a Poisson system with so many Casimir functions and other first integrals besides H."""
+    return {
+        "energy": [Quantity("H", "x")],
+        "casimirs": [Quantity("casimirs", "x", casimirs)],
+        "integrals": [Quantity("integrals", "x", integrals)],
+    }
+
+
+class State(NamedTuple):
+    """How a state, and the stage multipliers of a step, are held.
+
+    Parameters
+    ----------
+    vectors : sequence of (str, int)
+        Source and length of each vector of a state x.
+    multipliers : int
+        Length of a multiplier.
+    arrays : bool
+        Whether vectors are arrays; otherwise they are tuples.
+    """
+
+    vectors: Sequence[tuple[str, int]]
+    multipliers: int = 0
+    arrays: bool = False
+
+    def stored(self, output: str, vectors: Sequence[tuple[str, int]]) -> list[str]:
+        """Return lines that write vectors, given by source and length, side by side into a row of an output."""
+        starts = accumulate((length for _, length in vectors), initial=0)
+        places = [(start, vector, length) for start, (vector, length) in zip(starts, vectors, strict=False)]
+        if self.arrays:
+            return [f"{output}[row, {start}:{start + length}] = {vector}" for start, vector, length in places]
+        return [f"{output}[row, {start + i}] = {vector}[{i}]" for start, vector, length in places for i in range(length)]
+
+    def largest(self, quantity: Quantity) -> str:
+        """Return the source of the largest modulus of a quantity's values; of values in an array it is NaN if any is."""
+        if self.arrays:
+            return f"largest({quantity.call})"
+        moduli = [f"abs({value})" for value in quantity.values]
+        return moduli[0] if len(moduli) == 1 else f"max({', '.join(moduli)})"
+
+
+LARGEST = ["modulus = abs(x[0])", "for value in x:", "    if not abs(value) <= modulus:", "        modulus = abs(value)", "return modulus"]
+
+
+class Monitored:
+    """Source of the functions declared in ``kernels/language.py`` under *what only Newton and the loop use*.
+
+    Parameters
+    ----------
+    quantities : mapping of str to sequence of Quantity
+        Quantities that can be monitored.
+    state : State
+        How a state is held.
+    names : sequence of str
+        Names of the quantities that are monitored; or "samples", for the loop to store H in place of states.
+    kinds : int
+        Number of kinds of work that are counted; 0 to count nothing.
+    stage_multipliers : int
+        Number of stage multipliers of a step that are stored, each shape(m,); 0 to store none.
+    guarded : bool
+        Whether H may have no value where the forces have one, see :mod:`daebench.compiler.domain`.
+    """
+
+    def __init__(
+        self, quantities: Quantities, state: State, names: Sequence[str], kinds: int, stage_multipliers: int = 0, *, guarded: bool = False
+    ) -> None:
+        self.kinds = range(kinds)
+        H = quantities["energy"][0].call
+        self.guard = H if guarded and "energy" not in names else ""
+        self.functions = [quantity.function for several in quantities.values() for quantity in several]
+        self.conserved: list[str] = []
+        self.errors: list[str] = []
+        for quantity in [quantity for name, several in quantities.items() if name in names for quantity in several]:
+            first = len(self.conserved)
+            self.conserved += quantity.values * quantity.conserved
+            changes = [f"abs({value} - first[{first + i}])" for i, value in enumerate(quantity.values)]
+            self.errors += changes if quantity.conserved else [state.largest(quantity)]
+        self.stored = state.stored("states", state.vectors) + state.stored(
+            "stage_lams", [(f"stage_lam[{k}]", state.multipliers) for k in range(stage_multipliers)]
+        )
+        if "samples" in names:
+            self.conserved, self.stored = [H], [f"states[row, 0] = {H}"]
+
+    def needs(self, name: str) -> list[str]:
+        """Return the names of the functions that one of these calls."""
+        sources = {
+            "conserved_quantities": self.conserved,
+            "monitored_errors": self.errors,
+            "store": self.stored,
+            "defined": [self.guard],
+        }.get(name, [])
+        return [needed for needed in (*self.functions, "largest") if any(f"{needed}(" in source for source in sources)]
+
+    def source(self, name: str) -> str | None:
+        """Return the source of the function of this name, or None if it is none of these."""
+        errors = range(len(self.errors))
+        larger = "x[{i}] if x[{i}] != x[{i}] or x[{i}] >= y[{i}] else y[{i}]"
+        bodies = {
+            "conserved_quantities(x, par)": ["return " + pack(self.conserved)],
+            "monitored_errors(x, first, par)": ["return " + pack(self.errors)],
+            "store(states, stage_lams, row, x, stage_lam, par)": self.stored,
+            "largest(x)": LARGEST,
+            "worst(x, y)": ["return " + pack(larger.format(i=i) for i in errors)],
+            "total(x)": ["return " + (" + ".join(f"x[{i}]" for i in errors) or "0.0")],
+            "defined(x, par)": [f"return abs(0.0 * {self.guard})" if self.guard else "return 0.0"],
+            "no_work()": ["return " + pack("0" for _ in self.kinds)],
+            "plus_work(x, y)": ["return " + pack(f"x[{i}] + y[{i}]" for i in self.kinds)],
+        }
+        return next((function(signature, *body) for signature, body in bodies.items() if signature.startswith(f"{name}(")), None)

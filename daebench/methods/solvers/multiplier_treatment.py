@@ -1,0 +1,85 @@
+"""What IDA's methods on either kind of problem share: a formulation, and the treatment of its multipliers in the error test."""
+
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+
+from daebench.errors import BadInput, unknown
+from daebench.methods.formulations.constrained import Posed
+from daebench.methods.solvers.drive import Array
+
+TREATMENTS = ("derivative", "atol", "none")
+
+UNTESTED = 1e20
+"""Absolute tolerance of an unknown that is left out of the error test."""
+
+
+@dataclass(frozen=True)
+class TreatedMultipliers:
+    """A formulation posed to IDA with a treatment of its multipliers in the error test.
+
+    Parameters
+    ----------
+    formulation : str
+        One of the formulations of the kind of problem.
+    treatment : str, optional
+        "derivative", "atol" or "none"; by default the better one for the formulation; ``ode`` has no multiplier.
+
+    Raises
+    ------
+    BadInput
+        If the formulation or the treatment is unknown, or a treatment is asked for on ``ode``.
+    """
+
+    formulation: str
+    treatment: str | None = None
+    knob = "tol"
+    kind: ClassVar[str]
+    formulations: ClassVar[Collection[str]]
+    default_treatments: ClassVar[Mapping[str, str]]
+
+    def __post_init__(self) -> None:
+        if self.formulation not in self.formulations:
+            raise unknown(self.kind, self.formulation, self.formulations)
+        if self.treatment is not None and self.treatment not in TREATMENTS:
+            raise unknown("treatment of the multipliers", self.treatment, TREATMENTS)
+        if self.formulation == "ode" and self.treatment not in (None, "none"):
+            raise BadInput(f"ode has no multipliers, so there is nothing for {self.treatment} to treat; leave the treatment out.")
+
+    @property
+    def name(self) -> str:
+        """Name in the grammar of methods: ida:formulation, or ida:formulation:treatment where the treatment is not the default."""
+        default = self.chosen == self.default_treatments[self.formulation]
+        return f"ida:{self.formulation}" if default else f"ida:{self.formulation}:{self.chosen}"
+
+    @property
+    def chosen(self) -> str:
+        """The treatment, given or by default."""
+        return self.treatment or self.default_treatments[self.formulation]
+
+    @property
+    def multipliers(self) -> str:
+        """What the unknowns for multipliers are, as ``pose`` takes it: "derivative" or "plain"."""
+        return "derivative" if self.chosen == "derivative" else "plain"
+
+    @property
+    def uncured(self) -> str:
+        """What to do where a run without a treatment stops early; "" where there is one, or no multiplier."""
+        if self.chosen == "none" and self.formulation != "ode":
+            return "take the multipliers out of the error test with the treatment atol or derivative"
+        return ""
+
+    @property
+    def untested(self) -> Collection[str]:
+        """Names of the blocks of unknowns that the treatment ``atol`` leaves out of the error test."""
+        return ("lam", "mu")
+
+    def tolerances(self, posed: Posed, tol: float) -> Array:
+        """Return the absolute tolerances, shape(n,)."""
+        found = np.full(posed.n, tol)
+        if self.chosen == "atol":
+            for name in self.untested:
+                found[posed.blocks.get(name, slice(0))] = UNTESTED
+        return found

@@ -1,0 +1,208 @@
+"""The monitor of a tolerance-driven run on a constrained problem: it monitors with every step whether G keeps its rank."""
+
+import math
+import types
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from daebench.compiler.cache import generated
+from daebench.diagnostics.passage import Crossing
+from daebench.diagnostics.rank import BELIEVED, GO_ON, WITHIN, badly_scaled, upcoming_loss, zero_of
+from daebench.methods.formulations.constrained import Dae
+from daebench.methods.solvers.drive import Array
+from daebench.methods.solvers.monitor import Monitor, Stopped
+from daebench.runs.ivp import ConstrainedIvp
+from daebench.runs.trajectory import Passage
+
+AHEAD = 2.0
+"""How many of the last step the loss of rank may be ahead: the next one may be as much larger."""
+
+CLOSE = 1e-3
+"""Part of the largest sigma so far below which the loss is near however short the steps are: solvers shrink them towards it."""
+
+UNRESOLVED = 0.2
+"""Relative change of sigma in a step above which the step is searched for a loss of rank inside."""
+
+INSIDE = 0.1
+"""Part of the smaller sigma at the ends of a step that it is below inside, where G loses rank; its square, of the larger one."""
+
+EDGE = 1e-4
+"""Part of a step at its ends that is not inside."""
+
+KEPT = 64
+"""States over a run that a multiplier is held against, about."""
+
+LENGTHS = tuple(10.0**-k for k in range(2, 10))
+"""Parts of the run in which a loss of rank is looked for where a solver gives up."""
+
+
+class RankMonitor(Monitor):
+    """A monitor that stops a run before G loses rank, or notes the places where it went on.
+
+    sigma is the root of what :func:`daebench.schemes.kernels.rank.independence` measures, and goes to zero along a line where G loses rank.
+    Each step is looked at in two ways, for it may be short or long: whether the line through sigma at its ends reaches zero soon, and
+    where sigma has changed much, whether it was zero inside, along the cubic through positions and velocities at the ends.
+
+    Parameters
+    ----------
+    dae : Dae
+        What is solved.
+    mode : str
+        One of :data:`daebench.runs.request.ON_SINGULAR`.
+    *settings
+        As for :class:`daebench.methods.solvers.monitor.Monitor`.
+    """
+
+    def __init__(self, dae: Dae, mode: str, *settings: Any) -> None:
+        super().__init__(*settings)
+        self.dae, self.mode = dae, mode
+        self.steady = mode == "stop"
+        self.y = dae.y0.copy()
+        self.par = tuple(map(float, dae.ivp.par))
+        self.measure = self._measure()
+        self.sigma = self.largest = self._sigma(self.y)
+        self.crossing: Crossing | None = None
+        self.told = False
+        self.passages: list[Passage] = []
+        self.kept, self.stride = [self.y], 1
+
+    def _measure(self) -> Callable[..., float]:
+        """Return the function of (y, par) that gives sigma squared."""
+        return measure(self.dae.ivp, compiled=hasattr(self.dae.residual, "signatures"))
+
+    def _look(self, t: float, y: Any) -> None:
+        """Look at a step, and at the rank of G in it.
+
+        Raises
+        ------
+        Stopped
+            As :class:`daebench.methods.solvers.monitor.Monitor`, or if G loses rank and the run is to stop there: before the step where
+            that is inside, and after it where that is ahead.
+        """
+        t0, y0, sigma0 = self.t, self.y, self.sigma
+        now = np.array(y)  # a solver's own may be read-only, which numba takes for another type
+        sigma = self._sigma(now)
+        if self.crossing is None and abs(sigma - sigma0) > UNRESOLVED * min(sigma, sigma0):
+            zero = self._inside(t0, y0, sigma0, t, now, sigma)
+            if zero is not None:
+                self._lose(zero, t0, y0, sigma0)
+        super()._look(t, now)
+        self.sigma, self.largest = sigma, max(sigma, self.largest)
+        self._keep()
+        if self.crossing is not None:
+            self._follow(self.crossing)
+        elif sigma <= AHEAD * (sigma0 - sigma) or sigma <= CLOSE * self.largest:
+            self._look_ahead(zero_of((t0, t), (sigma0**2, sigma**2)))
+
+    def ended(self) -> tuple[Passage, ...]:
+        """Return all rank-loss events, at last that which the end of the run cut short."""
+        last = () if self.crossing is None else (self.crossing.passage,)
+        return (*self.passages, *last)
+
+    def reason(self) -> str:
+        """Return that G is about to lose rank, as the end of a sentence, where the last state tells that and it was not told; else ""."""
+        if self.told:
+            return ""
+        p, q = self._state(self.y)
+        for part in LENGTHS:
+            t = upcoming_loss(self.dae.ivp, p, q, part * self.t_end, WITHIN)
+            if t is not None:
+                light = badly_scaled(self.dae.ivp, p, q, t)
+                return f"; {light}" if light else f"; G loses rank at about t = {self.t + t:.9g}"
+        return ""
+
+    def _look_ahead(self, zero: float) -> None:
+        """Believe in a loss of rank if sigma is small there on the line that the motion is on."""
+        there = self.y.copy()
+        there[: self.dae.d] += (zero - self.t) * self._rate(self.y)
+        if self._sigma(there) <= BELIEVED * self.sigma:
+            self._lose(zero, self.t, self.y, self.sigma)
+
+    def _inside(self, t0: float, y0: Array, sigma0: float, t1: float, y1: Array, sigma1: float) -> float | None:
+        """Return where in a step G loses rank, or None, by golden sections of the cubic through positions and velocities at its ends."""
+        h, d = t1 - t0, self.dae.d
+        q0, q1, v0, v1 = y0[:d], y1[:d], h * self._rate(y0), h * self._rate(y1)
+
+        def sigma(x: float) -> float:
+            at = y1.copy()
+            at[:d] = q0 + x * (v0 + x * (3 * (q1 - q0) - 2 * v0 - v1 + x * (v0 + v1 - 2 * (q1 - q0))))
+            return self._sigma(at)
+
+        from scipy.optimize import minimize_scalar
+
+        near = min((0.125, 0.375, 0.625, 0.875), key=sigma)
+        if sigma(near) > 0.5 * max(sigma0, sigma1):
+            return None
+        found = minimize_scalar(sigma, bounds=(near - 0.125, near + 0.125), method="bounded", options={"xatol": 1e-6})
+        x, small = float(found.x), max(INSIDE * min(sigma0, sigma1), INSIDE**2 * max(sigma0, sigma1))
+        return t0 + h * x if EDGE < x < 1 - EDGE and found.fun <= small else None
+
+    def _lose(self, zero: float, t: float, y: Array, sigma: float) -> None:
+        """Stop at a state before G loses rank, or begin to follow the motion from there."""
+        if badly_scaled(self.dae.ivp, *self._state(y), zero - t):
+            return  # its own error test is to tell whether the steps resolve the light mass
+        if self.mode == "stop":
+            self.told = True
+            raise Stopped(f"G loses rank at about t = {zero:.9g} (smallest pivot {sigma**2:.1e}{self._spike(y)})", t, GO_ON)
+        self.crossing = Crossing(self.dae.ivp, zero, t, *self._state(y), sigma**2)
+
+    def _follow(self, crossing: Crossing) -> None:
+        """Take note of a state after G lost rank, until it is known where the motion went."""
+        crossing.add(self.t, *self._state(self.y), self.sigma**2)
+        if crossing.over:
+            self.passages.append(crossing.passage)
+            self.crossing = None
+
+    def _sigma(self, y: Array) -> float:
+        return math.sqrt(abs(float(self.measure(y, self.par))))
+
+    def _rate(self, y: Array) -> Array:
+        """Return q'."""
+        if self.dae.mechanical:
+            return y[self.dae.d : 2 * self.dae.d]
+        return self.dae.ivp.value("H_p", *self._state(y))
+
+    def _state(self, y: Array) -> tuple[Array, Array]:
+        """Return p and q."""
+        q, v = self.dae.unpack(y[None])
+        return self.dae.momenta(q, v)[0], q[0]
+
+    def _keep(self) -> None:
+        """Keep a state now and then: every other one is dropped as soon as there are too many."""
+        if self.steps % self.stride == 0:
+            self.kept.append(self.y)
+            if len(self.kept) > 2 * KEPT:
+                self.kept, self.stride = self.kept[::2], 2 * self.stride
+
+    def _spike(self, y: Array) -> str:
+        """Return how much larger the force of constraint G^T lam is than it was over the run, where it is."""
+        now, usual = self._force(y), float(np.median([self._force(each) for each in self.kept]))
+        return f"; the force of constraint, {now:.1e}, is {now / usual:.0f} times its median so far" if now > 10 * usual > 0 else ""
+
+    def _force(self, y: Array) -> float:
+        p, q = self._state(y)
+        return float(np.linalg.norm(self.dae.ivp.value("lam", p, q) @ self.dae.ivp.value("G", q)))
+
+
+def measure(ivp: ConstrainedIvp, *, compiled: bool) -> Callable[..., float]:
+    """Return the function of (y, par) that is ``independence`` of ``kernels/rank.py`` for y = (q, v) or (q, p), shape(2 d,)."""
+    from daebench.compiler import codegen
+
+    d = ivp.d
+    p, q = (codegen.pack(f"y[{i}]" for i in range(start, start + d)) for start in (d, 0))
+    wrapper = codegen.function("measured(y, par)", f"return independence({p}, {q}, par)")
+
+    def build(cached: bool) -> str:
+        from daebench.compiler.link import Linker, Options
+        from daebench.compiler.syntax import LANGUAGE, decorated
+
+        linker = Linker(ivp.source.derivation, Options(compiled=compiled, singular=singular))
+        module = linker.module(f"Rank of G of {ivp.problem}.", [(LANGUAGE, "independence")], cached)
+        return f"{module}\n\n{decorated(wrapper, ['measured'], cached) if compiled else wrapper}"
+
+    singular = ivp.singular
+    module: types.ModuleType = generated(f"{ivp.problem}_rank", f"{ivp.source.key} rank {compiled} {singular} {wrapper}", build)
+    function: Callable[..., float] = module.measured
+    return function if compiled else np.errstate(all="ignore")(function)

@@ -1,0 +1,218 @@
+"""Animations of any problem with a picture: several methods side by side, as a page, a drawing, a GIF or a video."""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from daebench.draw.figures import save_table
+from daebench.draw.scene import Layout, layout_of
+from daebench.errors import BadInput, positive
+from daebench.methods.initial_value_problem import initial_value_problem
+from daebench.methods.names import methods_of
+from daebench.methods.run import singular_as
+from daebench.pages.animation import gif, mp4, page, smil
+from daebench.pages.animation.animated_runs import AnimatedRuns
+from daebench.pages.animation.recorded_run import recorded_run, requested
+from daebench.runs.files import check_place
+from daebench.runs.ivp import Ivp, PoissonIvp
+from daebench.runs.provenance import definition, made_by, require_own, write_beside
+from daebench.runs.request import Progress, resolution_value
+from daebench.studies.comparison.table import TOLERANCE
+
+if TYPE_CHECKING:
+    from daebench.systems.constrained import ConstrainedHamiltonian
+    from daebench.systems.poisson import PoissonSystem
+
+Told = Callable[[float, str], None]
+"""Told the fraction done, and what is being done."""
+
+FPS, SECONDS = 25.0, 12.0
+"""Frames a second, and how long an animation lasts, where neither is asked for."""
+
+LIMITS = {"fps": (1.0, 60.0), "seconds": (0.2, 600.0)}
+"""What may be asked for."""
+
+ERRORS = 4
+"""Most kinds of errors that are shown."""
+
+DRAWING = 0.5
+"""Part of the work that drawing frames as pixels is held for, in the progress that is told."""
+
+
+@dataclass(frozen=True)
+class Animated:
+    """What an animation left behind.
+
+    Parameters
+    ----------
+    paths : tuple of Path
+        The file, and the numbers beside it.
+    failures : tuple of str
+        Why methods stopped early, each a sentence.
+    """
+
+    paths: tuple[Path, ...]
+    failures: tuple[str, ...]
+
+
+MAKER = "daebench animate"
+"""Who made a file, as the text beside it says."""
+
+
+@dataclass(frozen=True)
+class Format:
+    """A kind of file: how many frames it may have of so many points, methods and errors, and what writes it."""
+
+    most_frames: Callable[[int, int, int], int]
+    write: Callable[[Path, AnimatedRuns, Progress], None]
+    pixels: bool = False
+
+
+FORMATS = {
+    ".html": Format(page.most_frames, lambda path, animated, _: page.write(path, animated)),
+    ".svg": Format(smil.most_frames, lambda path, animated, _: smil.write(path, animated)),
+    ".gif": Format(lambda *_: gif.MOST_FRAMES, gif.write, pixels=True),
+    ".mp4": Format(lambda *_: mp4.MOST_FRAMES, mp4.write, pixels=True),
+}
+"""The kinds of files, by ending."""
+
+
+def animation(
+    problem: "str | ConstrainedHamiltonian | PoissonSystem",
+    *,
+    methods: Sequence[str],
+    t_end: float,
+    out: Path | str,
+    h: float | None = None,
+    case: str | None = None,
+    tol: float = TOLERANCE,
+    fps: float = FPS,
+    seconds: float | None = None,
+    speed: float | None = None,
+    parameters: Mapping[str, float] | None = None,
+    options: Mapping[str, float] | None = None,
+    project: bool = False,
+    anyway: bool = False,
+    on_singular: str | None = None,
+    algebra: str = "",
+    overwrite: bool = False,
+    progress: Told | None = None,
+) -> Animated:
+    """Write an animation of several methods on one initial value problem, and the numbers that it shows beside it, as FILE.frames.csv.
+
+    Parameters
+    ----------
+    problem : str, ConstrainedHamiltonian or PoissonSystem
+        Name in the catalogue, the path of a problem file, which is executed, or a definition; it declares a picture.
+    methods : sequence of str
+        Names in the grammar of :mod:`daebench.methods.names`.
+    t_end : float
+        End time of the runs.
+    out : path
+        File; its ending says what it is: .html, .svg, .gif or .mp4.
+    h, tol : float
+        Step size of the fixed-step methods, and tolerance of the others.
+    case : str, optional
+        Named initial values; by default the problem's first.
+    fps : float
+        Frames a second, 1 to 60; fewer where the file would become too large.
+    seconds, speed : float, optional
+        How long the animation lasts, or how many units of physical time it shows in a second; by default it lasts 12 s.
+    parameters, options : mapping of str to float, optional
+        Values of the problem's parameters, and free numbers of the methods.
+    project, anyway, on_singular, algebra
+        As for :func:`daebench.methods.run.prepare`.
+    overwrite : bool
+        Whether files may be replaced that no animation wrote.
+    progress : callable, optional
+        Told the fraction done and what is being done.
+
+    Raises
+    ------
+    BadInput
+        If the request cannot be met; nothing was run then.
+    """
+    path = Path(out)
+    form, length = _form(path, overwrite=overwrite), _seconds(positive("t_end", t_end), seconds, speed)
+    ivp = singular_as(initial_value_problem(problem, case, parameters, project=project, algebra=algebra), on_singular)
+    layout = _layout(ivp)
+    chosen = methods_of(ivp, methods, options, anyway=anyway)
+    if not chosen:
+        raise BadInput("an animation needs at least one method, for example rattle.")
+    rate = gif.possible(_within("fps", fps)) if path.suffix.lower() == ".gif" else _within("fps", fps)
+    frames = 1 + max(1, min(round(rate * length), form.most_frames(layout.at(ivp.start[-1][None]).shape[1], len(chosen), ERRORS) - 1))
+    times = np.linspace(0.0, t_end, frames)
+    values = [resolution_value(each, h=h if each.knob == "h" else None, tol=tol if each.knob == "tol" else None) for each in chosen]
+    for each, value in zip(chosen, values, strict=True):
+        each.check(ivp, requested(ivp, each, value, times))
+    told = progress or (lambda fraction, label: None)
+    share = DRAWING if form.pixels else 1.0
+    parts = [_part(told, share * k / len(chosen), share / len(chosen), method.name) for k, method in enumerate(chosen)]
+    runs = [recorded_run(ivp, method, value, times, part) for method, value, part in zip(chosen, values, parts, strict=True)]
+    animated = AnimatedRuns(ivp.problem, ivp.case, dict(ivp.parameters), layout, runs, times, length)
+    form.write(path, animated, _part(told, share, 1 - share, f"drawing {path.name}"))
+    save_table(beside := _numbers(path), animated.table())
+    for each in (path, beside):
+        write_beside(each, made_by(MAKER) | definition(ivp))
+    return Animated((path, beside), tuple(each.failure for each in runs if each.failure))
+
+
+def _part(told: Told, start: float, share: float, label: str) -> Progress:
+    """Return what tells the progress of a part of the work as that of the whole."""
+    told(start, label)
+    return lambda fraction: told(start + share * fraction, label)
+
+
+def _numbers(path: Path) -> Path:
+    """Return where the numbers of an animation go: not to FILE.csv, which may be a trajectory."""
+    return path.with_suffix(".frames.csv")
+
+
+def _form(path: Path, *, overwrite: bool) -> Format:
+    """Return the kind of a file; refuse one that cannot be written, or is another's."""
+    form = FORMATS.get(path.suffix.lower())
+    if form is None:
+        raise BadInput(f"--out {path}: the file must end in {', '.join(list(FORMATS)[:-1])} or {list(FORMATS)[-1]}.")
+    if path.suffix.lower() == ".mp4":
+        mp4.require()
+    for each in (path, _numbers(path)):
+        check_place(each)
+        require_own(each, MAKER, overwrite=overwrite)
+    return form
+
+
+def _seconds(t_end: float, seconds: float | None, speed: float | None) -> float:
+    """Return how long the animation lasts."""
+    if seconds is not None and speed is not None:
+        raise BadInput("seconds and speed both say how long the animation lasts; leave out one of them.")
+    if speed is not None:
+        length, (least, most) = t_end / positive("speed", speed), LIMITS["seconds"]
+        if not least <= length <= most:
+            raise BadInput(
+                f"speed = {speed:g} would show t = 0 to {t_end:g} in {length:.3g} s; between {least:g} and {most:g} s are possible."
+            )
+        return length
+    return _within("seconds", SECONDS if seconds is None else seconds)
+
+
+def _within(name: str, value: float) -> float:
+    """Return a number that is within its limits."""
+    least, most = LIMITS[name]
+    if not least <= positive(name, value) <= most:
+        raise BadInput(f"{name} = {value:g} must be between {least:g} and {most:g}.")
+    return float(value)
+
+
+def _layout(ivp: Ivp) -> Layout:
+    """Return what is drawn of an initial value problem; refuse one that declares no picture."""
+    found = layout_of(ivp)
+    if found is None:
+        what = "y" if isinstance(ivp, PoissonIvp) else "q"
+        raise BadInput(
+            f"{ivp.problem} declares no picture to animate; add picture=Picture(rods=..., masses=..., fixed=...) "
+            f"with points in {what} to its definition, see daebench.Picture. All problems of daebench have one."
+        )
+    return found

@@ -1,0 +1,113 @@
+"""What an animation shows as panels of SVG: the scene of each method at one time, and its errors over time."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from markupsafe import Markup
+
+from daebench.draw.figures import QUIET, Stroke
+from daebench.draw.orthographic import projected
+from daebench.draw.svg.axis import Axis
+from daebench.draw.svg.marks import Curve, Dots, Mark, Note, Place, color_of, path_of
+from daebench.draw.svg.panels import Panel
+from daebench.pages.animation.animated_runs import AnimatedRuns
+from daebench.runs.trajectory import Array
+
+SCENE = (300.0, 300.0)
+"""Width and height of a scene, pixels."""
+
+GRAPH = (380.0, 215.0)
+"""Width and height of a panel of curves, pixels."""
+
+ROD, TRAIL = 2.2, 1.4
+"""Widths of rods and trails, pixels."""
+
+
+@dataclass(frozen=True)
+class Part:
+    """A part of a scene that moves: one path.
+
+    Parameters
+    ----------
+    kind : str
+        "rods", "masses" or "trail".
+    stroke : Stroke
+        Its colour.
+    lines : sequence of ndarray, shape(n, 2)
+        Lines through points; a line of one point is a disc.
+    width : float
+        Width of the lines, pixels.
+    inside : Markup
+        What the path has in it.
+    """
+
+    kind: str
+    stroke: Stroke
+    lines: list[Array]
+    width: float
+    inside: Markup
+
+    def svg(self, place: Place) -> Markup:
+        """Return it as a path with round ends."""
+        form = Markup(
+            '<path class="{}" d="{}" fill="none" stroke="{}" stroke-width="{}" stroke-linecap="round" stroke-linejoin="round">{}</path>'
+        )
+        return form.format(self.kind, path_of_lines(self.lines, place), color_of(self.stroke), self.width, self.inside)
+
+
+def path_of_lines(lines: list[Array], place: Place) -> str:
+    """Return lines as the data of one path; a line of one point is a dot."""
+    texts = []
+    for line in lines:
+        path = path_of(*place(line[:, 0], line[:, 1]))
+        texts.append(path + "h0" if len(line) == 1 and path else path)
+    return "".join(texts)
+
+
+def lines_at(animated: AnimatedRuns, run: int, state: int) -> dict[str, list[Array]]:
+    """Return the lines of the parts of a run that move, by kind, at one of its states."""
+    points = animated.flat[run]
+    back = max(0, state - animated.trail)
+    return {
+        "trail": [points[back : state + 1, k] for k in animated.trails],
+        "rods": [points[state, rod] for rod in animated.layout.rods],
+        "masses": [points[state, [k]] for k in animated.layout.masses],
+    }
+
+
+def scene_panel(animated: AnimatedRuns, run: int, inside: dict[str, Markup] | None = None, title: str = "") -> Panel:
+    """Return the scene of a run at its start; ``inside`` is put into the paths of its parts, by kind."""
+    quiet, stroke = Stroke(QUIET, "-", "o"), animated.stroke(run)
+    marks: list[Mark] = [Curve(line[:, 0], line[:, 1], quiet, width=0.6, faint=True) for line in projected(animated.layout.surface)]
+    if animated.layout.dimension == 3:
+        marks += triad(animated)
+    colors = {"trail": stroke, "rods": Stroke("currentColor", "-", "o"), "masses": stroke}
+    widths = {"trail": TRAIL, "rods": ROD, "masses": animated.disc}
+    for kind, lines in lines_at(animated, run, 0).items():
+        marks.append(Part(kind, colors[kind], lines, widths[kind], (inside or {}).get(kind, Markup(""))))
+    x, y = animated.flat[run][0, animated.layout.fixed].T
+    marks.append(Dots(x, y, quiet, radius=3.0, hollow=True))
+    return Panel(*animated.box, marks, title=title, equal=animated.equal, bare=animated.layout.dimension == 3)
+
+
+def triad(animated: AnimatedRuns) -> list[Mark]:
+    """Return the three directions of space with their names, in a corner of the scene."""
+    corner, size = animated.corner
+    quiet = Stroke(QUIET, "-", "o")
+    found: list[Mark] = []
+    for axis, name in zip(np.eye(3), animated.layout.axes or "xyz", strict=True):
+        tip = projected(axis[None])[0]
+        x, y = np.stack([corner, corner + 0.8 * size * tip, corner + 1.25 * size * tip]).T
+        found += [Curve(x[:2], y[:2], quiet, width=1.2), Note(x[2], y[2], name, anchor="middle")]
+    return found
+
+
+def graph_panel(animated: AnimatedRuns, column: str) -> Panel:
+    """Return an error over time, a curve a method."""
+    y = animated.error_axis(column)
+    curves = [
+        Curve(run.t, np.where(run.errors[column] >= y.low, run.errors[column], np.nan), animated.stroke(k), width=1.4)
+        for k, run in enumerate(animated.runs)
+        if column in run.errors
+    ]
+    return Panel(animated.time_axis, Axis("", y.low, y.high, log=True), curves, title=y.label)

@@ -1,0 +1,137 @@
+"""A run as it is shown: its state at each time that is shown, and the largest errors since the one before."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from daebench.methods.fixed_step.stepping import Run, next_piece
+from daebench.runs.grid import EPS
+from daebench.runs.ivp import Ivp, PoissonIvp
+from daebench.runs.request import Progress, Request
+from daebench.runs.trajectory import CONSTRAINED, POISSON, Array, Trajectory
+from daebench.studies.comparison.table import errors_along
+
+WITHIN = 8
+"""Outputs of a tolerance-driven method for each time that is shown."""
+
+MOST_OUTPUTS = 200_000
+"""Outputs of a whole run, about, where a method gives them and not each step."""
+
+
+@dataclass(frozen=True)
+class RecordedRun:
+    """A run of one method as it is shown.
+
+    Parameters
+    ----------
+    method, knob : str
+        Name of the method, and what it is steered by.
+    value : float
+        Value of the knob.
+    t : ndarray, shape(n,)
+        Times of the states, the first 0.
+    states : ndarray, shape(n, ...)
+        Positions q, or states y of a Poisson system.
+    errors : mapping of str to ndarray, shape(n,)
+        By name in :data:`daebench.studies.comparison.table.LABELS`, the largest modulus after the time before, up to this one.
+    over : str
+        "steps" or "outputs": what the largest was taken over.
+    failure : str, optional
+        Why it stopped early, as a sentence.
+    """
+
+    method: str
+    knob: str
+    value: float
+    t: Array
+    states: Array
+    errors: dict[str, Array]
+    over: str
+    failure: str | None
+
+    def shown(self, times: Array) -> Any:
+        """Return the number of the state that is shown at each of these times: the last that is not later."""
+        return _latest(self.t, times)
+
+
+def _latest(t: Array, times: Array) -> Any:
+    """Return the number of the last of increasing times t that is not later, but for rounding, than each of the others."""
+    return np.searchsorted(t, times * (1 + 4 * EPS) + 1e-9 * times[1], side="right") - 1
+
+
+def requested(ivp: Ivp, method: Any, value: float, times: Array) -> Request:
+    """Return what is asked of a method to be shown at these times."""
+    kinds, t_end = POISSON if isinstance(ivp, PoissonIvp) else CONSTRAINED, float(times[-1])
+    if method.knob == "tol":
+        return Request(value=value, t_end=t_end, points=WITHIN * (len(times) - 1) + 1, watch=())
+    steps = t_end / value if value > 0 else 0.0
+    every = 0 if hasattr(method, "begin") else max(1, int(min(steps, 2.0**52) / MOST_OUTPUTS))
+    return Request(value=value, t_end=t_end, every=every, watch=kinds)
+
+
+def recorded_run(ivp: Ivp, method: Any, value: float, times: Array, progress: Progress) -> RecordedRun:
+    """Return a run of a method as it is shown at these times, the first 0."""
+    request = requested(ivp, method, value, times)
+    if hasattr(method, "begin"):
+        grid = method.grid(ivp, request)
+        return _stepped(ivp, method.begin(ivp, request, grid, request.watch), times, progress)
+    run = method.solve(ivp, request)
+    progress(1.0)
+    return _sampled(ivp, run, times)
+
+
+def _stepped(ivp: Ivp, run: Run, times: Array, progress: Progress) -> RecordedRun:
+    """Return a run with fixed steps, each of which is monitored."""
+    goals = np.unique(np.minimum(np.floor(times / run.grid.h * (1 + 4 * EPS) + 1e-9).astype(np.int64), run.grid.steps))
+    done, rows, maxima = [0], [np.concatenate(ivp.start)], [_at_start(ivp, run.names)]
+    for goal in goals[1:]:
+        _reach(run, int(goal))
+        progress(run.done / run.grid.steps)
+        if run.done > done[-1]:
+            done.append(run.done)
+            rows.append(np.asarray(run.linked.leave(run.x), dtype=float))
+            maxima.append(list(map(float, run.maxima)))
+        if run.failure is not None:
+            break
+        run.maxima = tuple(run.zero for _ in run.names)
+    states = np.array(rows)[:, ivp.size - len(ivp.start[-1]) :]
+    errors = _named(ivp, run.names, np.array(maxima))
+    return RecordedRun(run.linked.name, "h", run.grid.h, np.array(done) * run.grid.h, states, errors, "steps", run.failure)
+
+
+def _reach(run: Run, goal: int) -> None:
+    """Take steps until so many are done, in pieces of a fifth of a second."""
+    piece = 64
+    while run.done < goal and run.failure is None:
+        piece = next_piece(piece, run.piece(min(piece, goal - run.done)))
+
+
+def _at_start(ivp: Ivp, names: Sequence[str]) -> list[float]:
+    """Return the monitored quantities at the start: how far it is off the manifold, and else 0."""
+    if isinstance(ivp, PoissonIvp):
+        return [0.0] * len(names)
+    off = {"g": ivp.value("g", ivp.q0), "Gv": ivp.value("Gv", ivp.p0, ivp.q0)}
+    return [float(np.abs(off[name]).max()) if name in off else 0.0 for name in names]
+
+
+def _named(ivp: Ivp, names: Sequence[str], maxima: Array) -> dict[str, Array]:
+    """Return columns of maxima by name in ``LABELS``: of several Casimir functions or integrals the largest."""
+    own = {"energy": "energy_error", "g": "g", "Gv": "Gv"}
+    if isinstance(ivp, PoissonIvp):
+        own |= dict.fromkeys(ivp.casimirs, "casimir_error") | dict.fromkeys(ivp.integrals, "integral_error")
+    found: dict[str, Array] = {}
+    for name, column in zip(names, maxima.T, strict=True):
+        if name in own:
+            found[own[name]] = np.maximum(found.get(own[name], column), column)
+    return found
+
+
+def _sampled(ivp: Ivp, run: Any, times: Array) -> RecordedRun:
+    """Return a run of which outputs are known."""
+    at = np.unique([*_latest(run.t, times), len(run.t) - 1])
+    since = np.concatenate([[0], at[:-1] + 1])
+    errors = {name: np.maximum.reduceat(values, since) for name, values in errors_along(ivp, run).items()}
+    states = run.q if isinstance(run, Trajectory) else run.y
+    return RecordedRun(run.method, run.knob, run.value, run.t[at], states[at], errors, "outputs", run.failure)

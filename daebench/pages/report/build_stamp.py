@@ -1,0 +1,105 @@
+"""Whether a page is up to date: a build stamp beside it has a digest of the code that made it, and one of each of its files."""
+
+import hashlib
+import json
+from collections.abc import Iterable
+from dataclasses import asdict, dataclass
+from datetime import UTC, datetime
+from functools import cache
+from pathlib import Path
+
+from daebench.pages.report.versions import versions
+from daebench.runs.files import atomic
+from daebench.systems.files import package
+
+STAMP = "made.json"
+
+SOURCES = (".py", ".c", ".css", ".js", ".html", ".csv", ".json")
+"""Endings of the package's files that decide a page: code, templates and certified references."""
+
+
+@dataclass(frozen=True)
+class BuildStamp:
+    """What is written beside a page.
+
+    Parameters
+    ----------
+    title : str
+        Name of the part of the gallery.
+    kind : str
+        What it is: "report", "lesson" or another kind of page.
+    about : str
+        One line.
+    command : str
+        What makes it again.
+    digest : str
+        Of all that decided it.
+    seconds : float
+        How long it took.
+    day : str
+        When it was made, ISO 8601.
+    files : dict of str to str
+        Digest of each file of its folder, by its path there.
+    """
+
+    title: str
+    kind: str
+    about: str
+    command: str
+    digest: str
+    seconds: float
+    day: str
+    files: dict[str, str]
+
+
+def read(folder: Path) -> BuildStamp | None:
+    """Return the build stamp of a folder; None where there is none that can be read."""
+    try:
+        return BuildStamp(**json.loads((folder / STAMP).read_text(encoding="utf-8")))
+    except (OSError, ValueError, TypeError):
+        return None
+
+
+def write(folder: Path, *, title: str, kind: str, about: str, command: str, digest: str, seconds: float) -> None:
+    """Write the build stamp of a folder whose page has just been made."""
+    stamp = BuildStamp(title, kind, about, command, digest, round(seconds, 1), datetime.now(UTC).date().isoformat(), contents(folder))
+    with atomic(folder / STAMP) as scratch:
+        scratch.write_text(json.dumps(asdict(stamp), indent=1), encoding="utf-8")
+
+
+def is_fresh(folder: Path, digest: str) -> bool:
+    """Return whether a page was made of the same code, and none of its files is changed or lost."""
+    stamp = read(folder)
+    if stamp is None or stamp.digest != digest or not (folder / "index.html").is_file():
+        return False
+    now = contents(folder)
+    return all(now.get(name) == content for name, content in stamp.files.items())
+
+
+def contents(folder: Path) -> dict[str, str]:
+    """Return the digest of every file of a page, by its path in the folder; databases of runs are no part of it."""
+    shown = (".html", ".svg", ".png", ".csv")
+    return {
+        str(path.relative_to(folder).as_posix()): hashlib.sha256(path.read_bytes()).hexdigest()
+        for path in sorted(folder.rglob("*"))
+        if path.suffix in shown and not path.name.startswith(".")
+    }
+
+
+def digest(outside: Iterable[Path] = ()) -> str:
+    """Return the digest of the package as a whole, and of the files outside of it that decide a page."""
+    return _hashed(_package(), ((path.name, path) for path in outside))
+
+
+@cache
+def _package() -> str:
+    """Return the digest of the package's code, templates and certified references, and of the versions of the packages it stands on."""
+    return _hashed(json.dumps(versions(), sort_keys=True), sorted(package.files(*SOURCES).items()))
+
+
+def _hashed(text: str, files: Iterable[tuple[str, Path]]) -> str:
+    hashed = hashlib.sha256(text.encode())
+    for name, path in files:
+        content = path.read_bytes()
+        hashed.update(f"{name} {len(content)}\n".encode() + content)
+    return hashed.hexdigest()

@@ -1,0 +1,122 @@
+"""Runs given to an executor in batches: as many to a batch as take a moment, and a few batches ahead of those that compute."""
+
+import platform
+import sys
+import time
+import warnings
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, CancelledError, Executor, Future, wait
+
+from daebench.errors import BadInput, DaebenchError
+from daebench.studies.grid.measure import kept
+from daebench.studies.grid.run_specification import Cell, code_version
+from daebench.studies.grid.schedulers import attended, workers_of
+from daebench.studies.grid.store import StoredRow
+
+MOMENT = 0.1
+"""Seconds that a batch should take: handing it out costs a hundredth of that, and no more is lost with what computes it."""
+
+MOST = 64
+"""Most cells of a batch."""
+
+AHEAD = 2
+"""Batches under way for each process: one that it computes, and one that waits for it."""
+
+GLANCE = 1.0
+"""Seconds between looks at whether a cluster still has workers."""
+
+UNATTENDED_SECONDS = 60.0
+"""How long a cluster may have no workers before a study gives up."""
+
+Entry = tuple[str, Cell]
+Batch = tuple[StoredRow, ...]
+
+
+def handed_out(cells: Mapping[str, Cell], executor: Executor) -> Iterator[Batch]:
+    """Give the rows of cells with their keys, batch by batch as they are done; where one is lost, those that were done before it.
+
+    Raises
+    ------
+    BadInput
+        If one that computes has another version of daebench or of a library.
+    DaebenchError
+        If one that computes is lost, and its cells with it, or a cluster has lost all its workers and gets no other.
+    """
+    left = list(cells.items())[::-1]
+    workers, size = workers_of(executor), 1
+    running: dict[Future[Batch], list[Entry]] = {}
+    try:
+        while left or running:
+            while left and len(running) < AHEAD * workers:
+                batch = [left.pop() for _ in range(min(size, 1 + len(left) // (AHEAD * workers)))]
+                running[executor.submit(rows_of, batch, code_version())] = batch
+            for future in sorted(_done(running, executor), key=_failed):
+                rows = _result(future, running.pop(future))
+                size = max(1, min(MOST, int(len(rows) * MOMENT / max(sum(row.took for row in rows), 1e-9))))
+                yield rows
+    finally:
+        for future in running:
+            future.cancel()
+
+
+def _done(running: Iterable[Future[Batch]], executor: Executor) -> set[Future[Batch]]:
+    """Wait for batches that are done; no longer than :data:`UNATTENDED_SECONDS` where nobody computes them."""
+    deserted = None
+    while True:
+        done, _ = wait(running, timeout=GLANCE, return_when=FIRST_COMPLETED)
+        if done:
+            return done
+        if attended(executor):
+            deserted = None
+        elif deserted is None:
+            deserted = time.monotonic()
+            warnings.warn(f"the Dask cluster has no workers any more; waiting {UNATTENDED_SECONDS:g} s for one.", stacklevel=2)
+        elif time.monotonic() - deserted > UNATTENDED_SECONDS:
+            raise DaebenchError(
+                f"the Dask cluster has had no workers for {UNATTENDED_SECONDS:g} s; "
+                "what was done before is kept: start some, and run again."
+            )
+
+
+def rows_of(batch: Sequence[Entry], made_by: str) -> Batch:
+    """Return the rows of a batch.
+
+    Parameters
+    ----------
+    batch : sequence of (str, Cell)
+        Cells by their keys.
+    made_by : str
+        What those keys say makes the rows, see :func:`daebench.studies.grid.run_specification.code_version`.
+
+    Raises
+    ------
+    BadInput
+        If this process would make them with something else.
+    """
+    if code_version() != made_by:
+        raise BadInput(f"{_host()} has another version of daebench, numba or another library than the study; install the same there.")
+    return tuple(kept(key, cell) for key, cell in batch)
+
+
+def _host() -> str:
+    return f"a worker on {platform.node() or 'another machine'}"
+
+
+def _failed(future: Future[Batch]) -> bool:
+    return future.cancelled() or future.exception() is not None
+
+
+def _result(future: Future[Batch], batch: Sequence[Entry]) -> Batch:
+    try:
+        return future.result()
+    except _losses() as error:
+        cell = batch[0][1]
+        raise DaebenchError(
+            f"what computed {cell.method} on {cell.problem} is lost ({type(error).__name__}); what was done before is kept: run again."
+        ) from error
+
+
+def _losses() -> tuple[type[BaseException], ...]:
+    """Return what is raised in place of a result by one that ended; Dask's own is known where Dask is used."""
+    dask = sys.modules.get("distributed")
+    return (BrokenExecutor, CancelledError, OSError, *((dask.KilledWorker,) if dask else ()))

@@ -1,0 +1,24 @@
+"""Which of some methods can be run on a problem, and why the others cannot."""
+
+from collections.abc import Sequence
+
+from daebench.errors import BadInput
+from daebench.methods.names import methods_of
+from daebench.runs.ivp import Ivp, PoissonIvp
+
+
+def feasible(ivp: Ivp, names: Sequence[str]) -> tuple[list[str], dict[str, str]]:
+    """Return those of these methods that can be run, and why the others cannot, as sentences."""
+    found: list[str] = []
+    refused: dict[str, str] = {}
+    for name in names:
+        try:
+            (solver,) = methods_of(ivp, [name], anyway=isinstance(ivp, PoissonIvp))
+            why = solver.refusal(ivp)
+        except BadInput as error:
+            why = str(error)
+        if why:
+            refused[name] = why
+        else:
+            found.append(name)
+    return found, refused

@@ -1,0 +1,216 @@
+"""One run of a study: everything that decides it, as plain values that can be hashed, stored and sent to another machine."""
+
+import hashlib
+import platform
+from collections.abc import Mapping
+from dataclasses import dataclass, fields, replace
+from functools import cache, lru_cache
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from daebench.compiler.cache import toolchain
+from daebench.errors import BadInput
+from daebench.methods.fixed_step.constrained import FixedStep
+from daebench.methods.initial_value_problem import initial_value_problem
+from daebench.methods.names import method_of
+from daebench.methods.run import singular_as
+from daebench.runs.ivp import Ivp
+from daebench.runs.request import Request, WorkLimit
+from daebench.schemes.kernels.language import ROUNDINGS
+from daebench.systems.files import package
+from daebench.systems.renamed import OldAttribute
+
+DECIDING = ("numpy", "scipy", "numba", "scikit-sundae", "mpmath", "heyoka", "solve_dae")
+"""Packages whose versions may change a number."""
+
+SHOWING = ("cli", "draw", "pages", "reports")
+"""Folders of this package that only choose runs and show what they gave; so do files of figures."""
+
+COLUMNS = frozenset(
+    {"problem", "case", "method", "knob", "value", "precision", "compensated", "sweeps", "newton", "t_end"}
+    | {
+        "reference",
+        "steps",
+        "seconds",
+        "callback_seconds",
+        "t_reached",
+        "failure",
+        "n_steps",
+        "n_newton",
+        "n_solve",
+        "n_rhs",
+        "n_residual",
+        "n_jacobian",
+    }
+)
+"""Columns that a row has in any case, or where its method counts such work; parameters and options have columns of their own names."""
+
+OUTPUTS = 64
+"""Times at which a run is looked at, its start apart."""
+
+FEWEST = 3
+"""Fewest states that a number is taken from: two are a start and an end, and tell nothing of what is between."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Cell:
+    """One run.
+
+    Parameters
+    ----------
+    problem, case, method : str
+        Names; a problem may be the path of a file.
+    value : float
+        Step size or tolerance of the method.
+    t_end : float
+        End of the run, s.
+    metrics : tuple of str
+        What is measured, see :data:`daebench.studies.grid.metrics.METRICS`.
+    parameters, options : tuple of (str, float)
+        The problem's parameters that differ from the case's, and the method's free numbers.
+    precision : str
+        "float64" or "float32".
+    compensated : bool
+        Whether sums over steps are compensated.
+    anyway : bool
+        Whether a scheme may run where it is no Poisson integrator.
+    on_singular : str
+        What is done where G loses rank; "" for what the case says.
+    outputs : int
+        States looked at, about.
+    repeat : int
+        Runs that are timed, of which the best counts; 0 where time is not asked for.
+    sweeps : int
+        Sweeps after which Newton's iteration is ended, converged or not; 0 for convergence.
+    newton : float
+        Relative increment that ends Newton's iteration; 0 for that of round-off.
+    calls : int
+        Calls of the right side or residual after which a tolerance-driven run is given up; 0 for never.
+    beside : bool
+        Whether it is timed while others may run beside it, on this machine or a cluster: such times are no times of a run alone.
+    """
+
+    problem: str
+    case: str
+    method: str
+    value: float
+    t_end: float
+    metrics: tuple[str, ...]
+    parameters: tuple[tuple[str, float], ...] = ()
+    options: tuple[tuple[str, float], ...] = ()
+    precision: str = "float64"
+    compensated: bool = False
+    anyway: bool = False
+    on_singular: str = ""
+    outputs: int = OUTPUTS
+    repeat: int = 0
+    sweeps: int = 0
+    newton: float = 0.0
+    calls: int = 0
+    beside: bool = False
+
+    scene = OldAttribute("ivp")
+
+    @property
+    def ivp(self) -> Ivp:
+        """The problem with its numbers."""
+        return ivp_of(self.problem, self.case, self.parameters, self.on_singular)
+
+    @property
+    def solver(self) -> Any:
+        """The method.
+
+        Raises
+        ------
+        BadInput
+            If Newton's iteration is to be ended early and the method has none that can be.
+        """
+        found = method_of(self.ivp, self.method, dict(self.options), compensated=self.compensated, anyway=self.anyway)
+        if not self.sweeps and not self.newton:
+            return found
+        if not isinstance(found, FixedStep):
+            raise BadInput(f"Newton's iteration is ended early in fixed-step methods for constrained problems alone, not in {self.method}.")
+        return replace(found, sweeps=self.sweeps, roundings=max(ROUNDINGS, self.newton / float(np.finfo(self.precision).eps)))
+
+    def asked(self, resolution: str) -> Request:
+        """Return what a method of this resolution is asked to do where everything is looked at."""
+        every, points = (self._every, None) if resolution == "h" else (None, max(FEWEST, self.outputs + 1))
+        work_limit = WorkLimit(self.calls, self.calls + 1, 1) if self.calls else None
+        return Request(value=self.value, t_end=self.t_end, precision=self.precision, every=every, points=points, work_limit=work_limit)
+
+    @property
+    def _every(self) -> int:
+        steps = self.t_end / self.value if self.value > 0 else 0.0
+        return max(1, int(steps / self.outputs + 0.5)) if steps < 1e15 else 1
+
+    def plain(self) -> dict[str, Any]:
+        """Return the fields as JSON has them."""
+        return {each.name: getattr(self, each.name) for each in fields(self)}
+
+    @classmethod
+    def of_plain(cls, given: Mapping[str, Any]) -> "Cell":
+        """Return the cell with these fields, as :meth:`plain` gives them."""
+        known = {each.name for each in fields(cls)}
+        if extra := set(given) - known:
+            raise BadInput(f"a cell has no {', '.join(sorted(extra))}; this store is of another version.")
+        pairs = {name: tuple((str(k), float(v)) for k, v in given[name]) for name in ("parameters", "options") if name in given}
+        return cls(**{**given, **pairs, "metrics": tuple(given["metrics"])})
+
+    def at(self, value: float) -> "Cell":
+        """Return the same run with another step size or tolerance."""
+        return replace(self, value=value)
+
+
+@lru_cache(maxsize=64)
+def ivp_of(problem: str, case: str, parameters: tuple[tuple[str, float], ...], on_singular: str) -> Ivp:
+    """Return a problem with its numbers from plain values; the last ones that were asked for are at hand."""
+    return singular_as(initial_value_problem(problem, case, dict(parameters)), on_singular or None)
+
+
+def defined_by(ivp: Ivp) -> tuple[str, ...]:
+    """Return what defines a motion, exactly: the equations, the parameters and the start.
+
+    Of a file outside of the package these are its content and what it gave when it was run: it may read what is beside it.
+    """
+    source = ivp.source
+    equations = (source.content, source.facts.FINGERPRINT) if source.content else (source.key,)
+    return *equations, *(float(x).hex() for x in (*ivp.par, *(x for part in ivp.start for x in part)))
+
+
+def digest(*texts: str) -> str:
+    """Return the hash of some texts."""
+    return hashlib.sha256("\n".join(texts).encode()).hexdigest()
+
+
+@cache
+def made_by() -> str:
+    """Return what the numbers of a run depend on besides its definition: this package's code, the libraries and the machine's kind."""
+    own = hashlib.sha256()
+    for name, file in sorted(_files().items()):
+        own.update(f"{name}\n".encode() + file.read_bytes())
+    return "\n".join((toolchain(), own.hexdigest(), platform.machine(), *(f"{name} {_version(name)}" for name in DECIDING)))
+
+
+def _files() -> dict[str, Path]:
+    """Return the files that decide numbers, by their paths in the package, which are the same in a checkout and where it is installed."""
+    return {name: file for name, file in package.files(".py").items() if not _shows(Path(name))}
+
+
+def _shows(file: Path) -> bool:
+    return not {*SHOWING}.isdisjoint(file.parts) or file.stem.endswith(("figure", "figures"))
+
+
+@cache
+def code_version() -> str:
+    """Return the hash of :func:`made_by`."""
+    return digest(made_by())
+
+
+def _version(name: str) -> str:
+    try:
+        return version(name)
+    except PackageNotFoundError:
+        return "none"

@@ -1,0 +1,33 @@
+"""A state as code from outside hands it over: an array, or a pair of them, of the shapes that were asked for, or there is a sentence."""
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from daebench.errors import BadInput
+
+Array = NDArray[np.float64]
+
+
+def external_state(found: Any, shapes: Sequence[tuple[int, ...]], duty: str) -> list[Array]:
+    """Return the parts of a state as new arrays of these shapes; a state of one part is that part itself.
+
+    Raises
+    ------
+    BadInput
+        If they are not; the message begins with the duty.
+    """
+    told = f"{shapes[0]} each" if len(shapes) > 1 else f"{shapes[0]}"
+    try:
+        arrays = [np.array(part) for part in (found if len(shapes) > 1 else [found])]
+        if found is None or len(arrays) != len(shapes) or any(map(np.iscomplexobj, arrays)):
+            raise TypeError
+        arrays = [array.astype(float) for array in arrays]
+    except (TypeError, ValueError):
+        raise BadInput(f"{duty}, of shape {told}; it returned {type(found).__name__}.") from None
+    if [array.shape for array in arrays] != list(shapes):
+        own = " and ".join(str(array.shape) for array in arrays)
+        raise BadInput(f"{duty}, of shape {told}; {'their shapes are' if len(shapes) > 1 else 'its shape is'} {own}.")
+    return arrays

@@ -1,0 +1,48 @@
+"""What a state of each kind of problem consists of: names of columns, of arrays and of what programs hand over all come from here."""
+
+from collections.abc import Collection
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class StateLayout:
+    """The parts of a stored row by their names; a component is a name and a number from 1, the initial value of a part a name and 0.
+
+    Parameters
+    ----------
+    state : tuple of str
+        What a state is, in the order in which it is stored.
+    external : tuple of str
+        The same in the order in which programs take and return it.
+    derived : tuple of str
+        Functions of the state that are stored after it.
+    """
+
+    state: tuple[str, ...]
+    external: tuple[str, ...]
+    derived: tuple[str, ...] = ()
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """All parts in the order in which they are stored."""
+        return self.state + self.derived
+
+    @property
+    def told(self) -> str:
+        """A state as programs hand it over, in words: (p, q), or y."""
+        return f"({', '.join(self.external)})" if len(self.external) > 1 else self.external[0]
+
+
+CONSTRAINED = StateLayout(("q", "p"), ("p", "q"), ("lam",))
+"""Positions and momenta, and the multipliers that follow from them."""
+
+POISSON = StateLayout(("y",), ("y",))
+"""The state of a Poisson system."""
+
+KINDS = {"constrained": CONSTRAINED, "poisson": POISSON}
+"""State layouts by the kind of a problem."""
+
+
+def layout_of_columns(columns: Collection[str]) -> StateLayout:
+    """Return the parts of a file with these columns."""
+    return POISSON if "y1" in columns else CONSTRAINED

@@ -1,0 +1,63 @@
+"""What the report on tolerances asserts about the treatment of multipliers, tested on the numbers."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pandas as pd
+
+from daebench.pages.report.claims import require
+from daebench.reports.tolerances.runs import FAST, FORMULATIONS, REACHED, STOPPED
+
+
+def check_treatments(runs: pd.DataFrame) -> SimpleNamespace:
+    """Test where the treatments are needed, where they work and which is the better one."""
+
+    def share(formulation: str, treatment: str) -> float:
+        own = runs["end"][(runs["formulation"] == formulation) & (runs["cure"] == treatment)]
+        return float(np.mean(own == REACHED))
+
+    for formulation in ("index2", "ggl"):
+        for treatment in ("derivative", "atol"):
+            require(
+                share(formulation, treatment) == 1, f"{formulation} with {treatment} always gets to the end", share(formulation, treatment)
+            )
+    for formulation, treatment in (("index3", "none"), ("index3", "derivative"), ("index2", "none"), ("ggl", "none")):
+        require(share(formulation, treatment) < 0.5, f"{formulation} with {treatment} fails in most runs", share(formulation, treatment))
+    fast = runs[(runs["scene"] == FAST) & (runs["cure"] == "none")]
+    at_start = fast[(fast["formulation"] == "index3") & (fast["t_reached"] == 0)]
+    tried = int(np.sum(fast["formulation"] == "index3"))
+    require(len(at_start) == tried, "plain index 3 on the fast pendulum stops at t = 0 at every tolerance", f"{len(at_start)} of {tried}")
+    through = fast[(fast["formulation"] == "index1") & (fast["end"] == REACHED)]
+    dearer = _against(through, runs[(runs["scene"] == FAST) & runs["default"]], "residuals")
+    gain = {formulation: _gain(runs, formulation) for formulation in ("index2", "index1", "ggl")}
+    require(gain["index2"] > 1, "derivatives are the more accurate treatment of index 2", f"{gain['index2']:.3g}")
+    require(gain["ggl"] > 1, "derivatives are the more accurate treatment of GGL", f"{gain['ggl']:.3g}")
+    require(gain["index1"] < 1, "the absolute tolerance is the more accurate treatment of index 1", f"{gain['index1']:.3g}")
+    own = runs[runs["end"].isin(STOPPED)]
+    return SimpleNamespace(
+        runs=len(runs),
+        stopped=len(own),
+        ours=int(np.sum(runs["end"] != REACHED)) - len(own),
+        at_start=len(at_start),
+        through=len(through),
+        dearer=float(dearer.max()),
+        gain=gain,
+        reached=_reached(fast),
+    )
+
+
+def _reached(fast: pd.DataFrame) -> dict[str, int]:
+    return {each: int(np.sum((fast["formulation"] == each) & (fast["end"] == REACHED))) for each in FORMULATIONS}
+
+
+def _against(rows: pd.DataFrame, others: pd.DataFrame, column: str) -> "pd.Series[float]":
+    """Return a column as a multiple of what the default treatment has at the same tolerance, by tolerance."""
+    own = others[others["formulation"] == "index1"].set_index("tol")[column]
+    return (rows.set_index("tol")[column] / own).dropna()
+
+
+def _gain(runs: pd.DataFrame, formulation: str) -> float:
+    """Return the geometric mean of the error with ``atol`` over that with ``derivative``, over all problems and tolerances."""
+    rows = runs[(runs["formulation"] == formulation) & (runs["end"] == REACHED)]
+    errors = rows.pivot(index=["scene", "tol"], columns="cure", values="error")
+    return float(np.exp(np.log(errors["atol"] / errors["derivative"]).mean()))
