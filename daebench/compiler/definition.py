@@ -35,7 +35,7 @@ class Source:
     defaults : mapping of str to float, optional
         Values of parameters that replace the defaults of the definition.
     algebra : str
-        How a chain's vectors are held: one of :data:`ALGEBRAS`, see ``chains.derivation``; "" as its size suggests.
+        How a chain's vectors are held: one of :data:`ALGEBRAS`, see ``chain.derivation``; "" as its size suggests.
     content : str
         What ``key`` says of a file outside of the package, without the name and the place of the file; "" where ``key`` has neither.
 

@@ -48,7 +48,7 @@ def test_kernels_of_a_problem_share_functions_and_nothing_that_differs():
     assert bare.newton_judge is monitored.newton_judge
     assert bare.newton_judge is not single.newton_judge
     assert bare.newton_judge.py_func.__qualname__ != single.newton_judge.py_func.__qualname__
-    assert bare.watch is not monitored.watch
+    assert bare.monitored_errors is not monitored.monitored_errors
     assert bare.integrate is not monitored.integrate
 
 

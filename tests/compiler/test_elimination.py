@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from daebench.compiler.linear.elimination import SINGULAR, eliminate
-from daebench.compiler.linear.elimination_rows import solved
-from daebench.compiler.linear.elimination_source import looping_solver
+from daebench.compiler.linear import elimination_compiled
+from daebench.compiler.linear.elimination import SINGULAR, eliminate, solve_rows
+from daebench.compiler.linear.kernels import array_solver
 
 
 def test_elimination_solves_and_does_not_mind_how_rows_and_columns_are_scaled():
@@ -38,14 +38,26 @@ def matrix(kind, n, rng):
 @pytest.mark.parametrize("sides", [0, 3], ids=["one side", "four sides"])
 def test_elimination_by_rows_gives_each_number_of_that_by_entries(kind, sides):
     rng, n = np.random.default_rng(5), 9
-    module = {"numpy": np, "INF": np.inf}
-    exec(looping_solver("entries", n, "float64", sides), module)
+    module = {"numpy": np, "absolute": np.absolute, "empty": np.empty, "INF": np.inf, "solve_rows": solve_rows}
+    exec(array_solver("elimination", "entries", n, "float64", sides), module)
     A, b, X = matrix(kind, n, rng), rng.normal(size=n), rng.normal(size=(sides, n))
     others = (tuple(map(tuple, X)),) if sides else ()
+    exec(array_solver("", "by_rows", n, "float64", sides), module)
     with np.errstate(all="ignore"):
-        found, expected = solved(A, b, "float64", *others), module["entries"](A, b, *others)
+        found, expected = module["by_rows"](A, b, *others), module["entries"](A, b, *others)
     assert len(found) == len(expected) == 2 + bool(sides)
     for one, other in zip(found, expected, strict=True):
         assert np.array_equal(one, other, equal_nan=True)
     if kind == "regular":
         assert np.allclose(A @ np.array(found[0]), b, rtol=0, atol=1e-12 * np.max(np.abs(A)))
+
+
+@pytest.mark.parametrize("kind", ["regular", "tied", "singular"])
+def test_elimination_handed_to_numba_gives_the_same_numbers(kind):
+    rng, n = np.random.default_rng(6), 7
+    A, B = matrix(kind, n, rng), rng.normal(size=(n, 3))
+    X, Y = B.copy(), B.copy()
+    assert np.array_equal(eliminate(A.copy(), X), elimination_compiled.eliminate(A.copy(), Y), equal_nan=True)
+    assert np.array_equal(X, Y, equal_nan=True)
+    if kind == "regular":
+        assert np.abs(A @ X - B).max() < 1e-14 * n * np.abs(A).max() * np.abs(X).max()

@@ -86,7 +86,7 @@ def test_initial_values_off_the_manifold_are_refused_unless_they_are_projected_o
 
 
 def test_all_cases_are_returned_as_they_are_declared():
-    assert [ivp.case for ivp in declared_ivps("spherical_pendulum")] == list(initial_value_problem("spherical_pendulum").sheet.CASES)
+    assert [ivp.case for ivp in declared_ivps("spherical_pendulum")] == list(initial_value_problem("spherical_pendulum").facts.CASES)
     assert [ivp.case for ivp in declared_ivps("spherical_pendulum", "fig1.2")] == ["fig1.2"]
 
 

@@ -328,7 +328,7 @@ def test_names_are_read_back_and_unknown_ones_refused():
         "ida:casimir": "did you mean casimirs",
         "ida:index2": "unknown formulation of Poisson systems 'index2'",
         "ida:casimirs:atoll": "did you mean atol",
-        "ida:ode:atol": "nothing for atol to cure",
+        "ida:ode:atol": "nothing for atol to treat",
         "cvode:adam": "did you mean adams",
         "ide:ode": "did you mean ida",
     }.items():

@@ -12,7 +12,7 @@ import sympy as sp
 from runs import method
 
 from daebench.compiler.definition import source_of
-from daebench.compiler.linear.least_squares_source import least_squares_solver
+from daebench.compiler.linear.kernels import array_solver
 from daebench.diagnostics.consistency import require_consistent
 from daebench.diagnostics.passage import Crossing, extrapolated
 from daebench.diagnostics.problem.check import held
@@ -263,8 +263,8 @@ def test_least_squares_do_not_change_a_run_whose_constraints_are_independent():
 def test_the_least_squares_solver_agrees_with_the_pseudoinverse(dtype, n, rank, random):
     B = random.normal(size=(n, rank))
     A, b = B @ B.T, B @ B.T @ random.normal(size=n)
-    names = {"numpy": np, "sqrt": np.sqrt, "INF": np.inf}
-    exec(least_squares_solver("solve", n, dtype), names)
+    names = {"numpy": np, **vars(np), "abs": abs, "max": max}
+    exec(array_solver("least_squares", "solve", n, dtype), names)
     x, pivot = names["solve"](A.tolist(), b.tolist())
     eps = 1e-4 if dtype == "float32" else 1e-12
     assert np.abs(A @ np.real(x) - b).max() < eps * np.abs(b).max()
@@ -277,8 +277,8 @@ def test_the_least_squares_solver_agrees_with_the_pseudoinverse(dtype, n, rank, 
 
 def test_the_least_squares_solver_carries_a_derivative_and_refuses_what_is_not_finite(random):
     B, dB = random.normal(size=(5, 2)), random.normal(size=(5, 2))
-    names = {"numpy": np, "sqrt": np.sqrt, "INF": np.inf}
-    exec(least_squares_solver("solve", 5, "complex128"), names)
+    names = {"numpy": np, **vars(np), "abs": abs, "max": max}
+    exec(array_solver("least_squares", "solve", 5, "complex128"), names)
 
     def force(e):
         C = B + e * dB

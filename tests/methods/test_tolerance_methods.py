@@ -313,7 +313,7 @@ def test_names_have_the_cure_only_where_it_is_not_the_default():
     [
         (lambda: Ida("index4"), "unknown formulation 'index4'; did you mean"),
         (lambda: Ida("index2", "deriv"), "unknown treatment of the multipliers 'deriv'; did you mean derivative"),
-        (lambda: Ida("ode", "atol"), "nothing for atol to cure"),
+        (lambda: Ida("ode", "atol"), "nothing for atol to treat"),
         (lambda: Cvode("adam"), "did you mean adams"),
         (lambda: ScipyOde("dop853"), "unknown method of scipy"),
     ],

@@ -121,7 +121,7 @@ def test_something_public_without_a_docstring_is_named(tree, monkeypatch):
 
 
 def test_a_method_without_a_docstring_is_named(tree, monkeypatch):
-    monkeypatch.setattr(tree["trajectory.Outcome.complete"], "docstring", None)
+    monkeypatch.setattr(tree["runs.trajectory.Outcome.complete"], "docstring", None)
     with pytest.raises(Undocumented, match=r"Outcome\.complete"):
         public(tree)
 

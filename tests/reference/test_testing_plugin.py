@@ -34,7 +34,7 @@ NAME, UP = "planar_pendulum-rotating", np.array([0.0, 1.0])
 
 
 @pytest.fixture
-def reference solution(reference_trajectory):
+def reference(reference_trajectory):
     return reference_trajectory(NAME, folder=Path({folder!r}))
 
 
@@ -45,21 +45,21 @@ def rattle(p, q, h, share=0.5):
     return p1 - (p1 @ q1) * q1, q1
 
 
-def test_the_reference_is_there(reference solution):
-    assert truth.q.shape == truth.p.shape == (17, 2)
-    assert truth.horizon == 2 and truth.bound["q"].max() < 1e-30
+def test_the_reference_is_there(reference):
+    assert reference.q.shape == reference.p.shape == (17, 2)
+    assert reference.horizon == 2 and reference.bound["q"].max() < 1e-30
 
 
-def test_rattle(assert_converges, reference solution):
-    assert_converges(rattle, truth, 2)
+def test_rattle(assert_converges, reference):
+    assert_converges(rattle, reference, 2)
 
 
-def test_wrong_half_kick(assert_converges, reference solution):
-    assert_converges(lambda p, q, h: rattle(p, q, h, share=0.6), truth, 2)
+def test_wrong_half_kick(assert_converges, reference):
+    assert_converges(lambda p, q, h: rattle(p, q, h, share=0.6), reference, 2)
 
 
-def test_order_3(assert_converges, reference solution):
-    assert_converges(rattle, truth, 3)
+def test_order_3(assert_converges, reference):
+    assert_converges(rattle, reference, 3)
 
 
 def test_unknown(reference_trajectory):

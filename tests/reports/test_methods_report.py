@@ -183,7 +183,7 @@ def test_equations_are_mathml_and_have_the_signs_of_the_book():
     from jinja2 import Environment, FileSystemLoader
 
     environment = Environment(loader=FileSystemLoader(str(resources.files("daebench.reports"))), autoescape=True)
-    module = environment.get_template("_methods_equations.html").module
+    module = environment.get_template("methods/equations.html").module
     text = {name: str(getattr(module, name)()) for name in ("system", "euler", "shake", "rattle", "lobatto")}
     plain = {name: re.sub(r"\s|<[^>]*>", "", each).replace(MINUS, "-") for name, each in text.items()}
     for each in text.values():

@@ -225,7 +225,7 @@ TABLEAU_FAULTS = {
     "a-node": ("lobatto_iiia", lambda t: tableaux.Tableau(t.A, t.b, (t.c[0], t.c[1] * 1.01, t.c[2])), "order"),
 }
 KERNEL_FAULTS = {
-    "multiplier": ("kernels.lobatto_stages", "+ J[k].T @ Lam[k]", "+ 0.999 * J[k].T @ Lam[k]", "multiplier"),
+    "multiplier": ("schemes.kernels.lobatto_stages", "+ J[k].T @ Lam[k]", "+ 0.999 * J[k].T @ Lam[k]", "multiplier"),
     "last-kick": ("schemes.lobatto", "last = -h * b[STAGES - 1]", "last = -1.1 * h * b[STAGES - 1]", "order"),
     "weights-of-a-stage": ("schemes.lobatto", "weighted_but_last(last, -h, b,", "weighted_but_last(last, -h, DATA[0][1],", "two-form"),
     "momentum-not-projected": ("schemes.lobatto", "return dp - n, dQ", "return dp - 0.5 * n, dQ", "manifold"),

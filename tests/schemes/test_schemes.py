@@ -221,8 +221,8 @@ def test_stopping_newton_on_the_residual_makes_the_energy_drift_and_our_rule_doe
 
 
 def test_work_in_a_branch_is_refused_rather_than_miscounted(get_ivp, monkeypatch, tmp_path):
-    right = "n, mu, settled = normal(p0 + dp, q1)"
-    wrong = "n, mu, settled = normal(p0 if h > 1.0 else p0 + H_q(p0, q0), q1)"
+    right = "n, mu, settled = momentum_correction(p0 + dp, q1)"
+    wrong = "n, mu, settled = momentum_correction(p0 if h > 1.0 else p0 + H_q(p0, q0), q1)"
     plant(monkeypatch, tmp_path, "schemes.rattle", right, wrong)
     with pytest.raises(InvalidProblem, match="branch or a loop"):
         FixedStep("rattle", compiled=False).solve(get_ivp("spherical-fast"), Request(value=0.01, steps=1))

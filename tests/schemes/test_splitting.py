@@ -288,9 +288,9 @@ def test_a_problem_that_cannot_be_split_is_refused_in_words(method, where, why):
 FAULTS = {
     "kinetic-time": ("schemes.strang", "q_half, (h / 2,)", "q_half, (0.45 * h,)", "order"),
     "potential-time": ("schemes.lie", "q0 + dq, h)", "q0 + dq, 0.9 * h)", "order"),
-    "sign-of-multiplier": ("kernels.potential", "dp - n", "dp + n", "manifold"),
-    "without-multiplier": ("kernels.potential", "dp - n", "dp", "manifold"),
-    "force-elsewhere": ("kernels.potential", "H_q(p0, q)", "H_q(p0, q + 0.01 * p0)", "two-form"),
+    "sign-of-multiplier": ("schemes.kernels.potential", "dp - n", "dp + n", "manifold"),
+    "without-multiplier": ("schemes.kernels.potential", "dp - n", "dp", "manifold"),
+    "force-elsewhere": ("schemes.kernels.potential", "H_q(p0, q)", "H_q(p0, q + 0.01 * p0)", "two-form"),
     "kick-in-the-wrong-place": ("schemes.strang", "potential_increment(p, q_half, h)", "potential_increment(p, q_half, 1.01 * h)", "order"),
     "one-sided": ("schemes.strang", "kinetic_increment(p0, q0, (h / 2,))", "kinetic_increment(p0, q0, (0.501 * h,))", "reversal"),
 }
@@ -299,7 +299,7 @@ FAULTS = {
 @pytest.mark.parametrize(("file", "right", "wrong", "check"), FAULTS.values(), ids=FAULTS)
 def test_a_planted_fault_is_caught_by_the_check_one_expects(file, right, wrong, check, monkeypatch, tmp_path):
     plant(monkeypatch, tmp_path, file, right, wrong)
-    method, here = FixedStep(file.rsplit(".", 1)[1] if "schemes" in file else "strang", compiled=False), place("two-spheres")
+    method, here = FixedStep("strang" if "kernels" in file else file.rpartition(".")[2], compiled=False), place("two-spheres")
     passes = {
         "order": lambda: abs(measured_order(method, here) - method.claims.order) < 0.15,
         "manifold": lambda: manifold_error(method, here) < ROUND_OFF,

@@ -126,7 +126,7 @@ def test_the_order_is_found_without_a_closed_form():
     for name in ("q", "p", "lam"):
         assert abs(slopes["rattle", name] - 2) < 0.1
         assert not slopes["symplectic_euler", name] > 1.3
-    assert found.reference.kind == "DOP853"
+    assert found.reference_solution.kind == "DOP853"
 
 
 def test_an_order_that_looks_like_two_at_large_steps_is_found_to_be_one_or_not_at_all():

@@ -373,7 +373,7 @@ def test_code_and_versions_are_in_the_key(monkeypatch):
 
 def test_the_code_of_linked_folders_is_in_what_numbers_are_made_by(tmp_path, monkeypatch):
     here = cells._files()
-    assert {"studies/cell.py", "daebench/methods/solvers/drive.py", "reference/keep/store.py", "problems/torus.py"} <= set(here)
+    assert {"studies/grid/run_specification.py", "methods/solvers/drive.py", "reference/keep/store.py", "problems/torus.py"} <= set(here)
     assert not any(name.startswith(("cli/", "reports/")) for name in here)
     assert len({file.resolve() for file in here.values()}) == len(here)
     for name, file in here.items():

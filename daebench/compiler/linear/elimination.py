@@ -1,4 +1,8 @@
-"""Gaussian elimination that says how close to singular the matrix was; read as text into generated modules, and run as it stands."""
+"""Gaussian elimination by operations on whole rows, for what is not compiled; it says how close to singular the matrix was.
+
+Each number is computed by the same operations in the same order as in the loops over entries of ``schemes/kernels/elimination.py``, which
+take seven times as long with 24 unknowns where they are not compiled.
+"""
 
 from typing import Any
 
@@ -11,87 +15,65 @@ SINGULAR = 1e-14
 def eliminate(A: Any, B: Any) -> float:
     """Solve A X = B in place by elimination with scaled partial pivoting; return the smallest relative pivot.
 
-    A pivot is taken relative to the sum of moduli of the terms that it was computed from, so that scaling rows or columns of A
-    (masses between 1e-8 and 1e8, say) does not change it: it is the share that cancellation has left.
-
     Parameters
     ----------
     A : ndarray, shape(k, k)
-        Matrix; destroyed.
+        Matrix.
     B : ndarray, shape(k, c)
-        Right sides; X on return, unless the smallest relative pivot is 0.
+        Right sides; X on return, unless the smallest relative pivot is 0 or NaN.
 
     Returns
     -------
     float
-        0 where A is exactly singular, NaN where a pivot is not a number.
+        0 or NaN where A is exactly singular, NaN where a pivot is not a number.
     """
-    k = A.shape[0]
-    size, scale = moduli(A)
-    smallest = 1.0
-    for column in range(k):
-        best = pivot_row(A, scale, column)
-        swap(A, column, best)
-        swap(size, column, best)
-        swap(B, column, best)
-        scale[column], scale[best] = scale[best], scale[column]
-        if A[column, column] == 0.0:
-            return 0.0
-        share = abs(A[column, column]) / size[column, column]
-        if not share >= smallest:
-            smallest = share
-        reduce(A, size, B, column)
-    substitute(A, B)
-    return smallest
+    a = np.concatenate((A, B), axis=1)
+    with np.errstate(all="ignore"):
+        pivot = solve_rows(a)
+    B[:] = a[:, len(A) :]
+    return float(pivot)
 
 
-def moduli(A: Any) -> Any:
-    """Return the moduli of A, shape(k, k), and the largest of each row, shape(k,); loops compile much faster than array expressions."""
-    k = A.shape[0]
-    size, scale = np.empty((k, k)), np.empty(k)
-    for i in range(k):
-        scale[i] = 0.0
-        for j in range(k):
-            size[i, j] = abs(A[i, j])
-            if size[i, j] > scale[i]:
-                scale[i] = size[i, j]
-    return size, scale
+def solve_rows(a: Any) -> Any:
+    """Put the X of A X = B in the place of B, given a = (A, B); return the smallest relative pivot."""
+    pivot = reduced(a, np.abs(a[:, : len(a)]))
+    substitute(a)
+    return pivot
 
 
-def pivot_row(A: Any, scale: Any, column: int) -> int:
-    """Return the row, from ``column`` on, whose entry in this column is largest relative to the scale of its row."""
-    best = column
-    for row in range(column + 1, A.shape[0]):
-        if abs(A[row, column]) * scale[best] > abs(A[best, column]) * scale[row]:
-            best = row
+def reduced(a: Any, s: Any) -> Any:
+    """Make a of shape(n, n + sides) upper triangular, s of shape(n, n) the sums of moduli; return the smallest relative pivot."""
+    n = len(a)
+    scale, pivot = s.max(axis=1), np.inf
+    for k in range(n):
+        best = pivot_row(np.abs(a[k:, k]).tolist(), scale[k:].tolist()) + k
+        if best != k:
+            for rows in (a, s, scale):
+                rows[[k, best]] = rows[[best, k]]
+        share = abs(a[k, k]) / s[k, k] if s[k, k] > 0.0 else 0.0 * scale[k]
+        if not share >= pivot:
+            pivot = share
+        f = a[k + 1 :, k : k + 1] / a[k, k]
+        a[k + 1 :, k + 1 :] -= f * a[k, k + 1 :]
+        s[k + 1 :, k + 1 :] += np.abs(f) * s[k, k + 1 :]
+    return pivot
+
+
+def pivot_row(moduli: list[float], scale: list[float]) -> int:
+    """Return the first row whose modulus is the largest relative to its scale."""
+    best = 0
+    for i in range(1, len(moduli)):
+        if moduli[i] * scale[best] > moduli[best] * scale[i]:
+            best = i
     return best
 
 
-def swap(X: Any, i: int, k: int) -> None:
-    """Exchange rows i and k."""
-    for j in range(X.shape[1]):
-        X[i, j], X[k, j] = X[k, j], X[i, j]
-
-
-def reduce(A: Any, size: Any, B: Any, column: int) -> None:
-    """Subtract multiples of the pivot row from those below it, and add the moduli of what was subtracted to ``size``."""
-    for row in range(column + 1, A.shape[0]):
-        factor = A[row, column] / A[column, column]
-        for j in range(column + 1, A.shape[0]):
-            A[row, j] -= factor * A[column, j]
-            size[row, j] += abs(factor) * size[column, j]
-        for j in range(B.shape[1]):
-            B[row, j] -= factor * B[column, j]
-
-
-def substitute(A: Any, B: Any) -> None:
-    """Solve with the upper triangle of A in place."""
-    k = A.shape[0]
-    for row in range(k - 1, -1, -1):
-        for j in range(B.shape[1]):
-            for column in range(row + 1, k):
-                B[row, j] -= A[row, column] * B[column, j]
-            B[row, j] /= A[row, row]
+def substitute(a: Any) -> None:
+    """Solve with the upper triangle of a, shape(n, n + sides), in the place of the sides; terms are subtracted from left to right."""
+    n = len(a)
+    for k in range(n - 1, -1, -1):
+        terms = a[k, k + 1 : n, None] * a[k + 1 :, n:]
+        a[k, n:] = np.subtract.reduce(np.concatenate((a[k : k + 1, n:], terms))) / a[k, k]
 
 
 def finite(health: float, values: Any) -> float:
@@ -99,7 +81,3 @@ def finite(health: float, values: Any) -> float:
     for value in values:
         health += 0.0 * value
     return health
-
-
-FUNCTIONS = (eliminate, moduli, pivot_row, swap, reduce, substitute, finite)
-"""What a generated module needs of this file."""

@@ -3,21 +3,26 @@
 import inspect
 
 from daebench.compiler.cache import generated
+from daebench.compiler.codegen import function
 from daebench.compiler.linear import elimination
+from daebench.compiler.linear.kernels import lines
 
 HEADER = '''"""Gaussian elimination."""
 
 from typing import Any
 
-import numpy as np
 from daebench.compiler.machine_code import njit
+from numpy import absolute, concatenate, empty, inf
 '''
 
 
 def source(cached: bool) -> str:
-    """Return the source of a module of all functions of :mod:`daebench.compiler.linear.elimination`, handed to numba."""
-    keep = ", cache=True" * cached
-    return "\n\n".join([HEADER, *(f"@njit(error_model='numpy'{keep})\n{inspect.getsource(each)}" for each in elimination.FUNCTIONS)])
+    """Return the source of a module of ``eliminate`` and ``finite`` of :mod:`daebench.compiler.linear.elimination`, handed to numba."""
+    *body, pivot = lines("elimination", {"UNKNOWNS": "n", "COLUMNS": "a.shape[1]", "INF": "inf"})
+    sizes = ["n = A.shape[0]", "a = concatenate((A, B), axis=1)"]
+    texts = [function("eliminate(A, B)", *sizes, *body, "B[:] = a[:, n:]", pivot), inspect.getsource(elimination.finite)]
+    decorator = f"@njit(error_model='numpy'{', cache=True' * cached})"
+    return "\n\n".join([HEADER, *(f"{decorator}\n{text}" for text in texts)])
 
 
 _MODULE = generated("elimination", "elimination", source)

@@ -1,9 +1,10 @@
-"""Source of linear solvers for matrices of fixed size: Gaussian elimination with scaled partial pivoting, unrolled or in loops."""
+"""Source of linear solvers for matrices of fixed size: Gaussian elimination with scaled partial pivoting, unrolled or by arrays."""
 
 from collections.abc import Sequence
 from typing import NamedTuple
 
 from daebench.compiler.codegen import function, pack
+from daebench.compiler.linear.kernels import array_solver
 
 UNROLLED = 10
 """Unknowns up to which elimination of stages is unrolled; above, it would be compiled for longer than it is worth."""
@@ -34,14 +35,9 @@ def eliminating(name: str, n: int, target: Target, rows: int = 0) -> str:
 
 def large_solver(name: str, n: int, target: Target, rows: int = 0) -> str:
     """Source of elimination for many unknowns: in loops that are soon compiled, or by rows where they are not compiled at all."""
-    return looping_solver(name, n, target.dtype, rows) if target.compiled else row_solver(name, target.dtype, rows)
-
-
-def row_solver(name: str, dtype: str, rows: int = 0) -> str:
-    """Source of elimination by operations on rows, see :mod:`daebench.compiler.linear.elimination_rows`."""
-    others = ", X" * bool(rows)
-    main = function(f"{name}(A, b{others})", f"return elimination_rows.solved(A, b, {dtype!r}{others})")
-    return f"from daebench.compiler.linear import elimination_rows\n\n\n{main}"
+    if target.compiled:
+        return array_solver("elimination", name, n, target.dtype, rows)
+    return f"from daebench.compiler.linear.elimination import solve_rows\n\n\n{array_solver('', name, n, target.dtype, rows)}"
 
 
 def blocked(name: str, blocks: Sequence[Sequence[int]], target: Target, rows: int = 0) -> str:
@@ -112,47 +108,3 @@ def _elimination(k: int, n: int, sides: Sequence[str]) -> list[str]:
         lines += [f"s{i}_{j} = s{i}_{j} + abs(f) * s{k}_{j}" for j in range(k + 1, n)]
         lines += [f"{side}{i} = {side}{i} - f * {side}{k}" for side in sides]
     return lines
-
-
-def looping_solver(name: str, n: int, dtype: str, rows: int = 0) -> str:
-    """Source of the same elimination as :func:`solver`'s, in loops over arrays: slower for few unknowns, and soon compiled for many."""
-    end = n + 1 + rows
-    others = pack(pack(f"a[{i}, {n + 1 + r}]" for i in range(n)) for r in range(rows))
-    return function(
-        f"{name}(A, b{', X' * bool(rows)})",
-        f"a = numpy.empty(({n}, {end}), dtype=numpy.{dtype})",
-        *(f"a[{i}, {j}] = A[{i}][{j}]" for i in range(n) for j in range(n)),
-        *(f"a[{i}, {n}] = b[{i}]" for i in range(n)),
-        *(f"a[{i}, {n + 1 + r}] = X[{r}][{i}]" for r in range(rows) for i in range(n)),
-        f"s = numpy.abs(a[:, :{n}])",
-        f"scale = numpy.empty({n}, dtype=s.dtype)",
-        f"for i in range({n}):",
-        "    scale[i] = s[i].max()",
-        "pivot = INF",
-        f"for k in range({n}):",
-        "    best = k",
-        f"    for i in range(k + 1, {n}):",
-        "        if abs(a[i, k]) * scale[best] > abs(a[best, k]) * scale[i]:",
-        "            best = i",
-        "    if best != k:",
-        f"        for j in range(k, {end}):",
-        "            a[k, j], a[best, j] = a[best, j], a[k, j]",
-        f"        for j in range(k, {n}):",
-        "            s[k, j], s[best, j] = s[best, j], s[k, j]",
-        "        scale[k], scale[best] = scale[best], scale[k]",
-        "    share = abs(a[k, k]) / s[k, k] if s[k, k] > 0.0 else 0.0 * scale[k]",
-        "    if not share >= pivot:",
-        "        pivot = share",
-        f"    for i in range(k + 1, {n}):",
-        "        f = a[i, k] / a[k, k]",
-        f"        for j in range(k + 1, {end}):",
-        "            a[i, j] -= f * a[k, j]",
-        f"        for j in range(k + 1, {n}):",
-        "            s[i, j] += abs(f) * s[k, j]",
-        f"for r in range({n}, {end}):",
-        f"    for k in range({n - 1}, -1, -1):",
-        f"        for j in range(k + 1, {n}):",
-        "            a[k, r] -= a[k, j] * a[j, r]",
-        "        a[k, r] = a[k, r] / a[k, k]",
-        f"return {pack(f'a[{i}, {n}]' for i in range(n))}, {others + ', ' if rows else ''}pivot",
-    )

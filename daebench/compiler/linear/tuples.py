@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 
 from daebench.compiler.codegen import function, pack
 from daebench.compiler.linear.elimination_source import UNROLLED, Target, blocked, eliminating, large_solver, solver
-from daebench.compiler.linear.least_squares_source import least_squares_solver
+from daebench.compiler.linear.kernels import array_solver
 
 
 def _sum(terms: Sequence[str]) -> str:
@@ -176,7 +176,7 @@ class Values:
 
     def _of_constraints(self, name: str, n: int) -> str:
         """Source of the least-squares solution of a system of n unknown multipliers where that is asked for, and there can be any."""
-        return least_squares_solver(name, n, self.dtype) if self.least_squares and n > 1 else ""
+        return array_solver("least_squares", name, n, self.dtype) if self.least_squares and n > 1 else ""
 
     def _solve_blocks(self, name: str, blocks: int, size: int) -> str:
         """Source of name(B, b): sum_j B[i][j] x[j] = b[i] for so many blocks of one size."""

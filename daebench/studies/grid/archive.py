@@ -33,6 +33,7 @@ from daebench.studies.grid.references import reference_of
 from daebench.studies.grid.run_specification import Cell, code_version
 from daebench.studies.grid.specification_key import key_of
 from daebench.studies.grid.store import Store, StoredRow, as_json
+from daebench.systems.files.execute import is_path
 from daebench.systems.files.read import Problem
 from daebench.systems.files.user import own_files
 
@@ -74,7 +75,8 @@ def write_archive(store: Store, path: Path) -> Archived:
     if not rows:
         why = f"all of its {changed} runs are of definitions that have changed since" if changed else "it has no rows"
         raise BadInput(f"{store.path} cannot be archived: {why}; run its study again.")
-    problems = {each.cell["problem"]: find_problem(each.cell["problem"]) for each in rows}
+    names = sorted({row.cell["problem"] for row in rows}, key=lambda name: (is_path(name), name))  # rows are in the order of their hashes
+    problems = {name: find_problem(name) for name in names}
     places = {name: f"definitions/{k + 1}-{each.path.stem}" for k, (name, each) in enumerate(problems.items())}
     moved = {name: f"{places[name]}/{each.path.name}" for name, each in problems.items() if not each.package}
     rows = [_renamed(row, moved) for row in rows]

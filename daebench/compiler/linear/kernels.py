@@ -1,0 +1,61 @@
+"""Kernels of linear algebra, files of ``schemes/kernels``, as one function each: called procedures are put in the place of the calls.
+
+Machine code of loops over a small array is twice as fast where the array is not handed to another function.
+"""
+
+import ast
+from collections.abc import Mapping, Sequence
+
+from daebench.compiler.codegen import function, pack
+from daebench.systems.files.package import folder
+
+DEPENDENT = {"float64": "4e-11", "float32": "2e-05", "complex128": "4e-11"}
+"""What least squares take for dependent: eps^(2/3) of the number type. Of G M^-1 G^T that is the square of an angle."""
+
+
+class _Settled(ast.NodeTransformer):
+    """Replaces constants by their sources, and calls of the file's other functions by the bodies, in which the names are the same."""
+
+    def __init__(self, functions: Mapping[str, ast.FunctionDef], constants: Mapping[str, str]) -> None:
+        self.functions, self.constants = functions, constants
+
+    def visit_Name(self, node: ast.Name) -> ast.expr:
+        return ast.parse(self.constants[node.id], mode="eval").body if node.id in self.constants else node
+
+    def visit_Expr(self, node: ast.Expr) -> list[ast.stmt]:
+        return self._inlined(node.value) or []
+
+    def visit_Assign(self, node: ast.Assign) -> ast.AST | list[ast.stmt]:
+        return self._inlined(node.value) or self.generic_visit(node)
+
+    def _inlined(self, node: ast.expr) -> list[ast.stmt]:
+        """Return the statements of a function of this file that is called, without its return; none for another expression."""
+        known = isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and self.functions.get(node.func.id)
+        body = self.visit(known).body if known else []
+        return body[:-1] if body and isinstance(body[-1], ast.Return) else body
+
+
+def lines(file: str, constants: Mapping[str, str]) -> list[str]:
+    """Return the lines of the function ``solve`` of a file with these sources of constants; the last returns the pivot."""
+    text = folder("daebench").joinpath("schemes", "kernels", f"{file}.py").read_text(encoding="utf-8")
+    functions = {node.name: node for node in ast.parse(text).body if isinstance(node, ast.FunctionDef)}
+    settled = _Settled(functions, constants).visit(functions["solve"])
+    return "\n".join(map(ast.unparse, settled.body)).splitlines()
+
+
+def array_solver(file: str, name: str, n: int, dtype: str, rows: int = 0) -> str:
+    """Source of ``name(A, b)``, or ``name(A, b, X)`` with so many rows of X, which fills an array for the kernel of a file; "" for rows."""
+    sides = ["b", *(f"X[{r}]" for r in range(rows))]
+    constants = {"UNKNOWNS": str(n), "COLUMNS": str(n + len(sides)), "DEPENDENT": DEPENDENT[dtype]}
+    *body, pivot = lines(file, constants) if file else ["pivot = solve_rows(a)", "return pivot"]
+    entries = (f"a[{i}, {j}] = A[{i}][{j}]" for i in range(n) for j in range(n))
+    solution, *others = (pack(f"a[{i}, {n + r}]" for i in range(n)) for r in range(len(sides)))
+    result: Sequence[str] = [solution, *([pack(others)] if rows else []), pivot.removeprefix("return ")]
+    return function(
+        f"{name}(A, b{', X' * bool(rows)})",
+        f"a = numpy.empty(({n}, {n + len(sides)}), dtype=numpy.{dtype})",
+        *(entries if file else [f"a[:, :{n}] = A"]),
+        *(f"a[{i}, {n + r}] = {side}[{i}]" for r, side in enumerate(sides) for i in range(n)),
+        *body,
+        f"return {', '.join(result)}",
+    )
