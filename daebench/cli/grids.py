@@ -9,7 +9,6 @@ import typer
 
 from daebench.cli.console import bar
 from daebench.cli.executors import Executors
-from daebench.studies.grid.specification_key import key_of
 
 if TYPE_CHECKING:
     from daebench.studies.grid.run_specification import Cell
@@ -20,6 +19,7 @@ if TYPE_CHECKING:
 def plan(cells: "Sequence[Cell]", store: "Store", executors: Executors) -> str:
     """Return how many runs a study has, how many are kept, and about how long the others take."""
     from daebench.studies.grid.estimate import estimate
+    from daebench.studies.grid.specification_key import key_of
 
     missing = [cell for cell in cells if key_of(cell) not in store]
     found = f"{len(cells)} runs, {len(cells) - len(missing)} of them kept in {store.path}, {len(missing)} to make"
@@ -31,6 +31,8 @@ def plan(cells: "Sequence[Cell]", store: "Store", executors: Executors) -> str:
 
 def outdated(cells: "Sequence[Cell]", store: "Store") -> str:
     """Return how many kept runs of a study are of no use any more and will be made again, as a sentence; "" if none."""
+    from daebench.studies.grid.specification_key import key_of
+
     count = store.outdated({key_of(cell): cell.plain() for cell in cells})
     verb = "run is" if count == 1 else "runs are"
     return f"{count} kept {verb} of another version of daebench, of a library or of the problem, and made again." if count else ""

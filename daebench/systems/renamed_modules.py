@@ -4,11 +4,15 @@ import sys
 import warnings
 from collections.abc import Sequence
 from importlib import import_module
-from importlib.abc import Loader, MetaPathFinder
 from importlib.machinery import ModuleSpec
 from importlib.util import find_spec, spec_from_file_location
 from types import ModuleType
-from typing import Any
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from importlib.abc import Loader
+else:
+    Loader = object  # importlib.abc takes longer to import than everything else here
 
 MODULES = {
     "api": "methods.run",
@@ -82,7 +86,7 @@ class _Copy(Loader):
             vars(module).update({name: value for name, value in names.items() if not (name.startswith("__") and name != "__all__")})
 
 
-class RenamedModules(MetaPathFinder):
+class RenamedModules:
     """Finds modules by the names of the release before; ``python -m daebench`` finds the command line by it."""
 
     def find_spec(self, fullname: str, path: Sequence[str] | None = None, target: ModuleType | None = None) -> ModuleSpec | None:
