@@ -15,10 +15,10 @@ def _():
 
     from daebench.pages.lesson import live
     from daebench.pages.report import at_most, count, number
-    from daebench.reports.lessons import _extremes
+    from daebench.reports.lessons import _extremes as lesson
 
     live.style()
-    return at_most, count, _extremes, live, mo, number
+    return at_most, count, lesson, live, mo, number
 
 
 @app.cell
@@ -34,9 +34,9 @@ def _(mo):
 
 
 @app.cell
-def _(_extremes, live):
-    live.prepare(_extremes.preparations())
-    facts = _extremes.facts()
+def _(lesson, live):
+    live.prepare(lesson.preparations())
+    facts = lesson.facts()
     return (facts,)
 
 
@@ -56,15 +56,15 @@ def _(mo):
 
 
 @app.cell
-def _(_extremes, live):
-    lock_knobs = live.panel(_extremes.LOCK)
+def _(lesson, live):
+    lock_knobs = live.panel(lesson.LOCK)
     live.arranged(lock_knobs)
     return (lock_knobs,)
 
 
 @app.cell
-def _(_extremes, live, lock_knobs):
-    live.shown(_extremes.LOCK, lock_knobs)
+def _(lesson, live, lock_knobs):
+    live.shown(lesson.LOCK, lock_knobs)
     return
 
 
@@ -84,15 +84,15 @@ def _(at_most, facts, mo, number):
 
 
 @app.cell
-def _(_extremes, live):
-    stiff_knobs = live.panel(_extremes.STIFF)
+def _(lesson, live):
+    stiff_knobs = live.panel(lesson.STIFF)
     live.arranged(stiff_knobs)
     return (stiff_knobs,)
 
 
 @app.cell
-def _(_extremes, live, stiff_knobs):
-    live.shown(_extremes.STIFF, stiff_knobs)
+def _(lesson, live, stiff_knobs):
+    live.shown(lesson.STIFF, stiff_knobs)
     return
 
 
@@ -112,15 +112,15 @@ def _(facts, mo, number):
 
 
 @app.cell
-def _(_extremes, live):
-    rounding_knobs = live.panel(_extremes.ROUNDING)
+def _(lesson, live):
+    rounding_knobs = live.panel(lesson.ROUNDING)
     live.arranged(rounding_knobs)
     return (rounding_knobs,)
 
 
 @app.cell
-def _(_extremes, live, rounding_knobs):
-    live.shown(_extremes.ROUNDING, rounding_knobs)
+def _(lesson, live, rounding_knobs):
+    live.shown(lesson.ROUNDING, rounding_knobs)
     return
 
 
@@ -137,15 +137,15 @@ def _(count, facts, mo, number):
 
 
 @app.cell
-def _(_extremes, live):
-    chaos_knobs = live.panel(_extremes.CHAOS)
+def _(lesson, live):
+    chaos_knobs = live.panel(lesson.CHAOS)
     live.arranged(chaos_knobs)
     return (chaos_knobs,)
 
 
 @app.cell
-def _(chaos_knobs, _extremes, live):
-    live.shown(_extremes.CHAOS, chaos_knobs)
+def _(chaos_knobs, lesson, live):
+    live.shown(lesson.CHAOS, chaos_knobs)
     return
 
 
@@ -190,8 +190,8 @@ def _(facts, mo, number):
 
 
 @app.cell
-def _(_extremes, live):
-    live.report(_extremes.EXPERIMENTS)
+def _(lesson, live):
+    live.report(lesson.EXPERIMENTS)
     return
 
 

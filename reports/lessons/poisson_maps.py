@@ -15,10 +15,10 @@ def _():
 
     from daebench.pages.lesson import live
     from daebench.pages.report import at_most, number
-    from daebench.reports.lessons import _poisson_maps
+    from daebench.reports.lessons import _poisson_maps as lesson
 
     live.style()
-    return at_most, _poisson_maps, live, mo, number
+    return at_most, lesson, live, mo, number
 
 
 @app.cell
@@ -47,9 +47,9 @@ def _(mo):
 
 
 @app.cell
-def _(_poisson_maps, live):
-    live.prepare(_poisson_maps.preparations())
-    facts = _poisson_maps.facts()
+def _(lesson, live):
+    live.prepare(lesson.preparations())
+    facts = lesson.facts()
     return (facts,)
 
 
@@ -65,15 +65,15 @@ def _(mo):
 
 
 @app.cell
-def _(_poisson_maps, live):
-    orbit_knobs = live.panel(_poisson_maps.ORBITS)
+def _(lesson, live):
+    orbit_knobs = live.panel(lesson.ORBITS)
     live.arranged(orbit_knobs)
     return (orbit_knobs,)
 
 
 @app.cell
-def _(_poisson_maps, live, orbit_knobs):
-    live.shown(_poisson_maps.ORBITS, orbit_knobs)
+def _(lesson, live, orbit_knobs):
+    live.shown(lesson.ORBITS, orbit_knobs)
     return
 
 
@@ -97,15 +97,15 @@ def _(at_most, facts, mo, number):
 
 
 @app.cell
-def _(_poisson_maps, live):
-    body_knobs = live.panel(_poisson_maps.BODY)
+def _(lesson, live):
+    body_knobs = live.panel(lesson.BODY)
     live.arranged(body_knobs)
     return (body_knobs,)
 
 
 @app.cell
-def _(body_knobs, _poisson_maps, live):
-    live.shown(_poisson_maps.BODY, body_knobs)
+def _(body_knobs, lesson, live):
+    live.shown(lesson.BODY, body_knobs)
     return
 
 
@@ -144,8 +144,8 @@ def _(at_most, facts, mo, number):
 
 
 @app.cell
-def _(_poisson_maps, live):
-    live.report(_poisson_maps.EXPERIMENTS)
+def _(lesson, live):
+    live.report(lesson.EXPERIMENTS)
     return
 
 

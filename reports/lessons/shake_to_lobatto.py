@@ -15,10 +15,10 @@ def _():
 
     from daebench.pages.lesson import live
     from daebench.pages.report import at_most, count, number
-    from daebench.reports.lessons import _shake_to_lobatto
+    from daebench.reports.lessons import _shake_to_lobatto as lesson
 
     live.style()
-    return at_most, count, _shake_to_lobatto, live, mo, number
+    return at_most, count, lesson, live, mo, number
 
 
 @app.cell
@@ -52,9 +52,9 @@ def _(mo):
 
 
 @app.cell
-def _(_shake_to_lobatto, live):
-    live.prepare(_shake_to_lobatto.preparations())
-    facts = _shake_to_lobatto.facts()
+def _(lesson, live):
+    live.prepare(lesson.preparations())
+    facts = lesson.facts()
     return (facts,)
 
 
@@ -69,15 +69,15 @@ def _(mo):
 
 
 @app.cell
-def _(_shake_to_lobatto, live):
-    hidden_knobs = live.panel(_shake_to_lobatto.HIDDEN)
+def _(lesson, live):
+    hidden_knobs = live.panel(lesson.HIDDEN)
     live.arranged(hidden_knobs)
     return (hidden_knobs,)
 
 
 @app.cell
-def _(hidden_knobs, _shake_to_lobatto, live):
-    live.shown(_shake_to_lobatto.HIDDEN, hidden_knobs)
+def _(hidden_knobs, lesson, live):
+    live.shown(lesson.HIDDEN, hidden_knobs)
     return
 
 
@@ -113,15 +113,15 @@ def _(facts, mo):
 
 
 @app.cell
-def _(_shake_to_lobatto, live):
-    order_knobs = live.panel(_shake_to_lobatto.ORDERS)
+def _(lesson, live):
+    order_knobs = live.panel(lesson.ORDERS)
     live.arranged(order_knobs)
     return (order_knobs,)
 
 
 @app.cell
-def _(_shake_to_lobatto, live, order_knobs):
-    live.shown(_shake_to_lobatto.ORDERS, order_knobs)
+def _(lesson, live, order_knobs):
+    live.shown(lesson.ORDERS, order_knobs)
     return
 
 
@@ -169,8 +169,8 @@ def _(count, facts, mo, number):
 
 
 @app.cell
-def _(_shake_to_lobatto, live):
-    live.report(_shake_to_lobatto.EXPERIMENTS)
+def _(lesson, live):
+    live.report(lesson.EXPERIMENTS)
     return
 
 

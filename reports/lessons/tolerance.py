@@ -15,10 +15,10 @@ def _():
 
     from daebench.pages.lesson import live
     from daebench.pages.report import at_most, number
-    from daebench.reports.lessons import _tolerance
+    from daebench.reports.lessons import _tolerance as lesson
 
     live.style()
-    return at_most, _tolerance, live, mo, number
+    return at_most, lesson, live, mo, number
 
 
 @app.cell
@@ -45,9 +45,9 @@ def _(mo):
 
 
 @app.cell
-def _(_tolerance, live):
-    live.prepare(_tolerance.preparations())
-    facts = _tolerance.facts()
+def _(lesson, live):
+    live.prepare(lesson.preparations())
+    facts = lesson.facts()
     return (facts,)
 
 
@@ -63,15 +63,15 @@ def _(mo):
 
 
 @app.cell
-def _(_tolerance, live):
-    knobs = live.panel(_tolerance.ASKED_REACHED)
+def _(lesson, live):
+    knobs = live.panel(lesson.ASKED_REACHED)
     live.arranged(knobs)
     return (knobs,)
 
 
 @app.cell
-def _(knobs, _tolerance, live):
-    live.shown(_tolerance.ASKED_REACHED, knobs)
+def _(knobs, lesson, live):
+    live.shown(lesson.ASKED_REACHED, knobs)
     return
 
 
@@ -133,8 +133,8 @@ def _(mo):
 
 
 @app.cell
-def _(_tolerance, live):
-    live.report(_tolerance.EXPERIMENTS)
+def _(lesson, live):
+    live.report(lesson.EXPERIMENTS)
     return
 
 

@@ -15,10 +15,10 @@ def _():
 
     from daebench.pages.lesson import live
     from daebench.pages.report import at_most, number
-    from daebench.reports.lessons import _why_symplectic
+    from daebench.reports.lessons import _why_symplectic as lesson
 
     live.style()
-    return at_most, _why_symplectic, live, mo, number
+    return at_most, lesson, live, mo, number
 
 
 @app.cell
@@ -54,9 +54,9 @@ def _(mo):
 
 
 @app.cell
-def _(_why_symplectic, live):
-    live.prepare(_why_symplectic.preparations())
-    facts = _why_symplectic.facts()
+def _(lesson, live):
+    live.prepare(lesson.preparations())
+    facts = lesson.facts()
     return (facts,)
 
 
@@ -72,15 +72,15 @@ def _(mo):
 
 
 @app.cell
-def _(_why_symplectic, live):
-    knobs = live.panel(_why_symplectic.PARALLELOGRAM)
+def _(lesson, live):
+    knobs = live.panel(lesson.PARALLELOGRAM)
     live.arranged(knobs)
     return (knobs,)
 
 
 @app.cell
-def _(knobs, _why_symplectic, live):
-    live.shown(_why_symplectic.PARALLELOGRAM, knobs)
+def _(knobs, lesson, live):
+    live.shown(lesson.PARALLELOGRAM, knobs)
     return
 
 
@@ -163,8 +163,8 @@ def _(facts, mo, number):
 
 
 @app.cell
-def _(_why_symplectic, live):
-    live.report(_why_symplectic.EXPERIMENTS)
+def _(lesson, live):
+    live.report(lesson.EXPERIMENTS)
     return
 
 
