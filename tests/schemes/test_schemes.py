@@ -211,7 +211,7 @@ def test_stopping_newton_on_the_residual_makes_the_energy_drift_and_our_rule_doe
     stop = (
         f"before = x\n        {line}\n        if residual <= 1e-8:\n            return before, (OK, residual, pivot, tally(improve, sweep))"
     )
-    plant(monkeypatch, tmp_path, "kernels.newton", line, stop)
+    plant(monkeypatch, tmp_path, "schemes.kernels.newton", line, stop)
     stopped = FixedStep("rattle").solve(get_ivp("spherical-fast"), request).complete()
     drifts = [energy_drift(run.t, energy_error(get_ivp("spherical-fast"), run)) for run in (kept, stopped)]
     assert stopped.maxima["g"] < 1e-8

@@ -14,7 +14,7 @@ import daebench as package
 from daebench.diagnostics.problem.check import held
 from daebench.errors import InvalidProblem
 from daebench.methods import catalogue
-from daebench.methods.initial_value_problem import initial_value_problem
+from daebench.methods.initial_value_problem import declared_ivps, initial_value_problem
 from daebench.systems.files.imports import TAKEN
 
 # ---- a file is used like a name --------------------------------------------------------------------------------------------
@@ -217,6 +217,6 @@ def test_what_a_file_prints_does_not_spoil_json(daebench, folder):
 @pytest.mark.slow
 @pytest.mark.parametrize("name", catalogue.problems())
 def test_what_the_problems_of_the_catalogue_declare_is_so(name):
-    found = [each for ivp in catalogue.declared_ivps(name) for each in held(ivp)]
+    found = [each for ivp in declared_ivps(name) for each in held(ivp)]
     assert found
     assert [each for each in found if each.fault] == []
