@@ -207,9 +207,9 @@ def test_a_planted_fault_is_caught_by_the_check_one_expects(scheme, right, wrong
 def test_stopping_newton_on_the_residual_makes_the_energy_drift_and_our_rule_does_not(get_ivp, monkeypatch, tmp_path):
     request = Request(value=0.0014, t_end=20000, every=997)
     kept = FixedStep("rattle").solve(get_ivp("spherical-fast"), request).complete()
-    line = "x, size, scale, residual, pivot = improve(x, data)"
+    line = "x, size, scale, residual, pivot = update(x, data)"
     stop = (
-        f"before = x\n        {line}\n        if residual <= 1e-8:\n            return before, (OK, residual, pivot, tally(improve, sweep))"
+        f"before = x\n        {line}\n        if residual <= 1e-8:\n            return before, (OK, residual, pivot, tally(update, iteration))"
     )
     plant(monkeypatch, tmp_path, "schemes.kernels.newton", line, stop)
     stopped = FixedStep("rattle").solve(get_ivp("spherical-fast"), request).complete()
