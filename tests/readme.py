@@ -7,8 +7,7 @@ from daebench.methods.fixed_step.compositions import COMPOSITIONS
 from daebench.methods.fixed_step.constrained import FixedStep
 from daebench.methods.fixed_step.forms import FORMS
 from daebench.methods.fixed_step.parts import PROJECTIONS
-from daebench.methods.formulations import poisson as poisson_pose
-from daebench.methods.formulations.constrained import FORMULATIONS
+from daebench.methods.formulations.table import FORMULATIONS, POISSON_FORMULATIONS
 from daebench.methods.names import POISSON
 from daebench.methods.registry import poisson_registry, registry
 from daebench.schemes.kernels.claims import CLASSES
@@ -75,9 +74,7 @@ def poisson():
         )
         lines.append(f"| {' | '.join(row)} |")
     stays = {"casimirs": "Casimir functions, to tolerance", "ode": ""}
-    lines += [
-        f"| `ida:{name}` | no B: {about} | 1-5 | no | {stays[name]} | SUNDIALS IDA |" for name, about in poisson_pose.FORMULATIONS.items()
-    ]
+    lines += [f"| `ida:{name}` | no B: {about} | 1-5 | no | {stays[name]} | SUNDIALS IDA |" for name, about in POISSON_FORMULATIONS.items()]
     lines += [
         "| `cvode:adams` `cvode:bdf` | no B | 1-12, 1-5 | no |  | SUNDIALS CVODE |",
         "| `scipy:DOP853` `scipy:Radau` ... | no B | 8, 5, ... | no |  | SciPy |",

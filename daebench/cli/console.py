@@ -16,6 +16,9 @@ PATIENCE = 2.0
 SILENCE = 20.0
 """Seconds before a command says what it is doing where no bar can be seen."""
 
+REFRESH = 0.1
+"""Seconds between two looks at how far it is."""
+
 
 def pairs(what: str, given: Sequence[str]) -> dict[str, float]:
     """Return k=v texts as a mapping.
@@ -122,30 +125,28 @@ class Bar:
     """A progress bar with time left on standard error, for what takes longer than two seconds; lines now and then in a file."""
 
     def __init__(self, label: str) -> None:
-        from rich.console import Console
-        from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeRemainingColumn
-
-        columns = (TextColumn("{task.description}", markup=False), BarColumn(), TaskProgressColumn(), TimeRemainingColumn(compact=True))
-        console = Console(stderr=True)
         self._label, self._fraction = label, 0.0
-        self._progress = Progress(*columns, console=console, transient=True, disable=not console.is_terminal)
-        self._task = self._progress.add_task(label, total=None)
         self._over = threading.Event()
-        self._shows = threading.Thread(target=self._show if console.is_terminal else self._tell, daemon=True)
+        seen = sys.stderr is not None and sys.stderr.isatty()
+        self._shows = threading.Thread(target=self._show if seen else self._tell, daemon=True)
         self._shows.start()
 
     def __call__(self, fraction: float, label: str | None = None) -> None:
         """Show the fraction done, and what is being done."""
-        if label is not None:
-            self._label = label
-            self._progress.update(self._task, description=label)
-        self._fraction = fraction
-        self._progress.update(self._task, completed=fraction, total=1.0)
+        self._label, self._fraction = label or self._label, fraction
 
     def _show(self) -> None:
-        """Show the bar once it is worth it."""
-        if not self._over.wait(PATIENCE):
-            self._progress.start()
+        """Show the bar once it is worth it, and what it takes to draw one."""
+        if self._over.wait(PATIENCE):
+            return
+        from rich.console import Console
+        from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeRemainingColumn
+
+        columns = (TextColumn("{task.description}", markup=False), BarColumn(), TaskProgressColumn(), TimeRemainingColumn(compact=True))
+        with Progress(*columns, console=Console(stderr=True), transient=True) as progress:
+            task = progress.add_task(self._label)
+            while not self._over.wait(REFRESH):
+                progress.update(task, description=self._label, completed=self._fraction, total=1.0 if self._fraction else None)
 
     def _tell(self) -> None:
         """Say what is being done after a while, and again after twice the time."""
@@ -158,8 +159,6 @@ class Bar:
         """Take the bar away."""
         self._over.set()
         self._shows.join()
-        if self._progress.live.is_started:
-            self._progress.stop()
 
 
 @contextmanager

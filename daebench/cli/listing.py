@@ -59,14 +59,14 @@ def _rows(what: What) -> list[dict[str, Any]]:
         return [{"name": name, "about": text} for name, text in catalogue.reports().items()]
     from daebench.methods.fixed_step.compositions import COMPOSITIONS
     from daebench.methods.fixed_step.parts import PROJECTIONS
-    from daebench.methods.formulations import constrained, poisson
+    from daebench.methods.formulations.table import FORMULATIONS, POISSON_FORMULATIONS
 
     if what is What.compositions:
         return [{"name": f"/{name}", "order": x.order, "stages": x.stages, "source": x.source} for name, x in COMPOSITIONS.items()]
     if what is What.projections:
         return [{"name": f"+{name}", "about": about} for name, about in PROJECTIONS.items()]
-    both = {"constrained": constrained.FORMULATIONS, "poisson": poisson.FORMULATIONS}
-    return [{"name": name, "kind": kind, "about": text} for kind, own in both.items() for name, text in own.items()]
+    kinds = {"constrained": FORMULATIONS, "poisson": POISSON_FORMULATIONS}
+    return [{"name": name, "kind": kind, "about": text} for kind, table in kinds.items() for name, text in table.items()]
 
 
 def _problems() -> list[dict[str, Any]]:
@@ -84,16 +84,16 @@ def _problems() -> list[dict[str, Any]]:
 
 def _forms() -> list[dict[str, Any]]:
     from daebench.methods.fixed_step.forms import FORMS
-    from daebench.methods.names import POISSON
+    from daebench.methods.names_tables import POISSON
 
     own = [{"name": f"{name}:", "kind": "constrained", "options": dict(form.options), "about": form.about} for name, form in FORMS.items()]
     return own + [{"name": f"{name}:", "kind": "poisson", "options": {}, "about": about} for name, about in POISSON.forms.items()]
 
 
 def _methods() -> list[dict[str, Any]]:
-    from daebench.methods.names import POISSON, listed
+    from daebench.methods.names_tables import CONSTRAINED, POISSON
 
-    return [_constrained(each) for each in listed()] + [_poisson(each) for each in listed(POISSON)]
+    return [_constrained(method) for method in CONSTRAINED.listed()] + [_poisson(method) for method in POISSON.listed()]
 
 
 def _constrained(each: Any) -> dict[str, Any]:

@@ -62,10 +62,10 @@ def _lines(text: str) -> str:
 
 def _use(ivp: Any) -> dict[str, Any]:
     """Return the methods that take a problem, and why others do not."""
-    from daebench.methods.names import kind_of, listed, parse
+    from daebench.methods.names import kind_of, parse
 
     kind = kind_of(ivp)
-    names = _poisson_names() if ivp.facts.KIND == "poisson" else [method.name for method in listed()]
+    names = _poisson_names() if ivp.facts.KIND == "poisson" else [method.name for method in kind.listed()]
     refusals = {name: parse(name, kind=kind).refusal(ivp) for name in names}
     return {
         "methods": [name for name, why in refusals.items() if why is None],
@@ -75,9 +75,9 @@ def _use(ivp: Any) -> dict[str, Any]:
 
 def _poisson_names() -> list[str]:
     """Return the methods for Poisson systems, the schemes that can be run in canonical coordinates there too, and one that is lifted."""
-    from daebench.methods.names import POISSON, listed
+    from daebench.methods.names import POISSON
     from daebench.methods.registry import poisson_registry
 
-    own = [method.name for method in listed(POISSON)]
+    own = [method.name for method in POISSON.listed()]
     canonical = [f"darboux:{name}" for name, claims in poisson_registry().items() if claims.poisson != "split"]
     return [*own, *(name for name in canonical if name not in own), "lifted:rattle"]

@@ -23,24 +23,20 @@ from typing import Any
 
 from daebench.errors import BadInput, unknown
 from daebench.methods.fixed_step.constrained import FixedStep
-from daebench.methods.fixed_step.lifted import FORM as LIFTED
+from daebench.methods.fixed_step.forms import LIFTED
 from daebench.methods.fixed_step.lifted import Lifted
 from daebench.methods.fixed_step.parts import Parts
 from daebench.methods.fixed_step.poisson import PoissonStep
-from daebench.methods.names_tables import CONSTRAINED, ON_ODE, POISSON, SOLVERS, Kind, Listed, kind_of, solver_numbers
-from daebench.runs.ivp import Ivp
+from daebench.methods.names_tables import CONSTRAINED, POISSON, Kind, solver_numbers
+from daebench.runs.ivp import Ivp, PoissonIvp
 from daebench.runs.request import Method
 
 __all__ = [
     "CONSTRAINED",
-    "ON_ODE",
     "POISSON",
-    "SOLVERS",
     "Kind",
-    "Listed",
     "free_numbers",
     "kind_of",
-    "listed",
     "method_of",
     "methods_of",
     "parse",
@@ -48,9 +44,9 @@ __all__ = [
 ]
 
 
-def listed(kind: Kind = CONSTRAINED) -> list[Listed]:
-    """Return all methods for problems of a kind, schemes first."""
-    return kind.listed()
+def kind_of(ivp: Ivp) -> Kind:
+    """Return the kind of a problem: :data:`CONSTRAINED` or :data:`POISSON`."""
+    return POISSON if isinstance(ivp, PoissonIvp) else CONSTRAINED
 
 
 def parse(

@@ -3,29 +3,19 @@
 from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, field
 from functools import partial
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from daebench.methods.catalogue import schemes
-from daebench.methods.fixed_step.forms import FORMS
-from daebench.methods.fixed_step.lifted import FORM as LIFTED
-from daebench.methods.fixed_step.poisson import FORMS as POISSON_FORMS
-from daebench.methods.formulations import constrained
-from daebench.methods.formulations.poisson import FORMULATIONS
+from daebench.methods.fixed_step.forms import FORMS, LIFTED, POISSON_FORMS
+from daebench.methods.formulations.table import FORMULATIONS, POISSON_FORMULATIONS
 from daebench.methods.registry import poisson_registry, registry
-from daebench.methods.solvers.cvode import Cvode
-from daebench.methods.solvers.heyoka_ode import HeyokaTaylor
-from daebench.methods.solvers.ida import Ida
-from daebench.methods.solvers.poisson_ida import PoissonIda
-from daebench.methods.solvers.poisson_ode import PoissonOde
-from daebench.methods.solvers.radau_dae import RadauDae
-from daebench.methods.solvers.scipy_ode import ScipyOde
-from daebench.runs.ivp import Ivp, PoissonIvp
-from daebench.runs.request import Method
+from daebench.methods.solvers import variants
+
+if TYPE_CHECKING:
+    from daebench.runs.request import Method
 
 Options = Mapping[str, float]
-
-ON_ODE = {solver.solver: solver for solver in (Cvode, ScipyOde, HeyokaTaylor)}
-"""Solvers of ODEs by their names: of the index-reduced one, or of a Poisson system."""
+Solver = Callable[[str, "Options | None"], "Method[Any, Any]"]
 
 
 @dataclass(frozen=True)
@@ -77,7 +67,7 @@ class Kind:
     words: str
     plural: str
     of_kind: str
-    solvers: Mapping[str, Callable[[str, Options | None], Method[Any, Any]]]
+    solvers: Mapping[str, Solver]
     forms: Mapping[str, str]
     schemes: Callable[[], Collection[str]]
     signs: Mapping[str, str]
@@ -90,32 +80,71 @@ def solver_numbers(name: str) -> Options:
     return FORMS["baumgarte"].options if name.startswith("ida:baumgarte") else {}
 
 
-def _ida(method: Callable[..., Any], variant: str, *options: Options | None) -> Any:
+def _ida(variant: str, options: Options | None) -> "Method[Any, Any]":
+    from daebench.methods.solvers.ida import Ida
+
     formulation, _, treatment = variant.partition(":")
-    return method(formulation, treatment or None, *options)
+    return Ida(formulation, treatment or None, options)
 
 
-def _ode(solver: Callable[[str], Any], variant: str, options: Options | None) -> Any:
-    return solver(variant)
+def _poisson_ida(variant: str, options: Options | None) -> "Method[Any, Any]":
+    from daebench.methods.solvers.poisson_ida import PoissonIda
+
+    formulation, _, treatment = variant.partition(":")
+    return PoissonIda(formulation, treatment or None)
 
 
-def _poisson_ode(solver: Callable[[str], Any], variant: str, options: Options | None) -> PoissonOde:
-    return PoissonOde(solver(variant))
+def _cvode(variant: str, options: Options | None) -> "Method[Any, Any]":
+    from daebench.methods.solvers.cvode import Cvode
+
+    return Cvode(variant)
+
+
+def _scipy(variant: str, options: Options | None) -> "Method[Any, Any]":
+    from daebench.methods.solvers.scipy_ode import ScipyOde
+
+    return ScipyOde(variant)
+
+
+def _heyoka(variant: str, options: Options | None) -> "Method[Any, Any]":
+    from daebench.methods.solvers.heyoka_ode import HeyokaTaylor
+
+    return HeyokaTaylor(variant)
+
+
+def _solve_dae(variant: str, options: Options | None) -> "Method[Any, Any]":
+    from daebench.methods.solvers.radau_dae import RadauDae
+
+    return RadauDae.of(variant)
+
+
+def _poisson_ode(solver: Callable[[str, Any], Any], variant: str, options: Options | None) -> "Method[Any, Any]":
+    from daebench.methods.solvers.poisson_ode import PoissonOde
+
+    return PoissonOde(solver(variant, options))
+
+
+ON_ODE: Mapping[str, tuple[Solver, Collection[str]]] = {
+    "cvode": (_cvode, variants.CVODE),
+    "scipy": (_scipy, variants.SCIPY),
+    "heyoka": (_heyoka, variants.HEYOKA),
+}
+"""Solvers of ODEs and their variants: of the index-reduced one, or of a Poisson system. Each is imported when it is asked for."""
 
 
 def _constrained_methods() -> list[Listed]:
     fixed = [Listed(name, "h", member.claims.system, member.options) for name, (_, member) in sorted(registry().items())]
-    solvers = [Listed(f"ida:{name}", "tol", name, solver_numbers(f"ida:{name}")) for name in constrained.FORMULATIONS]
-    return [*fixed, *solvers, *_on_ode("ode"), Listed(RadauDae().name, "tol", RadauDae().formulation)]
+    solvers = [Listed(f"ida:{name}", "tol", name, solver_numbers(f"ida:{name}")) for name in FORMULATIONS]
+    return [*fixed, *solvers, *_on_ode("ode"), Listed("solve_dae:Radau", "tol", "index2")]
 
 
 def _poisson_methods() -> list[Listed]:
-    ida = [Listed(f"ida:{name}", "tol", "poisson") for name in FORMULATIONS]
+    ida = [Listed(f"ida:{name}", "tol", "poisson") for name in POISSON_FORMULATIONS]
     return [*(Listed(name, "h", "poisson") for name in poisson_registry()), *ida, *_on_ode("poisson")]
 
 
 def _on_ode(system: str) -> list[Listed]:
-    return [Listed(f"{name}:{variant}", "tol", system) for name, solver in ON_ODE.items() for variant in solver.variants]
+    return [Listed(f"{name}:{variant}", "tol", system) for name, (_, variants) in ON_ODE.items() for variant in variants]
 
 
 CONSTRAINED = Kind(
@@ -123,9 +152,9 @@ CONSTRAINED = Kind(
     plural="constrained problems",
     of_kind="",
     solvers={
-        "ida": partial(_ida, Ida),
-        **{name: partial(_ode, solver) for name, solver in ON_ODE.items()},
-        "solve_dae": lambda variant, options: RadauDae.of(variant),
+        "ida": _ida,
+        **{name: solver for name, (solver, _) in ON_ODE.items()},
+        "solve_dae": _solve_dae,
     },
     forms={name: form.about for name, form in FORMS.items()},
     schemes=schemes,
@@ -140,8 +169,8 @@ POISSON = Kind(
     plural="Poisson systems",
     of_kind=" of Poisson systems",
     solvers={
-        "ida": lambda variant, options: _ida(PoissonIda, variant),
-        **{name: partial(_poisson_ode, solver) for name, solver in ON_ODE.items()},
+        "ida": _poisson_ida,
+        **{name: partial(_poisson_ode, solver) for name, (solver, _) in ON_ODE.items()},
     },
     forms={
         **POISSON_FORMS,
@@ -153,11 +182,3 @@ POISSON = Kind(
     listed=_poisson_methods,
 )
 """Poisson systems."""
-
-SOLVERS = tuple(CONSTRAINED.solvers)
-"""Tolerance-driven solvers by their names."""
-
-
-def kind_of(ivp: Ivp) -> Kind:
-    """Return the kind of a problem: :data:`CONSTRAINED` or :data:`POISSON`."""
-    return POISSON if isinstance(ivp, PoissonIvp) else CONSTRAINED

@@ -272,8 +272,8 @@ def list_methods() -> "pd.DataFrame":
     constrained, poisson = registry(), poisson_registry()
     rows = [
         {"kind": "constrained", **asdict(method)} | (asdict(constrained[method.name][1].claims) if method.name in constrained else {})
-        for method in names.listed()
+        for method in names.CONSTRAINED.listed()
     ]
-    for method in names.listed(names.POISSON):
+    for method in names.POISSON.listed():
         rows.append({"kind": "poisson", **asdict(method)} | (asdict(poisson[method.name]) if method.name in poisson else {}))
     return pd.DataFrame(rows).rename(columns={"name": "method"}).convert_dtypes()

@@ -56,6 +56,13 @@ def in_a_process(program, *words, **environment):
     return subprocess.run(run, env=os.environ | where | environment, capture_output=True, text=True)
 
 
+def test_a_generated_module_imports_the_names_of_numpy_that_it_uses_and_no_others(folder):
+    source = '"""Some names."""\nfrom numpy import *\nfrom builtins import max\n\nvalue = max(2, 3) * cos(0.0) + fft.fft([1.0])[0].real\n'
+    module = generated("names", "of numpy", lambda cached: source)
+    assert (module.value, module.max) == (4.0, max)
+    assert {name for name in vars(module) if not name.startswith("__")} == {"value", "max", "cos", "fft"}
+
+
 GENERATORS = ("compiler", "methods", "runs", "schemes", "systems")
 """Folders of the package whose files decide what generated source says."""
 

@@ -10,7 +10,7 @@ from leaving import ENDS, ending, ending_poisson
 
 from daebench.compiler.definition import source_of
 from daebench.methods.formulations import constrained as posing
-from daebench.methods.names import POISSON, listed, parse
+from daebench.methods.names import CONSTRAINED, POISSON, parse
 from daebench.runs.make_ivp import make_ivp
 from daebench.runs.request import Request
 from daebench.runs.trajectory import PoissonTrajectory, Trajectory
@@ -34,7 +34,7 @@ def request(method, **more):
     return Request(value=0.02 if method.knob == "h" else 1e-6, t_end=6.0, **more)
 
 
-METHODS = [each.name for each in listed()]
+METHODS = [each.name for each in CONSTRAINED.listed()]
 
 
 @pytest.mark.parametrize("watch", [*WATCHES])
@@ -52,7 +52,7 @@ def test_no_method_comes_to_the_end_of_a_run_beyond_the_end_of_the_motion(end, w
     assert ran > (35 if watch == "nothing" else 6)
 
 
-@pytest.mark.parametrize("name", [method.name for method in listed(POISSON)])
+@pytest.mark.parametrize("name", [method.name for method in POISSON.listed()])
 def test_no_method_for_poisson_systems_does_either(name):
     ivp, method = ending_poisson(), uncompiled(parse(name, kind=POISSON))
     if method.refusal(ivp):

@@ -13,14 +13,14 @@ from daebench.errors import BadInput, DaebenchError, RunFailed
 from daebench.methods.formulations import poisson as posing
 from daebench.methods.formulations.poisson import pose_poisson
 from daebench.methods.initial_value_problem import initial_value_problem
-from daebench.methods.names import POISSON, listed
+from daebench.methods.names import POISSON
 from daebench.methods.names import parse as parse_name
 from daebench.methods.solvers.poisson_ida import PoissonIda
-from daebench.methods.solvers.scipy_ode import IMPLICIT
+from daebench.methods.solvers.variants import SCIPY as IMPLICIT
 from daebench.runs.request import Request
 
 parse = partial(parse_name, kind=POISSON)
-NAMES = [method.name for method in listed(POISSON) if method.knob == "tol"]
+NAMES = [method.name for method in POISSON.listed() if method.knob == "tol"]
 ONE_EACH = ["ida:casimirs", "ida:ode", "cvode:adams", "scipy:RK45", "scipy:LSODA"]
 END = Request(value=1e-8, t_end=2.0, points=3)
 

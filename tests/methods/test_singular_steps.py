@@ -13,12 +13,14 @@ from daebench.errors import LostMotion
 from daebench.methods.doubts import doubts
 from daebench.methods.fixed_step.constrained import FixedStep
 from daebench.methods.formulations import constrained as posing
-from daebench.methods.formulations.constrained import FORMULATIONS, pose
+from daebench.methods.formulations.constrained import pose
+from daebench.methods.formulations.table import FORMULATIONS
 from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.methods.solvers.conserved import conservation
 from daebench.methods.solvers.cvode import Cvode
 from daebench.methods.solvers.ida import Ida
-from daebench.methods.solvers.scipy_ode import IMPLICIT, ScipyOde
+from daebench.methods.solvers.scipy_ode import ScipyOde
+from daebench.methods.solvers.variants import SCIPY as IMPLICIT
 from daebench.runs.request import Request
 
 METHODS = [*map(Ida, FORMULATIONS), *map(Cvode, Cvode.variants), *map(ScipyOde, IMPLICIT)]

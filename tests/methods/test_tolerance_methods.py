@@ -12,12 +12,14 @@ from oracles import solution
 
 from daebench.errors import BadInput, DaebenchError, RunFailed
 from daebench.methods.formulations import constrained as posing
-from daebench.methods.formulations.constrained import FORMULATIONS, pose
+from daebench.methods.formulations.constrained import pose
+from daebench.methods.formulations.table import FORMULATIONS
 from daebench.methods.solvers.cvode import Cvode
 from daebench.methods.solvers.ida import Ida
 from daebench.methods.solvers.monitor import Monitor, Stopped
 from daebench.methods.solvers.multiplier_treatment import TREATMENTS
-from daebench.methods.solvers.scipy_ode import IMPLICIT, ScipyOde
+from daebench.methods.solvers.scipy_ode import ScipyOde
+from daebench.methods.solvers.variants import SCIPY as IMPLICIT
 from daebench.runs.request import Request, WorkLimit
 
 METHODS = [*map(Ida, FORMULATIONS), *map(Cvode, Cvode.variants), *map(ScipyOde, IMPLICIT)]

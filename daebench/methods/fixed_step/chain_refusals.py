@@ -1,13 +1,15 @@
 """Which schemes cannot be written as loops over the nodes of a chain."""
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from daebench.compiler.cache import generated
 from daebench.errors import InvalidProblem
-from daebench.runs.ivp import ConstrainedIvp
+
+if TYPE_CHECKING:
+    from daebench.runs.ivp import ConstrainedIvp
 
 
-def unwritten(ivp: ConstrainedIvp, file: str, **structure: Any) -> str:
+def unwritten(ivp: "ConstrainedIvp", file: str, **structure: Any) -> str:
     """Return why a scheme's file cannot be written as loops over nodes, as a sentence, or ""; kept with the generated modules.
 
     Parameters

@@ -2,15 +2,29 @@
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from daebench.errors import positive
-from daebench.runs.ivp import ConstrainedIvp
-from daebench.runs.local_flow import Map, State, enter, leave
+
+if TYPE_CHECKING:
+    from daebench.runs.ivp import ConstrainedIvp
+    from daebench.runs.local_flow import Map, State
 
 
-def _same(p: Any, q: Any) -> State:
+def _same(p: Any, q: Any) -> "State":
     return tuple(p), tuple(q)
+
+
+def _enter(ivp: "ConstrainedIvp") -> "Map":
+    from daebench.runs.local_flow import enter
+
+    return enter(ivp)
+
+
+def _leave(ivp: "ConstrainedIvp") -> "Map":
+    from daebench.runs.local_flow import leave
+
+    return leave(ivp)
 
 
 @dataclass(frozen=True)
@@ -29,8 +43,8 @@ class Form:
 
     about: str
     options: Mapping[str, float] = field(default_factory=dict)
-    enter: Callable[[ConstrainedIvp], Map] = lambda ivp: _same
-    leave: Callable[[ConstrainedIvp], Map] = lambda ivp: _same
+    enter: Callable[["ConstrainedIvp"], "Map"] = lambda ivp: _same
+    leave: Callable[["ConstrainedIvp"], "Map"] = lambda ivp: _same
 
     def numbers(self, options: Mapping[str, float]) -> tuple[float, ...]:
         """Return the free numbers, as kernels take them; raise :class:`BadInput` where one is not greater than 0."""
@@ -43,6 +57,12 @@ OWN = Form("the system that a scheme is made for")
 FORMS: Mapping[str, Form] = {
     "baumgarte": Form("(1.18) with (1.12) + 2 alpha G H_p + beta^2 g = 0 in place of (1.12)", {"alpha": 10.0, "beta": 10.0}),
     "stiff": Form("no constraint, but g^T g / (2 eps^2) added to H", {"eps": 1e-3}),
-    "local": Form("local coordinates y of the manifold, HLW (2.22): y' = B(y) grad K(y)", {}, enter, leave),
+    "local": Form("local coordinates y of the manifold, HLW (2.22): y' = B(y) grad K(y)", {}, _enter, _leave),
 }
-"""The formulations by name."""
+"""The forms of constrained problems by name."""
+
+POISSON_FORMS = {"darboux": "canonical coordinates z = (q, p, c), HLW VII.4.3: z' = B0 grad K(z)"}
+"""Forms of a Poisson system that a scheme can be run on besides its own coordinates."""
+
+LIFTED = "lifted"
+"""What comes before the colon in the name of a method for a Poisson system that runs on the constrained system above it."""

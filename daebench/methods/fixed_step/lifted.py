@@ -9,15 +9,13 @@ import numpy as np
 from daebench.diagnostics.integrals import casimir_errors, energy_error, integral_errors
 from daebench.errors import BadInput, RunFailed
 from daebench.methods.fixed_step.constrained import FixedStep
+from daebench.methods.fixed_step.forms import LIFTED
 from daebench.methods.fixed_step.poisson import require_poisson
 from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.runs.ivp import ConstrainedIvp, InitialValueProblem, PoissonIvp
 from daebench.runs.make_ivp import constrained
 from daebench.runs.request import Method, Request
 from daebench.runs.trajectory import POISSON, Array, Outcome, PoissonTrajectory, Trajectory
-
-FORM = "lifted"
-"""What comes before the colon in the name of a method realised on the constrained system."""
 
 
 @dataclass(frozen=True)
@@ -48,13 +46,15 @@ class Lifted:
     def of(cls, method: Method[ConstrainedIvp, Trajectory]) -> "Lifted":
         """Return a method realised on the constrained system; raise :class:`BadInput` where it chooses its own steps."""
         if not isinstance(method, FixedStep):
-            raise BadInput(f"{FORM}: takes fixed-step methods, and {method.name} chooses its own steps; run it as it is, or {FORM}:rattle.")
+            raise BadInput(
+                f"{LIFTED}: takes fixed-step methods, and {method.name} chooses its own steps; run it as it is, or {LIFTED}:rattle."
+            )
         return cls(method)
 
     @property
     def name(self) -> str:
         """Name in the grammar of methods."""
-        return f"{FORM}:{self.method.name}"
+        return f"{LIFTED}:{self.method.name}"
 
     @property
     def order(self) -> int:
@@ -73,7 +73,7 @@ class Lifted:
     def refusal(self, ivp: InitialValueProblem) -> str | None:
         """Return why the method cannot be used on this problem, as a sentence, or None."""
         if not isinstance(ivp, PoissonIvp):
-            return f"{self.name} is for Poisson systems, and {ivp.problem} is a constrained problem; leave out {FORM}:."
+            return f"{self.name} is for Poisson systems, and {ivp.problem} is a constrained problem; leave out {LIFTED}:."
         if not ivp.facts.LIFT:
             return f"{self.name} needs a constrained system above, which {ivp.problem} does not declare; use strang."
         if not np.isfinite(_energy(up := above(ivp))):

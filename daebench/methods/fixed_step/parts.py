@@ -5,15 +5,18 @@ import types
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from daebench.errors import BadInput, real, require_known, unknown
 from daebench.methods.fixed_step.chain_refusals import unwritten
 from daebench.methods.fixed_step.compositions import COMPOSITIONS
 from daebench.methods.fixed_step.forms import FORMS, OWN, Form
 from daebench.methods.registry import registry
-from daebench.runs.ivp import ConstrainedIvp
 from daebench.schemes.kernels.claims import Claims, Member, composed, on_form, projected
+
+if TYPE_CHECKING:
+    from daebench.runs.ivp import ConstrainedIvp
+
 
 PROJECTIONS = {
     "proj": "orthogonal projection onto the manifold after each step",
@@ -142,7 +145,7 @@ class Parts:
         options = {name: self.options.get(name, value) for name, value in self.member.options.items()}
         return self.member.numbers(**options), self.system.numbers(self.options)
 
-    def refusal(self, ivp: ConstrainedIvp) -> str | None:
+    def refusal(self, ivp: "ConstrainedIvp") -> str | None:
         """Return why the method cannot be used on this problem, as a sentence, or None."""
         needs, facts = self.member.claims, ivp.facts
         if ivp.arrays:

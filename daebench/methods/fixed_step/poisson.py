@@ -12,6 +12,7 @@ from daebench.compiler.work import POISSON_WORK
 from daebench.errors import BadInput, require_known
 from daebench.methods.fixed_step.base import FixedStepMethod, monitored_names
 from daebench.methods.fixed_step.compositions import COMPOSITIONS
+from daebench.methods.fixed_step.forms import POISSON_FORMS
 from daebench.methods.fixed_step.stepping import REASONS, Run
 from daebench.methods.registry import poisson_registry
 from daebench.runs.grid import Grid
@@ -20,9 +21,6 @@ from daebench.runs.request import Request
 from daebench.runs.scales import in_coordinates, poisson_scales
 from daebench.runs.trajectory import POISSON, PoissonTrajectory
 from daebench.schemes.kernels.claims import CLASSES, PoissonClaims
-
-FORMS = {"darboux": "canonical coordinates z = (q, p, c), HLW VII.4.3: z' = B0 grad K(z)"}
-"""Formulations of a Poisson system that a scheme can be run on besides its own coordinates."""
 
 RUN_AWAY = "use a smaller h, and see whether the motion itself runs away there"
 LEFT = {3: ("a value is no longer finite", RUN_AWAY), 6: ("the state has left the domain {domain}", RUN_AWAY)}
@@ -38,7 +36,7 @@ class PoissonStep(FixedStepMethod[PoissonIvp, PoissonTrajectory]):
     scheme : str
         Name of the scheme.
     form : str
-        "" for the system's own coordinates, or a name in :data:`FORMS`.
+        "" for the system's own coordinates, or a name in :data:`daebench.methods.fixed_step.forms.POISSON_FORMS`.
     splitting : str
         Name of one of the problem's splittings; "" for its first.
     composition : str
@@ -65,7 +63,7 @@ class PoissonStep(FixedStepMethod[PoissonIvp, PoissonTrajectory]):
     def __post_init__(self) -> None:
         require_known(
             ("scheme for Poisson systems", self.scheme, poisson_registry()),
-            ("form of Poisson systems", self.form, FORMS),
+            ("form of Poisson systems", self.form, POISSON_FORMS),
             ("composition", self.composition, COMPOSITIONS),
         )
         claims = self.member

@@ -52,7 +52,7 @@ def pose_banded(
     Parameters
     ----------
     formulation : str
-        One of ``daebench.methods.formulations.constrained.FORMULATIONS`` but ``ode``.
+        One of ``daebench.methods.formulations.table.FORMULATIONS`` but ``ode``.
 
     Raises
     ------

@@ -26,7 +26,7 @@ class Layout:
     chain : ConstrainedChain
         The chain.
     formulation : str
-        One of ``daebench.methods.formulations.constrained.FORMULATIONS`` but ``ode``.
+        One of ``daebench.methods.formulations.table.FORMULATIONS`` but ``ode``.
     """
 
     chain: ConstrainedChain
@@ -86,7 +86,7 @@ def source(title: str, chain: ConstrainedChain, formulation: str, multipliers: s
     chain : ConstrainedChain
         The chain.
     formulation : str
-        One of ``daebench.methods.formulations.constrained.FORMULATIONS`` but ``ode``.
+        One of ``daebench.methods.formulations.table.FORMULATIONS`` but ``ode``.
     multipliers : str
         "plain" or "derivative".
     cached : bool

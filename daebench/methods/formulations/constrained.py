@@ -12,23 +12,11 @@ from numpy.typing import NDArray
 from daebench.compiler.cache import generated
 from daebench.compiler.linear.elimination import SINGULAR, eliminate
 from daebench.errors import BadInput, DaebenchError, unknown
+from daebench.methods.formulations.table import FORMULATIONS, OPTIONS
 from daebench.runs.ivp import ConstrainedIvp, InitialValueProblem
 
 Array = NDArray[np.float64]
 Kernel = Callable[..., float]
-
-FORMULATIONS = {
-    "index3": "(1.9) as it stands: q, p (or v), lam with 0 = g(q)",
-    "index2": "(1.9) with 0 = G H_p, HLW (1.11), in place of g = 0",
-    "index1": "(1.9) with HLW (1.12) in place of g = 0",
-    "ggl": "Gear-Gupta-Leimkuhler: both g = 0 and G H_p = 0, with a second multiplier",
-    "baumgarte": "index1 with (1.12) + 2 alpha G H_p + beta^2 g = 0; alpha = beta = 10 by default",
-    "ode": "HLW (1.18): lam(p, q) solved for and inserted",
-}
-"""The formulations, each in a line."""
-
-OPTIONS: dict[str, dict[str, float]] = {"baumgarte": {"alpha": 10.0, "beta": 10.0}}
-"""Free numbers of the formulations that have any, with their defaults, 1/s."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -11,13 +11,8 @@ from daebench.compiler.cache import generated
 from daebench.compiler.linear.elimination import SINGULAR, eliminate
 from daebench.errors import BadInput, DaebenchError, unknown
 from daebench.methods.formulations.constrained import Array, Posed
+from daebench.methods.formulations.table import POISSON_FORMULATIONS
 from daebench.runs.ivp import PoissonIvp
-
-FORMULATIONS = {
-    "casimirs": "y' = B H_y + C_y^T mu with 0 = C(y) - C(y0): index 2, with a multiplier for each Casimir function",
-    "ode": "HLW (2.12): y' = B H_y",
-}
-"""The formulations, each in a line."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,7 +58,7 @@ def pose_poisson(ivp: PoissonIvp, formulation: str, *, multipliers: str = "plain
     ivp : PoissonIvp
         The system with the numbers of one case.
     formulation : str
-        One of ``FORMULATIONS``.
+        One of ``POISSON_FORMULATIONS``.
     multipliers : str
         "plain" or "derivative", see :class:`PoissonDae`.
 
@@ -74,8 +69,8 @@ def pose_poisson(ivp: PoissonIvp, formulation: str, *, multipliers: str = "plain
     DaebenchError
         If the gradients of the Casimir functions are dependent at the start, or a value is not finite there.
     """
-    if formulation not in FORMULATIONS:
-        raise unknown("formulation of Poisson systems", formulation, FORMULATIONS)
+    if formulation not in POISSON_FORMULATIONS:
+        raise unknown("formulation of Poisson systems", formulation, POISSON_FORMULATIONS)
     if formulation == "casimirs" and not ivp.casimirs:
         raise BadInput(without_casimirs(ivp))
     module = _module(ivp, formulation, multipliers if formulation == "casimirs" else "plain")

@@ -33,7 +33,7 @@ def source(title: str, derivation: PoissonDerivation | LatticeDerivation, formul
     derivation : PoissonDerivation or LatticeDerivation
         The system.
     formulation : str
-        One of ``daebench.methods.formulations.poisson.FORMULATIONS``.
+        One of ``daebench.methods.formulations.table.POISSON_FORMULATIONS``.
     multipliers : str
         "plain" or "derivative".
     cached : bool

@@ -116,7 +116,7 @@ def source(title: str, derivation: Derivation, formulation: str, multipliers: st
     derivation : Derivation
         The problem.
     formulation : str
-        One of ``daebench.methods.formulations.constrained.FORMULATIONS``.
+        One of ``daebench.methods.formulations.table.FORMULATIONS``.
     multipliers : str
         "plain" or "derivative".
     cached : bool

@@ -9,13 +9,14 @@ from daebench.methods.solvers.drive import MOST_STEPS, Advance, Array
 from daebench.methods.solvers.monitor import Monitor
 from daebench.methods.solvers.reduced import OnReducedOde
 from daebench.methods.solvers.sundials import count_steps, stepwise
+from daebench.methods.solvers.variants import CVODE
 
 
 class Cvode(OnReducedOde):
     """CVODE, "adams" (orders 1 to 12) or "bdf" (orders 1 to 5), with a dense linear solver."""
 
     solver = "cvode"
-    variants = ("adams", "bdf")
+    variants = CVODE
 
     def _begin(self, dae: Posed, tol: float, monitor: Monitor) -> Advance:
         from sksundae.cvode import CVODE

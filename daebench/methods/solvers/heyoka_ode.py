@@ -15,6 +15,7 @@ from daebench.methods.formulations.constrained import Posed
 from daebench.methods.solvers.drive import MOST_STEPS, Advance, Array
 from daebench.methods.solvers.monitor import Monitor, Stopped
 from daebench.methods.solvers.reduced import OnReducedOde
+from daebench.methods.solvers.variants import HEYOKA
 from daebench.runs.ivp import InitialValueProblem
 
 if TYPE_CHECKING:
@@ -36,7 +37,7 @@ class HeyokaTaylor(OnReducedOde):
     """
 
     solver = "heyoka"
-    variants = ("taylor",)
+    variants = HEYOKA
 
     @property
     def dense(self) -> bool:

@@ -9,7 +9,8 @@ import numpy as np
 
 from daebench.errors import BadInput
 from daebench.methods.formulations.chain import BandedDae, pose_banded, refused
-from daebench.methods.formulations.constrained import FORMULATIONS, Dae, Posed, pose
+from daebench.methods.formulations.constrained import Dae, Posed, pose
+from daebench.methods.formulations.table import FORMULATIONS
 from daebench.methods.solvers.constrained_run import constrained
 from daebench.methods.solvers.drive import MOST_STEPS, Advance, Array, Driven, check, drive
 from daebench.methods.solvers.least_squares import reduced
@@ -39,7 +40,7 @@ class Ida(TreatedMultipliers):
     Parameters
     ----------
     formulation : str
-        One of ``daebench.methods.formulations.constrained.FORMULATIONS``.
+        One of ``daebench.methods.formulations.table.FORMULATIONS``.
     treatment : str, optional
         "derivative", "atol" or "none"; by default the better one for the formulation; ``ode`` has no multiplier.
     options : mapping of str to float, optional

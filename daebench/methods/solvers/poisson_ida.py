@@ -4,7 +4,8 @@ import time
 from dataclasses import dataclass
 from typing import ClassVar
 
-from daebench.methods.formulations.poisson import FORMULATIONS, PoissonDae, pose_poisson, without_casimirs
+from daebench.methods.formulations.poisson import PoissonDae, pose_poisson, without_casimirs
+from daebench.methods.formulations.table import POISSON_FORMULATIONS
 from daebench.methods.solvers.drive import Advance, drive
 from daebench.methods.solvers.ida import begin
 from daebench.methods.solvers.monitor import Monitor
@@ -31,7 +32,7 @@ class PoissonIda(TreatedMultipliers):
     Parameters
     ----------
     formulation : str
-        One of ``daebench.methods.formulations.poisson.FORMULATIONS``.
+        One of ``daebench.methods.formulations.table.POISSON_FORMULATIONS``.
     treatment : str, optional
         "derivative", "atol" or "none"; by default the better one for the formulation; ``ode`` has no multiplier.
 
@@ -42,7 +43,7 @@ class PoissonIda(TreatedMultipliers):
     """
 
     kind: ClassVar = "formulation of Poisson systems"
-    formulations: ClassVar = FORMULATIONS
+    formulations: ClassVar = POISSON_FORMULATIONS
     default_treatments: ClassVar = DEFAULT_TREATMENTS
 
     def refusal(self, ivp: InitialValueProblem) -> str | None:

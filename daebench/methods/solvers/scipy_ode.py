@@ -11,22 +11,20 @@ from daebench.methods.formulations.constrained import Posed
 from daebench.methods.solvers.drive import MOST_STEPS, Advance, Array
 from daebench.methods.solvers.monitor import Monitor, Stopped
 from daebench.methods.solvers.reduced import OnReducedOde
-
-IMPLICIT = {"DOP853": False, "RK45": False, "RK23": False, "Radau": True, "BDF": True, "LSODA": True}
-"""SciPy's methods, and whether they use the Jacobian."""
+from daebench.methods.solvers.variants import SCIPY
 
 
 class ScipyOde(OnReducedOde):
     """A solver class of ``scipy.integrate``; its relative tolerance is at least 100 eps, to which SciPy would raise it silently."""
 
     solver = "scipy"
-    variants = tuple(IMPLICIT)
+    variants = tuple(SCIPY)
     least = 100 * float(np.finfo(float).eps)
 
     @property
     def dense(self) -> bool:
         """Whether it solves with the whole Jacobian: an explicit method does not."""
-        return IMPLICIT[self.variant]
+        return SCIPY[self.variant]
 
     def _begin(self, dae: Posed, tol: float, monitor: Monitor) -> Advance:
         from scipy import integrate
@@ -44,7 +42,7 @@ class ScipyOde(OnReducedOde):
         par, rhs, rhs_jacobian = dae.par, dae.rhs, dae.rhs_jacobian
         rhs(0.0, fixed(dae.y0), np.empty(dae.n), par)
         options: dict[str, Any] = {"rtol": tol, "atol": tol}
-        if IMPLICIT[self.variant]:
+        if SCIPY[self.variant]:
             rhs_jacobian(0.0, fixed(dae.y0), np.empty((dae.n, dae.n)), par)
             options["jac"] = jacobian
         solver = getattr(integrate, self.variant)(right_side, 0.0, dae.y0, monitor.t_end, **options)
