@@ -208,9 +208,8 @@ def test_stopping_newton_on_the_residual_makes_the_energy_drift_and_our_rule_doe
     request = Request(value=0.0014, t_end=20000, every=997)
     kept = FixedStep("rattle").solve(get_ivp("spherical-fast"), request).complete()
     line = "x, size, scale, residual, pivot = update(x, data)"
-    stop = (
-        f"before = x\n        {line}\n        if residual <= 1e-8:\n            return before, (OK, residual, pivot, tally(update, iteration))"
-    )
+    accepted = "return before, (OK, residual, pivot, tally(update, iteration))"
+    stop = f"before = x\n        {line}\n        if residual <= 1e-8:\n            {accepted}"
     plant(monkeypatch, tmp_path, "schemes.kernels.newton", line, stop)
     stopped = FixedStep("rattle").solve(get_ivp("spherical-fast"), request).complete()
     drifts = [energy_drift(run.t, energy_error(get_ivp("spherical-fast"), run)) for run in (kept, stopped)]
