@@ -33,7 +33,7 @@ OPTIONS: dict[str, dict[str, float]] = {"baumgarte": {"alpha": 10.0, "beta": 10.
 
 @dataclass(frozen=True, eq=False)
 class Posed:
-    """A setting as F(t, y, y') = 0, and where it is an ODE as y' = f(y) too.
+    """An initial value problem as F(t, y, y') = 0, and where it is an ODE as y' = f(y) too.
 
     Parameters
     ----------
@@ -138,11 +138,6 @@ class Dae(Posed):
     def momenta(self, q: Array, v: Array) -> Array:
         """Return p = M(q) v, shape(rows, d), of what ``unpack`` gave."""
         return np.einsum("rij,rj->ri", self.ivp.along("M", q), v) if self.mechanical else v
-
-    def raw_multipliers(self, Y: Array, YP: Array) -> Array | None:
-        """Return the solver's own lam, shape(rows, m), or None for ``ode``, which has none."""
-        lam = self.blocks.get("lam")
-        return None if lam is None else (Y if self.multipliers == "plain" else YP)[:, lam].copy()
 
 
 def pose(ivp: ConstrainedIvp, formulation: str, options: Mapping[str, float] | None = None, *, multipliers: str = "plain") -> Dae:
