@@ -1,13 +1,11 @@
 """The monitor of a tolerance-driven run on a constrained problem: it monitors with every step whether G keeps its rank."""
 
 import math
-import types
 from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 
-from daebench.compiler.cache import generated
 from daebench.diagnostics.passage import Crossing
 from daebench.diagnostics.rank import BELIEVED, GO_ON, WITHIN, badly_scaled, upcoming_loss, zero_of
 from daebench.methods.formulations.constrained import Dae
@@ -186,6 +184,20 @@ class RankMonitor(Monitor):
         return float(np.linalg.norm(self.dae.ivp.value("lam", p, q) @ self.dae.ivp.value("G", q)))
 
 
+class ChainRankMonitor(RankMonitor):
+    """A monitor for unknowns that are arrays, without a word on how the force of constraint grew, which takes G as a matrix."""
+
+    def _measure(self) -> Callable[..., float]:
+        d, independence = self.dae.d, self.dae.ivp.functions("independence").independence
+        return lambda y, par: float(independence(y[d : 2 * d], y[:d], par))
+
+    def _spike(self, y: Array) -> str:
+        return ""
+
+    def _keep(self) -> None:
+        """Keep nothing: no force is told of."""
+
+
 def measure(ivp: ConstrainedIvp, *, compiled: bool) -> Callable[..., float]:
     """Return the function of (y, par) that is ``independence`` of ``kernels/rank.py`` for y = (q, v) or (q, p), shape(2 d,)."""
     from daebench.compiler import codegen
@@ -194,15 +206,7 @@ def measure(ivp: ConstrainedIvp, *, compiled: bool) -> Callable[..., float]:
     p, q = (codegen.pack(f"y[{i}]" for i in range(start, start + d)) for start in (d, 0))
     wrapper = codegen.function("measured(y, par)", f"return independence({p}, {q}, par)")
 
-    def build(cached: bool) -> str:
-        from daebench.compiler.link import Linker, Options
-        from daebench.compiler.syntax import LANGUAGE, decorated
-
-        linker = Linker(ivp.source.derivation, Options(compiled=compiled, singular=singular))
-        module = linker.module(f"Rank of G of {ivp.problem}.", [(LANGUAGE, "independence")], cached)
-        return f"{module}\n\n{decorated(wrapper, ['measured'], cached) if compiled else wrapper}"
-
-    singular = ivp.singular
-    module: types.ModuleType = generated(f"{ivp.problem}_rank", f"{ivp.source.key} rank {compiled} {singular} {wrapper}", build)
+    title = f"Rank of G of {ivp.problem}."
+    module = ivp.source.linked("rank", title, ["independence"], wrapper=("measured", wrapper), compiled=compiled, singular=ivp.singular)
     function: Callable[..., float] = module.measured
     return function if compiled else np.errstate(all="ignore")(function)
