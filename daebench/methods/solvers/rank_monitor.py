@@ -80,13 +80,12 @@ class RankMonitor(Monitor):
             that is inside, and after it where that is ahead.
         """
         t0, y0, sigma0 = self.t, self.y, self.sigma
-        now = np.array(y)  # a solver's own may be read-only, which numba takes for another type
-        sigma = self._sigma(now)
+        sigma = self._sigma(y)
         if self.crossing is None and abs(sigma - sigma0) > UNRESOLVED * min(sigma, sigma0):
-            zero = self._inside(t0, y0, sigma0, t, now, sigma)
+            zero = self._inside(t0, y0, sigma0, t, y, sigma)
             if zero is not None:
                 self._lose(zero, t0, y0, sigma0)
-        super()._look(t, now)
+        super()._look(t, y)
         self.sigma, self.largest = sigma, max(sigma, self.largest)
         self._keep()
         if self.crossing is not None:
