@@ -209,9 +209,7 @@ def _start(ivp: ConstrainedIvp, formulation: str, multipliers: str, module: type
     state = np.concatenate([ivp.q0, _velocity(ivp) if module.MECHANICAL else ivp.p0])
     rates = np.empty_like(state)
     if formulation == "ode":
-        fixed = state.copy()
-        fixed.flags.writeable = False  # as what solvers hand over, which numba takes for another type
-        require_determined(ivp, module.rhs(0.0, fixed, rates, par))
+        require_determined(ivp, module.rhs(0.0, read_only(state), rates, par))
         return state, rates
     A, b = np.empty((module.K, module.K)), np.empty((module.K, 1))
     module.system(state, A, b[:, 0], par)
@@ -231,6 +229,13 @@ def _velocity(ivp: ConstrainedIvp) -> Array:
     if not eliminate(M, v) > SINGULAR:
         raise DaebenchError(f"the mass matrix of {ivp.problem}, case {ivp.case}, is singular at the start; give other masses.")
     return v[:, 0]
+
+
+def read_only(y: Any) -> Array:
+    """Return a copy of unknowns that is read-only, as those of SUNDIALS are: numba takes them for another type than those that are not."""
+    copy = np.array(y)
+    copy.flags.writeable = False
+    return copy
 
 
 def require_determined(ivp: ConstrainedIvp, health: float) -> None:

@@ -9,7 +9,7 @@ import numpy as np
 
 from daebench.errors import BadInput
 from daebench.methods.formulations.chain import BandedDae, pose_banded, refused
-from daebench.methods.formulations.constrained import FORMULATIONS, Dae, Posed, pose
+from daebench.methods.formulations.constrained import FORMULATIONS, Dae, Posed, pose, read_only
 from daebench.methods.solvers.constrained_run import OnConstrained
 from daebench.methods.solvers.drive import MOST_STEPS, Advance, Array
 from daebench.methods.solvers.least_squares import reduced
@@ -133,9 +133,7 @@ def begin(posed: Posed, tol: float, atol: Array, monitor: Monitor) -> Advance:
 def _compile(dae: Posed) -> None:
     """Call each function once with arrays of the kinds that IDA hands over: its own are read-only."""
     res = np.empty(dae.n)
-    y, yp, read_only = dae.y0.copy(), dae.yp0.copy(), np.empty(dae.n)
-    for array in (y, yp, read_only):
-        array.flags.writeable = False
+    y, yp = read_only(dae.y0), read_only(dae.yp0)
     dae.residual(0.0, y, yp, res, dae.par)
     if not isinstance(dae, BandedDae):
-        dae.jacobian(0.0, y, yp, read_only, 1.0, np.empty((dae.n, dae.n)), dae.par)
+        dae.jacobian(0.0, y, yp, read_only(res), 1.0, np.empty((dae.n, dae.n)), dae.par)
