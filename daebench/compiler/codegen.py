@@ -29,11 +29,7 @@ class _Printer(NumPyPrinter):  # type: ignore[misc]
     def _print_Float(self, expr: sp.Float) -> str:
         return repr(float(expr))
 
-    def _print_NumberSymbol(self, expr: sp.NumberSymbol) -> str:
-        return repr(float(expr))
-
-    def _print_Pi(self, expr: sp.NumberSymbol) -> str:
-        return repr(float(expr))
+    _print_NumberSymbol = _print_Pi = _print_Float
 
     def _print_Pow(self, expr: sp.Pow, rational: bool = False) -> str:
         base, exponent = expr.as_base_exp()
@@ -47,7 +43,7 @@ class _Printer(NumPyPrinter):  # type: ignore[misc]
 
 def _private(argument: str, i: int, symbol: sp.Symbol) -> sp.Symbol:
     """Return the name of an argument's entry in the source, which no name that a user chose can be mistaken for."""
-    return sp.Symbol(f"{argument}_{i}", **{key: value for key, value in symbol.assumptions0.items() if value is not None})
+    return sp.Symbol(f"{argument}_{i}", **symbol.assumptions0)
 
 
 ROUNDED = sp.Rational(1, 2**53)
@@ -112,6 +108,20 @@ def shaped(items: Sequence[str], shape: tuple[int, ...]) -> str:
     return pack(pack(items[row * shape[1] : (row + 1) * shape[1]]) for row in range(shape[0]))
 
 
+def _straight_line(
+    name: str, values: Sequence[sp.Expr], private: Mapping[sp.Symbol, sp.Symbol], sources: Mapping[sp.Symbol, str]
+) -> tuple[list[str], list[str]]:
+    """Return lines that compute what values have in common, given the private name and the source of each symbol; and their sources."""
+    whole = [_near_one(sp.sympify(value).xreplace(private)) for value in values]
+    shared, reduced = sp.cse(whole, symbols=sp.numbered_symbols("t_"), list=True)
+    used = set().union(*(value.free_symbols for value in [*reduced, *(value for _, value in shared)]))
+    printer = _Printer()
+    load = [f"{private[symbol]} = {source}" for symbol, source in sources.items() if private[symbol] in used]
+    with printable(name, printer):
+        lines = [f"{symbol} = {printer.doprint(value)}" for symbol, value in shared]
+        return load + lines, [printer.doprint(value) for value in reduced]
+
+
 def assignments(targets: Sequence[str], values: Sequence[sp.Expr], names: Mapping[sp.Symbol, str]) -> list[str]:
     """Return lines that set each target to a value, common subexpressions shared.
 
@@ -124,16 +134,9 @@ def assignments(targets: Sequence[str], values: Sequence[sp.Expr], names: Mappin
     names : mapping of Symbol to str
         Source of each symbol.
     """
-    private = {symbol: sp.Symbol(f"s_{i}", **symbol.assumptions0) for i, symbol in enumerate(names)}
-    shared, reduced = sp.cse(
-        [_near_one(sp.sympify(value).xreplace(private)) for value in values], symbols=sp.numbered_symbols("t_"), list=True
-    )
-    used = set().union(*(each.free_symbols for each in [*reduced, *(each for _, each in shared)]))
-    printer = _Printer()
-    lines = [f"{private[symbol]} = {source}" for symbol, source in names.items() if private[symbol] in used]
-    with printable("an expression", printer):
-        lines += [f"{symbol} = {printer.doprint(each)}" for symbol, each in shared]
-        return lines + [f"{target} = {printer.doprint(each)}" for target, each in zip(targets, reduced, strict=True)]
+    private = {symbol: _private("s", i, symbol) for i, symbol in enumerate(names)}
+    lines, results = _straight_line("an expression", values, private, names)
+    return lines + [f"{target} = {result}" for target, result in zip(targets, results, strict=True)]
 
 
 def computed(
@@ -157,24 +160,16 @@ def computed(
     InvalidProblem
         If an expression has a function that has no numerical counterpart, or none that is smooth.
     """
-    private = {s: _private(argument, i, s) for argument, symbols in arguments.items() for i, s in enumerate(symbols)}
-    private |= {s: _private("par", i, s) for i, s in enumerate(parameters)}
-    expressions_ = [_near_one(sp.sympify(value).xreplace(private)) for value in values]
-    if any(expression.has(sp.zoo, sp.nan, sp.oo, -sp.oo, sp.I) for expression in expressions_):
+    whole = [sp.sympify(value) for value in values]
+    if any(value.has(sp.zoo, sp.nan, sp.oo, -sp.oo, sp.I) for value in whole):
         raise InvalidProblem(
             f"{name} is no finite real number anywhere: it has infinity, NaN or the imaginary unit in it; write it otherwise."
         )
-    if any(expression.has(sp.Piecewise, sp.Min, sp.Max, sp.floor, sp.ceiling) for expression in expressions_):
+    if any(value.has(sp.Piecewise, sp.Min, sp.Max, sp.floor, sp.ceiling) for value in whole):
         raise InvalidProblem(f"{name} has cases, a minimum, a maximum or a floor in it; H and g must be twice differentiable.")
-    shared, reduced = sp.cse(expressions_, symbols=sp.numbered_symbols("t_"), list=True)
-    used = set().union(*(e.free_symbols for e in [*reduced, *(e for _, e in shared)]))
-    printer = _Printer()
-    with printable(name, printer):
-        lines = [f"{s} = {printer.doprint(e)}" for s, e in shared]
-        results = [printer.doprint(e) for e in reduced]
-    sources = {**arguments, "par": parameters}
-    load = [f"{private[s]} = {argument}[{i}]" for argument, symbols in sources.items() for i, s in enumerate(symbols) if private[s] in used]
-    return load + lines, results
+    entries = [(argument, i, s) for argument, symbols in {**arguments, "par": parameters}.items() for i, s in enumerate(symbols)]
+    private = {s: _private(argument, i, s) for argument, i, s in entries}
+    return _straight_line(name, whole, private, {s: f"{argument}[{i}]" for argument, i, s in entries})
 
 
 def expressions(

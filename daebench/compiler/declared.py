@@ -8,15 +8,7 @@ from daebench.compiler.syntax import SourceFile
 
 
 class Declarations:
-    """Kinds of the names that a file imports or defines.
-
-    Parameters
-    ----------
-    file : SourceFile
-        The file.
-    read : callable
-        Returns the file of a module.
-    """
+    """Kinds of the names that a file imports or defines; ``read`` returns the file of a module."""
 
     def __init__(self, file: SourceFile, read: Callable[[str], SourceFile]) -> None:
         self.file, self.read = file, read

@@ -2,7 +2,7 @@
 
 import hashlib
 import types
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
@@ -96,6 +96,46 @@ class Source:
             return f"{facts(self.problem, self.derivation)}FINGERPRINT = {fingerprint!r}\n"
 
         return generated(f"{self.problem}_facts", self.key, build)
+
+    def linked(
+        self,
+        stem: str,
+        title: str,
+        roots: Sequence[str | tuple[str, str]],
+        *,
+        form: str = "",
+        wrapper: tuple[str, str] = ("", ""),
+        **options: Any,
+    ) -> types.ModuleType:
+        """Return a generated module of functions of the problem.
+
+        Parameters
+        ----------
+        stem : str
+            What follows the problem's name in that of the module.
+        title : str
+            The module's docstring.
+        roots : sequence of str or of (str, str)
+            Functions: names of the scheme language, or file and name.
+        form : str
+            Form of the system.
+        wrapper : (str, str)
+            Name and source of one function more, which calls these; "" for none.
+        **options
+            As for :class:`daebench.compiler.link.Options`.
+        """
+
+        def build(cached: bool) -> str:
+            from daebench.compiler.link import Linker, Options
+            from daebench.compiler.syntax import LANGUAGE, decorated
+
+            linker = Linker(self.form(form), Options(form=form, **options))
+            module = linker.module(title, [(LANGUAGE, root) if isinstance(root, str) else root for root in roots], cached)
+            name, text = wrapper
+            return f"{module}\n\n{decorated(text, [name], cached) if text and linker.options.compiled else text}"
+
+        key = f"{self.key} functions {roots} {form} {wrapper} {sorted(options.items())}"
+        return generated(f"{self.problem}_{stem}", key, build)
 
 
 def _derivation(problem: "Definition", algebra: str) -> Any:

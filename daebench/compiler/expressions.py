@@ -6,25 +6,15 @@ meets a product.
 
 import ast
 from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import Protocol
+from dataclasses import dataclass, replace
 
 from daebench.compiler import arithmetic, shapes
+from daebench.compiler.declared import Declarations
 from daebench.compiler.shapes import DATA, GRAM, HALF_MATRIX, IDENTITY, INDEX, MATRIX, NUMBER, ROWS, Function, Kind, Pack, Stages, said
 from daebench.compiler.syntax import call
 from daebench.errors import InvalidProblem
 
 NUMBERS = (NUMBER, DATA, INDEX)
-
-
-class Scope(Protocol):
-    """Kinds of the names that a file imports or defines."""
-
-    def kind(self, name: str) -> Kind:
-        """Return the kind of a constant, or of a function."""
-
-    def annotated(self, annotation: ast.expr | None) -> Kind:
-        """Return the kind that an annotation names."""
 
 
 @dataclass(frozen=True)
@@ -47,17 +37,9 @@ class Value:
 
 
 class Expressions:
-    """Lowers the expressions of one function of a scheme file.
+    """Lowers the expressions of one function of a scheme file, given by its path and by the kinds of the names around the function."""
 
-    Parameters
-    ----------
-    where : str
-        Path of the file.
-    scope : Scope
-        Kinds of the names around the function.
-    """
-
-    def __init__(self, where: str, scope: Scope) -> None:
+    def __init__(self, where: str, scope: Declarations) -> None:
         self.where, self.scope = where, scope
         self.kinds: dict[str, Kind] = {}
         self.used: set[str] = set()
@@ -99,7 +81,7 @@ class Expressions:
     def _value(self, node: ast.expr) -> Value:
         """Return an expression lowered, with its weight and transpose apart."""
         found = self._lowered(node)
-        return Value(ast.copy_location(found.node, node), found.kind, found.weight, found.turned, found.outer)
+        return replace(found, node=ast.copy_location(found.node, node))
 
     def _lowered(self, node: ast.expr) -> Value:
         match node:
@@ -169,7 +151,7 @@ class Expressions:
         if found.kind in NUMBERS:
             return Value(arithmetic.minus(found.node), NUMBER)
         self._known(node, found)
-        return Value(found.node, found.kind, arithmetic.minus(found.weight), found.turned, found.outer)
+        return replace(found, weight=arithmetic.minus(found.weight))
 
     def _transposed(self, node: ast.expr, found: Value) -> Value:
         kind = shapes.wider(found.kind)
@@ -239,18 +221,14 @@ class Expressions:
         match node.op:
             case ast.Mult() if left.kind in NUMBERS or right.kind in NUMBERS:
                 number, other = (left, right) if left.kind in NUMBERS else (right, left)
-                return self._weighted(other, arithmetic.times(self._real(node, number), other.weight))
+                return replace(other, weight=arithmetic.times(self._real(node, number), other.weight))
             case ast.Div() if right.kind in NUMBERS:
-                return self._weighted(left, arithmetic.over(left.weight or ast.Constant(1.0), self._real(node, right)))
+                return replace(left, weight=arithmetic.over(left.weight or ast.Constant(1.0), self._real(node, right)))
             case ast.MatMult():
                 return self._product(node, left, right)
             case ast.Add() | ast.Sub():
                 return self._sum(node, left, right)
         raise self._refusal(node, f"{said(left.kind)} and {said(right.kind)} have no such operation")
-
-    @staticmethod
-    def _weighted(found: Value, weight: ast.expr | None) -> Value:
-        return Value(found.node, found.kind, weight, found.turned, found.outer)
 
     def _real(self, node: ast.expr, found: Value) -> ast.expr:
         """Return a number of the run's type; an index would promote what it multiplies."""

@@ -1,23 +1,42 @@
 """The facts of a problem: its sizes, names and initial values as plain Python, so that a second run needs no SymPy."""
 
-from collections.abc import Mapping
-from typing import Any, Protocol
+from abc import ABC, abstractmethod
+from collections.abc import Mapping, Sequence
+from typing import Any
 
 
-class Derived(Protocol):
-    """What a derivation says of a problem."""
+class Derived(ABC):
+    """What follows from the definition of a problem of any kind, as the linker and the facts ask for it."""
 
     definition: Any
     """The definition, with its ``parameters`` and ``cases``."""
 
     states: str
-    """Kind of the problem, "constrained" or "poisson"."""
+    """Kind of the problem, "constrained" or "poisson": name of the file in ``kernels/`` that says what a state is."""
 
+    work: Sequence[str]
+    """Kinds of work that are counted."""
+
+    @abstractmethod
     def facts(self) -> Mapping[str, Any]:
         """Return the facts that problems of this kind have, by name."""
 
+    @abstractmethod
     def initial(self, name: str, case: Any) -> str:
         """Return the source of a function of ``par``, of this name, that returns the initial values of a case."""
+
+    @property
+    def costs(self) -> Mapping[str, list[int]]:
+        """Work of one call of functions that count for what their name does not say: none."""
+        return {}
+
+    def needs(self, name: str) -> Sequence[str]:
+        """Return the names of the problem's other functions that this one calls: none."""
+        return ()
+
+    def tracer(self, linker: Any) -> Any:
+        """Return what writes its functions from loops over nodes: nothing, only a chain has that."""
+        return None
 
 
 CASE = {"constrained": ("about", "on_singular"), "poisson": ("about",)}
@@ -30,13 +49,6 @@ def facts(problem: str, derivation: Derived) -> str:
     The module has KIND, PARAMETERS (name to default, in the order of ``par``), POSITIVE (parameters that must be positive), CASES (name
     to its parameters and to what :data:`CASE` names), the facts that the derivation gives, and INITIAL (case to a function of ``par``
     that returns p and q, or y).
-
-    Parameters
-    ----------
-    problem : str
-        Name of the problem.
-    derivation : Derived
-        The derivation of its functions.
     """
     definition = derivation.definition
     values = {

@@ -14,6 +14,7 @@ from functools import cache
 from daebench.compiler import codegen
 from daebench.compiler.constrained.derivation import Derivation
 from daebench.compiler.declared import Declarations
+from daebench.compiler.linear.elimination_source import Target
 from daebench.compiler.operators import Lowering
 from daebench.compiler.syntax import (
     LANGUAGE,
@@ -122,9 +123,8 @@ class Linker:
 
     def __init__(self, derivation: Derivation, options: Options, scheme: str | None = None) -> None:
         self.derivation, self.options, self.scheme = derivation, options, scheme
-        self.algebra = derivation.algebra(options.stages, options.precision)
-        self.algebra.least_squares = options.singular == "least-squares"
-        self.algebra.compiled = options.compiled
+        target = Target(options.precision, options.compiled, options.stages, options.singular == "least-squares")
+        self.algebra = derivation.algebra(target)
         self.algebraic = cache(self.algebra.source)
         self.kinds = derivation.work
         self.constants: dict[str, bool | int | float] = derivation.constants | {

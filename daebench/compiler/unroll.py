@@ -9,13 +9,7 @@ from daebench.errors import InvalidProblem
 
 
 class Unroller(ast.NodeTransformer):
-    """Rewrites a function so that ranges which name a number of stages or of constraints are gone.
-
-    Parameters
-    ----------
-    where : str
-        Name of the file that the function is in.
-    """
+    """Rewrites a function of a file so that ranges which name a number of stages or of constraints are gone."""
 
     def __init__(self, where: str) -> None:
         self.where = where

@@ -28,10 +28,6 @@ def doubts(ivp: Ivp, run: Trajectory | PoissonTrajectory) -> list[str]:
         The problem with its numbers.
     run : Trajectory or PoissonTrajectory
         A run on it.
-
-    Returns
-    -------
-    list of str
     """
     if run.failure is not None:
         return []

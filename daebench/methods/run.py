@@ -269,11 +269,13 @@ def list_methods() -> "pd.DataFrame":
 
     from daebench.methods.registry import poisson_registry, registry
 
-    constrained, poisson = registry(), poisson_registry()
+    claims: dict[str, Mapping[str, Any]] = {
+        "constrained": {name: member.claims for name, (_, member) in registry().items()},
+        "poisson": poisson_registry(),
+    }
     rows = [
-        {"kind": "constrained", **asdict(method)} | (asdict(constrained[method.name][1].claims) if method.name in constrained else {})
-        for method in names.CONSTRAINED.listed()
+        {"kind": kind, **asdict(method)} | (asdict(claims[kind][method.name]) if method.name in claims[kind] else {})
+        for kind, table in (("constrained", names.CONSTRAINED), ("poisson", names.POISSON))
+        for method in table.listed()
     ]
-    for method in names.POISSON.listed():
-        rows.append({"kind": "poisson", **asdict(method)} | (asdict(poisson[method.name]) if method.name in poisson else {}))
     return pd.DataFrame(rows).rename(columns={"name": "method"}).convert_dtypes()

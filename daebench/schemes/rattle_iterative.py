@@ -7,6 +7,9 @@ from daebench.schemes.kernels.newton import both
 from daebench.schemes.kernels.relax import relax
 from daebench.schemes.kernels.spaces import DATA, Jacobian, Multiplier, Number, Rows, Step, Vector
 
+Iterate = tuple[Vector, Multiplier]
+Round = tuple[Iterate, Number, Number, Number]
+
 
 def numbers(tolerance: float) -> tuple[float, ...]:
     """Return the tolerance; raise :class:`BadInput` where it is not between 0 and 1."""
@@ -40,9 +43,7 @@ def bounds(X: Rows, x: Vector) -> Multiplier:
     return multiplier(max(DATA[0] * dot_moduli(X[k], x), 4.0 * EPS * norm(X[k]) * norm(x)) for k in range(CONSTRAINTS))
 
 
-def update_positions(
-    x: tuple[Vector, Multiplier], data: tuple[Vector, Rows, Multiplier]
-) -> tuple[tuple[Vector, Multiplier], Number, Number, Number]:
+def update_positions(x: Iterate, data: tuple[Vector, Rows, Multiplier]) -> Round:
     """One round for g(q0 + dq - V^T nu) = 0; each visit to a constraint counts as an evaluation of g and one of G."""
     dq, nu = x
     q0, V, bound = data
@@ -59,9 +60,7 @@ def update_positions(
     return (dq, nu), unmet, residual, pivot
 
 
-def update_velocities(
-    x: tuple[Vector, Multiplier], data: tuple[Jacobian, Rows, Multiplier]
-) -> tuple[tuple[Vector, Multiplier], Number, Number, Number]:
+def update_velocities(x: Iterate, data: tuple[Jacobian, Rows, Multiplier]) -> Round:
     """One round for G1 (v - V^T mu) = 0."""
     v, mu = x
     G1, V, bound = data

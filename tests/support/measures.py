@@ -17,7 +17,8 @@ def start_defect(dae):
 def multiplier_defect(dae):
     """Return how far the initial multiplier is from the one of HLW (1.12), as the kernels of the schemes have it."""
     lam = dae.ivp.value("lam", dae.ivp.p0, dae.ivp.q0)
-    return np.abs(dae.raw_multipliers(dae.y0[None], dae.yp0[None])[0] - lam).max() / max(1.0, np.abs(lam).max())
+    given = (dae.y0 if dae.multipliers == "plain" else dae.yp0)[dae.blocks["lam"]]
+    return np.abs(given - lam).max() / max(1.0, np.abs(lam).max())
 
 
 def somewhere(dae):

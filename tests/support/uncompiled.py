@@ -10,12 +10,13 @@ _kept = {}
 
 
 def run(text, name):
-    """Return a module of generated source with ``njit`` standing for nothing."""
+    """Return a module of generated source with ``njit`` and ``shared`` standing for nothing."""
     found = types.ModuleType(name)
-    exec(
-        text.replace("from daebench.compiler.machine_code import njit", "def njit(**_):\n    return lambda function: function"),
-        found.__dict__,
-    )
+    for imported in ("machine_code import njit", "sharing import shared"):
+        text = text.replace(
+            f"from daebench.compiler.{imported}", f"{imported.rpartition(' ')[2]} = lambda *_, **__: lambda function: function"
+        )
+    exec(text, found.__dict__)
     return found
 
 

@@ -7,6 +7,7 @@ import pytest
 import scipy.linalg
 import sympy as sp
 
+from daebench.compiler.chain.band import of_width
 from daebench.compiler.chain.derivation import WRITTEN_OUT
 from daebench.compiler.definition import source_of
 from daebench.errors import BadInput, InvalidProblem
@@ -15,7 +16,6 @@ from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.methods.names import parse
 from daebench.runs.make_ivp import make_ivp
 from daebench.runs.request import Request
-from daebench.schemes.kernels import band
 from daebench.systems.chain import ConstrainedChain
 from daebench.systems.constrained import Case
 
@@ -292,7 +292,9 @@ def test_a_chain_whose_sizes_do_not_fit_is_refused():
 
 def solved(A, b, w):
     """Return the solution of a banded system by the elimination that chains use, and the smallest relative pivot."""
-    n = len(b)
+    n, functions = len(b), {}
+    exec("\n".join(of_width(w).values()), functions)
+    push, settle = functions[f"band{w}_push"], functions[f"band{w}_settle"]
     window, size, scale = np.zeros((w + 1, 2 * w + 2)), np.zeros((w + 2, 2 * w + 1)), np.zeros(w + 1)
     U, x, rows, column, pivot = np.zeros((n, 2 * w + 2)), np.zeros(n + 2 * w), 0, 0, np.inf
     for r in range(n):
@@ -300,13 +302,13 @@ def solved(A, b, w):
         for j in range(max(0, r - w), min(n, r + w + 1)):
             window[rows, rows + j - r] = A[r, j]
         window[rows, -1] = b[r]
-        band.push(window, size, scale, rows, w)
+        push(window, size, scale, rows)
         rows += 1
         if rows == w + 1:
-            pivot = band.settle(window, size, scale, rows, w, U, column, pivot)
+            pivot = settle(window, size, scale, rows, U, column, pivot)
             rows, column = rows - 1, column + 1
     while rows:
-        pivot = band.settle(window, size, scale, rows, w, U, column, pivot)
+        pivot = settle(window, size, scale, rows, U, column, pivot)
         rows, column = rows - 1, column + 1
     for r in reversed(range(n)):
         x[r] = (U[r, -1] - U[r, 1:-1] @ x[r + 1 : r + 1 + 2 * w]) * U[r, 0]

@@ -1,15 +1,15 @@
 """The names of ``kernels/language.py`` for a chain: what schemes ask of vectors, Jacobians and linear systems, on symbols."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property, partial
 from typing import Any
 
 from daebench.compiler.chain.band import Band, Row
-from daebench.compiler.chain.fields import At, Field, Needs, Scalar, applied, combined, made, nothing, weight
+from daebench.compiler.chain.fields import At, Field, Scalar, combined, made, nothing, weight, zeros
 from daebench.compiler.chain.loops import Demand
 from daebench.compiler.chain.nodes import at_node
-from daebench.compiler.chain.program import Program, Solve
+from daebench.compiler.chain.program import Program
 from daebench.compiler.codegen import pack
 from daebench.compiler.syntax import LANGUAGE
 from daebench.errors import InvalidProblem
@@ -39,14 +39,11 @@ class Gram:
     factor: Any = 1.0
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True)
 class Mass:
-    """What stands for H_pp."""
+    """What stands for the mass matrix, or for its inverse H_pp."""
 
-
-@dataclass(frozen=True, eq=False)
-class Inertia:
-    """What stands for the mass matrix."""
+    inverse: bool
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,37 +69,36 @@ class ChainLanguage:
 
     # ---- the problem
 
-    def _of_node(self, name: str, kind: str, width: int, needs: Needs, masked: Sequence[int] = ()) -> Field:
-        """Return the field of a node's function; ``needs`` come in pairs, each for one argument."""
+    def _of_node(self, name: str, kind: str, width: int, arguments: Sequence[Field], masked: Sequence[int] = ()) -> Field:
+        """Return the field of a function of fields at a node and at the one before it."""
         self.tracer.node(name)
         ended = self.tracer.ended(name, width, masked)
 
         def write(at: At, k: str) -> str:
-            runs = [needs[i : i + 2] for i in range(0, len(needs), 2)]
-            arguments = [" + ".join(at(part, place) for part, place in run) for run in runs]
-            call = f"node_{name}({', '.join([*arguments, at_node(k), 'par'])})"
+            values = [f"{at(part, -1)} + {at(part, 0)}" for part in arguments]
+            call = f"node_{name}({', '.join([*values, at_node(k), 'par'])})"
             return f"{ended}({call}, {k})" if ended else call
 
-        return made(kind, width, needs, write)
+        return made(kind, width, [(part, place) for part in arguments for place in (-1, 0)], write)
 
     def g(self, q: Field) -> Field:
         """Constraint."""
-        return self._of_node("g", "m", self.chain.c, [(q, -1), (q, 0)], range(self.chain.missing))
+        return self._of_node("g", "m", self.chain.c, [q], range(self.chain.missing))
 
     def G(self, q: Field) -> Jacobian:
         """Constraint Jacobian."""
         filled = self.nodes.filled
         masked = [i for i, (row, column) in enumerate(filled) if row < self.chain.missing or column < self.chain.b]
-        return Jacobian(self._of_node("G", "G", len(filled), [(q, -1), (q, 0)], masked))
+        return Jacobian(self._of_node("G", "G", len(filled), [q], masked))
 
     def H_q(self, p: Field, q: Field) -> Field:
         """Gradient of U."""
-        own = self._of_node("U_q", "d", self.chain.b, [(q, -1), (q, 0)])
+        own = self._of_node("U_q", "d", self.chain.b, [q])
         if self.chain.joint_U is None:
             return own
         b = self.chain.b
         masked = range(b if self.chain.anchor is not None else 2 * b)
-        joint = self._of_node("joint_U_x", "G", 2 * b, [(q, -1), (q, 0)], masked)
+        joint = self._of_node("joint_U_x", "G", 2 * b, [q], masked)
 
         def write(at: At, k: str) -> list[str]:
             return [f"{at(own, 0)}[{i}] + {at(joint, 0)}[{b + i}] + {at(joint, 1)}[{i}]" for i in range(b)]
@@ -120,18 +116,18 @@ class ChainLanguage:
         b = self.chain.b
 
         def write(at: At, k: str) -> list[str]:
-            light = f"node_lightness({pack(['ZERO'] * (2 * b))}, {at_node(k)}, par)"
+            light = f"node_lightness({pack(zeros(2 * b))}, {at_node(k)}, par)"
             return [f"{light}[{i}] * {at(p, 0)}[{i}]" for i in range(b)]
 
         return made("d", b, [(p, 0)], write)
 
     def H_pp(self, p: Field, q: Field) -> Mass:
         """Inverse mass."""
-        return Mass()
+        return Mass(inverse=True)
 
-    def mass(self, p: Field, q: Field) -> Inertia:
+    def mass(self, p: Field, q: Field) -> Mass:
         """Mass matrix."""
-        return Inertia()
+        return Mass(inverse=False)
 
     def Gv_p(self, p: Field, q: Field) -> Rows:
         """Derivative of G H_p with respect to p."""
@@ -155,7 +151,7 @@ class ChainLanguage:
     def _lightened_rows(self, X: Jacobian) -> Rows:
         self.tracer.node("lightness")
         b, filled = self.chain.b, self.nodes.filled
-        still = pack(["ZERO"] * (2 * b))
+        still = pack(zeros(2 * b))
 
         def write(at: At, k: str) -> list[str]:
             before, here = (f"node_lightness({still}, {at_node(place)}, par)" for place in (f"{k} - 1", k))
@@ -172,7 +168,7 @@ class ChainLanguage:
             rows = [[f"abs({at(entries, 0)}[{i}])" for i, (row, _) in enumerate(filled) if row == a] for a in range(self.chain.c)]
             return [" + ".join(terms) for terms in rows]
 
-        turned = self._of_node("turned", "m", self.chain.c, [(q, -1), (q, 0), (v, -1), (v, 0)], range(self.chain.missing))
+        turned = self._of_node("turned", "m", self.chain.c, [q, v], range(self.chain.missing))
         return made("m", self.chain.c, [(entries, 0)], write), turned
 
     # ---- the algebra
@@ -217,24 +213,22 @@ class ChainLanguage:
         self.program.wishes.append((Demand(needs=[(part, 0) for part in parts], write=write), [f"{name} = {dtype}(0.0)"]))
         return Scalar(name, late=True)
 
-    def U(self, q: Field) -> Scalar:
+    def U(self, q: Field) -> Any:
         """Potential energy."""
-        own = self._sum("{0}", "DTYPE", self._of_node("U", "d", 1, [(q, -1), (q, 0)]))
+        own = self._sum("{0}", "DTYPE", self._of_node("U", "d", 1, [q]))
         if self.chain.joint_U is None:
             return own
         masked = () if self.chain.anchor is not None else (0,)
-        return own + self._sum("{0}", "DTYPE", self._of_node("joint_U", "d", 1, [(q, -1), (q, 0)], masked))
+        return own + self._sum("{0}", "DTYPE", self._of_node("joint_U", "d", 1, [q], masked))
 
     def mul(self, X: Any, v: Field) -> Field:
         """X v for X = G, G M^-1, or the derivative of G H_p along itself."""
         if isinstance(X, Bent):
             if self.tracer.momenta.get(v) is not X.p:
                 raise InvalidProblem("a scheme asks for derivatives of G H_p, of which long chains have those along the motion alone.")
-            return self._of_node("bent", "m", self.chain.c, [(X.q, -1), (X.q, 0), (v, -1), (v, 0)], range(self.chain.missing))
-        if isinstance(X, Rows):
-            if X.entries is None:
-                return self.mul(X.of, self._velocity(v))
-            return self._times(X.entries, v)
+            return self._of_node("bent", "m", self.chain.c, [X.q, v], range(self.chain.missing))
+        if isinstance(X, Rows) and X.entries is None:
+            return self.mul(X.of, self._velocity(v))
         return self._times(X.entries, v)
 
     mul_full = mul
@@ -285,9 +279,9 @@ class ChainLanguage:
         """G M^-1."""
         return self.rows(X, X.entries, X.entries)
 
-    def apply(self, S: Mass | Inertia, x: Field) -> Field:
+    def apply(self, S: Mass, x: Field) -> Field:
         """M^-1 x, or M x."""
-        return self.H_p(x, x) if isinstance(S, Mass) else self._heavy(x)
+        return self.H_p(x, x) if S.inverse else self._heavy(x)
 
     def _heavy(self, x: Field) -> Field:
         inertia, b = self._inertia_field, self.chain.b
@@ -319,14 +313,13 @@ class ChainLanguage:
     solve_stages_but_one = solve_stages
 
     def _banded(self, rows: Sequence[Row], places: Sequence[tuple[int, int, int]]) -> Band:
-        program, n = self.program, self.chain.nodes
-        name = program.name("band")
-        band = Band(name=name, nodes=n, rows=rows, places=places)
-        band = Band(name=name, nodes=n, rows=rows, places=places, base=program.reserve(band.columns))
+        program = self.program
+        band = Band(name=program.name("band"), nodes=self.chain.nodes, rows=rows, places=places)
+        band = replace(band, base=program.reserve(band.columns))
         program.top.arrays |= band.arrays
         if not band.tridiagonal:
             self.tracer.banded(band.width)
-        program.events.append(Solve(band))
+        program.events.append(band)
         return band
 
     def _gram_rows(self, A: Any, b: Sequence[Field]) -> Any:
@@ -441,20 +434,6 @@ class ChainLanguage:
         rows = [self._mass_row(i, None, _entry(p, i), lambda t: t, lambda a: a, [(p, 0)]) for i in range(b)]
         places = [(r, side - 1, t) for side in range(3) for r, t in self.nodes.coupled[side]]
         return self._banded(rows, places).unknowns("d", range(b), self.program.stage)
-
-    # ---- iterations and reports
-
-    def newton(self, update: Callable[..., Any], x: tuple[Any, ...], data: Any) -> Any:
-        """Newton's iteration, whose update becomes a function."""
-        return self.tracer.iterated(update, x, data)
-
-    def judge(self, *arguments: Any) -> Scalar:
-        """Status of a linear solve."""
-        return applied(self.tracer.scalars("judge"), *arguments, Scalar("par"))
-
-    def both(self, first: Any, second: Any) -> Scalar:
-        """Report of two solutions in a row."""
-        return applied(self.tracer.scalars("both"), first, second, Scalar("par"))
 
     def no_work(self) -> Scalar:
         """No work."""

@@ -1,13 +1,13 @@
 """Source of the solution of banded systems, node by node: elimination in a loop up the chain, substitution in one down the chain."""
 
-import ast
-import copy
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial
 
 from daebench.compiler.chain.fields import At, Field
 from daebench.compiler.chain.loops import Demand
+from daebench.compiler.codegen import function
+from daebench.compiler.linear import kernels
 
 Entries = Mapping[tuple[int, int], str]
 """Sources of the entries of a row by place of the node, counted from the present one, and number of the unknown there."""
@@ -192,32 +192,11 @@ class Band:
         return Field(kind=kind, width=len(which), stage=stage, needs=(), write=write, ghost=["ZERO"] * len(which))
 
 
-class _OfWidth(ast.NodeTransformer):
-    """Puts a number in the place of the half-bandwidth w of ``kernels/band.py``, so that its loops have known ends and are unrolled."""
-
-    def __init__(self, width: int, functions: Sequence[str]) -> None:
-        self.width, self.functions = width, functions
-
-    def visit_FunctionDef(self, node: ast.FunctionDef) -> ast.AST:
-        """Rename a function, and take w and annotations from its arguments."""
-        node.name, node.returns = f"band{self.width}_{node.name}", None
-        node.args.args = [ast.arg(each.arg) for each in node.args.args if each.arg != "w"]
-        return self.generic_visit(node)
-
-    def visit_Call(self, node: ast.Call) -> ast.AST:
-        """Rename a call, and take w from what it hands over."""
-        if isinstance(node.func, ast.Name) and node.func.id in self.functions:
-            node.args = [each for each in node.args if not (isinstance(each, ast.Name) and each.id == "w")]
-            node.func.id = f"band{self.width}_{node.func.id}"
-        return self.generic_visit(node)
-
-    def visit_Name(self, node: ast.Name) -> ast.AST:
-        """Put in the number."""
-        return ast.Constant(self.width) if node.id == "w" else node
-
-
-def of_width(functions: Mapping[str, ast.FunctionDef], width: int) -> dict[str, str]:
-    """Return the sources of the functions of ``kernels/band.py`` for one half-bandwidth, by their names."""
-    specialise = _OfWidth(width, tuple(functions))
-    found = [specialise.visit(copy.deepcopy(each)) for each in functions.values()]
-    return {each.name: ast.unparse(ast.fix_missing_locations(each)) for each in found}
+def of_width(width: int) -> dict[str, str]:
+    """Return the sources of the functions of ``kernels/band.py`` for one half-bandwidth, so that their loops have known ends."""
+    arguments = {"push": "window, size, scale, row", "settle": "window, size, scale, rows, U, column, smallest"}
+    constants = {"WIDTH": str(width)}
+    return {
+        f"band{width}_{name}": function(f"band{width}_{name}({given})", *kernels.lines("band", constants, name))
+        for name, given in arguments.items()
+    }

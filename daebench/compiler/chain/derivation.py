@@ -1,6 +1,6 @@
 """What follows from the definition of a chain: functions of whole states as loops over nodes, for any number of nodes."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
@@ -10,7 +10,9 @@ from daebench.compiler import codegen
 from daebench.compiler.chain.nodes import Nodes
 from daebench.compiler.constrained.derivation import Derivation
 from daebench.compiler.domain import may_be_left_unseen
+from daebench.compiler.facts import Derived
 from daebench.compiler.linear.arrays import Arrays
+from daebench.compiler.linear.elimination_source import Target
 from daebench.compiler.monitored import Monitored, State, of_constrained
 from daebench.compiler.work import WORK
 from daebench.systems.chain import ConstrainedChain
@@ -36,18 +38,11 @@ def derived(chain: ConstrainedChain, algebra: str) -> "Derivation | ChainDerivat
     return ChainDerivation(found) if isinstance(found, ConstrainedChain) else Derivation(found)
 
 
-class ChainDerivation:
-    """The functions of one chain, by the names of :class:`daebench.compiler.constrained.derivation.Derivation`.
-
-    Parameters
-    ----------
-    chain : ConstrainedChain
-        The chain.
-    """
+class ChainDerivation(Derived):
+    """The functions of one chain, by the names of :class:`daebench.compiler.constrained.derivation.Derivation`."""
 
     states = "constrained"
     work = WORK
-    costs: Mapping[str, list[int]] = {}
     explicit = True
 
     def __init__(self, chain: ConstrainedChain) -> None:
@@ -68,16 +63,13 @@ class ChainDerivation:
     def facts(self) -> dict[str, Any]:
         """Return the facts that ``constrained.derivation`` has, and NODES; a chart or a closed form only a short chain has."""
         return {
+            **dict.fromkeys(("CLOSED_FORM", "KINETIC_FLOW", "CHART"), False),
+            **dict.fromkeys(("SEPARABLE", "QUADRATIC"), True),
             "D": self.d,
             "M": self.m,
             "NODES": self.chain.nodes,
             "INTEGRALS": (),
-            "SEPARABLE": True,
-            "QUADRATIC": True,
             "EXPLICIT": self.chain.diagonal,
-            "CLOSED_FORM": False,
-            "KINETIC_FLOW": False,
-            "CHART": False,
         }
 
     def initial(self, name: str, case: Case) -> str:
@@ -94,18 +86,15 @@ class ChainDerivation:
 
     def _of_speeds(self, name: str, speeds: Sequence[Exact]) -> list[str]:
         """Source of name(k, par), which returns the momenta of node k, M times the velocities, at the two ends of the chain and within."""
-        n, k = self.chain.nodes, self.chain.node
-        speed = sp.Matrix([sp.sympify(x) for x in speeds])
-        lines, functions = [], []
-        for number, end in enumerate(sorted({0, min(1, n - 1), n - 1})):
-            blocks = self.chain.inertia(end, k)
-            total = sum((block * speed.subs(k, k + side - 1) for side, block in enumerate(blocks)), sp.zeros(self.chain.b, 1))
-            functions.append(self._of_node(f"{name}_{number}", list(total)))
-            lines.append(f"return {name}_{number}(k, par)" if end == 1 and n > 2 else f"if k[0] == {end}: return {name}_{number}(k, par)")
-        lines.sort(key=lambda line: line.startswith("return"))
-        return [*functions, codegen.function(f"{name}(k, par)", *lines)]
+        k, speed = self.chain.node, sp.Matrix([sp.sympify(x) for x in speeds])
 
-    def algebra(self, stages: int, dtype: str) -> Arrays:
+        def momenta(end: int) -> list[sp.Expr]:
+            blocks = self.chain.inertia(end, k)
+            return list(sum((block * speed.subs(k, k + side - 1) for side, block in enumerate(blocks)), sp.zeros(self.chain.b, 1)))
+
+        return self.nodes.at_ends(name, momenta)
+
+    def algebra(self, target: Target) -> Arrays:
         """Return the algebra of its vectors outside of steps."""
         return Arrays(self.d)
 
@@ -121,10 +110,6 @@ class ChainDerivation:
         from daebench.compiler.chain.trace import Tracer
 
         return Tracer(linker, self.nodes)
-
-    def needs(self, name: str) -> Sequence[str]:
-        """Return the names of the chain's other functions that this one calls."""
-        return ()
 
     def source(self, name: str) -> str | None:
         """Return the source of the chain's function of this name: none, for all are written by the tracer."""

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
+from functools import partialmethod
 from itertools import count
 from typing import Any
 
@@ -30,29 +31,16 @@ class Scalar:
     def _with(self, pattern: str, other: Any) -> "Scalar":
         return Scalar(pattern.format(self.text, say(other)), self.late or is_late(other))
 
-    def __add__(self, other: Any) -> "Scalar":
-        return self._with("({0} + {1})", other)
+    __add__ = partialmethod(_with, "({0} + {1})")
+    __sub__ = partialmethod(_with, "({0} - {1})")
+    __rsub__ = partialmethod(_with, "({1} - {0})")
+    __mul__ = partialmethod(_with, "({0} * {1})")
+    __rmul__ = partialmethod(_with, "({1} * {0})")
+    __truediv__ = partialmethod(_with, "({0} / {1})")
+    __rtruediv__ = partialmethod(_with, "({1} / {0})")
 
     def __radd__(self, other: Any) -> "Scalar":
         return self if isinstance(other, int) and other == 0 else self._with("({1} + {0})", other)
-
-    def __sub__(self, other: Any) -> "Scalar":
-        return self._with("({0} - {1})", other)
-
-    def __rsub__(self, other: Any) -> "Scalar":
-        return self._with("({1} - {0})", other)
-
-    def __mul__(self, other: Any) -> "Scalar":
-        return self._with("({0} * {1})", other)
-
-    def __rmul__(self, other: Any) -> "Scalar":
-        return self._with("({1} * {0})", other)
-
-    def __truediv__(self, other: Any) -> "Scalar":
-        return self._with("({0} / {1})", other)
-
-    def __rtruediv__(self, other: Any) -> "Scalar":
-        return self._with("({1} / {0})", other)
 
     def __neg__(self) -> "Scalar":
         return Scalar(f"(-{self.text})", self.late)
@@ -135,11 +123,10 @@ def zeros(width: int) -> list[str]:
     return ["ZERO"] * width
 
 
-Needs = Sequence[tuple[Field, int]]
 Write = Callable[[At, str], Sequence[str] | str]
 
 
-def made(kind: str, width: int, needs: Needs, write: Write, ghost: Sequence[str] = ()) -> Field:
+def made(kind: str, width: int, needs: Sequence[tuple[Field, int]], write: Write, ghost: Sequence[str] = ()) -> Field:
     """Return a field worked out from others."""
     stage = max((part.stage for part, _ in needs), default=0)
     return Field(kind=kind, width=width, stage=stage, needs=needs, write=write, ghost=ghost or zeros(width))

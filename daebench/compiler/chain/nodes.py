@@ -1,6 +1,6 @@
 """What follows from the definition of a chain at one node, as functions of scalars that loops over nodes call."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import cached_property
 
 import sympy as sp
@@ -15,11 +15,6 @@ class Nodes:
 
     Each takes the positions of the node before and of the node itself, x, shape(2 b,), for some of them velocities w in the same order, the
     number k of the node, and the parameters.
-
-    Parameters
-    ----------
-    chain : ConstrainedChain
-        The chain.
     """
 
     def __init__(self, chain: ConstrainedChain) -> None:
@@ -117,18 +112,32 @@ class Nodes:
 
     def _inertia(self) -> str:
         """Source of the entries of M that may not be zero, side by side; at the ends of the chain those of missing joints are zero."""
+
+        def entries(k: int) -> list[sp.Expr]:
+            blocks = self.chain.inertia(k, self.chain.node)
+            return [blocks[side][place] for side in range(3) for place in self.coupled[side]]
+
+        return "\n\n".join(self.at_ends("node_inertia", entries))
+
+    def at_ends(self, name: str, values: Callable[[int], Sequence[sp.Expr]]) -> list[str]:
+        """Sources of name(k, par) and of what it calls, which differ at the first node, within the chain, and at the last one.
+
+        Parameters
+        ----------
+        name : str
+            Name of the function.
+        values : callable
+            Returns the values at a node of the number given, in terms of the chain's symbol for that number.
+        """
         n = self.chain.nodes
         ends = sorted({0, min(1, n - 1), n - 1})
         parts, lines = [], []
         for case, k in enumerate(ends):
-            blocks = self.chain.inertia(k, self.chain.node)
-            values = [blocks[side][place] for side in range(3) for place in self.coupled[side]]
-            parts.append(self._written(f"inertia_{case}", {}, values))
+            entries = list(values(k))
+            parts.append(codegen.expressions(f"{name}_{case}", {"k": [self.chain.node]}, entries, (len(entries),), self.parameters))
             if not 0 < k < n - 1:
-                lines.append(f"if k[0] == {float(k)}: return node_inertia_{case}(k, par)")
-        inner = ends.index(1) if n > 2 else 0
-        lines.append(f"return node_inertia_{inner}(k, par)")
-        return "\n\n".join([*parts, function("node_inertia(k, par)", *lines)])
+                lines.append(f"if k[0] == {float(k)}: return {name}_{case}(k, par)")
+        return [*parts, function(f"{name}(k, par)", *lines, f"return {name}_{ends.index(1) if n > 2 else 0}(k, par)")]
 
 
 def at_node(k: str) -> str:

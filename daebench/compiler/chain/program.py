@@ -8,13 +8,6 @@ from daebench.compiler.chain.loops import Demand, Loop
 
 
 @dataclass(eq=False)
-class Solve:
-    """A linear system, and the loops that it is."""
-
-    band: Band
-
-
-@dataclass(eq=False)
 class Iteration:
     """Newton's iteration: where its unknowns begin, and the lines that call it."""
 
@@ -25,21 +18,14 @@ class Iteration:
 class Program:
     """The function that is being written: its linear systems and iterations in order, and what is asked of it in the end.
 
-    Parameters
-    ----------
-    nodes : int
-        Number of nodes.
-    numbers : iterator of int
-        What names are told apart by.
-    outer : Program, optional
-        The function that calls this one, whose slab and arrays it shares.
+    ``numbers`` tell names apart; ``outer`` is the function that calls this one, whose slab and arrays it shares.
     """
 
     def __init__(self, nodes: int, numbers: Iterator[int], outer: "Program | None" = None) -> None:
         self.nodes, self.numbers = nodes, numbers
         self.top: Program = outer.top if outer else self
         self.first: int = outer.first + len(outer.events) if outer else 0
-        self.events: list[Solve | Iteration] = []
+        self.events: list[Band | Iteration] = []
         self.wishes: list[tuple[Demand, list[str]]] = []
         self.work: list[int] = []
         self.arguments: Sequence[str] = ()
@@ -74,13 +60,13 @@ class Program:
             if isinstance(event, Iteration):
                 lines += Loop(self.name("f"), self.nodes, [*event.starts, *due(number - 1)]).lines() + event.call
                 continue
-            lines += event.band.begin
-            lines += Loop(self.name("f"), self.nodes, [*event.band.elimination(), *due(number - 1)]).lines() + event.band.between
+            lines += event.begin
+            lines += Loop(self.name("f"), self.nodes, [*event.elimination(), *due(number - 1)]).lines() + event.between
             fitting: list[Demand] = []
             for wish in [wish for wish in waiting if wish[0].stage <= number]:
                 down = Loop(self.name("f"), self.nodes, [*fitting, wish[0]], up=False)
                 if all(front == 0 for part, front in down.front.items() if part.stage == number and not part.needs):
                     fitting.append(wish[0])
                     waiting.remove(wish)
-            lines += Loop(self.name("f"), self.nodes, fitting, up=False, head=event.band.substitution).lines()
+            lines += Loop(self.name("f"), self.nodes, fitting, up=False, head=event.substitution).lines()
         return lines + Loop(self.name("f"), self.nodes, [demand for demand, _ in waiting]).lines()

@@ -8,6 +8,7 @@ a loop up the chain and one down; an iteration is the one of ``kernels/newton.py
 import ast
 import copy
 from collections.abc import Callable, Sequence
+from functools import partial
 from itertools import count
 from typing import TYPE_CHECKING, Any
 
@@ -37,15 +38,7 @@ HOMES = {"H": "mechanical"}
 
 
 class Tracer:
-    """Writes the functions of a chain that a linker asks for.
-
-    Parameters
-    ----------
-    linker : Linker
-        It joins them with the loop over steps.
-    nodes : Nodes
-        The functions of one node.
-    """
+    """Writes the functions of a chain that a linker asks for, which joins them with the loop over steps."""
 
     def __init__(self, linker: "Linker", nodes: Nodes) -> None:
         self.linker, self.nodes = linker, nodes
@@ -74,13 +67,9 @@ class Tracer:
         self.linker.emitted.setdefault(f"ended_{name}", codegen.function(f"ended_{name}(x, k)", f"return {pack(entries)}"))
         return f"ended_{name}"
 
-    def scalars(self, name: str) -> str:
-        """Emit a function of ``kernels/newton.py`` on numbers; return its name."""
-        return self.linker.function(NEWTON, name, {})
-
     def banded(self, width: int) -> None:
         """Emit the elimination of matrices of this half-bandwidth."""
-        self.linker.emitted |= of_width(self.linker.file("daebench.schemes.kernels.band").functions, width)
+        self.linker.emitted |= of_width(width)
 
     # ---- running files
 
@@ -93,8 +82,10 @@ class Tracer:
             if own is not None:
                 return self._counted(name, own)
             return self._call(f"daebench.schemes.kernels.{HOMES.get(name, 'composed')}", name)
-        if module == NEWTON and name in ("newton", "judge", "both"):
-            return getattr(self.language, name)  # type: ignore[no-any-return]
+        if module == NEWTON and name == "newton":
+            return self.iterated
+        if module == NEWTON and name in ("judge", "both"):
+            return lambda *arguments: applied(self.linker.function(NEWTON, name, {}), *arguments, Scalar("par"))
         if (module, name) not in self._functions:
             self._functions[module, name] = self._compiled(module, name)
         return self._functions[module, name]
@@ -121,7 +112,7 @@ class Tracer:
             each.annotation = None
         tree = ast.fix_missing_locations(ast.Module([bare], []))
         used = {each.id for each in ast.walk(node) if isinstance(each, ast.Name)} - set(parameters_of(node))
-        scope: dict[str, Any] = {"min": _least, "max": _greatest, "abs": _modulus}
+        scope: dict[str, Any] = {name: partial(_chosen, name) for name in ("min", "max")} | {"abs": partial(applied, "abs")}
         scope |= {each: self._meaning(module, each) for each in used if each in file.imports or each in file.functions}
         scope |= {each: literal.value for each, literal in file.literals.items()}
         exec(compile(tree, module, "exec"), scope)
@@ -281,18 +272,7 @@ def _shaped(x: Any, parts: Sequence[Field]) -> Any:
     return shaped(x)
 
 
-def _least(*numbers: Any) -> Any:
-    return _chosen("min", numbers)
-
-
-def _greatest(*numbers: Any) -> Any:
-    return _chosen("max", numbers)
-
-
-def _chosen(name: str, numbers: Any) -> Any:
+def _chosen(name: str, *numbers: Any) -> Any:
+    """Return the least or the greatest of some numbers, or of those in a tuple."""
     numbers = tuple(numbers[0]) if len(numbers) == 1 else numbers
     return numbers[0] if len(numbers) == 1 else applied(name, *numbers)
-
-
-def _modulus(x: Any) -> Scalar:
-    return applied("abs", x)

@@ -1,6 +1,6 @@
 """Everything that follows from a definition, derived when first asked for and then kept."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from functools import cached_property
 from typing import Any
 
@@ -8,6 +8,8 @@ import sympy as sp
 
 from daebench.compiler import codegen
 from daebench.compiler.domain import may_be_left_unseen
+from daebench.compiler.facts import Derived
+from daebench.compiler.linear.elimination_source import Target
 from daebench.compiler.linear.tuples import Values
 from daebench.compiler.monitored import Monitored, State, of_constrained
 from daebench.compiler.work import WORK
@@ -17,7 +19,7 @@ Arguments = dict[str, Sequence[sp.Symbol]]
 Rule = tuple[Arguments, Sequence[sp.Expr], tuple[int, ...]]
 
 
-class Derivation:
+class Derivation(Derived):
     """The expressions of one problem, by the textbook's names.
 
     A problem whose H is known as an expression (given so, or with diagonal M) is *explicit*: all its derivatives are
@@ -26,13 +28,7 @@ class Derivation:
     """
 
     states = "constrained"
-    """Name of the file in ``kernels/`` that says what a state is."""
-
     work = WORK
-    """Kinds of work that are counted."""
-
-    costs: Mapping[str, list[int]] = {}
-    """Work of functions that count for what their name does not say."""
 
     def __init__(self, problem: ConstrainedHamiltonian) -> None:
         self.definition = self.problem = problem
@@ -209,9 +205,9 @@ class Derivation:
         values = [sp.sympify(value) for value in (*case.p, *case.q)]
         return codegen.expressions(name, {}, values, (2, self.d), self.parameters)
 
-    def algebra(self, stages: int, dtype: str) -> Values:
-        """Return the algebra of its vectors, for a scheme with so many stages and a number type."""
-        return Values(self.d, self.m, self.structure, self.inverse_mass, stages=stages, dtype=dtype, mass=self.coupled)
+    def algebra(self, target: Target) -> Values:
+        """Return the algebra of its vectors."""
+        return Values(self.d, self.m, self.structure, self.inverse_mass, target, self.coupled)
 
     def monitored(self, names: Sequence[str], kinds: int, stage_multipliers: int) -> Monitored:
         """Return what the loop does beside stepping, see :class:`daebench.compiler.monitored.Monitored`."""
@@ -224,14 +220,6 @@ class Derivation:
         """Whether H may have no value where the forces have one."""
         problem = self.problem
         return may_be_left_unseen([problem.H, problem.U, *(problem.M or ())], [*problem.q, *problem.p])
-
-    def tracer(self, linker: Any) -> Any:
-        """Return what writes its functions from loops over nodes: nothing, only a chain has that."""
-        return None
-
-    def needs(self, name: str) -> Sequence[str]:
-        """Return the names of the problem's other functions that this one calls: none."""
-        return ()
 
     def source(self, name: str) -> str | None:
         """Return the source of the problem's function of this name, or None if it is no expression of this problem."""

@@ -7,6 +7,8 @@ import sympy as sp
 
 from daebench.compiler import codegen
 from daebench.compiler.constrained.derivation import Arguments, Derivation, Rule
+from daebench.compiler.linear.elimination_source import Target
+from daebench.compiler.linear.tuples import Values
 from daebench.compiler.monitored import Monitored
 from daebench.compiler.trigonometry import shortened
 
@@ -15,11 +17,6 @@ class LocalDerivation(Derivation):
     """The expressions of one problem in its chart; to kernels eta is ``p`` and xi is ``q``, shape(d - m,) each.
 
     What a run monitors is a function of the problem's own p and q, which the loop has from ``chart``.
-
-    Parameters
-    ----------
-    own : Derivation
-        The problem in its own coordinates, which declares a chart.
     """
 
     def __init__(self, own: Derivation) -> None:
@@ -35,24 +32,14 @@ class LocalDerivation(Derivation):
         return True
 
     @cached_property
-    def separable(self) -> bool:
-        """Whether K is separable; nothing asks."""
-        return False
+    def constants(self) -> dict[str, bool | int]:
+        """Constants of ``kernels/language.py``; nothing asks whether K is separable, or quadratic in eta."""
+        return {"SEPARABLE": False, "QUADRATIC": False, "CONSTRAINTS": self.m}
 
-    @cached_property
-    def quadratic(self) -> bool:
-        """Whether K is quadratic in eta; nothing asks."""
-        return False
-
-    @cached_property
-    def structure(self) -> list[list[bool]]:
-        """Nothing is left out of products."""
-        return [[True] * self.d for _ in range(self.m)]
-
-    @cached_property
-    def inverse_mass(self) -> list[list[bool]]:
-        """Nothing is left out of products."""
-        return [[True] * self.d for _ in range(self.d)]
+    def algebra(self, target: Target) -> Values:
+        """Return the algebra of its vectors, which leaves nothing out of products."""
+        dense = [[True] * self.d]
+        return Values(self.d, self.m, dense * self.m, dense * self.d, target)
 
     @cached_property
     def H(self) -> sp.Expr:
@@ -84,12 +71,8 @@ class LocalDerivation(Derivation):
 
     def source(self, name: str) -> str | None:
         """Return the source of the problem's function of this name, or None if it is no expression of this problem."""
-        rule = self._rules.get(name)
-        if rule is None:
-            return None
-        arguments, values, shape = rule()
-        text = codegen.expressions(name, arguments, list(values), shape, self.parameters)
-        return codegen.ARCTAN2 + text if name == "inverse_chart" else text
+        text = super().source(name)
+        return codegen.ARCTAN2 + text if text and name == "inverse_chart" else text
 
     @cached_property
     def _rules(self) -> dict[str, Callable[[], Rule]]:

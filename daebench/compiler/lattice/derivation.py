@@ -1,6 +1,6 @@
 """What follows from the definition of a Poisson lattice: functions of whole states as loops over sites, for any number of sites."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from functools import cached_property
 from typing import Any
 
@@ -8,45 +8,29 @@ import sympy as sp
 
 from daebench.compiler import codegen
 from daebench.compiler.codegen import function
-from daebench.compiler.domain import may_be_left_unseen
 from daebench.compiler.linear.arrays import Arrays
-from daebench.compiler.monitored import Monitored, State, of_poisson
-from daebench.compiler.poisson.derivation import work_of_parts
-from daebench.compiler.work import POISSON_WORK
+from daebench.compiler.linear.elimination_source import Target
+from daebench.compiler.poisson.parts import InParts
 from daebench.systems.lattice import PoissonLattice
 from daebench.systems.poisson import PoissonCase, PoissonSystem
 
 
-class LatticeDerivation:
+class LatticeDerivation(InParts):
     """The functions of one Poisson lattice, by the names of :class:`daebench.compiler.poisson.derivation.PoissonDerivation`.
 
-    States are arrays, shape(n,): all sites of the first field, then those of the next.
-
-    Parameters
-    ----------
-    lattice : PoissonLattice
-        The lattice.
-    splitting : str
-        Name of the splitting whose flows ``before``, ``turn`` and ``after`` are; "" for the first.
+    States are arrays, shape(n,): all sites of the first field, then those of the next. ``splitting`` is as for the base class.
     """
 
-    states = "poisson"
-    work = POISSON_WORK
+    arrays = True
 
     def __init__(self, lattice: PoissonLattice, splitting: str = "") -> None:
-        self.definition, self.lattice, self.n = lattice, lattice, lattice.n
-        self.parameters = list(lattice.parameters)
-        first = next(iter(lattice.splittings), "")
-        self.parts = [lattice.parts[name] for name in lattice.splittings[splitting or first]] if lattice.splittings else []
+        super().__init__(lattice, splitting, lattice.h, [*lattice.left, *lattice.here])
+        self.lattice = lattice
 
     @cached_property
     def problem(self) -> PoissonSystem:
         """The system written out, with a symbol for each coordinate: for few sites."""
         return self.lattice.expanded(self.lattice.sites)
-
-    def split(self, splitting: str) -> "LatticeDerivation":
-        """Return the same with this splitting."""
-        return LatticeDerivation(self.lattice, splitting)
 
     @property
     def fields(self) -> int:
@@ -66,71 +50,32 @@ class LatticeDerivation:
         """Right side b grad H at a site."""
         return [sp.expand(each) for each in sp.Matrix(self.lattice.b) * sp.Matrix(self.h_here)]
 
-    def of_degree(self, most: int) -> tuple[str, ...]:
-        """Return the names of the first integrals that are polynomials of at most this degree, "energy" for H."""
-        lattice = self.lattice
-        y = [*lattice.left, *lattice.here]
-        densities = {"energy": lattice.h, **lattice.casimirs, **lattice.integrals}
-        return tuple(name for name, h in densities.items() if h.is_polynomial(*y) and sp.Poly(h, *y).total_degree() <= most)
-
     @property
     def constants(self) -> dict[str, bool | int]:
         """Constants of the scheme language that the lattice settles."""
         return {"DENSE": False, "BOUNDED": False, "CONSTRAINTS": 1}
 
     def facts(self) -> dict[str, Any]:
-        """Return the facts of the lattice, by the names of :meth:`daebench.compiler.poisson.derivation.PoissonDerivation.facts`."""
+        """Return the facts of the lattice, see :meth:`daebench.compiler.poisson.parts.InParts.facts`."""
         lattice = self.lattice
-        return {
-            "N": lattice.n,
-            "CASIMIRS": tuple(lattice.casimirs),
-            "INTEGRALS": tuple(lattice.integrals),
+        return super().facts() | {
             "DOMAIN": (),
             "CONSTANT": not lattice.b.free_symbols & set(lattice.here),
             "BILINEAR": False,
             "HALVES": len(lattice.here) % 2 == 0,
-            "SPLITTINGS": {name: tuple(parts) for name, parts in lattice.splittings.items()},
-            "LINEAR": self.of_degree(1),
-            "QUADRATIC": self.of_degree(2),
             "CLOSED_FORM": False,
-            "DARBOUX": lattice.darboux is not None,
-            "LIFT": "",
             "SITES": lattice.sites,
+            "LIFT": "",
         }
 
-    @property
-    def costs(self) -> Mapping[str, list[int]]:
-        """Work of one call of each function."""
-        return work_of_parts(len(self.parts))
-
-    def algebra(self, stages: int, dtype: str) -> Arrays:
+    def algebra(self, target: Target) -> Arrays:
         """Return the algebra of its vectors."""
         return Arrays(self.n)
 
-    def monitored(self, names: Sequence[str], kinds: int, stage_multipliers: int) -> Monitored:
-        """Return what the loop does beside stepping."""
-        guarded = may_be_left_unseen([self.lattice.h], [*self.lattice.left, *self.lattice.here])
-        quantities = of_poisson(len(self.lattice.casimirs), len(self.lattice.integrals))
-        return Monitored(quantities, State((("x", self.n),), arrays=True), names, kinds, guarded=guarded)
+    def _flow(self, name: str, part: Any) -> str:
+        return self._sites(name, part.here, time=part.t)
 
-    def tracer(self, linker: Any) -> Any:
-        """Return what writes its functions from loops over nodes: nothing, only a chain has that."""
-        return None
-
-    def needs(self, name: str) -> Sequence[str]:
-        """Return the names of the lattice's other functions that this one calls."""
-        last = len(self.parts) - 1
-        others = [f"part_{i}" for i in range(last)]
-        return {"turn": [f"part_{last}"], "before": others, "after": others}.get(name, [])
-
-    def source(self, name: str) -> str | None:
-        """Return the source of the lattice's function of this name, or None if it has none."""
-        if name in ("before", "turn", "after") and self.parts:
-            calls = [f"y = {part}(y, time, par)" for part in self.needs(name)]
-            return function(f"{name}(y, time, par)", *(reversed(calls) if name == "after" else calls), "return y")
-        if name.startswith("part_"):
-            part = self.parts[int(name[5:])]
-            return self._sites(name, part.here, time=part.t)
+    def _expression(self, name: str) -> str | None:
         rule = self._rules.get(name)
         return None if rule is None else rule()
 
@@ -203,11 +148,6 @@ class DarbouxLattice(LatticeDerivation):
     """The functions of a Poisson lattice in its canonical coordinates z = (q, p), HLW Corollary 3.6, a lattice again.
 
     What a run monitors is a function of the lattice's own y, which the loop has from ``chart``.
-
-    Parameters
-    ----------
-    own : LatticeDerivation
-        The lattice in its own coordinates, which declares canonical ones.
     """
 
     def __init__(self, own: LatticeDerivation) -> None:

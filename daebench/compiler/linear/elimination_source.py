@@ -14,18 +14,24 @@ UNROLLED_ENTRIES = 40
 
 
 class Target(NamedTuple):
-    """What source is written for.
+    """What an algebra is written for.
 
     Parameters
     ----------
     dtype : str
         Name of the number type.
     compiled : bool
-        Whether it is handed to numba.
+        Whether functions are handed to numba.
+    stages : int
+        Number of stages of the scheme.
+    least_squares : bool
+        Whether systems of constraints are solved by least squares, which leave out what is dependent.
     """
 
     dtype: str
-    compiled: bool = True
+    compiled: bool
+    stages: int
+    least_squares: bool
 
 
 def eliminating(name: str, n: int, target: Target, rows: int = 0) -> str:

@@ -35,11 +35,11 @@ class _Settled(ast.NodeTransformer):
         return body[:-1] if body and isinstance(body[-1], ast.Return) else body
 
 
-def lines(file: str, constants: Mapping[str, str]) -> list[str]:
-    """Return the lines of the function ``solve`` of a file with these sources of constants; the last returns the pivot."""
+def lines(file: str, constants: Mapping[str, str], name: str = "solve") -> list[str]:
+    """Return the lines of a function of a file with these sources of constants; the last line of ``solve`` returns the pivot."""
     text = folder("daebench").joinpath("schemes", "kernels", f"{file}.py").read_text(encoding="utf-8")
     functions = {node.name: node for node in ast.parse(text).body if isinstance(node, ast.FunctionDef)}
-    settled = _Settled(functions, constants).visit(functions["solve"])
+    settled = _Settled(functions, constants).visit(functions[name])
     return "\n".join(map(ast.unparse, settled.body)).splitlines()
 
 

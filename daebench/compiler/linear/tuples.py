@@ -35,19 +35,11 @@ class Values:
         Where G is not zero.
     inverse_mass : sequence of sequence of bool, shape(d, d)
         Where H_pp is not zero.
-    stages : int
-        Number of stages of the scheme.
-    dtype : str
-        Name of the run's number type.
+    target : Target
+        What it is written for.
     mass : sequence of sequence of int, optional
         Positions that M couples with each other, set by set; all in one set if left out.
     """
-
-    least_squares = False
-    """Whether systems of constraints are solved by least squares, which leave out what is dependent."""
-
-    compiled = True
-    """Whether functions are handed to numba."""
 
     elementwise = True
     """Whether entries may be arrays in the place of numbers, which makes a function one of many states at once."""
@@ -58,19 +50,11 @@ class Values:
         m: int,
         structure: Sequence[Sequence[bool]],
         inverse_mass: Sequence[Sequence[bool]],
-        *,
-        stages: int = 1,
-        dtype: str = "float64",
+        target: Target,
         mass: Sequence[Sequence[int]] | None = None,
     ) -> None:
         self.d, self.m, self.structure, self.inverse_mass = d, m, structure, inverse_mass
-        self.stages, self.dtype = stages, dtype
-        self.mass = mass or [range(d)]
-
-    @property
-    def target(self) -> Target:
-        """What linear solvers are written for."""
-        return Target(self.dtype, self.compiled)
+        self.target, self.mass = target, mass or [range(d)]
 
     def source(self, name: str) -> str | None:
         """Return the source of the operation of this name, or None if there is none."""
@@ -167,16 +151,16 @@ class Values:
             "solve_mass_m": lambda: blocked("solve_mass_m", self.mass, self.target, self.m),
             "solve_mass_d": lambda: blocked("solve_mass_d", self.mass, self.target, self.d),
             "solve_2m": self._solve_2m,
-            "solve_stages": lambda: self._solve_blocks("solve_stages", self.stages, self.m),
-            "solve_stages_but_one": lambda: self._solve_blocks("solve_stages_but_one", self.stages - 1, self.m),
-            "solve_stages_twice": lambda: self._solve_blocks("solve_stages_twice", 2 * self.stages, self.m),
-            "solve_stages_twice_d": lambda: self._solve_blocks("solve_stages_twice_d", 2 * self.stages, self.d),
+            "solve_stages": lambda: self._solve_blocks("solve_stages", self.target.stages, self.m),
+            "solve_stages_but_one": lambda: self._solve_blocks("solve_stages_but_one", self.target.stages - 1, self.m),
+            "solve_stages_twice": lambda: self._solve_blocks("solve_stages_twice", 2 * self.target.stages, self.m),
+            "solve_stages_twice_d": lambda: self._solve_blocks("solve_stages_twice_d", 2 * self.target.stages, self.d),
             "solve_2d": self._solve_2d,
         }
 
     def _of_constraints(self, name: str, n: int) -> str:
         """Source of the least-squares solution of a system of n unknown multipliers where that is asked for, and there can be any."""
-        return array_solver("least_squares", name, n, self.dtype) if self.least_squares and n > 1 else ""
+        return array_solver("least_squares", name, n, self.target.dtype) if self.target.least_squares and n > 1 else ""
 
     def _solve_blocks(self, name: str, blocks: int, size: int) -> str:
         """Source of name(B, b): sum_j B[i][j] x[j] = b[i] for so many blocks of one size."""

@@ -1,58 +1,26 @@
 """Everything that follows from the definition of a Poisson system, derived when first asked for and then kept."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from functools import cached_property
 from typing import Any
 
 import sympy as sp
 
 from daebench.compiler import codegen
-from daebench.compiler.domain import may_be_left_unseen
+from daebench.compiler.linear.elimination_source import Target
 from daebench.compiler.linear.tuples import Values
-from daebench.compiler.monitored import Monitored, State, of_poisson
-from daebench.compiler.work import POISSON_WORK
+from daebench.compiler.poisson.parts import InParts
 from daebench.systems.poisson import PoissonCase, PoissonSystem
 
 Rule = tuple[Sequence[sp.Symbol], Sequence[sp.Expr], tuple[int, ...]]
 
 
-def _cost(kind: str, times: int = 1) -> list[int]:
-    return [times * (each == kind) for each in POISSON_WORK]
-
-
-def work_of_parts(count: int) -> dict[str, list[int]]:
-    """Return the work of one call of each function of a system whose H has so many parts."""
-    others = _cost("flow", max(0, count - 1))
-    own = {"before": others, "after": others, "turn": _cost("flow"), "field": _cost("field")}
-    own |= dict.fromkeys(("rate_u", "rate_v"), _cost("half"))
-    return own | dict.fromkeys(("field_y", "rate_u_u", "rate_v_v"), _cost("second"))
-
-
-class PoissonDerivation:
-    """The expressions of one Poisson system, by the textbook's names.
-
-    Parameters
-    ----------
-    system : PoissonSystem
-        The system.
-    splitting : str
-        Name of the splitting whose flows the functions ``before``, ``turn`` and ``after`` are; "" for the first.
-    """
-
-    states = "poisson"
-    work = POISSON_WORK
+class PoissonDerivation(InParts):
+    """The expressions of one Poisson system, by the textbook's names; ``splitting`` as for the base class."""
 
     def __init__(self, system: PoissonSystem, splitting: str = "") -> None:
-        self.definition, self.problem, self.n = system, system, system.n
-        self.y = sp.Matrix(list(system.y))
-        self.parameters = list(system.parameters)
-        self.parts = (
-            [system.parts[name] for name in system.splittings[splitting or next(iter(system.splittings))]] if system.splittings else []
-        )
-
-    def split(self, splitting: str) -> "PoissonDerivation":
-        """Return the same with this splitting."""
-        return PoissonDerivation(self.problem, splitting)
+        super().__init__(system, splitting, system.H, system.y)
+        self.problem, self.y = system, sp.Matrix(list(system.y))
 
     @property
     def m(self) -> int:
@@ -114,53 +82,20 @@ class PoissonDerivation:
         return bool(own and sp.expand(d.diff(u, 2)) == 0 and sp.expand(d.diff(v, 2)) == 0)
 
     @cached_property
-    def halves(self) -> bool:
-        """Whether the state is two halves of equal length."""
-        return self.n % 2 == 0
-
-    @cached_property
-    def quadratic(self) -> tuple[str, ...]:
-        """Names of the first integrals that are polynomials of degree two at most, "energy" for H."""
-        functions = {"energy": self.H, **self.problem.casimirs, **self.problem.integrals}
-        return tuple(name for name, F in functions.items() if self._degree(F) <= 2)
-
-    @cached_property
-    def linear(self) -> tuple[str, ...]:
-        """Names of those that are of degree one at most."""
-        functions = {"energy": self.H, **self.problem.casimirs, **self.problem.integrals}
-        return tuple(name for name, F in functions.items() if self._degree(F) <= 1)
-
-    def _degree(self, F: sp.Expr) -> float:
-        F = sp.sympify(F)
-        return float(sp.Poly(F, *self.y).total_degree()) if F.is_polynomial(*self.y) else float("inf")
-
-    @cached_property
     def constants(self) -> dict[str, bool | int]:
         """Constants of ``kernels/language.py`` and ``kernels/poisson_language.py`` that the system settles."""
         return {"DENSE": True, "BOUNDED": bool(self.problem.domain), "CONSTRAINTS": self.m}
 
     def facts(self) -> dict[str, Any]:
-        """Return the facts of the system.
-
-        They are N (size), CASIMIRS and INTEGRALS (names), DOMAIN (sources of what stays positive), CONSTANT and BILINEAR (classes of B, see
-        :data:`daebench.schemes.kernels.claims.CLASSES`), HALVES, SPLITTINGS (names), LINEAR and QUADRATIC (names of integrals),
-        CLOSED_FORM, DARBOUX, LIFT (name of the problem above, or ""), and SITES (of a lattice, or 0).
-        """
+        """Return the facts of the system, see :meth:`daebench.compiler.poisson.parts.InParts.facts`."""
         system = self.problem
-        return {
-            "N": self.n,
-            "CASIMIRS": tuple(system.casimirs),
-            "INTEGRALS": tuple(system.integrals),
+        return super().facts() | {
             "DOMAIN": tuple(map(str, system.domain)),
             "CONSTANT": self.constant,
             "BILINEAR": self.bilinear,
-            "HALVES": self.halves,
-            "SPLITTINGS": {name: tuple(parts) for name, parts in system.splittings.items()},
-            "LINEAR": self.linear,
-            "QUADRATIC": self.quadratic,
+            "HALVES": self.n % 2 == 0,
             "CLOSED_FORM": system.closed_form is not None,
             "SITES": 0,
-            "DARBOUX": system.darboux is not None,
             "LIFT": system.lift.problem if system.lift else "",
         }
 
@@ -168,41 +103,15 @@ class PoissonDerivation:
         """Return the source of name(par), which returns the initial y."""
         return codegen.expressions(name, {}, [sp.sympify(value) for value in case.y], (self.n,), self.parameters)
 
-    @property
-    def costs(self) -> Mapping[str, list[int]]:
-        """Work of one call of each function."""
-        return work_of_parts(len(self.parts))
-
-    def algebra(self, stages: int, dtype: str) -> Values:
+    def algebra(self, target: Target) -> Values:
         """Return the algebra of its vectors, whose multipliers are halves of states."""
         n, m = self.n, max(1, self.m)
-        return Values(n, m, [[True] * n] * m, [[True] * n] * n, stages=stages, dtype=dtype)
+        return Values(n, m, [[True] * n] * m, [[True] * n] * n, target)
 
-    def monitored(self, names: Sequence[str], kinds: int, stage_multipliers: int) -> Monitored:
-        """Return what the loop does beside stepping."""
-        guarded = may_be_left_unseen([self.problem.H], self.problem.y, self.problem.domain)
-        quantities = of_poisson(len(self.problem.casimirs), len(self.problem.integrals))
-        return Monitored(quantities, State((("x", self.n),)), names, kinds, guarded=guarded)
+    def _flow(self, name: str, part: Any) -> str:
+        return codegen.expressions(name, {"y": self.problem.y, "time": [part.t]}, list(part.y), (self.n,), self.parameters)
 
-    def tracer(self, linker: Any) -> Any:
-        """Return what writes its functions from loops over nodes: nothing, only a chain has that."""
-        return None
-
-    def needs(self, name: str) -> Sequence[str]:
-        """Return the names of the system's other functions that this one calls."""
-        last = len(self.parts) - 1
-        return {"turn": [f"part_{last}"], "before": [f"part_{i}" for i in range(last)], "after": [f"part_{i}" for i in range(last)]}.get(
-            name, []
-        )
-
-    def source(self, name: str) -> str | None:
-        """Return the source of the system's function of this name, or None if it is no expression of this system."""
-        if name in ("before", "turn", "after") and self.parts:
-            calls = [f"y = {part}(y, time, par)" for part in self.needs(name)]
-            return codegen.function(f"{name}(y, time, par)", *(reversed(calls) if name == "after" else calls), "return y")
-        if name.startswith("part_"):
-            part = self.parts[int(name[5:])]
-            return codegen.expressions(name, {"y": self.problem.y, "time": [part.t]}, list(part.y), (self.n,), self.parameters)
+    def _expression(self, name: str) -> str | None:
         if name == "inside":
             margins = codegen.expressions(
                 "margins", {"y": self.problem.y}, list(self.problem.domain), (len(self.problem.domain),), self.parameters
@@ -246,11 +155,6 @@ class DarbouxDerivation(PoissonDerivation):
     """The expressions of a Poisson system in its canonical coordinates z = (q, p, c), HLW Corollary 3.6: z' = B0 grad K(z).
 
     What a run monitors, and the domain, are functions of the system's own y, which the loop has from ``chart``.
-
-    Parameters
-    ----------
-    own : PoissonDerivation
-        The system in its own coordinates, which declares canonical ones.
     """
 
     def __init__(self, own: PoissonDerivation) -> None:

@@ -133,19 +133,7 @@ class FixedStepMethod(ABC, Generic[Ivp, Result]):
 
     @abstractmethod
     def begin(self, ivp: Ivp, request: Request, grid: Grid, monitored: tuple[str, ...]) -> Run:
-        """Return a run at its start.
-
-        Parameters
-        ----------
-        ivp : InitialValueProblem
-            The problem with its numbers.
-        request : Request
-            What is asked for.
-        grid : Grid
-            The steps that this comes to, see :meth:`grid`.
-        monitored : tuple of str
-            What the loop monitors, or ("samples",) for it to store H in place of states.
-        """
+        """Return a run at its start, of the steps of :meth:`grid`; monitored ("samples",), the loop stores H in place of states."""
 
     def check(self, ivp: Ivp, request: Request) -> None:
         """Accept a request that can be met; raise :class:`BadInput` otherwise."""
@@ -210,3 +198,16 @@ def monitored_names(watch: Sequence[str], ivp: InitialValueProblem) -> list[str]
         "samples": (),
     }
     return [name for quantity in watch for name in names[quantity]]
+
+
+def output_maxima(ivp: InitialValueProblem, watch: Sequence[str], *states: Array) -> dict[str, float]:
+    """Return the largest modulus of each monitored error over outputs, given as p and q or y, shape(n, ...), the start first."""
+    maxima: dict[str, Any] = {}
+    for quantity in watch:
+        names = monitored_names([quantity], ivp)
+        if quantity == "manifold":
+            maxima |= {"g": np.max(np.abs(ivp.along("g", states[1]))), "Gv": np.max(np.abs(ivp.along("Gv", *states)))}
+        elif names:
+            values = ivp.along("H" if quantity == "energy" else quantity, *states).reshape(len(states[0]), -1)
+            maxima |= dict(zip(names, np.max(np.abs(values - values[0]), axis=0), strict=True))
+    return {name: float(value) for name, value in maxima.items()}

@@ -11,7 +11,6 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from decimal import Decimal, localcontext
-from typing import Any
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -51,14 +50,6 @@ class Composition:
         half = [float(gamma) for gamma in self.gamma]
         middle = math.fsum([1.0, *(-gamma for gamma in half + half)])
         return (*half, middle, *reversed(half))
-
-    def weights_to(self, digits: int) -> tuple[Any, ...]:
-        """Return all weights as mpmath numbers of so many digits, shape(s,); ``gamma`` is taken as exact."""
-        import mpmath as mp
-
-        with mp.workdps(digits):
-            half = [mp.mpf(gamma) for gamma in self.gamma]
-            return (*half, 1 - 2 * mp.fsum(half), *reversed(half))
 
 
 def _equal_steps(before: int) -> tuple[str, ...]:

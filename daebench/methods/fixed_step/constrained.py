@@ -11,7 +11,7 @@ from daebench.errors import BadInput
 from daebench.methods.fixed_step.base import FixedStepMethod, monitored_names
 from daebench.methods.fixed_step.parts import Parts
 from daebench.methods.fixed_step.rank_loss import RankRun
-from daebench.methods.fixed_step.stage_multipliers import Stages
+from daebench.methods.fixed_step.stage_multipliers import stage_multipliers
 from daebench.methods.fixed_step.stepping import REASONS, SIMPLIFIED, Run
 from daebench.runs.grid import Grid
 from daebench.runs.ivp import ConstrainedIvp
@@ -114,7 +114,7 @@ class FixedStep(Parts, FixedStepMethod[ConstrainedIvp, Trajectory]):
             q=q,
             p=p,
             lam=run.ivp.along("lam", p, q) if request.multipliers else None,
-            raw=Stages(self.member.multipliers()).multipliers(run.multipliers(), run.grid.h, m) if request.raw else {},
+            raw=stage_multipliers(self.member.multipliers(), run.multipliers(), run.grid.h, m) if request.raw else {},
             passages=tuple(run.passages),
         )
 
@@ -124,7 +124,6 @@ class FixedStep(Parts, FixedStepMethod[ConstrainedIvp, Trajectory]):
         mode = self.on_singular(ivp, request)
         ivp = replace(ivp, on_singular=mode)
         kernel = self.kernel(ivp, request.precision, monitored, count=request.count, stage_multipliers=request.raw, singular=mode)
-        stage_multipliers = len(self.member.multipliers()) * ivp.m if request.raw else 0
         made: Callable[..., Run] = partial(RankRun, mode) if mode else Run
         return made(
             self._linked(ivp, kernel, grid.h),
@@ -132,7 +131,7 @@ class FixedStep(Parts, FixedStepMethod[ConstrainedIvp, Trajectory]):
             request,
             grid,
             names=monitored_names(monitored, ivp),
-            stage_multipliers=stage_multipliers,
+            stage_multipliers=len(self.member.multipliers()) * ivp.m if request.raw else 0,
             began=began,
         )
 

@@ -6,8 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from daebench.diagnostics.integrals import casimir_errors, energy_error, integral_errors
 from daebench.errors import BadInput, RunFailed
+from daebench.methods.fixed_step.base import output_maxima
 from daebench.methods.fixed_step.constrained import FixedStep
 from daebench.methods.fixed_step.forms import LIFTED
 from daebench.methods.fixed_step.poisson import require_poisson
@@ -76,7 +76,8 @@ class Lifted:
             return f"{self.name} is for Poisson systems, and {ivp.problem} is a constrained problem; leave out {LIFTED}:."
         if not ivp.facts.LIFT:
             return f"{self.name} needs a constrained system above, which {ivp.problem} does not declare; use strang."
-        if not np.isfinite(_energy(up := above(ivp))):
+        up = above(ivp)
+        if not np.isfinite(float(up.value("H", up.p0, up.q0))):
             reason = f"the energy of {up.problem} above is not finite at these parameters, as where its mass matrix is singular"
             return f"{self.name}: {reason}; use strang."
         why = self.method.refusal(up)
@@ -87,7 +88,7 @@ class Lifted:
         if refusal := self.refusal(ivp):
             raise BadInput(refusal)
         require_poisson(self.name, request)
-        self.method.check(above(ivp), _silent(request))
+        self.method.check(above(ivp), replace(request, watch=()))
 
     def solve(self, ivp: PoissonIvp, request: Request) -> PoissonTrajectory:
         """Return the trajectory; where the method above stops early, what was computed so far and why.
@@ -100,8 +101,8 @@ class Lifted:
             If the request cannot be met.
         """
         self.check(ivp, request)
-        trajectory = _mapped_down(self.name, ivp, self.method.solve(above(ivp), _silent(request)))
-        return replace(trajectory, maxima=_maxima(ivp, trajectory, request.watched(POISSON)))
+        trajectory = _mapped_down(self.name, ivp, self.method.solve(above(ivp), replace(request, watch=())))
+        return replace(trajectory, maxima=output_maxima(ivp, request.watched(POISSON), trajectory.y))
 
     def flow(self, ivp: PoissonIvp, h: float, steps: int) -> Callable[[Sequence[complex]], Array]:
         """Return the map y -> y of ``steps`` steps for complex states, exact to first order in the imaginary part.
@@ -125,10 +126,6 @@ def above(ivp: PoissonIvp) -> ConstrainedIvp:
     p0, q0 = _rising(ivp)(ivp.y0)
     start = {"p0": p0.tolist(), "q0": q0.tolist()}
     return constrained(initial_value_problem(lift.problem, None, ivp.parameters, **start, consistent=False))
-
-
-def _energy(ivp: ConstrainedIvp) -> float:
-    return float(ivp.value("H", ivp.p0, ivp.q0))
 
 
 def _definition(ivp: PoissonIvp) -> Any:
@@ -156,11 +153,6 @@ def _falling(ivp: PoissonIvp) -> Callable[[Any, Any], Sequence[Any]]:
     return lambda p, q: lift.y(p, q, ivp.parameters)
 
 
-def _silent(request: Request) -> Request:
-    """Return what is asked of the method above, which monitors nothing."""
-    return replace(request, watch=())
-
-
 def _mapped_down(name: str, ivp: PoissonIvp, run: Trajectory) -> PoissonTrajectory:
     outcome = {field.name: getattr(run, field.name) for field in fields(Outcome)}
     outcome |= {"problem": ivp.problem, "case": ivp.case, "method": name, "parameters": dict(ivp.parameters)}
@@ -172,11 +164,3 @@ def _mapped_down(name: str, ivp: PoissonIvp, run: Trajectory) -> PoissonTrajecto
 
 def _told(name: str, ivp: PoissonIvp, failure: str) -> str:
     return f"{name} on {ivp.problem}, case {ivp.case}: {failure}"
-
-
-def _maxima(ivp: PoissonIvp, run: PoissonTrajectory, monitored: Sequence[str]) -> dict[str, float]:
-    """Return the largest modulus of each monitored error over the outputs."""
-    errors: dict[str, Array] = {"energy": energy_error(ivp, run)} if "energy" in monitored else {}
-    errors |= casimir_errors(ivp, run) if "casimirs" in monitored else {}
-    errors |= integral_errors(ivp, run) if "integrals" in monitored else {}
-    return {name: float(np.max(np.abs(error))) for name, error in errors.items()}

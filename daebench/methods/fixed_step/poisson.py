@@ -7,7 +7,6 @@ from typing import Any
 
 import numpy as np
 
-from daebench.compiler.cache import generated
 from daebench.compiler.work import POISSON_WORK
 from daebench.errors import BadInput, require_known
 from daebench.methods.fixed_step.base import FixedStepMethod, monitored_names
@@ -177,15 +176,8 @@ def require_poisson(name: str, request: Request) -> None:
 
 def coordinates(ivp: PoissonIvp) -> tuple[Callable[[Any], Any], Callable[[Any], Any]]:
     """Return the maps into the canonical coordinates of a system and back, for real and complex states."""
-
-    def build(cached: bool) -> str:
-        from daebench.compiler.link import Linker, Options
-        from daebench.compiler.syntax import LANGUAGE
-
-        linker = Linker(ivp.source.form("darboux"), Options(compiled=ivp.arrays, form="darboux"))
-        return linker.module(f"Canonical coordinates of {ivp.problem}.", [(LANGUAGE, name) for name in ("canonical", "chart")], cached)
-
-    module = generated(f"{ivp.problem}_darboux", f"{ivp.source.key} darboux", build)
+    title = f"Canonical coordinates of {ivp.problem}."
+    module = ivp.source.linked("darboux", title, ["canonical", "chart"], form="darboux", compiled=ivp.arrays)
     par = tuple(map(np.float64, ivp.par))
 
     def called(function: Callable[..., Any]) -> Callable[[Any], Any]:

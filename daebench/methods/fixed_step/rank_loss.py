@@ -15,12 +15,7 @@ from daebench.runs.trajectory import Array
 class RankRun(Run):
     """One run that stops where G loses rank within the next step, or goes on and notes which branch it took.
 
-    Parameters
-    ----------
-    mode : str
-        One of :data:`daebench.runs.request.ON_SINGULAR`.
-    linked, ivp, request, grid, names, raw, began
-        As for :class:`daebench.methods.fixed_step.stepping.Run`.
+    The mode is one of :data:`daebench.runs.request.ON_SINGULAR`; all else is as for :class:`daebench.methods.fixed_step.stepping.Run`.
     """
 
     ivp: ConstrainedIvp

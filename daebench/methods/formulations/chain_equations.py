@@ -24,12 +24,7 @@ class NodeEquations:
 
     M is constant. Terms of the joints to the nodes k - 1 and k + 1 are left out where there are none.
 
-    Parameters
-    ----------
-    chain : ConstrainedChain
-        The chain.
-    first, last : bool
-        Whether the node is at the beginning of the chain, and at its end.
+    ``first`` and ``last`` say whether the node is at the beginning of the chain, and at its end.
     """
 
     def __init__(self, chain: ConstrainedChain, *, first: bool, last: bool) -> None:

@@ -9,6 +9,7 @@ import sympy as sp
 
 from daebench.compiler import codegen
 from daebench.compiler.linear import elimination
+from daebench.compiler.syntax import decorated
 from daebench.methods.formulations import residuals
 from daebench.methods.formulations.chain_equations import PLACES, NodeEquations, variants
 from daebench.methods.formulations.equations import OPTIONS
@@ -19,14 +20,7 @@ from daebench.systems.chain import ConstrainedChain
 class Layout:
     """Where the unknowns of a chain are: node by node, each with joints' multipliers, positions, velocities, and its own multipliers.
 
-    Rows stand in the same order: those of the constraints in the place of multipliers.
-
-    Parameters
-    ----------
-    chain : ConstrainedChain
-        The chain.
-    formulation : str
-        One of ``daebench.methods.formulations.table.FORMULATIONS`` but ``ode``.
+    Rows stand in the same order: those of the constraints in the place of multipliers. ``ode`` is none of the formulations.
     """
 
     chain: ConstrainedChain
@@ -79,18 +73,8 @@ def source(title: str, chain: ConstrainedChain, formulation: str, multipliers: s
     It has ``residual(t, y, yp, res, par)`` in the order of :class:`Layout`; ``momenta(v, out, par)``, which fills out, shape(d,), with M v;
     LOWER and UPPER, the widths of the band of its Jacobian below and above the diagonal; NODES; and PLACES and MISSING of the layout.
 
-    Parameters
-    ----------
-    title : str
-        The module's docstring.
-    chain : ConstrainedChain
-        The chain.
-    formulation : str
-        One of ``daebench.methods.formulations.table.FORMULATIONS`` but ``ode``.
-    multipliers : str
-        "plain" or "derivative".
-    cached : bool
-        Whether numba may keep its machine code beside the file.
+    Parameters are those of :func:`daebench.methods.formulations.residuals.source`, with a chain in place of the derivation; ``ode`` is none
+    of the formulations.
     """
     layout = Layout(chain, formulation)
     parameters = {symbol: f"par[{i}]" for i, symbol in enumerate([*chain.parameters, *OPTIONS.get(formulation, ())])}
@@ -112,7 +96,7 @@ def source(title: str, chain: ConstrainedChain, formulation: str, multipliers: s
     header = residuals.HEADER.format(title=title)
     facts = f"MECHANICAL = True\nLOWER, UPPER = {-min(ahead)}, {max(ahead)}\n"
     facts += f"NODES, MISSING = {chain.nodes}, {layout.missing}\nPLACES = {layout.places}"
-    return "\n\n".join([header, facts, *(residuals.decorated(text, cached=cached) for text in compiled)]) + "\n"
+    return "\n\n".join([header, facts, decorated("\n\n".join(compiled), residuals.ROOTS, cached)]) + "\n"
 
 
 def _columns(layout: Layout, of: NodeEquations, multipliers: str) -> dict[sp.Symbol, tuple[str, int]]:

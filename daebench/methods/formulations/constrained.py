@@ -21,7 +21,7 @@ Kernel = Callable[..., float]
 
 @dataclass(frozen=True, eq=False)
 class Posed:
-    """A setting as F(t, y, y') = 0, and where it is an ODE as y' = f(y) too.
+    """An initial value problem as F(t, y, y') = 0, and where it is an ODE as y' = f(y) too.
 
     Parameters
     ----------
@@ -127,11 +127,6 @@ class Dae(Posed):
         """Return p = M(q) v, shape(rows, d), of what ``unpack`` gave."""
         return np.einsum("rij,rj->ri", self.ivp.along("M", q), v) if self.mechanical else v
 
-    def raw_multipliers(self, Y: Array, YP: Array) -> Array | None:
-        """Return the solver's own lam, shape(rows, m), or None for ``ode``, which has none."""
-        lam = self.blocks.get("lam")
-        return None if lam is None else (Y if self.multipliers == "plain" else YP)[:, lam].copy()
-
 
 def pose(ivp: ConstrainedIvp, formulation: str, options: Mapping[str, float] | None = None, *, multipliers: str = "plain") -> Dae:
     """Return the initial value problem in a formulation.
@@ -202,9 +197,7 @@ def _start(ivp: ConstrainedIvp, formulation: str, multipliers: str, module: type
     state = np.concatenate([ivp.q0, _velocity(ivp) if module.MECHANICAL else ivp.p0])
     rates = np.empty_like(state)
     if formulation == "ode":
-        fixed = state.copy()
-        fixed.flags.writeable = False  # as what solvers hand over, which numba takes for another type
-        require_determined(ivp, module.rhs(0.0, fixed, rates, par))
+        require_determined(ivp, module.rhs(0.0, read_only(state), rates, par))
         return state, rates
     A, b = np.empty((module.K, module.K)), np.empty((module.K, 1))
     module.system(state, A, b[:, 0], par)
@@ -224,6 +217,13 @@ def _velocity(ivp: ConstrainedIvp) -> Array:
     if not eliminate(M, v) > SINGULAR:
         raise DaebenchError(f"the mass matrix of {ivp.problem}, case {ivp.case}, is singular at the start; give other masses.")
     return v[:, 0]
+
+
+def read_only(y: Any) -> Array:
+    """Return a copy of unknowns that is read-only, as those of SUNDIALS are: numba takes them for another type than those that are not."""
+    copy = np.array(y)
+    copy.flags.writeable = False
+    return copy
 
 
 def require_determined(ivp: ConstrainedIvp, health: float) -> None:

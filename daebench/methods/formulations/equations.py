@@ -20,13 +20,7 @@ OPTIONS = {"baumgarte": (ALPHA, BETA)}
 
 
 class Equations:
-    """The rows from which every formulation is put together, each zero along the motion.
-
-    Parameters
-    ----------
-    derivation : Derivation
-        The problem.
-    """
+    """The rows from which every formulation is put together, each zero along the motion."""
 
     def __init__(self, derivation: Derivation) -> None:
         self.of, self.d, self.m = derivation, derivation.d, derivation.m

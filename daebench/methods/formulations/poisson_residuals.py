@@ -1,7 +1,6 @@
 """The source of the module that evaluates a Poisson system in a formulation: residual, Jacobian, and right side."""
 
 import inspect
-from collections.abc import Sequence
 
 import sympy as sp
 
@@ -9,7 +8,8 @@ from daebench.compiler import codegen
 from daebench.compiler.lattice.derivation import LatticeDerivation
 from daebench.compiler.linear import elimination
 from daebench.compiler.poisson.derivation import PoissonDerivation
-from daebench.methods.formulations.residuals import DAE, HEADER, IMPLICIT, decorated, writer
+from daebench.compiler.syntax import decorated
+from daebench.methods.formulations.residuals import DAE, HEADER, IMPLICIT, ROOTS, writer
 
 ODE = """
 def rhs(t, y, out, par):
@@ -26,25 +26,19 @@ def rhs_jacobian(t, y, JJ, par):
 def source(title: str, derivation: PoissonDerivation | LatticeDerivation, formulation: str, multipliers: str, *, cached: bool) -> str:
     """Return the source of a formulation's module: ``residual`` and ``jacobian``, for ``ode`` also ``rhs`` and ``rhs_jacobian``.
 
-    Parameters
-    ----------
-    title : str
-        The module's docstring.
-    derivation : PoissonDerivation or LatticeDerivation
-        The system.
-    formulation : str
-        One of ``daebench.methods.formulations.table.POISSON_FORMULATIONS``.
-    multipliers : str
-        "plain" or "derivative".
-    cached : bool
-        Whether numba may keep its machine code beside the file.
+    Parameters are those of :func:`daebench.methods.formulations.residuals.source`, with a formulation of
+    ``daebench.methods.formulations.table.POISSON_FORMULATIONS``.
     """
     texts = [inspect.getsource(elimination.finite)]
     if isinstance(derivation, LatticeDerivation):
-        texts += LatticeRates(derivation.lattice).written() if formulation == "ode" else _casimirs(_written_out(derivation), multipliers)
+        texts += (
+            LatticeRates(derivation.lattice).written()
+            if formulation == "ode"
+            else _casimirs(PoissonDerivation(derivation.problem), multipliers)
+        )
     else:
         texts += _ode(derivation) if formulation == "ode" else _casimirs(derivation, multipliers)
-    return "\n\n".join([HEADER.format(title=title), *(decorated(text, cached=cached) for text in texts)]) + "\n"
+    return "\n\n".join([HEADER.format(title=title), decorated("\n\n".join(texts), ROOTS, cached)]) + "\n"
 
 
 def _ode(of: PoissonDerivation) -> list[str]:
@@ -77,11 +71,6 @@ class LatticeRates(LatticeDerivation):
         ]
 
 
-def _written_out(of: LatticeDerivation) -> PoissonDerivation:
-    """Return a lattice with a symbol for each coordinate."""
-    return PoissonDerivation(of.problem)
-
-
 def _casimirs(of: PoissonDerivation, multipliers: str) -> list[str]:
     """Return the writers of the rows F and of dF/dy + scale dF/dy'; the values that the Casimir functions keep end ``par``.
 
@@ -90,7 +79,7 @@ def _casimirs(of: PoissonDerivation, multipliers: str) -> list[str]:
         F = (y' - B H_y - C_y^T mu, C(y) - c)
     """
     C = sp.Matrix(list(of.problem.casimirs.values()))
-    rates, mu, others, c = (_unknowns(n) for n in (of.n, len(C), len(C), len(C)))
+    rates, mu, others, c = ([sp.Dummy(real=True) for _ in range(n)] for n in (of.n, len(C), len(C), len(C)))
     F = sp.Matrix([sp.Matrix(rates) - of.field - of.C_y.T * sp.Matrix(mu), C - sp.Matrix(c)])
     y = [*of.y, *(mu if multipliers == "plain" else others)]
     yp = [*rates, *(others if multipliers == "plain" else mu)]
@@ -99,7 +88,3 @@ def _casimirs(of: PoissonDerivation, multipliers: str) -> list[str]:
     inputs = {"y": y, "yp": yp}
     rows = writer("rows", inputs, {"res": F}, parameters)
     return [rows, writer("rows_y", {**inputs, "scale": [scale]}, {"JJ": F_y}, parameters), DAE]
-
-
-def _unknowns(n: int) -> Sequence[sp.Symbol]:
-    return [sp.Dummy(real=True) for _ in range(n)]

@@ -6,6 +6,7 @@ import sympy as sp
 
 from daebench.compiler import codegen
 from daebench.compiler.constrained.derivation import Derivation
+from daebench.compiler.syntax import decorated
 from daebench.methods.formulations.equations import OPTIONS, Equations
 
 Columns = Mapping[str, Sequence[sp.Symbol]]
@@ -44,9 +45,13 @@ from typing import Any
 
 import numpy as np
 from daebench.compiler.machine_code import njit
+from daebench.compiler.sharing import shared
 from numpy import *
 from builtins import abs, max, min
 """
+
+ROOTS = ("residual", "jacobian", "rhs", "rhs_jacobian", "momenta")
+"""Functions that are called from outside: they alone are kept on disk, with everything else inside them."""
 
 DAE = """
 def residual(t, y, yp, res, par):
@@ -139,7 +144,7 @@ def source(title: str, derivation: Derivation, formulation: str, multipliers: st
         compiled, plain = [*_dae(equations, formulation, multipliers, parameters), DAE], start
     facts = f"K = {len(z)}\nMECHANICAL = {derivation.mechanical}"
     header = HEADER.format(title=title) + "from daebench.compiler.linear.elimination_compiled import eliminate, finite\n"
-    return "\n\n".join([header, facts, *plain, *(decorated(text, cached=cached) for text in compiled)]) + "\n"
+    return "\n\n".join([header, facts, *plain, decorated("\n\n".join(compiled), ROOTS, cached, {"K": str(len(z))})]) + "\n"
 
 
 def _dae(equations: Equations, formulation: str, multipliers: str, parameters: Sequence[sp.Symbol]) -> list[str]:
@@ -155,15 +160,3 @@ def _dae(equations: Equations, formulation: str, multipliers: str, parameters: S
         writer("rows", inputs, {"res": F}, parameters),
         writer("rows_y", {**inputs, "scale": [scale]}, {"JJ": F_y}, parameters),
     ]
-
-
-def decorated(text: str, *, cached: bool) -> str:
-    """Hand each function to numba; only those that are called from outside are kept on disk, with everything else inside them."""
-    roots = ("residual", "jacobian", "rhs", "rhs_jacobian")
-    lines = []
-    for line in text.splitlines():
-        if line.startswith("def "):
-            keep = ", cache=True" if cached and line[4:].split("(")[0] in roots else ""
-            lines.append(f"@njit(error_model='numpy'{keep})")
-        lines.append(line)
-    return "\n".join(lines)

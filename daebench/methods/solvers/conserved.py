@@ -7,7 +7,6 @@ from typing import Any
 
 import numpy as np
 
-from daebench.compiler.cache import generated
 from daebench.methods.formulations.constrained import Dae, Posed
 
 KERNEL = "daebench.schemes.kernels.conserved"
@@ -133,12 +132,5 @@ def _module(posed: Posed, *, compiled: bool) -> types.ModuleType:
     result = f"conserved_{name}({vectors}, par)"
     wrapper = function("conserved(y, par)", f"return {result if isinstance(posed, Dae) else f'({result},)'}")
 
-    def build(cached: bool) -> str:
-        from daebench.compiler.link import Linker, Options
-        from daebench.compiler.syntax import decorated
-
-        linker = Linker(ivp.source.derivation, Options(compiled=compiled, singular=ivp.singular))
-        module = linker.module(f"What {ivp.problem} conserves.", [(KERNEL, name)], cached)
-        return f"{module}\n\n{decorated(wrapper, ['conserved'], cached) if compiled else wrapper}"
-
-    return generated(f"{ivp.problem}_conserved", f"{ivp.source.key} conserved {compiled} {ivp.singular} {wrapper}", build)
+    title = f"What {ivp.problem} conserves."
+    return ivp.source.linked("conserved", title, [(KERNEL, name)], wrapper=("conserved", wrapper), compiled=compiled, singular=ivp.singular)

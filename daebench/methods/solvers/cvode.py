@@ -4,7 +4,7 @@ import time
 
 import numpy as np
 
-from daebench.methods.formulations.constrained import Posed
+from daebench.methods.formulations.constrained import Posed, read_only
 from daebench.methods.solvers.drive import MOST_STEPS, Advance, Array
 from daebench.methods.solvers.monitor import Monitor
 from daebench.methods.solvers.reduced import OnReducedOde
@@ -34,8 +34,7 @@ class Cvode(OnReducedOde):
             count_steps(monitor, t, y)
 
         par, rhs, rhs_jacobian = dae.par, dae.rhs, dae.rhs_jacobian
-        y = dae.y0.copy()
-        y.flags.writeable = False  # as CVODE's own are, which numba takes for another type
+        y = read_only(dae.y0)
         rhs(0.0, y, np.empty(dae.n), par)
         rhs_jacobian(0.0, y, np.empty((dae.n, dae.n)), par)
         events = {"eventsfn": every_step, "num_events": 1}

@@ -2,6 +2,7 @@
 
 import math
 import time
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -23,6 +24,39 @@ MOST_POINTS = 10_000_000
 SECONDS_LIMIT = 600.0
 MOST_STEPS = 10_000_000
 """Limit of steps: of a whole run with SciPy, from output to output with SUNDIALS."""
+
+
+class ToleranceMethod(ABC):
+    """A method that is steered by a tolerance: it poses a problem, and a solver is driven from output to output."""
+
+    knob = "tol"
+
+    @property
+    @abstractmethod
+    def name(self) -> str:
+        """Name in the grammar of methods."""
+
+    @property
+    def least(self) -> float:
+        """Smallest tolerance that it takes."""
+        return TOLERANCES[0]
+
+    @abstractmethod
+    def refusal(self, ivp: Any) -> str | None:
+        """Return why the method cannot be used on this problem, as a sentence, or None."""
+
+    @abstractmethod
+    def _posed(self, ivp: Any) -> Any:
+        """Pose an initial value problem, which says what to do where G loses rank."""
+
+    @property
+    @abstractmethod
+    def _advice(self) -> str:
+        """What to do if a run stops early."""
+
+    @abstractmethod
+    def _begin(self, dae: Any, tol: float, monitor: Monitor) -> "Advance":
+        """Compile what will be called, and return how the solver is advanced from output to output."""
 
 
 def check(name: str, request: Request, least: float = TOLERANCES[0]) -> None:
@@ -98,14 +132,7 @@ class _Outputs:
 
 
 def drive(
-    name: str,
-    posed: Posed,
-    request: Request,
-    begin: Callable[[Any, float, Monitor], Advance],
-    *,
-    began: float,
-    advice: str,
-    make_monitor: Callable[..., Monitor] = Monitor,
+    method: ToleranceMethod, posed: Posed, request: Request, *, began: float, make_monitor: Callable[..., Monitor] = Monitor
 ) -> Driven:
     """Return what a solver gives that is driven from output to output.
 
@@ -113,18 +140,14 @@ def drive(
 
     Parameters
     ----------
-    name : str
-        Name of the method.
+    method : ToleranceMethod
+        The method.
     posed : Posed
         What is solved.
     request : Request
         What is asked for, already checked.
-    begin : callable
-        ``begin(posed, tol, monitor)`` compiles what will be called and returns how to advance.
     began : float
         When the work on this request began, on ``time.perf_counter``.
-    advice : str
-        What to do if the run stops early.
     make_monitor : callable
         Makes the monitor of a run.
     """
@@ -137,23 +160,23 @@ def drive(
     outputs = _Outputs([posed.y0])
     try:
         monitor.begin(posed.y0)
-        advance = begin(posed, request.value, monitor)
+        advance = method._begin(posed, request.value, monitor)
         ready = time.perf_counter()
         monitor.start()
         outputs.extend(advance, times, monitor, request.progress)
     except Stopped as stop:
         t = max(monitor.t, times[len(outputs.Y) - 1]) if stop.t is None else stop.t
-        failure = _sentence(name, posed, request, t, f"{stop}; {stop.advice or advice}")
+        failure = _sentence(method.name, posed, request, t, f"{stop}; {stop.advice or method._advice}")
     except KeyboardInterrupt:
         if not request.keep_interrupted:
             raise
-        failure, interrupted = _sentence(name, posed, request, monitor.t, "interrupted; run it again"), True
+        failure, interrupted = _sentence(method.name, posed, request, monitor.t, "interrupted; run it again"), True
     Y, times = outputs.Y, times[: len(outputs.Y)]
     if failure and monitor.t > times[-1]:
         times = np.append(times, monitor.t)
         Y.append(monitor.y)
     kept: slice | list[int] = slice(None) if request.every is None and request.points != 2 else [0, -1] if len(Y) > 1 else [0]
-    ending = {"method": name, "failure": failure, "interrupted": interrupted, "compile_seconds": ready - began}
+    ending = {"method": method.name, "failure": failure, "interrupted": interrupted, "compile_seconds": ready - began}
     return Driven(times, np.array(Y), kept, ending | _outcome(posed, request, monitor, outputs.seconds - monitor.aside))
 
 

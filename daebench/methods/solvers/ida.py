@@ -1,7 +1,7 @@
 """SUNDIALS IDA on every formulation, with the treatments without which its error test fails on multipliers."""
 
 import time
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
 from typing import Any, ClassVar
 
@@ -9,23 +9,22 @@ import numpy as np
 
 from daebench.errors import BadInput
 from daebench.methods.formulations.chain import BandedDae, pose_banded, refused
-from daebench.methods.formulations.constrained import Dae, Posed, pose
+from daebench.methods.formulations.constrained import Dae, Posed, pose, read_only
 from daebench.methods.formulations.table import FORMULATIONS
-from daebench.methods.solvers.constrained_run import constrained
-from daebench.methods.solvers.drive import MOST_STEPS, Advance, Array, Driven, check, drive
+from daebench.methods.solvers.constrained_run import OnConstrained
+from daebench.methods.solvers.drive import MOST_STEPS, Advance, Array
 from daebench.methods.solvers.least_squares import reduced
 from daebench.methods.solvers.monitor import Monitor
 from daebench.methods.solvers.multiplier_treatment import TreatedMultipliers
 from daebench.methods.solvers.sundials import count_steps, stepwise
 from daebench.runs.ivp import ConstrainedIvp
 from daebench.runs.request import Request
-from daebench.runs.trajectory import Trajectory
 
 DEFAULT_TREATMENTS = {"index3": "atol", "index2": "derivative", "index1": "atol", "ggl": "derivative", "baumgarte": "atol", "ode": "none"}
 
 
 @dataclass(frozen=True)
-class Ida(TreatedMultipliers):
+class Ida(TreatedMultipliers, OnConstrained):
     """IDA, variable-order BDF in double precision, with the analytic Jacobian and a dense linear solver.
 
     On long chains the linear solver is that of banded matrices, and the Jacobian IDA's own difference quotient, of as many residuals as
@@ -63,32 +62,12 @@ class Ida(TreatedMultipliers):
 
     def check(self, ivp: ConstrainedIvp, request: Request) -> None:
         """Accept a request that can be met; raise :class:`BadInput` otherwise."""
-        check(self.name, request)
-        if refusal := self.refusal(ivp):
-            raise BadInput(refusal)
+        super().check(ivp, request)
         if request.at_rank_loss(ivp) == "least-squares" and self.formulation != "ode":
             raise BadInput(
                 f"{self.name} has the multipliers among its unknowns, which redundant constraints leave undetermined; for least-squares "
                 "use ida:ode or a fixed-step method such as rattle, or else remove the redundant constraints."
             )
-
-    def solve(self, ivp: ConstrainedIvp, request: Request) -> Trajectory:
-        """Return the trajectory; where IDA stops early, the outputs so far and why.
-
-        Raises
-        ------
-        BadInput
-            If the request cannot be met, see :func:`daebench.methods.solvers.drive.check`.
-        DaebenchError
-            If the start has no multiplier, see :func:`daebench.methods.solvers.constrained_run.constrained`.
-        """
-        began = time.perf_counter()
-        self.check(ivp, request)
-
-        def driven(dae: Dae, make_monitor: Callable[..., Monitor]) -> Driven:
-            return drive(self.name, dae, request, self._begin, began=began, advice=self._advice, make_monitor=make_monitor)
-
-        return constrained(self.name, ivp, request, self._posed, driven)
 
     def _posed(self, ivp: ConstrainedIvp) -> Dae:
         if self.formulation == "ode":
@@ -103,7 +82,7 @@ class Ida(TreatedMultipliers):
 
     @property
     def _advice(self) -> str:
-        return self.uncured or "use a larger tol or another formulation, and see whether G keeps its rank"
+        return self.treatment_advice or "use a larger tol or another formulation, and see whether G keeps its rank"
 
     def _begin(self, dae: Dae, tol: float, monitor: Monitor) -> Advance:
         return begin(dae, tol, self.tolerances(dae, tol), monitor)
@@ -155,9 +134,7 @@ def begin(posed: Posed, tol: float, atol: Array, monitor: Monitor) -> Advance:
 def _compile(dae: Posed) -> None:
     """Call each function once with arrays of the kinds that IDA hands over: its own are read-only."""
     res = np.empty(dae.n)
-    y, yp, read_only = dae.y0.copy(), dae.yp0.copy(), np.empty(dae.n)
-    for array in (y, yp, read_only):
-        array.flags.writeable = False
+    y, yp = read_only(dae.y0), read_only(dae.yp0)
     dae.residual(0.0, y, yp, res, dae.par)
     if not isinstance(dae, BandedDae):
-        dae.jacobian(0.0, y, yp, read_only, 1.0, np.empty((dae.n, dae.n)), dae.par)
+        dae.jacobian(0.0, y, yp, read_only(res), 1.0, np.empty((dae.n, dae.n)), dae.par)

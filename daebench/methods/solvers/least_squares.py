@@ -5,7 +5,6 @@ from typing import Any
 
 import numpy as np
 
-from daebench.compiler.cache import generated
 from daebench.errors import DaebenchError
 from daebench.methods.formulations.constrained import Array, Dae, pose
 from daebench.runs.ivp import ConstrainedIvp
@@ -45,6 +44,8 @@ def by_least_squares(ivp: ConstrainedIvp) -> Dae:
 
 def _module(ivp: ConstrainedIvp) -> types.ModuleType:
     """Return what :class:`daebench.methods.formulations.constrained.Dae` takes for the generated functions of ``ode``."""
+    from daebench.methods.formulations.residuals import IMPLICIT
+
     real, complex_ = _right_side(ivp, "float64"), _right_side(ivp, "complex128")
 
     def rhs(t: float, y: Array, out: Array, par: Array) -> float:
@@ -59,20 +60,9 @@ def _module(ivp: ConstrainedIvp) -> types.ModuleType:
             JJ[:, j] = column.imag / STEP
         return health
 
-    def residual(t: float, y: Array, yp: Array, res: Array, par: Array) -> float:
-        health = rhs(t, y, res, par)
-        np.subtract(yp, res, out=res)
-        return health
-
-    def jacobian(t: float, y: Array, yp: Array, res: Array, cj: float, JJ: Array, par: Array) -> float:
-        health = rhs_jacobian(t, y, JJ, par)
-        np.negative(JJ, out=JJ)
-        JJ[np.diag_indices(len(y))] += cj
-        return health
-
-    functions: dict[str, Any] = {"rhs": rhs, "rhs_jacobian": rhs_jacobian, "residual": residual, "jacobian": jacobian}
     found = types.ModuleType(f"{ivp.problem}_least_squares")
-    found.__dict__.update(functions, MECHANICAL=False)
+    vars(found).update(rhs=rhs, rhs_jacobian=rhs_jacobian, MECHANICAL=False)
+    exec(IMPLICIT, vars(found))
     return found
 
 
@@ -87,13 +77,6 @@ def _right_side(ivp: ConstrainedIvp, precision: str) -> Any:
     lines += [f"pivot += 0.0 * abs(out[{i}])" for i in range(2 * d)]
     wrapper = codegen.function("right_side(y, out, par)", *lines, "return pivot")
 
-    def build(cached: bool) -> str:
-        from daebench.compiler.link import Linker, Options
-        from daebench.compiler.syntax import LANGUAGE, decorated
-
-        linker = Linker(ivp.source.derivation, Options(precision=precision, singular="least-squares", compiled=COMPILED))
-        module = linker.module(f"Right side of {ivp.problem} by least squares, {precision}.", [(LANGUAGE, "f")], cached)
-        return f"{module}\n\n{decorated(wrapper, ['right_side'], cached) if COMPILED else wrapper}"
-
-    module = generated(f"{ivp.problem}_least_squares_{precision}", f"{ivp.source.key} rhs {precision} {COMPILED} {wrapper}", build)
-    return module.right_side
+    title = f"Right side of {ivp.problem} by least squares, {precision}."
+    options: dict[str, Any] = {"precision": precision, "singular": "least-squares", "compiled": COMPILED}
+    return ivp.source.linked(f"least_squares_{precision}", title, ["f"], wrapper=("right_side", wrapper), **options).right_side

@@ -144,24 +144,23 @@ class Monitor:
         Stopped
             If the unknowns are where they may not be, before they are kept; or if the step size has collapsed.
         """
-        each = 1 if self.steps < FIRST else TIMED
-        if self.steps % each:
-            self._look(t, y)
+        stride = 1 if self.steps < FIRST else TIMED
+        if self.steps % stride:
+            self._look(t, np.array(y))
             return
         began = time.thread_time()
         try:
-            self._look(t, y)
+            self._look(t, np.array(y))  # a copy: a solver's own may be read-only, which numba takes for another type
         finally:
-            self.aside += each * (time.thread_time() - began)
+            self.aside += stride * (time.thread_time() - began)
 
     def _look(self, t: float, y: Any) -> None:
         """Look at a step, and keep it."""
         self.steps += 1
-        now = np.array(y)  # a solver's own may be read-only, which numba takes for another type
-        values = self.require_inside(now)
-        self._require_steady(t, now, values)
+        values = self.require_inside(y)
+        self._require_steady(t, y, values)
         self._values = values
-        h, self.t, self.y = t - self.t, t, now
+        h, self.t, self.y = t - self.t, t, y
         if h < LEAST * math.ulp(t) and COLLAPSE * self.t_end < t != self.t_end:
             raise Stopped(f"the step size has collapsed to {h:.1e}")
         if self.steps % 1000 == 0:

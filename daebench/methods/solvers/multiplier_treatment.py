@@ -35,7 +35,6 @@ class TreatedMultipliers:
 
     formulation: str
     treatment: str | None = None
-    knob = "tol"
     kind: ClassVar[str]
     formulations: ClassVar[Collection[str]]
     default_treatments: ClassVar[Mapping[str, str]]
@@ -65,7 +64,7 @@ class TreatedMultipliers:
         return "derivative" if self.chosen == "derivative" else "plain"
 
     @property
-    def uncured(self) -> str:
+    def treatment_advice(self) -> str:
         """What to do where a run without a treatment stops early; "" where there is one, or no multiplier."""
         if self.chosen == "none" and self.formulation != "ode":
             return "take the multipliers out of the error test with the treatment atol or derivative"

@@ -1,25 +1,20 @@
 """SUNDIALS IDA on Poisson systems: as implicit residuals, and as DAEs that keep the Casimir functions."""
 
-import time
 from dataclasses import dataclass
 from typing import ClassVar
 
 from daebench.methods.formulations.poisson import PoissonDae, pose_poisson, without_casimirs
 from daebench.methods.formulations.table import POISSON_FORMULATIONS
-from daebench.methods.solvers.drive import Advance, drive
+from daebench.methods.solvers.drive import Advance
 from daebench.methods.solvers.ida import begin
 from daebench.methods.solvers.monitor import Monitor
 from daebench.methods.solvers.multiplier_treatment import TreatedMultipliers
-from daebench.methods.solvers.poisson_run import ADVICE, accept, poisson_trajectory, refused
+from daebench.methods.solvers.poisson_run import OnPoisson, refused
 from daebench.runs.ivp import InitialValueProblem, PoissonIvp
-from daebench.runs.request import Request
-from daebench.runs.trajectory import PoissonTrajectory
-
-DEFAULT_TREATMENTS = {"casimirs": "derivative", "ode": "none"}
 
 
 @dataclass(frozen=True)
-class PoissonIda(TreatedMultipliers):
+class PoissonIda(TreatedMultipliers, OnPoisson):
     """IDA on a Poisson system, with the analytic Jacobian and a dense linear solver.
 
     The multipliers of ``casimirs`` are zero along the motion and nothing but the numerical error drives them, and yet they spoil the
@@ -44,7 +39,7 @@ class PoissonIda(TreatedMultipliers):
 
     kind: ClassVar = "formulation of Poisson systems"
     formulations: ClassVar = POISSON_FORMULATIONS
-    default_treatments: ClassVar = DEFAULT_TREATMENTS
+    default_treatments: ClassVar = {"casimirs": "derivative", "ode": "none"}
 
     def refusal(self, ivp: InitialValueProblem) -> str | None:
         """Return why the method cannot be used on this problem, as a sentence, or None."""
@@ -52,29 +47,12 @@ class PoissonIda(TreatedMultipliers):
             return wrong
         return without_casimirs(ivp) if self.formulation == "casimirs" and not ivp.facts.CASIMIRS else None
 
-    def check(self, ivp: PoissonIvp, request: Request) -> None:
-        """Accept a request that can be met; raise :class:`BadInput` otherwise."""
-        accept(self.name, self.refusal(ivp), request)
-
-    def solve(self, ivp: PoissonIvp, request: Request) -> PoissonTrajectory:
-        """Return the trajectory; where IDA stops early, the outputs so far and why.
-
-        Raises
-        ------
-        BadInput
-            If the request cannot be met, see :func:`daebench.methods.solvers.poisson_run.accept`.
-        DaebenchError
-            If multipliers are not determined at the start, see :func:`daebench.methods.formulations.poisson.pose_poisson`.
-        """
-        began = time.perf_counter()
-        self.check(ivp, request)
-        dae = pose_poisson(ivp, self.formulation, multipliers=self.multipliers)
-        found = drive(self.name, dae, request, self._begin, began=began, advice=self._advice)
-        return poisson_trajectory(dae, request, found)
+    def _posed(self, ivp: PoissonIvp) -> PoissonDae:
+        return pose_poisson(ivp, self.formulation, multipliers=self.multipliers)
 
     @property
     def _advice(self) -> str:
-        return self.uncured or ADVICE
+        return self.treatment_advice or super()._advice
 
     def _begin(self, dae: PoissonDae, tol: float, monitor: Monitor) -> Advance:
         return begin(dae, tol, self.tolerances(dae, tol), monitor)

@@ -1,21 +1,14 @@
-"""What tolerance-driven methods on Poisson systems share: what they refuse, and the trajectory from what a solver gave."""
+"""A tolerance-driven run on a Poisson system: what is refused, and the trajectory from what the solver gave."""
 
-from collections.abc import Mapping
-
-import numpy as np
+import time
 
 from daebench.errors import BadInput
-from daebench.methods.fixed_step.base import monitored_names
+from daebench.methods.fixed_step.base import output_maxima
 from daebench.methods.fixed_step.poisson import require_poisson
-from daebench.methods.formulations.poisson import PoissonDae
-from daebench.methods.solvers.drive import TOLERANCES, Array, Driven, check
+from daebench.methods.solvers.drive import ToleranceMethod, check, drive
 from daebench.runs.ivp import InitialValueProblem, PoissonIvp
 from daebench.runs.request import Request
 from daebench.runs.trajectory import POISSON, PoissonTrajectory
-
-ADVICE = "end the run earlier if the motion itself leaves all bounds there, or use another tol"
-"""What to do where a run stops early."""
-
 
 LARGEST = 2000
 """Coordinates up to which a solver may work with the whole Jacobian."""
@@ -33,43 +26,41 @@ def refused(name: str, ivp: InitialValueProblem, *, dense: bool) -> str | None:
     return None
 
 
-def accept(name: str, refusal: str | None, request: Request, least: float = TOLERANCES[0]) -> None:
-    """Accept a request that can be met.
+class OnPoisson(ToleranceMethod):
+    """A tolerance-driven method on Poisson systems."""
 
-    Raises
-    ------
-    BadInput
-        If the method refuses the system, or see :func:`daebench.methods.fixed_step.poisson.require_poisson` and
-        :func:`daebench.methods.solvers.drive.check`.
-    """
-    if refusal:
-        raise BadInput(refusal)
-    require_poisson(name, request)
-    check(name, request, least)
+    @property
+    def _advice(self) -> str:
+        return "end the run earlier if the motion itself leaves all bounds there, or use another tol"
 
+    def check(self, ivp: PoissonIvp, request: Request) -> None:
+        """Accept a request that can be met.
 
-def poisson_trajectory(dae: PoissonDae, request: Request, found: Driven) -> PoissonTrajectory:
-    """Return the trajectory, with the monitored quantities over all outputs.
+        Raises
+        ------
+        BadInput
+            If the method refuses the system, or see :func:`daebench.methods.fixed_step.poisson.require_poisson` and
+            :func:`daebench.methods.solvers.drive.check`.
+        """
+        if refusal := self.refusal(ivp):
+            raise BadInput(refusal)
+        require_poisson(self.name, request)
+        check(self.name, request, self.least)
 
-    Parameters
-    ----------
-    dae : PoissonDae
-        What was solved.
-    request : Request
-        What was asked for.
-    found : Driven
-        What the solver gave.
-    """
-    y = dae.states(found.Y)
-    maxima = _maxima(dae.ivp, request.watched(POISSON), y)
-    return PoissonTrajectory(**found.outcome, t=found.t[found.kept], y=y[found.kept], maxima=maxima)
+    def solve(self, ivp: PoissonIvp, request: Request) -> PoissonTrajectory:
+        """Return the trajectory; where the solver stops early, the outputs so far and why.
 
-
-def _maxima(ivp: PoissonIvp, watch: tuple[str, ...], Y: Array) -> Mapping[str, float]:
-    """Return the largest moduli over all outputs, by name."""
-    functions = {"energy": "H", "casimirs": "casimirs", "integrals": "integrals"}
-    names = monitored_names(watch, ivp)
-    if not names:
-        return {}
-    values = np.concatenate([ivp.along(functions[each], Y).reshape(len(Y), -1) for each in watch], axis=1)
-    return dict(zip(names, map(float, np.max(np.abs(values - values[0]), axis=0)), strict=True))
+        Raises
+        ------
+        BadInput
+            If the request cannot be met, see :meth:`check`.
+        DaebenchError
+            If a value at the start is not finite, or multipliers are not determined there.
+        """
+        began = time.perf_counter()
+        self.check(ivp, request)
+        dae = self._posed(ivp)
+        found = drive(self, dae, request, began=began)
+        y = dae.states(found.Y)
+        maxima = output_maxima(ivp, request.watched(POISSON), y)
+        return PoissonTrajectory(**found.outcome, t=found.t[found.kept], y=y[found.kept], maxima=maxima)

@@ -9,19 +9,10 @@ import sympy as sp
 from daebench.errors import BadInput
 
 INSTALL = "pip install 'daebench[certify]'"
-UNARY = {
-    sp.sin: "sin",
-    sp.cos: "cos",
-    sp.tan: "tan",
-    sp.asin: "asin",
-    sp.acos: "acos",
-    sp.atan: "atan",
-    sp.sinh: "sinh",
-    sp.cosh: "cosh",
-    sp.tanh: "tanh",
-    sp.exp: "exp",
-    sp.log: "log",
-}
+FUNCTIONS = ("sin", "cos", "tan", "asin", "acos", "atan", "sinh", "cosh", "tanh", "exp", "log")
+UNARY = {getattr(sp, name): name for name in FUNCTIONS}
+"""Functions of one argument by their names, which are the same in heyoka."""
+
 DIGITS = 40
 """Decimal digits in which numbers pass to and from quadruple precision, which has 34."""
 

@@ -3,17 +3,17 @@
 import time
 from dataclasses import dataclass
 from importlib.util import find_spec
+from typing import ClassVar
 
 import numpy as np
 
 from daebench.errors import unknown
 from daebench.methods.formulations.constrained import Dae
-from daebench.methods.solvers.drive import Advance, Array, check
+from daebench.methods.solvers.drive import Advance, Array
 from daebench.methods.solvers.ida import Ida
 from daebench.methods.solvers.monitor import Monitor
 from daebench.methods.solvers.scipy_ode import ScipyOde, stepwise
 from daebench.runs.ivp import ConstrainedIvp
-from daebench.runs.request import Request
 
 
 @dataclass(frozen=True)
@@ -25,6 +25,7 @@ class RadauDae(Ida):
     """
 
     formulation: str = "index2"
+    least: ClassVar[float] = ScipyOde.least
 
     @classmethod
     def of(cls, variant: str) -> "RadauDae":
@@ -51,11 +52,6 @@ class RadauDae(Ida):
         if ivp.arrays:
             return f"{self.name} solves with the whole Jacobian, which is too large for the nodes of {ivp.problem}; use ida:index1."
         return None
-
-    def check(self, ivp: ConstrainedIvp, request: Request) -> None:
-        """Accept a request that can be met; raise :class:`BadInput` otherwise."""
-        check(self.name, request, ScipyOde.least)
-        super().check(ivp, request)
 
     def _begin(self, dae: Dae, tol: float, monitor: Monitor) -> Advance:
         from solve_dae.integrate import RadauDAE

@@ -1,13 +1,11 @@
 """The monitor of a tolerance-driven run on a constrained problem: it monitors with every step whether G keeps its rank."""
 
 import math
-import types
 from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 
-from daebench.compiler.cache import generated
 from daebench.diagnostics.passage import Crossing
 from daebench.diagnostics.rank import BELIEVED, GO_ON, WITHIN, badly_scaled, upcoming_loss, zero_of
 from daebench.methods.formulations.constrained import Dae
@@ -82,13 +80,12 @@ class RankMonitor(Monitor):
             that is inside, and after it where that is ahead.
         """
         t0, y0, sigma0 = self.t, self.y, self.sigma
-        now = np.array(y)  # a solver's own may be read-only, which numba takes for another type
-        sigma = self._sigma(now)
+        sigma = self._sigma(y)
         if self.crossing is None and abs(sigma - sigma0) > UNRESOLVED * min(sigma, sigma0):
-            zero = self._inside(t0, y0, sigma0, t, now, sigma)
+            zero = self._inside(t0, y0, sigma0, t, y, sigma)
             if zero is not None:
                 self._lose(zero, t0, y0, sigma0)
-        super()._look(t, now)
+        super()._look(t, y)
         self.sigma, self.largest = sigma, max(sigma, self.largest)
         self._keep()
         if self.crossing is not None:
@@ -186,6 +183,20 @@ class RankMonitor(Monitor):
         return float(np.linalg.norm(self.dae.ivp.value("lam", p, q) @ self.dae.ivp.value("G", q)))
 
 
+class ChainRankMonitor(RankMonitor):
+    """A monitor for unknowns that are arrays, without a word on how the force of constraint grew, which takes G as a matrix."""
+
+    def _measure(self) -> Callable[..., float]:
+        d, independence = self.dae.d, self.dae.ivp.functions("independence").independence
+        return lambda y, par: float(independence(y[d : 2 * d], y[:d], par))
+
+    def _spike(self, y: Array) -> str:
+        return ""
+
+    def _keep(self) -> None:
+        """Keep nothing: no force is told of."""
+
+
 def measure(ivp: ConstrainedIvp, *, compiled: bool) -> Callable[..., float]:
     """Return the function of (y, par) that is ``independence`` of ``kernels/rank.py`` for y = (q, v) or (q, p), shape(2 d,)."""
     from daebench.compiler import codegen
@@ -194,15 +205,7 @@ def measure(ivp: ConstrainedIvp, *, compiled: bool) -> Callable[..., float]:
     p, q = (codegen.pack(f"y[{i}]" for i in range(start, start + d)) for start in (d, 0))
     wrapper = codegen.function("measured(y, par)", f"return independence({p}, {q}, par)")
 
-    def build(cached: bool) -> str:
-        from daebench.compiler.link import Linker, Options
-        from daebench.compiler.syntax import LANGUAGE, decorated
-
-        linker = Linker(ivp.source.derivation, Options(compiled=compiled, singular=singular))
-        module = linker.module(f"Rank of G of {ivp.problem}.", [(LANGUAGE, "independence")], cached)
-        return f"{module}\n\n{decorated(wrapper, ['measured'], cached) if compiled else wrapper}"
-
-    singular = ivp.singular
-    module: types.ModuleType = generated(f"{ivp.problem}_rank", f"{ivp.source.key} rank {compiled} {singular} {wrapper}", build)
+    title = f"Rank of G of {ivp.problem}."
+    module = ivp.source.linked("rank", title, ["independence"], wrapper=("measured", wrapper), compiled=compiled, singular=ivp.singular)
     function: Callable[..., float] = module.measured
     return function if compiled else np.errstate(all="ignore")(function)

@@ -1,25 +1,19 @@
-"""What the solvers of ODEs share: the index-reduced ODE, the request, and a way to begin that is their own."""
+"""What the solvers of ODEs share: the index-reduced ODE, and the variants that each of them has."""
 
-import time
-from abc import ABC, abstractmethod
-from collections.abc import Callable, Collection
+from collections.abc import Collection
 from dataclasses import dataclass
 from typing import ClassVar
 
-from daebench.errors import BadInput, unknown
+from daebench.errors import unknown
 from daebench.methods.formulations.chain import refused
-from daebench.methods.formulations.constrained import Posed
-from daebench.methods.solvers.constrained_run import constrained
-from daebench.methods.solvers.drive import TOLERANCES, Advance, Driven, check, drive
+from daebench.methods.formulations.constrained import Dae
+from daebench.methods.solvers.constrained_run import OnConstrained
 from daebench.methods.solvers.least_squares import reduced
-from daebench.methods.solvers.monitor import Monitor
 from daebench.runs.ivp import ConstrainedIvp, InitialValueProblem
-from daebench.runs.request import Request
-from daebench.runs.trajectory import Trajectory
 
 
 @dataclass(frozen=True)
-class OnReducedOde(ABC):
+class OnReducedOde(OnConstrained):
     """A tolerance-driven solver on formulation ``ode``, HLW (1.18), with the analytic Jacobian where it uses one.
 
     Parameters
@@ -34,10 +28,8 @@ class OnReducedOde(ABC):
     """
 
     variant: str
-    knob = "tol"
     solver: ClassVar[str]
     variants: ClassVar[Collection[str]]
-    least: ClassVar[float] = TOLERANCES[0]
 
     def __post_init__(self) -> None:
         if self.variant not in self.variants:
@@ -61,35 +53,9 @@ class OnReducedOde(ABC):
         """Return what else the solver lacks to solve the ODE of a problem, as a sentence, or None."""
         return None
 
-    def check(self, ivp: ConstrainedIvp, request: Request) -> None:
-        """Accept a request that can be met; raise :class:`BadInput` otherwise."""
-        check(self.name, request, self.least)
-        if refusal := self.refusal(ivp):
-            raise BadInput(refusal)
+    def _posed(self, ivp: ConstrainedIvp) -> Dae:
+        return reduced(ivp)
 
-    def solve(self, ivp: ConstrainedIvp, request: Request) -> Trajectory:
-        """Return the trajectory; where the solver stops early, the outputs so far and why.
-
-        Raises
-        ------
-        BadInput
-            If the request cannot be met, see :func:`daebench.methods.solvers.drive.check`.
-        DaebenchError
-            If the start has no multiplier, see :func:`daebench.methods.solvers.constrained_run.constrained`.
-        """
-        began = time.perf_counter()
-        self.check(ivp, request)
-        advice = "use a larger tol, and see whether G keeps its rank"
-
-        def driven(dae: Posed, make_monitor: Callable[..., Monitor]) -> Driven:
-            return self.drive(dae, request, began=began, advice=advice, make_monitor=make_monitor)
-
-        return constrained(self.name, ivp, request, reduced, driven)
-
-    def drive(self, posed: Posed, request: Request, *, began: float, advice: str, make_monitor: Callable[..., Monitor] = Monitor) -> Driven:
-        """Return what the solver gives on any ODE; see :func:`daebench.methods.solvers.drive.drive`."""
-        return drive(self.name, posed, request, self._begin, began=began, advice=advice, make_monitor=make_monitor)
-
-    @abstractmethod
-    def _begin(self, dae: Posed, tol: float, monitor: Monitor) -> Advance:
-        """Compile what will be called, and return how the solver is advanced from output to output."""
+    @property
+    def _advice(self) -> str:
+        return "use a larger tol, and see whether G keeps its rank"

@@ -44,7 +44,8 @@ def own_coordinates(definition: Exact) -> Equations:
     G = spelled(own.G)
     if own.explicit:
         v, force = column(own.H_p), [-x for x in column(own.H_q)]
-        W = [_times(spelled(own.H_pp), row) for row in G]
+        H_pp = spelled(own.H_pp)
+        W = [[dotted(entries, row) for entries in H_pp] for row in G]
         rest = column(own.a.subs(dict.fromkeys(own.lam, 0)))
     else:
         M = spelled(own.M)
@@ -57,10 +58,6 @@ def own_coordinates(definition: Exact) -> Equations:
     lam = solved([[dotted(row, w) for w in W] for row in G], rest)
     rates = [f - dotted(column_of_G, lam) for f, column_of_G in zip(force, zip(*G, strict=True), strict=True)]
     return list(zip([*q, *p], [*v, *rates], strict=True))
-
-
-def _times(A: Sequence[Sequence[Expression]], x: Sequence[Expression]) -> list[Expression]:
-    return [dotted(row, x) for row in A]
 
 
 def hamiltonian(definition: Exact, z: Sequence[sp.Symbol], B: sp.Matrix, K: sp.Expr) -> Equations:

@@ -1,17 +1,19 @@
 """Gaussian elimination of a banded matrix, row by row as they come: a window of the rows that still meet, and what has left it.
 
-With half-bandwidth w the window has w + 1 rows, whose entries begin at the column that is eliminated next, and end with the right side.
-Rows that have been pivots are kept in ``U`` with the inverse of the pivot in the place of the pivot. ``size``, with a row to spare, has the
-sums of moduli of the terms that each entry was computed from, and ``scale`` the largest modulus of each row when it came.
+With half-bandwidth WIDTH the window has WIDTH + 1 rows, whose entries begin at the column that is eliminated next, and end with the right
+side. Rows that have been pivots are kept in ``U`` with the inverse of the pivot in the place of the pivot. ``size``, with a row to spare,
+has the sums of moduli of the terms that each entry was computed from, and ``scale`` the largest modulus of each row when it came.
 """
 
 from typing import Any
 
+from daebench.schemes.kernels.sizes import WIDTH
 
-def push(window: Any, size: Any, scale: Any, row: int, w: int) -> None:
+
+def push(window: Any, size: Any, scale: Any, row: int) -> None:
     """Take note of the moduli of a row that was put into the window, and of the largest of them."""
     largest = abs(window[row, 0])
-    for j in range(2 * w + 1):
+    for j in range(2 * WIDTH + 1):
         size[row, j] = abs(window[row, j])
         largest = max(largest, size[row, j])
     scale[row] = largest
@@ -26,43 +28,43 @@ def pivot_row(window: Any, scale: Any, rows: int) -> int:
     return best
 
 
-def exchange(window: Any, size: Any, scale: Any, best: int, w: int) -> None:
+def exchange(window: Any, size: Any, scale: Any, best: int) -> None:
     """Exchange the first row and another."""
-    for j in range(2 * w + 2):
+    for j in range(2 * WIDTH + 2):
         window[0, j], window[best, j] = window[best, j], window[0, j]
-    for j in range(2 * w + 1):
+    for j in range(2 * WIDTH + 1):
         size[0, j], size[best, j] = size[best, j], size[0, j]
     scale[0], scale[best] = scale[best], scale[0]
 
 
-def reduce(window: Any, size: Any, scale: Any, rows: int, w: int, U: Any, column: int) -> None:
+def reduce(window: Any, size: Any, scale: Any, rows: int, U: Any, column: int) -> None:
     """Subtract multiples of the pivot row from the others, which move up by a row and left by a column."""
-    for j in range(2 * w + 1):
-        size[w + 1, j] = size[0, j]
+    for j in range(2 * WIDTH + 1):
+        size[WIDTH + 1, j] = size[0, j]
     for i in range(1, rows):
         f = window[i, 0] * U[column, 0]
-        for j in range(1, 2 * w + 1):
+        for j in range(1, 2 * WIDTH + 1):
             window[i - 1, j - 1] = window[i, j] - f * U[column, j]
-            size[i - 1, j - 1] = size[i, j] + abs(f) * size[w + 1, j]
-        window[i - 1, 2 * w] = 0.0
-        size[i - 1, 2 * w] = 0.0
-        window[i - 1, 2 * w + 1] = window[i, 2 * w + 1] - f * U[column, 2 * w + 1]
+            size[i - 1, j - 1] = size[i, j] + abs(f) * size[WIDTH + 1, j]
+        window[i - 1, 2 * WIDTH] = 0.0
+        size[i - 1, 2 * WIDTH] = 0.0
+        window[i - 1, 2 * WIDTH + 1] = window[i, 2 * WIDTH + 1] - f * U[column, 2 * WIDTH + 1]
         scale[i - 1] = scale[i]
 
 
-def settle(window: Any, size: Any, scale: Any, rows: int, w: int, U: Any, column: int, smallest: Any) -> Any:
+def settle(window: Any, size: Any, scale: Any, rows: int, U: Any, column: int, smallest: Any) -> Any:
     """Eliminate a column with scaled partial pivoting among so many rows, which leaves one fewer.
 
     Returns the smallest relative pivot so far: each is taken relative to the sum of moduli of the terms that it was computed from.
     """
     best = pivot_row(window, scale, rows)
     if best != 0:
-        exchange(window, size, scale, best, w)
+        exchange(window, size, scale, best)
     share = abs(window[0, 0]) / size[0, 0] if size[0, 0] > 0.0 else 0.0 * scale[0]
     if not share >= smallest:
         smallest = share
     U[column, 0] = 1.0 / window[0, 0]
-    for j in range(1, 2 * w + 2):
+    for j in range(1, 2 * WIDTH + 2):
         U[column, j] = window[0, j]
-    reduce(window, size, scale, rows, w, U, column)
+    reduce(window, size, scale, rows, U, column)
     return smallest

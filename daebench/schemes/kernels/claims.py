@@ -115,14 +115,6 @@ def projected(claims: Claims, projection: str) -> Claims:
     return replace(claims, symmetric=symmetric, symplectic=False, keeps_g=True, keeps_Gv=True, conserves_energy=False)
 
 
-def _none(**_: float) -> tuple[Any, ...]:
-    return ()
-
-
-def _no_multipliers() -> Mapping[str, float]:
-    return {}
-
-
 @dataclass(frozen=True, kw_only=True)
 class Member:
     """One scheme of a file: its claims, and the numbers that tell it from the others in the same file.
@@ -149,8 +141,8 @@ class Member:
 
     claims: Claims
     stages: int = 1
-    numbers: Callable[..., tuple[Any, ...]] = _none
+    numbers: Callable[..., tuple[Any, ...]] = lambda **_: ()
     options: Mapping[str, float] = field(default_factory=dict)
-    multipliers: Callable[[], Mapping[str, float]] = _no_multipliers
+    multipliers: Callable[[], Mapping[str, float]] = dict
     vanishing: tuple[str, ...] = ()
     simplified: bool = False

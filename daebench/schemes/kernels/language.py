@@ -1,3 +1,4 @@
+# mypy: disable-error-code="empty-body"
 """What a scheme may use: the linker puts a problem's own functions and the fitting algebra in place of this module.
 
 A scheme file imports the names of its language from here and is never run as it stands: the linker joins it with the
@@ -30,6 +31,7 @@ from daebench.schemes.kernels.spaces import (
     State,
     Step,
     Vector,
+    declare,
 )
 
 # ---- constants, settled when the kernel is linked ------------------------------------------------------------------------
@@ -91,157 +93,126 @@ INF: Number = 0.0
 
 def H(p: Vector, q: Vector) -> Number:
     """Hamiltonian."""
-    raise NotImplementedError("filled in by the linker")
 
 
 def H_p(p: Vector, q: Vector) -> Vector:
     """Velocity dH/dp."""
-    raise NotImplementedError("filled in by the linker")
 
 
 def H_q(p: Vector, q: Vector) -> Vector:
     """Minus the force, dH/dq."""
-    raise NotImplementedError("filled in by the linker")
 
 
 def H_pp(p: Vector, q: Vector) -> InverseMass:
     """Inverse mass d2H/dp2, shape(d, d)."""
-    raise NotImplementedError("filled in by the linker")
 
 
 def H_qp(p: Vector, q: Vector) -> Matrix:
     """Derivative of H_q with respect to p, shape(d, d)."""
-    raise NotImplementedError("filled in by the linker")
 
 
 def H_qq(p: Vector, q: Vector) -> Matrix:
     """Derivative of H_q with respect to q at fixed p, shape(d, d)."""
-    raise NotImplementedError("filled in by the linker")
 
 
 def M(q: Vector) -> Matrix:
     """Mass matrix, shape(d, d)."""
-    raise NotImplementedError("filled in by the linker")
 
 
 def mass(p: Vector, q: Vector) -> Matrix:
     """Mass matrix, the inverse of H_pp, of any problem, shape(d, d)."""
-    raise NotImplementedError("filled in by the linker")
 
 
 def U(q: Vector) -> Number:
     """Potential energy."""
-    raise NotImplementedError("filled in by the linker")
 
 
 def U_q(q: Vector) -> Vector:
     """Gradient of the potential energy."""
-    raise NotImplementedError("filled in by the linker")
 
 
 def U_qq(q: Vector) -> Matrix:
     """Second derivative of the potential energy, shape(d, d)."""
-    raise NotImplementedError("filled in by the linker")
 
 
 def N(q: Vector, v: Vector) -> Matrix:
     """Derivative of M(q) v with respect to q, shape(d, d)."""
-    raise NotImplementedError("filled in by the linker")
 
 
 def T_q(q: Vector, v: Vector) -> Vector:
     """Gradient of 1/2 v^T M(q) v with respect to q at fixed v."""
-    raise NotImplementedError("filled in by the linker")
 
 
 def T_qq(q: Vector, v: Vector) -> Matrix:
     """Derivative of T_q with respect to q at fixed v, shape(d, d)."""
-    raise NotImplementedError("filled in by the linker")
 
 
 def c_v(q: Vector, v: Vector) -> Matrix:
     """Derivative of the velocity terms c = N v - T_q with respect to v, shape(d, d)."""
-    raise NotImplementedError("filled in by the linker")
 
 
 def g(q: Vector) -> Multiplier:
     """Constraint, shape(m,)."""
-    raise NotImplementedError("filled in by the linker")
 
 
 def G(q: Vector) -> Jacobian:
     """Constraint Jacobian dg/dq, shape(m, d)."""
-    raise NotImplementedError("filled in by the linker")
 
 
 def rows(X: Rows, p: Vector, q: Vector) -> Rows:
     """X H_pp for a Jacobian X of constraints: M^-1 applied to each of its rows, shape(m, d)."""
-    raise NotImplementedError("filled in by the linker")
 
 
 def g_qv(q: Vector, v: Vector) -> Rows:
     """Derivative of G(q) v with respect to q at fixed v, shape(m, d)."""
-    raise NotImplementedError("filled in by the linker")
 
 
 def curvature(q: Vector, lam: Multiplier) -> Matrix:
     """Derivative of G(q)^T lam with respect to q, shape(d, d)."""
-    raise NotImplementedError("filled in by the linker")
 
 
 def Gv(p: Vector, q: Vector) -> Multiplier:
     """Velocity constraint G H_p, HLW (1.11), shape(m,)."""
-    raise NotImplementedError("filled in by the linker")
 
 
 def Gv_p(p: Vector, q: Vector) -> Rows:
     """Derivative of G H_p with respect to p, G H_pp, shape(m, d)."""
-    raise NotImplementedError("filled in by the linker")
 
 
 def Gv_q(p: Vector, q: Vector) -> Rows:
     """Derivative of G H_p with respect to q, shape(m, d)."""
-    raise NotImplementedError("filled in by the linker")
 
 
 def a(p: Vector, q: Vector, lam: Multiplier) -> Multiplier:
     """Right side of HLW (1.12): the second derivative of g along the solution, shape(m,)."""
-    raise NotImplementedError("filled in by the linker")
 
 
 def a_p(p: Vector, q: Vector, lam: Multiplier) -> Rows:
     """Derivative of a with respect to p, shape(m, d)."""
-    raise NotImplementedError("filled in by the linker")
 
 
 def f(p: Vector, q: Vector) -> tuple[Vector, Vector, Number]:
     """p', q' of the ODE in the form that is chosen, (1.18) by default, and the smallest relative pivot met on the way."""
-    raise NotImplementedError("filled in by the linker")
 
 
 def K_y(p: Vector, q: Vector) -> Any:
     """Gradient of K(y) = H(chi(y)) in local coordinates y = (p, q), shape(2 d,)."""
-    raise NotImplementedError("filled in by the linker")
 
 
 def two_form(p: Vector, q: Vector) -> Any:
     """X^T J X with X = chi'(y) at local coordinates y = (p, q), HLW (2.21), shape(2 d, 2 d)."""
-    raise NotImplementedError("filled in by the linker")
 
 
 def chart(p: Vector, q: Vector) -> tuple[Vector, Vector]:
     """State (p, q) at the local coordinates that a scheme computes in, as momenta and positions."""
-    raise NotImplementedError("filled in by the linker")
 
 
 def kinetic_increment(p: Vector, q: Vector, time: tuple[Number]) -> tuple[Vector, Vector]:
     """What the flow of the kinetic energy on the manifold over a time adds to p and to q, where the problem declares that flow."""
-    raise NotImplementedError("filled in by the linker")
 
 
 def integrals(p: Vector, q: Vector) -> tuple[Number, ...]:
     """First integrals that the problem declares besides H."""
-    raise NotImplementedError("filled in by the linker")
 
 
 # ---- algebra -------------------------------------------------------------------------------------------------------------
@@ -249,22 +220,18 @@ def integrals(p: Vector, q: Vector) -> tuple[Number, ...]:
 
 def zero(q: Vector) -> Multiplier:
     """A multiplier of zeros in q's number type."""
-    raise NotImplementedError("filled in by the linker")
 
 
 def dot(x: Vector, y: Vector) -> Number:
     """x^T y."""
-    raise NotImplementedError("filled in by the linker")
 
 
 def dot_moduli(x: Vector, y: Vector) -> Number:
     """Sum of the moduli |x_i y_i|: what a relative change of one in y makes of x^T y at most."""
-    raise NotImplementedError("filled in by the linker")
 
 
 def identity_d(q: Vector) -> Matrix:
     """I in q's number type, shape(d, d)."""
-    raise NotImplementedError("filled in by the linker")
 
 
 @overload
@@ -275,12 +242,10 @@ def norm(x: Multiplier) -> Number: ...
 def norm(x: Half) -> Number: ...
 def norm(x: Any) -> Any:
     """Sum of moduli; unlike the largest modulus it cannot hide a NaN."""
-    raise NotImplementedError("filled in by the linker")
 
 
 def multiplier(entries: Iterable[Number]) -> Multiplier:
     """The multiplier of these entries, one for each constraint: ``multiplier(... for k in range(CONSTRAINTS))``."""
-    raise NotImplementedError("filled in by the linker")
 
 
 @overload
@@ -295,7 +260,6 @@ def solve(A: Matrix, b: Vector, X: Rows) -> tuple[Vector, Rows, Number]: ...
 def solve(A: Matrix, b: Vector, X: Matrix) -> tuple[Vector, Matrix, Number]: ...
 def solve(A: Any, b: Any, X: Any = None) -> Any:
     """A^-1 b, the solutions for the rows of X as rows where they are asked for, and the smallest relative pivot."""
-    raise NotImplementedError("filled in by the linker")
 
 
 @overload
@@ -306,22 +270,18 @@ def solve_mass(A: Matrix, b: Vector, X: Rows) -> tuple[Vector, Rows, Number]: ..
 def solve_mass(A: Matrix, b: Vector, X: Matrix) -> tuple[Vector, Matrix, Number]: ...
 def solve_mass(A: Any, b: Any, X: Any = None) -> Any:
     """As ``solve`` for A = M(q); what M does not couple is left out."""
-    raise NotImplementedError("filled in by the linker")
 
 
 def solve_2m(A: Gram, B: Gram, C: Gram, D: Gram, b: Multiplier, c: Multiplier) -> tuple[Multiplier, Multiplier, Number]:
     """x, y with [[A, B], [C, D]] (x, y) = (b, c), and the smallest relative pivot."""
-    raise NotImplementedError("filled in by the linker")
 
 
 def solve_stages(B: tuple[tuple[Gram, ...], ...], b: tuple[Multiplier, ...]) -> tuple[tuple[Multiplier, ...], Number]:
     """X with sum_j B[i][j] x[j] = b[i] for STAGES blocks of shape(m, m), and the smallest relative pivot."""
-    raise NotImplementedError("filled in by the linker")
 
 
 def solve_stages_but_one(B: tuple[tuple[Gram, ...], ...], b: tuple[Multiplier, ...]) -> tuple[tuple[Multiplier, ...], Number]:
     """X with sum_j B[i][j] x[j] = b[i] for STAGES - 1 blocks of shape(m, m), and the smallest relative pivot."""
-    raise NotImplementedError("filled in by the linker")
 
 
 @overload
@@ -330,12 +290,10 @@ def solve_2s(B: tuple[tuple[Gram, ...], ...], b: tuple[Multiplier, ...]) -> tupl
 def solve_2s(B: tuple[tuple[Matrix, ...], ...], b: tuple[Vector, ...]) -> tuple[tuple[Vector, ...], Number]: ...
 def solve_2s(B: Any, b: Any) -> Any:
     """X with sum_j B[i][j] x[j] = b[i] for 2 STAGES blocks of shape(m, m) or shape(d, d), and the smallest relative pivot."""
-    raise NotImplementedError("filled in by the linker")
 
 
 def solve_2d(A: Any, b: Any) -> tuple[Vector, Vector, Number]:
     """Both halves of the x with A x = b, shape(2 d,), and the smallest relative pivot."""
-    raise NotImplementedError("filled in by the linker")
 
 
 # ---- what only Newton and the loop use -----------------------------------------------------------------------------------
@@ -355,22 +313,18 @@ def plus_work(x: Any, y: Any) -> Any:
 
 def step(p0: Vector, q0: Vector, h: Number) -> Any:
     """p1, q1, stage multipliers and a report; a multistep scheme's step has its memory after q0 and returns it after q1."""
-    raise NotImplementedError("filled in by the linker")
 
 
 def plain_step(p0: Vector, q0: Vector, h: Number) -> Step:
     """The scheme's own step, whatever is done around it."""
-    raise NotImplementedError("filled in by the linker")
 
 
 def increment(p0: Vector, q0: Vector, h: Number) -> Step:
     """The scheme's step as p1 - p0, q1 - q0, before they are added to the state."""
-    raise NotImplementedError("filled in by the linker")
 
 
 def start(p0: Vector, q0: Vector, h: Number) -> tuple[Any, Report]:
     """A multistep scheme's first memory."""
-    raise NotImplementedError("filled in by the linker")
 
 
 def one_step(x: State, memory: Any, h: Number) -> Any:
@@ -391,33 +345,30 @@ def output(x: State) -> State:
 
 def state_norm(x: State) -> Number:
     """Sum of moduli of a state."""
-    raise NotImplementedError("filled in by the linker")
 
 
 def conserved_quantities(x: State) -> tuple[Number, ...]:
     """Conserved quantities that the run monitors."""
-    raise NotImplementedError("filled in by the linker")
 
 
 def monitored_errors(x: State, first: tuple[Number, ...]) -> tuple[Number, ...]:
     """Moduli of the errors that the run monitors, given the conserved quantities at the start."""
-    raise NotImplementedError("filled in by the linker")
 
 
 def worst(x: tuple[Number, ...], y: tuple[Number, ...]) -> tuple[Number, ...]:
     """The larger of each pair; NaN where either is."""
-    raise NotImplementedError("filled in by the linker")
 
 
 def total(x: tuple[Number, ...]) -> Number:
     """Sum of moduli that are monitored; not finite where any of them is not."""
-    raise NotImplementedError("filled in by the linker")
 
 
 def defined(x: State) -> Number:
     """0 where H has a value, NaN where it has none; 0 everywhere if the forces tell that, or H is monitored."""
-    raise NotImplementedError("filled in by the linker")
 
 
 def store(states: Any, stage_lams: Any, row: int, x: State, stage_lam: Any) -> None:
     """Write a state into row ``row`` of the outputs, and the step's stage multipliers where they are wanted; or H where samples are."""
+
+
+declare(globals())

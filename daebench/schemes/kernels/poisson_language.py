@@ -1,10 +1,11 @@
+# mypy: disable-error-code="empty-body"
 """What a scheme for Poisson systems may use besides :mod:`daebench.schemes.kernels.language`: the linker fills these in for one system.
 
 The state is one vector y, shape(n,). Schemes that treat its halves differently take y = (u, v, c): u and v of the same length, and c,
 which no step changes: the Casimir coordinates of a canonical form.
 """
 
-from daebench.schemes.kernels.spaces import Half, HalfMatrix, Matrix, Number, Report, Vector
+from daebench.schemes.kernels.spaces import Half, HalfMatrix, Matrix, Number, Report, Vector, declare
 
 # ---- constants, settled when the kernel is linked ------------------------------------------------------------------------
 
@@ -19,62 +20,50 @@ BOUNDED: bool = False
 
 def step(y0: Vector, h: Number) -> tuple[Vector, Report]:
     """y1 and a report."""
-    raise NotImplementedError("filled in by the linker")
 
 
 def field(y: Vector) -> Vector:
     """Right side B(y) grad H(y), HLW (2.12)."""
-    raise NotImplementedError("filled in by the linker")
 
 
 def field_y(y: Vector) -> Matrix:
     """Derivative of the right side, shape(n, n)."""
-    raise NotImplementedError("filled in by the linker")
 
 
 def rate_u(y: Vector) -> Half:
     """The half u of the right side."""
-    raise NotImplementedError("filled in by the linker")
 
 
 def rate_v(y: Vector) -> Half:
     """The half v of the right side."""
-    raise NotImplementedError("filled in by the linker")
 
 
 def rate_u_u(y: Vector) -> HalfMatrix:
     """Derivative of the half u of the right side with respect to u."""
-    raise NotImplementedError("filled in by the linker")
 
 
 def rate_v_v(y: Vector) -> HalfMatrix:
     """Derivative of the half v of the right side with respect to v."""
-    raise NotImplementedError("filled in by the linker")
 
 
 def before(y: Vector, time: tuple[Number]) -> Vector:
     """Flows of all parts but the last over a time, the first part first."""
-    raise NotImplementedError("filled in by the linker")
 
 
 def turn(y: Vector, time: tuple[Number]) -> Vector:
     """Flow of the last part over a time."""
-    raise NotImplementedError("filled in by the linker")
 
 
 def after(y: Vector, time: tuple[Number]) -> Vector:
     """Flows of all parts but the last over a time, the first part last."""
-    raise NotImplementedError("filled in by the linker")
 
 
 def inside(y: Vector) -> bool:
     """Whether a state, in the system's own coordinates, is in its domain."""
-    raise NotImplementedError("filled in by the linker")
 
 
 def chart(y: Vector) -> Vector:
     """State in the system's own coordinates at the coordinates that a scheme computes in."""
-    raise NotImplementedError("filled in by the linker")
 
 
 # ---- algebra -------------------------------------------------------------------------------------------------------------
@@ -82,14 +71,14 @@ def chart(y: Vector) -> Vector:
 
 def first_half(y: Vector) -> Half:
     """The half u of a state."""
-    raise NotImplementedError("filled in by the linker")
 
 
 def second_half(y: Vector) -> Half:
     """The half v of a state."""
-    raise NotImplementedError("filled in by the linker")
 
 
 def joined(u: Half, v: Half, y: Vector) -> Vector:
     """The state (u, v, c) with the c of y."""
-    raise NotImplementedError("filled in by the linker")
+
+
+declare(globals())

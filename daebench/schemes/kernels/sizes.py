@@ -8,3 +8,6 @@ COLUMNS: int = 2
 
 DEPENDENT: float = 4e-11
 """What is left of a column, relative to the first, below which least squares take it for dependent."""
+
+WIDTH: int = 1
+"""Half-bandwidth of a banded matrix."""

@@ -1,3 +1,4 @@
+# mypy: disable-error-code="empty-body"
 """The spaces that the vectors and matrices of a scheme are in: what annotations say, and a type checker knows of their operators.
 
 No object of these classes is ever made. The linker puts operations of the algebra in the place of operators, see
@@ -5,7 +6,9 @@ No object of these classes is ever made. The linker puts operations of the algeb
 """
 
 from collections.abc import Iterator
-from typing import Any, Generic, TypeVar, overload
+from functools import wraps
+from types import FunctionType
+from typing import Any, Generic, NoReturn, TypeVar, overload
 
 Number = float
 """A number of the run's type: float64, float32 or complex128."""
@@ -16,23 +19,17 @@ K = TypeVar("K")
 class Linear(Generic[K]):
     """Elements of a linear space: their sums, and their multiples."""
 
-    def __add__(self, other: K) -> K:
-        raise NotImplementedError
+    def __add__(self, other: K) -> K: ...
 
-    def __sub__(self, other: K) -> K:
-        raise NotImplementedError
+    def __sub__(self, other: K) -> K: ...
 
-    def __neg__(self) -> K:
-        raise NotImplementedError
+    def __neg__(self) -> K: ...
 
-    def __mul__(self, w: Number) -> K:
-        raise NotImplementedError
+    def __mul__(self, w: Number) -> K: ...
 
-    def __rmul__(self, w: Number) -> K:
-        raise NotImplementedError
+    def __rmul__(self, w: Number) -> K: ...
 
-    def __truediv__(self, w: Number) -> K:
-        raise NotImplementedError
+    def __truediv__(self, w: Number) -> K: ...
 
 
 class Vector(Linear["Vector"]):
@@ -41,10 +38,8 @@ class Vector(Linear["Vector"]):
     @property
     def T(self) -> "Row":
         """The vector as a row."""
-        raise NotImplementedError
 
-    def __getitem__(self, i: int) -> Number:
-        raise NotImplementedError
+    def __getitem__(self, i: int) -> Number: ...
 
 
 class Row:
@@ -54,11 +49,9 @@ class Row:
 class Multiplier(Linear["Multiplier"]):
     """Multipliers or constraint values, shape(m,)."""
 
-    def __getitem__(self, k: int) -> Number:
-        raise NotImplementedError
+    def __getitem__(self, k: int) -> Number: ...
 
-    def __matmul__(self, x: Row) -> "Rows":
-        raise NotImplementedError
+    def __matmul__(self, x: Row) -> "Rows": ...
 
 
 class Rows(Linear["Rows"]):
@@ -67,10 +60,8 @@ class Rows(Linear["Rows"]):
     @property
     def T(self) -> "Columns":
         """The transpose, shape(d, m)."""
-        raise NotImplementedError
 
-    def __getitem__(self, k: int) -> Vector:
-        raise NotImplementedError
+    def __getitem__(self, k: int) -> Vector: ...
 
     @overload
     def __matmul__(self, x: Vector) -> Multiplier: ...
@@ -78,8 +69,7 @@ class Rows(Linear["Rows"]):
     def __matmul__(self, x: "Columns") -> "Gram": ...
     @overload
     def __matmul__(self, x: "Matrix") -> "Rows": ...
-    def __matmul__(self, x: Any) -> Any:
-        raise NotImplementedError
+    def __matmul__(self, x: Any) -> Any: ...
 
 
 class Jacobian(Rows):
@@ -92,14 +82,12 @@ class Columns(Linear["Columns"]):
     @property
     def T(self) -> Rows:
         """The transpose, shape(m, d)."""
-        raise NotImplementedError
 
     @overload
     def __matmul__(self, x: Multiplier) -> Vector: ...
     @overload
     def __matmul__(self, x: Rows) -> "Matrix": ...
-    def __matmul__(self, x: Any) -> Any:
-        raise NotImplementedError
+    def __matmul__(self, x: Any) -> Any: ...
 
 
 class Matrix(Linear["Matrix"]):
@@ -108,7 +96,6 @@ class Matrix(Linear["Matrix"]):
     @property
     def T(self) -> "Matrix":
         """The transpose."""
-        raise NotImplementedError
 
     @overload
     def __matmul__(self, x: Vector) -> Vector: ...
@@ -116,8 +103,7 @@ class Matrix(Linear["Matrix"]):
     def __matmul__(self, x: "Matrix") -> "Matrix": ...
     @overload
     def __matmul__(self, x: Columns) -> Columns: ...
-    def __matmul__(self, x: Any) -> Any:
-        raise NotImplementedError
+    def __matmul__(self, x: Any) -> Any: ...
 
 
 class InverseMass(Matrix):
@@ -127,8 +113,7 @@ class InverseMass(Matrix):
 class Gram(Linear["Gram"]):
     """A matrix of shape(m, m)."""
 
-    def __getitem__(self, k: int) -> Multiplier:
-        raise NotImplementedError
+    def __getitem__(self, k: int) -> Multiplier: ...
 
 
 class Half(Linear["Half"]):
@@ -146,15 +131,13 @@ class Identity:
     def __add__(self, X: Matrix) -> Matrix: ...
     @overload
     def __add__(self, X: HalfMatrix) -> HalfMatrix: ...
-    def __add__(self, X: Any) -> Any:
-        raise NotImplementedError
+    def __add__(self, X: Any) -> Any: ...
 
     @overload
     def __sub__(self, X: Matrix) -> Matrix: ...
     @overload
     def __sub__(self, X: HalfMatrix) -> HalfMatrix: ...
-    def __sub__(self, X: Any) -> Any:
-        raise NotImplementedError
+    def __sub__(self, X: Any) -> Any: ...
 
 
 I: Identity = Identity()  # noqa: E741
@@ -164,14 +147,11 @@ I: Identity = Identity()  # noqa: E741
 class Data(float):
     """Run-time data: a number, or numbers in tuples of any depth, as a tableau is."""
 
-    def __getitem__(self, i: int) -> "Data":
-        raise NotImplementedError
+    def __getitem__(self, i: int) -> "Data": ...
 
-    def __iter__(self) -> "Iterator[Data]":
-        raise NotImplementedError
+    def __iter__(self) -> "Iterator[Data]": ...
 
-    def __len__(self) -> int:
-        raise NotImplementedError
+    def __len__(self) -> int: ...
 
 
 State = Any
@@ -199,3 +179,17 @@ LENGTH: Number = 0.0
 
 RATE: Number = 0.0
 """Rate of the initial value problem, 1/s; run-time data that only schemes on every form of the system are given."""
+
+
+def declare(names: dict[str, Any]) -> None:
+    """Have the functions of a file of the language, given by its global names, say that the linker fills them in when they are called."""
+
+    def unlinked(function: FunctionType) -> Any:
+        @wraps(function)
+        def call(*_: Any, **__: Any) -> NoReturn:
+            raise NotImplementedError("filled in by the linker")
+
+        return call
+
+    own = {name: value for name, value in names.items() if isinstance(value, FunctionType) and value.__module__ == names["__name__"]}
+    names.update({name: unlinked(function) for name, function in own.items()})
