@@ -1,9 +1,8 @@
 """Space as it is drawn: an orthographic view, always from the same side."""
 
 import numpy as np
-import numpy.typing as npt
 
-Array = npt.NDArray[np.float64]
+from daebench.runs.ivp import Array
 
 AZIMUTH, ELEVATION = np.radians(32), np.radians(24)
 """Where the eye is, seen from the origin."""

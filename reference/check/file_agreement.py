@@ -13,8 +13,8 @@ from daebench.reference.keep import store
 from daebench.reference.keep.dense_evaluation import states_at
 from daebench.reference.keep.record import EPS, Reference
 from daebench.reference.keep.trajectory_file import TrajectoryFile, read, split
+from daebench.runs.ivp import Array
 
-Array = NDArray[np.float64]
 Rows = NDArray[np.intp]
 
 WITHIN = 0.01

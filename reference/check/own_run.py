@@ -5,11 +5,11 @@ from fractions import Fraction
 
 import numpy as np
 
-from daebench.reference.check.recomputation import WORTH, Array, Parts, Recomputed, followed, rounding_of, so_far, suffered
+from daebench.reference.check.recomputation import WORTH, Parts, Recomputed, followed, rounding_of, so_far, suffered
 from daebench.reference.check.runs import coarsest, own_name, solved
 from daebench.reference.check.verification import Check, at_most
 from daebench.reference.keep.record import EPS, Reference
-from daebench.runs.ivp import Ivp
+from daebench.runs.ivp import Array, Ivp
 from daebench.runs.request import Request
 
 FINEST = 512

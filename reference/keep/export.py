@@ -6,15 +6,13 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from daebench.errors import BadInput, unknown
 from daebench.reference.keep.dense_evaluation import At, states_at
 from daebench.reference.keep.record import Reference
 from daebench.runs.csv_files import write_rows
 from daebench.runs.files import atomic
-
-Array = NDArray[np.float64]
+from daebench.runs.ivp import Array
 
 
 @dataclass(frozen=True)

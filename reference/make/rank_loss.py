@@ -4,11 +4,9 @@ from collections.abc import Callable, Sequence
 
 import mpmath as mp
 import numpy as np
-from numpy.typing import NDArray
 
 from daebench.reference.make.mathematics import Mathematics
-
-Array = NDArray[np.float64]
+from daebench.runs.ivp import Array
 
 DIGITS = 30
 """Decimal digits of the states that are looked at."""

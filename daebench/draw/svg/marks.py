@@ -9,7 +9,7 @@ import numpy.typing as npt
 from markupsafe import Markup
 
 from daebench.draw.figures import BLACK, Stroke
-from daebench.draw.svg.axis import Array
+from daebench.runs.ivp import Array
 
 INK = "currentColor"
 """The colour of the page's text, light or dark."""
