@@ -32,13 +32,7 @@ def preparations() -> list[Preparation]:
 
 
 def facts() -> SimpleNamespace:
-    """Return the numbers of the text.
-
-    Raises
-    ------
-    ClaimRefuted
-        If a sentence of the text does not hold.
-    """
+    """Return the numbers of the text; the first sentence that does not hold raises ClaimRefuted."""
     lock = {rod: _extremes_lock.run("rattle", rod, _extremes_lock.H) for rod in (2.0, NEARLY, 1.0)}
     energy = {rod: float(np.max(np.abs(found[1]))) for rod, found in lock.items()}
     rounding = {each: float(np.max(np.abs(_extremes_rounding.run(each, 0.01, MANY)[1]))) for each in NO_YES}

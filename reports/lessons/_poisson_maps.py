@@ -175,13 +175,7 @@ def preparations() -> list[Preparation]:
 
 
 def facts() -> SimpleNamespace:
-    """Return the numbers of the text.
-
-    Raises
-    ------
-    ClaimRefuted
-        If a sentence of the text does not hold.
-    """
+    """Return the numbers of the text; the first sentence that does not hold raises ClaimRefuted."""
     runs = {name: carried(name, "4,2", H, T_END) for name in SCHEMES}
     change = {name: float(np.max(np.abs(run.volume - 1))) for name, run in runs.items()}
     share = {name: log_area(run.cats[-1]) / log_area(run.cats[0]) for name, run in runs.items()}

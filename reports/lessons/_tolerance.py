@@ -174,13 +174,7 @@ def preparations() -> list[Preparation]:
 
 
 def facts() -> SimpleNamespace:
-    """Return the numbers of the text.
-
-    Raises
-    ------
-    ClaimRefuted
-        If a sentence of the text does not hold.
-    """
+    """Return the numbers of the text; the first sentence that does not hold raises ClaimRefuted."""
     cured = {name: reached(name, True, TOL) for name in FORMULATIONS}
     plain = {name: [reached(name, False, tol).end for tol in TOLERANCES] for name in FORMULATIONS}
     came = {name: sum(each == "reached" for each in ends) for name, ends in plain.items()}

@@ -1,25 +1,22 @@
 """A sphere seen from outside: where points of space are in the picture, and which of them are in front."""
 
+from functools import partial
+
 import numpy as np
 
+from daebench.draw import orthographic
 from daebench.draw.figures import BLACK, Stroke
 from daebench.draw.svg.axis import Axis
 from daebench.draw.svg.marks import Curve, Dots, Mark
 from daebench.draw.svg.panels import Panel
 from daebench.runs.ivp import Array
 
-AZIMUTH, ELEVATION = np.radians(-60.0), np.radians(22.0)
-"""Where the eye is, as a geographer says it."""
+seen = partial(orthographic.seen, azimuth=-60.0, elevation=22.0)
+"""The sphere as a geographer places the eye."""
 
 REACH = 1.12
 OUTLINE = Stroke(BLACK, "-", "")
 AROUND = np.linspace(0, 2 * np.pi, 73)
-
-
-def seen(points: Array) -> Array:
-    """Return points, shape(n, 3), as an orthographic projection shows them: to the right, up, and towards the eye."""
-    ca, sa, ce, se = np.cos(AZIMUTH), np.sin(AZIMUTH), np.cos(ELEVATION), np.sin(ELEVATION)
-    return np.asarray(points @ np.array([[-sa, ca, 0], [-se * ca, -se * sa, ce], [ce * ca, ce * sa, se]]).T)
 
 
 def globe() -> list[Mark]:

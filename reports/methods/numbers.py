@@ -1,18 +1,17 @@
 """Everything that the report on methods measures: with both cores where there are two, and then times alone; no judgement, and no text."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import pandas as pd
 
+from daebench.pages.report import Progress
 from daebench.pages.report.two_processes import Job, computed
 from daebench.reports.methods.families import names, solvers
 from daebench.reports.methods.reverse import RUNS, reversed_run
 from daebench.reports.methods.series import KEEPING, LONG, LOSING, defects, long_run
 from daebench.reports.methods.sweep import Swept, ida, nanoseconds, sweep, torus_orders
-
-Tell = Callable[[float, str], None]
 
 TOGETHER = 0.9
 """Part of the work that is done when only times are left to be measured."""
@@ -65,7 +64,7 @@ def jobs(own: Sequence[str]) -> list[Job]:
     return found + [(defects, (name,)) for name in (*KEEPING, *LOSING) if name in own] + [(ida, (name,)) for name in solvers()]
 
 
-def measure(tell: Tell) -> Numbers:
+def measure(tell: Progress) -> Numbers:
     """Return the numbers; ``tell`` is told the fraction done and what was done."""
     own = names()
     found = dict(computed(jobs(own), lambda done, doing: tell(TOGETHER * done, doing), "measured"))
@@ -88,7 +87,7 @@ def _frame(rows: list[dict[str, Any]]) -> pd.DataFrame:
     return pd.DataFrame(rows)
 
 
-def _timed(work: pd.DataFrame, tell: Tell) -> pd.DataFrame:
+def _timed(work: pd.DataFrame, tell: Progress) -> pd.DataFrame:
     """Return the table of work with times, which are measured one after the other and with nothing else at work."""
     times = []
     for k, row in enumerate(work.to_dict("records")):

@@ -28,13 +28,7 @@ POISSON_METHODS = ("strang", "strang/suzuki4", "darboux:verlet")
 
 
 def check(numbers: Numbers) -> SimpleNamespace:
-    """Return the numbers of the text, all sentences tested.
-
-    Raises
-    ------
-    ClaimRefuted
-        If one does not hold.
-    """
+    """Return the numbers of the text; the first sentence that does not hold raises ClaimRefuted."""
     return SimpleNamespace(
         orbits=check_orbits(numbers.orbits),
         defects=check_defects(slopes(numbers.defects).set_index("method")),

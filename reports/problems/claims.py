@@ -19,13 +19,7 @@ PASSING = ("rattle", "lobatto3")
 
 
 def check(numbers: Numbers) -> SimpleNamespace:
-    """Return the numbers of the text, all sentences tested.
-
-    Raises
-    ------
-    ClaimRefuted
-        If one does not hold.
-    """
+    """Return the numbers of the text; the first sentence that does not hold raises ClaimRefuted."""
     check_drawings(numbers)
     return SimpleNamespace(across=check_runs(numbers.runs), rank=check_rank(numbers), per=per_problem(numbers.runs))
 

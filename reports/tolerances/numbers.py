@@ -1,15 +1,14 @@
 """Everything that the report on tolerances measures, with both cores where there are two; no judgement here, and no text."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import pandas as pd
 
+from daebench.pages.report import Progress
 from daebench.pages.report.two_processes import Job, computed
 from daebench.reports.tolerances.drift import RUNS, T_LONG, drift_run, laws
 from daebench.reports.tolerances.runs import FAST, FORMULATIONS, IVPS, exact_of, series
-
-Tell = Callable[[float, str], None]
 
 
 @dataclass(frozen=True)
@@ -31,7 +30,7 @@ class Numbers:
     laws: pd.DataFrame
 
 
-def measure(tell: Tell) -> Numbers:
+def measure(tell: Progress) -> Numbers:
     """Return the numbers; ``tell`` is told the fraction done and what was done.
 
     The dearest problems come first, so that both cores end at about the same time.

@@ -11,8 +11,8 @@ from markupsafe import Markup
 
 from daebench.draw.figures import save_table
 from daebench.pages.report import NONE, count, listing, number, power_of_ten, table, with_error
+from daebench.pages.report.tables import Formats, Tabulate, text
 from daebench.reports.index_reduction.figures import label
-from daebench.reports.index_reduction.tables import Formats, Tabulate, text
 from daebench.reports.tolerances.drift import QUANTITIES
 from daebench.reports.tolerances.numbers import Numbers
 from daebench.reports.tolerances.runs import FORMULATIONS, IN_WORDS, IVPS, KINDS, REACHED

@@ -17,13 +17,7 @@ MIDDLE = 1e-6
 
 
 def check(numbers: Numbers) -> SimpleNamespace:
-    """Return the numbers of the text, all sentences tested.
-
-    Raises
-    ------
-    ClaimRefuted
-        If one does not hold.
-    """
+    """Return the numbers of the text; the first sentence that does not hold raises ClaimRefuted."""
     check_defects(numbers.defects)
     found = {work.key: check_work(work, numbers.runs[work.key]) for work in numbers.works}
     runs = pd.concat(numbers.runs.values())
