@@ -6,9 +6,12 @@ import sys
 import threading
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from daebench.errors import BadInput
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 PATIENCE = 2.0
 """Seconds before a progress bar is worth showing."""
@@ -18,13 +21,7 @@ SILENCE = 20.0
 
 
 def pairs(what: str, given: Sequence[str]) -> dict[str, float]:
-    """Return k=v texts as a mapping.
-
-    Raises
-    ------
-    BadInput
-        If one has no equals sign or no number after it.
-    """
+    """Return k=v texts as a mapping; refuse one that has no equals sign or no number after it."""
     found = {}
     for text in given:
         name, equals, value = text.partition("=")
@@ -35,13 +32,7 @@ def pairs(what: str, given: Sequence[str]) -> dict[str, float]:
 
 
 def number(what: str, text: str) -> float:
-    """Return a finite number.
-
-    Raises
-    ------
-    BadInput
-        If the text is none.
-    """
+    """Return the finite number that a text is; refuse a text that is none."""
     try:
         value = float(text)
     except ValueError:
@@ -62,13 +53,7 @@ def words(text: str) -> list[str]:
 
 
 def method_names(text: str) -> list[str]:
-    """Return the comma-separated names of methods.
-
-    Raises
-    ------
-    BadInput
-        If there is none.
-    """
+    """Return the comma-separated names of methods; refuse a text with none."""
     if not (found := words(text)):
         raise BadInput("--methods names no method; give at least one, for example rattle.")
     return found
@@ -116,6 +101,12 @@ def print_table(columns: Sequence[str], rows: Sequence[Sequence[str]], title: st
     if width:
         console.width = min(width, console.width)
     console.print(table)
+
+
+def print_frame(frame: "pd.DataFrame", title: str) -> None:
+    """Print a frame as a table, floats with three digits."""
+    rows = [[f"{value:.3g}" if isinstance(value, float) else str(value) for value in row] for row in frame.itertuples(index=False)]
+    print_table(list(frame.columns), rows, title)
 
 
 class Bar:

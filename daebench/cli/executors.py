@@ -71,13 +71,7 @@ class Executors:
 
     @contextmanager
     def opened(self) -> "Iterator[Executor | None]":
-        """Open what computes for the time of a block; None is this process, run after run.
-
-        Raises
-        ------
-        BadInput
-            See :func:`daebench.studies.grid.schedulers.dask_cluster`.
-        """
+        """Open what computes for the time of a block; None is this process, run after run."""
         from daebench.studies.grid.schedulers import dask_cluster, local_processes
 
         if self.scheduler is not None:

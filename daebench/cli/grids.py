@@ -9,11 +9,18 @@ import typer
 
 from daebench.cli.console import bar
 from daebench.cli.executors import Executors
+from daebench.errors import BadInput
 
 if TYPE_CHECKING:
     from daebench.studies.grid.run_specification import Cell
     from daebench.studies.grid.runs import Runs
     from daebench.studies.grid.store import Store
+
+
+def require_store(store: Path) -> None:
+    """Refuse the path of a store that is not there."""
+    if not store.is_file():
+        raise BadInput(f"there is no store {store}; a study makes one, by daebench work-precision say.")
 
 
 def plan(cells: "Sequence[Cell]", store: "Store", executors: Executors) -> str:

@@ -6,20 +6,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from daebench.cli.arguments import (
-    Case,
-    DryRun,
-    Json,
-    Problem,
-    Scheduler,
-    Store,
-    StudyMethods,
-    StudyTEnd,
-    TlsCaFile,
-    TlsCert,
-    TlsKey,
-    Workers,
-)
+from daebench.cli import arguments
 from daebench.cli.asked import asked_of
 from daebench.cli.console import numbers, print_json, words
 from daebench.cli.executors import Executors
@@ -43,23 +30,23 @@ Varied = Annotated[
 
 
 def stability(
-    problem: Problem,
-    case: Case = None,
-    methods: StudyMethods = None,
+    problem: arguments.Problem,
+    case: arguments.Case = None,
+    methods: arguments.StudyMethods = None,
     only: Only = None,
     h: Annotated[str | None, typer.Option("--h", help="Step sizes, comma-separated; chosen by each extreme if left out.")] = None,
     param: Varied = None,
     near: Annotated[float, typer.Option("--near", help="Value that the parameter approaches; pictures show the distance from it.")] = 0.0,
-    t_end: StudyTEnd = None,
-    store: Store = None,
+    t_end: arguments.StudyTEnd = None,
+    store: arguments.Store = None,
     out: Annotated[Path, typer.Option("--out", help="Folder for tables and pictures.")] = Path("output/stability"),
-    workers: Workers = None,
-    scheduler: Scheduler = None,
-    tls_ca_file: TlsCaFile = None,
-    tls_cert: TlsCert = None,
-    tls_key: TlsKey = None,
-    dry_run: DryRun = False,
-    as_json: Json = False,
+    workers: arguments.Workers = None,
+    scheduler: arguments.Scheduler = None,
+    tls_ca_file: arguments.TlsCaFile = None,
+    tls_cert: arguments.TlsCert = None,
+    tls_key: arguments.TlsKey = None,
+    dry_run: arguments.DryRun = False,
+    as_json: arguments.Json = False,
 ) -> None:
     """Drive methods to where they break: steps too large and too small, masses, penalties, chaos; what was run is kept.
 
