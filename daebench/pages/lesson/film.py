@@ -55,7 +55,7 @@ def film(experiment: Experiment, tell: Callable[[float], None]) -> Markup:
         "</figcaption></figure>"
     ).format(
         experiment.name,
-        Markup("").join(itertools.starmap(partial_knob(experiment.name), zip(turned, first, strict=True))),
+        Markup("").join(knob(experiment.name, *each) for each in zip(turned, first, strict=True)),
         now.says,
         experiment.title,
         now.picture,
@@ -72,14 +72,10 @@ def frame(choice: Sequence[int], shown: Shown) -> Markup:
     )
 
 
-def partial_knob(name: str) -> Callable[[Control, int], Markup]:
-    """Return what makes the inputs of an experiment of this name."""
-
-    def knob(control: Control, index: int) -> Markup:
-        texts = [control.text(each) for each in control.film]
-        return slider(control, index, texts) if control.is_slider else buttons(f"{name}-{control.name}", control, index, texts)
-
-    return knob
+def knob(name: str, control: Control, index: int) -> Markup:
+    """Return the input of a control of the experiment of this name."""
+    texts = [control.text(each) for each in control.film]
+    return slider(control, index, texts) if control.is_slider else buttons(f"{name}-{control.name}", control, index, texts)
 
 
 def slider(control: Control, index: int, texts: Sequence[str]) -> Markup:

@@ -9,10 +9,10 @@ from typing import Any
 
 from markupsafe import Markup
 
-from daebench.errors import unknown
+from daebench.methods.catalogue import lessons
 from daebench.pages.lesson.control import defaults
 from daebench.pages.lesson.film import SCRIPT, film
-from daebench.pages.lesson.installed import require_marimo
+from daebench.pages.lesson.installed import require_lesson
 from daebench.pages.report import Progress, write_page
 from daebench.runs.csv_files import write_frame
 from daebench.runs.files import atomic
@@ -44,11 +44,7 @@ def export(name: str, folder: Path, progress: Progress | None = None) -> Path:
     ClaimRefuted
         If a sentence of the lesson does not hold in this run; nothing is written over an older page then.
     """
-    from daebench.methods.catalogue import lessons
-
-    if name not in lessons():
-        raise unknown("lesson", name, lessons())
-    require_marimo()
+    require_lesson(name)
     tell = progress or (lambda fraction, doing: None)
     tell(0.0, "the lesson itself")
     title, parts, experiments = content(name, lambda fraction, doing: tell(PREPARED + (1 - PREPARED) * fraction, doing))
