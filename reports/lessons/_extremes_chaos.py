@@ -6,9 +6,9 @@ import numpy as np
 import pandas as pd
 from markupsafe import Markup
 
+from daebench.diagnostics.integrals import energy_error
 from daebench.draw.svg.axis import Axis
 from daebench.draw.svg.panels import draw_panels
-from daebench.methods.fixed_step.constrained import accepted
 from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.methods.names import parse
 from daebench.pages.lesson.control import Control, Values
@@ -16,7 +16,6 @@ from daebench.pages.lesson.experiment import Experiment, Shown
 from daebench.pages.report import at_most, number
 from daebench.reports.lessons._panels import MINUS_START, against_time, seconds, small
 from daebench.runs.ivp import Array
-from daebench.runs.make_ivp import constrained
 from daebench.runs.request import Request
 from daebench.runs.trajectory import Trajectory
 
@@ -29,11 +28,9 @@ DELTA, H, T_END, PARTED = 1e-10, 0.005, 40.0, 0.1
 def run(scheme: str, delta: float, h: float, t_end: float) -> tuple[Trajectory, Array]:
     """Return the run of a double pendulum released delta rad below the horizontal, and its energy error."""
     c, s = float(np.cos(delta)), float(np.sin(delta))
-    ivp = constrained(initial_value_problem("double_pendulum", "horizontal", q0=(c, -s, 2 * c, -2 * s), p0=(0.0,) * 4))
-    method = accepted(parse(scheme), ivp, "and parts by itself")
-    found = method.solve(ivp, Request(value=h, t_end=t_end, every=max(1, round(t_end / h / 2000)), watch=()))
-    level = ivp.along("H", found.p, found.q)
-    return found, level - level[0]
+    ivp = initial_value_problem("double_pendulum", "horizontal", q0=(c, -s, 2 * c, -2 * s), p0=(0.0,) * 4)
+    found = parse(scheme).solve(ivp, Request(value=h, t_end=t_end, every=max(1, round(t_end / h / 2000)), watch=()))
+    return found, energy_error(ivp, found)
 
 
 def apart(values: Values) -> tuple[Array, Array, Array]:

@@ -8,7 +8,6 @@ from markupsafe import Markup
 
 from daebench.draw.svg.axis import around
 from daebench.draw.svg.panels import draw_panels
-from daebench.methods.fixed_step.constrained import accepted
 from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.methods.names import parse
 from daebench.pages.lesson.control import NO_YES, Control, Values
@@ -16,7 +15,6 @@ from daebench.pages.lesson.experiment import Experiment, Shown
 from daebench.pages.report import count, number
 from daebench.reports.lessons._panels import against_time, seconds
 from daebench.runs.ivp import Array
-from daebench.runs.make_ivp import constrained
 from daebench.runs.request import Request
 
 SHOWN = 400
@@ -27,9 +25,9 @@ NAMES = {False: "plain sums", True: "compensated sums"}
 @cache
 def run(compensated: bool, h: float, steps: int) -> tuple[Array, Array]:
     """Return times and the error of the angular momentum about the vertical, which RATTLE keeps but for rounding."""
-    ivp = constrained(initial_value_problem("spherical_pendulum", "fig1.1"))
-    method = accepted(parse("rattle", compensated=compensated), ivp, "and rounds as it likes")
-    found = method.solve(ivp, Request(value=h, steps=steps, every=max(1, steps // SHOWN), watch=()))
+    ivp = initial_value_problem("spherical_pendulum", "fig1.1")
+    request = Request(value=h, steps=steps, every=max(1, steps // SHOWN), watch=())
+    found = parse("rattle", compensated=compensated).solve(ivp, request)
     L3 = found.q[:, 0] * found.p[:, 1] - found.q[:, 1] * found.p[:, 0]
     return found.t, L3 - L3[0]
 

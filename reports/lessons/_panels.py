@@ -11,7 +11,6 @@ from daebench.draw.svg.marks import Curve
 from daebench.draw.svg.panels import Panel
 
 MINUS_START = "H \N{MINUS SIGN} H\N{SUBSCRIPT ZERO} [J]"
-FLOOR = 1e-17
 
 
 def seconds(value: float) -> str:

@@ -17,6 +17,7 @@ from daebench.pages.lesson.control import NO_YES, Control, Values
 from daebench.pages.lesson.experiment import Experiment, Preparation, Shown
 from daebench.pages.report import at_most, count, number
 from daebench.pages.report.claims import require
+from daebench.reports.lessons._panels import small
 from daebench.reports.tolerances.runs import FAST, IN_WORDS, end, exact_of, ivp_of
 from daebench.runs.ivp import Array
 from daebench.runs.request import Request, WorkLimit
@@ -155,7 +156,7 @@ ASKED_REACHED = Experiment(
     controls=(
         Control("formulation", "formulation", tuple(FORMULATIONS), "index1", tuple(FORMULATIONS), FORMULATIONS.__getitem__),
         Control("cured", "multipliers kept out of the error test", NO_YES, True, NO_YES),
-        Control("tol", "tolerance", TOLERANCES, TOL, TOLERANCES, lambda tol: f"{tol:.0e}".replace("e-0", "e-")),
+        Control("tol", "tolerance", TOLERANCES, TOL, TOLERANCES, small),
     ),
     show=show,
     table=table,
