@@ -2,7 +2,6 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import pandas as pd
 
@@ -71,20 +70,16 @@ def measure(tell: Progress) -> Numbers:
     swept: list[Swept] = [found[work, (name,)] for work in (sweep, torus_orders) for name in own if (work, (name,)) in found]
     runs = [found[long_run, (name,)] for name in LONG if name in own]
     return Numbers(
-        claims=_frame([row for each in swept for row in each.claims]),
-        points=_frame([row for each in swept for row in each.points]),
-        orders=_frame([row for each in swept for row in each.orders]),
-        work=_timed(_frame([row for each in swept for row in each.work]), tell),
+        claims=pd.DataFrame([row for each in swept for row in each.claims]),
+        points=pd.DataFrame([row for each in swept for row in each.points]),
+        orders=pd.DataFrame([row for each in swept for row in each.orders]),
+        work=_timed(pd.DataFrame([row for each in swept for row in each.work]), tell),
         defects=pd.concat([found[defects, (name,)] for name in (*KEEPING, *LOSING) if name in own], ignore_index=True),
         energy=pd.concat([series for series, _ in runs], ignore_index=True),
-        drift=_frame([row for _, row in runs]),
-        ida=_frame([found[ida, (name,)] for name in solvers()]),
-        reverse=_frame([found[reversed_run, pair] for pair in RUNS]),
+        drift=pd.DataFrame([row for _, row in runs]),
+        ida=pd.DataFrame([found[ida, (name,)] for name in solvers()]),
+        reverse=pd.DataFrame([found[reversed_run, pair] for pair in RUNS]),
     )
-
-
-def _frame(rows: list[dict[str, Any]]) -> pd.DataFrame:
-    return pd.DataFrame(rows)
 
 
 def _timed(work: pd.DataFrame, tell: Progress) -> pd.DataFrame:

@@ -51,7 +51,6 @@ def check_runs(runs: pd.DataFrame) -> SimpleNamespace:
         rattle_reached=len(own),
         rattle_quiet=int(own["kind"].isin(NO_DRIFT).sum()),
         rattle_other=list(own["problem"][own["kind"].isin(LAWS)]),
-        rattle_worst=at_most(own, "energy"),
         with_integrals=len(kept),
         keeps=list(kept["problem"][good]),
         loses=list(kept["problem"][~good]),

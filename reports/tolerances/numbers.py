@@ -1,6 +1,5 @@
 """Everything that the report on tolerances measures, with both cores where there are two; no judgement here, and no text."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import pandas as pd
@@ -39,11 +38,8 @@ def measure(tell: Progress) -> Numbers:
     long: list[Job] = [(drift_run, run) for run in RUNS]
     exact_of(FAST, T_LONG)  # a reference that is missing is found out before anything is computed
     found = dict(computed([*tables, *long], tell, "IDA"))
-    runs = pd.DataFrame([row for job in _in_order(tables) for row in found[job]])
+    in_order = sorted(tables, key=lambda job: list(IVPS).index(job[1][0]))
+    runs = pd.DataFrame([row for job in in_order for row in found[job]])
     drift = [found[job] for job in long]
     fitted = [row for run in drift for row in laws(run, exact_of(FAST, T_LONG).floor)]
     return Numbers(runs, pd.concat(drift, ignore_index=True), pd.DataFrame(fitted))
-
-
-def _in_order(tables: Sequence[Job]) -> list[Job]:
-    return sorted(tables, key=lambda job: list(IVPS).index(job[1][0]))
