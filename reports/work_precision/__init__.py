@@ -8,14 +8,16 @@ from daebench.pages.report import Progress, make_page
 from daebench.pages.report.page import constants
 from daebench.reference.keep import store
 from daebench.reference.keep.places import DATA
-from daebench.reports.work_precision import claims, ivps, numbers
+from daebench.reports.work_precision import claims, ivps
+from daebench.reports.work_precision import numbers as _numbers
+from daebench.reports.work_precision.claims import check
 from daebench.reports.work_precision.figures import draw_all
-from daebench.reports.work_precision.numbers import Numbers
+from daebench.reports.work_precision.numbers import Numbers, measure
 from daebench.reports.work_precision.tables import setting, tables, times
-from daebench.studies.grid import measure
+from daebench.studies.grid import measure as _grid_measure
 from daebench.studies.work_precision import recommend, study
 
-CONSTANTS = constants(measure, recommend, study, ivps, claims, numbers)
+CONSTANTS = constants(_grid_measure, recommend, study, ivps, claims, _numbers)
 
 
 def make(out: Path, progress: Progress) -> Path:
@@ -44,7 +46,7 @@ def make(out: Path, progress: Progress) -> Path:
         out,
         "daebench report work-precision",
         progress,
-        measure=lambda tell: numbers.measure(out, tell),
-        check=claims.check,
+        measure=lambda tell: measure(out, tell),
+        check=check,
         content=content,
     )
