@@ -219,7 +219,7 @@ def test_the_explicit_euler_method_by_hand_ends_where_a_population_dies_out():
 
 
 def test_two_pendulums_have_parted_when_they_are_a_tenth_of_an_arm_apart():
-    from daebench.reports.lessons._extremes_chaos import parted
+    from daebench.reports.lessons._extremes_runs import parted
 
     t = np.array([0.0, 1.0, 2.0])
     assert parted(t, np.array([0.0, 0.05, 0.2])) == 2.0
