@@ -3,18 +3,33 @@
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import typer
 
-from daebench.cli.console import bar
+from daebench.cli.console import bar, numbers, words
 from daebench.cli.executors import Executors
-from daebench.errors import BadInput
+from daebench.errors import BadInput, positive
 
 if TYPE_CHECKING:
     from daebench.studies.grid.run_specification import Cell
     from daebench.studies.grid.runs import Runs
     from daebench.studies.grid.store import Store
+    from daebench.studies.stability.extreme import Asked
+
+
+def asked_of(problem: str, case: str | None, *, methods: str | None, h: str | None, t_end: float | None, **more: Any) -> "Asked":
+    """Return what is asked by comma-separated names of methods and step sizes; refuse steps and ends that are not positive."""
+    from daebench.studies.stability.extreme import Asked
+
+    return Asked(
+        problem=problem,
+        case=case,
+        methods=words(methods) if methods else (),
+        t_end=None if t_end is None else positive("--t-end", t_end),
+        h=[positive("--h", value) for value in numbers("--h", h) or ()],
+        **more,
+    )
 
 
 def require_store(store: Path) -> None:

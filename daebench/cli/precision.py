@@ -6,10 +6,9 @@ from typing import Annotated
 import typer
 
 from daebench.cli import arguments
-from daebench.cli.asked import asked_of
 from daebench.cli.console import print_frame, print_json, words
 from daebench.cli.executors import Executors
-from daebench.cli.grids import study_runs
+from daebench.cli.grids import asked_of, study_runs
 from daebench.studies.grid.tls import Tls
 
 SHOWN = ("method", "way", "time_ratio", "error_q", "error_y", "energy_error", "drifts", "g", "casimirs", "defect", "failure")

@@ -7,10 +7,9 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from daebench.cli import arguments
-from daebench.cli.asked import asked_of
 from daebench.cli.console import numbers, print_json, words
 from daebench.cli.executors import Executors
-from daebench.cli.grids import making, outdated, plan
+from daebench.cli.grids import asked_of, making, outdated, plan
 from daebench.studies.grid.tls import Tls
 
 if TYPE_CHECKING:

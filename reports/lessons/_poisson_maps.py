@@ -15,9 +15,8 @@ from daebench.pages.lesson.control import Control, Values
 from daebench.pages.lesson.experiment import Experiment, Preparation, Shown
 from daebench.pages.report import number
 from daebench.pages.report.claims import require
-from daebench.reports.lessons._panels import seconds
+from daebench.reports.lessons._panels import seconds, seen, view
 from daebench.reports.lessons._poisson_maps_runs import BY_HAND, Carried, carried, log_area, orbit, spun
-from daebench.reports.lessons._view import seen, view
 from daebench.runs.ivp import Array
 
 SCHEMES = {

@@ -253,7 +253,9 @@ def test_a_method_that_tells_no_evaluations_has_no_part_where_they_count(numbers
 
 
 def test_a_refuted_claim_leaves_no_page(numbers, tmp_path, monkeypatch):
-    require_refused(work_precision, "work-precision", TAMPERED["a symplectic method is none"][0](numbers), "symplectic on ", tmp_path, monkeypatch)
+    require_refused(
+        work_precision, "work-precision", TAMPERED["a symplectic method is none"][0](numbers), "symplectic on ", tmp_path, monkeypatch
+    )
 
 
 def test_what_to_take_is_the_recommendation_at_the_accuracy_of_the_page(numbers, tmp_path):

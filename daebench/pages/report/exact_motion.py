@@ -13,13 +13,7 @@ from daebench.runs.ivp import Array
 
 
 def exact_motion(source: Source, case: str, times: Sequence[float]) -> tuple[Array, Array]:
-    """Return the exact positions and momenta of a case at these times, each shape(n, d).
-
-    Raises
-    ------
-    BadInput
-        If the problem has no closed form.
-    """
+    """Return the exact positions and momenta of a case with a closed form at these times, each shape(n, d)."""
     definition = define(source.problem, case)
     if definition.problem.closed_form is None:
         raise BadInput(f"{source.problem} has no closed form.")
