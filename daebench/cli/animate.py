@@ -38,8 +38,8 @@ def animate(
         runs: dict[str, Any] = {"case": case, "parameters": pairs("param", param or []), "options": pairs("option", option or [])}
         runs |= {"project": project, "anyway": anyway, "on_singular": on_singular, "algebra": algebra}
         runs |= {"methods": wanted, "t_end": t_end, "h": h, "tol": tol}
-        film: dict[str, Any] = {"out": out, "overwrite": overwrite, "fps": fps, "seconds": seconds, "speed": speed}
-        found = animation(problem, **runs, **film, progress=progress)
+        shown: dict[str, Any] = {"out": out, "overwrite": overwrite, "fps": fps, "seconds": seconds, "speed": speed}
+        found = animation(problem, **runs, **shown, progress=progress)
     for failure in found.failures:
         print(failure)
     print(f"written: {', '.join(str(path) for path in found.paths)}")
