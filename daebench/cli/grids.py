@@ -1,4 +1,4 @@
-"""What every command that makes the runs of a study does: say beforehand what there is to do, do it, and say what is kept."""
+"""Runs of a study from the command line: what is asked, the plan of a dry run, the store, and a progress bar."""
 
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
@@ -44,11 +44,11 @@ def plan(cells: "Sequence[Cell]", store: "Store", executors: Executors) -> str:
     from daebench.studies.grid.specification_key import key_of
 
     missing = [cell for cell in cells if key_of(cell) not in store]
-    found = f"{len(cells)} runs, {len(cells) - len(missing)} of them kept in {store.path}, {len(missing)} to make"
+    counts = f"{len(cells)} runs, {len(cells) - len(missing)} of them kept in {store.path}, {len(missing)} to make"
     count = executors.processes
     where = "in one process" if count == 1 else f"on {count} processes" if count else "in one process, and less on those of the cluster"
     time = f": {estimate(missing, store).sentence(count or 1, where)}" if missing else ""
-    return " ".join(filter(None, (f"{found}{time}.", outdated(cells, store))))
+    return " ".join(filter(None, (f"{counts}{time}.", outdated(cells, store))))
 
 
 def outdated(cells: "Sequence[Cell]", store: "Store") -> str:
@@ -62,7 +62,7 @@ def outdated(cells: "Sequence[Cell]", store: "Store") -> str:
 
 @contextmanager
 def making(store: "Store", executors: Executors, label: str) -> "Iterator[Runs]":
-    """Give what makes the rows of cells, with a progress bar, for the time of a block."""
+    """Give the function that makes the rows of a study, with a progress bar, for the time of a block."""
     from daebench.studies.grid.runs import runs_of
 
     with bar(label) as progress, executors.opened() as executor:
@@ -73,7 +73,7 @@ def making(store: "Store", executors: Executors, label: str) -> "Iterator[Runs]"
 def study_runs(
     cells: "Sequence[Cell]", store: Path | None, out: Path, executors: Executors, label: str, *, dry_run: bool
 ) -> "Iterator[tuple[Runs, str]]":
-    """Give what makes the rows of a study's cells, and the sentence on outdated runs; a dry run prints the plan and leaves."""
+    """Give the function that makes the rows of a study, and the sentence on outdated runs; a dry run prints the plan and leaves."""
     from daebench.runs.files import make_folder
     from daebench.studies.grid.store import opened
 
