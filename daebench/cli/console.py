@@ -1,4 +1,4 @@
-"""What the commands share: parsing of lists, tables, JSON, and a progress bar that shows itself after two seconds."""
+"""Input and output that commands share: parsing of lists, tables, JSON, and a progress bar that shows itself after two seconds."""
 
 import json
 import math

@@ -1,4 +1,4 @@
-"""What computes the runs of a study from the command line: this process, processes of this machine, or a Dask cluster."""
+"""Executors of the runs of a study: this process, processes of this machine, or a Dask cluster."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager

@@ -1,4 +1,4 @@
-"""How many digits of a trajectory agree with a certified reference, at each of its times and in each component."""
+"""Digits in which a trajectory agrees with a certified reference, at each of its times and in each component."""
 
 from dataclasses import dataclass
 

@@ -1,4 +1,4 @@
-"""How many digits of a user's trajectory agree with a certified reference, when it leaves, and in which component."""
+"""Digits in which a user's trajectory agrees with a certified reference, and the time and component in which it leaves."""
 
 import decimal
 from collections.abc import Mapping

@@ -1,4 +1,4 @@
-"""What IDA really reaches on a certified motion, tolerance by tolerance, and what it could have known of it."""
+"""Errors of IDA on a certified motion, tolerance by tolerance, beside its own estimate of them."""
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from itertools import pairwise

@@ -1,4 +1,4 @@
-"""What a certificate says: everything that is known of certified digits, worked out and put into words."""
+"""Certificate of certified digits: all that is known of them, computed and put into words."""
 
 import decimal
 from typing import Any

@@ -1,4 +1,4 @@
-"""How far apart a motion carries what began close together: the price of a rounded start."""
+"""Growth of perturbations along a motion: the price of a rounded start."""
 
 from dataclasses import dataclass
 from typing import Any

@@ -1,4 +1,4 @@
-"""What certification asks of the mathematics of a problem, whatever its kind: states are flat lists here, parts one after the other."""
+"""Functions of a problem of either kind that certification evaluates; states are flat lists here, parts one after the other."""
 
 from collections.abc import Sequence
 from typing import Any, Protocol

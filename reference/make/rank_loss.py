@@ -1,4 +1,4 @@
-"""Where along a motion G loses rank: the times at which the smallest singular value of G H_pp G^T vanishes, by the closed form."""
+"""Times of rank loss along a motion: zeros of the smallest singular value of G H_pp G^T, by the closed form."""
 
 from collections.abc import Callable
 

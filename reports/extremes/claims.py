@@ -1,4 +1,4 @@
-"""What the report on extremes asserts, tested on the numbers before it is printed."""
+"""Claims of the report on extremes, tested on the numbers before they are printed."""
 
 from types import SimpleNamespace
 

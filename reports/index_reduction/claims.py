@@ -1,4 +1,4 @@
-"""What the report on index reduction asserts: each sentence is tested on the numbers before it is printed."""
+"""Claims of the report on index reduction, tested on the numbers before they are printed."""
 
 from types import SimpleNamespace
 from typing import Any

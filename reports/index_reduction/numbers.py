@@ -1,4 +1,4 @@
-"""What the report on index reduction measures with fixed steps; no judgement here, and no text."""
+"""Measurements of the report on index reduction with fixed steps; no judgement here, and no text."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass

@@ -1,4 +1,4 @@
-"""The experiments of the lesson on extremes, and the numbers that it tells."""
+"""Experiments of the lesson on extremes, and the numbers of its text."""
 
 from functools import partial
 from types import SimpleNamespace

@@ -1,4 +1,4 @@
-"""What the lessons draw again and again: quantities against time, paths on a sphere, and how times are written."""
+"""Panels that several lessons draw: quantities against time and paths on a sphere; and times as text."""
 
 from collections.abc import Mapping
 from functools import partial

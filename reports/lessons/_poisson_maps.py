@@ -1,4 +1,4 @@
-"""What the lesson on Poisson maps lets one try, and the numbers that it tells."""
+"""Experiments of the lesson on Poisson maps, and the numbers of its text."""
 
 from functools import partial
 from types import SimpleNamespace

@@ -1,4 +1,4 @@
-"""What the lesson on SHAKE, RATTLE and Lobatto lets one try, and the numbers that it tells."""
+"""Experiments of the lesson on SHAKE, RATTLE and Lobatto, and the numbers of its text."""
 
 from functools import partial
 from types import SimpleNamespace

@@ -1,4 +1,4 @@
-"""What the lesson on tolerances lets one try, and the numbers that it tells: all runs are made when it starts."""
+"""Experiment of the lesson on tolerances, and the numbers of its text; all runs are made when it starts."""
 
 from dataclasses import dataclass
 from functools import cache, partial

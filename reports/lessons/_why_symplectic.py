@@ -1,4 +1,4 @@
-"""What the lesson on index reduction lets one try, and the numbers that it tells."""
+"""Experiment of the lesson on index reduction, and the numbers of its text."""
 
 from functools import partial
 from types import SimpleNamespace

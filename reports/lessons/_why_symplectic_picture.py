@@ -1,4 +1,4 @@
-"""What a run and its parallelogram look like: the path, the area, what is conserved, and the parallelogram in its three planes."""
+"""Pictures of a run and its parallelogram: path, area, energy error, constraint residuals, and the parallelogram in three planes."""
 
 import numpy as np
 from markupsafe import Markup

@@ -1,4 +1,4 @@
-"""What the report on Poisson systems asserts of orbits, defects and Casimir functions, tested on the numbers before it is printed."""
+"""Claims of the report on Poisson systems about orbits, defects and Casimir functions, tested before they are printed."""
 
 from types import SimpleNamespace
 from typing import Any

@@ -1,4 +1,4 @@
-"""What the report on tolerances asserts: each sentence is tested on the numbers before it is printed."""
+"""Claims of the report on tolerances, tested on the numbers before they are printed."""
 
 from collections.abc import Mapping
 from types import SimpleNamespace

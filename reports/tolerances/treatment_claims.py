@@ -1,4 +1,4 @@
-"""What the report on tolerances asserts about the treatment of multipliers, tested on the numbers."""
+"""Claims of the report on tolerances about the treatment of multipliers, tested on the numbers."""
 
 from types import SimpleNamespace
 

@@ -1,4 +1,4 @@
-"""What the report on work against precision says: winners, fronts, recommendations; each sentence is tested before it is printed."""
+"""Claims of the report on work against precision: winners, fronts, recommendations, tested before they are printed."""
 
 from types import SimpleNamespace
 from typing import Any

@@ -1,4 +1,4 @@
-"""What is drawn in a panel: curves, dots, areas, levels and notes, each as SVG in the pixels of its panel."""
+"""Marks in a panel: curves, dots, areas, levels and notes, each as SVG in the pixels of its panel."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass

@@ -1,4 +1,4 @@
-"""Whether what lessons need is installed."""
+"""Requirements of lessons: the name of one, and the packages that they need."""
 
 from importlib.util import find_spec
 
