@@ -25,13 +25,11 @@ WANTED = 1e-6
 def tables(numbers: Numbers, folder: Path) -> Mapping[str, Tabulate]:
     """Write the tables as CSV into a folder, all columns and rows, and return functions from a caption to HTML, by name."""
     runs = numbers.runs.assign(scene=numbers.runs["problem"] + "-" + numbers.runs["case"])
-    for stem, data in (("runs", numbers.runs), ("laws", numbers.laws), ("reached", reached(runs)), ("ends", ends(runs))):
-        save_table(folder / f"{stem}.csv", data)
-    return {
-        "reached": partial(reached_table, reached(runs)),
-        "ends": partial(ends_table, ends(runs)),
-        "laws": partial(laws_table, numbers.laws),
-    }
+    data = {"runs": numbers.runs, "laws": numbers.laws, "reached": reached(runs), "ends": ends(runs)}
+    for stem, frame in data.items():
+        save_table(folder / f"{stem}.csv", frame)
+    makers = {"reached": reached_table, "ends": ends_table, "laws": laws_table}
+    return {name: partial(make, data[name]) for name, make in makers.items()}
 
 
 def at(rows: pd.DataFrame, tol: float) -> float:
