@@ -61,32 +61,32 @@ def stability(
     executors = Executors(timed=False, workers=workers, scheduler=scheduler, tls=Tls(tls_ca_file, tls_cert, tls_key))
     extremes, refused = chosen(asked, words(only) if only else ())
     make_folder(out)
-    found: dict[str, Any] = {"said": {}, "left_out": refused, "files": []}
+    summary: dict[str, Any] = {"said": {}, "left_out": refused, "files": []}
     with opened(store or out / "studies.db") as kept:
         if dry_run:
             _tell_plan(extremes, asked, kept, executors)
             raise typer.Exit
-        found["made_again"] = outdated([cell for extreme in extremes for cell in extreme.cells(asked)], kept)
+        summary["made_again"] = outdated([cell for extreme in extremes for cell in extreme.cells(asked)], kept)
         for extreme in extremes:
-            found["said"][extreme.name], path = _made(extreme, asked, kept, executors, out)
-            found["files"].append(str(path))
+            summary["said"][extreme.name], path = _made(extreme, asked, kept, executors, out)
+            summary["files"].append(str(path))
             if not as_json:
                 print(f"{extreme.name}: {extreme.about}")
-                for sentence in found["said"][extreme.name]:
+                for sentence in summary["said"][extreme.name]:
                     print(f"  {sentence}")
     if as_json:
-        print_json(found)
+        print_json(summary)
     else:
-        _tell_rest(found)
+        _tell_rest(summary)
 
 
-def _tell_rest(found: dict[str, Any]) -> None:
+def _tell_rest(summary: dict[str, Any]) -> None:
     """Print which extremes were left out and why, which kept runs were made again, and the files written."""
-    for name, why in found["left_out"].items():
+    for name, why in summary["left_out"].items():
         print(f"no {name}: {why}.")
-    if found["made_again"]:
-        print(found["made_again"])
-    print(f"written: {', '.join(found['files'])}")
+    if summary["made_again"]:
+        print(summary["made_again"])
+    print(f"written: {', '.join(summary['files'])}")
 
 
 def _tell_plan(extremes: "Sequence[Extreme]", asked: "Asked", kept: "RunStore", executors: Executors) -> None:
