@@ -38,9 +38,9 @@ def animate(
         runs: dict[str, Any] = {"case": case, "parameters": pairs("param", param or []), "options": pairs("option", option or [])}
         runs |= {"project": project, "anyway": anyway, "on_singular": on_singular, "algebra": algebra}
         runs |= {"methods": wanted, "t_end": t_end, "h": h, "tol": tol}
-        film: dict[str, Any] = {"out": out, "overwrite": overwrite, "fps": fps, "seconds": seconds, "speed": speed}
-        found = animation(problem, **runs, **film, progress=progress)
-    for failure in found.failures:
+        shown: dict[str, Any] = {"out": out, "overwrite": overwrite, "fps": fps, "seconds": seconds, "speed": speed}
+        animated = animation(problem, **runs, **shown, progress=progress)
+    for failure in animated.failures:
         print(failure)
-    print(f"written: {', '.join(str(path) for path in found.paths)}")
-    raise typer.Exit(1 if found.failures else 0)
+    print(f"written: {', '.join(str(path) for path in animated.paths)}")
+    raise typer.Exit(1 if animated.failures else 0)

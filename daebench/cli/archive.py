@@ -7,6 +7,7 @@ import typer
 
 from daebench.cli.arguments import Json
 from daebench.cli.console import print_json
+from daebench.cli.grids import require_store
 
 
 def archive(
@@ -15,13 +16,11 @@ def archive(
     json: Json = False,
 ) -> None:
     """Write a study into one ZIP file: its runs, problem files, certificates, pictures, and how all of it was made, in words."""
-    from daebench.errors import BadInput
     from daebench.runs.files import check_zip
     from daebench.studies.grid.archive import write_archive
     from daebench.studies.grid.store import opened
 
-    if not store.is_file():
-        raise BadInput(f"there is no store {store}; a study makes one, by daebench work-precision say.")
+    require_store(store)
     path = store.with_suffix(".zip") if out is None else out
     check_zip(path)
     with opened(store) as kept:

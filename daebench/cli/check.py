@@ -48,13 +48,13 @@ def check(
     chosen = measured(method_of(ivp, method, pairs("option", option or []), anyway=anyway), ivp, NO_CLAIMS)
     with bar(f"{method} on {problem}") as progress:
         value, steps = default_step(ivp) if h is None else h, 200 if steps is None else steps
-        found = check_claims(ivp, chosen, h=value, steps=steps, progress=progress)
-    short = [each.property for each in found if each.verdict == FALLS_SHORT]
+        findings = check_claims(ivp, chosen, h=value, steps=steps, progress=progress)
+    short = [finding.property for finding in findings if finding.verdict == FALLS_SHORT]
     if as_json:
         about = {"problem": ivp.problem, "case": ivp.case, "parameters": dict(ivp.parameters), "method": chosen.name}
-        print_json(about | {"h": value, "steps": steps, "claims": [asdict(each) for each in found], "falls_short": short})
+        print_json(about | {"h": value, "steps": steps, "claims": [asdict(finding) for finding in findings], "falls_short": short})
     else:
-        _print(f"{chosen.name} on {ivp.problem}, case {ivp.case}, h = {value:g}, {steps} steps", found)
+        _print(f"{chosen.name} on {ivp.problem}, case {ivp.case}, h = {value:g}, {steps} steps", findings)
         if short:
             print(f"{chosen.name} falls short of what it claims: {', '.join(short)}.")
     raise typer.Exit(1 if short else 0)
@@ -74,45 +74,46 @@ def _checked(problem: str, case: str | None, *, as_json: bool) -> int:
     from daebench.diagnostics.problem.check import Held, held
     from daebench.methods.initial_value_problem import declared_ivps
 
-    found: list[Held] = []
+    findings: list[Held] = []
     with bar(f"check {problem}") as progress:
         ivps = declared_ivps(problem, case)
         for k, ivp in enumerate(ivps):
-            found += held(ivp, partial(_tell, progress, k / len(ivps), f"check {problem}, case {ivp.case}"))
+            findings += held(ivp, partial(_tell, progress, k / len(ivps), f"check {problem}, case {ivp.case}"))
+    faults = [finding.fault for finding in findings if finding.fault]
     if as_json:
-        print_json({"problem": problem, "checks": [asdict(each) for each in found], "ok": not any(each.fault for each in found)})
+        print_json({"problem": problem, "checks": [asdict(finding) for finding in findings], "ok": not faults})
     else:
-        print_table(["case", "checked", ""], [[each.case, each.what, "FAILS" if each.fault else "ok"] for each in found], problem)
-        for each in found:
-            if each.fault:
-                print(each.fault)
-    return 1 if any(each.fault for each in found) else 0
+        rows = [[finding.case, finding.what, "FAILS" if finding.fault else "ok"] for finding in findings]
+        print_table(["case", "checked", ""], rows, problem)
+        for fault in faults:
+            print(fault)
+    return 1 if faults else 0
 
 
 def _tell(progress: Bar, part: float, where: str, what: str) -> None:
     progress(part, f"{where}: {what}")
 
 
-def _print(title: str, found: "list[Finding]") -> None:
-    rows = [[each.property, _claim(each.claimed), _measured(each), _bound(each), each.verdict] for each in found]
+def _print(title: str, findings: "list[Finding]") -> None:
+    rows = [[finding.property, _claim(finding.claimed), _measured(finding), _bound(finding), finding.verdict] for finding in findings]
     print(title)
     print_table(["property", "claimed", "measured", "bound", "verdict"], rows)
-    for each in found:
-        if each.note:
-            print(f"{each.property}: {each.note}")
+    for finding in findings:
+        if finding.note:
+            print(f"{finding.property}: {finding.note}")
 
 
 def _claim(claimed: int | bool | None) -> str:
     return "" if claimed is None else {True: "yes", False: "no"}[claimed] if isinstance(claimed, bool) else str(claimed)
 
 
-def _measured(each: "Finding") -> str:
-    if each.measured != each.measured:
+def _measured(finding: "Finding") -> str:
+    if finding.measured != finding.measured:
         return ""
-    return f"{each.measured:.3f} ± {each.standard_error:.1g}" if each.property == "order" else f"{each.measured:.2g}"
+    return f"{finding.measured:.3f} ± {finding.standard_error:.1g}" if finding.property == "order" else f"{finding.measured:.2g}"
 
 
-def _bound(each: "Finding") -> str:
-    if each.bound != each.bound:
+def _bound(finding: "Finding") -> str:
+    if finding.bound != finding.bound:
         return ""
-    return f"> {each.bound:.3g}" if each.property == "order" else f"<= {each.bound:.2g}"
+    return f"> {finding.bound:.3g}" if finding.property == "order" else f"<= {finding.bound:.2g}"

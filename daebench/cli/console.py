@@ -1,4 +1,4 @@
-"""What the commands share: parsing of lists, tables, JSON, and a progress bar that shows itself after two seconds."""
+"""Input and output that commands share: parsing of lists, tables, JSON, and a progress bar that shows itself after two seconds."""
 
 import json
 import math
@@ -6,9 +6,12 @@ import sys
 import threading
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from daebench.errors import BadInput
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 PATIENCE = 2.0
 """Seconds before a progress bar is worth showing."""
@@ -21,13 +24,7 @@ REFRESH = 0.1
 
 
 def pairs(what: str, given: Sequence[str]) -> dict[str, float]:
-    """Return k=v texts as a mapping.
-
-    Raises
-    ------
-    BadInput
-        If one has no equals sign or no number after it.
-    """
+    """Return k=v texts as a mapping; refuse one that has no equals sign or no number after it."""
     found = {}
     for text in given:
         name, equals, value = text.partition("=")
@@ -38,13 +35,7 @@ def pairs(what: str, given: Sequence[str]) -> dict[str, float]:
 
 
 def number(what: str, text: str) -> float:
-    """Return a finite number.
-
-    Raises
-    ------
-    BadInput
-        If the text is none.
-    """
+    """Return the finite number that a text is; refuse a text that is none."""
     try:
         value = float(text)
     except ValueError:
@@ -65,13 +56,7 @@ def words(text: str) -> list[str]:
 
 
 def method_names(text: str) -> list[str]:
-    """Return the comma-separated names of methods.
-
-    Raises
-    ------
-    BadInput
-        If there is none.
-    """
+    """Return the comma-separated names of methods; refuse a text with none."""
     if not (found := words(text)):
         raise BadInput("--methods names no method; give at least one, for example rattle.")
     return found
@@ -119,6 +104,12 @@ def print_table(columns: Sequence[str], rows: Sequence[Sequence[str]], title: st
     if width:
         console.width = min(width, console.width)
     console.print(table)
+
+
+def print_frame(frame: "pd.DataFrame", title: str) -> None:
+    """Print a frame as a table, floats with three digits."""
+    rows = [[f"{value:.3g}" if isinstance(value, float) else str(value) for value in row] for row in frame.itertuples(index=False)]
+    print_table(list(frame.columns), rows, title)
 
 
 class Bar:

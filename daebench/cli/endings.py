@@ -1,4 +1,4 @@
-"""How a command ends that does not end well: in one sentence and an exit status, whatever was raised."""
+"""Ends of commands that do not end well: one sentence and an exit status, whatever was raised."""
 
 import os
 import select

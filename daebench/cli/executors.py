@@ -1,4 +1,4 @@
-"""What computes the runs of a study from the command line: this process, processes of this machine, or a Dask cluster."""
+"""Executors of the runs of a study: this process, processes of this machine, or a Dask cluster."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -71,13 +71,7 @@ class Executors:
 
     @contextmanager
     def opened(self) -> "Iterator[Executor | None]":
-        """Open what computes for the time of a block; None is this process, run after run.
-
-        Raises
-        ------
-        BadInput
-            See :func:`daebench.studies.grid.schedulers.dask_cluster`.
-        """
+        """Open what computes for the time of a block; None is this process, run after run."""
         from daebench.studies.grid.schedulers import dask_cluster, local_processes
 
         if self.scheduler is not None:

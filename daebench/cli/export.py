@@ -7,6 +7,7 @@ import typer
 
 from daebench.cli.arguments import Json
 from daebench.cli.console import print_json
+from daebench.cli.grids import require_store
 
 
 def export(
@@ -15,14 +16,12 @@ def export(
     json: Json = False,
 ) -> None:
     """Write all runs of a store as one table, a row a run, with what made it and how long it took; CSV, or Parquet (extra scale)."""
-    from daebench.errors import BadInput
     from daebench.runs import provenance
     from daebench.studies.grid.export import check_file, described, table_of, write
     from daebench.studies.grid.run_specification import code_version
     from daebench.studies.grid.store import opened
 
-    if not store.is_file():
-        raise BadInput(f"there is no store {store}; a study makes one, by daebench work-precision say.")
+    require_store(store)
     check_file(file)
     with opened(store) as kept:
         table = table_of(kept)

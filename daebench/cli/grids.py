@@ -1,19 +1,41 @@
-"""What every command that makes the runs of a study does: say beforehand what there is to do, do it, and say what is kept."""
+"""Runs of a study from the command line: what is asked, the plan of a dry run, the store, and a progress bar."""
 
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import typer
 
-from daebench.cli.console import bar
+from daebench.cli.console import bar, numbers, words
 from daebench.cli.executors import Executors
+from daebench.errors import BadInput, positive
 
 if TYPE_CHECKING:
     from daebench.studies.grid.run_specification import Cell
     from daebench.studies.grid.runs import Runs
     from daebench.studies.grid.store import Store
+    from daebench.studies.stability.extreme import Asked
+
+
+def asked_of(problem: str, case: str | None, *, methods: str | None, h: str | None, t_end: float | None, **more: Any) -> "Asked":
+    """Return what is asked by comma-separated names of methods and step sizes; refuse steps and ends that are not positive."""
+    from daebench.studies.stability.extreme import Asked
+
+    return Asked(
+        problem=problem,
+        case=case,
+        methods=words(methods) if methods else (),
+        t_end=None if t_end is None else positive("--t-end", t_end),
+        h=[positive("--h", value) for value in numbers("--h", h) or ()],
+        **more,
+    )
+
+
+def require_store(store: Path) -> None:
+    """Refuse the path of a store that is not there."""
+    if not store.is_file():
+        raise BadInput(f"there is no store {store}; a study makes one, by daebench work-precision say.")
 
 
 def plan(cells: "Sequence[Cell]", store: "Store", executors: Executors) -> str:
@@ -22,11 +44,11 @@ def plan(cells: "Sequence[Cell]", store: "Store", executors: Executors) -> str:
     from daebench.studies.grid.specification_key import key_of
 
     missing = [cell for cell in cells if key_of(cell) not in store]
-    found = f"{len(cells)} runs, {len(cells) - len(missing)} of them kept in {store.path}, {len(missing)} to make"
+    counts = f"{len(cells)} runs, {len(cells) - len(missing)} of them kept in {store.path}, {len(missing)} to make"
     count = executors.processes
     where = "in one process" if count == 1 else f"on {count} processes" if count else "in one process, and less on those of the cluster"
     time = f": {estimate(missing, store).sentence(count or 1, where)}" if missing else ""
-    return " ".join(filter(None, (f"{found}{time}.", outdated(cells, store))))
+    return " ".join(filter(None, (f"{counts}{time}.", outdated(cells, store))))
 
 
 def outdated(cells: "Sequence[Cell]", store: "Store") -> str:
@@ -40,7 +62,7 @@ def outdated(cells: "Sequence[Cell]", store: "Store") -> str:
 
 @contextmanager
 def making(store: "Store", executors: Executors, label: str) -> "Iterator[Runs]":
-    """Give what makes the rows of cells, with a progress bar, for the time of a block."""
+    """Give the function that makes the rows of a study, with a progress bar, for the time of a block."""
     from daebench.studies.grid.runs import runs_of
 
     with bar(label) as progress, executors.opened() as executor:
@@ -51,7 +73,7 @@ def making(store: "Store", executors: Executors, label: str) -> "Iterator[Runs]"
 def study_runs(
     cells: "Sequence[Cell]", store: Path | None, out: Path, executors: Executors, label: str, *, dry_run: bool
 ) -> "Iterator[tuple[Runs, str]]":
-    """Give what makes the rows of a study's cells, and the sentence on outdated runs; a dry run prints the plan and leaves."""
+    """Give the function that makes the rows of a study, and the sentence on outdated runs; a dry run prints the plan and leaves."""
     from daebench.runs.files import make_folder
     from daebench.studies.grid.store import opened
 

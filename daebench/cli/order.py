@@ -42,24 +42,24 @@ def order(
     ivp = initial_value_problem(problem, case, pairs("param", param or []))
     given = methods_of(ivp, chosen, pairs("option", option or []), anyway=anyway)
     with bar(f"order on {problem}") as progress:
-        found = study(ivp, given, t_end=t_end, h=h, halvings=halvings, began=progress)
+        result = study(ivp, given, t_end=t_end, h=h, halvings=halvings, began=progress)
     if as_json:
-        print_json(_everything(found))
+        print_json(_everything(result))
     else:
-        _print(found)
+        _print(result)
     if out is not None:
-        _write(out, found, tell=not as_json)
-    raise typer.Exit(1 if any(all(point.failure for point in series.points) for series in found.series) else 0)
+        _write(out, result, tell=not as_json)
+    raise typer.Exit(1 if any(all(point.failure for point in series.points) for series in result.series) else 0)
 
 
-def _print(found: "OrderStudy") -> None:
+def _print(result: "OrderStudy") -> None:
     columns = ("method", "component", "claimed", "order", "standard error", "points", "dropped", "note")
-    print_table(columns, [_line(series) for series in found.series])
-    where = f"{found.ivp.problem}, case {found.ivp.case}, T = {found.t_end:g}"
-    bounds = ", ".join(f"{name} {bound:.1e}" for name, bound in found.reference_solution.bound.items())
+    print_table(columns, [_line(series) for series in result.series])
+    where = f"{result.ivp.problem}, case {result.ivp.case}, T = {result.t_end:g}"
+    bounds = ", ".join(f"{name} {bound:.1e}" for name, bound in result.reference_solution.bound.items())
     print(f"{where}: largest Euclidean norm of the error over t = T k/8, k = 1..8.")
-    print(f"Reference: {found.reference_solution.kind}, good for {bounds}.")
-    failures = {point.failure: None for series in found.series for point in series.points if point.failure}
+    print(f"Reference: {result.reference_solution.kind}, good for {bounds}.")
+    failures = {point.failure: None for series in result.series for point in series.points if point.failure}
     for failure in failures:
         print(failure)
 
@@ -72,17 +72,17 @@ def _line(series: "Series") -> list[str]:
     return [series.method, series.component, claimed, *measured, used, series.reasons, fit.note]
 
 
-def _everything(found: "OrderStudy") -> dict[str, Any]:
+def _everything(result: "OrderStudy") -> dict[str, Any]:
     """Return all that was measured."""
     return {
-        "problem": found.ivp.problem,
-        "case": found.ivp.case,
-        "parameters": dict(found.ivp.parameters),
-        "t_end": found.t_end,
-        "times": found.reference_solution.t,
+        "problem": result.ivp.problem,
+        "case": result.ivp.case,
+        "parameters": dict(result.ivp.parameters),
+        "t_end": result.t_end,
+        "times": result.reference_solution.t,
         "error": "largest Euclidean norm over the times",
-        "reference": {"kind": found.reference_solution.kind, "bound": dict(found.reference_solution.bound)},
-        "series": [_series(each) for each in found.series],
+        "reference": {"kind": result.reference_solution.kind, "bound": dict(result.reference_solution.bound)},
+        "series": [_series(series) for series in result.series],
     }
 
 
@@ -92,9 +92,9 @@ def _series(series: "Series") -> dict[str, Any]:
     return series.row() | {"dropped": series.dropped, "floor": series.floor, "points": points}
 
 
-def _write(out: Path, found: "OrderStudy", *, tell: bool) -> None:
+def _write(out: Path, result: "OrderStudy", *, tell: bool) -> None:
     from daebench.studies.orders.figure import write
 
-    paths = write(out, found)
+    paths = write(out, result)
     if tell:
         print(f"written: {', '.join(str(path) for path in paths)}")

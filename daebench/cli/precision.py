@@ -1,33 +1,15 @@
 """``daebench precision``: what single, double and compensated arithmetic buy, and a Newton iteration that is ended early."""
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
-from daebench.cli.arguments import (
-    Case,
-    DryRun,
-    Json,
-    Problem,
-    Repeat,
-    Scheduler,
-    SideBySide,
-    Store,
-    StudyTEnd,
-    TlsCaFile,
-    TlsCert,
-    TlsKey,
-    Workers,
-)
-from daebench.cli.asked import asked_of
-from daebench.cli.console import print_json, print_table, words
+from daebench.cli import arguments
+from daebench.cli.console import print_frame, print_json, words
 from daebench.cli.executors import Executors
-from daebench.cli.grids import study_runs
+from daebench.cli.grids import asked_of, study_runs
 from daebench.studies.grid.tls import Tls
-
-if TYPE_CHECKING:
-    import pandas as pd
 
 SHOWN = ("method", "way", "time_ratio", "error_q", "error_y", "energy_error", "drifts", "g", "casimirs", "defect", "failure")
 """Columns of the table on the screen."""
@@ -40,25 +22,25 @@ Ways = Annotated[
 
 
 def precision(
-    problem: Problem,
-    case: Case = None,
+    problem: arguments.Problem,
+    case: arguments.Case = None,
     methods: Annotated[
         str | None, typer.Option("--methods", help="Names of fixed-step methods, comma-separated; some if left out.")
     ] = None,
     ways: Ways = None,
     h: Annotated[str | None, typer.Option("--h", help="Step sizes, comma-separated; by the reference's times if left out.")] = None,
-    t_end: StudyTEnd = None,
-    repeat: Repeat = 3,
-    store: Store = None,
+    t_end: arguments.StudyTEnd = None,
+    repeat: arguments.Repeat = 3,
+    store: arguments.Store = None,
     out: Annotated[Path, typer.Option("--out", help="Folder for table and picture.")] = Path("output/precision"),
-    workers: Workers = None,
-    scheduler: Scheduler = None,
-    tls_ca_file: TlsCaFile = None,
-    tls_cert: TlsCert = None,
-    tls_key: TlsKey = None,
-    side_by_side: SideBySide = False,
-    dry_run: DryRun = False,
-    as_json: Json = False,
+    workers: arguments.Workers = None,
+    scheduler: arguments.Scheduler = None,
+    tls_ca_file: arguments.TlsCaFile = None,
+    tls_cert: arguments.TlsCert = None,
+    tls_key: arguments.TlsKey = None,
+    side_by_side: arguments.SideBySide = False,
+    dry_run: arguments.DryRun = False,
+    as_json: arguments.Json = False,
 ) -> None:
     """Compare single, double and compensated arithmetic, and Newton's iteration ended early, in error, energy, two-form and time.
 
@@ -79,12 +61,6 @@ def precision(
         rest = {"left_out": refused, "made_again": again, "file": str(path)}
         print_json({"says": says(table), "smallest_steps": last.to_dict("records")} | rest)
         return
-    _print_table(last)
+    print_frame(last[[name for name in SHOWN if name in last]], "with the smallest steps")
     left_out = (f"left out: {what}: {why}" for what, why in refused.items())
     print("\n".join([*says(table), *left_out, *filter(None, [again]), f"written: {path}"]))
-
-
-def _print_table(last: "pd.DataFrame") -> None:
-    columns = [name for name in SHOWN if name in last]
-    rows = [[f"{value:.3g}" if isinstance(value, float) else str(value) for value in row] for row in last[columns].itertuples(index=False)]
-    print_table(columns, rows, "with the smallest steps")

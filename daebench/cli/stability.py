@@ -6,24 +6,10 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from daebench.cli.arguments import (
-    Case,
-    DryRun,
-    Json,
-    Problem,
-    Scheduler,
-    Store,
-    StudyMethods,
-    StudyTEnd,
-    TlsCaFile,
-    TlsCert,
-    TlsKey,
-    Workers,
-)
-from daebench.cli.asked import asked_of
+from daebench.cli import arguments
 from daebench.cli.console import numbers, print_json, words
 from daebench.cli.executors import Executors
-from daebench.cli.grids import making, outdated, plan
+from daebench.cli.grids import asked_of, making, outdated, plan
 from daebench.studies.grid.tls import Tls
 
 if TYPE_CHECKING:
@@ -43,23 +29,23 @@ Varied = Annotated[
 
 
 def stability(
-    problem: Problem,
-    case: Case = None,
-    methods: StudyMethods = None,
+    problem: arguments.Problem,
+    case: arguments.Case = None,
+    methods: arguments.StudyMethods = None,
     only: Only = None,
     h: Annotated[str | None, typer.Option("--h", help="Step sizes, comma-separated; chosen by each extreme if left out.")] = None,
     param: Varied = None,
     near: Annotated[float, typer.Option("--near", help="Value that the parameter approaches; pictures show the distance from it.")] = 0.0,
-    t_end: StudyTEnd = None,
-    store: Store = None,
+    t_end: arguments.StudyTEnd = None,
+    store: arguments.Store = None,
     out: Annotated[Path, typer.Option("--out", help="Folder for tables and pictures.")] = Path("output/stability"),
-    workers: Workers = None,
-    scheduler: Scheduler = None,
-    tls_ca_file: TlsCaFile = None,
-    tls_cert: TlsCert = None,
-    tls_key: TlsKey = None,
-    dry_run: DryRun = False,
-    as_json: Json = False,
+    workers: arguments.Workers = None,
+    scheduler: arguments.Scheduler = None,
+    tls_ca_file: arguments.TlsCaFile = None,
+    tls_cert: arguments.TlsCert = None,
+    tls_key: arguments.TlsKey = None,
+    dry_run: arguments.DryRun = False,
+    as_json: arguments.Json = False,
 ) -> None:
     """Drive methods to where they break: steps too large and too small, masses, penalties, chaos; what was run is kept.
 
@@ -75,32 +61,32 @@ def stability(
     executors = Executors(timed=False, workers=workers, scheduler=scheduler, tls=Tls(tls_ca_file, tls_cert, tls_key))
     extremes, refused = chosen(asked, words(only) if only else ())
     make_folder(out)
-    found: dict[str, Any] = {"said": {}, "left_out": refused, "files": []}
+    summary: dict[str, Any] = {"said": {}, "left_out": refused, "files": []}
     with opened(store or out / "studies.db") as kept:
         if dry_run:
             _tell_plan(extremes, asked, kept, executors)
             raise typer.Exit
-        found["made_again"] = outdated([cell for extreme in extremes for cell in extreme.cells(asked)], kept)
+        summary["made_again"] = outdated([cell for extreme in extremes for cell in extreme.cells(asked)], kept)
         for extreme in extremes:
-            found["said"][extreme.name], path = _made(extreme, asked, kept, executors, out)
-            found["files"].append(str(path))
+            summary["said"][extreme.name], path = _made(extreme, asked, kept, executors, out)
+            summary["files"].append(str(path))
             if not as_json:
                 print(f"{extreme.name}: {extreme.about}")
-                for sentence in found["said"][extreme.name]:
+                for sentence in summary["said"][extreme.name]:
                     print(f"  {sentence}")
     if as_json:
-        print_json(found)
+        print_json(summary)
     else:
-        _tell_rest(found)
+        _tell_rest(summary)
 
 
-def _tell_rest(found: dict[str, Any]) -> None:
+def _tell_rest(summary: dict[str, Any]) -> None:
     """Print which extremes were left out and why, which kept runs were made again, and the files written."""
-    for name, why in found["left_out"].items():
+    for name, why in summary["left_out"].items():
         print(f"no {name}: {why}.")
-    if found["made_again"]:
-        print(found["made_again"])
-    print(f"written: {', '.join(found['files'])}")
+    if summary["made_again"]:
+        print(summary["made_again"])
+    print(f"written: {', '.join(summary['files'])}")
 
 
 def _tell_plan(extremes: "Sequence[Extreme]", asked: "Asked", kept: "RunStore", executors: Executors) -> None:

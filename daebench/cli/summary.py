@@ -1,4 +1,4 @@
-"""What a run says of itself: one mapping for people and for JSON, the same for both kinds of problems but for their states."""
+"""Summary of a run: one mapping for people and for JSON, the same for both kinds of problems but for their states."""
 
 from collections.abc import Mapping
 from typing import Any

@@ -6,24 +6,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from daebench.cli.arguments import (
-    Case,
-    DryRun,
-    Json,
-    Param,
-    Problem,
-    Repeat,
-    Scheduler,
-    SideBySide,
-    Store,
-    StudyMethods,
-    StudyTEnd,
-    TlsCaFile,
-    TlsCert,
-    TlsKey,
-    Workers,
-)
-from daebench.cli.console import numbers, pairs, print_json, print_table, words
+from daebench.cli import arguments
+from daebench.cli.console import numbers, pairs, print_frame, print_json, words
 from daebench.cli.executors import Executors
 from daebench.cli.grids import study_runs
 from daebench.errors import DaebenchError
@@ -48,25 +32,25 @@ Error = Annotated[
 
 
 def work_precision(
-    problem: Problem,
-    case: Case = None,
-    methods: StudyMethods = None,
+    problem: arguments.Problem,
+    case: arguments.Case = None,
+    methods: arguments.StudyMethods = None,
     h: Annotated[str | None, typer.Option("--h", help="Step sizes, comma-separated; halvings of a reference's if left out.")] = None,
     tol: Annotated[str | None, typer.Option("--tol", help="Tolerances, comma-separated; 1e-3 to 1e-13 if left out.")] = None,
-    t_end: StudyTEnd = None,
-    param: Param = None,
+    t_end: arguments.StudyTEnd = None,
+    param: arguments.Param = None,
     error: Error = None,
-    repeat: Repeat = 3,
-    store: Store = None,
+    repeat: arguments.Repeat = 3,
+    store: arguments.Store = None,
     out: Annotated[Path, typer.Option("--out", help="Folder for table and picture.")] = Path("output/work-precision"),
-    workers: Workers = None,
-    scheduler: Scheduler = None,
-    tls_ca_file: TlsCaFile = None,
-    tls_cert: TlsCert = None,
-    tls_key: TlsKey = None,
-    side_by_side: SideBySide = False,
-    dry_run: DryRun = False,
-    json: Json = False,
+    workers: arguments.Workers = None,
+    scheduler: arguments.Scheduler = None,
+    tls_ca_file: arguments.TlsCaFile = None,
+    tls_cert: arguments.TlsCert = None,
+    tls_key: arguments.TlsKey = None,
+    side_by_side: arguments.SideBySide = False,
+    dry_run: arguments.DryRun = False,
+    json: arguments.Json = False,
 ) -> None:
     """Measure errors of many methods against time and work, and name the cheapest for each accuracy; what was measured is kept.
 
@@ -123,7 +107,7 @@ def _tell(table: "pd.DataFrame", error: str, cost: str, left_out: Mapping[str, s
         told = {"best": best.to_dict("records"), "left_out": left_out, "runs": len(table), "failed": failed, "made_again": again}
         print_json(told | {"references": references})
         return
-    print_table(list(best.columns), [[_cell(value) for value in row] for row in best.itertuples(index=False)], f"cheapest for {error}")
+    print_frame(best, f"cheapest for {error}")
     for reference, bound in references.items():
         print(f"errors are against: {reference}{f', which may be wrong by {bound:.1e}' if bound == bound else ''}")
     for why in left_out.values():
@@ -150,7 +134,3 @@ def _references(table: "pd.DataFrame", error: str) -> dict[str, float]:
         return {}
     rows = table[table["reference"].fillna("") != ""]
     return {str(words): float(own[bound].max()) for words, own in rows.groupby("reference")}
-
-
-def _cell(value: object) -> str:
-    return f"{value:.3g}" if isinstance(value, float) else str(value)

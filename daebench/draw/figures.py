@@ -91,7 +91,7 @@ def curve(k: int) -> dict[str, Any]:
     return stroke.points() if k < len(STROKES) else stroke.points() | {"markerfacecolor": stroke.color, "linewidth": 0.8}
 
 
-def legend_below(figure: "Figure", axis: Any, columns: int) -> None:
+def legend_below(figure: "Figure", axis: Any, columns: int, **settings: Any) -> None:
     """Put one legend below a figure, of the curves of one of its axes, if it has any.
 
     Parameters
@@ -102,10 +102,12 @@ def legend_below(figure: "Figure", axis: Any, columns: int) -> None:
         Axes whose labelled curves are named.
     columns : int
         Entries side by side.
+    **settings
+        For Matplotlib's ``legend``, for example ``columnspacing=1.3``.
     """
     handles, labels = axis.get_legend_handles_labels()
     if handles:
-        figure.legend(handles, labels, loc="outside lower center", ncols=columns)
+        figure.legend(handles, labels, loc="outside lower center", ncols=columns, **settings)
 
 
 _STYLE: Any = {
@@ -153,7 +155,7 @@ def drawing() -> Iterator[None]:
         yield
 
 
-def grid_of_axes(rows: int, columns: int, height: float, **settings: Any) -> tuple["Figure", Any]:
+def grid_of_axes(rows: int, columns: int, height: float, *, x: str = "", y: str = "", **settings: Any) -> tuple["Figure", Any]:
     """Return a figure of the text's width and its axes, shape(rows, columns).
 
     The figure belongs to the caller alone: nothing is kept by pyplot, and no window can open.
@@ -164,6 +166,8 @@ def grid_of_axes(rows: int, columns: int, height: float, **settings: Any) -> tup
         Numbers of axes.
     height : float
         Height of the figure, inches; its width is :data:`WIDTH`.
+    x, y : str
+        Labels of the lowest axes below, and of the leftmost at the left.
     **settings
         For Matplotlib's ``subplots``, for example ``sharex=True``.
 
@@ -177,7 +181,11 @@ def grid_of_axes(rows: int, columns: int, height: float, **settings: Any) -> tup
     from matplotlib.figure import Figure
 
     figure = Figure(figsize=(WIDTH, height))
-    return figure, figure.subplots(rows, columns, squeeze=False, **settings)
+    axes = figure.subplots(rows, columns, squeeze=False, **settings)
+    for labelled, label in ((axes[-1], {"xlabel": x}), (axes[:, 0], {"ylabel": y})):
+        for ax in labelled:
+            ax.set(**label)
+    return figure, axes
 
 
 def save(figure: "Figure", directory: Path, stem: str, data: "pd.DataFrame | Mapping[str, Any]") -> Path:

@@ -1,17 +1,17 @@
 """Space as it is drawn: an orthographic view, always from the same side."""
 
 import numpy as np
-import numpy.typing as npt
 
-Array = npt.NDArray[np.float64]
+from daebench.runs.ivp import Array
 
-AZIMUTH, ELEVATION = np.radians(32), np.radians(24)
-"""Where the eye is, seen from the origin."""
+AZIMUTH, ELEVATION = 32.0, 24.0
+"""Where the eye is, seen from the origin, degrees."""
 
 
-def seen(points: Array) -> Array:
+def seen(points: Array, azimuth: float = AZIMUTH, elevation: float = ELEVATION) -> Array:
     """Return points, shape(n, 3), as seen from outside: to the right, up, and towards the eye; an orthographic projection."""
-    ca, sa, ce, se = np.cos(AZIMUTH), np.sin(AZIMUTH), np.cos(ELEVATION), np.sin(ELEVATION)
+    a, e = np.radians(azimuth), np.radians(elevation)
+    ca, sa, ce, se = np.cos(a), np.sin(a), np.cos(e), np.sin(e)
     return np.asarray(points @ np.array([[-sa, ca, 0], [-se * ca, -se * sa, ce], [ce * ca, ce * sa, se]]).T)
 
 

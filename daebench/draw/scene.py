@@ -1,4 +1,4 @@
-"""Where the parts of an initial value problem are: what a problem's picture draws, as numbers along any run."""
+"""Positions of the parts of an initial value problem along any run, as the problem's picture declares them."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass

@@ -27,13 +27,7 @@ def pages(command_line: Any) -> list[Report]:
 
 
 def lesson_page(name: str) -> Report:
-    """Return the static page of a lesson.
-
-    Raises
-    ------
-    BadInput
-        If there is no such lesson.
-    """
+    """Return the static page of a lesson; refuse one that there is not."""
     if name not in lessons():
         raise unknown("lesson", name, lessons())
 

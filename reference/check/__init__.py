@@ -1,1 +1,1 @@
-"""How references are verified, and results held against them."""
+"""Verification of references, and comparison of results with them."""

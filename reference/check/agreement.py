@@ -1,4 +1,4 @@
-"""How many digits of a trajectory agree with a certified reference, at each of its times and in each component."""
+"""Digits in which a trajectory agrees with a certified reference, at each of its times and in each component."""
 
 from dataclasses import dataclass
 
@@ -8,8 +8,7 @@ from numpy.typing import ArrayLike, NDArray
 from daebench.errors import BadInput
 from daebench.reference.check.external_state import external_state
 from daebench.reference.keep.record import EPS, Reference
-
-Array = NDArray[np.float64]
+from daebench.runs.ivp import Array
 
 
 @dataclass(frozen=True, eq=False)

@@ -12,8 +12,7 @@ from daebench.diagnostics.order import OrderFit, fit_order
 from daebench.errors import BadInput, positive, whole
 from daebench.reference.check.external_state import external_state
 from daebench.reference.keep.record import EPS, Reference
-
-Array = NDArray[np.float64]
+from daebench.runs.ivp import Array
 
 Solve = Callable[..., Any]
 """``solve(p, q, h, t)`` returns p and q at the times t, shape(n, d) each; of a Poisson system ``solve(y, h, t)`` returns y."""

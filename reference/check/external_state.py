@@ -4,11 +4,9 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from daebench.errors import BadInput
-
-Array = NDArray[np.float64]
+from daebench.runs.ivp import Array
 
 
 def external_state(found: Any, shapes: Sequence[tuple[int, ...]], duty: str) -> list[Array]:

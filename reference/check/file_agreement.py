@@ -1,4 +1,4 @@
-"""How many digits of a user's trajectory agree with a certified reference, when it leaves, and in which component."""
+"""Digits in which a user's trajectory agrees with a certified reference, and the time and component in which it leaves."""
 
 import decimal
 from collections.abc import Mapping
@@ -13,8 +13,8 @@ from daebench.reference.keep import store
 from daebench.reference.keep.dense_evaluation import states_at
 from daebench.reference.keep.record import EPS, Reference
 from daebench.reference.keep.trajectory_file import TrajectoryFile, read, split
+from daebench.runs.ivp import Array
 
-Array = NDArray[np.float64]
 Rows = NDArray[np.intp]
 
 WITHIN = 0.01
@@ -159,7 +159,7 @@ def agreement(path: Path, name: str, folder: Path | None = None, *, within: floa
     inside = _inside(given, reference)
     chosen = _chosen(given.values["t"][inside], reference.t, between)
     t, error, allowed = _errors(given, reference, inside[chosen])
-    sizes = np.array([_size(reference, column) for column in given.components])
+    sizes = np.array([reference.size(split(column)[0]) for column in given.components])
     relative = np.maximum(error, allowed) / sizes
     names = given.components
     return FileAgreement(
@@ -230,10 +230,6 @@ def _errors(given: TrajectoryFile, reference: Reference, rows: Rows) -> tuple[Ar
 
 def _difference(one: str, other: str) -> float:
     return float(SPARE.abs(SPARE.subtract(decimal.Decimal(one.strip()), decimal.Decimal(other))))
-
-
-def _size(reference: Reference, name: str) -> float:
-    return reference.size(split(name)[0])
 
 
 def _column(name: str, error: Array, allowed: Array, size: float, t: Array) -> Column:

@@ -1,20 +1,17 @@
-"""What IDA really reaches on a certified motion, tolerance by tolerance, and what it could have known of it."""
+"""Errors of IDA on a certified motion, tolerance by tolerance, beside its own estimate of them."""
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from itertools import pairwise
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from daebench.reference.check.runs import ida_names, solved
 from daebench.reference.keep.record import EPS
 from daebench.reference.make.amplification import LOST
 from daebench.reference.make.certify import NotCertified
-from daebench.runs.ivp import Ivp
+from daebench.runs.ivp import Array, Ivp
 from daebench.runs.request import Request, WorkLimit
-
-Array = NDArray[np.float64]
 
 EXPONENTS = (10, 11, 12, 13, 14)
 """Tolerances 1e-10 ... 1e-14; each run's own estimate takes the next one too."""

@@ -8,7 +8,6 @@ from daebench.reference.check.recomputation import Parts, Recomputed, followed, 
 from daebench.reference.check.runs import Solution, ida_names, solved
 from daebench.reference.check.verification import Check
 from daebench.reference.keep.record import Reference
-from daebench.reference.make.rank_loss import first_loss
 from daebench.runs.ivp import Ivp
 from daebench.runs.request import Request
 
@@ -31,7 +30,7 @@ def by_ida(reference: Reference) -> tuple[Recomputed | None, list[Check]]:
     At rank loss it may take another branch, so that it is stopped before. A tenth of the tolerance may be too near to round-off for it:
     then its error is estimated as far as that run came.
     """
-    n = min(followed(reference), int(np.searchsorted(reference.t, min(IDA_END, first_loss(reference.rank_losses)), "right")))
+    n = min(followed(reference), int(np.searchsorted(reference.t, min((IDA_END, *reference.rank_losses)), "right")))
     t_end, ivp = float(reference.t[n - 1]), reference.ivp()
     ida = ida_names(ivp)[0]
     runs = [_by_tolerance(ivp, ida, tol, t_end, n) for tol in (TOL, TOL / 10)]

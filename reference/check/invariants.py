@@ -7,7 +7,6 @@ from typing import Any
 
 import mpmath as mp
 import numpy as np
-from numpy.typing import NDArray
 
 from daebench.reference.check.recomputation import suffered
 from daebench.reference.check.verification import Check, agreed, at_most
@@ -16,8 +15,7 @@ from daebench.reference.keep.record import Reference
 from daebench.reference.make.certify import BARELY, SINGULAR, STORED_DIGITS, WORTH
 from daebench.reference.make.mathematics import Mathematics, mathematics
 from daebench.reference.make.rank_loss import rank_losses
-
-Array = NDArray[np.float64]
+from daebench.runs.ivp import Array
 
 DIGITS = 60
 """Decimal digits of the evaluation: more than those that the certificate was made with."""

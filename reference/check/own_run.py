@@ -5,11 +5,11 @@ from fractions import Fraction
 
 import numpy as np
 
-from daebench.reference.check.recomputation import WORTH, Array, Parts, Recomputed, followed, rounding_of, so_far, suffered
+from daebench.reference.check.recomputation import WORTH, Parts, Recomputed, followed, rounding_of, so_far, suffered
 from daebench.reference.check.runs import coarsest, own_name, solved
 from daebench.reference.check.verification import Check, at_most
 from daebench.reference.keep.record import EPS, Reference
-from daebench.runs.ivp import Ivp
+from daebench.runs.ivp import Array, Ivp
 from daebench.runs.request import Request
 
 FINEST = 512
@@ -34,7 +34,8 @@ SHIFT = 2.0**-30
 
 def throughout(reference: Reference) -> tuple[Recomputed | None, list[Check]]:
     """Return the run through all rows, its step halved until what halving changes is rounding, and the check of its error."""
-    ivp, n, name = reference.ivp(), followed(reference), method_of(reference)
+    ivp, n = reference.ivp(), followed(reference)
+    name = method_of(reference, ivp)
     rounding = {part: rounding_of(reference, part, n) for part in reference.values}
     found = _halved(reference, ivp, rounding, coarsest(name))
     if found is None:
@@ -46,9 +47,9 @@ def throughout(reference: Reference) -> tuple[Recomputed | None, list[Check]]:
     return Recomputed(f"{name}, h = {_step(reference, count):g}", states, limit), [_precise(reference, name, limit)]
 
 
-def method_of(reference: Reference) -> str:
-    """Return the name of our own method for a reference."""
-    return own_name(reference.ivp(), crosses=bool(reference.rank_losses))
+def method_of(reference: Reference, ivp: Ivp) -> str:
+    """Return the name of our own method for a reference and its initial value problem, whose definition takes SymPy to read."""
+    return own_name(ivp, crosses=bool(reference.rank_losses))
 
 
 def _halved(reference: Reference, ivp: Ivp, rounding: Parts, count: int) -> tuple[int, Parts, Parts] | None:
@@ -80,7 +81,8 @@ def row_by_row(reference: Reference) -> tuple[Recomputed | None, list[Check]]:
 
     All runs of a row begin at its rounded digits; steps are halved as above, and begin with a quarter of those that the row before took.
     """
-    n, ivp, own = len(reference.t), reference.ivp(), method_of(reference)
+    n, ivp = len(reference.t), reference.ivp()
+    own = method_of(reference, ivp)
     name = f"{own} from each row to the next"
     rounding = {part: _short_rounding(reference, part) for part in reference.values}
     states = {part: values.copy() for part, values in reference.values.items()}
@@ -129,7 +131,7 @@ def _precise(reference: Reference, name: str, limit: Parts) -> Check:
 def stepped(reference: Reference, ivp: Ivp, n: int, count: int) -> Parts | None:
     """Return the run of our own method with so many steps from output to output, or None if it stops early."""
     request = Request(value=_step(reference, count), steps=(n - 1) * count, every=count, watch=(), count=False)
-    found = solved(ivp, method_of(reference), request)
+    found = solved(ivp, method_of(reference, ivp), request)
     return None if found.failure else found.states
 
 

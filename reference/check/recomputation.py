@@ -4,12 +4,11 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from daebench.reference.check.verification import Check, Digits, at_most
 from daebench.reference.keep.record import EPS, Reference
+from daebench.runs.ivp import Array
 
-Array = NDArray[np.float64]
 Parts = Mapping[str, Array]
 
 ROUNDINGS = 10.0

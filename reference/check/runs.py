@@ -1,17 +1,11 @@
 """Runs in double precision that references are held against: which methods there are for each kind of problem, and how they are run."""
 
-from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
-import numpy as np
-from numpy.typing import NDArray
-
-from daebench.reference import solution
 from daebench.runs.ivp import ConstrainedIvp, Ivp, PoissonIvp
 from daebench.runs.request import Request
 from daebench.runs.trajectory import PoissonTrajectory, Trajectory
 
-Array = NDArray[np.float64]
 Solution = Trajectory | PoissonTrajectory
 
 RATTLE = "rattle/kahan_li8"
@@ -56,17 +50,3 @@ def solved(ivp: Ivp, name: str, request: Request) -> Solution:
     else:
         run = parse(name, compensated=name == RATTLE).solve(ivp, replace(request, multipliers=True))
     return run
-
-
-@dataclass(frozen=True)
-class Motion:
-    """States at some times, and the Euclidean norm of the error of each part, at most, at any of the times."""
-
-    states: Mapping[str, Array]
-    bound: Mapping[str, float]
-
-
-def integrated(ivp: Ivp, times: Array) -> Motion:
-    """Return the motion by DOP853 at times that ascend, or descend from 0, see :func:`daebench.reference.solution.integrated`."""
-    found = solution.integrated(ivp, times)
-    return Motion(found.states, found.bound)

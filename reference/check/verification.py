@@ -1,4 +1,4 @@
-"""What a verification finds: one record a check, digits of agreement, and what no check of it could have seen."""
+"""Records of a verification: one a check, digits of agreement, and alterations that no check could have seen."""
 
 from dataclasses import dataclass
 

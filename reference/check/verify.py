@@ -74,7 +74,7 @@ def verify(name: str, folder: Path | None = None, progress: Progress | None = No
     told(0.1, f"{name}: invariants")
     checks += invariants.checks(invariants.Stored(reference, definition))
     digits: list[Digits] = []
-    own, ida = method_of(reference), ida_names(definition.ivp)[0]
+    own, ida = method_of(reference, definition.ivp), ida_names(definition.ivp)[0]
     ways = ((0.2, own, throughout), (0.4, f"{own}, row by row", row_by_row), (0.7, ida, by_ida))
     for fraction, doing, recomputed in ways:
         told(fraction, f"{name}: {doing}")

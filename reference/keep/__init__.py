@@ -1,1 +1,1 @@
-"""How references are stored, read and exported."""
+"""Storage, reading and export of references."""

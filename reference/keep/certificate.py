@@ -1,4 +1,4 @@
-"""What a certificate says: everything that is known of certified digits, worked out and put into words."""
+"""Certificate of certified digits: all that is known of them, computed and put into words."""
 
 import decimal
 from typing import Any
@@ -11,7 +11,7 @@ from daebench.reference.keep.definition import Definition
 from daebench.reference.make.amplification import LOST, amplification, double_horizon
 from daebench.reference.make.certify import ROUNDING, STORED_DIGITS, WORK_DIGITS, WORTH, Certified, certify, smallest_singular_values
 from daebench.reference.make.independent_computations import Computations
-from daebench.reference.make.rank_loss import first_loss, rank_losses
+from daebench.reference.make.rank_loss import rank_losses
 from daebench.reference.make.stages import Stages
 
 HORIZON = (
@@ -60,7 +60,7 @@ def certified_text(definition: Definition, times: list[Any], stages: Stages) -> 
     t = np.array([float(x) for x in certified.t])
     followed = len(t) if lost is None else int(np.searchsorted(t, lost))
     reference = {part: np.array([[float(x) for x in row] for row in rows[:followed]]) for part, rows in certified.states.parts.items()}
-    passed = first_loss(rank.get("lost", ()))
+    passed = min(rank.get("lost", ()), default=np.inf)
     ida = ida_errors(definition.ivp, t[:followed], reference, stages.record, passed)
     return {
         "problem": definition.ivp.problem,

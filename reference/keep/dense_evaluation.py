@@ -8,12 +8,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from daebench.errors import BadInput
-from daebench.reference.check.runs import Motion, integrated
 from daebench.reference.keep.record import Reference
-from daebench.reference.solution import EPS, SAFETY
-from daebench.runs.ivp import Ivp
-
-Array = NDArray[np.float64]
+from daebench.reference.solution import EPS, SAFETY, ReferenceSolution, integrated
+from daebench.runs.ivp import Array, Ivp
 
 EXACT_DIGITS = 50
 """Digits of a closed form: multipliers at the double that is nearest to a rank loss have 17 of them left."""
@@ -138,17 +135,17 @@ def _ways(stored: Array, nearest: NDArray[np.intp], t: Array, row: NDArray[np.in
     yield from np.split(between[order], np.flatnonzero(np.diff(side[order])) + 1)
 
 
-def _travelled(ivp: Ivp, reference: Reference, k: int, t: Array) -> tuple[Motion, dict[str, float]]:
+def _travelled(ivp: Ivp, reference: Reference, k: int, t: Array) -> tuple[ReferenceSolution, dict[str, float]]:
     """Return the motion from stored state k to times on one side of it, and ten times what its rounding may grow to."""
     start = reference.restarted(ivp, k)
     distances, places = np.unique(np.abs(t - reference.t[k]), return_inverse=True)
     signed = distances if t[0] > reference.t[k] else -distances
     found = integrated(start, signed)
     growth = _growth(start, reference.kind.state, found, signed[-1:])
-    return Motion({part: rows[places] for part, rows in found.states.items()}, found.bound), growth
+    return replace(found, states={part: rows[places] for part, rows in found.states.items()}), growth
 
 
-def _growth(start: Ivp, state: Sequence[str], own: Motion, furthest: Array) -> dict[str, float]:
+def _growth(start: Ivp, state: Sequence[str], own: ReferenceSolution, furthest: Array) -> dict[str, float]:
     """Return ten times what the rounding of a state may grow to on the way to a time, as neighbours in each of its parts show."""
     found = dict.fromkeys(own.states, 0.0)
     for name in state:

@@ -1,4 +1,4 @@
-"""Where references are kept: those that come with daebench, the user's own, and how one may be called."""
+"""Folders of references, those of daebench and the user's own, and names that a reference may have."""
 
 import os
 import re

@@ -6,15 +6,12 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from daebench.errors import BadInput
 from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.reference.keep.state_layout import StateLayout, layout_of_columns
-from daebench.runs.ivp import Ivp
+from daebench.runs.ivp import Array, Ivp
 from daebench.systems.renamed import OldAttribute
-
-Array = NDArray[np.float64]
 
 EPS = 2.0**-53
 """Relative rounding of a number in double precision."""

@@ -1,4 +1,4 @@
-"""What a state of each kind of problem consists of: names of columns, of arrays and of what programs hand over all come from here."""
+"""Parts of a state of each kind of problem: names of columns, of arrays, and of the states of external programs."""
 
 from collections.abc import Collection
 from dataclasses import dataclass

@@ -1,4 +1,4 @@
-"""Where references are kept: a folder each, with a CSV of digits and a JSON certificate, checked whenever they are read."""
+"""Store of references: a folder each, with a CSV of digits and a JSON certificate, checked whenever they are read."""
 
 import csv
 import hashlib

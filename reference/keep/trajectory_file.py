@@ -9,12 +9,10 @@ from itertools import compress
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from daebench.errors import BadInput
 from daebench.reference.keep.state_layout import StateLayout
-
-Array = NDArray[np.float64]
+from daebench.runs.ivp import Array
 
 NAME = re.compile(r"([a-z]+)([1-9]\d*)")
 """A component: its part and its number, from 1."""

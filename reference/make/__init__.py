@@ -1,1 +1,1 @@
-"""How a certified reference is made."""
+"""Making of certified references."""

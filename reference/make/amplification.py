@@ -1,18 +1,16 @@
-"""How far apart a motion carries what began close together: the price of a rounded start."""
+"""Growth of perturbations along a motion: the price of a rounded start."""
 
 from dataclasses import dataclass
 from typing import Any
 
 import mpmath as mp
 import numpy as np
-from numpy.typing import NDArray
 
 from daebench.reference.keep.record import EPS
 from daebench.reference.make.certify import Certified
 from daebench.reference.make.independent_computations import Computations, sizes
 from daebench.reference.make.stages import Rows
-
-Array = NDArray[np.float64]
+from daebench.runs.ivp import Array
 
 BESIDE = mp.mpf("1e-20")
 """Relative distance of the neighbours: far above quadruple rounding, and linear up to amplifications of 1e16."""

@@ -6,12 +6,10 @@ from typing import Any
 
 import mpmath as mp
 import numpy as np
-from numpy.typing import NDArray
 
 from daebench.errors import RunFailed
 from daebench.reference.make.independent_computations import Computations, States, differences, sizes
-
-Array = NDArray[np.float64]
+from daebench.runs.ivp import Array
 
 WORK_DIGITS, MORE_DIGITS = 50, 70
 """Decimal digits in which closed forms are worked out, and those of the second run of them."""

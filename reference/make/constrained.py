@@ -5,7 +5,6 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from daebench.diagnostics.symplecticity import tangent_basis
 from daebench.methods.solvers.taylor_equations import own_coordinates
@@ -13,10 +12,8 @@ from daebench.reference.keep.definition import Definition
 from daebench.reference.make.coordinates import Own
 from daebench.reference.make.local import Local
 from daebench.reference.make.multiprecision import Functions
-from daebench.reference.make.stages import Rows
-from daebench.runs.ivp import ConstrainedIvp
-
-Vector = list[Any]
+from daebench.reference.make.stages import Rows, Vector
+from daebench.runs.ivp import Array, ConstrainedIvp
 
 
 class Constrained:
@@ -58,7 +55,7 @@ class Constrained:
         return None if self.closed_form or self.definition.problem.chart is None else Local(self.definition)
 
     @cached_property
-    def directions(self) -> NDArray[np.float64]:
+    def directions(self) -> Array:
         """A basis of the tangent space at the start, shape(2 d, 2 (d - m))."""
         ivp = self.definition.ivp
         assert isinstance(ivp, ConstrainedIvp)

@@ -1,11 +1,9 @@
 """Coordinates in which a Taylor series is made, and the way there and back."""
 
-from typing import Any, Protocol
+from typing import Protocol
 
 from daebench.methods.solvers.taylor_equations import Equations
-from daebench.reference.make.stages import Rows
-
-Vector = list[Any]
+from daebench.reference.make.stages import Rows, Vector
 
 
 class Coordinates(Protocol):

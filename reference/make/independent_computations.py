@@ -7,15 +7,13 @@ from typing import Any
 
 import mpmath as mp
 import numpy as np
-from numpy.typing import NDArray
 
 from daebench.reference.keep.definition import Definition
 from daebench.reference.make.coordinates import Coordinates
 from daebench.reference.make.mathematics import Mathematics, mathematics
 from daebench.reference.make.stages import Rows
 from daebench.reference.make.taylor import integrated
-
-Array = NDArray[np.float64]
+from daebench.runs.ivp import Array
 
 
 @dataclass(frozen=True)

@@ -10,8 +10,7 @@ from daebench.errors import BadInput
 from daebench.methods.solvers.quadruple import Translation, dotted, library, orthogonally, solved
 from daebench.methods.solvers.taylor_equations import Equations
 from daebench.reference.keep.definition import Definition
-
-Rows = list[list[Any]]
+from daebench.reference.make.stages import Rows
 
 
 class Local:

@@ -1,19 +1,14 @@
-"""What certification asks of the mathematics of a problem, whatever its kind: states are flat lists here, parts one after the other."""
+"""Functions of a problem of either kind that certification evaluates; states are flat lists here, parts one after the other."""
 
 from collections.abc import Sequence
 from typing import Any, Protocol
-
-import numpy as np
-from numpy.typing import NDArray
 
 from daebench.reference.keep.definition import Definition
 from daebench.reference.make.constrained import Constrained
 from daebench.reference.make.coordinates import Coordinates
 from daebench.reference.make.poisson import Poisson
-from daebench.reference.make.stages import Rows
-
-Array = NDArray[np.float64]
-Vector = list[Any]
+from daebench.reference.make.stages import Rows, Vector
+from daebench.runs.ivp import Array
 
 
 class Mathematics(Protocol):

@@ -9,8 +9,7 @@ import sympy as sp
 
 from daebench.errors import RunFailed
 from daebench.reference.keep.definition import Definition
-
-Vector = list[Any]
+from daebench.reference.make.stages import Vector
 
 
 class Functions:

@@ -6,15 +6,13 @@ from typing import Any
 
 import numpy as np
 import sympy as sp
-from numpy.typing import NDArray
 
 from daebench.methods.solvers.taylor_equations import hamiltonian
 from daebench.reference.keep.definition import Definition
 from daebench.reference.make.coordinates import Own
 from daebench.reference.make.poisson_coordinates import Canonical, Lifted, Skewed, compiled
-from daebench.reference.make.stages import Rows
-
-Vector = list[Any]
+from daebench.reference.make.stages import Rows, Vector
+from daebench.runs.ivp import Array
 
 
 class Poisson:
@@ -57,7 +55,7 @@ class Poisson:
         return Skewed(self.definition) if system.lift is None else Lifted(self.definition)
 
     @cached_property
-    def directions(self) -> NDArray[np.float64]:
+    def directions(self) -> Array:
         """All directions, for rounding keeps no Casimir function; shape(n, n)."""
         return np.eye(self.definition.problem.n)
 

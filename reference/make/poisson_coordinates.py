@@ -10,10 +10,8 @@ from daebench.compiler.definition import source_in
 from daebench.methods.catalogue import find_problem
 from daebench.methods.solvers.taylor_equations import Equations, hamiltonian, own_coordinates
 from daebench.reference.keep.definition import Definition
-from daebench.reference.make.stages import Rows
+from daebench.reference.make.stages import Rows, Vector
 from daebench.runs.make_ivp import make_ivp
-
-Vector = list[Any]
 
 
 def compiled(definition: Definition, arguments: Sequence[sp.Symbol], expressions: Sequence[Any]) -> Callable[..., Vector]:

@@ -1,14 +1,12 @@
-"""Where along a motion G loses rank: the times at which the smallest singular value of G H_pp G^T vanishes, by the closed form."""
+"""Times of rank loss along a motion: zeros of the smallest singular value of G H_pp G^T, by the closed form."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 
 import mpmath as mp
 import numpy as np
-from numpy.typing import NDArray
 
 from daebench.reference.make.mathematics import Mathematics
-
-Array = NDArray[np.float64]
+from daebench.runs.ivp import Array
 
 DIGITS = 30
 """Decimal digits of the states that are looked at."""
@@ -65,8 +63,3 @@ def _lowest(f: Callable[[float], float], a: float, b: float) -> float:
             f_y = f(y)
     f_a, f_b = f(a), f(b)
     return (a * f_b + b * f_a) / (f_a + f_b)
-
-
-def first_loss(losses: Sequence[float]) -> float:
-    """Return the first of some times of rank loss, infinity where there is none."""
-    return min(losses, default=np.inf)

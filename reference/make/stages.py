@@ -12,7 +12,8 @@ import mpmath as mp
 from daebench.errors import BadInput
 from daebench.runs.files import atomic
 
-Rows = list[list[Any]]
+Vector = list[Any]
+Rows = list[Vector]
 
 KEPT_DIGITS = 60
 """Digits that numbers keep between stages: more than any difference is measured to."""

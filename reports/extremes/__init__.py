@@ -19,8 +19,6 @@ from daebench.studies.precision.figure import draw
 from daebench.studies.stability.penalty import LIMITS
 from daebench.studies.stability.study import EXTREMES
 
-COMMAND = "daebench report extremes"
-
 
 def make(out: Path, progress: Progress) -> Path:
     """Make the report in a folder; return the path of its page, see :func:`daebench.pages.report.make_page`."""
@@ -40,7 +38,7 @@ def make(out: Path, progress: Progress) -> Path:
     def measure(told: Progress) -> Numbers:
         return _extremes_numbers.measure(out, told, sections)
 
-    return make_page("extremes/page.html", out, COMMAND, progress, measure=measure, check=check, content=content)
+    return make_page("extremes/page.html", out, "daebench report extremes", progress, measure=measure, check=check, content=content)
 
 
 def _said(says: Callable[[pd.DataFrame], list[str]], table: pd.DataFrame) -> list[Markup]:

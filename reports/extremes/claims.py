@@ -1,4 +1,4 @@
-"""What the report on extremes asserts, tested on the numbers before it is printed."""
+"""Claims of the report on extremes, tested on the numbers before they are printed."""
 
 from types import SimpleNamespace
 
@@ -14,13 +14,7 @@ ON_MANIFOLD = 1e-12
 
 
 def check(numbers: Numbers) -> SimpleNamespace:
-    """Return the numbers of the text, all sentences tested.
-
-    Raises
-    ------
-    ClaimRefuted
-        If one does not hold.
-    """
+    """Return the numbers of the text; the first sentence that does not hold raises ClaimRefuted."""
     for key, table in numbers.tables.items():
         require(len(table), f"the section {key} has runs", "none")
     words = set(numbers.tables["map"]["outcome"])

@@ -1,4 +1,4 @@
-"""What the report on extremes drives to which extreme, and what is said before the numbers."""
+"""Sections of the report on extremes: problem, extreme, and the text before the numbers."""
 
 from dataclasses import dataclass, replace
 

@@ -15,8 +15,6 @@ from daebench.reports.index_reduction.ida import measure_ida
 from daebench.reports.index_reduction.numbers import Numbers, measure
 from daebench.reports.index_reduction.tables import tables
 
-COMMAND = "daebench report index-reduction"
-
 CONSTANTS = SimpleNamespace(
     **{name: value for name, value in vars(_index_reduction_numbers).items() if name.isupper()},
     DIGITS=exact_motion.DIGITS,
@@ -42,7 +40,13 @@ def make(out: Path, progress: Progress) -> Path:
         }
 
     return make_page(
-        "index_reduction/page.html", out, COMMAND, progress, measure=both, check=lambda numbers: check(*numbers), content=content
+        "index_reduction/page.html",
+        out,
+        "daebench report index-reduction",
+        progress,
+        measure=both,
+        check=lambda numbers: check(*numbers),
+        content=content,
     )
 
 

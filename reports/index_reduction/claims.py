@@ -1,4 +1,4 @@
-"""What the report on index reduction asserts: each sentence is tested on the numbers before it is printed."""
+"""Claims of the report on index reduction, tested on the numbers before they are printed."""
 
 from types import SimpleNamespace
 from typing import Any
@@ -21,13 +21,7 @@ ORDER_BAND = 0.05
 
 
 def check(numbers: Numbers, ida: pd.DataFrame) -> SimpleNamespace:
-    """Return the numbers of the text, all sentences tested.
-
-    Raises
-    ------
-    ClaimRefuted
-        If one does not hold.
-    """
+    """Return the numbers of the text; the first sentence that does not hold raises ClaimRefuted."""
     table = numbers.table.set_index("method")
     check_symplecticity(numbers, table)
     check_table(table)

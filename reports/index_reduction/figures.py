@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from daebench.draw.figures import BLUE, QUIET, STROKES, VERMILION, Stroke, drawing, grid_of_axes, save
+from daebench.draw.figures import BLUE, QUIET, STROKES, VERMILION, Stroke, drawing, grid_of_axes, legend_below, save
 from daebench.reports.index_reduction.ida import FORMULATIONS
 from daebench.reports.index_reduction.numbers import DRIFT_RUNS, FAST, SCHEMES, SLOW, Numbers
 
@@ -42,7 +42,7 @@ def draw(numbers: Numbers, ida: pd.DataFrame, folder: Path) -> dict[str, Path]:
 
 def draw_energy(numbers: Numbers, folder: Path) -> Path:
     """Draw the energy error of the four runs, each on a linear scale of its own, with the line that was fitted."""
-    figure, axes = grid_of_axes(2, 2, 4.3, sharex=True)
+    figure, axes = grid_of_axes(2, 2, 4.3, x=TIME, y=ENERGY, sharex=True)
     for ax, (name, h) in zip(axes.flat, DRIFT_RUNS.items(), strict=True):
         run, fit, stroke = numbers.drift[name], numbers.drift_fit[name], STROKE[name]
         ax.axhline(0, color=QUIET, linewidth=0.8)
@@ -51,10 +51,6 @@ def draw_energy(numbers: Numbers, folder: Path) -> Path:
         ax.plot(run["t"], line, color="black", linewidth=1.1, linestyle=(0, (5, 2)))
         ax.set_title(f"{NAMES[name]}, $h$ = {h:g}")
         ax.margins(x=0.01)
-    for ax in axes[:, 0]:
-        ax.set_ylabel(ENERGY)
-    for ax in axes[-1]:
-        ax.set_xlabel(TIME)
     figure.align_ylabels()
     return save(figure, folder, "energy", long_table(numbers))
 
@@ -72,8 +68,7 @@ def draw_together(numbers: Numbers, folder: Path) -> Path:
     axes[0, 1].axhspan(1e-17, 2.3e-16, color="#eeeeee", zorder=0)
     axes[0, 1].text(99, 3.4e-16, "round-off", ha="right", va="bottom", color=QUIET, fontsize=8)
     axes[0, 1].set_ylim(1e-17, 1e-1)
-    handles, labels = axes[0, 0].get_legend_handles_labels()
-    figure.legend(handles, labels, loc="outside lower center", ncols=2)
+    legend_below(figure, axes[0, 0], 2)
     return save(figure, folder, "drift", columns)
 
 
@@ -116,7 +111,7 @@ def draw_defects(defects: pd.DataFrame, folder: Path) -> Path:
 
 def draw_ida(ida: pd.DataFrame, folder: Path) -> Path:
     """Draw the error that IDA reached against the tolerance that was asked for."""
-    figure, axes = grid_of_axes(1, 2, 3.9, sharex=True, sharey=True)
+    figure, axes = grid_of_axes(1, 2, 3.9, x="tolerance asked for", y=r"position error reached  [$\ell$]", sharex=True, sharey=True)
     styles = dict(zip(FORMULATIONS, (STROKES[0], STROKES[3], STROKES[1], STROKES[5]), strict=True))
     for ax, case, title in zip(axes[0], (SLOW, FAST), ("slow swing (fig1.1)", "fast swing (fig1.2)"), strict=True):
         ends = np.array([ida["tol"].min(), ida["tol"].max()])
@@ -125,11 +120,9 @@ def draw_ida(ida: pd.DataFrame, folder: Path) -> Path:
         for formulation, stroke in styles.items():
             rows = ida[(ida["case"] == case) & (ida["formulation"] == formulation)]
             ax.plot(rows["tol"], rows["error"], label=label(formulation), **stroke.points())
-        ax.set(xscale="log", yscale="log", xlabel="tolerance asked for", title=title)
+        ax.set(xscale="log", yscale="log", title=title)
         ax.minorticks_off()
-    axes[0, 0].set_ylabel(r"position error reached  [$\ell$]")
-    handles, labels = axes[0, 0].get_legend_handles_labels()
-    figure.legend(handles, labels, loc="outside lower center", ncols=4)
+    legend_below(figure, axes[0, 0], 4)
     return save(figure, folder, "ida", ida)
 
 

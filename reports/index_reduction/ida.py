@@ -5,8 +5,9 @@ import pandas as pd
 
 from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.methods.names import parse
+from daebench.pages.report import Progress
 from daebench.pages.report.exact_motion import exact_motion
-from daebench.reports.index_reduction.numbers import FAST, PROBLEM, SLOW, Tell
+from daebench.reports.index_reduction.numbers import FAST, PROBLEM, SLOW
 from daebench.runs.make_ivp import constrained
 from daebench.runs.request import Request
 
@@ -16,7 +17,7 @@ T_END, POINTS = 10.0, 41
 SECONDS_LIMIT = 10.0
 
 
-def measure_ida(tell: Tell) -> pd.DataFrame:
+def measure_ida(tell: Progress) -> pd.DataFrame:
     """Return one row a case, formulation and tolerance.
 
     Columns: case, formulation, tol, error (largest component of the position error over all outputs), g, Gv (largest residuals over

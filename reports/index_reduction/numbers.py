@@ -1,6 +1,6 @@
-"""What the report on index reduction measures with fixed steps; no judgement here, and no text."""
+"""Measurements of the report on index reduction with fixed steps; no judgement here, and no text."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -15,6 +15,7 @@ from daebench.diagnostics.reversibility import reversibility_defect
 from daebench.diagnostics.symplecticity import symplecticity_defect, tangent_basis
 from daebench.methods.fixed_step.constrained import FixedStep
 from daebench.methods.initial_value_problem import initial_value_problem
+from daebench.pages.report import Progress
 from daebench.pages.report.compile_ahead import compiling_ahead
 from daebench.pages.report.exact_motion import exact_motion, swing_period
 from daebench.runs.ivp import Array, ConstrainedIvp
@@ -31,8 +32,6 @@ MOST_STEPS, DEFECT_STEPS = 30, 10
 ORDER_STEPS = (40, 80, 160, 320, 640, 1280)
 TIMED_STEPS, TIMED_RUNS = 20000, 7
 SHOWN = 2500
-
-Tell = Callable[[float, str], None]
 
 
 @dataclass(frozen=True)
@@ -66,7 +65,7 @@ class Numbers:
     facts: Mapping[str, Any]
 
 
-def measure(tell: Tell) -> Numbers:
+def measure(tell: Progress) -> Numbers:
     """Return the numbers; ``tell`` is told the fraction done and what is being done."""
     slow, fast = constrained(initial_value_problem(PROBLEM, SLOW)), constrained(initial_value_problem(PROBLEM, FAST))
     rows, errors, defects = [], [], {}
@@ -186,13 +185,13 @@ def facts(slow: ConstrainedIvp, fast: ConstrainedIvp) -> dict[str, Any]:
     broken = fixed_step(fast, "se", H_FAST, T_FAST)
     turned = constrained(initial_value_problem(PROBLEM, OTHER_FAST))
     other = swing(turned)
-    coarse = energy_drift(*_energy(slow, "se", H))
+    coarse = fixed_step(slow, "se", H, T_END).complete()
     return {
         "se_stops": broken.failure is not None,
         "se_stops_at": float(broken.t[-1]),
         "other_swing": other,
         "periods": {ivp.case: period(ivp) for ivp in (fast, turned)},
-        "se_slope_same_h": coarse.slope,
+        "se_slope_same_h": energy_drift(coarse.t, energy_error(slow, coarse)).slope,
     }
 
 
@@ -200,8 +199,3 @@ def period(ivp: ConstrainedIvp) -> float:
     """Return the exact time of one swing from an initial value problem's start."""
     p, q = ivp.p0, ivp.q0
     return swing_period(float(p @ p / 2 + q[2]), float(q[0] * p[1] - q[1] * p[0]))
-
-
-def _energy(ivp: ConstrainedIvp, name: str, h: float) -> tuple[Array, Array]:
-    run = fixed_step(ivp, name, h, T_END).complete()
-    return run.t, energy_error(ivp, run)

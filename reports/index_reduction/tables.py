@@ -1,6 +1,6 @@
 """The tables of the report on index reduction."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -10,12 +10,9 @@ from markupsafe import Markup
 
 from daebench.draw.figures import save_table
 from daebench.pages.report import count, number, power_of_ten, table, with_error
+from daebench.pages.report.tables import Formats, Tabulate, code, column, text, tiny
 from daebench.reports.index_reduction.figures import label
 from daebench.reports.index_reduction.numbers import DEFECT_STEPS, FAST, SLOW, T_LONG, Numbers
-
-Formats = dict[str, Callable[[Any], Any]]
-
-Tabulate = Callable[[str], Markup]
 
 SHOWN_TOLERANCES = (1e-6, 1e-9, 1e-12)
 
@@ -26,26 +23,6 @@ def tables(numbers: Numbers, ida: pd.DataFrame, folder: Path) -> Mapping[str, Ta
         save_table(folder / f"{stem}.csv", data)
     makers = {"structure": structure, "drift": drifts, "cost": cost}
     return {name: partial(maker, numbers.table) for name, maker in makers.items()} | {"ida": partial(ida_table, ida)}
-
-
-def text(value: Any) -> Any:
-    """Return what is text already."""
-    return value
-
-
-def code(value: str) -> Markup:
-    """Return a scheme's name as HTML."""
-    return Markup("<code>{}</code>").format(value)
-
-
-def tiny(value: float) -> Markup:
-    """Return a residual or defect with two digits, with one where it is round-off."""
-    return number(value, 2 if abs(value) > 1e-13 else 1)
-
-
-def column(cells: Sequence[Markup], frame: pd.DataFrame) -> "pd.Series[Any]":
-    """Return HTML as a column of a frame; left to itself pandas would make plain text of it."""
-    return pd.Series(list(cells), index=frame.index, dtype=object)
 
 
 def pairs(frame: pd.DataFrame, name: str) -> "pd.Series[Any]":

@@ -1,49 +1,198 @@
-"""The experiments of the lesson on extremes, and the numbers that it tells."""
+"""Experiments of the lesson on extremes, and the numbers of its text."""
 
 from functools import partial
 from types import SimpleNamespace
 
 import numpy as np
+import pandas as pd
+from markupsafe import Markup
 
-from daebench.pages.lesson.control import NO_YES, defaults
-from daebench.pages.lesson.experiment import Preparation
+from daebench.draw.svg.axis import Axis, around
+from daebench.draw.svg.panels import draw_panels
+from daebench.pages.lesson.control import NO_YES, Control, Values, defaults
+from daebench.pages.lesson.experiment import Experiment, Preparation, Shown
+from daebench.pages.report import at_most, count, number
 from daebench.pages.report.claims import require
-from daebench.reports.lessons import _extremes_chaos, _extremes_lock, _extremes_rounding, _extremes_stiff
-from daebench.reports.lessons._extremes_chaos import CHAOS, DELTA, apart, parted
-from daebench.reports.lessons._extremes_lock import LOCK
-from daebench.reports.lessons._extremes_rounding import ROUNDING
-from daebench.reports.lessons._extremes_stiff import STIFF
+from daebench.reports.lessons._extremes_runs import apart, locked, parted, penalised, released, summed
+from daebench.reports.lessons._panels import MINUS_START, against_time, seconds, small
 
-EXPERIMENTS = (LOCK, STIFF, ROUNDING, CHAOS)
+CRANKS = {"rattle": "RATTLE", "rk4": "Runge and Kutta, index reduced (rk4)"}
+RODS, H = (2.0, 1.5, 1.2, 1.1, 1.03, 1.01, 1.003, 1.001, 1.0), 0.005
+SPRINGS = {"stiff:rk4": "Runge and Kutta (rk4)", "stiff:midpoint": "midpoint rule"}
+EPS = (0.1, 0.03, 0.01, 0.003, 0.001, 0.0003, 0.0001)
+SUMS = {False: "plain sums", True: "compensated sums"}
+STEPS = (1000, 10_000, 50_000, 100_000, 200_000)
+PENDULUMS = {"rattle": "RATTLE", "lobatto3": "Lobatto, 3 stages"}
+APART, DELTA = tuple(float(f"1e-{k}") for k in range(14, 1, -2)), 1e-10
 MANY = 200_000
 NEARLY, TIGHT = 1.001, 0.001
 
 
+def show_lock(values: Values) -> Shown:
+    """Return the energy error and the rank of G along a run."""
+    found, energy, rank = locked(**values)
+    panels = [
+        against_time(found.t, {"": energy}, MINUS_START, "energy error"),
+        against_time(
+            found.t,
+            {"": rank},
+            "",
+            "how far G is from losing rank",
+            Axis("\N{GREEK SMALL LETTER SIGMA} least / largest", 1e-5, 1.0, log=True),
+        ),
+    ]
+    says = Markup("Largest energy error <b>{}</b> J; the smaller singular value of <i>G</i> falls to {} of the larger one.").format(
+        number(np.max(np.abs(energy))), number(rank.min())
+    )
+    if found.failure:
+        says += Markup(" The run stopped at <i>t</i> = {:.3g} s: {}").format(
+            found.t[-1], found.failure.partition(": ")[2].partition(", within")[0] + "."
+        )
+    return Shown(draw_panels(panels, alt="Energy error and rank of G against time.", height=250), says)
+
+
+def table_lock(values: Values) -> pd.DataFrame:
+    """Return the numbers behind the picture."""
+    found, energy, rank = locked(**values)
+    return pd.DataFrame({"t": found.t, "energy_error": energy, "rank": rank})
+
+
+def show_stiff(values: Values) -> Shown:
+    """Return the distance from the constrained motion and the residual of the constraint."""
+    found, away, g = penalised(**values)
+    panels = [
+        against_time(
+            found.t,
+            {"": away},
+            "",
+            "distance from the constrained motion",
+            Axis("|q \N{MINUS SIGN} q constrained| [m]", 1e-9, 1e2, log=True),
+        ),
+        against_time(found.t, {"": g}, "", "residual of the constraint", Axis("|g|", 1e-9, 1e2, log=True)),
+    ]
+    turns = values["h"] / (np.pi * values["eps"])
+    says = Markup(
+        "The spring oscillates in {} s: a step is <b>{}</b> of that. |<i>g</i>| is {} at most; the distance at the end is {} m."
+    ).format(number(np.pi * values["eps"]), number(turns), at_most(g.max()), number(away[-1]))
+    if found.failure:
+        says += Markup(" The run stopped at <i>t</i> = {:.3g} s.").format(found.t[-1])
+    return Shown(
+        draw_panels(panels, alt="Distance from the constrained motion and residual of the constraint against time.", height=250), says
+    )
+
+
+def table_stiff(values: Values) -> pd.DataFrame:
+    """Return the numbers behind the picture."""
+    found, away, g = penalised(**values)
+    return pd.DataFrame({"t": found.t[: len(away)], "distance": away, "g": g})
+
+
+def show_rounding(values: Values) -> Shown:
+    """Return the error of the angular momentum, with plain sums and, if it is asked for, compensated ones."""
+    shown = {SUMS[each]: summed(each, values["h"], values["steps"]) for each in NO_YES if not each or values["compensated"]}
+    errors = {name: error for name, (_, error) in shown.items()}
+    t = shown[SUMS[False]][0]
+    axis = around("L\N{SUBSCRIPT THREE} \N{MINUS SIGN} its start [J s]", *errors.values(), [0.0])
+    panels = [
+        against_time(t, errors, "", "error of the angular momentum", axis),
+        against_time(t, errors, "", "the same, modulus", around("|error| [J s]", [1e-19, 1e-13], log=True)),
+    ]
+    largest = Markup(", ").join(Markup("{} <b>{}</b>").format(name, number(np.max(np.abs(error)))) for name, error in errors.items())
+    says = Markup("After {} steps, the largest error of the angular momentum: {}.").format(count(values["steps"]), largest)
+    return Shown(
+        draw_panels(panels, alt="Error of the angular momentum against time, with plain and with compensated sums.", height=250), says
+    )
+
+
+def table_rounding(values: Values) -> pd.DataFrame:
+    """Return the numbers behind the picture."""
+    (t, plain), (_, compensated) = (summed(each, values["h"], values["steps"]) for each in NO_YES)
+    return pd.DataFrame({"t": t, "plain": plain, "compensated": compensated})
+
+
+def show_chaos(values: Values) -> Shown:
+    """Return the distance of both pendulums and the energy error of one of them."""
+    t, distance, energy = apart(values)
+    panels = [
+        against_time(t, {"": distance}, "", "distance of the lower points", Axis("distance [m]", 1e-16, 1e1, log=True)),
+        against_time(t, {"": energy}, MINUS_START, "energy error of one of them"),
+    ]
+    when = parted(t, distance)
+    told = Markup("they are a tenth of an arm apart after <b>{:.1f} s</b>").format(when) if when == when else Markup("they have not parted")
+    says = Markup("Released {} rad apart, {}. The energy error is {} J at most.").format(
+        number(values["delta"], 1), told, at_most(np.max(np.abs(energy)))
+    )
+    return Shown(draw_panels(panels, alt="Distance of two double pendulums against time, and energy error of one.", height=250), says)
+
+
+def table_chaos(values: Values) -> pd.DataFrame:
+    """Return the numbers behind the picture."""
+    return pd.DataFrame(dict(zip(("t", "distance", "energy_error"), apart(values), strict=True)))
+
+
+LOCK = Experiment(
+    name="lock-up",
+    title="A mechanism that locks",
+    controls=(
+        Control("rod", "rod, in cranks", RODS, 1.1, RODS),
+        Control("scheme", "method", tuple(CRANKS), "rattle", tuple(CRANKS), CRANKS.__getitem__),
+        Control("h", "step size h", (0.001, 0.002, 0.005, 0.01), H, (), seconds),
+    ),
+    show=show_lock,
+    table=table_lock,
+)
+STIFF = Experiment(
+    name="stiffness",
+    title="A spring in the place of the constraint",
+    controls=(
+        Control("eps", "\N{GREEK SMALL LETTER EPSILON}, the softness of the spring", EPS, 0.01, EPS, small),
+        Control("scheme", "method", tuple(SPRINGS), "stiff:rk4", tuple(SPRINGS), SPRINGS.__getitem__),
+        Control("h", "step size h", (0.001, 0.002, 0.005, 0.01), H, (0.002, 0.005), seconds),
+    ),
+    show=show_stiff,
+    table=table_stiff,
+)
+ROUNDING = Experiment(
+    name="round-off",
+    title="A long sum",
+    controls=(
+        Control("compensated", "show compensated sums too", NO_YES, False, NO_YES),
+        Control("steps", "steps", STEPS, 100_000, (10_000, 100_000, 200_000), lambda n: f"{n:,}".replace(",", " ")),
+        Control("h", "step size h", (0.001, 0.01, 0.1), 0.01, (), seconds),
+    ),
+    show=show_rounding,
+    table=table_rounding,
+)
+CHAOS = Experiment(
+    name="chaos",
+    title="Two starts",
+    controls=(
+        Control("delta", "released so far apart [rad]", APART, DELTA, APART, small),
+        Control("scheme", "method", tuple(PENDULUMS), "rattle", tuple(PENDULUMS), PENDULUMS.__getitem__),
+        Control("h", "step size h", (0.002, 0.005, 0.01), H, (), seconds),
+        Control("t_end", "length of the run", (10.0, 20.0, 30.0, 40.0), 40.0, (), seconds),
+    ),
+    show=show_chaos,
+    table=table_chaos,
+)
+EXPERIMENTS = (LOCK, STIFF, ROUNDING, CHAOS)
+
+
 def preparations() -> list[Preparation]:
     """Return what has to be compiled before the controls answer at once."""
-    found: list[Preparation] = [
-        (f"compiling {name} for the crank", partial(_extremes_lock.run, name, 2.0, 0.01)) for name in _extremes_lock.SCHEMES
-    ]
-    found += [(f"compiling {name}", partial(_extremes_stiff.run, name, 0.1, 0.01)) for name in _extremes_stiff.SCHEMES]
-    found += [(f"compiling rattle, {_extremes_rounding.NAMES[each]}", partial(_extremes_rounding.run, each, 0.1, 1000)) for each in NO_YES]
-    return found + [
-        (f"compiling {name} for two arms", partial(_extremes_chaos.run, name, 0.0, 0.01, 0.1)) for name in _extremes_chaos.SCHEMES
-    ]
+    found: list[Preparation] = [(f"compiling {name} for the crank", partial(locked, name, 2.0, 0.01)) for name in CRANKS]
+    found += [(f"compiling {name}", partial(penalised, name, 0.1, 0.01)) for name in SPRINGS]
+    found += [(f"compiling rattle, {SUMS[each]}", partial(summed, each, 0.1, 1000)) for each in NO_YES]
+    return found + [(f"compiling {name} for two arms", partial(released, name, 0.0, 0.01, 0.1)) for name in PENDULUMS]
 
 
 def facts() -> SimpleNamespace:
-    """Return the numbers of the text.
-
-    Raises
-    ------
-    ClaimRefuted
-        If a sentence of the text does not hold.
-    """
-    lock = {rod: _extremes_lock.run("rattle", rod, _extremes_lock.H) for rod in (2.0, NEARLY, 1.0)}
+    """Return the numbers of the text; the first sentence that does not hold raises ClaimRefuted."""
+    lock = {rod: locked("rattle", rod, H) for rod in (2.0, NEARLY, 1.0)}
     energy = {rod: float(np.max(np.abs(found[1]))) for rod, found in lock.items()}
-    rounding = {each: float(np.max(np.abs(_extremes_rounding.run(each, 0.01, MANY)[1]))) for each in NO_YES}
-    stiff = {name: _extremes_stiff.run(name, TIGHT, 0.005) for name in _extremes_stiff.SCHEMES}
-    chaos = {name: parted(*apart(defaults(CHAOS.controls) | {"scheme": name})[:2]) for name in _extremes_chaos.SCHEMES}
+    rounding = {each: float(np.max(np.abs(summed(each, 0.01, MANY)[1]))) for each in NO_YES}
+    stiff = {name: penalised(name, TIGHT, 0.005) for name in SPRINGS}
+    chaos = {name: parted(*apart(defaults(CHAOS.controls) | {"scheme": name})[:2]) for name in PENDULUMS}
     nearer = parted(*apart(defaults(CHAOS.controls) | {"delta": DELTA / 100})[:2])
     require(energy[NEARLY] > 10 * energy[2.0], "the energy error grows as the rod comes close to the crank", energy)
     require(lock[1.0][0].failure is not None, "a rod as long as the crank locks", lock[1.0][0].t[-1])

@@ -1,4 +1,4 @@
-"""What the lesson on Poisson maps lets one try, and the numbers that it tells."""
+"""Experiments of the lesson on Poisson maps, and the numbers of its text."""
 
 from functools import partial
 from types import SimpleNamespace
@@ -15,9 +15,8 @@ from daebench.pages.lesson.control import Control, Values
 from daebench.pages.lesson.experiment import Experiment, Preparation, Shown
 from daebench.pages.report import number
 from daebench.pages.report.claims import require
-from daebench.reports.lessons._panels import seconds
+from daebench.reports.lessons._panels import seconds, seen, view
 from daebench.reports.lessons._poisson_maps_runs import BY_HAND, Carried, carried, log_area, orbit, spun
-from daebench.reports.lessons._view import seen, view
 from daebench.runs.ivp import Array
 
 SCHEMES = {
@@ -175,13 +174,7 @@ def preparations() -> list[Preparation]:
 
 
 def facts() -> SimpleNamespace:
-    """Return the numbers of the text.
-
-    Raises
-    ------
-    ClaimRefuted
-        If a sentence of the text does not hold.
-    """
+    """Return the numbers of the text; the first sentence that does not hold raises ClaimRefuted."""
     runs = {name: carried(name, "4,2", H, T_END) for name in SCHEMES}
     change = {name: float(np.max(np.abs(run.volume - 1))) for name, run in runs.items()}
     share = {name: log_area(run.cats[-1]) / log_area(run.cats[0]) for name, run in runs.items()}

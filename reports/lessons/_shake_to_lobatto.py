@@ -1,4 +1,4 @@
-"""What the lesson on SHAKE, RATTLE and Lobatto lets one try, and the numbers that it tells."""
+"""Experiments of the lesson on SHAKE, RATTLE and Lobatto, and the numbers of its text."""
 
 from functools import partial
 from types import SimpleNamespace
@@ -174,13 +174,7 @@ def claims() -> pd.DataFrame:
 
 
 def facts() -> SimpleNamespace:
-    """Return the numbers of the text.
-
-    Raises
-    ------
-    ClaimRefuted
-        If a sentence of the text does not hold.
-    """
+    """Return the numbers of the text; the first sentence that does not hold raises ClaimRefuted."""
     values = {"start": "fast", "t_end": 1.0, "rungs": RUNGS[-1]}
     found, table, run = sequences(values), claims(), hidden(H, 5.0)
     orders = {name: slope(frame, "q").slope for name, frame in found.items()}

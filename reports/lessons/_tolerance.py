@@ -1,4 +1,4 @@
-"""What the lesson on tolerances lets one try, and the numbers that it tells: all runs are made when it starts."""
+"""Experiment of the lesson on tolerances, and the numbers of its text; all runs are made when it starts."""
 
 from dataclasses import dataclass
 from functools import cache, partial
@@ -17,6 +17,7 @@ from daebench.pages.lesson.control import NO_YES, Control, Values
 from daebench.pages.lesson.experiment import Experiment, Preparation, Shown
 from daebench.pages.report import at_most, count, number
 from daebench.pages.report.claims import require
+from daebench.reports.lessons._panels import small
 from daebench.reports.tolerances.runs import FAST, IN_WORDS, end, exact_of, ivp_of
 from daebench.runs.ivp import Array
 from daebench.runs.request import Request, WorkLimit
@@ -155,7 +156,7 @@ ASKED_REACHED = Experiment(
     controls=(
         Control("formulation", "formulation", tuple(FORMULATIONS), "index1", tuple(FORMULATIONS), FORMULATIONS.__getitem__),
         Control("cured", "multipliers kept out of the error test", NO_YES, True, NO_YES),
-        Control("tol", "tolerance", TOLERANCES, TOL, TOLERANCES, lambda tol: f"{tol:.0e}".replace("e-0", "e-")),
+        Control("tol", "tolerance", TOLERANCES, TOL, TOLERANCES, small),
     ),
     show=show,
     table=table,
@@ -174,13 +175,7 @@ def preparations() -> list[Preparation]:
 
 
 def facts() -> SimpleNamespace:
-    """Return the numbers of the text.
-
-    Raises
-    ------
-    ClaimRefuted
-        If a sentence of the text does not hold.
-    """
+    """Return the numbers of the text; the first sentence that does not hold raises ClaimRefuted."""
     cured = {name: reached(name, True, TOL) for name in FORMULATIONS}
     plain = {name: [reached(name, False, tol).end for tol in TOLERANCES] for name in FORMULATIONS}
     came = {name: sum(each == "reached" for each in ends) for name, ends in plain.items()}

@@ -1,4 +1,4 @@
-"""What the lesson on index reduction lets one try, and the numbers that it tells."""
+"""Experiment of the lesson on index reduction, and the numbers of its text."""
 
 from functools import partial
 from types import SimpleNamespace
@@ -85,13 +85,7 @@ def preparations() -> list[Preparation]:
 
 
 def facts() -> SimpleNamespace:
-    """Return the numbers of the text.
-
-    Raises
-    ------
-    ClaimRefuted
-        If a sentence of the text does not hold.
-    """
+    """Return the numbers of the text; the first sentence that does not hold raises ClaimRefuted."""
     ivp = ivp_of("wide")
     X = tangent_basis(ivp, ivp.p0, ivp.q0)
 

@@ -1,4 +1,4 @@
-"""What a run and its parallelogram look like: the path, the area, what is conserved, and the parallelogram in its three planes."""
+"""Pictures of a run and its parallelogram: path, area, energy error, constraint residuals, and the parallelogram in three planes."""
 
 import numpy as np
 from markupsafe import Markup
@@ -7,7 +7,7 @@ from daebench.draw.figures import BLACK, BLUE, GREEN, VERMILION, Stroke
 from daebench.draw.svg.axis import Axis, around
 from daebench.draw.svg.marks import Area, Curve, Mark
 from daebench.draw.svg.panels import Panel, draw_panels
-from daebench.reports.lessons._view import path, view
+from daebench.reports.lessons._panels import path, view
 from daebench.reports.lessons._why_symplectic_run import Carried
 from daebench.runs.ivp import Array
 

@@ -12,8 +12,6 @@ from daebench.reports.methods.numbers import REPEATS, Numbers, measure
 from daebench.reports.methods.tables import tables
 from daebench.studies.claims.bench import DEFECT_STEPS, ROUNDINGS
 
-COMMAND = "daebench report methods"
-
 CONSTANTS = SimpleNamespace(
     SWEEP=sweep,
     SERIES=series,
@@ -36,4 +34,4 @@ def make(out: Path, progress: Progress) -> Path:
             "tables": tables(numbers, found.table, out / "tables"),
         }
 
-    return make_page("methods/page.html", out, COMMAND, progress, measure=measure, check=check, content=content)
+    return make_page("methods/page.html", out, "daebench report methods", progress, measure=measure, check=check, content=content)

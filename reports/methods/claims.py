@@ -1,4 +1,4 @@
-"""What the report on methods asserts: each sentence is tested on the numbers before it is printed."""
+"""Claims of the report on methods, tested on the numbers before they are printed."""
 
 from types import SimpleNamespace
 
@@ -26,13 +26,7 @@ ON_MANIFOLD = 1e-11
 
 
 def check(numbers: Numbers) -> SimpleNamespace:
-    """Return the numbers of the text, all sentences tested.
-
-    Raises
-    ------
-    ClaimRefuted
-        If one does not hold.
-    """
+    """Return the numbers of the text; the first sentence that does not hold raises ClaimRefuted."""
     check_claims(numbers.claims)
     table = matrix(numbers.claims)
     return SimpleNamespace(

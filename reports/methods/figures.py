@@ -47,15 +47,13 @@ def draw(numbers: Numbers, table: pd.DataFrame, folder: Path) -> dict[str, Path]
 def draw_orders(points: pd.DataFrame, folder: Path) -> Path:
     """Draw errors of the position against h, a panel a few families, and one of some methods on the torus."""
     shown = points[points["component"] == "q"]
-    figure, axes = grid_of_axes(3, 2, 10.8, sharey=True)
+    figure, axes = grid_of_axes(3, 2, 10.8, y="largest error of $q$ (m)", sharey=True)
     pendulum = shown[shown["problem"] == PENDULUM.problem]
     for ax, (title, families) in zip(axes.flat, PANELS, strict=False):
         own = [name for name in pendulum["method"].unique() if family(name) in families and name not in SAME]
         draw_panel(ax, pendulum, own, f"{title}: pendulum")
     torus = shown[shown["problem"] == TORUS.problem]
     draw_panel(axes[2, 1], torus, list(torus["method"].unique()), "some of them: torus")
-    for ax in axes[:, 0]:
-        ax.set_ylabel("largest error of $q$ (m)")
     return save(figure, folder, "orders", shown)
 
 

@@ -26,13 +26,7 @@ ROUND_OFF = 1e-9
 
 
 def guide(numbers: Numbers, table: pd.DataFrame) -> SimpleNamespace:
-    """Return the numbers of the guide, all of its sentences tested.
-
-    Raises
-    ------
-    ClaimRefuted
-        If one does not hold.
-    """
+    """Return the numbers of the guide; the first sentence that does not hold raises ClaimRefuted."""
     everything = [name for name in keeping(table, "symmetric", "symplectic", "g", "Gv") if not refused(table, name)]
     return SimpleNamespace(
         everything=everything,

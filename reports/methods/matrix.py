@@ -1,4 +1,4 @@
-"""What each method claims beside what was measured, one row a method: the numbers of the first figure and the first table."""
+"""Claims of each method beside its measurements, one row a method: the numbers of the first figure and the first table."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any

@@ -1,18 +1,16 @@
 """Everything that the report on methods measures: with both cores where there are two, and then times alone; no judgement, and no text."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import pandas as pd
 
+from daebench.pages.report import Progress
 from daebench.pages.report.two_processes import Job, computed
 from daebench.reports.methods.families import names, solvers
 from daebench.reports.methods.reverse import RUNS, reversed_run
 from daebench.reports.methods.series import KEEPING, LONG, LOSING, defects, long_run
 from daebench.reports.methods.sweep import Swept, ida, nanoseconds, sweep, torus_orders
-
-Tell = Callable[[float, str], None]
 
 TOGETHER = 0.9
 """Part of the work that is done when only times are left to be measured."""
@@ -65,30 +63,26 @@ def jobs(own: Sequence[str]) -> list[Job]:
     return found + [(defects, (name,)) for name in (*KEEPING, *LOSING) if name in own] + [(ida, (name,)) for name in solvers()]
 
 
-def measure(tell: Tell) -> Numbers:
+def measure(tell: Progress) -> Numbers:
     """Return the numbers; ``tell`` is told the fraction done and what was done."""
     own = names()
     found = dict(computed(jobs(own), lambda done, doing: tell(TOGETHER * done, doing), "measured"))
     swept: list[Swept] = [found[work, (name,)] for work in (sweep, torus_orders) for name in own if (work, (name,)) in found]
     runs = [found[long_run, (name,)] for name in LONG if name in own]
     return Numbers(
-        claims=_frame([row for each in swept for row in each.claims]),
-        points=_frame([row for each in swept for row in each.points]),
-        orders=_frame([row for each in swept for row in each.orders]),
-        work=_timed(_frame([row for each in swept for row in each.work]), tell),
+        claims=pd.DataFrame([row for each in swept for row in each.claims]),
+        points=pd.DataFrame([row for each in swept for row in each.points]),
+        orders=pd.DataFrame([row for each in swept for row in each.orders]),
+        work=_timed(pd.DataFrame([row for each in swept for row in each.work]), tell),
         defects=pd.concat([found[defects, (name,)] for name in (*KEEPING, *LOSING) if name in own], ignore_index=True),
         energy=pd.concat([series for series, _ in runs], ignore_index=True),
-        drift=_frame([row for _, row in runs]),
-        ida=_frame([found[ida, (name,)] for name in solvers()]),
-        reverse=_frame([found[reversed_run, pair] for pair in RUNS]),
+        drift=pd.DataFrame([row for _, row in runs]),
+        ida=pd.DataFrame([found[ida, (name,)] for name in solvers()]),
+        reverse=pd.DataFrame([found[reversed_run, pair] for pair in RUNS]),
     )
 
 
-def _frame(rows: list[dict[str, Any]]) -> pd.DataFrame:
-    return pd.DataFrame(rows)
-
-
-def _timed(work: pd.DataFrame, tell: Tell) -> pd.DataFrame:
+def _timed(work: pd.DataFrame, tell: Progress) -> pd.DataFrame:
     """Return the table of work with times, which are measured one after the other and with nothing else at work."""
     times = []
     for k, row in enumerate(work.to_dict("records")):

@@ -1,4 +1,4 @@
-"""Where a method that is symmetric and not symplectic bounds the energy: on motions that are their own reverse, and not on others."""
+"""Energy of a method that is symmetric and not symplectic: bounded on motions that are their own reverse, and not on others."""
 
 from types import SimpleNamespace
 from typing import Any

@@ -11,7 +11,7 @@ from markupsafe import Markup
 
 from daebench.draw.figures import save_table
 from daebench.pages.report import NONE, count, number, table, with_error
-from daebench.reports.index_reduction.tables import Formats, Tabulate, code, column, text, tiny
+from daebench.pages.report.tables import Formats, Tabulate, code, column, text, tiny
 from daebench.reports.methods.guide import EVALUATIONS
 from daebench.reports.methods.matrix import KEPT, LOST, PROPERTIES
 from daebench.reports.methods.numbers import Numbers

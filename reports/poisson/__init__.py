@@ -11,8 +11,6 @@ from daebench.reports.poisson.figures import draw
 from daebench.reports.poisson.numbers import Numbers, measure
 from daebench.reports.poisson.tables import tables
 
-COMMAND = "daebench report poisson"
-
 CONSTANTS = SimpleNamespace(
     ORBITS=orbits,
     DEFECTS=defects,
@@ -35,4 +33,4 @@ def make(out: Path, progress: Progress) -> Path:
             "speeds": numbers.speeds,
         }
 
-    return make_page("poisson/page.html", out, COMMAND, progress, measure=measure, check=check, content=content)
+    return make_page("poisson/page.html", out, "daebench report poisson", progress, measure=measure, check=check, content=content)

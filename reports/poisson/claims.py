@@ -1,4 +1,4 @@
-"""What the report on Poisson systems asserts of orbits, defects and Casimir functions, tested on the numbers before it is printed."""
+"""Claims of the report on Poisson systems about orbits, defects and Casimir functions, tested before they are printed."""
 
 from types import SimpleNamespace
 from typing import Any
@@ -28,13 +28,7 @@ POISSON_METHODS = ("strang", "strang/suzuki4", "darboux:verlet")
 
 
 def check(numbers: Numbers) -> SimpleNamespace:
-    """Return the numbers of the text, all sentences tested.
-
-    Raises
-    ------
-    ClaimRefuted
-        If one does not hold.
-    """
+    """Return the numbers of the text; the first sentence that does not hold raises ClaimRefuted."""
     return SimpleNamespace(
         orbits=check_orbits(numbers.orbits),
         defects=check_defects(slopes(numbers.defects).set_index("method")),

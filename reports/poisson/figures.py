@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from daebench.draw.figures import QUIET, STROKES, drawing, grid_of_axes, save
+from daebench.draw.figures import QUIET, STROKES, drawing, grid_of_axes, legend_below, save
 from daebench.reports.poisson.casimirs import SYSTEMS, TITLES
 from daebench.reports.poisson.defects import CONSTRAINED, slopes
 from daebench.reports.poisson.lattice import METHODS as LATTICE_METHODS
@@ -81,7 +81,7 @@ def draw_casimirs(series: pd.DataFrame, folder: Path) -> Path:
             plot_so_far(ax, own["t"], own["casimir"], str(name))
         ax.set(xscale="log", yscale="log", title=TITLES[problem], xlabel="time $t$", ylim=(LEAST / 2, 1e-1))
     axes[0, 0].set_ylabel("largest Casimir error so far")
-    legend(figure, axes[0, 0])
+    legend_below(figure, axes[0, 0], 5, columnspacing=1.3)
     return save(figure, folder, "casimirs", series)
 
 
@@ -92,25 +92,15 @@ def plot_so_far(ax: Any, t: "pd.Series[float]", value: "pd.Series[float]", name:
     ax.axhspan(LEAST / 2, EPS, color="#eeeeee", zorder=0, linewidth=0)
 
 
-def legend(figure: Any, ax: Any) -> None:
-    """Put the legend of a panel below the figure."""
-    handles, labels = ax.get_legend_handles_labels()
-    figure.legend(handles, labels, loc="outside lower center", ncols=5, columnspacing=1.3)
-
-
 def draw_lattice(numbers: Numbers, folder: Path) -> Path:
     """Draw the largest error so far of energy and integrals of the lattice against time, a panel a quantity."""
     series = numbers.lattice_series[numbers.lattice_series["h"] == H]
-    figure, axes = grid_of_axes(2, 2, 5.2, sharex=True, sharey=True)
+    figure, axes = grid_of_axes(2, 2, 5.2, x="time $t$", y="largest error so far", sharex=True, sharey=True)
     titles = {"energy": "energy $H$", "norm": "norm", "coupling": "coupling", "momentum": "momentum"}
     for ax, (quantity, title) in zip(axes.flat, titles.items(), strict=True):
         for name in LATTICE_METHODS:
             own = series[series["method"] == name]
             plot_so_far(ax, own["t"], own[quantity], name)
         ax.set(xscale="log", yscale="log", title=f"{title}, ${numbers.sizes[quantity]:.3g}$ at the start", ylim=(LEAST / 2, 1e2))
-    for ax in axes[1]:
-        ax.set_xlabel("time $t$")
-    for ax in axes[:, 0]:
-        ax.set_ylabel("largest error so far")
-    legend(figure, axes[0, 0])
+    legend_below(figure, axes[0, 0], 5, columnspacing=1.3)
     return save(figure, folder, "lattice", series)

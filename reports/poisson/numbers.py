@@ -1,16 +1,15 @@
 """Everything that the report on Poisson systems measures, with both cores where there are two; no judgement here, and no text."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
 import pandas as pd
 
+from daebench.pages.report import Progress
 from daebench.pages.report.two_processes import Job, computed
 from daebench.reports.poisson import body, casimirs, defects, lattice, methods
 from daebench.reports.poisson.orbits import Orbits, orbits
-
-Tell = Callable[[float, str], None]
 
 
 @dataclass(frozen=True)
@@ -65,7 +64,7 @@ def jobs() -> list[Job]:
     return [*found, *((casimirs.break_off, (name,)) for name in casimirs.METHODS)]
 
 
-def measure(tell: Tell) -> Numbers:
+def measure(tell: Progress) -> Numbers:
     """Return the numbers; ``tell`` is told the fraction done and what was done."""
     found = dict(computed(jobs(), tell, "measured"))
     results: dict[Any, list[Any]] = {}

@@ -16,13 +16,12 @@ NAMES = {
     "midpoint": "implicit midpoint",
     PRINTED: "symplectic Euler as printed",
 }
-U, V = "predators $u$", "prey $v$"
 LIMITS = {"xlim": (-0.4, 9.6), "ylim": (-1.4, 9.4)}
 
 
 def draw_orbits(orbits: Orbits, folder: Path) -> Path:
     """Draw Fig. 4.1 and, in a fourth panel, the form that leaves the domain; exact orbits in grey beneath."""
-    figure, axes = grid_of_axes(2, 2, 6.4, sharex=True, sharey=True)
+    figure, axes = grid_of_axes(2, 2, 6.4, x="predators $u$", y="prey $v$", sharex=True, sharey=True)
     for ax, name in zip(axes.flat, (*METHODS, PRINTED), strict=True):
         ax.axhspan(-3, 0, color="#eeeeee", zorder=0, linewidth=0)
         ax.axvspan(-3, 0, color="#eeeeee", zorder=0, linewidth=0)
@@ -36,10 +35,6 @@ def draw_orbits(orbits: Orbits, folder: Path) -> Path:
         ax.set(title=NAMES[name], **LIMITS)
     for row in orbits.table[orbits.table["method"] == PRINTED].to_dict("records"):
         draw_leap(axes[1, 1], row)
-    for ax in axes[1]:
-        ax.set_xlabel(U)
-    for ax in axes[:, 0]:
-        ax.set_ylabel(V)
     axes[0, 0].text(9.5, -0.25, "outside the domain", color=QUIET, fontsize=8, ha="right", va="top")
     axes[0, 0].plot([], [], color="#a8a8a8", linewidth=2.4, label="exact")
     for case in CASES:
@@ -69,7 +64,7 @@ def shown(orbits: Orbits) -> pd.DataFrame:
 
 def draw_energy(orbits: Orbits, folder: Path) -> Path:
     """Draw the energy error over time of the three methods, both orbits in each panel."""
-    figure, axes = grid_of_axes(2, 3, 4.2, sharex=True, sharey="row")
+    figure, axes = grid_of_axes(2, 3, 4.2, x="time $t$", sharex=True, sharey="row")
     kept = orbits.points[orbits.points["method"].isin(METHODS)]
     for row, case in zip(axes, reversed(CASES), strict=True):
         for ax, name in zip(row, METHODS, strict=True):
@@ -79,6 +74,4 @@ def draw_energy(orbits: Orbits, folder: Path) -> Path:
         row[0].set_ylabel(f"energy error, from ({case})")
     for ax, name in zip(axes[0], METHODS, strict=True):
         ax.set_title(NAMES[name])
-    for ax in axes[1]:
-        ax.set_xlabel("time $t$")
     return save(figure, folder, "energy", kept[["case", "method", "t", "energy"]])

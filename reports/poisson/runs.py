@@ -1,4 +1,4 @@
-"""What the sections of the report on Poisson systems have in common: a run, its errors, and the defect of a method."""
+"""Runs of the report on Poisson systems, their errors, and the defect of a method."""
 
 from dataclasses import replace
 from typing import Any

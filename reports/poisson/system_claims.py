@@ -1,4 +1,4 @@
-"""What the report on Poisson systems asserts of the lattice, of the rigid body and of all methods, tested on the numbers."""
+"""Claims of the report on Poisson systems about the lattice, the rigid body and all methods, tested on the numbers."""
 
 from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any

@@ -10,7 +10,7 @@ from markupsafe import Markup
 
 from daebench.draw.figures import save_table
 from daebench.pages.report import NONE, count, number, table, with_error
-from daebench.reports.index_reduction.tables import Formats, Tabulate, code, column, text, tiny
+from daebench.pages.report.tables import Formats, Tabulate, code, column, text, tiny
 from daebench.reports.poisson.casimirs import TITLES
 from daebench.reports.poisson.defects import slopes
 from daebench.reports.poisson.lattice import QUANTITIES

@@ -12,8 +12,6 @@ from daebench.reports.problems.numbers import Numbers, measure
 from daebench.reports.problems.tables import reason, tables
 from daebench.studies.claims.bench import ROUNDINGS
 
-COMMAND = "daebench report problems"
-
 CONSTANTS = SimpleNamespace(RANK=rank, STEPS=ivps.STEPS, TOL=ivps.TOL, ROUNDINGS=ROUNDINGS, FINE=path.FINE)
 
 
@@ -32,4 +30,4 @@ def make(out: Path, progress: Progress) -> Path:
             "tables": tables(numbers, found.across.table, out / "tables"),
         }
 
-    return make_page("problems/page.html", out, COMMAND, progress, measure=measure, check=check, content=content)
+    return make_page("problems/page.html", out, "daebench report problems", progress, measure=measure, check=check, content=content)

@@ -1,4 +1,4 @@
-"""What a problem is, as it declares it: sizes, structure, formulas, cases, integrals, and the references that exist."""
+"""Facts of a problem as it declares them: sizes, structure, formulas, cases, integrals, and its references."""
 
 import ast
 import inspect

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from daebench.draw.figures import BLUE, ORANGE, QUIET, STROKES, VERMILION, drawing, grid_of_axes, save
+from daebench.draw.figures import BLUE, ORANGE, QUIET, STROKES, VERMILION, drawing, grid_of_axes, legend_below, save
 from daebench.draw.orthographic import projected
 from daebench.reports.problems import rank
 from daebench.reports.problems.ivps import horizon
@@ -106,7 +106,7 @@ def triad(ax: Any, scene: Drawing, flat: Array) -> None:
 
 def draw_rank(numbers: Numbers, folder: Path) -> Path:
     """Draw a position over time where G loses rank: a row a scene, stopped on the left, continued on the right."""
-    figure, axes = grid_of_axes(len(rank.IVPS), len(rank.MODES), 5.6, sharex=True, sharey="row")
+    figure, axes = grid_of_axes(len(rank.IVPS), len(rank.MODES), 5.6, x="time $t$  [s]", sharex=True, sharey="row")
     for own, (problem, case) in zip(axes, rank.IVPS, strict=True):
         own[0].set_ylabel(rank.SHOWN[problem][1])
         for ax, mode in zip(own, rank.MODES, strict=True):
@@ -117,8 +117,5 @@ def draw_rank(numbers: Numbers, folder: Path) -> Path:
                 ax.plot(run["t"], run["x"], label=name, markevery=(10 + 4 * k, 60), **stroke.points())
                 ax.plot(run["t"].iloc[-1:], run["x"].iloc[-1:], linestyle="none", marker="|", markersize=11, color=stroke.color)
             ax.set_title(f"{problem} {case}, {mode}")
-    for ax in axes[-1]:
-        ax.set_xlabel("time $t$  [s]")
-    handles, labels = axes[0, 0].get_legend_handles_labels()
-    figure.legend(handles, labels, loc="outside lower center", ncols=3, columnspacing=1.6)
+    legend_below(figure, axes[0, 0], 3, columnspacing=1.6)
     return save(figure, folder, "rank_loss", numbers.rank_paths)

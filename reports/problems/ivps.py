@@ -1,4 +1,4 @@
-"""What the report on problems runs: each constrained problem of the catalogue in its first case, with a step size and an end."""
+"""Initial value problems of the report on problems: the first case of each, with a step size and an end."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass

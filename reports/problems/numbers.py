@@ -1,18 +1,16 @@
 """Everything that the report on problems measures, with both cores where there are two; no judgement here, and no text."""
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
 import pandas as pd
 
+from daebench.pages.report import Progress
 from daebench.pages.report.two_processes import Job, computed
 from daebench.reports.problems import rank, runs
 from daebench.reports.problems.facts import Facts, facts
 from daebench.reports.problems.ivps import names
 from daebench.reports.problems.path import Drawing, drawing_of
-
-Tell = Callable[[float, str], None]
 
 
 @dataclass(frozen=True)
@@ -62,7 +60,7 @@ def rank_rows(problem: str, case: str) -> tuple[list[dict[str, Any]], pd.DataFra
     return list(rows), pd.concat(paths, ignore_index=True)
 
 
-def measure(tell: Tell) -> Numbers:
+def measure(tell: Progress) -> Numbers:
     """Return the numbers; ``tell`` is told the fraction done and what was done."""
     found = dict(computed(jobs(), tell, "measured"))
     about: list[Facts] = sorted((found[facts, (name,)] for name in names()), key=lambda each: (each.m, each.d, each.name))

@@ -1,4 +1,4 @@
-"""Where the parts of a problem are: its picture at a few times and the paths of its points, from a fine run with RATTLE."""
+"""Drawing of a problem: its picture at a few times and the paths of its points, from a fine run with RATTLE."""
 
 from dataclasses import dataclass
 from typing import Any

@@ -93,13 +93,9 @@ def behaviour(problem: str, case: str, name: str, mode: str) -> tuple[dict[str, 
     about |= {"told": first.t if first else told_in(run.failure or ""), "branch": first.branch if first else ""}
     about |= {"turn": first.turn if first else math.nan, "pivot": first.pivot if first else math.nan, "passages": len(run.passages)}
     about |= {"energy": largest(energy_error(ivp, run))}
-    return about, pd.DataFrame(about_path(problem, name, mode, run))
-
-
-def about_path(problem: str, name: str, mode: str, run: Any) -> dict[str, Any]:
-    """Return the columns of the position that is drawn."""
-    kept = np.unique(np.linspace(0, len(run.t) - 1, OUTPUTS).astype(int))
-    return {"problem": problem, "method": name, "mode": mode, "t": run.t[kept], "x": run.q[kept, SHOWN[problem][0]]}
+    drawn = np.unique(np.linspace(0, len(run.t) - 1, OUTPUTS).astype(int))
+    path = {"problem": problem, "method": name, "mode": mode, "t": run.t[drawn], "x": run.q[drawn, SHOWN[problem][0]]}
+    return about, pd.DataFrame(path)
 
 
 def told_in(sentence: str) -> float:

@@ -1,4 +1,4 @@
-"""What the errors of all runs on a problem are compared with: sizes along one of them, that of RATTLE, the same for all methods."""
+"""Sizes that errors of all runs on a problem are parts of: largest values along the run of RATTLE."""
 
 from dataclasses import dataclass
 from typing import Any

@@ -12,7 +12,7 @@ from markupsafe import Markup
 
 from daebench.draw.figures import save_table
 from daebench.pages.report import NONE, TIMES, count, number, table
-from daebench.reports.index_reduction.tables import Formats, Tabulate, code, text, tiny
+from daebench.pages.report.tables import Formats, Tabulate, code, text, tiny
 from daebench.reports.problems.facts import Facts
 from daebench.reports.problems.ivps import horizon, step_size
 from daebench.reports.problems.numbers import Numbers

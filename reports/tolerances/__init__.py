@@ -5,6 +5,7 @@ from types import SimpleNamespace
 from typing import Any
 
 from daebench.pages.report import Progress, make_page
+from daebench.pages.report.page import constants
 from daebench.reports.index_reduction.figures import label
 from daebench.reports.tolerances import claims, drift, runs
 from daebench.reports.tolerances import tables as _tolerances_tables
@@ -13,10 +14,7 @@ from daebench.reports.tolerances.figures import draw
 from daebench.reports.tolerances.numbers import Numbers, measure
 from daebench.reports.tolerances.tables import sentences, tables
 
-COMMAND = "daebench report tolerances"
-
-MODULES = (claims, drift, runs, _tolerances_tables)
-CONSTANTS = SimpleNamespace(**{name: value for module in MODULES for name, value in vars(module).items() if name.isupper()})
+CONSTANTS = constants(claims, drift, runs, _tolerances_tables)
 
 
 def make(out: Path, progress: Progress) -> Path:
@@ -33,4 +31,4 @@ def make(out: Path, progress: Progress) -> Path:
             "spacing": float(numbers.drift["t"].iloc[1]),
         }
 
-    return make_page("tolerances/page.html", out, COMMAND, progress, measure=measure, check=check, content=content)
+    return make_page("tolerances/page.html", out, "daebench report tolerances", progress, measure=measure, check=check, content=content)

@@ -1,4 +1,4 @@
-"""What the report on tolerances asserts: each sentence is tested on the numbers before it is printed."""
+"""Claims of the report on tolerances, tested on the numbers before they are printed."""
 
 from collections.abc import Mapping
 from types import SimpleNamespace
@@ -39,13 +39,7 @@ BOUNDED = 0.5
 
 
 def check(numbers: Numbers) -> SimpleNamespace:
-    """Return the numbers of the text, all sentences tested.
-
-    Raises
-    ------
-    ClaimRefuted
-        If one does not hold.
-    """
+    """Return the numbers of the text; the first sentence that does not hold raises ClaimRefuted."""
     runs = numbers.runs.assign(scene=numbers.runs["problem"] + "-" + numbers.runs["case"])
     done = runs[runs["default"] & (runs["end"] == REACHED)]
     return SimpleNamespace(

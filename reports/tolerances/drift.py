@@ -53,13 +53,7 @@ class Power:
 
 
 def drift_run(formulation: str, tol: float) -> pd.DataFrame:
-    """Return t, |g|, |energy error| and the largest component of the position error on the fast spherical pendulum.
-
-    Raises
-    ------
-    RunFailed
-        If the run does not reach its end.
-    """
+    """Return t, |g|, |energy error| and the largest position error on the fast pendulum; RunFailed where the run stops early."""
     ivp, reference = ivp_of(FAST), exact_of(FAST, T_LONG)
     run = solve(FAST, formulation, DEFAULT_TREATMENTS[formulation], tol, T_LONG).complete()
     g = np.max(np.abs(ivp.along("g", run.q)), axis=1)

@@ -1,4 +1,4 @@
-"""What the errors of the report on tolerances are taken against: certified references, and by how much they may be wrong."""
+"""Reference motions of the report on tolerances, and bounds of their errors."""
 
 from dataclasses import dataclass
 

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from daebench.draw.figures import QUIET, STROKES, drawing, grid_of_axes, save
+from daebench.draw.figures import QUIET, STROKES, drawing, grid_of_axes, legend_below, save
 from daebench.reports.index_reduction.figures import label
 from daebench.reports.tolerances.claims import CLOSE, SMALL, law_of
 from daebench.reports.tolerances.drift import TOL, windows
@@ -45,7 +45,7 @@ def shown(rows: pd.DataFrame) -> "pd.Series[float]":
 def draw_accuracy(runs: pd.DataFrame, folder: Path) -> Path:
     """Draw the error reached against the tolerance asked for: a panel a problem, a curve a formulation with its default treatment."""
     default = runs[runs["default"]]
-    figure, axes = grid_of_axes(2, 3, 5.4, sharex=True, sharey=True)
+    figure, axes = grid_of_axes(2, 3, 5.4, x=ASKED, y=ERROR, sharex=True, sharey=True)
     for ax, (ivp, title) in zip(axes.flat, IVPS.items(), strict=False):
         diagonal(ax, default["tol"])
         for k, (formulation, stroke) in enumerate(STROKE.items()):
@@ -55,10 +55,7 @@ def draw_accuracy(runs: pd.DataFrame, folder: Path) -> Path:
         finish(ax, title)
     axes[0, 0].text(1e-9, 4e-10, "error = tolerance", color=QUIET, fontsize=7.5, rotation=34, rotation_mode="anchor", va="top")
     axes[0, 2].tick_params(labelbottom=True)
-    for ax in (*axes[1, :2], axes[0, 2]):
-        ax.set_xlabel(ASKED)
-    for ax in axes[:, 0]:
-        ax.set_ylabel(ERROR)
+    axes[0, 2].set_xlabel(ASKED)
     explain(axes[1, 2], axes[0, 0])
     return save(figure, folder, "accuracy", default.drop(columns="scene"))
 
@@ -99,7 +96,7 @@ def explain(ax: Any, source: Any) -> None:
 def draw_treatments(runs: pd.DataFrame, folder: Path) -> Path:
     """Draw the same for all treatments on the fast pendulum: a panel a formulation."""
     fast = runs[runs["scene"] == FAST]
-    figure, axes = grid_of_axes(2, 2, 5.2, sharex=True, sharey=True)
+    figure, axes = grid_of_axes(2, 2, 5.2, x=ASKED, y=ERROR, sharex=True, sharey=True)
     for ax, formulation in zip(axes.flat, FORMULATIONS, strict=True):
         diagonal(ax, fast["tol"])
         for k, (treatment, stroke) in enumerate(TREATMENT_STROKE.items()):
@@ -107,10 +104,6 @@ def draw_treatments(runs: pd.DataFrame, folder: Path) -> Path:
             ax.plot(rows["tol"], shown(rows), label=TREATMENT_NAMES[treatment], **stroke.points())
             mark_ends(ax, rows, stroke.color, k, len(TREATMENT_STROKE))
         finish(ax, label(formulation))
-    for ax in axes[1]:
-        ax.set_xlabel(ASKED)
-    for ax in axes[:, 0]:
-        ax.set_ylabel(ERROR)
     handles, labels = axes[0, 0].get_legend_handles_labels()
     stops = [axes[0, 0].plot([], [], linestyle="none", marker=marker, color="black", markeredgewidth=1.4)[0] for marker in "x+"]
     figure.legend([*handles, *stops], [*labels, "IDA stopped", "given up"], loc="outside lower center", ncols=5, columnspacing=1.4)
@@ -142,15 +135,14 @@ def draw_drift(numbers: Numbers, folder: Path) -> Path:
         ax.set(xscale="log", yscale="log", title=title, xlabel=TIME, xlim=(2, 160))
         ax.set_xticks([3, 10, 30, 100], ["3", "10", "30", "100"])
         ax.minorticks_off()
-    handles, labels = axes[0, 0].get_legend_handles_labels()
-    figure.legend(handles, labels, loc="outside lower center", ncols=4)
+    legend_below(figure, axes[0, 0], 4)
     return save(figure, folder, "drift", pd.concat(frames, ignore_index=True))
 
 
 def draw_cost(runs: pd.DataFrame, folder: Path) -> Path:
     """Draw the residual calls that an error costs: one panel for each problem."""
     done = runs[runs["default"] & (runs["end"] == REACHED)]
-    figure, axes = grid_of_axes(2, 3, 5.2, sharex=True, sharey=True)
+    figure, axes = grid_of_axes(2, 3, 5.2, x=ERROR, y="calls of the residual", sharex=True, sharey=True)
     for ax, (ivp, title) in zip(axes.flat, IVPS.items(), strict=False):
         for formulation, stroke in STROKE.items():
             rows = done[(done["scene"] == ivp) & (done["formulation"] == formulation)]
@@ -159,10 +151,7 @@ def draw_cost(runs: pd.DataFrame, folder: Path) -> Path:
         ax.set_xticks([1e0, 1e-3, 1e-6, 1e-9, 1e-12])
         ax.minorticks_off()
     axes[0, 2].tick_params(labelbottom=True)
-    for ax in (*axes[1, :2], axes[0, 2]):
-        ax.set_xlabel(ERROR)
-    for ax in axes[:, 0]:
-        ax.set_ylabel("calls of the residual")
+    axes[0, 2].set_xlabel(ERROR)
     axes[1, 2].axis("off")
     axes[1, 2].legend(*axes[0, 0].get_legend_handles_labels(), loc="center left", labelspacing=0.8)
     columns = ["problem", "case", "formulation", "cure", "tol", "error", "steps", "residuals", "jacobians"]

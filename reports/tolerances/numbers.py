@@ -1,15 +1,13 @@
 """Everything that the report on tolerances measures, with both cores where there are two; no judgement here, and no text."""
 
-from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import pandas as pd
 
+from daebench.pages.report import Progress
 from daebench.pages.report.two_processes import Job, computed
 from daebench.reports.tolerances.drift import RUNS, T_LONG, drift_run, laws
 from daebench.reports.tolerances.runs import FAST, FORMULATIONS, IVPS, exact_of, series
-
-Tell = Callable[[float, str], None]
 
 
 @dataclass(frozen=True)
@@ -31,7 +29,7 @@ class Numbers:
     laws: pd.DataFrame
 
 
-def measure(tell: Tell) -> Numbers:
+def measure(tell: Progress) -> Numbers:
     """Return the numbers; ``tell`` is told the fraction done and what was done.
 
     The dearest problems come first, so that both cores end at about the same time.
@@ -40,11 +38,8 @@ def measure(tell: Tell) -> Numbers:
     long: list[Job] = [(drift_run, run) for run in RUNS]
     exact_of(FAST, T_LONG)  # a reference that is missing is found out before anything is computed
     found = dict(computed([*tables, *long], tell, "IDA"))
-    runs = pd.DataFrame([row for job in _in_order(tables) for row in found[job]])
+    in_order = sorted(tables, key=lambda job: list(IVPS).index(job[1][0]))
+    runs = pd.DataFrame([row for job in in_order for row in found[job]])
     drift = [found[job] for job in long]
     fitted = [row for run in drift for row in laws(run, exact_of(FAST, T_LONG).floor)]
     return Numbers(runs, pd.concat(drift, ignore_index=True), pd.DataFrame(fitted))
-
-
-def _in_order(tables: Sequence[Job]) -> list[Job]:
-    return sorted(tables, key=lambda job: list(IVPS).index(job[1][0]))

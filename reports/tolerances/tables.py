@@ -11,8 +11,8 @@ from markupsafe import Markup
 
 from daebench.draw.figures import save_table
 from daebench.pages.report import NONE, count, listing, number, power_of_ten, table, with_error
+from daebench.pages.report.tables import Formats, Tabulate, text
 from daebench.reports.index_reduction.figures import label
-from daebench.reports.index_reduction.tables import Formats, Tabulate, text
 from daebench.reports.tolerances.drift import QUANTITIES
 from daebench.reports.tolerances.numbers import Numbers
 from daebench.reports.tolerances.runs import FORMULATIONS, IN_WORDS, IVPS, KINDS, REACHED
@@ -25,13 +25,11 @@ WANTED = 1e-6
 def tables(numbers: Numbers, folder: Path) -> Mapping[str, Tabulate]:
     """Write the tables as CSV into a folder, all columns and rows, and return functions from a caption to HTML, by name."""
     runs = numbers.runs.assign(scene=numbers.runs["problem"] + "-" + numbers.runs["case"])
-    for stem, data in (("runs", numbers.runs), ("laws", numbers.laws), ("reached", reached(runs)), ("ends", ends(runs))):
-        save_table(folder / f"{stem}.csv", data)
-    return {
-        "reached": partial(reached_table, reached(runs)),
-        "ends": partial(ends_table, ends(runs)),
-        "laws": partial(laws_table, numbers.laws),
-    }
+    data = {"runs": numbers.runs, "laws": numbers.laws, "reached": reached(runs), "ends": ends(runs)}
+    for stem, frame in data.items():
+        save_table(folder / f"{stem}.csv", frame)
+    makers = {"reached": reached_table, "ends": ends_table, "laws": laws_table}
+    return {name: partial(make, data[name]) for name, make in makers.items()}
 
 
 def at(rows: pd.DataFrame, tol: float) -> float:

@@ -1,4 +1,4 @@
-"""What the report on tolerances asserts about the treatment of multipliers, tested on the numbers."""
+"""Claims of the report on tolerances about the treatment of multipliers, tested on the numbers."""
 
 from types import SimpleNamespace
 
@@ -42,12 +42,8 @@ def check_treatments(runs: pd.DataFrame) -> SimpleNamespace:
         through=len(through),
         dearer=float(dearer.max()),
         gain=gain,
-        reached=_reached(fast),
+        reached={each: int(np.sum((fast["formulation"] == each) & (fast["end"] == REACHED))) for each in FORMULATIONS},
     )
-
-
-def _reached(fast: pd.DataFrame) -> dict[str, int]:
-    return {each: int(np.sum((fast["formulation"] == each) & (fast["end"] == REACHED))) for each in FORMULATIONS}
 
 
 def _against(rows: pd.DataFrame, others: pd.DataFrame, column: str) -> "pd.Series[float]":

@@ -5,31 +5,19 @@ from types import SimpleNamespace
 from typing import Any
 
 from daebench.pages.report import Progress, make_page
+from daebench.pages.report.page import constants
 from daebench.reference.keep import store
 from daebench.reference.keep.places import DATA
-from daebench.reports.work_precision.claims import MIDDLE, check
+from daebench.reports.work_precision import claims, ivps
+from daebench.reports.work_precision import numbers as _numbers
+from daebench.reports.work_precision.claims import check
 from daebench.reports.work_precision.figures import draw_all
-from daebench.reports.work_precision.ivps import COARSE, WANTED
-from daebench.reports.work_precision.numbers import STORE, Numbers, measure
+from daebench.reports.work_precision.numbers import Numbers, measure
 from daebench.reports.work_precision.tables import setting, tables, times
-from daebench.studies.grid.measure import LONG
-from daebench.studies.work_precision.recommend import LEAST, ROUND_OFF
-from daebench.studies.work_precision.study import CALLS, HALVINGS, IN_A_CALL, REPEAT
+from daebench.studies.grid import measure as _grid_measure
+from daebench.studies.work_precision import recommend, study
 
-COMMAND = "daebench report work-precision"
-
-CONSTANTS = SimpleNamespace(
-    CALLS=CALLS,
-    HALVINGS=HALVINGS,
-    IN_A_CALL=IN_A_CALL,
-    LEAST=LEAST,
-    LONG=LONG,
-    MIDDLE=MIDDLE,
-    REPEAT=REPEAT,
-    ROUND_OFF=ROUND_OFF,
-    STORE=STORE,
-    WANTED=WANTED,
-)
+CONSTANTS = constants(_grid_measure, recommend, study, ivps, claims, _numbers)
 
 
 def make(out: Path, progress: Progress) -> Path:
@@ -43,7 +31,7 @@ def make(out: Path, progress: Progress) -> Path:
         methods = {method for runs in numbers.runs.values() for method in runs["method"]}
         return {
             "c": CONSTANTS,
-            "coarse": {method: tol for method, tol in COARSE.items() if method in methods},
+            "coarse": {method: tol for method, tol in ivps.COARSE.items() if method in methods},
             "drawn": draw_all(numbers, out / "figures"),
             "tables": tables(numbers, found.found, out / "tables"),
             "references": len(store.names(DATA)),
@@ -54,5 +42,11 @@ def make(out: Path, progress: Progress) -> Path:
         }
 
     return make_page(
-        "work_precision/page.html", out, COMMAND, progress, measure=lambda tell: measure(out, tell), check=check, content=content
+        "work_precision/page.html",
+        out,
+        "daebench report work-precision",
+        progress,
+        measure=lambda tell: measure(out, tell),
+        check=check,
+        content=content,
     )

@@ -1,4 +1,4 @@
-"""What the report on work against precision says: winners, fronts, recommendations; each sentence is tested before it is printed."""
+"""Claims of the report on work against precision: winners, fronts, recommendations, tested before they are printed."""
 
 from types import SimpleNamespace
 from typing import Any
@@ -17,13 +17,7 @@ MIDDLE = 1e-6
 
 
 def check(numbers: Numbers) -> SimpleNamespace:
-    """Return the numbers of the text, all sentences tested.
-
-    Raises
-    ------
-    ClaimRefuted
-        If one does not hold.
-    """
+    """Return the numbers of the text; the first sentence that does not hold raises ClaimRefuted."""
     check_defects(numbers.defects)
     found = {work.key: check_work(work, numbers.runs[work.key]) for work in numbers.works}
     runs = pd.concat(numbers.runs.values())

@@ -1,4 +1,4 @@
-"""What the report on work against precision runs on: a small standard set, each initial value problem of another character."""
+"""Motions of the report on work against precision: a small standard set, each of another character."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace

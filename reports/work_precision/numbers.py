@@ -1,6 +1,6 @@
 """Everything that the report on work against precision measures: runs timed one at a time and kept, and defects; no judgement here."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -10,6 +10,7 @@ import pandas as pd
 from daebench.errors import DaebenchError
 from daebench.methods.fixed_step.lifted import Lifted
 from daebench.methods.names import methods_of
+from daebench.pages.report import Progress
 from daebench.pages.report.timed_runs import Processes, make_runs
 from daebench.pages.report.two_processes import two_processes
 from daebench.reports.work_precision.ivps import WORKS, Work
@@ -20,8 +21,6 @@ from daebench.studies.grid.store import opened
 from daebench.studies.grid.study import Study
 from daebench.studies.work_precision.recommend import with_conserved
 from daebench.studies.work_precision.study import with_costs
-
-Tell = Callable[[float, str], None]
 
 STORE = "studies.db"
 """File of the runs, in the folder of the report."""
@@ -56,7 +55,7 @@ class Numbers:
     left_out: pd.DataFrame
 
 
-def measure(folder: Path, tell: Tell, works: Sequence[Work] = WORKS, processes: Processes = two_processes) -> Numbers:
+def measure(folder: Path, tell: Progress, works: Sequence[Work] = WORKS, processes: Processes = two_processes) -> Numbers:
     """Return the numbers; runs that the store in the folder has are not made again.
 
     Raises

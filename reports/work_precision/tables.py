@@ -11,7 +11,7 @@ from markupsafe import Markup
 
 from daebench.draw.figures import save_table
 from daebench.pages.report import NONE, THIN, count, number, power_of_ten, table
-from daebench.reports.index_reduction.tables import Formats, Tabulate, code, column, text, tiny
+from daebench.pages.report.tables import Formats, Tabulate, code, column, text, tiny
 from daebench.reports.work_precision.claims import MIDDLE
 from daebench.reports.work_precision.ivps import Work
 from daebench.reports.work_precision.numbers import Numbers

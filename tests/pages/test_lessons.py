@@ -15,9 +15,9 @@ from daebench.errors import BadInput
 from daebench.methods.catalogue import lessons
 from daebench.methods.names import parse
 from daebench.pages.lesson.control import NO_YES, Control, defaults
-from daebench.pages.lesson.film import film
 from daebench.pages.lesson.mathml import static_html
 from daebench.pages.lesson.page import export
+from daebench.pages.lesson.static import static_experiment
 
 ROOT = Path(__file__).parents[2]
 EVERY = sorted(lessons())
@@ -54,11 +54,11 @@ def test_a_notebook_is_a_plain_script_too(name):
         assert each.show(defaults(each.controls)).says.striptags() in said
 
 
-def test_a_control_refuses_a_default_or_a_film_that_does_not_belong_to_it():
+def test_a_control_refuses_values_that_do_not_belong_to_it():
     with pytest.raises(BadInput, match=r"control h: 3 is not among its values"):
         Control("h", "h", (1, 2), 3)
     with pytest.raises(BadInput, match="leaves out the default 1"):
-        Control("h", "h", (1, 2), 1, film=(2,))
+        Control("h", "h", (1, 2), 1, offered=(2,))
     assert Control("on", "on", NO_YES, False).is_switch
     assert not Control("on", "on", NO_YES, False).is_slider
 
@@ -150,15 +150,15 @@ def test_tangent_vectors_of_a_path_that_ends_at_once_are_those_of_the_start():
 
 
 @pytest.mark.slow
-def test_a_film_has_a_frame_for_each_choice_and_they_differ():
+def test_a_static_page_has_a_frame_for_each_choice_and_they_differ():
     each = module_of("why-symplectic").EXPERIMENTS[0]
-    text = film(each, lambda fraction: None)
+    text = static_experiment(each, lambda fraction: None)
     frames = text.split("<template ")[1:]
-    expected = np.prod([len(control.film) for control in each.controls if control.film])
+    expected = np.prod([len(control.offered) for control in each.controls if control.offered])
     assert len(frames) == expected
     drawings = [frame.partition(">")[2] for frame in frames]
     assert len(set(drawings)) > 0.8 * expected
-    assert text.count("<fieldset") + text.count('type="range"') == sum(bool(control.film) for control in each.controls)
+    assert text.count("<fieldset") + text.count('type="range"') == sum(bool(control.offered) for control in each.controls)
     assert "length of the run 10 s" in text
 
 
@@ -219,7 +219,7 @@ def test_the_explicit_euler_method_by_hand_ends_where_a_population_dies_out():
 
 
 def test_two_pendulums_have_parted_when_they_are_a_tenth_of_an_arm_apart():
-    from daebench.reports.lessons._extremes_chaos import parted
+    from daebench.reports.lessons._extremes_runs import parted
 
     t = np.array([0.0, 1.0, 2.0])
     assert parted(t, np.array([0.0, 0.05, 0.2])) == 2.0

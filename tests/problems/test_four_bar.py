@@ -220,7 +220,7 @@ def test_the_certificate_says_that_rank_is_lost_and_when_and_where_the_truth_is(
     assert made["method"] == "closed form, 50 digits, in minimal coordinates"
     assert [each["against"] for each in made["checks"]][1] == "Taylor series in the problem's chart in quadruple precision"
     assert "multipliers do not exist" in crossed.certificate["rank"]["rule"]
-    assert method_of(crossed) == "local:gauss4"
+    assert method_of(crossed, crossed.ivp()) == "local:gauss4"
 
 
 def test_stored_digits_are_those_of_a_pendulum_by_taylor_series(crossed):

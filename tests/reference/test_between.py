@@ -6,9 +6,9 @@ import pytest
 
 from daebench.errors import BadInput
 from daebench.problems.planar_pendulum import closed_form
-from daebench.reference.check.runs import Motion
 from daebench.reference.keep.dense_evaluation import states_at
 from daebench.reference.keep.store import load
+from daebench.reference.solution import ReferenceSolution
 
 
 @pytest.fixture
@@ -18,7 +18,8 @@ def rotating(references):
 
 def still(n):
     """Return n states of nothing."""
-    return Motion({"q": np.zeros((n, 2)), "p": np.zeros((n, 2)), "lam": np.zeros((n, 1))}, dict.fromkeys(("q", "p", "lam"), 0.0))
+    states = {"q": np.zeros((n, 2)), "p": np.zeros((n, 2)), "lam": np.zeros((n, 1))}
+    return ReferenceSolution("none", np.zeros(n), states, dict.fromkeys(states, 0.0))
 
 
 def exact(t):

@@ -4,11 +4,13 @@ import csv
 import json
 from dataclasses import replace
 from decimal import Decimal, localcontext
+from functools import partial
 
 import mpmath as mp
 import numpy as np
 import pytest
 import sympy as sp
+import tampered
 
 from daebench.compiler.definition import source_of
 from daebench.errors import BadInput
@@ -17,7 +19,6 @@ from daebench.methods.solvers.quadruple import Translation, library
 from daebench.reference.check.file_agreement import agreement
 from daebench.reference.check.ida_errors import ida_errors
 from daebench.reference.check.verify import verify
-from daebench.reference.keep import store
 from daebench.reference.keep.definition import Definition, define
 from daebench.reference.keep.dense_evaluation import states_at
 from daebench.reference.make import poisson
@@ -221,16 +222,7 @@ def test_a_truth_that_ida_knows_better_is_refused(reference):
 # ---- verification --------------------------------------------------------------------------------------------------------
 
 
-def altered(place, digits=None, certificate=None):
-    """Change the digits, the certificate or both, with checksums redone."""
-    old = store.load(NAME, place)
-    text = {name: list(column) for name, column in old.text.items()}
-    claims = json.loads(json.dumps({key: value for key, value in old.certificate.items() if key not in ("data", "format", "checksum")}))
-    if digits is not None:
-        digits(text)
-    if certificate is not None:
-        certificate(claims)
-    store.save(NAME, claims, text, place)
+altered = partial(tampered.altered, NAME)
 
 
 def nudged(column, by, row=MIDDLE):

@@ -9,6 +9,7 @@ import numpy as np
 import pandas as pd
 import pytest
 from pages import standalone
+from reported import require_refused
 
 from daebench.errors import Interrupted
 from daebench.methods.fixed_step.constrained import FixedStep
@@ -252,10 +253,9 @@ def test_a_method_that_tells_no_evaluations_has_no_part_where_they_count(numbers
 
 
 def test_a_refuted_claim_leaves_no_page(numbers, tmp_path, monkeypatch):
-    monkeypatch.setattr(work_precision, "measure", lambda folder, tell: TAMPERED["a symplectic method is none"][0](numbers))
-    with pytest.raises(ClaimRefuted):
-        build("work-precision", tmp_path)
-    assert not (tmp_path / "work-precision" / "index.html").exists()
+    require_refused(
+        work_precision, "work-precision", TAMPERED["a symplectic method is none"][0](numbers), "symplectic on ", tmp_path, monkeypatch
+    )
 
 
 def test_what_to_take_is_the_recommendation_at_the_accuracy_of_the_page(numbers, tmp_path):

@@ -54,11 +54,10 @@ def _rows(reference: "Reference", found: "At") -> list[tuple[str, str, float]]:
 
 def _texts(reference: "Reference", found: "At") -> dict[str, list[str]]:
     """Return the digits of each part."""
-    k = found.row[0]
-    return {
-        part: [reference.text[f"{part}{i + 1}"][k] if k >= 0 else f"{x:.17g}" for i, x in enumerate(rows[0])]
-        for part, rows in found.states.items()
-    }
+    from daebench.reference.keep.export import text_of
+
+    text = text_of(reference, found)
+    return {part: [text[f"{part}{i + 1}"][0] for i in range(rows.shape[1])] for part, rows in found.states.items()}
 
 
 def _object(reference: "Reference", found: "At") -> dict[str, Any]:

@@ -26,43 +26,43 @@ def compare(
 
     from daebench.reference.check.file_agreement import agreement
 
-    found = agreement(file, name, folder, within=within, between=between)
+    agreed = agreement(file, name, folder, within=within, between=between)
     if as_json:
-        print_json(asdict(found) | {"digits": found.digits, "worst": found.worst.name})
+        print_json(asdict(agreed) | {"digits": agreed.digits, "worst": agreed.worst.name})
         return
-    _print(found)
+    _print(agreed)
 
 
-def _print(found: "FileAgreement") -> None:
-    rows = [[x.name, f"{x.digits:.1f}", f"{x.error:.2g}", f"{x.t:g}", f"{x.size:.3g}", f"{x.allowed:.1f}"] for x in found.columns]
+def _print(agreed: "FileAgreement") -> None:
+    rows = [[x.name, f"{x.digits:.1f}", f"{x.error:.2g}", f"{x.t:g}", f"{x.size:.3g}", f"{x.allowed:.1f}"] for x in agreed.columns]
     columns = ["", "digits", "largest error", "at t =", "size", "digits that reference and file allow"]
-    print_table(columns, rows, f"{found.file} with {found.reference} up to t = {found.t_end:g}")
-    print_table(["fewer digits than", "from t =", "first in"], [[str(k), *_place(x)] for k, x in found.lost.items()])
-    print(f"Agrees to {found.digits:.1f} digits, least in {found.worst.name}; {_left(found)}.")
-    print(f"Rounding of a single state leaves {found.possible:.1f} digits by t = {found.t_end:g} in double precision.")
-    print(f"Compared: {found.compared} of {found.rows} rows{_rest(found)}.")
-    if found.missing:
-        print(f"Not in the file: {', '.join(found.missing)}.")
-    if found.ignored:
-        print(f"Columns left aside: {', '.join(map(repr, found.ignored))}.")
+    print_table(columns, rows, f"{agreed.file} with {agreed.reference} up to t = {agreed.t_end:g}")
+    print_table(["fewer digits than", "from t =", "first in"], [[str(k), *_place(x)] for k, x in agreed.lost.items()])
+    print(f"Agrees to {agreed.digits:.1f} digits, least in {agreed.worst.name}; {_left(agreed)}.")
+    print(f"Rounding of a single state leaves {agreed.possible:.1f} digits by t = {agreed.t_end:g} in double precision.")
+    print(f"Compared: {agreed.compared} of {agreed.rows} rows{_rest(agreed)}.")
+    if agreed.missing:
+        print(f"Not in the file: {', '.join(agreed.missing)}.")
+    if agreed.ignored:
+        print(f"Columns left aside: {', '.join(map(repr, agreed.ignored))}.")
 
 
 def _place(place: "Place | None") -> list[str]:
     return ["never", ""] if place is None else [f"{place.t:g}", place.column]
 
 
-def _left(found: "FileAgreement") -> str:
-    if found.left is None:
-        return f"never further than {found.within:g} of the motion"
-    late = ", where no run in double precision can follow" if found.left.t >= found.double_horizon else ""
-    return f"leaves at t = {found.left.t:g} in {found.left.column}, by more than {found.within:g} of the motion{late}"
+def _left(agreed: "FileAgreement") -> str:
+    if agreed.left is None:
+        return f"never further than {agreed.within:g} of the motion"
+    late = ", where no run in double precision can follow" if agreed.left.t >= agreed.double_horizon else ""
+    return f"leaves at t = {agreed.left.t:g} in {agreed.left.column}, by more than {agreed.within:g} of the motion{late}"
 
 
-def _rest(found: "FileAgreement") -> str:
+def _rest(agreed: "FileAgreement") -> str:
     """Say what was not compared."""
     rest = []
-    if found.passed_over:
-        rest.append(f"{found.passed_over} between stored times passed over (see --between)")
-    if found.beyond:
-        rest.append(f"{found.beyond} beyond the horizon at t = {found.horizon:g}")
+    if agreed.passed_over:
+        rest.append(f"{agreed.passed_over} between stored times passed over (see --between)")
+    if agreed.beyond:
+        rest.append(f"{agreed.beyond} beyond the horizon at t = {agreed.horizon:g}")
     return f"; {', '.join(rest)}" if rest else ""

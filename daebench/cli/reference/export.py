@@ -27,7 +27,7 @@ def export(
 ) -> None:
     """Write a reference to a file: stored digits where there are some, else integrated between them; bounds beside the numbers."""
     from daebench.errors import unknown
-    from daebench.reference.keep.export import WRITERS, extract, write
+    from daebench.reference.keep.export import WRITERS, write
     from daebench.reference.keep.places import require_name
     from daebench.reference.keep.store import load
     from daebench.runs import provenance
@@ -40,7 +40,7 @@ def export(
     check_place(path)
     provenance.require_own(path, MAKER, overwrite=overwrite)
     reference = load(name, folder)
-    write(path, kind, extract(reference, _times(times)))
+    write(path, kind, reference, _times(times))
     certificate = reference.certificate
     made = provenance.made_by(MAKER) | {
         "Certificate": f"checksum {certificate['checksum']}",

@@ -39,7 +39,8 @@ def _hidden(folder: Path | None) -> list[tuple[str, Path]]:
     from daebench.reference.keep.store import names
 
     first, *rest = folders(folder)
-    return [(name, place) for place in rest for name in names(place) if name in names(first)]
+    shown = names(first)
+    return [(name, place) for place in rest for name in names(place) if name in shown]
 
 
 def _row(name: str, folder: Path | None) -> dict[str, Any]:

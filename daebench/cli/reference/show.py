@@ -1,6 +1,6 @@
 """``daebench reference show``: the certificate of one reference, for people."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import Any
 
 from daebench.cli.arguments import Json
@@ -25,7 +25,9 @@ def show(name: Name, folder: Folder = None, as_json: Json = False) -> None:
     print_table(["", ""], [[key, _text(value)] for key, value in definition.items()], "definition")
     print_table(["", ""], [["kept in", home], *_facts(found)], "what is known")
     parts = found.kind.names
-    checks = [[str(each["against"]), *_differences(each, parts)] for each in certificate["made"]["checks"]]
+    checks = [
+        [str(each["against"]), *(f"{each['largest_difference'][part]:.2g}" for part in parts)] for each in certificate["made"]["checks"]
+    ]
     print_table(["held against", *(f"max |d{part}|" for part in parts)], checks, "checks")
     columns = ["method", "tol", f"|d{parts[0]}|", "estimated", "lost at", "steps", "calls", "status"]
     ida = certificate["ida"]
@@ -71,10 +73,6 @@ def _whole(value: Any) -> str:
     if isinstance(value, Mapping):
         return ", ".join(f"{key} = {each}" for key, each in value.items())
     return ", ".join(map(str, value)) if isinstance(value, list) else str(value)
-
-
-def _differences(check: Mapping[str, Any], parts: Sequence[str]) -> list[str]:
-    return [f"{check['largest_difference'][part]:.2g}" for part in parts]
 
 
 def _ida(row: Mapping[str, Any], lead: str) -> list[str]:

@@ -10,8 +10,7 @@ import numpy.typing as npt
 from markupsafe import Markup
 
 from daebench.errors import BadInput
-
-Array = npt.NDArray[np.float64]
+from daebench.runs.ivp import Array
 
 TICKS = 5
 """Ticks on an axis, at most about."""

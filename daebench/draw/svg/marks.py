@@ -1,4 +1,4 @@
-"""What is drawn in a panel: curves, dots, areas, levels and notes, each as SVG in the pixels of its panel."""
+"""Marks in a panel: curves, dots, areas, levels and notes, each as SVG in the pixels of its panel."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -9,7 +9,7 @@ import numpy.typing as npt
 from markupsafe import Markup
 
 from daebench.draw.figures import BLACK, Stroke
-from daebench.draw.svg.axis import Array
+from daebench.runs.ivp import Array
 
 INK = "currentColor"
 """The colour of the page's text, light or dark."""

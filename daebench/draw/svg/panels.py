@@ -6,8 +6,9 @@ from dataclasses import dataclass, field, replace
 import numpy.typing as npt
 from markupsafe import Markup
 
-from daebench.draw.svg.axis import Array, Axis, power
+from daebench.draw.svg.axis import Axis, power
 from daebench.draw.svg.marks import Area, Curve, Dots, Mark, color_of, dashes_of
+from daebench.runs.ivp import Array
 
 WIDTH = 760.0
 """Width of all panels together, in the pixels that its numbers are in; in the page it is as wide as there is room."""

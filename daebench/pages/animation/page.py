@@ -10,7 +10,7 @@ import numpy as np
 from markupsafe import Markup
 
 from daebench.draw.svg.marks import Curve
-from daebench.draw.svg.panels import Frame, draw_panels, sample
+from daebench.draw.svg.panels import draw_panels, sample
 from daebench.pages.animation.animated_runs import AnimatedRuns
 from daebench.pages.animation.panels import GRAPH, SCENE, graph_panel, scene_panel
 from daebench.runs.files import atomic
@@ -88,14 +88,9 @@ def _run(animated: AnimatedRuns, k: int) -> dict[str, Any]:
 def places(animated: AnimatedRuns, k: int) -> Array:
     """Return the points of a run in pixels of its scene times :data:`SCALE`, rounded, shape(n, k, 2)."""
     flat = animated.flat[k]
-    pixels = SCALE * np.stack(scene_frame(animated, k)(flat[..., 0], flat[..., 1]), axis=-1)
+    pixels = SCALE * np.stack(scene_panel(animated, k).frame(0, 0, *SCENE)(flat[..., 0], flat[..., 1]), axis=-1)
     there = np.isfinite(pixels).all(axis=-1, keepdims=True)
     return np.where(there, np.clip(np.nan_to_num(np.round(pixels)), MISSING + 1, -MISSING - 1), MISSING)
-
-
-def scene_frame(animated: AnimatedRuns, k: int) -> Frame:
-    """Return where the axes of a scene are in its drawing."""
-    return scene_panel(animated, k).frame(0, 0, *SCENE)
 
 
 def _scene(animated: AnimatedRuns, k: int) -> dict[str, Any]:

@@ -1,4 +1,4 @@
-"""What an animation shows as panels of SVG: the scene of each method at one time, and its errors over time."""
+"""Panels of an animation as SVG: the scene of each method at one time, and its errors over time."""
 
 from dataclasses import dataclass
 

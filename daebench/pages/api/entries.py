@@ -109,8 +109,10 @@ class Index:
 
 def entry(path: str, each: "Object", index: Index) -> Entry:
     """Return the entry of a public thing."""
+    import griffe
+
     link = index.link(each)
-    sections = each.docstring and _parsed(each.docstring.value)
+    sections = each.docstring and griffe.Docstring(each.docstring.value).parse("numpy", warnings=False)
     texts = [section.value for section in sections or () if section.kind.value == "text"]
     parts = members(each) if each.is_class else []
     return Entry(
@@ -122,13 +124,6 @@ def entry(path: str, each: "Object", index: Index) -> Entry:
         sections=[_section(section, link, index.types) for section in sections or () if section.kind.value != "text"],
         parts=[entry(f"{path}.{part.name}", part, index) for part in parts],
     )
-
-
-def _parsed(docstring: str) -> "list[DocstringSection]":
-    """Return the sections of a docstring, types as they are written there."""
-    import griffe
-
-    return griffe.Docstring(docstring).parse("numpy", warnings=False)
 
 
 def _kind(each: "Object") -> str:

@@ -1,1 +1,1 @@
-"""What a lesson is made of: controls declared once, pictures that follow them, live in marimo and as a static page."""
+"""Parts of a lesson: controls declared once, and pictures that follow them, live in marimo and as a static page."""

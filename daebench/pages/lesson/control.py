@@ -32,7 +32,7 @@ class Control:
         What it can be, in order.
     default : Any
         What it is at first.
-    film : sequence
+    offered : sequence
         Values that the static page offers; with none, it keeps the default there.
     text : callable
         Writes a value.
@@ -40,21 +40,21 @@ class Control:
     Raises
     ------
     BadInput
-        If the default, or a value of the film, is not among the values, or the film leaves out the default.
+        If the default, or a value that the page offers, is not among the values, or the page leaves out the default.
     """
 
     name: str
     label: str
     values: Sequence[Any]
     default: Any
-    film: Sequence[Any] = ()
+    offered: Sequence[Any] = ()
     text: Callable[[Any], str] = plain
 
     def __post_init__(self) -> None:
-        if strangers := [each for each in (self.default, *self.film) if each not in self.values]:
+        if strangers := [each for each in (self.default, *self.offered) if each not in self.values]:
             raise BadInput(f"control {self.name}: {strangers[0]!r} is not among its values; take one of {list(self.values)}.")
-        if self.film and self.default not in self.film:
-            raise BadInput(f"control {self.name}: its film leaves out the default {self.default!r}; add it.")
+        if self.offered and self.default not in self.offered:
+            raise BadInput(f"control {self.name}: its static page leaves out the default {self.default!r}; add it.")
 
     @property
     def is_switch(self) -> bool:

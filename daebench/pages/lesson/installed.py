@@ -1,20 +1,17 @@
-"""Whether what lessons need is installed."""
+"""Requirements of lessons: the name of one, and the packages that they need."""
 
 from importlib.util import find_spec
 
-from daebench.errors import BadInput
+from daebench.errors import BadInput, unknown
+from daebench.methods.catalogue import lessons
 
 NEEDED = ("marimo", "latex2mathml")
 
 
-def require_marimo() -> None:
-    """Go on if what lessons need is installed.
-
-    Raises
-    ------
-    BadInput
-        If it is not, with how to install it.
-    """
+def require_lesson(name: str) -> None:
+    """Refuse a lesson that there is not, or that needs what is not installed."""
+    if name not in lessons():
+        raise unknown("lesson", name, lessons())
     if absent := missing():
         raise BadInput(f"lessons need {' and '.join(absent)}, which is not installed; call pip install 'daebench[lessons]'.")
 

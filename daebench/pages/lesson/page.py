@@ -1,4 +1,4 @@
-"""A lesson as one static page: its text, its answers folded, and a film in the place of each experiment."""
+"""A lesson as one static page: its text, its answers folded, and pictures drawn beforehand in the place of each experiment."""
 
 import contextlib
 import importlib
@@ -9,10 +9,10 @@ from typing import Any
 
 from markupsafe import Markup
 
-from daebench.errors import unknown
+from daebench.methods.catalogue import lessons
 from daebench.pages.lesson.control import defaults
-from daebench.pages.lesson.film import SCRIPT, film
-from daebench.pages.lesson.installed import require_marimo
+from daebench.pages.lesson.installed import require_lesson
+from daebench.pages.lesson.static import SCRIPT, static_experiment
 from daebench.pages.report import Progress, write_page
 from daebench.runs.csv_files import write_frame
 from daebench.runs.files import atomic
@@ -44,11 +44,7 @@ def export(name: str, folder: Path, progress: Progress | None = None) -> Path:
     ClaimRefuted
         If a sentence of the lesson does not hold in this run; nothing is written over an older page then.
     """
-    from daebench.methods.catalogue import lessons
-
-    if name not in lessons():
-        raise unknown("lesson", name, lessons())
-    require_marimo()
+    require_lesson(name)
     tell = progress or (lambda fraction, doing: None)
     tell(0.0, "the lesson itself")
     title, parts, experiments = content(name, lambda fraction, doing: tell(PREPARED + (1 - PREPARED) * fraction, doing))
@@ -59,7 +55,7 @@ def export(name: str, folder: Path, progress: Progress | None = None) -> Path:
     from daebench.pages.lesson.live import style_text
 
     command = f"daebench lesson {name} --export DIR"
-    rest = {"lesson_style": Markup(style_text()), "film_script": Markup(SCRIPT), "live": f"daebench lesson {name}"}
+    rest = {"lesson_style": Markup(style_text()), "frame_script": Markup(SCRIPT), "live": f"daebench lesson {name}"}
     page = write_page("lesson.html", folder / "index.html", command, title=title, under=lessons()[name], parts=parts, **rest)
     tell(1.0, "done")
     return page
@@ -76,7 +72,7 @@ def content(name: str, tell: Progress) -> tuple[Markup, list[Markup], list[Any]]
     for each in outputs:
         if isinstance(each, Picture):
             k = pictures.index(each)
-            parts.append(film(each.experiment, lambda fraction, k=k: tell((k + fraction) / len(pictures), "frames")))  # type: ignore[misc]
+            parts.append(static_experiment(each.experiment, lambda part, k=k: tell((k + part) / len(pictures), "frames")))  # type: ignore[misc]
         elif type(each).__module__ == "marimo._output.md":
             text = static_html(each.text)
             if heading := HEADING.search(text):

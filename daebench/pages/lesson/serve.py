@@ -9,9 +9,9 @@ import webbrowser
 from collections.abc import Iterator
 from contextlib import contextmanager
 
-from daebench.errors import BadInput, unknown
+from daebench.errors import BadInput
 from daebench.pages.lesson.guard import HOST, LINGERS, Address, Guard
-from daebench.pages.lesson.installed import require_marimo
+from daebench.pages.lesson.installed import require_lesson
 from daebench.systems.files.package import folder
 
 LOOKS = 0.5
@@ -35,11 +35,7 @@ def serve(name: str, port: int | None = None, *, browser: bool = True) -> None:
     BadInput
         If there is no such lesson, marimo is not installed, or the port cannot be used.
     """
-    from daebench.methods.catalogue import lessons
-
-    if name not in lessons():
-        raise unknown("lesson", name, lessons())
-    require_marimo()
+    require_lesson(name)
     with listener(port) as bound:
         address = Address(int(bound.getsockname()[1]))
         app = application(name, address)

@@ -1,4 +1,4 @@
-"""Whether a page is up to date: a build stamp beside it has a digest of the code that made it, and one of each of its files."""
+"""Build stamp of a page: a digest of the code that made it, and one of each of its files, by which it is known to be up to date."""
 
 import hashlib
 import json

@@ -1,4 +1,4 @@
-"""What a report asserts: a sentence is tested before it is printed, and one that does not hold ends the report."""
+"""Claims of a report: a sentence is tested before it is printed, and one that does not hold ends the report."""
 
 from typing import Any
 

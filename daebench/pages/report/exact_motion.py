@@ -3,32 +3,23 @@
 from collections.abc import Sequence
 
 import mpmath
-import sympy as sp
 
 from daebench.compiler.definition import Source
 from daebench.errors import BadInput
+from daebench.reference.keep.definition import define
 from daebench.reference.solution import DIGITS as DIGITS
 from daebench.reference.solution import evaluated
 from daebench.runs.ivp import Array
 
 
 def exact_motion(source: Source, case: str, times: Sequence[float]) -> tuple[Array, Array]:
-    """Return the exact positions and momenta of a case at these times, each shape(n, d).
-
-    Raises
-    ------
-    BadInput
-        If the problem has no closed form.
-    """
-    problem = source.derivation.problem
-    if problem.closed_form is None:
+    """Return the exact positions and momenta of a case with a closed form at these times, each shape(n, d)."""
+    definition = define(source.problem, case)
+    if definition.problem.closed_form is None:
         raise BadInput(f"{source.problem} has no closed form.")
-    values = {symbol: sp.nsimplify(value) for symbol, value in problem.parameters.items()}
-    values |= {symbol: problem.cases[case].parameters.get(str(symbol), value) for symbol, value in values.items()}
     with mpmath.workdps(DIGITS):
-        q0, p0 = ([_exact(x, values) for x in part] for part in (problem.cases[case].q, problem.cases[case].p))
-        parameters = {str(symbol): _exact(value, {}) for symbol, value in values.items()}
-    return evaluated(problem.closed_form, times, q0, p0, parameters)
+        q0, p0 = definition.start_numbers()
+        return evaluated(definition.problem.closed_form, times, q0, p0, definition.values())
 
 
 def swing_period(E: float, L: float) -> float:
@@ -49,7 +40,3 @@ def swing_period(E: float, L: float) -> float:
             mpmath.re(z) for z in mpmath.polyroots([2, -2 * E, -2, 2 * E - mpmath.mpf(L) ** 2], maxsteps=200, extraprec=200)
         )
         return float(2 * mpmath.ellipk((z2 - z1) / (z3 - z1)) / mpmath.sqrt((z3 - z1) / 2))
-
-
-def _exact(expression: object, values: dict[sp.Symbol, sp.Expr]) -> mpmath.mpf:
-    return mpmath.mpmathify(sp.N(sp.sympify(expression).subs(values), DIGITS + 10))

@@ -135,9 +135,8 @@ def build_all(out: Path, reports: Sequence[Report], progress: Progress, told: Ca
     whole, over, made = sum(stale.values()) or 1.0, 0.0, []
     for report in reports:
         share = stale.get(report.name, 0.0) / whole
-        made.append(
-            _attempt(report, out, digests[report.name], _part(progress, report.name, over, share)) if share else _fresh(report, out)
-        )
+        fresh = Made(report.name, out / report.name / "index.html", 0.0)
+        made.append(_attempt(report, out, digests[report.name], _part(progress, report.name, over, share)) if share else fresh)
         over += share
         told(made[-1])
         write_index(out, order(out), {each.name: each.failure for each in made if each.failure})
@@ -155,10 +154,6 @@ def expected(report: Report, out: Path) -> float:
 
 def _part(progress: Progress, name: str, over: float, share: float) -> Progress:
     return lambda fraction, doing: progress(over + share * fraction, f"{name}: {doing}")
-
-
-def _fresh(report: Report, out: Path) -> Made:
-    return Made(report.name, out / report.name / "index.html", 0.0)
 
 
 def _attempt(report: Report, out: Path, digest: str, progress: Progress) -> Made:

@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping
 from datetime import UTC, datetime
 from importlib import resources
 from pathlib import Path
-from types import SimpleNamespace
+from types import ModuleType, SimpleNamespace
 from typing import Any, TypeVar
 
 from markupsafe import Markup
@@ -64,6 +64,11 @@ def write_page(template: str, path: Path, command: str, **content: Any) -> Path:
 def headings(body: str) -> list[tuple[str, Markup]]:
     """Return the names and the texts of a page's sections: those of its headings of second order that have a name."""
     return [(name, Markup(text)) for name, text in re.findall(r'<h2[^>]* id="([^"]+)"[^>]*>(.*?)</h2>', body, re.DOTALL)]
+
+
+def constants(*modules: ModuleType) -> SimpleNamespace:
+    """Return the constants of modules, names in capitals, for a template to print."""
+    return SimpleNamespace(**{name: value for module in modules for name, value in vars(module).items() if name.isupper()})
 
 
 MEASURED = 0.92

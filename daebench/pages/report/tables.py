@@ -1,14 +1,22 @@
 """Tables of a page: the first column heads the rows, and a reader can sort them by any column."""
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from markupsafe import Markup, escape
 
+from daebench.pages.report.words import number
+
 if TYPE_CHECKING:
     import pandas as pd
+
+Formats = dict[str, Callable[[Any], Any]]
+"""What makes text of the values of each column, in order."""
+
+Tabulate = Callable[[str], Markup]
+"""Takes a caption to a table as HTML."""
 
 
 def table(
@@ -47,3 +55,25 @@ def order(value: Any) -> Markup:
     if isinstance(value, bool) or not isinstance(value, float | int | np.floating | np.integer):
         return Markup("")
     return Markup(' data-order="{}"').format(repr(float(value)) if math.isfinite(value) else "none")
+
+
+def text(value: Any) -> Any:
+    """Return what is text already."""
+    return value
+
+
+def code(value: str) -> Markup:
+    """Return a scheme's name as HTML."""
+    return Markup("<code>{}</code>").format(value)
+
+
+def tiny(value: float) -> Markup:
+    """Return a residual or defect with two digits, with one where it is round-off."""
+    return number(value, 2 if abs(value) > 1e-13 else 1)
+
+
+def column(cells: Sequence[Markup], frame: "pd.DataFrame") -> "pd.Series[Any]":
+    """Return HTML as a column of a frame; left to itself pandas would make plain text of it."""
+    import pandas as pd
+
+    return pd.Series(list(cells), index=frame.index, dtype=object)

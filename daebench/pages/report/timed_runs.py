@@ -7,14 +7,13 @@ from contextlib import AbstractContextManager
 from dataclasses import replace
 
 from daebench.errors import DaebenchError
+from daebench.pages.report.page import Progress
 from daebench.pages.report.two_processes import two_processes
 from daebench.studies.grid.engine import computed
 from daebench.studies.grid.measure import bare, with_time
 from daebench.studies.grid.run_specification import Cell, code_version
 from daebench.studies.grid.specification_key import key_of
 from daebench.studies.grid.store import Store, StoredRow
-
-Tell = Callable[[float, str], None]
 
 Processes = Callable[[], AbstractContextManager[Executor]]
 
@@ -25,7 +24,7 @@ LOOKED, COMPILED = 0.5, 0.6
 """Parts of the work that are done when all runs are looked at, and when what is timed is compiled."""
 
 
-def make_runs(cells: Iterable[Cell], kept: Store, tell: Tell, processes: Processes = two_processes) -> None:
+def make_runs(cells: Iterable[Cell], kept: Store, tell: Progress, processes: Processes = two_processes) -> None:
     """Put the rows of cells that a store has not there; nothing else runs where time is measured.
 
     A row without its time is kept as well, as that of the same cell with no repetition, so that what is interrupted goes on from there.

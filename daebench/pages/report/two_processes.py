@@ -6,6 +6,7 @@ from concurrent.futures.process import BrokenProcessPool
 from functools import partial
 from typing import Any
 
+from daebench.pages.report.page import Progress
 from daebench.studies.grid.schedulers import cores, local_processes
 
 Job = tuple[Callable[..., Any], tuple[Any, ...]]
@@ -14,7 +15,7 @@ Job = tuple[Callable[..., Any], tuple[Any, ...]]
 two_processes = partial(local_processes, 2)
 
 
-def computed(jobs: Sequence[Job], tell: Callable[[float, str], None], who: str) -> Iterator[tuple[Job, Any]]:
+def computed(jobs: Sequence[Job], tell: Progress, who: str) -> Iterator[tuple[Job, Any]]:
     """Give each job and its result, as they are done.
 
     Parameters

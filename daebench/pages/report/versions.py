@@ -1,4 +1,4 @@
-"""What the numbers of a page come from: Python and the packages, with their versions."""
+"""Versions of Python and of the packages that the numbers of a page come from."""
 
 import platform
 from importlib.metadata import version

@@ -1,4 +1,4 @@
-"""A film: an experiment's pictures, drawn beforehand for some values of its controls, with inputs that turn from one to the other."""
+"""An experiment in a static page: pictures drawn beforehand for the values that it offers, and inputs that show one or the other."""
 
 import itertools
 from collections.abc import Callable, Sequence
@@ -27,10 +27,10 @@ for (const film of document.querySelectorAll(".film")) {
   show();
 }
 """
-"""What turns the pages of all films of a page."""
+"""What shows the frame that the inputs of an experiment choose, of all experiments of a page."""
 
 
-def film(experiment: Experiment, tell: Callable[[float], None]) -> Markup:
+def static_experiment(experiment: Experiment, tell: Callable[[float], None]) -> Markup:
     """Return an experiment as HTML that needs no server: controls, and a frame for each combination of the values that they offer.
 
     Parameters
@@ -40,12 +40,12 @@ def film(experiment: Experiment, tell: Callable[[float], None]) -> Markup:
     tell : callable
         Told the fraction of the frames that are drawn.
     """
-    turned = [each for each in experiment.controls if each.film]
-    choices = list(itertools.product(*(range(len(each.film)) for each in turned)))
-    first = tuple(list(each.film).index(each.default) for each in turned)
+    controls = [each for each in experiment.controls if each.offered]
+    choices = list(itertools.product(*(range(len(each.offered)) for each in controls)))
+    first = tuple(list(each.offered).index(each.default) for each in controls)
     frames = []
     for k, choice in enumerate(choices):
-        values = {each.name: each.film[index] for each, index in zip(turned, choice, strict=True)}
+        values = {each.name: each.offered[index] for each, index in zip(controls, choice, strict=True)}
         frames.append(frame(choice, experiment.show(defaults(experiment.controls) | values)))
         tell((k + 1) / len(choices))
     now = experiment.show(defaults(experiment.controls))
@@ -55,12 +55,12 @@ def film(experiment: Experiment, tell: Callable[[float], None]) -> Markup:
         "</figcaption></figure>"
     ).format(
         experiment.name,
-        Markup("").join(itertools.starmap(partial_knob(experiment.name), zip(turned, first, strict=True))),
+        Markup("").join(knob(experiment.name, *each) for each in zip(controls, first, strict=True)),
         now.says,
         experiment.title,
         now.picture,
         Markup("").join(frames),
-        kept(experiment),
+        fixed(experiment),
         experiment.name,
     )
 
@@ -72,14 +72,10 @@ def frame(choice: Sequence[int], shown: Shown) -> Markup:
     )
 
 
-def partial_knob(name: str) -> Callable[[Control, int], Markup]:
-    """Return what makes the inputs of an experiment of this name."""
-
-    def knob(control: Control, index: int) -> Markup:
-        texts = [control.text(each) for each in control.film]
-        return slider(control, index, texts) if control.is_slider else buttons(f"{name}-{control.name}", control, index, texts)
-
-    return knob
+def knob(name: str, control: Control, index: int) -> Markup:
+    """Return the input of a control of the experiment of this name."""
+    texts = [control.text(each) for each in control.offered]
+    return slider(control, index, texts) if control.is_slider else buttons(f"{name}-{control.name}", control, index, texts)
 
 
 def slider(control: Control, index: int, texts: Sequence[str]) -> Markup:
@@ -99,9 +95,9 @@ def buttons(group: str, control: Control, index: int, texts: Sequence[str]) -> M
     return Markup('<fieldset data-knob="{}"><legend>{}</legend>{}</fieldset>').format(control.name, control.label, Markup("").join(inputs))
 
 
-def kept(experiment: Experiment) -> str:
-    """Return which controls the film does not turn, and what they are there."""
-    still: list[Any] = [each for each in experiment.controls if not each.film]
+def fixed(experiment: Experiment) -> str:
+    """Return which controls the static page does not offer, and what they are there."""
+    still: list[Any] = [each for each in experiment.controls if not each.offered]
     if not still:
         return "All controls of the live lesson are here."
     return "Fixed here, free in the live lesson: " + ", ".join(f"{each.label} {each.text(each.default)}" for each in still) + "."

@@ -1,0 +1,72 @@
+"""The runs of the lesson on extremes: a mechanism that locks, a stiff spring, a long sum, and two pendulums that start almost alike."""
+
+from functools import cache
+
+import numpy as np
+
+from daebench.diagnostics.integrals import energy_error
+from daebench.methods.initial_value_problem import initial_value_problem
+from daebench.methods.names import parse
+from daebench.pages.lesson.control import Values
+from daebench.runs.ivp import Array
+from daebench.runs.request import Request
+from daebench.runs.trajectory import Trajectory
+
+T_END = 3.0
+"""End of the runs of the mechanism and of the spring, s."""
+
+SHOWN, PARTED = 400, 0.1
+"""States of a long sum that are drawn, and the distance, m, from which on pendulums have parted."""
+
+
+@cache
+def locked(scheme: str, rod: float, h: float) -> tuple[Trajectory, Array, Array]:
+    """Return a run of the slider-crank, its energy error, and the smaller singular value of G in parts of the larger one."""
+    ivp = initial_value_problem("slider_crank", "turning", {"rod": rod})
+    found = parse(scheme).solve(ivp, Request(value=h, t_end=T_END, every=1, watch=()))
+    singular = np.linalg.svd(ivp.along("G", found.q), compute_uv=False)
+    return found, energy_error(ivp, found), singular[:, -1] / singular[:, 0]
+
+
+@cache
+def penalised(scheme: str, eps: float, h: float) -> tuple[Trajectory, Array, Array]:
+    """Return a run of the penalised system, its distance from the constrained motion, and |g|; what is not finite is left out."""
+    ivp = initial_value_problem("spherical_pendulum", "fig1.2")
+    request = Request(value=h, t_end=T_END, every=1, watch=())
+    reference = parse("lobatto3").solve(ivp, request)
+    found = parse(scheme, {"eps": eps}).solve(ivp, request)
+    n = min(len(found.t), len(reference.t))
+    away = np.linalg.norm(found.q[:n] - reference.q[:n], axis=1)
+    return found, away, np.abs(ivp.along("g", found.q[:n])).ravel()
+
+
+@cache
+def summed(compensated: bool, h: float, steps: int) -> tuple[Array, Array]:
+    """Return times and the error of the angular momentum about the vertical, which RATTLE keeps but for rounding."""
+    ivp = initial_value_problem("spherical_pendulum", "fig1.1")
+    request = Request(value=h, steps=steps, every=max(1, steps // SHOWN), watch=())
+    found = parse("rattle", compensated=compensated).solve(ivp, request)
+    L3 = found.q[:, 0] * found.p[:, 1] - found.q[:, 1] * found.p[:, 0]
+    return found.t, L3 - L3[0]
+
+
+@cache
+def released(scheme: str, delta: float, h: float, t_end: float) -> tuple[Trajectory, Array]:
+    """Return the run of a double pendulum released delta rad below the horizontal, and its energy error."""
+    c, s = float(np.cos(delta)), float(np.sin(delta))
+    ivp = initial_value_problem("double_pendulum", "horizontal", q0=(c, -s, 2 * c, -2 * s), p0=(0.0,) * 4)
+    found = parse(scheme).solve(ivp, Request(value=h, t_end=t_end, every=max(1, round(t_end / h / 2000)), watch=()))
+    return found, energy_error(ivp, found)
+
+
+def apart(values: Values) -> tuple[Array, Array, Array]:
+    """Return times, the distance of the lower points of both pendulums, and the energy error of the first."""
+    (one, energy), (other, _) = (released(values["scheme"], delta, values["h"], values["t_end"]) for delta in (0.0, values["delta"]))
+    n = min(len(one.t), len(other.t))
+    return one.t[:n], np.linalg.norm(one.q[:n, 2:] - other.q[:n, 2:], axis=1), energy[:n]
+
+
+def parted(t: Array, distance: Array) -> float:
+    """Return when the distance first is as large as a tenth of an arm; NaN if it never is."""
+    large = np.flatnonzero(distance > PARTED)
+    return float(t[large[0]]) if len(large) else float("nan")
