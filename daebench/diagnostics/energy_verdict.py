@@ -3,14 +3,11 @@
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from daebench.diagnostics.energy import Drift, energy_drift
 from daebench.diagnostics.integrals import energy_error
-from daebench.runs.ivp import InitialValueProblem
+from daebench.runs.ivp import Array, InitialValueProblem
 from daebench.runs.trajectory import PoissonTrajectory, Trajectory
-
-Array = NDArray[np.float64]
 
 LOST = 1.0
 """Energy error, in parts of the mean kinetic energy, above which a motion is lost."""

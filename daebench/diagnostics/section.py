@@ -3,14 +3,12 @@
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from daebench.diagnostics.energy import Drift, energy_drift
 from daebench.errors import BadInput
-from daebench.runs.ivp import PoissonIvp
+from daebench.runs.ivp import Array, PoissonIvp
 from daebench.runs.trajectory import PoissonTrajectory
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
