@@ -4,7 +4,7 @@ What is claimed to hold exactly is measured to be zero but for rounding; the bou
 :mod:`daebench.studies.claims.bench`.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
@@ -24,7 +24,7 @@ from daebench.studies.claims.constrained import ConstrainedBench
 from daebench.studies.claims.poisson import PoissonBench
 from daebench.studies.measurable import PoissonScheme, measured, order_of
 from daebench.studies.orders.series import Series
-from daebench.studies.orders.study import study
+from daebench.studies.orders.study import Began, study
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -40,9 +40,6 @@ MOST_STATES = 1000
 
 NO_CLAIMS = "and makes no claims to check"
 """What is said of a method that is no fixed-step method."""
-
-Progress = Callable[[float, str], None]
-"""Told the fraction done and what is being done."""
 
 
 def check(
@@ -103,7 +100,7 @@ def check_claims(
     h: float | None = None,
     steps: int = STEPS,
     halvings: int | None = None,
-    progress: Progress | None = None,
+    progress: Began | None = None,
 ) -> list[Finding]:
     """Return what a method claims on an initial value problem, and what is measured: the rows of :func:`check`, which has the errors.
 
@@ -154,7 +151,7 @@ def default_step(ivp: Ivp) -> float:
 
 
 def order_finding(
-    ivp: Ivp, method: FixedStep | PoissonScheme, *, halvings: int | None = None, began: Progress | None = None
+    ivp: Ivp, method: FixedStep | PoissonScheme, *, halvings: int | None = None, began: Began | None = None
 ) -> tuple[Finding, tuple[Series, ...]]:
     """Return the finding on the order of q and p, or y, and what the study found that it is read off.
 

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from daebench.diagnostics.branch import largest_jump
 from daebench.diagnostics.energy_verdict import energy_scales, energy_verdict, size
-from daebench.diagnostics.integrals import integral_errors
+from daebench.diagnostics.integrals import energy_error, integral_errors, states_of
 from daebench.errors import BadInput, unknown
 from daebench.reference.keep.dense_evaluation import At, states_at
 from daebench.reference.motion import OwnRun
@@ -60,7 +60,7 @@ class Measured:
     @property
     def states(self) -> tuple[Array, ...]:
         """States at the outputs: p and q, or y."""
-        return (self.run.y,) if isinstance(self.run, PoissonTrajectory) else (self.run.p, self.run.q)
+        return states_of(self.run)
 
     @cached_property
     def compared(self) -> NDArray[np.bool_]:
@@ -174,8 +174,7 @@ def _rates(ivp: Ivp, *states: Array) -> Array:
 
 def _energy(found: Measured) -> Columns:
     drift, scales = energy_verdict(found.ivp, found.run), energy_scales(found.ivp, found.run)
-    H = np.asarray(found.ivp.along("H", *found.states), dtype=float)
-    worst = float(found.run.maxima.get("energy", np.max(np.abs(H - H[0]))))
+    worst = float(found.run.maxima.get("energy", np.max(np.abs(energy_error(found.ivp, found.run)))))
     told: dict[str, float | str] = {"energy_error": worst, "energy_size": size(worst, scales), "energy_scale": _energy_scale(found)}
     told |= {"energy_verdict": drift.verdict, "energy_law": drift.words, "energy_change_bound": drift.change_bound}
     return {**told, "energy_slope": drift.slope, "growth": drift.exponent}
