@@ -8,9 +8,9 @@ from dataclasses import replace
 
 from daebench.errors import DaebenchError
 from daebench.pages.report.two_processes import two_processes
-from daebench.studies.grid.engine import computed
 from daebench.studies.grid.measure import bare, with_time
 from daebench.studies.grid.run_specification import Cell, code_version
+from daebench.studies.grid.runs import computed
 from daebench.studies.grid.specification_key import key_of
 from daebench.studies.grid.store import Store, StoredRow
 

@@ -28,8 +28,8 @@ from daebench.runs import provenance
 from daebench.runs.files import atomic
 from daebench.runs.machine import machine
 from daebench.studies.grid import archive_figure, export
+from daebench.studies.grid.against import reference_of
 from daebench.studies.grid.metrics import METRICS
-from daebench.studies.grid.references import reference_of
 from daebench.studies.grid.run_specification import Cell, code_version
 from daebench.studies.grid.specification_key import key_of
 from daebench.studies.grid.store import Store, StoredRow, as_json

@@ -105,9 +105,7 @@ def read(path: Path) -> Archive:
         _require_whole(manifest["files"], files)
         rows = tuple(map(of_json, files[ROWS].decode().splitlines()))
         _require_plain(path, manifest["own"], rows, files)
-    except (OSError, EOFError, ValueError, KeyError, TypeError, AttributeError) as error:
-        raise BadInput(f"{path}: {OTHER}: {_short(error)}; get it again from where it came.") from error
-    except (zipfile.BadZipFile, zlib.error, NotImplementedError, RuntimeError, RecursionError) as error:
+    except (OSError, EOFError, ValueError, KeyError, TypeError, AttributeError, RuntimeError, zipfile.BadZipFile, zlib.error) as error:
         raise BadInput(f"{path}: {OTHER}: {_short(error)}; get it again from where it came.") from error
     return Archive(manifest, rows, files)
 

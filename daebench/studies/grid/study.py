@@ -12,14 +12,12 @@ from daebench.methods.names import free_numbers, methods_of
 from daebench.runs.ivp import Ivp
 from daebench.studies.grid.metrics import metrics_of
 from daebench.studies.grid.run_specification import OUTPUTS, Cell
-from daebench.studies.grid.runs import runs_of
+from daebench.studies.grid.runs import Tell, runs_of
 from daebench.studies.grid.specification_key import key_of, require_possible
 from daebench.studies.grid.store import Store
 
 if TYPE_CHECKING:
     import pandas as pd
-
-    from daebench.studies.grid.engine import Tell
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -165,7 +163,7 @@ class Study:
             raise BadInput(f"{method} needs values of {resolution}; give values={{{resolution!r}: [...]}}.")
         return [positive(resolution, value) for value in values]
 
-    def table(self, store: Store, *, executor: Executor | None = None, tell: "Tell | None" = None) -> "pd.DataFrame":
+    def table(self, store: Store, *, executor: Executor | None = None, tell: Tell | None = None) -> "pd.DataFrame":
         """Return one row a run, those that the store has taken from there; the others are computed and put there.
 
         Parameters
