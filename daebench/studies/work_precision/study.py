@@ -82,7 +82,6 @@ def standard(
     tol: Sequence[float] | None = None,
     t_end: float | None = None,
     parameters: Mapping[str, float] | None = None,
-    metrics: Sequence[str] | None = None,
     repeat: int = REPEAT,
     beside: bool = False,
     also: Sequence[str] = (),
@@ -121,7 +120,7 @@ def standard(
         "values": {resolution: values[resolution] for resolution in resolutions},
         "parameters": {name: [x] for name, x in (parameters or {}).items()},
     }
-    measured: dict[str, Any] = {"metrics": [*(metrics or usual), *also], "outputs": SAMPLES}
+    measured: dict[str, Any] = {"metrics": [*usual, *also], "outputs": SAMPLES}
     return Study(**runs, **measured, repeat=repeat, calls=CALLS, beside=beside), left_out
 
 
