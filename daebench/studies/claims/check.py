@@ -104,25 +104,10 @@ def check_claims(
 ) -> list[Finding]:
     """Return what a method claims on an initial value problem, and what is measured: the rows of :func:`check`, which has the errors.
 
-    Parameters
-    ----------
-    ivp : InitialValueProblem
-        A problem with consistent initial values.
-    method : Method
-        A fixed-step method.
-    h, steps
-        As for :func:`check`; the defects are those of at most 10 steps.
-    halvings : int, optional
-        As for :func:`daebench.studies.orders.study.study`.
-    progress : callable, optional
-        Told the fraction done and what is being done.
-
-    Returns
-    -------
-    list of Finding
-        Order, symmetry, symplecticity, in the problem's chart too where it declares one, both constraints, energy, and each first
-        integral that the problem declares; of a Poisson system order, symmetry, whether it is a Poisson map, energy, each Casimir
-        function and each first integral.
+    They are order, symmetry, symplecticity, in the problem's chart too where it declares one, both constraints, energy, and each first
+    integral that the problem declares; of a Poisson system order, symmetry, whether it is a Poisson map, energy, each Casimir function and
+    each first integral. ``h`` and ``steps`` are as for :func:`check`, the others as for :func:`daebench.studies.orders.study.study`;
+    defects are those of at most 10 steps.
     """
     told = progress or (lambda fraction, label: None)
     fixed = measured(method, ivp, NO_CLAIMS)
@@ -155,12 +140,8 @@ def order_finding(
 ) -> tuple[Finding, tuple[Series, ...]]:
     """Return the finding on the order of q and p, or y, and what the study found that it is read off.
 
-    The order is that of the worse one; one that is round-off throughout counts for nothing.
-
-    Parameters
-    ----------
-    ivp, method, halvings, began
-        As for :func:`daebench.studies.orders.study.study`, with one fixed-step method that takes the problem.
+    The order is that of the worse one; one that is round-off throughout counts for nothing. Arguments are those of
+    :func:`daebench.studies.orders.study.study`, with one fixed-step method that takes the problem.
     """
     claimed, missing = order_of(method), float("nan")
     if isinstance(method, FixedStep) and method.form == "stiff":

@@ -99,17 +99,7 @@ def compare(
 
 
 def table_of(ivp: Ivp, methods: Sequence[Any], runs: Sequence[Any], t_end: float) -> pd.DataFrame:
-    """Return one row a run of a comparison, see :func:`compare`; where it was ended, there are fewer runs than methods.
-
-    Parameters
-    ----------
-    ivp : InitialValueProblem
-        The problem with the numbers of a case.
-    methods, runs : sequence
-        The methods, and what :func:`trajectories` gave.
-    t_end : float
-        End time that was asked for, s.
-    """
+    """Return one row a run of a comparison to ``t_end``, see :func:`compare`; where it was ended, there are fewer runs than methods."""
     errors = position_errors(ivp, methods[: len(runs)], runs)
     return pd.DataFrame(
         [

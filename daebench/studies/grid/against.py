@@ -22,13 +22,7 @@ LONGEST = 10.0
 
 
 def reference_of(problem: str, case: str) -> Reference:
-    """Return the certified reference of a problem's case.
-
-    Raises
-    ------
-    BadInput, Damaged
-        As :func:`daebench.reference.keep.store.find`.
-    """
+    """Return the certified reference of a problem's case; errors are those of :func:`daebench.reference.keep.store.find`."""
     return _certified_case(store.find, problem, case)
 
 
@@ -43,24 +37,12 @@ def certified_of(cell: Cell) -> Reference | None:
 
 
 def own_of(cell: Cell, times: Array) -> OwnRun:
-    """Return a finer run at these times, see :func:`daebench.reference.motion.own_run`.
-
-    Raises
-    ------
-    RunFailed
-        If there is none.
-    """
+    """Return a finer run at these times, see :func:`daebench.reference.motion.own_run`, which raises RunFailed if there is none."""
     return _own(cell.problem, cell.case, cell.parameters, cell.on_singular, np.ascontiguousarray(times, dtype=float).tobytes())
 
 
 def require_reference(cell: Cell, what: str) -> None:
-    """Accept a run that errors can be taken of.
-
-    Raises
-    ------
-    BadInput
-        If it has no certified reference, and a finer run is not possible.
-    """
+    """Accept a run that errors can be taken of; raise BadInput if it has no certified reference, and a finer run is not possible."""
     if certified_of(cell):
         return
     try:

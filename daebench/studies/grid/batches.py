@@ -79,19 +79,9 @@ def _done(running: Iterable[Future[Batch]], executor: Executor) -> set[Future[Ba
 
 
 def rows_of(batch: Sequence[Entry], made_by: str) -> Batch:
-    """Return the rows of a batch.
+    """Return the rows of cells by their keys; raise BadInput if this process would make them with something else than the keys say.
 
-    Parameters
-    ----------
-    batch : sequence of (str, Cell)
-        Cells by their keys.
-    made_by : str
-        What those keys say makes the rows, see :func:`daebench.studies.grid.run_specification.code_version`.
-
-    Raises
-    ------
-    BadInput
-        If this process would make them with something else.
+    ``made_by`` is the :func:`daebench.studies.grid.run_specification.code_version` of the process that made the keys.
     """
     if code_version() != made_by:
         raise BadInput(f"{_host()} has another version of daebench, numba or another library than the study; install the same there.")

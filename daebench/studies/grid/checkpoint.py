@@ -101,13 +101,7 @@ def save(path: Path, who: dict[str, Any], stream: Stream) -> None:
 
 
 def load(path: Path, who: dict[str, Any]) -> Checkpoint:
-    """Return a run as it was left.
-
-    Raises
-    ------
-    BadInput
-        If the file is damaged or something else, or is of another run, another definition, or other versions.
-    """
+    """Return a run as it was left; raise BadInput if the file is damaged, or is of another run, another definition, or other versions."""
     try:
         whole = path.read_bytes()
         content, seal = whole[:-SEAL], whole[-SEAL:]

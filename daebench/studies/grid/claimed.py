@@ -23,13 +23,6 @@ def claimed(ivp: Ivp, method: Any) -> frozenset[str]:
     Energy without drift is claimed by a method that is symplectic on the manifold, or a Poisson integrator, or that conserves H. A method
     that is symmetric alone and stays on the manifold claims it on a motion that is its own reverse: that begins at rest, so that
     x(-t) is x(t) with p reversed. Methods that choose their own steps claim nothing.
-
-    Parameters
-    ----------
-    ivp : InitialValueProblem
-        The problem with the numbers of a case.
-    method : Method
-        The method.
     """
     if method.knob != "h":
         return frozenset()
@@ -65,10 +58,7 @@ def own_reverse(ivp: ConstrainedIvp) -> bool:
 def claims_of(table: "pd.DataFrame") -> dict[str, frozenset[str]]:
     """Return what the methods of a study's table claim on all of its cases, by name; one that daebench does not know claims nothing.
 
-    Parameters
-    ----------
-    table : DataFrame
-        With columns problem, case and method; the claims do not depend on values of parameters.
+    The claims do not depend on values of parameters.
     """
     found: dict[str, frozenset[str]] = {}
     for (problem, case), rows in table.groupby(["problem", "case"], sort=False):

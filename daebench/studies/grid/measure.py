@@ -34,14 +34,10 @@ def row_of(cell: Cell) -> Row:
 def looked_at(cell: Cell) -> Row:
     """Return the row of a cell without its time: names, numbers asked for, work, and why it failed where it did.
 
-    A run that failed, took no step, or was looked at twice has NaN where numbers would be, and says why: a row is never left out.
+    A run that failed, took no step, or was looked at twice has NaN where numbers would be, and says why: a row is never left out. Ctrl-C
+    leaves none: what somebody did not wait for is no failure of the method.
 
     The work of a tolerance-driven run is that of the run that is looked at, in which some methods evaluate more for each output.
-
-    Raises
-    ------
-    KeyboardInterrupt
-        If Ctrl-C ends the run: what somebody did not wait for is no failure of the method, and no row.
     """
     row: Row = {
         "problem": cell.problem,

@@ -276,13 +276,7 @@ METRICS: Mapping[str, Metric] = {
 
 
 def metrics_of(names: Sequence[str]) -> list[Metric]:
-    """Return metrics by their names.
-
-    Raises
-    ------
-    BadInput
-        If a name is unknown, or there are none.
-    """
+    """Return metrics by their names; raise BadInput if a name is unknown, or there are none."""
     if not names:
         raise BadInput(f"a study measures something; name some of {', '.join(METRICS)}.")
     for name in names:

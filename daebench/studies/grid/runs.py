@@ -35,16 +35,7 @@ def runs_of(store: Store, *, executor: Executor | None = None, tell: Tell | None
 def computed(cells: Sequence[Cell], store: Store, *, executor: Executor | None = None, tell: Tell | None = None) -> dict[str, Row]:
     """Return the row of every cell, by its key; those that the store has not are computed and put there.
 
-    Parameters
-    ----------
-    cells : sequence of Cell
-        What is wanted.
-    store : Store
-        Where rows are kept.
-    executor : Executor, optional
-        What computes them; without one they are computed in this process, one after the other.
-    tell : callable, optional
-        Told of progress.
+    Without an executor they are computed in this process, one after the other.
     """
     wanted = {key_of(cell): cell for cell in cells}
     found: dict[str, Row] = {}

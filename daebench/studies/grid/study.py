@@ -197,13 +197,7 @@ def _one_a_method(cells: Sequence[Cell]) -> Iterable[Cell]:
 
 
 def computed_in(precision: str) -> dict[str, Any]:
-    """Return the fields of a cell for one of the words that ``precisions`` of a study has.
-
-    Raises
-    ------
-    BadInput
-        If it is none of them.
-    """
+    """Return the fields of a cell for one of the words that ``precisions`` of a study has; raise BadInput for any other."""
     fixed: dict[str, dict[str, Any]] = {"float64": {}, "float32": {"precision": "float32"}, "compensated": {"compensated": True}}
     if precision in fixed:
         return fixed[precision]

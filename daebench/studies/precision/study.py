@@ -45,10 +45,7 @@ def cells_of(
 ) -> tuple[list[tuple[str, Cell]], dict[str, str]]:
     """Return every way to compute with its run, and why some are left out.
 
-    Raises
-    ------
-    BadInput
-        If a way or a method is unknown, no method has fixed steps, no way can be run, or the reference ends before the runs.
+    BadInput is raised if a way or a method is unknown, no method has fixed steps, no way can be run, or the reference ends before the runs.
     """
     if asked.reference and asked.end > asked.reference.horizon:
         raise BadInput(f"{uncertified(asked)}; take a smaller t_end.")

@@ -90,23 +90,8 @@ def draw(out: Path, table: "pd.DataFrame", error: str, label: str, *, stem: str 
     sign, its modulus is drawn. The part of the time that a solver spends in Python callbacks, which is not its own, is a line that leads
     back from each of its points to what it would take without.
 
-    Parameters
-    ----------
-    out : Path
-        Folder.
-    table : DataFrame
-        As :func:`daebench.studies.work_precision.study.with_costs` gives it.
-    error : str
-        Column that is drawn.
-    label : str
-        What it is.
-    stem : str, optional
-        Name of the files.
-
-    Raises
-    ------
-    DaebenchError
-        If there is nothing to draw, see :func:`nothing_of`.
+    The table is that of :func:`daebench.studies.work_precision.study.with_costs`. DaebenchError is raised if there is nothing to draw, see
+    :func:`nothing_of`.
     """
     if why := nothing_of(table, error):
         raise DaebenchError(f"there is nothing of {error} to draw: {why}.")

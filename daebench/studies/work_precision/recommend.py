@@ -90,22 +90,10 @@ def _agreed(table: "pd.DataFrame", found: "pd.Series[bool]") -> "pd.Series[bool]
 def recommended(table: "pd.DataFrame", error: str, cost: str, levels: Sequence[float]) -> "pd.DataFrame":
     """Return for each accuracy, and each thing that is to be conserved, the cheapest run that does both, and the next best method.
 
-    Parameters
-    ----------
-    table : DataFrame
-        As :func:`with_conserved` gives it.
-    error, cost : str
-        Columns.
-    levels : sequence of float
-        Accuracies.
-
-    Returns
-    -------
-    DataFrame
-        Columns level, conserve, method, knob, value, cost, error, price, next, ratio; one row each of level and conserve. Cost and error
-        are those of the run with this value; price is the cost of the accuracy itself, between runs, and ratio by how much the next
-        method is dearer there, see :func:`daebench.studies.work_precision.study.cheapest`. Where no run does both, method is "" and numbers
-        are NaN.
+    The table is that of :func:`with_conserved`; columns are level, conserve, method, knob, value, cost, error, price, next, ratio; one row
+    each of level and conserve. Cost and error are those of the run with this value; price is the cost of the accuracy itself, between
+    runs, and ratio by how much the next method is dearer there, see :func:`daebench.studies.work_precision.study.cheapest`. Where no run
+    does both, method is "" and numbers are NaN.
     """
     import pandas as pd
 

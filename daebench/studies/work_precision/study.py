@@ -92,12 +92,7 @@ def standard(
 
     Errors are taken against the certified reference where it is of these parameters and reaches the end, else against a finer run. Step
     sizes are the distance of its times, halved and halved again, so that errors are taken at stored times; those of a finer run are
-    the end over :data:`daebench.studies.grid.run_specification.OUTPUTS`.
-
-    Raises
-    ------
-    BadInput
-        If values are of no use.
+    the end over :data:`daebench.studies.grid.run_specification.OUTPUTS`. BadInput is raised for values that are of no use.
     """
     ivp = initial_value_problem(problem, case, parameters)
     poisson = isinstance(ivp, PoissonIvp)
@@ -165,21 +160,8 @@ def cheapest(table: "pd.DataFrame", error: str, cost: str, levels: Sequence[floa
     """Return which method is cheapest for each accuracy, what it costs, and by how much the next one is dearer.
 
     Between two runs of a method, one above an accuracy and one below it, log cost is taken as linear in log error. Errors below their
-    bound are unknown, and count as their bound.
-
-    Parameters
-    ----------
-    table : DataFrame
-        As :meth:`Study.table` gives it.
-    error, cost : str
-        Columns.
-    levels : sequence of float
-        Accuracies.
-
-    Returns
-    -------
-    DataFrame
-        Columns level, method, value, cost, next, ratio; a level that no method reaches has no row.
+    bound are unknown, and count as their bound. Columns are level, method, value, cost, next, ratio; a level that no method reaches has no
+    row.
     """
     import pandas as pd
 
