@@ -63,7 +63,7 @@ def held(ivp: Ivp, tell: Callable[[str], None] = lambda what: None) -> list[Held
 
     Parameters
     ----------
-    setting : Ivp
+    ivp : Ivp
         The case.
     tell : callable
         Told what is being checked, before it is.
@@ -85,7 +85,7 @@ def held(ivp: Ivp, tell: Callable[[str], None] = lambda what: None) -> list[Held
 
 
 def require_sound(ivp: Ivp) -> None:
-    """Accept a problem of which nothing is wrong at the case of a setting, but for what is left to runs; this is remembered in the cache.
+    """Accept a case of a problem of which nothing is wrong, but for what is left to runs; this is remembered in the cache.
 
     Raises
     ------

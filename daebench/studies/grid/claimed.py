@@ -8,7 +8,7 @@ from daebench.errors import BadInput
 from daebench.methods.fixed_step.constrained import FixedStep
 from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.methods.names import methods_of
-from daebench.runs.ivp import ConstrainedIvp, Ivp, PoissonIvp
+from daebench.runs.ivp import Ivp, PoissonIvp
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -31,7 +31,7 @@ def claimed(ivp: Ivp, method: Any) -> frozenset[str]:
     assert isinstance(method, FixedStep)
     claims = method.claims
     symplectic = claims.symplectic and claims.on_manifold
-    reversed_too = claims.symmetric and claims.on_manifold and own_reverse(ivp)
+    reversed_too = claims.symmetric and claims.on_manifold and not np.any(ivp.p0)
     claim = {
         "energy": symplectic or claims.conserves_energy or reversed_too,
         "constraints": claims.on_manifold,
@@ -48,11 +48,6 @@ def _on_poisson(ivp: PoissonIvp, method: Any) -> frozenset[str]:
         "two_form": method.is_poisson(ivp),
     }
     return frozenset(name for name, made in claim.items() if made)
-
-
-def own_reverse(ivp: ConstrainedIvp) -> bool:
-    """Return whether a motion begins at rest, and so is its own reverse."""
-    return not np.any(ivp.p0)
 
 
 def claims_of(table: "pd.DataFrame") -> dict[str, frozenset[str]]:

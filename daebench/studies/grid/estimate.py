@@ -1,12 +1,12 @@
 """About how long the cells of a study will take: as long as those like them took, or what is usual, and the compilation before."""
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 from daebench.runs.ivp import PoissonIvp
 from daebench.studies.grid.run_specification import Cell, code_version
-from daebench.studies.grid.store import Store, StoredRow
+from daebench.studies.grid.store import Store
 
 STEP_SECONDS = 1e-6
 """What a fixed step usually costs: between 1e-7 for RATTLE on a pendulum and 1e-5 for long compositions on large problems."""
@@ -66,7 +66,9 @@ def estimate(cells: Sequence[Cell], store: Store) -> Estimate:
     kept: dict[tuple[str, str], list[Cell]] = {}
     took: dict[Cell, float] = {}
     compiled: set[Cell] = set()
-    for each in _whole(store.all()):
+    for each in store.all():
+        if each.row.get("failure"):
+            continue  # one that failed soon tells nothing of another that does not
         cell = Cell.of_plain(each.cell)
         if each.maker == code_version():
             compiled.add(_kind(cell))
@@ -114,11 +116,6 @@ def _nearest(cell: Cell, resolution: str, others: Sequence[Cell]) -> Sequence[Ce
     distances = [abs(math.log(other.value / cell.value)) for other in others]
     least = min(distances)
     return [other for other, distance in zip(others, distances, strict=True) if distance == least]
-
-
-def _whole(rows: Iterable[StoredRow]) -> Iterable[StoredRow]:
-    """Give those that came to their end: one that failed soon tells nothing of another that does not."""
-    return (each for each in rows if not each.row.get("failure"))
 
 
 def _work(cell: Cell, resolution: str) -> float:

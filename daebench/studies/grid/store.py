@@ -62,7 +62,7 @@ class StoredRow:
         Fields of the cell, as :meth:`daebench.studies.grid.run_specification.Cell.plain` gives them.
     row : mapping
         What was computed, by column.
-    code_version : str
+    maker : str
         Hash of daebench's own source and of the versions of the packages that made it.
     took : float
         How long it took, s.
@@ -175,7 +175,7 @@ class Store:
         Parameters
         ----------
         key : str
-            As ``cell_key.key_of`` gives it.
+            As :func:`daebench.studies.grid.specification_key.key_of` gives it.
         """
         found = self._base.execute("SELECT row FROM rows WHERE key = ?", (key,)).fetchone()
         return None if found is None else _read(found[0])

@@ -110,7 +110,7 @@ class Ensemble:
         If Ctrl-C or SIGTERM comes, KeyboardInterrupt is raised with everything so far in the checkpoints.
         """
         kept = self.kept()
-        left = {k: spec for k, spec in enumerate(self.specs) if k not in kept or _goes_on(kept[k], self.steps)}
+        left = {k: spec for k, spec in enumerate(self.specs) if k not in kept or (not kept[k].failure and kept[k].done < self.steps)}
         if workers > 1 and len(left) > 1:
             self._beside(left, min(workers, len(left)), tell)
             return
@@ -137,10 +137,6 @@ class Ensemble:
             ended, running = wait(running, timeout=GLANCE)
             tell(self.done())
             yield from ended
-
-
-def _goes_on(kept: Checkpoint, steps: int) -> bool:
-    return not kept.failure and kept.done < steps
 
 
 def run_member(spec: LongRun, steps: int, path: Path, tell: Tell | None = None) -> None:

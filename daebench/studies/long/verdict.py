@@ -15,13 +15,10 @@ def sentence(found: Walk | Drift | None, share: Share) -> str:
     There are two standard errors on either side of each number; slopes are in units of H a second.
     """
     if share.begun and share.failed == share.begun:
-        return "undetermined: every member stopped early." if share.begun == share.asked else _all_begun_failed(share)
+        begun = f"{share.begun} of {share.asked} members have begun, and every one of them"
+        return f"undetermined: {'every member' if share.begun == share.asked else begun} stopped early."
     parts = [_verdict(found, share), *([] if share.whole else [_told(share)])]
     return " ".join(part for part in parts if part)
-
-
-def _all_begun_failed(share: Share) -> str:
-    return f"undetermined: {share.begun} of {share.asked} members have begun, and every one of them stopped early."
 
 
 def _verdict(found: Walk | Drift | None, share: Share) -> str:

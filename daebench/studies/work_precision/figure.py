@@ -12,7 +12,7 @@ from daebench.errors import DaebenchError
 from daebench.studies.grid.against import OWN
 from daebench.studies.grid.claimed import claims_of
 from daebench.studies.grid.rows import by_method
-from daebench.studies.work_precision.study import front
+from daebench.studies.work_precision.study import bound_of, front
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -60,19 +60,13 @@ def nothing_of(table: "pd.DataFrame", error: str) -> str:
 def _known(table: "pd.DataFrame", error: str) -> "pd.DataFrame":
     """Return the runs whose error is known, each above its own bound, with moduli."""
     done = table[table["failure"] == ""]
-    runs, bound = done.assign(**{error: done[error].abs()}), _bound(done, error)
+    runs, bound = done.assign(**{error: done[error].abs()}), bound_of(done, error)
     return runs[runs[error] > (runs[bound] if bound else 0.0)]
-
-
-def _bound(table: "pd.DataFrame", error: str) -> str:
-    """Return the column of the bounds of an error; "" if it has none."""
-    bound = error.replace("error_", "bound_")
-    return bound if bound != error and bound in table else ""
 
 
 def _floor(table: "pd.DataFrame", error: str) -> float:
     """Return the largest bound of an error, 0 if it has none."""
-    bound = _bound(table, error)
+    bound = bound_of(table, error)
     return float(table[bound].max()) if bound else 0.0
 
 

@@ -58,7 +58,8 @@ def with_conserved(table: "pd.DataFrame", defects: Mapping[str, float], claims: 
     if {"g", "Gv"} <= set(table.columns):
         found["constraints"] = done & (table[["g", "Gv"]].max(axis=1, skipna=False) <= ROUND_OFF)
     if "casimirs" in table and table["casimirs"].notna().any():
-        found["casimirs"] = done & (table["casimirs"] <= _rounding(table))
+        added_up = (EPS * table["steps"]).clip(lower=ROUND_OFF)  # one rounding a step of a number of the size of one
+        found["casimirs"] = done & (table["casimirs"] <= added_up)
     for name in set(found) - {"nothing"}:
         found[name] = _agreed(table, found[name])
     found["two_form"] = done & (table["method"].map(defects) <= ROUND_OFF)
@@ -67,11 +68,6 @@ def with_conserved(table: "pd.DataFrame", defects: Mapping[str, float], claims: 
     for name in set(found) - {"nothing"}:
         found[name] = found[name] & claiming[name]
     return table.assign(**parts, **{f"keeps_{name}": found[name] for name in CONSERVED if name in found})
-
-
-def _rounding(table: "pd.DataFrame") -> "pd.Series[float]":
-    """Return what one rounding a step of a number of the size of one can add up to, at most."""
-    return (EPS * table["steps"]).clip(lower=ROUND_OFF)
 
 
 def _agreed(table: "pd.DataFrame", found: "pd.Series[bool]") -> "pd.Series[bool]":

@@ -133,11 +133,16 @@ def with_costs(table: "pd.DataFrame") -> "pd.DataFrame":
     return table.assign(evaluations=(table[counts] * weights).sum(axis=1, min_count=1), own_seconds=own)
 
 
+def bound_of(table: "pd.DataFrame", error: str) -> str:
+    """Return the column of the bounds of an error; "" if it has none."""
+    bound = error.replace("error_", "bound_")
+    return bound if bound != error and bound in table else ""
+
+
 def at_least(runs: "pd.DataFrame", error: str) -> "pd.Series[float]":
     """Return the moduli of errors of runs, and where one is below the bound of what it is taken against, that bound: less is not known."""
-    bound = error.replace("error_", "bound_")
-    errors = runs[error].abs()
-    return errors.where((errors >= runs[bound]) | errors.isna(), runs[bound]) if bound != error and bound in runs else errors
+    errors, bound = runs[error].abs(), bound_of(runs, error)
+    return errors.where((errors >= runs[bound]) | errors.isna(), runs[bound]) if bound else errors
 
 
 def front(table: "pd.DataFrame", error: str, cost: str) -> "pd.DataFrame":
