@@ -5,7 +5,6 @@ import platform
 from collections.abc import Mapping
 from dataclasses import dataclass, fields, replace
 from functools import cache, lru_cache
-from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
 
@@ -18,6 +17,7 @@ from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.methods.names import method_of
 from daebench.methods.run import singular_as
 from daebench.runs.ivp import Ivp
+from daebench.runs.provenance import versions
 from daebench.runs.request import Request, WorkLimit
 from daebench.schemes.kernels.language import ROUNDINGS
 from daebench.systems.files import package
@@ -204,10 +204,9 @@ def digest(*texts: str) -> str:
 @cache
 def made_by() -> str:
     """Return what the numbers of a run depend on besides its definition: this package's code, the libraries and the machine's kind."""
-    own = hashlib.sha256()
-    for name, file in sorted(_files().items()):
-        own.update(f"{name}\n".encode() + file.read_bytes())
-    return "\n".join((toolchain(), own.hexdigest(), platform.machine(), *(f"{name} {_version(name)}" for name in DECIDING)))
+    own = package.digest_of_files(sorted(_files().items()))
+    libraries = (f"{name} {versions().get(name, 'none')}" for name in DECIDING)
+    return "\n".join((toolchain(), own, platform.machine(), *libraries))
 
 
 def _files() -> dict[str, Path]:
@@ -223,10 +222,3 @@ def _shows(file: Path) -> bool:
 def code_version() -> str:
     """Return the hash of :func:`made_by`."""
     return digest(made_by())
-
-
-def _version(name: str) -> str:
-    try:
-        return version(name)
-    except PackageNotFoundError:
-        return "none"
