@@ -175,7 +175,7 @@ class Store:
         Parameters
         ----------
         key : str
-            As :func:`daebench.studies.grid.specification_key.key_of` gives it.
+            As ``specification_key.key_of`` gives it.
         """
         found = self._base.execute("SELECT row FROM rows WHERE key = ?", (key,)).fetchone()
         return None if found is None else _read(found[0])
