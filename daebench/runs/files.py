@@ -90,7 +90,7 @@ def check_place(path: Path, option: str = "--out") -> None:
 
 
 def check_zip(path: Path, option: str = "--out") -> None:
-    """Refuse the place of a file that does not end in .zip, and what :func:`check_place` refuses."""
+    """Refuse a file that does not end in .zip, or whose place :func:`check_place` refuses, before the work that would fill it."""
     if path.suffix.lower() != ".zip":
         raise BadInput(f"{option} {path}: the file must end in .zip.")
     check_place(path, option)

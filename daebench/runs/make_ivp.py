@@ -90,7 +90,7 @@ def _case_start(facts: types.ModuleType, case: str, values: Mapping[str, float])
 
 
 def initial_values(name: str, values: Any, facts: types.ModuleType) -> Array:
-    """Return initial values as an array, shape(d,); refuse another number of them, and what is no finite number."""
+    """Return initial values as an array, shape(d,); BadInput is raised for another number of them, or one that is not finite."""
     d, what = (facts.N, "coordinates") if facts.KIND == "poisson" else (facts.D, "positions")
     if isinstance(values, str) or not np.iterable(values):
         raise BadInput(f"{name} = {values!r} must be {d} numbers.")

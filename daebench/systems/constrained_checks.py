@@ -33,7 +33,7 @@ OPEN: tuple[type, ...] = (sp.Derivative, sp.Subs, sp.Integral, sp.Sum, sp.Produc
 
 
 def check_parts(problem: Problem) -> None:
-    """Accept a definition whose parts are of the types that they must be, and name the part that is something else."""
+    """Accept a definition whose parts are of the right types; InvalidProblem names the part, and what it is instead."""
     for name, symbols in (("q", problem.q), ("p", problem.p)):
         check_coordinates(name, symbols)
     check_parameters(problem.parameters)
@@ -54,7 +54,7 @@ def check_parts(problem: Problem) -> None:
 
 
 def check_mass(M: Any) -> None:
-    """Accept a matrix of real expressions in which no position is without mass."""
+    """Accept a matrix of real expressions in which no position is without mass; InvalidProblem names the entry."""
     if not isinstance(M, sp.MatrixBase):
         raise InvalidProblem(f"the mass matrix M must be a SymPy Matrix, and is a {type(M).__name__}.")
     check_real("M", list(M))
@@ -75,7 +75,7 @@ def check_second_derivatives(problem: Problem) -> None:
 
 
 def check_smooth(name: str, expression: Any, state: Iterable[sp.Symbol]) -> None:
-    """Accept an expression of functions that are twice differentiable in the state, and known; name the one that is not."""
+    """Accept an expression of known functions that are twice differentiable in the state; InvalidProblem names any other function."""
     found = sp.sympify(expression).atoms(AppliedUndef, *OPEN, *KINKED)
     for each in sorted(found, key=lambda one: (one.count_ops(), str(one))):
         if isinstance(each, AppliedUndef):

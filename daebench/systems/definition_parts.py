@@ -20,14 +20,14 @@ ON_SINGULAR = ("stop", "continue", "least-squares")
 
 
 def check_coordinates(name: str, symbols: Any) -> None:
-    """Accept a sequence of symbols, and name what is none; for what they may be assumed to be, see ``assumptions``."""
+    """Accept a sequence of symbols; InvalidProblem names any other entry. Their assumptions are checked in ``assumptions``."""
     for each in several(name, symbols):
         if not isinstance(each, sp.Symbol):
             raise InvalidProblem(f"{name} contains {each!r}, which is no SymPy Symbol.")
 
 
 def check_parameters(parameters: Any) -> None:
-    """Accept a mapping of symbols to numbers, and name the parameter whose value is none."""
+    """Accept a mapping of symbols to numbers; InvalidProblem names the parameter whose value is no number."""
     if not isinstance(parameters, Mapping):
         raise InvalidProblem(f"the parameters are {parameters!r}; they must be a mapping of symbols to numbers.")
     check_coordinates("the parameters", parameters)
@@ -36,16 +36,17 @@ def check_parameters(parameters: Any) -> None:
 
 
 def check_distinct(symbols: Iterable[sp.Symbol], what: str) -> None:
-    """Accept symbols that have different names, and name those used twice: tables and generated code know them by name."""
+    """Accept symbols of different names, by which tables and generated code know them; InvalidProblem names those used twice."""
     names = [str(symbol) for symbol in symbols]
     if twice := {name for name in names if names.count(name) > 1}:
         raise InvalidProblem(f"{', '.join(sorted(twice))} stands for more than one {what}; rename one.")
 
 
 def check_cases(cases: Any, kind: str, states: Sequence[str], parameters: Mapping[sp.Symbol, float]) -> None:
-    """Accept named cases of the class ``kind`` whose parts, of which ``states`` are initial values, are of the types that they must be.
+    """Accept named cases of the class ``kind`` whose parts are of the right types; ``states`` are those that are initial values.
 
-    A number that a case sets must be one of the parameters; a whole one may be a structural parameter, which only the file knows.
+    A number that a case sets belongs to one of the parameters; a whole number may belong to a structural parameter, which only the file
+    knows. InvalidProblem names the case and the part.
     """
     if not isinstance(cases, Mapping):
         raise InvalidProblem(f"the cases are {cases!r}; they must be a mapping of names to {kind}(...).")
@@ -76,7 +77,7 @@ def _check_settings(name: str, case: Any, parameters: set[str]) -> None:
 
 
 def check_functions(what: str, functions: Any) -> None:
-    """Accept a mapping of names to real expressions, and name what is no mapping, no name or no expression."""
+    """Accept a mapping of names to real expressions; InvalidProblem says what is no mapping, no name or no expression."""
     if not isinstance(functions, Mapping):
         raise InvalidProblem(f"{what}s are {functions!r}; they must be a mapping of names to expressions.")
     for name, each in functions.items():
@@ -87,7 +88,7 @@ def check_functions(what: str, functions: Any) -> None:
 def check_real(name: str, values: Sequence[Any]) -> None:
     """Accept expressions that may be real numbers, of a size that can be derived.
 
-    Named is what is an equation, no expression, or has an imaginary unit, infinity or NaN in it.
+    InvalidProblem names an equation, what is no expression, and one with an imaginary unit, infinity or NaN in it.
     """
     for k, value in enumerate(values):
         where = f"{name}[{k}]" if len(values) > 1 else name

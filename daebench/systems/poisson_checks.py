@@ -31,7 +31,7 @@ Sparse = dict[int, sp.Expr]
 
 
 def check_skew(system: System) -> None:
-    """Verify B^T = -B, and name the coordinates of the first pair of entries that fails."""
+    """Verify B^T = -B; InvalidProblem names the coordinates of the first pair of entries that fails."""
     entries = system.B.todok()
     pairs = sorted({(min(pair), max(pair)) for pair in entries})
     sums = {_names(system, i, j): entries.get((i, j), 0) + entries.get((j, i), 0) for i, j in pairs}
@@ -41,7 +41,7 @@ def check_skew(system: System) -> None:
 
 
 def check_jacobi(system: System) -> None:
-    """Verify the Jacobi identity, HLW (2.10), and name the coordinates of the first triple that fails, and the sum.
+    """Verify the Jacobi identity, HLW (2.10); InvalidProblem names the coordinates of the first triple that fails, and the sum.
 
     ::
 
@@ -64,7 +64,7 @@ def check_jacobi(system: System) -> None:
 def check_casimirs(system: System) -> None:
     """Verify grad C^T B = 0 of each Casimir function, HLW Def. 2.5, and {F, H} = 0 of each integral F.
 
-    Named are the function, and the component or bracket that does not vanish.
+    InvalidProblem names the function, and the component or bracket that does not vanish.
     """
     for name, casimir in system.casimirs.items():
         claims = {_names(system, i): component for i, component in field(system, casimir).items()}
@@ -77,7 +77,7 @@ def check_casimirs(system: System) -> None:
 def check_splitting(system: System) -> None:
     """Verify the flow of each part, HLW VII.4.2, and that the parts of each splitting add up to H.
 
-    Named are the part and the component at which its flow fails, or the splitting whose parts do not add up.
+    InvalidProblem names the part and the component at which its flow fails, or the splitting whose parts do not add up.
     """
     for name, part in system.parts.items():
         _check_flow(system, name, part)
@@ -90,7 +90,7 @@ def check_splitting(system: System) -> None:
 def check_darboux(system: System) -> None:
     """Verify that canonical coordinates are canonical, HLW (3.13) with the signs of (2.3), and lead back to the state.
 
-    Named are the two coordinates whose bracket is wrong, or the component of the state that does not come back.
+    InvalidProblem names the two coordinates whose bracket is wrong, or the component of the state that does not come back.
     """
     if (map_ := system.darboux) is None:
         return

@@ -17,7 +17,7 @@ def is_path(name: str) -> bool:
 
 
 def existing(name: str, what: str, listed: str) -> Path:
-    """Return the path of a file that is there; BadInput says which kind ``what`` of file it is to be, and what lists names instead."""
+    """Return the path of a file that is there; else BadInput says which kind of file it is to be, and which command lists names."""
     try:
         path = Path(name).expanduser()
         there = path.is_file()
