@@ -109,19 +109,19 @@ def check_claims(
     each first integral. ``h`` and ``steps`` are as for :func:`check`, the others as for :func:`daebench.studies.orders.study.study`;
     defects are those of at most 10 steps.
     """
-    told = progress or (lambda fraction, label: None)
+    report = progress or (lambda fraction, label: None)
     fixed = measured(method, ivp, NO_CLAIMS)
     value = default_step(ivp) if h is None else h
     request = Request(
         value=value, steps=steps, every=max(1, steps // MOST_STATES), watch=POISSON if isinstance(ivp, PoissonIvp) else CONSTRAINED
     )
     fixed.check(ivp, request)
-    told(0.0, f"{fixed.name} on {ivp.problem}, {steps} steps")
+    report(0.0, f"{fixed.name} on {ivp.problem}, {steps} steps")
     run = fixed.solve(ivp, request)
-    told(0.2, f"{fixed.name} on {ivp.problem}, defects")
+    report(0.2, f"{fixed.name} on {ivp.problem}, defects")
     bench: Any = PoissonBench if isinstance(ivp, PoissonIvp) else ConstrainedBench
     exact = bench(ivp, fixed, run.complete()).findings()
-    order, _ = order_finding(ivp, fixed, halvings=halvings, began=lambda fraction, label: told(0.4 + 0.6 * fraction, f"order of {label}"))
+    order, _ = order_finding(ivp, fixed, halvings=halvings, began=lambda fraction, label: report(0.4 + 0.6 * fraction, f"order of {label}"))
     return [order, *exact]
 
 
@@ -154,16 +154,16 @@ def order_finding(
     series = [each for each in studied if each.component in ("q", "p", "y")]
     found = [each for each in series if np.isfinite(each.fit.slope)]
     if not found or any(set(each.fit.reasons) != {"round-off"} for each in series if each not in found):
-        note = f"{'; '.join(map(_told, series))}. daebench order shows the points, and takes other step sizes and end times."
+        note = f"{'; '.join(map(_words, series))}. daebench order shows the points, and takes other step sizes and end times."
         return Finding("order", claimed, missing, claimed - SLACK, UNDETERMINED, note=note), studied
     fit = min((each.fit for each in found), key=lambda fit: fit.slope)
     bound = claimed - SLACK - 2 * fit.slope_error
     return Finding(
-        "order", claimed, fit.slope, bound, OK if fit.slope > bound else FALLS_SHORT, fit.slope_error, "; ".join(map(_told, series)) + "."
+        "order", claimed, fit.slope, bound, OK if fit.slope > bound else FALLS_SHORT, fit.slope_error, "; ".join(map(_words, series)) + "."
     ), studied
 
 
-def _told(series: Series) -> str:
+def _words(series: Series) -> str:
     fit = series.fit
     if not np.isfinite(fit.slope):
         return f"{series.component}: {fit.note.rstrip('.')}"

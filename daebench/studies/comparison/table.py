@@ -104,14 +104,14 @@ def table_of(ivp: Ivp, methods: Sequence[Any], runs: Sequence[Any], t_end: float
     return pd.DataFrame(
         [
             {
-                **{name: value for name, value in own.items() if name != "failure"},
+                **{name: value for name, value in columns.items() if name != "failure"},
                 "t_end": t_end,
                 "position_error": error.value,
                 "position_bound": error.bound,
                 "position_reference": error.reference,
-                "failure": own["failure"],
+                "failure": columns["failure"],
             }
-            for own, error in ((row(ivp, run), error) for run, error in zip(runs, errors, strict=True))
+            for columns, error in ((row(ivp, run), error) for run, error in zip(runs, errors, strict=True))
         ]
     )
 

@@ -115,8 +115,8 @@ def _write(path: Path, files: Mapping[str, bytes], own: Sequence[str]) -> None:
 def _current(rows: Sequence[StoredRow]) -> tuple[list[StoredRow], int]:
     """Return the rows whose definition is still there, and how many others there are; those of other versions are not told apart."""
     here = code_version()
-    kept = [row for row in rows if row.maker != here or key_of(Cell.of_plain(row.cell)) == row.key]
-    return kept, len(rows) - len(kept)
+    current = [row for row in rows if row.maker != here or key_of(Cell.of_plain(row.cell)) == row.key]
+    return current, len(rows) - len(current)
 
 
 def _renamed(row: StoredRow, moved: Mapping[str, str]) -> StoredRow:

@@ -41,10 +41,10 @@ def claimed(ivp: Ivp, method: Any) -> frozenset[str]:
 
 
 def _on_poisson(ivp: PoissonIvp, method: Any) -> frozenset[str]:
-    kept = method.keeps(ivp)
+    conserved = method.keeps(ivp)
     claim = {
-        "energy": method.is_poisson(ivp) or "energy" in kept,
-        "casimirs": bool(ivp.casimirs) and set(ivp.casimirs) <= set(kept),
+        "energy": method.is_poisson(ivp) or "energy" in conserved,
+        "casimirs": bool(ivp.casimirs) and set(ivp.casimirs) <= set(conserved),
         "two_form": method.is_poisson(ivp),
     }
     return frozenset(name for name, made in claim.items() if made)
@@ -59,8 +59,8 @@ def claims_of(table: "pd.DataFrame") -> dict[str, frozenset[str]]:
     for (problem, case), rows in table.groupby(["problem", "case"], sort=False):
         ivp = initial_value_problem(str(problem), str(case))
         for name in dict.fromkeys(map(str, rows["method"])):
-            own = _claimed(ivp, name)
-            found[name] = found[name] & own if name in found else own
+            claims = _claimed(ivp, name)
+            found[name] = found[name] & claims if name in found else claims
     return found
 
 

@@ -63,7 +63,7 @@ class Estimate:
 
 def estimate(cells: Sequence[Cell], store: Store) -> Estimate:
     """Return about how long cells will take, by what the store has of their methods on their problem."""
-    kept: dict[tuple[str, str], list[Cell]] = {}
+    stored: dict[tuple[str, str], list[Cell]] = {}
     took: dict[Cell, float] = {}
     compiled: set[Cell] = set()
     for each in store.all():
@@ -72,12 +72,12 @@ def estimate(cells: Sequence[Cell], store: Store) -> Estimate:
         cell = Cell.of_plain(each.cell)
         if each.maker == code_version():
             compiled.add(_kind(cell))
-        kept.setdefault((cell.problem, cell.method), []).append(cell)
+        stored.setdefault((cell.problem, cell.method), []).append(cell)
         took[cell] = each.took
     resolutions: dict[tuple[str, str], str] = {}
     seconds, like = 0.0, 0
     for cell in cells:
-        others = kept.get((cell.problem, cell.method), [])
+        others = stored.get((cell.problem, cell.method), [])
         if (cell.problem, cell.method) not in resolutions:
             resolutions[cell.problem, cell.method] = cell.solver.knob
         resolution = resolutions[cell.problem, cell.method]

@@ -71,8 +71,8 @@ def write(table: "pd.DataFrame", path: Path) -> None:
             table.to_parquet(scratch, index=False, engine="pyarrow")
 
 
-def _flat(kept: StoredRow) -> dict[str, Any]:
+def _flat(stored: StoredRow) -> dict[str, Any]:
     """Return a row with the fields of its cell; lists of names are words, and of pairs, which the row has as columns, left out."""
-    cell = {name: value for name, value in kept.cell.items() if name not in ("parameters", "options")}
+    cell = {name: value for name, value in stored.cell.items() if name not in ("parameters", "options")}
     cell["metrics"] = " ".join(cell["metrics"])
-    return {**cell, **kept.row, "key": kept.key, "maker": kept.maker, "took": kept.took}
+    return {**cell, **stored.row, "key": stored.key, "maker": stored.maker, "took": stored.took}

@@ -4,8 +4,8 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import Executor
 from typing import TYPE_CHECKING
 
-from daebench.studies.grid.batches import Batch, handed_out
-from daebench.studies.grid.measure import Row, kept
+from daebench.studies.grid.batches import Batch, rows_in_batches
+from daebench.studies.grid.measure import Row, stored_row
 from daebench.studies.grid.run_specification import Cell
 from daebench.studies.grid.specification_key import key_of
 from daebench.studies.grid.store import Store
@@ -46,7 +46,7 @@ def computed(cells: Sequence[Cell], store: Store, *, executor: Executor | None =
             missing[key] = cell
         else:
             found[key] = row | {name: cell.problem for name in ("problem",) if name in row}  # its file may have been elsewhere
-    for rows in handed_out(missing, executor) if executor else _here(missing):
+    for rows in rows_in_batches(missing, executor) if executor else _here(missing):
         store.put(rows)
         for each in rows:
             found[each.key] = dict(each.row)
@@ -58,4 +58,4 @@ def computed(cells: Sequence[Cell], store: Store, *, executor: Executor | None =
 def _here(cells: Mapping[str, Cell]) -> Iterator[Batch]:
     """Give the rows of cells one by one, computed in this process."""
     for key, cell in cells.items():
-        yield (kept(key, cell),)
+        yield (stored_row(key, cell),)

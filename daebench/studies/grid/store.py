@@ -217,10 +217,10 @@ class Store:
         return sum(asked[cell] not in keys for cell, keys in found.items())
 
 
-def as_json(kept: StoredRow) -> str:
+def as_json(stored: StoredRow) -> str:
     """Return a row as one line of JSON, which :func:`of_json` reads; numbers that JSON does not have are words."""
     return json.dumps(
-        {"key": kept.key, "cell": dict(kept.cell), "row": json.loads(_written(kept.row)), "maker": kept.maker, "took": kept.took},
+        {"key": stored.key, "cell": dict(stored.cell), "row": json.loads(_written(stored.row)), "maker": stored.maker, "took": stored.took},
         sort_keys=True,
     )
 

@@ -13,7 +13,7 @@ import numpy as np
 
 from daebench.errors import BadInput, DaebenchError
 from daebench.studies.grid.checkpoint import Checkpoint, identity, load, resumed, save
-from daebench.studies.grid.interrupts import held
+from daebench.studies.grid.interrupts import held_back
 from daebench.studies.grid.schedulers import local_processes
 from daebench.studies.long.run import LongRun, Stream
 
@@ -148,7 +148,7 @@ def run_member(spec: LongRun, steps: int, path: Path, tell: Tell | None = None) 
     stream = Stream(spec, steps)
     if path.exists():
         resumed(stream, load(path, who))
-    with held() as stopped:
+    with held_back() as stopped:
         written = time.monotonic()
         while stream.going and not stopped():
             stream.advance()

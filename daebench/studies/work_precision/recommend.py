@@ -97,11 +97,11 @@ def recommended(table: "pd.DataFrame", error: str, cost: str, levels: Sequence[f
     rows = []
     for level in levels:
         for name in (each for each in CONSERVED if f"keeps_{each}" in table):
-            kept = table[table[f"keeps_{name}"]]
+            keeping = table[table[f"keeps_{name}"]]
             row = {"level": level, "conserve": name, "method": "", "knob": "", "value": nan, "cost": nan, "error": nan}
             row |= {"price": nan, "next": "", "ratio": nan}
-            for best in cheapest(kept, error, cost, [level]).to_dict("records"):
-                run = kept[(kept["method"] == best["method"]) & (kept["value"] == best["value"])].iloc[0]
+            for best in cheapest(keeping, error, cost, [level]).to_dict("records"):
+                run = keeping[(keeping["method"] == best["method"]) & (keeping["value"] == best["value"])].iloc[0]
                 row |= {"method": best["method"], "knob": run["knob"], "value": best["value"], "cost": run[cost], "error": run[error]}
                 row |= {"price": best[cost], "next": best["next"], "ratio": best["ratio"]}
             rows.append(row)
