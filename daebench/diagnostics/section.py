@@ -131,10 +131,8 @@ def closure(crossings: Section, *, resolution: float = 0.0) -> Closure:
     """
     t, r = crossings.t, crossings.distance
     if len(t) < 2:
-        raise BadInput(f"the trajectory crosses the ray {_times(len(t))}, and closure needs two crossings; run longer, or move the ray.")
+        raise BadInput(
+            f"the trajectory crosses the ray {('never', 'once')[len(t)]}, and closure needs two crossings; run longer, or move the ray."
+        )
     drift = energy_drift(t, r - r[0], resolution=resolution)
     return Closure(len(t) - 1, float(t[-1] - t[0]) / (len(t) - 1), float(np.ptp(r)), drift)
-
-
-def _times(n: int) -> str:
-    return ("never", "once")[n]

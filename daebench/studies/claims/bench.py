@@ -23,7 +23,7 @@ OK, FALLS_SHORT, NOT_CLAIMED = "ok", "FALLS SHORT", "not claimed"
 NOT_APPLICABLE, UNDETERMINED = "not applicable", "undetermined"
 
 DEFECT_STEPS = 10
-"""Steps of the map whose defects are measured: a single step may be exact by accident."""
+"""Steps of the map whose defects are measured: one step of some schemes that are not symplectic keeps the two-form, by accident."""
 
 ROUNDINGS = 64.0
 """Roundings of the size of the state that are allowed for in each step."""

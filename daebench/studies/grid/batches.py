@@ -84,12 +84,9 @@ def rows_of(batch: Sequence[Entry], made_by: str) -> Batch:
     ``made_by`` is the :func:`daebench.studies.grid.run_specification.code_version` of the process that made the keys.
     """
     if code_version() != made_by:
-        raise BadInput(f"{_host()} has another version of daebench, numba or another library than the study; install the same there.")
+        worker = f"a worker on {platform.node() or 'another machine'}"
+        raise BadInput(f"{worker} has another version of daebench, numba or another library than the study; install the same there.")
     return tuple(stored_row(key, cell) for key, cell in batch)
-
-
-def _host() -> str:
-    return f"a worker on {platform.node() or 'another machine'}"
 
 
 def _failed(future: Future[Batch]) -> bool:

@@ -11,11 +11,14 @@ from numpy.typing import NDArray
 from daebench.diagnostics.branch import largest_jump
 from daebench.diagnostics.energy_verdict import energy_scales, energy_verdict, size
 from daebench.diagnostics.integrals import energy_error, integral_errors, states_of
+from daebench.diagnostics.poisson import poisson_defect
+from daebench.diagnostics.symplecticity import symplecticity_defect, tangent_basis
 from daebench.errors import BadInput, unknown
 from daebench.reference.keep.dense_evaluation import At, states_at
 from daebench.reference.motion import OwnRun
 from daebench.runs.ivp import Ivp, PoissonIvp
 from daebench.runs.trajectory import Array, PoissonTrajectory, Trajectory
+from daebench.studies.claims.bench import DEFECT_STEPS
 from daebench.studies.grid.against import certified_of, own_of, require_reference
 from daebench.studies.grid.run_specification import FEWEST, Cell
 from daebench.systems.renamed import OldAttribute
@@ -222,11 +225,7 @@ def _casimirs(measured: Measured) -> Columns:
 def defect_of(ivp: Ivp, solver: Any, h: float) -> float:
     """Return the symplecticity defect of a few steps of a method with fixed steps, or on a Poisson system the Poisson defect."""
     if isinstance(ivp, PoissonIvp):
-        from daebench.diagnostics.poisson import poisson_defect
-
         return float(poisson_defect(solver.flow(ivp, h, DEFECT_STEPS), ivp.y0, lambda y: ivp.value("B", y)))
-    from daebench.diagnostics.symplecticity import symplecticity_defect, tangent_basis
-
     basis = tangent_basis(ivp, ivp.p0, ivp.q0)
     return float(symplecticity_defect(solver.flow(ivp, h, DEFECT_STEPS), ivp.p0, ivp.q0, basis))
 
@@ -237,9 +236,6 @@ def _defect(measured: Measured) -> Columns:
         return {"defect": NAN}
     return {"defect": defect_of(measured.ivp, measured.solver, measured.cell.value)}
 
-
-DEFECT_STEPS = 10
-"""Steps over which a two-form is carried: one step of some schemes that are not symplectic keeps it, from the manifold."""
 
 METRICS: Mapping[str, Metric] = {
     each.name: each

@@ -1,6 +1,6 @@
 """A study: a grid of runs that is declared, and read as one long table."""
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass, field
 from itertools import product
@@ -118,8 +118,9 @@ class Study:
 
     def _require_measurable(self, cell: Cell, cells: Sequence[Cell]) -> None:
         """Refuse a metric that a cell cannot be measured by, unless it is not for its method and is for another of the study."""
+        one_a_method = {each.method: each for each in cells}.values()
         for metric in metrics_of(self.metrics):
-            for_others = not metric.measures(cell.solver) and any(metric.measures(each.solver) for each in _one_a_method(cells))
+            for_others = not metric.measures(cell.solver) and any(metric.measures(each.solver) for each in one_a_method)
             if not for_others and (why := metric.refusal(cell)):
                 raise BadInput(why)
 
@@ -190,10 +191,6 @@ class Study:
             If rows cannot be written; those that are kept stay.
         """
         return runs_of(store, executor=executor, tell=tell)(self.cells())
-
-
-def _one_a_method(cells: Sequence[Cell]) -> Iterable[Cell]:
-    return {cell.method: cell for cell in cells}.values()
 
 
 def computed_in(precision: str) -> dict[str, Any]:
