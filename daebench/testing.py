@@ -30,7 +30,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from daebench.diagnostics.order import SLACK
 from daebench.errors import DaebenchError, positive, real
@@ -40,8 +40,6 @@ from daebench.reference.check.external_state import external_state
 from daebench.reference.keep import store
 from daebench.reference.keep.record import Reference
 from daebench.reference.keep.state_layout import StateLayout
-
-Array = NDArray[np.float64]
 
 Step = Callable[..., Any]
 """``step(p, q, h)`` returns p and q after a step of h, shape(d,) each; of a Poisson system ``step(y, h)`` returns y, shape(n,)."""

@@ -44,7 +44,7 @@ def long(
     """
     from daebench.methods.initial_value_problem import initial_value_problem
     from daebench.runs.files import make_folder
-    from daebench.studies.grid.interrupts import alike
+    from daebench.studies.grid.interrupts import terminated_as_interrupted
     from daebench.studies.long.ensemble import Ensemble
     from daebench.studies.long.run import STRIDE, LongRun
 
@@ -59,7 +59,7 @@ def long(
         each.check()
     make_folder(out / "checkpoints")
     at_once = _at_once(workers, ensemble)
-    with alike():
+    with terminated_as_interrupted():
         if dry_run:
             for each in found:
                 _tell_duration(each, at_once)

@@ -1,9 +1,8 @@
 """Whether every step goes where the velocities lead: the equations of a step have more than one solution, and Newton may find another."""
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from daebench.runs.trajectory import Array
 
 WRONG = 0.5
 """Jump from which on a step is not the one that continues the motion; a turn by theta in one step, resolved, gives theta^2/12."""

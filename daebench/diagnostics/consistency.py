@@ -4,15 +4,14 @@ from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from daebench.diagnostics.manifold import residual_scales
 from daebench.diagnostics.metric import least_displacement
 from daebench.errors import BadInput, InconsistentStart
-from daebench.runs.ivp import ConstrainedIvp
+from daebench.runs.ivp import Array, ConstrainedIvp
 from daebench.runs.scales import constrained_scales
 
-Array = NDArray[np.float64]
 Conditions = Callable[[Array], tuple[Array, Array]]
 
 TOLERANCE = 1e-12

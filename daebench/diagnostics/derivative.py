@@ -9,8 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from daebench.errors import BadInput, DaebenchError, RunFailed
-
-Array = NDArray[np.float64]
+from daebench.runs.trajectory import Array
 
 Mapping = Callable[[NDArray[Any]], Any]
 """A map x -> x of vectors of shape(n,), real or complex, that leaves its argument unchanged."""

@@ -1,11 +1,9 @@
 """Changes of an error at the ends of the time, where they are too fast for windows, and a bound on all that windows may hide."""
 
 import numpy as np
-from numpy.typing import NDArray
 
 from daebench.diagnostics.secular import Secular
-
-Array = NDArray[np.float64]
+from daebench.runs.trajectory import Array
 
 PERIODIC = 20
 """Fewer oscillations than this are compared one by one at the ends, where windows of several hide a fast change."""

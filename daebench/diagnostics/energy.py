@@ -3,13 +3,12 @@
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from daebench.diagnostics.growth import growth_exponent
 from daebench.diagnostics.trend import RED, Trend, trend
 from daebench.errors import BadInput
-
-Array = NDArray[np.float64]
+from daebench.runs.trajectory import Array
 
 NAN = float("nan")
 

@@ -3,14 +3,11 @@
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from daebench.diagnostics.energy import Drift, energy_drift
 from daebench.diagnostics.integrals import energy_error
-from daebench.runs.ivp import InitialValueProblem
+from daebench.runs.ivp import Array, InitialValueProblem
 from daebench.runs.trajectory import PoissonTrajectory, Trajectory
-
-Array = NDArray[np.float64]
 
 LOST = 1.0
 """Energy error, in parts of the mean kinetic energy, above which a motion is lost."""
@@ -44,10 +41,11 @@ def energy_scales(ivp: InitialValueProblem, run: Trajectory | PoissonTrajectory)
     """
     if isinstance(run, PoissonTrajectory):
         H = np.abs(np.asarray(ivp.along("H", run.y), dtype=float))
-        return EnergyScales(_mean(H), _largest(H))
+        return EnergyScales(float(np.mean(_finite(H))), float(np.max(_finite(H))))
     T = np.sum(run.p * np.asarray(ivp.along("H_p", run.p, run.q), dtype=float), axis=1) / 2
     U = np.asarray(ivp.along("H", run.p, run.q), dtype=float) - T
-    return EnergyScales(_mean(np.abs(T)), max(_largest(T), _largest(U)))
+    T, U = _finite(np.abs(T)), _finite(np.abs(U))
+    return EnergyScales(float(np.mean(T)), float(max(np.max(T), np.max(U))))
 
 
 def energy_verdict(ivp: InitialValueProblem, run: Trajectory | PoissonTrajectory) -> Drift:
@@ -73,11 +71,7 @@ def size(error: float, scales: EnergyScales) -> float:
     return error / scales.kinetic if scales.kinetic > 0 else (0.0 if error == 0 else float("inf"))
 
 
-def _mean(values: Array) -> float:
+def _finite(values: Array) -> Array:
+    """Return the values that are finite, or 0 where none is."""
     finite = values[np.isfinite(values)]
-    return float(np.mean(finite)) if len(finite) else 0.0
-
-
-def _largest(values: Array) -> float:
-    finite = np.abs(values[np.isfinite(values)])
-    return float(np.max(finite)) if len(finite) else 0.0
+    return finite if len(finite) else np.zeros(1)

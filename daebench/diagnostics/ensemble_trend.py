@@ -3,13 +3,11 @@
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from daebench.diagnostics.secular import factors
 from daebench.diagnostics.trend import Trend, beyond, trend
 from daebench.diagnostics.window_means import MOST, window_means
-
-Array = NDArray[np.float64]
+from daebench.runs.trajectory import Array
 
 SIGNIFICANT = 4.5
 """The mean of the members' changes is a drift beyond so many of its standard errors."""

@@ -3,9 +3,8 @@
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from daebench.runs.trajectory import Array
 
 OCTAVES = 5
 """The first window ends at most so many octaves before the end of the run."""

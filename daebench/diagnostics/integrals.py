@@ -3,12 +3,9 @@
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from daebench.runs.ivp import InitialValueProblem, PoissonIvp
+from daebench.runs.ivp import Array, InitialValueProblem, PoissonIvp
 from daebench.runs.trajectory import PoissonTrajectory, Trajectory
-
-Array = NDArray[np.float64]
 
 
 def energy_error(ivp: InitialValueProblem, trajectory: Trajectory | PoissonTrajectory) -> Array:
@@ -21,7 +18,7 @@ def energy_error(ivp: InitialValueProblem, trajectory: Trajectory | PoissonTraje
     trajectory : Trajectory or PoissonTrajectory
         A run on it.
     """
-    H = ivp.along("H", *_states(trajectory))
+    H = ivp.along("H", *states_of(trajectory))
     return np.asarray(H - H[0], dtype=float)
 
 
@@ -40,7 +37,7 @@ def integral_errors(ivp: InitialValueProblem, trajectory: Trajectory | PoissonTr
     dict of str to ndarray, shape(n,)
         I(x(t)) - I(x0), in the unit of the integral; empty where the problem declares none.
     """
-    return _errors(ivp, "integrals", ivp.integrals, _states(trajectory))
+    return _errors(ivp, "integrals", ivp.integrals, states_of(trajectory))
 
 
 def casimir_errors(ivp: PoissonIvp, trajectory: PoissonTrajectory) -> dict[str, Array]:
@@ -58,11 +55,11 @@ def casimir_errors(ivp: PoissonIvp, trajectory: PoissonTrajectory) -> dict[str, 
     dict of str to ndarray, shape(n,)
         C(y(t)) - C(y0), in the unit of C; empty where the system declares none.
     """
-    return _errors(ivp, "casimirs", ivp.casimirs, _states(trajectory))
+    return _errors(ivp, "casimirs", ivp.casimirs, states_of(trajectory))
 
 
-def _states(trajectory: Trajectory | PoissonTrajectory) -> tuple[Array, ...]:
-    """Return the states as a problem's functions take them."""
+def states_of(trajectory: Trajectory | PoissonTrajectory) -> tuple[Array, ...]:
+    """Return the states of a trajectory as a problem's functions take them: (p, q), or (y,)."""
     return (trajectory.p, trajectory.q) if isinstance(trajectory, Trajectory) else (trajectory.y,)
 
 

@@ -3,14 +3,11 @@
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from daebench.diagnostics.energy import Drift, energy_drift
 from daebench.diagnostics.metric import least_displacement
-from daebench.runs.ivp import ConstrainedIvp
+from daebench.runs.ivp import Array, ConstrainedIvp
 from daebench.runs.trajectory import Trajectory
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

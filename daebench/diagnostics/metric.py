@@ -1,9 +1,8 @@
 """Smallest displacements under linear conditions, in the metric of kinetic energy, for many states at once."""
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from daebench.runs.trajectory import Array
 
 REDUNDANT = 1e-12
 """Conditions that add less than this, relatively, to those before them are taken for redundant."""

@@ -4,14 +4,12 @@ from collections.abc import Callable, Iterator, Sequence
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from daebench.diagnostics.consistency import project
 from daebench.diagnostics.manifold import residual_scales
 from daebench.errors import BadInput
-from daebench.runs.ivp import ConstrainedIvp, Ivp, PoissonIvp
+from daebench.runs.ivp import Array, ConstrainedIvp, Ivp, PoissonIvp
 
-Array = NDArray[np.float64]
 State = tuple[Array, Array]
 
 POINTS = 4

@@ -6,8 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from daebench.errors import BadInput
-
-Array = NDArray[np.float64]
+from daebench.runs.trajectory import Array
 
 BAND = 0.2
 """A local slope belongs to the asymptotic part if it is within this of the median of those at smaller h, and of the first."""
@@ -104,7 +103,7 @@ def fit_order(h: ArrayLike, error: ArrayLike, *, floor: float = 0.0) -> OrderFit
     if length < 3:
         reasons[left[:length]] = "too few"
         return _result(float("nan"), float("nan"), reasons, _why(reasons))
-    return _result(*_line(np.log(h[left[:length]]), np.log(error[left[:length]])), reasons, "")
+    return _result(*straight_line(np.log(h[left[:length]]), np.log(error[left[:length]])), reasons, "")
 
 
 def _result(slope: float, slope_error: float, reasons: NDArray[np.str_], note: str) -> OrderFit:
@@ -148,7 +147,8 @@ def _near(slope: float, finer: Array) -> bool:
     return bool(max(abs(slope - np.median(finer)), abs(slope - finer[0])) <= BAND)
 
 
-def _line(x: Array, y: Array) -> tuple[float, float]:
+def straight_line(x: Array, y: Array) -> tuple[float, float]:
+    """Return the least-squares slope of y against x, shape(n,) each, and its standard error."""
     s = x - np.mean(x)
     slope = float(s @ y) / float(s @ s)
     residual = y - np.mean(y) - slope * s

@@ -1,9 +1,8 @@
 """The oscillations of an error: how many there are, and whether its samples resolve them."""
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from daebench.runs.trajectory import Array
 
 UNRESOLVED = 0.4
 """Neighbouring samples that correlate by less than this follow no oscillation."""
@@ -67,9 +66,10 @@ def rough(residual: Array) -> bool:
         The error less its secular part.
     """
     r = residual - np.mean(residual)
-    return _neighbours(r) > 0.9 and abs(_neighbours(np.diff(r))) < 0.3
+    return correlation(r) > 0.9 and abs(correlation(np.diff(r))) < 0.3
 
 
-def _neighbours(r: Array) -> float:
+def correlation(r: Array) -> float:
+    """Return the correlation of neighbouring values of a series of mean zero, shape(n,); 0 where all of them are zero."""
     squares = float(r @ r)
     return float(r[1:] @ r[:-1]) / squares if squares > 0 else 0.0

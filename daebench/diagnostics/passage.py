@@ -6,13 +6,10 @@ from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
 from daebench.diagnostics.rank import beyond_comparison
-from daebench.runs.ivp import ConstrainedIvp
+from daebench.runs.ivp import Array, ConstrainedIvp
 from daebench.runs.trajectory import Passage
-
-Array = NDArray[np.float64]
 
 SAME = 0.1
 """A velocity is called the same as another where it differs by less than this part of it, in the norm of kinetic energy."""

@@ -4,14 +4,14 @@ from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from daebench.diagnostics.energy import NAN, SHORTEST, energy_drift, law_of
 from daebench.diagnostics.ensemble_trend import ensemble_trend
+from daebench.diagnostics.order import straight_line
 from daebench.diagnostics.trend import Trend
 from daebench.errors import BadInput
-
-Array = NDArray[np.float64]
+from daebench.runs.trajectory import Array
 
 MEMBERS = 16
 """Fewest members from which a random walk is told."""
@@ -207,8 +207,4 @@ def _means(t: Array, error: Array) -> tuple[Array, Array]:
 
 def _log_slope(x: Array, values: Array) -> tuple[float, float]:
     """Return the least-squares slope of the logarithm of the standard deviation over members, and the standard error of the line."""
-    y = np.log(np.std(values, axis=1, ddof=1) + np.finfo(float).tiny)
-    s = x - np.mean(x)
-    slope = float(s @ y / (s @ s))
-    residual = y - np.mean(y) - slope * s
-    return slope, float(np.sqrt(residual @ residual / (len(x) - 2) / (s @ s)))
+    return straight_line(x, np.log(np.std(values, axis=1, ddof=1) + np.finfo(float).tiny))

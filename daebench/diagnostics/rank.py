@@ -4,11 +4,8 @@ import math
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
-from daebench.runs.ivp import ConstrainedIvp
-
-Array = NDArray[np.float64]
+from daebench.runs.ivp import Array, ConstrainedIvp
 
 DEPENDENT = 1e-9
 """Sine of the angle between a row of G and the span of others, in the metric M^-1, below which it is taken for dependent."""

@@ -3,14 +3,12 @@
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from daebench.diagnostics.energy import Drift, energy_drift
 from daebench.errors import BadInput
-from daebench.runs.ivp import PoissonIvp
+from daebench.runs.ivp import Array, PoissonIvp
 from daebench.runs.trajectory import PoissonTrajectory
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -133,10 +131,8 @@ def closure(crossings: Section, *, resolution: float = 0.0) -> Closure:
     """
     t, r = crossings.t, crossings.distance
     if len(t) < 2:
-        raise BadInput(f"the trajectory crosses the ray {_times(len(t))}, and closure needs two crossings; run longer, or move the ray.")
+        raise BadInput(
+            f"the trajectory crosses the ray {('never', 'once')[len(t)]}, and closure needs two crossings; run longer, or move the ray."
+        )
     drift = energy_drift(t, r - r[0], resolution=resolution)
     return Closure(len(t) - 1, float(t[-1] - t[0]) / (len(t) - 1), float(np.ptp(r)), drift)
-
-
-def _times(n: int) -> str:
-    return ("never", "once")[n]

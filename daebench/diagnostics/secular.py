@@ -4,11 +4,10 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
-from numpy.typing import NDArray
 
+from daebench.diagnostics.oscillations import correlation
 from daebench.diagnostics.window_means import window_means
-
-Array = NDArray[np.float64]
+from daebench.runs.trajectory import Array
 
 POWERS = (0.25, 0.5, 0.75, 1.0, 1.25, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0, 10.0)
 RATES = (2.0, 3.0, 4.5, 7.0, 10.0, 15.0, 22.0, 33.0, 50.0, 75.0)
@@ -98,7 +97,7 @@ def secular(means: Array) -> Secular:
     residual = m - centred[:, best] * factors[best]
     scatter = float(np.sqrt(misfits[best] / (len(m) - 3)))
     seen = float(np.ptp(columns[:, best] * factors[best]))
-    return Secular(*names[best], float(factors[best]), seen, scatter, _correlation(residual), _correlation(np.diff(residual)))
+    return Secular(*names[best], float(factors[best]), seen, scatter, correlation(residual), correlation(np.diff(residual)))
 
 
 def factors(means: Array, best: Secular) -> Array:
@@ -115,8 +114,3 @@ def factors(means: Array, best: Secular) -> Array:
     fitted = columns[:, names.index((best.law, best.number))] if (best.law, best.number) in names else np.linspace(0, 1, len(means))
     centred = fitted - np.mean(fitted)
     return np.asarray(centred @ means / float(centred @ centred), dtype=float)
-
-
-def _correlation(r: Array) -> float:
-    squares = float(r @ r)
-    return float(r[1:] @ r[:-1]) / squares if squares > 0 else 0.0

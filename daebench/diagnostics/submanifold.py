@@ -4,11 +4,11 @@ from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from daebench.diagnostics.symplecticity import tangent_basis
 from daebench.errors import BadInput
-from daebench.runs.ivp import ConstrainedIvp
+from daebench.runs.ivp import Array, ConstrainedIvp
 from daebench.runs.make_ivp import initial_values
 from daebench.systems.renamed import old_keywords
 
@@ -19,7 +19,6 @@ if TYPE_CHECKING:
     from daebench.systems.constrained import ConstrainedHamiltonian
     from daebench.systems.poisson import PoissonCase, PoissonSystem
 
-Array = NDArray[np.float64]
 
 SHORT = 800
 """Operations up to which an expression is shortened."""

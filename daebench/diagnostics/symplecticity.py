@@ -8,9 +8,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from daebench.diagnostics.derivative import STEP, derivative
 from daebench.diagnostics.manifold import constraint_jacobian
-from daebench.runs.ivp import ConstrainedIvp
-
-Array = NDArray[np.float64]
+from daebench.runs.ivp import Array, ConstrainedIvp
 
 Flow = Callable[[Any, Any], tuple[Sequence[Any], Sequence[Any]]]
 """A map (p, q) -> (p, q) of vectors of shape(d,), real or complex, that leaves its arguments unchanged."""

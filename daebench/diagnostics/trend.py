@@ -4,14 +4,12 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
 from daebench.diagnostics.ends import ENOUGH, change_bound, edge_change
 from daebench.diagnostics.oscillations import aliased, oscillations, rough
 from daebench.diagnostics.secular import Secular, secular
 from daebench.diagnostics.window_means import MOST, leakage, smooth, window_count, window_means
-
-Array = NDArray[np.float64]
+from daebench.runs.trajectory import Array
 
 OSCILLATIONS = 5
 """Fewest oscillations from which an error is called bounded."""

@@ -1,9 +1,8 @@
 """Means of an error over windows, in which the oscillation averages out and the secular part remains."""
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from daebench.runs.trajectory import Array
 
 MOST = 31
 """Windows at most."""

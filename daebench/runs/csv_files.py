@@ -43,10 +43,7 @@ def _is_number(text: str) -> bool:
 class _Lines:
     """A file for writers of CSV, which put a cell into quotes only if it has a character of their end of line: here each of both.
 
-    Parameters
-    ----------
-    file : text file
-        Where rows go, with an end of line of one character.
+    Rows go to the file with an end of line of one character.
     """
 
     END = "\r\n"
@@ -60,17 +57,7 @@ class _Lines:
 
 
 def write_frame(path: Path, data: "pd.DataFrame | Mapping[str, Any]", float_format: str | None = None) -> None:
-    """Write columns, of which those that are not numbers are texts.
-
-    Parameters
-    ----------
-    path : Path
-        The file.
-    data : DataFrame or mapping of str to array_like
-        The columns.
-    float_format : str, optional
-        Format of numbers, such as "%.12g"; by default as many digits as survive the round trip.
-    """
+    """Write columns, of which those that are not numbers are texts; without a format numbers have all digits of the round trip."""
     import pandas as pd
 
     frame = pd.DataFrame(data)

@@ -43,17 +43,7 @@ def atomic(path: Path) -> Iterator[Path]:
 def named(path: Path, scratch: Path) -> Iterator[None]:
     """Name a file, or folder, that cannot be written in a block: the system does not say which disk is full.
 
-    Parameters
-    ----------
-    path : Path
-        Its name.
-    scratch : Path
-        The name that it has while it is being written.
-
-    Raises
-    ------
-    DaebenchError
-        If writing it fails.
+    ``scratch`` is the name that it has while it is being written. DaebenchError is raised if that fails.
     """
     try:
         yield
@@ -75,13 +65,7 @@ def _refuse_foreign_link(path: Path, option: str = "--out") -> None:
 
 
 def check_writable(path: Path) -> None:
-    """Refuse an output file before the run that would fill it.
-
-    Raises
-    ------
-    BadInput
-        If the ending is neither .csv nor .npz, or the folder is missing or cannot be written to.
-    """
+    """Refuse an output file before the run that would fill it: by its ending, neither .csv nor .npz, or by its place."""
     if path.suffix.lower() not in WRITERS:
         raise BadInput(f"--out {path}: the file must end in {' or '.join(WRITERS)}.")
     check_place(path)
@@ -90,10 +74,7 @@ def check_writable(path: Path) -> None:
 def check_place(path: Path, option: str = "--out") -> None:
     """Refuse a place of an output file before the work that would fill it.
 
-    Raises
-    ------
-    BadInput
-        If it is a folder or device or a link of another user's, or the folder is missing or cannot be written to.
+    BadInput is raised for a folder or device or a link of another user's, and where the folder is missing or cannot be written to.
     """
     if not path.parent.is_dir():
         raise BadInput(f"{option} {path}: there is no folder {path.parent}; make it first.")
@@ -109,26 +90,14 @@ def check_place(path: Path, option: str = "--out") -> None:
 
 
 def check_zip(path: Path, option: str = "--out") -> None:
-    """Refuse the place of a ZIP file before the work that would fill it.
-
-    Raises
-    ------
-    BadInput
-        If it does not end in .zip, or for what :func:`check_place` refuses.
-    """
+    """Refuse a file that does not end in .zip, or whose place :func:`check_place` refuses, before the work that would fill it."""
     if path.suffix.lower() != ".zip":
         raise BadInput(f"{option} {path}: the file must end in .zip.")
     check_place(path, option)
 
 
 def make_folder(path: Path) -> None:
-    """Make an output folder before the work that would fill it.
-
-    Raises
-    ------
-    BadInput
-        If it cannot be made or written to.
-    """
+    """Make an output folder before the work that would fill it; raise BadInput if it cannot be made or written to."""
     try:
         path.mkdir(parents=True, exist_ok=True)
         trial = _beside(path / "trial")

@@ -10,8 +10,7 @@ from numpy.typing import NDArray
 
 from daebench.compiler.cache import generated
 from daebench.compiler.definition import Source
-
-Array = NDArray[np.float64]
+from daebench.runs.trajectory import Array as Array
 
 
 @dataclass(frozen=True)

@@ -25,13 +25,7 @@ def arctan2(y: Any, x: Any) -> Any:
 
 
 def functions(ivp: ConstrainedIvp) -> types.ModuleType:
-    """Return the module of ``chart``, ``inverse_chart`` and ``two_form`` of a problem, uncompiled: tuples in, tuples out.
-
-    Raises
-    ------
-    BadInput
-        If the problem declares no chart.
-    """
+    """Return the module of ``chart``, ``inverse_chart`` and ``two_form`` of a problem, uncompiled: tuples in, tuples out."""
     if not ivp.facts.CHART:
         raise BadInput(f"{ivp.problem} declares no chart of its manifold; add one to its definition.")
 

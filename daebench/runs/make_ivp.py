@@ -70,7 +70,9 @@ def _parameters(source: Source, of_case: Mapping[str, float], given: Mapping[str
         if name not in values:
             raise unknown(f"parameter of {source.problem}", name, values)
         values[name] = real(name, value)
-    _require_positive(source.problem, source.facts, values)
+    for name in source.facts.POSITIVE:
+        if not values[name] > 0:
+            raise BadInput(f"{name} = {values[name]:g} of {source.problem} must be greater than 0.")
     return values
 
 
@@ -81,12 +83,6 @@ def _in_domain(ivp: PoissonIvp) -> PoissonIvp:
     return ivp
 
 
-def _require_positive(problem: str, facts: types.ModuleType, values: Mapping[str, float]) -> None:
-    for name in facts.POSITIVE:
-        if not values[name] > 0:
-            raise BadInput(f"{name} = {values[name]:g} of {problem} must be greater than 0.")
-
-
 def _case_start(facts: types.ModuleType, case: str, values: Mapping[str, float]) -> tuple[Array, ...]:
     with np.errstate(all="ignore"):
         start = facts.INITIAL[case](tuple(map(np.float64, values.values())))
@@ -94,13 +90,7 @@ def _case_start(facts: types.ModuleType, case: str, values: Mapping[str, float])
 
 
 def initial_values(name: str, values: Any, facts: types.ModuleType) -> Array:
-    """Return initial values as an array, shape(d,), each a finite number.
-
-    Raises
-    ------
-    BadInput
-        If they are not as many as the problem has positions or coordinates, or one is no finite number.
-    """
+    """Return initial values as an array, shape(d,); BadInput is raised for another number of them, or one that is not finite."""
     d, what = (facts.N, "coordinates") if facts.KIND == "poisson" else (facts.D, "positions")
     if isinstance(values, str) or not np.iterable(values):
         raise BadInput(f"{name} = {values!r} must be {d} numbers.")

@@ -60,15 +60,7 @@ def _numbers(values: Any) -> str:
 
 
 def text(name: str, about: Mapping[str, str]) -> str:
-    """Return how a file was made.
-
-    Parameters
-    ----------
-    name : str
-        What the file is called.
-    about : mapping of str to str
-        What is in it, by the beginning of the line.
-    """
+    """Return how a file of this name was made; ``about`` is what is in it, by the beginning of the line."""
     made = {"Versions": ", ".join(f"{package} {number}" for package, number in versions().items()), "Machine": machine()}
     command = {"Command": shlex.join(["daebench", *sys.argv[1:]])} if Path(sys.argv[0]).stem in ("daebench", "__main__") else {}
     lines = [f"{name} was made by daebench {version('daebench')} on {now()}.", ""]
@@ -93,31 +85,17 @@ def made_by(command: str) -> dict[str, str]:
     return {MAKER.strip(": "): command}
 
 
-def require_own(path: Path, command: str, *, overwrite: bool, option: str = "--out") -> None:
+def require_own(path: Path, command: str, *, overwrite: bool) -> None:
     """Accept an output file that is new, or that the same command made before, as the text beside it says.
 
-    Parameters
-    ----------
-    path : Path
-        The file that is to be written.
-    command : str
-        Who is to write it, as "daebench run".
-    overwrite : bool
-        Whether any file may be replaced.
-    option : str
-        Where the path was given.
-
-    Raises
-    ------
-    BadInput
-        If it is there and another command made it, or nothing says who did.
+    BadInput is raised if another command made it, or nothing says who did, unless any file may be replaced by ``overwrite``.
     """
     if overwrite or not path.exists():
         return
     maker = _maker(path.with_name(f"{path.name}.txt"))
     if maker != command:
         whose = f"{maker} made it" if maker else f"nothing beside it says that {command} made it"
-        raise BadInput(f"{option} {path}: the file is there, and {whose}; choose another name, or add --overwrite to replace it.")
+        raise BadInput(f"--out {path}: the file is there, and {whose}; choose another name, or add --overwrite to replace it.")
 
 
 def _maker(beside: Path) -> str:

@@ -15,10 +15,7 @@ PoissonScheme = PoissonStep | Lifted
 def measured(method: Any, ivp: Ivp, why: str) -> Any:
     """Return a method, of either kind of problem, where it is a fixed-step method that takes this problem.
 
-    Raises
-    ------
-    BadInput
-        If it is not, with ``why`` that matters, or if it refuses the problem.
+    If it is not, BadInput says so with ``why`` that matters, or with the reason for which it refuses the problem.
     """
     if isinstance(ivp, ConstrainedIvp):
         if ivp.arrays:

@@ -29,30 +29,10 @@ VARIANTS: dict[str, dict[str, Any]] = {
 
 
 def measure(ivp: Ivp, name: str, *, h: float, steps: int, repeat: int, anyway: bool = False) -> dict[str, Any]:
-    """Return a method's best time of a step: bare, monitored, and monitored and counted.
+    """Return a method's best time of a step in several runs: bare, monitored, and monitored and counted.
 
-    Parameters
-    ----------
-    ivp : InitialValueProblem
-        What is integrated.
-    name : str
-        A fixed-step method.
-    h : float
-        Step size.
-    steps, repeat : int
-        Steps of one run, and runs of which the best counts.
-    anyway : bool
-        Whether the scheme may be run on a Poisson system that is not of its class.
-
-    Returns
-    -------
-    dict
-        "method", "ns_per_step", "ns_watched", "ns_counted" (nanoseconds), "note" (why there is no number).
-
-    Raises
-    ------
-    BadInput
-        If a method is not a fixed-step method.
+    The row has "method", "ns_per_step", "ns_watched" and "ns_counted", in nanoseconds, and "note", which says why there is no number.
+    BadInput is raised if it is not a fixed-step method.
     """
     if steps < 1 or repeat < 1:
         raise BadInput(f"steps = {steps} and repeat = {repeat} must be at least 1.")

@@ -45,13 +45,7 @@ def require_plain(what: str, symbols: Iterable[Any], domain: Sequence[Any] = (),
 
 
 def require_checked(parameters: Iterable[Any]) -> None:
-    """Accept parameters that are assumed to be real or positive, which every value that is given is held against.
-
-    Raises
-    ------
-    InvalidProblem
-        Naming the parameter and the assumption.
-    """
+    """Accept parameters assumed to be real or positive, which their values are held against; InvalidProblem names any other assumption."""
     for symbol in parameters:
         allowed = sp.Symbol("x", real=True, positive=symbol.is_positive).assumptions0
         if any(allowed.get(name) is not value for name, value in symbol.assumptions0.items()):

@@ -9,8 +9,9 @@ import sympy as sp
 
 from daebench.errors import InvalidProblem
 from daebench.systems.assumptions import require_checked, require_plain
-from daebench.systems.constrained import Case, ConstrainedHamiltonian, Exact, Picture, coordinates
+from daebench.systems.constrained import Case, ConstrainedHamiltonian, coordinates
 from daebench.systems.definition_parts import check_cases, check_coordinates, check_parameters, check_real, several
+from daebench.systems.picture import Exact, Picture
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -107,7 +108,7 @@ class ConstrainedChain:
         for name, symbols in (("here", self.here), ("before", self.before)):
             check_coordinates(name, symbols)
         check_parameters(self.parameters)
-        check_cases(self.cases, "Case", ("q", "p"))
+        check_cases(self.cases, "Case", ("q", "p"), self.parameters)
         for name, matrix in (("mass", self.mass), ("joint_mass", self.joint_mass)):
             if matrix is not None and not isinstance(matrix, sp.MatrixBase):
                 raise InvalidProblem(f"{name} of the chain must be a SymPy Matrix, and is a {type(matrix).__name__}.")

@@ -11,10 +11,8 @@ from daebench.errors import InvalidProblem
 from daebench.systems.assumptions import require_checked, require_plain
 from daebench.systems.constrained_checks import check_parts, check_second_derivatives, strange
 from daebench.systems.definition_parts import check_coordinates, check_distinct, check_real, several
+from daebench.systems.picture import Exact
 from daebench.systems.picture import Picture as Picture
-
-Exact = Any
-"""An exact number or expression: int, str as in "9.81", or a SymPy expression in the problem's parameters."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -200,10 +198,6 @@ class ConstrainedHamiltonian:
             extra = set() if expression is None else sp.sympify(expression).free_symbols - symbols - known
             if extra:
                 raise strange(where, extra, {*state, *known})
-        names = {str(symbol) for symbol in known}
-        for name, case in self.cases.items():
-            if foreign := {key for key, value in case.parameters.items() if key not in names and not isinstance(value, int)}:
-                raise InvalidProblem(f"case {name!r} sets {', '.join(sorted(foreign))}, which is no parameter of the problem.")
 
     def _check_kinetic_flow(self, flow: KineticFlow) -> None:
         check_coordinates("the time of the kinetic flow", [flow.t])

@@ -1,6 +1,6 @@
 """What can be said of a definition before any number is put in: its parts are what they must be, and H and g have second derivatives."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from typing import Any
 
 import sympy as sp
@@ -33,17 +33,11 @@ OPEN: tuple[type, ...] = (sp.Derivative, sp.Subs, sp.Integral, sp.Sum, sp.Produc
 
 
 def check_parts(problem: Problem) -> None:
-    """Accept a definition whose parts are of the types that they must be.
-
-    Raises
-    ------
-    InvalidProblem
-        Naming the part, and what it is instead.
-    """
+    """Accept a definition whose parts are of the right types; InvalidProblem names the part, and what it is instead."""
     for name, symbols in (("q", problem.q), ("p", problem.p)):
         check_coordinates(name, symbols)
     check_parameters(problem.parameters)
-    check_cases(problem.cases, "Case", ("q", "p"))
+    check_cases(problem.cases, "Case", ("q", "p"), problem.parameters)
     check_functions("integral", problem.integrals)
     check_real("g", several("g", problem.g))
     for name, expression in {"H": problem.H, "U": problem.U}.items():
@@ -51,30 +45,16 @@ def check_parts(problem: Problem) -> None:
             check_real(name, [expression])
     if problem.M is not None:
         check_mass(problem.M)
-    for name, (given, kind) in _declared(problem).items():
+    for name, kind in (("kinetic_flow", "KineticFlow"), ("chart", "Chart"), ("picture", "Picture")):
+        given = getattr(problem, name)
         if given is not None and type(given).__name__ != kind:
             raise InvalidProblem(f"{name} is a {type(given).__name__}; it must be a {kind}, or be left out.")
     if problem.closed_form is not None and not callable(problem.closed_form):
         raise InvalidProblem(f"closed_form is a {type(problem.closed_form).__name__}; it must be a function, or be left out.")
 
 
-def _declared(problem: Problem) -> dict[str, tuple[Any, str]]:
-    """Return what may be declared of a problem, and the class that it must be of, by name."""
-    return {
-        "kinetic_flow": (problem.kinetic_flow, "KineticFlow"),
-        "chart": (problem.chart, "Chart"),
-        "picture": (problem.picture, "Picture"),
-    }
-
-
 def check_mass(M: Any) -> None:
-    """Accept a matrix of real expressions in which no position is without mass.
-
-    Raises
-    ------
-    InvalidProblem
-        Naming the entry.
-    """
+    """Accept a matrix of real expressions in which no position is without mass; InvalidProblem names the entry."""
     if not isinstance(M, sp.MatrixBase):
         raise InvalidProblem(f"the mass matrix M must be a SymPy Matrix, and is a {type(M).__name__}.")
     check_real("M", list(M))
@@ -85,28 +65,17 @@ def check_mass(M: Any) -> None:
 
 
 def check_second_derivatives(problem: Problem) -> None:
-    """Accept a definition whose H, or M and U, and g are made of functions that are twice differentiable.
-
-    Raises
-    ------
-    InvalidProblem
-        Naming the function and where it is.
-    """
+    """Accept a definition whose H, or M and U, and g are made of functions that are twice differentiable."""
     state = {*problem.q, *problem.p}
-    parts = {f"g[{k}]": each for k, each in enumerate(problem.g)} | {"M": problem.M} | _scalars(problem)
+    parts = {f"g[{k}]": each for k, each in enumerate(problem.g)} | {"M": problem.M, "H": problem.H, "U": problem.U}
+    parts |= {f"integral {name}": each for name, each in problem.integrals.items()}
     for name, expression in parts.items():
         if expression is not None:
             check_smooth(name, expression, state)
 
 
 def check_smooth(name: str, expression: Any, state: Iterable[sp.Symbol]) -> None:
-    """Accept an expression of functions that are twice differentiable in the state, and known.
-
-    Raises
-    ------
-    InvalidProblem
-        Naming the function and where it is.
-    """
+    """Accept an expression of known functions that are twice differentiable in the state; InvalidProblem names any other function."""
     found = sp.sympify(expression).atoms(AppliedUndef, *OPEN, *KINKED)
     for each in sorted(found, key=lambda one: (one.count_ops(), str(one))):
         if isinstance(each, AppliedUndef):
@@ -125,9 +94,3 @@ def strange(where: str, extra: Iterable[sp.Symbol], known: Iterable[sp.Symbol]) 
             f"{where} contains {names} with other assumptions than those declared; use one and the same symbol throughout."
         )
     return InvalidProblem(f"{where} contains {', '.join(sorted(map(str, extra)))}, which it may not depend on; declare it.")
-
-
-def _scalars(problem: Problem) -> dict[str, Any]:
-    """Return what must be one expression each, by name."""
-    integrals: Mapping[str, Any] = {f"integral {name}": each for name, each in problem.integrals.items()}
-    return {name: each for name, each in {"H": problem.H, "U": problem.U, **integrals}.items() if each is not None}

@@ -20,26 +20,14 @@ ON_SINGULAR = ("stop", "continue", "least-squares")
 
 
 def check_coordinates(name: str, symbols: Any) -> None:
-    """Accept a sequence of symbols; for what they may be assumed to be, see ``assumptions``.
-
-    Raises
-    ------
-    InvalidProblem
-        Naming what is none.
-    """
+    """Accept a sequence of symbols; InvalidProblem names any other entry. Their assumptions are checked in ``assumptions``."""
     for each in several(name, symbols):
         if not isinstance(each, sp.Symbol):
             raise InvalidProblem(f"{name} contains {each!r}, which is no SymPy Symbol.")
 
 
 def check_parameters(parameters: Any) -> None:
-    """Accept a mapping of symbols to numbers.
-
-    Raises
-    ------
-    InvalidProblem
-        Naming the parameter, and the value that is no number.
-    """
+    """Accept a mapping of symbols to numbers; InvalidProblem names the parameter whose value is no number."""
     if not isinstance(parameters, Mapping):
         raise InvalidProblem(f"the parameters are {parameters!r}; they must be a mapping of symbols to numbers.")
     check_coordinates("the parameters", parameters)
@@ -48,34 +36,17 @@ def check_parameters(parameters: Any) -> None:
 
 
 def check_distinct(symbols: Iterable[sp.Symbol], what: str) -> None:
-    """Accept symbols that have different names: tables and generated code know them by name.
-
-    Raises
-    ------
-    InvalidProblem
-        Naming those that are used twice.
-    """
+    """Accept symbols of different names, by which tables and generated code know them; InvalidProblem names those used twice."""
     names = [str(symbol) for symbol in symbols]
     if twice := {name for name in names if names.count(name) > 1}:
         raise InvalidProblem(f"{', '.join(sorted(twice))} stands for more than one {what}; rename one.")
 
 
-def check_cases(cases: Any, kind: str, states: Sequence[str]) -> None:
-    """Accept named cases whose parts are of the types that they must be.
+def check_cases(cases: Any, kind: str, states: Sequence[str], parameters: Mapping[sp.Symbol, float]) -> None:
+    """Accept named cases of the class ``kind`` whose parts are of the right types; ``states`` are those that are initial values.
 
-    Parameters
-    ----------
-    cases : mapping of str to Case
-        The cases.
-    kind : str
-        Name of the class that each must be of.
-    states : sequence of str
-        Names of the parts that are initial values.
-
-    Raises
-    ------
-    InvalidProblem
-        Naming the case and the part.
+    A number that a case sets belongs to one of the parameters; a whole number may belong to a structural parameter, which only the file
+    knows. InvalidProblem names the case and the part.
     """
     if not isinstance(cases, Mapping):
         raise InvalidProblem(f"the cases are {cases!r}; they must be a mapping of names to {kind}(...).")
@@ -86,10 +57,10 @@ def check_cases(cases: Any, kind: str, states: Sequence[str]) -> None:
             raise InvalidProblem(f"case {name!r} is a {type(case).__name__}; it must be a {kind}({arguments}).")
         for state in states:
             check_real(f"{state} of case {name!r}", several(f"{state} of case {name!r}", getattr(case, state)))
-        _check_settings(name, case)
+        _check_settings(name, case, {str(symbol) for symbol in parameters})
 
 
-def _check_settings(name: str, case: Any) -> None:
+def _check_settings(name: str, case: Any, parameters: set[str]) -> None:
     """Accept what a case has beside initial values."""
     if not isinstance(case.parameters, Mapping):
         raise InvalidProblem(f"the parameters of case {name!r} are {case.parameters!r}; they must be a mapping of names to numbers.")
@@ -97,6 +68,8 @@ def _check_settings(name: str, case: Any) -> None:
         if not isinstance(parameter, str):
             raise InvalidProblem(f"case {name!r} sets {parameter!r}, which is no text; give the parameter's name as text.")
         _require_number(f"{parameter} of case {name!r}", value, "give a number")
+    if foreign := {key for key, value in case.parameters.items() if key not in parameters and not isinstance(value, int)}:
+        raise InvalidProblem(f"case {name!r} sets {', '.join(sorted(foreign))}, which is no parameter of the problem.")
     if not isinstance(case.about, str):
         raise InvalidProblem(f"about of case {name!r} is {case.about!r}, which is no text.")
     if getattr(case, "on_singular", "stop") not in ON_SINGULAR:
@@ -104,13 +77,7 @@ def _check_settings(name: str, case: Any) -> None:
 
 
 def check_functions(what: str, functions: Any) -> None:
-    """Accept a mapping of names to real expressions.
-
-    Raises
-    ------
-    InvalidProblem
-        Naming what is no mapping, no name or no expression.
-    """
+    """Accept a mapping of names to real expressions; InvalidProblem says what is no mapping, no name or no expression."""
     if not isinstance(functions, Mapping):
         raise InvalidProblem(f"{what}s are {functions!r}; they must be a mapping of names to expressions.")
     for name, each in functions.items():
@@ -121,10 +88,7 @@ def check_functions(what: str, functions: Any) -> None:
 def check_real(name: str, values: Sequence[Any]) -> None:
     """Accept expressions that may be real numbers, of a size that can be derived.
 
-    Raises
-    ------
-    InvalidProblem
-        Naming what is an equation, no expression, or has an imaginary unit, infinity or NaN in it.
+    InvalidProblem names an equation, what is no expression, and one with an imaginary unit, infinity or NaN in it.
     """
     for k, value in enumerate(values):
         where = f"{name}[{k}]" if len(values) > 1 else name
@@ -146,13 +110,7 @@ def check_real(name: str, values: Sequence[Any]) -> None:
 
 
 def check_size(name: str, expression: sp.Basic) -> None:
-    """Accept an expression that is not so large, or so deep, that its derivatives cannot be written.
-
-    Raises
-    ------
-    InvalidProblem
-        With its size.
-    """
+    """Accept an expression that is not so large, or so deep, that its derivatives cannot be written."""
     size, depth = extent(expression)
     if depth > DEEPEST:
         raise InvalidProblem(f"{name} has {depth} operations within each other, and at most {DEEPEST} can be derived; write it flatter.")
@@ -178,13 +136,7 @@ def extent(expression: sp.Basic) -> tuple[int, int]:
 
 
 def several(name: str, values: Any) -> list[Any]:
-    """Return values as a list.
-
-    Raises
-    ------
-    InvalidProblem
-        If they are no sequence.
-    """
+    """Return values as a list; refuse what is no sequence."""
     if isinstance(values, str) or not hasattr(values, "__len__"):
         raise InvalidProblem(f"{name} is {values!r}, and must be a sequence; write [{values!r}].")
     return list(values)

@@ -1,15 +1,12 @@
 """Flows of the kinetic energy on manifolds on which geodesics have a closed form: spheres, rotations, and products of such."""
 
 from collections.abc import Sequence
-from typing import Any
 
 import sympy as sp
 
 from daebench.errors import InvalidProblem
 from daebench.systems.constrained import KineticFlow
-
-Exact = Any
-"""An exact number or expression in the problem's parameters."""
+from daebench.systems.picture import Exact
 
 TIME = sp.Symbol("t", real=True)
 

@@ -1,6 +1,6 @@
 """A Poisson system on a periodic lattice: what happens at one site and its neighbours, however many sites there are."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 
@@ -129,7 +129,7 @@ class PoissonLattice:
         for name, symbols in (("here", self.here), ("left", self.left), ("right", self.right)):
             check_coordinates(name, symbols)
         check_parameters(self.parameters)
-        check_cases(self.cases, "PoissonCase", ("y",))
+        check_cases(self.cases, "PoissonCase", ("y",), self.parameters)
         if not isinstance(self.b, sp.MatrixBase) or self.b.shape != (len(self.here), len(self.here)):
             raise InvalidProblem("the structure matrix b of a site must be a SymPy Matrix of as many rows and columns as here has symbols.")
         check_real("b", list(self.b))
@@ -226,8 +226,7 @@ class PoissonLattice:
         )
 
     @staticmethod
-    def _canonical(map_: LatticeDarboux, sites: int, everywhere: object) -> DarbouxMap:
+    def _canonical(map_: LatticeDarboux, sites: int, everywhere: Callable[[Sequence[sp.Expr]], list[sp.Expr]]) -> DarbouxMap:
         q, p = ([sp.Symbol(f"{own}{k}", **own.assumptions0) for k in range(1, sites + 1)] for own in (map_.q, map_.p))
-        assert callable(everywhere)
         here = [sp.sympify(each).xreplace({map_.q: q[k], map_.p: p[k]}) for each in map_.here for k in range(sites)]
         return DarbouxMap(q=q, p=p, Q=everywhere([map_.Q]), P=everywhere([map_.P]), y=here)

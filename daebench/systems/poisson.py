@@ -18,11 +18,8 @@ from daebench.systems.definition_parts import (
     check_real,
     several,
 )
-from daebench.systems.picture import Picture
+from daebench.systems.picture import Exact, Picture
 from daebench.systems.poisson_checks import check_casimirs, check_darboux, check_jacobi, check_skew, check_splitting
-
-Exact = Any
-"""An exact number or expression: int, str as in "9.81", or a SymPy expression in the problem's parameters."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -180,14 +177,8 @@ class PoissonSystem:
         self._check_sizes()
         self._check_symbols()
         if verify:
-            self._verify()
-
-    def _verify(self) -> None:
-        check_skew(self)
-        check_jacobi(self)
-        check_casimirs(self)
-        check_splitting(self)
-        check_darboux(self)
+            for identity in (check_skew, check_jacobi, check_casimirs, check_splitting, check_darboux):
+                identity(self)
 
     @property
     def n(self) -> int:
@@ -210,7 +201,7 @@ class PoissonSystem:
     def _check_parts(self) -> None:
         check_coordinates("y", self.y)
         check_parameters(self.parameters)
-        check_cases(self.cases, "PoissonCase", ("y",))
+        check_cases(self.cases, "PoissonCase", ("y",), self.parameters)
         check_real("H", [self.H])
         check_real("the domain", several("the domain", self.domain))
         for what, functions in (("Casimir function", self.casimirs), ("integral", self.integrals)):
@@ -262,10 +253,6 @@ class PoissonSystem:
                 raise InvalidProblem(f"{where} contains {', '.join(sorted(map(str, extra)))}, which it may not depend on; declare it.")
             if written.has(sp.I, sp.nan, sp.zoo, sp.oo, -sp.oo):
                 raise InvalidProblem(f"{where} is not a real number everywhere: it contains an imaginary unit, infinity or NaN.")
-        names = {str(symbol) for symbol in self.parameters}
-        for name, case in self.cases.items():
-            if foreign := {key for key, value in case.parameters.items() if key not in names and not isinstance(value, int)}:
-                raise InvalidProblem(f"case {name!r} sets {', '.join(sorted(foreign))}, which is no parameter of the problem.")
 
     def _expressions(self) -> list[tuple[str, Any, set[sp.Symbol]]]:
         """Return what every expression is, and what it may depend on besides the parameters."""

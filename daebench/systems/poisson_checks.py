@@ -31,13 +31,7 @@ Sparse = dict[int, sp.Expr]
 
 
 def check_skew(system: System) -> None:
-    """Verify B^T = -B.
-
-    Raises
-    ------
-    InvalidProblem
-        Naming the coordinates of the first pair of entries that fails.
-    """
+    """Verify B^T = -B; InvalidProblem names the coordinates of the first pair of entries that fails."""
     entries = system.B.todok()
     pairs = sorted({(min(pair), max(pair)) for pair in entries})
     sums = {_names(system, i, j): entries.get((i, j), 0) + entries.get((j, i), 0) for i, j in pairs}
@@ -47,16 +41,11 @@ def check_skew(system: System) -> None:
 
 
 def check_jacobi(system: System) -> None:
-    """Verify the Jacobi identity, HLW (2.10).
+    """Verify the Jacobi identity, HLW (2.10); InvalidProblem names the coordinates of the first triple that fails, and the sum.
 
     ::
 
         sum_m  d b_ij/d y_m b_mk + d b_jk/d y_m b_mi + d b_ki/d y_m b_mj = 0        for all i, j, k
-
-    Raises
-    ------
-    InvalidProblem
-        Naming the coordinates of the first triple that fails, and the sum.
     """
     index, entries = _index(system), system.B.todok()
     rows: dict[int, Sparse] = defaultdict(dict)
@@ -75,10 +64,7 @@ def check_jacobi(system: System) -> None:
 def check_casimirs(system: System) -> None:
     """Verify grad C^T B = 0 of each Casimir function, HLW Def. 2.5, and {F, H} = 0 of each integral F.
 
-    Raises
-    ------
-    InvalidProblem
-        Naming the function, and the component or bracket that does not vanish.
+    InvalidProblem names the function, and the component or bracket that does not vanish.
     """
     for name, casimir in system.casimirs.items():
         claims = {_names(system, i): component for i, component in field(system, casimir).items()}
@@ -91,10 +77,7 @@ def check_casimirs(system: System) -> None:
 def check_splitting(system: System) -> None:
     """Verify the flow of each part, HLW VII.4.2, and that the parts of each splitting add up to H.
 
-    Raises
-    ------
-    InvalidProblem
-        Naming the part and the component at which its flow fails, or the splitting whose parts do not add up.
+    InvalidProblem names the part and the component at which its flow fails, or the splitting whose parts do not add up.
     """
     for name, part in system.parts.items():
         _check_flow(system, name, part)
@@ -107,10 +90,7 @@ def check_splitting(system: System) -> None:
 def check_darboux(system: System) -> None:
     """Verify that canonical coordinates are canonical, HLW (3.13) with the signs of (2.3), and lead back to the state.
 
-    Raises
-    ------
-    InvalidProblem
-        Naming the two coordinates whose bracket is wrong, or the component of the state that does not come back.
+    InvalidProblem names the two coordinates whose bracket is wrong, or the component of the state that does not come back.
     """
     if (map_ := system.darboux) is None:
         return

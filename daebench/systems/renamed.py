@@ -16,13 +16,7 @@ NAMES = {
 
 
 def current_name(name: str) -> str:
-    """Return the name under which something of ``daebench`` is found today, with a warning where it was renamed.
-
-    Warns
-    -----
-    FutureWarning
-        If the name is an old one.
-    """
+    """Return the name under which something of ``daebench`` is found today, with a FutureWarning where it was renamed."""
     if name not in NAMES:
         return name
     _warn(f"daebench.{name}", f"daebench.{NAMES[name]}", level=4)
@@ -30,13 +24,7 @@ def current_name(name: str) -> str:
 
 
 class OldAttribute:
-    """The old name of an attribute or method; it warns and gives what the new name gives.
-
-    Parameters
-    ----------
-    name : str
-        The new name.
-    """
+    """The old name of an attribute or method; it warns and gives what is found under the new ``name``."""
 
     def __init__(self, name: str) -> None:
         self.name = name

@@ -69,7 +69,7 @@ def test_what_was_looked_at_is_not_looked_at_again(tmp_path, monkeypatch, pools)
         patch.setattr(timed_runs, "with_time", interrupted)
         with pytest.raises(KeyboardInterrupt):
             make_runs(CELLS, kept, lambda *told: None, pools[1])
-    monkeypatch.setattr("daebench.studies.grid.measure.looked_at", lambda cell: pytest.fail("looked at"))
+    monkeypatch.setattr("daebench.studies.grid.measure.measured_row", lambda cell: pytest.fail("looked at"))
     with opened(tmp_path / "studies.db") as kept:
         make_runs(CELLS, kept, lambda *told: None, pools[1])
         assert all(key_of(cell) in kept for cell in CELLS)

@@ -34,6 +34,7 @@ def made(tmp_path_factory):
     """Make a folder with a study of a problem of daebench's and of one of one's own, and its archive."""
     folder = tmp_path_factory.mktemp("made")
     (folder / "ring.py").write_text(RING)
+    ivp_of.cache_clear()  # another test may have read another file by this name
     with pytest.MonkeyPatch.context() as patch, opened(folder / "s.db") as store:
         patch.chdir(folder)
         patch.setattr("daebench.methods.names.FixedStep", Uncompiled)

@@ -13,8 +13,8 @@ import pytest
 
 from daebench.errors import BadInput, DaebenchError
 from daebench.studies.grid import batches
-from daebench.studies.grid.engine import computed
 from daebench.studies.grid.run_specification import Cell, code_version
+from daebench.studies.grid.runs import computed
 from daebench.studies.grid.schedulers import dask_cluster, workers_of
 from daebench.studies.grid.store import StoredRow, opened
 

@@ -24,7 +24,7 @@ from daebench.runs.ivp import PoissonIvp
 from daebench.runs.request import Request
 from daebench.studies.grid import checkpoint
 from daebench.studies.grid.checkpoint import Checkpoint, identity, load, resumed, save
-from daebench.studies.grid.interrupts import alike
+from daebench.studies.grid.interrupts import terminated_as_interrupted
 from daebench.studies.long import blocks, initial_conditions
 from daebench.studies.long import run as long_run
 from daebench.studies.long.blocks import MANY, Blocks, middles
@@ -270,7 +270,7 @@ def test_a_signal_stops_a_member_with_everything_kept(number, uncompiled, tmp_pa
             signal.raise_signal(number)
 
     before = signal.getsignal(number)
-    with alike(), pytest.raises(KeyboardInterrupt):
+    with terminated_as_interrupted(), pytest.raises(KeyboardInterrupt):
         run_member(spec, STEPS, file, stop)
     assert signal.getsignal(number) == before
     assert load(file, identity(spec)).done == round(told[-1] * STEPS) < STEPS

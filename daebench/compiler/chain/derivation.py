@@ -16,7 +16,8 @@ from daebench.compiler.linear.elimination_source import Target
 from daebench.compiler.monitored import Monitored, State, of_constrained
 from daebench.compiler.work import WORK
 from daebench.systems.chain import ConstrainedChain
-from daebench.systems.constrained import Case, ConstrainedHamiltonian, Exact
+from daebench.systems.constrained import Case, ConstrainedHamiltonian
+from daebench.systems.picture import Exact
 
 if TYPE_CHECKING:
     from daebench.compiler.chain.trace import Tracer

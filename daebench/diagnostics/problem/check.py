@@ -63,12 +63,12 @@ def held(ivp: Ivp, tell: Callable[[str], None] = lambda what: None) -> list[Held
 
     Parameters
     ----------
-    setting : Ivp
+    ivp : Ivp
         The case.
     tell : callable
         Told what is being checked, before it is.
     """
-    declared = _declared(ivp)
+    declared = make_ivp(ivp.source, ivp.case) if ivp.case in ivp.facts.CASES else ivp  # numbers that are given are not the file's mistake
     found: list[Held] = []
     for what, check in _checks(declared).items():
         tell(what)
@@ -85,7 +85,7 @@ def held(ivp: Ivp, tell: Callable[[str], None] = lambda what: None) -> list[Held
 
 
 def require_sound(ivp: Ivp) -> None:
-    """Accept a problem of which nothing is wrong at the case of a setting, but for what is left to runs; this is remembered in the cache.
+    """Accept a case of a problem of which nothing is wrong, but for what is left to runs; this is remembered in the cache.
 
     Raises
     ------
@@ -101,11 +101,6 @@ def require_sound(ivp: Ivp) -> None:
 
     if ivp.case in ivp.facts.CASES:
         generated(f"{ivp.problem}_sound", f"{ivp.source.key} case {ivp.case} sound {digest_of_packages(*DECIDING)}", build)
-
-
-def _declared(ivp: Ivp) -> Ivp:
-    """Return the case as it is declared: other parameters and initial values are not the file's mistake."""
-    return make_ivp(ivp.source, ivp.case) if ivp.case in ivp.facts.CASES else ivp
 
 
 def _checks(ivp: Ivp) -> Mapping[str, Check]:

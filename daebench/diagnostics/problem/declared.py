@@ -7,7 +7,6 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from daebench.diagnostics.nearby import (
     differs,
@@ -23,9 +22,7 @@ from daebench.diagnostics.nearby import (
     without_potential,
 )
 from daebench.errors import BadInput
-from daebench.runs.ivp import ConstrainedIvp, Ivp
-
-Array = NDArray[np.float64]
+from daebench.runs.ivp import Array, ConstrainedIvp, Ivp
 
 CLOSE = 1e-7
 """Largest relative difference that rounding may make."""

@@ -9,9 +9,9 @@ from dataclasses import replace
 from daebench.errors import DaebenchError
 from daebench.pages.report.page import Progress
 from daebench.pages.report.two_processes import two_processes
-from daebench.studies.grid.engine import computed
-from daebench.studies.grid.measure import bare, with_time
+from daebench.studies.grid.measure import timed_request, with_time
 from daebench.studies.grid.run_specification import Cell, code_version
+from daebench.studies.grid.runs import computed
 from daebench.studies.grid.specification_key import key_of
 from daebench.studies.grid.store import Store, StoredRow
 
@@ -76,6 +76,6 @@ def warm(cell: Cell) -> None:
     try:
         solver = cell.solver
         t_end = STEPS * cell.value if solver.knob == "h" else cell.t_end / 1000
-        solver.solve(cell.ivp, replace(bare(cell, solver.knob), t_end=t_end))
+        solver.solve(cell.ivp, replace(timed_request(cell, solver.knob), t_end=t_end))
     except DaebenchError:
         return

@@ -23,7 +23,7 @@ OK, FALLS_SHORT, NOT_CLAIMED = "ok", "FALLS SHORT", "not claimed"
 NOT_APPLICABLE, UNDETERMINED = "not applicable", "undetermined"
 
 DEFECT_STEPS = 10
-"""Steps of the map whose defects are measured: a single step may be exact by accident."""
+"""Steps of the map whose defects are measured: one step of some schemes that are not symplectic keeps the two-form, by accident."""
 
 ROUNDINGS = 64.0
 """Roundings of the size of the state that are allowed for in each step."""
@@ -68,13 +68,13 @@ class Finding:
     note: str = ""
 
 
-def held(property: str, claimed: bool | None, measured: float, bound: float = NO_BOUND, note: str = "") -> Finding:
+def finding(property: str, claimed: bool | None, measured: float, bound: float = NO_BOUND, note: str = "") -> Finding:
     """Return the finding on a number that must not exceed its bound where it is claimed; NaN exceeds it."""
     verdict = NOT_CLAIMED if not claimed else OK if measured <= bound else FALLS_SHORT
     return Finding(property, claimed, measured, bound, verdict, note=note)
 
 
-def tried(measure: Callable[[], Any]) -> tuple[float, str]:
+def attempted(measure: Callable[[], Any]) -> tuple[float, str]:
     """Return a number, or NaN and the sentence that says why there is none: no solution, or a chart that is singular there."""
     try:
         return float(measure()), ""
@@ -103,7 +103,7 @@ class Bench(ABC, Generic[Ivp, Run]):
     def findings(self) -> list[Finding]:
         """Return all findings but that on the order."""
         return self.defects() + [
-            held(f"keeps {NAMES.get(name, name)}", claimed, self.run.maxima[name], self.bound(self.run.steps, size))
+            finding(f"keeps {NAMES.get(name, name)}", claimed, self.run.maxima[name], self.bound(self.run.steps, size))
             for name, (claimed, size) in self.conserved().items()
         ]
 

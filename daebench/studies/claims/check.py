@@ -4,7 +4,7 @@ What is claimed to hold exactly is measured to be zero but for rounding; the bou
 :mod:`daebench.studies.claims.bench`.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
@@ -24,7 +24,7 @@ from daebench.studies.claims.constrained import ConstrainedBench
 from daebench.studies.claims.poisson import PoissonBench
 from daebench.studies.measurable import PoissonScheme, measured, order_of
 from daebench.studies.orders.series import Series
-from daebench.studies.orders.study import study
+from daebench.studies.orders.study import Began, study
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -40,9 +40,6 @@ MOST_STATES = 1000
 
 NO_CLAIMS = "and makes no claims to check"
 """What is said of a method that is no fixed-step method."""
-
-Progress = Callable[[float, str], None]
-"""Told the fraction done and what is being done."""
 
 
 def check(
@@ -103,43 +100,28 @@ def check_claims(
     h: float | None = None,
     steps: int = STEPS,
     halvings: int | None = None,
-    progress: Progress | None = None,
+    progress: Began | None = None,
 ) -> list[Finding]:
     """Return what a method claims on an initial value problem, and what is measured: the rows of :func:`check`, which has the errors.
 
-    Parameters
-    ----------
-    ivp : InitialValueProblem
-        A problem with consistent initial values.
-    method : Method
-        A fixed-step method.
-    h, steps
-        As for :func:`check`; the defects are those of at most 10 steps.
-    halvings : int, optional
-        As for :func:`daebench.studies.orders.study.study`.
-    progress : callable, optional
-        Told the fraction done and what is being done.
-
-    Returns
-    -------
-    list of Finding
-        Order, symmetry, symplecticity, in the problem's chart too where it declares one, both constraints, energy, and each first
-        integral that the problem declares; of a Poisson system order, symmetry, whether it is a Poisson map, energy, each Casimir
-        function and each first integral.
+    They are order, symmetry, symplecticity, in the problem's chart too where it declares one, both constraints, energy, and each first
+    integral that the problem declares; of a Poisson system order, symmetry, whether it is a Poisson map, energy, each Casimir function and
+    each first integral. ``h`` and ``steps`` are as for :func:`check`, the others as for :func:`daebench.studies.orders.study.study`;
+    defects are those of at most 10 steps.
     """
-    told = progress or (lambda fraction, label: None)
+    report = progress or (lambda fraction, label: None)
     fixed = measured(method, ivp, NO_CLAIMS)
     value = default_step(ivp) if h is None else h
     request = Request(
         value=value, steps=steps, every=max(1, steps // MOST_STATES), watch=POISSON if isinstance(ivp, PoissonIvp) else CONSTRAINED
     )
     fixed.check(ivp, request)
-    told(0.0, f"{fixed.name} on {ivp.problem}, {steps} steps")
+    report(0.0, f"{fixed.name} on {ivp.problem}, {steps} steps")
     run = fixed.solve(ivp, request)
-    told(0.2, f"{fixed.name} on {ivp.problem}, defects")
+    report(0.2, f"{fixed.name} on {ivp.problem}, defects")
     bench: Any = PoissonBench if isinstance(ivp, PoissonIvp) else ConstrainedBench
     exact = bench(ivp, fixed, run.complete()).findings()
-    order, _ = order_finding(ivp, fixed, halvings=halvings, began=lambda fraction, label: told(0.4 + 0.6 * fraction, f"order of {label}"))
+    order, _ = order_finding(ivp, fixed, halvings=halvings, began=lambda fraction, label: report(0.4 + 0.6 * fraction, f"order of {label}"))
     return [order, *exact]
 
 
@@ -154,16 +136,12 @@ def default_step(ivp: Ivp) -> float:
 
 
 def order_finding(
-    ivp: Ivp, method: FixedStep | PoissonScheme, *, halvings: int | None = None, began: Progress | None = None
+    ivp: Ivp, method: FixedStep | PoissonScheme, *, halvings: int | None = None, began: Began | None = None
 ) -> tuple[Finding, tuple[Series, ...]]:
     """Return the finding on the order of q and p, or y, and what the study found that it is read off.
 
-    The order is that of the worse one; one that is round-off throughout counts for nothing.
-
-    Parameters
-    ----------
-    ivp, method, halvings, began
-        As for :func:`daebench.studies.orders.study.study`, with one fixed-step method that takes the problem.
+    The order is that of the worse one; one that is round-off throughout counts for nothing. Arguments are those of
+    :func:`daebench.studies.orders.study.study`, with one fixed-step method that takes the problem.
     """
     claimed, missing = order_of(method), float("nan")
     if isinstance(method, FixedStep) and method.form == "stiff":
@@ -176,16 +154,16 @@ def order_finding(
     series = [each for each in studied if each.component in ("q", "p", "y")]
     found = [each for each in series if np.isfinite(each.fit.slope)]
     if not found or any(set(each.fit.reasons) != {"round-off"} for each in series if each not in found):
-        note = f"{'; '.join(map(_told, series))}. daebench order shows the points, and takes other step sizes and end times."
+        note = f"{'; '.join(map(_words, series))}. daebench order shows the points, and takes other step sizes and end times."
         return Finding("order", claimed, missing, claimed - SLACK, UNDETERMINED, note=note), studied
     fit = min((each.fit for each in found), key=lambda fit: fit.slope)
     bound = claimed - SLACK - 2 * fit.slope_error
     return Finding(
-        "order", claimed, fit.slope, bound, OK if fit.slope > bound else FALLS_SHORT, fit.slope_error, "; ".join(map(_told, series)) + "."
+        "order", claimed, fit.slope, bound, OK if fit.slope > bound else FALLS_SHORT, fit.slope_error, "; ".join(map(_words, series)) + "."
     ), studied
 
 
-def _told(series: Series) -> str:
+def _words(series: Series) -> str:
     fit = series.fit
     if not np.isfinite(fit.slope):
         return f"{series.component}: {fit.note.rstrip('.')}"

@@ -24,7 +24,7 @@ from daebench.methods.fixed_step.constrained import FixedStep
 from daebench.runs.ivp import Array, ConstrainedIvp
 from daebench.runs.local_flow import enter, local_flow, structure_matrix
 from daebench.runs.trajectory import Trajectory
-from daebench.studies.claims.bench import NO_BOUND, NOT_APPLICABLE, Bench, Finding, held, tried
+from daebench.studies.claims.bench import NO_BOUND, NOT_APPLICABLE, Bench, Finding, attempted, finding
 
 
 class ConstrainedBench(Bench[ConstrainedIvp, Trajectory]):
@@ -52,14 +52,14 @@ class ConstrainedBench(Bench[ConstrainedIvp, Trajectory]):
         if np.any(uneven > self.bound(1, self._energy_size())):
             note = "H(-p, q) is not H(p, q), so that turning the momenta round does not reverse the motion."
             return Finding("symmetric", self.claims.symmetric, NO_BOUND, NO_BOUND, NOT_APPLICABLE, note=note)
-        measured, note = tried(lambda: reversibility_defect(self.flow, self.ivp.p0, self.ivp.q0))
-        return held("symmetric", self.claims.symmetric, measured, self.bound(2 * self.n, self._state_size()), note)
+        measured, note = attempted(lambda: reversibility_defect(self.flow, self.ivp.p0, self.ivp.q0))
+        return finding("symmetric", self.claims.symmetric, measured, self.bound(2 * self.n, self._state_size()), note)
 
     def symplectic(self) -> Finding:
         """Return the finding on the two-form on the tangent space of the manifold."""
-        measured, note = tried(lambda: symplecticity_defect(self.flow, self.ivp.p0, self.ivp.q0, self.X))
+        measured, note = attempted(lambda: symplecticity_defect(self.flow, self.ivp.p0, self.ivp.q0, self.X))
         size = 1 + max(self._two_form_size(Z) for Z in (self.X, self._carried(self.X)))
-        return held("symplectic", self.claims.symplectic, measured, self.bound(self.n, size), note)
+        return finding("symplectic", self.claims.symplectic, measured, self.bound(self.n, size), note)
 
     def poisson(self) -> list[Finding]:
         """Return the Poisson defect in the problem's chart, HLW (4.2), of a method that stays on the manifold; reported without a claim."""
@@ -70,8 +70,8 @@ class ConstrainedBench(Bench[ConstrainedIvp, Trajectory]):
             y0 = np.concatenate([np.asarray(part) for part in enter(self.ivp)(self.ivp.p0, self.ivp.q0)])
             return poisson_defect(local_flow(self.flow, self.ivp), y0, structure_matrix(self.ivp))
 
-        measured, note = tried(measure)
-        return [held("Poisson in the chart", None, measured, note=note)]
+        measured, note = attempted(measure)
+        return [finding("Poisson in the chart", None, measured, note=note)]
 
     def conserved(self) -> dict[str, tuple[bool | None, float]]:
         """Return claims and sizes for g, G H_p and H, and for first integrals, momentum maps among them, which no method claims to keep."""

@@ -18,7 +18,7 @@ from daebench.diagnostics.derivative import STEP, derivative
 from daebench.diagnostics.poisson import Map, poisson_defect
 from daebench.runs.ivp import Array, PoissonIvp
 from daebench.runs.trajectory import PoissonTrajectory
-from daebench.studies.claims.bench import NO_BOUND, Bench, Finding, held, tried
+from daebench.studies.claims.bench import NO_BOUND, Bench, Finding, attempted, finding
 from daebench.studies.measurable import symmetric
 
 MULTIPLES = (1, 2, 4)
@@ -38,9 +38,9 @@ class PoissonBench(Bench[PoissonIvp, PoissonTrajectory]):
     def symmetric(self) -> Finding:
         """Return the finding on Phi_{-h} o Phi_h = 1, over n steps each."""
         forth, back = (self.method.flow(self.ivp, h, self.n) for h in (self.run.value, -self.run.value))
-        measured, note = tried(lambda: np.linalg.norm(np.real(back(np.real(forth(self.ivp.y0)))) - self.ivp.y0))
+        measured, note = attempted(lambda: np.linalg.norm(np.real(back(np.real(forth(self.ivp.y0)))) - self.ivp.y0))
         size = self._reversal_size(forth, back) if np.isfinite(measured) else NO_BOUND
-        return held("symmetric", symmetric(self.method), measured, self.bound(2 * self.n, size), note)
+        return finding("symmetric", symmetric(self.method), measured, self.bound(2 * self.n, size), note)
 
     def _reversal_size(self, forth: Map, back: Map) -> float:
         y0 = self.ivp.y0
@@ -54,17 +54,17 @@ class PoissonBench(Bench[PoissonIvp, PoissonTrajectory]):
         defects = {h: self._poisson(h) for h in (multiple * self.run.value for multiple in MULTIPLES)}
         at_h = defects[self.run.value]
         if not np.isfinite(at_h[0]):
-            return held("Poisson map", claimed, *at_h)
+            return finding("Poisson map", claimed, *at_h)
         finite = {h: defect for h, defect in defects.items() if np.isfinite(defect[0])}
         measured, bound, _ = max(finite.values(), key=lambda defect: defect[0] / defect[1])
         steps = ", ".join(f"{h:g}" for h in finite)
         note = f"defects of {self.n} steps of {steps}: {', '.join(f'{defect:.1e}' for defect, _, _ in finite.values())}."
-        return held("Poisson map", claimed, measured, bound, note)
+        return finding("Poisson map", claimed, measured, bound, note)
 
     def _poisson(self, h: float) -> tuple[float, float, str]:
         """Return the Poisson defect of n steps of size h, its bound, and why there is none."""
         flow, y0 = self.method.flow(self.ivp, h, self.n), self.ivp.y0
-        measured, note = tried(lambda: poisson_defect(flow, y0, self._structure))
+        measured, note = attempted(lambda: poisson_defect(flow, y0, self._structure))
         if not np.isfinite(measured):
             return measured, NO_BOUND, note or "the map is not finite."
         y1, D = tangent(flow, y0)

@@ -63,13 +63,6 @@ def position_errors(ivp: Ivp, methods: Sequence[Any], runs: Sequence[Run]) -> li
     closed form, or two tight runs of DOP853; and where these take too many calls, the method's own runs with h/2 and h/4. The bound of
     the last is twice the difference of these two, which is as large as its error for a method of order 1, and larger for others. Where a
     reference is lost itself, as on a chaotic motion, the error is not known.
-
-    Parameters
-    ----------
-    ivp : InitialValueProblem
-        The problem with the numbers of a case.
-    methods, runs : sequence
-        The methods, and what they gave.
     """
     part = "y" if isinstance(ivp, PoissonIvp) else "q"
     known = _common(ivp, [run for run in runs if _whole(run)], part)

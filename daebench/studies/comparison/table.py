@@ -7,6 +7,7 @@ import numpy as np
 import pandas as pd
 
 from daebench.diagnostics.energy_verdict import energy_scales, energy_verdict, size
+from daebench.diagnostics.integrals import casimir_errors, energy_error, integral_errors
 from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.methods.names import methods_of
 from daebench.methods.run import singular_as
@@ -98,29 +99,19 @@ def compare(
 
 
 def table_of(ivp: Ivp, methods: Sequence[Any], runs: Sequence[Any], t_end: float) -> pd.DataFrame:
-    """Return one row a run of a comparison, see :func:`compare`; where it was ended, there are fewer runs than methods.
-
-    Parameters
-    ----------
-    ivp : InitialValueProblem
-        The problem with the numbers of a case.
-    methods, runs : sequence
-        The methods, and what :func:`trajectories` gave.
-    t_end : float
-        End time that was asked for, s.
-    """
+    """Return one row a run of a comparison to ``t_end``, see :func:`compare`; where it was ended, there are fewer runs than methods."""
     errors = position_errors(ivp, methods[: len(runs)], runs)
     return pd.DataFrame(
         [
             {
-                **{name: value for name, value in own.items() if name != "failure"},
+                **{name: value for name, value in columns.items() if name != "failure"},
                 "t_end": t_end,
                 "position_error": error.value,
                 "position_bound": error.bound,
                 "position_reference": error.reference,
-                "failure": own["failure"],
+                "failure": columns["failure"],
             }
-            for own, error in ((row(ivp, run), error) for run, error in zip(runs, errors, strict=True))
+            for columns, error in ((row(ivp, run), error) for run, error in zip(runs, errors, strict=True))
         ]
     )
 
@@ -193,19 +184,12 @@ def row(ivp: Ivp, trajectory: Trajectory | PoissonTrajectory) -> dict[str, Any]:
     }
 
 
-def error_along(ivp: Ivp, trajectory: Trajectory | PoissonTrajectory, name: str) -> Array:
-    """Return how far a conserved quantity, "H" or the "casimirs" or "integrals" in columns, is from its start at the outputs."""
-    states = (trajectory.y,) if isinstance(trajectory, PoissonTrajectory) else (trajectory.p, trajectory.q)
-    values = np.asarray(ivp.along(name, *states), dtype=float)
-    return np.asarray(values - values[0], dtype=float)
-
-
 def errors_along(ivp: Ivp, trajectory: Trajectory | PoissonTrajectory) -> dict[str, Array]:
     """Return the errors along a run at its outputs, by name in :data:`LABELS`: largest moduli, shape(n,), where they are of several."""
-    found = {"energy_error": error_along(ivp, trajectory, "H")}
+    found = {"energy_error": energy_error(ivp, trajectory)}
     if isinstance(trajectory, Trajectory):
         found |= {"g": ivp.along("g", trajectory.q), "Gv": ivp.along("Gv", trajectory.p, trajectory.q)}
-    else:
-        kinds = {"casimir_error": ("casimirs", ivp.facts.CASIMIRS), "integral_error": ("integrals", ivp.integrals)}
-        found |= {column: error_along(ivp, trajectory, name) for column, (name, there) in kinds.items() if there}
+    elif isinstance(ivp, PoissonIvp):
+        several = {"casimir_error": casimir_errors(ivp, trajectory), "integral_error": integral_errors(ivp, trajectory)}
+        found |= {column: np.column_stack(list(errors.values())) for column, errors in several.items() if errors}
     return {name: np.abs(rows).max(axis=1) if rows.ndim == 2 else np.abs(rows) for name, rows in found.items()}

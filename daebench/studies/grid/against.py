@@ -1,4 +1,4 @@
-"""What the errors of a run of a study are taken against: the certified reference where it fits, else a finer run, made once a process."""
+"""What the errors of runs of a study are taken against, made once a process: the certified reference where it fits, else a finer run."""
 
 from collections.abc import Callable
 from functools import lru_cache
@@ -17,6 +17,19 @@ Parameters = tuple[tuple[str, float], ...]
 OWN = "own finer run"
 """How the words begin for what is not certified and no closed form."""
 
+LONGEST = 10.0
+"""End of runs where none is given, s, if the reference reaches so far."""
+
+
+def reference_of(problem: str, case: str) -> Reference:
+    """Return the certified reference of a problem's case; errors are those of :func:`daebench.reference.keep.store.find`."""
+    return _certified_case(store.find, problem, case)
+
+
+def usual_end(reference: Reference | None) -> float:
+    """Return where runs end that nobody gave an end: after :data:`LONGEST`, or where the reference or double precision ends."""
+    return min(LONGEST, reference.horizon, reference.double_horizon) if reference else LONGEST
+
 
 def certified_of(cell: Cell) -> Reference | None:
     """Return the certified reference of a run: of its definition, case and parameters, and up to its end; None if there is none."""
@@ -24,24 +37,12 @@ def certified_of(cell: Cell) -> Reference | None:
 
 
 def own_of(cell: Cell, times: Array) -> OwnRun:
-    """Return a finer run at these times, see :func:`daebench.reference.motion.own_run`.
-
-    Raises
-    ------
-    RunFailed
-        If there is none.
-    """
+    """Return a finer run at these times, see :func:`daebench.reference.motion.own_run`, which raises RunFailed if there is none."""
     return _own(cell.problem, cell.case, cell.parameters, cell.on_singular, np.ascontiguousarray(times, dtype=float).tobytes())
 
 
 def require_reference(cell: Cell, what: str) -> None:
-    """Accept a run that errors can be taken of.
-
-    Raises
-    ------
-    BadInput
-        If it has no certified reference, and a finer run is not possible.
-    """
+    """Accept a run that errors can be taken of; raise BadInput if it has no certified reference, and a finer run is not possible."""
     if certified_of(cell):
         return
     try:
@@ -60,3 +61,8 @@ def _certified(
 @lru_cache(maxsize=64)
 def _own(problem: str, case: str, parameters: Parameters, on_singular: str, times: bytes) -> OwnRun:
     return own_run(ivp_of(problem, case, parameters, on_singular), np.frombuffer(times))
+
+
+@lru_cache(maxsize=32)
+def _certified_case(find: Callable[[str, str], Reference], problem: str, case: str) -> Reference:
+    return find(problem, case)

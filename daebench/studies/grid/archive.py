@@ -28,8 +28,8 @@ from daebench.runs import provenance
 from daebench.runs.files import atomic
 from daebench.runs.machine import machine
 from daebench.studies.grid import archive_figure, export
+from daebench.studies.grid.against import reference_of
 from daebench.studies.grid.metrics import METRICS
-from daebench.studies.grid.references import reference_of
 from daebench.studies.grid.run_specification import Cell, code_version
 from daebench.studies.grid.specification_key import key_of
 from daebench.studies.grid.store import Store, StoredRow, as_json
@@ -115,8 +115,8 @@ def _write(path: Path, files: Mapping[str, bytes], own: Sequence[str]) -> None:
 def _current(rows: Sequence[StoredRow]) -> tuple[list[StoredRow], int]:
     """Return the rows whose definition is still there, and how many others there are; those of other versions are not told apart."""
     here = code_version()
-    kept = [row for row in rows if row.maker != here or key_of(Cell.of_plain(row.cell)) == row.key]
-    return kept, len(rows) - len(kept)
+    current = [row for row in rows if row.maker != here or key_of(Cell.of_plain(row.cell)) == row.key]
+    return current, len(rows) - len(current)
 
 
 def _renamed(row: StoredRow, moved: Mapping[str, str]) -> StoredRow:

@@ -8,9 +8,9 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, CancelledError, Executor, Future, wait
 
 from daebench.errors import BadInput, DaebenchError
-from daebench.studies.grid.measure import kept
+from daebench.studies.grid.measure import stored_row
 from daebench.studies.grid.run_specification import Cell, code_version
-from daebench.studies.grid.schedulers import attended, workers_of
+from daebench.studies.grid.schedulers import has_workers, workers_of
 from daebench.studies.grid.store import StoredRow
 
 MOMENT = 0.1
@@ -32,7 +32,7 @@ Entry = tuple[str, Cell]
 Batch = tuple[StoredRow, ...]
 
 
-def handed_out(cells: Mapping[str, Cell], executor: Executor) -> Iterator[Batch]:
+def rows_in_batches(cells: Mapping[str, Cell], executor: Executor) -> Iterator[Batch]:
     """Give the rows of cells with their keys, batch by batch as they are done; where one is lost, those that were done before it.
 
     Raises
@@ -66,7 +66,7 @@ def _done(running: Iterable[Future[Batch]], executor: Executor) -> set[Future[Ba
         done, _ = wait(running, timeout=GLANCE, return_when=FIRST_COMPLETED)
         if done:
             return done
-        if attended(executor):
+        if has_workers(executor):
             deserted = None
         elif deserted is None:
             deserted = time.monotonic()
@@ -79,27 +79,14 @@ def _done(running: Iterable[Future[Batch]], executor: Executor) -> set[Future[Ba
 
 
 def rows_of(batch: Sequence[Entry], made_by: str) -> Batch:
-    """Return the rows of a batch.
+    """Return the rows of cells by their keys; raise BadInput if this process would make them with something else than the keys say.
 
-    Parameters
-    ----------
-    batch : sequence of (str, Cell)
-        Cells by their keys.
-    made_by : str
-        What those keys say makes the rows, see :func:`daebench.studies.grid.run_specification.code_version`.
-
-    Raises
-    ------
-    BadInput
-        If this process would make them with something else.
+    ``made_by`` is the :func:`daebench.studies.grid.run_specification.code_version` of the process that made the keys.
     """
     if code_version() != made_by:
-        raise BadInput(f"{_host()} has another version of daebench, numba or another library than the study; install the same there.")
-    return tuple(kept(key, cell) for key, cell in batch)
-
-
-def _host() -> str:
-    return f"a worker on {platform.node() or 'another machine'}"
+        worker = f"a worker on {platform.node() or 'another machine'}"
+        raise BadInput(f"{worker} has another version of daebench, numba or another library than the study; install the same there.")
+    return tuple(stored_row(key, cell) for key, cell in batch)
 
 
 def _failed(future: Future[Batch]) -> bool:

@@ -101,21 +101,15 @@ def save(path: Path, who: dict[str, Any], stream: Stream) -> None:
 
 
 def load(path: Path, who: dict[str, Any]) -> Checkpoint:
-    """Return a run as it was left.
-
-    Raises
-    ------
-    BadInput
-        If the file is damaged or something else, or is of another run, another definition, or other versions.
-    """
+    """Return a run as it was left; raise BadInput if the file is damaged, or is of another run, another definition, or other versions."""
     try:
         whole = path.read_bytes()
         content, seal = whole[:-SEAL], whole[-SEAL:]
         if seal != _seal(content):
             raise ValueError("it is not what was written")
-        with np.load(io.BytesIO(content), allow_pickle=False) as kept:
-            about = json.loads(str(kept["about"]))
-            reals, windows, means, numbers, waiting = (kept[name] for name in ("reals", "windows", "means", "numbers", "waiting"))
+        with np.load(io.BytesIO(content), allow_pickle=False) as arrays:
+            about = json.loads(str(arrays["about"]))
+            reals, windows, means, numbers, waiting = (arrays[name] for name in ("reals", "windows", "means", "numbers", "waiting"))
     except (OSError, EOFError, ValueError, KeyError, zipfile.BadZipFile) as error:
         raise BadInput(f"{path} is damaged, or no checkpoint of a long run: {error}; remove it to begin anew.") from error
     _require_same(path, about, who)
@@ -150,12 +144,12 @@ def _require_same(path: Path, about: dict[str, Any], who: dict[str, Any]) -> Non
         raise BadInput(f"{path} was made by another version of daebench or of its libraries, which may round differently; {other}.")
 
 
-def resumed(stream: Stream, kept: Checkpoint) -> None:
+def resumed(stream: Stream, checkpoint: Checkpoint) -> None:
     """Put a run at its start to where a checkpoint left it."""
     run = stream.run
-    stream.restore(kept.numbers)
-    stream.windows, stream.blocks, stream.passages = kept.windows, kept.blocks, kept.passages
-    run.done, run.left, run.row, run.seconds = kept.done, kept.left, len(kept.waiting), kept.seconds
-    run.state_rows[: run.row, 0] = kept.waiting
-    run.failure, run.rank_pending = kept.failure or None, kept.rank_pending
+    stream.restore(checkpoint.numbers)
+    stream.windows, stream.blocks, stream.passages = checkpoint.windows, checkpoint.blocks, checkpoint.passages
+    run.done, run.left, run.row, run.seconds = checkpoint.done, checkpoint.left, len(checkpoint.waiting), checkpoint.seconds
+    run.state_rows[: run.row, 0] = checkpoint.waiting
+    run.failure, run.rank_pending = checkpoint.failure or None, checkpoint.rank_pending
     run.passages.clear()

@@ -8,7 +8,7 @@ from daebench.errors import BadInput
 from daebench.methods.fixed_step.constrained import FixedStep
 from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.methods.names import methods_of
-from daebench.runs.ivp import ConstrainedIvp, Ivp, PoissonIvp
+from daebench.runs.ivp import Ivp, PoissonIvp
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -23,13 +23,6 @@ def claimed(ivp: Ivp, method: Any) -> frozenset[str]:
     Energy without drift is claimed by a method that is symplectic on the manifold, or a Poisson integrator, or that conserves H. A method
     that is symmetric alone and stays on the manifold claims it on a motion that is its own reverse: that begins at rest, so that
     x(-t) is x(t) with p reversed. Methods that choose their own steps claim nothing.
-
-    Parameters
-    ----------
-    ivp : InitialValueProblem
-        The problem with the numbers of a case.
-    method : Method
-        The method.
     """
     if method.knob != "h":
         return frozenset()
@@ -38,7 +31,7 @@ def claimed(ivp: Ivp, method: Any) -> frozenset[str]:
     assert isinstance(method, FixedStep)
     claims = method.claims
     symplectic = claims.symplectic and claims.on_manifold
-    reversed_too = claims.symmetric and claims.on_manifold and own_reverse(ivp)
+    reversed_too = claims.symmetric and claims.on_manifold and not np.any(ivp.p0)
     claim = {
         "energy": symplectic or claims.conserves_energy or reversed_too,
         "constraints": claims.on_manifold,
@@ -48,34 +41,26 @@ def claimed(ivp: Ivp, method: Any) -> frozenset[str]:
 
 
 def _on_poisson(ivp: PoissonIvp, method: Any) -> frozenset[str]:
-    kept = method.keeps(ivp)
+    conserved = method.keeps(ivp)
     claim = {
-        "energy": method.is_poisson(ivp) or "energy" in kept,
-        "casimirs": bool(ivp.casimirs) and set(ivp.casimirs) <= set(kept),
+        "energy": method.is_poisson(ivp) or "energy" in conserved,
+        "casimirs": bool(ivp.casimirs) and set(ivp.casimirs) <= set(conserved),
         "two_form": method.is_poisson(ivp),
     }
     return frozenset(name for name, made in claim.items() if made)
 
 
-def own_reverse(ivp: ConstrainedIvp) -> bool:
-    """Return whether a motion begins at rest, and so is its own reverse."""
-    return not np.any(ivp.p0)
-
-
 def claims_of(table: "pd.DataFrame") -> dict[str, frozenset[str]]:
     """Return what the methods of a study's table claim on all of its cases, by name; one that daebench does not know claims nothing.
 
-    Parameters
-    ----------
-    table : DataFrame
-        With columns problem, case and method; the claims do not depend on values of parameters.
+    The claims do not depend on values of parameters.
     """
     found: dict[str, frozenset[str]] = {}
     for (problem, case), rows in table.groupby(["problem", "case"], sort=False):
         ivp = initial_value_problem(str(problem), str(case))
         for name in dict.fromkeys(map(str, rows["method"])):
-            own = _claimed(ivp, name)
-            found[name] = found[name] & own if name in found else own
+            claims = _claimed(ivp, name)
+            found[name] = found[name] & claims if name in found else claims
     return found
 
 

@@ -1,12 +1,12 @@
 """About how long the cells of a study will take: as long as those like them took, or what is usual, and the compilation before."""
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 from daebench.runs.ivp import PoissonIvp
 from daebench.studies.grid.run_specification import Cell, code_version
-from daebench.studies.grid.store import Store, StoredRow
+from daebench.studies.grid.store import Store
 
 STEP_SECONDS = 1e-6
 """What a fixed step usually costs: between 1e-7 for RATTLE on a pendulum and 1e-5 for long compositions on large problems."""
@@ -63,19 +63,21 @@ class Estimate:
 
 def estimate(cells: Sequence[Cell], store: Store) -> Estimate:
     """Return about how long cells will take, by what the store has of their methods on their problem."""
-    kept: dict[tuple[str, str], list[Cell]] = {}
+    stored: dict[tuple[str, str], list[Cell]] = {}
     took: dict[Cell, float] = {}
     compiled: set[Cell] = set()
-    for each in _whole(store.all()):
+    for each in store.all():
+        if each.row.get("failure"):
+            continue  # one that failed soon tells nothing of another that does not
         cell = Cell.of_plain(each.cell)
         if each.maker == code_version():
             compiled.add(_kind(cell))
-        kept.setdefault((cell.problem, cell.method), []).append(cell)
+        stored.setdefault((cell.problem, cell.method), []).append(cell)
         took[cell] = each.took
     resolutions: dict[tuple[str, str], str] = {}
     seconds, like = 0.0, 0
     for cell in cells:
-        others = kept.get((cell.problem, cell.method), [])
+        others = stored.get((cell.problem, cell.method), [])
         if (cell.problem, cell.method) not in resolutions:
             resolutions[cell.problem, cell.method] = cell.solver.knob
         resolution = resolutions[cell.problem, cell.method]
@@ -114,11 +116,6 @@ def _nearest(cell: Cell, resolution: str, others: Sequence[Cell]) -> Sequence[Ce
     distances = [abs(math.log(other.value / cell.value)) for other in others]
     least = min(distances)
     return [other for other, distance in zip(others, distances, strict=True) if distance == least]
-
-
-def _whole(rows: Iterable[StoredRow]) -> Iterable[StoredRow]:
-    """Give those that came to their end: one that failed soon tells nothing of another that does not."""
-    return (each for each in rows if not each.row.get("failure"))
 
 
 def _work(cell: Cell, resolution: str) -> float:

@@ -19,13 +19,7 @@ FORMATS = (".csv", ".parquet")
 
 
 def check_file(path: Path) -> None:
-    """Refuse a file before the work that would fill it.
-
-    Raises
-    ------
-    BadInput
-        If its ending is none of :data:`FORMATS`, it cannot be written, or pyarrow is missing where it is needed.
-    """
+    """Refuse a file before the work that would fill it: by its ending, or if it cannot be written, or pyarrow is needed and missing."""
     if path.suffix.lower() not in FORMATS:
         raise BadInput(f"{path}: the file must end in {' or '.join(FORMATS)}.")
     if path.suffix.lower() == ".parquet":
@@ -40,12 +34,7 @@ def table_of(store: Store) -> "pd.DataFrame":
     """Return all rows of a store, those with the same cell one after the other: what was computed, the cell, and what made it.
 
     Columns are those of the rows; the fields of cells that rows do not have; and key, maker and took, see
-    :class:`daebench.studies.grid.store.StoredRow`. What a row has not is missing.
-
-    Raises
-    ------
-    BadInput
-        If the store has no rows.
+    :class:`daebench.studies.grid.store.StoredRow`. What a row has not is missing. A store without rows raises BadInput.
     """
     rows = list(store.all())
     if not rows:
@@ -74,15 +63,7 @@ def described(table: "pd.DataFrame") -> dict[str, str]:
 
 
 def write(table: "pd.DataFrame", path: Path) -> None:
-    """Write a table, whole or not at all; CSV has all digits of its numbers.
-
-    Parameters
-    ----------
-    table : DataFrame
-        As :func:`table_of` gives it.
-    path : Path
-        The file; its ending says which of :data:`FORMATS` it is in.
-    """
+    """Write a table, whole or not at all, in the format of :data:`FORMATS` that the file ends in; CSV has all digits of its numbers."""
     with atomic(path) as scratch:
         if path.suffix.lower() == ".csv":
             write_frame(scratch, table)
@@ -90,8 +71,8 @@ def write(table: "pd.DataFrame", path: Path) -> None:
             table.to_parquet(scratch, index=False, engine="pyarrow")
 
 
-def _flat(kept: StoredRow) -> dict[str, Any]:
+def _flat(stored: StoredRow) -> dict[str, Any]:
     """Return a row with the fields of its cell; lists of names are words, and of pairs, which the row has as columns, left out."""
-    cell = {name: value for name, value in kept.cell.items() if name not in ("parameters", "options")}
+    cell = {name: value for name, value in stored.cell.items() if name not in ("parameters", "options")}
     cell["metrics"] = " ".join(cell["metrics"])
-    return {**cell, **kept.row, "key": kept.key, "maker": kept.maker, "took": kept.took}
+    return {**cell, **stored.row, "key": stored.key, "maker": stored.maker, "took": stored.took}

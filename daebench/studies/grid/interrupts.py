@@ -6,7 +6,7 @@ from contextlib import contextmanager
 
 
 @contextmanager
-def held() -> Iterator[Callable[[], bool]]:
+def held_back() -> Iterator[Callable[[], bool]]:
     """Hold back Ctrl-C and SIGTERM until the block has ended, and give what tells whether one came; only in the main thread.
 
     What is ignored outside is ignored inside.
@@ -26,7 +26,7 @@ def held() -> Iterator[Callable[[], bool]]:
 
 
 @contextmanager
-def alike() -> Iterator[None]:
+def terminated_as_interrupted() -> Iterator[None]:
     """Have SIGTERM end the block as Ctrl-C does, by :class:`KeyboardInterrupt`."""
     old = signal.signal(signal.SIGTERM, signal.default_int_handler)
     try:

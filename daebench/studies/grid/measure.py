@@ -18,7 +18,7 @@ LONG = 0.3
 Row = dict[str, Any]
 
 
-def kept(key: str, cell: Cell) -> StoredRow:
+def stored_row(key: str, cell: Cell) -> StoredRow:
     """Return the row of a cell as it is kept under its key, with how long it took."""
     began = time.perf_counter()
     row = row_of(cell)
@@ -26,22 +26,18 @@ def kept(key: str, cell: Cell) -> StoredRow:
 
 
 def row_of(cell: Cell) -> Row:
-    """Return the row of a cell: what :func:`looked_at` gives, and the time where it is asked for."""
-    row = looked_at(cell)
+    """Return the row of a cell: what :func:`measured_row` gives, and the time where it is asked for."""
+    row = measured_row(cell)
     return with_time(cell, row) if cell.repeat else row
 
 
-def looked_at(cell: Cell) -> Row:
+def measured_row(cell: Cell) -> Row:
     """Return the row of a cell without its time: names, numbers asked for, work, and why it failed where it did.
 
-    A run that failed, took no step, or was looked at twice has NaN where numbers would be, and says why: a row is never left out.
+    A run that failed, took no step, or was looked at twice has NaN where numbers would be, and says why: a row is never left out. Ctrl-C
+    leaves none: what somebody did not wait for is no failure of the method.
 
     The work of a tolerance-driven run is that of the run that is looked at, in which some methods evaluate more for each output.
-
-    Raises
-    ------
-    KeyboardInterrupt
-        If Ctrl-C ends the run: what somebody did not wait for is no failure of the method, and no row.
     """
     row: Row = {
         "problem": cell.problem,
@@ -67,15 +63,15 @@ def looked_at(cell: Cell) -> Row:
         run = solver.solve(ivp, cell.asked(solver.knob))
         row |= {f"n_{kind}": count for kind, count in run.work.items()}
         row |= {"steps": run.steps, "t_reached": float(run.t[-1]), "failure": run.failure or ""}
-        found = Measured(cell, ivp, solver, run)
-        if not found.told:
+        measured = Measured(cell, ivp, solver, run)
+        if not measured.told:
             nothing = f"{run.steps} steps and {len(run.t)} states tell nothing; take a smaller {solver.knob} or more outputs"
             row["failure"] = row["failure"] or nothing
             return row
         for metric in metrics:
             if metric.measures(solver):
-                row |= metric.measure(found)
-                row |= {"reference": found.against} if metric.certified else {}
+                row |= metric.measure(measured)
+                row |= {"reference": measured.against} if metric.certified else {}
     except DaebenchError as error:
         row["failure"] = str(error)
     return row
@@ -97,7 +93,7 @@ def _timed(cell: Cell, solver: Any) -> Row:
     Of a run by tolerance it returns the work as well: solvers count their calls in any case, and each output that DOP853 interpolates
     takes some, so that time and work are of the same run. IDA, CVODE, heyoka and solve_dae interpolate by what they have.
     """
-    request, best = bare(cell, solver.knob), None
+    request, best = timed_request(cell, solver.knob), None
     for _ in range(cell.repeat):
         run = solver.solve(cell.ivp, request)
         if run.failure is None and (best is None or run.seconds < best.seconds):
@@ -111,7 +107,7 @@ def _timed(cell: Cell, solver: Any) -> Row:
     return {**work, "seconds": best.seconds, "callback_seconds": NAN if inside is None else inside}
 
 
-def bare(cell: Cell, resolution: str) -> Request:
+def timed_request(cell: Cell, resolution: str) -> Request:
     """Return what a method of this resolution is asked when timed: its end alone, nothing monitored, and no costly work counted."""
     if resolution == "h":
         return replace(cell.asked(resolution), watch=(), count=False, every=0)

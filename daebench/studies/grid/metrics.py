@@ -10,12 +10,15 @@ from numpy.typing import NDArray
 
 from daebench.diagnostics.branch import largest_jump
 from daebench.diagnostics.energy_verdict import energy_scales, energy_verdict, size
-from daebench.diagnostics.integrals import integral_errors
+from daebench.diagnostics.integrals import energy_error, integral_errors, states_of
+from daebench.diagnostics.poisson import poisson_defect
+from daebench.diagnostics.symplecticity import symplecticity_defect, tangent_basis
 from daebench.errors import BadInput, unknown
 from daebench.reference.keep.dense_evaluation import At, states_at
 from daebench.reference.motion import OwnRun
 from daebench.runs.ivp import Ivp, PoissonIvp
 from daebench.runs.trajectory import Array, PoissonTrajectory, Trajectory
+from daebench.studies.claims.bench import DEFECT_STEPS
 from daebench.studies.grid.against import certified_of, own_of, require_reference
 from daebench.studies.grid.run_specification import FEWEST, Cell
 from daebench.systems.renamed import OldAttribute
@@ -60,7 +63,7 @@ class Measured:
     @property
     def states(self) -> tuple[Array, ...]:
         """States at the outputs: p and q, or y."""
-        return (self.run.y,) if isinstance(self.run, PoissonTrajectory) else (self.run.p, self.run.q)
+        return states_of(self.run)
 
     @cached_property
     def compared(self) -> NDArray[np.bool_]:
@@ -142,19 +145,19 @@ class Metric:
 
 
 def _error(part: str) -> Callable[[Measured], Columns]:
-    def measure(found: Measured) -> Columns:
-        reference = found.reference_solution
-        off = np.abs(found.part(part) - reference.states[part])
+    def measure(measured: Measured) -> Columns:
+        reference = measured.reference_solution
+        off = np.abs(measured.part(part) - reference.states[part])
         return {f"error_{part}": float(np.max(off)), f"bound_{part}": float(np.max(reference.bound[part]))}
 
     return measure
 
 
-def _phase(found: Measured) -> Columns:
+def _phase(measured: Measured) -> Columns:
     """Return by how much time the run is early or late, at most: its error along the motion over the speed there."""
-    reference, parts = found.reference_solution, ("y",) if isinstance(found.ivp, PoissonIvp) else ("p", "q")
-    rates = _rates(found.ivp, *(reference.states[part] for part in parts))
-    off = np.concatenate([found.part(part) - reference.states[part] for part in parts], axis=1)
+    reference, parts = measured.reference_solution, ("y",) if isinstance(measured.ivp, PoissonIvp) else ("p", "q")
+    rates = _rates(measured.ivp, *(reference.states[part] for part in parts))
+    off = np.concatenate([measured.part(part) - reference.states[part] for part in parts], axis=1)
     speed = np.sum(rates**2, axis=1)
     moving = speed > 1e-12 * float(np.max(speed))
     late = np.sum(off * rates, axis=1)[moving] / speed[moving]
@@ -172,75 +175,67 @@ def _rates(ivp: Ivp, *states: Array) -> Array:
     return np.concatenate([dp, np.asarray(ivp.along("H_p", p, q), dtype=float)], axis=1)
 
 
-def _energy(found: Measured) -> Columns:
-    drift, scales = energy_verdict(found.ivp, found.run), energy_scales(found.ivp, found.run)
-    H = np.asarray(found.ivp.along("H", *found.states), dtype=float)
-    worst = float(found.run.maxima.get("energy", np.max(np.abs(H - H[0]))))
-    told: dict[str, float | str] = {"energy_error": worst, "energy_size": size(worst, scales), "energy_scale": _energy_scale(found)}
+def _energy(measured: Measured) -> Columns:
+    drift, scales = energy_verdict(measured.ivp, measured.run), energy_scales(measured.ivp, measured.run)
+    worst = float(measured.run.maxima.get("energy", np.max(np.abs(energy_error(measured.ivp, measured.run)))))
+    told: dict[str, float | str] = {"energy_error": worst, "energy_size": size(worst, scales), "energy_scale": _energy_scale(measured)}
     told |= {"energy_verdict": drift.verdict, "energy_law": drift.words, "energy_change_bound": drift.change_bound}
     return {**told, "energy_slope": drift.slope, "growth": drift.exponent}
 
 
-def _energy_scale(found: Measured) -> float:
+def _energy_scale(measured: Measured) -> float:
     """Return what an error of the energy is large or small against: the largest |p^T H_p|, twice the kinetic energy, or the largest |H|."""
-    if isinstance(found.run, PoissonTrajectory):
-        return float(np.max(np.abs(found.ivp.along("H", found.run.y))))
-    p = found.run.p
-    return float(np.max(np.abs(np.sum(p * np.asarray(found.ivp.along("H_p", p, found.run.q), dtype=float), axis=1))))
+    if isinstance(measured.run, PoissonTrajectory):
+        return float(np.max(np.abs(measured.ivp.along("H", measured.run.y))))
+    p = measured.run.p
+    return float(np.max(np.abs(np.sum(p * np.asarray(measured.ivp.along("H_p", p, measured.run.q), dtype=float), axis=1))))
 
 
-def _jump(found: Measured) -> Columns:
+def _jump(measured: Measured) -> Columns:
     """Return the largest jump of a step; NaN where not every step was looked at."""
-    run = found.run
+    run = measured.run
     if isinstance(run, PoissonTrajectory) or len(run.t) <= run.steps:
         return {"jump": NAN}
-    return {"jump": largest_jump(run.t, run.q, np.asarray(found.ivp.along("H_p", run.p, run.q), dtype=float))}
+    return {"jump": largest_jump(run.t, run.q, np.asarray(measured.ivp.along("H_p", run.p, run.q), dtype=float))}
 
 
-def _horizon(found: Measured) -> Columns:
+def _horizon(measured: Measured) -> Columns:
     """Return the last time up to which the error of the position, or of the state, is at most a part of its size."""
-    part = "y" if isinstance(found.ivp, PoissonIvp) else "q"
-    reference = found.reference_solution.states[part]
-    off = np.max(np.abs(found.part(part) - reference), axis=1) > LOST * np.max(np.abs(reference))
-    t = found.run.t[found.compared]
+    part = "y" if isinstance(measured.ivp, PoissonIvp) else "q"
+    reference = measured.reference_solution.states[part]
+    off = np.max(np.abs(measured.part(part) - reference), axis=1) > LOST * np.max(np.abs(reference))
+    t = measured.run.t[measured.compared]
     return {"horizon": float(t[max(int(np.argmax(off)) - 1, 0)] if np.any(off) else t[-1])}
 
 
-def _integrals(found: Measured) -> Columns:
-    errors = integral_errors(found.ivp, found.run)
+def _integrals(measured: Measured) -> Columns:
+    errors = integral_errors(measured.ivp, measured.run)
     return {"integrals": float(max((np.max(np.abs(error)) for error in errors.values()), default=NAN))}
 
 
 def _maxima(*names: str) -> Callable[[Measured], Columns]:
-    return lambda found: {name: float(found.run.maxima.get(name, NAN)) for name in names}
+    return lambda measured: {name: float(measured.run.maxima.get(name, NAN)) for name in names}
 
 
-def _casimirs(found: Measured) -> Columns:
-    own = [value for name, value in found.run.maxima.items() if name in getattr(found.ivp, "casimirs", ())]
+def _casimirs(measured: Measured) -> Columns:
+    own = [value for name, value in measured.run.maxima.items() if name in getattr(measured.ivp, "casimirs", ())]
     return {"casimirs": float(max(own, default=NAN))}
 
 
 def defect_of(ivp: Ivp, solver: Any, h: float) -> float:
     """Return the symplecticity defect of a few steps of a method with fixed steps, or on a Poisson system the Poisson defect."""
     if isinstance(ivp, PoissonIvp):
-        from daebench.diagnostics.poisson import poisson_defect
-
         return float(poisson_defect(solver.flow(ivp, h, DEFECT_STEPS), ivp.y0, lambda y: ivp.value("B", y)))
-    from daebench.diagnostics.symplecticity import symplecticity_defect, tangent_basis
-
     basis = tangent_basis(ivp, ivp.p0, ivp.q0)
     return float(symplecticity_defect(solver.flow(ivp, h, DEFECT_STEPS), ivp.p0, ivp.q0, basis))
 
 
-def _defect(found: Measured) -> Columns:
+def _defect(measured: Measured) -> Columns:
     """Return the defect of the map in double precision; of the one in single precision, which is a rounding of it, it is NaN."""
-    if found.cell.precision == "float32":
+    if measured.cell.precision == "float32":
         return {"defect": NAN}
-    return {"defect": defect_of(found.ivp, found.solver, found.cell.value)}
+    return {"defect": defect_of(measured.ivp, measured.solver, measured.cell.value)}
 
-
-DEFECT_STEPS = 10
-"""Steps over which a two-form is carried: one step of some schemes that are not symplectic keeps it, from the manifold."""
 
 METRICS: Mapping[str, Metric] = {
     each.name: each
@@ -277,13 +272,7 @@ METRICS: Mapping[str, Metric] = {
 
 
 def metrics_of(names: Sequence[str]) -> list[Metric]:
-    """Return metrics by their names.
-
-    Raises
-    ------
-    BadInput
-        If a name is unknown, or there are none.
-    """
+    """Return metrics by their names; raise BadInput if a name is unknown, or there are none."""
     if not names:
         raise BadInput(f"a study measures something; name some of {', '.join(METRICS)}.")
     for name in names:

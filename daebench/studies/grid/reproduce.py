@@ -89,10 +89,7 @@ class Reproduced:
 def read(path: Path) -> Archive:
     """Return an archive, all of it checked.
 
-    Raises
-    ------
-    BadInput
-        If there is none, it is damaged, of another version, or has names that lead out of it.
+    BadInput is raised if there is none, it is damaged, of another version, or has names that lead out of it.
     """
     if not path.is_file():
         raise BadInput(f"there is no archive {path}; daebench archive STUDY.db makes one.")
@@ -105,9 +102,7 @@ def read(path: Path) -> Archive:
         _require_whole(manifest["files"], files)
         rows = tuple(map(of_json, files[ROWS].decode().splitlines()))
         _require_plain(path, manifest["own"], rows, files)
-    except (OSError, EOFError, ValueError, KeyError, TypeError, AttributeError) as error:
-        raise BadInput(f"{path}: {OTHER}: {_short(error)}; get it again from where it came.") from error
-    except (zipfile.BadZipFile, zlib.error, NotImplementedError, RuntimeError, RecursionError) as error:
+    except (OSError, EOFError, ValueError, KeyError, TypeError, AttributeError, RuntimeError, zipfile.BadZipFile, zlib.error) as error:
         raise BadInput(f"{path}: {OTHER}: {_short(error)}; get it again from where it came.") from error
     return Archive(manifest, rows, files)
 
@@ -168,16 +163,9 @@ def _cell(row: StoredRow, folder: Path, own: Sequence[str]) -> Cell:
 def reproduced(
     archive: Archive, *, rtol: float, atol: float, tell: Callable[[float], None] = lambda fraction: None
 ) -> Iterator[Reproduced]:
-    """Make the runs of an archive again, and give each beside what is archived.
+    """Make the runs of an archive again, and give each beside what is archived; ``tell`` is told which fraction of them is done.
 
-    Parameters
-    ----------
-    archive : Archive
-        As :func:`read` gives it.
-    rtol, atol : float
-        Two numbers are within where they differ by no more than ``rtol`` times the larger, or by ``atol``.
-    tell : callable
-        Told which fraction of the runs is done.
+    Two numbers are within where they differ by no more than ``rtol`` times the larger, or by ``atol``.
     """
     with unpacked(archive) as runs:
         for done, (row, cell) in enumerate(runs, 1):

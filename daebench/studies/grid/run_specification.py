@@ -5,7 +5,6 @@ import platform
 from collections.abc import Mapping
 from dataclasses import dataclass, fields, replace
 from functools import cache, lru_cache
-from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
 
@@ -18,6 +17,7 @@ from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.methods.names import method_of
 from daebench.methods.run import singular_as
 from daebench.runs.ivp import Ivp
+from daebench.runs.provenance import versions
 from daebench.runs.request import Request, WorkLimit
 from daebench.schemes.kernels.language import ROUNDINGS
 from daebench.systems.files import package
@@ -56,19 +56,13 @@ FEWEST = 3
 
 
 @dataclass(frozen=True, kw_only=True)
-class Cell:
-    """One run.
+class RunSpecification:
+    """A problem and a method for it, as plain values.
 
     Parameters
     ----------
     problem, case, method : str
         Names; a problem may be the path of a file.
-    value : float
-        Step size or tolerance of the method.
-    t_end : float
-        End of the run, s.
-    metrics : tuple of str
-        What is measured, see :data:`daebench.studies.grid.metrics.METRICS`.
     parameters, options : tuple of (str, float)
         The problem's parameters that differ from the case's, and the method's free numbers.
     precision : str
@@ -79,6 +73,48 @@ class Cell:
         Whether a scheme may run where it is no Poisson integrator.
     on_singular : str
         What is done where G loses rank; "" for what the case says.
+    """
+
+    problem: str
+    case: str
+    method: str
+    parameters: tuple[tuple[str, float], ...] = ()
+    options: tuple[tuple[str, float], ...] = ()
+    precision: str = "float64"
+    compensated: bool = False
+    anyway: bool = False
+    on_singular: str = ""
+
+    scene = OldAttribute("ivp")
+
+    @property
+    def ivp(self) -> Ivp:
+        """The problem with its numbers."""
+        return ivp_of(self.problem, self.case, self.parameters, self.on_singular)
+
+    @property
+    def solver(self) -> Any:
+        """The method."""
+        return method_of(self.ivp, self.method, dict(self.options), compensated=self.compensated, anyway=self.anyway)
+
+    def plain(self) -> dict[str, Any]:
+        """Return the fields as JSON has them."""
+        pairs = {name: [list(pair) for pair in getattr(self, name)] for name in ("parameters", "options")}
+        return {each.name: getattr(self, each.name) for each in fields(self)} | pairs
+
+
+@dataclass(frozen=True, kw_only=True)
+class Cell(RunSpecification):
+    """One run: beside :class:`RunSpecification` its step size or tolerance, its end, and what is measured.
+
+    Parameters
+    ----------
+    value : float
+        Step size or tolerance of the method.
+    t_end : float
+        End of the run, s.
+    metrics : tuple of str
+        What is measured, see :data:`daebench.studies.grid.metrics.METRICS`.
     outputs : int
         States looked at, about.
     repeat : int
@@ -93,31 +129,15 @@ class Cell:
         Whether it is timed while others may run beside it, on this machine or a cluster: such times are no times of a run alone.
     """
 
-    problem: str
-    case: str
-    method: str
     value: float
     t_end: float
     metrics: tuple[str, ...]
-    parameters: tuple[tuple[str, float], ...] = ()
-    options: tuple[tuple[str, float], ...] = ()
-    precision: str = "float64"
-    compensated: bool = False
-    anyway: bool = False
-    on_singular: str = ""
     outputs: int = OUTPUTS
     repeat: int = 0
     sweeps: int = 0
     newton: float = 0.0
     calls: int = 0
     beside: bool = False
-
-    scene = OldAttribute("ivp")
-
-    @property
-    def ivp(self) -> Ivp:
-        """The problem with its numbers."""
-        return ivp_of(self.problem, self.case, self.parameters, self.on_singular)
 
     @property
     def solver(self) -> Any:
@@ -128,12 +148,12 @@ class Cell:
         BadInput
             If Newton's iteration is to be ended early and the method has none that can be.
         """
-        found = method_of(self.ivp, self.method, dict(self.options), compensated=self.compensated, anyway=self.anyway)
+        method = super().solver
         if not self.sweeps and not self.newton:
-            return found
-        if not isinstance(found, FixedStep):
+            return method
+        if not isinstance(method, FixedStep):
             raise BadInput(f"Newton's iteration is ended early in fixed-step methods for constrained problems alone, not in {self.method}.")
-        return replace(found, sweeps=self.sweeps, roundings=max(ROUNDINGS, self.newton / float(np.finfo(self.precision).eps)))
+        return replace(method, sweeps=self.sweeps, roundings=max(ROUNDINGS, self.newton / float(np.finfo(self.precision).eps)))
 
     def asked(self, resolution: str) -> Request:
         """Return what a method of this resolution is asked to do where everything is looked at."""
@@ -145,10 +165,6 @@ class Cell:
     def _every(self) -> int:
         steps = self.t_end / self.value if self.value > 0 else 0.0
         return max(1, int(steps / self.outputs + 0.5)) if steps < 1e15 else 1
-
-    def plain(self) -> dict[str, Any]:
-        """Return the fields as JSON has them."""
-        return {each.name: getattr(self, each.name) for each in fields(self)}
 
     @classmethod
     def of_plain(cls, given: Mapping[str, Any]) -> "Cell":
@@ -188,10 +204,9 @@ def digest(*texts: str) -> str:
 @cache
 def made_by() -> str:
     """Return what the numbers of a run depend on besides its definition: this package's code, the libraries and the machine's kind."""
-    own = hashlib.sha256()
-    for name, file in sorted(_files().items()):
-        own.update(f"{name}\n".encode() + file.read_bytes())
-    return "\n".join((toolchain(), own.hexdigest(), platform.machine(), *(f"{name} {_version(name)}" for name in DECIDING)))
+    own = package.digest_of_files(sorted(_files().items()))
+    libraries = (f"{name} {versions().get(name, 'none')}" for name in DECIDING)
+    return "\n".join((toolchain(), own, platform.machine(), *libraries))
 
 
 def _files() -> dict[str, Path]:
@@ -207,10 +222,3 @@ def _shows(file: Path) -> bool:
 def code_version() -> str:
     """Return the hash of :func:`made_by`."""
     return digest(made_by())
-
-
-def _version(name: str) -> str:
-    try:
-        return version(name)
-    except PackageNotFoundError:
-        return "none"

@@ -19,11 +19,6 @@ def readable(base: sqlite3.Connection) -> list[tuple[Any, ...]]:
 
     Keys are read in 256 ranges by their first two digits and what lies before and after these, each from below, and where that fails from
     above too.
-
-    Parameters
-    ----------
-    base : Connection
-        The damaged file.
     """
     bounds = ["", *(a + b for a in DIGITS for b in DIGITS), "\U0010ffff"]
     found: dict[Any, tuple[Any, ...]] = {}

@@ -122,7 +122,7 @@ def workers_of(executor: Executor) -> int:
     return told or os.cpu_count() or 1
 
 
-def attended(executor: Executor) -> bool:
+def has_workers(executor: Executor) -> bool:
     """Return whether somebody computes what an executor is given: a Dask cluster may lose its workers, one after the other."""
     client = getattr(executor, "_client", None)
     try:

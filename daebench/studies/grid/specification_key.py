@@ -10,13 +10,7 @@ from daebench.studies.grid.run_specification import COLUMNS, Cell, defined_by, d
 
 
 def require_possible(cell: Cell) -> None:
-    """Accept a run that can be made.
-
-    Raises
-    ------
-    BadInput
-        If it cannot, as where the method refuses the problem.
-    """
+    """Accept a run that can be made; raise BadInput if it cannot, as where the method refuses the problem."""
     _require_own_columns(cell)
     solver = cell.solver
     solver.check(cell.ivp, cell.asked(solver.knob))

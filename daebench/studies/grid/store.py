@@ -62,7 +62,7 @@ class StoredRow:
         Fields of the cell, as :meth:`daebench.studies.grid.run_specification.Cell.plain` gives them.
     row : mapping
         What was computed, by column.
-    code_version : str
+    maker : str
         Hash of daebench's own source and of the versions of the packages that made it.
     took : float
         How long it took, s.
@@ -175,7 +175,7 @@ class Store:
         Parameters
         ----------
         key : str
-            As ``cell_key.key_of`` gives it.
+            As ``specification_key.key_of`` gives it.
         """
         found = self._base.execute("SELECT row FROM rows WHERE key = ?", (key,)).fetchone()
         return None if found is None else _read(found[0])
@@ -217,10 +217,10 @@ class Store:
         return sum(asked[cell] not in keys for cell, keys in found.items())
 
 
-def as_json(kept: StoredRow) -> str:
+def as_json(stored: StoredRow) -> str:
     """Return a row as one line of JSON, which :func:`of_json` reads; numbers that JSON does not have are words."""
     return json.dumps(
-        {"key": kept.key, "cell": dict(kept.cell), "row": json.loads(_written(kept.row)), "maker": kept.maker, "took": kept.took},
+        {"key": stored.key, "cell": dict(stored.cell), "row": json.loads(_written(stored.row)), "maker": stored.maker, "took": stored.took},
         sort_keys=True,
     )
 

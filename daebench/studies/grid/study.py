@@ -1,6 +1,6 @@
 """A study: a grid of runs that is declared, and read as one long table."""
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass, field
 from itertools import product
@@ -12,14 +12,12 @@ from daebench.methods.names import free_numbers, methods_of
 from daebench.runs.ivp import Ivp
 from daebench.studies.grid.metrics import metrics_of
 from daebench.studies.grid.run_specification import OUTPUTS, Cell
-from daebench.studies.grid.runs import runs_of
+from daebench.studies.grid.runs import Tell, runs_of
 from daebench.studies.grid.specification_key import key_of, require_possible
 from daebench.studies.grid.store import Store
 
 if TYPE_CHECKING:
     import pandas as pd
-
-    from daebench.studies.grid.engine import Tell
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -120,8 +118,9 @@ class Study:
 
     def _require_measurable(self, cell: Cell, cells: Sequence[Cell]) -> None:
         """Refuse a metric that a cell cannot be measured by, unless it is not for its method and is for another of the study."""
+        one_a_method = {each.method: each for each in cells}.values()
         for metric in metrics_of(self.metrics):
-            for_others = not metric.measures(cell.solver) and any(metric.measures(each.solver) for each in _one_a_method(cells))
+            for_others = not metric.measures(cell.solver) and any(metric.measures(each.solver) for each in one_a_method)
             if not for_others and (why := metric.refusal(cell)):
                 raise BadInput(why)
 
@@ -165,7 +164,7 @@ class Study:
             raise BadInput(f"{method} needs values of {resolution}; give values={{{resolution!r}: [...]}}.")
         return [positive(resolution, value) for value in values]
 
-    def table(self, store: Store, *, executor: Executor | None = None, tell: "Tell | None" = None) -> "pd.DataFrame":
+    def table(self, store: Store, *, executor: Executor | None = None, tell: Tell | None = None) -> "pd.DataFrame":
         """Return one row a run, those that the store has taken from there; the others are computed and put there.
 
         Parameters
@@ -194,18 +193,8 @@ class Study:
         return runs_of(store, executor=executor, tell=tell)(self.cells())
 
 
-def _one_a_method(cells: Sequence[Cell]) -> Iterable[Cell]:
-    return {cell.method: cell for cell in cells}.values()
-
-
 def computed_in(precision: str) -> dict[str, Any]:
-    """Return the fields of a cell for one of the words that ``precisions`` of a study has.
-
-    Raises
-    ------
-    BadInput
-        If it is none of them.
-    """
+    """Return the fields of a cell for one of the words that ``precisions`` of a study has; raise BadInput for any other."""
     fixed: dict[str, dict[str, Any]] = {"float64": {}, "float32": {"precision": "float32"}, "compensated": {"compensated": True}}
     if precision in fixed:
         return fixed[precision]

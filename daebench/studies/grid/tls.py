@@ -58,17 +58,8 @@ NO_TLS = Tls()
 def security(address: str, tls: Tls) -> Any:
     """Return what Dask's client takes as ``security``: None for an address without encryption.
 
-    Parameters
-    ----------
-    address : str
-        Address of a scheduler.
-    tls : Tls
-        Its certificates; if none are given, those that Dask's own configuration names, ``distributed.comm.tls``.
-
-    Raises
-    ------
-    BadInput
-        If there are certificates for an address without encryption, none for one with it, or they cannot be used.
+    Where no files are given, they are those that Dask's own configuration names, ``distributed.comm.tls``. BadInput is raised if there are
+    certificates for an address without encryption, none for one with it, or they cannot be used.
     """
     if not address.startswith("tls://"):
         if tls:

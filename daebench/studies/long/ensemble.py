@@ -13,7 +13,7 @@ import numpy as np
 
 from daebench.errors import BadInput, DaebenchError
 from daebench.studies.grid.checkpoint import Checkpoint, identity, load, resumed, save
-from daebench.studies.grid.interrupts import held
+from daebench.studies.grid.interrupts import held_back
 from daebench.studies.grid.schedulers import local_processes
 from daebench.studies.long.run import LongRun, Stream
 
@@ -53,10 +53,7 @@ class Ensemble:
     def check(self) -> None:
         """Accept an ensemble that can be run, or gone on with.
 
-        Raises
-        ------
-        BadInput
-            If it cannot, or what is kept of it is of something else or has more steps than are asked for.
+        BadInput is raised if it cannot, or what is kept of it is of something else or has more steps than are asked for.
         """
         if self.members < 1:
             raise BadInput(f"an ensemble of {self.members} has no member; give at least 1.")
@@ -99,13 +96,7 @@ class Ensemble:
         return self.folder / f"{self.stem}-{number:03d}.npz"
 
     def kept(self) -> dict[int, Checkpoint]:
-        """Return the checkpoints that there are, by member.
-
-        Raises
-        ------
-        BadInput
-            If one is damaged or of something else.
-        """
+        """Return the checkpoints that there are, by member; raise BadInput if one is damaged or of something else."""
         return {k: load(self.path(k), identity(spec)) for k, spec in enumerate(self.specs) if self.path(k).exists()}
 
     def done(self) -> float:
@@ -116,13 +107,10 @@ class Ensemble:
     def run(self, workers: int, tell: Tell) -> None:
         """Take all members to their ends; what is done already is not done again.
 
-        Raises
-        ------
-        KeyboardInterrupt
-            If Ctrl-C or SIGTERM came; everything so far is in the checkpoints.
+        If Ctrl-C or SIGTERM comes, KeyboardInterrupt is raised with everything so far in the checkpoints.
         """
         kept = self.kept()
-        left = {k: spec for k, spec in enumerate(self.specs) if k not in kept or _goes_on(kept[k], self.steps)}
+        left = {k: spec for k, spec in enumerate(self.specs) if k not in kept or (not kept[k].failure and kept[k].done < self.steps)}
         if workers > 1 and len(left) > 1:
             self._beside(left, min(workers, len(left)), tell)
             return
@@ -151,29 +139,16 @@ class Ensemble:
             yield from ended
 
 
-def _goes_on(kept: Checkpoint, steps: int) -> bool:
-    return not kept.failure and kept.done < steps
-
-
 def run_member(spec: LongRun, steps: int, path: Path, tell: Tell | None = None) -> None:
     """Take a run to its end from where its checkpoint left it; Ctrl-C and SIGTERM come once the checkpoint is written.
 
-    Parameters
-    ----------
-    spec : LongRun
-        The run.
-    steps : int
-        Where it ends.
-    path : Path
-        Its checkpoint, written every few seconds, and when the run is at its end, has failed, or is interrupted.
-    tell : callable, optional
-        Told the fraction done.
+    The checkpoint is written every few seconds, and when the run is at its end, has failed, or is interrupted.
     """
     who = identity(spec)
     stream = Stream(spec, steps)
     if path.exists():
         resumed(stream, load(path, who))
-    with held() as stopped:
+    with held_back() as stopped:
         written = time.monotonic()
         while stream.going and not stopped():
             stream.advance()

@@ -20,16 +20,8 @@ def draw(out: Path, stem: str, title: str, each: "pd.DataFrame", table: "pd.Data
     """Write ``STEM.svg``, PNG and CSV of the windows over all members, and ``STEM-members.csv``; return the path of the SVG.
 
     Left is the rms error of each member and of all; right, where there are several, how far each member's mean is from the mean of all,
-    and the spread. Thin lines have the slopes 1/2 of a random walk and 1 of a linear drift.
-
-    Parameters
-    ----------
-    out : Path
-        Folder.
-    stem, title : str
-        Name of the files, and what is written above.
-    each, table : DataFrame
-        As :mod:`daebench.studies.long.table` makes them.
+    and the spread. Thin lines have the slopes 1/2 of a random walk and 1 of a linear drift. The tables are those of
+    :mod:`daebench.studies.long.table`, the title is written above.
     """
     several = int(table["members"].max()) > 1
     with drawing():

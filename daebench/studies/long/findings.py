@@ -67,7 +67,7 @@ class Findings:
     @property
     def failures(self) -> dict[int, str]:
         """Why members stopped early."""
-        return {number: kept.failure for number, kept in self.members.items() if kept.failure}
+        return {number: checkpoint.failure for number, checkpoint in self.members.items() if checkpoint.failure}
 
     def write(self, out: Path) -> Path | None:
         """Write picture and tables to a folder, and return the path of the SVG; None where no member came to its first sample."""
@@ -78,9 +78,9 @@ class Findings:
         spec = self.ensemble.spec
         return {
             **{name: value for name, value in spec.plain().items() if name != "member"},
-            "steps": [kept.done for kept in self.members.values()],
-            "seconds": [kept.seconds for kept in self.members.values()],
-            "passages": [kept.passages for kept in self.members.values()],
+            "steps": [checkpoint.done for checkpoint in self.members.values()],
+            "seconds": [checkpoint.seconds for checkpoint in self.members.values()],
+            "passages": [checkpoint.passages for checkpoint in self.members.values()],
             "failures": self.failures,
             "growth": None if self.growth is None else asdict(self.growth),
             "told_from": asdict(self.share) | {"until": None if math.isnan(self.share.until) else self.share.until},

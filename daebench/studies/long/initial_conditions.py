@@ -24,19 +24,7 @@ def start_of(ivp: Ivp, member: int, precision: str) -> Ivp:
     1e-10 would leave 1e-10 of it. A motion in a plane leaves it by as little, and on a motion that is unstable there, or chaotic, members
     part after some time, as they must, and the spread then has truncation in it.
 
-    Parameters
-    ----------
-    ivp : InitialValueProblem
-        The problem with its numbers.
-    member : int
-        Number of the member, which seeds the change.
-    precision : str
-        Number type of the run.
-
-    Raises
-    ------
-    BadInput
-        If the start cannot be projected, as where vectors are arrays.
+    The number of the member seeds the change. BadInput is raised if the start cannot be projected, as where vectors are arrays.
     """
     if member == 0:
         return ivp

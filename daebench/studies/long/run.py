@@ -1,7 +1,7 @@
 """A run that goes on and on: the compiled loop called piece by piece, its energies reduced at once, and all of it a few numbers."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import Any
 
@@ -11,16 +11,14 @@ from daebench.diagnostics.passage import MOST_STATES
 from daebench.errors import BadInput, require_known
 from daebench.methods.fixed_step.lifted import Lifted
 from daebench.methods.fixed_step.stepping import next_piece
-from daebench.methods.names import method_of
 from daebench.runs.grid import Grid
 from daebench.runs.ivp import Ivp
 from daebench.runs.request import Request
 from daebench.runs.trajectory import Array
-from daebench.studies.grid.run_specification import ivp_of
+from daebench.studies.grid.run_specification import RunSpecification
 from daebench.studies.long.blocks import BLOCK, Blocks
 from daebench.studies.long.initial_conditions import start_of
 from daebench.studies.long.windows import Windows
-from daebench.systems.renamed import OldAttribute
 
 LARGEST = 1e140
 """Modulus of an energy beyond which a run is given up: sums of its squares would overflow."""
@@ -30,45 +28,22 @@ STRIDE = 16
 
 
 @dataclass(frozen=True, kw_only=True)
-class LongRun:
-    """What decides the numbers of a long run but for its length, as plain values.
+class LongRun(RunSpecification):
+    """What decides the numbers of a long run but for its length: beside :class:`RunSpecification` its steps, samples and start.
 
     Parameters
     ----------
-    problem, case, method : str
-        Names; a problem may be the path of a file.
     h : float
         Step size.
     stride : int
         Steps between samples of the energy.
-    parameters, options : tuple of (str, float)
-        The problem's parameters that differ from the case's, and the method's free numbers.
-    precision : str
-        "float64" or "float32".
-    compensated : bool
-        Whether sums over steps are compensated.
-    anyway : bool
-        Whether a scheme may run where it is no Poisson integrator.
-    on_singular : str
-        What is done where G loses rank; "" for what the case says.
     member : int
         Which start of an ensemble it has; 0 is the case's own.
     """
 
-    problem: str
-    case: str
-    method: str
     h: float
     stride: int = STRIDE
-    parameters: tuple[tuple[str, float], ...] = ()
-    options: tuple[tuple[str, float], ...] = ()
-    precision: str = "float64"
-    compensated: bool = False
-    anyway: bool = False
-    on_singular: str = ""
     member: int = 0
-
-    scene = OldAttribute("ivp")
 
     @property
     def ivp(self) -> Ivp:
@@ -84,23 +59,18 @@ class LongRun:
         BadInput
             If it chooses its steps itself, or is run above the problem.
         """
-        found = method_of(self.ivp, self.method, dict(self.options), compensated=self.compensated, anyway=self.anyway)
-        if found.knob != "h":
+        method = super().solver
+        if method.knob != "h":
             raise BadInput(f"{self.method} chooses its steps itself; a long run takes a method with fixed steps, for example rattle.")
-        if isinstance(found, Lifted):
+        if isinstance(method, Lifted):
             raise BadInput(
                 f"{self.method} keeps its state above the problem, which a long run does not; take a method of the problem itself."
             )
-        return found
+        return method
 
     def member_of(self, number: int) -> "LongRun":
         """Return the run from another start of the ensemble."""
         return replace(self, member=number)
-
-    def plain(self) -> dict[str, Any]:
-        """Return the fields as JSON has them."""
-        pairs = {name: [list(each) for each in getattr(self, name)] for name in ("parameters", "options")}
-        return {each.name: getattr(self, each.name) for each in fields(self)} | pairs
 
     def check(self, steps: int) -> None:
         """Accept a run of so many steps that can be made.
@@ -137,7 +107,7 @@ class LongRun:
 
 @lru_cache(maxsize=64)
 def _ivp(spec: LongRun) -> Ivp:
-    return start_of(ivp_of(spec.problem, spec.case, spec.parameters, spec.on_singular), spec.member, spec.precision)
+    return start_of(super(LongRun, spec).ivp, spec.member, spec.precision)
 
 
 @dataclass(frozen=True)

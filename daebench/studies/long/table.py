@@ -50,24 +50,24 @@ class Share:
     whole: bool
 
 
-def told_from(members: Mapping[int, Checkpoint]) -> dict[int, Checkpoint]:
+def counted_members(members: Mapping[int, Checkpoint]) -> dict[int, Checkpoint]:
     """Return the members that a verdict is told from: those that have a sample, did not fail, and are not far behind the longest."""
-    sound = {number: kept for number, kept in members.items() if not kept.failure and samples(kept)}
+    sound = {number: checkpoint for number, checkpoint in members.items() if not checkpoint.failure and samples(checkpoint)}
     most = max(map(samples, sound.values()), default=0)
-    return {number: kept for number, kept in sound.items() if samples(kept) >= FAR_BEHIND * most}
+    return {number: checkpoint for number, checkpoint in sound.items() if samples(checkpoint) >= FAR_BEHIND * most}
 
 
-def samples(kept: Checkpoint) -> int:
+def samples(checkpoint: Checkpoint) -> int:
     """Return how many samples a member has."""
-    return kept.windows.samples + len(kept.waiting)
+    return checkpoint.windows.samples + len(checkpoint.waiting)
 
 
 def share(spec: LongRun, members: Mapping[int, Checkpoint], asked: int, steps: int) -> Share:
     """Return of which members, of so many that are asked for with so many steps each, the verdict is told."""
-    told = told_from(members)
-    until = min((samples(kept) * spec.stride * spec.h for kept in told.values()), default=float("nan"))
-    whole = len(told) == asked and all(kept.done >= steps for kept in told.values())
-    return Share(asked, len(members), sum(bool(kept.failure) for kept in members.values()), len(told), until, whole)
+    told = counted_members(members)
+    until = min((samples(checkpoint) * spec.stride * spec.h for checkpoint in told.values()), default=float("nan"))
+    whole = len(told) == asked and all(checkpoint.done >= steps for checkpoint in told.values())
+    return Share(asked, len(members), sum(bool(checkpoint.failure) for checkpoint in members.values()), len(told), until, whole)
 
 
 def members_table(spec: LongRun, members: Mapping[int, Checkpoint]) -> "pd.DataFrame":
@@ -75,8 +75,8 @@ def members_table(spec: LongRun, members: Mapping[int, Checkpoint]) -> "pd.DataF
     import pandas as pd
 
     found = []
-    for number, kept in members.items():
-        table = kept.windows.with_(kept.errors).table
+    for number, checkpoint in members.items():
+        table = checkpoint.windows.with_(checkpoint.errors).table
         found.append(
             pd.DataFrame(
                 {
@@ -110,9 +110,9 @@ def windows_table(each: "pd.DataFrame") -> "pd.DataFrame":
 def growth(spec: LongRun, members: Mapping[int, Checkpoint]) -> Walk | Drift | None:
     """Return how the energy error grows: of an ensemble of 16 or more a :class:`Walk`, of fewer the :class:`Drift` of their mean.
 
-    It is that of the members of :func:`told_from`, up to where the shortest of them is; None if there is none.
+    It is that of the members of :func:`counted_members`, up to where the shortest of them is; None if there is none.
     """
-    blocks = [kept.blocks.with_(kept.errors) for kept in told_from(members).values()]
+    blocks = [checkpoint.blocks.with_(checkpoint.errors) for checkpoint in counted_members(members).values()]
     length = max((each.length for each in blocks), default=1)
     means = [each.at(length) for each in blocks]
     common = min(map(len, means), default=0)

@@ -15,13 +15,10 @@ def sentence(found: Walk | Drift | None, share: Share) -> str:
     There are two standard errors on either side of each number; slopes are in units of H a second.
     """
     if share.begun and share.failed == share.begun:
-        return "undetermined: every member stopped early." if share.begun == share.asked else _all_begun_failed(share)
+        begun = f"{share.begun} of {share.asked} members have begun, and every one of them"
+        return f"undetermined: {'every member' if share.begun == share.asked else begun} stopped early."
     parts = [_verdict(found, share), *([] if share.whole else [_told(share)])]
     return " ".join(part for part in parts if part)
-
-
-def _all_begun_failed(share: Share) -> str:
-    return f"undetermined: {share.begun} of {share.asked} members have begun, and every one of them stopped early."
 
 
 def _verdict(found: Walk | Drift | None, share: Share) -> str:
@@ -39,8 +36,8 @@ def _told(share: Share) -> str:
         "not begun": share.asked - share.begun,
     }
     left = ", ".join(f"{number} of {share.asked} {what}" for what, number in numbers.items() if number)
-    told = f"Told to t = {share.until:.4g} from {share.told} of {share.asked} members" if share.told else "Told from no member"
-    return f"{told}{f'; left out: {left}' if left else ''}."
+    coverage = f"Told to t = {share.until:.4g} from {share.told} of {share.asked} members" if share.told else "Told from no member"
+    return f"{coverage}{f'; left out: {left}' if left else ''}."
 
 
 def _of_ensemble(walk: Walk) -> str:
@@ -48,13 +45,13 @@ def _of_ensemble(walk: Walk) -> str:
     if walk.verdict == "drifts":
         apart = f"{_spread(walk)}, so that each drifts its own way; {bound}." if walk.law == "apart" else f"{_law(walk)}; {_spread(walk)}."
         return f"drifts: {apart}"
-    told = {
+    sentences = {
         "kept": "kept: no member is off by more than rounding.",
         "bounded": f"bounded: {_spread(walk)}, and {bound}.",
         "random walk": f"random walk: {_spread(walk)}; {bound}.",
         "undetermined": f"undetermined: {walk.reason}; {_spread(walk)}; take more steps or more members.",
     }
-    return told[walk.verdict]
+    return sentences[walk.verdict]
 
 
 def _law(found: Walk | Drift) -> str:
@@ -78,7 +75,7 @@ def _spread(walk: Walk) -> str:
 
 def _of_few(drift: Drift, share: Share) -> str:
     power = "" if math.isnan(drift.exponent) else f", as t^({_around(drift.exponent, drift.exponent_error)})"
-    told = {
+    sentences = {
         "kept": "kept: the error is no more than rounding",
         "bounded": f"bounded: the mean changes by at most {drift.change_bound:.2g} over the time",
         "drifts": f"drifts: {_law(drift)}{power if drift.law in ('linear', 'power') else ''}",
@@ -86,7 +83,7 @@ def _of_few(drift: Drift, share: Share) -> str:
         "failed": f"failed: {drift.reason}",
     }
     few = f", of which there are {share.told} so far" if share.asked >= MEMBERS else ""
-    return f"{told[drift.verdict]}; whether it is a random walk is told from {MEMBERS} members or more{few}."
+    return f"{sentences[drift.verdict]}; whether it is a random walk is told from {MEMBERS} members or more{few}."
 
 
 def _around(value: float, error: float) -> str:

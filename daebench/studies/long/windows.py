@@ -49,11 +49,11 @@ class Windows:
 
     def _merge(self, window: int, values: Array) -> None:
         mean = np.mean(values)
-        own = np.array([len(values), mean, np.sum((values - mean) ** 2), np.min(values), np.max(values)])
+        moments = np.array([len(values), mean, np.sum((values - mean) ** 2), np.min(values), np.max(values)])
         if window == len(self.table):
-            self.table = np.vstack([self.table, own])
+            self.table = np.vstack([self.table, moments])
         else:
-            self.table[window] = merged(self.table[window], own)
+            self.table[window] = merged(self.table[window], moments)
 
     def with_(self, values: Array) -> "Windows":
         """Return a copy with more samples."""

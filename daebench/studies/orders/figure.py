@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Mapping, Sequence
+from itertools import cycle
 from pathlib import Path
 from typing import Any
 
@@ -34,7 +35,7 @@ def write(out: Path, study: OrderStudy) -> list[Path]:
     """
     save_table(out / "orders.csv", study.table())
     components = list(dict.fromkeys(series.component for series in study.series))
-    strokes = dict(zip(dict.fromkeys(series.method for series in study.series), _endless(), strict=False))
+    strokes = dict(zip(dict.fromkeys(series.method for series in study.series), cycle(STROKES), strict=False))
     columns = min(COLUMNS, len(components))
     rows = math.ceil(len(components) / columns)
     with drawing():
@@ -51,10 +52,6 @@ def write(out: Path, study: OrderStudy) -> list[Path]:
         figure.legend(handles=_keys(strokes), loc="outside lower center", ncols=NAMES)
         path = save(figure, out, "order", study.points())
     return [out / "orders.csv", path]
-
-
-def _endless() -> Sequence[Stroke]:
-    return [*STROKES] * 100
 
 
 def _label_lowest(axis: Any, axes: Any, count: int) -> None:

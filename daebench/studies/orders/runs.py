@@ -93,14 +93,14 @@ class Runs(ABC):
         """Return the error of a component that the reference and rounding may make."""
 
     def _component(self, name: str, points: Sequence[Point]) -> Series:
-        own = tuple(point for point in points if point.failure or name in point.errors)
+        measured = tuple(point for point in points if point.failure or name in point.errors)
         state = name in self.state
-        h, errors = [point.h for point in own], [point.errors.get(name, math.nan) for point in own]
+        h, errors = [point.h for point in measured], [point.errors.get(name, math.nan) for point in measured]
         rest = CLEAR * self._rest([error for error in errors if math.isfinite(error)], name)
-        floor = max(self._floor(name, h, errors), rest, self._added(name, own), *(point.bound for point in own))
+        floor = max(self._floor(name, h, errors), rest, self._added(name, measured), *(point.bound for point in measured))
         fit = fit_order(h, errors, floor=floor)
         fit = _plateaus_named(fit, errors, floor, high=HIGH * self._size(name) if state else math.inf)
-        return Series(self.method.name, name, order_of(self.method) if state else None, own, fit, floor)
+        return Series(self.method.name, name, order_of(self.method) if state else None, measured, fit, floor)
 
     def _size(self, name: str) -> float:
         return largest(self._exact(name))

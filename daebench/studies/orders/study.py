@@ -132,13 +132,10 @@ def study(
     end = positive("t_end", t_end) if t_end is not None else min(LONGEST, 2.0 ** math.floor(math.log2(reach(ivp, LONG))))
     sequences = [step_sizes(end, order_of(method), h, halvings) for method in chosen]
     known = reference_solution(ivp, [end * k / COMMON for k in range(1, COMMON + 1)])
+    bench: Any = PoissonBench if isinstance(ivp, PoissonIvp) else Bench
     series: list[Series] = []
     for k, (method, counts) in enumerate(zip(chosen, sequences, strict=True)):
         if began:
             began(k / len(chosen), f"{method.name} on {ivp.problem}")
-        series += _bench(ivp, method, known).series(counts, stop=halvings is None)
+        series += bench(ivp, method, known).series(counts, stop=halvings is None)
     return OrderStudy(ivp, end, known, tuple(series))
-
-
-def _bench(ivp: Ivp, method: Any, known: Any) -> Bench | PoissonBench:
-    return PoissonBench(ivp, method, known) if isinstance(ivp, PoissonIvp) else Bench(ivp, method, known)

@@ -3,8 +3,8 @@
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
+from daebench.diagnostics.energy import DRIFTS
 from daebench.errors import BadInput
-from daebench.studies.grid.drift import drifts
 from daebench.studies.grid.feasibility import feasible
 from daebench.studies.grid.measure import Row
 from daebench.studies.grid.rows import by_method, error_of, rows_of
@@ -45,10 +45,7 @@ def cells_of(
 ) -> tuple[list[tuple[str, Cell]], dict[str, str]]:
     """Return every way to compute with its run, and why some are left out.
 
-    Raises
-    ------
-    BadInput
-        If a way or a method is unknown, no method has fixed steps, no way can be run, or the reference ends before the runs.
+    BadInput is raised if a way or a method is unknown, no method has fixed steps, no way can be run, or the reference ends before the runs.
     """
     if asked.reference and asked.end > asked.reference.horizon:
         raise BadInput(f"{uncertified(asked)}; take a smaller t_end.")
@@ -99,7 +96,7 @@ def smallest_steps(table: "pd.DataFrame") -> "pd.DataFrame":
     for _, each in by_method(table):
         last = rows_of(each[each["value"] == each["value"].min()])
         base = next((float(row["seconds"]) for row in last if row["way"] == BASE), float("nan"))
-        rows += [{**row, "time_ratio": row["seconds"] / base, "drifts": drifts(row)} for row in last]
+        rows += [{**row, "time_ratio": row["seconds"] / base, "drifts": row["energy_verdict"] == DRIFTS} for row in last]
     return pd.DataFrame(rows)
 
 

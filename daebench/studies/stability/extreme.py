@@ -3,6 +3,7 @@
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
+from itertools import product
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -11,8 +12,8 @@ from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.methods.names import method_of
 from daebench.reference.keep.record import Reference
 from daebench.runs.ivp import Ivp, PoissonIvp
+from daebench.studies.grid.against import reference_of, usual_end
 from daebench.studies.grid.feasibility import feasible
-from daebench.studies.grid.references import reference_of, usual_end
 from daebench.studies.grid.run_specification import Cell
 from daebench.studies.grid.runs import Runs
 from daebench.systems.renamed import OldAttribute
@@ -108,6 +109,10 @@ class Asked:
     def tolerant(self) -> list[str]:
         """Methods driven by a tolerance."""
         return [name for name in self._chosen if self.knob(name) == "tol"]
+
+    def resolutions(self, steps: Sequence[float], tolerances: Sequence[float]) -> list[tuple[str, float]]:
+        """Return each method with each of its step sizes or tolerances."""
+        return [*product(self.fixed, steps), *product(self.tolerant, tolerances)]
 
     def cell(self, method: str, value: float, metrics: Sequence[str], **more: Any) -> Cell:
         """Return one run."""

@@ -44,27 +44,10 @@ class Edge:
 
 
 def largest_step(cell: Cell, passes: Callable[[Row], str], *, largest: float, digits: int = 3, run: Callable[[Cell], Row] = row_of) -> Edge:
-    """Return the largest h with which a run passes, to so many digits.
+    """Return the largest h with which a run passes, to so many digits, by a method with fixed steps; the cell's own h is not used.
 
-    From the largest down, h is halved until a run passes; between the two it is bisected.
-
-    Parameters
-    ----------
-    cell : Cell
-        The run, of a method with fixed steps; its value is not used.
-    passes : callable
-        Returns "" for the row of a run that passes, or else what is wrong with it.
-    largest : float
-        Where to begin.
-    digits : int
-        Digits of h.
-    run : callable
-        Makes the row of a cell.
-
-    Raises
-    ------
-    BadInput
-        If the method has no steps of its own to choose, or nothing is left to bisect.
+    From the largest down, h is halved until a run passes; between the two it is bisected. ``passes`` returns "" for the row of a run that
+    passes, or else what is wrong with it. BadInput is raised if the method has no steps of its own to choose, or nothing is left to bisect.
     """
     if cell.solver.knob != "h":
         raise BadInput(f"{cell.method} chooses its steps itself, so that it has no largest one; take a method with fixed steps.")

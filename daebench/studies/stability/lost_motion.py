@@ -11,7 +11,7 @@ from daebench.studies.grid.resolution_panels import legends_below, resolution_pa
 from daebench.studies.grid.rows import by_method, rows_of
 from daebench.studies.grid.run_specification import Cell
 from daebench.studies.grid.runs import Runs
-from daebench.studies.stability.extreme import Asked, Extreme, uncertified
+from daebench.studies.stability.extreme import Asked, uncertified
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -29,7 +29,8 @@ TOLERANCES = (1e-4, 1e-6, 1e-8, 1e-10, 1e-12)
 """Tolerances."""
 
 
-def _able(asked: Asked) -> str:
+def refusal(asked: Asked) -> str:
+    """Return why a problem has no such extreme, as a sentence, or ""."""
     if why := uncertified(asked):
         return why
     assert asked.reference is not None
@@ -46,10 +47,7 @@ def cells(asked: Asked) -> list[Cell]:
     end, spacing = asked.t_end or reference.horizon, float(reference.t[1])
     metrics, outputs = (("y", "horizon") if asked.poisson else ("q", "horizon")), int(end / spacing + 0.5)
     steps = asked.h or [spacing / 2**k for k in HALVINGS]
-    resolutions = [(method, h) for method in asked.fixed for h in steps] + [
-        (method, tol) for method in asked.tolerant for tol in TOLERANCES
-    ]
-    return [asked.cell(method, value, metrics, t_end=end, outputs=outputs) for method, value in resolutions]
+    return [asked.cell(method, value, metrics, t_end=end, outputs=outputs) for method, value in asked.resolutions(steps, TOLERANCES)]
 
 
 def measure(asked: Asked, runs: Runs) -> "pd.DataFrame":
@@ -109,14 +107,3 @@ def draw(out: Path, stem: str, table: "pd.DataFrame") -> Path:
         next(iter(panels.values())).set_ylabel(f"followed within {LOST:.0%} until [s]")
         legends_below(panels)
         return save(figure, out, stem, table)
-
-
-EXTREME = Extreme(
-    name="lost-motion",
-    about="until when a motion is followed that amplifies errors: chaos, starts near unstable equilibria",
-    refusal=_able,
-    cells=cells,
-    measure=measure,
-    says=says,
-    draw=draw,
-)

@@ -10,7 +10,7 @@ from daebench.studies.grid.outcomes import ALL, FINE, OUTCOMES, SIZED, varied_ru
 from daebench.studies.grid.rows import by_method
 from daebench.studies.grid.run_specification import Cell
 from daebench.studies.grid.runs import Runs
-from daebench.studies.stability.extreme import Asked, Extreme
+from daebench.studies.stability.extreme import Asked
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -57,7 +57,8 @@ def parameter_of(asked: Asked) -> str:
     return next((name for name in (*asked.parameters, *(n for n in FIRST if own.get(n)), *(n for n in own if own[n]))), "")
 
 
-def _able(asked: Asked) -> str:
+def refusal(asked: Asked) -> str:
+    """Return why a problem has no such extreme, as a sentence, or ""."""
     if not asked.fixed:
         return "none of these methods has fixed steps"
     if not parameter_of(asked):
@@ -171,14 +172,3 @@ def _edges(values: np.ndarray) -> np.ndarray:
         return np.asarray(np.exp([logs[0] - 0.5, logs[0] + 0.5]))
     middle = (logs[1:] + logs[:-1]) / 2
     return np.asarray(np.exp([2 * logs[0] - middle[0], *middle, 2 * logs[-1] - middle[-1]]))
-
-
-EXTREME = Extreme(
-    name="outcome-map",
-    about="what becomes of runs over step size and a parameter",
-    refusal=_able,
-    cells=cells,
-    measure=measure,
-    says=says,
-    draw=draw,
-)

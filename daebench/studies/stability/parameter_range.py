@@ -9,7 +9,7 @@ from daebench.studies.grid.outcomes import FINE, varied_runs
 from daebench.studies.grid.rows import by_method
 from daebench.studies.grid.run_specification import Cell
 from daebench.studies.grid.runs import Runs
-from daebench.studies.stability.extreme import Asked, Extreme
+from daebench.studies.stability.extreme import Asked
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -35,7 +35,8 @@ def masses(asked: Asked) -> list[str]:
     return [name for name in asked.ivp.parameters if "mass" in name]
 
 
-def _able(asked: Asked) -> str:
+def refusal(asked: Asked) -> str:
+    """Return why a problem has no such extreme, as a sentence, or ""."""
     if len(asked.h) > 1:
         return "its runs have one step size, and several are given"
     if asked.parameters or len(masses(asked)) > 1:
@@ -102,14 +103,3 @@ def draw(out: Path, stem: str, table: "pd.DataFrame") -> Path:
             axis.set(xscale="log", yscale="log", xlabel=f"|{name} - {near:g}|" if near else name, ylabel=shown[column])
         legend_below(figure, axes[0, 0], 4)
         return save(figure, out, stem, table)
-
-
-EXTREME = Extreme(
-    name="parameter-range",
-    about="mass ratios from 1e-8 to 1e8, or another parameter over given values",
-    refusal=_able,
-    cells=cells,
-    measure=measure,
-    says=says,
-    draw=draw,
-)

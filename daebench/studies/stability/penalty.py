@@ -9,7 +9,7 @@ from daebench.studies.grid.measure import Row
 from daebench.studies.grid.rows import by_method, rows_of
 from daebench.studies.grid.run_specification import Cell
 from daebench.studies.grid.runs import Runs
-from daebench.studies.stability.extreme import Asked, Extreme, uncertified
+from daebench.studies.stability.extreme import Asked, uncertified
 from daebench.studies.work_precision.study import with_costs
 
 if TYPE_CHECKING:
@@ -28,7 +28,8 @@ MOST = 1.0
 """Where a picture ends: an error of the size of the motion."""
 
 
-def _able(asked: Asked) -> str:
+def refusal(asked: Asked) -> str:
+    """Return why a problem has no such extreme, as a sentence, or ""."""
     if asked.poisson:
         return f"{asked.problem} is a Poisson system, which has no constraint"
     return uncertified(asked) or ("" if feasible(asked.ivp, tuple(LIMITS))[0] else f"{', '.join(LIMITS)} cannot be run on {asked.problem}")
@@ -101,14 +102,3 @@ def draw(out: Path, stem: str, table: "pd.DataFrame") -> Path:
         axes[0, 0].set_ylabel("largest error of q")
         legend_below(figure, axes[0, 0], 4)
         return save(figure, out, stem, table)
-
-
-EXTREME = Extreme(
-    name="penalty",
-    about="a stiff penalty in place of the constraint, as eps goes to 0",
-    refusal=_able,
-    cells=cells,
-    measure=measure,
-    says=says,
-    draw=draw,
-)

@@ -9,7 +9,7 @@ from daebench.studies.grid.resolution_panels import legends_below, resolution_pa
 from daebench.studies.grid.rows import by_method, error_of, rows_of
 from daebench.studies.grid.run_specification import Cell
 from daebench.studies.grid.runs import Runs
-from daebench.studies.stability.extreme import Asked, Extreme, uncertified
+from daebench.studies.stability.extreme import Asked, uncertified
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -24,16 +24,16 @@ WORSE = 2.0
 """An error is worse where it is so many times the least."""
 
 
+refusal = uncertified
+
+
 def cells(asked: Asked) -> list[Cell]:
     """Return the runs."""
     assert asked.reference is not None
     spacing = float(asked.reference.t[1])
     steps = asked.h or [spacing / 2**k for k in range(0, 40, 2) if asked.end / (spacing / 2**k) <= STEPS]
     metrics = ("y",) if asked.poisson else ("q", "manifold")
-    resolutions = [(method, h) for method in asked.fixed for h in steps] + [
-        (method, tol) for method in asked.tolerant for tol in TOLERANCES
-    ]
-    return [asked.cell(method, value, metrics) for method, value in resolutions]
+    return [asked.cell(method, value, metrics) for method, value in asked.resolutions(steps, TOLERANCES)]
 
 
 def measure(asked: Asked, runs: Runs) -> "pd.DataFrame":
@@ -93,14 +93,3 @@ def _cross(axis: Any, rows: "pd.DataFrame", error: str, color: str) -> None:
     good = rows.dropna(subset=[error]).sort_values("value")
     if len(good) and (rows[rows["failure"] != ""]["value"] < good["value"].min()).any():
         axis.plot(good["value"].iloc[0], good[error].iloc[0], "x", color=color, markersize=9, markeredgewidth=1.6)
-
-
-EXTREME = Extreme(
-    name="round-off",
-    about="step sizes and tolerances to 0, until round-off wins or a solver gives up",
-    refusal=uncertified,
-    cells=cells,
-    measure=measure,
-    says=says,
-    draw=draw,
-)

@@ -7,7 +7,7 @@ from daebench.draw.figures import QUIET, STROKES, drawing, grid_of_axes, save
 from daebench.methods.fixed_step.stepping import ITS_OWN
 from daebench.studies.grid.run_specification import Cell
 from daebench.studies.grid.runs import Runs
-from daebench.studies.stability.extreme import Asked, Extreme
+from daebench.studies.stability.extreme import Asked
 from daebench.studies.stability.largest_step import PART, completes, keeps_energy, largest_step
 
 if TYPE_CHECKING:
@@ -24,6 +24,11 @@ VERDICTS = {"completes": completes, "keeps the energy": keeps_energy}
 
 PLURAL = {"completes": "complete", "keeps the energy": "keep the energy"}
 """The same of several methods."""
+
+
+def refusal(asked: Asked) -> str:
+    """Return why a problem has no such extreme, as a sentence, or ""."""
+    return "" if asked.fixed else "none of these methods has fixed steps"
 
 
 def cells(asked: Asked) -> list[Cell]:
@@ -93,14 +98,3 @@ def draw(out: Path, stem: str, table: "pd.DataFrame") -> Path:
         axis.set(xscale="log", xlabel="largest usable step h [s]")
         figure.legend(loc="outside lower center", ncols=2)
         return save(figure, out, stem, table)
-
-
-EXTREME = Extreme(
-    name="step-limit",
-    about="the largest usable step of each method, by bisection",
-    refusal=lambda asked: "" if asked.fixed else "none of these methods has fixed steps",
-    cells=cells,
-    measure=measure,
-    says=says,
-    draw=draw,
-)

@@ -12,7 +12,7 @@ from daebench.errors import DaebenchError
 from daebench.studies.grid.against import OWN
 from daebench.studies.grid.claimed import claims_of
 from daebench.studies.grid.rows import by_method
-from daebench.studies.work_precision.study import front
+from daebench.studies.work_precision.study import bound_of, front
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -60,19 +60,13 @@ def nothing_of(table: "pd.DataFrame", error: str) -> str:
 def _known(table: "pd.DataFrame", error: str) -> "pd.DataFrame":
     """Return the runs whose error is known, each above its own bound, with moduli."""
     done = table[table["failure"] == ""]
-    runs, bound = done.assign(**{error: done[error].abs()}), _bound(done, error)
+    runs, bound = done.assign(**{error: done[error].abs()}), bound_of(done, error)
     return runs[runs[error] > (runs[bound] if bound else 0.0)]
-
-
-def _bound(table: "pd.DataFrame", error: str) -> str:
-    """Return the column of the bounds of an error; "" if it has none."""
-    bound = error.replace("error_", "bound_")
-    return bound if bound != error and bound in table else ""
 
 
 def _floor(table: "pd.DataFrame", error: str) -> float:
     """Return the largest bound of an error, 0 if it has none."""
-    bound = _bound(table, error)
+    bound = bound_of(table, error)
     return float(table[bound].max()) if bound else 0.0
 
 
@@ -90,23 +84,8 @@ def draw(out: Path, table: "pd.DataFrame", error: str, label: str, *, stem: str 
     sign, its modulus is drawn. The part of the time that a solver spends in Python callbacks, which is not its own, is a line that leads
     back from each of its points to what it would take without.
 
-    Parameters
-    ----------
-    out : Path
-        Folder.
-    table : DataFrame
-        As :func:`daebench.studies.work_precision.study.with_costs` gives it.
-    error : str
-        Column that is drawn.
-    label : str
-        What it is.
-    stem : str, optional
-        Name of the files.
-
-    Raises
-    ------
-    DaebenchError
-        If there is nothing to draw, see :func:`nothing_of`.
+    The table is that of :func:`daebench.studies.work_precision.study.with_costs`. DaebenchError is raised if there is nothing to draw, see
+    :func:`nothing_of`.
     """
     if why := nothing_of(table, error):
         raise DaebenchError(f"there is nothing of {error} to draw: {why}.")

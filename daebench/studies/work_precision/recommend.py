@@ -58,7 +58,8 @@ def with_conserved(table: "pd.DataFrame", defects: Mapping[str, float], claims: 
     if {"g", "Gv"} <= set(table.columns):
         found["constraints"] = done & (table[["g", "Gv"]].max(axis=1, skipna=False) <= ROUND_OFF)
     if "casimirs" in table and table["casimirs"].notna().any():
-        found["casimirs"] = done & (table["casimirs"] <= _rounding(table))
+        added_up = (EPS * table["steps"]).clip(lower=ROUND_OFF)  # one rounding a step of a number of the size of one
+        found["casimirs"] = done & (table["casimirs"] <= added_up)
     for name in set(found) - {"nothing"}:
         found[name] = _agreed(table, found[name])
     found["two_form"] = done & (table["method"].map(defects) <= ROUND_OFF)
@@ -67,11 +68,6 @@ def with_conserved(table: "pd.DataFrame", defects: Mapping[str, float], claims: 
     for name in set(found) - {"nothing"}:
         found[name] = found[name] & claiming[name]
     return table.assign(**parts, **{f"keeps_{name}": found[name] for name in CONSERVED if name in found})
-
-
-def _rounding(table: "pd.DataFrame") -> "pd.Series[float]":
-    """Return what one rounding a step of a number of the size of one can add up to, at most."""
-    return (EPS * table["steps"]).clip(lower=ROUND_OFF)
 
 
 def _agreed(table: "pd.DataFrame", found: "pd.Series[bool]") -> "pd.Series[bool]":
@@ -90,22 +86,10 @@ def _agreed(table: "pd.DataFrame", found: "pd.Series[bool]") -> "pd.Series[bool]
 def recommended(table: "pd.DataFrame", error: str, cost: str, levels: Sequence[float]) -> "pd.DataFrame":
     """Return for each accuracy, and each thing that is to be conserved, the cheapest run that does both, and the next best method.
 
-    Parameters
-    ----------
-    table : DataFrame
-        As :func:`with_conserved` gives it.
-    error, cost : str
-        Columns.
-    levels : sequence of float
-        Accuracies.
-
-    Returns
-    -------
-    DataFrame
-        Columns level, conserve, method, knob, value, cost, error, price, next, ratio; one row each of level and conserve. Cost and error
-        are those of the run with this value; price is the cost of the accuracy itself, between runs, and ratio by how much the next
-        method is dearer there, see :func:`daebench.studies.work_precision.study.cheapest`. Where no run does both, method is "" and numbers
-        are NaN.
+    The table is that of :func:`with_conserved`; columns are level, conserve, method, knob, value, cost, error, price, next, ratio; one row
+    each of level and conserve. Cost and error are those of the run with this value; price is the cost of the accuracy itself, between
+    runs, and ratio by how much the next method is dearer there, see :func:`daebench.studies.work_precision.study.cheapest`. Where no run
+    does both, method is "" and numbers are NaN.
     """
     import pandas as pd
 
@@ -113,11 +97,11 @@ def recommended(table: "pd.DataFrame", error: str, cost: str, levels: Sequence[f
     rows = []
     for level in levels:
         for name in (each for each in CONSERVED if f"keeps_{each}" in table):
-            kept = table[table[f"keeps_{name}"]]
+            keeping = table[table[f"keeps_{name}"]]
             row = {"level": level, "conserve": name, "method": "", "knob": "", "value": nan, "cost": nan, "error": nan}
             row |= {"price": nan, "next": "", "ratio": nan}
-            for best in cheapest(kept, error, cost, [level]).to_dict("records"):
-                run = kept[(kept["method"] == best["method"]) & (kept["value"] == best["value"])].iloc[0]
+            for best in cheapest(keeping, error, cost, [level]).to_dict("records"):
+                run = keeping[(keeping["method"] == best["method"]) & (keeping["value"] == best["value"])].iloc[0]
                 row |= {"method": best["method"], "knob": run["knob"], "value": best["value"], "cost": run[cost], "error": run[error]}
                 row |= {"price": best[cost], "next": best["next"], "ratio": best["ratio"]}
             rows.append(row)

@@ -10,8 +10,8 @@ from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.methods.names import methods_of
 from daebench.reference.motion import certified_for
 from daebench.runs.ivp import PoissonIvp
+from daebench.studies.grid.against import usual_end
 from daebench.studies.grid.feasibility import feasible
-from daebench.studies.grid.references import usual_end
 from daebench.studies.grid.rows import by_method
 from daebench.studies.grid.run_specification import OUTPUTS
 from daebench.studies.grid.study import Study
@@ -82,7 +82,6 @@ def standard(
     tol: Sequence[float] | None = None,
     t_end: float | None = None,
     parameters: Mapping[str, float] | None = None,
-    metrics: Sequence[str] | None = None,
     repeat: int = REPEAT,
     beside: bool = False,
     also: Sequence[str] = (),
@@ -93,12 +92,7 @@ def standard(
 
     Errors are taken against the certified reference where it is of these parameters and reaches the end, else against a finer run. Step
     sizes are the distance of its times, halved and halved again, so that errors are taken at stored times; those of a finer run are
-    the end over :data:`daebench.studies.grid.run_specification.OUTPUTS`.
-
-    Raises
-    ------
-    BadInput
-        If values are of no use.
+    the end over :data:`daebench.studies.grid.run_specification.OUTPUTS`. BadInput is raised for values that are of no use.
     """
     ivp = initial_value_problem(problem, case, parameters)
     poisson = isinstance(ivp, PoissonIvp)
@@ -121,7 +115,7 @@ def standard(
         "values": {resolution: values[resolution] for resolution in resolutions},
         "parameters": {name: [x] for name, x in (parameters or {}).items()},
     }
-    measured: dict[str, Any] = {"metrics": [*(metrics or usual), *also], "outputs": SAMPLES}
+    measured: dict[str, Any] = {"metrics": [*usual, *also], "outputs": SAMPLES}
     return Study(**runs, **measured, repeat=repeat, calls=CALLS, beside=beside), left_out
 
 
@@ -139,11 +133,16 @@ def with_costs(table: "pd.DataFrame") -> "pd.DataFrame":
     return table.assign(evaluations=(table[counts] * weights).sum(axis=1, min_count=1), own_seconds=own)
 
 
+def bound_of(table: "pd.DataFrame", error: str) -> str:
+    """Return the column of the bounds of an error; "" if it has none."""
+    bound = error.replace("error_", "bound_")
+    return bound if bound != error and bound in table else ""
+
+
 def at_least(runs: "pd.DataFrame", error: str) -> "pd.Series[float]":
     """Return the moduli of errors of runs, and where one is below the bound of what it is taken against, that bound: less is not known."""
-    bound = error.replace("error_", "bound_")
-    errors = runs[error].abs()
-    return errors.where((errors >= runs[bound]) | errors.isna(), runs[bound]) if bound != error and bound in runs else errors
+    errors, bound = runs[error].abs(), bound_of(runs, error)
+    return errors.where((errors >= runs[bound]) | errors.isna(), runs[bound]) if bound else errors
 
 
 def front(table: "pd.DataFrame", error: str, cost: str) -> "pd.DataFrame":
@@ -166,21 +165,8 @@ def cheapest(table: "pd.DataFrame", error: str, cost: str, levels: Sequence[floa
     """Return which method is cheapest for each accuracy, what it costs, and by how much the next one is dearer.
 
     Between two runs of a method, one above an accuracy and one below it, log cost is taken as linear in log error. Errors below their
-    bound are unknown, and count as their bound.
-
-    Parameters
-    ----------
-    table : DataFrame
-        As :meth:`Study.table` gives it.
-    error, cost : str
-        Columns.
-    levels : sequence of float
-        Accuracies.
-
-    Returns
-    -------
-    DataFrame
-        Columns level, method, value, cost, next, ratio; a level that no method reaches has no row.
+    bound are unknown, and count as their bound. Columns are level, method, value, cost, next, ratio; a level that no method reaches has no
+    row.
     """
     import pandas as pd
 

@@ -17,20 +17,7 @@ def is_path(name: str) -> bool:
 
 
 def existing(name: str, what: str, listed: str) -> Path:
-    """Return the path of a file that is there.
-
-    Parameters
-    ----------
-    name : str
-        The path as it was given.
-    what, listed : str
-        What kind of file it is to be, and what lists those that have names instead.
-
-    Raises
-    ------
-    BadInput
-        If there is no such file.
-    """
+    """Return the path of a file that is there; else BadInput says which kind of file it is to be, and which command lists names."""
     try:
         path = Path(name).expanduser()
         there = path.is_file()
@@ -57,18 +44,8 @@ def naming(
 ) -> Iterator[None]:
     """Turn whatever goes wrong in a file into one sentence with its file and line; what it prints goes to standard error.
 
-    Parameters
-    ----------
-    name : str
-        What the file is called in the sentence.
-    path : Path
-        The file.
-    own : callable
-        Returns the files whose lines are worth naming, the file itself among them.
-    wrong : type
-        The error that is raised in place of any other.
-    passing : tuple of types
-        Errors that pass as they are.
+    The sentence calls the file by ``name``, and names lines of the files that ``own`` returns, the file itself among them. It is an error
+    of the type ``wrong``; errors of the types ``passing`` pass as they are.
     """
     try:
         with contextlib.redirect_stdout(sys.stderr):

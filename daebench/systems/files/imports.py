@@ -46,13 +46,7 @@ class Fresh(SourceFileLoader):
 
 
 class Neighbours(MetaPathFinder):
-    """Finds the modules of one folder, and remembers which it found.
-
-    Parameters
-    ----------
-    folder : Path
-        The folder of a problem file.
-    """
+    """Finds the modules of one folder, that of a problem file, and remembers which it found."""
 
     def __init__(self, folder: Path) -> None:
         self.folder = folder.resolve()
@@ -91,15 +85,7 @@ def importable(folder: Path) -> Iterator[Neighbours]:
 def imported(path: Path) -> list[Path]:
     """Return the files that a problem file may import: what it names of its folder, what these name, and packages whole.
 
-    Parameters
-    ----------
-    path : Path
-        The problem file.
-
-    Returns
-    -------
-    list of Path
-        In a fixed order, without the file itself.
+    They are in a fixed order, without the file itself.
     """
     folder, found, names = path.parent, dict[Path, None](), list(_imports(_syntax(path)))
     seen: set[str] = set()

@@ -1,6 +1,7 @@
 """Where the package's own files are: in a wheel, in a checkout with symbolic links, and in one without them."""
 
 import hashlib
+from collections.abc import Iterable
 from functools import cache
 from importlib.util import find_spec
 from pathlib import Path
@@ -11,13 +12,7 @@ APART = ("problems", "reference", "reports")
 
 @cache
 def folder(package: str) -> Path:
-    """Return the folder of a package such as ``daebench.problems``, which is found and not imported; the packages above it are.
-
-    Raises
-    ------
-    ModuleNotFoundError
-        If there is no such package.
-    """
+    """Return the folder of a package such as ``daebench.problems``, which is found and not imported; the packages above it are."""
     spec = find_spec(package)
     if spec is None or not spec.submodule_search_locations:
         raise ModuleNotFoundError(f"there is no package {package}; install daebench anew.", name=package)
@@ -28,10 +23,16 @@ def folder(package: str) -> Path:
 def digest_of_packages(*names: str) -> str:
     """Return the hash of the names and contents of all Python files in packages of daebench, those in folders below included."""
     package = folder("daebench")
+    found = sorted(file for name in names for file in (package / name).rglob("*.py"))
+    return digest_of_files((file.relative_to(package).as_posix(), file) for file in found)
+
+
+def digest_of_files(files: Iterable[tuple[str, Path]]) -> str:
+    """Return the hash of files, each with the name that it counts under."""
     digest = hashlib.sha256()
-    for file in sorted(file for name in names for file in (package / name).rglob("*.py")):
+    for name, file in files:
         content = file.read_bytes()
-        digest.update(f"{file.relative_to(package).as_posix()} {len(content)}\n".encode() + content)
+        digest.update(f"{name} {len(content)}\n".encode() + content)
     return digest.hexdigest()
 
 

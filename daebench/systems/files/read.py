@@ -1,7 +1,6 @@
 """A problem file read as text, never run: its summary, its parameters, its kind, and the content that its definition depends on."""
 
 import ast
-import hashlib
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -9,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from daebench.errors import BadInput, real
+from daebench.systems.files.package import digest_of_files
 
 if TYPE_CHECKING:
     from daebench.systems.chain import ConstrainedChain
@@ -66,23 +66,16 @@ class Problem:
     @cached_property
     def digest(self) -> str:
         """Content hash of the file and of all files that it may import, and where they are."""
-        found = hashlib.sha256()
-        for file in self.depends_on(self):
-            content = file.read_bytes()
-            found.update(f"{'' if self.own else file.resolve()} {len(content)}\n".encode() + content)
-        return found.hexdigest()
+        return digest_of_files(("" if self.own else str(file.resolve()), file) for file in self.depends_on(self))
 
     @cached_property
     def content(self) -> str:
         """Content hash of the file and of all files that it may import, wherever they are; "" for what comes with daebench."""
         if self.own:
             return ""
-        found, folder = hashlib.sha256(), self.path.parent
-        for file in self.depends_on(self):
-            near = file.relative_to(folder).as_posix() if file.is_relative_to(folder) else file.name
-            content = file.read_bytes()
-            found.update(f"{'' if file == self.path else near} {len(content)}\n".encode() + content)
-        return found.hexdigest()
+        folder, files = self.path.parent, self.depends_on(self)
+        names = [file.relative_to(folder).as_posix() if file.is_relative_to(folder) else file.name for file in files]
+        return digest_of_files(("" if file == self.path else name, file) for name, file in zip(names, files, strict=True))
 
     @property
     def own(self) -> bool:
@@ -95,21 +88,9 @@ class Problem:
 
 
 def read(path: Path, *, name: str, **origin: Any) -> Problem:
-    """Return a problem from its file's text, without running it.
+    """Return a problem from its file's text, without running it; ``origin`` has the other fields of :class:`Problem`.
 
-    Parameters
-    ----------
-    path : Path
-        The file.
-    name : str
-        Name by which it is asked for.
-    **origin
-        ``package``, ``depends_on``, ``run`` and ``again`` of :class:`Problem`.
-
-    Raises
-    ------
-    BadInput
-        If the file cannot be read, is not Python, or has no function ``problem`` of the form that is needed.
+    BadInput is raised if the file cannot be read, is not Python, or has no function ``problem`` of the form that is needed.
     """
     tree = parsed(path)
     constructor = _constructor(tree, path)
@@ -119,13 +100,7 @@ def read(path: Path, *, name: str, **origin: Any) -> Problem:
 
 
 def parsed(path: Path) -> ast.Module:
-    """Return the syntax of a Python file.
-
-    Raises
-    ------
-    BadInput
-        If it cannot be read, or is not Python; with the line.
-    """
+    """Return the syntax of a Python file; raise BadInput, with the line, if it cannot be read or is not Python."""
     try:
         return ast.parse(path.read_bytes())
     except OSError as error:

@@ -19,13 +19,7 @@ if TYPE_CHECKING:
 
 
 def find(name: str) -> Problem:
-    """Return the problem in a file.
-
-    Raises
-    ------
-    BadInput
-        If there is no such file, or its text is not that of a problem.
-    """
+    """Return the problem in a file; raise BadInput if there is no such file, or its text is not that of a problem."""
     path = existing(name, "problem", "daebench list problems")
     return read(path, name=name, package="", depends_on=_files, run=_defined, again=_again)
 
@@ -82,15 +76,13 @@ def _name(problem: Problem) -> str:
 def call(problem: Problem, module: types.ModuleType, structure: Mapping[str, int]) -> "Definition":
     """Return what the function ``problem`` of a module returns; it must be what it is annotated to be.
 
-    Raises
-    ------
-    InvalidProblem
-        If it returns something else, or declares other parameters than it takes.
+    InvalidProblem is raised if it returns something else, or declares other parameters than it takes.
     """
     constructor: Callable[..., Definition] = module.problem
     definition = constructor(**structure)
-    if _kind(definition) != problem.kind:
-        raise InvalidProblem(f"problem() returns {_what(definition)}, which is not what it is annotated to return.")
+    if KINDS.get(type(definition).__name__) != problem.kind:
+        what = "nothing" if definition is None else f"a {type(definition).__name__}"
+        raise InvalidProblem(f"problem() returns {what}, which is not what it is annotated to return.")
     declared = {str(symbol) for symbol in definition.parameters}
     if odd := sorted(declared ^ set(problem.parameters)):
         taken = ", ".join(problem.parameters) or "none"
@@ -102,14 +94,6 @@ def call(problem: Problem, module: types.ModuleType, structure: Mapping[str, int
         if foreign := sorted(set(case.parameters) - declared - set(problem.structure)):
             raise InvalidProblem(f"case {name!r} sets {', '.join(foreign)}, which is no parameter of the problem.")
     return definition
-
-
-def _kind(definition: object) -> str:
-    return KINDS.get(type(definition).__name__, "")
-
-
-def _what(definition: object) -> str:
-    return "nothing" if definition is None else f"a {type(definition).__name__}"
 
 
 def naming(problem: Problem) -> AbstractContextManager[None]:
