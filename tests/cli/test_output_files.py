@@ -1,11 +1,14 @@
 """Files that are written where others may write too: no name can be foreseen, and no link of theirs is followed."""
 
+import io
 import os
+import sys
+import time
 from pathlib import Path
 
 import pytest
-from rich.console import Console
 
+from daebench.cli import console
 from daebench.cli.console import bar, print_table, printable
 from daebench.cli.endings import complain
 from daebench.errors import BadInput
@@ -94,14 +97,21 @@ def test_a_lock_leaves_what_a_link_leads_to(precious, tmp_path):
 
 
 @pytest.mark.parametrize("text", ["[/red]", "[red]x[/blue]", "[bold]", "[link=file:///etc]x", "case [/]", "[", "\\["])
-def test_a_name_is_text_in_titles_and_in_bars(text, capsys):
+def test_a_name_is_text_in_titles_and_in_bars(text, capsys, monkeypatch):
     print_table([40 * "a"], [["b"]], text)
     assert text in capsys.readouterr().out
-    console = Console(width=200)
-    with bar("begun") as progress, console.capture() as shown:
+    terminal = io.StringIO()
+    monkeypatch.setattr(terminal, "isatty", lambda: True, raising=False)
+    monkeypatch.setattr(sys, "stderr", terminal)
+    monkeypatch.setattr(console, "PATIENCE", 0.0)
+    monkeypatch.setenv("TERM", "xterm")
+    with bar("begun") as progress:
         progress(0.5, text)
-        console.print(progress._progress.get_renderable())
-    assert text in shown.get()
+        until = time.monotonic() + 20
+        while "50%" not in terminal.getvalue() and time.monotonic() < until:
+            time.sleep(0.01)
+    assert f"{text} " in terminal.getvalue()
+    assert "50%" in terminal.getvalue()
 
 
 def test_only_one_function_makes_names_of_temporary_files():
