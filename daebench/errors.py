@@ -85,7 +85,7 @@ def require_known(required: tuple[str, str, Collection[str]], *optional: tuple[s
     BadInput
         With the nearest names, see :func:`unknown`.
     """
-    for kind, name, known in (required, *(each for each in optional if each[1])):
+    for kind, name, known in (required, *(entry for entry in optional if entry[1])):
         if name not in known:
             raise unknown(kind, name, known)
 

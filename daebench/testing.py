@@ -150,12 +150,12 @@ def assert_solver_converges(
     __tracebackhide__ = True
     try:
         asked = positive("order", order) - real("slack", slack)
-        found = convergence(solve, reference_trajectory(problem, case), t_end=t_end, h=h, halvings=halvings)
+        study = convergence(solve, reference_trajectory(problem, case), t_end=t_end, h=h, halvings=halvings)
     except DaebenchError as error:
         raise error.with_traceback(None) from None
-    faults = found.faults(order, asked)
+    faults = study.faults(order, asked)
     if faults:
-        raise AssertionError("\n".join([*faults, found.table()]))
+        raise AssertionError("\n".join([*faults, study.table()]))
 
 
 def _march(step: Step, kind: StateLayout) -> Solve:
@@ -214,8 +214,8 @@ def assert_agrees(
     try:
         asked = real("digits", digits)
         states = {name: values for name, values in (("q", q), ("p", p), ("y", y)) if values is not None}
-        found = agreement(reference_trajectory(problem, case), t, **states)
+        comparison = agreement(reference_trajectory(problem, case), t, **states)
     except DaebenchError as error:
         raise error.with_traceback(None) from None
-    if np.min(found.digits) < asked:
-        raise AssertionError(found.lack(asked))
+    if np.min(comparison.digits) < asked:
+        raise AssertionError(comparison.lack(asked))

@@ -31,8 +31,8 @@ def euler(t: Any, y0: Sequence[Any], moments: Sequence[Any]) -> Vector:
     S, zeros = _from_the_separatrix(J, y)
     with mp.workdps(2 * mp.mp.dps + 25 + zeros):
         after = _ordered(sense * mp.mpmathify(t), y, [1 / moment for moment in J], S)
-        found = [after[order.index(i)] for i in range(3)]
-    return [+component for component in found]
+        components = [after[order.index(i)] for i in range(3)]
+    return [+component for component in components]
 
 
 def _from_the_separatrix(J: Vector, y: Vector) -> tuple[Any, int]:

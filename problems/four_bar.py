@@ -105,13 +105,13 @@ def angle(q: Sequence[sp.Symbol], p: Sequence[sp.Symbol], mass: sp.Expr, length:
     """
     theta, omega = sp.symbols("theta omega", real=True)
     place = sp.Matrix(parallel(len(q) // 2 - 1, length, (sp.sin(theta), -sp.cos(theta))))
-    own = [mass * share for share in shares(len(q) // 2 - 1)]
+    masses = [mass * share for share in shares(len(q) // 2 - 1)]
     return Chart(
         eta=(omega,),
         xi=(theta,),
-        p=tuple(own[i // 2] * x * omega for i, x in enumerate(place.diff(theta))),
+        p=tuple(masses[i // 2] * x * omega for i, x in enumerate(place.diff(theta))),
         q=tuple(place),
-        inverse_eta=((q[0] * sum(p[1::2]) - q[1] * sum(p[0::2])) / (sum(own) * length**2),),
+        inverse_eta=((q[0] * sum(p[1::2]) - q[1] * sum(p[0::2])) / (sum(masses) * length**2),),
         inverse_xi=(sp.atan2(q[0], -q[1]),),
     )
 
@@ -149,9 +149,9 @@ def closed_form(t: Any, q0: Sequence[Any], p0: Sequence[Any], parameters: Mappin
         ends = couplers(len(q0) // 2 - 1)
         own_shares = [m * (mp.mpf(1) / 3 + mp.mpf(number) / 2) for number in ends]
         pulled = gravity * m * mp.fsum(mp.mpf(1 + number) / 2 for number in ends) / mp.fsum(own_shares)
-        own = [q0[0], q0[1]], [mp.fsum(p0[0::2]), mp.fsum(p0[1::2])]
-        _require_parallel(q0, p0, _spread(*own, own_shares, length), length)
-        moved = in_units(planar, t, *own, {"mass": mp.fsum(own_shares), "length": length, "gravity": pulled})
+        pendulum_state = [q0[0], q0[1]], [mp.fsum(p0[0::2]), mp.fsum(p0[1::2])]
+        _require_parallel(q0, p0, _spread(*pendulum_state, own_shares, length), length)
+        moved = in_units(planar, t, *pendulum_state, {"mass": mp.fsum(own_shares), "length": length, "gravity": pulled})
         q, p = _spread(*moved, own_shares, length)
     return [+x for x in q], [+x for x in p]
 

@@ -80,10 +80,10 @@ def parts(y: State, moments: State) -> dict[str, Part]:
     """
     t = sp.Symbol("t", real=True)
     e = [1 / moment for moment in moments]
-    found = {f"T{i + 1}": Part(H=e[i] * y[i] ** 2 / 2, t=t, y=turned(y, i, e[i] * y[i] * t)) for i in range(3)}
-    found["R"] = Part(H=(e[1] - e[0]) * y[1] ** 2 / 2, t=t, y=turned(y, 1, (e[1] - e[0]) * y[1] * t))
-    found["S"] = Part(H=kinetic(y, [moments[0], moments[0], moments[2]]), t=t, y=turned(y, 2, (e[2] - e[0]) * y[2] * t))
-    return found
+    named_parts = {f"T{i + 1}": Part(H=e[i] * y[i] ** 2 / 2, t=t, y=turned(y, i, e[i] * y[i] * t)) for i in range(3)}
+    named_parts["R"] = Part(H=(e[1] - e[0]) * y[1] ** 2 / 2, t=t, y=turned(y, 1, (e[1] - e[0]) * y[1] * t))
+    named_parts["S"] = Part(H=kinetic(y, [moments[0], moments[0], moments[2]]), t=t, y=turned(y, 2, (e[2] - e[0]) * y[2] * t))
+    return named_parts
 
 
 def longitude(y: State) -> DarbouxMap:

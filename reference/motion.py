@@ -59,10 +59,10 @@ def certified_for(ivp: Ivp, end: float) -> Reference | None:
     """
     try:
         reference = store.find(ivp.problem, ivp.case)
-        own = initial_value_problem(ivp.problem, ivp.case)
+        catalogue_ivp = initial_value_problem(ivp.problem, ivp.case)
     except BadInput:
         return None
-    return reference if _same(ivp, own) and reference.parameters == dict(ivp.parameters) and end <= reference.horizon else None
+    return reference if _same(ivp, catalogue_ivp) and reference.parameters == dict(ivp.parameters) and end <= reference.horizon else None
 
 
 def _same(ivp: Ivp, other: Ivp) -> bool:

@@ -172,9 +172,9 @@ def multipliers_between(ivp: ConstrainedIvp, known: ReferenceSolution, times: Ar
     for k in np.unique(last[between]):
         here = between & (last == k)
         after, places = np.unique(wanted[here] - starts[k], return_inverse=True)
-        found = integrated(replace(ivp, p0=p[k], q0=q[k]), after)
-        lam[here] = found.states["lam"][places]
-        bound = max(bound, found.bound["lam"])
+        solution = integrated(replace(ivp, p0=p[k], q0=q[k]), after)
+        lam[here] = solution.states["lam"][places]
+        bound = max(bound, solution.bound["lam"])
     return lam, bound
 
 

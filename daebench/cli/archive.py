@@ -23,10 +23,10 @@ def archive(
     require_store(store)
     path = store.with_suffix(".zip") if out is None else out
     check_zip(path)
-    with opened(store) as kept:
-        found = write_archive(kept, path)
+    with opened(store) as run_store:
+        contents = write_archive(run_store, path)
     if json:
-        print_json({"file": str(path), "rows": found.rows, "left_out": found.changed, "files": list(found.files)})
+        print_json({"file": str(path), "rows": contents.rows, "left_out": contents.changed, "files": list(contents.files)})
         return
-    less = f", without {found.changed} of definitions that have changed since" if found.changed else ""
-    print(f"written: {path}, {found.rows} runs{less}; hold it against a new run by: daebench reproduce {path}")
+    less = f", without {contents.changed} of definitions that have changed since" if contents.changed else ""
+    print(f"written: {path}, {contents.rows} runs{less}; hold it against a new run by: daebench reproduce {path}")

@@ -35,8 +35,8 @@ def bench(
 
     given = pairs("param", param or [])
     ivp = initial_value_problem(problem, case, given, algebra=algebra)
-    own = schemes() if ivp.facts.KIND == "constrained" else poisson_registry()
-    names = words(methods) if methods else list(own)
+    registry = schemes() if ivp.facts.KIND == "constrained" else poisson_registry()
+    names = words(methods) if methods else list(registry)
     rows = []
     with bar("bench") as progress:
         for k, name in enumerate(names):

@@ -65,7 +65,7 @@ def compare(
         print_json(_plain(ivp, table) | {"written": written})
     else:
         _print(table, written)
-    raise typer.Exit(1 if any(each.failure for each in runs) else 0)
+    raise typer.Exit(1 if any(run.failure for run in runs) else 0)
 
 
 def _plain(ivp: Any, table: "pd.DataFrame") -> dict[str, Any]:

@@ -56,12 +56,12 @@ def _position(error: float, bound: float) -> str:
 
 def notes(table: "pd.DataFrame") -> list[str]:
     """Return what positions were held against, on 80 columns: a note for each reference, with its methods where there are several."""
-    told = table[table["position_reference"] != ""]
-    found = []
-    for words, rows in told.groupby("position_reference", sort=False):
-        of = "" if told["position_reference"].nunique() == 1 else f" of {', '.join(rows['method'])}"
-        found.append(textwrap.fill(f"position error{of}: {_against(str(words), float(rows['position_bound'].max()))}", WIDTH, **HANGING))
-    return found
+    compared_rows = table[table["position_reference"] != ""]
+    remarks = []
+    for words, rows in compared_rows.groupby("position_reference", sort=False):
+        of = "" if compared_rows["position_reference"].nunique() == 1 else f" of {', '.join(rows['method'])}"
+        remarks.append(textwrap.fill(f"position error{of}: {_against(str(words), float(rows['position_bound'].max()))}", WIDTH, **HANGING))
+    return remarks
 
 
 def _against(words: str, bound: float) -> str:

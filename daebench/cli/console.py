@@ -25,13 +25,13 @@ REFRESH = 0.1
 
 def pairs(what: str, given: Sequence[str]) -> dict[str, float]:
     """Return k=v texts as a mapping; refuse one that has no equals sign or no number after it."""
-    found = {}
+    values = {}
     for text in given:
         name, equals, value = text.partition("=")
         if not equals:
             raise BadInput(f"--{what} {text!r} must be of the form name=value.")
-        found[name.strip()] = number(f"--{what} {name.strip()}", value)
-    return found
+        values[name.strip()] = number(f"--{what} {name.strip()}", value)
+    return values
 
 
 def number(what: str, text: str) -> float:
@@ -57,9 +57,9 @@ def words(text: str) -> list[str]:
 
 def method_names(text: str) -> list[str]:
     """Return the comma-separated names of methods; refuse a text with none."""
-    if not (found := words(text)):
+    if not (names := words(text)):
         raise BadInput("--methods names no method; give at least one, for example rattle.")
-    return found
+    return names
 
 
 def plain(value: Any) -> Any:
@@ -92,8 +92,8 @@ def print_table(columns: Sequence[str], rows: Sequence[Sequence[str]], title: st
     from rich.text import Text
 
     narrow = bool(width)
-    said = Text(printable(title)) if title else None
-    table = Table(title=said, title_justify="left", title_style="bold", box=box.SIMPLE_HEAD, pad_edge=False, collapse_padding=narrow)
+    heading = Text(printable(title)) if title else None
+    table = Table(title=heading, title_justify="left", title_style="bold", box=box.SIMPLE_HEAD, pad_edge=False, collapse_padding=narrow)
     for column in columns:
         table.add_column(Text(printable(column)), overflow="fold")
     for row in rows:

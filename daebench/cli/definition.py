@@ -48,7 +48,7 @@ def _chain(definition: Any) -> dict[str, str]:
 def poisson(definition: Any, facts: types.ModuleType) -> Texts:
     """Return the definition of a Poisson system as text, and its cases; of a lattice, what it has at one site."""
     text = _lattice(definition) if hasattr(definition, "sites") else _written_out(definition)
-    text["domain"] = ", ".join(f"{each} > 0" for each in facts.DOMAIN)
+    text["domain"] = ", ".join(f"{expression} > 0" for expression in facts.DOMAIN)
     text |= {f"splitting {name}": ", then ".join(parts) for name, parts in facts.SPLITTINGS.items()}
     text["closed form"] = "yes" if facts.CLOSED_FORM else "no"
     text["canonical coordinates"] = "yes" if facts.DARBOUX else "no"

@@ -23,13 +23,13 @@ def export(
 
     require_store(store)
     check_file(file)
-    with opened(store) as kept:
-        table = table_of(kept)
+    with opened(store) as run_store:
+        table = table_of(run_store)
     write(table, file)
     provenance.write_beside(file, described(table))
     others = int((table["maker"] != code_version()).sum())
     if json:
         print_json({"file": str(file), "rows": len(table), "columns": list(table.columns), "of_other_versions": others})
         return
-    told = f", {others} of them made by other versions of daebench or of a library" if others else ""
-    print(f"written: {file}, {len(table)} rows{told}.")
+    remark = f", {others} of them made by other versions of daebench or of a library" if others else ""
+    print(f"written: {file}, {len(table)} rows{remark}.")

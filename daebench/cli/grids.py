@@ -12,7 +12,7 @@ from daebench.cli.executors import Executors
 from daebench.errors import BadInput, positive
 
 if TYPE_CHECKING:
-    from daebench.studies.grid.run_specification import Cell
+    from daebench.studies.grid.run_specification import GridRun
     from daebench.studies.grid.runs import Runs
     from daebench.studies.grid.store import Store
     from daebench.studies.stability.extreme import Asked
@@ -38,24 +38,24 @@ def require_store(store: Path) -> None:
         raise BadInput(f"there is no store {store}; a study makes one, by daebench work-precision say.")
 
 
-def plan(cells: "Sequence[Cell]", store: "Store", executors: Executors) -> str:
+def plan(specifications: "Sequence[GridRun]", store: "Store", executors: Executors) -> str:
     """Return how many runs a study has, how many are kept, and about how long the others take."""
     from daebench.studies.grid.estimate import estimate
     from daebench.studies.grid.specification_key import key_of
 
-    missing = [cell for cell in cells if key_of(cell) not in store]
-    counts = f"{len(cells)} runs, {len(cells) - len(missing)} of them kept in {store.path}, {len(missing)} to make"
+    missing = [specification for specification in specifications if key_of(specification) not in store]
+    counts = f"{len(specifications)} runs, {len(specifications) - len(missing)} of them kept in {store.path}, {len(missing)} to make"
     count = executors.processes
     where = "in one process" if count == 1 else f"on {count} processes" if count else "in one process, and less on those of the cluster"
     time = f": {estimate(missing, store).sentence(count or 1, where)}" if missing else ""
-    return " ".join(filter(None, (f"{counts}{time}.", outdated(cells, store))))
+    return " ".join(filter(None, (f"{counts}{time}.", outdated(specifications, store))))
 
 
-def outdated(cells: "Sequence[Cell]", store: "Store") -> str:
+def outdated(specifications: "Sequence[GridRun]", store: "Store") -> str:
     """Return how many kept runs of a study are of no use any more and will be made again, as a sentence; "" if none."""
     from daebench.studies.grid.specification_key import key_of
 
-    count = store.outdated({key_of(cell): cell.plain() for cell in cells})
+    count = store.outdated({key_of(specification): specification.plain() for specification in specifications})
     verb = "run is" if count == 1 else "runs are"
     return f"{count} kept {verb} of another version of daebench, of a library or of the problem, and made again." if count else ""
 
@@ -66,22 +66,24 @@ def making(store: "Store", executors: Executors, label: str) -> "Iterator[Runs]"
     from daebench.studies.grid.runs import runs_of
 
     with bar(label) as progress, executors.opened() as executor:
-        yield runs_of(store, executor=executor, tell=lambda done, of, cell: progress(done / of, f"{label}: {cell.method}"))
+        yield runs_of(
+            store, executor=executor, tell=lambda done, of, specification: progress(done / of, f"{label}: {specification.method}")
+        )
 
 
 @contextmanager
 def study_runs(
-    cells: "Sequence[Cell]", store: Path | None, out: Path, executors: Executors, label: str, *, dry_run: bool
+    specifications: "Sequence[GridRun]", store: Path | None, out: Path, executors: Executors, label: str, *, dry_run: bool
 ) -> "Iterator[tuple[Runs, str]]":
     """Give the function that makes the rows of a study, and the sentence on outdated runs; a dry run prints the plan and leaves."""
     from daebench.runs.files import make_folder
     from daebench.studies.grid.store import opened
 
     make_folder(out)
-    with opened(store or out / "studies.db") as kept:
+    with opened(store or out / "studies.db") as run_store:
         if dry_run:
-            print(plan(cells, kept, executors))
+            print(plan(specifications, run_store, executors))
             raise typer.Exit
-        again = outdated(cells, kept)
-        with making(kept, executors, label) as runs:
+        again = outdated(specifications, run_store)
+        with making(run_store, executors, label) as runs:
             yield runs, again

@@ -21,7 +21,7 @@ def lesson(
     if name is None:
         from daebench.methods.catalogue import lessons
 
-        print_table(["name", "about"], [list(each) for each in lessons().items()], "lessons")
+        print_table(["name", "about"], [list(entry) for entry in lessons().items()], "lessons")
         return
     if export is None:
         from daebench.pages.lesson.serve import serve

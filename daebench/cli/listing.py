@@ -36,7 +36,7 @@ def listing(
     if what is not None and what not in list(What):
         raise unknown("listing", what, list(What))
     chosen = [What(what)] if what else list(What)
-    tables = {each.value: _rows(each) for each in chosen}
+    tables = {category.value: _rows(category) for category in chosen}
     if as_json:
         print_json(tables)
         return
@@ -75,10 +75,10 @@ def _problems() -> list[dict[str, Any]]:
     for sentence in others.broken.values():
         print(f"daebench: {sentence}", file=sys.stderr)
     rows = []
-    for each in (*catalogue.problems().values(), *others.problems.values()):
-        own = {"package": each.package} if others.problems else {}
-        parameters = {**each.parameters, **each.structure}
-        rows.append({"name": each.name, "kind": each.kind, **own, "parameters": parameters, "about": each.summary})
+    for problem in (*catalogue.problems().values(), *others.problems.values()):
+        origin = {"package": problem.package} if others.problems else {}
+        parameters = {**problem.parameters, **problem.structure}
+        rows.append({"name": problem.name, "kind": problem.kind, **origin, "parameters": parameters, "about": problem.summary})
     return rows
 
 
@@ -86,8 +86,8 @@ def _forms() -> list[dict[str, Any]]:
     from daebench.methods.fixed_step.forms import FORMS
     from daebench.methods.names_tables import POISSON
 
-    own = [{"name": f"{name}:", "kind": "constrained", "options": dict(form.options), "about": form.about} for name, form in FORMS.items()]
-    return own + [{"name": f"{name}:", "kind": "poisson", "options": {}, "about": about} for name, about in POISSON.forms.items()]
+    rows = [{"name": f"{name}:", "kind": "constrained", "options": dict(form.options), "about": form.about} for name, form in FORMS.items()]
+    return rows + [{"name": f"{name}:", "kind": "poisson", "options": {}, "about": about} for name, about in POISSON.forms.items()]
 
 
 def _methods() -> list[dict[str, Any]]:
@@ -96,22 +96,22 @@ def _methods() -> list[dict[str, Any]]:
     return [_constrained(method) for method in CONSTRAINED.listed()] + [_poisson(method) for method in POISSON.listed()]
 
 
-def _constrained(each: Any) -> dict[str, Any]:
+def _constrained(method: Any) -> dict[str, Any]:
     from daebench.methods.registry import registry
 
-    about: dict[str, Any] = {"name": each.name, "kind": "constrained", "knob": each.knob, "system": each.system}
-    claims = registry()[each.name][1].claims if each.name in registry() else None
+    about: dict[str, Any] = {"name": method.name, "kind": "constrained", "knob": method.knob, "system": method.system}
+    claims = registry()[method.name][1].claims if method.name in registry() else None
     claimed = ("order", "symmetric", "symplectic", "on_manifold", "source")
-    return about | {"options": dict(each.options)} | {name: getattr(claims, name, None) for name in claimed}
+    return about | {"options": dict(method.options)} | {name: getattr(claims, name, None) for name in claimed}
 
 
-def _poisson(each: Any) -> dict[str, Any]:
+def _poisson(method: Any) -> dict[str, Any]:
     """Return a method for Poisson systems with its claims; ``poisson`` says for which B it is a Poisson integrator."""
     from daebench.methods.registry import poisson_registry
     from daebench.schemes.kernels.claims import CLASSES
 
-    about: dict[str, Any] = {"name": each.name, "kind": "poisson", "knob": each.knob, "system": each.system}
-    claims = poisson_registry().get(each.name)
+    about: dict[str, Any] = {"name": method.name, "kind": "poisson", "knob": method.knob, "system": method.system}
+    claims = poisson_registry().get(method.name)
     about |= {claim: getattr(claims, claim, None) for claim in ("order", "symmetric", "keeps")}
     return about | {"poisson": CLASSES.get(claims.poisson, "no B") if claims else None, "source": claims.source if claims else None}
 

@@ -54,20 +54,20 @@ def long(
     shared |= {"compensated": compensated, "precision": precision, "anyway": anyway, "on_singular": on_singular or ""}
     shared["stride"] = STRIDE if stride is None else stride
     specs = [LongRun(problem=problem, case=named, method=name, **shared) for name in method_names(methods)]
-    found = [Ensemble(spec, ensemble, _whole(steps), out / "checkpoints") for spec in specs]
-    for each in found:
-        each.check()
+    ensembles = [Ensemble(spec, ensemble, _whole(steps), out / "checkpoints") for spec in specs]
+    for method_ensemble in ensembles:
+        method_ensemble.check()
     make_folder(out / "checkpoints")
     at_once = _at_once(workers, ensemble)
     with terminated_as_interrupted():
         if dry_run:
-            for each in found:
-                _tell_duration(each, at_once)
+            for method_ensemble in ensembles:
+                _tell_duration(method_ensemble, at_once)
             raise typer.Exit
-        results = [_followed(each, at_once, out, json=json) for each in found]
+        results = [_followed(group, at_once, out, json=json) for group in ensembles]
     if json:
-        print_json({"runs": [each.plain() for each in results]})
-    raise typer.Exit(1 if any(each.failures for each in results) else 0)
+        print_json({"runs": [findings.plain() for findings in results]})
+    raise typer.Exit(1 if any(findings.failures for findings in results) else 0)
 
 
 def _followed(ensemble: "Ensemble", workers: int, out: Path, *, json: bool) -> "Findings":
@@ -85,20 +85,20 @@ def _followed(ensemble: "Ensemble", workers: int, out: Path, *, json: bool) -> "
                 _print(Findings(ensemble, ensemble.kept()))
             part = f"{100 * ensemble.done():.3g} % of {spec.method} on {spec.problem} is kept in {ensemble.folder}"
             raise Interrupted(f"interrupted; {part}: the same command goes on from there.") from stop
-    found = Findings(ensemble, ensemble.kept())
-    path = found.write(out)
+    findings = Findings(ensemble, ensemble.kept())
+    path = findings.write(out)
     if not json:
-        _print(found)
+        _print(findings)
         if path:
             print(f"written: {path.with_suffix('.csv')}, {path}")
-    return found
+    return findings
 
 
-def _print(found: "Findings") -> None:
-    if len(found.table):
-        _print_windows(found.table, found.name)
-    print(found.verdict)
-    for number, why in found.failures.items():
+def _print(findings: "Findings") -> None:
+    if len(findings.table):
+        _print_windows(findings.table, findings.name)
+    print(findings.verdict)
+    for number, why in findings.failures.items():
         print(f"member {number}: {why} Its windows so far are kept.")
 
 

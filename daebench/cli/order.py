@@ -87,8 +87,8 @@ def _everything(result: "OrderStudy") -> dict[str, Any]:
 
 
 def _series(series: "Series") -> dict[str, Any]:
-    own = ("method", "component")
-    points = [{name: value for name, value in row.items() if name not in own} for row in series.rows()]
+    labels = ("method", "component")
+    points = [{name: value for name, value in row.items() if name not in labels} for row in series.rows()]
     return series.row() | {"dropped": series.dropped, "floor": series.floor, "points": points}
 
 

@@ -47,14 +47,16 @@ def precision(
     Newton's iteration is ended after 1, 2, 3 iterations or at a tolerance, and held against a converged one.
     """
     from daebench.studies.precision.figure import draw
-    from daebench.studies.precision.study import cells_of, says, smallest_steps, table_of
+    from daebench.studies.precision.study import says, smallest_steps, specifications_of, table_of
 
     asked = asked_of(problem, case, methods=methods, h=h, t_end=t_end)
     tls = Tls(tls_ca_file, tls_cert, tls_key)
     executors = Executors(timed=repeat > 0, workers=workers, scheduler=scheduler, tls=tls, side_by_side=side_by_side)
-    cells, refused = cells_of(asked, words(ways) if ways else (), repeat=repeat, beside=executors.beside)
-    with study_runs([cell for _, cell in cells], store, out, executors, f"precision on {problem}", dry_run=dry_run) as (runs, again):
-        table = table_of(cells, runs)
+    specifications, refused = specifications_of(asked, words(ways) if ways else (), repeat=repeat, beside=executors.beside)
+    with study_runs(
+        [specification for _, specification in specifications], store, out, executors, f"precision on {problem}", dry_run=dry_run
+    ) as (runs, again):
+        table = table_of(specifications, runs)
     path = draw(out, "precision", table)
     last = smallest_steps(table)
     if as_json:

@@ -36,49 +36,49 @@ def reproduce(
         files = ", ".join(Path(name).name for name in archive.own)
         raise BadInput(f"{file} has problem files of its own, {files}, which would be executed; read them, and add --trust.")
     with bar(f"{file.name} again") as progress:
-        found = list(reproduced(archive, rtol=rtol, atol=atol, tell=progress))
+        runs = list(reproduced(archive, rtol=rtol, atol=atol, tell=progress))
     if json:
-        print_json({"file": str(file), "made": archive.manifest["made"], "rtol": rtol, "atol": atol, "rows": list(map(_plain, found))})
+        print_json({"file": str(file), "made": archive.manifest["made"], "rtol": rtol, "atol": atol, "rows": list(map(_plain, runs))})
     else:
         made = f"{file}: made on {archive.manifest['made']} by {_makers(archive.manifest['versions'])}; {archive.manifest['machine']}."
-        print(printable("\n".join([made, *_told(found)])))
-    raise typer.Exit(1 if any(each.verdict == DIFFERS for each in found) else 0)
+        print(printable("\n".join([made, *_told(runs)])))
+    raise typer.Exit(1 if any(run.verdict == DIFFERS for run in runs) else 0)
 
 
 def _makers(versions: dict[str, str]) -> str:
     return ", ".join(f"{name} {versions[name]}" for name in ("daebench", "numpy", "numba") if name in versions)
 
 
-def _told(found: "Sequence[Reproduced]") -> list[str]:
+def _told(runs: "Sequence[Reproduced]") -> list[str]:
     """Return what is said: how many runs are equal, how many within and by what, and which differ."""
     from daebench.studies.grid.reproduce import DIFFERS, EQUAL, WITHIN
 
-    lines = [f"equal to the bit: {sum(each.verdict == EQUAL for each in found)} of {len(found)} runs."]
-    if within := [each for each in found if each.verdict == WITHIN]:
-        largest = max(within, key=lambda each: -1.0 if isnan(each.difference) else each.difference)
+    lines = [f"equal to the bit: {sum(run.verdict == EQUAL for run in runs)} of {len(runs)} runs."]
+    if within := [run for run in runs if run.verdict == WITHIN]:
+        largest = max(within, key=lambda run: -1.0 if isnan(run.difference) else run.difference)
         lines.append(f"within tolerances: {len(within)} runs; most in {_place(largest)}.")
-    differ = [each for each in found if each.verdict == DIFFERS]
-    lines += [f"differs: {_place(each)}." for each in differ[:MOST]]
+    differ = [run for run in runs if run.verdict == DIFFERS]
+    lines += [f"differs: {_place(run)}." for run in differ[:MOST]]
     return [*lines, f"... and {len(differ) - MOST} more differ; --json has all."] if len(differ) > MOST else lines
 
 
-def _place(each: "Reproduced") -> str:
-    cell = each.cell
-    values = f"{each.column} = {_short(each.archived)}, here {_short(each.new)}"
-    return f"{cell.method} on {cell.problem}, case {cell.case}, {cell.value:g}: {values}"
+def _place(run: "Reproduced") -> str:
+    specification = run.specification
+    values = f"{run.column} = {_short(run.archived)}, here {_short(run.new)}"
+    return f"{specification.method} on {specification.problem}, case {specification.case}, {specification.value:g}: {values}"
 
 
 def _short(value: Any) -> str:
     return f"{value:.17g}" if isinstance(value, float) else "nothing" if value is None else repr(value)[:80]
 
 
-def _plain(each: "Reproduced") -> dict[str, Any]:
-    cell = {name: getattr(each.cell, name) for name in ("problem", "case", "method", "value", "t_end")}
+def _plain(run: "Reproduced") -> dict[str, Any]:
+    specification = {name: getattr(run.specification, name) for name in ("problem", "case", "method", "value", "t_end")}
     return {
-        **cell,
-        "verdict": each.verdict,
-        "difference": each.difference,
-        "column": each.column,
-        "archived": each.archived,
-        "new": each.new,
+        **specification,
+        "verdict": run.verdict,
+        "difference": run.difference,
+        "column": run.column,
+        "archived": run.archived,
+        "new": run.new,
     }

@@ -112,7 +112,7 @@ def _print(ivp: Any, trajectory: Any, given: "ConstrainedIvp | None", *, compens
     summary["warnings"] = doubts(ivp, trajectory)
     passages = getattr(trajectory, "passages", None)
     if passages is not None:
-        summary["passages"] = [asdict(each) for each in passages] if as_json else _passed(passages)
+        summary["passages"] = [asdict(passage) for passage in passages] if as_json else _passed(passages)
     if as_json:
         print_json(summary)
     else:
@@ -140,9 +140,12 @@ def _settings(request: "Request", steps: int, failure: str | None) -> str:
 
 def _passed(passages: "Sequence[Passage]") -> str | None:
     """Return where G lost rank and which branch the motion took, the first few of many."""
-    told = [f"t = {each.t:.9g} {each.branch} (turn {each.turn:.2g} degrees, pivot {each.pivot:.1e})" for each in passages[:MOST_PASSAGES]]
+    texts = [
+        f"t = {passage.t:.9g} {passage.branch} (turn {passage.turn:.2g} degrees, pivot {passage.pivot:.1e})"
+        for passage in passages[:MOST_PASSAGES]
+    ]
     more = [f"... ({len(passages)} passages; --json has all)"] if len(passages) > MOST_PASSAGES else []
-    return "; ".join([*told, *more]) or None
+    return "; ".join([*texts, *more]) or None
 
 
 def _monitored(text: str) -> list[str]:

@@ -21,12 +21,12 @@ def show(
     from daebench.methods.catalogue import find_problem
     from daebench.methods.initial_value_problem import initial_value_problem
 
-    found = find_problem(problem)
+    problem_file = find_problem(problem)
     ivp = initial_value_problem(problem, consistent=False)
     poisson = ivp.facts.KIND == "poisson"
-    text, cases = definition.poisson(found.define(), ivp.facts) if poisson else definition.constrained(found.define())
-    about = {"problem": found.name, "kind": ivp.facts.KIND, "about": found.summary, "definition": text}
-    about |= {"parameters": {**found.parameters, **found.structure}, "cases": cases}
+    text, cases = definition.poisson(problem_file.define(), ivp.facts) if poisson else definition.constrained(problem_file.define())
+    about = {"problem": problem_file.name, "kind": ivp.facts.KIND, "about": problem_file.summary, "definition": text}
+    about |= {"parameters": {**problem_file.parameters, **problem_file.structure}, "cases": cases}
     about |= _use(ivp)
     if as_json:
         print_json(about)
@@ -44,7 +44,7 @@ def _print(about: Mapping[str, Any]) -> None:
         [
             name,
             *(case[state] for state in states),
-            ", ".join(f"{own}={value:g}" for own, value in case["parameters"].items()),
+            ", ".join(f"{parameter}={value:g}" for parameter, value in case["parameters"].items()),
             case["about"],
         ]
         for name, case in about["cases"].items()
@@ -78,6 +78,6 @@ def _poisson_names() -> list[str]:
     from daebench.methods.names import POISSON
     from daebench.methods.registry import poisson_registry
 
-    own = [method.name for method in POISSON.listed()]
+    names = [method.name for method in POISSON.listed()]
     canonical = [f"darboux:{name}" for name, claims in poisson_registry().items() if claims.poisson != "split"]
-    return [*own, *(name for name in canonical if name not in own), "lifted:rattle"]
+    return [*names, *(name for name in canonical if name not in names), "lifted:rattle"]

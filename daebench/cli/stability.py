@@ -62,13 +62,15 @@ def stability(
     extremes, refused = chosen(asked, words(only) if only else ())
     make_folder(out)
     summary: dict[str, Any] = {"said": {}, "left_out": refused, "files": []}
-    with opened(store or out / "studies.db") as kept:
+    with opened(store or out / "studies.db") as run_store:
         if dry_run:
-            _tell_plan(extremes, asked, kept, executors)
+            _tell_plan(extremes, asked, run_store, executors)
             raise typer.Exit
-        summary["made_again"] = outdated([cell for extreme in extremes for cell in extreme.cells(asked)], kept)
+        summary["made_again"] = outdated(
+            [specification for extreme in extremes for specification in extreme.specifications(asked)], run_store
+        )
         for extreme in extremes:
-            summary["said"][extreme.name], path = _made(extreme, asked, kept, executors, out)
+            summary["said"][extreme.name], path = _made(extreme, asked, run_store, executors, out)
             summary["files"].append(str(path))
             if not as_json:
                 print(f"{extreme.name}: {extreme.about}")
@@ -89,16 +91,18 @@ def _tell_rest(summary: dict[str, Any]) -> None:
     print(f"written: {', '.join(summary['files'])}")
 
 
-def _tell_plan(extremes: "Sequence[Extreme]", asked: "Asked", kept: "RunStore", executors: Executors) -> None:
-    plans = [f"{extreme.name}: {plan(extreme.cells(asked), kept, executors)}" for extreme in extremes]  # all, or a sentence alone
+def _tell_plan(extremes: "Sequence[Extreme]", asked: "Asked", run_store: "RunStore", executors: Executors) -> None:
+    plans = [
+        f"{extreme.name}: {plan(extreme.specifications(asked), run_store, executors)}" for extreme in extremes
+    ]  # all, or a sentence alone
     print("\n".join(plans))
     if any(extreme.name == "step-limit" for extreme in extremes):
         print("step-limit makes about twenty runs more for each of its own, by bisection.")
 
 
-def _made(extreme: "Extreme", asked: "Asked", kept: "RunStore", executors: Executors, out: Path) -> tuple[list[str], Path]:
+def _made(extreme: "Extreme", asked: "Asked", run_store: "RunStore", executors: Executors, out: Path) -> tuple[list[str], Path]:
     """Return what an extreme says, and its picture."""
-    with making(kept, executors, f"{extreme.name} on {asked.problem}") as runs:
+    with making(run_store, executors, f"{extreme.name} on {asked.problem}") as runs:
         table = extreme.measure(asked, runs)
     return extreme.says(table), extreme.draw(out, extreme.name, table)
 

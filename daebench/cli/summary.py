@@ -16,7 +16,7 @@ MOST_NUMBERS = 12
 def summary_of(ivp: Ivp, trajectory: Trajectory | PoissonTrajectory, *, compensated: bool) -> dict[str, Any]:
     """Return what a run says of itself; q, p and lam, or y, are those at its end."""
     state = _state(trajectory)
-    energy, start = (float(ivp.value("H", *each)) for each in (state, ivp.start))
+    energy, start = (float(ivp.value("H", *point)) for point in (state, ivp.start))
     maxima = dict(trajectory.maxima)
     energy_error = maxima.pop("energy", None)
     return {

@@ -77,9 +77,9 @@ def work_precision(
         also=(DEFECT,) if error == DEFECT else (),
     )
     error = _column(error, study)
-    cells = study.cells()
-    with study_runs(cells, store, out, executors, f"work against precision on {problem}", dry_run=dry_run) as (runs, again):
-        table = with_costs(runs(cells))
+    specifications = study.specifications()
+    with study_runs(specifications, store, out, executors, f"work against precision on {problem}", dry_run=dry_run) as (runs, again):
+        table = with_costs(runs(specifications))
     path = _drawn(out, table, error)
     _tell(table, error, "seconds" if repeat else "evaluations", left_out, again, json=json)
     if not json:
@@ -104,8 +104,8 @@ def _tell(table: "pd.DataFrame", error: str, cost: str, left_out: Mapping[str, s
     best, references = cheapest(table, error, cost, LEVELS), _references(table, error)
     if json:
         failed = int((table["failure"] != "").sum())
-        told = {"best": best.to_dict("records"), "left_out": left_out, "runs": len(table), "failed": failed, "made_again": again}
-        print_json(told | {"references": references})
+        summary = {"best": best.to_dict("records"), "left_out": left_out, "runs": len(table), "failed": failed, "made_again": again}
+        print_json(summary | {"references": references})
         return
     print_frame(best, f"cheapest for {error}")
     for reference, bound in references.items():
@@ -133,4 +133,4 @@ def _references(table: "pd.DataFrame", error: str) -> dict[str, float]:
     if bound == error or "reference" not in table:
         return {}
     rows = table[table["reference"].fillna("") != ""]
-    return {str(words): float(own[bound].max()) for words, own in rows.groupby("reference")}
+    return {str(words): float(group[bound].max()) for words, group in rows.groupby("reference")}

@@ -53,17 +53,17 @@ ROUNDED = sp.Rational(1, 2**53)
 def _near_one(expression: sp.Expr) -> sp.Expr:
     """Return an expression with log(1 + x) and exp(x) - 1 as functions of their own, which lose no digits where x is small."""
 
-    def near(each: sp.Expr) -> sp.Expr:
-        if each.func is sp.log:
-            return log1p(each.args[0] - 1)
-        powers = [term for term in each.args if term.func is sp.exp]
-        return each - powers[0] + 1 + expm1(powers[0].args[0])
+    def near(part: sp.Expr) -> sp.Expr:
+        if part.func is sp.log:
+            return log1p(part.args[0] - 1)
+        powers = [term for term in part.args if term.func is sp.exp]
+        return part - powers[0] + 1 + expm1(powers[0].args[0])
 
-    def from_one(each: sp.Expr) -> bool:
-        return bool(each.func is sp.log and each.args[0].is_Add and abs(each.args[0].as_coeff_Add()[0] - 1) < ROUNDED)
+    def from_one(part: sp.Expr) -> bool:
+        return bool(part.func is sp.log and part.args[0].is_Add and abs(part.args[0].as_coeff_Add()[0] - 1) < ROUNDED)
 
     logarithms = expression.replace(from_one, near)
-    return logarithms.replace(lambda each: each.is_Add and sp.S.NegativeOne in each.args and any(t.func is sp.exp for t in each.args), near)
+    return logarithms.replace(lambda part: part.is_Add and sp.S.NegativeOne in part.args and any(t.func is sp.exp for t in part.args), near)
 
 
 UNPRINTED: tuple[type[Exception], ...] = (NotImplementedError, PrintMethodNotImplementedError, TypeError, ValueError, KeyError)

@@ -15,17 +15,17 @@ class Declarations:
 
     def _home(self, name: str) -> tuple["Declarations", str]:
         """Return where a name is defined, and its name there."""
-        module, own = self.file.homes.get(name, (self.file.name, name))
-        return (self, own) if module == self.file.name else (Declarations(self.read(module), self.read), own)
+        module, defined_name = self.file.homes.get(name, (self.file.name, name))
+        return (self, defined_name) if module == self.file.name else (Declarations(self.read(module), self.read), defined_name)
 
     def kind(self, name: str) -> Kind:
         """Return the kind of a constant, or of a function."""
-        home, own = self._home(name)
-        if own in home.file.functions:
-            return home.signature(home.file.functions[own])
-        if own in home.file.literals:
-            return {int: INDEX, float: NUMBER}.get(type(home.file.literals[own].value))
-        return home.annotated(home.file.annotations.get(own))
+        home, defined_name = self._home(name)
+        if defined_name in home.file.functions:
+            return home.signature(home.file.functions[defined_name])
+        if defined_name in home.file.literals:
+            return {int: INDEX, float: NUMBER}.get(type(home.file.literals[defined_name].value))
+        return home.annotated(home.file.annotations.get(defined_name))
 
     def signature(self, node: ast.FunctionDef) -> Function:
         """Return the kinds of the parameters and of the result of a function."""
@@ -49,6 +49,6 @@ class Declarations:
 
     def _alias(self, name: str) -> Kind:
         """Return the kind that a file gives a name of its own, or a variable that calls settle."""
-        home, own = self._home(name)
-        meaning = home.file.aliases.get(own)
-        return Variable(own) if isinstance(meaning, ast.Call) else home.annotated(meaning)
+        home, defined_name = self._home(name)
+        meaning = home.file.aliases.get(defined_name)
+        return Variable(defined_name) if isinstance(meaning, ast.Call) else home.annotated(meaning)

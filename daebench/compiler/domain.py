@@ -25,8 +25,10 @@ def may_be_left_unseen(expressions: Iterable[Any], state: Collection[sp.Symbol],
     positive : collection of Expr
         Expressions that a run keeps greater than 0 anyway: the domain that a Poisson system declares.
     """
-    functions = {each for expression in expressions if expression is not None for each in sp.sympify(expression).atoms(sp.Function)}
-    return any(each.free_symbols & set(state) and not isinstance(each, TELLING) and not _safe(each, positive) for each in functions)
+    functions = {function for expression in expressions if expression is not None for function in sp.sympify(expression).atoms(sp.Function)}
+    return any(
+        function.free_symbols & set(state) and not isinstance(function, TELLING) and not _safe(function, positive) for function in functions
+    )
 
 
 def _safe(function: sp.Function, positive: Collection[Any]) -> bool:

@@ -61,17 +61,17 @@ class Expressions:
         """Return an expression that stands by itself: its weight multiplied in, its transpose made."""
         return self._finished(self._value(node), node)
 
-    def _finished(self, found: Value, node: ast.expr | None = None) -> Value:
-        if found.outer is not None or (found.turned and shapes.wider(found.kind) != MATRIX):
-            raise self._refusal(node or found.node, f"the transpose of {said(found.kind)} stands in a product only")
-        if found.turned:
-            found = Value(self._call("transpose", found.node), MATRIX, found.weight)
-        if found.weight is None:
-            return found
-        kind = shapes.wider(found.kind)
+    def _finished(self, value: Value, node: ast.expr | None = None) -> Value:
+        if value.outer is not None or (value.turned and shapes.wider(value.kind) != MATRIX):
+            raise self._refusal(node or value.node, f"the transpose of {said(value.kind)} stands in a product only")
+        if value.turned:
+            value = Value(self._call("transpose", value.node), MATRIX, value.weight)
+        if value.weight is None:
+            return value
+        kind = shapes.wider(value.kind)
         if not isinstance(kind, str) or kind not in shapes.SCALE:
-            raise self._refusal(node or found.node, f"{said(found.kind)} has no multiples")
-        return Value(self._call(shapes.SCALE[kind], found.weight, found.node), kind)
+            raise self._refusal(node or value.node, f"{said(value.kind)} has no multiples")
+        return Value(self._call(shapes.SCALE[kind], value.weight, value.node), kind)
 
     def _call(self, name: str, *arguments: ast.expr) -> ast.Call:
         """Return the call of an operation of the algebra, which the file then imports."""
@@ -80,8 +80,8 @@ class Expressions:
 
     def _value(self, node: ast.expr) -> Value:
         """Return an expression lowered, with its weight and transpose apart."""
-        found = self._lowered(node)
-        return replace(found, node=ast.copy_location(found.node, node))
+        value = self._lowered(node)
+        return replace(value, node=ast.copy_location(value.node, node))
 
     def _lowered(self, node: ast.expr) -> Value:
         match node:
@@ -103,11 +103,11 @@ class Expressions:
         """Return an entry, a tuple, a choice between two values, or the terms of a generator."""
         match node:
             case ast.Subscript(value=value, slice=index):
-                found, place = self._whole(value), self._whole(index).node
-                return Value(ast.Subscript(found.node, place, ast.Load()), _entry(found.kind, _literal(index)))
+                operand, place = self._whole(value), self._whole(index).node
+                return Value(ast.Subscript(operand.node, place, ast.Load()), _entry(operand.kind, _literal(index)))
             case ast.Starred(value=value):
-                found = self._whole(value)
-                return Value(ast.Starred(found.node, ast.Load()), found.kind)
+                operand = self._whole(value)
+                return Value(ast.Starred(operand.node, ast.Load()), operand.kind)
             case ast.Tuple(elts=elts):
                 parts = [self._whole(part) for part in elts]
                 return Value(ast.Tuple([part.node for part in parts], ast.Load()), _packed(parts))
@@ -130,34 +130,34 @@ class Expressions:
         (loop,) = node.generators
         before = dict(self.kinds)
         self._bind(loop.target, INDEX, loop.iter)
-        found, over = self._whole(node.elt), self._whole(loop.iter).node
+        term, over = self._whole(node.elt), self._whole(loop.iter).node
         self.kinds = before
-        return Value(ast.GeneratorExp(found.node, [ast.comprehension(loop.target, over, loop.ifs, loop.is_async)]), found.kind)
+        return Value(ast.GeneratorExp(term.node, [ast.comprehension(loop.target, over, loop.ifs, loop.is_async)]), term.kind)
 
     def _condition(self, node: ast.expr) -> Value:
         """Return a comparison, or what is composed of comparisons."""
         match node:
             case ast.Compare(left=left, ops=ops, comparators=others):
-                return Value(ast.Compare(self._whole(left).node, ops, [self._whole(each).node for each in others]), None)
+                return Value(ast.Compare(self._whole(left).node, ops, [self._whole(other).node for other in others]), None)
             case ast.BoolOp(op=op, values=values):
-                return Value(ast.BoolOp(op, [self._whole(each).node for each in values]), None)
+                return Value(ast.BoolOp(op, [self._whole(value).node for value in values]), None)
             case ast.UnaryOp(op=ast.Not(), operand=operand):
                 return Value(ast.UnaryOp(ast.Not(), self._whole(operand).node), None)
         raise self._refusal(node, "a scheme has no such expressions")
 
-    def _negated(self, node: ast.expr, found: Value) -> Value:
-        if found.kind == INDEX:
-            return Value(ast.UnaryOp(ast.USub(), found.node), INDEX)
-        if found.kind in NUMBERS:
-            return Value(arithmetic.minus(found.node), NUMBER)
-        self._known(node, found)
-        return replace(found, weight=arithmetic.minus(found.weight))
+    def _negated(self, node: ast.expr, operand: Value) -> Value:
+        if operand.kind == INDEX:
+            return Value(ast.UnaryOp(ast.USub(), operand.node), INDEX)
+        if operand.kind in NUMBERS:
+            return Value(arithmetic.minus(operand.node), NUMBER)
+        self._known(node, operand)
+        return replace(operand, weight=arithmetic.minus(operand.weight))
 
-    def _transposed(self, node: ast.expr, found: Value) -> Value:
-        kind = shapes.wider(found.kind)
+    def _transposed(self, node: ast.expr, operand: Value) -> Value:
+        kind = shapes.wider(operand.kind)
         if kind not in (ROWS, MATRIX, shapes.VECTOR):
-            raise self._refusal(node, f"{said(found.kind)} has no transpose")
-        return Value(found.node, found.kind, found.weight, not found.turned)
+            raise self._refusal(node, f"{said(operand.kind)} has no transpose")
+        return Value(operand.node, operand.kind, operand.weight, not operand.turned)
 
     def _known(self, node: ast.expr, *parts: Value) -> None:
         """Refuse an operator on something of unknown kind."""
@@ -230,11 +230,11 @@ class Expressions:
                 return self._sum(node, left, right)
         raise self._refusal(node, f"{said(left.kind)} and {said(right.kind)} have no such operation")
 
-    def _real(self, node: ast.expr, found: Value) -> ast.expr:
+    def _real(self, node: ast.expr, number: Value) -> ast.expr:
         """Return a number of the run's type; an index would promote what it multiplies."""
-        if found.kind == INDEX and not isinstance(found.node, ast.Constant):
-            raise self._refusal(node, f"{ast.unparse(found.node)} is an integer, and no number of the run's type")
-        return arithmetic.typed(found.node, NUMBER)
+        if number.kind == INDEX and not isinstance(number.node, ast.Constant):
+            raise self._refusal(node, f"{ast.unparse(number.node)} is an integer, and no number of the run's type")
+        return arithmetic.typed(number.node, NUMBER)
 
     def _arithmetic(self, node: ast.BinOp, left: Value, right: Value) -> Value:
         """Return an operation on two numbers; integers stay integers among themselves."""
@@ -261,11 +261,11 @@ class Expressions:
                 return Value(self._call(rule.call, *factors), rule.kind, weight, rule.turned)
         raise self._refusal(node, f"there is no product of {left.shape} and {right.shape}")
 
-    def _flipped(self, found: Value) -> Value:
+    def _flipped(self, factor: Value) -> Value:
         """Return S as the transpose of S^T, or S^T as a matrix of its own; anything else as it is."""
-        if shapes.wider(found.kind) != MATRIX:
-            return found
-        return Value(call("transpose", [found.node]), MATRIX, found.weight, not found.turned)
+        if shapes.wider(factor.kind) != MATRIX:
+            return factor
+        return Value(call("transpose", [factor.node]), MATRIX, factor.weight, not factor.turned)
 
     def _sum(self, node: ast.BinOp, left: Value, right: Value) -> Value:
         """Return left + right or left - right as one operation w x + y."""

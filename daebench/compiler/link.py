@@ -231,8 +231,8 @@ class Linker:
         if name == "step" and self.options.projection == "symproj":
             return "daebench.schemes.kernels.symmetric_projection", name
         if name in ("step", "plain_step"):
-            own = "step" in self.file(str(self.scheme)).functions
-            return (str(self.scheme), "step") if own else ("daebench.schemes.kernels.constrained", "added")
+            has_step = "step" in self.file(str(self.scheme)).functions
+            return (str(self.scheme), "step") if has_step else ("daebench.schemes.kernels.constrained", "added")
         return (str(self.scheme), name) if name in ("start", "increment") else None
 
     def _composed(self, name: str) -> str:

@@ -18,7 +18,7 @@ from numba.core.compiler import CompileResult
 
 from daebench.compiler import sealed
 
-MADE_BY = tuple(f"{each.__name__} {each.__version__}" for each in (numba, llvmlite, numpy))
+MADE_BY = tuple(f"{library.__name__} {library.__version__}" for library in (numba, llvmlite, numpy))
 """What may make other machine code of the same source."""
 
 SUFFIX = ".code"

@@ -40,9 +40,9 @@ class Lowering(Expressions):
         lowered = node
         match node:
             case ast.Assign(targets=[target], value=value):
-                found = self._whole(value)
-                self._bind(target, found.kind, value)
-                lowered = ast.Assign([target], found.node)
+                expression = self._whole(value)
+                self._bind(target, expression.kind, value)
+                lowered = ast.Assign([target], expression.node)
             case ast.AugAssign(target=ast.Name() as target):
                 lowered = self._changed(node, target)
             case ast.Return(value=ast.expr() as value):
@@ -61,17 +61,17 @@ class Lowering(Expressions):
 
     def _changed(self, node: ast.AugAssign, target: ast.Name) -> ast.stmt:
         """Return ``x += y`` as it is for numbers, and as ``x = x + y`` for the rest."""
-        found = self._finished(self._operation(ast.copy_location(ast.BinOp(target, node.op, node.value), node)))
-        self._bind(target, found.kind, node.value)
-        if found.kind in NUMBERS and isinstance(found.node, ast.BinOp):
-            return ast.AugAssign(target, node.op, found.node.right)
-        return ast.Assign([target], found.node)
+        operation = self._finished(self._operation(ast.copy_location(ast.BinOp(target, node.op, node.value), node)))
+        self._bind(target, operation.kind, node.value)
+        if operation.kind in NUMBERS and isinstance(operation.node, ast.BinOp):
+            return ast.AugAssign(target, node.op, operation.node.right)
+        return ast.Assign([target], operation.node)
 
     def _returned(self, value: ast.expr) -> ast.expr:
-        found = self._whole(value)
-        if not shapes.fits(found.kind, self.result):
-            raise self._refusal(value, f"the function returns {said(self.result)} by its annotation, and here {said(found.kind)}")
-        return found.node
+        expression = self._whole(value)
+        if not shapes.fits(expression.kind, self.result):
+            raise self._refusal(value, f"the function returns {said(self.result)} by its annotation, and here {said(expression.kind)}")
+        return expression.node
 
     def _branches(self, node: ast.If) -> ast.If:
         test = self._whole(node.test).node

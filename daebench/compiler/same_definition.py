@@ -39,23 +39,23 @@ def require_same(
     InvalidProblem
         If it is another one than before.
     """
-    found = digest_of(definition)
+    digest = digest_of(definition)
 
     def build(cached: bool) -> str:
         with contextlib.redirect_stderr(io.StringIO()):  # it has told everything once
             for other in again():
-                _require_equal(problem, found, digest_of(other))
-        return f'"""Definition of {problem.path.stem}."""\n\nDIGEST = {found!r}'
+                _require_equal(problem, digest, digest_of(other))
+        return f'"""Definition of {problem.path.stem}."""\n\nDIGEST = {digest!r}'
 
     key = f"definition {problem.digest} {sorted(structure.items())}"
-    _require_equal(problem, found, generated(f"{problem.path.stem}_definition", key, build).DIGEST)
+    _require_equal(problem, digest, generated(f"{problem.path.stem}_definition", key, build).DIGEST)
 
 
 def digest_of(definition: "Definition") -> str:
     """Return the content hash of the mathematics of a definition and of the values of its parameters."""
     text = f"{definition.fingerprint} {[float(value) for value in definition.parameters.values()]}"
     numbers: dict[str, str] = {}
-    return hashlib.sha256(DUMMY.sub(lambda found: numbers.setdefault(found[0], f"dummy{len(numbers)}"), text).encode()).hexdigest()
+    return hashlib.sha256(DUMMY.sub(lambda match: numbers.setdefault(match[0], f"dummy{len(numbers)}"), text).encode()).hexdigest()
 
 
 def _require_equal(problem: Problem, one: str, other: str) -> None:

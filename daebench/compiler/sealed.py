@@ -131,15 +131,15 @@ def refusal(folder: Path, prefix: str) -> str:
     folder.mkdir(mode=0o700, exist_ok=True)
     if os.name == "nt":
         return ""
-    found = folder.stat()
-    if not _is_ours(found):
+    status = folder.stat()
+    if not _is_ours(status):
         return "belongs to another user"
-    if not found.st_mode & OTHERS:
+    if not status.st_mode & OTHERS:
         return ""
     with os.scandir(folder) as entries:
         all_ours = all(entry.name.startswith((prefix, "__pycache__")) for entry in entries)
     if all_ours:
-        _take_rights_of_others(folder, found.st_mode)
+        _take_rights_of_others(folder, status.st_mode)
     return "can be written to by other users" if folder.stat().st_mode & WRITE else ""
 
 
@@ -150,5 +150,5 @@ def _take_rights_of_others(folder: Path, mode: int) -> None:
         return
 
 
-def _is_ours(found: os.stat_result) -> bool:
-    return os.name == "nt" or found.st_uid == os.geteuid()
+def _is_ours(status: os.stat_result) -> bool:
+    return os.name == "nt" or status.st_uid == os.geteuid()

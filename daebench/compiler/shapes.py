@@ -153,24 +153,24 @@ def fits(kind: Kind, wanted: Kind) -> bool:
     return kind in (wanted, DATA) or wider(kind) == wanted or (kind == INDEX and wanted in (NUMBER, DATA))
 
 
-def settled(wanted: Kind, kind: Kind, found: dict[str, Kind]) -> None:
+def settled(wanted: Kind, kind: Kind, bindings: dict[str, Kind]) -> None:
     """Record what the kind of an argument settles about the variables in the kind of a parameter."""
     if isinstance(wanted, Variable):
-        found.setdefault(wanted.name, kind)
+        bindings.setdefault(wanted.name, kind)
     elif isinstance(wanted, Pack) and isinstance(kind, Pack) and len(wanted.kinds) == len(kind.kinds):
         for part, of_part in zip(wanted.kinds, kind.kinds, strict=True):
-            settled(part, of_part, found)
+            settled(part, of_part, bindings)
     elif isinstance(wanted, Stages) and isinstance(kind, Stages):
-        settled(wanted.kind, kind.kind, found)
+        settled(wanted.kind, kind.kind, bindings)
 
 
-def filled(kind: Kind, found: Mapping[str, Kind]) -> Kind:
+def filled(kind: Kind, bindings: Mapping[str, Kind]) -> Kind:
     """Return a kind with its variables settled; None in the place of those that are not."""
     if isinstance(kind, Variable):
-        return found.get(kind.name)
+        return bindings.get(kind.name)
     if isinstance(kind, Pack):
-        return Pack(tuple(filled(part, found) for part in kind.kinds))
-    return Stages(filled(kind.kind, found)) if isinstance(kind, Stages) else kind
+        return Pack(tuple(filled(part, bindings) for part in kind.kinds))
+    return Stages(filled(kind.kind, bindings)) if isinstance(kind, Stages) else kind
 
 
 def said(kind: Kind) -> str:

@@ -28,9 +28,9 @@ def shared(text: str) -> Callable[[Callable[..., Any]], Any]:
     def made(function: Any) -> Any:
         if text not in _MADE:
             name = f"{function.__name__}_{text}"
-            own = FunctionType(function.__code__, {**function.__globals__, "__name__": __name__}, name)
-            own.__module__, own.__qualname__ = __name__, name
-            _MADE[text] = njit(error_model="numpy", no_cpython_wrapper=True, no_cfunc_wrapper=True)(own)
+            clone = FunctionType(function.__code__, {**function.__globals__, "__name__": __name__}, name)
+            clone.__module__, clone.__qualname__ = __name__, name
+            _MADE[text] = njit(error_model="numpy", no_cpython_wrapper=True, no_cfunc_wrapper=True)(clone)
         return _MADE[text]
 
     return made

@@ -85,9 +85,9 @@ def decorated(body: str, roots: Sequence[str], cached: bool, constants: Mapping[
     """
     tree = ast.parse(body)
     functions = {node.name: node for node in tree.body if isinstance(node, ast.FunctionDef)}
-    kept = f"njit(error_model='numpy'{', cache=True' if cached else ''})"
-    hashed = cache(lambda name: _hash(functions[name], [hashed(each) for each in _names(functions[name], functions)], constants))
-    decorators = {name: kept if name in roots else f"shared({hashed(name)!r})" for name in functions}
+    root_decorator = f"njit(error_model='numpy'{', cache=True' if cached else ''})"
+    hashed = cache(lambda name: _hash(functions[name], [hashed(callee) for callee in _names(functions[name], functions)], constants))
+    decorators = {name: root_decorator if name in roots else f"shared({hashed(name)!r})" for name in functions}
     for name, node in functions.items():
         node.decorator_list = [ast.parse(decorators[name], mode="eval").body]
     return ast.unparse(tree)

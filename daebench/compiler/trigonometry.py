@@ -22,8 +22,8 @@ def shortened(expression: sp.Expr) -> sp.Expr:
     if expression.is_rational_function():
         return min((expression, sp.factor(expression)), key=sp.count_ops)
     expanded = sp.expand(expression)
-    found = [expression, *(sp.factor(_without(expanded, each, other)) for each, other in ((sp.sin, sp.cos), (sp.cos, sp.sin)))]
-    short = min(found, key=sp.count_ops)
+    forms = [expression, *(sp.factor(_without(expanded, function, other)) for function, other in ((sp.sin, sp.cos), (sp.cos, sp.sin)))]
+    short = min(forms, key=sp.count_ops)
     return sp.simplify(short) if short.count_ops() <= SHORT else short
 
 

@@ -21,8 +21,8 @@ class Unroller(ast.NodeTransformer):
 
     def visited(self, statements: Sequence[ast.stmt]) -> list[ast.stmt]:
         """Return rewritten copies of statements, in which one may have become several."""
-        found = [self.visit(copy.deepcopy(statement)) for statement in statements]
-        return [each for item in found for each in (item if isinstance(item, list) else [item])]
+        copies = [self.visit(copy.deepcopy(statement)) for statement in statements]
+        return [statement for item in copies for statement in (item if isinstance(item, list) else [item])]
 
     def visit_For(self, node: ast.For) -> ast.stmt | list[ast.stmt]:
         """Write a loop over stages or constraints out."""
@@ -31,7 +31,7 @@ class Unroller(ast.NodeTransformer):
             visited = self.generic_visit(node)
             assert isinstance(visited, ast.For)
             return visited
-        return [each for value in values for each in self._with(node.target, value, lambda: self.visited(node.body))]
+        return [statement for value in values for statement in self._with(node.target, value, lambda: self.visited(node.body))]
 
     def _unrolled(self, node: ast.expr) -> Sequence[int] | None:
         """Return the values of a range that names a number of stages or of constraints; None for any other."""

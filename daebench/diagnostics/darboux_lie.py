@@ -99,8 +99,8 @@ class DarbouxLie:
         y = np.asarray(y, dtype=float)
         moved = [y + 1j * STEP * e for e in np.eye(3)]
         gradients = np.imag([[F(x) for x in moved] for F in (self.Q, self.P, self.C)]) / STEP
-        found: Vector = gradients @ self.B(y) @ gradients.T
-        return found
+        brackets: Vector = gradients @ self.B(y) @ gradients.T
+        return brackets
 
     def defect(self, y: ArrayLike) -> float:
         """Return by how much the brackets at y miss those of HLW (3.13), in the largest entry."""
@@ -132,8 +132,8 @@ class DarbouxLie:
         solution = solve_ivp(right, (0, 1), start, method="DOP853", rtol=TOLERANCE, atol=scale)
         if not solution.success:
             raise BadInput(f"a line could not be followed to the plane of y0 ({solution.message.rstrip('.').lower()}); go less far.")
-        found: Vector = solution.y[:, -1]
-        return (found[:3], found[3]) if np.iscomplexobj(y) else (found[:3].real, found[3].real)
+        end: Vector = solution.y[:, -1]
+        return (end[:3], end[3]) if np.iscomplexobj(y) else (end[:3].real, end[3].real)
 
     def _regular(self, y: Vector) -> Vector:
         """Return B(y), or refuse a point where b_ij has all but vanished or that is outside the domain."""

@@ -110,7 +110,7 @@ def derivative(phi: Mapping, x: ArrayLike, X: ArrayLike, parts: int = 1) -> Deri
             f"the map has no derivative by complex step, for {why}, and its differences settle no better than to {share:.1e} of it; let it "
             "compute in complex numbers throughout, or iterate to round-off."
         )
-    columns = [_by_differences(phi, x, each, parts, FIRST) for each in X.T]
+    columns = [_by_differences(phi, x, direction, parts, FIRST) for direction in X.T]
     share = max(_share(along, floor, parts) for along, floor in columns)
     _warn(f"{why}; the derivative is that of differences, good to {share:.1e} of its largest entry")
     return Derivative(np.array([column for column, _ in columns]).T, np.real(_vector(phi, x)).astype(float), share)
@@ -121,7 +121,7 @@ def _by_complex_step(phi: Mapping, x: Array, X: Array) -> tuple[Any, Any, str]:
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", np.exceptions.ComplexWarning)  # what is dropped is seen by its effect
         try:
-            columns = np.array([_vector(phi, x + 1j * STEP * each) for each in X.T])
+            columns = np.array([_vector(phi, x + 1j * STEP * direction) for direction in X.T])
         except DaebenchError:
             raise
         except Exception as error:  # noqa: BLE001 - whatever code of the user's own makes of complex numbers
@@ -141,8 +141,8 @@ def _by_differences(phi: Mapping, x: Array, direction: Array, parts: int, first:
     for other in (image, x):
         moving = _sizes(x, other, parts)
         s = first / (float(np.max(np.abs(direction) / moving)) or 1.0)
-        found = _extrapolated(phi, x, direction, parts, s, image)
-        best = min(best, found, key=lambda each: _share(each[0], each[1], parts))
+        estimate = _extrapolated(phi, x, direction, parts, s, image)
+        best = min(best, estimate, key=lambda pair: _share(pair[0], pair[1], parts))
         if _share(best[0], best[1], parts) <= ROUGH:
             break
     return best
@@ -159,10 +159,10 @@ def _extrapolated(phi: Mapping, x: Array, direction: Array, parts: int, s: float
             row.append(row[k] + (row[k] - coarser) / (SHRINK ** (2 * k + 2) - 1.0))
         if len(row) > 1:
             off = np.maximum(np.abs(row[-1] - row[-2]), np.abs(row[-1] - last[-1])) + np.finfo(float).eps * np.abs(image) / s
-            found = _sizes(off, off, parts)
-            now = _share(row[-1], found, parts)
+            sizes = _sizes(off, off, parts)
+            now = _share(row[-1], sizes, parts)
             if now < share:
-                best, error, share = row[-1], found, now
+                best, error, share = row[-1], sizes, now
         if share <= ENOUGH or (level > LONGEST and now > share):
             break
         last, s = row if np.all(np.isfinite(row[0])) else [], s / SHRINK

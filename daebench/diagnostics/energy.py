@@ -147,40 +147,40 @@ def energy_drift(
     if np.any(np.diff(t) <= 0):
         raise BadInput("a drift needs increasing times; these do not increase.")
     largest = float(np.max(np.abs(error), initial=0.0))
-    kept = largest <= max(resolution, ROUNDED * eps * steps**0.5 * scale)
+    conserved = largest <= max(resolution, ROUNDED * eps * steps**0.5 * scale)
     if len(t) < SHORTEST:
         reason = f"too short: {len(t)} samples, and a drift is read from {SHORTEST}"
-        return Drift(KEPT, change_bound=2 * largest) if kept else Drift(UNDETERMINED, reason)
-    return _judged(t, error, largest or 1.0, resolution, kept)
+        return Drift(KEPT, change_bound=2 * largest) if conserved else Drift(UNDETERMINED, reason)
+    return _judged(t, error, largest or 1.0, resolution, conserved)
 
 
-def _judged(t: Array, error: Array, size: float, resolution: float, kept: bool) -> Drift:
+def _judged(t: Array, error: Array, size: float, resolution: float, conserved: bool) -> Drift:
     """Return the verdict on an error of the given size, by which it is divided so that no square overflows."""
     error, resolution = error / size, resolution / size
     slope, slope_error = _line(t, error)
-    found = trend(t, error, max(resolution, 8 * float(np.finfo(float).eps)))
+    mean_trend = trend(t, error, max(resolution, 8 * float(np.finfo(float).eps)))
     level = float(np.mean(error[-max(1, len(error) // 8) :]))
-    told = Drift(
+    drift = Drift(
         BOUNDED,
-        change=size * found.secular.change,
-        change_bound=size * found.bound,
+        change=size * mean_trend.secular.change,
+        change_bound=size * mean_trend.bound,
         level=size * level,
         slope=size * slope,
         slope_error=size * slope_error,
     )
-    if kept:
-        return replace(told, verdict=KEPT)
-    if found.drifts:
-        exponent, exponent_error = (NAN, NAN) if found.spreads else growth_exponent(t, error, resolution=resolution)
-        law = law_of(found, exponent, exponent_error)
-        return replace(told, verdict=DRIFTS, law=law, exponent=exponent, exponent_error=exponent_error)
-    return replace(told, verdict=UNDETERMINED, reason=found.reason) if found.reason else told
+    if conserved:
+        return replace(drift, verdict=KEPT)
+    if mean_trend.drifts:
+        exponent, exponent_error = (NAN, NAN) if mean_trend.spreads else growth_exponent(t, error, resolution=resolution)
+        law = law_of(mean_trend, exponent, exponent_error)
+        return replace(drift, verdict=DRIFTS, law=law, exponent=exponent, exponent_error=exponent_error)
+    return replace(drift, verdict=UNDETERMINED, reason=mean_trend.reason) if mean_trend.reason else drift
 
 
-def law_of(found: Trend, exponent: float = NAN, exponent_error: float = NAN) -> str:
+def law_of(mean_trend: Trend, exponent: float = NAN, exponent_error: float = NAN) -> str:
     """Return the law of a drift in a word; without an exponent it is told from the shape that fits best."""
-    best = found.secular
-    if found.spreads:
+    best = mean_trend.secular
+    if mean_trend.spreads:
         return "growing scatter"
     if best.scatter > MISFIT * best.seen and best.neighbours > RED:
         return "irregular"

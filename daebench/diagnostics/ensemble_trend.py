@@ -32,26 +32,32 @@ def ensemble_trend(t: Array, error: Array, noise: float) -> Trend:
         Round-off of one value.
     """
     mean = np.mean(error, axis=0)
-    found = trend(t, mean, noise)
+    mean_trend = trend(t, mean, noise)
     means = window_means((t - t[0]) / (t[-1] - t[0]), error.T, MOST)
-    own = float(np.sqrt(np.mean(np.var(means, axis=1, ddof=1)) / len(error)))
-    if found.spreads:
-        return found if _common(error, mean) else replace(found, drifts=False, spreads=False, reason="the members' own scatter grows")
-    changes = factors(means, found.secular)
+    standard_error = float(np.sqrt(np.mean(np.var(means, axis=1, ddof=1)) / len(error)))
+    if mean_trend.spreads:
+        return (
+            mean_trend
+            if _common(error, mean)
+            else replace(mean_trend, drifts=False, spreads=False, reason="the members' own scatter grows")
+        )
+    changes = factors(means, mean_trend.secular)
     deviation = float(np.std(changes, ddof=1)) / np.sqrt(len(error))
-    clear = abs(float(np.mean(changes))) > SIGNIFICANT * deviation and found.secular.seen > noise
-    bound = found.bound + SIGNIFICANT * deviation
-    if clear and (found.drifts or (found.secular.scatter <= EXPLAINED * own and beyond(found.secular))):
-        return replace(found, drifts=True, reason="", bound=bound)
-    if found.drifts:
-        return replace(found, drifts=False, reason="the mean changes by no more than independent members differ", bound=bound)
+    clear = abs(float(np.mean(changes))) > SIGNIFICANT * deviation and mean_trend.secular.seen > noise
+    bound = mean_trend.bound + SIGNIFICANT * deviation
+    if clear and (mean_trend.drifts or (mean_trend.secular.scatter <= EXPLAINED * standard_error and beyond(mean_trend.secular))):
+        return replace(mean_trend, drifts=True, reason="", bound=bound)
+    if mean_trend.drifts:
+        return replace(mean_trend, drifts=False, reason="the mean changes by no more than independent members differ", bound=bound)
     small = bound < max(float(np.ptp(mean)), 2 * float(np.max(np.std(error, axis=0))))
-    return replace(found, bound=bound, reason="" if small and found.reason.startswith(("too short", "a single")) else found.reason)
+    return replace(
+        mean_trend, bound=bound, reason="" if small and mean_trend.reason.startswith(("too short", "a single")) else mean_trend.reason
+    )
 
 
 def _common(error: Array, mean: Array) -> bool:
     """Return whether the scatter of the mean at the end is more than that of independent members."""
     last = slice(-(len(mean) // 4), None)
     residual = mean[last] - np.mean(mean[last])
-    own = float(np.mean(np.var(error[:, last], axis=0, ddof=1))) / len(error)
-    return float(np.mean(residual**2)) > SPREAD_EARLY**2 * own
+    variance = float(np.mean(np.var(error[:, last], axis=0, ddof=1))) / len(error)
+    return float(np.mean(residual**2)) > SPREAD_EARLY**2 * variance

@@ -47,7 +47,7 @@ def without_potential(ivp: ConstrainedIvp, p: Array, q: Array, rate: Array) -> f
 
     derivation, d = ivp.source.derivation, ivp.d
     v, G = ivp.value("H_p", tuple(p), tuple(q)), ivp.value("G", tuple(q))
-    slopes = [[each.diff(symbol) for each in sp.flatten(derivation.M)] for symbol in derivation.problem.q]
+    slopes = [[entry.diff(symbol) for entry in sp.flatten(derivation.M)] for symbol in derivation.problem.q]
     M_q = np.array(numeric(ivp, slopes)(p, q), dtype=float).reshape(d, d, d)
     force = rate[:d] - np.einsum("kij,i,j->k", M_q, v, v) / 2
     rest = force - G.T @ np.linalg.lstsq(G.T, force, rcond=None)[0]
@@ -60,7 +60,7 @@ def off_manifold(ivp: ConstrainedIvp, p: Array, q: Array) -> float:
     state, slow = (tuple(p), tuple(q)), SLOWLY * ivp.value("mass", tuple(p), tuple(q)) @ np.abs(q)
     sizes = float(np.max(np.abs(ivp.value("g", state[1])))), float(np.max(np.abs(ivp.value("Gv", *state))))
     scales = residual_scales(ivp, np.abs(p) + np.abs(slow), q)
-    return max(each / (scale or 1.0) for each, scale in zip(sizes, scales, strict=True))
+    return max(size / (scale or 1.0) for size, scale in zip(sizes, scales, strict=True))
 
 
 def slow_time(p: Array, q: Array, dp: Array, dq: Array) -> float:

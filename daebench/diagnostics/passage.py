@@ -83,12 +83,12 @@ class Crossing:
         Branches meet in a place where G loses rank, and each is smooth: on the branch that the motion came on, the parabola through
         three velocities after leads back to that before. Where it is far from the line through two, steps are too large to tell.
         """
-        told = self._spread() if self.over else ()
-        if not told:
+        velocities = self._spread() if self.over else ()
+        if not velocities:
             return Passage(t=self.t, pivot=self.smallest, branch="unknown", turn=math.nan)
         v0 = self.ivp.value("H_p", self.p0, self.q0)
         M = None if beyond_comparison(self.ivp) else self.ivp.value("mass", self.p0, self.q0)
-        back, rough = extrapolated(told, self.t0), extrapolated(told[1:], self.t0)
+        back, rough = extrapolated(velocities, self.t0), extrapolated(velocities[1:], self.t0)
         clear = _norm(back - rough, M) <= TELLING * _norm(v0, M)
         return Passage(t=self.t, pivot=self.smallest, branch=_branch(v0, back, M) if clear else "unknown", turn=_turn(v0, back, M))
 

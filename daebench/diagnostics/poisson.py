@@ -40,6 +40,6 @@ def poisson_defect(flow: Map, y: ArrayLike, B: Structure) -> float:
         NaN if the map gives one.
     """
     y0 = np.asarray(y, dtype=float)
-    found = derivative(flow, y0, np.eye(len(y0)))
-    carried = found.value @ np.asarray(B(y0), dtype=float) @ found.value.T
-    return float(np.max(np.abs(carried - np.asarray(B(found.image), dtype=float))))
+    jacobian = derivative(flow, y0, np.eye(len(y0)))
+    carried = jacobian.value @ np.asarray(B(y0), dtype=float) @ jacobian.value.T
+    return float(np.max(np.abs(carried - np.asarray(B(jacobian.image), dtype=float))))

@@ -127,9 +127,9 @@ def random_walk(t: ArrayLike, error: ArrayLike, *, resolution: float = 0.0) -> W
         return Walk("undetermined", members, f"too short: {len(t)} samples" if len(t) < 2 * SHORTEST else "an error is not finite")
     _require_distinct(error, resolution)
     size = float(np.max(np.abs(error))) or 1.0
-    found = _judged(t, error / size, resolution / size)
+    walk = _judged(t, error / size, resolution / size)
     scaled = ("change", "change_bound", "level", "slope", "slope_error")
-    return replace(found, **{name: size * getattr(found, name) for name in scaled})
+    return replace(walk, **{name: size * getattr(walk, name) for name in scaled})
 
 
 def _judged(t: Array, error: Array, resolution: float) -> Walk:
@@ -151,12 +151,12 @@ def _verdict(of_mean: Trend, error: Array, exponent: tuple[float, float], spread
         return "kept", "", ""
     if of_mean.drifts:
         return "drifts", "", law_of(of_mean)
-    told = _spreading(*exponent) if spreads else "bounded"
-    if told == "growing":
+    verdict = _spreading(*exponent) if spreads else "bounded"
+    if verdict == "growing":
         return "drifts", "", "apart"
-    if told == "bounded" and of_mean.reason:
+    if verdict == "bounded" and of_mean.reason:
         return "undetermined", of_mean.reason, ""
-    return told, "" if told != "undetermined" else "the exponent of the spread is not known well enough", ""
+    return verdict, "" if verdict != "undetermined" else "the exponent of the spread is not known well enough", ""
 
 
 def _require_distinct(error: Array, resolution: float) -> None:
@@ -202,7 +202,7 @@ def _means(t: Array, error: Array) -> tuple[Array, Array]:
     edges = np.searchsorted(t, t[-1] * 2.0 ** (np.arange(-2 * OCTAVES, 1) / 2))
     edges[-1] = len(t)
     windows = [slice(a, b) for a, b in pairwise(edges) if b > a]
-    return np.array([np.mean(t[each]) for each in windows]), np.array([np.mean(error[:, each], axis=1) for each in windows])
+    return np.array([np.mean(t[window]) for window in windows]), np.array([np.mean(error[:, window], axis=1) for window in windows])
 
 
 def _log_slope(x: Array, values: Array) -> tuple[float, float]:

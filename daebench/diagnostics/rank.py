@@ -55,24 +55,24 @@ def independent_rows(ivp: ConstrainedIvp, q: Array) -> tuple[list[int], dict[int
 
     Returns
     -------
-    kept : list of int
+    basis : list of int
         Independent rows, from 0.
     others : dict of int to list of int
-        Each other row with those of ``kept`` that it is a combination of.
+        Each other row with those of ``basis`` that it is a combination of.
     """
     G, H_pp = ivp.value("G", q), ivp.value("H_pp", ivp.p0, q)
     rows = np.array(G @ np.linalg.cholesky(H_pp), dtype=float)
     length = np.linalg.norm(rows, axis=1)
     rows /= np.where(length > 0, length, 1.0)[:, None]
-    kept: list[int] = []
+    basis: list[int] = []
     others: dict[int, list[int]] = {}
     for k, row in enumerate(rows):
-        shares = np.linalg.lstsq(rows[kept].T, row, rcond=None)[0] if kept else np.empty(0)
-        if np.linalg.norm(row - shares @ rows[kept]) > DEPENDENT:
-            kept.append(k)
+        shares = np.linalg.lstsq(rows[basis].T, row, rcond=None)[0] if basis else np.empty(0)
+        if np.linalg.norm(row - shares @ rows[basis]) > DEPENDENT:
+            basis.append(k)
         else:
-            others[k] = [j for j, share in zip(kept, shares, strict=True) if abs(share) > DEPENDENT]
-    return kept, others
+            others[k] = [j for j, share in zip(basis, shares, strict=True) if abs(share) > DEPENDENT]
+    return basis, others
 
 
 def beyond_comparison(ivp: ConstrainedIvp) -> bool:
@@ -93,7 +93,7 @@ def dependence(ivp: ConstrainedIvp) -> str | None:
     if beyond_comparison(ivp):
         return None
     try:
-        kept, others = independent_rows(ivp, ivp.q0)
+        basis, others = independent_rows(ivp, ivp.q0)
         if not others:
             return None
         shaken = ivp.q0 + NEARBY * (float(np.max(np.abs(ivp.q0))) or 1.0) * np.cos(1.0 + np.arange(ivp.d))
@@ -105,7 +105,7 @@ def dependence(ivp: ConstrainedIvp) -> str | None:
         for k, of in others.items()
     )
     where = "also nearby, so that the constraints are redundant" if everywhere else "there, though not nearby"
-    return f"G has rank {len(kept)} of {ivp.m}: {named}, {where}"
+    return f"G has rank {len(basis)} of {ivp.m}: {named}, {where}"
 
 
 def upcoming_loss(ivp: ConstrainedIvp, p: Array, q: Array, h: float, within: int) -> float | None:

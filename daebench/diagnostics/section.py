@@ -94,8 +94,8 @@ def section(ivp: PoissonIvp, trajectory: PoissonTrajectory, *, center: ArrayLike
 def _ray(ivp: PoissonIvp, center: ArrayLike, direction: ArrayLike) -> tuple[Array, Array]:
     if ivp.size != 2:
         raise BadInput(f"a section by a ray is for planar systems, and {ivp.problem} has {ivp.size} coordinates.")
-    ray = [np.asarray(each, dtype=float) for each in (center, direction)]
-    if any(each.shape != (2,) or not np.all(np.isfinite(each)) for each in ray) or not np.any(ray[1]):
+    ray = [np.asarray(vector, dtype=float) for vector in (center, direction)]
+    if any(vector.shape != (2,) or not np.all(np.isfinite(vector)) for vector in ray) or not np.any(ray[1]):
         raise BadInput(f"a ray needs a center and a direction of two finite numbers each, not {center!r} and {direction!r}.")
     return ray[0], ray[1] / np.linalg.norm(ray[1])
 

@@ -123,19 +123,19 @@ def _cases(problem: "ConstrainedHamiltonian") -> dict[str, "PoissonCase"]:
     from daebench.systems.poisson import PoissonCase
 
     assert problem.chart is not None
-    found = {}
+    cases = {}
     for name, case in problem.cases.items():
         start = dict(zip([*problem.p, *problem.q], [*case.p, *case.q], strict=True))
         y = _at([*problem.chart.inverse_eta, *problem.chart.inverse_xi], start)
-        if not any(each.has(sp.nan, sp.zoo, sp.oo, -sp.oo) for each in y):
-            found[name] = PoissonCase(y=y, parameters=case.parameters, about=case.about)
-    return found
+        if not any(coordinate.has(sp.nan, sp.zoo, sp.oo, -sp.oo) for coordinate in y):
+            cases[name] = PoissonCase(y=y, parameters=case.parameters, about=case.about)
+    return cases
 
 
 def _at(expressions: Iterable["sp.Expr"], start: Mapping["sp.Symbol", "sp.Expr"]) -> tuple["sp.Expr", ...]:
     import sympy as sp
 
-    return tuple(sp.sympify(each).subs(start, simultaneous=True) for each in expressions)
+    return tuple(sp.sympify(expression).subs(start, simultaneous=True) for expression in expressions)
 
 
 @old_keywords(scene="ivp")

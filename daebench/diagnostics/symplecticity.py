@@ -103,10 +103,10 @@ def tangent_path(path: Path, p: ArrayLike, q: ArrayLike, X: ArrayLike) -> tuple[
     """
     p, q, X = np.asarray(p, dtype=float), np.asarray(q, dtype=float), np.asarray(X, dtype=float)
     d = len(p)
-    found = [path(p + 1j * STEP * each[:d], q + 1j * STEP * each[d:]) for each in X.T]
-    shown = min(len(rows) for rows, _ in found)
-    carried = np.stack([np.imag(rows[:shown]) / STEP for rows, _ in found], axis=-1)
-    return np.real(found[0][0][:shown]), carried, found[0][1]
+    runs = [path(p + 1j * STEP * tangent[:d], q + 1j * STEP * tangent[d:]) for tangent in X.T]
+    shown = min(len(rows) for rows, _ in runs)
+    carried = np.stack([np.imag(rows[:shown]) / STEP for rows, _ in runs], axis=-1)
+    return np.real(runs[0][0][:shown]), carried, runs[0][1]
 
 
 def areas(X: ArrayLike) -> Array:

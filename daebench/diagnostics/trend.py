@@ -80,41 +80,41 @@ def trend(t: Array, error: Array, noise: float) -> Trend:
     ripples = oscillations(ripple)
     windows = window_count(ripples)
     means = window_means(u, error, windows if windows >= 4 else MOST)
-    found = secular(means) if windows >= WINDOWS else coarse
+    secular_part = secular(means) if windows >= WINDOWS else coarse
     left = leakage(2 * ripples / (len(means) + 1)) * float(np.ptp(ripple)) / 2 if windows >= WINDOWS else 0.0
     bound = change_bound(u, error, means, swings) + 2 * left
     edge = edge_change(u, error, noise)
     if edge:
         return Trend(edge, True, max(bound, abs(edge.change)))
-    if found.seen > max(noise, _threshold(found, windows, residual) * found.scatter, LEFT * left):
-        if aliased(residual) and found.seen < np.ptp(residual):
-            return Trend(found, False, bound, ALIASED)
-        return Trend(found, True, max(bound, abs(found.change)))
+    if secular_part.seen > max(noise, _threshold(secular_part, windows, residual) * secular_part.scatter, LEFT * left):
+        if aliased(residual) and secular_part.seen < np.ptp(residual):
+            return Trend(secular_part, False, bound, ALIASED)
+        return Trend(secular_part, True, max(bound, abs(secular_part.change)))
     if swings >= OSCILLATIONS and _spreads(residual, noise):
-        return Trend(found, True, bound, spreads=True)
-    return Trend(found, False, bound, _doubt(error, residual, found, bound, swings, noise))
+        return Trend(secular_part, True, bound, spreads=True)
+    return Trend(secular_part, False, bound, _doubt(error, residual, secular_part, bound, swings, noise))
 
 
-def beyond(found: Secular) -> bool:
+def beyond(secular_part: Secular) -> bool:
     """Return whether a change is beyond what noise in the window means makes of none."""
-    return found.seen > NOISE * found.scatter
+    return secular_part.seen > NOISE * secular_part.scatter
 
 
-def _threshold(found: Secular, windows: int, residual: Array) -> float:
+def _threshold(secular_part: Secular, windows: int, residual: Array) -> float:
     """Return how many standard deviations of the window means a drift has to be beyond."""
-    if _wanders(found, windows) or (windows < MOST and rough(residual)):
+    if _wanders(secular_part, windows) or (windows < MOST and rough(residual)):
         return WALK
     if windows < WINDOWS:
         return NO_WINDOWS
     if windows < ENOUGH:
         return FEW_WINDOWS
-    return SLOW if found.neighbours > RED else NOISE
+    return SLOW if secular_part.neighbours > RED else NOISE
 
 
-def _wanders(found: Secular, windows: int) -> bool:
+def _wanders(secular_part: Secular, windows: int) -> bool:
     """Return whether window means wander: neighbours are alike, as of a slow oscillation, but their differences are not."""
     alike = RED if windows >= MOST or windows < WINDOWS else RED / 5
-    return found.neighbours > alike and found.increments < found.neighbours - 0.1
+    return secular_part.neighbours > alike and secular_part.increments < secular_part.neighbours - 0.1
 
 
 def _spreads(residual: Array, noise: float) -> bool:
@@ -123,12 +123,12 @@ def _spreads(residual: Array, noise: float) -> bool:
     return grows and all(a < b for a, b in pairwise(quarters))
 
 
-def _doubt(error: Array, residual: Array, found: Secular, bound: float, swings: int, noise: float) -> str:
+def _doubt(error: Array, residual: Array, secular_part: Secular, bound: float, swings: int, noise: float) -> str:
     """Return why an error that does not drift is not known to be bounded either; "" if it is."""
     whole = float(np.ptp(error))
     if whole <= noise:
         return ""
-    if bound >= whole and (rough(residual) or (swings >= OSCILLATIONS and _wanders(found, MOST))):
+    if bound >= whole and (rough(residual) or (swings >= OSCILLATIONS and _wanders(secular_part, MOST))):
         return WALKS
     if swings < OSCILLATIONS:
         return FEW

@@ -95,13 +95,13 @@ def surface_lines(picture: Picture, parameters: Sequence[Any], par: Sequence[flo
 
 def moving(points: Array, candidates: Sequence[int]) -> list[int]:
     """Return which of these points move, once each where several are always at the same place; points has shape(n, k, dimension)."""
-    found: list[int] = []
+    indices: list[int] = []
     least = 1e-9 * float(np.max(np.abs(points), initial=0.0))
     for k in candidates:
         moves = np.ptp(points[:, k], axis=0).max() > least
-        if moves and all(np.max(np.abs(points[:, k] - points[:, j])) > least for j in found):
-            found.append(k)
-    return found
+        if moves and all(np.max(np.abs(points[:, k] - points[:, j])) > least for j in indices):
+            indices.append(k)
+    return indices
 
 
 def _points(flat: list[Any], symbols: list[Any], parameters: list[Any], par: list[float]) -> Callable[[Array], Array]:
@@ -111,8 +111,8 @@ def _points(flat: list[Any], symbols: list[Any], parameters: list[Any], par: lis
 
     def at(states: Array) -> Array:
         with np.errstate(all="ignore"):
-            found = call(list(states.T), par)
-        return np.moveaxis(np.array([[np.broadcast_to(x, len(states)) for x in point] for point in found], dtype=float), 2, 0)
+            points = call(list(states.T), par)
+        return np.moveaxis(np.array([[np.broadcast_to(x, len(states)) for x in point] for point in points], dtype=float), 2, 0)
 
     return at
 
@@ -132,6 +132,6 @@ def _dimension(problem: str, picture: Picture, flat: Sequence[Any]) -> int:
 def _require_declared(problem: str, points: Sequence[Any], known: set[Any]) -> None:
     import sympy as sp
 
-    found = {symbol for point in points for x in point for symbol in sp.sympify(x).free_symbols}
-    if extra := sorted(map(str, found - known)):
+    symbols = {symbol for point in points for x in point for symbol in sp.sympify(x).free_symbols}
+    if extra := sorted(map(str, symbols - known)):
         raise InvalidProblem(f"the picture of {problem} contains {', '.join(extra)}, which is no coordinate or parameter; declare it.")

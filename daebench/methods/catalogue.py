@@ -34,8 +34,8 @@ def _files(package: str) -> tuple[Path, ...]:
 @cache
 def problems(kind: str | None = None) -> Mapping[str, Problem]:
     """Return daebench's own problems by name, or those of a kind, "constrained" or "poisson"."""
-    found = {path.stem: _read(path) for path in _files("daebench.problems")}
-    return {name: each for name, each in found.items() if kind in (None, each.kind)}
+    catalogue = {path.stem: _read(path) for path in _files("daebench.problems")}
+    return {name: problem for name, problem in catalogue.items() if kind in (None, problem.kind)}
 
 
 def plugins() -> "Plugins":
@@ -110,14 +110,14 @@ def find_problem(name: str) -> Problem:
     """
     if is_path(name):
         return _checked(find_file(name))
-    own = [path.stem for path in _files("daebench.problems")]
-    if name in own:
+    names = [path.stem for path in _files("daebench.problems")]
+    if name in names:
         return _problem(name)
     others = plugins()
     if name in others.broken:
         raise BadInput(others.broken[name])
     if name not in others.problems:
-        raise unknown("problem", name, [*own, *others.problems])
+        raise unknown("problem", name, [*names, *others.problems])
     return _checked(others.problems[name])
 
 

@@ -31,10 +31,10 @@ def doubts(ivp: Ivp, run: Trajectory | PoissonTrajectory) -> list[str]:
     """
     if run.failure is not None:
         return []
-    found = [_lost_energy(ivp, run)]
+    reasons = [_lost_energy(ivp, run)]
     if isinstance(run, Trajectory) and isinstance(ivp, ConstrainedIvp):
-        found.append(_broken_constraint(ivp, run))
-    return [f"{run.method} on {run.problem}, case {run.case}: {each}; {SMALLER}." for each in found if each]
+        reasons.append(_broken_constraint(ivp, run))
+    return [f"{run.method} on {run.problem}, case {run.case}: {reason}; {SMALLER}." for reason in reasons if reason]
 
 
 def _lost_energy(ivp: Ivp, run: Trajectory | PoissonTrajectory) -> str:
@@ -67,5 +67,5 @@ def _broken_constraint(ivp: ConstrainedIvp, run: Trajectory) -> str:
 
 def _way(q: Array) -> Array:
     """Return how far each position has gone from its start at most, up to each row."""
-    found: Array = np.maximum.accumulate(np.abs(q - q[0]), axis=0)
-    return found
+    distances: Array = np.maximum.accumulate(np.abs(q - q[0]), axis=0)
+    return distances

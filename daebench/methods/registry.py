@@ -16,14 +16,14 @@ def registry() -> Mapping[str, tuple[str, Member]]:
 
     A file has ``CLAIMS``, and is then one scheme of its own name, or ``MEMBERS``.
     """
-    found: dict[str, tuple[str, Member]] = {}
+    schemes: dict[str, tuple[str, Member]] = {}
     for path in sorted(FOLDER.glob("*.py")):
         if path.stem.startswith("_"):
             continue
         module = importlib.import_module(f"daebench.schemes.{path.stem}")
-        own = getattr(module, "MEMBERS", None) or {path.stem: Member(claims=module.CLAIMS)}
-        found |= {name: (path.stem, member) for name, member in own.items()}
-    return found
+        members = getattr(module, "MEMBERS", None) or {path.stem: Member(claims=module.CLAIMS)}
+        schemes |= {name: (path.stem, member) for name, member in members.items()}
+    return schemes
 
 
 @cache

@@ -112,10 +112,10 @@ AnyTrajectory = Trajectory | PoissonTrajectory
 
 def columns(trajectory: AnyTrajectory) -> dict[str, Array]:
     """Return a trajectory's columns by name: t, then q1, ..., p1, ..., and lam1, ... where it has multipliers, or y1, ..."""
-    found = {"t": trajectory.t}
+    arrays = {"t": trajectory.t}
     for name, rows in trajectory.states.items():
-        found |= {f"{name}{i + 1}": rows[:, i] for i in range(rows.shape[1])}
-    return found
+        arrays |= {f"{name}{i + 1}": rows[:, i] for i in range(rows.shape[1])}
+    return arrays
 
 
 def _csv(path: Path, trajectory: AnyTrajectory) -> None:

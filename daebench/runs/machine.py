@@ -11,7 +11,7 @@ from pathlib import Path
 def machine() -> str:
     """Return the processor and the operating system in words; no name by which the machine is known to others."""
     processor, cpuinfo = platform.processor(), Path("/proc/cpuinfo")
-    if cpuinfo.is_file() and (found := re.search(r"^model name\s*:\s*(.+)$", cpuinfo.read_text(encoding="utf-8"), re.MULTILINE)):
-        processor = found[1]
+    if cpuinfo.is_file() and (match := re.search(r"^model name\s*:\s*(.+)$", cpuinfo.read_text(encoding="utf-8"), re.MULTILINE)):
+        processor = match[1]
     system = f"{platform.system()} on {platform.machine()}"
     return f"{processor or platform.machine()}, {os.cpu_count()} logical cores, {system}"

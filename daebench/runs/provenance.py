@@ -24,13 +24,13 @@ PACKAGES = ("daebench", "numpy", "scipy", "sympy", "mpmath", "numba", "llvmlite"
 
 def versions() -> dict[str, str]:
     """Return the versions of Python and of the installed packages that decide numbers."""
-    found = {"Python": platform.python_version()}
+    releases = {"Python": platform.python_version()}
     for name in PACKAGES:
         try:
-            found[name] = version(name)
+            releases[name] = version(name)
         except PackageNotFoundError:
             continue
-    return found
+    return releases
 
 
 def now() -> str:
@@ -70,9 +70,9 @@ def text(name: str, about: Mapping[str, str]) -> str:
 def write_beside(path: Path, about: Mapping[str, str]) -> Path:
     """Write how a file was made into a text beside it, with the file's own digest, and return the path of the text."""
     beside = path.with_name(f"{path.name}.txt")
-    told = {**about, "SHA-256 of the file": hashlib.sha256(path.read_bytes()).hexdigest()}
+    details = {**about, "SHA-256 of the file": hashlib.sha256(path.read_bytes()).hexdigest()}
     with atomic(beside) as scratch:
-        scratch.write_text(text(path.name, told), encoding="utf-8")
+        scratch.write_text(text(path.name, details), encoding="utf-8")
     return beside
 
 

@@ -167,11 +167,11 @@ def resolution_value(method: Method[Any, Any], *, h: float | None, tol: float | 
     BadInput
         If it is missing, or the other one is given.
     """
-    own, other = (h, tol) if method.knob == "h" else (tol, h)
-    if own is None or other is not None:
+    resolution, other = (h, tol) if method.knob == "h" else (tol, h)
+    if resolution is None or other is not None:
         wanted, unwanted = ("a step size h", "a tolerance") if method.knob == "h" else ("a tolerance tol", "a step size")
-        raise BadInput(f"{method.name} is steered by {wanted}; {'give one' if own is None else f'leave out {unwanted}'}.")
-    return own
+        raise BadInput(f"{method.name} is steered by {wanted}; {'give one' if resolution is None else f'leave out {unwanted}'}.")
+    return resolution
 
 
 knob_value = resolution_value  # the name of the release before; it goes with the next one

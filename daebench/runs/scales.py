@@ -108,7 +108,7 @@ def _radius(ivp: ConstrainedIvp, q0: Array, extent: float) -> float:
 
 def _largest(x: Any) -> float:
     """Return the largest modulus that is finite."""
-    return max((_finite(float(abs(each))) for each in np.ravel(x)), default=0.0)
+    return max((_finite(float(abs(component))) for component in np.ravel(x)), default=0.0)
 
 
 def _finite(x: float) -> float:

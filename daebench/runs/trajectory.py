@@ -87,7 +87,7 @@ class Outcome:
     def _not_finite(self) -> str | None:
         """Return which number is not finite, and when, as a sentence without an end; None if all are."""
         numbers = {name: (self.t, rows) for name, rows in self.states.items()}
-        numbers |= {f"the stage multiplier {name}": each for name, each in self._stage_multipliers.items()}
+        numbers |= {f"the stage multiplier {name}": multipliers for name, multipliers in self._stage_multipliers.items()}
         for name, (t, rows) in numbers.items():
             wrong = np.flatnonzero(~np.isfinite(rows).all(axis=1))
             if len(wrong):

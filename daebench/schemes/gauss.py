@@ -61,7 +61,7 @@ if STIFF:
         F, V, before = x
         p0, q0, h = data
         P, Q = states(p0, F, h), states(q0, V, h)
-        found = tuple(f(P[i], Q[i]) for i in range(STAGES))
+        slopes = tuple(f(P[i], Q[i]) for i in range(STAGES))
         mixed, by_mass = tuple(H_qp(P[i], Q[i]) for i in range(STAGES)), tuple(H_pp(P[i], Q[i]) for i in range(STAGES))
         K = tuple(stiffness(P[i], Q[i]) for i in range(STAGES))
         upper = tuple(
@@ -72,8 +72,8 @@ if STIFF:
             tuple(-h * DATA[0][i][j] * by_mass[i] for j in range(STAGES)) + tuple(block(-h, mixed[i].T, i, j) for j in range(STAGES))
             for i in range(STAGES)
         )
-        r_F = tuple(found[i][0] - F[i] for i in range(STAGES))
-        r_V = tuple(found[i][1] - V[i] for i in range(STAGES))
+        r_F = tuple(slopes[i][0] - F[i] for i in range(STAGES))
+        r_V = tuple(slopes[i][1] - V[i] for i in range(STAGES))
         change, pivot = solve_2s(upper + lower, r_F + r_V)
         F1 = tuple(F[i] + change[i] for i in range(STAGES))
         V1 = tuple(V[i] + change[STAGES + i] for i in range(STAGES))
@@ -92,10 +92,10 @@ else:
         F, V, before = x
         p0, q0, h = data
         P, Q = states(p0, F, h), states(q0, V, h)
-        found = tuple(f(P[i], Q[i]) for i in range(STAGES))
-        F1, V1 = tuple(found[i][0] for i in range(STAGES)), tuple(found[i][1] for i in range(STAGES))
+        slopes = tuple(f(P[i], Q[i]) for i in range(STAGES))
+        F1, V1 = tuple(slopes[i][0] for i in range(STAGES)), tuple(slopes[i][1] for i in range(STAGES))
         change = sum(norm(V1[i] - V[i]) for i in range(STAGES))
-        pivot = min(found[i][2] for i in range(STAGES))
+        pivot = min(slopes[i][2] for i in range(STAGES))
         return (F1, V1, change), change + before, RATE * max(LENGTH, norm(q0)) + norm(V1[0]), change, pivot
 
 

@@ -37,6 +37,6 @@ def step(p0: Vector, q0: Vector, h: Number) -> Step:
         q1    = q0 + h H_p(p_hat, q1),             0 = g(q1)
         p1    = p_hat - h G(q1)^T mu,              0 = G(q1) H_p(p1, q1)
     """
-    (p_hat, q1, _), found = newton(update, (p0, q0, zero(q0)), (p0, q0, h))
+    (p_hat, q1, _), newton_report = newton(update, (p0, q0, zero(q0)), (p0, q0, h))
     p1, _, settled = project_momentum(p_hat, q1)
-    return p1, q1, (), both(found, settled)
+    return p1, q1, (), both(newton_report, settled)

@@ -58,9 +58,9 @@ def increment(p0: Vector, q0: Vector, h: Number) -> Step:
 
     Q_1 = q0, and Lam_s enters p1 alone.
     """
-    P, dQ, Lam, found = stages(p0, q0, h)
+    P, dQ, Lam, stage_report = stages(p0, q0, h)
     Q, b = positions(q0, dQ), DATA[3]
     last = -h * b[STAGES - 1] * H_q(P[STAGES - 1], Q[STAGES - 1])
     dp = weighted_but_last(last, -h, b, forces(P, Q, jacobians(G(q0), Q), Lam))
     n, mu, settled = momentum_correction(p0 + dp, Q[STAGES - 1])
-    return dp - n, dQ[STAGES - 2], (*Lam, mu / (h * b[STAGES - 1])), both(found, settled)
+    return dp - n, dQ[STAGES - 2], (*Lam, mu / (h * b[STAGES - 1])), both(stage_report, settled)

@@ -22,11 +22,11 @@ if SEPARABLE:
         """
         G0 = G(q0)
         kick = -h / 2 * H_q(p0, q0)
-        dq, nu, found = project_position(q0, h * H_p(p0 + kick, q0), rows(G0, p0, q0))
+        dq, nu, position_report = project_position(q0, h * H_p(p0 + kick, q0), rows(G0, p0, q0))
         q1 = q0 + dq
         dp = kick - G0.T @ nu / h - h / 2 * H_q(p0, q1)
         n, mu, settled = momentum_correction(p0 + dp, q1)
-        return dp - n, dq, (2 / h**2 * nu, 2 / h * mu), both(found, settled)
+        return dp - n, dq, (2 / h**2 * nu, 2 / h * mu), both(position_report, settled)
 
 else:
 
@@ -61,8 +61,8 @@ else:
             p1     = p_half - h/2 (H_q(p_half, q1) + G(q1)^T mu),      0 = G(q1) H_p(p1, q1)
         """
         still = 0 * p0
-        (half, dq, lam), found = newton(update, (still, still, zero(q0)), (p0, q0, G(q0), h / 2))
+        (half, dq, lam), newton_report = newton(update, (still, still, zero(q0)), (p0, q0, G(q0), h / 2))
         q1 = q0 + dq
         dp = half - h / 2 * H_q(p0 + half, q1)
         n, mu, settled = momentum_correction(p0 + dp, q1)
-        return dp - n, dq, (lam, 2 / h * mu), both(found, settled)
+        return dp - n, dq, (lam, 2 / h * mu), both(newton_report, settled)

@@ -92,9 +92,9 @@ def increment(p0: Vector, q0: Vector, h: Number) -> Step:
     G0 = G(q0)
     kick = -h / 2 * H_q(p0, q0)
     dq_free = h * H_p(p0 + kick, q0)
-    (dq, nu), found = relax(update_positions, (dq_free, zero(q0)), (q0, rows(G0, p0, q0), bounds(G0, q0 + dq_free)))
+    (dq, nu), position_report = relax(update_positions, (dq_free, zero(q0)), (q0, rows(G0, p0, q0), bounds(G0, q0 + dq_free)))
     q1 = q0 + dq
     dp = kick - G0.T @ nu / h - h / 2 * H_q(p0, q1)
     G1, v_free = G(q1), H_p(p0 + dp, q1)
     (_, mu), settled = relax(update_velocities, (v_free, zero(q0)), (G1, rows(G1, p0, q1), bounds(G1, v_free)))
-    return dp - G1.T @ mu, dq, (2 / h**2 * nu, 2 / h * mu), both(found, settled)
+    return dp - G1.T @ mu, dq, (2 / h**2 * nu, 2 / h * mu), both(position_report, settled)

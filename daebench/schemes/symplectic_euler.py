@@ -21,10 +21,10 @@ if SEPARABLE:
         """
         G0 = G(q0)
         p_hat = p0 - h * H_q(p0, q0)
-        dq, nu, found = project_position(q0, h * H_p(p_hat, q0), rows(G0, p0, q0))
+        dq, nu, position_report = project_position(q0, h * H_p(p_hat, q0), rows(G0, p0, q0))
         q1 = q0 + dq
         p1, _, settled = project_momentum(p_hat - G0.T @ nu / h, q1)
-        return p1, q1, (), both(found, settled)
+        return p1, q1, (), both(position_report, settled)
 
 else:
 
@@ -53,7 +53,7 @@ else:
             q1    = q0 + h H_p(p_hat, q0),             0 = g(q1)
             p1    = p_hat - h G(q1)^T mu,              0 = G(q1) H_p(p1, q1)
         """
-        (p_hat, _), found = newton(update, (p0, zero(q0)), (p0, q0, G(q0), h))
+        (p_hat, _), newton_report = newton(update, (p0, zero(q0)), (p0, q0, G(q0), h))
         q1 = q0 + h * H_p(p_hat, q0)
         p1, _, settled = project_momentum(p_hat, q1)
-        return p1, q1, (), both(found, settled)
+        return p1, q1, (), both(newton_report, settled)

@@ -21,11 +21,11 @@ if SEPARABLE:
             p1    = p_hat - h (U_q(q1) + G(q1)^T lam),                  0 = G(q1) M^-1 p1
         """
         G0 = G(q0)
-        dq, nu, found = project_position(q0, h * H_p(p0, q0), rows(G0, p0, q0))
+        dq, nu, position_report = project_position(q0, h * H_p(p0, q0), rows(G0, p0, q0))
         q1 = q0 + dq
         p_hat = p0 - G0.T @ nu / h
         p1, _, settled = project_momentum(p_hat - h * H_q(p_hat, q1), q1)
-        return p1, q1, (), both(found, settled)
+        return p1, q1, (), both(position_report, settled)
 
 else:
 
@@ -53,7 +53,7 @@ else:
             p1    = p_hat - h (H_q(p_hat, q1) + G(q1)^T lam),               0 = G(q1) H_p(p1, q1)
         """
         G0 = G(q0)
-        (q1, mu), found = newton(update, (q0, zero(q0)), (p0, q0, G0, h))
+        (q1, mu), newton_report = newton(update, (q0, zero(q0)), (p0, q0, G0, h))
         p_hat = p0 - h * G0.T @ mu
         p1, _, settled = project_momentum(p_hat - h * H_q(p_hat, q1), q1)
-        return p1, q1, (), both(found, settled)
+        return p1, q1, (), both(newton_report, settled)

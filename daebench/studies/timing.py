@@ -60,7 +60,7 @@ def hand_written(ivp: Ivp, rows: Sequence[dict[str, Any]], *, h: float, steps: i
     measured = {row["method"]: row for row in rows if row["method"] in BY_HAND and not row.get("note")}
     if not isinstance(ivp, ConstrainedIvp) or ivp.problem != "spherical_pendulum" or not measured:
         return []
-    compiler = next((found for name in ("cc", "gcc", "clang") if (found := shutil.which(name))), None)
+    compiler = next((executable for name in ("cc", "gcc", "clang") if (executable := shutil.which(name))), None)
     if compiler is None:
         return [{"method": "C", "note": "no C compiler found"}]
     with tempfile.TemporaryDirectory() as folder:

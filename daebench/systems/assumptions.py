@@ -34,12 +34,12 @@ def require_plain(what: str, symbols: Iterable[Any], domain: Sequence[Any] = (),
         Naming the symbol and the assumption.
     """
     for symbol in symbols:
-        kept = "positive" if symbol in domain else "negative" if -symbol in domain else "real"
-        allowed = sp.Symbol("x", **{kept: True}).assumptions0
+        assumption = "positive" if symbol in domain else "negative" if -symbol in domain else "real"
+        allowed = sp.Symbol("x", **{assumption: True}).assumptions0
         if extra := [name for name, value in symbol.assumptions0.items() if allowed.get(name) is not value]:
-            told = next((name for name in TOLD_FIRST if symbol.assumptions0.get(name)), extra[0])
+            excess = next((name for name in TOLD_FIRST if symbol.assumptions0.get(name)), extra[0])
             raise InvalidProblem(
-                f"the {what} {symbol} is declared {told}, which a run need not keep: SymPy has simplified by it, as sqrt(x**2) to x, and "
+                f"the {what} {symbol} is declared {excess}, which a run need not keep: SymPy has simplified by it, as sqrt(x**2) to x, and "
                 f"where it does not hold the equations are others; declare it by real=True alone{advice}."
             )
 
@@ -49,8 +49,8 @@ def require_checked(parameters: Iterable[Any]) -> None:
     for symbol in parameters:
         allowed = sp.Symbol("x", real=True, positive=symbol.is_positive).assumptions0
         if any(allowed.get(name) is not value for name, value in symbol.assumptions0.items()):
-            told = next((name for name in TOLD_FIRST if symbol.assumptions0.get(name)), "not to be a real number")
+            declaration = next((name for name in TOLD_FIRST if symbol.assumptions0.get(name)), "not to be a real number")
             raise InvalidProblem(
-                f"the parameter {symbol} is declared {told}, and its values are held against real=True and positive=True alone; "
+                f"the parameter {symbol} is declared {declaration}, and its values are held against real=True and positive=True alone; "
                 "use one of these."
             )

@@ -92,7 +92,7 @@ class ConstrainedChain:
         sizes = [(len(self.before), b), (self.mass.shape, (b, b))]
         sizes += [] if self.joint_mass is None else [(self.joint_mass.shape, (2 * b, 2 * b))]
         sizes += [] if self.anchor is None else [(len(self.anchor), b)]
-        if any(found != needed for found, needed in sizes):
+        if any(size != needed for size, needed in sizes):
             raise InvalidProblem(f"nodes have {b} positions; before, anchor, mass and joint_mass of a chain must fit that.")
         if not 0 < self.m < self.d:
             raise InvalidProblem(f"{self.m} constraints on {self.d} positions; there must be at least one and fewer than positions.")
@@ -219,14 +219,14 @@ class ConstrainedChain:
                     M[k * b : k * b + b, j * b : j * b + b] = block
         g: list[sp.Expr] = []
         for k in range(n):
-            g += [self._placed(each, q, k) for each in (*(self.joints if k in self.joined else ()), *self.own)]
-        own = [self._placed(self.U, q, k) for k in range(n)]
+            g += [self._placed(constraint, q, k) for constraint in (*(self.joints if k in self.joined else ()), *self.own)]
+        potentials = [self._placed(self.U, q, k) for k in range(n)]
         joined = [self._placed(self.joint_U, q, k) for k in self.joined] if self.joint_U is not None else []
         return ConstrainedHamiltonian(
             q=q,
             p=p,
             M=M,
-            U=self.pull * sp.Add(*own, *joined),
+            U=self.pull * sp.Add(*potentials, *joined),
             g=g,
             parameters=self.parameters,
             cases={name: self._case(case, M) for name, case in self.cases.items()},

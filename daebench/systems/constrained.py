@@ -212,7 +212,7 @@ class ConstrainedHamiltonian:
             raise InvalidProblem(f"the kinetic flow contains {', '.join(sorted(map(str, extra)))}, which is not declared; declare it.")
 
     def _check_chart(self, chart: Chart) -> None:
-        own, n = {*self.q, *self.p}, self.d - self.m
+        state_symbols, n = {*self.q, *self.p}, self.d - self.m
         y = [*several("eta of the chart", chart.eta), *several("xi of the chart", chart.xi)]
         check_coordinates("the chart's coordinates", y)
         require_plain("local coordinate", y)
@@ -222,11 +222,11 @@ class ConstrainedHamiltonian:
             raise InvalidProblem(f"the chart must have {n} eta and {n} xi, as many as positions less constraints, and an inverse of each.")
         if len(chart.p) != self.d or len(chart.q) != self.d:
             raise InvalidProblem(f"the chart has {len(chart.q)} positions and {len(chart.p)} momenta; both must be {self.d}.")
-        if len(set(y)) < 2 * n or set(y) & {*own, *self.parameters}:
+        if len(set(y)) < 2 * n or set(y) & {*state_symbols, *self.parameters}:
             raise InvalidProblem("a local coordinate of the chart is used twice, or is a position, momentum or parameter too; rename it.")
         for where, values, allowed in (
             ("the chart", [*chart.p, *chart.q], set(y)),
-            ("the inverse of the chart", [*chart.inverse_eta, *chart.inverse_xi], own),
+            ("the inverse of the chart", [*chart.inverse_eta, *chart.inverse_xi], state_symbols),
         ):
             if extra := sp.Matrix(values).free_symbols - allowed - set(self.parameters):
                 raise InvalidProblem(f"{where} contains {', '.join(sorted(map(str, extra)))}, which it may not depend on; declare it.")

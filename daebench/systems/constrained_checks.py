@@ -67,8 +67,8 @@ def check_mass(M: Any) -> None:
 def check_second_derivatives(problem: Problem) -> None:
     """Accept a definition whose H, or M and U, and g are made of functions that are twice differentiable."""
     state = {*problem.q, *problem.p}
-    parts = {f"g[{k}]": each for k, each in enumerate(problem.g)} | {"M": problem.M, "H": problem.H, "U": problem.U}
-    parts |= {f"integral {name}": each for name, each in problem.integrals.items()}
+    parts = {f"g[{k}]": constraint for k, constraint in enumerate(problem.g)} | {"M": problem.M, "H": problem.H, "U": problem.U}
+    parts |= {f"integral {name}": integral for name, integral in problem.integrals.items()}
     for name, expression in parts.items():
         if expression is not None:
             check_smooth(name, expression, state)
@@ -76,14 +76,16 @@ def check_second_derivatives(problem: Problem) -> None:
 
 def check_smooth(name: str, expression: Any, state: Iterable[sp.Symbol]) -> None:
     """Accept an expression of known functions that are twice differentiable in the state; InvalidProblem names any other function."""
-    found = sp.sympify(expression).atoms(AppliedUndef, *OPEN, *KINKED)
-    for each in sorted(found, key=lambda one: (one.count_ops(), str(one))):
-        if isinstance(each, AppliedUndef):
-            raise InvalidProblem(f"{name} contains {each}, a function that is not defined; write out what it is.")
-        if isinstance(each, OPEN):
-            raise InvalidProblem(f"{name} contains {each}, which SymPy has not carried out; call doit(), or write out its value.")
-        if each.free_symbols & set(state):
-            raise InvalidProblem(f"{name} contains {each}, which is not twice differentiable; write {name} with smooth functions alone.")
+    functions = sp.sympify(expression).atoms(AppliedUndef, *OPEN, *KINKED)
+    for function in sorted(functions, key=lambda one: (one.count_ops(), str(one))):
+        if isinstance(function, AppliedUndef):
+            raise InvalidProblem(f"{name} contains {function}, a function that is not defined; write out what it is.")
+        if isinstance(function, OPEN):
+            raise InvalidProblem(f"{name} contains {function}, which SymPy has not carried out; call doit(), or write out its value.")
+        if function.free_symbols & set(state):
+            raise InvalidProblem(
+                f"{name} contains {function}, which is not twice differentiable; write {name} with smooth functions alone."
+            )
 
 
 def strange(where: str, extra: Iterable[sp.Symbol], known: Iterable[sp.Symbol]) -> InvalidProblem:

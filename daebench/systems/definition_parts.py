@@ -21,9 +21,9 @@ ON_SINGULAR = ("stop", "continue", "least-squares")
 
 def check_coordinates(name: str, symbols: Any) -> None:
     """Accept a sequence of symbols; InvalidProblem names any other entry. Their assumptions are checked in ``assumptions``."""
-    for each in several(name, symbols):
-        if not isinstance(each, sp.Symbol):
-            raise InvalidProblem(f"{name} contains {each!r}, which is no SymPy Symbol.")
+    for entry in several(name, symbols):
+        if not isinstance(entry, sp.Symbol):
+            raise InvalidProblem(f"{name} contains {entry!r}, which is no SymPy Symbol.")
 
 
 def check_parameters(parameters: Any) -> None:
@@ -80,9 +80,9 @@ def check_functions(what: str, functions: Any) -> None:
     """Accept a mapping of names to real expressions; InvalidProblem says what is no mapping, no name or no expression."""
     if not isinstance(functions, Mapping):
         raise InvalidProblem(f"{what}s are {functions!r}; they must be a mapping of names to expressions.")
-    for name, each in functions.items():
+    for name, expression in functions.items():
         _require_name(what, name)
-        check_real(f"{what} {name}", [each])
+        check_real(f"{what} {name}", [expression])
 
 
 def check_real(name: str, values: Sequence[Any]) -> None:
@@ -126,10 +126,10 @@ def extent(expression: sp.Basic) -> tuple[int, int]:
     while stack:
         node = stack[-1]
         below = arguments.setdefault(id(node), node.args)
-        if missing := [each for each in below if id(each) not in known]:
+        if missing := [argument for argument in below if id(argument) not in known]:
             stack += missing
             continue
-        parts = [known[id(each)] for each in below]
+        parts = [known[id(argument)] for argument in below]
         known[id(node)] = 1 + sum(size for size, _ in parts), 1 + max((depth for _, depth in parts), default=0)
         stack.pop()
     return known[id(expression)]

@@ -146,14 +146,14 @@ class PoissonLattice:
         require_plain("field", [*self.here, *self.left, *self.right])
         require_plain("time", [part.t for part in self.parts.values()])
         require_checked(self.parameters)
-        own = {*self.here, *self.parameters}
-        pair = own | {*self.left}
-        found: list[tuple[str, sp.Expr, set[sp.Symbol]]] = [("b", self.b, own), ("h", self.h, pair)]
-        found += [(f"the density of {name}", each, pair) for name, each in {**self.casimirs, **self.integrals}.items()]
-        found += [(f"part {name}", part.h, pair) for name, part in self.parts.items()]
+        site_symbols = {*self.here, *self.parameters}
+        pair = site_symbols | {*self.left}
+        expressions: list[tuple[str, sp.Expr, set[sp.Symbol]]] = [("b", self.b, site_symbols), ("h", self.h, pair)]
+        expressions += [(f"the density of {name}", density, pair) for name, density in {**self.casimirs, **self.integrals}.items()]
+        expressions += [(f"part {name}", part.h, pair) for name, part in self.parts.items()]
         flows = {name: (sp.Matrix(list(part.here)), pair | {*self.right, part.t}) for name, part in self.parts.items()}
-        found += [(f"the flow of part {name}", *each) for name, each in flows.items()]
-        for where, expression, symbols in found:
+        expressions += [(f"the flow of part {name}", *flow) for name, flow in flows.items()]
+        for where, expression, symbols in expressions:
             if extra := sp.sympify(expression).free_symbols - symbols:
                 raise InvalidProblem(
                     f"{where} contains {', '.join(sorted(map(str, extra)))}, which it may not depend on; write it without."
@@ -175,12 +175,12 @@ class PoissonLattice:
         if not self.point:
             return None
         fields = self._fields(self.sites)
-        values = [{self.site: sp.Integer(k + 1), **{own: fields[i][k] for i, own in enumerate(self.here)}} for k in range(self.sites)]
-        return Picture(rods=[[tuple(sp.sympify(x).xreplace(each) for x in self.point) for each in values]], axes=self.axes)
+        values = [{self.site: sp.Integer(k + 1), **{symbol: fields[i][k] for i, symbol in enumerate(self.here)}} for k in range(self.sites)]
+        return Picture(rods=[[tuple(sp.sympify(x).xreplace(substitution) for x in self.point) for substitution in values]], axes=self.axes)
 
     def _fields(self, sites: int) -> list[list[sp.Symbol]]:
         """Return the symbols of each field at all sites."""
-        return [[sp.Symbol(f"{each}{k}", **each.assumptions0) for k in range(1, sites + 1)] for each in self.here]
+        return [[sp.Symbol(f"{symbol}{k}", **symbol.assumptions0) for k in range(1, sites + 1)] for symbol in self.here]
 
     @cached_property
     def fingerprint(self) -> str:
@@ -194,11 +194,11 @@ class PoissonLattice:
         def at(expression: sp.Expr, k: int) -> sp.Expr:
             """Return an expression of a site and its neighbours at site k, counted from 0."""
             pairs = zip((self.left, self.here, self.right), (k - 1, k, (k + 1) % sites), strict=True)
-            found = {own: symbols[i][where] for fields, where in pairs for i, own in enumerate(fields)}
-            return sp.sympify(expression).xreplace(found | {self.site: sp.Integer(k + 1)})
+            substitution = {symbol: symbols[i][where] for fields, where in pairs for i, symbol in enumerate(fields)}
+            return sp.sympify(expression).xreplace(substitution | {self.site: sp.Integer(k + 1)})
 
         def everywhere(expressions: Sequence[sp.Expr]) -> list[sp.Expr]:
-            return [at(each, k) for each in expressions for k in range(sites)]
+            return [at(expression, k) for expression in expressions for k in range(sites)]
 
         def summed(density: sp.Expr) -> sp.Expr:
             return sp.Add(*(at(density, k) for k in range(sites)))
@@ -227,6 +227,6 @@ class PoissonLattice:
 
     @staticmethod
     def _canonical(map_: LatticeDarboux, sites: int, everywhere: Callable[[Sequence[sp.Expr]], list[sp.Expr]]) -> DarbouxMap:
-        q, p = ([sp.Symbol(f"{own}{k}", **own.assumptions0) for k in range(1, sites + 1)] for own in (map_.q, map_.p))
-        here = [sp.sympify(each).xreplace({map_.q: q[k], map_.p: p[k]}) for each in map_.here for k in range(sites)]
+        q, p = ([sp.Symbol(f"{symbol}{k}", **symbol.assumptions0) for k in range(1, sites + 1)] for symbol in (map_.q, map_.p))
+        here = [sp.sympify(expression).xreplace({map_.q: q[k], map_.p: p[k]}) for expression in map_.here for k in range(sites)]
         return DarbouxMap(q=q, p=p, Q=everywhere([map_.Q]), P=everywhere([map_.P]), y=here)

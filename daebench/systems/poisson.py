@@ -188,15 +188,23 @@ class PoissonSystem:
     @cached_property
     def fingerprint(self) -> str:
         """Exact text of everything that decides the mathematics, the values of parameters apart, for content hashes."""
-        found = [self.y, self.B, self.H, list(self.casimirs.values()), list(self.integrals.values()), self.domain, list(self.parameters)]
-        found += [[part.H, part.t, part.y] for part in self.parts.values()]
+        expressions = [
+            self.y,
+            self.B,
+            self.H,
+            list(self.casimirs.values()),
+            list(self.integrals.values()),
+            self.domain,
+            list(self.parameters),
+        ]
+        expressions += [[part.H, part.t, part.y] for part in self.parts.values()]
         if (map_ := self.darboux) is not None:
-            found += [map_.q, map_.p, map_.c, map_.Q, map_.P, map_.C, map_.y]
+            expressions += [map_.q, map_.p, map_.c, map_.Q, map_.P, map_.C, map_.y]
         if (lift := self.lift) is not None:
-            found += [lift.q, lift.p]
+            expressions += [lift.q, lift.p]
         names = [list(self.casimirs), list(self.integrals), list(self.parts), {key: list(value) for key, value in self.splittings.items()}]
         cases = [(name, case.y, dict(case.parameters), case.about) for name, case in self.cases.items()]
-        return repr([sp.srepr(sp.sympify(part)) for part in found]) + repr((names, cases))
+        return repr([sp.srepr(sp.sympify(part)) for part in expressions]) + repr((names, cases))
 
     def _check_parts(self) -> None:
         check_coordinates("y", self.y)
@@ -242,7 +250,7 @@ class PoissonSystem:
         require_plain("canonical coordinate", [*map_.q, *map_.p, *map_.c])
 
     def _check_symbols(self) -> None:
-        domain = [sp.sympify(each) for each in self.domain]
+        domain = [sp.sympify(condition) for condition in self.domain]
         require_plain("coordinate", self.y, domain, advice=", or add it to the domain, so that a run ends where it is left")
         require_plain("time", [part.t for part in self.parts.values()])
         require_checked(self.parameters)
@@ -257,14 +265,14 @@ class PoissonSystem:
     def _expressions(self) -> list[tuple[str, Any, set[sp.Symbol]]]:
         """Return what every expression is, and what it may depend on besides the parameters."""
         state = set(self.y)
-        found: list[tuple[str, Any, set[sp.Symbol]]] = [("B", self.B, state), ("H", self.H, state)]
-        found += [(f"Casimir function {name}", each, state) for name, each in self.casimirs.items()]
-        found += [(f"integral {name}", each, state) for name, each in self.integrals.items()]
-        found += [("the domain", sp.Matrix(list(self.domain)), state)]
-        found += [(f"case {name}", sp.Matrix(list(case.y)), set()) for name, case in self.cases.items()]
+        expressions: list[tuple[str, Any, set[sp.Symbol]]] = [("B", self.B, state), ("H", self.H, state)]
+        expressions += [(f"Casimir function {name}", casimir, state) for name, casimir in self.casimirs.items()]
+        expressions += [(f"integral {name}", integral, state) for name, integral in self.integrals.items()]
+        expressions += [("the domain", sp.Matrix(list(self.domain)), state)]
+        expressions += [(f"case {name}", sp.Matrix(list(case.y)), set()) for name, case in self.cases.items()]
         for name, part in self.parts.items():
-            found += [(f"part {name}", part.H, state), (f"the flow of part {name}", sp.Matrix(list(part.y)), state | {part.t})]
+            expressions += [(f"part {name}", part.H, state), (f"the flow of part {name}", sp.Matrix(list(part.y)), state | {part.t})]
         if (map_ := self.darboux) is not None:
-            found += [("the canonical coordinates", sp.Matrix([*map_.Q, *map_.P, *map_.C]), state)]
-            found += [("the way back from canonical coordinates", sp.Matrix(list(map_.y)), {*map_.q, *map_.p, *map_.c})]
-        return found
+            expressions += [("the canonical coordinates", sp.Matrix([*map_.Q, *map_.P, *map_.C]), state)]
+            expressions += [("the way back from canonical coordinates", sp.Matrix(list(map_.y)), {*map_.q, *map_.p, *map_.c})]
+        return expressions

@@ -97,7 +97,7 @@ def check_darboux(system: System) -> None:
     brackets = _canonical_brackets(system, map_)
     _refuse(system, brackets, "the canonical coordinates are not canonical: the bracket of {where} differs from what it must be by {what}.")
     z = dict(zip([*map_.q, *map_.p, *map_.c], [*map_.Q, *map_.P, *map_.C], strict=True))
-    misses = {str(own): sp.sympify(back).xreplace(z) - own for own, back in zip(system.y, map_.y, strict=True)}
+    misses = {str(coordinate): sp.sympify(back).xreplace(z) - coordinate for coordinate, back in zip(system.y, map_.y, strict=True)}
     _refuse(system, misses, "the way back from canonical coordinates misses {where} by {what}.")
 
 
@@ -124,10 +124,10 @@ def _check_flow(system: System, name: str, part: Any) -> None:
     if part.t in {*system.y, *system.parameters}:
         raise InvalidProblem(f"the time {part.t} of part {name!r} is a coordinate or parameter too; rename one.")
     after, right = [sp.sympify(y) for y in part.y], field(system, part.H)
-    start = {str(own): y.xreplace({part.t: sp.Integer(0)}) - own for own, y in zip(system.y, after, strict=True)}
+    start = {str(coordinate): y.xreplace({part.t: sp.Integer(0)}) - coordinate for coordinate, y in zip(system.y, after, strict=True)}
     _refuse(system, start, f"the flow of part {name!r} does not start at the state: at time 0 it misses {{where}} by {{what}}.")
     along = dict(zip(system.y, after, strict=True))
-    rates = {str(own): y.diff(part.t) - right.get(i, sp.S.Zero).xreplace(along) for i, (own, y) in enumerate(along.items())}
+    rates = {str(coordinate): y.diff(part.t) - right.get(i, sp.S.Zero).xreplace(along) for i, (coordinate, y) in enumerate(along.items())}
     _refuse(system, rates, f"the flow of part {name!r} is not that of B grad H: it misses {{where}}' by {{what}}.", time=[part.t])
 
 
@@ -146,8 +146,8 @@ def _canonical_brackets(system: System, map_: Any) -> dict[str, sp.Expr]:
 def _refuse(system: System, claims: Mapping[str, sp.Expr], sentence: str, *, sign: int = 1, time: list[sp.Symbol] | None = None) -> None:
     """Raise InvalidProblem for the first claim that does not vanish, with its name and what it is in the places of the sentence."""
     symbols = [*system.y, *system.parameters, *(time or [])]
-    if found := first_nonzero({name: sign * sp.sympify(claim) for name, claim in claims.items()}, symbols, system.domain):
-        raise InvalidProblem(sentence.format(where=found[0], what=found[1]))
+    if violation := first_nonzero({name: sign * sp.sympify(claim) for name, claim in claims.items()}, symbols, system.domain):
+        raise InvalidProblem(sentence.format(where=violation[0], what=violation[1]))
 
 
 def _index(system: System) -> dict[sp.Symbol, int]:

@@ -1,7 +1,8 @@
 """Public names that have changed: the old name works for one release and warns."""
 
+import sys
 import warnings
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from functools import wraps
 from typing import Any, ParamSpec, TypeVar
 
@@ -21,6 +22,18 @@ def current_name(name: str) -> str:
         return name
     _warn(f"daebench.{name}", f"daebench.{NAMES[name]}", level=4)
     return NAMES[name]
+
+
+def renamed_here(module: str, names: Mapping[str, str]) -> Callable[[str], Any]:
+    """Return the ``__getattr__`` of a module, which gives what has an old name under its new one, with a warning."""
+
+    def get(name: str) -> Any:
+        if name not in names:
+            raise AttributeError(f"module {module!r} has no attribute {name!r}")
+        _warn(f"{module}.{name}", names[name])
+        return getattr(sys.modules[module], names[name])
+
+    return get
 
 
 class OldAttribute:

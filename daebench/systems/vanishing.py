@@ -69,10 +69,10 @@ def _evaluate(expressions: Sequence[sp.Expr], symbols: Sequence[sp.Symbol], doma
     left = POINTS
     with mp.workdps(DIGITS):
         for point in _candidates(symbols):
-            found = _at(values, inside, point)
-            if found is None:
+            summands = _at(values, inside, point)
+            if summands is None:
                 continue
-            for k, parts in enumerate(found):
+            for k, parts in enumerate(summands):
                 size, scale = abs(mp.fsum(parts)), 1 + mp.fsum(abs(part) for part in parts)
                 verdicts[k] = max(verdicts[k][0], size), verdicts[k][1] and bool(size <= mp.mpf(ZERO) * scale)
             left -= 1
@@ -91,10 +91,10 @@ def _at(values: Any, inside: Any, point: Point) -> list[list[Any]] | None:
     try:
         if not all(mp.im(bound) == 0 and mp.re(bound) > 0 for bound in inside(*point)):
             return None
-        found: list[list[Any]] = values(*point)
+        terms: list[list[Any]] = values(*point)
     except (ArithmeticError, ValueError):
         return None
-    return found if all(mp.isfinite(part) for parts in found for part in parts) else None
+    return terms if all(mp.isfinite(part) for parts in terms for part in parts) else None
 
 
 def _candidates(symbols: Sequence[sp.Symbol]) -> Iterator[Point]:

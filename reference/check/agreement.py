@@ -39,7 +39,7 @@ class Agreement:
 
     def _place(self, row: int) -> str:
         column = int(np.argmin(self.digits[row]))
-        name = [each for each in self.reference.text if each.rstrip("0123456789") in self.reference.kind.state][column]
+        name = [component for component in self.reference.text if component.rstrip("0123456789") in self.reference.kind.state][column]
         t, start = self.reference.t[self.rows[row]], -np.log10(EPS * self.reference.amplification[self.rows[row]])
         return f"{self.digits[row, column]:.1f} digits of {name} at t = {t:g}, where rounding of the start alone leaves {start:.1f}."
 
@@ -67,19 +67,19 @@ def agreement(reference: Reference, t: ArrayLike, **states: ArrayLike) -> Agreem
     sizes = [reference.values[part].shape[1] for part in kind.external]
     duty = f"{' and '.join(kind.external)} {'are' if len(sizes) > 1 else 'is'} needed at all times t"
     given = states[kind.external[0]] if len(sizes) == 1 else [states[part] for part in kind.external]
-    own = dict(zip(kind.external, external_state(given, [(len(rows), size) for size in sizes], duty), strict=True))
-    digits = [_digits(own[part], reference.values[part][rows], reference.size(part)) for part in kind.state]
+    trajectory = dict(zip(kind.external, external_state(given, [(len(rows), size) for size in sizes], duty), strict=True))
+    digits = [_digits(trajectory[part], reference.values[part][rows], reference.size(part)) for part in kind.state]
     return Agreement(reference, rows, np.hstack(digits))
 
 
 def _times(t: ArrayLike) -> Array:
     try:
-        found = np.atleast_1d(np.asarray(t, dtype=float))
+        times = np.atleast_1d(np.asarray(t, dtype=float))
     except (TypeError, ValueError):
-        found = np.empty(0)
-    if not found.size or found.ndim > 1:
+        times = np.empty(0)
+    if not times.size or times.ndim > 1:
         raise BadInput(f"t = {t!r} must be one time or a sequence of times.")
-    return found
+    return times
 
 
 def _rows(reference: Reference, t: Array) -> NDArray[np.intp]:
@@ -90,7 +90,7 @@ def _rows(reference: Reference, t: Array) -> NDArray[np.intp]:
     return np.searchsorted(reference.t, t)
 
 
-def _digits(own: Array, reference_solution: Array, size: float) -> Array:
+def _digits(solution: Array, reference_solution: Array, size: float) -> Array:
     with np.errstate(divide="ignore", invalid="ignore"):
-        found = -np.log10(np.abs(own - reference_solution) / size)
-    return np.where(np.isnan(found), -np.inf, found)
+        digits = -np.log10(np.abs(solution - reference_solution) / size)
+    return np.where(np.isnan(digits), -np.inf, digits)

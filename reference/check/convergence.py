@@ -140,9 +140,9 @@ def convergence(solve: Solve, reference: Reference, *, t_end: float, h: float, h
     __tracebackhide__ = True
     rows = _common(reference, positive("t_end", t_end), positive("h", h), whole("halvings", halvings))
     t, sizes = reference.t[rows], [h / 2**k for k in range(halvings + 1)]
-    found = list(map(partial(_solved, solve, reference, t), sizes))
+    solutions = list(map(partial(_solved, solve, reference, t), sizes))
     state = reference.kind.state
-    errors = {part: np.array([_largest(each[part] - reference.values[part][rows]) for each in found]) for part in state}
+    errors = {part: np.array([_largest(solution[part] - reference.values[part][rows]) for solution in solutions]) for part in state}
     return Convergence(reference, t, np.array(sizes), errors, {part: _floor(reference, part, rows) for part in state})
 
 
@@ -172,12 +172,12 @@ def _solved(solve: Solve, reference: Reference, t: Array, h: float) -> dict[str,
     __tracebackhide__ = True
     kind = reference.kind
     try:
-        found = solve(*(reference.values[part][0].copy() for part in kind.external), h, t.copy())
+        solution = solve(*(reference.values[part][0].copy() for part in kind.external), h, t.copy())
     except Exception as error:
         error.add_note(f"This was raised in the run with h = {h:g}.")
         raise
     shapes = [(len(t), reference.values[part].shape[1]) for part in kind.external]
-    return dict(zip(kind.external, external_state(found, shapes, f"solve must return {kind.told} at the times t"), strict=True))
+    return dict(zip(kind.external, external_state(solution, shapes, f"solve must return {kind.told} at the times t"), strict=True))
 
 
 def _largest(error: Array) -> float:

@@ -9,7 +9,7 @@ from daebench.errors import BadInput
 from daebench.runs.ivp import Array
 
 
-def external_state(found: Any, shapes: Sequence[tuple[int, ...]], duty: str) -> list[Array]:
+def external_state(state: Any, shapes: Sequence[tuple[int, ...]], duty: str) -> list[Array]:
     """Return the parts of a state as new arrays of these shapes; a state of one part is that part itself.
 
     Raises
@@ -17,15 +17,15 @@ def external_state(found: Any, shapes: Sequence[tuple[int, ...]], duty: str) -> 
     BadInput
         If they are not; the message begins with the duty.
     """
-    told = f"{shapes[0]} each" if len(shapes) > 1 else f"{shapes[0]}"
+    expected_shape = f"{shapes[0]} each" if len(shapes) > 1 else f"{shapes[0]}"
     try:
-        arrays = [np.array(part) for part in (found if len(shapes) > 1 else [found])]
-        if found is None or len(arrays) != len(shapes) or any(map(np.iscomplexobj, arrays)):
+        arrays = [np.array(part) for part in (state if len(shapes) > 1 else [state])]
+        if state is None or len(arrays) != len(shapes) or any(map(np.iscomplexobj, arrays)):
             raise TypeError
         arrays = [array.astype(float) for array in arrays]
     except (TypeError, ValueError):
-        raise BadInput(f"{duty}, of shape {told}; it returned {type(found).__name__}.") from None
+        raise BadInput(f"{duty}, of shape {expected_shape}; it returned {type(state).__name__}.") from None
     if [array.shape for array in arrays] != list(shapes):
-        own = " and ".join(str(array.shape) for array in arrays)
-        raise BadInput(f"{duty}, of shape {told}; {'their shapes are' if len(shapes) > 1 else 'its shape is'} {own}.")
+        actual_shapes = " and ".join(str(array.shape) for array in arrays)
+        raise BadInput(f"{duty}, of shape {expected_shape}; {'their shapes are' if len(shapes) > 1 else 'its shape is'} {actual_shapes}.")
     return arrays

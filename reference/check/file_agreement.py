@@ -173,7 +173,7 @@ def agreement(path: Path, name: str, folder: Path | None = None, *, within: floa
         double_horizon=reference.double_horizon,
         ignored=given.ignored,
         missing=tuple(name for name in reference.text if name != "t" and name not in names),
-        columns=tuple(_column(*each, t) for each in zip(names, error.T, allowed.T, sizes, strict=True)),
+        columns=tuple(_column(*entry, t) for entry in zip(names, error.T, allowed.T, sizes, strict=True)),
         within=within,
         left=_first(error / sizes > within, error / sizes, t, names),
         lost={digits: _first(relative > 10.0**-digits, relative, t, names) for digits in DIGITS},
@@ -234,7 +234,7 @@ def _difference(one: str, other: str) -> float:
 
 def _column(name: str, error: Array, allowed: Array, size: float, t: Array) -> Column:
     k = int(np.argmax(error))
-    digits, most = (float(-np.log10(np.max(each) / size)) for each in (np.maximum(error, allowed), allowed))
+    digits, most = (float(-np.log10(np.max(deviation) / size)) for deviation in (np.maximum(error, allowed), allowed))
     return Column(name, digits, float(error[k]), float(t[k]), size, most)
 
 

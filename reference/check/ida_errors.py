@@ -65,20 +65,20 @@ def _records(ivp: Ivp, name: str, t: Array, reference: Mapping[str, Array], keep
         tol = float(f"1e-{exponent}")
         runs.append(keep(f"{name.replace(':', '-')}-{exponent}", lambda tol=tol: _run(ivp, name, tol, t)))  # type: ignore[misc]
     _require_agreement(ivp, runs[TIGHT:], t[:clear], reference, lead)
-    return [_record(each, finer, t, reference, lead) for each, finer in pairwise(runs)]
+    return [_record(run, finer, t, reference, lead) for run, finer in pairwise(runs)]
 
 
 def _require_agreement(ivp: Ivp, runs: Sequence[dict[str, Any]], t: Array, exact: Mapping[str, Array], lead: str) -> None:
     """Require that one of the tight runs is as near to the reference as its own estimate says, or as rounding allows, for a while."""
-    n, told, rounding = len(t), [], ROUNDINGS * EPS * float(np.abs(exact[lead]).max())
-    for each, finer in pairwise(runs):
-        error, estimate = (float(_distances(each, other, exact)[lead][:n].max()) for other in (exact, finer))
-        told.append(f"{error:.1e} at tol = {each['tol']:g}, where it estimates {estimate:.1e}")
+    n, discrepancies, rounding = len(t), [], ROUNDINGS * EPS * float(np.abs(exact[lead]).max())
+    for run, finer in pairwise(runs):
+        error, estimate = (float(_distances(run, other, exact)[lead][:n].max()) for other in (exact, finer))
+        discrepancies.append(f"{error:.1e} at tol = {run['tol']:g}, where it estimates {estimate:.1e}")
         if error <= ESTIMATES * estimate + rounding:
             return
     raise NotCertified(
         f"{ivp.problem}-{ivp.case} was not certified: up to t = {t[-1]:g} {runs[0]['method']} differs from the reference in {lead} by "
-        f"{', '.join(told)}; see which of the two is wrong."
+        f"{', '.join(discrepancies)}; see which of the two is wrong."
     )
 
 
@@ -103,28 +103,28 @@ def _record(run: dict[str, Any], finer: dict[str, Any], t: Array, exact: Mapping
 
 
 def _run(ivp: Ivp, name: str, tol: float, t: Array) -> dict[str, Any]:
-    found = solved(ivp, name, Request(value=tol, t_end=float(t[-1]), points=len(t), watch=(), work_limit=WORK_LIMIT))
-    on_grid = int(np.sum(np.isin(found.t, t)))
+    run = solved(ivp, name, Request(value=tol, t_end=float(t[-1]), points=len(t), watch=(), work_limit=WORK_LIMIT))
+    on_grid = int(np.sum(np.isin(run.t, t)))
     return {
-        "method": found.method,
+        "method": run.method,
         "tol": tol,
-        "t_reached": float(found.t[-1]),
-        **{part: rows[:on_grid].tolist() for part, rows in found.states.items()},
-        "steps": found.steps,
-        "residuals": found.work["residual"],
-        "jacobians": found.work["jacobian"],
-        "status": found.failure or "reached the end",
+        "t_reached": float(run.t[-1]),
+        **{part: rows[:on_grid].tolist() for part, rows in run.states.items()},
+        "steps": run.steps,
+        "residuals": run.work["residual"],
+        "jacobians": run.work["jacobian"],
+        "status": run.failure or "reached the end",
     }
 
 
 def _distances(one: Mapping[str, Any], other: Mapping[str, Any], parts: Iterable[str]) -> dict[str, Array]:
     """Return the largest modulus of the differences at each time that both reached, by part."""
-    found = {}
+    distances = {}
     for part in parts:
         a, b = np.array(one[part]), np.array(other[part])
         n = min(len(a), len(b))
-        found[part] = np.max(np.abs(a[:n] - b[:n]), axis=1)
-    return found
+        distances[part] = np.max(np.abs(a[:n] - b[:n]), axis=1)
+    return distances
 
 
 def _short(values: Array) -> float:

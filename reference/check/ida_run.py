@@ -37,15 +37,15 @@ def by_ida(reference: Reference) -> tuple[Recomputed | None, list[Check]]:
     if why := runs[0].failure:
         return None, [Check(f"{ida}, tol = {TOL:g}", f"reaches t = {t_end:g}", why, False)]
     n = int(np.searchsorted(reference.t, runs[1].t[-1], "right"))
-    loose, tight = ({part: rows[:n] for part, rows in each.states.items()} for each in runs)
+    loose, tight = ({part: rows[:n] for part, rows in trajectory.states.items()} for trajectory in runs)
     estimate = {part: IDA_SAFETY * so_far(loose[part] - tight[part]) for part in loose}
     vague = np.any([estimate[part][:, 0] > VAGUE * reference.size(part) for part in loose], axis=0)
-    told = int(np.argmax(vague)) if vague.any() else n
-    clear = Check(f"{ida}, tol = {TOL:g}", f"below {VAGUE:g} of the motion for {FEWEST} outputs", f"for {told}", told >= FEWEST)
-    if told < FEWEST:
+    outputs = int(np.argmax(vague)) if vague.any() else n
+    clear = Check(f"{ida}, tol = {TOL:g}", f"below {VAGUE:g} of the motion for {FEWEST} outputs", f"for {outputs}", outputs >= FEWEST)
+    if outputs < FEWEST:
         return None, [clear]
-    limit = {part: estimate[part][told - 1] + rounding_of(reference, part, told) for part in loose}
-    run = Recomputed(f"{ida}, tol = {TOL:g}", {part: loose[part][:told] for part in loose}, limit)
+    limit = {part: estimate[part][outputs - 1] + rounding_of(reference, part, outputs) for part in loose}
+    run = Recomputed(f"{ida}, tol = {TOL:g}", {part: loose[part][:outputs] for part in loose}, limit)
     return run, [clear, *_table(reference, ida, loose)]
 
 
@@ -55,10 +55,10 @@ def _table(reference: Reference, ida: str, states: Parts) -> Iterator[Check]:
     if not rows:
         yield Check(f"the certificate's row of {ida} at tol = {TOL:g}", "is there", "is not", False)
         return
-    for part, found in states.items():
-        same = rows[0]["t_reached"] <= reference.t[len(found) - 1]
+    for part, values in states.items():
+        same = rows[0]["t_reached"] <= reference.t[len(values) - 1]
         claimed = float(rows[0]["error"][part])
-        error = float(np.abs(found - reference.values[part][: len(found)]).max())
+        error = float(np.abs(values - reference.values[part][: len(values)]).max())
         least = claimed / TABLE_FACTOR if same else 0.0
         most, what = TABLE_FACTOR * claimed, f"error of {ida} in {part} against the certificate's"
         yield Check(what, f"{least:.1e} to {most:.1e}", f"{error:.1e}", least <= error <= most)

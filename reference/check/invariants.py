@@ -56,11 +56,11 @@ class Stored:
     @cached_property
     def parts(self) -> dict[str, list[list[Any]]]:
         """Rows of each part."""
-        found: dict[str, list[list[Any]]] = {part: [] for part in self.definition.kind.names}
+        columns_by_part: dict[str, list[list[Any]]] = {part: [] for part in self.definition.kind.names}
         for name, column in self.reference.text.items():
             if name != "t":
-                found[name.rstrip("0123456789")].append([mp.mpf(x) for x in column])
-        return {part: [list(row) for row in zip(*columns, strict=True)] for part, columns in found.items()}
+                columns_by_part[name.rstrip("0123456789")].append([mp.mpf(x) for x in column])
+        return {part: [list(row) for row in zip(*columns, strict=True)] for part, columns in columns_by_part.items()}
 
     @cached_property
     def states(self) -> list[list[Any]]:
@@ -71,10 +71,10 @@ class Stored:
 def checks(stored: Stored) -> Iterator[Check]:
     """Yield the checks of the stored digits, see the module."""
     with mp.workdps(DIGITS):
-        found = [_start(stored), *_drifts(stored), *_derived(stored)]
+        digit_checks = [_start(stored), *_drifts(stored), *_derived(stored)]
     with mp.workdps(20):
-        found += _rank(stored) if stored.mathematics.regular else []
-    yield from [*found, *_bounds(stored.reference)]
+        digit_checks += _rank(stored) if stored.mathematics.regular else []
+    yield from [*digit_checks, *_bounds(stored.reference)]
 
 
 def _start(stored: Stored) -> Check:
@@ -85,8 +85,8 @@ def _start(stored: Stored) -> Check:
     numbers = np.array([float(abs(y)) for y in exact])
     units = np.maximum(HALF_UNIT * _leading(numbers), NOTHING * numbers.max())
     wrong = [abs(x - y) for x, y, unit in zip(first, exact, units, strict=True) if abs(x - y) > SLACK * unit]
-    found = f"differs by {mp.nstr(max(wrong), 3)}" if wrong else "they are"
-    return Check("start", f"the exact initial expressions to {STORED_DIGITS} digits", found, not wrong)
+    outcome = f"differs by {mp.nstr(max(wrong), 3)}" if wrong else "they are"
+    return Check("start", f"the exact initial expressions to {STORED_DIGITS} digits", outcome, not wrong)
 
 
 def _drifts(stored: Stored) -> Iterator[Check]:
@@ -97,12 +97,12 @@ def _drifts(stored: Stored) -> Iterator[Check]:
     for name, first in rows[0].items():
         zero = name in stored.mathematics.zero
         start = [0] * len(first) if zero else first
-        found = [max(abs(x - y) for x, y in zip(row[name], start, strict=True)) for row in rows]
-        k = max(range(len(found)), key=found.__getitem__)
+        deviations = [max(abs(x - y) for x, y in zip(row[name], start, strict=True)) for row in rows]
+        k = max(range(len(deviations)), key=deviations.__getitem__)
         explained = _explained(stored, name, k) + (0 if zero else _explained(stored, name, 0))
         place = f" at t = {stored.reference.t[k]:g}"
-        yield _same(f"drift of {name}{place}", float(claimed.get(name, 0.0)), float(found[k]))
-        yield at_most(f"drift of {name}, in units of what the bounds explain", 1.0, float(found[k] / explained), place)
+        yield _same(f"drift of {name}{place}", float(claimed.get(name, 0.0)), float(deviations[k]))
+        yield at_most(f"drift of {name}, in units of what the bounds explain", 1.0, float(deviations[k] / explained), place)
 
 
 def _explained(stored: Stored, name: str, k: int) -> Any:
@@ -128,10 +128,10 @@ def _derived(stored: Stored) -> Iterator[Check]:
     for part in kind.derived:
         rounded = HALF_UNIT * reference.size(part) * (suffered(reference, part) - 1)
         rows = zip(stored.parts[part], exact, reference.bound[part] + rounded[:, None], strict=True)
-        found = [max(abs(x - y) / mp.mpf(float(b)) for x, y, b in zip(own, each[part], bound, strict=True)) for own, each, bound in rows]
-        k = max(range(len(found)), key=found.__getitem__)
+        ratios = [max(abs(x - y) / mp.mpf(float(b)) for x, y, b in zip(row, parts[part], bound, strict=True)) for row, parts, bound in rows]
+        k = max(range(len(ratios)), key=ratios.__getitem__)
         what = f"{part} against {part}{kind.told}, in units of its bound"
-        yield at_most(what, 1.0, float(found[k]), f" at t = {reference.t[k]:g}")
+        yield at_most(what, 1.0, float(ratios[k]), f" at t = {reference.t[k]:g}")
 
 
 def _rank(stored: Stored) -> list[Check]:
@@ -159,14 +159,14 @@ def _losses(stored: Stored, values: Array) -> Iterator[Check]:
     ours, theirs = (", ".join(f"{x:.6g}" for x in times) or "never" for times in (lost, claimed))
     yield Check("times of rank loss", theirs, "the same" if same else ours, same)
     if stored.mathematics.crosses:
-        own = np.array(rank.get("values", ()), dtype=float)
-        apart = float(np.max(np.abs(np.log(own / values)))) if own.shape == values.shape else np.inf
+        certified_values = np.array(rank.get("values", ()), dtype=float)
+        apart = float(np.max(np.abs(np.log(certified_values / values)))) if certified_values.shape == values.shape else np.inf
         yield at_most("singular values at the outputs, logarithm of their ratio to the certificate's", np.log(SLACK), apart)
 
 
-def _same(what: str, claimed: float, found: float) -> Check:
+def _same(what: str, claimed: float, value: float) -> Check:
     """Check that a number is the certificate's, which has three digits."""
-    return Check(what, f"{claimed:.3g}", f"{found:.3g}", claimed / SLACK <= found <= claimed * SLACK)
+    return Check(what, f"{claimed:.3g}", f"{value:.3g}", claimed / SLACK <= value <= claimed * SLACK)
 
 
 def _bounds(reference: Reference) -> Iterator[Check]:

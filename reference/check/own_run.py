@@ -37,11 +37,11 @@ def throughout(reference: Reference) -> tuple[Recomputed | None, list[Check]]:
     ivp, n = reference.ivp(), followed(reference)
     name = method_of(reference, ivp)
     rounding = {part: rounding_of(reference, part, n) for part in reference.values}
-    found = _halved(reference, ivp, rounding, coarsest(name))
-    if found is None:
+    refinement = _halved(reference, ivp, rounding, coarsest(name))
+    if refinement is None:
         expected = f"reaches t = {reference.t[n - 1]:g}"
         return None, [Check(name, expected, f"stops early at every step down to {_step(reference, FINEST):g}", False)]
-    count, states, estimate = found
+    count, states, estimate = refinement
     moved = _inexact(reference, ivp, count, states)
     limit = {part: SAFETY * estimate[part] + rounding[part] + moved[part] for part in states}
     return Recomputed(f"{name}, h = {_step(reference, count):g}", states, limit), [_precise(reference, name, limit)]
@@ -57,18 +57,18 @@ def _halved(reference: Reference, ivp: Ivp, rounding: Parts, count: int) -> tupl
 
     Where sums are not compensated, rounding grows with the number of steps: the halving ends where it no longer gains anything.
     """
-    coarse, found, n = None, None, len(next(iter(rounding.values())))
+    coarse, refinement, n = None, None, len(next(iter(rounding.values())))
     while count <= FINEST:
         fine = stepped(reference, ivp, n, count)
         if coarse is not None and fine is not None:
             estimate = {part: so_far(fine[part] - coarse[part]) for part in rounding}
-            if found is not None and _exhausted(found[2], estimate, rounding):
-                return found[0], found[1], {part: np.maximum(found[2][part], estimate[part]) for part in rounding}
-            found = count, fine, estimate
+            if refinement is not None and _exhausted(refinement[2], estimate, rounding):
+                return refinement[0], refinement[1], {part: np.maximum(refinement[2][part], estimate[part]) for part in rounding}
+            refinement = count, fine, estimate
             if all(np.all(estimate[part] <= rounding[part]) for part in rounding):
                 break
         coarse, count = fine, 2 * count
-    return found
+    return refinement
 
 
 def _exhausted(last: Parts, estimate: Parts, rounding: Parts) -> bool:
@@ -82,21 +82,21 @@ def row_by_row(reference: Reference) -> tuple[Recomputed | None, list[Check]]:
     All runs of a row begin at its rounded digits; steps are halved as above, and begin with a quarter of those that the row before took.
     """
     n, ivp = len(reference.t), reference.ivp()
-    own = method_of(reference, ivp)
-    name = f"{own} from each row to the next"
+    method = method_of(reference, ivp)
+    name = f"{method} from each row to the next"
     rounding = {part: _short_rounding(reference, part) for part in reference.values}
     states = {part: values.copy() for part, values in reference.values.items()}
     limit = {part: values.copy() for part, values in rounding.items()}
-    count = coarsest(own)
+    count = coarsest(method)
     for k in range(n - 1):
         start = reference.restarted(ivp, k)
-        found = _halved(reference, start, {part: values[k : k + 2] / 2 for part, values in rounding.items()}, count)
-        if found is None:
+        refinement = _halved(reference, start, {part: values[k : k + 2] / 2 for part, values in rounding.items()}, count)
+        if refinement is None:
             return None, [Check(name, f"reaches t = {reference.t[k + 1]:g}", f"stops after t = {reference.t[k]:g} at every step", False)]
-        count = max(coarsest(own), found[0] // 4)
+        count = max(coarsest(method), refinement[0] // 4)
         for part in states:
-            states[part][k + 1] = found[1][part][1]
-            limit[part][k + 1] += SAFETY * found[2][part][1]
+            states[part][k + 1] = refinement[1][part][1]
+            limit[part][k + 1] += SAFETY * refinement[2][part][1]
     return Recomputed(name, states, limit), [_precise(reference, name, limit)]
 
 
@@ -131,8 +131,8 @@ def _precise(reference: Reference, name: str, limit: Parts) -> Check:
 def stepped(reference: Reference, ivp: Ivp, n: int, count: int) -> Parts | None:
     """Return the run of our own method with so many steps from output to output, or None if it stops early."""
     request = Request(value=_step(reference, count), steps=(n - 1) * count, every=count, watch=(), count=False)
-    found = solved(ivp, method_of(reference, ivp), request)
-    return None if found.failure else found.states
+    run = solved(ivp, method_of(reference, ivp), request)
+    return None if run.failure else run.states
 
 
 def _step(reference: Reference, count: int) -> float:

@@ -75,14 +75,14 @@ class Verification:
     @property
     def ok(self) -> bool:
         """Whether every check holds."""
-        return all(each.ok for each in self.checks)
+        return all(check.ok for check in self.checks)
 
 
-def agreed(what: str, expected: object, found: object) -> Check:
+def agreed(what: str, expected: object, actual: object) -> Check:
     """Return the check that two things are equal."""
-    return Check(what, str(expected), str(found), expected == found)
+    return Check(what, str(expected), str(actual), expected == actual)
 
 
-def at_most(what: str, limit: float, found: float, place: str = "") -> Check:
+def at_most(what: str, limit: float, value: float, place: str = "") -> Check:
     """Return the check that a number does not exceed a limit; what is not a number does."""
-    return Check(what, f"<= {limit:.2e}", f"{found:.2e}{place}", bool(found <= limit))
+    return Check(what, f"<= {limit:.2e}", f"{value:.2e}{place}", bool(value <= limit))

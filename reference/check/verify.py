@@ -64,26 +64,26 @@ def verify(name: str, folder: Path | None = None, progress: Progress | None = No
     Damaged
         If a file is missing, truncated, or not what its checksum says.
     """
-    told = progress or (lambda fraction, doing: None)
-    told(0.0, f"{name}: definition")
+    callback = progress or (lambda fraction, doing: None)
+    callback(0.0, f"{name}: definition")
     reference = store.load(name, folder)
     definition, checks = _outside(reference)
-    if definition is None or not all(each.ok for each in checks):
+    if definition is None or not all(check.ok for check in checks):
         nothing = Check("digits and motion", "looked at where definition and layout hold", "not looked at", False)
         return Verification(name, (*checks, nothing))
-    told(0.1, f"{name}: invariants")
+    callback(0.1, f"{name}: invariants")
     checks += invariants.checks(invariants.Stored(reference, definition))
     digits: list[Digits] = []
-    own, ida = method_of(reference, definition.ivp), ida_names(definition.ivp)[0]
-    ways = ((0.2, own, throughout), (0.4, f"{own}, row by row", row_by_row), (0.7, ida, by_ida))
+    method, ida = method_of(reference, definition.ivp), ida_names(definition.ivp)[0]
+    ways = ((0.2, method, throughout), (0.4, f"{method}, row by row", row_by_row), (0.7, ida, by_ida))
     for fraction, doing, recomputed in ways:
-        told(fraction, f"{name}: {doing}")
-        run, found = recomputed(reference)
-        checks += found
+        callback(fraction, f"{name}: {doing}")
+        run, run_checks = recomputed(reference)
+        checks += run_checks
         if run is not None:
             checks += run.checks(reference)
             digits += run.digits(reference)
-    told(1.0, name)
+    callback(1.0, name)
     return Verification(name, tuple(checks), tuple(digits), _unseen(reference, digits))
 
 
@@ -105,10 +105,10 @@ def _definition(reference: Reference, definition: Definition) -> Iterator[Check]
     """Compare the certificate's definition with today's problem."""
     text = dict(reference.certificate["definition"])
     claimed, today = text.pop("sha256"), definition.text
-    own = hashlib.sha256(json.dumps(text, sort_keys=True).encode()).hexdigest()
+    digest = hashlib.sha256(json.dumps(text, sort_keys=True).encode()).hexdigest()
     other = [f"{key}: {text.get(key)}" for key in sorted(text.keys() | today.keys()) if text.get(key) != today.get(key)]
     yield Check("text of the definition", f"today's of {definition.name}", "; ".join(other) or "today's", not other)
-    yield Check("hash of the definition", definition.hash[:12], claimed[:12], definition.hash == claimed == own)
+    yield Check("hash of the definition", definition.hash[:12], claimed[:12], definition.hash == claimed == digest)
     yield agreed("name", definition.name, reference.name)
 
 
@@ -120,8 +120,8 @@ def _layout(reference: Reference, definition: Definition) -> Iterator[Check]:
     columns = ["t", *(f"{part}{i + 1}" for part, size in sizes.items() for i in range(size))]
     lacking = [key for key in (*KEYS, *(("rank",) if made.regular else ())) if key not in certificate]
     yield Check("certificate", "complete", f"lacks {', '.join(lacking)}" if lacking else "complete", not lacking)
-    for what, found in (("columns", list(reference.text)), ("columns of the certificate", certificate["data"]["columns"])):
-        yield agreed(what, ", ".join(columns), ", ".join(found))
+    for what, header in (("columns", list(reference.text)), ("columns of the certificate", certificate["data"]["columns"])):
+        yield agreed(what, ", ".join(columns), ", ".join(header))
     rows = len(reference.text["t"])
     yield agreed("rows", certificate["data"]["rows"], rows)
     odd = next((x for column in reference.text.values() for x in column if not NUMBER.fullmatch(x)), None)
@@ -155,9 +155,9 @@ def _times(reference: Reference) -> Iterator[Check]:
 
 def _horizons(reference: Reference) -> Iterator[Check]:
     """Look whether the horizon of double precision is where the amplification says."""
-    growth, found = reference.certificate["amplification"], reference.double_horizon
+    growth, horizon = reference.certificate["amplification"], reference.double_horizon
     least, most = (_first(reference, reference.worst_amplification * EPS > LOST * factor) for factor in (1 / SLACK, SLACK))
-    yield Check("horizon of double precision", f"{least:g} to {most:g}", f"{found:g}", least <= found <= most)
+    yield Check("horizon of double precision", f"{least:g} to {most:g}", f"{horizon:g}", least <= horizon <= most)
     start, worst = reference.amplification, reference.worst_amplification
     yield Check("amplification at the start", "1", f"{start[0]:g}", bool(1 / SLACK <= start[0] <= SLACK))
     yield agreed("largest amplification", float(start.max()), growth["largest"])
@@ -177,10 +177,10 @@ def _unseen(reference: Reference, digits: list[Digits]) -> str:
     if not digits:
         return ""
     state = reference.kind.state
-    finest = max(min(each.visible for each in digits if each.part == part) for part in state)
-    kept = ", ".join({"g": "constraints", "Gv": "their derivatives"}.get(name, name) for name in reference.certificate["drift"])
+    finest = max(min(entry.visible for entry in digits if entry.part == part) for part in state)
+    names = ", ".join({"g": "constraints", "Gv": "their derivatives"}.get(name, name) for name in reference.certificate["drift"])
     return (
-        f"A change of {' and '.join(state)} along the motion, which keeps {kept} to the certificate's drift, is seen from {finest:.1e} "
+        f"A change of {' and '.join(state)} along the motion, which keeps {names} to the certificate's drift, is seen from {finest:.1e} "
         f"of the motion; a smaller one takes a recomputation in quadruple precision: daebench reference build {reference.name}. "
         "How it was made, its checks, the table of IDA but for its row at 1e-12, and amplifications between are taken as they are."
         f"{_passed(reference)}"

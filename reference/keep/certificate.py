@@ -90,11 +90,11 @@ def _rank(name: str, computations: Computations, certified: Certified) -> dict[s
         return {}
     singular, t = smallest_singular_values(name, computations, certified), np.array([float(x) for x in certified.t])
     smallest = int(np.argmin(singular))
-    found = {"smallest_singular_value": _short(singular[smallest]), "t": float(t[smallest]), "largest": _short(singular.max())}
+    entry = {"smallest_singular_value": _short(singular[smallest]), "t": float(t[smallest]), "largest": _short(singular.max())}
     if not made.crosses:
-        return found
+        return entry
     lost = rank_losses(made, t, singular)
-    return found | {"rule": RANK_LOSS.format(regular=made.regular), "lost": lost, "values": [_short(x) for x in singular]}
+    return entry | {"rule": RANK_LOSS.format(regular=made.regular), "lost": lost, "values": [_short(x) for x in singular]}
 
 
 def _command(name: str, times: list[Any]) -> str:
@@ -117,8 +117,8 @@ def drifts(computations: Computations, text: dict[str, list[str]]) -> dict[str, 
     made, kind = computations.mathematics, computations.definition.kind
     with mp.workdps(WORK_DIGITS):
         state = [column for name, column in text.items() if name.rstrip("0123456789") in kind.state]
-        found = [made.conserved([mp.mpf(x) for x in row]) for row in zip(*state, strict=True)]
-        return {name: _short(max(_changes([each[name] for each in found], name in made.zero))) for name in found[0]}
+        evaluations = [made.conserved([mp.mpf(x) for x in row]) for row in zip(*state, strict=True)]
+        return {name: _short(max(_changes([evaluation[name] for evaluation in evaluations], name in made.zero))) for name in evaluations[0]}
 
 
 def _changes(rows: list[list[Any]], from_zero: bool) -> list[Any]:

@@ -54,8 +54,8 @@ class Definition:
     @cached_property
     def problem(self) -> Any:
         """The problem's definition: a ConstrainedHamiltonian, or a PoissonSystem, which a lattice is written out to."""
-        found = self.derivation.problem
-        return found.expanded(found.sites) if isinstance(found, PoissonLattice) else found
+        problem = self.derivation.problem
+        return problem.expanded(problem.sites) if isinstance(problem, PoissonLattice) else problem
 
     @cached_property
     def parameters(self) -> dict[sp.Symbol, sp.Rational]:
@@ -82,11 +82,11 @@ class Definition:
 
     def settled(self, expressions: Sequence[Any]) -> list[sp.Expr]:
         """Return expressions with the parameters replaced by their values."""
-        return [sp.sympify(each).subs(self.parameters) for each in expressions]
+        return [sp.sympify(expression).subs(self.parameters) for expression in expressions]
 
     def start_numbers(self) -> list[list[Any]]:
         """Return the initial values as mpmath numbers at mpmath's working precision."""
-        return [[sp.N(each, mp.mp.dps + 5)._to_mpmath(mp.mp.prec) for each in part] for part in self.start]
+        return [[sp.N(expression, mp.mp.dps + 5)._to_mpmath(mp.mp.prec) for expression in part] for part in self.start]
 
     @cached_property
     def text(self) -> dict[str, Any]:
@@ -99,7 +99,7 @@ class Definition:
             "parameters": {name: repr(value) for name, value in self.ivp.parameters.items()},
             "structure": dict(self.structure),
             **{f"{part}0": list(map(str, getattr(case, part))) for part in self.kind.state},
-            "integrals": {name: str(each) for name, each in problem.integrals.items()},
+            "integrals": {name: str(integral) for name, integral in problem.integrals.items()},
         }
 
     @property
@@ -111,10 +111,10 @@ class Definition:
 def _law(problem: ConstrainedHamiltonian | PoissonSystem) -> dict[str, Any]:
     """Return what makes the equations of motion, in words of SymPy."""
     if isinstance(problem, PoissonSystem):
-        casimirs = {name: str(each) for name, each in problem.casimirs.items()}
+        casimirs = {name: str(casimir) for name, casimir in problem.casimirs.items()}
         return {"B": str(sp.Matrix(problem.B).tolist()), "H": str(problem.H), "casimirs": casimirs}
     energy = {"H": str(problem.H)} if problem.H is not None else {"M": str(sp.Matrix(problem.M).tolist()), "U": str(problem.U)}
-    return {**energy, "g": [str(each) for each in problem.g]}
+    return {**energy, "g": [str(constraint) for constraint in problem.g]}
 
 
 def define(problem: str, case: str | None = None) -> Definition:
@@ -125,6 +125,6 @@ def define(problem: str, case: str | None = None) -> Definition:
     BadInput
         If the problem or the case is unknown.
     """
-    ivp, found = initial_value_problem(problem, case), find_problem(problem)
-    own = ivp.facts.CASES[ivp.case]["parameters"]
-    return Definition(ivp, {name: int(own.get(name, value)) for name, value in found.structure.items()})
+    ivp, entry = initial_value_problem(problem, case), find_problem(problem)
+    parameters = ivp.facts.CASES[ivp.case]["parameters"]
+    return Definition(ivp, {name: int(parameters.get(name, value)) for name, value in entry.structure.items()})

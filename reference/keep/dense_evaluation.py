@@ -79,9 +79,9 @@ def states_at(reference: Reference, times: ArrayLike) -> At:
     bound = {part: reference.bound[part][nearest] + EPS * np.abs(parts[part]) for part in parts}
     if np.any(row < 0):
         ivp = reference.ivp()
-        for places, found, errors in _exact(reference, t, row) if reference.rank_losses else _integrated(ivp, reference, nearest, t, row):
+        for places, states, errors in _exact(reference, t, row) if reference.rank_losses else _integrated(ivp, reference, nearest, t, row):
             for part in parts:
-                parts[part][places] = found[part]
+                parts[part][places] = states[part]
                 bound[part][places] = errors[part]
     return At(t, parts, bound, row)
 
@@ -93,8 +93,8 @@ Found = tuple[NDArray[np.intp], Mapping[str, Array], Mapping[str, Any]]
 def _integrated(ivp: Ivp, reference: Reference, nearest: NDArray[np.intp], t: Array, row: NDArray[np.intp]) -> Iterator[Found]:
     """Yield the states between stored times, integrated from the nearest."""
     for places in _ways(reference.t, nearest, t, row):
-        found, growth = _travelled(ivp, reference, int(nearest[places[0]]), t[places])
-        yield places, found.states, {part: found.bound[part] + growth[part] for part in growth}
+        solution, growth = _travelled(ivp, reference, int(nearest[places[0]]), t[places])
+        yield places, solution.states, {part: solution.bound[part] + growth[part] for part in growth}
 
 
 def _exact(reference: Reference, t: Array, row: NDArray[np.intp]) -> Iterator[Found]:
@@ -108,8 +108,8 @@ def _exact(reference: Reference, t: Array, row: NDArray[np.intp]) -> Iterator[Fo
     with mp.workdps(EXACT_DIGITS):
         made = mathematics(define(reference.problem, reference.case))
         rows = [made.parts(x) for x in made.exact([mp.mpf(0), *(mp.mpf(float(x)) for x in t[places])])[1:]]
-        found = {part: np.array([[float(x) for x in each[part]] for each in rows]) for part in rows[0]}
-    yield places, found, {part: 2 * EPS * np.abs(values) + TINY * reference.size(part) for part, values in found.items()}
+        states = {part: np.array([[float(x) for x in state[part]] for state in rows]) for part in rows[0]}
+    yield places, states, {part: 2 * EPS * np.abs(values) + TINY * reference.size(part) for part, values in states.items()}
 
 
 def _require_inside(reference: Reference, t: Array) -> None:
@@ -140,20 +140,20 @@ def _travelled(ivp: Ivp, reference: Reference, k: int, t: Array) -> tuple[Refere
     start = reference.restarted(ivp, k)
     distances, places = np.unique(np.abs(t - reference.t[k]), return_inverse=True)
     signed = distances if t[0] > reference.t[k] else -distances
-    found = integrated(start, signed)
-    growth = _growth(start, reference.kind.state, found, signed[-1:])
-    return replace(found, states={part: rows[places] for part, rows in found.states.items()}), growth
+    solution = integrated(start, signed)
+    growth = _growth(start, reference.kind.state, solution, signed[-1:])
+    return replace(solution, states={part: rows[places] for part, rows in solution.states.items()}), growth
 
 
-def _growth(start: Ivp, state: Sequence[str], own: ReferenceSolution, furthest: Array) -> dict[str, float]:
+def _growth(start: Ivp, state: Sequence[str], solution: ReferenceSolution, furthest: Array) -> dict[str, float]:
     """Return ten times what the rounding of a state may grow to on the way to a time, as neighbours in each of its parts show."""
-    found = dict.fromkeys(own.states, 0.0)
+    growth = dict.fromkeys(solution.states, 0.0)
     for name in state:
         value = getattr(start, f"{name}0")
         moved = BESIDE * np.abs(value).max()
         changes: dict[str, Any] = {f"{name}0": value + moved}
         beside = integrated(replace(start, **changes), furthest)
-        for part in found:
-            apart = float(np.abs(beside.states[part][-1] - own.states[part][-1]).max())
-            found[part] += SAFETY * EPS / BESIDE * max(apart, moved if part == name else 0.0)
-    return found
+        for part in growth:
+            apart = float(np.abs(beside.states[part][-1] - solution.states[part][-1]).max())
+            growth[part] += SAFETY * EPS / BESIDE * max(apart, moved if part == name else 0.0)
+    return growth

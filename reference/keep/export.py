@@ -16,11 +16,11 @@ from daebench.runs.ivp import Array
 
 def text_of(reference: Reference, at: At) -> dict[str, list[str]]:
     """Return columns t, q1, ..., p1, ..., lam1, ..., or y1, ..., as decimal strings: stored digits where there are some, else 17."""
-    found = {"t": [repr(float(t)) for t in at.t]}
+    columns = {"t": [repr(float(t)) for t in at.t]}
     for name, values in _columns(at.states).items():
         stored = reference.text[name]
-        found[name] = [stored[k] if k >= 0 else f"{value:.17g}" for k, value in zip(at.row, values, strict=True)]
-    return found
+        columns[name] = [stored[k] if k >= 0 else f"{value:.17g}" for k, value in zip(at.row, values, strict=True)]
+    return columns
 
 
 def _columns(parts: Mapping[str, Array], prefix: str = "") -> dict[str, Array]:

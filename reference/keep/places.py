@@ -37,7 +37,7 @@ def folders(folder: Path | None = None) -> tuple[Path, ...]:
         If the folder is not there.
     """
     if folder is None:
-        return (DATA, own) if (own := own_folder()).is_dir() else (DATA,)
+        return (DATA, user_folder) if (user_folder := own_folder()).is_dir() else (DATA,)
     if not folder.is_dir():
         raise BadInput(f"{folder}: there is no such folder of references.")
     return (folder,)

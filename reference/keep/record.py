@@ -144,8 +144,8 @@ class Reference:
     @property
     def double_horizon(self) -> float:
         """Time after which no run in double precision can follow, s; infinite if there is none before the horizon."""
-        found = self.certificate["horizon"]["double"]
-        return float("inf") if found is None else float(found)
+        horizon = self.certificate["horizon"]["double"]
+        return float("inf") if horizon is None else float(horizon)
 
     scene = OldAttribute("ivp")
 

@@ -137,8 +137,8 @@ def find(problem: str, case: str | None = None, folder: Path | None = None) -> R
     ivp = initial_value_problem(problem, case)
     name = f"{ivp.problem}-{ivp.case}"
     if name not in names(folder):
-        own = [each for each in names(folder) if each.startswith(f"{ivp.problem}-")]
-        known = f"its references are {', '.join(own)}" if own else f"{ivp.problem} has none yet"
+        references = [reference for reference in names(folder) if reference.startswith(f"{ivp.problem}-")]
+        known = f"its references are {', '.join(references)}" if references else f"{ivp.problem} has none yet"
         advice = f"make it by: daebench reference build {name}" if NAME.fullmatch(name) else "references are of problems that have a name"
         raise BadInput(f"there is no reference {name}; {known}; {advice}.")
     return load(name, folder)
@@ -199,7 +199,7 @@ def written(certificate: Mapping[str, Any]) -> str:
 
 
 def _lines(entries: Mapping[str, Any], value: Callable[[Any], str]) -> str:
-    inner = ",\n".join(f"{json.dumps(key)}: {value(each)}" for key, each in entries.items())
+    inner = ",\n".join(f"{json.dumps(key)}: {value(entry)}" for key, entry in entries.items())
     return "{\n" + textwrap.indent(inner, "  ") + "\n}"
 
 
@@ -209,20 +209,20 @@ def _entry(value: Any) -> str:
 
 def _rows(value: Any) -> str:
     if isinstance(value, list) and value and isinstance(value[0], list | dict):
-        return "[\n" + textwrap.indent(",\n".join(json.dumps(each) for each in value), "  ") + "\n]"
+        return "[\n" + textwrap.indent(",\n".join(json.dumps(row) for row in value), "  ") + "\n]"
     return json.dumps(value)
 
 
 def _certificate(path: Path) -> dict[str, Any]:
     try:
-        found = json.loads(_read(path), parse_constant=_no_number, parse_float=_finite)
-        expected, layout, _ = found["checksum"], found["format"], (found["data"]["file"], found["name"])
+        certificate = json.loads(_read(path), parse_constant=_no_number, parse_float=_finite)
+        expected, layout, _ = certificate["checksum"], certificate["format"], (certificate["data"]["file"], certificate["name"])
     except (ValueError, KeyError, TypeError, RecursionError) as error:
         raise Damaged(f"{path} is truncated or altered: {error}; {RESTORE}.") from error
-    _require(path, "checksum", expected, checksum(found))
+    _require(path, "checksum", expected, checksum(certificate))
     if layout != FORMAT:
         raise Damaged(f"{path} has layout {layout}, and this version of daebench reads layout {FORMAT}; build the reference again.")
-    return dict(found)
+    return dict(certificate)
 
 
 def _no_number(word: str) -> float:
@@ -236,9 +236,9 @@ def _finite(digits: str) -> float:
     return value
 
 
-def _require(path: Path, what: str, expected: str, found: str) -> None:
-    if expected != found:
-        raise Damaged(f"{path} is truncated or altered: its {what} should be {expected} and is {found}; {RESTORE}.")
+def _require(path: Path, what: str, expected: str, actual: str) -> None:
+    if expected != actual:
+        raise Damaged(f"{path} is truncated or altered: its {what} should be {expected} and is {actual}; {RESTORE}.")
 
 
 def _read(path: Path) -> bytes:
@@ -246,8 +246,8 @@ def _read(path: Path) -> bytes:
         content = path.read_bytes()
     except OSError as error:
         raise Damaged(f"{path} cannot be read ({error.strerror}); {RESTORE}.") from error
-    if found := UNPRINTABLE.search(content):
-        raise Damaged(f"{path} is truncated or altered: it has {found[0]!r}, which no terminal should be sent; {RESTORE}.")
+    if unprintable := UNPRINTABLE.search(content):
+        raise Damaged(f"{path} is truncated or altered: it has {unprintable[0]!r}, which no terminal should be sent; {RESTORE}.")
     return content
 
 

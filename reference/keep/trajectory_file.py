@@ -60,21 +60,21 @@ class TrajectoryFile:
 
     def _numbers(self, name: str) -> Array:
         column = self.text[name]
-        found = np.array([_number(each) for each in column])
-        wrong = np.flatnonzero(~np.isfinite(found))
+        numbers = np.array([_number(cell) for cell in column])
+        wrong = np.flatnonzero(~np.isfinite(numbers))
         if wrong.size:
             k = int(wrong[0])
             raise BadInput(
                 f"{self.path}, line {self.lines[k]}: {name} = {column[k]!r} is no finite number; write one, for example 1.25e-3."
             )
-        return found
+        return numbers
 
 
 def split(name: str) -> tuple[str, int]:
     """Return the part and the index of a component."""
-    found = NAME.fullmatch(name)
-    assert found is not None
-    return found[1], int(found[2]) - 1
+    name_match = NAME.fullmatch(name)
+    assert name_match is not None
+    return name_match[1], int(name_match[2]) - 1
 
 
 def read(path: Path, kind: StateLayout) -> TrajectoryFile:
@@ -101,9 +101,9 @@ def read(path: Path, kind: StateLayout) -> TrajectoryFile:
         if len(row) != len(names):
             raise BadInput(f"{path}, line {line}: {len(row)} numbers for the {len(names)} columns of the header; give one for each.")
     text = dict(zip(compress(names, known), compress(zip(*rows, strict=True), known), strict=True))
-    found = TrajectoryFile(path, text, tuple(name for name, own in zip(names, known, strict=True) if not own), lines)
-    _require_times(found)
-    return found
+    trajectory = TrajectoryFile(path, text, tuple(name for name, flag in zip(names, known, strict=True) if not flag), lines)
+    _require_times(trajectory)
+    return trajectory
 
 
 def _rows(path: Path, kind: StateLayout) -> tuple[list[str], list[list[str]], list[int]]:
@@ -130,14 +130,14 @@ def _rows(path: Path, kind: StateLayout) -> tuple[list[str], list[list[str]], li
 
 
 def _is_component(name: str, kind: StateLayout) -> bool:
-    found = NAME.fullmatch(name)
-    return found is not None and found[1] in kind.names
+    name_match = NAME.fullmatch(name)
+    return name_match is not None and name_match[1] in kind.names
 
 
 def _header(kind: StateLayout) -> str:
     """Return what the first line must be."""
     first, *others = kind.names
-    columns = ", ".join([f"{first}1, {first}2, ...", *(f"{each}1, ..." for each in others)])
+    columns = ", ".join([f"{first}1, {first}2, ...", *(f"{part}1, ..." for part in others)])
     return f"the first line names the columns: t and any of {columns}, separated by commas"
 
 
@@ -157,14 +157,14 @@ def _told(names: Sequence[str]) -> str:
     return text if len(text) <= 80 else f"{text[:77]}..."
 
 
-def _require_times(found: TrajectoryFile) -> None:
-    t = found.values["t"]
+def _require_times(motion: TrajectoryFile) -> None:
+    t = motion.values["t"]
     if t[0] < 0:
-        raise BadInput(f"{found.path}, line {found.lines[0]}: t = {t[0]:g} is negative; references begin at t = 0.")
+        raise BadInput(f"{motion.path}, line {motion.lines[0]}: t = {t[0]:g} is negative; references begin at t = 0.")
     back = np.flatnonzero(np.diff(t) < 0)
     if back.size:
         k = int(back[0]) + 1
-        raise BadInput(f"{found.path}, line {found.lines[k]}: t = {t[k]:.17g} comes after t = {t[k - 1]:.17g}; order the rows by time.")
+        raise BadInput(f"{motion.path}, line {motion.lines[k]}: t = {t[k]:.17g} comes after t = {t[k - 1]:.17g}; order the rows by time.")
 
 
 def _number(text: str) -> float:

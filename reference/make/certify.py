@@ -104,28 +104,28 @@ def certify(computations: Computations) -> Certified:
         again, independent = {"second run with another order and other steps": second}, {}
     if made.other is not None:
         independent[f"Taylor series in {made.other.name}"] = computations.other()
-    for what, each in independent.items():
-        _require_agreement(name, computations.times, differences(reference, each), uncertain, what)
+    for what, motion in independent.items():
+        _require_agreement(name, computations.times, differences(reference, motion), uncertain, what)
     return _cut(computations, reference, method, again | independent)
 
 
 def largest_so_far(
-    found: Sequence[Mapping[str, Array]], states: States, *, safety: float = SAFETY, floor: float = ROUNDING
+    deviations: Sequence[Mapping[str, Array]], states: States, *, safety: float = SAFETY, floor: float = ROUNDING
 ) -> dict[str, Array]:
     """Return ten times the largest difference of each component up to each time, and what rounding to the floor makes of it."""
     largest = sizes(states)
 
     def bound(part: str) -> Array:
-        seen = np.max([each[part] for each in found], axis=0)
+        seen = np.max([deviation[part] for deviation in deviations], axis=0)
         return safety * np.maximum.accumulate(seen, axis=0) + floor * largest[part]
 
     return {part: bound(part) for part in largest}
 
 
-def _require_agreement(name: str, times: Sequence[Any], found: Mapping[str, Array], allowed: Mapping[str, Array], what: str) -> None:
-    for part in found:
+def _require_agreement(name: str, times: Sequence[Any], deviation: Mapping[str, Array], allowed: Mapping[str, Array], what: str) -> None:
+    for part in deviation:
         allowed_here = allowed[part].max(axis=1)  # a component may lie still in one motion by symmetry and not in the other
-        found_here = found[part].max(axis=1)
+        found_here = deviation[part].max(axis=1)
         wrong = np.flatnonzero(~(found_here <= allowed_here))
         if wrong.size:
             k = wrong[0]
@@ -137,7 +137,7 @@ def _require_agreement(name: str, times: Sequence[Any], found: Mapping[str, Arra
 
 def _cut(computations: Computations, reference: States, method: str, others: Mapping[str, States]) -> Certified:
     """Return what lies before the horizon, with the bound that the other motions leave."""
-    bound = largest_so_far([differences(reference, each) for each in others.values()], reference)
+    bound = largest_so_far([differences(reference, motion) for motion in others.values()], reference)
     largest, n = sizes(reference), len(reference.rows)
     for part, values in bound.items():
         lost = np.flatnonzero(~np.all(values <= WORTH * largest[part], axis=1))
@@ -145,9 +145,9 @@ def _cut(computations: Computations, reference: States, method: str, others: Map
     if n < FEWEST:
         name = computations.definition.name
         raise NotCertified(f"{name} was not certified: its bound exceeds {WORTH:g} of the motion after {n} outputs; give closer times.")
-    kept = reference.until(n)
-    checks = [{"against": name, "largest_difference": _largest(kept, each.until(n))} for name, each in others.items()]
-    return Certified(list(computations.times[:n]), kept, {part: values[:n] for part, values in bound.items()}, method, checks)
+    states = reference.until(n)
+    checks = [{"against": name, "largest_difference": _largest(states, motion.until(n))} for name, motion in others.items()]
+    return Certified(list(computations.times[:n]), states, {part: values[:n] for part, values in bound.items()}, method, checks)
 
 
 def _largest(reference: States, other: States) -> dict[str, float]:

@@ -74,9 +74,9 @@ class Constrained:
     def conserved(self, x: Vector) -> dict[str, Vector]:
         """Return g, G H_p, energy and first integrals."""
         q, p = self._split(x)
-        own = {"g": self.functions.g(q), "Gv": self.functions.Gv(q, p), "energy": [self.functions.energy(q, p)]}
+        quantities = {"g": self.functions.g(q), "Gv": self.functions.Gv(q, p), "energy": [self.functions.energy(q, p)]}
         integrals = zip(self.definition.problem.integrals, self.functions.integrals(q, p), strict=True)
-        return own | {name: [value] for name, value in integrals}
+        return quantities | {name: [value] for name, value in integrals}
 
     def smallest_singular_value(self, x: Vector) -> float:
         """Return that of G H_pp G^T."""

@@ -26,8 +26,8 @@ class States:
     @cached_property
     def parts(self) -> dict[str, Rows]:
         """The rows of each part by its name, multipliers, HLW (1.12), included."""
-        each = [self.mathematics.parts(row) for row in self.rows]
-        return {part: [found[part] for found in each] for part in each[0]}
+        states = [self.mathematics.parts(row) for row in self.rows]
+        return {part: [state[part] for state in states] for part in states[0]}
 
     def until(self, n: int) -> "States":
         """Return the first n rows."""

@@ -24,22 +24,26 @@ class Functions:
     """
 
     def __init__(self, definition: Definition) -> None:
-        own = self.own = definition.derivation
-        problem, q, p = own.problem, list(own.problem.q), list(own.problem.p)
+        derivation = self.own = definition.derivation
+        problem, q, p = derivation.problem, list(derivation.problem.q), list(derivation.problem.p)
 
         def compiled(arguments: Sequence[sp.Symbol], expressions: Any) -> Callable[..., Any]:
             return sp.lambdify(arguments, sp.Matrix(expressions).subs(definition.parameters), modules="mpmath")  # type: ignore[no-any-return]
 
-        self._g, self._G = compiled(q, own.g), compiled(q, own.G)
+        self._g, self._G = compiled(q, derivation.g), compiled(q, derivation.G)
         self._integrals = compiled(q + p, list(problem.integrals.values())) if problem.integrals else None
-        if own.explicit:
-            self._H, self._H_p, self._H_pp = compiled(q + p, [own.H]), compiled(q + p, own.H_p), compiled(q + p, own.H_pp)
-            self._a0 = compiled(q + p, own.a.subs(dict.fromkeys(own.lam, 0)))
+        if derivation.explicit:
+            self._H, self._H_p, self._H_pp = (
+                compiled(q + p, [derivation.H]),
+                compiled(q + p, derivation.H_p),
+                compiled(q + p, derivation.H_pp),
+            )
+            self._a0 = compiled(q + p, derivation.a.subs(dict.fromkeys(derivation.lam, 0)))
         else:
-            v = list(own.v)
-            self._M, self._U = compiled(q, own.M), compiled(q, [own.U])
-            self._a0 = compiled(q + v, own.g_qv * own.v)
-            self._force = compiled(q + v, own.U_q + own.c)
+            v = list(derivation.v)
+            self._M, self._U = compiled(q, derivation.M), compiled(q, [derivation.U])
+            self._a0 = compiled(q + v, derivation.g_qv * derivation.v)
+            self._force = compiled(q + v, derivation.U_q + derivation.c)
 
     def g(self, q: Vector) -> Vector:
         """Return g(q), shape(m,)."""

@@ -63,8 +63,8 @@ class Lifted:
         """Variables q and p and their rates."""
         source = source_in(find_problem(self.lift.problem), {})
         case, ivp = next(iter(source.facts.CASES)), self.definition.ivp
-        own = {name: value for name, value in ivp.parameters.items() if name in source.facts.PARAMETERS}
-        return own_coordinates(Definition(make_ivp(source, case, own), {}))
+        parameters = {name: value for name, value in ivp.parameters.items() if name in source.facts.PARAMETERS}
+        return own_coordinates(Definition(make_ivp(source, case, parameters), {}))
 
     def entered(self, x: Vector) -> Vector:
         """Return q and p of a state above y."""

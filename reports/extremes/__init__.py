@@ -24,19 +24,21 @@ def make(out: Path, progress: Progress) -> Path:
     """Make the report in a folder; return the path of its page, see :func:`daebench.pages.report.make_page`."""
     sections = ivps.SECTIONS
 
-    def content(numbers: Numbers, found: SimpleNamespace) -> dict[str, Any]:
-        figures = {each.key: EXTREMES[each.extreme].draw(out / "figures", each.key, numbers.tables[each.key]) for each in sections}
+    def content(numbers: Numbers, facts: SimpleNamespace) -> dict[str, Any]:
+        figures = {
+            section.key: EXTREMES[section.extreme].draw(out / "figures", section.key, numbers.tables[section.key]) for section in sections
+        }
         return {
             "sections": sections,
             "drawn": figures | {"precision": draw(out / "figures", "precision", numbers.precision)},
-            "says": {each.key: _said(EXTREMES[each.extreme].says, numbers.tables[each.key]) for each in sections},
+            "says": {section.key: _said(EXTREMES[section.extreme].says, numbers.tables[section.key]) for section in sections},
             "precision": _said(study.says, numbers.precision),
             "tables": tables(numbers, out / "tables"),
             "store": _extremes_numbers.STORE,
         }
 
-    def measure(told: Progress) -> Numbers:
-        return _extremes_numbers.measure(out, told, sections)
+    def measure(callback: Progress) -> Numbers:
+        return _extremes_numbers.measure(out, callback, sections)
 
     return make_page("extremes/page.html", out, "daebench report extremes", progress, measure=measure, check=check, content=content)
 

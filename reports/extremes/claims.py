@@ -34,12 +34,12 @@ def limits(table: pd.DataFrame) -> SimpleNamespace:
     """
     both = table.pivot(index="method", columns="verdict", values="h")
     require((both["keeps the energy"] <= both["completes"]).all(), "no run keeps the energy that does not come to its end", both)
-    kept = both["keeps the energy"]
-    room = (both["completes"] / kept)[kept > 0].sort_values(ascending=False)
+    energy_steps = both["keeps the energy"]
+    room = (both["completes"] / energy_steps)[energy_steps > 0].sort_values(ascending=False)
     open_end = set(table[(table["verdict"] == "completes") & (table["fails"] == float("inf"))]["method"])
     most = room[room.index.isin(open_end)] if open_end & set(room.index) else room.iloc[:1]
-    own = {"most": list(most.index), "room": [float(x) for x in most], "least": bool(open_end)}
-    return SimpleNamespace(best=list(kept[kept == kept.max()].index), h=float(kept.max()), **own)
+    facts = {"most": list(most.index), "room": [float(x) for x in most], "least": bool(open_end)}
+    return SimpleNamespace(best=list(energy_steps[energy_steps == energy_steps.max()].index), h=float(energy_steps.max()), **facts)
 
 
 def ratios(table: pd.DataFrame) -> SimpleNamespace:
@@ -58,9 +58,9 @@ def horizons(table: pd.DataFrame) -> SimpleNamespace:
     longest = float(table["horizon"].max())
     require(longest <= double * 1.1, "no run follows the chaotic motion beyond what double precision allows", (longest, double))
     end, grown = (float(table[name].iloc[0]) for name in ("t_end", "grown"))
-    own = {
+    facts = {
         "longest": longest,
         "methods": list(dict.fromkeys(table["method"][table["horizon"] == longest])),
         "tenfold": float(table["tenfold"].iloc[0]),
     }
-    return SimpleNamespace(double=double, end=end, rounding=grown * 2.0**-53, **own)
+    return SimpleNamespace(double=double, end=end, rounding=grown * 2.0**-53, **facts)

@@ -12,7 +12,7 @@ from daebench.pages.report.two_processes import two_processes
 from daebench.reports.extremes.ivps import PRECISION, SECTIONS, Section
 from daebench.studies.grid.runs import runs_of
 from daebench.studies.grid.store import opened
-from daebench.studies.precision.study import cells_of, table_of
+from daebench.studies.precision.study import specifications_of, table_of
 from daebench.studies.stability.study import EXTREMES
 
 STORE = "studies.db"
@@ -43,12 +43,14 @@ def measure(out: Path, progress: Progress, sections: Sequence[Section] = SECTION
 
     Runs that are known beforehand are made in two processes, the timed ones of different precision last; a bisection asks for more.
     """
-    ways = cells_of(PRECISION)[0]
-    with opened(out / STORE) as kept:
-        known = [cell for each in sections for cell in EXTREMES[each.extreme].cells(each.asked)]
-        make_runs([*known, *(cell for _, cell in ways)], kept, lambda done, doing: progress(KNOWN * done, doing), processes)
+    ways = specifications_of(PRECISION)[0]
+    with opened(out / STORE) as store:
+        known = [specification for section in sections for specification in EXTREMES[section.extreme].specifications(section.asked)]
+        make_runs(
+            [*known, *(specification for _, specification in ways)], store, lambda done, doing: progress(KNOWN * done, doing), processes
+        )
         tables: dict[str, pd.DataFrame] = {}
         for k, section in enumerate(sections):
             progress(KNOWN + (1 - KNOWN) * k / len(sections), section.title)
-            tables[section.key] = EXTREMES[section.extreme].measure(section.asked, runs_of(kept))
-        return Numbers(tables, table_of(ways, runs_of(kept)))
+            tables[section.key] = EXTREMES[section.extreme].measure(section.asked, runs_of(store))
+        return Numbers(tables, table_of(ways, runs_of(store)))

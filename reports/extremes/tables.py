@@ -24,7 +24,7 @@ def tables(numbers: Numbers, folder: Path) -> dict[str, Callable[[str], Markup]]
     limits["why"] = limits["why"].where(limits["why"] != "", "nothing that was tried: it is the largest")
     precise = smallest_steps(numbers.precision)
     error = error_of(precise)
-    found: dict[str, tuple[pd.DataFrame, dict[str, Callable[[Any], Any]], dict[str, str]]] = {
+    layouts: dict[str, tuple[pd.DataFrame, dict[str, Callable[[Any], Any]], dict[str, str]]] = {
         "limits": (
             limits,
             {"method": str, "completes": number, "keeps the energy": number, "why": str},
@@ -39,7 +39,7 @@ def tables(numbers: Numbers, folder: Path) -> dict[str, Callable[[str], Markup]]
                 "time_ratio": number,
                 error: number,
                 "energy_error": number,
-                "drifts": lambda found: "yes" if found else "no",
+                "drifts": lambda flag: "yes" if flag else "no",
                 "g": number,
                 "defect": number,
             },
@@ -54,9 +54,9 @@ def tables(numbers: Numbers, folder: Path) -> dict[str, Callable[[str], Markup]]
             },
         ),
     }
-    for name, (frame, _, _) in found.items():
+    for name, (frame, _, _) in layouts.items():
         save_table(folder / f"{name}.csv", frame)
-    return {name: partial(table, name, *parts) for name, parts in found.items()}
+    return {name: partial(table, name, *parts) for name, parts in layouts.items()}
 
 
 def _reason(why: str) -> str:
@@ -67,6 +67,6 @@ def _reason(why: str) -> str:
 def typeset(sentence: str, methods: Iterable[str]) -> Markup:
     """Return a sentence as HTML: names of methods as code, and powers of ten as such."""
     names = "|".join(re.escape(name) for name in sorted(methods, key=len, reverse=True))
-    found = str(escape(sentence))
-    found = re.sub(rf"(?<![\w:/+])({names})(?![\w/+]|:\w)", r"<code>\1</code>", found) if names else found
-    return Markup(re.sub(r"(?<![\w.=])(\d(?:\.\d+)?e[+-]\d+)", lambda each: str(number(float(each[1]))), found))
+    html = str(escape(sentence))
+    html = re.sub(rf"(?<![\w:/+])({names})(?![\w/+]|:\w)", r"<code>\1</code>", html) if names else html
+    return Markup(re.sub(r"(?<![\w.=])(\d(?:\.\d+)?e[+-]\d+)", lambda power: str(number(float(power[1]))), html))

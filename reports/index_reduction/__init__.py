@@ -27,16 +27,16 @@ CONSTANTS = SimpleNamespace(
 def make(out: Path, progress: Progress) -> Path:
     """Make the report in a folder; return the path of its page, see :func:`daebench.pages.report.make_page`."""
 
-    def content(numbers: tuple[Numbers, pd.DataFrame], found: SimpleNamespace) -> dict[str, Any]:
+    def content(numbers: tuple[Numbers, pd.DataFrame], facts: SimpleNamespace) -> dict[str, Any]:
         return {
             "c": CONSTANTS,
             "drawn": draw(*numbers, out / "figures"),
             "tables": tables(*numbers, out / "tables"),
             "label": label,
             "kept_names": [
-                "its adjoint" if name == "symplectic_euler_adjoint" else NAMES[name].removeprefix("constrained ") for name in found.kept
+                "its adjoint" if name == "symplectic_euler_adjoint" else NAMES[name].removeprefix("constrained ") for name in facts.kept
             ],
-            "useless_names": [label(name) for name in found.ida.useless["formulation"].unique()],
+            "useless_names": [label(name) for name in facts.ida.useless["formulation"].unique()],
         }
 
     return make_page(

@@ -30,9 +30,9 @@ def check(numbers: Numbers, ida: pd.DataFrame) -> SimpleNamespace:
 
 def check_symplecticity(numbers: Numbers, table: pd.DataFrame) -> None:
     """Test where the two-form is kept: by symplectic schemes always, by ``se`` in its first step alone, by the others never."""
-    for name, said in table["claimed_symplectic"].items():
+    for name, claim in table["claimed_symplectic"].items():
         defects = numbers.defects[name].to_numpy()
-        if said:
+        if claim:
             require(defects.max() <= ROUND_OFF, f"{name} is symplectic to round-off", f"a defect of {defects.max():.2e}")
             continue
         later = defects[1:] if name == "se" else defects
@@ -97,14 +97,16 @@ def check_swing(numbers: Numbers) -> SimpleNamespace:
     """Return the numbers of Fig. 1.2: a regular motion against one that dies, from either tangent start."""
     swings = (numbers.swing, numbers.facts["other_swing"])
     first, other = (swing_numbers(swing, numbers.facts["periods"][case]) for swing, case in zip(swings, (FAST, OTHER_FAST), strict=True))
-    for case, found in ((FAST, first), ("fig1.2b", other)):
-        require(found.kind == "bounded", f"symplectic Euler bounds the energy on {case}", found.kind)
-        require(found.regular < 0.05, f"its swings on {case} are equally high to 5 %", f"{found.regular:.3g}")
-        require(found.falling, f"implicit Euler loses energy in every step on {case}", "a gain")
+    for case, summary in ((FAST, first), ("fig1.2b", other)):
+        require(summary.kind == "bounded", f"symplectic Euler bounds the energy on {case}", summary.kind)
+        require(summary.regular < 0.05, f"its swings on {case} are equally high to 5 %", f"{summary.regular:.3g}")
+        require(summary.falling, f"implicit Euler loses energy in every step on {case}", "a gain")
         require(
-            found.lost_at_once > 0.01, f"implicit Euler loses over 1 % of its energy in one period on {case}", f"{found.lost_at_once:.2%}"
+            summary.lost_at_once > 0.01,
+            f"implicit Euler loses over 1 % of its energy in one period on {case}",
+            f"{summary.lost_at_once:.2%}",
         )
-        require(found.lost_at_once > 5 * found.wobble, f"that is more than symplectic Euler's error on {case}", f"{found.wobble:.2%}")
+        require(summary.lost_at_once > 5 * summary.wobble, f"that is more than symplectic Euler's error on {case}", f"{summary.wobble:.2%}")
     require(numbers.facts["se_stops"], "se has no solution on fig1.2", "a complete run")
     return SimpleNamespace(first=first, other=other, stops_at=numbers.facts["se_stops_at"])
 
@@ -137,28 +139,28 @@ def check_ida(ida: pd.DataFrame) -> SimpleNamespace:
     tightest = done[done["tol"] == min(TOLERANCES)]
     ratio = tightest["error"] / tightest["tol"]
     require(len(tightest) and ratio.min() > 10, "at the tightest tolerance every error is over ten times what was asked", ratio.min())
-    found = SimpleNamespace(
+    facts = SimpleNamespace(
         runs=len(ida), failed=len(ida) - len(done), beyond=int(np.sum(done["error"] > done["tol"])), tightest=min(TOLERANCES)
     )
-    found.useless = done[(done["error"] > 1) & (done["case"] == FAST)]
+    facts.useless = done[(done["error"] > 1) & (done["case"] == FAST)]
     for case, name in ((SLOW, "slow"), (FAST, "fast")):
         rows = tightest[tightest["case"] == case].sort_values("error")
-        setattr(found, name, SimpleNamespace(best=rows.iloc[0], worst=rows.iloc[-1]))
+        setattr(facts, name, SimpleNamespace(best=rows.iloc[0], worst=rows.iloc[-1]))
     off = tightest[tightest["case"] == FAST].set_index("formulation")
     require(off["g"]["index1"] > 100 * off["g"]["index3"], "index 1 drifts off g = 0 while index 3 holds it", off["g"].to_dict())
     require(off["error"]["index3"] > off["error"]["index1"], "index 3 is less accurate than index 1 nevertheless", off["error"].to_dict())
-    found.fast_g = off["g"]
-    found.callbacks = float(done["callback_seconds"].sum() / done["seconds"].sum())
-    return found
+    facts.fast_g = off["g"]
+    facts.callbacks = float(done["callback_seconds"].sum() / done["seconds"].sum())
+    return facts
 
 
 def texts(numbers: Numbers, table: pd.DataFrame) -> dict[str, Any]:
     """Return what the words of the page need and no claim is about."""
-    kept = [name for name, said in table["claimed_symplectic"].items() if said]
+    symplectic_names = [name for name, claim in table["claimed_symplectic"].items() if claim]
     return {
         "row": {str(name): row for name, row in table.iterrows()},
         "first_step": {name: numbers.defects[name][0] for name in table.index},
         "second_step": numbers.defects["se"][1],
-        "kept": kept,
-        "kept_most": float(numbers.defects[kept].max().max()),
+        "kept": symplectic_names,
+        "kept_most": float(numbers.defects[symplectic_names].max().max()),
     }

@@ -102,9 +102,9 @@ def fixed_step(ivp: ConstrainedIvp, name: str, h: float, t_end: float, every: in
 
 def claims(name: str) -> dict[str, Any]:
     """Return what a scheme says of itself."""
-    said = FixedStep(name).claims
+    scheme_claims = FixedStep(name).claims
     names = ("order", "symmetric", "symplectic", "keeps_g", "keeps_Gv")
-    return {"method": name, "system": said.system} | {f"claimed_{each}": getattr(said, each) for each in names}
+    return {"method": name, "system": scheme_claims.system} | {f"claimed_{claim}": getattr(scheme_claims, claim) for claim in names}
 
 
 def symplecticity(ivp: ConstrainedIvp, name: str) -> list[float]:
@@ -166,9 +166,9 @@ def drift_run(ivp: ConstrainedIvp, name: str, h: float) -> tuple[pd.DataFrame, D
     """Return a run of Fig. 1.1, thinned out to be drawn, and the drift of its energy over all steps."""
     run = fixed_step(ivp, name, h, T_END).complete()
     energy = energy_error(ivp, run)
-    kept = slice(None, None, max(1, round(len(run.t) / SHOWN)))
-    away = distance(ivp, run.p[kept], run.q[kept])
-    return pd.DataFrame({"t": run.t[kept], "energy_error": energy[kept], "distance": away}), energy_drift(run.t, energy)
+    stride = slice(None, None, max(1, round(len(run.t) / SHOWN)))
+    away = distance(ivp, run.p[stride], run.q[stride])
+    return pd.DataFrame({"t": run.t[stride], "energy_error": energy[stride], "distance": away}), energy_drift(run.t, energy)
 
 
 def swing(ivp: ConstrainedIvp) -> pd.DataFrame:

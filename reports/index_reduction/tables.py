@@ -32,7 +32,7 @@ def pairs(frame: pd.DataFrame, name: str) -> "pd.Series[Any]":
 
 def structure(frame: pd.DataFrame, caption: str) -> Markup:
     """Return what each scheme keeps of order, two-form and symmetry, claimed and measured."""
-    yes = {name: [("yes" if said else "no") for said in frame[f"claimed_{name}"]] for name in ("symplectic", "symmetric")}
+    yes = {name: [("yes" if claim else "no") for claim in frame[f"claimed_{name}"]] for name in ("symplectic", "symmetric")}
     shown = pd.DataFrame(
         {
             "method": frame["method"],

@@ -30,11 +30,11 @@ NEARLY, TIGHT = 1.001, 0.001
 
 def show_lock(values: Values) -> Shown:
     """Return the energy error and the rank of G along a run."""
-    found, energy, rank = locked(**values)
+    run, energy, rank = locked(**values)
     panels = [
-        against_time(found.t, {"": energy}, MINUS_START, "energy error"),
+        against_time(run.t, {"": energy}, MINUS_START, "energy error"),
         against_time(
-            found.t,
+            run.t,
             {"": rank},
             "",
             "how far G is from losing rank",
@@ -44,38 +44,38 @@ def show_lock(values: Values) -> Shown:
     says = Markup("Largest energy error <b>{}</b> J; the smaller singular value of <i>G</i> falls to {} of the larger one.").format(
         number(np.max(np.abs(energy))), number(rank.min())
     )
-    if found.failure:
+    if run.failure:
         says += Markup(" The run stopped at <i>t</i> = {:.3g} s: {}").format(
-            found.t[-1], found.failure.partition(": ")[2].partition(", within")[0] + "."
+            run.t[-1], run.failure.partition(": ")[2].partition(", within")[0] + "."
         )
     return Shown(draw_panels(panels, alt="Energy error and rank of G against time.", height=250), says)
 
 
 def table_lock(values: Values) -> pd.DataFrame:
     """Return the numbers behind the picture."""
-    found, energy, rank = locked(**values)
-    return pd.DataFrame({"t": found.t, "energy_error": energy, "rank": rank})
+    run, energy, rank = locked(**values)
+    return pd.DataFrame({"t": run.t, "energy_error": energy, "rank": rank})
 
 
 def show_stiff(values: Values) -> Shown:
     """Return the distance from the constrained motion and the residual of the constraint."""
-    found, away, g = penalised(**values)
+    run, away, g = penalised(**values)
     panels = [
         against_time(
-            found.t,
+            run.t,
             {"": away},
             "",
             "distance from the constrained motion",
             Axis("|q \N{MINUS SIGN} q constrained| [m]", 1e-9, 1e2, log=True),
         ),
-        against_time(found.t, {"": g}, "", "residual of the constraint", Axis("|g|", 1e-9, 1e2, log=True)),
+        against_time(run.t, {"": g}, "", "residual of the constraint", Axis("|g|", 1e-9, 1e2, log=True)),
     ]
     turns = values["h"] / (np.pi * values["eps"])
     says = Markup(
         "The spring oscillates in {} s: a step is <b>{}</b> of that. |<i>g</i>| is {} at most; the distance at the end is {} m."
     ).format(number(np.pi * values["eps"]), number(turns), at_most(g.max()), number(away[-1]))
-    if found.failure:
-        says += Markup(" The run stopped at <i>t</i> = {:.3g} s.").format(found.t[-1])
+    if run.failure:
+        says += Markup(" The run stopped at <i>t</i> = {:.3g} s.").format(run.t[-1])
     return Shown(
         draw_panels(panels, alt="Distance from the constrained motion and residual of the constraint against time.", height=250), says
     )
@@ -83,13 +83,17 @@ def show_stiff(values: Values) -> Shown:
 
 def table_stiff(values: Values) -> pd.DataFrame:
     """Return the numbers behind the picture."""
-    found, away, g = penalised(**values)
-    return pd.DataFrame({"t": found.t[: len(away)], "distance": away, "g": g})
+    run, away, g = penalised(**values)
+    return pd.DataFrame({"t": run.t[: len(away)], "distance": away, "g": g})
 
 
 def show_rounding(values: Values) -> Shown:
     """Return the error of the angular momentum, with plain sums and, if it is asked for, compensated ones."""
-    shown = {SUMS[each]: summed(each, values["h"], values["steps"]) for each in NO_YES if not each or values["compensated"]}
+    shown = {
+        SUMS[compensated]: summed(compensated, values["h"], values["steps"])
+        for compensated in NO_YES
+        if not compensated or values["compensated"]
+    }
     errors = {name: error for name, (_, error) in shown.items()}
     t = shown[SUMS[False]][0]
     axis = around("L\N{SUBSCRIPT THREE} \N{MINUS SIGN} its start [J s]", *errors.values(), [0.0])
@@ -106,7 +110,7 @@ def show_rounding(values: Values) -> Shown:
 
 def table_rounding(values: Values) -> pd.DataFrame:
     """Return the numbers behind the picture."""
-    (t, plain), (_, compensated) = (summed(each, values["h"], values["steps"]) for each in NO_YES)
+    (t, plain), (_, compensated) = (summed(choice, values["h"], values["steps"]) for choice in NO_YES)
     return pd.DataFrame({"t": t, "plain": plain, "compensated": compensated})
 
 
@@ -118,9 +122,9 @@ def show_chaos(values: Values) -> Shown:
         against_time(t, {"": energy}, MINUS_START, "energy error of one of them"),
     ]
     when = parted(t, distance)
-    told = Markup("they are a tenth of an arm apart after <b>{:.1f} s</b>").format(when) if when == when else Markup("they have not parted")
+    text = Markup("they are a tenth of an arm apart after <b>{:.1f} s</b>").format(when) if when == when else Markup("they have not parted")
     says = Markup("Released {} rad apart, {}. The energy error is {} J at most.").format(
-        number(values["delta"], 1), told, at_most(np.max(np.abs(energy)))
+        number(values["delta"], 1), text, at_most(np.max(np.abs(energy)))
     )
     return Shown(draw_panels(panels, alt="Distance of two double pendulums against time, and energy error of one.", height=250), says)
 
@@ -180,17 +184,17 @@ EXPERIMENTS = (LOCK, STIFF, ROUNDING, CHAOS)
 
 def preparations() -> list[Preparation]:
     """Return what has to be compiled before the controls answer at once."""
-    found: list[Preparation] = [(f"compiling {name} for the crank", partial(locked, name, 2.0, 0.01)) for name in CRANKS]
-    found += [(f"compiling {name}", partial(penalised, name, 0.1, 0.01)) for name in SPRINGS]
-    found += [(f"compiling rattle, {SUMS[each]}", partial(summed, each, 0.1, 1000)) for each in NO_YES]
-    return found + [(f"compiling {name} for two arms", partial(released, name, 0.0, 0.01, 0.1)) for name in PENDULUMS]
+    tasks: list[Preparation] = [(f"compiling {name} for the crank", partial(locked, name, 2.0, 0.01)) for name in CRANKS]
+    tasks += [(f"compiling {name}", partial(penalised, name, 0.1, 0.01)) for name in SPRINGS]
+    tasks += [(f"compiling rattle, {SUMS[compensated]}", partial(summed, compensated, 0.1, 1000)) for compensated in NO_YES]
+    return tasks + [(f"compiling {name} for two arms", partial(released, name, 0.0, 0.01, 0.1)) for name in PENDULUMS]
 
 
 def facts() -> SimpleNamespace:
     """Return the numbers of the text; the first sentence that does not hold raises ClaimRefuted."""
     lock = {rod: locked("rattle", rod, H) for rod in (2.0, NEARLY, 1.0)}
-    energy = {rod: float(np.max(np.abs(found[1]))) for rod, found in lock.items()}
-    rounding = {each: float(np.max(np.abs(summed(each, 0.01, MANY)[1]))) for each in NO_YES}
+    energy = {rod: float(np.max(np.abs(outcome[1]))) for rod, outcome in lock.items()}
+    rounding = {compensated: float(np.max(np.abs(summed(compensated, 0.01, MANY)[1]))) for compensated in NO_YES}
     stiff = {name: penalised(name, TIGHT, 0.005) for name in SPRINGS}
     chaos = {name: parted(*apart(defaults(CHAOS.controls) | {"scheme": name})[:2]) for name in PENDULUMS}
     nearer = parted(*apart(defaults(CHAOS.controls) | {"delta": DELTA / 100})[:2])
@@ -202,7 +206,7 @@ def facts() -> SimpleNamespace:
         "the explicit method ends, the implicit one does not",
         stiff["stiff:rk4"][0].t[-1],
     )
-    require(all(np.isfinite(each) for each in (*chaos.values(), nearer)), "all of the pendulums part", chaos)
+    require(all(np.isfinite(time) for time in (*chaos.values(), nearer)), "all of the pendulums part", chaos)
     require(nearer > chaos["rattle"], "a smaller difference takes longer", nearer)
     return SimpleNamespace(
         energy=energy,

@@ -23,9 +23,9 @@ SHOWN, PARTED = 400, 0.1
 def locked(scheme: str, rod: float, h: float) -> tuple[Trajectory, Array, Array]:
     """Return a run of the slider-crank, its energy error, and the smaller singular value of G in parts of the larger one."""
     ivp = initial_value_problem("slider_crank", "turning", {"rod": rod})
-    found = parse(scheme).solve(ivp, Request(value=h, t_end=T_END, every=1, watch=()))
-    singular = np.linalg.svd(ivp.along("G", found.q), compute_uv=False)
-    return found, energy_error(ivp, found), singular[:, -1] / singular[:, 0]
+    run = parse(scheme).solve(ivp, Request(value=h, t_end=T_END, every=1, watch=()))
+    singular = np.linalg.svd(ivp.along("G", run.q), compute_uv=False)
+    return run, energy_error(ivp, run), singular[:, -1] / singular[:, 0]
 
 
 @cache
@@ -34,10 +34,10 @@ def penalised(scheme: str, eps: float, h: float) -> tuple[Trajectory, Array, Arr
     ivp = initial_value_problem("spherical_pendulum", "fig1.2")
     request = Request(value=h, t_end=T_END, every=1, watch=())
     reference = parse("lobatto3").solve(ivp, request)
-    found = parse(scheme, {"eps": eps}).solve(ivp, request)
-    n = min(len(found.t), len(reference.t))
-    away = np.linalg.norm(found.q[:n] - reference.q[:n], axis=1)
-    return found, away, np.abs(ivp.along("g", found.q[:n])).ravel()
+    run = parse(scheme, {"eps": eps}).solve(ivp, request)
+    n = min(len(run.t), len(reference.t))
+    away = np.linalg.norm(run.q[:n] - reference.q[:n], axis=1)
+    return run, away, np.abs(ivp.along("g", run.q[:n])).ravel()
 
 
 @cache
@@ -45,9 +45,9 @@ def summed(compensated: bool, h: float, steps: int) -> tuple[Array, Array]:
     """Return times and the error of the angular momentum about the vertical, which RATTLE keeps but for rounding."""
     ivp = initial_value_problem("spherical_pendulum", "fig1.1")
     request = Request(value=h, steps=steps, every=max(1, steps // SHOWN), watch=())
-    found = parse("rattle", compensated=compensated).solve(ivp, request)
-    L3 = found.q[:, 0] * found.p[:, 1] - found.q[:, 1] * found.p[:, 0]
-    return found.t, L3 - L3[0]
+    run = parse("rattle", compensated=compensated).solve(ivp, request)
+    L3 = run.q[:, 0] * run.p[:, 1] - run.q[:, 1] * run.p[:, 0]
+    return run.t, L3 - L3[0]
 
 
 @cache
@@ -55,8 +55,8 @@ def released(scheme: str, delta: float, h: float, t_end: float) -> tuple[Traject
     """Return the run of a double pendulum released delta rad below the horizontal, and its energy error."""
     c, s = float(np.cos(delta)), float(np.sin(delta))
     ivp = initial_value_problem("double_pendulum", "horizontal", q0=(c, -s, 2 * c, -2 * s), p0=(0.0,) * 4)
-    found = parse(scheme).solve(ivp, Request(value=h, t_end=t_end, every=max(1, round(t_end / h / 2000)), watch=()))
-    return found, energy_error(ivp, found)
+    run = parse(scheme).solve(ivp, Request(value=h, t_end=t_end, every=max(1, round(t_end / h / 2000)), watch=()))
+    return run, energy_error(ivp, run)
 
 
 def apart(values: Values) -> tuple[Array, Array, Array]:

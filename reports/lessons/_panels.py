@@ -48,12 +48,12 @@ def against_time(t: npt.ArrayLike, curves: Mapping[str, npt.ArrayLike], label: s
         Where it is drawn; by default an axis that holds all of it, and zero.
     """
     times = np.asarray(t, dtype=float)
-    values = {name: np.asarray(each, dtype=float) for name, each in curves.items()}
+    values = {name: np.asarray(curve, dtype=float) for name, curve in curves.items()}
     axis = axis or around(label, *values.values(), [0.0])
     if axis.log:
-        values = {name: np.maximum(np.abs(each), axis.low) for name, each in values.items()}
+        values = {name: np.maximum(np.abs(curve), axis.low) for name, curve in values.items()}
     strokes = (STROKES[3], STROKES[0], STROKES[5])
-    marks = [Curve(times[: len(each)], each, stroke, name) for (name, each), stroke in zip(values.items(), strokes, strict=False)]
+    marks = [Curve(times[: len(curve)], curve, stroke, name) for (name, curve), stroke in zip(values.items(), strokes, strict=False)]
     return Panel(Axis("t [s]", 0.0, max(float(times[-1]), 1e-6)), axis, marks, title)
 
 

@@ -73,7 +73,7 @@ def logarithms(run: Carried, exact: Array, x: Axis, y: Axis) -> Panel:
     return Panel(
         x,
         y,
-        [Curve(exact[:, 0], exact[:, 1], EXACT, width=1.0), *cats([np.log(each) for each in run.cats])],
+        [Curve(exact[:, 0], exact[:, 1], EXACT, width=1.0), *cats([np.log(outline) for outline in run.cats])],
         "in logarithms: volume is area",
     )
 
@@ -81,7 +81,7 @@ def logarithms(run: Carried, exact: Array, x: Axis, y: Axis) -> Panel:
 def cats(outlines: list[Array]) -> list[Area]:
     """Return the cat at the start and wherever it was drawn."""
     named = ["the cat at the start", *["carried along"] * (len(outlines) - 1)]
-    return [Area(each[:, 0], each[:, 1], BEGIN if k == 0 else END, named[k]) for k, each in enumerate(outlines)]
+    return [Area(outline[:, 0], outline[:, 1], BEGIN if k == 0 else END, named[k]) for k, outline in enumerate(outlines)]
 
 
 def orbits_said(run: Carried) -> Markup:
@@ -112,7 +112,7 @@ def show_body(values: Values) -> Shown:
     ]
     time = Axis("t [s]", 0.0, float(run.t[-1]))
     low = 1e-17
-    errors = [np.maximum(np.abs(each), low) for each in (run.casimir, run.energy)]
+    errors = [np.maximum(np.abs(error), low) for error in (run.casimir, run.energy)]
     axis = around("error", [1e-17, 1.0], log=True)
     curves = [
         Curve(run.t, error, stroke, name, width=1.0)

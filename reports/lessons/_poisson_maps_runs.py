@@ -44,10 +44,10 @@ def paths(ivp: PoissonIvp, name: str, h: float, steps: int, starts: Array) -> tu
     """
     runs, failure = by_hand(ivp, h, steps, starts) if name == BY_HAND else compiled(ivp, name, h, steps, starts)
     n = len(runs[0])
-    found = np.full((len(runs), n, 2), np.nan, dtype=complex)
+    states = np.full((len(runs), n, 2), np.nan, dtype=complex)
     for k, run in enumerate(runs):
-        found[k, : len(run)] = run[:n]
-    return found, failure
+        states[k, : len(run)] = run[:n]
+    return states, failure
 
 
 def compiled(ivp: PoissonIvp, name: str, h: float, steps: int, starts: Array) -> tuple[list[Array], str | None]:
@@ -104,18 +104,20 @@ class Carried:
 def carried(scheme: str, start: str, h: float, t_end: float) -> Carried:
     """Return a run with its Poisson volume and the cat."""
     ivp, steps = prey(start), max(1, round(t_end / h))
-    found, failure = paths(ivp, scheme, h, steps, ivp.y0 + 1j * STEP * np.eye(2))
-    y, J = np.real(found[0]), np.imag(found) / STEP
+    states, failure = paths(ivp, scheme, h, steps, ivp.y0 + 1j * STEP * np.eye(2))
+    y, J = np.real(states[0]), np.imag(states) / STEP
     volume = (J[0, :, 0] * J[1, :, 1] - J[0, :, 1] * J[1, :, 0]) * np.prod(y[0]) / np.prod(y, axis=1)
     level, outline = ivp.along("H", y), cat(ivp.y0)
     walked = np.real(paths(ivp, scheme, h, len(y) - 1, outline.astype(complex))[0]) if len(y) > 1 else outline[:, None]
-    kept = dict.fromkeys((len(y) - 1) * k // SNAPSHOTS for k in range(SNAPSHOTS + 1) if (len(y) - 1) * k // SNAPSHOTS < walked.shape[1])
+    snapshots = dict.fromkeys(
+        (len(y) - 1) * k // SNAPSHOTS for k in range(SNAPSHOTS + 1) if (len(y) - 1) * k // SNAPSHOTS < walked.shape[1]
+    )
     return Carried(
         t=np.asarray(h * np.arange(len(y)), dtype=float),
         y=y,
         energy=level - level[0],
         volume=volume,
-        cats=[walked[:, each] for each in kept],
+        cats=[walked[:, snapshot] for snapshot in snapshots],
         failure=failure,
     )
 

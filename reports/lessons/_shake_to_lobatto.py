@@ -52,13 +52,13 @@ def slope(frame: pd.DataFrame, of: str) -> OrderFit:
 
 def show_orders(values: Values) -> Shown:
     """Return errors against the step size and against evaluations, and the fitted orders."""
-    found, of = sequences(values), values["of"]
-    errors = [frame[of] for frame in found.values()]
+    frames, of = sequences(values), values["of"]
+    errors = [frame[of] for frame in frames.values()]
     error = around(f"error of {OF[of]} at the end", *errors, [1e-15], log=True)
     panels = []
     for column, label in (("h", "step size h [s]"), ("evaluations", "evaluations of the force")):
-        axis = around(label, *(frame[column] for frame in found.values()), log=True)
-        pairs = zip(found.items(), STROKES, strict=False)
+        axis = around(label, *(frame[column] for frame in frames.values()), log=True)
+        pairs = zip(frames.items(), STROKES, strict=False)
         marks = [
             mark for (name, frame), stroke in pairs for mark in curve(frame[column].to_numpy(), frame[of].to_numpy(), stroke, SCHEMES[name])
         ]
@@ -66,7 +66,7 @@ def show_orders(values: Values) -> Shown:
     picture = draw_panels(
         panels, alt=f"Error of {OF[of]} against step size and against evaluations of the force, a line a scheme.", height=330
     )
-    return Shown(picture, orders_said({name: slope(frame, of) for name, frame in found.items()}, OF[of]))
+    return Shown(picture, orders_said({name: slope(frame, of) for name, frame in frames.items()}, OF[of]))
 
 
 def curve(x: Array, y: Array, stroke: Stroke, name: str) -> list[Mark]:
@@ -77,8 +77,8 @@ def curve(x: Array, y: Array, stroke: Stroke, name: str) -> list[Mark]:
 def orders_said(fits: dict[str, OrderFit], of: str) -> Markup:
     """Return the orders in a sentence."""
     words = {name: f"{fit.slope:.2f}" if fit.slope == fit.slope else "cannot be told" for name, fit in fits.items()}
-    told = (Markup("{} <b>{}</b>").format(SCHEMES[name], word) for name, word in words.items())
-    return Markup("Fitted order of the {}: {}.").format(of, Markup(", ").join(told))
+    phrases = (Markup("{} <b>{}</b>").format(SCHEMES[name], word) for name, word in words.items())
+    return Markup("Fitted order of the {}: {}.").format(of, Markup(", ").join(phrases))
 
 
 def table_orders(values: Values) -> pd.DataFrame:
@@ -92,7 +92,7 @@ def show_hidden(values: Values) -> Shown:
     away, energy = (run.projected, run.energy_projected) if values["project"] else (run.shake, run.energy)
     time = Axis("t [s]", 0.0, float(run.t[-1]))
     both = ((away, STROKES[0], "SHAKE"), (run.rattle, STROKES[3], "RATTLE"))
-    lines = [Curve(run.t, np.maximum(each, 1e-17), stroke, name) for each, stroke, name in both]
+    lines = [Curve(run.t, np.maximum(series, 1e-17), stroke, name) for series, stroke, name in both]
     residual = around("|G H\N{LATIN SUBSCRIPT SMALL LETTER P}|", [1e-17, 1e-2], log=True)
     level = around("H \N{MINUS SIGN} H\N{SUBSCRIPT ZERO} [J]", run.energy, run.energy_projected)
     panels = [
@@ -102,7 +102,7 @@ def show_hidden(values: Values) -> Shown:
     says = Markup(
         "Positions of SHAKE and RATTLE differ by {} at most. SHAKE's momenta are off the manifold by {} at most; projected, by {}, and "
         "then they differ from RATTLE's by {}."
-    ).format(*(at_most(each) for each in (run.positions, run.shake.max(), run.projected.max(), run.momenta)))
+    ).format(*(at_most(distance) for distance in (run.positions, run.shake.max(), run.projected.max(), run.momenta)))
     return Shown(
         draw_panels(panels, alt="Residual of the hidden constraint and energy error against time, of SHAKE and RATTLE.", height=270), says
     )
@@ -159,14 +159,14 @@ def claims() -> pd.DataFrame:
     for name, label in SCHEMES.items():
         method: FixedStep = parse(name)
         run = solve(name, "slow", 1.0, 10)
-        said = method.claims
+        scheme_claims = method.claims
         rows.append(
             {
                 "name": name,
                 "scheme": label,
-                "order": said.order,
-                "g": said.keeps_g,
-                "Gv": said.keeps_Gv,
+                "order": scheme_claims.order,
+                "g": scheme_claims.keeps_g,
+                "Gv": scheme_claims.keeps_Gv,
                 "force": run.work["H_q"] / run.steps,
             }
         )
@@ -176,22 +176,22 @@ def claims() -> pd.DataFrame:
 def facts() -> SimpleNamespace:
     """Return the numbers of the text; the first sentence that does not hold raises ClaimRefuted."""
     values = {"start": "fast", "t_end": 1.0, "rungs": RUNGS[-1]}
-    found, table, run = sequences(values), claims(), hidden(H, 5.0)
-    orders = {name: slope(frame, "q").slope for name, frame in found.items()}
+    frames, table, run = sequences(values), claims(), hidden(H, 5.0)
+    orders = {name: slope(frame, "q").slope for name, frame in frames.items()}
     for row in table.to_dict("records"):
         require(abs(orders[row["name"]] - row["order"]) < 0.25, f"{row['scheme']} has order {row['order']}", orders[row["name"]])
     require(run.positions < 1e-9, "SHAKE and RATTLE have the same positions", run.positions)
     require(run.momenta < 1e-9, "SHAKE's momenta, projected, are RATTLE's", run.momenta)
     require(run.shake.max() > 1e6 * run.rattle.max(), "SHAKE's momenta are off the manifold", run.shake.max())
-    fine, rough = ({name: cheapest(frame, error) for name, frame in found.items()} for error in (FINE, ROUGH))
+    fine, rough = ({name: cheapest(frame, error) for name, frame in frames.items()} for error in (FINE, ROUGH))
     require(fine["lobatto3"] < fine["shake"] < fine["rattle"], "a higher order is cheaper for a small error", fine)
-    kept = fine["rattle"] / 2 + 1
-    require(abs(kept - fine["shake"]) <= KICKS, "RATTLE that keeps its force costs what SHAKE does", (kept, fine["shake"]))
+    rattle_cost = fine["rattle"] / 2 + 1
+    require(abs(rattle_cost - fine["shake"]) <= KICKS, "RATTLE that keeps its force costs what SHAKE does", (rattle_cost, fine["shake"]))
     require(np.isnan(fine["symplectic_euler"]), "symplectic Euler does not reach a small error with any step", fine)
     require(
         max(rough["shake"], rough["rattle"]) < min(rough["lobatto3"], rough["lobatto4"]), "order two is cheaper for a large error", rough
     )
-    return SimpleNamespace(orders=orders, table=table, hidden=run, fine=fine, kept=kept, rough=rough, error=FINE, large=ROUGH)
+    return SimpleNamespace(orders=orders, table=table, hidden=run, fine=fine, kept=rattle_cost, rough=rough, error=FINE, large=ROUGH)
 
 
 def cheapest(frame: pd.DataFrame, error: float) -> float:

@@ -115,8 +115,8 @@ FORMULATIONS_ORDER = {name: k for k, name in enumerate(FORMULATIONS)}
 def asked(runs: dict[str, list[Reached]], values: Values) -> list[Mark]:
     """Return the lines of all formulations, with the chosen run in a ring, and the line on which both would agree."""
     marks: list[Mark] = [Curve([1e-11, 1e-2], [1e-11, 1e-2], ASKED, "reached = asked", width=0.9)]
-    for (name, own), stroke in zip(runs.items(), STROKES, strict=False):
-        worst = [each.worst for each in own]
+    for (name, formulation_runs), stroke in zip(runs.items(), STROKES, strict=False):
+        worst = [run.worst for run in formulation_runs]
         marks += [Curve(TOLERANCES, worst, stroke, FORMULATIONS[name]), Dots(TOLERANCES, worst, stroke)]
     chosen = of(values)
     return [*marks, Dots([values["tol"]], [chosen.worst], Stroke(BLACK, "-", ""), radius=6.5, hollow=True)]
@@ -125,8 +125,8 @@ def asked(runs: dict[str, list[Reached]], values: Values) -> list[Mark]:
 def cost(runs: dict[str, list[Reached]]) -> list[Mark]:
     """Return error against evaluations, a line a formulation."""
     marks: list[Mark] = []
-    for own, stroke in zip(runs.values(), STROKES, strict=False):
-        calls, worst = [each.calls for each in own], [each.worst for each in own]
+    for formulation_runs, stroke in zip(runs.values(), STROKES, strict=False):
+        calls, worst = [run.calls for run in formulation_runs], [run.worst for run in formulation_runs]
         marks += [Curve(calls, worst, stroke), Dots(calls, worst, stroke)]
     return marks
 
@@ -137,17 +137,19 @@ def says(values: Values, run: Reached) -> Markup:
     if run.end != "reached":
         why = Markup("<b>{}</b>, tolerance {}: the run ended early, at or after <i>t</i> = {:.3g} s; {}.")
         return why.format(name, number(values["tol"], 1), float(run.t[-1]), IN_WORDS[run.end])
-    told = Markup("<b>{}</b>: asked was {}, reached {}, <b>{}</b> times as much, with {} evaluations of the residual. ").format(
+    sentence = Markup("<b>{}</b>: asked was {}, reached {}, <b>{}</b> times as much, with {} evaluations of the residual. ").format(
         name, number(values["tol"], 1), number(run.worst), number(run.worst / values["tol"]), count(run.calls)
     )
-    return told + Markup("|<i>g</i>| is {} at most, |<i>G H<sub>p</sub></i>| {}.").format(at_most(run.g.max()), at_most(run.Gv.max()))
+    return sentence + Markup("|<i>g</i>| is {} at most, |<i>G H<sub>p</sub></i>| {}.").format(at_most(run.g.max()), at_most(run.Gv.max()))
 
 
 def table(values: Values) -> pd.DataFrame:
     """Return what all runs reached, with the treatment or without it."""
     rows = [(name, tol, reached(name, values["cured"], tol)) for name in FORMULATIONS for tol in TOLERANCES]
     columns = ("worst", "calls", "end")
-    return pd.DataFrame([{"formulation": name, "tol": tol} | {each: getattr(run, each) for each in columns} for name, tol, run in rows])
+    return pd.DataFrame(
+        [{"formulation": name, "tol": tol} | {column: getattr(run, column) for column in columns} for name, tol, run in rows]
+    )
 
 
 ASKED_REACHED = Experiment(
@@ -178,7 +180,7 @@ def facts() -> SimpleNamespace:
     """Return the numbers of the text; the first sentence that does not hold raises ClaimRefuted."""
     cured = {name: reached(name, True, TOL) for name in FORMULATIONS}
     plain = {name: [reached(name, False, tol).end for tol in TOLERANCES] for name in FORMULATIONS}
-    came = {name: sum(each == "reached" for each in ends) for name, ends in plain.items()}
+    came = {name: sum(ending == "reached" for ending in ends) for name, ends in plain.items()}
     more = {name: run.worst / TOL for name, run in cured.items()}
     require(all(run.end == "reached" for run in cured.values()), "with the treatment all formulations come to the end", cured)
     require(came["index3"] == 0, "without a treatment index 3 never comes to the end", came)

@@ -44,7 +44,7 @@ def says(run: Carried, *, asked: bool) -> Markup:
             run.method, run.area[0], number(run.area[-1], 5), fate, number(run.change)
         ),
         Markup("Energy error at most {}, |<i>g</i>| at most {}, |<i>G H<sub>p</sub></i>| at most {}.").format(
-            *(at_most(np.max(np.abs(each))) for each in (run.energy, run.g, run.Gv))
+            *(at_most(np.max(np.abs(error))) for error in (run.energy, run.g, run.Gv))
         ),
     ]
     if asked and not run.projected:
@@ -94,11 +94,11 @@ def facts() -> SimpleNamespace:
 
     runs = {name: carried(name, project, "wide", H, T_END) for name, project in (("se", False), ("rk4", False), ("rattle", False))}
     projected = carried("se", True, "wide", H, T_END)
-    found = SimpleNamespace(one=defect("se", 1), several=defect("se", FEW), few=FEW, h=H, t_end=T_END, runs=runs, projected=projected)
-    require(found.one < 1e-13, "one step of se from the manifold is symplectic", found.one)
-    require(found.several > 1e-3, "several steps of se are not", found.several)
+    numbers = SimpleNamespace(one=defect("se", 1), several=defect("se", FEW), few=FEW, h=H, t_end=T_END, runs=runs, projected=projected)
+    require(numbers.one < 1e-13, "one step of se from the manifold is symplectic", numbers.one)
+    require(numbers.several > 1e-3, "several steps of se are not", numbers.several)
     require(runs["rattle"].kept, "RATTLE keeps the area", runs["rattle"].change)
     require(not runs["se"].kept and not runs["rk4"].kept and not projected.kept, "se, rk4 and projected se do not", projected.change)
     require(np.max(projected.g) < 1e-12, "projected se stays on the manifold", np.max(projected.g))
     require(runs["rk4"].change < 0.1 * runs["se"].change, "rk4 changes the area far less than se", runs["rk4"].change)
-    return found
+    return numbers

@@ -27,11 +27,11 @@ CONSTANTS = SimpleNamespace(
 def make(out: Path, progress: Progress) -> Path:
     """Make the report in a folder; return the path of its page, see :func:`daebench.pages.report.make_page`."""
 
-    def content(numbers: Numbers, found: SimpleNamespace) -> dict[str, Any]:
+    def content(numbers: Numbers, conclusions: SimpleNamespace) -> dict[str, Any]:
         return {
             "c": CONSTANTS,
-            "drawn": draw(numbers, found.table, out / "figures"),
-            "tables": tables(numbers, found.table, out / "tables"),
+            "drawn": draw(numbers, conclusions.table, out / "figures"),
+            "tables": tables(numbers, conclusions.table, out / "tables"),
         }
 
     return make_page("methods/page.html", out, "daebench report methods", progress, measure=measure, check=check, content=content)

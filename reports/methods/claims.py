@@ -48,8 +48,8 @@ def tally(claims: pd.DataFrame, table: pd.DataFrame) -> SimpleNamespace:
     untouched = ode.loc[ode["symplectic"] != LOST, "method"].tolist()
     require(not untouched, "no method of (1.18), projected or not, is symplectic", untouched)
     for key in ("symplectic", "g", "Gv", "H"):
-        own = table[(table["family"] == "ode") & (table[key] != LOST)]
-        require(own.empty, f"methods for (1.18) lose {key}", list(own["method"]))
+        exceptions = table[(table["family"] == "ode") & (table[key] != LOST)]
+        require(exceptions.empty, f"methods for (1.18) lose {key}", list(exceptions["method"]))
     uneven = [name for name in keeping(table, "symplectic") if name not in keeping(table, "symmetric")]
     everything = keeping(table, "symmetric", "symplectic", "g", "Gv")
     hidden = {key: list(table.loc[table[key] == HIDDEN, "method"]) for key in ("symmetric", "symplectic", "g", "Gv", "H")}
@@ -69,48 +69,50 @@ def tally(claims: pd.DataFrame, table: pd.DataFrame) -> SimpleNamespace:
 
 def shorter(claims: pd.DataFrame) -> list[tuple[str, float]]:
     """Return the methods that last on the pendulum with less than half of its step size only, and with which."""
-    own = claims[(claims["problem"] == PENDULUM.problem) & claims["h"].notna()]
-    return [(str(name), float(h)) for name, h in own.groupby("method", sort=False)["h"].first().items() if h < PENDULUM.h / 2]
+    pendulum_claims = claims[(claims["problem"] == PENDULUM.problem) & claims["h"].notna()]
+    return [(str(name), float(h)) for name, h in pendulum_claims.groupby("method", sort=False)["h"].first().items() if h < PENDULUM.h / 2]
 
 
 def orders(fits: pd.DataFrame, table: pd.DataFrame) -> SimpleNamespace:
     """Return how far measured orders are from those claimed, and what could not be told."""
-    told = table[table["order"].notna()]
-    off = (told["order"] - told["claimed"]).abs()
-    worst = told.iloc[int(off.argmax())]
+    measured_orders = table[table["order"].notna()]
+    off = (measured_orders["order"] - measured_orders["claimed"]).abs()
+    worst = measured_orders.iloc[int(off.argmax())]
     require(off.max() < 0.5, "each measured order rounds to the one that is claimed", f"{worst['method']}: {off.max():.2f}")
     untold = list(table.loc[table["order"].isna(), "method"])
     stiff = [name for name in untold if method(name).form == "stiff"]
     require(untold == stiff, "all methods but those of the stiff form show an order", untold)
     torus = fits[(fits["problem"] == TORUS.problem) & fits["component"].isin(["q", "p"])]
     return SimpleNamespace(
-        count=len(told),
+        count=len(measured_orders),
         off=off.max(),
         worst=worst,
-        highest=int(told["claimed"].max()),
+        highest=int(measured_orders["claimed"].max()),
         untold=untold,
         torus=sorted(set(torus["method"]), key=list(torus["method"]).index),
-        error=told["order_error"].max(),
+        error=measured_orders["order_error"].max(),
     )
 
 
-def defects(found: pd.DataFrame) -> SimpleNamespace:
+def defects(fitted_powers: pd.DataFrame) -> SimpleNamespace:
     """Test that the two-form is kept at every step size, or its defect falls with the order plus one at least."""
-    two_form = found[found["property"] == "symplectic"].set_index("method")
-    kept = two_form[two_form.index.isin(KEEPING)]
+    two_form = fitted_powers[fitted_powers["property"] == "symplectic"].set_index("method")
+    symplectic_rows = two_form[two_form.index.isin(KEEPING)]
     lost = two_form[~two_form.index.isin(KEEPING)]
     require(
-        kept["most"].max() < NO_DEFECT, "symplectic methods keep the two-form at every step size", f"a defect of {kept['most'].max():.1e}"
+        symplectic_rows["most"].max() < NO_DEFECT,
+        "symplectic methods keep the two-form at every step size",
+        f"a defect of {symplectic_rows['most'].max():.1e}",
     )
     for name, row in lost.iterrows():
         least = row["order"] + 1 - STEEP
         require(row["power"] > least, f"the defect of {name} falls at least with h^{row['order'] + 1}", f"a power of {row['power']:.2f}")
-    reversal = found[found["property"] == "symmetric"]
+    reversal = fitted_powers[fitted_powers["property"] == "symmetric"]
     flat = list(reversal.loc[reversal["most"] < NO_DEFECT, "method"])
-    said = [name for name in reversal["method"] if method(name).claims.symmetric]
-    require(flat == said, "of these methods the symmetric ones are reversible at every step size, and no others", flat)
-    uneven = [name for name in kept.index if name not in flat]
-    return SimpleNamespace(kept=list(kept.index), most=kept["most"].max(), lost=lost, flat=flat, uneven=uneven)
+    symmetric_methods = [name for name in reversal["method"] if method(name).claims.symmetric]
+    require(flat == symmetric_methods, "of these methods the symmetric ones are reversible at every step size, and no others", flat)
+    uneven = [name for name in symplectic_rows.index if name not in flat]
+    return SimpleNamespace(kept=list(symplectic_rows.index), most=symplectic_rows["most"].max(), lost=lost, flat=flat, uneven=uneven)
 
 
 def long(drift: pd.DataFrame, table: pd.DataFrame) -> SimpleNamespace:

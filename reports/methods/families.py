@@ -35,40 +35,40 @@ SYSTEMS = {"constrained": "(1.9)", "ode": "(1.18)", "index3": "index 3", "index2
 
 def names() -> list[str]:
     """Return the names of all methods with fixed steps, by family, then by order, then by name."""
-    found = [*schemes(), *(f"{COMPOSED}/{each}" for each in COMPOSITIONS), SPLIT]
-    found += [f"{base}+{each}" for base in BASES for each in PROJECTIONS]
-    found += [f"{form}:{base}" for form in FORMS for base in BASES]
-    return sorted(found, key=lambda name: (list(TITLES).index(family(name)), method(name).claims.order, name))
+    method_names = [*schemes(), *(f"{COMPOSED}/{composition}" for composition in COMPOSITIONS), SPLIT]
+    method_names += [f"{base}+{projection}" for base in BASES for projection in PROJECTIONS]
+    method_names += [f"{form}:{base}" for form in FORMS for base in BASES]
+    return sorted(method_names, key=lambda name: (list(TITLES).index(family(name)), method(name).claims.order, name))
 
 
 def solvers() -> list[str]:
     """Return IDA's methods, one a formulation."""
-    return [f"ida:{each}" for each in FORMULATIONS]
+    return [f"ida:{formulation}" for formulation in FORMULATIONS]
 
 
 def method(name: str, *, compiled: bool = False) -> FixedStep:
     """Return a method with fixed steps: uncompiled, unless a run is so long that compiling pays."""
-    found = parse(name)
-    assert isinstance(found, FixedStep)
-    return replace(found, compiled=compiled)
+    fixed_step = parse(name)
+    assert isinstance(fixed_step, FixedStep)
+    return replace(fixed_step, compiled=compiled)
 
 
 def family(name: str) -> str:
     """Return the key of a method's family in :data:`TITLES`."""
     if name.startswith("ida:"):
         return "ida"
-    own = method(name)
-    parts = {"form": own.form, "composed": own.composition, "projected": own.projection}
-    if found := next((key for key, part in parts.items() if part), ""):
-        return found
-    if own.claims.system == "constrained":
-        return "symplectic" if own.claims.symplectic else "other"
-    if own.claims.system == "ode":
-        return "projected" if own.claims.on_manifold else "ode"
+    fixed_step = method(name)
+    parts = {"form": fixed_step.form, "composed": fixed_step.composition, "projected": fixed_step.projection}
+    if variant := next((key for key, part in parts.items() if part), ""):
+        return variant
+    if fixed_step.claims.system == "constrained":
+        return "symplectic" if fixed_step.claims.symplectic else "other"
+    if fixed_step.claims.system == "ode":
+        return "projected" if fixed_step.claims.on_manifold else "ode"
     return "dae"
 
 
 def by_family(rows: Sequence[str]) -> Mapping[str, list[str]]:
     """Return names by the key of their family, those without any left out."""
-    found = {key: [name for name in rows if family(name) == key] for key in TITLES}
-    return {key: own for key, own in found.items() if own}
+    names_by_family = {key: [name for name in rows if family(name) == key] for key in TITLES}
+    return {key: members for key, members in names_by_family.items() if members}

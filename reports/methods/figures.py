@@ -50,23 +50,23 @@ def draw_orders(points: pd.DataFrame, folder: Path) -> Path:
     figure, axes = grid_of_axes(3, 2, 10.8, y="largest error of $q$ (m)", sharey=True)
     pendulum = shown[shown["problem"] == PENDULUM.problem]
     for ax, (title, families) in zip(axes.flat, PANELS, strict=False):
-        own = [name for name in pendulum["method"].unique() if family(name) in families and name not in SAME]
-        draw_panel(ax, pendulum, own, f"{title}: pendulum")
+        panel_methods = [name for name in pendulum["method"].unique() if family(name) in families and name not in SAME]
+        draw_panel(ax, pendulum, panel_methods, f"{title}: pendulum")
     torus = shown[shown["problem"] == TORUS.problem]
     draw_panel(axes[2, 1], torus, list(torus["method"].unique()), "some of them: torus")
     return save(figure, folder, "orders", shown)
 
 
-def draw_panel(ax: Any, points: pd.DataFrame, own: Sequence[str], title: str) -> None:
+def draw_panel(ax: Any, points: pd.DataFrame, methods: Sequence[str], title: str) -> None:
     """Draw the errors that a fit used with their markers, joined, and all others as grey points."""
-    for k, name in enumerate(own):
+    for k, name in enumerate(methods):
         rows = points[points["method"] == name].dropna(subset=["error"])
         used = rows[rows["used"]]
         ax.plot(rows["h"], rows["error"].clip(upper=10), linestyle="none", marker=".", color="#bbbbbb", markersize=2.5, zorder=1)
         ax.plot(used["h"], used["error"], label=name, **curve(k) | {"markersize": 3.2})
     ax.set(xscale="log", yscale="log", title=title, ylim=(1e-15, 20))
     ax.set_xlabel("step size $h$ (s)", labelpad=1)
-    if own:
+    if methods:
         ax.legend(fontsize=6.8, loc="upper center", bbox_to_anchor=(0.44, -0.17), ncols=2, handlelength=2.0, columnspacing=0.8)
 
 
@@ -76,8 +76,8 @@ def draw_defects(defects: pd.DataFrame, folder: Path) -> Path:
     names = list(defects["method"].unique())
     for ax, (column, title) in zip(axes[0], (("symplectic", "two-form"), ("symmetric", "reversal")), strict=True):
         for k, name in enumerate(sorted(names, key=KEEPING.__contains__)):
-            own = defects[defects["method"] == name]
-            ax.plot(own["h"], own[column].clip(lower=LEAST), label=name, **curve(k) | {"markersize": 3.6})
+            method_defects = defects[defects["method"] == name]
+            ax.plot(method_defects["h"], method_defects[column].clip(lower=LEAST), label=name, **curve(k) | {"markersize": 3.6})
         ax.axhspan(LEAST, 1e-13, color="#eeeeee", zorder=0, linewidth=0)
         ax.set(xscale="log", yscale="log", title=f"defect of the {title}", xlabel="step size $h$ (s)", ylim=(LEAST, 10))
     axes[0, 0].set_ylabel("defect of ten steps")
@@ -89,8 +89,8 @@ def draw_long(numbers: Numbers, folder: Path) -> Path:
     """Draw the largest energy error and distance from the manifold in each window of the long run."""
     figure, axes = grid_of_axes(1, 2, 4.4, sharey=True)
     for ax, (column, title) in zip(axes[0], (("energy", "energy error (J)"), ("distance", "distance from the manifold")), strict=True):
-        for k, (name, own) in enumerate(numbers.energy.groupby("method", sort=False)):
-            shown = own[np.isfinite(own[column]) & (own[column] < 1e2)]
+        for k, (name, windows) in enumerate(numbers.energy.groupby("method", sort=False)):
+            shown = windows[np.isfinite(windows[column]) & (windows[column] < 1e2)]
             ax.plot(shown["t"], shown[column].clip(lower=LEAST), label=name, markevery=(2 * k, 20), **curve(k))
         ax.axhspan(LEAST, EPS, color="#eeeeee", zorder=0, linewidth=0)
         ax.set(yscale="log", title=title, xlabel="time $t$ (s)", ylim=(LEAST, 1e2))
@@ -102,21 +102,21 @@ def draw_long(numbers: Numbers, folder: Path) -> Path:
 def draw_work(work: pd.DataFrame, folder: Path) -> Path:
     """Draw Newton iterations, evaluations and time of a step, a line a method."""
     rows = by_family(list(work["method"]))
-    own = [name for names in rows.values() for name in names]
-    data = work.set_index("method").loc[own]
+    methods = [name for names in rows.values() for name in names]
+    data = work.set_index("method").loc[methods]
     data = data.assign(evaluations=data[list(EVALUATIONS)].sum(axis=1))
-    figure, axes = grid_of_axes(1, 3, ROW * (len(own) + 6), sharey=True)
-    y = np.arange(len(own))
+    figure, axes = grid_of_axes(1, 3, ROW * (len(methods) + 6), sharey=True)
+    y = np.arange(len(methods))
     titles = {"newton": "Newton iterations", "evaluations": "evaluations", "ns": "CPU time (ns)"}
     for k, (ax, (column, title)) in enumerate(zip(axes[0], titles.items(), strict=True)):
         ax.plot(data[column], y, **curve(3 * k) | {"linestyle": "none", "markersize": 4.2})
-        ax.set(title=title, ylim=(len(own) - 0.4, -0.6))
+        ax.set(title=title, ylim=(len(methods) - 0.4, -0.6))
         ax.set_xscale("symlog" if column == "newton" else "log")
         ax.set_xlim(-0.4 if column == "newton" else None, 1.5 * data[column].max())
         ax.grid(visible=True, axis="y", linewidth=0.4)
-    axes[0, 0].set_yticks(y, own, fontsize=7)
+    axes[0, 0].set_yticks(y, methods, fontsize=7)
     edges = np.cumsum([len(names) for names in rows.values()])[:-1]
     for ax in axes[0]:
         for edge in edges:
             ax.axhline(edge - 0.5, color=QUIET, linewidth=0.6)
-    return save(figure, folder, "work", data.reset_index().assign(family=[TITLES[family(name)] for name in own]))
+    return save(figure, folder, "work", data.reset_index().assign(family=[TITLES[family(name)] for name in methods]))

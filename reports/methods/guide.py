@@ -66,10 +66,10 @@ def strang(numbers: Numbers) -> SimpleNamespace:
 
 def errors_of(points: pd.DataFrame) -> dict[str, "pd.Series[float]"]:
     """Return the errors of the position on the pendulum down to round-off, by method, indexed by the number of steps, few steps first."""
-    own = points[(points["problem"] == PENDULUM.problem) & (points["component"] == "q") & (points["reason"] != "round-off")].dropna(
-        subset=["error"]
-    )
-    return {str(name): each.set_index("steps")["error"].sort_index() for name, each in own.groupby("method", sort=False)}
+    position_errors = points[
+        (points["problem"] == PENDULUM.problem) & (points["component"] == "q") & (points["reason"] != "round-off")
+    ].dropna(subset=["error"])
+    return {str(name): runs.set_index("steps")["error"].sort_index() for name, runs in position_errors.groupby("method", sort=False)}
 
 
 def accuracy(numbers: Numbers, everything: list[str]) -> SimpleNamespace:
@@ -114,9 +114,9 @@ def shake(numbers: Numbers, table: pd.DataFrame) -> SimpleNamespace:
 def projection(numbers: Numbers, table: pd.DataFrame) -> SimpleNamespace:
     """Test that projections put methods back on the manifold, but restore no two-form, and do not stop the drift of rk4."""
     projected = table[table["family"] == "projected"]
-    kept = [name for name in projected["method"] if name in keeping(table, "symplectic")]
+    symplectic_names = [name for name in projected["method"] if name in keeping(table, "symplectic")]
     hidden = list(projected.loc[projected["symplectic"] == HIDDEN, "method"])
-    require(not kept and not hidden, "no projected method is symplectic", kept + hidden)
+    require(not symplectic_names and not hidden, "no projected method is symplectic", symplectic_names + hidden)
     require(
         (projected["g"] == "kept").all() and (projected["Gv"] == "kept").all(), "all projected ones are on the manifold", projected["g"]
     )

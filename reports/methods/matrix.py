@@ -34,12 +34,12 @@ def check_claims(claims: pd.DataFrame) -> None:
     """
     asked = claims[claims["property"] != "refused"]
     for row in asked[asked["verdict"] == FALLS_SHORT].to_dict("records"):
-        said = f"{row['method']} has order {row['claimed']}" if row["property"] == "order" else f"{row['method']}: {row['property']}"
-        require(False, f"{said} on {row['problem']}", f"{row['measured']:.3g} against a bound of {row['bound']:.3g}")
-    made = asked[[each is not False and each is not None for each in asked["claimed"]]]
-    for (name, property), own in made.groupby(["method", "property"], sort=False):
-        if set(own["verdict"]) != {NOT_APPLICABLE}:
-            require((own["verdict"] == OK).any(), f"a claim of {name} was measured ({property})", ", ".join(own["verdict"]))
+        claim = f"{row['method']} has order {row['claimed']}" if row["property"] == "order" else f"{row['method']}: {row['property']}"
+        require(False, f"{claim} on {row['problem']}", f"{row['measured']:.3g} against a bound of {row['bound']:.3g}")
+    made = asked[[value is not False and value is not None for value in asked["claimed"]]]
+    for (name, property), findings in made.groupby(["method", "property"], sort=False):
+        if set(findings["verdict"]) != {NOT_APPLICABLE}:
+            require((findings["verdict"] == OK).any(), f"a claim of {name} was measured ({property})", ", ".join(findings["verdict"]))
 
 
 def matrix(claims: pd.DataFrame) -> pd.DataFrame:
@@ -49,35 +49,40 @@ def matrix(claims: pd.DataFrame) -> pd.DataFrame:
     for each key of :data:`PROPERTIES` its state and, with the suffix "_most", the largest defect or residual; and refused, the problems
     that the method does not take.
     """
-    return pd.DataFrame([_row(str(name), own) for name, own in claims.groupby("method", sort=False)])
+    return pd.DataFrame([_row(str(name), findings) for name, findings in claims.groupby("method", sort=False)])
 
 
-def _row(name: str, own: pd.DataFrame) -> dict[str, Any]:
-    said = method(name).claims
-    fits = own[(own["property"] == "order") & own["measured"].notna()].sort_values("measured")
-    row: dict[str, Any] = {"method": name, "family": family(name), "system": SYSTEMS.get(said.system, said.system), "source": source(name)}
-    row |= {"claimed": said.order, "order": _first(fits["measured"]), "order_error": _first(fits["standard_error"])}
-    row |= {"orders": len(fits), "refused": ", ".join(own.loc[own["property"] == "refused", "problem"])}
+def _row(name: str, findings: pd.DataFrame) -> dict[str, Any]:
+    claims = method(name).claims
+    fits = findings[(findings["property"] == "order") & findings["measured"].notna()].sort_values("measured")
+    row: dict[str, Any] = {
+        "method": name,
+        "family": family(name),
+        "system": SYSTEMS.get(claims.system, claims.system),
+        "source": source(name),
+    }
+    row |= {"claimed": claims.order, "order": _first(fits["measured"]), "order_error": _first(fits["standard_error"])}
+    row |= {"orders": len(fits), "refused": ", ".join(findings.loc[findings["property"] == "refused", "problem"])}
     for key, property in PROPERTIES.items():
-        row |= _state(key, own[(own["property"] == property) & (own["verdict"] != NOT_APPLICABLE)])
+        row |= _state(key, findings[(findings["property"] == property) & (findings["verdict"] != NOT_APPLICABLE)])
     return row
 
 
 def source(name: str) -> str:
     """Return where a method is from: the scheme, and the composition's weights or the projection."""
-    own = method(name)
-    parts = [own.claims.source]
-    parts += [COMPOSITIONS[own.composition].source] if own.composition else []
-    return "; ".join(parts + ([PROJECTIONS[own.projection]] if own.projection else []))
+    fixed_step = method(name)
+    parts = [fixed_step.claims.source]
+    parts += [COMPOSITIONS[fixed_step.composition].source] if fixed_step.composition else []
+    return "; ".join(parts + ([PROJECTIONS[fixed_step.projection]] if fixed_step.projection else []))
 
 
-def _state(key: str, own: pd.DataFrame) -> dict[str, Any]:
+def _state(key: str, findings: pd.DataFrame) -> dict[str, Any]:
     """Return the state of a property and the largest number measured."""
-    if own.empty:
+    if findings.empty:
         return {key: "", f"{key}_most": float("nan")}
-    claimed = any(each is True for each in own["claimed"])
-    hidden = bool((own["measured"] <= own["bound"]).all())
-    return {key: KEPT if claimed else HIDDEN if hidden else LOST, f"{key}_most": own["measured"].max()}
+    claimed = any(claim is True for claim in findings["claimed"])
+    hidden = bool((findings["measured"] <= findings["bound"]).all())
+    return {key: KEPT if claimed else HIDDEN if hidden else LOST, f"{key}_most": findings["measured"].max()}
 
 
 def _first(values: "pd.Series[float]") -> float:
@@ -86,5 +91,5 @@ def _first(values: "pd.Series[float]") -> float:
 
 def keeping(table: pd.DataFrame, *properties: str) -> list[str]:
     """Return the methods that claim all of these properties, and so keep them."""
-    chosen: Sequence[bool] = [all(row[each] == KEPT for each in properties) for row in table.to_dict("records")]
+    chosen: Sequence[bool] = [all(row[column] == KEPT for column in properties) for row in table.to_dict("records")]
     return list(table.loc[list(chosen), "method"])

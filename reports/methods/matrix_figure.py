@@ -35,10 +35,10 @@ ORDER_X, FIRST_X, STEP_X = 1.0, 2.35, 1.12
 
 def lines(rows: Sequence[str]) -> list[tuple[str, str]]:
     """Return what the lines of the figure are, top first: ("family", its key) or ("method", its name)."""
-    found: list[tuple[str, str]] = []
-    for key, own in by_family(rows).items():
-        found += [("family", key), *(("method", name) for name in own)]
-    return found
+    entries: list[tuple[str, str]] = []
+    for key, members in by_family(rows).items():
+        entries += [("family", key), *(("method", name) for name in members)]
+    return entries
 
 
 def draw_matrix(table: pd.DataFrame, solvers: pd.DataFrame, folder: Path) -> Path:
@@ -86,13 +86,13 @@ def exponent(value: float) -> str:
 
 def ida_rows(solvers: pd.DataFrame) -> dict[str, dict[str, Any]]:
     """Return rows for IDA's runs: no order, no map of a step, and residuals that are none of round-off."""
-    found = {}
+    rows = {}
     for row in solvers.to_dict("records"):
         numbers = {"g": row["g"], "Gv": row["Gv"], "H": row["energy"]}
         signs: dict[str, Any] = {key: LOST if key in numbers else "" for key in PROPERTIES}
         signs |= {f"{key}_most": value for key, value in numbers.items()}
-        found[str(row["method"])] = {"method": row["method"], "family": "ida", "claimed": np.nan, "order": np.nan} | signs
-    return found
+        rows[str(row["method"])] = {"method": row["method"], "family": "ida", "claimed": np.nan, "order": np.nan} | signs
+    return rows
 
 
 def draw_key(figure: Any) -> None:

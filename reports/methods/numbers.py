@@ -55,30 +55,30 @@ class Numbers:
     reverse: pd.DataFrame
 
 
-def jobs(own: Sequence[str]) -> list[Job]:
+def jobs(methods: Sequence[str]) -> list[Job]:
     """Return what is measured of these methods besides times, the dearest first."""
-    found: list[Job] = [(sweep, (name,)) for name in reversed(own)]
-    found += [(work, (name,)) for work in (torus_orders, long_run) for name in LONG if name in own]
-    found += [(reversed_run, pair) for pair in RUNS]
-    return found + [(defects, (name,)) for name in (*KEEPING, *LOSING) if name in own] + [(ida, (name,)) for name in solvers()]
+    queue: list[Job] = [(sweep, (name,)) for name in reversed(methods)]
+    queue += [(work, (name,)) for work in (torus_orders, long_run) for name in LONG if name in methods]
+    queue += [(reversed_run, pair) for pair in RUNS]
+    return queue + [(defects, (name,)) for name in (*KEEPING, *LOSING) if name in methods] + [(ida, (name,)) for name in solvers()]
 
 
 def measure(tell: Progress) -> Numbers:
     """Return the numbers; ``tell`` is told the fraction done and what was done."""
-    own = names()
-    found = dict(computed(jobs(own), lambda done, doing: tell(TOGETHER * done, doing), "measured"))
-    swept: list[Swept] = [found[work, (name,)] for work in (sweep, torus_orders) for name in own if (work, (name,)) in found]
-    runs = [found[long_run, (name,)] for name in LONG if name in own]
+    methods = names()
+    results = dict(computed(jobs(methods), lambda done, doing: tell(TOGETHER * done, doing), "measured"))
+    swept: list[Swept] = [results[work, (name,)] for work in (sweep, torus_orders) for name in methods if (work, (name,)) in results]
+    runs = [results[long_run, (name,)] for name in LONG if name in methods]
     return Numbers(
-        claims=pd.DataFrame([row for each in swept for row in each.claims]),
-        points=pd.DataFrame([row for each in swept for row in each.points]),
-        orders=pd.DataFrame([row for each in swept for row in each.orders]),
-        work=_timed(pd.DataFrame([row for each in swept for row in each.work]), tell),
-        defects=pd.concat([found[defects, (name,)] for name in (*KEEPING, *LOSING) if name in own], ignore_index=True),
+        claims=pd.DataFrame([row for outcome in swept for row in outcome.claims]),
+        points=pd.DataFrame([row for outcome in swept for row in outcome.points]),
+        orders=pd.DataFrame([row for outcome in swept for row in outcome.orders]),
+        work=_timed(pd.DataFrame([row for outcome in swept for row in outcome.work]), tell),
+        defects=pd.concat([results[defects, (name,)] for name in (*KEEPING, *LOSING) if name in methods], ignore_index=True),
         energy=pd.concat([series for series, _ in runs], ignore_index=True),
         drift=pd.DataFrame([row for _, row in runs]),
-        ida=pd.DataFrame([found[ida, (name,)] for name in solvers()]),
-        reverse=pd.DataFrame([found[reversed_run, pair] for pair in RUNS]),
+        ida=pd.DataFrame([results[ida, (name,)] for name in solvers()]),
+        reverse=pd.DataFrame([results[reversed_run, pair] for pair in RUNS]),
     )
 
 

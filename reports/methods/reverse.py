@@ -51,8 +51,8 @@ def turned(q: Array, radius: float) -> Array:
 def reverse(frame: pd.DataFrame) -> SimpleNamespace:
     """Test that the symmetric method drifts on the one motion alone, and the other method on the other motion too."""
     row = {
-        (str(each["method"]), str(each["case"])): SimpleNamespace(**{str(name): value for name, value in each.items()})
-        for each in frame.to_dict("records")
+        (str(record["method"]), str(record["case"])): SimpleNamespace(**{str(name): value for name, value in record.items()})
+        for record in frame.to_dict("records")
     }
     through, back, one_sided = (row[key] for key in RUNS)
     require(through.up > 1 > max(back.up, back.down, through.down), "the motion through the hole goes round, the other one to and fro", row)

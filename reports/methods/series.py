@@ -35,11 +35,11 @@ FLOOR = 1e-13
 
 def defects(name: str) -> pd.DataFrame:
     """Return columns method, h, symplectic, symmetric: the defects of ten steps from the start of the pendulum."""
-    ivp, own = ivp_of(PENDULUM), method(name)
+    ivp, fixed_step = ivp_of(PENDULUM), method(name)
     X = tangent_basis(ivp, ivp.p0, ivp.q0)
     rows = []
     for h in DEFECT_H:
-        flow = own.flow(ivp, h, DEFECT_STEPS)
+        flow = fixed_step.flow(ivp, h, DEFECT_STEPS)
         both = {
             "symplectic": symplecticity_defect(flow, ivp.p0, ivp.q0, X),
             "symmetric": reversibility_defect(flow, ivp.p0, ivp.q0),
@@ -51,10 +51,10 @@ def defects(name: str) -> pd.DataFrame:
 def powers(frame: pd.DataFrame) -> pd.DataFrame:
     """Return columns method, property, order, most, power, power_error: the fitted powers of h; NaN where all is round-off."""
     rows = []
-    for name, own in frame.groupby("method", sort=False):
+    for name, method_defects in frame.groupby("method", sort=False):
         for property in ("symplectic", "symmetric"):
-            value = own[property].to_numpy()
-            fit = fit_order(own["h"], value, floor=FLOOR)
+            value = method_defects[property].to_numpy()
+            fit = fit_order(method_defects["h"], value, floor=FLOOR)
             about = {"method": name, "property": property, "order": method(str(name)).claims.order}
             rows.append(about | {"most": value.max(), "power": fit.slope, "power_error": fit.slope_error})
     return pd.DataFrame(rows)

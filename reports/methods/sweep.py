@@ -64,25 +64,25 @@ def sweep(name: str) -> Swept:
 
     What refuses a motion has a row that says why, with the property "refused".
     """
-    found = Swept([], [], [], [])
+    swept = Swept([], [], [], [])
     for motion in MOTIONS:
         ivp = ivp_of(motion)
         about = {"problem": motion.problem, "method": name}
         if (why := method(name).refusal(ivp)) is not None:
-            found.claims.append(about | {"property": "refused", "note": why})
+            swept.claims.append(about | {"property": "refused", "note": why})
             continue
         h = lasting_step(motion, name)
         run = monitored(ivp, method(name), h).complete()
-        found.claims.extend(about | {"h": h} | asdict(each) for each in ConstrainedBench(ivp, method(name), run).findings())
+        swept.claims.extend(about | {"h": h} | asdict(finding) for finding in ConstrainedBench(ivp, method(name), run).findings())
         if motion == PENDULUM:
-            orders(motion, name, found)
-            found.work.append(about | {"h": h} | {kind: run.work[kind] / run.steps for kind in WORK})
-    return found
+            orders(motion, name, swept)
+            swept.work.append(about | {"h": h} | {kind: run.work[kind] / run.steps for kind in WORK})
+    return swept
 
 
-def monitored(ivp: ConstrainedIvp, own: FixedStep, h: float) -> Trajectory:
+def monitored(ivp: ConstrainedIvp, fixed_step: FixedStep, h: float) -> Trajectory:
     """Return the run along which constraints and energy are monitored, uncompiled; it may have stopped."""
-    return own.solve(ivp, Request(value=h, steps=STEPS, every=1, watch=CONSTRAINED))
+    return fixed_step.solve(ivp, Request(value=h, steps=STEPS, every=1, watch=CONSTRAINED))
 
 
 def timed(ivp: ConstrainedIvp, name: str, h: float) -> Trajectory:
@@ -110,14 +110,14 @@ def lasting_step(motion: Motion, name: str) -> float:
     raise RunFailed(f"{name} does not last on {motion.problem} with any step size from {longest:g} to {h:g} s: {run.failure}")
 
 
-def orders(motion: Motion, name: str, found: Swept) -> Swept:
+def orders(motion: Motion, name: str, swept: Swept) -> Swept:
     """Add the order of a method on a motion: the finding, the points, and a fit for each component."""
     finding, series = order_finding(ivp_of(motion), method(name, compiled=True))
     about = {"problem": motion.problem}
-    found.claims.append(about | {"method": name} | asdict(finding))
-    found.points.extend(about | row for each in series for row in each.rows())
-    found.orders.extend(about | each.row() for each in series)
-    return found
+    swept.claims.append(about | {"method": name} | asdict(finding))
+    swept.points.extend(about | row for study in series for row in study.rows())
+    swept.orders.extend(about | study.row() for study in series)
+    return swept
 
 
 def torus_orders(name: str) -> Swept:

@@ -22,15 +22,15 @@ WORDS = {KEPT: "yes", LOST: "no", "hidden": "(yes)", "": NONE}
 
 def tables(numbers: Numbers, matrix: pd.DataFrame, folder: Path) -> Mapping[str, Tabulate]:
     """Write the tables as CSV into a folder, all columns and rows, and return functions from a caption to HTML, by name."""
-    found = powers(numbers.defects)
-    stems = {"methods": matrix, "claims": numbers.claims, "orders": numbers.orders, "powers": found, "work": numbers.work}
+    fitted_powers = powers(numbers.defects)
+    stems = {"methods": matrix, "claims": numbers.claims, "orders": numbers.orders, "powers": fitted_powers, "work": numbers.work}
     stems |= {"long": numbers.drift, "ida": numbers.ida, "reverse": numbers.reverse}
     for stem, data in stems.items():
         save_table(folder / f"{stem}.csv", data)
     return {
         "methods": partial(methods_table, matrix),
         "sources": partial(sources_table, matrix),
-        "powers": partial(powers_table, found),
+        "powers": partial(powers_table, fitted_powers),
         "long": partial(long_table, numbers.drift),
         "work": partial(work_table, numbers.work),
         "ida": partial(ida_table, numbers.ida),
@@ -67,14 +67,14 @@ def powers_table(frame: pd.DataFrame, caption: str) -> Markup:
     shown = frame.pivot(index="method", columns="property", values=["most", "power", "power_error"])
     shown = shown.loc[list(frame["method"].unique())]
     cells: dict[str, list[Any]] = {}
-    for each in ("symplectic", "symmetric"):
-        columns = zip(shown["most", each], shown["power", each], shown["power_error", each], strict=True)
-        cells[each] = [with_error(power, error) if np.isfinite(power) else tiny(most) for most, power, error in columns]
-        cells[f"{each}_word"] = ["power of h" if np.isfinite(power) else "round-off" for power in shown["power", each]]
-    own = pd.DataFrame({"method": shown.index, **{name: pd.Series(values, dtype=object) for name, values in cells.items()}})
+    for structure in ("symplectic", "symmetric"):
+        columns = zip(shown["most", structure], shown["power", structure], shown["power_error", structure], strict=True)
+        cells[structure] = [with_error(power, error) if np.isfinite(power) else tiny(most) for most, power, error in columns]
+        cells[f"{structure}_word"] = ["power of h" if np.isfinite(power) else "round-off" for power in shown["power", structure]]
+    cell_frame = pd.DataFrame({"method": shown.index, **{name: pd.Series(values, dtype=object) for name, values in cells.items()}})
     formats: Formats = {"method": code, "symplectic": text, "symplectic_word": text, "symmetric": text, "symmetric_word": text}
     headings = {"symplectic": "two-form", "symplectic_word": "<small>which is</small>", "symmetric": "reversal"}
-    return table("powers", own, formats, headings | {"symmetric_word": "<small>which is</small>"}, caption)
+    return table("powers", cell_frame, formats, headings | {"symmetric_word": "<small>which is</small>"}, caption)
 
 
 def long_table(frame: pd.DataFrame, caption: str) -> Markup:

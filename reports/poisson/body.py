@@ -27,10 +27,10 @@ def body(name: str) -> dict[str, object]:
     """Return what becomes of the conserved quantities, and the Poisson defect, with the book's start."""
     ivp = ivp_of(PROBLEM, CASE)
     run = solve(ivp, name, H, STEPS).complete()
-    found = errors(ivp, run)
+    deviations = errors(ivp, run)
     numbers: dict[str, object] = {"method": name, "claimed_poisson": method(name).is_poisson(ivp)}
     for quantity in ("energy", "C"):
-        numbers |= {quantity: np.max(np.abs(found[quantity])), f"{quantity}_kind": kind(run.t, found[quantity])}
+        numbers |= {quantity: np.max(np.abs(deviations[quantity])), f"{quantity}_kind": kind(run.t, deviations[quantity])}
     return numbers | {"defect": defect(ivp, name, H, DEFECT_STEPS)}
 
 
@@ -40,9 +40,9 @@ def trajectories(name: str) -> pd.DataFrame:
     for k, y0 in enumerate(STARTS):
         ivp = ivp_of(PROBLEM, CASE, y0=y0)
         run = solve(ivp, name, H_SHOWN, STEPS_SHOWN).complete()
-        found = errors(ivp, run)
+        deviations = errors(ivp, run)
         columns = {"method": name, "start": k, "t": run.t} | {f"y{i + 1}": run.y[:, i] for i in range(3)}
-        frames.append(pd.DataFrame(columns | {"energy": found["energy"], "C": found["C"]}))
+        frames.append(pd.DataFrame(columns | {"energy": deviations["energy"], "C": deviations["C"]}))
     return pd.concat(frames, ignore_index=True)
 
 

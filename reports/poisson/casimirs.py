@@ -41,15 +41,15 @@ def casimirs(problem: str) -> tuple[pd.DataFrame, pd.DataFrame]:
         if method(name).refusal(ivp) is not None:
             continue
         run = solve(ivp, name, h, steps).complete()
-        found = errors(ivp, run)
-        largest = np.max(np.abs([found[each] for each in ivp.casimirs]), axis=0)
+        deviations = errors(ivp, run)
+        largest = np.max(np.abs([deviations[quantity] for quantity in ivp.casimirs]), axis=0)
         row = {"problem": problem, "method": name, "h": h, "t_end": run.t[-1], "defect": defect(ivp, name, h, DEFECT_STEPS[problem])}
-        row |= {"energy": np.max(np.abs(found["energy"])), "energy_kind": kind(run.t, found["energy"])}
-        row |= {"casimir": largest.max(), "casimir_kind": worst([kind(run.t, found[each]) for each in ivp.casimirs])}
+        row |= {"energy": np.max(np.abs(deviations["energy"])), "energy_kind": kind(run.t, deviations["energy"])}
+        row |= {"casimir": largest.max(), "casimir_kind": worst([kind(run.t, deviations[quantity]) for quantity in ivp.casimirs])}
         rows.append(row)
-        kept = np.unique(np.geomspace(1, steps, SHOWN).astype(int))
+        indices = np.unique(np.geomspace(1, steps, SHOWN).astype(int))
         so_far = np.maximum.accumulate(largest)
-        series.append(pd.DataFrame({"problem": problem, "method": name, "t": run.t[kept], "casimir": so_far[kept]}))
+        series.append(pd.DataFrame({"problem": problem, "method": name, "t": run.t[indices], "casimir": so_far[indices]}))
     return pd.DataFrame(rows), pd.concat(series, ignore_index=True)
 
 

@@ -66,18 +66,18 @@ def check_orbits(orbits: Orbits) -> SimpleNamespace:
     return SimpleNamespace(inner=inner, outer=outer, least_revolutions=least, row={key: vars(value) for key, value in chosen.items()})
 
 
-def check_defects(found: pd.DataFrame) -> SimpleNamespace:
+def check_defects(fits: pd.DataFrame) -> SimpleNamespace:
     """Test which methods are Poisson maps to round-off, and with which power of h the others are not."""
-    kept = []
-    for name, row in found.iterrows():
+    round_off_defects = []
+    for name, row in fits.iterrows():
         if name not in DEFECT_POWERS:
             require(row["round_off"], f"{name} is a Poisson map to round-off", f"a defect of {row['most']:.2e}")
-            kept.append(row["most"])
+            round_off_defects.append(row["most"])
             continue
         power = DEFECT_POWERS[str(name)]
         require(row["most"] > VISIBLE, f"{name} is no Poisson map", f"a defect of {row['most']:.2e}")
         require(abs(row["slope"] - power) <= BAND, f"the defect of {name} is O(h^{power})", f"{row['slope']:.3f}")
-    return SimpleNamespace(kept=max(kept), row=found.to_dict("index"))
+    return SimpleNamespace(kept=max(round_off_defects), row=fits.to_dict("index"))
 
 
 def check_lemma(frame: pd.DataFrame) -> SimpleNamespace:
@@ -99,12 +99,12 @@ def check_lemma(frame: pd.DataFrame) -> SimpleNamespace:
 def check_casimirs(frame: pd.DataFrame, break_off: pd.DataFrame) -> SimpleNamespace:
     """Test who keeps Casimir functions: Poisson integrators all, midpoint the quadratic ones, rk4 none."""
     rows = {(row["problem"], row["method"]): row for row in frame.to_dict("records")}
-    kept = []
+    casimir_errors = []
     for (problem, name), row in rows.items():
         if name in POISSON_METHODS:
             good = row["casimir"] <= ROUND_OFF and row["defect"] <= ROUND_OFF
             require(good, f"{name} keeps the Casimir functions of {problem}", (row["casimir"], row["defect"]))
-            kept.append(row["casimir"])
+            casimir_errors.append(row["casimir"])
         else:
             require(row["defect"] > 100 * ROUND_OFF, f"{name} is no Poisson map on {problem}", row["defect"])
     for problem in ("free_rigid_body", "heavy_top_lie_poisson"):
@@ -118,4 +118,4 @@ def check_casimirs(frame: pd.DataFrame, break_off: pd.DataFrame) -> SimpleNamesp
     require((break_off["failure"] != "").all(), "every method breaks off", break_off["failure"].tolist())
     off = float((break_off["t"] - BLOW_UP).abs().max())
     require(off < 0.02, "it does so within 0.02 of the blow-up", off)
-    return SimpleNamespace(kept=max(kept), species=species, rows=rows, first=break_off["t"].min(), last=break_off["t"].max())
+    return SimpleNamespace(kept=max(casimir_errors), species=species, rows=rows, first=break_off["t"].min(), last=break_off["t"].max())

@@ -52,10 +52,10 @@ def lemma(method: str) -> pd.DataFrame:
 def slopes(frame: pd.DataFrame, column: str = "defect") -> pd.DataFrame:
     """Return one row a method: the largest defect, and the fitted power of h where it is not round-off."""
     rows = []
-    for name, own in frame.groupby("method", sort=False):
-        value = own[column].to_numpy()
-        least = ROUND_OFF * (own["B"].iloc[0] if "B" in own else 1.0)
-        fit = fit_order(own["h"], value, floor=1e-13) if value.max() > least else None
+    for name, method_defects in frame.groupby("method", sort=False):
+        value = method_defects[column].to_numpy()
+        least = ROUND_OFF * (method_defects["B"].iloc[0] if "B" in method_defects else 1.0)
+        fit = fit_order(method_defects["h"], value, floor=1e-13) if value.max() > least else None
         power = {"slope": fit.slope, "slope_error": fit.slope_error} if fit else {"slope": np.nan, "slope_error": np.nan}
         rows.append({"method": name, "most": value.max(), "least": value.min(), "round_off": fit is None} | power)
     return pd.DataFrame(rows)

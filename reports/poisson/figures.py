@@ -50,15 +50,21 @@ def draw_defects(numbers: Numbers, folder: Path) -> Path:
     for ax, (column, title) in zip(axes[0], panels, strict=True):
         frame, strokes = (numbers.defects, STROKE) if column == "defect" else (numbers.lemma, CONSTRAINED_STROKE)
         powers = slopes(frame, column).set_index("method")["slope"]
-        told: list[float] = []
-        for name, own in frame.groupby("method", sort=False):
-            stroke, value = strokes[str(name)], own[column].clip(lower=LEAST)
-            ax.plot(own["h"], value, label=name, **stroke.points())
-            if np.isfinite(powers[name]) and all(abs(np.log(value.iloc[0] / other)) > 1 for other in told):
-                ax.text(own["h"].max() * 1.2, value.iloc[0], f"{powers[name]:.1f}", color=stroke.color, fontsize=8, va="center")
-                told.append(value.iloc[0])
+        label_heights: list[float] = []
+        for name, method_defects in frame.groupby("method", sort=False):
+            stroke, value = strokes[str(name)], method_defects[column].clip(lower=LEAST)
+            ax.plot(method_defects["h"], value, label=name, **stroke.points())
+            if np.isfinite(powers[name]) and all(abs(np.log(value.iloc[0] / other)) > 1 for other in label_heights):
+                ax.text(method_defects["h"].max() * 1.2, value.iloc[0], f"{powers[name]:.1f}", color=stroke.color, fontsize=8, va="center")
+                label_heights.append(value.iloc[0])
         ax.axhspan(LEAST, 1e-14, color="#eeeeee", zorder=0, linewidth=0)
-        ax.set(xscale="log", yscale="log", title=title, xlabel="step size $h$", xlim=(own["h"].min() / 1.5, own["h"].max() * 2.2))
+        ax.set(
+            xscale="log",
+            yscale="log",
+            title=title,
+            xlabel="step size $h$",
+            xlim=(method_defects["h"].min() / 1.5, method_defects["h"].max() * 2.2),
+        )
     axes[0, 0].set_ylabel("defect")
     axes[0, 0].text(axes[0, 0].get_xlim()[0] * 1.1, 1.3e-14, "round-off", color=QUIET, fontsize=8, va="bottom")
     legends: list[tuple[str, Any, Any]] = [
@@ -77,8 +83,8 @@ def draw_casimirs(series: pd.DataFrame, folder: Path) -> Path:
     """Draw the largest error so far of the Casimir functions against time, a panel a system."""
     figure, axes = grid_of_axes(1, 3, 3.5, sharey=True)
     for ax, problem in zip(axes[0], SYSTEMS, strict=True):
-        for name, own in series[series["problem"] == problem].groupby("method", sort=False):
-            plot_so_far(ax, own["t"], own["casimir"], str(name))
+        for name, history in series[series["problem"] == problem].groupby("method", sort=False):
+            plot_so_far(ax, history["t"], history["casimir"], str(name))
         ax.set(xscale="log", yscale="log", title=TITLES[problem], xlabel="time $t$", ylim=(LEAST / 2, 1e-1))
     axes[0, 0].set_ylabel("largest Casimir error so far")
     legend_below(figure, axes[0, 0], 5, columnspacing=1.3)
@@ -99,8 +105,8 @@ def draw_lattice(numbers: Numbers, folder: Path) -> Path:
     titles = {"energy": "energy $H$", "norm": "norm", "coupling": "coupling", "momentum": "momentum"}
     for ax, (quantity, title) in zip(axes.flat, titles.items(), strict=True):
         for name in LATTICE_METHODS:
-            own = series[series["method"] == name]
-            plot_so_far(ax, own["t"], own[quantity], name)
+            history = series[series["method"] == name]
+            plot_so_far(ax, history["t"], history[quantity], name)
         ax.set(xscale="log", yscale="log", title=f"{title}, ${numbers.sizes[quantity]:.3g}$ at the start", ylim=(LEAST / 2, 1e2))
     legend_below(figure, axes[0, 0], 5, columnspacing=1.3)
     return save(figure, folder, "lattice", series)

@@ -25,13 +25,13 @@ def invariants(name: str, h: float = H, t_end: float = T_END) -> tuple[dict[str,
     """Return the row of a method, and the errors so far of energy and integrals over time, thinned out evenly in log t."""
     ivp, every = ivp_of(PROBLEM, CASE), round(EVERY * H / h)
     run = method(name, compiled=True).solve(ivp, Request(value=h, t_end=t_end, every=every, watch=())).complete()
-    found = errors(ivp, run)
+    deviations = errors(ivp, run)
     row: dict[str, object] = {"method": name, "h": h, "ns": 1e9 * run.seconds / run.steps}
     for quantity in QUANTITIES:
-        row |= {quantity: np.max(np.abs(found[quantity])), f"{quantity}_kind": kind(run.t, found[quantity])}
-    kept = np.unique(np.geomspace(1, len(run.t) - 1, SHOWN).astype(int))
-    so_far = {quantity: np.maximum.accumulate(np.abs(found[quantity]))[kept] for quantity in QUANTITIES}
-    return row, pd.DataFrame({"method": name, "h": h, "t": run.t[kept]} | so_far)
+        row |= {quantity: np.max(np.abs(deviations[quantity])), f"{quantity}_kind": kind(run.t, deviations[quantity])}
+    indices = np.unique(np.geomspace(1, len(run.t) - 1, SHOWN).astype(int))
+    so_far = {quantity: np.maximum.accumulate(np.abs(deviations[quantity]))[indices] for quantity in QUANTITIES}
+    return row, pd.DataFrame({"method": name, "h": h, "t": run.t[indices]} | so_far)
 
 
 def sizes_of_integrals() -> dict[str, float]:

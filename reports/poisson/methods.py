@@ -44,8 +44,8 @@ def casimir(problem: str, name: str) -> float:
     ivp = ivp_of(problem, case)
     if method(name).refusal(ivp) is not None:
         return float("nan")
-    found = errors(ivp, solve(ivp, name, h, steps).complete())
-    return float(max(np.max(np.abs(found[each])) for each in ivp.casimirs))
+    deviations = errors(ivp, solve(ivp, name, h, steps).complete())
+    return float(max(np.max(np.abs(deviations[quantity])) for quantity in ivp.casimirs))
 
 
 def nanoseconds(name: str) -> float:

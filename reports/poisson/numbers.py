@@ -55,21 +55,21 @@ class Numbers:
 
 def jobs() -> list[Job]:
     """Return what is measured, the dearest first, so that both cores end at about the same time."""
-    found: list[Job] = [(lattice.invariants, (name,)) for name in lattice.METHODS]
-    found += [(lattice.invariants, ("strang", lattice.FINE)), *((lattice.cost, (sites,)) for sites in reversed(lattice.SIZES))]
-    found += [(methods.summary, (name,)) for name in methods.METHODS]
-    found += [(casimirs.casimirs, (problem,)) for problem in casimirs.SYSTEMS]
-    found += [(body.body, (name,)) for name in body.METHODS] + [(body.trajectories, (name,)) for name in body.SHOWN]
-    found += [(defects.lemma, (name,)) for name in defects.CONSTRAINED] + [(defects.defects, (name,)) for name in defects.METHODS]
-    return [*found, *((casimirs.break_off, (name,)) for name in casimirs.METHODS)]
+    queue: list[Job] = [(lattice.invariants, (name,)) for name in lattice.METHODS]
+    queue += [(lattice.invariants, ("strang", lattice.FINE)), *((lattice.cost, (sites,)) for sites in reversed(lattice.SIZES))]
+    queue += [(methods.summary, (name,)) for name in methods.METHODS]
+    queue += [(casimirs.casimirs, (problem,)) for problem in casimirs.SYSTEMS]
+    queue += [(body.body, (name,)) for name in body.METHODS] + [(body.trajectories, (name,)) for name in body.SHOWN]
+    queue += [(defects.lemma, (name,)) for name in defects.CONSTRAINED] + [(defects.defects, (name,)) for name in defects.METHODS]
+    return [*queue, *((casimirs.break_off, (name,)) for name in casimirs.METHODS)]
 
 
 def measure(tell: Progress) -> Numbers:
     """Return the numbers; ``tell`` is told the fraction done and what was done."""
-    found = dict(computed(jobs(), tell, "measured"))
+    job_results = dict(computed(jobs(), tell, "measured"))
     results: dict[Any, list[Any]] = {}
-    for job in sorted(found, key=jobs().index):
-        results.setdefault(job[0], []).append(found[job])
+    for job in sorted(job_results, key=jobs().index):
+        results.setdefault(job[0], []).append(job_results[job])
     tables, series = zip(*results[casimirs.casimirs], strict=True)
     rows, over_time = zip(*results[lattice.invariants], strict=True)
     return Numbers(

@@ -28,10 +28,14 @@ def draw_orbits(orbits: Orbits, folder: Path) -> Path:
         for case in CASES:
             exact = orbits.exact[orbits.exact["case"] == case]
             ax.plot(exact["u"], exact["v"], color="#a8a8a8", linewidth=2.4, zorder=1, solid_capstyle="round")
-            own = orbits.points[(orbits.points["case"] == case) & (orbits.points["method"] == name)]
+            orbit = orbits.points[(orbits.points["case"] == case) & (orbits.points["method"] == name)]
             marker = "o" if case == CASES[0] else "D"
-            ax.plot(own["u"], own["v"], linestyle="none", marker=marker, markersize=1.7, markeredgewidth=0, color=COLORS[case], zorder=3)
-            ax.plot(own["u"].iloc[0], own["v"].iloc[0], marker=marker, markersize=5, markerfacecolor="white", color=COLORS[case], zorder=4)
+            ax.plot(
+                orbit["u"], orbit["v"], linestyle="none", marker=marker, markersize=1.7, markeredgewidth=0, color=COLORS[case], zorder=3
+            )
+            ax.plot(
+                orbit["u"].iloc[0], orbit["v"].iloc[0], marker=marker, markersize=5, markerfacecolor="white", color=COLORS[case], zorder=4
+            )
         ax.set(title=NAMES[name], **LIMITS)
     for row in orbits.table[orbits.table["method"] == PRINTED].to_dict("records"):
         draw_leap(axes[1, 1], row)
@@ -65,13 +69,13 @@ def shown(orbits: Orbits) -> pd.DataFrame:
 def draw_energy(orbits: Orbits, folder: Path) -> Path:
     """Draw the energy error over time of the three methods, both orbits in each panel."""
     figure, axes = grid_of_axes(2, 3, 4.2, x="time $t$", sharex=True, sharey="row")
-    kept = orbits.points[orbits.points["method"].isin(METHODS)]
+    points = orbits.points[orbits.points["method"].isin(METHODS)]
     for row, case in zip(axes, reversed(CASES), strict=True):
         for ax, name in zip(row, METHODS, strict=True):
-            own = kept[(kept["case"] == case) & (kept["method"] == name)]
+            orbit = points[(points["case"] == case) & (points["method"] == name)]
             ax.axhline(0, color=QUIET, linewidth=0.8)
-            ax.plot(own["t"], own["energy"], color=COLORS[case], linewidth=0.6)
+            ax.plot(orbit["t"], orbit["energy"], color=COLORS[case], linewidth=0.6)
         row[0].set_ylabel(f"energy error, from ({case})")
     for ax, name in zip(axes[0], METHODS, strict=True):
         ax.set_title(NAMES[name])
-    return save(figure, folder, "energy", kept[["case", "method", "t", "energy"]])
+    return save(figure, folder, "energy", points[["case", "method", "t", "energy"]])

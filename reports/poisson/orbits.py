@@ -87,11 +87,11 @@ def level_curve(ivp: PoissonIvp) -> pd.DataFrame:
 
     centre = np.log([ivp.parameters["a"], ivp.parameters["b"]])
     level = float(ivp.value("H", ivp.y0))
-    found = []
+    points = []
     for angle in np.linspace(0, 2 * np.pi, AROUND):
         ray = np.array([np.cos(angle), np.sin(angle)])
-        found.append(np.exp(centre + brentq(partial(above, ivp, centre, ray, level), 1e-3, 50.0, xtol=1e-13) * ray))
-    return pd.DataFrame(found, columns=["u", "v"])
+        points.append(np.exp(centre + brentq(partial(above, ivp, centre, ray, level), 1e-3, 50.0, xtol=1e-13) * ray))
+    return pd.DataFrame(points, columns=["u", "v"])
 
 
 def above(ivp: PoissonIvp, centre: Array, ray: Array, level: float, r: float) -> float:
@@ -101,9 +101,15 @@ def above(ivp: PoissonIvp, centre: Array, ray: Array, level: float, r: float) ->
 
 def closed(ivp: PoissonIvp, run: PoissonTrajectory) -> dict[str, Any]:
     """Return how well the orbit of a run closes, from its crossings of the line v = b beyond the equilibrium."""
-    found = closure(section(ivp, run, center=(ivp.parameters["a"], ivp.parameters["b"]), direction=(1, 0)))
-    wander = found.drift.slope * float(run.t[-1])
-    return {"revolutions": found.revolutions, "period": found.period, "spread": found.spread, "wander": wander, "orbit": found.drift.brief}
+    orbit_closure = closure(section(ivp, run, center=(ivp.parameters["a"], ivp.parameters["b"]), direction=(1, 0)))
+    wander = orbit_closure.drift.slope * float(run.t[-1])
+    return {
+        "revolutions": orbit_closure.revolutions,
+        "period": orbit_closure.period,
+        "spread": orbit_closure.spread,
+        "wander": wander,
+        "orbit": orbit_closure.drift.brief,
+    }
 
 
 def left(ivp: PoissonIvp, y: Array) -> float:

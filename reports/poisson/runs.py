@@ -28,8 +28,10 @@ def ivp_of(problem: str, case: str, parameters: dict[str, float] | None = None, 
 
 def method(name: str, *, compiled: bool = False) -> Any:
     """Return a method whatever the class of B: most runs are so short that compiling would take longer."""
-    found: Any = parse(name, kind=POISSON, anyway=True)
-    return Lifted(replace(found.method, compiled=compiled)) if isinstance(found, Lifted) else replace(found, compiled=compiled)
+    integrator: Any = parse(name, kind=POISSON, anyway=True)
+    return (
+        Lifted(replace(integrator.method, compiled=compiled)) if isinstance(integrator, Lifted) else replace(integrator, compiled=compiled)
+    )
 
 
 def solve(ivp: PoissonIvp, name: str, h: float, steps: int) -> PoissonTrajectory:

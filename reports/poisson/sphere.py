@@ -27,8 +27,8 @@ def draw_sphere(numbers: Numbers, folder: Path) -> Path:
         for (drawn, _, _), curve in numbers.polhodes.groupby(["drawn", "energy", "side"], sort=False):
             line(ax, seen(curve[list(AXES)].to_numpy()), str(drawn))
         for k, (color, marker) in enumerate(zip(COLORS, MARKERS, strict=True)):
-            own = numbers.trajectories[(numbers.trajectories["method"] == name) & (numbers.trajectories["start"] == k)]
-            dots(ax, seen(own[list(AXES)].to_numpy()), color, marker)
+            states = numbers.trajectories[(numbers.trajectories["method"] == name) & (numbers.trajectories["start"] == k)]
+            dots(ax, seen(states[list(AXES)].to_numpy()), color, marker)
         ax.set_title(name, loc="center")
     handles = [
         axes[0, 0].plot([], [], linestyle="none", marker=marker, markersize=4.5, color=color)[0]
@@ -68,9 +68,9 @@ def line(ax: Any, curve: Array, drawn: str) -> None:
 def dots(ax: Any, points: Array, color: str, marker: str) -> None:
     """Draw the states of a run, those in front above those behind."""
     for front, alpha, order in ((True, 1.0, 3), (False, 0.25, 1.5)):
-        own = points[(points[:, 2] >= 0) == front]
+        hemisphere = points[(points[:, 2] >= 0) == front]
         style = {"linestyle": "none", "marker": marker, "markersize": 2.0, "markeredgewidth": 0, "color": color}
-        ax.plot(own[:, 0], own[:, 1], alpha=alpha, zorder=order, **style)
+        ax.plot(hemisphere[:, 0], hemisphere[:, 1], alpha=alpha, zorder=order, **style)
 
 
 def table(numbers: Numbers) -> pd.DataFrame:

@@ -24,14 +24,14 @@ def check_lattice(numbers: "Numbers") -> SimpleNamespace:
     rows = {row["method"]: row for row in numbers.lattice[numbers.lattice["h"] == H].to_dict("records")}
     fine = numbers.lattice[numbers.lattice["h"] == FINE].iloc[0]
     for quantity in QUANTITIES:
-        found = rows["rk4"][f"{quantity}_kind"]
-        require(found == "linear", f"rk4 loses {quantity} linearly", found)
+        kind = rows["rk4"][f"{quantity}_kind"]
+        require(kind == "linear", f"rk4 loses {quantity} linearly", kind)
     unbounded = []
     for name in ("strang", "strang/suzuki4", "darboux:verlet"):
         for quantity in ("energy", "norm", "coupling"):
-            found = rows[name][f"{quantity}_kind"]
-            require(found in ("bounded", "undetermined"), f"{quantity} does not drift with {name}", found)
-            unbounded += [(name, quantity)] if found == "undetermined" else []
+            kind = rows[name][f"{quantity}_kind"]
+            require(kind in ("bounded", "undetermined"), f"{quantity} does not drift with {name}", kind)
+            unbounded += [(name, quantity)] if kind == "undetermined" else []
     require(not [name for name, _ in unbounded if name == "darboux:verlet"], "darboux:verlet bounds energy, norm and coupling", unbounded)
     middle = rows["midpoint"]
     for quantity in ("coupling", "momentum"):
@@ -77,17 +77,17 @@ def check_body(frame: pd.DataFrame, trajectories: pd.DataFrame) -> SimpleNamespa
 def check_picture(trajectories: pd.DataFrame) -> dict[str, float]:
     """Test that with the large step of the picture rk4 alone leaves the sphere."""
     length = np.sqrt((trajectories[["y1", "y2", "y3"]] ** 2).sum(axis=1))
-    own = trajectories["method"] == "rk4"
-    off = float((length[~own] - 1).abs().max())
+    rk4_mask = trajectories["method"] == "rk4"
+    off = float((length[~rk4_mask] - 1).abs().max())
     require(off <= ROUND_OFF, "all methods of the picture but rk4 stay on the sphere", f"a distance of {off:.2e}")
     last = trajectories["t"] == trajectories["t"].max()
-    require(length[own & last].max() < 0.95, "rk4 ends over 5 % below the sphere from every start", length[own & last].tolist())
+    require(length[rk4_mask & last].max() < 0.95, "rk4 ends over 5 % below the sphere from every start", length[rk4_mask & last].tolist())
     energy = {str(name): float(rows["energy"].abs().max()) for name, rows in trajectories.groupby("method")}
     require(energy["midpoint"] <= ROUND_OFF, "midpoint is on the energy curves", f"{energy['midpoint']:.2e}")
     shifted, tilted = energy["strang@top"] / ENERGY_RANGE, energy["strang@123"] / ENERGY_RANGE
     require(shifted < 0.15, "strang@top is off by less than 15 % of all energies on the sphere", f"{shifted:.3g}")
     require(tilted > 0.5, "strang@123 is off by over half of all energies on the sphere", f"{tilted:.3g}")
-    lengths = {"off": off, "shortest": float(length[own & last].min()), "longest": float(length[own & last].max())}
+    lengths = {"off": off, "shortest": float(length[rk4_mask & last].min()), "longest": float(length[rk4_mask & last].max())}
     return lengths | {"tilted": energy["strang@123"], "shifted": energy["strang@top"]}
 
 

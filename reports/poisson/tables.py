@@ -39,15 +39,17 @@ def tables(numbers: Numbers, folder: Path) -> Mapping[str, Tabulate]:
 
 def all_slopes(numbers: Numbers) -> pd.DataFrame:
     """Return the fitted powers of all three panels of the figure of defects."""
-    found = [slopes(numbers.defects).assign(defect="poisson, lotka_volterra")]
-    found += [slopes(numbers.lemma, each).assign(defect=f"{each}, spherical_pendulum") for each in ("symplectic", "poisson")]
-    return pd.concat(found, ignore_index=True)
+    frames = [slopes(numbers.defects).assign(defect="poisson, lotka_volterra")]
+    frames += [
+        slopes(numbers.lemma, structure).assign(defect=f"{structure}, spherical_pendulum") for structure in ("symplectic", "poisson")
+    ]
+    return pd.concat(frames, ignore_index=True)
 
 
 def orbits_table(frame: pd.DataFrame, caption: str) -> Markup:
     """Return what became of the orbits of Fig. 4.1."""
-    own = frame[frame["method"].isin(METHODS)].reset_index(drop=True)
-    shown = own.assign(case=[f"({case})" for case in own["case"]])
+    orbits = frame[frame["method"].isin(METHODS)].reset_index(drop=True)
+    shown = orbits.assign(case=[f"({case})" for case in orbits["case"]])
     formats: Formats = {"method": code, "case": text, "revolutions": count, "period": partial(number, digits=3), "spread": number}
     formats |= {"wander": number, "orbit": text, "most": number, "kind": text}
     headings = {"case": "from", "spread": "crossings<small>spread in u</small>", "wander": "drift<small>over the run</small>"}
@@ -96,9 +98,11 @@ def methods_table(frame: pd.DataFrame, caption: str) -> Markup:
     names: dict[Any, str] = dict(zip(CASIMIR_SYSTEMS, ("species", "body"), strict=True))
     casimirs = [kept({problem: row[f"casimir_{problem}"] for problem in CASIMIR_SYSTEMS}) or NONE for row in frame.to_dict("records")]
     for problem, name in names.items():
-        casimirs = [each.replace(problem, name) for each in casimirs]
+        casimirs = [entry.replace(problem, name) for entry in casimirs]
     shown = frame.assign(
-        structure=["canonical coordinates" if form else SHORT[each] for each, form in zip(frame["class"], frame["form"], strict=True)],
+        structure=[
+            "canonical coordinates" if form else SHORT[structure] for structure, form in zip(frame["class"], frame["form"], strict=True)
+        ],
         measured=["yes" if good else "no" for good in frame["claimed"]],
         casimirs=casimirs,
         drift=column([with_error(*pair) if kind != "bounded" else Markup("bounded") for *pair, kind in drifts(frame)], frame),

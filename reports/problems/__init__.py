@@ -18,7 +18,7 @@ CONSTANTS = SimpleNamespace(RANK=rank, STEPS=ivps.STEPS, TOL=ivps.TOL, ROUNDINGS
 def make(out: Path, progress: Progress) -> Path:
     """Make the report in a folder; return the path of its page, see :func:`daebench.pages.report.make_page`."""
 
-    def content(numbers: Numbers, found: SimpleNamespace) -> dict[str, Any]:
+    def content(numbers: Numbers, conclusions: SimpleNamespace) -> dict[str, Any]:
         return {
             "c": CONSTANTS,
             "facts": numbers.facts,
@@ -27,7 +27,7 @@ def make(out: Path, progress: Progress) -> Path:
             "step_size": ivps.step_size,
             "reason": reason,
             "drawn": draw(numbers, out / "figures"),
-            "tables": tables(numbers, found.across.table, out / "tables"),
+            "tables": tables(numbers, conclusions.across.table, out / "tables"),
         }
 
     return make_page("problems/page.html", out, "daebench report problems", progress, measure=measure, check=check, content=content)

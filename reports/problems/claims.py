@@ -26,9 +26,11 @@ def check(numbers: Numbers) -> SimpleNamespace:
 
 def check_drawings(numbers: Numbers) -> None:
     """Test that every problem has a drawing, and that what is drawn is on the manifold."""
-    for each in numbers.facts:
-        require(each.name in numbers.drawings, f"there is a picture of {each.name}", "none declared")
-        require(numbers.drawings[each.name].off <= ON_PATH, f"the path of {each.name} satisfies g = 0", numbers.drawings[each.name].off)
+    for problem in numbers.facts:
+        require(problem.name in numbers.drawings, f"there is a picture of {problem.name}", "none declared")
+        require(
+            numbers.drawings[problem.name].off <= ON_PATH, f"the path of {problem.name} satisfies g = 0", numbers.drawings[problem.name].off
+        )
 
 
 def check_runs(runs: pd.DataFrame) -> SimpleNamespace:
@@ -37,9 +39,9 @@ def check_runs(runs: pd.DataFrame) -> SimpleNamespace:
     for row in ran[ran["claims_manifold"].astype(bool)].to_dict("records"):
         where = f"{row['method']} stays on the manifold of {row['problem']}"
         require(row["g"] <= row["g_rounding"] and row["Gv"] <= row["Gv_rounding"], where, (row["g"], row["Gv"]))
-    own = ran[ran["method"] == "rattle"]
-    kept = own[own["integrals"].notna()]
-    good = kept["integrals"] <= ROUND_OFF
+    rattle_runs = ran[ran["method"] == "rattle"]
+    runs_with_integrals = rattle_runs[rattle_runs["integrals"].notna()]
+    good = runs_with_integrals["integrals"] <= ROUND_OFF
     return SimpleNamespace(
         problems=runs["problem"].nunique(),
         methods=runs["method"].nunique(),
@@ -48,12 +50,12 @@ def check_runs(runs: pd.DataFrame) -> SimpleNamespace:
         reached=len(ran),
         refused=int((runs["end"] == "refused").sum()),
         stopped=int((runs["end"] == "stopped").sum()),
-        rattle_reached=len(own),
-        rattle_quiet=int(own["kind"].isin(NO_DRIFT).sum()),
-        rattle_other=list(own["problem"][own["kind"].isin(LAWS)]),
-        with_integrals=len(kept),
-        keeps=list(kept["problem"][good]),
-        loses=list(kept["problem"][~good]),
+        rattle_reached=len(rattle_runs),
+        rattle_quiet=int(rattle_runs["kind"].isin(NO_DRIFT).sum()),
+        rattle_other=list(rattle_runs["problem"][rattle_runs["kind"].isin(LAWS)]),
+        with_integrals=len(runs_with_integrals),
+        keeps=list(runs_with_integrals["problem"][good]),
+        loses=list(runs_with_integrals["problem"][~good]),
         on_manifold=float(ran[ran["claims_manifold"].astype(bool)]["g"].max()),
         table=across(runs),
     )
@@ -68,13 +70,13 @@ def across(runs: pd.DataFrame) -> pd.DataFrame:
     """Return a row a method: on how many problems it got to the end, kept the manifold and had no drift of the energy."""
     rows = []
     for name in METHODS:
-        own = runs[(runs["method"] == name) & (runs["end"] != "not run")]
-        if own.empty:
+        method_runs = runs[(runs["method"] == name) & (runs["end"] != "not run")]
+        if method_runs.empty:
             continue
-        done = own[own["end"] == "reached"]
+        done = method_runs[method_runs["end"] == "reached"]
         on = (done["g"] <= done["g_rounding"]) & (done["Gv"] <= done["Gv_rounding"])
-        row: dict[str, Any] = {"family": own["family"].iloc[0], "method": name, "asked": len(own), "reached": len(done)}
-        row |= {"refused": int((own["end"] == "refused").sum()), "stopped": int((own["end"] == "stopped").sum())}
+        row: dict[str, Any] = {"family": method_runs["family"].iloc[0], "method": name, "asked": len(method_runs), "reached": len(done)}
+        row |= {"refused": int((method_runs["end"] == "refused").sum()), "stopped": int((method_runs["end"] == "stopped").sum())}
         row |= {"manifold": int(on.sum()), "bounded": int(done["kind"].isin(NO_DRIFT).sum())}
         rows.append(row | {"least": done["energy"].min(), "median": done["energy"].median(), "most": done["energy"].max()})
     return pd.DataFrame(rows)
@@ -82,17 +84,20 @@ def across(runs: pd.DataFrame) -> pd.DataFrame:
 
 def per_problem(runs: pd.DataFrame) -> dict[str, SimpleNamespace]:
     """Return what the text says of each problem."""
-    found = {}
-    for problem, own in runs.groupby("problem", sort=False):
-        done = own[own["end"] == "reached"]
+    summaries = {}
+    for problem, problem_runs in runs.groupby("problem", sort=False):
+        done = problem_runs[problem_runs["end"] == "reached"]
         h = done[done["knob"] == "h"]
         best = at_most(h.assign(kept=-h["energy"]), "kept")
         off = at_most(done, "g")
         drifting = list(done["method"][done["kind"].isin(LAWS)])
-        short = {end: own[own["end"] == end].to_dict("records") for end in ("stopped", "refused")}
-        left = {why: list(each["method"]) for why, each in own[own["end"] == "not run"].groupby("why", sort=False)}
-        found[str(problem)] = SimpleNamespace(best=best, off=off, drifting=drifting, left_out=left, reached=len(done), **short)
-    return found
+        short = {end: problem_runs[problem_runs["end"] == end].to_dict("records") for end in ("stopped", "refused")}
+        left = {
+            why: list(skipped_runs["method"])
+            for why, skipped_runs in problem_runs[problem_runs["end"] == "not run"].groupby("why", sort=False)
+        }
+        summaries[str(problem)] = SimpleNamespace(best=best, off=off, drifting=drifting, left_out=left, reached=len(done), **short)
+    return summaries
 
 
 def check_rank(numbers: Numbers) -> SimpleNamespace:

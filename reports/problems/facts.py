@@ -77,8 +77,8 @@ def facts(name: str) -> Facts:
         separable=bool(ivp.facts.SEPARABLE),
         formulas=formulas(declared),
         integrals=list(ivp.integrals),
-        has=[each for each, what in has.items() if what is not None],
-        cases=[case(name, own, each) for own, each in declared.cases.items()],
+        has=[feature for feature, what in has.items() if what is not None],
+        cases=[case(name, case_name, declared_case) for case_name, declared_case in declared.cases.items()],
     )
 
 
@@ -94,7 +94,9 @@ def told(text: str) -> Markup:
     tree = ast.parse(text)
     function = next(node for node in tree.body if isinstance(node, ast.FunctionDef) and node.name == "problem")
     doc = inspect.cleandoc(ast.get_docstring(function) or "").partition("\nParameters\n")[0]
-    paragraphs = [" ".join(each.split()) for each in doc.split("\n\n")[1:] if each.strip() and not each.startswith((" ", "::"))]
+    paragraphs = [
+        " ".join(paragraph.split()) for paragraph in doc.split("\n\n")[1:] if paragraph.strip() and not paragraph.startswith((" ", "::"))
+    ]
     prose = escape(" ".join(filter(None, map(whole, paragraphs))))
     marked = re.sub(r"``(.+?)``", r"<code>\1</code>", str(prose))
     return Markup(re.sub(r"\*(\w[^*]*)\*", r"<cite>\1</cite>", marked))
@@ -119,10 +121,10 @@ def structure(declared: Any) -> str:
 
 def formulas(declared: Any) -> list[tuple[str, Markup]]:
     """Return what defines the problem, as MathML where it is short, else in words."""
-    found = [("H", written(declared.H))] if declared.M is None else [("M", mass(declared)), ("U", written(declared.U))]
-    found += [(f"g{k}", written(each)) for k, each in enumerate(declared.g[:SHOWN], start=1)]
+    definitions = [("H", written(declared.H))] if declared.M is None else [("M", mass(declared)), ("U", written(declared.U))]
+    definitions += [(f"g{k}", written(constraint)) for k, constraint in enumerate(declared.g[:SHOWN], start=1)]
     left = len(declared.g) - SHOWN
-    return [*found, (f"g{SHOWN + 1}…", Markup("{} more of the same kind").format(left))] if left > 0 else found
+    return [*definitions, (f"g{SHOWN + 1}…", Markup("{} more of the same kind").format(left))] if left > 0 else definitions
 
 
 def mass(declared: Any) -> Markup:
@@ -134,7 +136,7 @@ def mass(declared: Any) -> Markup:
         entries = list(M.diagonal())
         if len(set(entries)) == 1:
             return Markup("{} times the identity, {} by {}").format(written(entries[0]), *M.shape)
-        return Markup("diagonal, {} by {}: {}").format(*M.shape, Markup(", ").join(written(each) for each in dict.fromkeys(entries)))
+        return Markup("diagonal, {} by {}: {}").format(*M.shape, Markup(", ").join(written(entry) for entry in dict.fromkeys(entries)))
     if M.shape[0] <= 3:
         return written(sp.Matrix(M))
     filled = sum(M[i, j] != 0 for i in range(M.shape[0]) for j in range(M.shape[0]))

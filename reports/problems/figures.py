@@ -27,7 +27,7 @@ PATHS = (BLUE, ORANGE, "#009e73", "#cc79a7", "#56b4e9")
 def draw(numbers: Numbers, folder: Path) -> dict[str, Path]:
     """Draw all figures into a folder; return the paths of the SVG files by stem."""
     with drawing():
-        paths = [draw_scene(each, folder) for each in numbers.drawings.values()]
+        paths = [draw_scene(scene, folder) for scene in numbers.drawings.values()]
         paths += [draw_scenes(numbers, folder), draw_rank(numbers, folder)]
     return {path.stem: path for path in paths}
 
@@ -53,7 +53,7 @@ def draw_scenes(numbers: Numbers, folder: Path) -> Path:
         figure,
         folder,
         "scenes",
-        pd.concat([each.table().iloc[::THINNED].round(5).assign(problem=each.problem) for each in scenes], ignore_index=True),
+        pd.concat([picture.table().iloc[::THINNED].round(5).assign(problem=picture.problem) for picture in scenes], ignore_index=True),
     )
 
 
@@ -107,9 +107,9 @@ def triad(ax: Any, scene: Drawing, flat: Array) -> None:
 def draw_rank(numbers: Numbers, folder: Path) -> Path:
     """Draw a position over time where G loses rank: a row a scene, stopped on the left, continued on the right."""
     figure, axes = grid_of_axes(len(rank.IVPS), len(rank.MODES), 5.6, x="time $t$  [s]", sharex=True, sharey="row")
-    for own, (problem, case) in zip(axes, rank.IVPS, strict=True):
-        own[0].set_ylabel(rank.SHOWN[problem][1])
-        for ax, mode in zip(own, rank.MODES, strict=True):
+    for axes_row, (problem, case) in zip(axes, rank.IVPS, strict=True):
+        axes_row[0].set_ylabel(rank.SHOWN[problem][1])
+        for ax, mode in zip(axes_row, rank.MODES, strict=True):
             ax.axvline(numbers.losses[problem], color=QUIET, linewidth=0.9, linestyle=(0, (2, 2)))
             for k, (name, stroke) in enumerate(STROKE.items()):
                 rows = numbers.rank_paths

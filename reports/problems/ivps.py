@@ -91,8 +91,8 @@ def step_size(name: str) -> float:
 def definition(ivp: ConstrainedIvp) -> ConstrainedHamiltonian:
     """Return what a problem declares, a chain written out."""
     problem = find_problem(ivp.problem)
-    own = ivp.facts.CASES[ivp.case]["parameters"]
-    declared = problem.define(**{name: int(value) for name, value in own.items() if name in problem.structure})
-    found = declared.written_out() if isinstance(declared, ConstrainedChain) else declared
-    assert isinstance(found, ConstrainedHamiltonian)
-    return found
+    parameters = ivp.facts.CASES[ivp.case]["parameters"]
+    declared = problem.define(**{name: int(value) for name, value in parameters.items() if name in problem.structure})
+    system = declared.written_out() if isinstance(declared, ConstrainedChain) else declared
+    assert isinstance(system, ConstrainedHamiltonian)
+    return system

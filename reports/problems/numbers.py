@@ -43,9 +43,9 @@ class Numbers:
 
 def jobs() -> list[Job]:
     """Return what is measured; the methods of a problem are one job, for they share what is derived, and the dearest come first."""
-    found: list[Job] = [(problem_rows, (name,)) for name in names()]
-    found += [(rank_rows, (problem, case)) for problem, case in rank.IVPS]
-    return found + [(work, (name,)) for name in names() for work in (facts, drawing_of)]
+    queue: list[Job] = [(problem_rows, (name,)) for name in names()]
+    queue += [(rank_rows, (problem, case)) for problem, case in rank.IVPS]
+    return queue + [(work, (name,)) for name in names() for work in (facts, drawing_of)]
 
 
 def problem_rows(problem: str) -> list[dict[str, Any]]:
@@ -62,15 +62,15 @@ def rank_rows(problem: str, case: str) -> tuple[list[dict[str, Any]], pd.DataFra
 
 def measure(tell: Progress) -> Numbers:
     """Return the numbers; ``tell`` is told the fraction done and what was done."""
-    found = dict(computed(jobs(), tell, "measured"))
-    about: list[Facts] = sorted((found[facts, (name,)] for name in names()), key=lambda each: (each.m, each.d, each.name))
-    own = [each.name for each in about]
-    lost = [found[rank_rows, ivp] for ivp in rank.IVPS]
-    drawings = {name: found[drawing_of, (name,)] for name in own}
+    results = dict(computed(jobs(), tell, "measured"))
+    about: list[Facts] = sorted((results[facts, (name,)] for name in names()), key=lambda entry: (entry.m, entry.d, entry.name))
+    problem_names = [entry.name for entry in about]
+    lost = [results[rank_rows, ivp] for ivp in rank.IVPS]
+    drawings = {name: results[drawing_of, (name,)] for name in problem_names}
     return Numbers(
         facts=about,
-        drawings={name: each for name, each in drawings.items() if each is not None},
-        runs=pd.DataFrame([row for name in own for row in found[problem_rows, (name,)]]),
+        drawings={name: drawing for name, drawing in drawings.items() if drawing is not None},
+        runs=pd.DataFrame([row for name in problem_names for row in results[problem_rows, (name,)]]),
         rank=pd.DataFrame([row for rows, _ in lost for row in rows]),
         rank_paths=pd.concat([paths for _, paths in lost], ignore_index=True),
         losses={problem: rank.loss(problem) for problem, _ in rank.IVPS},

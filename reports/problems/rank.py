@@ -79,13 +79,13 @@ def behaviour(problem: str, case: str, name: str, mode: str) -> tuple[dict[str, 
     DataFrame
         t and x of each output.
     """
-    ivp, found, end = ivp_of(problem, case), method(name), IVPS[problem, case]
+    ivp, solver, end = ivp_of(problem, case), method(name), IVPS[problem, case]
     about: dict[str, Any] = {"problem": problem, "case": case, "method": name, "mode": mode}
     request = Request(value=H, steps=round(end / H), watch=(), on_singular=mode)
-    if found.knob == "tol":
+    if solver.knob == "tol":
         request = Request(value=TOL, t_end=end, points=OUTPUTS, watch=(), on_singular=mode)
     try:
-        run = found.solve(ivp, request)
+        run = solver.solve(ivp, request)
     except DaebenchError as error:
         return about | {"end": "stopped", "t": 0.0, "why": str(error), "branch": ""}, pd.DataFrame({"t": [], "x": []})
     about |= {"end": "reached" if run.failure is None else "stopped", "t": float(run.t[-1]), "why": run.failure or ""}
@@ -100,5 +100,5 @@ def behaviour(problem: str, case: str, name: str, mode: str) -> tuple[dict[str, 
 
 def told_in(sentence: str) -> float:
     """Return the time that a message tells for the loss of rank, NaN if it tells none."""
-    _, found, rest = sentence.partition("G loses rank at about t = ")
-    return float(rest.split()[0].rstrip(".,;")) if found else math.nan
+    _, separator, rest = sentence.partition("G loses rank at about t = ")
+    return float(rest.split()[0].rstrip(".,;")) if separator else math.nan

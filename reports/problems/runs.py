@@ -57,8 +57,8 @@ SOLVES = ("solve", "jacobian")
 
 def method(name: str) -> Method[ConstrainedIvp, Trajectory]:
     """Return a method, uncompiled if it has fixed steps: runs are so short that compiling would take longer."""
-    found = parse(name)
-    return replace(found, compiled=False) if isinstance(found, FixedStep) else found
+    solver = parse(name)
+    return replace(solver, compiled=False) if isinstance(solver, FixedStep) else solver
 
 
 def sizes_of(problem: str) -> Sizes:
@@ -69,25 +69,25 @@ def sizes_of(problem: str) -> Sizes:
 
 def row(problem: str, name: str, against: Sizes) -> dict[str, Any]:
     """Return what becomes of the first case of a problem with a method, errors as parts of sizes; one that is left out has the reason."""
-    ivp, found = ivp_of(problem), method(name)
-    about: dict[str, Any] = {"problem": problem, "case": ivp.case, "family": FAMILY[name], "method": name, "knob": found.knob}
-    about |= {"claims_manifold": isinstance(found, FixedStep) and found.claims.on_manifold}
+    ivp, solver = ivp_of(problem), method(name)
+    about: dict[str, Any] = {"problem": problem, "case": ivp.case, "family": FAMILY[name], "method": name, "knob": solver.knob}
+    about |= {"claims_manifold": isinstance(solver, FixedStep) and solver.claims.on_manifold}
     if (problem, name) in LEFT_OUT:
         return about | {"end": "not run", "why": LEFT_OUT[problem, name], "t": 0.0}
-    if (why := found.refusal(ivp)) is not None:
+    if (why := solver.refusal(ivp)) is not None:
         return about | {"end": "refused", "why": why, "t": 0.0}
     try:
-        run = solve(problem, ivp, found)
+        run = solve(problem, ivp, solver)
     except DaebenchError as error:
         return about | {"end": "stopped", "why": str(error), "t": 0.0}
     return about | measured(ivp, run, against)
 
 
-def solve(problem: str, ivp: ConstrainedIvp, found: Method[ConstrainedIvp, Trajectory]) -> Trajectory:
+def solve(problem: str, ivp: ConstrainedIvp, solver: Method[ConstrainedIvp, Trajectory]) -> Trajectory:
     """Return the run of a method to the end of an initial value problem."""
-    if found.knob == "h":
-        return found.solve(ivp, Request(value=step_size(problem), steps=STEPS, watch=()))
-    return found.solve(ivp, Request(value=TOL, t_end=horizon(problem).t_end, points=OUTPUTS, watch=()))
+    if solver.knob == "h":
+        return solver.solve(ivp, Request(value=step_size(problem), steps=STEPS, watch=()))
+    return solver.solve(ivp, Request(value=TOL, t_end=horizon(problem).t_end, points=OUTPUTS, watch=()))
 
 
 def measured(ivp: ConstrainedIvp, run: Trajectory, against: Sizes) -> dict[str, Any]:
@@ -97,17 +97,20 @@ def measured(ivp: ConstrainedIvp, run: Trajectory, against: Sizes) -> dict[str, 
     the residuals that rounding explains.
     """
     error = energy_error(ivp, run) / against.energy
-    kept = {name: largest(each) / against.integrals[name] for name, each in integral_errors(ivp, run).items()}
-    found: dict[str, Any] = {"end": "reached" if run.failure is None else "stopped", "why": run.failure or "", "t": float(run.t[-1])}
-    found |= {"energy": largest(error), "kind": kind(run, error), "energy_scale": against.energy}
-    found |= {"g": largest(ivp.along("g", run.q)), "Gv": largest(ivp.along("Gv", run.p, run.q))}
-    found |= {"g_rounding": ROUND_OFF * against.g, "Gv_rounding": ROUND_OFF * against.Gv}
-    found |= {"integrals": max(kept.values(), default=float("nan")), "worst_integral": max(kept, key=kept.__getitem__, default="")}
-    found |= {"steps": run.steps}
-    found |= {"evaluations": total(run.work, EVALUATIONS), "solves": total(run.work, SOLVES)}
-    found |= {f"work_{name}": count for name, count in run.work.items()}
-    found |= {"passages": len(run.passages), "branches": ", ".join(sorted({each.branch for each in run.passages}))}
-    return found
+    relative_errors = {name: largest(errors) / against.integrals[name] for name, errors in integral_errors(ivp, run).items()}
+    metrics: dict[str, Any] = {"end": "reached" if run.failure is None else "stopped", "why": run.failure or "", "t": float(run.t[-1])}
+    metrics |= {"energy": largest(error), "kind": kind(run, error), "energy_scale": against.energy}
+    metrics |= {"g": largest(ivp.along("g", run.q)), "Gv": largest(ivp.along("Gv", run.p, run.q))}
+    metrics |= {"g_rounding": ROUND_OFF * against.g, "Gv_rounding": ROUND_OFF * against.Gv}
+    metrics |= {
+        "integrals": max(relative_errors.values(), default=float("nan")),
+        "worst_integral": max(relative_errors, key=relative_errors.__getitem__, default=""),
+    }
+    metrics |= {"steps": run.steps}
+    metrics |= {"evaluations": total(run.work, EVALUATIONS), "solves": total(run.work, SOLVES)}
+    metrics |= {f"work_{name}": count for name, count in run.work.items()}
+    metrics |= {"passages": len(run.passages), "branches": ", ".join(sorted({passage.branch for passage in run.passages}))}
+    return metrics
 
 
 def largest(values: Any) -> float:

@@ -23,26 +23,29 @@ def tables(numbers: Numbers, across: pd.DataFrame, folder: Path) -> Mapping[str,
     overview = overview_frame(numbers.facts)
     for stem, data in (("runs", numbers.runs), ("rank_loss", numbers.rank), ("across", across), ("overview", overview)):
         save_table(folder / f"{stem}.csv", data)
-    found: dict[str, Tabulate] = {
+    makers: dict[str, Tabulate] = {
         "overview": partial(overview_table, overview),
         "across": partial(across_table, across),
         "rank": partial(rank_table, numbers),
     }
-    for name, own in numbers.runs.groupby("problem", sort=False):
-        save_table(folder / f"{name}.csv", own.dropna(axis="columns", how="all"))
-        found[str(name)] = partial(runs_table, own.reset_index(drop=True))
-    return found
+    for name, problem_runs in numbers.runs.groupby("problem", sort=False):
+        save_table(folder / f"{name}.csv", problem_runs.dropna(axis="columns", how="all"))
+        makers[str(name)] = partial(runs_table, problem_runs.reset_index(drop=True))
+    return makers
 
 
 def overview_frame(facts: Sequence[Facts]) -> pd.DataFrame:
     """Return a row a problem: sizes, structure, what is declared, references, and the step and end of its runs."""
     rows = []
-    for each in facts:
-        certified = [own["name"] for own in each.cases if own["certified"] is not None]
-        own, plan = {"problem": each.name, "d": each.d, "m": each.m, "dof": each.dof, "mass": each.structure}, horizon(each.name)
-        own |= {"integrals": ", ".join(each.integrals), "has": ", ".join(each.has), "cases": len(each.cases)}
-        own |= {"certified": len(certified), "h": step_size(each.name), "t_end": plan.t_end, "unit": plan.unit, "why": plan.why}
-        rows.append(own)
+    for problem in facts:
+        certified = [case["name"] for case in problem.cases if case["certified"] is not None]
+        row, plan = (
+            {"problem": problem.name, "d": problem.d, "m": problem.m, "dof": problem.dof, "mass": problem.structure},
+            horizon(problem.name),
+        )
+        row |= {"integrals": ", ".join(problem.integrals), "has": ", ".join(problem.has), "cases": len(problem.cases)}
+        row |= {"certified": len(certified), "h": step_size(problem.name), "t_end": plan.t_end, "unit": plan.unit, "why": plan.why}
+        rows.append(row)
     return pd.DataFrame(rows)
 
 
@@ -85,7 +88,7 @@ def across_table(frame: pd.DataFrame, caption: str) -> Markup:
 
 def runs_table(frame: pd.DataFrame, caption: str) -> Markup:
     """Return what each method did on one problem; why there is no full run is told in place of numbers."""
-    whole = frame.reindex(columns=[*frame.columns, *(each for each in COLUMNS if each not in frame)])
+    whole = frame.reindex(columns=[*frame.columns, *(column for column in COLUMNS if column not in frame)])
     shown = whole.assign(became=[outcome(row) for row in whole.to_dict("records")])
     formats: Formats = {"method": code, "became": text, "energy": number, "kind": present, "g": fine, "Gv": fine}
     if whole["integrals"].notna().any():
@@ -150,5 +153,5 @@ def reason(row: Mapping[Any, Any]) -> str:
     """Return why a run ended early or was refused: the sentence without name, case, residual and advice."""
     sentence = re.sub(r", residual [^;,]*?(?=[;,.]*$|[;,])", "", str(row["why"]))
     sentence = re.sub(r"; (to go on|use|remove|start|which)\b.*$", "", sentence).rstrip(".")
-    found = re.sub(r"^.*?\((?:step|tol)[^)]*\): ", "", sentence)
-    return found if found != sentence else re.sub(r"^\S+ (on|cannot start on) [^:]*?: ", "", sentence)
+    cause = re.sub(r"^.*?\((?:step|tol)[^)]*\): ", "", sentence)
+    return cause if cause != sentence else re.sub(r"^\S+ (on|cannot start on) [^:]*?: ", "", sentence)

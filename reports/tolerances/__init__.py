@@ -20,14 +20,14 @@ CONSTANTS = constants(claims, drift, runs, _tolerances_tables)
 def make(out: Path, progress: Progress) -> Path:
     """Make the report in a folder; return the path of its page, see :func:`daebench.pages.report.make_page`."""
 
-    def content(numbers: Numbers, found: SimpleNamespace) -> dict[str, Any]:
+    def content(numbers: Numbers, conclusions: SimpleNamespace) -> dict[str, Any]:
         return {
             "c": CONSTANTS,
             "drawn": draw(numbers, out / "figures"),
             "tables": tables(numbers, out / "tables"),
             "label": label,
             "ivps": runs.IVPS,
-            "failures": sentences(found.headline.failed),
+            "failures": sentences(conclusions.headline.failed),
             "spacing": float(numbers.drift["t"].iloc[1]),
         }
 

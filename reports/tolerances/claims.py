@@ -107,9 +107,9 @@ def slopes(done: pd.DataFrame) -> pd.DataFrame:
     for (formulation, ivp), group in small.groupby(["formulation", "scene"]):
         power = np.polyfit(np.log(group["tol"]), np.log(group["error"]), 1)[0]
         rows.append({"formulation": formulation, "scene": ivp, "power": power})
-    found: pd.DataFrame = pd.DataFrame(rows).groupby("formulation")["power"].agg(["min", "max"])
-    require(found["max"].max() < 1, "the error falls more slowly than the tolerance everywhere", found["max"].to_dict())
-    return found
+    power_ranges: pd.DataFrame = pd.DataFrame(rows).groupby("formulation")["power"].agg(["min", "max"])
+    require(power_ranges["max"].max() < 1, "the error falls more slowly than the tolerance everywhere", power_ranges["max"].to_dict())
+    return power_ranges
 
 
 def last_decade(done: pd.DataFrame) -> pd.DataFrame:
@@ -136,8 +136,8 @@ def check_cost(default: pd.DataFrame) -> SimpleNamespace:
 
 def calls_for(rows: pd.DataFrame, wanted: float) -> float:
     """Return the residual calls of the run with the loosest tolerance that is to be asked for an accuracy, NaN if there is none."""
-    found = rows["residuals"][rows["tol"] == to_ask(rows, wanted)]
-    return float(found.iloc[0]) if len(found) else float("nan")
+    calls = rows["residuals"][rows["tol"] == to_ask(rows, wanted)]
+    return float(calls.iloc[0]) if len(calls) else float("nan")
 
 
 def check_estimate(done: pd.DataFrame) -> SimpleNamespace:
@@ -155,11 +155,11 @@ def check_laws(laws: pd.DataFrame) -> SimpleNamespace:
     main = laws[laws["tol"] == TOL]
     for formulation, expected in EXPONENTS.items():
         for quantity, power in expected.items():
-            found = exponent(main, formulation, quantity)
-            require(abs(found - power) < BAND, f"{quantity} of {formulation} grows like t^{power}", f"{found:.3f}")
+            fitted_power = exponent(main, formulation, quantity)
+            require(abs(fitted_power - power) < BAND, f"{quantity} of {formulation} grows like t^{power}", f"{fitted_power:.3f}")
     for formulation in ("ggl", "index3"):
-        found = exponent(main, formulation, "g")
-        require(found < BOUNDED, f"g of {formulation} hardly grows", f"{found:.3f}")
+        fitted_power = exponent(main, formulation, "g")
+        require(fitted_power < BOUNDED, f"g of {formulation} hardly grows", f"{fitted_power:.3f}")
     return SimpleNamespace(main={f: {q: law_of(main, f, q) for q in QUANTITIES} for f in FORMULATIONS})
 
 

@@ -67,7 +67,7 @@ def windows(t: Array, value: Array) -> tuple[Array, Array]:
     """Return the geometric middles of windows that are half an octave long, up to the last time, and the largest value in each."""
     edges = t[-1] * 2.0 ** (-np.arange(HALF_OCTAVES, -1, -1) / 2)
     inside = [(t > a) & (t <= b) for a, b in pairwise(edges)]
-    return np.sqrt(edges[:-1] * edges[1:]), np.array([np.max(value[each]) for each in inside])
+    return np.sqrt(edges[:-1] * edges[1:]), np.array([np.max(value[window]) for window in inside])
 
 
 def fit_power(t: Array, value: Array, *, floor: float, ceiling: float = np.inf) -> Power:

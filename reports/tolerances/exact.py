@@ -47,7 +47,7 @@ def exact(ivp: ConstrainedIvp, t_end: float) -> Exact:
     limit = min(reference.horizon, reference.double_horizon)
     if limit < t_end:
         raise RunFailed(f"the reference {reference.name} is of use up to t = {limit:g} only, and {t_end:g} is needed; build a longer one.")
-    kept = reference.t <= t_end
-    q = reference.q[kept]
-    floor = float(np.max(reference.bound["q"][kept])) + EPS * float(np.max(np.abs(q)))
-    return Exact(reference.t[kept], q, floor, float(np.max(reference.amplification[kept])))
+    time_mask = reference.t <= t_end
+    q = reference.q[time_mask]
+    floor = float(np.max(reference.bound["q"][time_mask])) + EPS * float(np.max(np.abs(q)))
+    return Exact(reference.t[time_mask], q, floor, float(np.max(reference.amplification[time_mask])))

@@ -166,8 +166,13 @@ def draw_estimate(runs: pd.DataFrame, folder: Path) -> Path:
     ax.axhspan(1 / CLOSE, CLOSE, color="#eeeeee", zorder=0, linewidth=0)
     ax.axhline(1, color=QUIET, linewidth=1.0)
     for formulation, stroke in STROKE.items():
-        own = rows[rows["formulation"] == formulation]
-        ax.plot(own["error"], own["estimate"] / own["error"], label=label(formulation), **stroke.points() | {"linestyle": "none"})
+        formulation_runs = rows[rows["formulation"] == formulation]
+        ax.plot(
+            formulation_runs["error"],
+            formulation_runs["estimate"] / formulation_runs["error"],
+            label=label(formulation),
+            **stroke.points() | {"linestyle": "none"},
+        )
     ax.set(xscale="log", yscale="log", xlabel=f"true error: {ERROR}", ylabel="estimate / true error", xlim=(2e-1, 1e-12))
     ax.set_yticks([0.2, 0.5, 1, 2, 5], ["0.2", "0.5", "1", "2", "5"])
     ax.minorticks_off()

@@ -37,9 +37,9 @@ def measure(tell: Progress) -> Numbers:
     tables: list[Job] = [(series, (name, formulation)) for name in reversed(IVPS) for formulation in FORMULATIONS]
     long: list[Job] = [(drift_run, run) for run in RUNS]
     exact_of(FAST, T_LONG)  # a reference that is missing is found out before anything is computed
-    found = dict(computed([*tables, *long], tell, "IDA"))
+    results = dict(computed([*tables, *long], tell, "IDA"))
     in_order = sorted(tables, key=lambda job: list(IVPS).index(job[1][0]))
-    runs = pd.DataFrame([row for job in in_order for row in found[job]])
-    drift = [found[job] for job in long]
+    runs = pd.DataFrame([row for job in in_order for row in results[job]])
+    drift = [results[job] for job in long]
     fitted = [row for run in drift for row in laws(run, exact_of(FAST, T_LONG).floor)]
     return Numbers(runs, pd.concat(drift, ignore_index=True), pd.DataFrame(fitted))

@@ -133,8 +133,8 @@ def row(name: str, formulation: str, treatment: str, run: Trajectory, estimate: 
 
 def reason(failure: str | None) -> str:
     """Return why a run ended early, without where and advice; empty if it did not."""
-    found = re.search(r"\(tol = [^)]*\): (.*); [^;]*\.$", failure or "")
-    return found[1] if found else failure or ""
+    match = re.search(r"\(tol = [^)]*\): (.*); [^;]*\.$", failure or "")
+    return match[1] if match else failure or ""
 
 
 def end(failure: str | None) -> str:

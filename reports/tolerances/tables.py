@@ -34,8 +34,8 @@ def tables(numbers: Numbers, folder: Path) -> Mapping[str, Tabulate]:
 
 def at(rows: pd.DataFrame, tol: float) -> float:
     """Return the error at a tolerance, NaN if there is none."""
-    found = rows["error"][rows["tol"] == tol]
-    return float(found.iloc[0]) if len(found) else float("nan")
+    errors = rows["error"][rows["tol"] == tol]
+    return float(errors.iloc[0]) if len(errors) else float("nan")
 
 
 def to_ask(rows: pd.DataFrame, wanted: float) -> float:
@@ -53,17 +53,17 @@ def reached(runs: pd.DataFrame) -> pd.DataFrame:
     rows = []
     for ivp, name in IVPS.items():
         for formulation in FORMULATIONS:
-            own = runs[(runs["scene"] == ivp) & (runs["formulation"] == formulation) & runs["default"]]
-            errors = {f"error_{tol:.0e}": at(own, tol) for tol in SHOWN_TOLERANCES}
-            last = own[own["error"].notna()].sort_values("error").iloc[0]
+            default_runs = runs[(runs["scene"] == ivp) & (runs["formulation"] == formulation) & runs["default"]]
+            errors = {f"error_{tol:.0e}": at(default_runs, tol) for tol in SHOWN_TOLERANCES}
+            last = default_runs[default_runs["error"].notna()].sort_values("error").iloc[0]
             rows.append(
                 {"scene": name, "formulation": label(formulation)}
                 | errors
                 | {
-                    "ask": to_ask(own, WANTED),
+                    "ask": to_ask(default_runs, WANTED),
                     "best": last["error"],
                     "best_tol": last["tol"],
-                    "amplification": own["amplification"].iloc[0],
+                    "amplification": default_runs["amplification"].iloc[0],
                 }
             )
     return pd.DataFrame(rows)
@@ -93,12 +93,17 @@ def ends(runs: pd.DataFrame) -> pd.DataFrame:
     rows = []
     for formulation in FORMULATIONS:
         for treatment in ("none", "atol", "derivative"):
-            own = runs[(runs["formulation"] == formulation) & (runs["cure"] == treatment)]
-            good = own[own["end"] == REACHED]
-            counts = {name: int(np.sum(own["end"] == name)) for name in names}
+            treated_runs = runs[(runs["formulation"] == formulation) & (runs["cure"] == treatment)]
+            good = treated_runs[treated_runs["end"] == REACHED]
+            counts = {name: int(np.sum(treated_runs["end"] == name)) for name in names}
             tightest = good.groupby("scene")["tol"].min().reindex(list(IVPS))
             rows.append(
-                {"formulation": label(formulation), "cure": treatment, "default": bool(own["default"].iloc[0]), "runs": len(own)}
+                {
+                    "formulation": label(formulation),
+                    "cure": treatment,
+                    "default": bool(treated_runs["default"].iloc[0]),
+                    "runs": len(treated_runs),
+                }
                 | counts
                 | {"tightest_of_worst_scene": tightest.max() if tightest.notna().all() else float("nan")}
             )
@@ -131,10 +136,10 @@ def laws_table(laws: pd.DataFrame, caption: str) -> Markup:
     """Return the fitted powers of time."""
     rows: list[dict[str, Any]] = []
     for formulation in FORMULATIONS:
-        for tol, own in reversed(list(laws[laws["formulation"] == formulation].groupby("tol"))):
-            found = own.set_index("quantity")
-            powers = {name: with_error(found["exponent"][name], found["error"][name]) for name in QUANTITIES}
-            rows.append({"formulation": label(formulation), "tol": tol} | powers | {"windows": int(found["windows"]["error"])})
+        for tol, tol_laws in reversed(list(laws[laws["formulation"] == formulation].groupby("tol"))):
+            laws_by_quantity = tol_laws.set_index("quantity")
+            powers = {name: with_error(laws_by_quantity["exponent"][name], laws_by_quantity["error"][name]) for name in QUANTITIES}
+            rows.append({"formulation": label(formulation), "tol": tol} | powers | {"windows": int(laws_by_quantity["windows"]["error"])})
     shown = pd.DataFrame(rows, dtype=object)  # text that is HTML must not become a string of pandas
     formats: Formats = {"formulation": text, "tol": power_of_ten}
     formats |= dict.fromkeys(QUANTITIES, text) | {"windows": count}
@@ -144,7 +149,7 @@ def laws_table(laws: pd.DataFrame, caption: str) -> Markup:
 
 def sentences(failed: pd.DataFrame) -> Markup:
     """Return runs that ended early, in words: which, where and why."""
-    said = [
+    phrases = [
         Markup("{} on the {} at tolerance {} (at t = {} {})").format(
             label(str(row["formulation"])),
             IVPS[str(row["scene"])],
@@ -154,4 +159,4 @@ def sentences(failed: pd.DataFrame) -> Markup:
         )
         for row in failed.to_dict("records")
     ]
-    return listing(said)
+    return listing(phrases)

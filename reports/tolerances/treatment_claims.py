@@ -13,8 +13,8 @@ def check_treatments(runs: pd.DataFrame) -> SimpleNamespace:
     """Test where the treatments are needed, where they work and which is the better one."""
 
     def share(formulation: str, treatment: str) -> float:
-        own = runs["end"][(runs["formulation"] == formulation) & (runs["cure"] == treatment)]
-        return float(np.mean(own == REACHED))
+        ends = runs["end"][(runs["formulation"] == formulation) & (runs["cure"] == treatment)]
+        return float(np.mean(ends == REACHED))
 
     for formulation in ("index2", "ggl"):
         for treatment in ("derivative", "atol"):
@@ -33,23 +33,23 @@ def check_treatments(runs: pd.DataFrame) -> SimpleNamespace:
     require(gain["index2"] > 1, "derivatives are the more accurate treatment of index 2", f"{gain['index2']:.3g}")
     require(gain["ggl"] > 1, "derivatives are the more accurate treatment of GGL", f"{gain['ggl']:.3g}")
     require(gain["index1"] < 1, "the absolute tolerance is the more accurate treatment of index 1", f"{gain['index1']:.3g}")
-    own = runs[runs["end"].isin(STOPPED)]
+    stopped_runs = runs[runs["end"].isin(STOPPED)]
     return SimpleNamespace(
         runs=len(runs),
-        stopped=len(own),
-        ours=int(np.sum(runs["end"] != REACHED)) - len(own),
+        stopped=len(stopped_runs),
+        ours=int(np.sum(runs["end"] != REACHED)) - len(stopped_runs),
         at_start=len(at_start),
         through=len(through),
         dearer=float(dearer.max()),
         gain=gain,
-        reached={each: int(np.sum((fast["formulation"] == each) & (fast["end"] == REACHED))) for each in FORMULATIONS},
+        reached={formulation: int(np.sum((fast["formulation"] == formulation) & (fast["end"] == REACHED))) for formulation in FORMULATIONS},
     )
 
 
 def _against(rows: pd.DataFrame, others: pd.DataFrame, column: str) -> "pd.Series[float]":
     """Return a column as a multiple of what the default treatment has at the same tolerance, by tolerance."""
-    own = others[others["formulation"] == "index1"].set_index("tol")[column]
-    return (rows.set_index("tol")[column] / own).dropna()
+    default_values = others[others["formulation"] == "index1"].set_index("tol")[column]
+    return (rows.set_index("tol")[column] / default_values).dropna()
 
 
 def _gain(runs: pd.DataFrame, formulation: str) -> float:

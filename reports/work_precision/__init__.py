@@ -26,14 +26,14 @@ def make(out: Path, progress: Progress) -> Path:
     Runs are kept in the folder: interrupted, it goes on where it stopped when it is called again.
     """
 
-    def content(numbers: Numbers, found: SimpleNamespace) -> dict[str, Any]:
+    def content(numbers: Numbers, conclusions: SimpleNamespace) -> dict[str, Any]:
         used = {f"{work.problem}-{work.case}" for work in numbers.works}
         methods = {method for runs in numbers.runs.values() for method in runs["method"]}
         return {
             "c": CONSTANTS,
             "coarse": {method: tol for method, tol in ivps.COARSE.items() if method in methods},
             "drawn": draw_all(numbers, out / "figures"),
-            "tables": tables(numbers, found.found, out / "tables"),
+            "tables": tables(numbers, conclusions.found, out / "tables"),
             "references": len(store.names(DATA)),
             "unused": len(set(store.names(DATA)) - used),
             "left_out": numbers.left_out,

@@ -19,19 +19,19 @@ MIDDLE = 1e-6
 def check(numbers: Numbers) -> SimpleNamespace:
     """Return the numbers of the text; the first sentence that does not hold raises ClaimRefuted."""
     check_defects(numbers.defects)
-    found = {work.key: check_work(work, numbers.runs[work.key]) for work in numbers.works}
+    summaries = {work.key: check_work(work, numbers.runs[work.key]) for work in numbers.works}
     runs = pd.concat(numbers.runs.values())
     return SimpleNamespace(
         works=numbers.works,
-        found=found,
+        found=summaries,
         total=len(runs),
         failed=int((runs["failure"] != "").sum()),
-        tally=tally([each.winners for each in found.values()]),
-        cells=sum(len(each.winners) for each in found.values()),
-        price={name: price([each.advice for each in found.values()], name) for name in CONSERVED if name != "nothing"},
-        callbacks=callbacks(found),
+        tally=tally([summary.winners for summary in summaries.values()]),
+        specifications=sum(len(summary.winners) for summary in summaries.values()),
+        price={name: price([summary.advice for summary in summaries.values()], name) for name in CONSERVED if name != "nothing"},
+        callbacks=callbacks(summaries),
         structure=structure(numbers),
-        uncounted=[str(name) for name, each in runs.groupby("method", sort=False) if each["evaluations"].isna().all()],
+        uncounted=[str(name) for name, method_runs in runs.groupby("method", sort=False) if method_runs["evaluations"].isna().all()],
     )
 
 
@@ -72,8 +72,14 @@ def check_work(work: Work, table: pd.DataFrame) -> SimpleNamespace:
 
 def winners(work: Work, table: pd.DataFrame) -> pd.DataFrame:
     """Return the cheapest method for each accuracy: by time, by evaluations, and by time if Python callbacks took none."""
-    found = {cost: cheapest(table, work.error, cost, LEVELS).set_index("level") for cost in ("seconds", "evaluations", "own_seconds")}
-    joined = found["seconds"].join(found["evaluations"].add_suffix("_counted")).join(found["own_seconds"][["method"]].add_suffix("_own"))
+    winners_by_cost = {
+        cost: cheapest(table, work.error, cost, LEVELS).set_index("level") for cost in ("seconds", "evaluations", "own_seconds")
+    }
+    joined = (
+        winners_by_cost["seconds"]
+        .join(winners_by_cost["evaluations"].add_suffix("_counted"))
+        .join(winners_by_cost["own_seconds"][["method"]].add_suffix("_own"))
+    )
     words = dict.fromkeys(("method_counted", "next_counted", "method_own"), "")  # where no method that counts evaluations gets there
     return joined.rename(columns={"evaluations_counted": "evaluations"}).fillna(words).reset_index()
 
@@ -84,15 +90,17 @@ def phrases(frame: pd.DataFrame) -> list[SimpleNamespace]:
     Each has first and last level, method, least and most factor to the next, the next methods, and who is first by evaluations and who
     would be without Python callbacks, where that is another one.
     """
-    found = []
+    stretches = []
     alone = frame["next"] == ""
     for _, rows in frame.groupby(((frame["method"] != frame["method"].shift()) | (alone != alone.shift())).cumsum()):
         method = str(rows["method"].iloc[0])
-        counted, own = (list(dict.fromkeys(rows[name][~rows[name].isin([method, ""])])) for name in ("method_counted", "method_own"))
+        counted, callback_free = (
+            list(dict.fromkeys(rows[name][~rows[name].isin([method, ""])])) for name in ("method_counted", "method_own")
+        )
         followers = [name for name in dict.fromkeys(rows["next"]) if name]
         span = {"first": rows["level"].iloc[0], "last": rows["level"].iloc[-1], "least": rows["ratio"].min(), "most": rows["ratio"].max()}
-        found.append(SimpleNamespace(method=method, next=followers, counted=counted, own=own, **span))
-    return found
+        stretches.append(SimpleNamespace(method=method, next=followers, counted=counted, own=callback_free, **span))
+    return stretches
 
 
 def keeps(work: Work, table: pd.DataFrame) -> pd.DataFrame:
@@ -106,7 +114,7 @@ def keeps(work: Work, table: pd.DataFrame) -> pd.DataFrame:
         best = runs.sort_values(work.error).iloc[0]
         row = {"method": name, "knob": best["knob"], "error": best[work.error], "claimed": bool(runs["claims_energy"].all())}
         row |= {"energy": runs["value"].where(runs["measured_energy"]).max(), "all": bool(runs["measured_energy"].all())}
-        rows.append(row | {each: best.get(each, np.nan) for each in ("energy_error", "g", "Gv", "casimirs", "integrals")})
+        rows.append(row | {quantity: best.get(quantity, np.nan) for quantity in ("energy_error", "g", "Gv", "casimirs", "integrals")})
     return pd.DataFrame(rows)
 
 
@@ -134,9 +142,9 @@ def price(frames: list[pd.DataFrame], conserve: str) -> SimpleNamespace:
     return SimpleNamespace(cases=cases, n=len(ratios), free=len(ratios) - len(dear), **worst)
 
 
-def callbacks(found: dict[str, SimpleNamespace]) -> SimpleNamespace:
+def callbacks(summaries: dict[str, SimpleNamespace]) -> SimpleNamespace:
     """Return how many winners would be others if Python callbacks took no time."""
-    frames = [each.winners for each in found.values()]
+    frames = [summary.winners for summary in summaries.values()]
     changed = sum(int((frame["method"] != frame["method_own"]).sum()) for frame in frames)
     return SimpleNamespace(changed=changed)
 

@@ -24,9 +24,9 @@ def ratios(numbers: Numbers) -> pd.DataFrame:
     """Return by what factor each method is dearer than the cheapest, at one accuracy: columns key, method, ratio."""
     rows = []
     for work in numbers.works:
-        found = costs_at(numbers.runs[work.key], work.error, "seconds", MIDDLE)
-        least = min((price for price, _ in found.values()), default=1.0)
-        rows += [(work.key, method, price / least) for method, (price, _) in found.items()]
+        costs = costs_at(numbers.runs[work.key], work.error, "seconds", MIDDLE)
+        least = min((price for price, _ in costs.values()), default=1.0)
+        rows += [(work.key, method, price / least) for method, (price, _) in costs.items()]
     return pd.DataFrame(rows, columns=["key", "method", "ratio"])
 
 
@@ -38,10 +38,12 @@ def draw_overview(numbers: Numbers, folder: Path) -> Path:
         figure, axes = grid_of_axes(1, 1, 0.9 + 0.2 * max(4, len(order)) + 0.2 * len(numbers.works) / 2)
         axis = axes[0, 0]
         for k, work in enumerate(numbers.works):
-            own, stroke = frame[frame["key"] == work.key], STROKES[k % len(STROKES)]
-            rows = [order.index(name) for name in own["method"]]
+            motion_ratios, stroke = frame[frame["key"] == work.key], STROKES[k % len(STROKES)]
+            rows = [order.index(name) for name in motion_ratios["method"]]
             look = {"markerfacecolor": "white", "markeredgecolor": stroke.color, "markersize": 5.5}
-            axis.plot(own["ratio"], rows, linestyle="none", marker=stroke.marker, label=f"{work.title}, $t$ = {work.t_end:g}", **look)
+            axis.plot(
+                motion_ratios["ratio"], rows, linestyle="none", marker=stroke.marker, label=f"{work.title}, $t$ = {work.t_end:g}", **look
+            )
         axis.set(xscale="log", xlabel="CPU time over that of the cheapest", xlim=(0.8, None), ylim=(-0.6, len(order) - 0.4))
         axis.set_yticks(range(len(order)), order)
         figure.legend(loc="outside lower center", ncols=2)

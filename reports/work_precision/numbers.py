@@ -64,13 +64,13 @@ def measure(folder: Path, tell: Progress, works: Sequence[Work] = WORKS, process
         If Ctrl-C ends it; what was done is kept.
     """
     studies = {work.key: work.study() for work in works}
-    with opened(folder / STORE) as kept:
-        cells = [cell for study, _ in studies.values() for cell in study.cells()]
-        make_runs(cells, kept, lambda done, doing: tell(MADE * done, doing), processes)
-        tables = {key: study.table(kept) for key, (study, _) in studies.items()}
+    with opened(folder / STORE) as store:
+        specifications = [specification for study, _ in studies.values() for specification in study.specifications()]
+        make_runs(specifications, store, lambda done, doing: tell(MADE * done, doing), processes)
+        tables = {key: study.table(store) for key, (study, _) in studies.items()}
     tell(MADE, "defects")
-    found = [row for work in works for row in defects(work, studies[work.key][0])]
-    frame = pd.DataFrame(found, columns=["key", "method", "h", "claimed", "defect"])
+    defect_rows = [row for work in works for row in defects(work, studies[work.key][0])]
+    frame = pd.DataFrame(defect_rows, columns=["key", "method", "h", "claimed", "defect"])
     return Numbers(
         works=tuple(works),
         runs={key: with_conserved(with_costs(table), _by_method(frame, key), claims_of(table)) for key, table in tables.items()},
@@ -82,13 +82,13 @@ def measure(folder: Path, tell: Progress, works: Sequence[Work] = WORKS, process
 
 
 def _by_method(frame: pd.DataFrame, key: str) -> dict[str, float]:
-    own = frame[frame["key"] == key]
-    return {str(name): float(defect) for name, defect in zip(own["method"], own["defect"], strict=True)}
+    motion_defects = frame[frame["key"] == key]
+    return {str(name): float(defect) for name, defect in zip(motion_defects["method"], motion_defects["defect"], strict=True)}
 
 
 def defects(work: Work, study: Study) -> list[dict[str, object]]:
     """Return what each method with fixed steps makes of the two-form, or of the structure matrix: exactly, and uncompiled."""
-    ivp = study.cells()[0].ivp
+    ivp = study.specifications()[0].ivp
     rows: list[dict[str, object]] = []
     for name, solver in zip(study.methods, methods_of(ivp, study.methods, anyway=study.anyway), strict=True):
         if solver.knob != "h":

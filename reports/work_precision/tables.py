@@ -20,23 +20,23 @@ from daebench.studies.work_precision.recommend import CONSERVED
 WORDS = CONSERVED | {"two_form": "two-form", "casimirs": "Casimir functions", "constraints": "constraints"}
 
 
-def tables(numbers: Numbers, found: Mapping[str, SimpleNamespace], folder: Path) -> Mapping[str, Tabulate]:
+def tables(numbers: Numbers, summaries: Mapping[str, SimpleNamespace], folder: Path) -> Mapping[str, Tabulate]:
     """Write the tables as CSV into a folder, all columns and rows, and return functions from a caption to HTML, by name and motion."""
     save_table(folder / "defects.csv", numbers.defects)
-    made: dict[str, Tabulate] = {"summary": partial(summary_table, numbers, found)}
+    made: dict[str, Tabulate] = {"summary": partial(summary_table, numbers, summaries)}
     for work in numbers.works:
-        own = found[work.key]
-        stems = {"runs": numbers.runs[work.key], "winners": own.winners, "keeps": own.keeps, "advice": own.advice}
-        stems["front"] = own.front["seconds"]
+        summary = summaries[work.key]
+        stems = {"runs": numbers.runs[work.key], "winners": summary.winners, "keeps": summary.keeps, "advice": summary.advice}
+        stems["front"] = summary.front["seconds"]
         for stem, data in stems.items():
             save_table(folder / f"{stem}-{work.key}.csv", data)
         resolutions = dict(numbers.runs[work.key].groupby("method")["knob"].first())
-        made[f"winners-{work.key}"] = partial(winners_table, work, own.winners, resolutions)
-        made[f"keeps-{work.key}"] = partial(keeps_table, work, own.keeps, numbers.defects[numbers.defects["key"] == work.key])
-        made[f"advice-{work.key}"] = partial(advice_table, work, own.advice)
-        made[f"front-{work.key}"] = partial(front_table, work, own.front["seconds"])
-        if len(own.failed):
-            made[f"failed-{work.key}"] = partial(failed_table, work, own.failed)
+        made[f"winners-{work.key}"] = partial(winners_table, work, summary.winners, resolutions)
+        made[f"keeps-{work.key}"] = partial(keeps_table, work, summary.keeps, numbers.defects[numbers.defects["key"] == work.key])
+        made[f"advice-{work.key}"] = partial(advice_table, work, summary.advice)
+        made[f"front-{work.key}"] = partial(front_table, work, summary.front["seconds"])
+        if len(summary.failed):
+            made[f"failed-{work.key}"] = partial(failed_table, work, summary.failed)
     return made
 
 
@@ -64,14 +64,14 @@ def named(value: str) -> Markup:
     return code(value) if value else Markup(NONE)
 
 
-def summary_table(numbers: Numbers, found: Mapping[str, SimpleNamespace], caption: str) -> Markup:
+def summary_table(numbers: Numbers, summaries: Mapping[str, SimpleNamespace], caption: str) -> Markup:
     """Return what to take on each motion at one accuracy, a column for each thing that must be conserved."""
-    asked = [name for name in CONSERVED if any(name in set(own.advice["conserve"]) for own in found.values())]
+    asked = [name for name in CONSERVED if any(name in set(summary.advice["conserve"]) for summary in summaries.values())]
     rows = []
     for work in numbers.works:
-        advice = found[work.key].advice
-        own = advice[advice["level"] == MIDDLE].set_index("conserve").to_dict("index")
-        rows.append([work.title, work.t_end, *(chosen(own[name]) if name in own else Markup(NONE) for name in asked)])
+        advice = summaries[work.key].advice
+        choices = advice[advice["level"] == MIDDLE].set_index("conserve").to_dict("index")
+        rows.append([work.title, work.t_end, *(chosen(choices[name]) if name in choices else Markup(NONE) for name in asked)])
     frame = pd.DataFrame(rows, columns=["motion", "t", *asked], dtype=object)
     formats: Formats = {"motion": text, "t": count} | dict.fromkeys(asked, text)
     return table("summary", frame, formats, {"t": "to <i>t</i><small>s</small>"} | WORDS, caption)

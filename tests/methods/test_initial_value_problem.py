@@ -12,7 +12,8 @@ from daebench.methods import initial_value_problem as ivp_constructor
 from daebench.methods.initial_value_problem import declared_ivps, initial_value_problem
 from daebench.methods.run import singular_as
 from daebench.runs.ivp import ConstrainedIvp, PoissonIvp
-from daebench.studies.grid.run_specification import Cell
+from daebench.studies.grid import run_specification
+from daebench.studies.grid.run_specification import GridRun
 
 
 def test_both_kinds_of_problems_are_taken_by_name():
@@ -98,10 +99,18 @@ def test_the_old_names_of_the_constructor_work_and_warn(old):
     assert warned[0].filename == __file__
 
 
+def test_the_old_name_of_a_class_of_a_module_works_and_warns():
+    with pytest.warns(FutureWarning, match=r"run_specification\.Cell is now called GridRun") as warned:
+        assert run_specification.Cell is GridRun
+    assert warned[0].filename == __file__
+    with pytest.raises(AttributeError, match="has no attribute 'Cells'"):
+        _ = run_specification.Cells
+
+
 def test_old_attributes_and_arguments_work_and_warn():
-    cell = Cell(problem="planar_pendulum", case="horizontal", method="rattle", value=0.1, t_end=1.0, metrics=())
-    with pytest.warns(FutureWarning, match="Cell.scene is now called ivp") as warned:
-        assert cell.scene is cell.ivp
+    run = GridRun(problem="planar_pendulum", case="horizontal", method="rattle", value=0.1, t_end=1.0, metrics=())
+    with pytest.warns(FutureWarning, match="GridRun.scene is now called ivp") as warned:
+        assert run.scene is run.ivp
     assert warned[0].filename == __file__
     ivp = initial_value_problem("planar_pendulum")
     with pytest.warns(FutureWarning, match="argument scene of symplectic_projection is now called ivp") as warned:

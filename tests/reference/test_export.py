@@ -7,18 +7,18 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from daebench.studies.grid.run_specification import Cell, code_version
+from daebench.studies.grid.run_specification import GridRun, code_version
 from daebench.studies.grid.store import Store, StoredRow, opened
 
-CELL = Cell(problem="planar_pendulum", case="rotating", method="rattle", value=0.1, t_end=4.0, metrics=("energy", "q"))
+RUN = GridRun(problem="planar_pendulum", case="rotating", method="rattle", value=0.1, t_end=4.0, metrics=("energy", "q"))
 
 
 @pytest.fixture
 def path(tmp_path):
     row = {"problem": "planar_pendulum", "case": "rotating", "method": "rattle", "value": 0.1, "gravity": 2.0, "failure": ""}
     with opened(tmp_path / "rows.db") as store:
-        store.put([StoredRow("b", CELL.plain(), row | {"error_q": 0.1 + 0.2}, code_version(), 0.5)])
-        store.put([StoredRow("a", CELL.plain(), row | {"error_q": np.inf}, "another version", 0.25)])
+        store.put([StoredRow("b", RUN.plain(), row | {"error_q": 0.1 + 0.2}, code_version(), 0.5)])
+        store.put([StoredRow("a", RUN.plain(), row | {"error_q": np.inf}, "another version", 0.25)])
     return tmp_path / "rows.db"
 
 
@@ -38,7 +38,7 @@ def test_all_rows_are_written_with_all_digits_and_the_fields_of_their_cells(daeb
     assert list(map(float, table["error_q"])) == [np.inf, 0.1 + 0.2]
     assert list(table["took"]) == [0.25, 0.5]
     assert (table["metrics"] == "energy q").all()
-    assert (table[["t_end", "gravity", "outputs"]] == [4.0, 2.0, CELL.outputs]).all(axis=None)
+    assert (table[["t_end", "gravity", "outputs"]] == [4.0, 2.0, RUN.outputs]).all(axis=None)
 
 
 def test_json_says_what_was_written(daebench, path):

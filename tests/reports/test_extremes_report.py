@@ -13,7 +13,7 @@ from daebench.pages.report.claims import ClaimRefuted
 from daebench.reports.extremes import ivps, numbers
 from daebench.reports.extremes.claims import horizons, limits, ratios
 from daebench.reports.extremes.tables import typeset
-from daebench.studies.precision.study import WAYS, cells_of
+from daebench.studies.precision.study import WAYS, specifications_of
 from daebench.studies.stability.extreme import Asked
 from daebench.studies.stability.study import EXTREMES
 
@@ -94,7 +94,7 @@ def test_names_and_powers_of_ten_are_set_as_such():
 def test_every_section_has_its_extreme():
     for section in ivps.SECTIONS:
         assert EXTREMES[section.extreme].refusal(section.asked) == "", section.key
-    assert {way for way, _ in cells_of(ivps.PRECISION)[0]} == set(WAYS)
+    assert {way for way, _ in specifications_of(ivps.PRECISION)[0]} == set(WAYS)
 
 
 @pytest.mark.slow

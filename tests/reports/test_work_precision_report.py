@@ -66,7 +66,7 @@ def test_a_small_report_is_made_kept_and_made_again_without_a_run(tmp_path, monk
     monkeypatch.setattr(work_precision, "draw_all", lambda numbers, folder: {"overview": folder, SMALL.key: folder})
     first = build("work-precision", tmp_path).read_text(encoding="utf-8")
     assert len(uncompiled.opened) == 1
-    monkeypatch.setattr("daebench.studies.grid.measure.row_of", lambda cell: pytest.fail("a run"))
+    monkeypatch.setattr("daebench.studies.grid.measure.row_of", lambda specification: pytest.fail("a run"))
     told = []
     second = build("work-precision", tmp_path, lambda fraction, doing: told.append(fraction)).read_text(encoding="utf-8")
     assert len(uncompiled.opened) == 1
@@ -83,11 +83,11 @@ def test_a_small_report_is_made_kept_and_made_again_without_a_run(tmp_path, monk
 def test_an_interruption_says_what_is_kept(tmp_path, monkeypatch, uncompiled):
     real, made = row_of, []
 
-    def one_only(cell):
+    def one_only(specification):
         if made:
             raise KeyboardInterrupt
-        made.append(cell)
-        return real(cell)
+        made.append(specification)
+        return real(specification)
 
     monkeypatch.setattr("daebench.studies.grid.measure.row_of", one_only)
     with pytest.raises(Interrupted, match=r"1 runs are kept in .*studies\.db: run again to go on"):

@@ -106,7 +106,7 @@ def test_it_is_reproduced_to_the_bit_in_another_folder(archived, daebench, monke
 def test_a_number_that_is_not_reproduced_is_named_and_ends_with_1(archived, daebench):
     files = parts(archived / "s.zip")
     rows = [of_json(line) for line in files[ROWS].decode().splitlines()]
-    k = next(k for k, each in enumerate(rows) if each.row["problem"] == "planar_pendulum" and each.cell["method"] == "rattle")
+    k = next(k for k, each in enumerate(rows) if each.row["problem"] == "planar_pendulum" and each.specification["method"] == "rattle")
     for factor, status, word in (
         (1 + 1e-9, 0, "within tolerances: 1 runs; most in rattle on planar_pendulum"),
         (1.5, 1, "differs: rattle on"),
@@ -211,7 +211,7 @@ SMUGGLED = {
 
 @pytest.mark.parametrize(("more", "manifest", "sentence"), SMUGGLED.values(), ids=SMUGGLED)
 def test_what_was_put_into_an_archive_is_refused_before_anything_is_run(archived, more, manifest, sentence, monkeypatch):
-    monkeypatch.setattr(reproduce, "row_of", lambda cell: pytest.fail("run"))
+    monkeypatch.setattr(reproduce, "row_of", lambda specification: pytest.fail("run"))
     pack(archived / "evil.zip", parts(archived / "s.zip") | more, manifest)
     with pytest.raises(BadInput, match=sentence) as said:
         read(archived / "evil.zip")

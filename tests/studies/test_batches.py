@@ -13,19 +13,19 @@ import pytest
 
 from daebench.errors import BadInput, DaebenchError
 from daebench.studies.grid import batches
-from daebench.studies.grid.run_specification import Cell, code_version
+from daebench.studies.grid.run_specification import GridRun, code_version
 from daebench.studies.grid.runs import computed
 from daebench.studies.grid.schedulers import dask_cluster, workers_of
 from daebench.studies.grid.store import StoredRow, opened
 
 
-def cells(n):
+def specifications(n):
     given = {"problem": "planar_pendulum", "case": "rotating", "method": "rattle", "t_end": 4.0, "metrics": ("energy",)}
-    return [Cell(**given, value=1 / (16 + k)) for k in range(n)]
+    return [GridRun(**given, value=1 / (16 + k)) for k in range(n)]
 
 
 class AtOnce(Executor):
-    """Computes what is submitted when it is submitted, by this function, and keeps how many cells each share had."""
+    """Computes what is submitted when it is submitted, by this function, and keeps how many runs each share had."""
 
     def __init__(self, rows_of):
         self.rows_of, self.sizes, self._max_workers = rows_of, [], 2
@@ -42,7 +42,9 @@ class AtOnce(Executor):
 
 def taking(seconds):
     """Return what computes rows that tell their step sizes, and says that each took so long."""
-    return lambda batch, maker: tuple(StoredRow(key, cell.plain(), {"value": cell.value}, maker, seconds) for key, cell in batch)
+    return lambda batch, maker: tuple(
+        StoredRow(key, specification.plain(), {"value": specification.value}, maker, seconds) for key, specification in batch
+    )
 
 
 @pytest.fixture
@@ -53,8 +55,8 @@ def store(tmp_path):
 
 def test_quick_cells_go_out_many_at_a_time_and_the_last_of_them_are_divided(store):
     executor = AtOnce(taking(1e-4))
-    found = computed(cells(1000), store, executor=executor)
-    assert [row["value"] for row in found.values()] == [cell.value for cell in cells(1000)]
+    found = computed(specifications(1000), store, executor=executor)
+    assert [row["value"] for row in found.values()] == [specification.value for specification in specifications(1000)]
     assert (executor.sizes[0], max(executor.sizes), sum(executor.sizes)) == (1, batches.MOST, 1000)
     assert executor.sizes[-1] == 1
     assert len(executor.sizes) < 50
@@ -62,13 +64,13 @@ def test_quick_cells_go_out_many_at_a_time_and_the_last_of_them_are_divided(stor
 
 def test_slow_cells_go_out_one_by_one(store):
     executor = AtOnce(taking(1.0))
-    computed(cells(20), store, executor=executor)
+    computed(specifications(20), store, executor=executor)
     assert executor.sizes == [1] * 20
 
 
 def test_a_share_takes_about_a_moment(store):
     executor = AtOnce(taking(batches.MOMENT / 10))
-    computed(cells(200), store, executor=executor)
+    computed(specifications(200), store, executor=executor)
     assert max(executor.sizes) == 10
 
 
@@ -79,14 +81,14 @@ def test_what_was_done_before_a_loss_is_kept(store):
         return taking(1.0)(batch, maker)
 
     with pytest.raises(DaebenchError, match=r"what computed rattle on planar_pendulum is lost .*run again"):
-        computed(cells(20), store, executor=AtOnce(lose_the_first))
+        computed(specifications(20), store, executor=AtOnce(lose_the_first))
     assert len(store) == 2 * batches.AHEAD - 1
 
 
 def test_a_worker_of_another_version_is_refused(store):
     with pytest.raises(BadInput, match=r"a worker on .* has another version of daebench"):
-        batches.rows_of([("key", cells(1)[0])], "something else")
-    (found,) = batches.rows_of([("key", cells(1)[0])], code_version())
+        batches.rows_of([("key", specifications(1)[0])], "something else")
+    (found,) = batches.rows_of([("key", specifications(1)[0])], code_version())
     assert (found.key, found.row["failure"], found.maker) == ("key", "", code_version())
     assert found.took > 0
 
@@ -200,7 +202,7 @@ def test_a_cluster_that_loses_its_workers_is_given_up_after_a_while_and_its_rows
     executor = Deserted(computes)
     given_up = r"has had no workers for 0\.2 s; what was done before is kept: start some, and run again"
     with pytest.warns(UserWarning, match=r"has no workers any more; waiting 0\.2 s"), pytest.raises(DaebenchError, match=given_up):
-        computed(cells(12), store, executor=executor)
+        computed(specifications(12), store, executor=executor)
     assert len(store) == computes
     assert all(future.cancelled() for future, _ in executor.waiting)
 
@@ -210,5 +212,5 @@ def test_a_cluster_that_gets_a_worker_again_goes_on(store, monkeypatch, looks):
     monkeypatch.setattr(batches, "GLANCE", 0.01)
     executor = Deserted(1, looks)
     with pytest.warns(UserWarning, match="has no workers any more"):
-        computed(cells(2), store, executor=executor)
+        computed(specifications(2), store, executor=executor)
     assert len(store) == 2

@@ -10,10 +10,10 @@ import pytest
 from cache_damage import FAMILY, flipped, zeroed
 
 from daebench.errors import BadInput
-from daebench.studies.grid.run_specification import Cell
+from daebench.studies.grid.run_specification import GridRun
 from daebench.studies.grid.store import Store, StoredRow, StoreWarning
 
-CELL = Cell(problem="planar_pendulum", case="rotating", method="rattle", value=0.1, t_end=4.0, metrics=("energy",))
+CELL = GridRun(problem="planar_pendulum", case="rotating", method="rattle", value=0.1, t_end=4.0, metrics=("energy",))
 COUNT = 120
 RIGHT = {hashlib.sha256(str(k).encode()).hexdigest(): {f"column{j}": k + j / 7 for j in range(20)} for k in range(COUNT)}
 
@@ -84,7 +84,7 @@ def test_a_row_that_says_something_else_is_named_and_the_others_stay(whole, tmp_
     first, second, third = sorted(RIGHT)[:3]
     altered(path, "UPDATE rows SET row = replace(row, '7', '8') WHERE key = ?", first)
     altered(path, "UPDATE rows SET took = 1e-3 WHERE key = ?", second)
-    altered(path, "UPDATE rows SET cell = 'nothing' WHERE key = ?", third)
+    altered(path, "UPDATE rows SET run = 'nothing' WHERE key = ?", third)
     with warnings.catch_warnings():
         warnings.simplefilter("default", StoreWarning)
         status, out, err = daebench("export", path, tmp_path / "rows.csv")

@@ -5,10 +5,10 @@ from dataclasses import replace
 import pytest
 
 from daebench.studies.grid.estimate import LEAST_COMPILE, LEAST_SECONDS, MOST_COMPILE, STEP_SECONDS, TOLERANCE_SECONDS, estimate
-from daebench.studies.grid.run_specification import Cell, code_version
+from daebench.studies.grid.run_specification import GridRun, code_version
 from daebench.studies.grid.store import StoredRow, opened
 
-FIXED = Cell(problem="planar_pendulum", case="rotating", method="rattle", value=0.01, t_end=100.0, metrics=("energy",))
+FIXED = GridRun(problem="planar_pendulum", case="rotating", method="rattle", value=0.01, t_end=100.0, metrics=("energy",))
 CHOSEN = replace(FIXED, method="scipy:DOP853", value=1e-6)
 
 
@@ -18,8 +18,8 @@ def store(tmp_path):
         yield found
 
 
-def keep(store, cell, took, failure="", maker=""):
-    store.put([StoredRow(f"{cell}", cell.plain(), {"failure": failure}, maker, took)])
+def keep(store, specification, took, failure="", maker=""):
+    store.put([StoredRow(f"{specification}", specification.plain(), {"failure": failure}, maker, took)])
 
 
 def test_without_kept_runs_it_is_what_is_usual(store):
@@ -48,25 +48,28 @@ KERNELS = {
 }
 
 
-@pytest.mark.parametrize(("cells", "count"), KERNELS.values(), ids=KERNELS)
-def test_kernels_that_nothing_kept_has_compiled_are_counted_with_their_time(store, cells, count):
-    found = estimate(cells, store)
+@pytest.mark.parametrize(("specifications", "count"), KERNELS.values(), ids=KERNELS)
+def test_kernels_that_nothing_kept_has_compiled_are_counted_with_their_time(store, specifications, count):
+    found = estimate(specifications, store)
     assert found.kernels == count
     assert found.compiling >= count * LEAST_COMPILE
     assert f"for kernels to compile, {count} at most" in found.sentence(1, "in one process")
-    for cell in cells:
-        keep(store, replace(cell, value=cell.value / 2), 1.0, maker="another version")
-    assert estimate(cells, store).kernels == count
-    for cell in cells:
-        keep(store, replace(cell, value=cell.value / 3), 1.0, maker=code_version())
-    found = estimate(cells, store)
+    for specification in specifications:
+        keep(store, replace(specification, value=specification.value / 2), 1.0, maker="another version")
+    assert estimate(specifications, store).kernels == count
+    for specification in specifications:
+        keep(store, replace(specification, value=specification.value / 3), 1.0, maker=code_version())
+    found = estimate(specifications, store)
     assert (found.kernels, found.compiling) == (0, 0)
     assert "all is compiled" in found.sentence(1, "in one process")
 
 
 def test_more_stages_and_larger_problems_take_longer_to_compile_up_to_a_limit(store):
     large = replace(FIXED, problem="andrews_squeezer", case="bari")
-    times = [estimate([cell], store).compiling for cell in (FIXED, replace(large, method="rattle"), replace(large, method="lobatto4"))]
+    times = [
+        estimate([specification], store).compiling
+        for specification in (FIXED, replace(large, method="rattle"), replace(large, method="lobatto4"))
+    ]
     assert times == sorted(times)
     assert times[0] < times[1] <= times[2] <= MOST_COMPILE
 
@@ -81,5 +84,5 @@ def test_where_steps_are_chosen_the_nearest_tolerance_tells(store):
     keep(store, replace(CHOSEN, value=1e-8), 3.0)
     assert estimate([replace(CHOSEN, value=1e-9, t_end=200.0)], store).seconds == pytest.approx(6.0)
     mixed = estimate([CHOSEN, FIXED], store)
-    assert (mixed.like, mixed.cells) == (1, 2)
+    assert (mixed.like, mixed.specifications) == (1, 2)
     assert "for 1 of them" in mixed.sentence(1, "in one process")

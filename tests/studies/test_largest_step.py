@@ -4,15 +4,17 @@ import pytest
 
 from daebench.errors import BadInput
 from daebench.studies.grid.measure import row_of
-from daebench.studies.grid.run_specification import Cell
+from daebench.studies.grid.run_specification import GridRun
 from daebench.studies.stability.largest_step import PART, completes, keeps_energy, largest_step
 
-CELL = Cell(problem="planar_pendulum", case="rotating", method="rattle", value=1.0, t_end=4.0, metrics=("energy",))
+CELL = GridRun(problem="planar_pendulum", case="rotating", method="rattle", value=1.0, t_end=4.0, metrics=("energy",))
 
 
 def limited(limit, *again):
     """Return runs that pass up to a step size, and in intervals above it."""
-    return lambda cell: {"failure": "" if cell.value <= limit or any(a <= cell.value <= b for a, b in again) else "too large"}
+    return lambda specification: {
+        "failure": "" if specification.value <= limit or any(a <= specification.value <= b for a, b in again) else "too large"
+    }
 
 
 @pytest.mark.parametrize("limit", [0.9, 0.3217, 1e-3, 1e-7])
@@ -46,10 +48,10 @@ def test_rattle_on_the_pendulum_ends_where_its_equations_have_no_solution():
 
 
 @pytest.mark.parametrize(
-    ("cell", "largest", "sentence"),
+    ("specification", "largest", "sentence"),
     [
         (
-            Cell(problem="planar_pendulum", case="rotating", method="scipy:RK45", value=1e-3, t_end=4.0, metrics=("energy",)),
+            GridRun(problem="planar_pendulum", case="rotating", method="scipy:RK45", value=1e-3, t_end=4.0, metrics=("energy",)),
             1.0,
             "chooses its steps",
         ),
@@ -58,6 +60,6 @@ def test_rattle_on_the_pendulum_ends_where_its_equations_have_no_solution():
     ],
     ids=["tolerance", "too-large", "zero"],
 )
-def test_what_cannot_be_bisected_is_refused(cell, largest, sentence):
+def test_what_cannot_be_bisected_is_refused(specification, largest, sentence):
     with pytest.raises(BadInput, match=sentence):
-        largest_step(cell, completes, largest=largest)
+        largest_step(specification, completes, largest=largest)

@@ -9,7 +9,7 @@ import pytest
 from daebench.methods.fixed_step.stepping import REASONS
 from daebench.studies.grid.measure import row_of
 from daebench.studies.grid.outcomes import OUTCOMES, TOLD, outcome_of, varied_runs
-from daebench.studies.grid.run_specification import Cell
+from daebench.studies.grid.run_specification import GridRun
 
 pytestmark = pytest.mark.usefixtures("uncompiled_schemes")
 
@@ -27,9 +27,9 @@ RUNS = {
 
 @pytest.mark.parametrize("word", RUNS)
 def test_a_run_is_called_what_it_is(word):
-    cell = Cell(metrics=("energy", "manifold", "jump"), outputs=10_000, **RUNS[word])
-    row = row_of(cell)
-    assert outcome_of(cell, row) == word, row
+    specification = GridRun(metrics=("energy", "manifold", "jump"), outputs=10_000, **RUNS[word])
+    row = row_of(specification)
+    assert outcome_of(specification, row) == word, row
     assert word in OUTCOMES
 
 
@@ -40,21 +40,21 @@ SIZES = {1e-12: "fine", 0.09: "fine", 0.11: "coarse", 0.99: "coarse", 1.01: "los
 @pytest.mark.parametrize("size", SIZES)
 def test_a_run_is_called_by_the_size_of_its_error_whatever_its_trend(size, verdict):
     row = {"failure": "", "g": 0.0, "energy_size": size, "energy_scale": 10.0, "energy_error": 10 * size, "energy_verdict": verdict}
-    cell = Cell(metrics=("energy", "manifold"), **RUNS["fine"])
-    assert outcome_of(cell, row) == SIZES[size]
+    specification = GridRun(metrics=("energy", "manifold"), **RUNS["fine"])
+    assert outcome_of(specification, row) == SIZES[size]
 
 
 def test_an_accurate_run_that_drifts_is_fine_and_its_trend_is_told_apart():
     """RK4 with projection: it drifts at every step size, by less than the oscillation of RATTLE."""
-    cells = [
-        Cell(
+    specifications = [
+        GridRun(
             metrics=("energy", "manifold", "jump"),
             outputs=2000,
             **{**FAST, "method": name, "value": 0.005, "parameters": (("gravity", 1.0),)},
         )
         for name in ("rattle", "rk4+proj")
     ]
-    table = varied_runs(cells, "gravity", lambda each: pd.DataFrame([row_of(cell) for cell in each]))
+    table = varied_runs(specifications, "gravity", lambda each: pd.DataFrame([row_of(specification) for specification in each]))
     assert table["outcome"].tolist() == ["fine", "fine"]
     assert table["trend"].tolist() == ["bounded", "drifts"]
     assert table["size"][1] < table["size"][0] / 10
@@ -62,17 +62,19 @@ def test_an_accurate_run_that_drifts_is_fine_and_its_trend_is_told_apart():
 
 @pytest.mark.parametrize("word", sorted(set(OUTCOMES) - {"fine", "coarse", "lost"}))
 def test_a_run_that_came_to_no_end_on_the_manifold_has_no_trend(word, monkeypatch):
-    monkeypatch.setattr("daebench.studies.grid.outcomes.outcome_of", lambda cell, row: word)
-    cell = Cell(metrics=("energy", "manifold"), parameters=(("gravity", 1.0),), **RUNS["fine"])
+    monkeypatch.setattr("daebench.studies.grid.outcomes.outcome_of", lambda specification, row: word)
+    specification = GridRun(metrics=("energy", "manifold"), parameters=(("gravity", 1.0),), **RUNS["fine"])
     row = {"energy_size": 1.0, "energy_scale": 1.0, "energy_error": 1.0, "energy_verdict": "drifts"}
-    assert varied_runs([cell], "gravity", lambda cells: pd.DataFrame([row]))["trend"].tolist() == [""]
+    assert varied_runs([specification], "gravity", lambda specifications: pd.DataFrame([row]))["trend"].tolist() == [""]
 
 
 def test_a_slope_over_two_oscillations_is_no_drift():
-    cell = Cell(problem="planar_pendulum", case="rotating", method="rattle", value=0.01, t_end=4.0, metrics=("energy", "manifold"))
-    row = row_of(replace(cell, parameters=(("gravity", 0.01),)))
+    specification = GridRun(
+        problem="planar_pendulum", case="rotating", method="rattle", value=0.01, t_end=4.0, metrics=("energy", "manifold")
+    )
+    row = row_of(replace(specification, parameters=(("gravity", 0.01),)))
     assert row["energy_verdict"] == "undetermined"
-    assert outcome_of(cell, row) == "fine"
+    assert outcome_of(specification, row) == "fine"
 
 
 def test_every_reason_of_a_scheme_has_a_word():

@@ -6,24 +6,24 @@ import pandas as pd
 import pytest
 
 from daebench.errors import BadInput
-from daebench.studies.precision.study import cells_of, says, smallest_steps
+from daebench.studies.precision.study import says, smallest_steps, specifications_of
 from daebench.studies.stability.extreme import Asked
 
 ASKED = Asked(problem="planar_pendulum", case="rotating", methods=("rattle", "strang"), t_end=2.0, h=(0.125, 0.0625))
 
 
 def test_ways_that_a_method_does_not_have_are_left_out_and_said():
-    found, refused = cells_of(Asked(problem="lotka_volterra", methods=("midpoint",)), ("float64", "sweeps=1"))
+    found, refused = specifications_of(Asked(problem="lotka_volterra", methods=("midpoint",)), ("float64", "sweeps=1"))
     assert {way for way, _ in found} == {"float64"}
     assert "constrained problems alone" in refused["midpoint, sweeps=1"]
     with pytest.raises(BadInput, match="unknown precision 'float16'"):
-        cells_of(ASKED, ("float16",))
+        specifications_of(ASKED, ("float16",))
     with pytest.raises(BadInput, match=r"none of these ways can be run: .*constrained problems alone"):
-        cells_of(Asked(problem="lotka_volterra", methods=("midpoint",)), ("sweeps=1",))
+        specifications_of(Asked(problem="lotka_volterra", methods=("midpoint",)), ("sweeps=1",))
     with pytest.raises(BadInput, match=r"ends at t = 100, before t_end = 10000; take"):
-        cells_of(Asked(problem="planar_pendulum", case="rotating", t_end=1e4))
+        specifications_of(Asked(problem="planar_pendulum", case="rotating", t_end=1e4))
     with pytest.raises(BadInput, match="fixed steps"):
-        cells_of(Asked(problem="planar_pendulum", methods=("scipy:RK45",)))
+        specifications_of(Asked(problem="planar_pendulum", methods=("scipy:RK45",)))
 
 
 def table(**ways):

@@ -23,10 +23,10 @@ from daebench.methods.fixed_step.constrained import FixedStep
 from daebench.methods.fixed_step.poisson import PoissonStep
 from daebench.problems import planar_pendulum
 from daebench.reference.keep.store import load
-from daebench.studies.grid import run_specification as cells
+from daebench.studies.grid import run_specification as specifications
 from daebench.studies.grid.measure import row_of
 from daebench.studies.grid.metrics import METRICS
-from daebench.studies.grid.run_specification import Cell
+from daebench.studies.grid.run_specification import GridRun
 from daebench.studies.grid.schedulers import dask_cluster
 from daebench.studies.grid.specification_key import key_of, require_possible
 from daebench.studies.grid.store import LAYOUT, Store, StoredRow, StoreFull, opened
@@ -60,11 +60,11 @@ def study(**more):
 
 def one(**more):
     given = {"problem": "planar_pendulum", "case": "rotating", "method": "rattle", "value": 1 / 16, "t_end": 4.0, "metrics": ("energy",)}
-    return Cell(**{**given, **more})
+    return GridRun(**{**given, **more})
 
 
-def kept(key, row, cell=(), maker=""):
-    return StoredRow(key, dict(cell), row, maker, 0.0)
+def kept(key, row, specification=(), maker=""):
+    return StoredRow(key, dict(specification), row, maker, 0.0)
 
 
 # ---- the grid
@@ -77,14 +77,14 @@ def test_a_grid_is_every_method_with_its_own_values_on_every_case_and_parameter(
         cases=["rotating", "near_top"],
         parameters={"gravity": [1.0, 2.0, 3.0]},
         precisions=["float64"],
-    ).cells()
+    ).specifications()
     assert len(found) == (2 + 1 + 1) * 2 * 3
     assert {(each.method, each.value) for each in found} == {("rattle", 0.1), ("rattle", 0.05), ("scipy:DOP853", 1e-6), ("lobatto3", 0.2)}
     assert {each.parameters for each in found} == {(("gravity", x),) for x in (1.0, 2.0, 3.0)}
 
 
 def test_the_ways_to_compute_are_an_axis():
-    found = study(precisions=["float64", "float32", "compensated", "sweeps=2", "newton=1e-6"], values={"h": [0.1]}).cells()
+    found = study(precisions=["float64", "float32", "compensated", "sweeps=2", "newton=1e-6"], values={"h": [0.1]}).specifications()
     told = [(each.precision, each.compensated, each.sweeps, each.newton) for each in found]
     assert told == [
         ("float64", False, 0, 0.0),
@@ -101,7 +101,7 @@ def test_options_go_to_the_methods_that_have_them_and_others_may_be_beside():
         values={"h": [1 / 16], "tol": [1e-6]},
         options={"rho_inf": 0.5, "alpha": 3.0},
     )
-    told = {cell.method: cell.options for cell in found.cells()}
+    told = {specification.method: specification.options for specification in found.specifications()}
     assert told == {
         "generalized_alpha": (("rho_inf", 0.5),),
         "ida:index1": (),
@@ -140,9 +140,9 @@ CONTRADICTIONS = {
 
 @pytest.mark.parametrize(("more", "sentence"), CONTRADICTIONS.values(), ids=CONTRADICTIONS)
 def test_a_contradiction_is_told_before_anything_is_run(more, sentence, monkeypatch):
-    monkeypatch.setattr("daebench.studies.grid.measure.row_of", lambda cell: pytest.fail("run"))
+    monkeypatch.setattr("daebench.studies.grid.measure.row_of", lambda specification: pytest.fail("run"))
     with pytest.raises(BadInput, match=sentence):
-        study(**more).cells()
+        study(**more).specifications()
 
 
 # ---- the numbers
@@ -164,19 +164,22 @@ def test_without_a_certified_reference_errors_are_against_a_finer_run_with_its_b
     text = (folder / "ring.py").read_text()
     (folder / "ring.py").write_text(text.replace("        closed_form=closed_form,\n", ""))
     monkeypatch.setattr("daebench.methods.names.PoissonStep", lambda *a, **k: PoissonStep(*a, **k | {"compiled": False}))
-    (cell,) = study(**{"metrics": ["q"], "values": {"h": [1 / 64]}, "t_end": 2.0} | more).cells()
-    row = row_of(cell)
-    letter = "y" if "y" in cell.metrics else "q"
+    (specification,) = study(**{"metrics": ["q"], "values": {"h": [1 / 64]}, "t_end": 2.0} | more).specifications()
+    row = row_of(specification)
+    letter = "y" if "y" in specification.metrics else "q"
     assert (row["failure"], row["reference"][:8]) in {("", "own fine"), ("", "closed f")}
     assert 0 < row[f"bound_{letter}"] < 1e-3 * row[f"error_{letter}"]
-    states = [getattr(cell.at(cell.value / k).solver.solve(cell.ivp, _same_outputs(cell, k)), letter) for k in (1, 8, 16)]
+    states = [
+        getattr(specification.at(specification.value / k).solver.solve(specification.ivp, _same_outputs(specification, k)), letter)
+        for k in (1, 8, 16)
+    ]
     true = (4 * states[2] - states[1]) / 3
     assert row[f"error_{letter}"] == pytest.approx(np.abs(states[0] - true).max(), rel=1e-2)
 
 
-def _same_outputs(cell, k):
-    asked = cell.asked("h")
-    return replace(asked, value=cell.value / k, every=k * asked.every)
+def _same_outputs(specification, k):
+    asked = specification.asked("h")
+    return replace(asked, value=specification.value / k, every=k * asked.every)
 
 
 def test_errors_are_those_against_the_reference_and_have_its_bounds():
@@ -273,7 +276,7 @@ def test_every_metric_fills_the_columns_it_names():
 
 def test_what_was_computed_is_not_computed_again(store, monkeypatch):
     first = study().table(store)
-    monkeypatch.setattr("daebench.studies.grid.measure.row_of", lambda cell: pytest.fail("computed again"))
+    monkeypatch.setattr("daebench.studies.grid.measure.row_of", lambda specification: pytest.fail("computed again"))
     again = study().table(store)
     assert again.equals(first)
     assert list(again["value"]) == [1 / 16, 1 / 32]
@@ -301,7 +304,7 @@ def test_a_problem_file_that_is_moved_loses_no_row(store, tmp_path, monkeypatch,
     own.rename(moved)
     if moved.parent != own.parent:
         (own.parent / "speeds_of_own.py").rename(moved.with_name("speeds_of_own.py"))
-    monkeypatch.setattr("daebench.studies.grid.measure.row_of", lambda cell: pytest.fail("computed again"))
+    monkeypatch.setattr("daebench.studies.grid.measure.row_of", lambda specification: pytest.fail("computed again"))
     again = study(problem=str(moved), **grid).table(store)
     assert set(again["problem"]) == {str(moved)}
     assert again.drop(columns="problem").equals(first.drop(columns="problem"))
@@ -334,7 +337,9 @@ def test_a_problem_file_that_is_moved_and_changed_has_other_rows(tmp_path, chang
 def test_a_wider_grid_computes_what_is_missing_alone(store, monkeypatch):
     study().table(store)
     seen = []
-    monkeypatch.setattr("daebench.studies.grid.measure.row_of", lambda cell: seen.append(cell.value) or row_of(cell))
+    monkeypatch.setattr(
+        "daebench.studies.grid.measure.row_of", lambda specification: seen.append(specification.value) or row_of(specification)
+    )
     found = study(values={"h": [1 / 8, 1 / 16, 1 / 32, 1 / 64]}).table(store)
     assert seen == [1 / 8, 1 / 64]
     assert list(found["value"]) == [1 / 8, 1 / 16, 1 / 32, 1 / 64]
@@ -372,7 +377,7 @@ def test_code_and_versions_are_in_the_key(monkeypatch):
 
 
 def test_the_code_of_linked_folders_is_in_what_numbers_are_made_by(tmp_path, monkeypatch):
-    here = cells._files()
+    here = specifications._files()
     assert {"studies/grid/run_specification.py", "methods/solvers/drive.py", "reference/keep/store.py", "problems/torus.py"} <= set(here)
     assert not any(name.startswith(("cli/", "reports/")) for name in here)
     assert len({file.resolve() for file in here.values()}) == len(here)
@@ -381,7 +386,7 @@ def test_the_code_of_linked_folders_is_in_what_numbers_are_made_by(tmp_path, mon
         installed.parent.mkdir(parents=True, exist_ok=True)
         installed.write_bytes(file.read_bytes())
     monkeypatch.setattr(package_files, "folder", lambda package: tmp_path.joinpath(*package.split(".")))
-    assert sorted(cells._files()) == sorted(here)
+    assert sorted(specifications._files()) == sorted(here)
 
 
 def test_the_reference_is_in_the_key_of_what_is_measured_against_it(monkeypatch):
@@ -397,22 +402,22 @@ def test_a_reference_is_read_once_for_many_runs(monkeypatch):
     read = []
     found = load("planar_pendulum-rotating")
     monkeypatch.setattr("daebench.reference.keep.store.find", lambda problem, case: read.append(case) or found)
-    study(metrics=["q", "phase"], values={"h": [1 / 8, 1 / 16, 1 / 32]}).cells()
+    study(metrics=["q", "phase"], values={"h": [1 / 8, 1 / 16, 1 / 32]}).specifications()
     assert not math.isnan(row_of(one(metrics=("q", "phase")))["error_q"])
     assert read == ["rotating"]
 
 
 def test_runs_that_may_be_timed_beside_others_are_other_runs():
-    beside = study(repeat=2, beside=True).cells()
-    assert {key_of(each) for each in beside}.isdisjoint(key_of(each) for each in study(repeat=2).cells())
-    assert [key_of(each) for each in study(beside=True).cells()] == [key_of(each) for each in study().cells()]
+    beside = study(repeat=2, beside=True).specifications()
+    assert {key_of(each) for each in beside}.isdisjoint(key_of(each) for each in study(repeat=2).specifications())
+    assert [key_of(each) for each in study(beside=True).specifications()] == [key_of(each) for each in study().specifications()]
 
 
 def test_a_cell_goes_through_json_unchanged():
-    cell = one(parameters=(("gravity", 2.0),), options=(("rho_inf", 0.5),))
-    assert Cell.of_plain(json.loads(json.dumps(cell.plain()))) == cell
-    with pytest.raises(BadInput, match="a cell has no colour"):
-        Cell.of_plain(cell.plain() | {"colour": "red"})
+    specification = one(parameters=(("gravity", 2.0),), options=(("rho_inf", 0.5),))
+    assert GridRun.of_plain(json.loads(json.dumps(specification.plain()))) == specification
+    with pytest.raises(BadInput, match="a run has no colour"):
+        GridRun.of_plain(specification.plain() | {"colour": "red"})
 
 
 def test_numbers_that_json_does_not_have_come_back(store):
@@ -449,9 +454,9 @@ def test_a_file_of_another_layout_is_refused_and_left_as_it_is(tmp_path, step, a
 
 def test_rows_of_other_versions_are_told_from_those_of_other_cells(store, monkeypatch):
     study(values={"h": [1 / 16, 1 / 32]}).table(store)
-    monkeypatch.setattr(cells, "made_by", lambda: "another version")
+    monkeypatch.setattr(specifications, "made_by", lambda: "another version")
     monkeypatch.setattr("daebench.studies.grid.specification_key.made_by", lambda: "another version")
-    wanted = {key_of(each): each.plain() for each in study(values={"h": [1 / 32, 1 / 64]}).cells()}
+    wanted = {key_of(each): each.plain() for each in study(values={"h": [1 / 32, 1 / 64]}).specifications()}
     assert store.outdated(wanted) == 1
     study(values={"h": [1 / 32, 1 / 64]}).table(store)
     assert (store.outdated(wanted), len(store)) == (0, 4)
@@ -475,7 +480,7 @@ def test_another_executor_gives_the_same_rows(store, tmp_path):
 
 def test_progress_tells_each_cell_that_is_computed(store):
     told = []
-    study().table(store, tell=lambda done, of, cell: told.append((done, of, cell.value)))
+    study().table(store, tell=lambda done, of, specification: told.append((done, of, specification.value)))
     assert told == [(1, 2, 1 / 16), (2, 2, 1 / 32)]
 
 
@@ -517,7 +522,7 @@ def test_a_study_that_is_killed_keeps_what_was_done_and_goes_on(tmp_path, monkey
         values = [1 / k for k in range(16, 400)]
         seen = []
         whole = Study(problem="planar_pendulum", methods=["rattle"], values={"h": values}, t_end=50.0)
-        found = whole.table(store, tell=lambda _, of, cell: seen.append(of))
+        found = whole.table(store, tell=lambda _, of, specification: seen.append(of))
         assert len(found) == len(values)
         assert len(seen) == len(values) - done
 
@@ -531,7 +536,7 @@ def test_a_cluster_gives_the_same_rows_though_a_worker_is_killed(store, tmp_path
     with distributed.LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=":0") as cluster:
         killed = []
 
-        def tell(done, of, cell):
+        def tell(done, of, specification):
             if done == 20:
                 worker = next(iter(cluster.workers.values()))
                 killed.append(worker.pid)

@@ -19,7 +19,7 @@ from daebench.methods.solvers.scipy_ode import ScipyOde
 from daebench.reference.keep import store
 from daebench.runs.request import Request
 from daebench.studies.grid.measure import row_of
-from daebench.studies.grid.run_specification import Cell
+from daebench.studies.grid.run_specification import GridRun
 from daebench.studies.work_precision.figure import FAMILIES, draw, families
 from daebench.studies.work_precision.study import cheapest, front, standard, with_costs
 
@@ -162,26 +162,28 @@ MOTION = {"problem": "planar_pendulum", "case": "rotating", "t_end": 4.0}
 
 
 def test_a_run_by_tolerance_is_given_up_after_so_many_calls():
-    cell = Cell(**MOTION, method="scipy:DOP853", value=1e-10, metrics=("energy",), calls=100)
-    assert "100 calls of the rhs were not enough" in row_of(cell)["failure"]
-    assert row_of(replace(cell, calls=100_000))["failure"] == ""
+    specification = GridRun(**MOTION, method="scipy:DOP853", value=1e-10, metrics=("energy",), calls=100)
+    assert "100 calls of the rhs were not enough" in row_of(specification)["failure"]
+    assert row_of(replace(specification, calls=100_000))["failure"] == ""
 
 
 @pytest.mark.parametrize(("method", "value"), [("scipy:DOP853", 1e-3), ("rattle", 1 / 8)], ids=["tolerance", "fixed steps"])
 def test_a_long_run_is_timed_once(monkeypatch, method, value):
     monkeypatch.setattr("daebench.methods.names.FixedStep", partial(FixedStep, compiled=False))
     monkeypatch.setattr("daebench.studies.grid.measure.LONG", 0.0)
-    cell = Cell(**MOTION, method=method, value=value, metrics=("energy",), repeat=5)
-    owner, solved = type(cell.solver), []
+    specification = GridRun(**MOTION, method=method, value=value, metrics=("energy",), repeat=5)
+    owner, solved = type(specification.solver), []
     real = owner.solve
     monkeypatch.setattr(owner, "solve", lambda self, ivp, request: solved.append(real(self, ivp, request)) or solved[-1])
-    assert row_of(cell)["seconds"] == solved[-1].seconds
+    assert row_of(specification)["seconds"] == solved[-1].seconds
     assert len(solved) == 2
 
 
 def test_time_and_work_of_a_run_by_tolerance_are_those_of_one_that_keeps_nothing():
-    cell = Cell(**MOTION, method="scipy:DOP853", value=1e-6, metrics=("energy",))
-    looked, timed, more = (row_of(each) for each in (cell, replace(cell, repeat=1), replace(cell, repeat=1, outputs=256)))
+    specification = GridRun(**MOTION, method="scipy:DOP853", value=1e-6, metrics=("energy",))
+    looked, timed, more = (
+        row_of(each) for each in (specification, replace(specification, repeat=1), replace(specification, repeat=1, outputs=256))
+    )
     assert timed["energy_error"] == looked["energy_error"]
     assert timed["steps"] == looked["steps"]
     assert timed["n_rhs"] == more["n_rhs"] < looked["n_rhs"]
@@ -194,10 +196,10 @@ def test_where_the_timed_run_fails_the_work_is_that_of_the_one_looked_at(monkeyp
         run = real(self, ivp, request)
         return replace(run, failure="stopped", work={"rhs": 1}) if request.points == 2 else run
 
-    cell = Cell(**MOTION, method="scipy:DOP853", value=1e-6, metrics=("energy",))
-    before = row_of(cell)
+    specification = GridRun(**MOTION, method="scipy:DOP853", value=1e-6, metrics=("energy",))
+    before = row_of(specification)
     monkeypatch.setattr(ScipyOde, "solve", solve)
-    row = row_of(replace(cell, repeat=2))
+    row = row_of(replace(specification, repeat=2))
     assert (row["failure"], row["n_rhs"]) == ("", before["n_rhs"])
     assert np.isnan(row["seconds"])
 
@@ -214,30 +216,32 @@ def test_an_interrupted_run_is_no_row(monkeypatch, which):
 
     monkeypatch.setattr(ScipyOde, "solve", solve)
     with pytest.raises(KeyboardInterrupt):
-        row_of(Cell(**MOTION, method="scipy:DOP853", value=1e-3, metrics=("energy",), repeat=1))
+        row_of(GridRun(**MOTION, method="scipy:DOP853", value=1e-3, metrics=("energy",), repeat=1))
 
 
 def test_momenta_are_measured_where_the_problem_has_some():
-    row = row_of(Cell(problem="lotka_volterra", case="4,2", t_end=4.0, method="scipy:DOP853", value=1e-6, metrics=("integrals",)))
+    row = row_of(GridRun(problem="lotka_volterra", case="4,2", t_end=4.0, method="scipy:DOP853", value=1e-6, metrics=("integrals",)))
     assert np.isnan(row["integrals"])
-    cell = Cell(problem="spherical_pendulum", case="fig1.1", t_end=4.0, method="scipy:DOP853", value=1e-6, metrics=("integrals",))
+    specification = GridRun(
+        problem="spherical_pendulum", case="fig1.1", t_end=4.0, method="scipy:DOP853", value=1e-6, metrics=("integrals",)
+    )
     run = api.run("spherical_pendulum", case="fig1.1", method="scipy:DOP853", tol=1e-6, t_end=4.0, points=65)
     L3 = run.q[:, 0] * run.p[:, 1] - run.q[:, 1] * run.p[:, 0]
-    assert row_of(cell)["integrals"] == pytest.approx(np.max(np.abs(L3 - L3[0])), rel=1e-6)
+    assert row_of(specification)["integrals"] == pytest.approx(np.max(np.abs(L3 - L3[0])), rel=1e-6)
 
 
 @pytest.mark.parametrize("name", [each for each in problems() if any(x.startswith(f"{each}-") for x in store.names())])
 def test_the_standard_study_of_a_problem_can_be_made(name):
     case = next(x for x in store.names() if x.startswith(f"{name}-")).removeprefix(f"{name}-")
     study, left_out = standard(name, case=case)
-    cells = study.cells()
-    assert {cell.method for cell in cells}.isdisjoint(left_out)
-    assert len({cell.method for cell in cells}) >= 5
+    specifications = study.specifications()
+    assert {specification.method for specification in specifications}.isdisjoint(left_out)
+    assert len({specification.method for specification in specifications}) >= 5
     assert all(why.endswith(".") for why in left_out.values())
     times = store.find(name, case).t
-    for cell in cells:
-        if cell.solver.knob == "h":
-            assert cell.value * round(times[1] / cell.value) == times[1]
+    for specification in specifications:
+        if specification.solver.knob == "h":
+            assert specification.value * round(times[1] / specification.value) == times[1]
 
 
 @pytest.mark.parametrize(("certified", "styles"), [(True, {":"}), (False, {"--"})], ids=["certified", "own"])

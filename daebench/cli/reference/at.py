@@ -26,51 +26,51 @@ def at(
 
     reference = find(problem, case, folder)
     home = whose(kept_in(reference.name, folder))
-    found = states_at(reference, [t])
+    evaluation = states_at(reference, [t])
     if as_json:
-        print_json(_object(reference, found) | {"kept_in": home})
+        print_json(_object(reference, evaluation) | {"kept_in": home})
         return
-    print(f"{reference.name} of {home} at t = {t!r}: {_origin(reference, found)}\n")
-    print_table(["", "value", "bound"], [[name, value, f"{bound:.2g}"] for name, value, bound in _rows(reference, found)])
+    print(f"{reference.name} of {home} at t = {t!r}: {_origin(reference, evaluation)}\n")
+    print_table(["", "value", "bound"], [[name, value, f"{bound:.2g}"] for name, value, bound in _rows(reference, evaluation)])
 
 
-def _origin(reference: "Reference", found: "At") -> str:
-    if found.stored[0]:
+def _origin(reference: "Reference", evaluation: "At") -> str:
+    if evaluation.stored[0]:
         return "stored digits"
     if reference.rank_losses:
         return "worked out from the closed form, for the motion passes rank loss"
-    nearest = reference.t[abs(reference.t - found.t[0]).argmin()]
+    nearest = reference.t[abs(reference.t - evaluation.t[0]).argmin()]
     return f"integrated in double precision from the stored state at t = {nearest:g}"
 
 
-def _rows(reference: "Reference", found: "At") -> list[tuple[str, str, float]]:
-    text = _texts(reference, found)
+def _rows(reference: "Reference", evaluation: "At") -> list[tuple[str, str, float]]:
+    text = _texts(reference, evaluation)
     rows = []
     for part in reference.kind.names:
-        bound = reference.bound[part][found.row[0]] if found.stored[0] else found.bound[part][0]
+        bound = reference.bound[part][evaluation.row[0]] if evaluation.stored[0] else evaluation.bound[part][0]
         rows += [(f"{part}{i + 1}", value, float(bound[i])) for i, value in enumerate(text[part])]
     return rows
 
 
-def _texts(reference: "Reference", found: "At") -> dict[str, list[str]]:
+def _texts(reference: "Reference", evaluation: "At") -> dict[str, list[str]]:
     """Return the digits of each part."""
     from daebench.reference.keep.export import text_of
 
-    text = text_of(reference, found)
-    return {part: [text[f"{part}{i + 1}"][0] for i in range(rows.shape[1])] for part, rows in found.states.items()}
+    text = text_of(reference, evaluation)
+    return {part: [text[f"{part}{i + 1}"][0] for i in range(rows.shape[1])] for part, rows in evaluation.states.items()}
 
 
-def _object(reference: "Reference", found: "At") -> dict[str, Any]:
+def _object(reference: "Reference", evaluation: "At") -> dict[str, Any]:
     return {
         "reference": reference.name,
         "problem": reference.problem,
         "case": reference.case,
         "parameters": reference.parameters,
-        "t": float(found.t[0]),
-        "origin": _origin(reference, found),
-        **{part: rows[0] for part, rows in found.states.items()},
-        "digits": _texts(reference, found),
-        "bound": {part: rows[0] for part, rows in found.bound.items()},
-        "bound_of_digits": {part: rows[found.row[0]] for part, rows in reference.bound.items()} if found.stored[0] else None,
+        "t": float(evaluation.t[0]),
+        "origin": _origin(reference, evaluation),
+        **{part: rows[0] for part, rows in evaluation.states.items()},
+        "digits": _texts(reference, evaluation),
+        "bound": {part: rows[0] for part, rows in evaluation.bound.items()},
+        "bound_of_digits": {part: rows[evaluation.row[0]] for part, rows in reference.bound.items()} if evaluation.stored[0] else None,
         "horizon": reference.horizon,
     }

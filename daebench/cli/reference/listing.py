@@ -19,13 +19,13 @@ def listing(folder: Folder = None, as_json: Json = False) -> None:
         print_json(rows)
     else:
         columns = ["reference", "rows", "to t", "in double to t", "bound at the end", "of"]
-        print_table(columns, [_cells(each) for each in rows if "damaged" not in each])
-        for each in rows:
-            if "damaged" in each:
-                print(f"damaged: {each['damaged']}")
+        print_table(columns, [_cells(row) for row in rows if "damaged" not in row])
+        for entry in rows:
+            if "damaged" in entry:
+                print(f"damaged: {entry['damaged']}")
         for name, place in _hidden(folder):
             print(f"{name} of {place} is not listed, for daebench has one of this name; see it with --folder.")
-    raise typer.Exit(1 if any("damaged" in each for each in rows) else 0)
+    raise typer.Exit(1 if any("damaged" in row for row in rows) else 0)
 
 
 def _cells(row: dict[str, Any]) -> list[str]:
@@ -47,17 +47,17 @@ def _row(name: str, folder: Path | None) -> dict[str, Any]:
     from daebench.reference.keep.store import Damaged, kept_in, load
 
     try:
-        found = load(name, folder)
+        reference = load(name, folder)
     except Damaged as error:
         return {"name": name, "kept_in": whose(kept_in(name, folder)), "damaged": str(error)}
     return {
         "name": name,
         "kept_in": whose(kept_in(name, folder)),
-        "problem": found.problem,
-        "case": found.case,
-        "rows": len(found.t),
-        "horizon": found.horizon,
-        "double_horizon": found.certificate["horizon"]["double"],
-        "bound": float(found.bound[found.kind.state[0]][-1].max()),
-        "truth": found.certificate["made"]["method"],
+        "problem": reference.problem,
+        "case": reference.case,
+        "rows": len(reference.t),
+        "horizon": reference.horizon,
+        "double_horizon": reference.certificate["horizon"]["double"],
+        "bound": float(reference.bound[reference.kind.state[0]][-1].max()),
+        "truth": reference.certificate["made"]["method"],
     }

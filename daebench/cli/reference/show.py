@@ -15,32 +15,32 @@ def show(name: Name, folder: Folder = None, as_json: Json = False) -> None:
     """Show what is known of a reference: definition, checks, horizons, drifts, rank, and what IDA reaches on it."""
     from daebench.reference.keep.store import kept_in, load
 
-    found, home = load(name, folder), whose(kept_in(name, folder))
-    certificate = found.certificate
+    reference, home = load(name, folder), whose(kept_in(name, folder))
+    certificate = reference.certificate
     if as_json:
         print_json({**certificate, "kept_in": home})
         return
     print(f"{name}: {certificate['about']}\n")
     definition = {key: value for key, value in certificate["definition"].items() if value}
     print_table(["", ""], [[key, _text(value)] for key, value in definition.items()], "definition")
-    print_table(["", ""], [["kept in", home], *_facts(found)], "what is known")
-    parts = found.kind.names
+    print_table(["", ""], [["kept in", home], *_facts(reference)], "what is known")
+    parts = reference.kind.names
     checks = [
-        [str(each["against"]), *(f"{each['largest_difference'][part]:.2g}" for part in parts)] for each in certificate["made"]["checks"]
+        [str(check["against"]), *(f"{check['largest_difference'][part]:.2g}" for part in parts)] for check in certificate["made"]["checks"]
     ]
     print_table(["held against", *(f"max |d{part}|" for part in parts)], checks, "checks")
     columns = ["method", "tol", f"|d{parts[0]}|", "estimated", "lost at", "steps", "calls", "status"]
     ida = certificate["ida"]
     if ida:
-        print_table(columns, [_ida(each, parts[0]) for each in ida], f"what IDA reaches by t = {ida[0]['t_end']:g}")
+        print_table(columns, [_ida(row, parts[0]) for row in ida], f"what IDA reaches by t = {ida[0]['t_end']:g}")
 
 
-def _facts(found: Any) -> list[list[str]]:
-    certificate, horizon = found.certificate, found.certificate["horizon"]
-    largest = [f"{part} {rows[-1].max():.2g}" for part, rows in found.bound.items()]
+def _facts(reference: Any) -> list[list[str]]:
+    certificate, horizon = reference.certificate, reference.certificate["horizon"]
+    largest = [f"{part} {rows[-1].max():.2g}" for part, rows in reference.bound.items()]
     return [
         ["truth", certificate["made"]["method"]],
-        ["rows", f"{len(found.t)} from t = 0 to {found.horizon:g}"],
+        ["rows", f"{len(reference.t)} from t = 0 to {reference.horizon:g}"],
         ["bound at the end", ", ".join(largest)],
         ["horizon of the truth", f"{horizon['truth']:g}" + (" (as far as was asked)" if horizon["truth"] == horizon["asked"] else "")],
         ["horizon of double precision", "beyond the end" if horizon["double"] is None else f"{horizon['double']:g}"],
@@ -71,7 +71,7 @@ def _text(value: Any) -> str:
 
 def _whole(value: Any) -> str:
     if isinstance(value, Mapping):
-        return ", ".join(f"{key} = {each}" for key, each in value.items())
+        return ", ".join(f"{key} = {entry}" for key, entry in value.items())
     return ", ".join(map(str, value)) if isinstance(value, list) else str(value)
 
 

@@ -31,13 +31,23 @@ def verify(
     if not wanted:
         raise BadInput(f"there are no references in {folder}; build one by: daebench reference build NAME --out {folder}.")
     with bar("verify") as progress:
-        found = [verified(name, folder, progress) if name is not None else _even_damaged(each, folder, progress) for each in wanted]
-    homes = {each.name: whose(kept_in(each.name, folder)) for each in found}
-    ok = all(each.ok for each in found)
+        verifications = [
+            verified(name, folder, progress) if name is not None else _even_damaged(reference_name, folder, progress)
+            for reference_name in wanted
+        ]
+    homes = {verification.name: whose(kept_in(verification.name, folder)) for verification in verifications}
+    ok = all(verification.ok for verification in verifications)
     if as_json:
-        print_json({"ok": ok, "references": [asdict(each) | {"ok": each.ok, "kept_in": homes[each.name]} for each in found]})
+        print_json(
+            {
+                "ok": ok,
+                "references": [
+                    asdict(verification) | {"ok": verification.ok, "kept_in": homes[verification.name]} for verification in verifications
+                ],
+            }
+        )
     else:
-        _print(found, homes)
+        _print(verifications, homes)
     raise typer.Exit(0 if ok else 1)
 
 
@@ -53,41 +63,46 @@ def _even_damaged(name: str, folder: Any, progress: Any) -> "Verification":
         return Verification(name, (Check("files", "as they were written", str(error).rstrip("."), False),))
 
 
-def _print(found: "list[Verification]", homes: Mapping[str, str]) -> None:
-    for each in found:
-        title = f"{each.name} of {homes[each.name]}"
-        if len(found) == 1:
-            print_table(["check", "expected", "found", ""], [[x.what, x.expected, x.found, _verdict(x.ok)] for x in each.checks], title)
-            _print_digits(each)
-            print(each.unseen)
-    if len(found) > 1:
-        rows = [[each.name, homes[each.name], str(len(each.checks)), *_least(each), _verdict(each.ok)] for each in found]
+def _print(verifications: "list[Verification]", homes: Mapping[str, str]) -> None:
+    for verification in verifications:
+        title = f"{verification.name} of {homes[verification.name]}"
+        if len(verifications) == 1:
+            print_table(
+                ["check", "expected", "found", ""], [[x.what, x.expected, x.found, _verdict(x.ok)] for x in verification.checks], title
+            )
+            _print_digits(verification)
+            print(verification.unseen)
+    if len(verifications) > 1:
+        rows = [
+            [outcome.name, homes[outcome.name], str(len(outcome.checks)), *_least(outcome), _verdict(outcome.ok)]
+            for outcome in verifications
+        ]
         print_table(["reference", "of", "checks", "digits, own method", "row to row", "IDA", "seen from", ""], rows)
-    for each in found:
-        for check in each.checks:
+    for verification in verifications:
+        for check in verification.checks:
             if not check.ok:
-                print(f"{each.name} fails: {check.what}: expected {check.expected}, found {check.found}.")
+                print(f"{verification.name} fails: {check.what}: expected {check.expected}, found {check.found}.")
 
 
 def _verdict(ok: bool) -> str:
     return "ok" if ok else "FAILS"
 
 
-def _least(found: "Verification") -> list[str]:
+def _least(verification: "Verification") -> list[str]:
     """Return the digits of agreement of the worst part by each method, and the smallest alteration that is sure to be seen."""
-    if len(_by_method(found)) < METHODS:
+    if len(_by_method(verification)) < METHODS:
         return [""] * (METHODS + 1)
-    least = [f"{min(each.overall for each in parts):.1f}" for parts in _by_method(found)]
-    return [*least, f"{min(max(each.visible for each in parts) for parts in _by_method(found)):.1e}"]
+    least = [f"{min(agreement.overall for agreement in parts):.1f}" for parts in _by_method(verification)]
+    return [*least, f"{min(max(agreement.visible for agreement in parts) for parts in _by_method(verification)):.1e}"]
 
 
-def _by_method(found: "Verification") -> "list[list[Digits]]":
-    methods = dict.fromkeys(each.method for each in found.digits)
-    return [[each for each in found.digits if each.method == method] for method in methods]
+def _by_method(verification: "Verification") -> "list[list[Digits]]":
+    methods = dict.fromkeys(agreement.method for agreement in verification.digits)
+    return [[agreement for agreement in verification.digits if agreement.method == method] for method in methods]
 
 
-def _print_digits(found: "Verification") -> None:
-    for parts in _by_method(found):
+def _print_digits(verification: "Verification") -> None:
+    for parts in _by_method(verification):
         columns = ["digits up to t =", *(f"{t:g}" for t, _ in parts[0].at), "an alteration is seen from"]
-        rows = [[each.part, *(f"{digits:.1f}" for _, digits in each.at), f"{each.visible:.1e}"] for each in parts]
+        rows = [[agreement.part, *(f"{digits:.1f}" for _, digits in agreement.at), f"{agreement.visible:.1e}"] for agreement in parts]
         print_table(columns, rows, parts[0].method)

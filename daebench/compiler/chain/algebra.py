@@ -93,17 +93,17 @@ class ChainLanguage:
 
     def H_q(self, p: Field, q: Field) -> Field:
         """Gradient of U."""
-        own = self._of_node("U_q", "d", self.chain.b, [q])
+        node_gradient = self._of_node("U_q", "d", self.chain.b, [q])
         if self.chain.joint_U is None:
-            return own
+            return node_gradient
         b = self.chain.b
         masked = range(b if self.chain.anchor is not None else 2 * b)
         joint = self._of_node("joint_U_x", "G", 2 * b, [q], masked)
 
         def write(at: At, k: str) -> list[str]:
-            return [f"{at(own, 0)}[{i}] + {at(joint, 0)}[{b + i}] + {at(joint, 1)}[{i}]" for i in range(b)]
+            return [f"{at(node_gradient, 0)}[{i}] + {at(joint, 0)}[{b + i}] + {at(joint, 1)}[{i}]" for i in range(b)]
 
-        return made("d", b, [(own, 0), (joint, 0), (joint, 1)], write)
+        return made("d", b, [(node_gradient, 0), (joint, 0), (joint, 1)], write)
 
     def H_p(self, p: Field, q: Field) -> Field:
         """Velocity M^-1 p."""
@@ -215,11 +215,11 @@ class ChainLanguage:
 
     def U(self, q: Field) -> Any:
         """Potential energy."""
-        own = self._sum("{0}", "DTYPE", self._of_node("U", "d", 1, [q]))
+        node_energy = self._sum("{0}", "DTYPE", self._of_node("U", "d", 1, [q]))
         if self.chain.joint_U is None:
-            return own
+            return node_energy
         masked = () if self.chain.anchor is not None else (0,)
-        return own + self._sum("{0}", "DTYPE", self._of_node("joint_U", "d", 1, [q], masked))
+        return node_energy + self._sum("{0}", "DTYPE", self._of_node("joint_U", "d", 1, [q], masked))
 
     def mul(self, X: Any, v: Field) -> Field:
         """X v for X = G, G M^-1, or the derivative of G H_p along itself."""
@@ -289,7 +289,7 @@ class ChainLanguage:
 
         def write(at: At, k: str) -> list[str]:
             terms = [[f"{at(inertia, 0)}[{e}] * {at(x, side)}[{t}]" for e, (side, r, t) in enumerate(ordered) if r == i] for i in range(b)]
-            return [" + ".join(each) for each in terms]
+            return [" + ".join(products) for products in terms]
 
         return made("d", b, [(inertia, 0), *((x, side) for side in sorted({side for side, _, _ in ordered}))], write)
 
@@ -304,11 +304,11 @@ class ChainLanguage:
         system = self._saddle_rows(A, b) if saddle else self._gram_rows(A, b)
         rows, places, at = system
         band = self._banded(rows, places)
-        found = tuple(band.unknowns("m", at(j)[0], self.program.stage) for j in range(len(b)))
+        solution = tuple(band.unknowns("m", at(j)[0], self.program.stage) for j in range(len(b)))
         if saddle:
-            for j, x in enumerate(found):
+            for j, x in enumerate(solution):
                 self.tracer.companions[A[0][j].right, x] = band.unknowns("d", at(j)[1], self.program.stage)
-        return found, Scalar(f"{band.name}_pivot", late=True)
+        return solution, Scalar(f"{band.name}_pivot", late=True)
 
     solve_stages_but_one = solve_stages
 
@@ -338,20 +338,20 @@ class ChainLanguage:
         c = self.chain.c
 
         def entries(at: At) -> dict[tuple[int, int], str]:
-            found: dict[tuple[int, int], str] = {}
-            for j, each in enumerate(A):
+            coefficients: dict[tuple[int, int], str] = {}
+            for j, gram in enumerate(A):
                 for place in (-1, 0, 1):
                     for t in range(c):
                         terms = [
-                            f"{at(each.left.entries, 0)}[{x}] * {at(each.right.entries, place)}[{y}]"  # type: ignore[arg-type]
+                            f"{at(gram.left.entries, 0)}[{x}] * {at(gram.right.entries, place)}[{y}]"  # type: ignore[arg-type]
                             for r, u, x, y in self.nodes.meeting[place]
                             if (r, u) == (a, t)
                         ]
                         if terms:
-                            found[place, j * c + t] = self._scaled(each.factor, " + ".join(terms))
+                            coefficients[place, j * c + t] = self._scaled(gram.factor, " + ".join(terms))
                 if a < self.chain.missing:
-                    found[0, j * c + a] = f"({found[0, j * c + a]} if k > 0 else ZERO + {float(j == stage)})"
-            return found
+                    coefficients[0, j * c + a] = f"({coefficients[0, j * c + a]} if k > 0 else ZERO + {float(j == stage)})"
+            return coefficients
 
         return entries
 
@@ -403,28 +403,28 @@ class ChainLanguage:
         ordered = [(side, r, t) for side in range(3) for r, t in self.nodes.coupled[side]]
 
         def entries(at: At) -> dict[tuple[int, int], str]:
-            found = {(side - 1, x(t)): f"{at(inertia, 0)}[{e}]" for e, (side, r, t) in enumerate(ordered) if r == i}
+            coefficients = {(side - 1, x(t)): f"{at(inertia, 0)}[{e}]" for e, (side, r, t) in enumerate(ordered) if r == i}
             for e, (row, column) in enumerate(self.nodes.filled if J else ()):
                 place = 0 if column >= self.chain.b else 1
                 if column % self.chain.b == i:
-                    found[place, lam(row)] = f"-{at(J, place)}[{e}]"  # type: ignore[arg-type]
-            return found
+                    coefficients[place, lam(row)] = f"-{at(J, place)}[{e}]"  # type: ignore[arg-type]
+            return coefficients
 
         needs = [(inertia, 0), *more] + ([(J, 0), (J, 1)] if J else [])
         return Row(needs=needs, entries=entries, right=right)
 
-    def _constraint_row(self, A: Sequence[Gram], a: int, b: Field, x: Callable[[int, int], int], own: int) -> Row:
+    def _constraint_row(self, A: Sequence[Gram], a: int, b: Field, x: Callable[[int, int], int], multiplier: int) -> Row:
         """Row a of sum_j w_j G x_j = b at a node; where node 0 lacks the constraint its multiplier is zero."""
         J, missing = A[0].left.entries, a < self.chain.missing
 
         def entries(at: At) -> dict[tuple[int, int], str]:
-            found: dict[tuple[int, int], str] = {(0, own): "(ZERO if k > 0 else ZERO + 1.0)"} if missing else {}
-            for j, each in enumerate(A):
+            coefficients: dict[tuple[int, int], str] = {(0, multiplier): "(ZERO if k > 0 else ZERO + 1.0)"} if missing else {}
+            for j, gram in enumerate(A):
                 for e, (row, column) in enumerate(self.nodes.filled):
                     if row == a:
                         place = 0 if column >= self.chain.b else -1
-                        found[place, x(j, column % self.chain.b)] = self._scaled(each.factor, f"{at(J, 0)}[{e}]")
-            return found
+                        coefficients[place, x(j, column % self.chain.b)] = self._scaled(gram.factor, f"{at(J, 0)}[{e}]")
+            return coefficients
 
         return Row(needs=[(J, 0), (b, 0)], entries=entries, right=_entry(b, a))
 

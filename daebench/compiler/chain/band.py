@@ -126,7 +126,7 @@ class Band:
             f"{b}_p, {b}_u, {b}_v, {b}_z, {b}_sp, {b}_su, {b}_sv = {b}_l, {b}_d, {b}_r, {b}_y, abs({b}_l), abs({b}_d), abs({b}_r)",
             f"{b}_o, {b}_q, {b}_e, {b}_g, {b}_sq, {b}_se, {b}_scale = {b}_a, {b}_b, ZERO, {b}_c, {b}_sb, 0.0 * {b}_sb, {b}_scale",
         ]
-        kept = [
+        unswapped = [
             f"{b}_p, {b}_u, {b}_v, {b}_z, {b}_sp, {b}_su, {b}_sv = {b}_a, {b}_b, ZERO, {b}_c, {b}_sa, {b}_sb, 0.0 * {b}_sb",
             f"{b}_o, {b}_q, {b}_e, {b}_g, {b}_sq, {b}_se, {b}_scale = {b}_l, {b}_d, {b}_r, {b}_y, abs({b}_d), abs({b}_r), {b}_new",
         ]
@@ -140,7 +140,7 @@ class Band:
             f"    if abs({b}_l) * {b}_scale > abs({b}_a) * {b}_new:",
             *(f"        {line}" for line in swapped),
             "    else:",
-            *(f"        {line}" for line in kept),
+            *(f"        {line}" for line in unswapped),
             *(f"    {line}" for line in self._kept("k - 1")),
             f"    {b}_f = {b}_o * {b}_i",
             f"    {b}_a, {b}_b, {b}_c = {b}_q - {b}_f * {b}_u, {b}_e - {b}_f * {b}_v, {b}_g - {b}_f * {b}_z",

@@ -35,8 +35,8 @@ def held(chain: ConstrainedChain, algebra: str) -> ConstrainedHamiltonian | Cons
 
 def derived(chain: ConstrainedChain, algebra: str) -> "Derivation | ChainDerivation":
     """Return what follows from a chain; ``algebra`` as for :func:`held`."""
-    found = held(chain, algebra)
-    return ChainDerivation(found) if isinstance(found, ConstrainedChain) else Derivation(found)
+    system = held(chain, algebra)
+    return ChainDerivation(system) if isinstance(system, ConstrainedChain) else Derivation(system)
 
 
 class ChainDerivation(Derived):

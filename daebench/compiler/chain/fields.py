@@ -57,7 +57,7 @@ def say(x: Any) -> str:
     if isinstance(x, Scalar):
         return x.text
     if isinstance(x, tuple):
-        return "(" + "".join(f"{say(each)}, " for each in x) + ")"
+        return "(" + "".join(f"{say(part)}, " for part in x) + ")"
     return repr(x)
 
 
@@ -174,7 +174,7 @@ def combined(w: Any, x: Field, y: Field | None) -> Field:
     needs = [(x, 0)] if y is None else [(x, 0), (y, 0)]
 
     def entries(of_x: Sequence[str], of_y: Sequence[str]) -> list[str]:
-        terms = [term.format(each) for each in of_x]
+        terms = [term.format(entry) for entry in of_x]
         return terms if y is None else [f"{left} + {right}" for left, right in zip(terms, of_y, strict=True)]
 
     def write(at: At, k: str) -> list[str]:
@@ -183,5 +183,5 @@ def combined(w: Any, x: Field, y: Field | None) -> Field:
 
     still = zeros(x.width)
     quiet = list(x.ghost) == still and (y is None or list(y.ghost) == still)
-    ghost = still if quiet else entries([f"({each})" for each in x.ghost], list(y.ghost) if y else still)
+    ghost = still if quiet else entries([f"({entry})" for entry in x.ghost], list(y.ghost) if y else still)
     return made(x.kind, x.width, needs, write, ghost)

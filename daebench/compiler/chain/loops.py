@@ -68,11 +68,11 @@ class Loop:
             for part, place in demand.needs:
                 want(part, place, 0)
         while len(self.front) < len(self.wanted):
-            part = max((each for each in self.wanted if each not in self.front), key=lambda each: each.number)
+            part = max((field for field in self.wanted if field not in self.front), key=lambda field: field.number)
             self.front[part] = ahead[part]
             for child, place in part.needs:
                 want(child, self.sign * ahead[part] + place, ahead[part])
-        self.fields = sorted(self.front, key=lambda each: each.number)
+        self.fields = sorted(self.front, key=lambda field: field.number)
         self.index = {part: i for i, part in enumerate(self.fields)}
 
     def lines(self) -> list[str]:
@@ -96,7 +96,7 @@ class Loop:
             return self._name(part, front + self.sign * place)
 
         written = [part.write(at, k) for part in parts]
-        values = [each if isinstance(each, str) else pack(each) for each in written]
+        values = [source if isinstance(source, str) else pack(source) for source in written]
         body = [f"{self._name(part, front)} = {value}" for part, value in zip(parts, values, strict=True)]
         if front == 0:
             return [*self.head, *body, *(line for demand in self.demands for line in demand.write(at))]

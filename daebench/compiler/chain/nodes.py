@@ -54,7 +54,7 @@ class Nodes:
     def turned(self) -> list[sp.Expr]:
         """Sums of moduli of the rows of g_qv, the derivative of G w with respect to x, shape(c,)."""
         rows = (self.G * sp.Matrix(self.w)).jacobian(self.x)
-        return [sp.Add(*(sp.Abs(each) for each in rows.row(a))) for a in range(rows.rows)]
+        return [sp.Add(*(sp.Abs(entry) for entry in rows.row(a))) for a in range(rows.rows)]
 
     @cached_property
     def coupled(self) -> list[list[tuple[int, int]]]:
@@ -92,8 +92,8 @@ class Nodes:
             "turned": lambda: self._written("turned", {"x": self.x, "w": self.w}, self.turned),
             "U": lambda: self._of_x("U", [chain.pull * chain.U]),
             "joint_U": lambda: self._of_x("joint_U", [chain.pull * chain.joint_U]),
-            "joint_U_x": lambda: self._of_x("joint_U_x", [sp.diff(chain.pull * chain.joint_U, each) for each in self.x]),
-            "U_q": lambda: self._of_x("U_q", [sp.diff(chain.pull * chain.U, each) for each in here]),
+            "joint_U_x": lambda: self._of_x("joint_U_x", [sp.diff(chain.pull * chain.joint_U, coordinate) for coordinate in self.x]),
+            "U_q": lambda: self._of_x("U_q", [sp.diff(chain.pull * chain.U, coordinate) for coordinate in here]),
             "lightness": lambda: self._of_x("lightness", [1 / mass for mass in self.masses]),
             "inertia": self._inertia,
             "anchor": lambda: self._anchor,

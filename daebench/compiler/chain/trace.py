@@ -76,11 +76,11 @@ class Tracer:
     def _call(self, module: str, name: str) -> Callable[..., Any]:
         """Return what a name stands for: a method of the scheme language, or the function of a file, to be run on symbols."""
         if module == LANGUAGE:
-            if found := self.linker.filled(name):
-                return self._call(*found)
-            own = getattr(self.language, name, None)
-            if own is not None:
-                return self._counted(name, own)
+            if implementation := self.linker.filled(name):
+                return self._call(*implementation)
+            operation = getattr(self.language, name, None)
+            if operation is not None:
+                return self._counted(name, operation)
             return self._call(f"daebench.schemes.kernels.{HOMES.get(name, 'composed')}", name)
         if module == NEWTON and name == "newton":
             return self.iterated
@@ -108,29 +108,33 @@ class Tracer:
         node = self.linker.lowered(module, name)
         bare = copy.deepcopy(node)
         bare.returns, bare.decorator_list = None, []
-        for each in bare.args.args:
-            each.annotation = None
+        for argument in bare.args.args:
+            argument.annotation = None
         tree = ast.fix_missing_locations(ast.Module([bare], []))
-        used = {each.id for each in ast.walk(node) if isinstance(each, ast.Name)} - set(parameters_of(node))
+        used = {part.id for part in ast.walk(node) if isinstance(part, ast.Name)} - set(parameters_of(node))
         scope: dict[str, Any] = {name: partial(_chosen, name) for name in ("min", "max")} | {"abs": partial(applied, "abs")}
-        scope |= {each: self._meaning(module, each) for each in used if each in file.imports or each in file.functions}
-        scope |= {each: literal.value for each, literal in file.literals.items()}
+        scope |= {
+            identifier: self._meaning(module, identifier)
+            for identifier in used
+            if identifier in file.imports or identifier in file.functions
+        }
+        scope |= {identifier: literal.value for identifier, literal in file.literals.items()}
         exec(compile(tree, module, "exec"), scope)
         return scope[name]  # type: ignore[no-any-return]
 
     def _meaning(self, module: str, name: str) -> Any:
-        home, own = self.linker.file(module).imports.get(name, (module, name))
-        if home.rpartition(".")[2] in ("mechanical", "composed") and hasattr(self.language, own):
+        home, defined_name = self.linker.file(module).imports.get(name, (module, name))
+        if home.rpartition(".")[2] in ("mechanical", "composed") and hasattr(self.language, defined_name):
             home = LANGUAGE
-        if home == LANGUAGE and own in self.linker.constants:
-            return self.linker.constants[own]
-        if home == LANGUAGE and own in ("EPS", "INF"):
-            return Scalar(own)
-        if home == LANGUAGE and own in RUN_TIME:
-            return Scalar(RUN_TIME[own].format(len(self.nodes.parameters)))
-        if home != LANGUAGE and own in self.linker.file(home).literals:
-            return self.linker.file(home).literals[own].value
-        return lambda *arguments: self._call(home, own)(*arguments)
+        if home == LANGUAGE and defined_name in self.linker.constants:
+            return self.linker.constants[defined_name]
+        if home == LANGUAGE and defined_name in ("EPS", "INF"):
+            return Scalar(defined_name)
+        if home == LANGUAGE and defined_name in RUN_TIME:
+            return Scalar(RUN_TIME[defined_name].format(len(self.nodes.parameters)))
+        if home != LANGUAGE and defined_name in self.linker.file(home).literals:
+            return self.linker.file(home).literals[defined_name].value
+        return lambda *arguments: self._call(home, defined_name)(*arguments)
 
     # ---- writing functions
 
@@ -143,7 +147,7 @@ class Tracer:
 
     def _run(self, name: str, arguments: Sequence[str]) -> Any:
         """Return the results of a function of the scheme language, the stage multipliers that nobody stores left out."""
-        handed = [self._argument(each) for each in arguments]
+        handed = [self._argument(argument) for argument in arguments]
         results = self._call(LANGUAGE, name)(*handed)
         if name == "start":
             self.memory = results[0]
@@ -185,10 +189,10 @@ class Tracer:
         body = program.lines()
         self.programs.pop()
         self.linker.work[name] = program.work or [0] * len(self.linker.kinds)
-        kept = [f"slab = numpy.empty(({program.nodes}, {program.columns}), dtype=DTYPE)"] if program.columns else []
-        kept += [f"{array} = {source}" for array, source in program.arrays.items()]
+        allocations = [f"slab = numpy.empty(({program.nodes}, {program.columns}), dtype=DTYPE)"] if program.columns else []
+        allocations += [f"{array} = {source}" for array, source in program.arrays.items()]
         del self.linker.emitted[name]
-        self.linker.emitted[name] = _written(f"{name}({', '.join([*arguments, 'par'])})", [*kept, *body, f"return {returned}"])
+        self.linker.emitted[name] = _written(f"{name}({', '.join([*arguments, 'par'])})", [*allocations, *body, f"return {returned}"])
 
     def _returned(self, results: Any) -> str:
         """Return the source of results; fields become new arrays."""
@@ -259,15 +263,15 @@ def _kept(part: Field, entry: str) -> Demand:
 
 def _flat(x: Any) -> list[Field]:
     """Return the fields of a nested tuple."""
-    return [each for part in x for each in _flat(part)] if isinstance(x, tuple) else [x]
+    return [field for part in x for field in _flat(part)] if isinstance(x, tuple) else [x]
 
 
 def _shaped(x: Any, parts: Sequence[Field]) -> Any:
     """Return fields as the nested tuple x has them."""
     left = iter(parts)
 
-    def shaped(each: Any) -> Any:
-        return tuple(map(shaped, each)) if isinstance(each, tuple) else next(left)
+    def shaped(branch: Any) -> Any:
+        return tuple(map(shaped, branch)) if isinstance(branch, tuple) else next(left)
 
     return shaped(x)
 

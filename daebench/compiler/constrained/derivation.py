@@ -170,8 +170,8 @@ class Derivation(Derived):
         """Sets of positions that M couples with each other: it is solved with set by set."""
         sets: list[list[int]] = []
         for i in range(self.d):
-            met = [each for each in sets if self.mechanical and any(self.M[i, j] != 0 for j in each)]
-            sets = [each for each in sets if each not in met] + [sorted([i, *(j for each in met for j in each)])]
+            met = [group for group in sets if self.mechanical and any(self.M[i, j] != 0 for j in group)]
+            sets = [group for group in sets if group not in met] + [sorted([i, *(j for group in met for j in group)])]
         return sorted(sets)
 
     @cached_property

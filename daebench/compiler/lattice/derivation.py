@@ -43,12 +43,12 @@ class LatticeDerivation(InParts):
         lattice = self.lattice
         shift = dict(zip([*lattice.left, *lattice.here], [*lattice.here, *lattice.right], strict=True))
         beyond = sp.sympify(lattice.h).xreplace(shift)
-        return [sp.diff(lattice.h, own) + sp.diff(beyond, own) for own in lattice.here]
+        return [sp.diff(lattice.h, symbol) + sp.diff(beyond, symbol) for symbol in lattice.here]
 
     @cached_property
     def field(self) -> list[sp.Expr]:
         """Right side b grad H at a site."""
-        return [sp.expand(each) for each in sp.Matrix(self.lattice.b) * sp.Matrix(self.h_here)]
+        return [sp.expand(component) for component in sp.Matrix(self.lattice.b) * sp.Matrix(self.h_here)]
 
     @property
     def constants(self) -> dict[str, bool | int]:
@@ -159,29 +159,30 @@ class DarbouxLattice(LatticeDerivation):
     def _at(self, expression: sp.Expr) -> sp.Expr:
         """Return an expression in the fields of three sites as one in their canonical coordinates."""
         lattice = self.lattice
-        found: dict[sp.Symbol, sp.Expr] = {}
+        substitution: dict[sp.Symbol, sp.Expr] = {}
         for fields, (q, p) in zip((lattice.left, lattice.here, lattice.right), self.z, strict=True):
-            found |= {
-                own: sp.sympify(value).xreplace({self.map.q: q, self.map.p: p}) for own, value in zip(fields, self.map.here, strict=True)
+            substitution |= {
+                symbol: sp.sympify(value).xreplace({self.map.q: q, self.map.p: p})
+                for symbol, value in zip(fields, self.map.here, strict=True)
             }
-        return sp.sympify(expression).xreplace(found)
+        return sp.sympify(expression).xreplace(substitution)
 
     @cached_property
     def field(self) -> list[sp.Expr]:
         """Right side (K_p, -K_q) at a site."""
         lattice, (q, p) = self.lattice, self.z[1]
-        slopes = [self._at(each) for each in self.own.h_here]
-        here = [self._at(own) for own in lattice.here]
-        K_q, K_p = (sp.Add(*(slope * sp.diff(each, z) for slope, each in zip(slopes, here, strict=True))) for z in (q, p))
+        slopes = [self._at(derivative) for derivative in self.own.h_here]
+        here = [self._at(symbol) for symbol in lattice.here]
+        K_q, K_p = (sp.Add(*(slope * sp.diff(expression, z) for slope, expression in zip(slopes, here, strict=True))) for z in (q, p))
         return [K_p, -K_q]
 
     def _loop(self, targets: Sequence[str], values: Sequence[sp.Expr], *, time: sp.Symbol | None = None, add: bool = False) -> list[str]:
         """Lines of a loop over all sites, in the symbols of the canonical coordinates."""
         lattice = self.lattice
         back = {
-            z: own
+            z: symbol
             for pair, fields in zip(self.z, (lattice.left, lattice.here, lattice.right), strict=True)
-            for z, own in zip(pair, fields, strict=True)
+            for z, symbol in zip(pair, fields, strict=True)
         }
         return super()._loop(targets, [sp.sympify(value).xreplace(back) for value in values], time=time, add=add)
 
@@ -190,7 +191,7 @@ class DarbouxLattice(LatticeDerivation):
         if name in ("H", "casimirs", "integrals", "B"):
             return self.own.source(name)
         if name == "chart":
-            return self._sites(name, [self._at(own) for own in self.lattice.here])
+            return self._sites(name, [self._at(symbol) for symbol in self.lattice.here])
         if name == "canonical":
             return self.own._sites(name, [self.map.Q, self.map.P])
         return super().source(name)

@@ -31,5 +31,5 @@ class Arrays:
         }
         if name in ("norm", "norm_m"):
             return function(f"{name}(x)", "found = abs(x[0])", "for i in range(1, x.shape[0]):", "    found += abs(x[i])", "return found")
-        found = {signature.partition("(")[0]: function(signature, f"return {body}") for signature, body in bodies.items()}
-        return found.get(name)
+        sources = {signature.partition("(")[0]: function(signature, f"return {body}") for signature, body in bodies.items()}
+        return sources.get(name)

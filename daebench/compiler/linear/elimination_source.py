@@ -59,10 +59,10 @@ def blocked(name: str, blocks: Sequence[Sequence[int]], target: Target, rows: in
         lines.append(f"x{k}, {f'y{k}, ' if rows else ''}pivot{k} = _{name}_{len(block)}({', '.join(arguments)})")
     place = {i: (k, j) for k, block in enumerate(blocks) for j, i in enumerate(block)}
     where = [place[i] for i in range(len(place))]
-    found = [pack(f"x{k}[{j}]" for k, j in where)]
-    found += [pack(pack(f"y{k}[{r}][{j}]" for k, j in where) for r in range(rows))] if rows else []
-    found.append(f"min({', '.join(f'pivot{k}' for k in range(len(blocks)))})")
-    return inner + function(f"{name}(A, b{', X' * bool(rows)})", *lines, f"return {', '.join(found)}")
+    outputs = [pack(f"x{k}[{j}]" for k, j in where)]
+    outputs += [pack(pack(f"y{k}[{r}][{j}]" for k, j in where) for r in range(rows))] if rows else []
+    outputs.append(f"min({', '.join(f'pivot{k}' for k in range(len(blocks)))})")
+    return inner + function(f"{name}(A, b{', X' * bool(rows)})", *lines, f"return {', '.join(outputs)}")
 
 
 def solver(name: str, n: int, rows: int = 0) -> str:

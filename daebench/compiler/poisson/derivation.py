@@ -78,8 +78,8 @@ class PoissonDerivation(InParts):
 
     def _linear_in_each(self, d: sp.Expr, u: sp.Symbol, v: sp.Symbol) -> bool:
         """Whether d is a function of u and v alone, linear in each."""
-        own = d.free_symbols & set(self.y) <= {u, v}
-        return bool(own and sp.expand(d.diff(u, 2)) == 0 and sp.expand(d.diff(v, 2)) == 0)
+        local = d.free_symbols & set(self.y) <= {u, v}
+        return bool(local and sp.expand(d.diff(u, 2)) == 0 and sp.expand(d.diff(v, 2)) == 0)
 
     @cached_property
     def constants(self) -> dict[str, bool | int]:
@@ -171,10 +171,10 @@ class DarbouxDerivation(PoissonDerivation):
     @cached_property
     def B(self) -> sp.Matrix:
         """Canonical structure matrix B0, shape(n, n)."""
-        found = sp.zeros(self.n, self.n)
+        matrix = sp.zeros(self.n, self.n)
         for k in range(self.m):
-            found[k, self.m + k], found[self.m + k, k] = sp.Integer(1), sp.Integer(-1)
-        return found
+            matrix[k, self.m + k], matrix[self.m + k, k] = sp.Integer(1), sp.Integer(-1)
+        return matrix
 
     @cached_property
     def H(self) -> sp.Expr:

@@ -69,7 +69,7 @@ def held(ivp: Ivp, tell: Callable[[str], None] = lambda what: None) -> list[Held
         Told what is being checked, before it is.
     """
     declared = make_ivp(ivp.source, ivp.case) if ivp.case in ivp.facts.CASES else ivp  # numbers that are given are not the file's mistake
-    found: list[Held] = []
+    findings: list[Held] = []
     for what, check in _checks(declared).items():
         tell(what)
         try:
@@ -78,10 +78,10 @@ def held(ivp: Ivp, tell: Callable[[str], None] = lambda what: None) -> list[Held
         except DaebenchError as error:
             text = str(error)
             fault = text if ivp.problem in text else f"{ivp.problem}, case {ivp.case!r}: {text}"
-        found.append(Held(ivp.case, what, fault))
+        findings.append(Held(ivp.case, what, fault))
         if fault and what in BASIC:
             break
-    return found
+    return findings
 
 
 def require_sound(ivp: Ivp) -> None:
@@ -94,9 +94,9 @@ def require_sound(ivp: Ivp) -> None:
     """
 
     def build(cached: bool) -> str:
-        for each in held(ivp):
-            if each.fault and each.what not in LEFT_TO_RUNS:
-                raise InvalidProblem(each.fault)
+        for finding in held(ivp):
+            if finding.fault and finding.what not in LEFT_TO_RUNS:
+                raise InvalidProblem(finding.fault)
         return '"""Nothing is wrong."""'
 
     if ivp.case in ivp.facts.CASES:
@@ -105,24 +105,24 @@ def require_sound(ivp: Ivp) -> None:
 
 def _checks(ivp: Ivp) -> Mapping[str, Check]:
     """Return the checks that a problem is for, by what they check."""
-    found: dict[str, Check] = {}
+    checks: dict[str, Check] = {}
     if isinstance(ivp, ConstrainedIvp) and ivp.arrays:
         return {START: start}
     problem = ivp.source.derivation.problem
     if isinstance(ivp, PoissonIvp):
-        found[SMOOTH] = poisson_smooth
+        checks[SMOOTH] = poisson_smooth
     else:
-        found |= {MASS: mass, SMOOTH: smooth, START: start, RANK: independent}
+        checks |= {MASS: mass, SMOOTH: smooth, START: start, RANK: independent}
     if ivp.size > 2 * MOST or not hasattr(problem, "closed_form"):
-        return found
+        return checks
     if isinstance(ivp, ConstrainedIvp) and problem.integrals:
-        found["first integrals"] = declared_checks.integrals
+        checks["first integrals"] = declared_checks.integrals
     if problem.closed_form is not None:
-        found["closed form"] = declared_checks.closed_form
+        checks["closed form"] = declared_checks.closed_form
     for name in ("kinetic_flow", "chart"):
         if getattr(problem, name, None) is not None:
-            found[name.replace("_", " ")] = getattr(declared_checks, name)
-    return found
+            checks[name.replace("_", " ")] = getattr(declared_checks, name)
+    return checks
 
 
 def start(ivp: ConstrainedIvp) -> str:

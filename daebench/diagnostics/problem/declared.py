@@ -37,7 +37,7 @@ def integrals(ivp: ConstrainedIvp) -> str:
 
     problem = ivp.source.derivation.problem
     x = [*problem.p, *problem.q]
-    slopes = numeric(ivp, [[sp.sympify(each).diff(symbol) for symbol in x] for each in problem.integrals.values()])
+    slopes = numeric(ivp, [[sp.sympify(integral).diff(symbol) for symbol in x] for integral in problem.integrals.values()])
     seen = 0
     for p, q in points(ivp):
         seen += 1
@@ -117,9 +117,9 @@ def _flow(ivp: ConstrainedIvp, after: Callable[..., Any], p: Array, q: Array) ->
 
 def chart(ivp: ConstrainedIvp) -> str:
     """Hold chi(y) = x against the state x, where y are the local coordinates of x."""
-    own = ivp.source.derivation.problem.chart
-    back = numeric(ivp, [*own.inverse_eta, *own.inverse_xi])
-    forth = numeric(ivp, [list(own.p), list(own.q)], *own.eta, *own.xi)
+    declared_chart = ivp.source.derivation.problem.chart
+    back = numeric(ivp, [*declared_chart.inverse_eta, *declared_chart.inverse_xi])
+    forth = numeric(ivp, [list(declared_chart.p), list(declared_chart.q)], *declared_chart.eta, *declared_chart.xi)
     seen = 0
     for p, q in points(ivp):
         x = np.array(forth(p, q, *np.array(back(p, q), dtype=float)), dtype=float)

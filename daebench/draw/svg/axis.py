@@ -55,7 +55,7 @@ class Axis:
 
     def share(self, values: npt.ArrayLike) -> Array:
         """Return where values are along the axis, 0 at its low end and 1 at its high end; NaN where they have no place."""
-        low, high, given = (self._linear(each) for each in (self.low, self.high, values))
+        low, high, given = (self._linear(value) for value in (self.low, self.high, values))
         return np.asarray((given - low) / (high - low), dtype=float)
 
     def _linear(self, values: npt.ArrayLike) -> Array:
@@ -99,14 +99,14 @@ def around(label: str, *values: npt.ArrayLike, log: bool = False, floor: float =
     margin : float
         Part of the extent that is added at each end.
     """
-    found = np.concatenate([np.ravel(np.asarray(each, dtype=float)) for each in values]) if values else np.empty(0)
-    found = found[np.isfinite(found) & ((found > 0) | (not log))]
+    numbers = np.concatenate([np.ravel(np.asarray(array, dtype=float)) for array in values]) if values else np.empty(0)
+    numbers = numbers[np.isfinite(numbers) & ((numbers > 0) | (not log))]
     if log:
-        ends = np.log10(np.clip(found, max(floor, 100 * LEAST), MOST / 100)) if len(found) else np.array([-1.0, 0.0])
+        ends = np.log10(np.clip(numbers, max(floor, 100 * LEAST), MOST / 100)) if len(numbers) else np.array([-1.0, 0.0])
         low, high = math.floor(ends.min() - 1e-9), math.ceil(ends.max() + 1e-9)
         return Axis(label, 10.0**low, 10.0 ** max(high, low + 1), log=True)
-    found = np.clip(found, -MOST / 2, MOST / 2)
-    low, high = (float(found.min()), float(found.max())) if len(found) else (0.0, 1.0)
+    numbers = np.clip(numbers, -MOST / 2, MOST / 2)
+    low, high = (float(numbers.min()), float(numbers.max())) if len(numbers) else (0.0, 1.0)
     extent = high - low if high - low > 1e3 * LEAST else abs(high) if abs(high) > 1e3 * LEAST else 1.0
     return Axis(label, low - margin * extent, high + margin * extent)
 

@@ -106,13 +106,13 @@ class Dots:
     def svg(self, place: Place) -> Markup:
         """Return them as one path of round caps, or as circles where they are hollow."""
         x, y = place(self.x, self.y)
-        kept = np.isfinite(x) & np.isfinite(y)
+        finite = np.isfinite(x) & np.isfinite(y)
         color = color_of(self.stroke)
         if self.hollow:
             circle = Markup('<circle cx="{:.1f}" cy="{:.1f}" r="{}"/>')
-            circles = Markup("").join(circle.format(a, b, self.radius) for a, b in zip(x[kept], y[kept], strict=True))
+            circles = Markup("").join(circle.format(a, b, self.radius) for a, b in zip(x[finite], y[finite], strict=True))
             return Markup('<g fill="none" stroke="{}" stroke-width="1.4">{}</g>').format(color, circles)
-        path = "".join(f"M{a:.1f} {b:.1f}h0" for a, b in zip(x[kept].tolist(), y[kept].tolist(), strict=True))
+        path = "".join(f"M{a:.1f} {b:.1f}h0" for a, b in zip(x[finite].tolist(), y[finite].tolist(), strict=True))
         return Markup('<path d="{}" fill="none" stroke="{}" stroke-width="{}" stroke-linecap="round"/>').format(
             path, color, 2 * self.radius
         )
@@ -184,9 +184,9 @@ def thinned(x: Array, y: Array, most: int) -> tuple[Array, Array]:
     whole = padded.reshape(bins, size)
     finite = np.isfinite(whole)
     places = (np.where(finite, whole, np.inf).argmin(axis=1), np.where(finite, whole, -np.inf).argmax(axis=1), finite.argmin(axis=1))
-    kept = np.unique(np.concatenate([[0, n - 1], *(size * np.arange(bins) + place for place in places)]))
-    kept = kept[kept < n]
-    return x[kept], y[kept]
+    indices = np.unique(np.concatenate([[0, n - 1], *(size * np.arange(bins) + place for place in places)]))
+    indices = indices[indices < n]
+    return x[indices], y[indices]
 
 
 def path_of(x: Array, y: Array) -> str:
@@ -202,4 +202,4 @@ def dashes_of(stroke: Stroke, width: float) -> Markup:
     if isinstance(stroke.dashes, str):
         return Markup("")
     lengths: Sequence[float] = stroke.dashes[1]
-    return Markup(' stroke-dasharray="{}"').format(" ".join(f"{width * each:g}" for each in lengths))
+    return Markup(' stroke-dasharray="{}"').format(" ".join(f"{width * length:g}" for length in lengths))

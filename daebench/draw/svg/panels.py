@@ -64,11 +64,11 @@ class Panel:
     def frame(self, left: float, top: float, width: float, height: float) -> Frame:
         """Return where its axes are, within a rectangle that labels and title share."""
         inside = (LEFT if not self.bare else RIGHT, BOTTOM if not self.bare else RIGHT)
-        found = Frame(left + inside[0], top + TOP, width - inside[0] - RIGHT, height - TOP - inside[1], self.x, self.y)
+        frame = Frame(left + inside[0], top + TOP, width - inside[0] - RIGHT, height - TOP - inside[1], self.x, self.y)
         if not self.equal:
-            return found
-        by = ((self.x.high - self.x.low) / found.width) / ((self.y.high - self.y.low) / found.height)
-        return replace(found, x=self.x.widened(max(1.0, 1 / by)), y=self.y.widened(max(1.0, by)))
+            return frame
+        by = ((self.x.high - self.x.low) / frame.width) / ((self.y.high - self.y.low) / frame.height)
+        return replace(frame, x=self.x.widened(max(1.0, 1 / by)), y=self.y.widened(max(1.0, by)))
 
 
 def draw_panels(panels: Sequence[Panel], *, alt: str, columns: int = 2, height: float = 250.0, width: float = WIDTH) -> Markup:
@@ -88,8 +88,8 @@ def draw_panels(panels: Sequence[Panel], *, alt: str, columns: int = 2, height: 
         Width of the drawing, pixels.
     """
     rows, wide = -(-len(panels) // columns), width / columns
-    places = [each.frame(wide * (k % columns), height * (k // columns), wide, height) for k, each in enumerate(panels)]
-    shown = Markup("").join(panel_svg(each, frame) for each, frame in zip(panels, places, strict=True))
+    places = [panel.frame(wide * (k % columns), height * (k // columns), wide, height) for k, panel in enumerate(panels)]
+    shown = Markup("").join(panel_svg(panel, frame) for panel, frame in zip(panels, places, strict=True))
     below, lines = legend(panels, height * rows, width)
     whole = Markup('<svg class="panels" xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {:g} {:g}" role="img" aria-label="{}">{}{}</svg>')
     return whole.format(width, height * rows + lines * LINE + 4, alt, shown, below)
@@ -100,7 +100,7 @@ def panel_svg(panel: Panel, frame: Frame) -> Markup:
 
     Its clip path is named after the frame: where two in a page have one name, they are the same.
     """
-    name = "clip" + "-".join(f"{each:.0f}" for each in (frame.left, frame.top, frame.width, frame.height))
+    name = "clip" + "-".join(f"{length:.0f}" for length in (frame.left, frame.top, frame.width, frame.height))
     box = Markup('x="{:.1f}" y="{:.1f}" width="{:.1f}" height="{:.1f}"').format(frame.left, frame.top, frame.width, frame.height)
     title = Markup('<text class="title" x="{:.1f}" y="{:.1f}">{}</text>').format(frame.left, frame.top - 9, panel.title)
     marks = Markup("").join(mark.svg(frame) for mark in panel.marks)

@@ -55,7 +55,7 @@ class NodeEquations:
         symbols = [*chain.before, *chain.here, chain.node]
         values = [*before, *self.unknowns["q", place], chain.node + place]
         at = dict(zip(symbols, values, strict=True))
-        return sp.Matrix(len(expressions), 1, [sp.sympify(each).subs(at, simultaneous=True) for each in expressions])
+        return sp.Matrix(len(expressions), 1, [sp.sympify(expression).subs(at, simultaneous=True) for expression in expressions])
 
     def constraints(self, place: int) -> sp.Matrix:
         """Constraints of the node at this place: those of its joint, where it has one, and its own."""

@@ -101,22 +101,22 @@ def source(title: str, chain: ConstrainedChain, formulation: str, multipliers: s
 
 def _columns(layout: Layout, of: NodeEquations, multipliers: str) -> dict[sp.Symbol, tuple[str, int]]:
     """Return array and index of the symbols of the unknowns of a node and of its neighbours, and of their rates."""
-    found = {}
+    columns = {}
     for place in filter(of.there, PLACES):
         for name, i in layout.order:
             arrays = ("yp", "y") if name in layout.forces and multipliers == "derivative" else ("y", "yp")
             for array, family in zip(arrays, (of.unknowns, of.rates), strict=True):
-                found[family[name, place][i]] = array, layout.index(name, i, place)
-    return found
+                columns[family[name, place][i]] = array, layout.index(name, i, place)
+    return columns
 
 
 def _rows(layout: Layout, of: NodeEquations) -> list[tuple[int, sp.Expr]]:
     """Return index and expression of the rows of a node."""
-    found = []
+    indexed_rows = []
     for name, rows in of.rows(layout.formulation).items():
         lacking = of.missing if name in layout.forces else 0
-        found += [(layout.index(name, i + lacking), row) for i, row in enumerate(rows)]
-    return found
+        indexed_rows += [(layout.index(name, i + lacking), row) for i, row in enumerate(rows)]
+    return indexed_rows
 
 
 def _loop(nodes: range, targets: Sequence[str], values: Sequence[sp.Expr], names: Mapping[sp.Symbol, str]) -> list[str]:

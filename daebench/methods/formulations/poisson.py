@@ -47,7 +47,7 @@ class PoissonDae(Posed):
             return ""
         with np.errstate(all="ignore"):
             inside = self.inside(tuple(y[: self.ivp.size]), self.ivp.par)
-        return "" if inside else f"the domain {' and '.join(f'{each} > 0' for each in self.ivp.facts.DOMAIN)}"
+        return "" if inside else f"the domain {' and '.join(f'{expression} > 0' for expression in self.ivp.facts.DOMAIN)}"
 
 
 def pose_poisson(ivp: PoissonIvp, formulation: str, *, multipliers: str = "plain") -> PoissonDae:
@@ -76,9 +76,9 @@ def pose_poisson(ivp: PoissonIvp, formulation: str, *, multipliers: str = "plain
     module = _module(ivp, formulation, multipliers if formulation == "casimirs" else "plain")
     rates = ivp.value("field", ivp.y0).astype(float)
     _require_finite(ivp, rates, np.asarray(ivp.value("H", ivp.y0), dtype=float))
-    kept = _kept(ivp) if formulation == "casimirs" else np.empty(0)
-    none = np.zeros(len(kept))
-    par, y0, yp0 = (np.concatenate(parts) for parts in ((ivp.par, kept), (ivp.y0, none), (rates, none)))
+    casimir_values = _kept(ivp) if formulation == "casimirs" else np.empty(0)
+    none = np.zeros(len(casimir_values))
+    par, y0, yp0 = (np.concatenate(parts) for parts in ((ivp.par, casimir_values), (ivp.y0, none), (rates, none)))
     inside: Any = ivp.functions("inside").inside if ivp.facts.DOMAIN else None
     return PoissonDae(formulation, multipliers, ivp, par, y0, yp0, module, inside)
 
@@ -112,6 +112,6 @@ def _kept(ivp: PoissonIvp) -> Array:
 
 
 def _require_finite(ivp: PoissonIvp, *values: Array) -> None:
-    if not all(np.all(np.isfinite(each)) for each in values):
+    if not all(np.all(np.isfinite(value)) for value in values):
         where = f"{ivp.problem}, case {ivp.case}, has values at the start that are not finite"
         raise DaebenchError(f"{where}; check parameters and initial values.")

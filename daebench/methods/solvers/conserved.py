@@ -62,7 +62,7 @@ class Conservation:
         at = self.values(y)
         if self.size > MOST_UNKNOWNS:
             return (float("inf"),) * len(at)
-        found = [ROUNDINGS * abs(value) for value in at]
+        changes = [ROUNDINGS * abs(value) for value in at]
         for j in range(self.size):
             length = 1.0 + abs(float(y[j]))
             error = self.tol * length
@@ -71,8 +71,8 @@ class Conservation:
             moved = y.copy()
             moved[j] += INCREMENT * length
             for k, (value, other) in enumerate(zip(at, self.values(moved), strict=True)):
-                found[k] += abs(other - value) * error / (INCREMENT * length)
-        return tuple(found)
+                changes[k] += abs(other - value) * error / (INCREMENT * length)
+        return tuple(changes)
 
 
 def conservation(posed: Posed, tol: float) -> Conservation:
@@ -96,8 +96,8 @@ def conserved(posed: Posed) -> Conserved:
     call = _module(posed, compiled=compiled).conserved
 
     def at(y: Any) -> tuple[float, ...]:
-        found: tuple[float, ...] = call(y, par)
-        return found
+        values: tuple[float, ...] = call(y, par)
+        return values
 
     return at if compiled else np.errstate(all="ignore")(at)
 
@@ -128,7 +128,7 @@ def _module(posed: Posed, *, compiled: bool) -> types.ModuleType:
         name, ends = "of_velocities" if posed.mechanical else "of_momenta", ((posed.d, size), (0, posed.d))
     else:
         name, ends = "of_state", ((0, size),)
-    vectors = ", ".join(pack(f"y[{i}]" for i in range(*each)) for each in ends)
+    vectors = ", ".join(pack(f"y[{i}]" for i in range(*bounds)) for bounds in ends)
     result = f"conserved_{name}({vectors}, par)"
     wrapper = function("conserved(y, par)", f"return {result if isinstance(posed, Dae) else f'({result},)'}")
 

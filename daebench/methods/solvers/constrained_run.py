@@ -52,26 +52,26 @@ class OnConstrained(ToleranceMethod):
             monitors.append((ChainRankMonitor if isinstance(dae, BandedDae) else RankMonitor)(dae, mode, *settings))
             return monitors[-1]
 
-        found = drive(self, dae, request, began=began, make_monitor=make_monitor)
-        failure = found.outcome["failure"]
-        if failure and not found.outcome["interrupted"]:
-            found = replace(found, outcome={**found.outcome, "failure": f"{failure[:-1]}{monitors[-1].reason()}."})
-        return _trajectory(dae, request, found, monitors[-1].ended())
+        run = drive(self, dae, request, began=began, make_monitor=make_monitor)
+        failure = run.outcome["failure"]
+        if failure and not run.outcome["interrupted"]:
+            run = replace(run, outcome={**run.outcome, "failure": f"{failure[:-1]}{monitors[-1].reason()}."})
+        return _trajectory(dae, request, run, monitors[-1].ended())
 
 
-def _trajectory(dae: Dae, request: Request, found: Driven, passages: tuple[Passage, ...]) -> Trajectory:
+def _trajectory(dae: Dae, request: Request, run: Driven, passages: tuple[Passage, ...]) -> Trajectory:
     """Return the trajectory: momenta in the place of velocities, and the monitored quantities, over all outputs."""
-    ivp, kept = dae.ivp, found.kept
-    q, v = dae.unpack(found.Y)
+    ivp, selection = dae.ivp, run.kept
+    q, v = dae.unpack(run.Y)
     p = dae.momenta(q, v)
     p[0] = ivp.p0  # as given, without the round-off of p = M v
     monitored = request.watched(CONSTRAINED)
     return Trajectory(
-        **found.outcome,
-        t=found.t[kept],
-        q=q[kept],
-        p=p[kept],
-        lam=ivp.along("lam", p[kept], q[kept]) if request.multipliers else None,
+        **run.outcome,
+        t=run.t[selection],
+        q=q[selection],
+        p=p[selection],
+        lam=ivp.along("lam", p[selection], q[selection]) if request.multipliers else None,
         maxima=output_maxima(ivp, monitored, p, q),
         pivot=_smallest_pivot(ivp, p, q) if "manifold" in monitored else None,
         passages=passages,

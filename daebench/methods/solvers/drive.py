@@ -175,9 +175,9 @@ def drive(
     if failure and monitor.t > times[-1]:
         times = np.append(times, monitor.t)
         Y.append(monitor.y)
-    kept: slice | list[int] = slice(None) if request.every is None and request.points != 2 else [0, -1] if len(Y) > 1 else [0]
+    selection: slice | list[int] = slice(None) if request.every is None and request.points != 2 else [0, -1] if len(Y) > 1 else [0]
     ending = {"method": method.name, "failure": failure, "interrupted": interrupted, "compile_seconds": ready - began}
-    return Driven(times, np.array(Y), kept, ending | _outcome(posed, request, monitor, outputs.seconds - monitor.aside))
+    return Driven(times, np.array(Y), selection, ending | _outcome(posed, request, monitor, outputs.seconds - monitor.aside))
 
 
 def _sentence(name: str, posed: Posed, request: Request, t: float, why: str) -> str:

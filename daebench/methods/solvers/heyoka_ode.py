@@ -82,15 +82,15 @@ def _equations(source: Source, parameters: tuple[tuple[str, float], ...]) -> "tu
 
     from daebench.methods.solvers.taylor_equations import hamiltonian, own_coordinates
 
-    own, values = source.derivation, dict(parameters)
-    exact = _Exact(own, {symbol: sp.Rational(repr(values[str(symbol)])) for symbol in own.problem.parameters})
-    if own.states == "poisson":
-        return hamiltonian(exact, own.problem.y, sp.Matrix(own.problem.B), own.problem.H), None
+    derivation, values = source.derivation, dict(parameters)
+    exact = _Exact(derivation, {symbol: sp.Rational(repr(values[str(symbol)])) for symbol in derivation.problem.parameters})
+    if derivation.states == "poisson":
+        return hamiltonian(exact, derivation.problem.y, sp.Matrix(derivation.problem.B), derivation.problem.H), None
     equations = own_coordinates(exact)
-    if not own.mechanical:
+    if not derivation.mechanical:
         return equations, None
     variables = [variable for variable, _ in equations]
-    velocities = [rate for _, rate in equations[: own.d]]
+    velocities = [rate for _, rate in equations[: derivation.d]]
     return equations, hy.cfunc(velocities, vars=variables)
 
 

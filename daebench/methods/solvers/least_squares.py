@@ -60,10 +60,10 @@ def _module(ivp: ConstrainedIvp) -> types.ModuleType:
             JJ[:, j] = column.imag / STEP
         return health
 
-    found = types.ModuleType(f"{ivp.problem}_least_squares")
-    vars(found).update(rhs=rhs, rhs_jacobian=rhs_jacobian, MECHANICAL=False)
-    exec(IMPLICIT, vars(found))
-    return found
+    module = types.ModuleType(f"{ivp.problem}_least_squares")
+    vars(module).update(rhs=rhs, rhs_jacobian=rhs_jacobian, MECHANICAL=False)
+    exec(IMPLICIT, vars(module))
+    return module
 
 
 def _right_side(ivp: ConstrainedIvp, precision: str) -> Any:

@@ -181,7 +181,7 @@ class Monitor:
             jump = abs(values[k] - self._values[k])
             if jump > self._jumps[k]:
                 self._jumps[k] = jump
-                explained = max(law.explained(each, t - self.t)[k] for each in (self.y, y))
+                explained = max(law.explained(state, t - self.t)[k] for state in (self.y, y))
                 if jump > SUDDEN * explained > 0.0:
                     raise Stopped(
                         f"{NAMES[k]} changes by {jump:.1e} in the step to t = {t:.9g}, {jump / explained:.0f} times as much as the "

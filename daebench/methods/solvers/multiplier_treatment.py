@@ -77,8 +77,8 @@ class TreatedMultipliers:
 
     def tolerances(self, posed: Posed, tol: float) -> Array:
         """Return the absolute tolerances, shape(n,)."""
-        found = np.full(posed.n, tol)
+        atol = np.full(posed.n, tol)
         if self.chosen == "atol":
             for name in self.untested:
-                found[posed.blocks.get(name, slice(0))] = UNTESTED
-        return found
+                atol[posed.blocks.get(name, slice(0))] = UNTESTED
+        return atol

@@ -60,10 +60,10 @@ class Translation:
 
     def __call__(self, expression: sp.Expr) -> Expression:
         """Return an expression; what was met before is the same node of heyoka's graph."""
-        found = self.known.get(expression)
-        if found is None:
-            found = self.known[expression] = self._made(sp.sympify(expression))
-        return found
+        node = self.known.get(expression)
+        if node is None:
+            node = self.known[expression] = self._made(sp.sympify(expression))
+        return node
 
     def _made(self, expression: sp.Expr) -> Expression:
         if expression.is_number:

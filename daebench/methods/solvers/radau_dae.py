@@ -62,9 +62,9 @@ class RadauDae(Ida):
             return res
 
         def combined(t: float, y: Array, yp: Array, cj: float) -> Array:
-            began, found = time.perf_counter(), np.empty((dae.n, dae.n))
-            monitor.called("jacobian", t, dae.jacobian(t, np.array(y), np.array(yp), np.empty(dae.n), cj, found, dae.par), began)
-            return found
+            began, matrix = time.perf_counter(), np.empty((dae.n, dae.n))
+            monitor.called("jacobian", t, dae.jacobian(t, np.array(y), np.array(yp), np.empty(dae.n), cj, matrix, dae.par), began)
+            return matrix
 
         def jacobian(t: float, y: Array, yp: Array) -> tuple[Array, Array]:
             of_y = combined(t, y, yp, 0.0)
@@ -73,4 +73,4 @@ class RadauDae(Ida):
         dae.residual(0.0, dae.y0, dae.yp0, np.empty(dae.n), dae.par)
         dae.jacobian(0.0, dae.y0, dae.yp0, np.empty(dae.n), 1.0, np.empty((dae.n, dae.n)), dae.par)
         solver = RadauDAE(residual, 0.0, dae.y0, dae.yp0, monitor.t_end, rtol=tol, atol=tol, jac=jacobian)
-        return stepwise(solver, monitor, "solve_dae", lambda found: lambda t: found(t)[0])
+        return stepwise(solver, monitor, "solve_dae", lambda interpolant: lambda t: interpolant(t)[0])

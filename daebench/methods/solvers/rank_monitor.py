@@ -132,9 +132,9 @@ class RankMonitor(Monitor):
         near = min((0.125, 0.375, 0.625, 0.875), key=sigma)
         if sigma(near) > 0.5 * max(sigma0, sigma1):
             return None
-        found = minimize_scalar(sigma, bounds=(near - 0.125, near + 0.125), method="bounded", options={"xatol": 1e-6})
-        x, small = float(found.x), max(INSIDE * min(sigma0, sigma1), INSIDE**2 * max(sigma0, sigma1))
-        return t0 + h * x if EDGE < x < 1 - EDGE and found.fun <= small else None
+        minimum = minimize_scalar(sigma, bounds=(near - 0.125, near + 0.125), method="bounded", options={"xatol": 1e-6})
+        x, small = float(minimum.x), max(INSIDE * min(sigma0, sigma1), INSIDE**2 * max(sigma0, sigma1))
+        return t0 + h * x if EDGE < x < 1 - EDGE and minimum.fun <= small else None
 
     def _lose(self, zero: float, t: float, y: Array, sigma: float) -> None:
         """Stop at a state before G loses rank, or begin to follow the motion from there."""
@@ -175,7 +175,7 @@ class RankMonitor(Monitor):
 
     def _spike(self, y: Array) -> str:
         """Return how much larger the force of constraint G^T lam is than it was over the run, where it is."""
-        now, usual = self._force(y), float(np.median([self._force(each) for each in self.kept]))
+        now, usual = self._force(y), float(np.median([self._force(state) for state in self.kept]))
         return f"; the force of constraint, {now:.1e}, is {now / usual:.0f} times its median so far" if now > 10 * usual > 0 else ""
 
     def _force(self, y: Array) -> float:

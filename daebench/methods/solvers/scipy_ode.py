@@ -46,7 +46,7 @@ class ScipyOde(OnReducedOde):
             rhs_jacobian(0.0, read_only(dae.y0), np.empty((dae.n, dae.n)), par)
             options["jac"] = jacobian
         solver = getattr(integrate, self.variant)(right_side, 0.0, dae.y0, monitor.t_end, **options)
-        return stepwise(solver, monitor, "SciPy", lambda found: found)
+        return stepwise(solver, monitor, "SciPy", lambda interpolant: interpolant)
 
 
 def stepwise(solver: Any, monitor: Monitor, whose: str, states: Callable[[Any], Any]) -> Advance:

@@ -30,9 +30,9 @@ def own_coordinates(definition: Exact) -> Equations:
 
         q' = H_p      p' = -H_q - G^T lam(p, q)      with lam(p, q) solved from (1.12) in the equations themselves
     """
-    hy, own = library(), definition.derivation
-    q, p = ([hy.make_vars(str(x)) for x in part] for part in (own.problem.q, own.problem.p))
-    say = Translation(dict(zip([*own.problem.q, *own.problem.p], [*q, *p], strict=True)))
+    hy, derivation = library(), definition.derivation
+    q, p = ([hy.make_vars(str(x)) for x in part] for part in (derivation.problem.q, derivation.problem.p))
+    say = Translation(dict(zip([*derivation.problem.q, *derivation.problem.p], [*q, *p], strict=True)))
 
     def spelled(matrix: sp.Matrix) -> list[list[Expression]]:
         settled = matrix.subs(definition.parameters)
@@ -41,20 +41,20 @@ def own_coordinates(definition: Exact) -> Equations:
     def column(matrix: sp.Matrix) -> list[Expression]:
         return [row[0] for row in spelled(matrix)]
 
-    G = spelled(own.G)
-    if own.explicit:
-        v, force = column(own.H_p), [-x for x in column(own.H_q)]
-        H_pp = spelled(own.H_pp)
+    G = spelled(derivation.G)
+    if derivation.explicit:
+        v, force = column(derivation.H_p), [-x for x in column(derivation.H_q)]
+        H_pp = spelled(derivation.H_pp)
         W = [[dotted(entries, row) for entries in H_pp] for row in G]
-        rest = column(own.a.subs(dict.fromkeys(own.lam, 0)))
+        rest = column(derivation.a.subs(dict.fromkeys(derivation.lam, 0)))
     else:
-        M = spelled(own.M)
+        M = spelled(derivation.M)
         v = solved(M, p)
-        say.known |= dict(zip(own.v, v, strict=True))
-        force = column(own.T_q - own.U_q)
+        say.known |= dict(zip(derivation.v, v, strict=True))
+        force = column(derivation.T_q - derivation.U_q)
         W = [solved(M, row) for row in G]
-        pull = column(own.U_q + own.c)
-        rest = [a - dotted(w, pull) for a, w in zip(column(own.g_qv * own.v), W, strict=True)]
+        pull = column(derivation.U_q + derivation.c)
+        rest = [a - dotted(w, pull) for a, w in zip(column(derivation.g_qv * derivation.v), W, strict=True)]
     lam = solved([[dotted(row, w) for w in W] for row in G], rest)
     rates = [f - dotted(column_of_G, lam) for f, column_of_G in zip(force, zip(*G, strict=True), strict=True)]
     return list(zip([*q, *p], [*v, *rates], strict=True))

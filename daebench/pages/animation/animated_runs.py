@@ -88,8 +88,8 @@ class AnimatedRuns:
     @cached_property
     def trails(self) -> list[int]:
         """Points that leave a trail."""
-        found = moving(np.concatenate([np.nan_to_num(each) for each in self.points]), self.layout.masses)
-        return found if len(found) <= MOST_TRAILS else found[-1:]
+        indices = moving(np.concatenate([np.nan_to_num(positions) for positions in self.points]), self.layout.masses)
+        return indices if len(indices) <= MOST_TRAILS else indices[-1:]
 
     @property
     def disc(self) -> float:
@@ -105,12 +105,12 @@ class AnimatedRuns:
     def box(self) -> tuple[Axis, Axis]:
         """Axes of all scenes: they hold all points, but for methods far :data:`APART` from the others."""
         rest = projected(self.layout.surface).reshape(-1, 2)
-        own = [each.reshape(-1, 2)[np.isfinite(each.reshape(-1, 2)).all(axis=1)] for each in self.flat]
-        middle = np.concatenate([rest, *(each[: self.flat[0].shape[1]] for each in own)]).mean(axis=0)
-        reach = [float(np.abs(each - middle).max()) for each in own]
-        near = [each for each, far in zip(own, reach, strict=True) if far <= APART * min(reach)]
+        clouds = [positions.reshape(-1, 2)[np.isfinite(positions.reshape(-1, 2)).all(axis=1)] for positions in self.flat]
+        middle = np.concatenate([rest, *(cloud[: self.flat[0].shape[1]] for cloud in clouds)]).mean(axis=0)
+        reach = [float(np.abs(cloud - middle).max()) for cloud in clouds]
+        near = [cloud for cloud, far in zip(clouds, reach, strict=True) if far <= APART * min(reach)]
         names = self.layout.axes if self.layout.dimension == 2 and self.layout.axes else ("x", "y")
-        x, y = (around(name, rest[:, i], *(each[:, i] for each in near), margin=0.08) for i, name in enumerate(names))
+        x, y = (around(name, rest[:, i], *(cloud[:, i] for cloud in near), margin=0.08) for i, name in enumerate(names))
         return x, y
 
     @property
@@ -161,8 +161,8 @@ class AnimatedRuns:
     def end_of(self, k: int) -> str:
         """Return what the title of a scene adds to its method: that it stopped, and that it leaves the picture; or nothing."""
         run = self.runs[k]
-        found = [f"stopped at t = {run.t[-1]:.4g}"] * (run.failure is not None) + ["leaves the picture"] * self.leaves(k)
-        return "".join(f", {each}" for each in found)
+        remarks = [f"stopped at t = {run.t[-1]:.4g}"] * (run.failure is not None) + ["leaves the picture"] * self.leaves(k)
+        return "".join(f", {remark}" for remark in remarks)
 
     @staticmethod
     def stroke(k: int) -> Stroke:
@@ -171,11 +171,13 @@ class AnimatedRuns:
 
     def table(self) -> pd.DataFrame:
         """Return what is shown, a row a method and state: method, t, errors since the state before, and each moving point once."""
-        everything = np.concatenate([np.nan_to_num(each) for each in self.points])
-        kept = moving(everything, range(everything.shape[1]))
+        everything = np.concatenate([np.nan_to_num(positions) for positions in self.points])
+        indices = moving(everything, range(everything.shape[1]))
         frames = []
         for run, points in zip(self.runs, self.points, strict=True):
-            own = {"method": run.method, "t": run.t, **run.errors}
-            own |= {f"{axis}{n}": points[:, k, i] for n, k in enumerate(kept, 1) for i, axis in enumerate("xyz"[: self.layout.dimension])}
-            frames.append(pd.DataFrame(own))
+            columns = {"method": run.method, "t": run.t, **run.errors}
+            columns |= {
+                f"{axis}{n}": points[:, k, i] for n, k in enumerate(indices, 1) for i, axis in enumerate("xyz"[: self.layout.dimension])
+            }
+            frames.append(pd.DataFrame(columns))
         return pd.concat(frames, ignore_index=True)

@@ -145,25 +145,25 @@ def animation(
     rate = gif.possible(_within("fps", fps)) if path.suffix.lower() == ".gif" else _within("fps", fps)
     frames = 1 + max(1, min(round(rate * length), form.most_frames(layout.at(ivp.start[-1][None]).shape[1], len(chosen), ERRORS) - 1))
     times = np.linspace(0.0, t_end, frames)
-    values = [resolution_value(each, h=h if each.knob == "h" else None, tol=tol if each.knob == "tol" else None) for each in chosen]
-    for each, value in zip(chosen, values, strict=True):
-        each.check(ivp, requested(ivp, each, value, times))
-    told = progress or (lambda fraction, label: None)
+    values = [resolution_value(method, h=h if method.knob == "h" else None, tol=tol if method.knob == "tol" else None) for method in chosen]
+    for method, value in zip(chosen, values, strict=True):
+        method.check(ivp, requested(ivp, method, value, times))
+    callback = progress or (lambda fraction, label: None)
     share = DRAWING if form.pixels else 1.0
-    parts = [_part(told, share * k / len(chosen), share / len(chosen), method.name) for k, method in enumerate(chosen)]
+    parts = [_part(callback, share * k / len(chosen), share / len(chosen), method.name) for k, method in enumerate(chosen)]
     runs = [recorded_run(ivp, method, value, times, part) for method, value, part in zip(chosen, values, parts, strict=True)]
     animated = AnimatedRuns(ivp.problem, ivp.case, dict(ivp.parameters), layout, runs, times, length)
-    form.write(path, animated, _part(told, share, 1 - share, f"drawing {path.name}"))
+    form.write(path, animated, _part(callback, share, 1 - share, f"drawing {path.name}"))
     save_table(beside := _numbers(path), animated.table())
-    for each in (path, beside):
-        write_beside(each, made_by(MAKER) | definition(ivp))
-    return Animated((path, beside), tuple(each.failure for each in runs if each.failure))
+    for file in (path, beside):
+        write_beside(file, made_by(MAKER) | definition(ivp))
+    return Animated((path, beside), tuple(run.failure for run in runs if run.failure))
 
 
-def _part(told: Told, start: float, share: float, label: str) -> Progress:
+def _part(callback: Told, start: float, share: float, label: str) -> Progress:
     """Return what tells the progress of a part of the work as that of the whole."""
-    told(start, label)
-    return lambda fraction: told(start + share * fraction, label)
+    callback(start, label)
+    return lambda fraction: callback(start + share * fraction, label)
 
 
 def _numbers(path: Path) -> Path:
@@ -178,9 +178,9 @@ def _form(path: Path, *, overwrite: bool) -> Format:
         raise BadInput(f"--out {path}: the file must end in {', '.join(list(FORMATS)[:-1])} or {list(FORMATS)[-1]}.")
     if path.suffix.lower() == ".mp4":
         mp4.require()
-    for each in (path, _numbers(path)):
-        check_place(each)
-        require_own(each, MAKER, overwrite=overwrite)
+    for target in (path, _numbers(path)):
+        check_place(target)
+        require_own(target, MAKER, overwrite=overwrite)
     return form
 
 
@@ -208,11 +208,11 @@ def _within(name: str, value: float) -> float:
 
 def _layout(ivp: Ivp) -> Layout:
     """Return what is drawn of an initial value problem; refuse one that declares no picture."""
-    found = layout_of(ivp)
-    if found is None:
+    layout = layout_of(ivp)
+    if layout is None:
         what = "y" if isinstance(ivp, PoissonIvp) else "q"
         raise BadInput(
             f"{ivp.problem} declares no picture to animate; add picture=Picture(rods=..., masses=..., fixed=...) "
             f"with points in {what} to its definition, see daebench.Picture. All problems of daebench have one."
         )
-    return found
+    return layout

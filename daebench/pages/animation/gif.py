@@ -26,12 +26,12 @@ def write(path: Path, animated: AnimatedRuns, progress: Progress) -> None:
     """Write an animation as a GIF that starts again at its end; all frames have the colours of the one in the middle."""
     from PIL import Image
 
-    given = (Image.fromarray(each) for each in frames(animated))
+    given = (Image.fromarray(frame) for frame in frames(animated))
     pictures: list[Any] = []
-    for n, each in enumerate(given):
+    for n, image in enumerate(given):
         if not pictures:
-            palette = each.quantize(COLORS)
-        pictures.append(each.quantize(palette=palette, dither=Image.Dither.NONE))
+            palette = image.quantize(COLORS)
+        pictures.append(image.quantize(palette=palette, dither=Image.Dither.NONE))
         progress((n + 1) / len(animated.times))
     first, *rest = pictures
     with atomic(path) as scratch:

@@ -32,7 +32,7 @@ def write(path: Path, animated: AnimatedRuns, progress: Progress) -> None:
         )
         film.send(None)
         film.send(first.tobytes())
-        for n, each in enumerate(pictures, start=2):
-            film.send(each.tobytes())
+        for n, frame in enumerate(pictures, start=2):
+            film.send(frame.tobytes())
             progress(n / len(animated.times))
         film.close()

@@ -94,12 +94,12 @@ def triad(animated: AnimatedRuns) -> list[Mark]:
     """Return the three directions of space with their names, in a corner of the scene."""
     corner, size = animated.corner
     quiet = Stroke(QUIET, "-", "o")
-    found: list[Mark] = []
+    marks: list[Mark] = []
     for axis, name in zip(np.eye(3), animated.layout.axes or "xyz", strict=True):
         tip = projected(axis[None])[0]
         x, y = np.stack([corner, corner + 0.8 * size * tip, corner + 1.25 * size * tip]).T
-        found += [Curve(x[:2], y[:2], quiet, width=1.2), Note(x[2], y[2], name, anchor="middle")]
-    return found
+        marks += [Curve(x[:2], y[:2], quiet, width=1.2), Note(x[2], y[2], name, anchor="middle")]
+    return marks
 
 
 def graph_panel(animated: AnimatedRuns, column: str) -> Panel:

@@ -118,14 +118,14 @@ def _at_start(ivp: Ivp, names: Sequence[str]) -> list[float]:
 
 def _named(ivp: Ivp, names: Sequence[str], maxima: Array) -> dict[str, Array]:
     """Return columns of maxima by name in ``LABELS``: of several Casimir functions or integrals the largest."""
-    own = {"energy": "energy_error", "g": "g", "Gv": "Gv"}
+    labels = {"energy": "energy_error", "g": "g", "Gv": "Gv"}
     if isinstance(ivp, PoissonIvp):
-        own |= dict.fromkeys(ivp.casimirs, "casimir_error") | dict.fromkeys(ivp.integrals, "integral_error")
-    found: dict[str, Array] = {}
+        labels |= dict.fromkeys(ivp.casimirs, "casimir_error") | dict.fromkeys(ivp.integrals, "integral_error")
+    columns: dict[str, Array] = {}
     for name, column in zip(names, maxima.T, strict=True):
-        if name in own:
-            found[own[name]] = np.maximum(found.get(own[name], column), column)
-    return found
+        if name in labels:
+            columns[labels[name]] = np.maximum(columns.get(labels[name], column), column)
+    return columns
 
 
 def _sampled(ivp: Ivp, run: Any, times: Array) -> RecordedRun:

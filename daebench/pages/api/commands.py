@@ -62,11 +62,11 @@ def _commands(command: Any, path: tuple[str, ...]) -> Iterator[Command]:
 
 
 def _described(command: Any, name: str) -> Command:
-    places = [each for each in command.params if not _is_option(each)]
-    options = [each for each in command.params if _is_option(each) and each.name != "help"]
-    needed = [f"{each.opts[0]} {_value(each)}" for each in options if each.required]
+    places = [parameter for parameter in command.params if not _is_option(parameter)]
+    options = [parameter for parameter in command.params if _is_option(parameter) and parameter.name != "help"]
+    needed = [f"{option.opts[0]} {_value(option)}" for option in options if option.required]
     words = ["daebench", name, *map(_value, places), *needed, *(["[OPTIONS]"] if len(options) > len(needed) else [])]
-    return Command(name, " ".join(words), inspect.cleandoc(command.help or ""), [_option(each) for each in [*places, *options]])
+    return Command(name, " ".join(words), inspect.cleandoc(command.help or ""), [_option(parameter) for parameter in [*places, *options]])
 
 
 def _is_option(parameter: Any) -> bool:
@@ -81,7 +81,7 @@ def _value(parameter: Any) -> str:
 def _option(parameter: Any) -> Option:
     flag = getattr(parameter, "is_flag", False)
     written = [*parameter.opts, *parameter.secondary_opts]
-    names = tuple(each if flag else f"{each} {_value(parameter)}" for each in written) if _is_option(parameter) else (_value(parameter),)
+    names = tuple(name if flag else f"{name} {_value(parameter)}" for name in written) if _is_option(parameter) else (_value(parameter),)
     default = parameter.default
-    told = "" if flag or default in (None, "") or callable(default) or not str(default) else f"default: {default}"
-    return Option(names, parameter.help or "", "required" if parameter.required else told)
+    note = "" if flag or default in (None, "") or callable(default) or not str(default) else f"default: {default}"
+    return Option(names, parameter.help or "", "required" if parameter.required else note)

@@ -71,23 +71,23 @@ class Index:
 
     def __init__(self, public: "Mapping[str, Object]") -> None:
         self.anchors: dict[str, str] = {}
-        for path, each in public.items():
-            described = {member.name for member in members(each)} if each.is_class else set()
-            self.anchors[path] = self.anchors[each.path] = path
-            for name in each.all_members if each.is_class else ():
-                self.anchors[f"{path}.{name}"] = self.anchors[f"{each.path}.{name}"] = f"{path}.{name}" if name in described else path
+        for path, definition in public.items():
+            described = {member.name for member in members(definition)} if definition.is_class else set()
+            self.anchors[path] = self.anchors[definition.path] = path
+            for name in definition.all_members if definition.is_class else ():
+                self.anchors[f"{path}.{name}"] = self.anchors[f"{definition.path}.{name}"] = f"{path}.{name}" if name in described else path
         self.entries: dict[str, list[str]] = {}
         for path in public:
             self.entries.setdefault(path.rpartition(".")[2], []).append(path)
-        self.classes = {each.name: path for path, each in public.items() if each.is_class}
+        self.classes = {candidate.name: path for path, candidate in public.items() if candidate.is_class}
 
     def link(self, home: "Object") -> Link:
         """Return what finds names as they are written in the docstring of ``home``; it raises Dangling on others."""
 
         def anchor(target: str) -> str:
             for scope in (f"{home.path}.", f"{home.path.rpartition('.')[0]}.", f"{home.module.path}.", "daebench.", ""):
-                if found := self.anchors.get(scope + target):
-                    return found
+                if path := self.anchors.get(scope + target):
+                    return path
             same = self.entries.get(target, [])
             if len(same) == 1:
                 return same[0]
@@ -97,51 +97,55 @@ class Index:
 
         return anchor
 
-    def types(self, text: str, own: str = "") -> Markup:
+    def types(self, text: str, subject: str = "") -> Markup:
         """Return the text of a type or signature with links at the classes of the page but the one that is described."""
 
-        def name(found: re.Match[str]) -> str:
-            path = self.classes.get(found[0])
-            return str(Markup('<a href="#{}">{}</a>').format(path, found[0])) if path and found[0] != own else found[0]
+        def name(match: re.Match[str]) -> str:
+            path = self.classes.get(match[0])
+            return str(Markup('<a href="#{}">{}</a>').format(path, match[0])) if path and match[0] != subject else match[0]
 
         return Markup(re.sub(r"(?<![\w&#.])[A-Z]\w+", name, str(escape(text))))
 
 
-def entry(path: str, each: "Object", index: Index) -> Entry:
+def entry(path: str, definition: "Object", index: Index) -> Entry:
     """Return the entry of a public thing."""
     import griffe
 
-    link = index.link(each)
-    sections = each.docstring and griffe.Docstring(each.docstring.value).parse("numpy", warnings=False)
+    link = index.link(definition)
+    sections = definition.docstring and griffe.Docstring(definition.docstring.value).parse("numpy", warnings=False)
     texts = [section.value for section in sections or () if section.kind.value == "text"]
-    parts = members(each) if each.is_class else []
+    parts = members(definition) if definition.is_class else []
     return Entry(
         anchor=path,
         name=path,
-        kind=_kind(each),
-        signature=index.types(_signature(each), each.name),
+        kind=_kind(definition),
+        signature=index.types(_signature(definition), definition.name),
         text=blocks("\n\n".join(texts), link),
         sections=[_section(section, link, index.types) for section in sections or () if section.kind.value != "text"],
         parts=[entry(f"{path}.{part.name}", part, index) for part in parts],
     )
 
 
-def _kind(each: "Object") -> str:
-    return "property" if "property" in each.labels else {"attribute": "constant"}.get(each.kind.value, each.kind.value)
+def _kind(definition: "Object") -> str:
+    return "property" if "property" in definition.labels else {"attribute": "constant"}.get(definition.kind.value, definition.kind.value)
 
 
-def _signature(each: "Object") -> str:
+def _signature(definition: "Object") -> str:
     """Return how a thing is called, one parameter a line where it is long."""
     import griffe
 
-    if isinstance(each, griffe.Attribute):
-        value = f"{each.name} = {each.value}" if each.value and "property" not in each.labels else f"{each.name}: {each.annotation}"
-        return value if len(value) <= LONGEST else each.name
-    if isinstance(each, griffe.Class):
-        text = each.signature() or each.name
-        bases = ", ".join(str(base) for base in each.bases if "Protocol" not in str(base))
+    if isinstance(definition, griffe.Attribute):
+        value = (
+            f"{definition.name} = {definition.value}"
+            if definition.value and "property" not in definition.labels
+            else f"{definition.name}: {definition.annotation}"
+        )
+        return value if len(value) <= LONGEST else definition.name
+    if isinstance(definition, griffe.Class):
+        text = definition.signature() or definition.name
+        bases = ", ".join(str(base) for base in definition.bases if "Protocol" not in str(base))
         return f"class {_laid_out(text)}" + (f"  # {bases}" if bases else "")
-    return _laid_out(each.signature(return_type=True)) if isinstance(each, griffe.Function) else ""
+    return _laid_out(definition.signature(return_type=True)) if isinstance(definition, griffe.Function) else ""
 
 
 def _laid_out(text: str) -> str:
@@ -162,9 +166,9 @@ def _laid_out(text: str) -> str:
 def _section(section: "DocstringSection", link: Link, types: Callable[[str], Markup]) -> Section:
     """Return a section's rows; names that share their type and description share a row."""
     rows: list[tuple[list[str], Markup, Markup]] = []
-    for each in section.value:
-        row = (types(str(each.annotation or "")), inline(each.description, link))
-        name = getattr(each, "name", "")
+    for element in section.value:
+        row = (types(str(element.annotation or "")), inline(element.description, link))
+        name = getattr(element, "name", "")
         if rows and name and rows[-1][1:] == row:
             rows[-1][0].append(name)
         else:

@@ -21,19 +21,19 @@ INLINE = re.compile(
 def inline(text: str, link: Link) -> Markup:
     """Return a line of text as HTML."""
     parts, end = [], 0
-    for found in INLINE.finditer(text):
-        parts += [escape(text[end : found.start()]), _marked(found, link)]
-        end = found.end()
+    for match in INLINE.finditer(text):
+        parts += [escape(text[end : match.start()]), _marked(match, link)]
+        end = match.end()
     return Markup("").join([*parts, escape(text[end:])])
 
 
-def _marked(found: re.Match[str], link: Link) -> Markup:
-    if target := found["target"]:
-        shown = target if found["role"] == "mod" else target.rpartition(".")[2]
+def _marked(match: re.Match[str], link: Link) -> Markup:
+    if target := match["target"]:
+        shown = target if match["role"] == "mod" else target.rpartition(".")[2]
         return linked(shown, link(target))
-    if emphasis := found["emphasis"]:
+    if emphasis := match["emphasis"]:
         return Markup("<i>{}</i>").format(emphasis)
-    return Markup("<code>{}</code>").format(found["code"] or found["name"])
+    return Markup("<code>{}</code>").format(match["code"] or match["name"])
 
 
 def linked(shown: str, anchor: str) -> Markup:
@@ -50,26 +50,26 @@ def blocks(text: str, link: Link) -> Markup:
         if literal and block.startswith(" "):
             written.append(Markup("<pre><code>{}</code></pre>").format(textwrap.dedent(block)))
             continue
-        said = block.rstrip()
-        literal = said.endswith("::")
-        said = said.removesuffix(":") if literal else said
-        if said != ":":
-            written.append(_listed(said, link) if said.startswith("- ") else Markup("<p>{}</p>").format(inline(said, link)))
+        paragraph = block.rstrip()
+        literal = paragraph.endswith("::")
+        paragraph = paragraph.removesuffix(":") if literal else paragraph
+        if paragraph != ":":
+            written.append(_listed(paragraph, link) if paragraph.startswith("- ") else Markup("<p>{}</p>").format(inline(paragraph, link)))
     return Markup("\n").join(written)
 
 
 def _merged(blocks: list[str]) -> list[str]:
     """Return the blocks, those of one literal block that has empty lines in it as one."""
-    found: list[str] = []
+    merged_blocks: list[str] = []
     for block in blocks:
-        if block.startswith(" ") and found and found[-1].startswith(" "):
-            found[-1] += f"\n\n{block}"
+        if block.startswith(" ") and merged_blocks and merged_blocks[-1].startswith(" "):
+            merged_blocks[-1] += f"\n\n{block}"
         else:
-            found.append(block)
-    return found
+            merged_blocks.append(block)
+    return merged_blocks
 
 
 def _listed(block: str, link: Link) -> Markup:
     items = re.split(r"\n(?=- )", block)
-    said = (" ".join(item.removeprefix("- ").split()) for item in items)
-    return Markup("<ul>{}</ul>").format(Markup("").join(Markup("<li>{}</li>").format(inline(item, link)) for item in said))
+    lines = (" ".join(item.removeprefix("- ").split()) for item in items)
+    return Markup("<ul>{}</ul>").format(Markup("").join(Markup("<li>{}</li>").format(inline(item, link)) for item in lines))

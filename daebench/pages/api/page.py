@@ -38,10 +38,11 @@ def write(out: Path, command_line: Any) -> Path:
         If a docstring refers to what the page does not have.
     """
     tree = package()
-    found = public(tree)
-    index = Index({path: each for entries in found.values() for path, each in entries.items()})
+    definitions = public(tree)
+    index = Index({path: definition for entries in definitions.values() for path, definition in entries.items()})
     chapters = [
-        (task, blocks(task.about, index.link(tree)), [entry(path, each, index) for path, each in found[task.key].items()]) for task in TASKS
+        (task, blocks(task.about, index.link(tree)), [entry(path, definition, index) for path, definition in definitions[task.key].items()])
+        for task in TASKS
     ]
     out.mkdir(parents=True, exist_ok=True)
     return write_page("_api.html", out / "index.html", COMMAND, chapters=chapters, commands=commands(command_line), paragraphs=paragraphs)

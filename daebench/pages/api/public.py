@@ -23,13 +23,13 @@ def package() -> "Module":
 
     place = package_files.folder("daebench")
     loader = griffe.GriffeLoader(search_paths=[place.parent], allow_inspection=False)
-    found = loader.load("daebench")
-    if not isinstance(found, griffe.Module):
+    tree = loader.load("daebench")
+    if not isinstance(tree, griffe.Module):
         raise DaebenchError(f"the source of daebench is not in {place}; install it from its source.")
     for name in package_files.APART:
-        if name not in found.members:  # a checkout without symbolic links
-            found.set_member(name, loader.load(name))
-    return found
+        if name not in tree.members:  # a checkout without symbolic links
+            tree.set_member(name, loader.load(name))
+    return tree
 
 
 def public(tree: "Module") -> "dict[str, Public]":
@@ -45,30 +45,30 @@ def public(tree: "Module") -> "dict[str, Public]":
         chapters[task.key] = {}
         for name in task.names:
             chapters[task.key] |= dict(_entries(name, _object(tree, name.partition(".")[2])))
-    for path, each in (pair for entries in chapters.values() for pair in entries.items()):
-        _require_docstrings(path, each)
+    for path, definition in (pair for entries in chapters.values() for pair in entries.items()):
+        _require_docstrings(path, definition)
     return chapters
 
 
 def _object(of: "Object", name: str) -> "Object":
     from griffe import Object
 
-    found: Object | Alias = of[name]
-    return found if isinstance(found, Object) else found.final_target
+    member: Object | Alias = of[name]
+    return member if isinstance(member, Object) else member.final_target
 
 
-def _entries(path: str, each: "Object") -> "Iterator[tuple[str, Object]]":
+def _entries(path: str, definition: "Object") -> "Iterator[tuple[str, Object]]":
     """Give a thing itself; of a module first itself, then what it exports, or else what is public in it and in its modules."""
-    yield path, each
-    if not each.is_module:
+    yield path, definition
+    if not definition.is_module:
         return
-    if each.exports:
-        yield from ((f"{path}.{name}", one) for name, one in _exported(each) if one.docstring or not one.is_attribute)
+    if definition.exports:
+        yield from ((f"{path}.{name}", one) for name, one in _exported(definition) if one.docstring or not one.is_attribute)
         return
-    for member in sorted(_own(each), key=lambda member: member.name):
+    for member in sorted(_own(definition), key=lambda member: member.name):
         if member.is_module:
             yield from _entries(f"{path}.{member.name}", member)
-    for member in members(each):
+    for member in members(definition):
         yield f"{path}.{member.name}", member
 
 
@@ -85,17 +85,21 @@ def _exported(module: "Object") -> "Iterator[tuple[str, Object]]":
 
 def members(of: "Object") -> "list[Object]":
     """Return the public functions and classes of a module, or methods and properties of a class, and attributes that are described."""
-    return [each for each in _own(of) if not each.is_module and (each.docstring or not each.is_attribute or "property" in each.labels)]
+    return [
+        member
+        for member in _own(of)
+        if not member.is_module and (member.docstring or not member.is_attribute or "property" in member.labels)
+    ]
 
 
 def _own(of: "Object") -> "list[Object]":
     """Return what is defined in a module or class itself under a name that is not private."""
     from griffe import Object
 
-    return [each for name, each in of.members.items() if isinstance(each, Object) and not name.startswith("_")]
+    return [member for name, member in of.members.items() if isinstance(member, Object) and not name.startswith("_")]
 
 
-def _require_docstrings(path: str, each: "Object") -> None:
-    for name, part in [(path, each), *((f"{path}.{member.name}", member) for member in members(each) if each.is_class)]:
+def _require_docstrings(path: str, definition: "Object") -> None:
+    for name, part in [(path, definition), *((f"{path}.{member.name}", member) for member in members(definition) if definition.is_class)]:
         if not part.docstring:
             raise Undocumented(f"{name} is public and has no docstring; write one, or give it a name that begins with an underscore.")

@@ -51,7 +51,7 @@ class Control:
     text: Callable[[Any], str] = plain
 
     def __post_init__(self) -> None:
-        if strangers := [each for each in (self.default, *self.offered) if each not in self.values]:
+        if strangers := [value for value in (self.default, *self.offered) if value not in self.values]:
             raise BadInput(f"control {self.name}: {strangers[0]!r} is not among its values; take one of {list(self.values)}.")
         if self.offered and self.default not in self.offered:
             raise BadInput(f"control {self.name}: its static page leaves out the default {self.default!r}; add it.")
@@ -64,9 +64,9 @@ class Control:
     @property
     def is_slider(self) -> bool:
         """Whether its values are numbers."""
-        return not self.is_switch and all(isinstance(each, int | float) for each in self.values)
+        return not self.is_switch and all(isinstance(value, int | float) for value in self.values)
 
 
 def defaults(controls: Sequence[Control]) -> dict[str, Any]:
     """Return the values that controls have at first, by name."""
-    return {each.name: each.default for each in controls}
+    return {control.name: control.default for control in controls}

@@ -41,7 +41,7 @@ def style() -> mo.Html:
 def style_text() -> str:
     """Return the style of lessons, which the live and the static page share."""
     files = [resources.files("daebench.draw.svg") / "panels.css", resources.files("daebench.reports.lessons") / "lesson.css"]
-    return "\n".join(each.read_text(encoding="utf-8") for each in files)
+    return "\n".join(sheet.read_text(encoding="utf-8") for sheet in files)
 
 
 def prepare(preparations: Sequence[Preparation]) -> None:
@@ -54,7 +54,7 @@ def prepare(preparations: Sequence[Preparation]) -> None:
 
 def panel(experiment: Experiment) -> Any:
     """Return the widgets of an experiment as one element, whose value is the values of the controls by name."""
-    return mo.ui.dictionary({each.name: widget(each) for each in experiment.controls})
+    return mo.ui.dictionary({control.name: widget(control) for control in experiment.controls})
 
 
 def widget(control: Control) -> Any:
@@ -63,7 +63,9 @@ def widget(control: Control) -> Any:
         return mo.ui.switch(value=control.default, label=control.label)
     if control.is_slider:
         return mo.ui.slider(steps=list(control.values), value=control.default, label=control.label, show_value=True)
-    return mo.ui.dropdown({control.text(each): each for each in control.values}, value=control.text(control.default), label=control.label)
+    return mo.ui.dropdown(
+        {control.text(value): value for value in control.values}, value=control.text(control.default), label=control.label
+    )
 
 
 def arranged(widgets: Any) -> Knobs:
@@ -79,6 +81,6 @@ def shown(experiment: Experiment, widgets: Any) -> Picture:
 def report(experiments: Sequence[Experiment]) -> None:
     """Print what each experiment measures with its default values, where the lesson is run as a plain script."""
     if mo.app_meta().mode == "script":
-        for each in experiments:
-            setting = ", ".join(f"{control.name} = {control.text(control.default)}" for control in each.controls)
-            print(f"{each.title}: {setting}\n  {each.show(defaults(each.controls)).says.striptags()}")
+        for experiment in experiments:
+            setting = ", ".join(f"{control.name} = {control.text(control.default)}" for control in experiment.controls)
+            print(f"{experiment.title}: {setting}\n  {experiment.show(defaults(experiment.controls)).says.striptags()}")

@@ -9,7 +9,7 @@ NUMBER = re.compile(r"\\tag\{(.*?)\}")
 
 def static_html(text: str) -> str:
     """Return what marimo makes of Markdown without anything that only marimo's own page understands."""
-    text = FORMULA.sub(lambda found: formula(html.unescape(found[2]), display=found[1] == "["), text)
+    text = FORMULA.sub(lambda match: formula(html.unescape(match[2]), display=match[1] == "["), text)
     text = re.sub(r'<span class="paragraph">(.*?)</span>', r"<p>\1</p>", text, flags=re.DOTALL)
     text = re.sub(r'<p>\s*(<div class="equation">.*?</div>)\s*</p>', r"\1", text, flags=re.DOTALL)
     text = re.sub(
@@ -23,9 +23,9 @@ def formula(latex: str, *, display: bool) -> str:
     from latex2mathml.converter import convert
 
     number = NUMBER.search(latex)
-    found: str = convert(NUMBER.sub("", latex).strip(), display="block" if display else "inline")
-    found = found.replace(' xmlns="http://www.w3.org/1998/Math/MathML"', "")
+    mathml: str = convert(NUMBER.sub("", latex).strip(), display="block" if display else "inline")
+    mathml = mathml.replace(' xmlns="http://www.w3.org/1998/Math/MathML"', "")
     if not display:
-        return found
+        return mathml
     side = f'<span class="no">({html.escape(number[1])})</span>' if number else ""
-    return f'<div class="equation">{found}{side}</div>'
+    return f'<div class="equation">{mathml}{side}</div>'

@@ -49,9 +49,9 @@ def export(name: str, folder: Path, progress: Progress | None = None) -> Path:
     tell(0.0, "the lesson itself")
     title, parts, experiments = content(name, lambda fraction, doing: tell(PREPARED + (1 - PREPARED) * fraction, doing))
     folder.mkdir(parents=True, exist_ok=True)
-    for each in experiments:
-        with atomic(folder / f"{each.name}.csv") as scratch:
-            write_frame(scratch, each.table(defaults(each.controls)))
+    for experiment in experiments:
+        with atomic(folder / f"{experiment.name}.csv") as scratch:
+            write_frame(scratch, experiment.table(defaults(experiment.controls)))
     from daebench.pages.lesson.live import style_text
 
     command = f"daebench lesson {name} --export DIR"
@@ -66,19 +66,19 @@ def content(name: str, tell: Progress) -> tuple[Markup, list[Markup], list[Any]]
     from daebench.pages.lesson.live import Picture
     from daebench.pages.lesson.mathml import static_html
 
-    outputs = [each for each in run(name) if each is not None]
-    pictures = [each for each in outputs if isinstance(each, Picture)]
+    outputs = [result for result in run(name) if result is not None]
+    pictures = [picture for picture in outputs if isinstance(picture, Picture)]
     title, parts = Markup(""), []
-    for each in outputs:
-        if isinstance(each, Picture):
-            k = pictures.index(each)
-            parts.append(static_experiment(each.experiment, lambda part, k=k: tell((k + part) / len(pictures), "frames")))  # type: ignore[misc]
-        elif type(each).__module__ == "marimo._output.md":
-            text = static_html(each.text)
+    for output in outputs:
+        if isinstance(output, Picture):
+            k = pictures.index(output)
+            parts.append(static_experiment(output.experiment, lambda part, k=k: tell((k + part) / len(pictures), "frames")))  # type: ignore[misc]
+        elif type(output).__module__ == "marimo._output.md":
+            text = static_html(output.text)
             if heading := HEADING.search(text):
                 title, text = Markup(heading[1]), HEADING.sub("", text, count=1)
             parts.append(Markup(text))
-    return title, parts, [each.experiment for each in pictures]
+    return title, parts, [picture.experiment for picture in pictures]
 
 
 def run(name: str) -> Any:

@@ -40,12 +40,12 @@ def static_experiment(experiment: Experiment, tell: Callable[[float], None]) -> 
     tell : callable
         Told the fraction of the frames that are drawn.
     """
-    controls = [each for each in experiment.controls if each.offered]
-    choices = list(itertools.product(*(range(len(each.offered)) for each in controls)))
-    first = tuple(list(each.offered).index(each.default) for each in controls)
+    controls = [control for control in experiment.controls if control.offered]
+    choices = list(itertools.product(*(range(len(control.offered)) for control in controls)))
+    first = tuple(list(control.offered).index(control.default) for control in controls)
     frames = []
     for k, choice in enumerate(choices):
-        values = {each.name: each.offered[index] for each, index in zip(controls, choice, strict=True)}
+        values = {control.name: control.offered[index] for control, index in zip(controls, choice, strict=True)}
         frames.append(frame(choice, experiment.show(defaults(experiment.controls) | values)))
         tell((k + 1) / len(choices))
     now = experiment.show(defaults(experiment.controls))
@@ -55,7 +55,7 @@ def static_experiment(experiment: Experiment, tell: Callable[[float], None]) -> 
         "</figcaption></figure>"
     ).format(
         experiment.name,
-        Markup("").join(knob(experiment.name, *each) for each in zip(controls, first, strict=True)),
+        Markup("").join(knob(experiment.name, *pair) for pair in zip(controls, first, strict=True)),
         now.says,
         experiment.title,
         now.picture,
@@ -74,7 +74,7 @@ def frame(choice: Sequence[int], shown: Shown) -> Markup:
 
 def knob(name: str, control: Control, index: int) -> Markup:
     """Return the input of a control of the experiment of this name."""
-    texts = [control.text(each) for each in control.offered]
+    texts = [control.text(value) for value in control.offered]
     return slider(control, index, texts) if control.is_slider else buttons(f"{name}-{control.name}", control, index, texts)
 
 
@@ -90,14 +90,16 @@ def slider(control: Control, index: int, texts: Sequence[str]) -> Markup:
 
 def buttons(group: str, control: Control, index: int, texts: Sequence[str]) -> Markup:
     """Return radio buttons, one a value of the control."""
-    each = Markup('<label><input type="radio" name="{}" value="{}"{}>{}</label>')
-    inputs = (each.format(group, k, Markup(" checked") if k == index else "", text) for k, text in enumerate(texts))
+    template = Markup('<label><input type="radio" name="{}" value="{}"{}>{}</label>')
+    inputs = (template.format(group, k, Markup(" checked") if k == index else "", text) for k, text in enumerate(texts))
     return Markup('<fieldset data-knob="{}"><legend>{}</legend>{}</fieldset>').format(control.name, control.label, Markup("").join(inputs))
 
 
 def fixed(experiment: Experiment) -> str:
     """Return which controls the static page does not offer, and what they are there."""
-    still: list[Any] = [each for each in experiment.controls if not each.offered]
+    still: list[Any] = [control for control in experiment.controls if not control.offered]
     if not still:
         return "All controls of the live lesson are here."
-    return "Fixed here, free in the live lesson: " + ", ".join(f"{each.label} {each.text(each.default)}" for each in still) + "."
+    return (
+        "Fixed here, free in the live lesson: " + ", ".join(f"{control.label} {control.text(control.default)}" for control in still) + "."
+    )

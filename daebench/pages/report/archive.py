@@ -21,7 +21,7 @@ LINK = re.compile(r'<a\b[^>]*?href="(?![a-z]+:|#)([^"#]+)[^"]*"[^>]*>(.*?)</a>',
 def write_archive(out: Path, path: Path) -> Path:
     """Write the pages of a gallery, its index, and the pictures of that into a ZIP file; return its path."""
     index = (out / "index.html").read_text(encoding="utf-8")
-    pages = ["index.html", *sorted(f"{each.parent.name}/index.html" for each in out.glob(f"*/{build_stamp.STAMP}"))]
+    pages = ["index.html", *sorted(f"{stamp.parent.name}/index.html" for stamp in out.glob(f"*/{build_stamp.STAMP}"))]
     pictures = sorted(set(re.findall(r'<img src="([^"]+)"', index)))
     with atomic(path) as scratch, ZipFile(scratch, "w", ZIP_DEFLATED) as archive:
         for page in pages:

@@ -105,7 +105,9 @@ def in_order(names: Iterable[str]) -> list[str]:
     return sorted(names, key=lambda name: (known.index(name) if name in known else len(known), name))
 
 
-def build_all(out: Path, reports: Sequence[Report], progress: Progress, told: Callable[[Made], None], *, anew: bool = False) -> list[Made]:
+def build_all(
+    out: Path, reports: Sequence[Report], progress: Progress, callback: Callable[[Made], None], *, anew: bool = False
+) -> list[Made]:
     """Make every page that is stale, and the index; return what became of each page.
 
     A page is stale where daebench, a file of one's own that makes it, or the version of a package that it stands on is another than when
@@ -120,7 +122,7 @@ def build_all(out: Path, reports: Sequence[Report], progress: Progress, told: Ca
         The pages.
     progress : callable
         Told the fraction of the time that is over, and what is being done.
-    told : callable
+    callback : callable
         Told what became of each page, as soon as it is known.
     anew : bool
         Whether pages are made that are not stale, too.
@@ -130,18 +132,18 @@ def build_all(out: Path, reports: Sequence[Report], progress: Progress, told: Ca
     PagesFailed
         If a page failed, when all others are made; the index says which, and why.
     """
-    digests = {each.name: build_stamp.digest(each.files()) for each in reports}
-    stale = {each.name: expected(each, out) for each in reports if anew or not build_stamp.is_fresh(out / each.name, digests[each.name])}
+    digests = {page.name: build_stamp.digest(page.files()) for page in reports}
+    stale = {page.name: expected(page, out) for page in reports if anew or not build_stamp.is_fresh(out / page.name, digests[page.name])}
     whole, over, made = sum(stale.values()) or 1.0, 0.0, []
     for report in reports:
         share = stale.get(report.name, 0.0) / whole
         fresh = Made(report.name, out / report.name / "index.html", 0.0)
         made.append(_attempt(report, out, digests[report.name], _part(progress, report.name, over, share)) if share else fresh)
         over += share
-        told(made[-1])
-        write_index(out, order(out), {each.name: each.failure for each in made if each.failure})
+        callback(made[-1])
+        write_index(out, order(out), {outcome.name: outcome.failure for outcome in made if outcome.failure})
     progress(1.0, "done")
-    if failures := [f"{each.name}: {each.failure.rstrip('.')}" for each in made if each.failure]:
+    if failures := [f"{outcome.name}: {outcome.failure.rstrip('.')}" for outcome in made if outcome.failure]:
         raise PagesFailed(f"{len(failures)} of {len(made)} pages failed, the others are there: {'; '.join(failures)}.")
     return made
 

@@ -27,9 +27,11 @@ def write_index(out: Path, names: Sequence[str], failures: Mapping[str, str]) ->
     """
     cards = [card(out, name, failures.get(name, "")) for name in dict.fromkeys([*names, *failures])]
     groups: dict[str, list[Any]] = {heading: [] for heading in KINDS.values()}
-    for each in cards:
-        groups.setdefault(KINDS.get(each["kind"], KINDS["report"]), []).append(each)
-    return write_page("index.html", out / "index.html", "daebench report all", groups={key: own for key, own in groups.items() if own})
+    for entry in cards:
+        groups.setdefault(KINDS.get(entry["kind"], KINDS["report"]), []).append(entry)
+    return write_page(
+        "index.html", out / "index.html", "daebench report all", groups={key: entries for key, entries in groups.items() if entries}
+    )
 
 
 def card(out: Path, name: str, failure: str) -> dict[str, str]:

@@ -49,7 +49,7 @@ def write_page(template: str, path: Path, command: str, **content: Any) -> Path:
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    environment.filters |= {each.__name__: each for each in (number, at_most, at_least, power_of_ten, count, percent, listing)}
+    environment.filters |= {function.__name__: function for function in (number, at_most, at_least, power_of_ten, count, percent, listing)}
     environment.globals |= {"with_error": with_error, "headings": headings}
     style, script = (Markup((folder / f"page.{ending}").read_text(encoding="utf-8")) for ending in ("css", "js"))
     about = {"machine": machine(), "versions": versions(), "command": command, "day": datetime.now(UTC).date().isoformat()}
@@ -113,9 +113,9 @@ def make_page(
     out.mkdir(parents=True, exist_ok=True)
     progress(0.0, "runs")
     numbers = measure(lambda fraction, doing: progress(MEASURED * fraction, doing))
-    found = check(numbers)
+    findings = check(numbers)
     progress(MEASURED, "figures")
-    rest = {"picture": picture} | dict(content(numbers, found))
-    page = write_page(template, out / "index.html", command, **vars(found), **rest, took=time.perf_counter() - began)
+    rest = {"picture": picture} | dict(content(numbers, findings))
+    page = write_page(template, out / "index.html", command, **vars(findings), **rest, took=time.perf_counter() - began)
     progress(1.0, "done")
     return page

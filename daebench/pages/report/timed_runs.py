@@ -10,7 +10,7 @@ from daebench.errors import DaebenchError
 from daebench.pages.report.page import Progress
 from daebench.pages.report.two_processes import two_processes
 from daebench.studies.grid.measure import timed_request, with_time
-from daebench.studies.grid.run_specification import Cell, code_version
+from daebench.studies.grid.run_specification import GridRun, code_version
 from daebench.studies.grid.runs import computed
 from daebench.studies.grid.specification_key import key_of
 from daebench.studies.grid.store import Store, StoredRow
@@ -24,58 +24,60 @@ LOOKED, COMPILED = 0.5, 0.6
 """Parts of the work that are done when all runs are looked at, and when what is timed is compiled."""
 
 
-def make_runs(cells: Iterable[Cell], kept: Store, tell: Progress, processes: Processes = two_processes) -> None:
-    """Put the rows of cells that a store has not there; nothing else runs where time is measured.
+def make_runs(specifications: Iterable[GridRun], store: Store, tell: Progress, processes: Processes = two_processes) -> None:
+    """Put the rows of runs that a store has not there; nothing else runs where time is measured.
 
-    A row without its time is kept as well, as that of the same cell with no repetition, so that what is interrupted goes on from there.
+    A row without its time is kept as well, as that of the same run with no repetition, so that what is interrupted goes on from there.
 
     Raises
     ------
     DaebenchError
         If a process is lost.
     """
-    missing = {key: cell for cell in cells if (key := key_of(cell)) not in kept}
+    missing = {key: specification for specification in specifications if (key := key_of(specification)) not in store}
     if not missing:
         return
-    looked = {key: replace(cell, repeat=0) for key, cell in missing.items()}
-    timed = {key: cell for key, cell in missing.items() if cell.repeat}
+    looked = {key: replace(specification, repeat=0) for key, specification in missing.items()}
+    timed = {key: specification for key, specification in missing.items() if specification.repeat}
     with processes() as pool:
-        dearest_first = sorted(looked.values(), key=lambda cell: cell.value)
-        rows = computed(dearest_first, kept, executor=pool, tell=lambda done, of, cell: tell(LOOKED * done / of, doing(cell)))
+        dearest_first = sorted(looked.values(), key=lambda specification: specification.value)
+        rows = computed(
+            dearest_first, store, executor=pool, tell=lambda done, of, specification: tell(LOOKED * done / of, doing(specification))
+        )
         tell(LOOKED, "kernels")
         for _ in pool.map(warm, first_of_each(timed.values())):
             pass
     warmed = set(map(_kind, first_of_each(timed.values())))
-    for k, (key, cell) in enumerate(timed.items()):
-        if _kind(cell) in warmed:
-            warm(cell)
-            warmed.remove(_kind(cell))
+    for k, (key, specification) in enumerate(timed.items()):
+        if _kind(specification) in warmed:
+            warm(specification)
+            warmed.remove(_kind(specification))
         began = time.perf_counter()
-        row = with_time(cell, rows[key_of(looked[key])])
-        kept.put([StoredRow(key, cell.plain(), row, code_version(), time.perf_counter() - began)])
-        tell(COMPILED + (1 - COMPILED) * (k + 1) / len(timed), doing(cell))
+        row = with_time(specification, rows[key_of(looked[key])])
+        store.put([StoredRow(key, specification.plain(), row, code_version(), time.perf_counter() - began)])
+        tell(COMPILED + (1 - COMPILED) * (k + 1) / len(timed), doing(specification))
 
 
-def doing(cell: Cell) -> str:
+def doing(specification: GridRun) -> str:
     """Return what is being done, in a few words."""
-    return f"{cell.method} on {cell.problem}, {cell.value:g}"
+    return f"{specification.method} on {specification.problem}, {specification.value:g}"
 
 
-def first_of_each(cells: Iterable[Cell]) -> Sequence[Cell]:
-    """Return one cell of each kind that has machine code of its own."""
-    found: Mapping[Cell, Cell] = {_kind(each): each for each in cells}
-    return list(found.values())
+def first_of_each(specifications: Iterable[GridRun]) -> Sequence[GridRun]:
+    """Return one run of each kind that has machine code of its own."""
+    cell_by_kind: Mapping[GridRun, GridRun] = {_kind(specification): specification for specification in specifications}
+    return list(cell_by_kind.values())
 
 
-def _kind(cell: Cell) -> Cell:
-    return replace(cell, value=1.0, t_end=1.0, parameters=(), outputs=0, metrics=())
+def _kind(specification: GridRun) -> GridRun:
+    return replace(specification, value=1.0, t_end=1.0, parameters=(), outputs=0, metrics=())
 
 
-def warm(cell: Cell) -> None:
+def warm(specification: GridRun) -> None:
     """Take a few steps as they are timed; what cannot be run fails here as it does where it is looked at, which says why."""
     try:
-        solver = cell.solver
-        t_end = STEPS * cell.value if solver.knob == "h" else cell.t_end / 1000
-        solver.solve(cell.ivp, replace(timed_request(cell, solver.knob), t_end=t_end))
+        solver = specification.solver
+        t_end = STEPS * specification.value if solver.knob == "h" else specification.t_end / 1000
+        solver.solve(specification.ivp, replace(timed_request(specification, solver.knob), t_end=t_end))
     except DaebenchError:
         return

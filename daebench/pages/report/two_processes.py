@@ -50,4 +50,4 @@ def _from_two(jobs: Sequence[Job]) -> Iterator[tuple[Job, Any]]:
 
 
 def _doing(job: Job, who: str) -> str:
-    return f"{who}, " + ", ".join(f"{each:.0e}" if isinstance(each, float) else str(each) for each in job[1])
+    return f"{who}, " + ", ".join(f"{argument:.0e}" if isinstance(argument, float) else str(argument) for argument in job[1])

@@ -11,5 +11,5 @@ PEERS = ("heyoka", "solve_dae")
 
 def versions() -> dict[str, str]:
     """Return the versions of Python and of the packages that the numbers come from."""
-    found = {"Python": platform.python_version()} | {name: version(name) for name in PACKAGES}
-    return found | {name: version(name) for name in PEERS if find_spec(name)}
+    releases = {"Python": platform.python_version()} | {name: version(name) for name in PACKAGES}
+    return releases | {name: version(name) for name in PEERS if find_spec(name)}

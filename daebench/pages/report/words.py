@@ -70,7 +70,7 @@ def with_error(value: float, error: float) -> Markup:
     plain = PLAIN[0] <= abs(value) < PLAIN[1]
     power = 0 if plain else math.floor(math.log10(max(abs(value), error)))
     places = max(0, power - last)
-    both = "\N{NO-BREAK SPACE}±\N{NO-BREAK SPACE}".join(f"{each / 10.0**power:.{places}f}" for each in (value, error)).replace("-", MINUS)
+    both = "\N{NO-BREAK SPACE}±\N{NO-BREAK SPACE}".join(f"{term / 10.0**power:.{places}f}" for term in (value, error)).replace("-", MINUS)
     return Markup(both if plain else f"({both}){THIN}{TIMES}{THIN}10<sup>{exponent_text(power)}</sup>")
 
 

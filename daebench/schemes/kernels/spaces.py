@@ -191,5 +191,5 @@ def declare(names: dict[str, Any]) -> None:
 
         return call
 
-    own = {name: value for name, value in names.items() if isinstance(value, FunctionType) and value.__module__ == names["__name__"]}
-    names.update({name: unlinked(function) for name, function in own.items()})
+    functions = {name: value for name, value in names.items() if isinstance(value, FunctionType) and value.__module__ == names["__name__"]}
+    names.update({name: unlinked(function) for name, function in functions.items()})

@@ -28,9 +28,9 @@ def update_symmetric(x: Guess, data: tuple[Vector, Vector, Number, tuple[Rows, R
     state = corrected(state, due)
     by_p, by_q = shift(down0, state[2], state[3])
     p_free, q_free, stage_lam, inner = plain_step(p0 + by_p, q0 + by_q, h)
-    due, size, scale, residual, own = due_at(state, p_free, q_free)
+    due, size, scale, residual, due_pivot = due_at(state, p_free, q_free)
     x = (state, due, plus_work(work, inner[3]), min(pivot, inner[2]), (stage_lam, inner[0], inner[1]))
-    return x, size, scale, residual if inner[0] == OK else INF, own
+    return x, size, scale, residual if inner[0] == OK else INF, due_pivot
 
 
 def step(p0: Vector, q0: Vector, h: Number) -> Step:
@@ -44,9 +44,9 @@ def step(p0: Vector, q0: Vector, h: Number) -> Step:
     """
     p_free, q_free, stage_lam, inner = plain_step(p0, q0, h)
     first_guess = (p_free, q_free, zero(q0), zero(q0))
-    due, _, _, _, own = due_at(first_guess, p_free, q_free)
+    due, _, _, _, due_pivot = due_at(first_guess, p_free, q_free)
     down0 = normals(p0, q0, H_pp(p0, q0), mass(p0, q0))
-    start = (first_guess, due, inner[3], min(own, inner[2]), (stage_lam, inner[0], inner[1]))
+    start = (first_guess, due, inner[3], min(due_pivot, inner[2]), (stage_lam, inner[0], inner[1]))
     (state, _, work, pivot, last), report = newton(update_symmetric, start, (p0, q0, h, down0))
     status = report[0] if last[1] == OK else last[1]
     residual = report[1] if last[1] == OK else last[2]

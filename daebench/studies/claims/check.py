@@ -90,7 +90,7 @@ def check(
 
     ivp = initial_value_problem(problem, case, parameters)
     chosen = method_of(ivp, method, options, anyway=anyway)
-    return pd.DataFrame([asdict(each) for each in check_claims(ivp, chosen, h=h, steps=steps)])
+    return pd.DataFrame([asdict(finding) for finding in check_claims(ivp, chosen, h=h, steps=steps)])
 
 
 def check_claims(
@@ -151,12 +151,12 @@ def order_finding(
         studied = study(ivp, [method], halvings=halvings, began=began).series
     except RunFailed as error:
         return Finding("order", claimed, missing, claimed - SLACK, UNDETERMINED, note=str(error)), ()
-    series = [each for each in studied if each.component in ("q", "p", "y")]
-    found = [each for each in series if np.isfinite(each.fit.slope)]
-    if not found or any(set(each.fit.reasons) != {"round-off"} for each in series if each not in found):
+    series = [curve for curve in studied if curve.component in ("q", "p", "y")]
+    fitted_series = [curve for curve in series if np.isfinite(curve.fit.slope)]
+    if not fitted_series or any(set(curve.fit.reasons) != {"round-off"} for curve in series if curve not in fitted_series):
         note = f"{'; '.join(map(_words, series))}. daebench order shows the points, and takes other step sizes and end times."
         return Finding("order", claimed, missing, claimed - SLACK, UNDETERMINED, note=note), studied
-    fit = min((each.fit for each in found), key=lambda fit: fit.slope)
+    fit = min((curve.fit for curve in fitted_series), key=lambda fit: fit.slope)
     bound = claimed - SLACK - 2 * fit.slope_error
     return Finding(
         "order", claimed, fit.slope, bound, OK if fit.slope > bound else FALLS_SHORT, fit.slope_error, "; ".join(map(_words, series)) + "."

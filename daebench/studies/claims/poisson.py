@@ -88,8 +88,8 @@ class PoissonBench(Bench[PoissonIvp, PoissonTrajectory]):
 
 def tangent(flow: Map, y: Array) -> tuple[Array, Array]:
     """Return Phi(y), shape(n,), and Phi'(y), shape(n, n)."""
-    found = derivative(flow, y, np.eye(len(y)))
-    return found.image, found.value
+    linearisation = derivative(flow, y, np.eye(len(y)))
+    return linearisation.image, linearisation.value
 
 
 def _size(F: Callable[..., Any], y: Array) -> Array:

@@ -66,16 +66,16 @@ def position_errors(ivp: Ivp, methods: Sequence[Any], runs: Sequence[Run]) -> li
     """
     part = "y" if isinstance(ivp, PoissonIvp) else "q"
     known = _common(ivp, [run for run in runs if _whole(run)], part)
-    found = []
+    errors = []
     for method, run in zip(methods, runs, strict=True):
         if not _whole(run):
-            found.append(STOPPED)
+            errors.append(STOPPED)
         elif known:
             where = _places(run)
-            found.append(_held(getattr(run, part)[where], *known(run, where)))
+            errors.append(_held(getattr(run, part)[where], *known(run, where)))
         else:
-            found.append(_against_itself(ivp, method, run, part))
-    return found
+            errors.append(_against_itself(ivp, method, run, part))
+    return errors
 
 
 def _whole(run: Run) -> bool:
@@ -95,10 +95,10 @@ def _common(ivp: Ivp, runs: Sequence[Run], part: str) -> Known | None:
         return lambda run, where: _of(states_at(reference, run.t[where]), part, f"certified {reference.name}")
     times = np.unique(np.concatenate([run.t[_places(run)] for run in runs]))
     try:
-        own = own_run(ivp, times)
+        finer_run = own_run(ivp, times)
     except RunFailed:
         return None
-    return lambda run, where: _of(own, part, own.words, np.searchsorted(times, run.t[where]))
+    return lambda run, where: _of(finer_run, part, finer_run.words, np.searchsorted(times, run.t[where]))
 
 
 def _of(known: Any, part: str, words: str, rows: Any = ...) -> tuple[Array, float, str]:

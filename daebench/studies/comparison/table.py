@@ -135,14 +135,14 @@ def trajectories(
     for method in methods:
         resolution_value(method, h=h if method.knob == "h" else None, tol=tol if method.knob == "tol" else None)
         method.check(ivp, _request(ivp, method, h, tol, t_end))
-    found: list[Any] = []
+    runs: list[Any] = []
     for method in methods:
         if began:
             began(method.name)
-        found.append(method.solve(ivp, _request(ivp, method, h, tol, t_end)))
-        if found[-1].interrupted:
+        runs.append(method.solve(ivp, _request(ivp, method, h, tol, t_end)))
+        if runs[-1].interrupted:
             break
-    return found
+    return runs
 
 
 def _request(ivp: Ivp, method: Any, h: float | None, tol: float, t_end: float) -> Request:
@@ -186,10 +186,10 @@ def row(ivp: Ivp, trajectory: Trajectory | PoissonTrajectory) -> dict[str, Any]:
 
 def errors_along(ivp: Ivp, trajectory: Trajectory | PoissonTrajectory) -> dict[str, Array]:
     """Return the errors along a run at its outputs, by name in :data:`LABELS`: largest moduli, shape(n,), where they are of several."""
-    found = {"energy_error": energy_error(ivp, trajectory)}
+    columns = {"energy_error": energy_error(ivp, trajectory)}
     if isinstance(trajectory, Trajectory):
-        found |= {"g": ivp.along("g", trajectory.q), "Gv": ivp.along("Gv", trajectory.p, trajectory.q)}
+        columns |= {"g": ivp.along("g", trajectory.q), "Gv": ivp.along("Gv", trajectory.p, trajectory.q)}
     elif isinstance(ivp, PoissonIvp):
         several = {"casimir_error": casimir_errors(ivp, trajectory), "integral_error": integral_errors(ivp, trajectory)}
-        found |= {column: np.column_stack(list(errors.values())) for column, errors in several.items() if errors}
-    return {name: np.abs(rows).max(axis=1) if rows.ndim == 2 else np.abs(rows) for name, rows in found.items()}
+        columns |= {column: np.column_stack(list(errors.values())) for column, errors in several.items() if errors}
+    return {name: np.abs(rows).max(axis=1) if rows.ndim == 2 else np.abs(rows) for name, rows in columns.items()}

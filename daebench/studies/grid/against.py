@@ -10,7 +10,7 @@ from daebench.reference.keep import store
 from daebench.reference.keep.record import Reference
 from daebench.reference.motion import OwnRun, certified_for, own_run
 from daebench.runs.trajectory import Array
-from daebench.studies.grid.run_specification import OUTPUTS, Cell, ivp_of
+from daebench.studies.grid.run_specification import OUTPUTS, GridRun, ivp_of
 
 Parameters = tuple[tuple[str, float], ...]
 
@@ -31,22 +31,30 @@ def usual_end(reference: Reference | None) -> float:
     return min(LONGEST, reference.horizon, reference.double_horizon) if reference else LONGEST
 
 
-def certified_of(cell: Cell) -> Reference | None:
+def certified_of(specification: GridRun) -> Reference | None:
     """Return the certified reference of a run: of its definition, case and parameters, and up to its end; None if there is none."""
-    return _certified(store.find, cell.problem, cell.case, cell.parameters, cell.on_singular, cell.t_end)
+    return _certified(
+        store.find, specification.problem, specification.case, specification.parameters, specification.on_singular, specification.t_end
+    )
 
 
-def own_of(cell: Cell, times: Array) -> OwnRun:
+def own_of(specification: GridRun, times: Array) -> OwnRun:
     """Return a finer run at these times, see :func:`daebench.reference.motion.own_run`, which raises RunFailed if there is none."""
-    return _own(cell.problem, cell.case, cell.parameters, cell.on_singular, np.ascontiguousarray(times, dtype=float).tobytes())
+    return _own(
+        specification.problem,
+        specification.case,
+        specification.parameters,
+        specification.on_singular,
+        np.ascontiguousarray(times, dtype=float).tobytes(),
+    )
 
 
-def require_reference(cell: Cell, what: str) -> None:
+def require_reference(specification: GridRun, what: str) -> None:
     """Accept a run that errors can be taken of; raise BadInput if it has no certified reference, and a finer run is not possible."""
-    if certified_of(cell):
+    if certified_of(specification):
         return
     try:
-        own_of(cell, np.linspace(0.0, cell.t_end, OUTPUTS + 1))
+        own_of(specification, np.linspace(0.0, specification.t_end, OUTPUTS + 1))
     except DaebenchError as error:
         raise BadInput(f"{what} needs a certified reference that fits, or a finer run, and there is neither: {error}") from error
 

@@ -4,7 +4,7 @@ The archive is a ZIP file::
 
     README.txt             how it was made, in words
     manifest.json          format, versions, and a SHA-256 of every other file
-    rows.jsonl             a run a line, with the cell that it is of, exactly
+    rows.jsonl             a run a line, with the run that it is of, exactly
     rows.csv               the same as a table
     definitions/...        the problem files, with what those of one's own import
     references/...         certified references that errors were measured against
@@ -30,7 +30,7 @@ from daebench.runs.machine import machine
 from daebench.studies.grid import archive_figure, export
 from daebench.studies.grid.against import reference_of
 from daebench.studies.grid.metrics import METRICS
-from daebench.studies.grid.run_specification import Cell, code_version
+from daebench.studies.grid.run_specification import GridRun, code_version
 from daebench.studies.grid.specification_key import key_of
 from daebench.studies.grid.store import Store, StoredRow, as_json
 from daebench.systems.files.execute import is_path
@@ -75,21 +75,23 @@ def write_archive(store: Store, path: Path) -> Archived:
     if not rows:
         why = f"all of its {changed} runs are of definitions that have changed since" if changed else "it has no rows"
         raise BadInput(f"{store.path} cannot be archived: {why}; run its study again.")
-    names = sorted({row.cell["problem"] for row in rows}, key=lambda name: (is_path(name), name))  # rows are in the order of their hashes
+    names = sorted(
+        {row.specification["problem"] for row in rows}, key=lambda name: (is_path(name), name)
+    )  # rows are in the order of their hashes
     problems = {name: find_problem(name) for name in names}
-    places = {name: f"definitions/{k + 1}-{each.path.stem}" for k, (name, each) in enumerate(problems.items())}
-    moved = {name: f"{places[name]}/{each.path.name}" for name, each in problems.items() if not each.package}
+    places = {name: f"definitions/{k + 1}-{problem.path.stem}" for k, (name, problem) in enumerate(problems.items())}
+    moved = {name: f"{places[name]}/{problem.path.name}" for name, problem in problems.items() if not problem.package}
     rows = [_renamed(row, moved) for row in rows]
     table = export.frame(rows)
     files = {ROWS: "".join(f"{line}\n" for line in map(as_json, rows)).encode()}
-    for name, each in problems.items():
-        files |= {f"{places[name]}/{near}": file.read_bytes() for near, file in _definition(each)}
-    for reference in _references(row.cell for row in rows if row.cell["problem"] not in moved.values()):
+    for name, problem in problems.items():
+        files |= {f"{places[name]}/{near}": file.read_bytes() for near, file in _definition(problem)}
+    for reference in _references(row.specification for row in rows if row.specification["problem"] not in moved.values()):
         files |= _certified(reference)
     with tempfile.TemporaryDirectory() as folder:
         export.write(table, Path(folder) / "rows.csv")
         files["rows.csv"] = (Path(folder) / "rows.csv").read_bytes()
-        files |= {f"pictures/{each.name}": each.read_bytes() for each in archive_figure.draw(Path(folder), table)}
+        files |= {f"pictures/{picture.name}": picture.read_bytes() for picture in archive_figure.draw(Path(folder), table)}
     files["README.txt"] = _readme(path.name, rows, files).encode()
     _write(path, files, own=sorted(moved.values()))
     return Archived(tuple(files), len(rows), changed)
@@ -115,14 +117,18 @@ def _write(path: Path, files: Mapping[str, bytes], own: Sequence[str]) -> None:
 def _current(rows: Sequence[StoredRow]) -> tuple[list[StoredRow], int]:
     """Return the rows whose definition is still there, and how many others there are; those of other versions are not told apart."""
     here = code_version()
-    current = [row for row in rows if row.maker != here or key_of(Cell.of_plain(row.cell)) == row.key]
+    current = [row for row in rows if row.maker != here or key_of(GridRun.of_plain(row.specification)) == row.key]
     return current, len(rows) - len(current)
 
 
 def _renamed(row: StoredRow, moved: Mapping[str, str]) -> StoredRow:
     """Return a row whose problem file is where it is in the archive."""
-    name = row.cell["problem"]
-    return replace(row, cell={**row.cell, "problem": moved[name]}, row={**row.row, "problem": moved[name]}) if name in moved else row
+    name = row.specification["problem"]
+    return (
+        replace(row, specification={**row.specification, "problem": moved[name]}, row={**row.row, "problem": moved[name]})
+        if name in moved
+        else row
+    )
 
 
 def _definition(problem: Problem) -> Iterator[tuple[str, Path]]:
@@ -133,20 +139,20 @@ def _definition(problem: Problem) -> Iterator[tuple[str, Path]]:
             yield file.relative_to(problem.path.parent).as_posix(), file
 
 
-def _references(cells: Iterable[Mapping[str, Any]]) -> list[Reference]:
+def _references(specifications: Iterable[Mapping[str, Any]]) -> list[Reference]:
     """Return the references that errors are measured against."""
     asked = {
-        (cell.problem, cell.case)
-        for cell in map(Cell.of_plain, cells)
-        if any(METRICS[name].certified for name in cell.metrics if name in METRICS)
+        (specification.problem, specification.case)
+        for specification in map(GridRun.of_plain, specifications)
+        if any(METRICS[name].certified for name in specification.metrics if name in METRICS)
     }
-    found = []
+    references = []
     for problem, case in sorted(asked):
         try:
-            found.append(reference_of(problem, case))
+            references.append(reference_of(problem, case))
         except BadInput:
             continue
-    return found
+    return references
 
 
 def _certified(reference: Reference) -> dict[str, bytes]:

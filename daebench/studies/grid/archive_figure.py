@@ -16,15 +16,15 @@ COLUMNS = ("error_q", "error_y", "energy_error")
 
 def draw(out: Path, table: "pd.DataFrame") -> list[Path]:
     """Write the pictures, each as SVG and PNG, and return their paths; there is none where nothing can be drawn on scales of powers."""
-    found: list[Path] = []
+    paths: list[Path] = []
     for (problem, case), rows in table.groupby(["problem", "case"], sort=False):
         column = next((name for name in COLUMNS if name in rows and (rows[name] > 0).any()), None)
         if column is None:
             continue
         stem = re.sub(r"[^A-Za-z0-9._+-]", "_", f"{Path(str(problem)).stem}-{case}")
         _draw(out, stem, rows[rows[column] > 0], column)
-        found += [out / f"{stem}.svg", out / f"{stem}.png"]
-    return found
+        paths += [out / f"{stem}.svg", out / f"{stem}.png"]
+    return paths
 
 
 def _draw(out: Path, stem: str, rows: "pd.DataFrame", column: str) -> None:

@@ -9,7 +9,7 @@ from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, CancelledError, 
 
 from daebench.errors import BadInput, DaebenchError
 from daebench.studies.grid.measure import stored_row
-from daebench.studies.grid.run_specification import Cell, code_version
+from daebench.studies.grid.run_specification import GridRun, code_version
 from daebench.studies.grid.schedulers import has_workers, workers_of
 from daebench.studies.grid.store import StoredRow
 
@@ -17,7 +17,7 @@ MOMENT = 0.1
 """Seconds that a batch should take: handing it out costs a hundredth of that, and no more is lost with what computes it."""
 
 MOST = 64
-"""Most cells of a batch."""
+"""Most runs of a batch."""
 
 AHEAD = 2
 """Batches under way for each process: one that it computes, and one that waits for it."""
@@ -28,21 +28,21 @@ GLANCE = 1.0
 UNATTENDED_SECONDS = 60.0
 """How long a cluster may have no workers before a study gives up."""
 
-Entry = tuple[str, Cell]
+Entry = tuple[str, GridRun]
 Batch = tuple[StoredRow, ...]
 
 
-def rows_in_batches(cells: Mapping[str, Cell], executor: Executor) -> Iterator[Batch]:
-    """Give the rows of cells with their keys, batch by batch as they are done; where one is lost, those that were done before it.
+def rows_in_batches(specifications: Mapping[str, GridRun], executor: Executor) -> Iterator[Batch]:
+    """Give the rows of runs with their keys, batch by batch as they are done; where one is lost, those that were done before it.
 
     Raises
     ------
     BadInput
         If one that computes has another version of daebench or of a library.
     DaebenchError
-        If one that computes is lost, and its cells with it, or a cluster has lost all its workers and gets no other.
+        If one that computes is lost, and its runs with it, or a cluster has lost all its workers and gets no other.
     """
-    left = list(cells.items())[::-1]
+    left = list(specifications.items())[::-1]
     workers, size = workers_of(executor), 1
     running: dict[Future[Batch], list[Entry]] = {}
     try:
@@ -79,14 +79,14 @@ def _done(running: Iterable[Future[Batch]], executor: Executor) -> set[Future[Ba
 
 
 def rows_of(batch: Sequence[Entry], made_by: str) -> Batch:
-    """Return the rows of cells by their keys; raise BadInput if this process would make them with something else than the keys say.
+    """Return the rows of runs by their keys; raise BadInput if this process would make them with something else than the keys say.
 
     ``made_by`` is the :func:`daebench.studies.grid.run_specification.code_version` of the process that made the keys.
     """
     if code_version() != made_by:
         worker = f"a worker on {platform.node() or 'another machine'}"
         raise BadInput(f"{worker} has another version of daebench, numba or another library than the study; install the same there.")
-    return tuple(stored_row(key, cell) for key, cell in batch)
+    return tuple(stored_row(key, specification) for key, specification in batch)
 
 
 def _failed(future: Future[Batch]) -> bool:
@@ -97,9 +97,10 @@ def _result(future: Future[Batch], batch: Sequence[Entry]) -> Batch:
     try:
         return future.result()
     except _losses() as error:
-        cell = batch[0][1]
+        specification = batch[0][1]
         raise DaebenchError(
-            f"what computed {cell.method} on {cell.problem} is lost ({type(error).__name__}); what was done before is kept: run again."
+            f"what computed {specification.method} on {specification.problem} is lost ({type(error).__name__}); "
+            "what was done before is kept: run again."
         ) from error
 
 

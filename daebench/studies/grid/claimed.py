@@ -55,13 +55,13 @@ def claims_of(table: "pd.DataFrame") -> dict[str, frozenset[str]]:
 
     The claims do not depend on values of parameters.
     """
-    found: dict[str, frozenset[str]] = {}
+    claims_by_method: dict[str, frozenset[str]] = {}
     for (problem, case), rows in table.groupby(["problem", "case"], sort=False):
         ivp = initial_value_problem(str(problem), str(case))
         for name in dict.fromkeys(map(str, rows["method"])):
             claims = _claimed(ivp, name)
-            found[name] = found[name] & claims if name in found else claims
-    return found
+            claims_by_method[name] = claims_by_method[name] & claims if name in claims_by_method else claims
+    return claims_by_method
 
 
 def _claimed(ivp: Ivp, name: str) -> frozenset[str]:

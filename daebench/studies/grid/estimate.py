@@ -1,11 +1,11 @@
-"""About how long the cells of a study will take: as long as those like them took, or what is usual, and the compilation before."""
+"""About how long the runs of a study will take: as long as those like them took, or what is usual, and the compilation before."""
 
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 from daebench.runs.ivp import PoissonIvp
-from daebench.studies.grid.run_specification import Cell, code_version
+from daebench.studies.grid.run_specification import GridRun, code_version
 from daebench.studies.grid.store import Store
 
 STEP_SECONDS = 1e-6
@@ -27,7 +27,7 @@ LEAST_COMPILE, MOST_COMPILE = 1.0, 20.0
 
 @dataclass(frozen=True)
 class Estimate:
-    """About how long cells take.
+    """About how long runs take.
 
     Parameters
     ----------
@@ -35,7 +35,7 @@ class Estimate:
         In one process, s, without compilation.
     like : int
         Cells that it knows kept ones like, of the same method on the same problem.
-    cells : int
+    runs : int
         All of them.
     kernels : int
         Kernels that no kept run of this version has had compiled; some may be in the cache all the same.
@@ -45,14 +45,14 @@ class Estimate:
 
     seconds: float
     like: int
-    cells: int
+    specifications: int
     kernels: int = 0
     compiling: float = 0.0
 
     def sentence(self, processes: int, where: str) -> str:
         """Return it in words, for so many processes, which are there."""
         whose = f"from kept runs for {self.like} of them, from what is usual for the others"
-        if self.like in (0, self.cells):
+        if self.like in (0, self.specifications):
             whose = "from kept runs of the same methods" if self.like else "from what is usual, for none of these methods was run before"
         total = (self.seconds + self.compiling) / processes
         compiled = (
@@ -61,66 +61,66 @@ class Estimate:
         return f"about {duration(total)} {where} (an estimate {whose}; {compiled})"
 
 
-def estimate(cells: Sequence[Cell], store: Store) -> Estimate:
-    """Return about how long cells will take, by what the store has of their methods on their problem."""
-    stored: dict[tuple[str, str], list[Cell]] = {}
-    took: dict[Cell, float] = {}
-    compiled: set[Cell] = set()
-    for each in store.all():
-        if each.row.get("failure"):
+def estimate(specifications: Sequence[GridRun], store: Store) -> Estimate:
+    """Return about how long runs will take, by what the store has of their methods on their problem."""
+    stored: dict[tuple[str, str], list[GridRun]] = {}
+    took: dict[GridRun, float] = {}
+    compiled: set[GridRun] = set()
+    for stored_row in store.all():
+        if stored_row.row.get("failure"):
             continue  # one that failed soon tells nothing of another that does not
-        cell = Cell.of_plain(each.cell)
-        if each.maker == code_version():
-            compiled.add(_kind(cell))
-        stored.setdefault((cell.problem, cell.method), []).append(cell)
-        took[cell] = each.took
+        specification = GridRun.of_plain(stored_row.specification)
+        if stored_row.maker == code_version():
+            compiled.add(_kind(specification))
+        stored.setdefault((specification.problem, specification.method), []).append(specification)
+        took[specification] = stored_row.took
     resolutions: dict[tuple[str, str], str] = {}
     seconds, like = 0.0, 0
-    for cell in cells:
-        others = stored.get((cell.problem, cell.method), [])
-        if (cell.problem, cell.method) not in resolutions:
-            resolutions[cell.problem, cell.method] = cell.solver.knob
-        resolution = resolutions[cell.problem, cell.method]
+    for specification in specifications:
+        others = stored.get((specification.problem, specification.method), [])
+        if (specification.problem, specification.method) not in resolutions:
+            resolutions[specification.problem, specification.method] = specification.solver.knob
+        resolution = resolutions[specification.problem, specification.method]
         usual = STEP_SECONDS if resolution == "h" else TOLERANCE_SECONDS
-        rate = min((took[other] / _work(other, resolution) for other in _nearest(cell, resolution, others)), default=usual)
-        seconds += max(LEAST_SECONDS, rate * _work(cell, resolution))
+        rate = min((took[other] / _work(other, resolution) for other in _nearest(specification, resolution, others)), default=usual)
+        seconds += max(LEAST_SECONDS, rate * _work(specification, resolution))
         like += bool(others)
-    missing = {_kind(cell): cell for cell in cells if _kind(cell) not in compiled}
-    kernels = [(cell, _kernels(cell)) for cell in missing.values()]
-    compiling = sum(count * _compile_seconds(cell) for cell, count in kernels)
-    return Estimate(seconds, like, len(cells), sum(count for _, count in kernels), compiling)
+    missing = {_kind(specification): specification for specification in specifications if _kind(specification) not in compiled}
+    kernels = [(specification, _kernels(specification)) for specification in missing.values()]
+    compiling = sum(count * _compile_seconds(specification) for specification, count in kernels)
+    return Estimate(seconds, like, len(specifications), sum(count for _, count in kernels), compiling)
 
 
-def _kind(cell: Cell) -> Cell:
-    """Return the cell without what compiles nothing anew: numbers, outputs and metrics."""
-    plain = replace(cell, value=1.0, t_end=1.0, parameters=(), options=(), outputs=0, metrics=(), case="", calls=0, beside=False)
-    return replace(plain, repeat=min(1, max(0, cell.repeat)))
+def _kind(specification: GridRun) -> GridRun:
+    """Return the run without what compiles nothing anew: numbers, outputs and metrics."""
+    plain = replace(specification, value=1.0, t_end=1.0, parameters=(), options=(), outputs=0, metrics=(), case="", calls=0, beside=False)
+    return replace(plain, repeat=min(1, max(0, specification.repeat)))
 
 
-def _kernels(cell: Cell) -> int:
-    """Return how many kernels a cell takes: with fixed steps one that monitors, and one more that is timed."""
-    return 2 if cell.repeat > 0 and cell.solver.knob == "h" else 1
+def _kernels(specification: GridRun) -> int:
+    """Return how many kernels a run takes: with fixed steps one that monitors, and one more that is timed."""
+    return 2 if specification.repeat > 0 and specification.solver.knob == "h" else 1
 
 
-def _compile_seconds(cell: Cell) -> float:
-    ivp, solver = cell.ivp, cell.solver
+def _compile_seconds(specification: GridRun) -> float:
+    ivp, solver = specification.ivp, specification.solver
     size = len(ivp.y0) if isinstance(ivp, PoissonIvp) else ivp.d + ivp.m
     stages = getattr(getattr(solver, "member", None), "stages", 1)
     return float(min(MOST_COMPILE, max(LEAST_COMPILE, COMPILE_SECONDS * stages * size**2)))
 
 
-def _nearest(cell: Cell, resolution: str, others: Sequence[Cell]) -> Sequence[Cell]:
-    """Return the cells to whose time that of this one is in proportion: with fixed steps all, and else those with the nearest tol."""
+def _nearest(specification: GridRun, resolution: str, others: Sequence[GridRun]) -> Sequence[GridRun]:
+    """Return the runs to whose time that of this one is in proportion: with fixed steps all, and else those with the nearest tol."""
     if resolution == "h" or not others:
         return others
-    distances = [abs(math.log(other.value / cell.value)) for other in others]
+    distances = [abs(math.log(other.value / specification.value)) for other in others]
     least = min(distances)
     return [other for other, distance in zip(others, distances, strict=True) if distance == least]
 
 
-def _work(cell: Cell, resolution: str) -> float:
-    """Return to what the time of a cell is taken as proportional: its runs times their steps, or their length where steps are chosen."""
-    return (1 + max(0, cell.repeat)) * (cell.t_end / cell.value if resolution == "h" else cell.t_end)
+def _work(specification: GridRun, resolution: str) -> float:
+    """Return to what the time of a run is taken as proportional: its runs times their steps, or their length where steps are chosen."""
+    return (1 + max(0, specification.repeat)) * (specification.t_end / specification.value if resolution == "h" else specification.t_end)
 
 
 def duration(seconds: float) -> str:

@@ -31,9 +31,9 @@ def check_file(path: Path) -> None:
 
 
 def table_of(store: Store) -> "pd.DataFrame":
-    """Return all rows of a store, those with the same cell one after the other: what was computed, the cell, and what made it.
+    """Return all rows of a store, those with the same run one after the other: what was computed, the run, and what made it.
 
-    Columns are those of the rows; the fields of cells that rows do not have; and key, maker and took, see
+    Columns are those of the rows; the fields of runs that rows do not have; and key, maker and took, see
     :class:`daebench.studies.grid.store.StoredRow`. What a row has not is missing. A store without rows raises BadInput.
     """
     rows = list(store.all())
@@ -72,7 +72,7 @@ def write(table: "pd.DataFrame", path: Path) -> None:
 
 
 def _flat(stored: StoredRow) -> dict[str, Any]:
-    """Return a row with the fields of its cell; lists of names are words, and of pairs, which the row has as columns, left out."""
-    cell = {name: value for name, value in stored.cell.items() if name not in ("parameters", "options")}
-    cell["metrics"] = " ".join(cell["metrics"])
-    return {**cell, **stored.row, "key": stored.key, "maker": stored.maker, "took": stored.took}
+    """Return a row with the fields of its run; lists of names are words, and of pairs, which the row has as columns, left out."""
+    specification = {name: value for name, value in stored.specification.items() if name not in ("parameters", "options")}
+    specification["metrics"] = " ".join(specification["metrics"])
+    return {**specification, **stored.row, "key": stored.key, "maker": stored.maker, "took": stored.took}

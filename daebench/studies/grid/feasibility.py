@@ -9,7 +9,7 @@ from daebench.runs.ivp import Ivp, PoissonIvp
 
 def feasible(ivp: Ivp, names: Sequence[str]) -> tuple[list[str], dict[str, str]]:
     """Return those of these methods that can be run, and why the others cannot, as sentences."""
-    found: list[str] = []
+    accepted_names: list[str] = []
     refused: dict[str, str] = {}
     for name in names:
         try:
@@ -20,5 +20,5 @@ def feasible(ivp: Ivp, names: Sequence[str]) -> tuple[list[str], dict[str, str]]
         if why:
             refused[name] = why
         else:
-            found.append(name)
-    return found, refused
+            accepted_names.append(name)
+    return accepted_names, refused

@@ -12,15 +12,15 @@ def held_back() -> Iterator[Callable[[], bool]]:
     What is ignored outside is ignored inside.
     """
     came: list[int] = []
-    old = {each: signal.getsignal(each) for each in (signal.SIGINT, signal.SIGTERM)}
-    for each in old:
-        if old[each] is not signal.SIG_IGN:
-            signal.signal(each, lambda number, _: came.append(number))
+    old = {signum: signal.getsignal(signum) for signum in (signal.SIGINT, signal.SIGTERM)}
+    for signum in old:
+        if old[signum] is not signal.SIG_IGN:
+            signal.signal(signum, lambda number, _: came.append(number))
     try:
         yield lambda: bool(came)
     finally:
-        for each, handler in old.items():
-            signal.signal(each, handler)
+        for signum, handler in old.items():
+            signal.signal(signum, handler)
         if came:
             signal.raise_signal(signal.Signals(came[0]))
 

@@ -1,4 +1,4 @@
-"""A cell computed: one run, what it gave by column, and the best time of it."""
+"""A run computed: one run, what it gave by column, and the best time of it."""
 
 import time
 from dataclasses import replace
@@ -7,7 +7,7 @@ from typing import Any
 from daebench.errors import DaebenchError
 from daebench.runs.request import Request
 from daebench.studies.grid.metrics import Measured, metrics_of
-from daebench.studies.grid.run_specification import Cell, code_version
+from daebench.studies.grid.run_specification import GridRun, code_version
 from daebench.studies.grid.store import StoredRow
 
 NAN = float("nan")
@@ -18,21 +18,21 @@ LONG = 0.3
 Row = dict[str, Any]
 
 
-def stored_row(key: str, cell: Cell) -> StoredRow:
-    """Return the row of a cell as it is kept under its key, with how long it took."""
+def stored_row(key: str, specification: GridRun) -> StoredRow:
+    """Return the row of a run as it is kept under its key, with how long it took."""
     began = time.perf_counter()
-    row = row_of(cell)
-    return StoredRow(key, cell.plain(), row, code_version(), time.perf_counter() - began)
+    row = row_of(specification)
+    return StoredRow(key, specification.plain(), row, code_version(), time.perf_counter() - began)
 
 
-def row_of(cell: Cell) -> Row:
-    """Return the row of a cell: what :func:`measured_row` gives, and the time where it is asked for."""
-    row = measured_row(cell)
-    return with_time(cell, row) if cell.repeat else row
+def row_of(specification: GridRun) -> Row:
+    """Return the row of a run: what :func:`measured_row` gives, and the time where it is asked for."""
+    row = measured_row(specification)
+    return with_time(specification, row) if specification.repeat else row
 
 
-def measured_row(cell: Cell) -> Row:
-    """Return the row of a cell without its time: names, numbers asked for, work, and why it failed where it did.
+def measured_row(specification: GridRun) -> Row:
+    """Return the row of a run without its time: names, numbers asked for, work, and why it failed where it did.
 
     A run that failed, took no step, or was looked at twice has NaN where numbers would be, and says why: a row is never left out. Ctrl-C
     leaves none: what somebody did not wait for is no failure of the method.
@@ -40,30 +40,30 @@ def measured_row(cell: Cell) -> Row:
     The work of a tolerance-driven run is that of the run that is looked at, in which some methods evaluate more for each output.
     """
     row: Row = {
-        "problem": cell.problem,
-        "case": cell.case,
-        "method": cell.method,
+        "problem": specification.problem,
+        "case": specification.case,
+        "method": specification.method,
         "knob": "",
-        "value": cell.value,
-        **dict(cell.parameters),
-        **dict(cell.options),
-        "precision": cell.precision,
-        "compensated": cell.compensated,
-        "sweeps": cell.sweeps,
-        "newton": cell.newton,
-        "t_end": cell.t_end,
+        "value": specification.value,
+        **dict(specification.parameters),
+        **dict(specification.options),
+        "precision": specification.precision,
+        "compensated": specification.compensated,
+        "sweeps": specification.sweeps,
+        "newton": specification.newton,
+        "t_end": specification.t_end,
     }
-    metrics = metrics_of(cell.metrics)
+    metrics = metrics_of(specification.metrics)
     row |= {column: NAN for metric in metrics for column in metric.columns}
     row |= {"reference": ""} if any(metric.certified for metric in metrics) else {}
     row |= {"steps": 0, "seconds": NAN, "callback_seconds": NAN, "t_reached": 0.0, "failure": ""}
     try:
-        ivp, solver = cell.ivp, cell.solver
+        ivp, solver = specification.ivp, specification.solver
         row["knob"] = solver.knob
-        run = solver.solve(ivp, cell.asked(solver.knob))
+        run = solver.solve(ivp, specification.asked(solver.knob))
         row |= {f"n_{kind}": count for kind, count in run.work.items()}
         row |= {"steps": run.steps, "t_reached": float(run.t[-1]), "failure": run.failure or ""}
-        measured = Measured(cell, ivp, solver, run)
+        measured = Measured(specification, ivp, solver, run)
         if not measured.told:
             nothing = f"{run.steps} steps and {len(run.t)} states tell nothing; take a smaller {solver.knob} or more outputs"
             row["failure"] = row["failure"] or nothing
@@ -77,25 +77,25 @@ def measured_row(cell: Cell) -> Row:
     return row
 
 
-def with_time(cell: Cell, row: Row) -> Row:
-    """Return the row of a cell with its time, and the work of the run that is timed; a row of a run that failed is as it was."""
+def with_time(specification: GridRun, row: Row) -> Row:
+    """Return the row of a run with its time, and the work of the run that is timed; a row of a run that failed is as it was."""
     if row["failure"]:
         return row
     try:
-        return row | _timed(cell, cell.solver)
+        return row | _timed(specification, specification.solver)
     except DaebenchError as error:
         return row | {"failure": str(error)}
 
 
-def _timed(cell: Cell, solver: Any) -> Row:
+def _timed(specification: GridRun, solver: Any) -> Row:
     """Return the least time of several runs that watch and keep nothing, of one if it is long; the run that was looked at has warmed up.
 
     Of a run by tolerance it returns the work as well: solvers count their calls in any case, and each output that DOP853 interpolates
     takes some, so that time and work are of the same run. IDA, CVODE, heyoka and solve_dae interpolate by what they have.
     """
-    request, best = timed_request(cell, solver.knob), None
-    for _ in range(cell.repeat):
-        run = solver.solve(cell.ivp, request)
+    request, best = timed_request(specification, solver.knob), None
+    for _ in range(specification.repeat):
+        run = solver.solve(specification.ivp, request)
         if run.failure is None and (best is None or run.seconds < best.seconds):
             best = run
         if run.seconds > LONG:
@@ -107,8 +107,8 @@ def _timed(cell: Cell, solver: Any) -> Row:
     return {**work, "seconds": best.seconds, "callback_seconds": NAN if inside is None else inside}
 
 
-def timed_request(cell: Cell, resolution: str) -> Request:
+def timed_request(specification: GridRun, resolution: str) -> Request:
     """Return what a method of this resolution is asked when timed: its end alone, nothing monitored, and no costly work counted."""
     if resolution == "h":
-        return replace(cell.asked(resolution), watch=(), count=False, every=0)
-    return replace(cell.asked(resolution), watch=(), points=2)
+        return replace(specification.asked(resolution), watch=(), count=False, every=0)
+    return replace(specification.asked(resolution), watch=(), points=2)

@@ -20,7 +20,7 @@ from daebench.runs.ivp import Ivp, PoissonIvp
 from daebench.runs.trajectory import Array, PoissonTrajectory, Trajectory
 from daebench.studies.claims.bench import DEFECT_STEPS
 from daebench.studies.grid.against import certified_of, own_of, require_reference
-from daebench.studies.grid.run_specification import FEWEST, Cell
+from daebench.studies.grid.run_specification import FEWEST, GridRun
 from daebench.systems.renamed import OldAttribute
 
 NAN = float("nan")
@@ -38,7 +38,7 @@ class Measured:
 
     Parameters
     ----------
-    cell : Cell
+    specification : GridRun
         What was asked.
     ivp : InitialValueProblem
         The problem.
@@ -48,10 +48,11 @@ class Measured:
         What it gave.
     """
 
-    cell: Cell
+    specification: GridRun
     ivp: Ivp
     solver: Any
     run: Trajectory | PoissonTrajectory
+    cell = OldAttribute("specification")
     scene = OldAttribute("ivp")
     truth = OldAttribute("reference_solution")
 
@@ -68,21 +69,21 @@ class Measured:
     @cached_property
     def compared(self) -> NDArray[np.bool_]:
         """Which outputs errors are taken at, shape(n,)."""
-        certified = certified_of(self.cell)
+        certified = certified_of(self.specification)
         stored = np.isin(self.run.t, certified.t if certified else ())
         return stored if np.sum(stored) >= ENOUGH else np.ones(len(self.run.t), dtype=bool)
 
     @cached_property
     def reference_solution(self) -> At | OwnRun:
         """The certified reference at these outputs, or a finer run where there is none."""
-        certified, t = certified_of(self.cell), self.run.t[self.compared]
-        return states_at(certified, t) if certified else own_of(self.cell, t)
+        certified, t = certified_of(self.specification), self.run.t[self.compared]
+        return states_at(certified, t) if certified else own_of(self.specification, t)
 
     @property
     def against(self) -> str:
         """What errors are taken against, in words."""
         reference = self.reference_solution
-        return reference.words if isinstance(reference, OwnRun) else f"certified {self.cell.problem}-{self.cell.case}"
+        return reference.words if isinstance(reference, OwnRun) else f"certified {self.specification.problem}-{self.specification.case}"
 
     def part(self, name: str) -> Array:
         """Return a part of the run's states at these outputs: "q", "p", "y", or "lam"."""
@@ -129,16 +130,16 @@ class Metric:
         """Whether it is for methods like this one."""
         return not self.fixed_step or bool(solver.knob == "h")
 
-    def refusal(self, cell: Cell) -> str | None:
-        """Return why a cell cannot be measured by it, as a sentence, or None."""
-        ivp = cell.ivp
+    def refusal(self, specification: GridRun) -> str | None:
+        """Return why a run cannot be measured by it, as a sentence, or None."""
+        ivp = specification.ivp
         poisson = isinstance(ivp, PoissonIvp)
         if not (self.poisson if poisson else self.constrained):
             return f"{self.name} is not measured on {ivp.problem}, which is {'a Poisson system' if poisson else 'a constrained problem'}."
-        if not self.measures(cell.solver):
-            return f"{self.name} is of methods with fixed steps, and {cell.method} has none; leave out one of them."
+        if not self.measures(specification.solver):
+            return f"{self.name} is of methods with fixed steps, and {specification.method} has none; leave out one of them."
         try:
-            require_reference(cell, f"the error {self.name}") if self.certified else None
+            require_reference(specification, f"the error {self.name}") if self.certified else None
         except BadInput as error:
             return str(error)
         return None
@@ -178,9 +179,9 @@ def _rates(ivp: Ivp, *states: Array) -> Array:
 def _energy(measured: Measured) -> Columns:
     drift, scales = energy_verdict(measured.ivp, measured.run), energy_scales(measured.ivp, measured.run)
     worst = float(measured.run.maxima.get("energy", np.max(np.abs(energy_error(measured.ivp, measured.run)))))
-    told: dict[str, float | str] = {"energy_error": worst, "energy_size": size(worst, scales), "energy_scale": _energy_scale(measured)}
-    told |= {"energy_verdict": drift.verdict, "energy_law": drift.words, "energy_change_bound": drift.change_bound}
-    return {**told, "energy_slope": drift.slope, "growth": drift.exponent}
+    columns: dict[str, float | str] = {"energy_error": worst, "energy_size": size(worst, scales), "energy_scale": _energy_scale(measured)}
+    columns |= {"energy_verdict": drift.verdict, "energy_law": drift.words, "energy_change_bound": drift.change_bound}
+    return {**columns, "energy_slope": drift.slope, "growth": drift.exponent}
 
 
 def _energy_scale(measured: Measured) -> float:
@@ -218,8 +219,8 @@ def _maxima(*names: str) -> Callable[[Measured], Columns]:
 
 
 def _casimirs(measured: Measured) -> Columns:
-    own = [value for name, value in measured.run.maxima.items() if name in getattr(measured.ivp, "casimirs", ())]
-    return {"casimirs": float(max(own, default=NAN))}
+    maxima = [value for name, value in measured.run.maxima.items() if name in getattr(measured.ivp, "casimirs", ())]
+    return {"casimirs": float(max(maxima, default=NAN))}
 
 
 def defect_of(ivp: Ivp, solver: Any, h: float) -> float:
@@ -232,14 +233,14 @@ def defect_of(ivp: Ivp, solver: Any, h: float) -> float:
 
 def _defect(measured: Measured) -> Columns:
     """Return the defect of the map in double precision; of the one in single precision, which is a rounding of it, it is NaN."""
-    if measured.cell.precision == "float32":
+    if measured.specification.precision == "float32":
         return {"defect": NAN}
-    return {"defect": defect_of(measured.ivp, measured.solver, measured.cell.value)}
+    return {"defect": defect_of(measured.ivp, measured.solver, measured.specification.value)}
 
 
 METRICS: Mapping[str, Metric] = {
-    each.name: each
-    for each in (
+    metric.name: metric
+    for metric in (
         Metric("q", {"error_q": "length", "bound_q": "length"}, "largest error of a position", _error("q"), poisson=False, certified=True),
         Metric("p", {"error_p": "", "bound_p": ""}, "largest error of a momentum", _error("p"), poisson=False, certified=True),
         Metric("lam", {"error_lam": "", "bound_lam": ""}, "largest error of a multiplier", _error("lam"), poisson=False, certified=True),

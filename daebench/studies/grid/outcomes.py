@@ -10,7 +10,7 @@ from daebench.methods.fixed_step.stepping import REASONS
 from daebench.runs.ivp import PoissonIvp
 from daebench.studies.grid.measure import Row
 from daebench.studies.grid.rows import rows_of
-from daebench.studies.grid.run_specification import Cell
+from daebench.studies.grid.run_specification import GridRun
 from daebench.studies.grid.runs import Runs
 
 if TYPE_CHECKING:
@@ -51,19 +51,19 @@ TOLD = {
 """What the sentence of a failure begins its reason with, and the word for it."""
 
 
-def varied_runs(cells: Sequence[Cell], parameter: str, runs: Runs) -> "pd.DataFrame":
+def varied_runs(specifications: Sequence[GridRun], parameter: str, runs: Runs) -> "pd.DataFrame":
     """Return the rows of runs in which a parameter is varied, with more columns: "outcome", "size", "trend", "parameter", "varied".
 
     The trend is the verdict on the energy, "" of a run that did not come to its end on the manifold; varied is the parameter's value.
     """
-    table = runs(cells)
+    table = runs(specifications)
     rows = rows_of(table)
-    outcomes = [outcome_of(cell, row) for cell, row in zip(cells, rows, strict=True)]
+    outcomes = [outcome_of(specification, row) for specification, row in zip(specifications, rows, strict=True)]
     trends = [str(row["energy_verdict"]) if word in SIZED else "" for word, row in zip(outcomes, rows, strict=True)]
     more: dict[str, Any] = {
         "size": [size_of(row) for row in rows],
         "trend": trends,
-        "varied": [dict(cell.parameters)[parameter] for cell in cells],
+        "varied": [dict(specification.parameters)[parameter] for specification in specifications],
     }
     return table.assign(outcome=outcomes, parameter=parameter, **more)
 
@@ -74,14 +74,14 @@ def size_of(row: Row) -> float:
     return size if math.isfinite(size) else float(row["energy_error"] / row["energy_scale"])
 
 
-def outcome_of(cell: Cell, row: Row) -> str:
+def outcome_of(specification: GridRun, row: Row) -> str:
     """Return which of :data:`OUTCOMES` a row tells of.
 
     Of the metrics it needs "energy", and on a constrained problem "manifold"; "jump" where the other branch is to be told.
     """
     if row["failure"]:
         return next((word for text, word in TOLD.items() if text in row["failure"]), STOPPED)
-    ivp = cell.ivp
+    ivp = specification.ivp
     if not isinstance(ivp, PoissonIvp):
         scale = residual_scales(ivp, ivp.p0, ivp.q0)[0]
         if not row["g"] <= FAR * (scale or 1.0):

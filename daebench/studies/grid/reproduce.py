@@ -15,7 +15,7 @@ from typing import Any
 from daebench.errors import BadInput
 from daebench.studies.grid.archive import FORMAT, MANIFEST, ROWS
 from daebench.studies.grid.measure import row_of
-from daebench.studies.grid.run_specification import Cell
+from daebench.studies.grid.run_specification import GridRun
 from daebench.studies.grid.store import StoredRow, of_json
 from daebench.systems.files.execute import is_path
 
@@ -61,7 +61,7 @@ class Reproduced:
 
     Parameters
     ----------
-    cell : Cell
+    specification : GridRun
         The run.
     verdict : str
         :data:`EQUAL`, :data:`WITHIN` or :data:`DIFFERS`.
@@ -71,7 +71,7 @@ class Reproduced:
         What is there.
     """
 
-    cell: Cell
+    specification: GridRun
     verdict: str
     column: str = ""
     archived: Any = None
@@ -96,7 +96,7 @@ def read(path: Path) -> Archive:
     try:
         with zipfile.ZipFile(path) as archive:
             _require_safe(path, archive)
-            files = {each.filename: archive.read(each) for each in archive.infolist() if not each.is_dir()}
+            files = {member.filename: archive.read(member) for member in archive.infolist() if not member.is_dir()}
         manifest = json.loads(files.pop(MANIFEST))
         _require_version(path, manifest)
         _require_whole(manifest["files"], files)
@@ -113,11 +113,11 @@ def _short(error: BaseException) -> str:
 
 def _require_safe(path: Path, archive: zipfile.ZipFile) -> None:
     """Refuse names that lead out of the archive, and contents that are too large."""
-    for each in archive.infolist():
-        parts = PurePosixPath(each.filename).parts
-        if not parts or ".." in parts or each.filename.startswith("/") or set(each.filename) & {"\\", ":", "\0"}:
-            raise BadInput(f"{path} has a file {each.filename[:80]!r}, whose name leads out of it; it is not unpacked.")
-    if sum(each.file_size for each in archive.infolist()) > LARGEST:
+    for member in archive.infolist():
+        parts = PurePosixPath(member.filename).parts
+        if not parts or ".." in parts or member.filename.startswith("/") or set(member.filename) & {"\\", ":", "\0"}:
+            raise BadInput(f"{path} has a file {member.filename[:80]!r}, whose name leads out of it; it is not unpacked.")
+    if sum(member.file_size for member in archive.infolist()) > LARGEST:
         raise BadInput(f"{path} is larger than 2 GB when it is unpacked; it is not unpacked.")
 
 
@@ -135,16 +135,16 @@ def _require_whole(digests: Mapping[str, str], files: Mapping[str, bytes]) -> No
         raise ValueError(f"{min(wrong)} is not what was written")
 
 
-def _require_plain(path: Path, own: Sequence[str], rows: Sequence[StoredRow], files: Mapping[str, bytes]) -> None:
+def _require_plain(path: Path, problem_files: Sequence[str], rows: Sequence[StoredRow], files: Mapping[str, bytes]) -> None:
     """Refuse runs of problem files that are not in the archive: nothing else of this machine is to be executed."""
     for row in rows:
-        name = str(row.cell["problem"])
-        if is_path(name) and (name not in own or name not in files):
+        name = str(row.specification["problem"])
+        if is_path(name) and (name not in problem_files or name not in files):
             raise BadInput(f"{path} has runs of {name[:80]}, which is not in it; nothing is run.")
 
 
 @contextmanager
-def unpacked(archive: Archive) -> Iterator[list[tuple[StoredRow, Cell]]]:
+def unpacked(archive: Archive) -> Iterator[list[tuple[StoredRow, GridRun]]]:
     """Give the runs of an archive as they are made here, its problem files in a folder for the time of a block."""
     with tempfile.TemporaryDirectory(prefix="daebench-") as folder:
         for name, content in archive.files.items():
@@ -152,12 +152,12 @@ def unpacked(archive: Archive) -> Iterator[list[tuple[StoredRow, Cell]]]:
                 place = Path(folder, name)
                 place.parent.mkdir(parents=True, exist_ok=True)
                 place.write_bytes(content)
-        yield [(row, _cell(row, Path(folder), archive.own)) for row in archive.rows]
+        yield [(row, _specification(row, Path(folder), archive.own)) for row in archive.rows]
 
 
-def _cell(row: StoredRow, folder: Path, own: Sequence[str]) -> Cell:
-    cell = Cell.of_plain(row.cell)
-    return replace(cell, problem=str(folder / cell.problem)) if cell.problem in own else cell
+def _specification(row: StoredRow, folder: Path, problem_files: Sequence[str]) -> GridRun:
+    specification = GridRun.of_plain(row.specification)
+    return replace(specification, problem=str(folder / specification.problem)) if specification.problem in problem_files else specification
 
 
 def reproduced(
@@ -168,10 +168,10 @@ def reproduced(
     Two numbers are within where they differ by no more than ``rtol`` times the larger, or by ``atol``.
     """
     with unpacked(archive) as runs:
-        for done, (row, cell) in enumerate(runs, 1):
-            made = row_of(replace(cell, repeat=min(cell.repeat, 1)))
-            found = compared(row.row, made, rtol=rtol, atol=atol)
-            yield replace(found, cell=Cell.of_plain(row.cell))
+        for done, (row, specification) in enumerate(runs, 1):
+            made = row_of(replace(specification, repeat=min(specification.repeat, 1)))
+            comparison = compared(row.row, made, rtol=rtol, atol=atol)
+            yield replace(comparison, specification=GridRun.of_plain(row.specification))
             tell(done / len(runs))
 
 

@@ -21,7 +21,7 @@ from daebench.runs.provenance import versions
 from daebench.runs.request import Request, WorkLimit
 from daebench.schemes.kernels.language import ROUNDINGS
 from daebench.systems.files import package
-from daebench.systems.renamed import OldAttribute
+from daebench.systems.renamed import OldAttribute, renamed_here
 
 DECIDING = ("numpy", "scipy", "numba", "scikit-sundae", "mpmath", "heyoka", "solve_dae")
 """Packages whose versions may change a number."""
@@ -100,11 +100,11 @@ class RunSpecification:
     def plain(self) -> dict[str, Any]:
         """Return the fields as JSON has them."""
         pairs = {name: [list(pair) for pair in getattr(self, name)] for name in ("parameters", "options")}
-        return {each.name: getattr(self, each.name) for each in fields(self)} | pairs
+        return {field.name: getattr(self, field.name) for field in fields(self)} | pairs
 
 
 @dataclass(frozen=True, kw_only=True)
-class Cell(RunSpecification):
+class GridRun(RunSpecification):
     """One run: beside :class:`RunSpecification` its step size or tolerance, its end, and what is measured.
 
     Parameters
@@ -167,15 +167,15 @@ class Cell(RunSpecification):
         return max(1, int(steps / self.outputs + 0.5)) if steps < 1e15 else 1
 
     @classmethod
-    def of_plain(cls, given: Mapping[str, Any]) -> "Cell":
-        """Return the cell with these fields, as :meth:`plain` gives them."""
-        known = {each.name for each in fields(cls)}
+    def of_plain(cls, given: Mapping[str, Any]) -> "GridRun":
+        """Return the run with these fields, as :meth:`plain` gives them."""
+        known = {field.name for field in fields(cls)}
         if extra := set(given) - known:
-            raise BadInput(f"a cell has no {', '.join(sorted(extra))}; this store is of another version.")
+            raise BadInput(f"a run has no {', '.join(sorted(extra))}; this store is of another version.")
         pairs = {name: tuple((str(k), float(v)) for k, v in given[name]) for name in ("parameters", "options") if name in given}
         return cls(**{**given, **pairs, "metrics": tuple(given["metrics"])})
 
-    def at(self, value: float) -> "Cell":
+    def at(self, value: float) -> "GridRun":
         """Return the same run with another step size or tolerance."""
         return replace(self, value=value)
 
@@ -204,9 +204,9 @@ def digest(*texts: str) -> str:
 @cache
 def made_by() -> str:
     """Return what the numbers of a run depend on besides its definition: this package's code, the libraries and the machine's kind."""
-    own = package.digest_of_files(sorted(_files().items()))
+    code_digest = package.digest_of_files(sorted(_files().items()))
     libraries = (f"{name} {versions().get(name, 'none')}" for name in DECIDING)
-    return "\n".join((toolchain(), own, platform.machine(), *libraries))
+    return "\n".join((toolchain(), code_digest, platform.machine(), *libraries))
 
 
 def _files() -> dict[str, Path]:
@@ -222,3 +222,6 @@ def _shows(file: Path) -> bool:
 def code_version() -> str:
     """Return the hash of :func:`made_by`."""
     return digest(made_by())
+
+
+__getattr__ = renamed_here(__name__, {"Cell": "GridRun"})

@@ -21,14 +21,14 @@ def readable(base: sqlite3.Connection) -> list[tuple[Any, ...]]:
     above too.
     """
     bounds = ["", *(a + b for a in DIGITS for b in DIGITS), "\U0010ffff"]
-    found: dict[Any, tuple[Any, ...]] = {}
+    rows_by_key: dict[Any, tuple[Any, ...]] = {}
     for start, end in pairwise(bounds):
         for order in ("ASC", "DESC"):
             rows, whole = _range(base, start, end, order)
-            found |= {row[0]: row for row in rows}
+            rows_by_key |= {row[0]: row for row in rows}
             if whole:
                 break
-    return list(found.values())
+    return list(rows_by_key.values())
 
 
 def _range(base: sqlite3.Connection, start: str, end: str, order: str) -> tuple[list[tuple[Any, ...]], bool]:

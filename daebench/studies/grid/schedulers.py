@@ -1,6 +1,6 @@
-"""Where cells are computed besides this process: processes of this machine, or the workers of a Dask cluster.
+"""Where runs are computed besides this process: processes of this machine, or the workers of a Dask cluster.
 
-A study takes any executor of ``concurrent.futures``. One of mpi4py makes it run under MPI, with a process that hands out cells and
+A study takes any executor of ``concurrent.futures``. One of mpi4py makes it run under MPI, with a process that hands out runs and
 keeps their rows, and others that compute::
 
     # study_mpi.py; run by: mpiexec -n 9 python -m mpi4py.futures study_mpi.py
@@ -102,7 +102,7 @@ def _context() -> BaseContext:
 
 
 def _begin_process() -> None:
-    """Leave Ctrl-C to the process that hands out cells, and end with it even where it is killed."""
+    """Leave Ctrl-C to the process that hands out runs, and end with it even where it is killed."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     if parent := multiprocessing.parent_process():
 
@@ -118,8 +118,8 @@ def workers_of(executor: Executor) -> int:
     if client := getattr(executor, "_client", None):
         threads: dict[str, int] = client.nthreads()
         return sum(threads.values()) or 1
-    told: int | None = getattr(executor, "_max_workers", None) or getattr(executor, "num_workers", None)
-    return told or os.cpu_count() or 1
+    workers: int | None = getattr(executor, "_max_workers", None) or getattr(executor, "num_workers", None)
+    return workers or os.cpu_count() or 1
 
 
 def has_workers(executor: Executor) -> bool:
@@ -133,7 +133,7 @@ def has_workers(executor: Executor) -> bool:
 
 @contextmanager
 def dask_cluster(address: str, tls: Tls = NO_TLS) -> Iterator[Executor]:
-    """Connect to the scheduler of a Dask cluster; its workers need this version of daebench, and cells that a lost one had go to others.
+    """Connect to the scheduler of a Dask cluster; its workers need this version of daebench, and runs that a lost one had go to others.
 
     A cluster is code execution: whoever reaches its scheduler runs code on the workers, and one that is not what it says runs code here.
 
@@ -169,8 +169,8 @@ def dask_cluster(address: str, tls: Tls = NO_TLS) -> Iterator[Executor]:
             client.wait_for_workers(1, timeout=REACHED_SECONDS)
         except TimeoutError as error:
             raise BadInput(f"the Dask scheduler at {address} has no workers; start some by: dask worker {address}.") from error
-        found = client.run(find_spec, COMPUTES, on_error="return")
-        if strangers := [worker for worker, spec in found.items() if not isinstance(spec, ModuleSpec)]:
+        specs = client.run(find_spec, COMPUTES, on_error="return")
+        if strangers := [worker for worker, spec in specs.items() if not isinstance(spec, ModuleSpec)]:
             raise BadInput(f"{strangers[0]} of the cluster has no daebench, or an older one; install this version there.")
         yield client.get_executor(pure=False)
 

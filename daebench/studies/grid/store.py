@@ -13,6 +13,7 @@ from typing import Any
 
 from daebench.errors import BadInput, DaebenchError, Interrupted
 from daebench.studies.grid.salvage import COLUMNS, damaged_beside, readable
+from daebench.systems.renamed import OldAttribute
 
 LAYOUT = 3
 """Version of the layout of the file; it is in SQLite's own ``user_version``."""
@@ -58,8 +59,8 @@ class StoredRow:
     ----------
     key : str
         Hash of all that decided it.
-    cell : mapping
-        Fields of the cell, as :meth:`daebench.studies.grid.run_specification.Cell.plain` gives them.
+    specification : mapping
+        Fields of the run, as :meth:`daebench.studies.grid.run_specification.GridRun.plain` gives them.
     row : mapping
         What was computed, by column.
     maker : str
@@ -69,10 +70,11 @@ class StoredRow:
     """
 
     key: str
-    cell: Mapping[str, Any]
+    specification: Mapping[str, Any]
     row: Mapping[str, Any]
     maker: str
     took: float
+    cell = OldAttribute("specification")
 
 
 class StoreFull(DaebenchError):
@@ -135,17 +137,17 @@ class Store:
     def _lost(self) -> str:
         """Return what of the file is damaged, in words; "" where nothing is."""
         try:
-            found = self._base.execute("PRAGMA quick_check(1)").fetchone()[0]
+            verdict = self._base.execute("PRAGMA quick_check(1)").fetchone()[0]
             columns = tuple(row[1] for row in self._base.execute("PRAGMA table_info(rows)"))
-            if found != "ok" or columns != COLUMNS:
+            if verdict != "ok" or columns != COLUMNS:
                 return "pages of it cannot be read"
             rows = [row for row in self._base.execute(ROWS) if not _is_whole(row)]
         except sqlite3.DatabaseError as error:
             if isinstance(error, sqlite3.OperationalError) and MALFORMED not in str(error):
                 raise
             return "pages of it cannot be read"
-        told = "; ".join(map(_named, rows[:NAMED])) + ("; ..." if len(rows) > NAMED else "")
-        return f"{'1 row is' if len(rows) == 1 else f'{len(rows)} rows are'} not what was written: {told}" if rows else ""
+        listing = "; ".join(map(_named, rows[:NAMED])) + ("; ..." if len(rows) > NAMED else "")
+        return f"{'1 row is' if len(rows) == 1 else f'{len(rows)} rows are'} not what was written: {listing}" if rows else ""
 
     def _renew(self, lost: str) -> None:
         """Put the file aside and a new one in its place, with the rows that can be read."""
@@ -156,8 +158,8 @@ class Store:
         with self._base:
             self._base.execute("BEGIN IMMEDIATE")
             self._base.executemany(PUT, rows)
-        kept = f"{len(rows)} rows are kept, the others are computed again when they are asked for, and the damaged file is {aside.name}"
-        warnings.warn(f"{self.path} was damaged, {lost}; {kept}.", StoreWarning, stacklevel=5)
+        outcome = f"{len(rows)} rows are kept, the others are computed again when they are asked for, and the damaged file is {aside.name}"
+        warnings.warn(f"{self.path} was damaged, {lost}; {outcome}.", StoreWarning, stacklevel=5)
 
     def close(self) -> None:
         """Close the file."""
@@ -177,8 +179,8 @@ class Store:
         key : str
             As ``specification_key.key_of`` gives it.
         """
-        found = self._base.execute("SELECT row FROM rows WHERE key = ?", (key,)).fetchone()
-        return None if found is None else _read(found[0])
+        record = self._base.execute("SELECT row FROM rows WHERE key = ?", (key,)).fetchone()
+        return None if record is None else _read(record[0])
 
     def put(self, rows: Iterable[StoredRow]) -> None:
         """Write rows, all or none, in place of those of the same keys if there are any.
@@ -193,34 +195,40 @@ class Store:
         StoreFull
             If they cannot be written; what was there before stays.
         """
-        written = [(each.key, _text(each.cell), _written(each.row), each.maker, float(each.took)) for each in rows]
+        written = [(row.key, _text(row.specification), _written(row.row), row.maker, float(row.took)) for row in rows]
         try:
             with self._base:
                 self._base.execute("BEGIN IMMEDIATE")
                 self._base.executemany(PUT, [(*row, _digest(*row)) for row in written])
         except sqlite3.OperationalError as error:
-            kept = f"the {len(self)} rows in it are kept: make room, and run again"
-            raise StoreFull(f"{self.path} cannot be written: {error}; {kept}.") from error
+            advice = f"the {len(self)} rows in it are kept: make room, and run again"
+            raise StoreFull(f"{self.path} cannot be written: {error}; {advice}.") from error
 
     def all(self) -> Iterator[StoredRow]:
         """Give all rows."""
-        for key, cell, row, code_version, took in self._base.execute("SELECT key, cell, row, maker, took FROM rows"):
-            yield StoredRow(key, json.loads(cell), _read(row), code_version, took)
+        for key, specification, row, code_version, took in self._base.execute("SELECT key, cell, row, maker, took FROM rows"):
+            yield StoredRow(key, json.loads(specification), _read(row), code_version, took)
 
     def outdated(self, wanted: Mapping[str, Mapping[str, Any]]) -> int:
-        """Return how many cells, by their keys, are kept under another key alone: made by other versions, or of a changed definition."""
-        asked = {_text(cell): key for key, cell in wanted.items()}
-        found: dict[str, set[str]] = {}
-        for key, cell in self._base.execute("SELECT key, cell FROM rows"):
-            if cell in asked:
-                found.setdefault(cell, set()).add(key)
-        return sum(asked[cell] not in keys for cell, keys in found.items())
+        """Return how many runs, by their keys, are kept under another key alone: made by other versions, or of a changed definition."""
+        asked = {_text(specification): key for key, specification in wanted.items()}
+        keys_by_specification: dict[str, set[str]] = {}
+        for key, specification in self._base.execute("SELECT key, cell FROM rows"):
+            if specification in asked:
+                keys_by_specification.setdefault(specification, set()).add(key)
+        return sum(asked[specification] not in keys for specification, keys in keys_by_specification.items())
 
 
 def as_json(stored: StoredRow) -> str:
     """Return a row as one line of JSON, which :func:`of_json` reads; numbers that JSON does not have are words."""
     return json.dumps(
-        {"key": stored.key, "cell": dict(stored.cell), "row": json.loads(_written(stored.row)), "maker": stored.maker, "took": stored.took},
+        {
+            "key": stored.key,
+            "cell": dict(stored.specification),
+            "row": json.loads(_written(stored.row)),
+            "maker": stored.maker,
+            "took": stored.took,
+        },
         sort_keys=True,
     )
 
@@ -233,8 +241,8 @@ def of_json(line: str) -> StoredRow:
     ValueError, KeyError, TypeError, AttributeError
         If it is no such line.
     """
-    found = json.loads(line)
-    return StoredRow(str(found["key"]), dict(found["cell"]), _read(json.dumps(found["row"])), str(found["maker"]), float(found["took"]))
+    entry = json.loads(line)
+    return StoredRow(str(entry["key"]), dict(entry["cell"]), _read(json.dumps(entry["row"])), str(entry["maker"]), float(entry["took"]))
 
 
 @contextmanager
@@ -278,14 +286,16 @@ def _is_whole(row: tuple[Any, ...]) -> bool:
 def _named(row: tuple[Any, ...]) -> str:
     """Return what a damaged row was of, as far as it can be read."""
     try:
-        cell = json.loads(row[1])
-        return f"{cell['method']} on {cell['problem']}, case {cell['case']}, {cell['value']:g}"[:LONGEST]
+        specification = json.loads(row[1])
+        return f"{specification['method']} on {specification['problem']}, case {specification['case']}, {specification['value']:g}"[
+            :LONGEST
+        ]
     except (ValueError, TypeError, KeyError):
         return "one that cannot be told"
 
 
-def _text(cell: Mapping[str, Any]) -> str:
-    return json.dumps(cell, sort_keys=True)
+def _text(specification: Mapping[str, Any]) -> str:
+    return json.dumps(specification, sort_keys=True)
 
 
 def _written(row: Mapping[str, Any]) -> str:

@@ -11,10 +11,11 @@ from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.methods.names import free_numbers, methods_of
 from daebench.runs.ivp import Ivp
 from daebench.studies.grid.metrics import metrics_of
-from daebench.studies.grid.run_specification import OUTPUTS, Cell
+from daebench.studies.grid.run_specification import OUTPUTS, GridRun
 from daebench.studies.grid.runs import Tell, runs_of
 from daebench.studies.grid.specification_key import key_of, require_possible
 from daebench.studies.grid.store import Store
+from daebench.systems.renamed import OldAttribute
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -86,7 +87,7 @@ class Study:
             raise BadInput(f"repeat = {self.repeat} must be 0 or more.")
         metrics_of(self.metrics)
         axes: dict[str, Sequence[object]] = {name: getattr(self, name) for name in ("methods", "cases", "metrics", "precisions")}
-        axes |= {f"values of {name}": each for name, each in (*self.values.items(), *self.parameters.items())}
+        axes |= {f"values of {name}": axis for name, axis in (*self.values.items(), *self.parameters.items())}
         for name, values in axes.items():
             if isinstance(values, str) or not isinstance(values, Sequence | range):
                 raise BadInput(f"{name} of a study must be several, in a list, not {values!r}.")
@@ -98,7 +99,9 @@ class Study:
         for precision in self.precisions:
             computed_in(precision)
 
-    def cells(self) -> list[Cell]:
+    cells = OldAttribute("specifications")
+
+    def specifications(self) -> list[GridRun]:
         """Return the runs, all of them checked.
 
         Raises
@@ -106,25 +109,26 @@ class Study:
         BadInput
             If one cannot be made or measured; the message is of the first.
         """
-        found = list(self._cells())
+        specifications = list(self._specifications())
         measured: set[tuple[object, ...]] = set()
-        for cell in found:  # all of one before the next, while its initial value problem is at hand: it takes longer to make than to use
-            require_possible(cell)
-            if (kind := (cell.method, cell.case, cell.parameters)) not in measured:
-                self._require_measurable(cell, found)
+        # All of one method before the next, while its initial value problem is at hand: it takes longer to make than to use.
+        for specification in specifications:
+            require_possible(specification)
+            if (kind := (specification.method, specification.case, specification.parameters)) not in measured:
+                self._require_measurable(specification, specifications)
                 measured.add(kind)
-            key_of(cell)
-        return found
+            key_of(specification)
+        return specifications
 
-    def _require_measurable(self, cell: Cell, cells: Sequence[Cell]) -> None:
-        """Refuse a metric that a cell cannot be measured by, unless it is not for its method and is for another of the study."""
-        one_a_method = {each.method: each for each in cells}.values()
+    def _require_measurable(self, specification: GridRun, specifications: Sequence[GridRun]) -> None:
+        """Refuse a metric that a run cannot be measured by, unless it is not for its method and is for another of the study."""
+        one_a_method = {grid_run.method: grid_run for grid_run in specifications}.values()
         for metric in metrics_of(self.metrics):
-            for_others = not metric.measures(cell.solver) and any(metric.measures(each.solver) for each in one_a_method)
-            if not for_others and (why := metric.refusal(cell)):
+            for_others = not metric.measures(specification.solver) and any(metric.measures(grid_run.solver) for grid_run in one_a_method)
+            if not for_others and (why := metric.refusal(specification)):
                 raise BadInput(why)
 
-    def _cells(self) -> Iterator[Cell]:
+    def _specifications(self) -> Iterator[GridRun]:
         ivp = initial_value_problem(self.problem, self.cases[0] if self.cases else None)
         solvers = methods_of(ivp, self.methods, self.options, anyway=self.anyway)
         resolutions = [self._values_of(name, solver.knob) for name, solver in zip(self.methods, solvers, strict=True)]
@@ -132,11 +136,11 @@ class Study:
             raise BadInput(f"values of {', '.join(sorted(useless))} are of no use to {', '.join(self.methods)}; leave them out.")
         grids = [[(name, float(x)) for x in values] for name, values in self.parameters.items()]
         options = [self._options_of(ivp, solver) for solver in solvers]
-        for case, given, (name, own, values), precision in product(
+        for case, given, (name, method_options, values), precision in product(
             self.cases or [ivp.case], product(*grids), zip(self.methods, options, resolutions, strict=True), self.precisions
         ):
             for value in values:
-                yield Cell(
+                yield GridRun(
                     problem=self.problem,
                     case=case,
                     method=name,
@@ -144,7 +148,7 @@ class Study:
                     t_end=float(self.t_end),
                     metrics=tuple(self.metrics),
                     parameters=tuple(given),
-                    options=own,
+                    options=method_options,
                     anyway=self.anyway,
                     on_singular=self.on_singular,
                     outputs=self.outputs,
@@ -186,15 +190,15 @@ class Study:
         Raises
         ------
         BadInput
-            As :meth:`cells`.
+            As :meth:`specifications`.
         StoreFull
             If rows cannot be written; those that are kept stay.
         """
-        return runs_of(store, executor=executor, tell=tell)(self.cells())
+        return runs_of(store, executor=executor, tell=tell)(self.specifications())
 
 
 def computed_in(precision: str) -> dict[str, Any]:
-    """Return the fields of a cell for one of the words that ``precisions`` of a study has; raise BadInput for any other."""
+    """Return the fields of a run for one of the words that ``precisions`` of a study has; raise BadInput for any other."""
     fixed: dict[str, dict[str, Any]] = {"float64": {}, "float32": {"precision": "float32"}, "compensated": {"compensated": True}}
     if precision in fixed:
         return fixed[precision]

@@ -48,7 +48,7 @@ class Tls:
 
     def __bool__(self) -> bool:
         """Return whether any file is given."""
-        return any(each is not None for each in (self.ca_file, self.cert, self.key))
+        return any(path is not None for path in (self.ca_file, self.cert, self.key))
 
 
 NO_TLS = Tls()
@@ -69,10 +69,10 @@ def security(address: str, tls: Tls) -> Any:
 
     files = {"tls_ca_file": tls.ca_file, "tls_client_cert": tls.cert, "tls_client_key": tls.key or tls.cert} if tls else {}
     try:
-        found = Security(require_encryption=True, **{name: str(path) for name, path in files.items()})
-        ready = found.get_connection_args("client").get("ssl_context") is not None
+        settings = Security(require_encryption=True, **{name: str(path) for name, path in files.items()})
+        ready = settings.get_connection_args("client").get("ssl_context") is not None
     except (OSError, ValueError) as error:  # those of ssl are OSError too
         raise BadInput(f"the certificates for {address} cannot be used ({error}); give files in PEM that belong together.") from error
     if not ready:
         raise BadInput(f"{address} takes certificates; give --tls-ca-file, --tls-cert and --tls-key, or set Dask's distributed.comm.tls.")
-    return found
+    return settings

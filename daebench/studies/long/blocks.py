@@ -35,13 +35,13 @@ class Blocks:
     def add(self, values: Array) -> None:
         """Add the next samples, shape(BLOCK,)."""
         if self.length <= BLOCK:
-            found = np.mean(values.reshape(-1, self.length), axis=1)
+            block_means = np.mean(values.reshape(-1, self.length), axis=1)
         else:
             self.total, self.pieces = self.total + float(np.mean(values)), self.pieces + 1
             if self.pieces * BLOCK < self.length:
                 return
-            found, self.total, self.pieces = np.array([self.total / self.pieces]), 0.0, 0
-        self.means = np.concatenate([self.means, found])
+            block_means, self.total, self.pieces = np.array([self.total / self.pieces]), 0.0, 0
+        self.means = np.concatenate([self.means, block_means])
         while len(self.means) >= MANY:
             self.means, self.length = joined(self.means), 2 * self.length
 

@@ -62,11 +62,11 @@ class Ensemble:
         for number in range(min(2, self.members)):
             self.specs[number].check(self.steps)
         self._require_distinct()
-        for number, kept in self.kept().items():
-            if kept.done > self.steps:
+        for number, checkpoint in self.kept().items():
+            if checkpoint.done > self.steps:
                 raise BadInput(
-                    f"{self.path(number)} has {kept.done} steps already, and {self.steps} are asked for; "
-                    f"ask for {kept.done} or more, or name another folder by --out."
+                    f"{self.path(number)} has {checkpoint.done} steps already, and {self.steps} are asked for; "
+                    f"ask for {checkpoint.done} or more, or name another folder by --out."
                 )
 
     def _require_distinct(self) -> None:
@@ -101,26 +101,30 @@ class Ensemble:
 
     def done(self) -> float:
         """Return the part of all steps that is done, as checkpoints tell it."""
-        found = [self.steps if each.failure else each.done for each in self.kept().values()]
-        return sum(found) / (self.members * self.steps)
+        step_counts = [self.steps if checkpoint.failure else checkpoint.done for checkpoint in self.kept().values()]
+        return sum(step_counts) / (self.members * self.steps)
 
     def run(self, workers: int, tell: Tell) -> None:
         """Take all members to their ends; what is done already is not done again.
 
         If Ctrl-C or SIGTERM comes, KeyboardInterrupt is raised with everything so far in the checkpoints.
         """
-        kept = self.kept()
-        left = {k: spec for k, spec in enumerate(self.specs) if k not in kept or (not kept[k].failure and kept[k].done < self.steps)}
+        checkpoints = self.kept()
+        left = {
+            k: spec
+            for k, spec in enumerate(self.specs)
+            if k not in checkpoints or (not checkpoints[k].failure and checkpoints[k].done < self.steps)
+        }
         if workers > 1 and len(left) > 1:
             self._beside(left, min(workers, len(left)), tell)
             return
         for k, spec in left.items():
-            part = kept[k].done / self.steps if k in kept else 0.0
+            part = checkpoints[k].done / self.steps if k in checkpoints else 0.0
             others = self.done() - part / self.members
             run_member(spec, self.steps, self.path(k), partial(self._tell, tell, others))
 
-    def _tell(self, tell: Tell, others: float, own: float) -> None:
-        tell(others + own / self.members)
+    def _tell(self, tell: Tell, others: float, fraction: float) -> None:
+        tell(others + fraction / self.members)
 
     def _beside(self, left: Mapping[int, LongRun], workers: int, tell: Tell) -> None:
         """Run members in processes of their own, so many at a time."""

@@ -16,7 +16,7 @@ BELOW = 30.0
 """Factor below the least value over all members that is drawn: where a member's error changes sign it is as small as can be."""
 
 
-def draw(out: Path, stem: str, title: str, each: "pd.DataFrame", table: "pd.DataFrame") -> Path:
+def draw(out: Path, stem: str, title: str, member_windows: "pd.DataFrame", table: "pd.DataFrame") -> Path:
     """Write ``STEM.svg``, PNG and CSV of the windows over all members, and ``STEM-members.csv``; return the path of the SVG.
 
     Left is the rms error of each member and of all; right, where there are several, how far each member's mean is from the mean of all,
@@ -26,20 +26,22 @@ def draw(out: Path, stem: str, title: str, each: "pd.DataFrame", table: "pd.Data
     several = int(table["members"].max()) > 1
     with drawing():
         figure, axes = grid_of_axes(1, 1 + several, 3.6, sharex=True)
-        _panel(axes[0, 0], each, each["rms"], table["t"], table["rms"], VERMILION, "rms of all" if several else "rms")
+        _panel(axes[0, 0], member_windows, member_windows["rms"], table["t"], table["rms"], VERMILION, "rms of all" if several else "rms")
         figure.suptitle(title, fontsize="medium")
         axes[0, 0].set(title="error from the start", ylabel="energy error H - H$_0$ [unit of H]")
         if several:
-            own = (each["mean"] - each["window"].map(table["mean"])).abs()
-            _panel(axes[0, 1], each, own, table["t"], table["spread"], BLUE, "spread of members")
+            distances = (member_windows["mean"] - member_windows["window"].map(table["mean"])).abs()
+            _panel(axes[0, 1], member_windows, distances, table["t"], table["spread"], BLUE, "spread of members")
             axes[0, 1].set(title="distance from the mean of all", ylabel="means over windows [unit of H]")
-        save_table(out / f"{stem}-members.csv", each)
+        save_table(out / f"{stem}-members.csv", member_windows)
         return save(figure, out, stem, table)
 
 
-def _panel(axis: Any, each: "pd.DataFrame", own: "pd.Series[float]", t: "pd.Series[float]", all_: Any, color: str, label: str) -> None:
-    for _, rows in own.where(own > 0).groupby(each["member"]):
-        axis.plot(each["t"][rows.index], rows, color=QUIET, linewidth=0.5, alpha=0.6)
+def _panel(
+    axis: Any, member_windows: "pd.DataFrame", values: "pd.Series[float]", t: "pd.Series[float]", all_: Any, color: str, label: str
+) -> None:
+    for _, rows in values.where(values > 0).groupby(member_windows["member"]):
+        axis.plot(member_windows["t"][rows.index], rows, color=QUIET, linewidth=0.5, alpha=0.6)
     axis.plot(t, all_.where(all_ > 0), color=color, marker="o", markersize=2.5, linewidth=1.6, label=label)
     _guides(axis, np.asarray(t, dtype=float), np.asarray(all_, dtype=float))
     axis.set(xscale="log", yscale="log", xlabel="time t [s]")

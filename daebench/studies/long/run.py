@@ -193,8 +193,8 @@ class Stream:
 
 def _flat(x: Any) -> Iterator[float]:
     if isinstance(x, tuple):
-        for each in x:
-            yield from _flat(each)
+        for part in x:
+            yield from _flat(part)
     else:
         yield from np.ravel(x)
 
@@ -202,7 +202,7 @@ def _flat(x: Any) -> Iterator[float]:
 def _shaped(like: Any, numbers: Iterator[Any]) -> Any:
     """Return the next numbers in the shape and type of something else."""
     if isinstance(like, tuple):
-        return tuple(_shaped(each, numbers) for each in like)
+        return tuple(_shaped(part, numbers) for part in like)
     if isinstance(like, np.ndarray):
         return np.array([next(numbers) for _ in range(like.size)], dtype=like.dtype).reshape(like.shape)
     return type(like)(next(numbers))

@@ -64,20 +64,20 @@ def samples(checkpoint: Checkpoint) -> int:
 
 def share(spec: LongRun, members: Mapping[int, Checkpoint], asked: int, steps: int) -> Share:
     """Return of which members, of so many that are asked for with so many steps each, the verdict is told."""
-    told = counted_members(members)
-    until = min((samples(checkpoint) * spec.stride * spec.h for checkpoint in told.values()), default=float("nan"))
-    whole = len(told) == asked and all(checkpoint.done >= steps for checkpoint in told.values())
-    return Share(asked, len(members), sum(bool(checkpoint.failure) for checkpoint in members.values()), len(told), until, whole)
+    verdict_members = counted_members(members)
+    until = min((samples(checkpoint) * spec.stride * spec.h for checkpoint in verdict_members.values()), default=float("nan"))
+    whole = len(verdict_members) == asked and all(checkpoint.done >= steps for checkpoint in verdict_members.values())
+    return Share(asked, len(members), sum(bool(checkpoint.failure) for checkpoint in members.values()), len(verdict_members), until, whole)
 
 
 def members_table(spec: LongRun, members: Mapping[int, Checkpoint]) -> "pd.DataFrame":
     """Return the windows of each member, a row each: t in seconds, samples, mean, rms, least and most of H(x) - H(x0)."""
     import pandas as pd
 
-    found = []
+    frames = []
     for number, checkpoint in members.items():
         table = checkpoint.windows.with_(checkpoint.errors).table
-        found.append(
+        frames.append(
             pd.DataFrame(
                 {
                     "member": number,
@@ -91,16 +91,16 @@ def members_table(spec: LongRun, members: Mapping[int, Checkpoint]) -> "pd.DataF
                 }
             )
         )
-    return pd.concat(found, ignore_index=True)
+    return pd.concat(frames, ignore_index=True)
 
 
-def windows_table(each: "pd.DataFrame") -> "pd.DataFrame":
+def windows_table(member_windows: "pd.DataFrame") -> "pd.DataFrame":
     """Return the windows over all members that have as many samples of one as any.
 
     Columns t, members, mean over all samples, rms over all samples, spread, which is the standard deviation over members of their
     means and NaN for one member, and the largest modulus.
     """
-    full = each[each["samples"] == each.groupby("window")["samples"].transform("max")]
+    full = member_windows[member_windows["samples"] == member_windows.groupby("window")["samples"].transform("max")]
     groups = full.assign(square=full["rms"] ** 2, largest=full[["least", "most"]].abs().max(axis=1)).groupby("window")
     table = groups.agg(t=("t", "first"), members=("member", "size"), mean=("mean", "mean"), square=("square", "mean"))
     table["rms"] = np.sqrt(table.pop("square"))
@@ -113,12 +113,12 @@ def growth(spec: LongRun, members: Mapping[int, Checkpoint]) -> Walk | Drift | N
     It is that of the members of :func:`counted_members`, up to where the shortest of them is; None if there is none.
     """
     blocks = [checkpoint.blocks.with_(checkpoint.errors) for checkpoint in counted_members(members).values()]
-    length = max((each.length for each in blocks), default=1)
-    means = [each.at(length) for each in blocks]
+    length = max((member_blocks.length for member_blocks in blocks), default=1)
+    means = [member_blocks.at(length) for member_blocks in blocks]
     common = min(map(len, means), default=0)
     if not common:
         return None
-    error = np.array([each[:common] for each in means])
+    error = np.array([member_means[:common] for member_means in means])
     t = middles(error.shape[1], length) * spec.stride * spec.h
     first = abs(next(iter(members.values())).first)
     resolution = float(np.finfo(spec.precision).eps) * max(first, ROUNDINGS * float(np.max(np.abs(error))))

@@ -9,7 +9,7 @@ from daebench.studies.long.table import Share
 LITTLE = "undetermined: there is too little to tell; take more steps."
 
 
-def sentence(found: Walk | Drift | None, share: Share) -> str:
+def sentence(growth: Walk | Drift | None, share: Share) -> str:
     """Return what a verdict says, and of which members it is where it is not of all at their ends.
 
     There are two standard errors on either side of each number; slopes are in units of H a second.
@@ -17,14 +17,14 @@ def sentence(found: Walk | Drift | None, share: Share) -> str:
     if share.begun and share.failed == share.begun:
         begun = f"{share.begun} of {share.asked} members have begun, and every one of them"
         return f"undetermined: {'every member' if share.begun == share.asked else begun} stopped early."
-    parts = [_verdict(found, share), *([] if share.whole else [_told(share)])]
+    parts = [_verdict(growth, share), *([] if share.whole else [_told(share)])]
     return " ".join(part for part in parts if part)
 
 
-def _verdict(found: Walk | Drift | None, share: Share) -> str:
-    if found is None or math.isnan(found.slope):
+def _verdict(growth: Walk | Drift | None, share: Share) -> str:
+    if growth is None or math.isnan(growth.slope):
         return LITTLE
-    return _of_ensemble(found) if isinstance(found, Walk) else _of_few(found, share)
+    return _of_ensemble(growth) if isinstance(growth, Walk) else _of_few(growth, share)
 
 
 def _told(share: Share) -> str:
@@ -54,14 +54,14 @@ def _of_ensemble(walk: Walk) -> str:
     return sentences[walk.verdict]
 
 
-def _law(found: Walk | Drift) -> str:
+def _law(growth: Walk | Drift) -> str:
     """Return the law of a drift of the mean, and how much it is."""
-    of = f"the mean of {found.members} members" if isinstance(found, Walk) else "the energy"
-    if found.law == "saturated":
-        return f"{of} saturated at {found.level:.3g}"
-    if found.law == "linear":
-        return f"linear: {of} drifts by {_around(found.slope, found.slope_error)} a second"
-    return f"{found.law}: {of} changes by {found.change:.3g} over the time"
+    of = f"the mean of {growth.members} members" if isinstance(growth, Walk) else "the energy"
+    if growth.law == "saturated":
+        return f"{of} saturated at {growth.level:.3g}"
+    if growth.law == "linear":
+        return f"linear: {of} drifts by {_around(growth.slope, growth.slope_error)} a second"
+    return f"{growth.law}: {of} changes by {growth.change:.3g} over the time"
 
 
 def _spread(walk: Walk) -> str:

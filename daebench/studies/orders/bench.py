@@ -66,7 +66,7 @@ class Bench(Runs):
         G, M_inverse = self.ivp.along("G", q)[0], self.ivp.along("H_pp", p, q)[0]
         least = float(np.linalg.svd(G @ M_inverse @ G.T, compute_uv=False)[-1])
         unit = EPS * float(np.linalg.norm(G)) * self._size("q") / least
-        return max((error for each, error in zip(h, errors, strict=True) if error * each * each <= CLEAR * unit), default=0.0)
+        return max((error for step, error in zip(h, errors, strict=True) if error * step * step <= CLEAR * unit), default=0.0)
 
     def _run(self, h: float, steps: int, n: int) -> Trajectory:
         stage_multipliers = (
@@ -86,8 +86,8 @@ class Bench(Runs):
 
     def _state_errors(self, run: Trajectory) -> dict[str, float]:
         q, p = at_common_times(run.q), at_common_times(run.p)
-        found = {"q": q, "p": p, "lam": self.ivp.along("lam", p, q)}
-        return {name: largest(rows - self._exact(name)) for name, rows in found.items()}
+        states = {"q": q, "p": p, "lam": self.ivp.along("lam", p, q)}
+        return {name: largest(rows - self._exact(name)) for name, rows in states.items()}
 
     def _raw_errors(self, run: Trajectory, n: int) -> tuple[dict[str, float], float]:
         if not run.raw:
@@ -103,10 +103,10 @@ class Bench(Runs):
         """Return the times and values at common times, or in the steps that begin there; the grid's times exactly."""
         step = np.rint(t / h)
         if np.all(np.abs(t / h - step) < ON_GRID):
-            kept = step % n == 0
-            return np.concatenate([[0.0], self.known.t])[(step[kept] // n).astype(int)], values[kept]
-        kept = np.floor(t / h) % n == 0
-        return t[kept], values[kept]
+            mask = step % n == 0
+            return np.concatenate([[0.0], self.known.t])[(step[mask] // n).astype(int)], values[mask]
+        mask = np.floor(t / h) % n == 0
+        return t[mask], values[mask]
 
 
 @dataclass(frozen=True)

@@ -77,14 +77,14 @@ def _filled(stroke: Stroke) -> dict[str, Any]:
 def _panel(axis: Any, series: Sequence[Series], strokes: Mapping[str, Stroke]) -> None:
     axis.set_xscale("log")
     axis.set_yscale("log")
-    for each in series:
-        _curve(axis, each, strokes[each.method], FAILED[list(strokes).index(each.method) % len(FAILED)])
+    for curve in series:
+        _curve(axis, curve, strokes[curve.method], FAILED[list(strokes).index(curve.method) % len(FAILED)])
     slopes: dict[int, Series] = {}
-    for each in series:
-        if any(each.fit.used):
-            slopes.setdefault(each.claimed or max(1, round(each.fit.slope)), each)
-    for slope, each in sorted(slopes.items()):
-        _reference(axis, each, slope)
+    for curve in series:
+        if any(curve.fit.used):
+            slopes.setdefault(curve.claimed or max(1, round(curve.fit.slope)), curve)
+    for slope, curve in sorted(slopes.items()):
+        _reference(axis, curve, slope)
     _at_least_two_decades(axis)
 
 

@@ -126,7 +126,7 @@ def study(
     """
     given: Sequence[Any] = methods
     parsed = several(given, kind=kind_of(ivp))
-    chosen = [measured(each, ivp, "and has no order in h") for each in parsed]
+    chosen = [measured(method, ivp, "and has no order in h") for method in parsed]
     if not chosen:
         raise BadInput("an order study needs at least one method, for example rattle.")
     end = positive("t_end", t_end) if t_end is not None else min(LONGEST, 2.0 ** math.floor(math.log2(reach(ivp, LONG))))

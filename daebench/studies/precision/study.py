@@ -8,7 +8,7 @@ from daebench.errors import BadInput
 from daebench.studies.grid.feasibility import feasible
 from daebench.studies.grid.measure import Row
 from daebench.studies.grid.rows import by_method, error_of, rows_of
-from daebench.studies.grid.run_specification import Cell
+from daebench.studies.grid.run_specification import GridRun
 from daebench.studies.grid.runs import Runs
 from daebench.studies.grid.specification_key import require_possible
 from daebench.studies.grid.study import computed_in
@@ -40,9 +40,9 @@ ROUND_OFF = 1e-14
 """Where numbers are no worse than this, in parts of their size, they are of round-off all."""
 
 
-def cells_of(
+def specifications_of(
     asked: Asked, ways: Sequence[str] = (), *, repeat: int = REPEAT, beside: bool = False
-) -> tuple[list[tuple[str, Cell]], dict[str, str]]:
+) -> tuple[list[tuple[str, GridRun]], dict[str, str]]:
     """Return every way to compute with its run, and why some are left out.
 
     BadInput is raised if a way or a method is unknown, no method has fixed steps, no way can be run, or the reference ends before the runs.
@@ -52,24 +52,24 @@ def cells_of(
     methods = asked.fixed if asked.methods else feasible(asked.ivp, POISSON if asked.poisson else CONSTRAINED)[0]
     if not methods:
         raise BadInput("precision is compared for methods with fixed steps, and none is given; give some, for example rattle.")
-    found: list[tuple[str, Cell]] = []
+    labelled: list[tuple[str, GridRun]] = []
     refused: dict[str, str] = {}
     for method in methods:
         for way in ways or WAYS:
-            cells = [
-                asked.cell(method, h, _metrics(asked), repeat=repeat, beside=beside and repeat > 0, **computed_in(way))
+            specifications = [
+                asked.specification(method, h, _metrics(asked), repeat=repeat, beside=beside and repeat > 0, **computed_in(way))
                 for h in asked.h or _steps(asked)
             ]
             try:
-                for cell in cells:
-                    require_possible(cell)
+                for specification in specifications:
+                    require_possible(specification)
             except BadInput as error:
                 refused[f"{method}, {way}"] = str(error)
                 continue
-            found += [(way, cell) for cell in cells]
-    if not found:
+            labelled += [(way, specification) for specification in specifications]
+    if not labelled:
         raise BadInput(f"none of these ways can be run: {next(iter(refused.values()))}")
-    return found, refused
+    return labelled, refused
 
 
 def _metrics(asked: Asked) -> tuple[str, ...]:
@@ -82,10 +82,10 @@ def _steps(asked: Asked) -> list[float]:
     return [spacing / 2**k for k in HALVINGS]
 
 
-def table_of(found: Sequence[tuple[str, Cell]], runs: Runs) -> "pd.DataFrame":
+def table_of(labelled: Sequence[tuple[str, GridRun]], runs: Runs) -> "pd.DataFrame":
     """Return one row a run, with the column "way"."""
-    table = runs([cell for _, cell in found])
-    return table.assign(way=[way for way, _ in found])
+    table = runs([specification for _, specification in labelled])
+    return table.assign(way=[way for way, _ in labelled])
 
 
 def smallest_steps(table: "pd.DataFrame") -> "pd.DataFrame":
@@ -93,8 +93,8 @@ def smallest_steps(table: "pd.DataFrame") -> "pd.DataFrame":
     import pandas as pd
 
     rows: list[dict[str, Any]] = []
-    for _, each in by_method(table):
-        last = rows_of(each[each["value"] == each["value"].min()])
+    for _, runs in by_method(table):
+        last = rows_of(runs[runs["value"] == runs["value"].min()])
         base = next((float(row["seconds"]) for row in last if row["way"] == BASE), float("nan"))
         rows += [{**row, "time_ratio": row["seconds"] / base, "drifts": row["energy_verdict"] == DRIFTS} for row in last]
     return pd.DataFrame(rows)
@@ -102,14 +102,14 @@ def smallest_steps(table: "pd.DataFrame") -> "pd.DataFrame":
 
 def says(table: "pd.DataFrame") -> list[str]:
     """Return, for each method, what double precision reaches and the cheapest way that is as good, and what single precision loses."""
-    error, found = error_of(table), []
-    for method, each in by_method(smallest_steps(table)):
-        rows = {str(row["way"]): row for row in rows_of(each) if not row["failure"]}
+    error, sentences = error_of(table), []
+    for method, runs in by_method(smallest_steps(table)):
+        rows = {str(row["way"]): row for row in rows_of(runs) if not row["failure"]}
         if BASE not in rows:
             continue
         base = rows[BASE]
-        found.append(f"{method} with h = {base['value']:.2g} s: {_held(rows, base, error)}")
-    return found
+        sentences.append(f"{method} with h = {base['value']:.2g} s: {_held(rows, base, error)}")
+    return sentences
 
 
 def _held(rows: dict[str, Row], base: Row, error: str) -> str:

@@ -14,7 +14,7 @@ from daebench.reference.keep.record import Reference
 from daebench.runs.ivp import Ivp, PoissonIvp
 from daebench.studies.grid.against import reference_of, usual_end
 from daebench.studies.grid.feasibility import feasible
-from daebench.studies.grid.run_specification import Cell
+from daebench.studies.grid.run_specification import GridRun
 from daebench.studies.grid.runs import Runs
 from daebench.systems.renamed import OldAttribute
 
@@ -114,10 +114,10 @@ class Asked:
         """Return each method with each of its step sizes or tolerances."""
         return [*product(self.fixed, steps), *product(self.tolerant, tolerances)]
 
-    def cell(self, method: str, value: float, metrics: Sequence[str], **more: Any) -> Cell:
+    def specification(self, method: str, value: float, metrics: Sequence[str], **more: Any) -> GridRun:
         """Return one run."""
         settings: dict[str, Any] = {"problem": self.problem, "case": self.ivp.case, "t_end": self.end, "anyway": self.poisson}
-        return Cell(method=method, value=value, metrics=tuple(metrics), **settings | more)
+        return GridRun(method=method, value=value, metrics=tuple(metrics), **settings | more)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -130,7 +130,7 @@ class Extreme:
         Name on the command line, and what it does in one line.
     refusal : callable
         Returns why a problem has no such extreme, as a sentence, or "".
-    cells : callable
+    runs : callable
         Returns the runs that are known beforehand.
     measure : callable
         Makes the runs, and returns its table.
@@ -143,7 +143,7 @@ class Extreme:
     name: str
     about: str
     refusal: Callable[[Asked], str]
-    cells: Callable[[Asked], list[Cell]]
+    specifications: Callable[[Asked], list[GridRun]]
     measure: Callable[[Asked, Runs], "pd.DataFrame"]
     says: Callable[["pd.DataFrame"], list[str]]
     draw: Callable[[Path, str, "pd.DataFrame"], Path]

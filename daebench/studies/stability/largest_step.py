@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from daebench.errors import BadInput
 from daebench.studies.grid.measure import Row, row_of
-from daebench.studies.grid.run_specification import Cell
+from daebench.studies.grid.run_specification import GridRun
 
 FINEST = 40
 """Halvings of the first step size after which there is none that gets through."""
@@ -43,17 +43,21 @@ class Edge:
     tried: int
 
 
-def largest_step(cell: Cell, passes: Callable[[Row], str], *, largest: float, digits: int = 3, run: Callable[[Cell], Row] = row_of) -> Edge:
-    """Return the largest h with which a run passes, to so many digits, by a method with fixed steps; the cell's own h is not used.
+def largest_step(
+    specification: GridRun, passes: Callable[[Row], str], *, largest: float, digits: int = 3, run: Callable[[GridRun], Row] = row_of
+) -> Edge:
+    """Return the largest h with which a run passes, to so many digits, by a method with fixed steps; the run's own h is not used.
 
     From the largest down, h is halved until a run passes; between the two it is bisected. ``passes`` returns "" for the row of a run that
     passes, or else what is wrong with it. BadInput is raised if the method has no steps of its own to choose, or nothing is left to bisect.
     """
-    if cell.solver.knob != "h":
-        raise BadInput(f"{cell.method} chooses its steps itself, so that it has no largest one; take a method with fixed steps.")
-    if not 0 < largest <= cell.t_end / 3:
-        raise BadInput(f"the largest step to begin with must be positive and at most t_end/3 = {cell.t_end / 3:g}, not {largest:g}.")
-    trials = _Trials(cell, passes, run)
+    if specification.solver.knob != "h":
+        raise BadInput(f"{specification.method} chooses its steps itself, so that it has no largest one; take a method with fixed steps.")
+    if not 0 < largest <= specification.t_end / 3:
+        raise BadInput(
+            f"the largest step to begin with must be positive and at most t_end/3 = {specification.t_end / 3:g}, not {largest:g}."
+        )
+    trials = _Trials(specification, passes, run)
     good, bad = trials.bracket(largest)
     if good == 0 or math.isinf(bad):
         return Edge(good, bad, trials.known.get(bad, ""), False, len(trials.known))
@@ -67,13 +71,13 @@ def largest_step(cell: Cell, passes: Callable[[Row], str], *, largest: float, di
 class _Trials:
     """Runs with different steps, each made once, and what was wrong with them."""
 
-    def __init__(self, cell: Cell, passes: Callable[[Row], str], run: Callable[[Cell], Row]) -> None:
-        self.cell, self.passes, self.run = cell, passes, run
+    def __init__(self, specification: GridRun, passes: Callable[[Row], str], run: Callable[[GridRun], Row]) -> None:
+        self.specification, self.passes, self.run = specification, passes, run
         self.known: dict[float, str] = {}
 
     def verdict(self, h: float) -> str:
         if h not in self.known:
-            self.known[h] = self.passes(self.run(self.cell.at(h)))
+            self.known[h] = self.passes(self.run(self.specification.at(h)))
         return self.known[h]
 
     def bracket(self, largest: float) -> tuple[float, float]:

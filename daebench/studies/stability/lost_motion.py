@@ -9,7 +9,7 @@ from daebench.draw.figures import QUIET, drawing, save
 from daebench.studies.grid.metrics import LOST
 from daebench.studies.grid.resolution_panels import legends_below, resolution_panels
 from daebench.studies.grid.rows import by_method, rows_of
-from daebench.studies.grid.run_specification import Cell
+from daebench.studies.grid.run_specification import GridRun
 from daebench.studies.grid.runs import Runs
 from daebench.studies.stability.extreme import Asked, uncertified
 
@@ -40,21 +40,23 @@ def refusal(asked: Asked) -> str:
     return ""
 
 
-def cells(asked: Asked) -> list[Cell]:
+def specifications(asked: Asked) -> list[GridRun]:
     """Return the runs."""
     reference = asked.reference
     assert reference is not None
     end, spacing = asked.t_end or reference.horizon, float(reference.t[1])
     metrics, outputs = (("y", "horizon") if asked.poisson else ("q", "horizon")), int(end / spacing + 0.5)
     steps = asked.h or [spacing / 2**k for k in HALVINGS]
-    return [asked.cell(method, value, metrics, t_end=end, outputs=outputs) for method, value in asked.resolutions(steps, TOLERANCES)]
+    return [
+        asked.specification(method, value, metrics, t_end=end, outputs=outputs) for method, value in asked.resolutions(steps, TOLERANCES)
+    ]
 
 
 def measure(asked: Asked, runs: Runs) -> "pd.DataFrame":
     """Return one row a run, with the time until which it follows the motion, and the times at which that must end."""
     reference = asked.reference
     assert reference is not None
-    table, end = runs(cells(asked)), asked.t_end or reference.horizon
+    table, end = runs(specifications(asked)), asked.t_end or reference.horizon
     grown = float(np.max(reference.worst_amplification[reference.t <= end]))
     return table.assign(double_horizon=reference.double_horizon, grown=grown, tenfold=_tenfold(reference.t, reference.amplification))
 
@@ -75,23 +77,23 @@ def _tenfold(t: np.ndarray, amplification: np.ndarray) -> float:
 
 def says(table: "pd.DataFrame") -> list[str]:
     """Return until when each method follows at best, and what no method can."""
-    found = []
+    sentences = []
     double, grown, tenfold, end = (float(table[name].iloc[0]) for name in ("double_horizon", "grown", "tenfold", "t_end"))
-    found.append(f"A rounding on the way may have grown {grown:.1e} times by t = {end:.3g} s, from 1.1e-16 to {grown * 2.0**-53:.1e}.")
+    sentences.append(f"A rounding on the way may have grown {grown:.1e} times by t = {end:.3g} s, from 1.1e-16 to {grown * 2.0**-53:.1e}.")
     if tenfold == tenfold:
-        found.append(f"A perturbation grows tenfold in {tenfold:.2g} s, so that each digit of accuracy is worth so much time.")
+        sentences.append(f"A perturbation grows tenfold in {tenfold:.2g} s, so that each digit of accuracy is worth so much time.")
     if np.isfinite(double):
-        found.append(f"From t = {double:.3g} s on no run in double precision can be trusted, whatever its method.")
+        sentences.append(f"From t = {double:.3g} s on no run in double precision can be trusted, whatever its method.")
     for method, rows in by_method(table):
         good = [row for row in rows_of(rows) if not row["failure"]]
         if not good:
-            found.append(f"{method} never comes to the end.")
+            sentences.append(f"{method} never comes to the end.")
             continue
         best = max(good, key=lambda row: (float(row["horizon"]), float(row["value"])))
         unit = " s" if best["knob"] == "h" else ""
         until = "to the end" if best["horizon"] >= end * (1 - 1e-12) else f"until t = {best['horizon']:.3g} s"
-        found.append(f"{method} is within {LOST:.0%} {until} at best, with {best['knob']} = {best['value']:.1e}{unit}.")
-    return found
+        sentences.append(f"{method} is within {LOST:.0%} {until} at best, with {best['knob']} = {best['value']:.1e}{unit}.")
+    return sentences
 
 
 def draw(out: Path, stem: str, table: "pd.DataFrame") -> Path:

@@ -8,7 +8,7 @@ import numpy as np
 from daebench.draw.figures import drawing, grid_of_axes, save
 from daebench.studies.grid.outcomes import ALL, FINE, OUTCOMES, SIZED, varied_runs
 from daebench.studies.grid.rows import by_method
-from daebench.studies.grid.run_specification import Cell
+from daebench.studies.grid.run_specification import GridRun
 from daebench.studies.grid.runs import Runs
 from daebench.studies.stability.extreme import Asked
 
@@ -53,8 +53,8 @@ LETTERS = {
 
 def parameter_of(asked: Asked) -> str:
     """Return the parameter that is varied: the one that is given, one of :data:`FIRST`, or the first that is not zero; "" if none."""
-    own = asked.ivp.parameters
-    return next((name for name in (*asked.parameters, *(n for n in FIRST if own.get(n)), *(n for n in own if own[n]))), "")
+    values = asked.ivp.parameters
+    return next((name for name in (*asked.parameters, *(n for n in FIRST if values.get(n)), *(n for n in values if values[n]))), "")
 
 
 def refusal(asked: Asked) -> str:
@@ -69,14 +69,14 @@ def refusal(asked: Asked) -> str:
     return ""
 
 
-def cells(asked: Asked) -> list[Cell]:
+def specifications(asked: Asked) -> list[GridRun]:
     """Return the runs."""
     name = parameter_of(asked)
     values = asked.parameters.get(name) or [asked.ivp.parameters[name] * factor for factor in FACTORS]
     steps = asked.h or [asked.end / n for n in STEPS]
     metrics = ("energy",) if asked.poisson else ("energy", "manifold", "jump")
     return [
-        asked.cell(method, h, metrics, parameters=((name, float(value)),), outputs=int(asked.end / h + 1))
+        asked.specification(method, h, metrics, parameters=((name, float(value)),), outputs=int(asked.end / h + 1))
         for method in (asked.fixed if asked.methods else asked.fixed[:METHODS])
         for value in values
         for h in steps
@@ -85,20 +85,20 @@ def cells(asked: Asked) -> list[Cell]:
 
 def measure(asked: Asked, runs: Runs) -> "pd.DataFrame":
     """Return one row a run, with the columns "outcome", "size" and "trend"."""
-    return varied_runs(cells(asked), parameter_of(asked), runs)
+    return varied_runs(specifications(asked), parameter_of(asked), runs)
 
 
 def says(table: "pd.DataFrame") -> list[str]:
     """Return which part of the map is fine for each method, how large its energy errors are there, where they drift, and what else is."""
-    found = []
+    sentences = []
     for method, rows in by_method(table):
         counts = rows["outcome"].value_counts()
         fine, worst = rows[rows["outcome"] == FINE], counts.drop(FINE, errors="ignore")
         drift = int((fine["trend"] == "drifts").sum())
         sized = f", with energy errors of {fine['size'].median():.1e} of the kinetic energy in the median; {drift} of them drift"
         most = f"; most of the others: {worst.index[0]} ({worst.iloc[0]})" if len(worst) else ""
-        found.append(f"{method}: {len(fine)} of {len(rows)} runs are fine{sized if len(fine) else ''}{most}.")
-    return found
+        sentences.append(f"{method}: {len(fine)} of {len(rows)} runs are fine{sized if len(fine) else ''}{most}.")
+    return sentences
 
 
 def draw(out: Path, stem: str, table: "pd.DataFrame") -> Path:

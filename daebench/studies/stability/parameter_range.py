@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 from daebench.draw.figures import curve, drawing, grid_of_axes, legend_below, save
 from daebench.studies.grid.outcomes import FINE, varied_runs
 from daebench.studies.grid.rows import by_method
-from daebench.studies.grid.run_specification import Cell
+from daebench.studies.grid.run_specification import GridRun
 from daebench.studies.grid.runs import Runs
 from daebench.studies.stability.extreme import Asked
 
@@ -52,13 +52,13 @@ def varied(asked: Asked) -> tuple[str, Sequence[float]]:
     return name, [asked.ivp.parameters[name] * ratio for ratio in RATIOS]
 
 
-def cells(asked: Asked) -> list[Cell]:
+def specifications(asked: Asked) -> list[GridRun]:
     """Return the runs."""
     name, values = varied(asked)
     metrics = ("energy",) if asked.poisson else ("energy", "manifold")
     resolutions = dict.fromkeys(asked.fixed, asked.h[0] if asked.h else asked.end / STEPS) | dict.fromkeys(asked.tolerant, TOL)
     return [
-        asked.cell(method, resolution, metrics, parameters=((name, float(value)),), outputs=STEPS)
+        asked.specification(method, resolution, metrics, parameters=((name, float(value)),), outputs=STEPS)
         for method, resolution in resolutions.items()
         for value in values
     ]
@@ -66,20 +66,22 @@ def cells(asked: Asked) -> list[Cell]:
 
 def measure(asked: Asked, runs: Runs) -> "pd.DataFrame":
     """Return one row a run, with its outcome, and the energy error in parts of the energy's size."""
-    table = varied_runs(cells(asked), varied(asked)[0], runs)
+    table = varied_runs(specifications(asked), varied(asked)[0], runs)
     return table.assign(near=asked.near, energy_part=table["energy_error"] / table["energy_scale"])
 
 
 def says(table: "pd.DataFrame") -> list[str]:
     """Return how far each method goes, and what it does where it is not fine."""
-    name, found = table["parameter"].iloc[0], []
+    name, sentences = table["parameter"].iloc[0], []
     for method, rows in by_method(table):
         bad = rows[rows["outcome"] != FINE]
         worst = rows["energy_part"].max()
-        told = f"energy within {worst:.1e} of its size where it came to an end" if worst == worst else "it never came to an end"
-        words = ", ".join(f"{word} {_where(list(each['varied']))}" for word, each in bad.groupby("outcome", sort=False))
-        found.append(f"{method}: fine for {len(rows) - len(bad)} of {len(rows)} values of {name}{f' ({words})' if words else ''}; {told}.")
-    return found
+        energy_note = f"energy within {worst:.1e} of its size where it came to an end" if worst == worst else "it never came to an end"
+        words = ", ".join(f"{word} {_where(list(group['varied']))}" for word, group in bad.groupby("outcome", sort=False))
+        sentences.append(
+            f"{method}: fine for {len(rows) - len(bad)} of {len(rows)} values of {name}{f' ({words})' if words else ''}; {energy_note}."
+        )
+    return sentences
 
 
 def _where(values: list[float]) -> str:

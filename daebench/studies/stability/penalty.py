@@ -7,7 +7,7 @@ from daebench.draw.figures import QUIET, curve, drawing, grid_of_axes, legend_be
 from daebench.studies.grid.feasibility import feasible
 from daebench.studies.grid.measure import Row
 from daebench.studies.grid.rows import by_method, rows_of
-from daebench.studies.grid.run_specification import Cell
+from daebench.studies.grid.run_specification import GridRun
 from daebench.studies.grid.runs import Runs
 from daebench.studies.stability.extreme import Asked, uncertified
 from daebench.studies.work_precision.study import with_costs
@@ -35,21 +35,21 @@ def refusal(asked: Asked) -> str:
     return uncertified(asked) or ("" if feasible(asked.ivp, tuple(LIMITS))[0] else f"{', '.join(LIMITS)} cannot be run on {asked.problem}")
 
 
-def cells(asked: Asked) -> list[Cell]:
+def specifications(asked: Asked) -> list[GridRun]:
     """Return the runs."""
     assert asked.reference is not None
     steps = asked.h or [float(asked.reference.t[1]) / 2**k for k in HALVINGS]
     metrics = ("q", "energy", "manifold")
     methods, _ = feasible(asked.ivp, tuple(LIMITS))
-    stiff = [asked.cell(method, h, metrics, options=(("eps", eps),)) for method in methods for h in steps for eps in EPS]
+    stiff = [asked.specification(method, h, metrics, options=(("eps", eps),)) for method in methods for h in steps for eps in EPS]
     limits = dict.fromkeys(LIMITS[method] for method in methods)
-    return stiff + [asked.cell(limit, h, metrics, options=()) for limit in limits for h in steps]
+    return stiff + [asked.specification(limit, h, metrics, options=()) for limit in limits for h in steps]
 
 
 def measure(asked: Asked, runs: Runs) -> "pd.DataFrame":
     """Return one row a run, with its costs; eps is 0 for the constrained system."""
-    given = cells(asked)
-    return with_costs(runs(given)).assign(eps=[dict(cell.options).get("eps", 0.0) for cell in given])
+    given = specifications(asked)
+    return with_costs(runs(given)).assign(eps=[dict(specification.options).get("eps", 0.0) for specification in given])
 
 
 def says(table: "pd.DataFrame") -> list[str]:
@@ -57,10 +57,10 @@ def says(table: "pd.DataFrame") -> list[str]:
     h = float(table["value"].min())
     same = table[table["value"] == h]
     limits = {str(row["method"]): row for row in rows_of(same[same["eps"] == 0])}
-    found = [_constrained(h, row) for row in limits.values()]
+    sentences = [_constrained(h, row) for row in limits.values()]
     good = {method: row for method, row in limits.items() if not row["failure"]}
     stiff = [(method, rows) for method, rows in by_method(same[same["eps"] > 0]) if LIMITS[method] in good]
-    return found + [_approach(method, rows_of(rows), good[LIMITS[method]]) for method, rows in stiff]
+    return sentences + [_approach(method, rows_of(rows), good[LIMITS[method]]) for method, rows in stiff]
 
 
 def _constrained(h: float, limit: Row) -> str:

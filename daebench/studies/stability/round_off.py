@@ -7,7 +7,7 @@ from daebench.draw.figures import QUIET, curve, drawing, save
 from daebench.studies.grid.measure import Row
 from daebench.studies.grid.resolution_panels import legends_below, resolution_panels
 from daebench.studies.grid.rows import by_method, error_of, rows_of
-from daebench.studies.grid.run_specification import Cell
+from daebench.studies.grid.run_specification import GridRun
 from daebench.studies.grid.runs import Runs
 from daebench.studies.stability.extreme import Asked, uncertified
 
@@ -27,31 +27,31 @@ WORSE = 2.0
 refusal = uncertified
 
 
-def cells(asked: Asked) -> list[Cell]:
+def specifications(asked: Asked) -> list[GridRun]:
     """Return the runs."""
     assert asked.reference is not None
     spacing = float(asked.reference.t[1])
     steps = asked.h or [spacing / 2**k for k in range(0, 40, 2) if asked.end / (spacing / 2**k) <= STEPS]
     metrics = ("y",) if asked.poisson else ("q", "manifold")
-    return [asked.cell(method, value, metrics) for method, value in asked.resolutions(steps, TOLERANCES)]
+    return [asked.specification(method, value, metrics) for method, value in asked.resolutions(steps, TOLERANCES)]
 
 
 def measure(asked: Asked, runs: Runs) -> "pd.DataFrame":
     """Return one row a run."""
-    return runs(cells(asked))
+    return runs(specifications(asked))
 
 
 def says(table: "pd.DataFrame") -> list[str]:
     """Return the least error of each method and where it is, what smaller steps do, and which solver gives up first."""
     error = error_of(table)
-    found = [_least(method, rows_of(rows), error) for method, rows in by_method(table)]
+    sentences = [_least(method, rows_of(rows), error) for method, rows in by_method(table)]
     limits = {method: limit for method, rows in by_method(table[table["knob"] == "tol"]) if (limit := _gives_up(rows_of(rows)))}
     if limits:
         first = max(limits.values())
         names = ", ".join(name for name, at in limits.items() if at == first)
         later = ", ".join(f"{name} at {at:.0e}" for name, at in limits.items() if at < first)
-        found.append(f"First to give up: {names}, at tol = {first:.0e}{f'; then {later}' if later else ''}.")
-    return found
+        sentences.append(f"First to give up: {names}, at tol = {first:.0e}{f'; then {later}' if later else ''}.")
+    return sentences
 
 
 def _least(method: str, rows: list[Row], error: str) -> str:

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 
 from daebench.draw.figures import QUIET, STROKES, drawing, grid_of_axes, save
 from daebench.methods.fixed_step.stepping import ITS_OWN
-from daebench.studies.grid.run_specification import Cell
+from daebench.studies.grid.run_specification import GridRun
 from daebench.studies.grid.runs import Runs
 from daebench.studies.stability.extreme import Asked
 from daebench.studies.stability.largest_step import PART, completes, keeps_energy, largest_step
@@ -31,9 +31,9 @@ def refusal(asked: Asked) -> str:
     return "" if asked.fixed else "none of these methods has fixed steps"
 
 
-def cells(asked: Asked) -> list[Cell]:
+def specifications(asked: Asked) -> list[GridRun]:
     """Return the runs that a bisection begins with; it makes some twenty more for each."""
-    return [asked.cell(method, asked.end / LARGEST, ("energy",)) for method in asked.fixed]
+    return [asked.specification(method, asked.end / LARGEST, ("energy",)) for method in asked.fixed]
 
 
 def measure(asked: Asked, runs: Runs) -> "pd.DataFrame":
@@ -41,12 +41,14 @@ def measure(asked: Asked, runs: Runs) -> "pd.DataFrame":
     import pandas as pd
 
     rows = []
-    for cell in cells(asked):
+    for specification in specifications(asked):
         for verdict, passes in VERDICTS.items():
-            edge = largest_step(cell, passes, largest=asked.end / LARGEST, digits=DIGITS, run=lambda each: dict(runs([each]).iloc[0]))
+            edge = largest_step(
+                specification, passes, largest=asked.end / LARGEST, digits=DIGITS, run=lambda trial: dict(runs([trial]).iloc[0])
+            )
             rows.append(
                 {
-                    "method": cell.method,
+                    "method": specification.method,
                     "verdict": verdict,
                     "h": edge.h,
                     "fails": edge.fails,
@@ -60,8 +62,8 @@ def measure(asked: Asked, runs: Runs) -> "pd.DataFrame":
 
 def says(table: "pd.DataFrame") -> list[str]:
     """Return which method takes the largest steps, by each verdict, and where usable steps are no interval."""
-    found = []
-    for verdict, rows in ((str(name), each) for name, each in table.groupby("verdict", sort=False)):
+    sentences = []
+    for verdict, rows in ((str(name), group) for name, group in table.groupby("verdict", sort=False)):
         ranked = rows[rows["h"] > 0].sort_values("h", ascending=False, kind="stable")
         none = list(rows[rows["h"] == 0]["method"])
         if len(ranked):
@@ -70,15 +72,15 @@ def says(table: "pd.DataFrame") -> list[str]:
             least = "at least " if best["fails"].iloc[0] == float("inf") else ""
             names = " and ".join(best["method"])
             verb = verdict if len(best) == 1 else PLURAL[verdict]
-            found.append(f"{names} {verb} with the largest steps, up to {least}h = {best['h'].iloc[0]:.2g} s{several}.")
+            sentences.append(f"{names} {verb} with the largest steps, up to {least}h = {best['h'].iloc[0]:.2g} s{several}.")
         if none:
-            found.append(f"With no step that was tried {verdict}: {', '.join(none)}.")
-    own = table["why"].astype(str).str.contains(ITS_OWN, regex=False) & (table["verdict"] == "completes")
-    if simplified := list(dict.fromkeys(table["method"][own])):
-        found.append(f"Of {', '.join(simplified)} {ITS_OWN}.")
+            sentences.append(f"With no step that was tried {verdict}: {', '.join(none)}.")
+    limited_rows = table["why"].astype(str).str.contains(ITS_OWN, regex=False) & (table["verdict"] == "completes")
+    if simplified := list(dict.fromkeys(table["method"][limited_rows])):
+        sentences.append(f"Of {', '.join(simplified)} {ITS_OWN}.")
     if gaps := sorted({str(name) for name in table[table["gaps"]]["method"]}):
-        found.append(f"Above the limit some larger steps pass again, by chance, with {', '.join(gaps)}.")
-    return found
+        sentences.append(f"Above the limit some larger steps pass again, by chance, with {', '.join(gaps)}.")
+    return sentences
 
 
 def draw(out: Path, stem: str, table: "pd.DataFrame") -> Path:

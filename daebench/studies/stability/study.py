@@ -18,7 +18,7 @@ ABOUT = {
 }
 """The module of each extreme, and what it does in one line."""
 
-PARTS = ("refusal", "cells", "measure", "says", "draw")
+PARTS = ("refusal", "specifications", "measure", "says", "draw")
 """Functions that each of them has."""
 
 

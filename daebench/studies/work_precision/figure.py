@@ -36,12 +36,12 @@ HIGHEST = 10.0
 def families(table: "pd.DataFrame") -> Mapping[str, list[str]]:
     """Return the families that there are and their methods: by resolution, composition and claim on the energy."""
     claims = claims_of(table)
-    found: dict[str, list[str]] = {name: [] for name in FAMILIES}
+    methods_by_family: dict[str, list[str]] = {name: [] for name in FAMILIES}
     for name, runs in by_method(table):
         claiming, others, composed, by_tolerance = FAMILIES
         fixed = composed if "/" in name else claiming if "energy" in claims[name] else others
-        found[fixed if (runs["knob"] == "h").all() else by_tolerance].append(name)
-    return {family: names for family, names in found.items() if names}
+        methods_by_family[fixed if (runs["knob"] == "h").all() else by_tolerance].append(name)
+    return {family: names for family, names in methods_by_family.items() if names}
 
 
 def nothing_of(table: "pd.DataFrame", error: str) -> str:

@@ -54,30 +54,32 @@ def with_conserved(table: "pd.DataFrame", defects: Mapping[str, float], claims: 
         ``keeps_energy``.
     """
     done = table["failure"] == ""
-    found = {"nothing": done, "energy": done & table["energy_verdict"].isin((KEPT, BOUNDED))}
+    conserved = {"nothing": done, "energy": done & table["energy_verdict"].isin((KEPT, BOUNDED))}
     if {"g", "Gv"} <= set(table.columns):
-        found["constraints"] = done & (table[["g", "Gv"]].max(axis=1, skipna=False) <= ROUND_OFF)
+        conserved["constraints"] = done & (table[["g", "Gv"]].max(axis=1, skipna=False) <= ROUND_OFF)
     if "casimirs" in table and table["casimirs"].notna().any():
         added_up = (EPS * table["steps"]).clip(lower=ROUND_OFF)  # one rounding a step of a number of the size of one
-        found["casimirs"] = done & (table["casimirs"] <= added_up)
-    for name in set(found) - {"nothing"}:
-        found[name] = _agreed(table, found[name])
-    found["two_form"] = done & (table["method"].map(defects) <= ROUND_OFF)
-    claiming = {name: table["method"].map({method: name in claims.get(method, ()) for method in set(table["method"])}) for name in found}
-    parts = {"claims_energy": claiming["energy"], "measured_energy": found["energy"]}
-    for name in set(found) - {"nothing"}:
-        found[name] = found[name] & claiming[name]
-    return table.assign(**parts, **{f"keeps_{name}": found[name] for name in CONSERVED if name in found})
+        conserved["casimirs"] = done & (table["casimirs"] <= added_up)
+    for name in set(conserved) - {"nothing"}:
+        conserved[name] = _agreed(table, conserved[name])
+    conserved["two_form"] = done & (table["method"].map(defects) <= ROUND_OFF)
+    claiming = {
+        name: table["method"].map({method: name in claims.get(method, ()) for method in set(table["method"])}) for name in conserved
+    }
+    parts = {"claims_energy": claiming["energy"], "measured_energy": conserved["energy"]}
+    for name in set(conserved) - {"nothing"}:
+        conserved[name] = conserved[name] & claiming[name]
+    return table.assign(**parts, **{f"keeps_{name}": conserved[name] for name in CONSERVED if name in conserved})
 
 
-def _agreed(table: "pd.DataFrame", found: "pd.Series[bool]") -> "pd.Series[bool]":
+def _agreed(table: "pd.DataFrame", flags: "pd.Series[bool]") -> "pd.Series[bool]":
     """Return for which runs something holds, and for all of the same method with smaller values that came to their end."""
     import pandas as pd
 
     done = table[table["failure"] == ""]
     agreed = pd.Series(False, index=table.index)
     for _, runs in done.sort_values("value").groupby("method"):
-        so_far = found[runs.index].cummin().to_numpy()
+        so_far = flags[runs.index].cummin().to_numpy()
         if len(so_far) >= LEAST:
             agreed[runs.index] = so_far & so_far[LEAST - 1]
     return agreed
@@ -96,7 +98,7 @@ def recommended(table: "pd.DataFrame", error: str, cost: str, levels: Sequence[f
     nan = float("nan")
     rows = []
     for level in levels:
-        for name in (each for each in CONSERVED if f"keeps_{each}" in table):
+        for name in (quantity for quantity in CONSERVED if f"keeps_{quantity}" in table):
             keeping = table[table[f"keeps_{name}"]]
             row = {"level": level, "conserve": name, "method": "", "knob": "", "value": nan, "cost": nan, "error": nan}
             row |= {"price": nan, "next": "", "ratio": nan}

@@ -129,8 +129,8 @@ def with_costs(table: "pd.DataFrame") -> "pd.DataFrame":
     counts = [name for name in table.columns if name.startswith("n_") and name not in NOT_COSTS]
     in_a_call = 1 if isinstance(initial_value_problem(str(table["problem"].iloc[0])), PoissonIvp) else IN_A_CALL
     weights = {name: in_a_call if name in WHOLE else 1 for name in counts}
-    own = table["seconds"] - table["callback_seconds"].fillna(0.0)
-    return table.assign(evaluations=(table[counts] * weights).sum(axis=1, min_count=1), own_seconds=own)
+    own_seconds = table["seconds"] - table["callback_seconds"].fillna(0.0)
+    return table.assign(evaluations=(table[counts] * weights).sum(axis=1, min_count=1), own_seconds=own_seconds)
 
 
 def bound_of(table: "pd.DataFrame", error: str) -> str:
@@ -157,8 +157,8 @@ def front(table: "pd.DataFrame", error: str, cost: str) -> "pd.DataFrame":
 
 def costs_at(table: "pd.DataFrame", error: str, cost: str, level: float) -> dict[str, tuple[float, float]]:
     """Return what an accuracy costs and the step size or tolerance that reaches it, by method, the cheapest first; see :func:`cheapest`."""
-    found = {name: at for name, runs in by_method(table) if (at := _cost_at(runs, error, cost, level))}
-    return dict(sorted(found.items(), key=lambda entry: entry[1][0]))
+    costs = {name: at for name, runs in by_method(table) if (at := _cost_at(runs, error, cost, level))}
+    return dict(sorted(costs.items(), key=lambda entry: entry[1][0]))
 
 
 def cheapest(table: "pd.DataFrame", error: str, cost: str, levels: Sequence[float]) -> "pd.DataFrame":
@@ -186,13 +186,13 @@ def _cost_at(runs: "pd.DataFrame", error: str, cost: str, level: float) -> tuple
     good = runs.assign(found=errors)[np.isfinite(errors) & np.isfinite(runs[cost]) & (runs[cost] > 0)].sort_values(cost)
     best: tuple[float, float] | None = None
     before: tuple[float, float] | None = None
-    for found, price, value in zip(good["found"], good[cost], good["value"], strict=True):
-        if found <= level:
+    for accuracy, price, value in zip(good["found"], good[cost], good["value"], strict=True):
+        if accuracy <= level:
             at = float(price)
-            if before and before[0] > level > found > 0:
-                share = np.log(before[0] / level) / np.log(before[0] / found)
+            if before and before[0] > level > accuracy > 0:
+                share = np.log(before[0] / level) / np.log(before[0] / accuracy)
                 at = float(before[1] * (price / before[1]) ** share)
             best = at, float(value)
             break
-        before = float(found), float(price)
+        before = float(accuracy), float(price)
     return best

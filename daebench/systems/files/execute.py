@@ -40,12 +40,16 @@ def executed(path: Path, name: str) -> types.ModuleType:
 
 @contextlib.contextmanager
 def naming(
-    name: str, path: Path, own: Callable[[], Iterable[Path]], wrong: type[DaebenchError], passing: tuple[type[BaseException], ...] = ()
+    name: str,
+    path: Path,
+    user_files: Callable[[], Iterable[Path]],
+    wrong: type[DaebenchError],
+    passing: tuple[type[BaseException], ...] = (),
 ) -> Iterator[None]:
     """Turn whatever goes wrong in a file into one sentence with its file and line; what it prints goes to standard error.
 
-    The sentence calls the file by ``name``, and names lines of the files that ``own`` returns, the file itself among them. It is an error
-    of the type ``wrong``; errors of the types ``passing`` pass as they are.
+    The sentence calls the file by ``name``, and names lines of the files that ``user_files`` returns, the file itself among them. It is
+    an error of the type ``wrong``; errors of the types ``passing`` pass as they are.
     """
     try:
         with contextlib.redirect_stdout(sys.stderr):
@@ -53,7 +57,7 @@ def naming(
     except passing:
         raise
     except DaebenchError as error:
-        raise wrong(f"{_place(name, path, own, error)}: {error}") from error
+        raise wrong(f"{_place(name, path, user_files, error)}: {error}") from error
     except SyntaxError as error:
         where = f"{Path(error.filename).name}, line {error.lineno}" if error.filename else "a file that it imports"
         raise wrong(f"{name}: {where} is not Python: {error.msg}.") from error
@@ -62,12 +66,12 @@ def naming(
     except BaseException as error:
         text = " ".join(str(error).split()).rstrip(".")
         what = type(error).__name__ + (f": {text}" if text else "")
-        raise wrong(f"{_place(name, path, own, error)}: {what}; correct the file.") from error
+        raise wrong(f"{_place(name, path, user_files, error)}: {what}; correct the file.") from error
 
 
-def _place(name: str, path: Path, own: Callable[[], Iterable[Path]], error: BaseException) -> str:
+def _place(name: str, path: Path, user_files: Callable[[], Iterable[Path]], error: BaseException) -> str:
     """Return the file and line of the innermost call in the user's own files."""
-    files = {each.resolve() for each in own()}
+    files = {source.resolve() for source in user_files()}
     for frame in reversed(traceback.extract_tb(error.__traceback__)):
         file = Path(frame.filename).resolve()
         if file in files:

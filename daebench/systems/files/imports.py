@@ -59,7 +59,7 @@ class Neighbours(MetaPathFinder):
             return None
         places = [str(self.folder)] if path is None else list(path)
         specs = (FileFinder(place, (Fresh, [".py"])).find_spec(name) for place in places)
-        spec = next((each for each in specs if each is not None), None)
+        spec = next((candidate for candidate in specs if candidate is not None), None)
         if spec is None or (spec.loader is None and PathFinder.find_spec(name, path) is not None):
             return None
         self.found[name] = Path(spec.origin) if spec.origin and spec.has_location else self.folder
@@ -87,7 +87,7 @@ def imported(path: Path) -> list[Path]:
 
     They are in a fixed order, without the file itself.
     """
-    folder, found, names = path.parent, dict[Path, None](), list(_imports(_syntax(path)))
+    folder, files, names = path.parent, dict[Path, None](), list(_imports(_syntax(path)))
     seen: set[str] = set()
     while names:
         name = names.pop(0)
@@ -96,10 +96,10 @@ def imported(path: Path) -> list[Path]:
             continue
         seen.add(top)
         for file in _files(folder, top):
-            if file != path and file not in found:
-                found[file] = None
+            if file != path and file not in files:
+                files[file] = None
                 names += _imports(_syntax(file))
-    return list(found)
+    return list(files)
 
 
 def _files(folder: Path, top: str) -> list[Path]:
@@ -112,7 +112,7 @@ def _imports(tree: ast.Module) -> Iterator[str]:
     """Yield the names of all modules that a file imports, wherever in it."""
     for node in ast.walk(tree):
         if isinstance(node, ast.Import):
-            yield from (each.name for each in node.names)
+            yield from (alias.name for alias in node.names)
         elif isinstance(node, ast.ImportFrom) and node.module and not node.level:
             yield node.module
 

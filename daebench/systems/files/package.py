@@ -23,8 +23,8 @@ def folder(package: str) -> Path:
 def digest_of_packages(*names: str) -> str:
     """Return the hash of the names and contents of all Python files in packages of daebench, those in folders below included."""
     package = folder("daebench")
-    found = sorted(file for name in names for file in (package / name).rglob("*.py"))
-    return digest_of_files((file.relative_to(package).as_posix(), file) for file in found)
+    sources = sorted(file for name in names for file in (package / name).rglob("*.py"))
+    return digest_of_files((file.relative_to(package).as_posix(), file) for file in sources)
 
 
 def digest_of_files(files: Iterable[tuple[str, Path]]) -> str:

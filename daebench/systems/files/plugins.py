@@ -44,8 +44,8 @@ class Plugins:
 def plugins(taken: tuple[str, ...]) -> Plugins:
     """Return what other packages bring, beside the names that are taken."""
     by_name: dict[str, list[EntryPoint]] = {}
-    for each in entry_points(group=GROUP):
-        by_name.setdefault(each.name, []).append(each)
+    for entry_point in entry_points(group=GROUP):
+        by_name.setdefault(entry_point.name, []).append(entry_point)
     problems: dict[str, Problem] = {}
     broken: dict[str, str] = {}
     for name, points in sorted(by_name.items()):
@@ -115,7 +115,7 @@ def _files(module: str, path: Path) -> list[Path]:
     """Return the files of the package that a module is in, or what the file of a module that is in none imports beside it."""
     spec = _spec(module.partition(".")[0])
     places = (spec.submodule_search_locations or []) if spec is not None else []
-    return [each for place in places for each in sorted(Path(place).rglob("*.py"))] if places else imported(path)
+    return [source for place in places for source in sorted(Path(place).rglob("*.py"))] if places else imported(path)
 
 
 def _run(point: EntryPoint, problem: Problem, structure: Mapping[str, int]) -> "Definition":

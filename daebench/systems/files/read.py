@@ -118,10 +118,10 @@ def summary(tree: ast.Module) -> str:
 
 
 def _constructor(tree: ast.Module, path: Path) -> ast.FunctionDef:
-    found = [node for node in tree.body if isinstance(node, ast.FunctionDef) and node.name == "problem"]
-    if not found:
+    constructors = [node for node in tree.body if isinstance(node, ast.FunctionDef) and node.name == "problem"]
+    if not constructors:
         raise BadInput(f"{path.name} defines no function problem(*, ...); a problem file needs one that returns its definition.")
-    return found[-1]
+    return constructors[-1]
 
 
 def _kind(constructor: ast.FunctionDef, path: Path) -> str:
@@ -138,7 +138,7 @@ def _arguments(constructor: ast.FunctionDef, path: Path) -> tuple[dict[str, floa
     """Return run-time and structural parameters with their defaults."""
     arguments = constructor.args
     if others := [*arguments.posonlyargs, *arguments.args, *filter(None, (arguments.vararg, arguments.kwarg))]:
-        given = ", ".join(each.arg for each in others)
+        given = ", ".join(parameter.arg for parameter in others)
         raise BadInput(
             f"{path.name}, line {constructor.lineno}: problem() takes {given}; write problem(*, ...): arguments by keyword alone."
         )

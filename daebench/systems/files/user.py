@@ -41,11 +41,11 @@ def _again(problem: Problem, structure: Mapping[str, int]) -> "Iterator[Definiti
 
 def _afresh(problem: Problem, structure: Mapping[str, int]) -> "Definition":
     """Return the definition of a file that is executed once more, whatever its module has kept."""
-    kept = sys.modules.pop(_name(problem))
+    module = sys.modules.pop(_name(problem))
     try:
         return _defined(problem, structure)
     finally:
-        sys.modules[_name(problem)] = kept
+        sys.modules[_name(problem)] = module
 
 
 def _defined(problem: Problem, structure: Mapping[str, int]) -> "Definition":
