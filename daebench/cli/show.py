@@ -1,7 +1,9 @@
 """``daebench show``: one problem, its definition, parameters, cases, and what can be run on it."""
 
 from collections.abc import Mapping
-from typing import Any
+from typing import Annotated, Any
+
+import typer
 
 from daebench.cli.arguments import Json, Problem
 from daebench.cli.console import print_json, print_table, printable
@@ -14,15 +16,23 @@ EQUATIONS = {
 
 def show(
     problem: Problem,
+    language: Annotated[
+        str | None, typer.Option("--as", help="Print its functions and their derivatives as code: c, julia, python, latex or json.")
+    ] = None,
     as_json: Json = False,
 ) -> None:
-    """Show a problem: definition, parameters, cases, and what can be run on it."""
+    """Show a problem: definition, parameters, cases, and what can be run on it; or its functions as code of another language."""
     from daebench.cli import definition
     from daebench.methods.catalogue import find_problem
     from daebench.methods.initial_value_problem import initial_value_problem
 
     problem_file = find_problem(problem)
     ivp = initial_value_problem(problem, consistent=False)
+    if language is not None:
+        from daebench.compiler.printed import printed
+
+        print(printed(language, ivp.problem, ivp.source.derivation), end="")
+        return
     poisson = ivp.facts.KIND == "poisson"
     text, cases = definition.poisson(problem_file.define(), ivp.facts) if poisson else definition.constrained(problem_file.define())
     about = {"problem": problem_file.name, "kind": ivp.facts.KIND, "about": problem_file.summary, "definition": text}

@@ -1,0 +1,142 @@
+"""Functions of problems as code of other languages: what is printed is run there, and agrees with what daebench itself computes."""
+
+import ctypes
+import json
+import shutil
+import subprocess
+
+import numpy as np
+import pytest
+import sympy as sp
+
+from daebench.compiler.printed import LANGUAGES, functions, printed
+from daebench.errors import BadInput
+from daebench.methods import catalogue
+from daebench.methods.initial_value_problem import initial_value_problem
+
+PROBLEMS = sorted(set(catalogue.problems()) - {"ablowitz_ladik"})
+POINTS = 3
+
+
+def points(ivp):
+    """Return states off the start, by the names of their vectors."""
+    random = np.random.default_rng(7)
+    names = ("p", "q") if len(ivp.start) == 2 else ("y",)
+    for _ in range(POINTS):
+        yield {name: vector * (1 + 0.1 * random.random(len(vector))) + 0.01 for name, vector in zip(names, ivp.start, strict=True)}
+
+
+def expected(ivp, function, point):
+    """Return a function as daebench's own generated code has it, or by differences of such a function."""
+    name, vectors = function.name, [point[each] for each in function.arguments]
+    if name in ("H", "g", "G", "H_p", "H_q", "B", "M"):
+        return np.array(ivp.value(name, *vectors))
+    base, order = name.split("_")
+    first = {"g_qq": "G"}.get(name, f"{base}_{order[0]}" if len(order) == 2 else base)
+    return differences(ivp, first, order[-1], point)
+
+
+def differences(ivp, first, by, point):
+    """Return the derivative of a printed function by Richardson-extrapolated central differences."""
+    at, called = dict(point), module(ivp)[first]
+    arguments = next(each for each in functions(ivp.source.derivation) if each.name == first).arguments
+
+    def change(k, step):
+        moved = dict(at)
+        moved[by] = at[by] + step * (np.arange(len(at[by])) == k)
+        return np.asarray(called(ivp.par, *(moved[each] for each in arguments)), dtype=float)
+
+    columns = []
+    for k in range(len(at[by])):
+        rough, fine = ((change(k, s) - change(k, -s)) / (2 * s) for s in (2e-3, 1e-3))
+        columns.append((4 * fine - rough) / 3)
+    return np.stack(columns, axis=-1)
+
+
+def module(ivp):
+    names = {}
+    exec(printed("python", ivp.problem, ivp.source.derivation), names)
+    return names
+
+
+@pytest.mark.parametrize("problem", PROBLEMS)
+def test_python_gives_the_numbers_of_daebench_itself(problem):
+    ivp = initial_value_problem(problem, consistent=False)
+    names = module(ivp)
+    assert names["par"] == list(ivp.par)
+    for point in points(ivp):
+        for function in functions(ivp.source.derivation):
+            got = np.asarray(names[function.name](ivp.par, *(point[each] for each in function.arguments)), dtype=float)
+            if function.name in ("C", "U"):
+                continue
+            want = expected(ivp, function, point)
+            near = 1e-13 if function.name in ("H", "g", "G", "H_p", "H_q", "B", "M") else 1e-6
+            assert got.shape == want.shape, function.name
+            assert np.allclose(got, want, rtol=near, atol=near * max(1.0, np.abs(want).max())), function.name
+
+
+@pytest.mark.skipif(shutil.which("gcc") is None, reason="there is no C compiler")
+@pytest.mark.parametrize("problem", PROBLEMS)
+def test_c_compiles_without_a_warning_and_gives_the_same(problem, tmp_path):
+    ivp = initial_value_problem(problem, consistent=False)
+    source = printed("c", problem, ivp.source.derivation).replace("static void", "void")
+    (tmp_path / "printed.c").write_text(source)
+    command = ["gcc", "-O1", "-Wall", "-Wextra", "-Werror", "-shared", "-fPIC", "-o", "printed.so", "printed.c", "-lm"]
+    subprocess.run(command, cwd=tmp_path, check=True)
+    library, names = ctypes.CDLL(str(tmp_path / "printed.so")), module(ivp)
+    pointer = ctypes.POINTER(ctypes.c_double)
+    for point in points(ivp):
+        for function in functions(ivp.source.derivation):
+            given = [np.array(vector, dtype=float) for vector in (ivp.par, *(point[each] for each in function.arguments))]
+            out = np.full(max(1, len(function.flat)), np.nan)
+            getattr(library, function.name)(*(vector.ctypes.data_as(pointer) for vector in (*given, out)))
+            want = np.asarray(names[function.name](*given), dtype=float).ravel()
+            assert np.allclose(out, want, rtol=1e-13, atol=1e-13), function.name
+
+
+@pytest.mark.skipif(shutil.which("julia") is None, reason="Julia is not installed")
+def test_julia_gives_the_same(tmp_path):
+    ivp = initial_value_problem("double_pendulum", consistent=False)
+    point = next(points(ivp))
+    calls = [
+        f"println(vec({each.name}({[*ivp.par]}, {', '.join(str(point[x].tolist()) for x in each.arguments)})))"
+        for each in functions(ivp.source.derivation)
+        if each.flat
+    ]
+    (tmp_path / "printed.jl").write_text(printed("julia", "double_pendulum", ivp.source.derivation) + "\n".join(calls))
+    subprocess.run(["julia", str(tmp_path / "printed.jl")], check=True)
+
+
+@pytest.mark.parametrize("problem", PROBLEMS)
+def test_blocks_of_julia_are_closed_and_indices_begin_at_one(problem):
+    derivation = initial_value_problem(problem, consistent=False).source.derivation
+    code = printed("julia", problem, derivation)
+    assert code.count("\nfunction ") == code.count("\nend\n") == len(functions(derivation))
+    assert "[0]" not in code.replace("return [0]", "")
+    assert "**" not in code
+
+
+def test_json_is_read_back_as_the_same_expressions():
+    derivation = initial_value_problem("double_pendulum", consistent=False).source.derivation
+    found = json.loads(printed("json", "double_pendulum", derivation))
+    assert list(found["par"]) == list(map(str, derivation.parameters))
+    symbols = {str(each): each for each in (*derivation.parameters, *derivation.p, *derivation.q)}
+    for function in functions(derivation):
+        value = sp.Array(sp.sympify(found["functions"][function.name], locals=symbols))
+        entries = sp.flatten(value.tolist()) if value.shape else [value[()]]
+        assert all(sp.simplify(a - b) == 0 for a, b in zip(entries, function.flat, strict=True))
+
+
+@pytest.mark.parametrize("language", LANGUAGES)
+def test_the_command_prints_what_the_function_returns(daebench, language):
+    status, out, err = daebench("show", "planar_pendulum", "--as", language)
+    derivation = initial_value_problem("planar_pendulum", consistent=False).source.derivation
+    assert (status, out, err) == (0, printed(language, "planar_pendulum", derivation), "")
+
+
+def test_what_cannot_be_printed_is_refused(daebench):
+    assert daebench("show", "planar_pendulum", "--as", "cobol")[2].startswith("daebench: unknown language 'cobol'")
+    status, _, err = daebench("show", "ablowitz_ladik", "--as", "c")
+    assert (status, err) == (2, "daebench: the functions of a lattice of 16 sites are loops, and are not written out.\n")
+    with pytest.raises(BadInput, match="2000 nodes are too many"):
+        printed("c", "chain", initial_value_problem("pendulum_chain", parameters={"links": 2000}, consistent=False).source.derivation)
