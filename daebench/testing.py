@@ -36,10 +36,10 @@ from daebench.diagnostics.order import SLACK
 from daebench.errors import DaebenchError, positive, real
 from daebench.reference.check.agreement import agreement
 from daebench.reference.check.convergence import Solve, convergence
-from daebench.reference.check.external_state import external_state
 from daebench.reference.keep import store
 from daebench.reference.keep.record import Reference
 from daebench.reference.keep.state_layout import StateLayout
+from daebench.runs.external_state import external_state
 
 Step = Callable[..., Any]
 """``step(p, q, h)`` returns p and q after a step of h, shape(d,) each; of a Poisson system ``step(y, h)`` returns y, shape(n,)."""

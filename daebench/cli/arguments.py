@@ -7,6 +7,15 @@ import typer
 
 Problem = Annotated[str, typer.Argument(help="Name of a problem, or path of a problem file (ends in .py); it is executed.")]
 Case = Annotated[str | None, typer.Option("--case", help="Named initial values; the problem's first if left out.")]
+Method = Annotated[
+    str,
+    typer.Option(
+        "--method", help="Name of a method, as rattle or ida:index2; FILE.py:NAME, LIBRARY.so:NAME and exec:PROGRAM are executed."
+    ),
+]
+Methods = Annotated[
+    str, typer.Option("--methods", help="Names of methods, comma-separated; FILE.py:NAME, LIBRARY.so:NAME and exec:PROGRAM are executed.")
+]
 Param = Annotated[list[str] | None, typer.Option("--param", help="Value of a parameter, name=value; repeatable.")]
 Free = Annotated[list[str] | None, typer.Option("--option", help="Free number of a method, name=value; repeatable.")]
 Project = Annotated[bool, typer.Option("--project", help="Project the initial values onto the manifold.")]

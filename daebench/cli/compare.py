@@ -5,7 +5,21 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from daebench.cli.arguments import Algebra, Anyway, Case, Free, Json, OnSingular, Param, Problem, Project, StepSize, TEnd, Tolerance
+from daebench.cli.arguments import (
+    Algebra,
+    Anyway,
+    Case,
+    Free,
+    Json,
+    Methods,
+    OnSingular,
+    Param,
+    Problem,
+    Project,
+    StepSize,
+    TEnd,
+    Tolerance,
+)
 from daebench.cli.console import bar, method_names, pairs, print_json
 
 if TYPE_CHECKING:
@@ -19,7 +33,7 @@ ENDING = ("position_error", "position_bound", "position_reference", "seconds", "
 
 def compare(
     problem: Problem,
-    methods: Annotated[str, typer.Option("--methods", help="Names of methods, comma-separated.")],
+    methods: Methods,
     t_end: TEnd,
     case: Case = None,
     h: StepSize = None,

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from daebench.cli.arguments import Anyway, Case, Free, Json, Param, Problem
+from daebench.cli.arguments import Anyway, Case, Free, Json, Methods, Param, Problem
 from daebench.cli.console import bar, method_names, pairs, print_json, print_table
 
 if TYPE_CHECKING:
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 def order(
     problem: Problem,
-    methods: Annotated[str, typer.Option("--methods", help="Names of fixed-step methods, comma-separated.")],
+    methods: Methods,
     case: Case = None,
     t_end: Annotated[float | None, typer.Option("--t-end", help="End time T; some 256 steps of DOP853 at 1e-13 if left out.")] = None,
     h: Annotated[float | None, typer.Option("--h", help="Largest step size, made T/(8 n); by the order claimed if left out.")] = None,

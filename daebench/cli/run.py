@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from daebench.cli.arguments import Algebra, Anyway, Case, Compensated, Free, Json, OnSingular, Overwrite, Param, Problem, Project
+from daebench.cli.arguments import Algebra, Anyway, Case, Compensated, Free, Json, Method, OnSingular, Overwrite, Param, Problem, Project
 from daebench.cli.console import bar, numbers, pairs, print_json, words
 from daebench.errors import BadInput
 
@@ -39,7 +39,7 @@ Watch = Annotated[
 
 def run(
     problem: Problem,
-    method: Annotated[str, typer.Option("--method", help="Name of a method, for example rattle or ida:index2.")],
+    method: Method,
     case: Case = None,
     h: Annotated[float | None, typer.Option("--h", help="Step size, s.")] = None,
     tol: Annotated[float | None, typer.Option("--tol", help="Tolerance, relative and absolute.")] = None,

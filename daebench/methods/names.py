@@ -2,6 +2,7 @@
 
 ::
 
+    name        = method | "FILE.py:NAME" | "LIBRARY.so:NAME" | "exec:PROGRAM"
     method      = solver ":" variant | [ form ":" ] scheme [ "/" composition ] [ "+" projection ]
     Poisson     = solver ":" variant | [ "darboux:" ] scheme [ "@" splitting ] [ "/" composition ] | "lifted:" method
     solver      = "ida" | "cvode" | "scipy" | "heyoka" | "solve_dae"
@@ -28,6 +29,9 @@ from daebench.methods.fixed_step.lifted import Lifted
 from daebench.methods.fixed_step.parts import Parts
 from daebench.methods.fixed_step.poisson import PoissonStep
 from daebench.methods.names_tables import CONSTRAINED, POISSON, Kind, solver_numbers
+from daebench.methods.outside.callables import method_of_callable
+from daebench.methods.outside.method import OutsideMethod
+from daebench.methods.outside.read import is_outside, method_from
 from daebench.runs.ivp import Ivp, PoissonIvp
 from daebench.runs.request import Method
 
@@ -50,14 +54,14 @@ def kind_of(ivp: Ivp) -> Kind:
 
 
 def parse(
-    name: str, options: Mapping[str, float] | None = None, *, kind: Kind = CONSTRAINED, compensated: bool = False, anyway: bool = False
+    name: Any, options: Mapping[str, float] | None = None, *, kind: Kind = CONSTRAINED, compensated: bool = False, anyway: bool = False
 ) -> Any:
     """Return the method of this name for problems of a kind.
 
     Parameters
     ----------
-    name : str
-        A name in the grammar above.
+    name : str or callable
+        A name in the grammar above, or code from outside, see :func:`daebench.methods.outside.callables.method_of_callable`.
     options : mapping of str to float, optional
         Free numbers of the method: alpha and beta of ida:baumgarte, eps of stiff:, rho_inf of generalized_alpha, ...
     kind : Kind
@@ -76,8 +80,8 @@ def parse(
     BadInput
         If the name or an option is unknown, or the parts of a name do not go together; the message has the nearest names.
     """
-    if not isinstance(name, str):
-        raise BadInput(f"a method is given by its name, not {name!r}.")
+    if not isinstance(name, str) or is_outside(name):
+        return _outside(name, options, compensated=compensated)
     head, colon, rest = name.partition(":")
     if colon and head == LIFTED and LIFTED in kind.forms:
         return Lifted.of(parse(rest, options, compensated=compensated))
@@ -95,6 +99,15 @@ def parse(
     if kind is POISSON:
         return PoissonStep(scheme, form, parts["splitting"], parts["composition"], anyway)
     return FixedStep(scheme, form, parts["composition"], parts["projection"], dict(options or {}), compensated)
+
+
+def _outside(code: Any, options: Mapping[str, float] | None, *, compensated: bool) -> OutsideMethod:
+    """Return the method of a callable, or that at a place; it has no options, and sums over its steps itself."""
+    method = method_from(code) if isinstance(code, str) else method_of_callable(code)
+    _require_options(method.name, options, {})
+    if compensated:
+        raise BadInput(f"{method.name} is from outside, and sums over its steps itself; leave compensated out.")
+    return method
 
 
 def _require_increments(kind: Kind, name: str, *, chooses_steps: bool) -> None:
@@ -171,7 +184,7 @@ def free_numbers(method: Method[Any, Any]) -> Mapping[str, float]:
 
 def method_of(
     ivp: Ivp,
-    name: str,
+    name: Any,
     options: Mapping[str, float] | None = None,
     *,
     compensated: bool = False,
@@ -207,7 +220,7 @@ def _require_kind(ivp: Ivp, names: Sequence[str], anyway: bool) -> None:
     if anyway and kind is CONSTRAINED:
         raise BadInput(f"anyway is for schemes on Poisson systems, and {ivp.problem} is {kind.words}; leave it out.")
     for name in names:
-        if _known(other, name) and not _known(kind, name):
+        if isinstance(name, str) and _known(other, name) and not _known(kind, name):
             raise BadInput(f"{name} is for {other.plural}, and {ivp.problem} is {kind.words}; daebench list methods has those for both.")
 
 

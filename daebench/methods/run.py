@@ -22,15 +22,18 @@ if TYPE_CHECKING:
 
 T = TypeVar("T")
 
+Code = str | Callable[..., Any]
+"""A method: its name, or code from outside."""
+
 
 @overload
-def run(problem: "ConstrainedHamiltonian | ConstrainedIvp", *, method: str, **settings: Any) -> Trajectory: ...
+def run(problem: "ConstrainedHamiltonian | ConstrainedIvp", *, method: Code, **settings: Any) -> Trajectory: ...
 @overload
-def run(problem: "PoissonSystem | PoissonIvp", *, method: str, **settings: Any) -> PoissonTrajectory: ...
+def run(problem: "PoissonSystem | PoissonIvp", *, method: Code, **settings: Any) -> PoissonTrajectory: ...
 @overload
-def run(problem: str, *, method: str, **settings: Any) -> Any: ...
+def run(problem: str, *, method: Code, **settings: Any) -> Any: ...
 def run(
-    problem: "str | ConstrainedHamiltonian | PoissonSystem | InitialValueProblem", *, method: str, **settings: Any
+    problem: "str | ConstrainedHamiltonian | PoissonSystem | InitialValueProblem", *, method: Code, **settings: Any
 ) -> Trajectory | PoissonTrajectory:
     """Return the trajectory of one method on one problem: with states q and p, or y on a Poisson system.
 
@@ -38,8 +41,9 @@ def run(
     ----------
     problem : str, ConstrainedHamiltonian, PoissonSystem or InitialValueProblem
         Name in the catalogue, the path of a problem file, which is executed, a definition, or an initial value problem.
-    method : str
-        Name in the grammar of :mod:`daebench.methods.names`, for example "rattle" or "ida:index2".
+    method : str or callable
+        Name in the grammar of :mod:`daebench.methods.names`, for example "rattle" or "ida:index2"; or code from outside, as
+        "./mine.py:step" or a callable, see :func:`daebench.methods.outside.callables.method_of_callable`.
     **settings
         All else that :func:`prepare` takes, and has the units of: ``h`` or ``tol``, ``t_end`` or ``steps``, ``case``, ``parameters``, ...
 
@@ -72,7 +76,7 @@ def prepare(
     problem: "str | ConstrainedHamiltonian | PoissonSystem | InitialValueProblem",
     *,
     case: str | None = None,
-    method: str,
+    method: Code,
     h: float | None = None,
     tol: float | None = None,
     steps: int | None = None,
@@ -105,8 +109,9 @@ def prepare(
         Name in the catalogue, the path of a problem file, which is executed, a definition, or an initial value problem.
     case : str, optional
         Named initial values; by default the problem's first.
-    method : str
-        Name in the grammar of :mod:`daebench.methods.names`, for example "rattle" or "ida:index2".
+    method : str or callable
+        Name in the grammar of :mod:`daebench.methods.names`, for example "rattle" or "ida:index2"; or code from outside, as
+        "./mine.py:step" or a callable, see :func:`daebench.methods.outside.callables.method_of_callable`.
     h, tol : float
         The method's resolution: step size of a fixed-step method, s; relative and absolute tolerance of the others.
     steps : int, optional

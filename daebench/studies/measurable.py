@@ -6,6 +6,7 @@ from daebench.errors import BadInput
 from daebench.methods.fixed_step.constrained import FixedStep, accepted
 from daebench.methods.fixed_step.lifted import Lifted
 from daebench.methods.fixed_step.poisson import PoissonStep
+from daebench.methods.outside.method import OutsideMethod
 from daebench.runs.ivp import ConstrainedIvp, Ivp
 
 PoissonScheme = PoissonStep | Lifted
@@ -13,7 +14,7 @@ PoissonScheme = PoissonStep | Lifted
 
 
 def measured(method: Any, ivp: Ivp, why: str) -> Any:
-    """Return a method, of either kind of problem, where it is a fixed-step method that takes this problem.
+    """Return a method, of either kind of problem, where it is a fixed-step method that takes this problem, or from outside.
 
     If it is not, BadInput says so with ``why`` that matters, or with the reason for which it refuses the problem.
     """
@@ -23,7 +24,7 @@ def measured(method: Any, ivp: Ivp, why: str) -> Any:
                 f"{ivp.problem} with {ivp.facts.NODES} nodes is held as arrays, for which there is no reference solution {why}; "
                 "take fewer nodes."
             )
-        return accepted(method, ivp, why)
+        return method if isinstance(method, OutsideMethod) else accepted(method, ivp, why)
     if method.knob != "h":
         raise BadInput(f"{method.name} chooses its own steps {why}; give a fixed-step method, for example strang.")
     if isinstance(method, FixedStep):
@@ -36,6 +37,11 @@ def measured(method: Any, ivp: Ivp, why: str) -> Any:
 def order_of(method: FixedStep | PoissonScheme) -> int:
     """Return the order that a method claims."""
     return method.claims.order if isinstance(method, FixedStep) else method.order
+
+
+def claimed_order(method: FixedStep | PoissonScheme | OutsideMethod) -> int | None:
+    """Return the order that a method claims; None of one from outside, which claims nothing."""
+    return None if isinstance(method, OutsideMethod) else order_of(method)
 
 
 def symmetric(method: PoissonScheme) -> bool:

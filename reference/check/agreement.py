@@ -6,8 +6,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from daebench.errors import BadInput
-from daebench.reference.check.external_state import external_state
 from daebench.reference.keep.record import EPS, Reference
+from daebench.runs.external_state import external_state
 from daebench.runs.ivp import Array
 
 

@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 
 from daebench.diagnostics.order import OrderFit, fit_order
 from daebench.errors import BadInput, positive, whole
-from daebench.reference.check.external_state import external_state
 from daebench.reference.keep.record import EPS, Reference
+from daebench.runs.external_state import external_state
 from daebench.runs.ivp import Array
 
 Solve = Callable[..., Any]

@@ -10,7 +10,7 @@ from pathlib import Path
 
 from readme import README
 
-FILES = ("bead.py", "body.py", "my_report.py")
+FILES = ("bead.py", "body.py", "mine.py", "my_report.py")
 """Files that the README shows whole."""
 
 

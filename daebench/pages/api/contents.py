@@ -48,6 +48,9 @@ TASKS = (
             "daebench.runs.trajectory.Passage",
             "daebench.runs.request",
             "daebench.methods.names",
+            "daebench.methods.outside.callables.method_of_callable",
+            "daebench.methods.outside.library.method_of_library",
+            "daebench.methods.outside.program.method_of_program",
         ),
     ),
     Task(

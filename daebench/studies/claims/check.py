@@ -11,10 +11,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from daebench.diagnostics.order import SLACK
-from daebench.errors import RunFailed
+from daebench.errors import BadInput, RunFailed
 from daebench.methods.fixed_step.constrained import FixedStep
 from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.methods.names import method_of
+from daebench.methods.outside.method import OutsideMethod
 from daebench.reference.solution import reach
 from daebench.runs.ivp import Ivp, PoissonIvp
 from daebench.runs.request import Method, Request
@@ -93,6 +94,19 @@ def check(
     return pd.DataFrame([asdict(finding) for finding in check_claims(ivp, chosen, h=h, steps=steps)])
 
 
+def claiming(method: Any, ivp: Ivp) -> Any:
+    """Return a method where it is a fixed-step method that takes the problem and makes claims.
+
+    Raises
+    ------
+    BadInput
+        If it is not.
+    """
+    if isinstance(method, OutsideMethod):
+        raise BadInput(f"{method.name} is from outside, and makes no claims to check; daebench compare and daebench order measure it.")
+    return measured(method, ivp, NO_CLAIMS)
+
+
 def check_claims(
     ivp: Ivp,
     method: Method[Any, Any],
@@ -110,7 +124,7 @@ def check_claims(
     defects are those of at most 10 steps.
     """
     report = progress or (lambda fraction, label: None)
-    fixed = measured(method, ivp, NO_CLAIMS)
+    fixed = claiming(method, ivp)
     value = default_step(ivp) if h is None else h
     request = Request(
         value=value, steps=steps, every=max(1, steps // MOST_STATES), watch=POISSON if isinstance(ivp, PoissonIvp) else CONSTRAINED

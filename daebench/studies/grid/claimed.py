@@ -8,6 +8,7 @@ from daebench.errors import BadInput
 from daebench.methods.fixed_step.constrained import FixedStep
 from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.methods.names import methods_of
+from daebench.methods.outside.method import OutsideMethod
 from daebench.runs.ivp import Ivp, PoissonIvp
 
 if TYPE_CHECKING:
@@ -22,9 +23,10 @@ def claimed(ivp: Ivp, method: Any) -> frozenset[str]:
 
     Energy without drift is claimed by a method that is symplectic on the manifold, or a Poisson integrator, or that conserves H. A method
     that is symmetric alone and stays on the manifold claims it on a motion that is its own reverse: that begins at rest, so that
-    x(-t) is x(t) with p reversed. Methods that choose their own steps claim nothing.
+    x(-t) is x(t) with p reversed. Methods that choose their own steps, and those from
+    outside, claim nothing.
     """
-    if method.knob != "h":
+    if method.knob != "h" or isinstance(method, OutsideMethod):
         return frozenset()
     if isinstance(ivp, PoissonIvp):
         return _on_poisson(ivp, method)

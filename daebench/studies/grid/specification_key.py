@@ -3,6 +3,7 @@
 import json
 
 from daebench.errors import BadInput
+from daebench.methods.outside.read import is_outside
 from daebench.runs.machine import machine
 from daebench.studies.grid.against import certified_of
 from daebench.studies.grid.metrics import METRICS
@@ -28,8 +29,8 @@ def _require_own_columns(specification: GridRun) -> None:
 def key_of(specification: GridRun) -> str:
     """Return the hash of all that decides the numbers: run, definition, code, versions of libraries, reference, and processor.
 
-    The reference is in it where an error against it is measured, and the processor where time is. The place of a problem file is not,
-    nor its name: a folder that is moved, to another machine too, loses no row.
+    The reference is in it where an error against it is measured, the processor where time is, and of a method from outside its files. The
+    place of a problem file is not, nor its name: a folder that is moved, to another machine too, loses no row.
     """
     memory = vars(specification)  # of this run alone: an equal one made later may find another text in the same file
     if "_key" not in memory:
@@ -40,8 +41,9 @@ def key_of(specification: GridRun) -> str:
 def _key(specification: GridRun) -> str:
     name = {"problem": ""} if specification.ivp.source.content else {}
     plain = json.dumps(specification.plain() | {"metrics": sorted(specification.metrics)} | name, sort_keys=True)
+    code = [specification.solver.content] if is_outside(specification.method) else []
     timed_on = machine() if specification.repeat else ""
-    return digest(plain, *defined_by(specification.ivp), made_by(), timed_on, _certificate(specification))
+    return digest(plain, *defined_by(specification.ivp), made_by(), timed_on, _certificate(specification), *code)
 
 
 def _certificate(specification: GridRun) -> str:

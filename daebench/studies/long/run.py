@@ -11,6 +11,7 @@ from daebench.diagnostics.passage import MOST_STATES
 from daebench.errors import BadInput, require_known
 from daebench.methods.fixed_step.lifted import Lifted
 from daebench.methods.fixed_step.stepping import next_piece
+from daebench.methods.outside.method import OutsideMethod
 from daebench.runs.grid import Grid
 from daebench.runs.ivp import Ivp
 from daebench.runs.request import Request
@@ -62,6 +63,8 @@ class LongRun(RunSpecification):
         method = super().solver
         if method.knob != "h":
             raise BadInput(f"{self.method} chooses its steps itself; a long run takes a method with fixed steps, for example rattle.")
+        if isinstance(method, OutsideMethod):
+            raise BadInput(f"{self.method} is from outside, and a long run keeps the whole state of a method; take one of daebench.")
         if isinstance(method, Lifted):
             raise BadInput(
                 f"{self.method} keeps its state above the problem, which a long run does not; take a method of the problem itself."

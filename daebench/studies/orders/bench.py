@@ -2,14 +2,17 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import cast
 
 import numpy as np
 
 from daebench.methods.fixed_step.constrained import FixedStep
+from daebench.methods.outside.method import OutsideMethod
 from daebench.reference.solution import EPS, multipliers_between
 from daebench.runs.ivp import Array, ConstrainedIvp, PoissonIvp
 from daebench.runs.request import Request
 from daebench.runs.trajectory import PoissonTrajectory, Trajectory
+from daebench.schemes.kernels.claims import Member
 from daebench.studies.measurable import PoissonScheme
 from daebench.studies.orders.runs import CLEAR, ROUND_OFF, Runs, at_common_times, largest
 
@@ -28,21 +31,26 @@ class Bench(Runs):
     ----------
     ivp : ConstrainedIvp
         What is solved.
-    method : FixedStep
+    method : FixedStep or OutsideMethod
         What is measured.
     known : ReferenceSolution
         The reference at the common times.
     """
 
     ivp: ConstrainedIvp
-    method: FixedStep
+    method: FixedStep | OutsideMethod
     state = ("q", "p", "lam")
     leading = ("q", "p")
 
     @property
+    def _member(self) -> Member | None:
+        """What the scheme is in its file; None of a composition, and of a method from outside."""
+        return None if isinstance(self.method, OutsideMethod) or self.method.composition else self.method.member
+
+    @property
     def _stage_multipliers(self) -> Mapping[str, float]:
         """Names and nodes of the stage multipliers; those of a composition belong to its substeps and are not given."""
-        return {} if self.method.composition else self.method.member.multipliers()
+        return self._member.multipliers() if self._member else {}
 
     def _exact(self, name: str) -> Array:
         return self.known.states[self._like(name)]
@@ -72,9 +80,8 @@ class Bench(Runs):
         stage_multipliers = (
             bool(self._stage_multipliers) and steps * (2 * self.ivp.d + len(self._stage_multipliers) * self.ivp.m) <= MOST_STAGE_MULTIPLIERS
         )
-        return self.method.solve(
-            self.ivp, Request(value=h, steps=steps, every=1 if stage_multipliers else n, raw=stage_multipliers, watch=(), count=False)
-        )
+        request = Request(value=h, steps=steps, every=1 if stage_multipliers else n, raw=stage_multipliers, watch=(), count=False)
+        return cast(Trajectory, self.method.solve(self.ivp, request))
 
     def _errors(self, run: Trajectory, n: int, *, halved: bool) -> tuple[dict[str, float], float]:
         """Return the errors and the bound; stage multipliers only after halvings.
@@ -96,7 +103,8 @@ class Bench(Runs):
         times = np.concatenate([t for t, _ in chosen.values()])
         exact, bound = multipliers_between(self.ivp, self.known, times)
         parts = np.split(exact, np.cumsum([len(t) for t, _ in chosen.values()])[:-1])
-        parts = [0.0 * part if name in self.method.member.vanishing else part for name, part in zip(chosen, parts, strict=True)]
+        vanishing = self._member.vanishing if self._member else ()
+        parts = [0.0 * part if name in vanishing else part for name, part in zip(chosen, parts, strict=True)]
         return {name: largest(chosen[name][1] - part) for name, part in zip(chosen, parts, strict=True)}, bound
 
     def _at_common_times(self, t: Array, values: Array, h: float, n: int) -> tuple[Array, Array]:

@@ -10,9 +10,10 @@ import numpy as np
 
 from daebench.diagnostics.order import OrderFit, fit_order
 from daebench.methods.fixed_step.constrained import FixedStep
+from daebench.methods.outside.method import OutsideMethod
 from daebench.reference.solution import EPS, ReferenceSolution
 from daebench.runs.ivp import Array, InitialValueProblem
-from daebench.studies.measurable import PoissonScheme, order_of
+from daebench.studies.measurable import PoissonScheme, claimed_order
 from daebench.studies.orders.series import Point, Series
 from daebench.studies.orders.step_sizes import COMMON
 
@@ -49,14 +50,14 @@ class Runs(ABC):
     ----------
     ivp : InitialValueProblem
         What is solved.
-    method : FixedStep or PoissonScheme
+    method : FixedStep, PoissonScheme or OutsideMethod
         What is measured.
     known : ReferenceSolution
         The reference at the common times.
     """
 
     ivp: InitialValueProblem
-    method: FixedStep | PoissonScheme
+    method: FixedStep | PoissonScheme | OutsideMethod
     known: ReferenceSolution
     state: ClassVar[tuple[str, ...]]
     """Components that every method has."""
@@ -100,7 +101,7 @@ class Runs(ABC):
         floor = max(self._floor(name, h, errors), rest, self._added(name, measured), *(point.bound for point in measured))
         fit = fit_order(h, errors, floor=floor)
         fit = _plateaus_named(fit, errors, floor, high=HIGH * self._size(name) if state else math.inf)
-        return Series(self.method.name, name, order_of(self.method) if state else None, measured, fit, floor)
+        return Series(self.method.name, name, claimed_order(self.method) if state else None, measured, fit, floor)
 
     def _size(self, name: str) -> float:
         return largest(self._exact(name))

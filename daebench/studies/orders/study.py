@@ -23,7 +23,7 @@ from daebench.methods.names import kind_of, methods_of, several
 from daebench.reference.solution import reach, reference_solution
 from daebench.runs.ivp import Ivp, PoissonIvp
 from daebench.runs.request import Method
-from daebench.studies.measurable import measured, order_of
+from daebench.studies.measurable import claimed_order, measured
 from daebench.studies.orders.bench import Bench, PoissonBench
 from daebench.studies.orders.series import OrderStudy, Series
 from daebench.studies.orders.step_sizes import COMMON, step_sizes
@@ -130,7 +130,7 @@ def study(
     if not chosen:
         raise BadInput("an order study needs at least one method, for example rattle.")
     end = positive("t_end", t_end) if t_end is not None else min(LONGEST, 2.0 ** math.floor(math.log2(reach(ivp, LONG))))
-    sequences = [step_sizes(end, order_of(method), h, halvings) for method in chosen]
+    sequences = [step_sizes(end, claimed_order(method), h, halvings) for method in chosen]
     known = reference_solution(ivp, [end * k / COMMON for k in range(1, COMMON + 1)])
     bench: Any = PoissonBench if isinstance(ivp, PoissonIvp) else Bench
     series: list[Series] = []

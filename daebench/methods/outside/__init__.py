@@ -1,0 +1,1 @@
+"""Methods from outside: a Python callable, a function of a compiled library, or a program in any language."""
