@@ -41,10 +41,11 @@ def check(
     from daebench.methods.initial_value_problem import initial_value_problem
     from daebench.methods.names import method_of
     from daebench.studies.claims.bench import FALLS_SHORT
-    from daebench.studies.claims.check import check_claims, claiming, default_step
+    from daebench.studies.claims.check import NO_CLAIMS, check_claims, default_step
+    from daebench.studies.measurable import measured
 
     ivp = initial_value_problem(problem, case, pairs("param", param or []))
-    chosen = claiming(method_of(ivp, method, pairs("option", option or []), anyway=anyway), ivp)
+    chosen = measured(method_of(ivp, method, pairs("option", option or []), anyway=anyway), ivp, NO_CLAIMS)
     with bar(f"{method} on {problem}") as progress:
         value, steps = default_step(ivp) if h is None else h, 200 if steps is None else steps
         findings = check_claims(ivp, chosen, h=value, steps=steps, progress=progress)

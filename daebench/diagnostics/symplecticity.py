@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from daebench.diagnostics.derivative import STEP, derivative
+from daebench.diagnostics.derivative import STEP, Derivative, derivative
 from daebench.diagnostics.manifold import constraint_jacobian
 from daebench.runs.ivp import Array, ConstrainedIvp
 
@@ -45,7 +45,12 @@ def tangent_basis(ivp: ConstrainedIvp, p: ArrayLike, q: ArrayLike) -> Array:
 
 
 def tangent_map(flow: Flow, p: ArrayLike, q: ArrayLike, X: ArrayLike) -> Array:
-    """Return Phi'(x) X, the derivative of a map along the columns of X, by complex step or by differences.
+    """Return Phi'(x) X, shape(2d, k): the value of :func:`linearisation`, which has the parameters."""
+    return linearisation(flow, p, q, X).value
+
+
+def linearisation(flow: Flow, p: ArrayLike, q: ArrayLike, X: ArrayLike) -> Derivative:
+    """Return Phi'(x) X, the derivative of a map along the columns of X, by complex step or by differences, and its floor.
 
     ::
 
@@ -64,10 +69,6 @@ def tangent_map(flow: Flow, p: ArrayLike, q: ArrayLike, X: ArrayLike) -> Array:
     X : array_like, shape(2d, k)
         Directions, momenta first.
 
-    Returns
-    -------
-    ndarray, shape(2d, k)
-
     Raises
     ------
     BadInput
@@ -79,7 +80,7 @@ def tangent_map(flow: Flow, p: ArrayLike, q: ArrayLike, X: ArrayLike) -> Array:
     def phi(x: NDArray[Any]) -> NDArray[Any]:
         return np.concatenate([np.asarray(part) for part in flow(x[:d], x[d:])])
 
-    return derivative(phi, np.concatenate([p, q]), X, parts=2).value
+    return derivative(phi, np.concatenate([p, q]), X, parts=2)
 
 
 def tangent_path(path: Path, p: ArrayLike, q: ArrayLike, X: ArrayLike) -> tuple[Array, Array, str | None]:
@@ -140,8 +141,12 @@ def symplecticity_defect(flow: Flow, p: ArrayLike, q: ArrayLike, X: ArrayLike) -
     flow, p, q, X
         As for :func:`tangent_map`.
     """
-    X = np.asarray(X, dtype=float)
-    return float(np.linalg.norm(_two_form(tangent_map(flow, p, q, X)) - _two_form(X), 2))
+    return two_form_change(tangent_map(flow, p, q, X), np.asarray(X, dtype=float))
+
+
+def two_form_change(carried: Array, X: Array) -> float:
+    """Return the spectral norm of the change of the two-form from the vectors X to those that a map has carried along, momenta first."""
+    return float(np.linalg.norm(_two_form(carried) - _two_form(X), 2))
 
 
 def _two_form(X: Array) -> Array:

@@ -40,10 +40,12 @@ def order_of(method: FixedStep | PoissonScheme) -> int:
 
 
 def claimed_order(method: FixedStep | PoissonScheme | OutsideMethod) -> int | None:
-    """Return the order that a method claims; None of one from outside, which claims nothing."""
-    return None if isinstance(method, OutsideMethod) else order_of(method)
+    """Return the order that a method claims; None of one from outside that claims none."""
+    return method.claims.order if isinstance(method, OutsideMethod) else order_of(method)
 
 
-def symmetric(method: PoissonScheme) -> bool:
+def symmetric(method: PoissonScheme | OutsideMethod) -> bool | None:
     """Return whether a method for Poisson systems claims that Phi_{-h} o Phi_h is the identity; a composition of one that does too."""
+    if isinstance(method, OutsideMethod):
+        return method.claims.symmetric
     return method.member.symmetric if isinstance(method, PoissonStep) else method.method.claims.symmetric

@@ -3,18 +3,18 @@
 import copy
 import inspect
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager, contextmanager, nullcontext
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from functools import partial
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from daebench.errors import BadInput, RunFailed
+from daebench.errors import BadInput, RunFailed, unknown
 from daebench.methods.fixed_step.stepping import next_piece
-from daebench.methods.outside.method import Block, OutsideMethod, Stopped
+from daebench.methods.outside.method import Block, OutsideMethod, Stated, Step, Stopped
 from daebench.runs.external_state import external_state
 from daebench.runs.grid import Grid
 from daebench.runs.ivp import ConstrainedIvp, Ivp
@@ -59,7 +59,8 @@ def method_of_callable(code: Any, name: str = "", content: str = "", guard: Guar
     code : callable, or object or class with a method ``step``
         On a constrained problem ``step(p, q, h)`` returns p and q after a step, or ``solve(p, q, h, t)`` returns them at the times t,
         shape(k, d) each; on a Poisson system ``step(y, h)`` and ``solve(y, h, t)`` return y. The arguments are copies, and not to be
-        changed. An object with a memory is copied, and a class called without arguments, at the start of each run.
+        changed. An object with a memory is copied, and a class called without arguments, at the start of each run. What it claims it
+        may say in an attribute ``claims``, with any of the fields of :class:`daebench.methods.outside.method.Stated`.
     name : str
         What the method is called; by default the name of the callable.
     content : str
@@ -79,7 +80,29 @@ def method_of_callable(code: Any, name: str = "", content: str = "", guard: Guar
     taken = _arguments(code.step if remembers else code) - (remembers and isinstance(code, type))
     if not 2 <= taken <= 4:
         raise BadInput(f"{name} takes {taken} argument{'' if taken == 1 else 's'}; {ADVICE}.")
-    return OutsideMethod(name, partial(_blocks, code, name, taken, remembers, guard), content, every_step=taken < 4)
+    claims = _stated(name, getattr(code, "claims", {}))
+    fresh = partial(_fresh, code, remembers)
+    blocks = partial(_blocks, fresh, name, taken, guard)
+    return OutsideMethod(name, blocks, content, every_step=taken < 4, step=fresh if taken < 4 else None, claims=claims)
+
+
+def _stated(name: str, claims: Any) -> Stated:
+    """Return what a callable says of itself in its attribute ``claims``."""
+    known = [field.name for field in fields(Stated)]
+    if not isinstance(claims, Mapping):
+        raise BadInput(f"{name}: claims is to be a mapping, as {{'order': 2, 'symplectic': True}}, and is a {type(claims).__name__}.")
+    for claim, value in claims.items():
+        if claim not in known:
+            raise unknown(f"claim of {name}", str(claim), known)
+        if not isinstance(value, int if claim == "order" else bool):
+            raise BadInput(f"{name}: claims[{claim!r}] = {value!r} is to be {'a whole number' if claim == 'order' else 'True or False'}.")
+    return Stated(**claims)
+
+
+def _fresh(code: Any, remembers: bool) -> Step:
+    """Return the callable, of an object with a memory that of a copy that remembers nothing yet."""
+    step: Step = (code() if isinstance(code, type) else copy.deepcopy(code)).step if remembers else code
+    return step
 
 
 ADVICE = (
@@ -101,11 +124,10 @@ def _arguments(code: Callable[..., Any]) -> int:
     return sum(parameter.kind in positional and parameter.default is inspect.Parameter.empty for parameter in parameters)
 
 
-def _blocks(code: Any, name: str, taken: int, remembers: bool, guard: Guard, ivp: Ivp, grid: Grid, request: Request) -> Iterator[Block]:
+def _blocks(fresh: Callable[[], Step], name: str, taken: int, guard: Guard, ivp: Ivp, grid: Grid, request: Request) -> Iterator[Block]:
     kind = CONSTRAINED if isinstance(ivp, ConstrainedIvp) else POISSON
     with _named(guard):
-        if remembers:
-            code = (code() if isinstance(code, type) else copy.deepcopy(code)).step
+        code = fresh()
     if taken == kind.vectors + 1:
         yield from _steps(partial(_after_step, code, name, kind, guard), ivp, grid)
     elif taken == kind.vectors + 2:

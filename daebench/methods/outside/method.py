@@ -3,16 +3,17 @@
 import math
 import time
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from functools import partial
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from daebench.errors import BadInput
+from daebench.errors import BadInput, RunFailed
 from daebench.methods.fixed_step.base import monitored_names
 from daebench.runs.grid import Grid
-from daebench.runs.ivp import ConstrainedIvp, Ivp
+from daebench.runs.ivp import ConstrainedIvp, Ivp, PoissonIvp
 from daebench.runs.request import Request
 from daebench.runs.trajectory import CONSTRAINED, POISSON, Array, PoissonTrajectory, Trajectory
 
@@ -48,6 +49,27 @@ Blocks = Callable[[Ivp, Grid, Request], Iterator[Block]]
 """Runs the code from the start of a problem over a grid; may end with :class:`Stopped`."""
 
 
+@dataclass(frozen=True, kw_only=True)
+class Stated:
+    """What code from outside says of itself, see :class:`daebench.schemes.kernels.claims.Claims`; None where it says nothing."""
+
+    order: int | None = None
+    symmetric: bool | None = None
+    symplectic: bool | None = None
+    keeps_g: bool | None = None
+    keeps_Gv: bool | None = None
+    conserves_energy: bool | None = None
+
+    @property
+    def on_manifold(self) -> bool:
+        """Whether both constraints are said to hold to round-off after every step."""
+        return bool(self.keeps_g and self.keeps_Gv)
+
+
+Step = Callable[..., Any]
+"""``step(p, q, h)`` or ``step(y, h)``, of real or complex vectors."""
+
+
 @dataclass(frozen=True)
 class OutsideMethod:
     """Code from outside, run with constant step size.
@@ -64,12 +86,18 @@ class OutsideMethod:
         Digest of the code, which is part of the key of a stored run; "" where there is none, as for a callable.
     every_step : bool
         Whether there is a state after each step; otherwise at the outputs alone.
+    step : callable, optional
+        Returns a fresh :data:`Step` of a Python callable, which may compute in complex numbers.
+    claims : Stated
+        What the code says of itself.
     """
 
     name: str
     blocks: Blocks = field(repr=False)
     content: str = ""
     every_step: bool = True
+    step: Callable[[], Step] | None = field(default=None, repr=False)
+    claims: Stated = Stated()
     knob = "h"
 
     def refusal(self, ivp: Ivp) -> str | None:
@@ -88,6 +116,37 @@ class OutsideMethod:
             raise BadInput(f"{self.name} is from outside, and gives no multipliers of its stages; ask for lam(p, q) instead.")
         return Grid.fixed_step(self.name, request, ivp.size)
 
+    def is_poisson(self, ivp: PoissonIvp) -> bool:
+        """Return whether it is said to be a Poisson map."""
+        return bool(self.claims.symplectic)
+
+    def keeps(self, ivp: PoissonIvp) -> frozenset[str]:
+        """Return the names of what is said to be conserved to round-off on a Poisson system."""
+        return frozenset({"energy"} if self.claims.conserves_energy else ())
+
+    def flow(self, ivp: Ivp, h: float, steps: int) -> Callable[..., Any]:
+        """Return the map of ``steps`` steps, (p, q) -> (p, q) or y -> y, of real states, and of complex ones where the code takes them.
+
+        It raises :class:`RunFailed` where the code cannot go on.
+        """
+        if self.step is not None:
+            return partial(_chained, self.step, h, steps)
+
+        def phi(*vectors: Any) -> Any:
+            if any(map(np.iscomplexobj, vectors)):
+                raise TypeError(f"{self.name} takes real numbers alone")
+            names = ("p0", "q0") if len(vectors) == 2 else ("y0",)
+            state: dict[str, Any] = {name: np.array(vector, dtype=float) for name, vector in zip(names, vectors, strict=True)}
+            start = replace(ivp, **state)
+            try:
+                for block in self.blocks(start, Grid(h, steps, 0), Request(value=h, steps=steps)):
+                    last = block.rows[-1]
+            except Stopped as stop:
+                raise RunFailed(f"{self.name}: {stop}.") from None
+            return np.split(last, 2) if len(vectors) == 2 else last
+
+        return phi
+
     def solve(self, ivp: Ivp, request: Request) -> Trajectory | PoissonTrajectory:
         """Return the trajectory; where the code stops early, what was computed so far and why.
 
@@ -103,6 +162,15 @@ class OutsideMethod:
             return PoissonTrajectory(**outcome, t=t, y=rows)
         p, q = rows[:, : ivp.d].copy(), rows[:, ivp.d :].copy()
         return Trajectory(**outcome, t=t, q=q, p=p, lam=ivp.along("lam", p, q) if request.multipliers else None)
+
+
+def _chained(fresh: Callable[[], Step], h: float, steps: int, *vectors: Any) -> Any:
+    """Return what a Python callable makes of a state in so many steps."""
+    step, state = fresh(), tuple(np.array(vector) for vector in vectors)
+    for _ in range(steps):
+        result = step(*(vector.copy() for vector in state), h)
+        state = tuple(map(np.asarray, result)) if len(state) == 2 else (np.asarray(result),)
+    return state if len(state) == 2 else state[0]
 
 
 class _Record:

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from daebench.diagnostics.order import SLACK
-from daebench.errors import BadInput, RunFailed
+from daebench.errors import RunFailed
 from daebench.methods.fixed_step.constrained import FixedStep
 from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.methods.names import method_of
@@ -20,10 +20,10 @@ from daebench.reference.solution import reach
 from daebench.runs.ivp import Ivp, PoissonIvp
 from daebench.runs.request import Method, Request
 from daebench.runs.trajectory import CONSTRAINED, POISSON
-from daebench.studies.claims.bench import FALLS_SHORT, NOT_APPLICABLE, OK, UNDETERMINED, Finding
+from daebench.studies.claims.bench import FALLS_SHORT, NOT_APPLICABLE, NOT_CLAIMED, OK, UNDETERMINED, Finding
 from daebench.studies.claims.constrained import ConstrainedBench
 from daebench.studies.claims.poisson import PoissonBench
-from daebench.studies.measurable import PoissonScheme, measured, order_of
+from daebench.studies.measurable import PoissonScheme, claimed_order, measured
 from daebench.studies.orders.series import Series
 from daebench.studies.orders.study import Began, study
 
@@ -94,19 +94,6 @@ def check(
     return pd.DataFrame([asdict(finding) for finding in check_claims(ivp, chosen, h=h, steps=steps)])
 
 
-def claiming(method: Any, ivp: Ivp) -> Any:
-    """Return a method where it is a fixed-step method that takes the problem and makes claims.
-
-    Raises
-    ------
-    BadInput
-        If it is not.
-    """
-    if isinstance(method, OutsideMethod):
-        raise BadInput(f"{method.name} is from outside, and makes no claims to check; daebench compare and daebench order measure it.")
-    return measured(method, ivp, NO_CLAIMS)
-
-
 def check_claims(
     ivp: Ivp,
     method: Method[Any, Any],
@@ -124,7 +111,7 @@ def check_claims(
     defects are those of at most 10 steps.
     """
     report = progress or (lambda fraction, label: None)
-    fixed = claiming(method, ivp)
+    fixed = measured(method, ivp, NO_CLAIMS)
     value = default_step(ivp) if h is None else h
     request = Request(
         value=value, steps=steps, every=max(1, steps // MOST_STATES), watch=POISSON if isinstance(ivp, PoissonIvp) else CONSTRAINED
@@ -150,31 +137,31 @@ def default_step(ivp: Ivp) -> float:
 
 
 def order_finding(
-    ivp: Ivp, method: FixedStep | PoissonScheme, *, halvings: int | None = None, began: Began | None = None
+    ivp: Ivp, method: FixedStep | PoissonScheme | OutsideMethod, *, halvings: int | None = None, began: Began | None = None
 ) -> tuple[Finding, tuple[Series, ...]]:
     """Return the finding on the order of q and p, or y, and what the study found that it is read off.
 
     The order is that of the worse one; one that is round-off throughout counts for nothing. Arguments are those of
     :func:`daebench.studies.orders.study.study`, with one fixed-step method that takes the problem.
     """
-    claimed, missing = order_of(method), float("nan")
+    claimed, missing = claimed_order(method), float("nan")
+    least = missing if claimed is None else claimed - SLACK
     if isinstance(method, FixedStep) and method.form == "stiff":
         note = "it is that of the penalised system, whose motion differs from the constrained one by eps^2 whatever h is."
         return Finding("order", claimed, missing, missing, NOT_APPLICABLE, note=note), ()
     try:
         studied = study(ivp, [method], halvings=halvings, began=began).series
     except RunFailed as error:
-        return Finding("order", claimed, missing, claimed - SLACK, UNDETERMINED, note=str(error)), ()
+        return Finding("order", claimed, missing, least, UNDETERMINED, note=str(error)), ()
     series = [curve for curve in studied if curve.component in ("q", "p", "y")]
     fitted_series = [curve for curve in series if np.isfinite(curve.fit.slope)]
     if not fitted_series or any(set(curve.fit.reasons) != {"round-off"} for curve in series if curve not in fitted_series):
         note = f"{'; '.join(map(_words, series))}. daebench order shows the points, and takes other step sizes and end times."
-        return Finding("order", claimed, missing, claimed - SLACK, UNDETERMINED, note=note), studied
+        return Finding("order", claimed, missing, least, UNDETERMINED, note=note), studied
     fit = min((curve.fit for curve in fitted_series), key=lambda fit: fit.slope)
-    bound = claimed - SLACK - 2 * fit.slope_error
-    return Finding(
-        "order", claimed, fit.slope, bound, OK if fit.slope > bound else FALLS_SHORT, fit.slope_error, "; ".join(map(_words, series)) + "."
-    ), studied
+    bound = least - 2 * fit.slope_error
+    verdict = NOT_CLAIMED if claimed is None else OK if fit.slope > bound else FALLS_SHORT
+    return Finding("order", claimed, fit.slope, bound, verdict, fit.slope_error, "; ".join(map(_words, series)) + "."), studied
 
 
 def _words(series: Series) -> str:

@@ -18,21 +18,23 @@ import numpy as np
 
 from daebench.diagnostics.poisson import poisson_defect
 from daebench.diagnostics.reversibility import reversibility_defect
-from daebench.diagnostics.symplecticity import Flow, symplecticity_defect, tangent_basis, tangent_map
-from daebench.errors import RunFailed
+from daebench.diagnostics.symplecticity import Flow, linearisation, tangent_basis, tangent_map, two_form_change
+from daebench.errors import BadInput, RunFailed
 from daebench.methods.fixed_step.constrained import FixedStep
+from daebench.methods.outside.method import OutsideMethod, Stated
 from daebench.runs.ivp import Array, ConstrainedIvp
 from daebench.runs.local_flow import enter, local_flow, structure_matrix
 from daebench.runs.trajectory import Trajectory
+from daebench.schemes.kernels.claims import Claims
 from daebench.studies.claims.bench import NO_BOUND, NOT_APPLICABLE, Bench, Finding, attempted, finding
 
 
 class ConstrainedBench(Bench[ConstrainedIvp, Trajectory]):
     """One method measured on one constrained problem."""
 
-    def __init__(self, ivp: ConstrainedIvp, method: FixedStep, run: Trajectory) -> None:
+    def __init__(self, ivp: ConstrainedIvp, method: FixedStep | OutsideMethod, run: Trajectory) -> None:
         super().__init__(ivp, method, run)
-        self.claims = method.claims
+        self.claims: Claims | Stated = method.claims
         self.flow: Flow = method.flow(ivp, run.value, self.n)
         self.X = tangent_basis(ivp, ivp.p0, ivp.q0)
         self.v, self.H_q = (np.abs(ivp.along(name, run.p, run.q)) for name in ("H_p", "H_q"))
@@ -57,9 +59,16 @@ class ConstrainedBench(Bench[ConstrainedIvp, Trajectory]):
 
     def symplectic(self) -> Finding:
         """Return the finding on the two-form on the tangent space of the manifold."""
-        measured, note = attempted(lambda: symplecticity_defect(self.flow, self.ivp.p0, self.ivp.q0, self.X))
-        size = 1 + max(self._two_form_size(Z) for Z in (self.X, self._carried(self.X)))
-        return finding("symplectic", self.claims.symplectic, measured, self.bound(self.n, size), note)
+        try:
+            carried = linearisation(self.flow, self.ivp.p0, self.ivp.q0, self.X)
+        except (RunFailed, BadInput) as error:
+            return finding("symplectic", self.claims.symplectic, NO_BOUND, note=str(error))
+        size = 1 + max(self._two_form_size(Z) for Z in (self.X, carried.value))
+        largest = float(np.max(np.abs(carried.value), initial=0.0))
+        unknown = 4 * self.ivp.d * carried.floor * largest**2  # what the floor of differences may make of the two-form
+        note = f"by differences, good to {unknown:.1e}." if carried.floor else ""
+        measured = two_form_change(carried.value, self.X)
+        return finding("symplectic", self.claims.symplectic, measured, self.bound(self.n, size) + unknown, note)
 
     def poisson(self) -> list[Finding]:
         """Return the Poisson defect in the problem's chart, HLW (4.2), of a method that stays on the manifold; reported without a claim."""
@@ -94,7 +103,7 @@ class ConstrainedBench(Bench[ConstrainedIvp, Trajectory]):
         """Return Phi' X, or X where the map has no solution."""
         try:
             return tangent_map(self.flow, self.ivp.p0, self.ivp.q0, X)
-        except RunFailed:
+        except (RunFailed, BadInput):
             return X
 
     def _state_size(self) -> float:

@@ -67,9 +67,11 @@ class PoissonBench(Bench[PoissonIvp, PoissonTrajectory]):
         measured, note = attempted(lambda: poisson_defect(flow, y0, self._structure))
         if not np.isfinite(measured):
             return measured, NO_BOUND, note or "the map is not finite."
-        y1, D = tangent(flow, y0)
-        size = np.abs(D) @ np.abs(self._structure(y0)) @ np.abs(D).T + np.abs(self._structure(y1))
-        return measured, self.bound(self.n, float(np.max(size))), ""
+        carried = derivative(flow, y0, np.eye(len(y0)))
+        D, B = np.abs(carried.value), np.abs(self._structure(y0))
+        size = D @ B @ D.T + np.abs(self._structure(carried.image))
+        unknown = 4 * len(y0) * carried.floor * float(np.max(D)) ** 2 * float(np.max(B))
+        return measured, self.bound(self.n, float(np.max(size))) + unknown, ""
 
     def _structure(self, y: Array) -> Array:
         return self.ivp.value("B", y).astype(float)
