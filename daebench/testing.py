@@ -25,7 +25,7 @@ every t is met exactly::
     }
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -33,7 +33,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from daebench.diagnostics.order import SLACK
-from daebench.errors import DaebenchError, positive, real
+from daebench.errors import DaebenchError, RunFailed, positive, real
 from daebench.reference.check.agreement import agreement
 from daebench.reference.check.convergence import Solve, convergence
 from daebench.reference.keep import store
@@ -219,3 +219,176 @@ def assert_agrees(
         raise error.with_traceback(None) from None
     if np.min(comparison.digits) < asked:
         raise AssertionError(comparison.lack(asked))
+
+
+def assert_symplectic(
+    step: Step | str,
+    problem: Any,
+    *,
+    case: str | None = None,
+    parameters: Mapping[str, float] | None = None,
+    h: float = 0.01,
+    steps: int = 10,
+) -> None:
+    """Assert that a method keeps the two-form on the manifold, over several steps; on a Poisson system, that it is a Poisson map.
+
+    The derivative is by complex step where the code computes in complex numbers, else by differences, whose floor is allowed for.
+
+    Parameters
+    ----------
+    step : callable or str
+        One step, ``step(p, q, h)`` or ``step(y, h)``, or anything else that :func:`daebench.run` takes as a method.
+    problem : str, ConstrainedHamiltonian or PoissonSystem
+        Name in the catalogue, the path of a problem file, or a definition.
+    case : str, optional
+        Name of the case; by default the first.
+    parameters : mapping of str to float, optional
+        Parameters of the problem that differ from the case's.
+    h : float
+        Step size, s.
+    steps : int
+        Steps, at most 10.
+
+    Raises
+    ------
+    AssertionError
+        If the defect is larger than rounding explains.
+    BadInput
+        If a name or number is not what it must be, or ``step`` returns no such state.
+    """
+    __tracebackhide__ = True
+    from daebench.studies.claims import properties
+
+    _assert(lambda: properties.defect("symplectic", *properties.posed(problem, case, parameters, step), h, steps))
+
+
+def assert_reversible(
+    step: Step | str,
+    problem: Any,
+    *,
+    case: str | None = None,
+    parameters: Mapping[str, float] | None = None,
+    h: float = 0.01,
+    steps: int = 10,
+) -> None:
+    """Assert that steps are undone by turning momenta round and stepping again; on a Poisson system, by steps of -h.
+
+    Parameters and errors are those of :func:`assert_symplectic`.
+    """
+    __tracebackhide__ = True
+    from daebench.studies.claims import properties
+
+    _assert(lambda: properties.defect("symmetric", *properties.posed(problem, case, parameters, step), h, steps))
+
+
+def assert_keeps(
+    step: Step | str,
+    problem: Any,
+    *names: str,
+    case: str | None = None,
+    parameters: Mapping[str, float] | None = None,
+    h: float = 0.01,
+    steps: int = 200,
+    within: float | None = None,
+) -> None:
+    """Assert that a method conserves quantities along a run.
+
+    Parameters
+    ----------
+    step, problem, case, parameters, h
+        As for :func:`assert_symplectic`.
+    *names : str
+        "g", "Gv" (the velocity constraint G H_p), "energy", or Casimir functions and first integrals by their names.
+    steps : int
+        Steps of the run.
+    within : float, optional
+        Largest error allowed; by default what the rounding of the steps explains.
+
+    Raises
+    ------
+    AssertionError
+        If one is off by more; with all that are.
+    BadInput
+        As :func:`assert_symplectic`, or if a name is none of the problem's.
+    """
+    __tracebackhide__ = True
+    from daebench.studies.claims import properties
+
+    _assert(lambda: properties.conserved(names, *properties.posed(problem, case, parameters, step), h, steps, within))
+
+
+def assert_no_drift(
+    step: Step | str,
+    problem: Any,
+    *,
+    case: str | None = None,
+    parameters: Mapping[str, float] | None = None,
+    h: float = 0.01,
+    t_end: float = 100.0,
+) -> None:
+    """Assert that the energy error of a run is bounded. A run that is too short to tell fails too.
+
+    Parameters
+    ----------
+    step, problem, case, parameters, h
+        As for :func:`assert_symplectic`.
+    t_end : float
+        End of the run, s: many oscillations.
+
+    Raises
+    ------
+    AssertionError
+        If the energy drifts, with the law of the drift; or if it cannot be told, with the reason.
+    BadInput
+        As :func:`assert_symplectic`.
+    """
+    __tracebackhide__ = True
+    from daebench.studies.claims import properties
+
+    _assert(lambda: properties.drift(*properties.posed(problem, case, parameters, step), h, t_end))
+
+
+def assert_order(
+    step: Step | str,
+    problem: Any,
+    order: float,
+    *,
+    case: str | None = None,
+    parameters: Mapping[str, float] | None = None,
+    halvings: int | None = None,
+) -> None:
+    """Assert the order on any problem, against a closed form or a reference made for it; :func:`assert_converges` takes certified ones.
+
+    Parameters
+    ----------
+    step, problem, case, parameters
+        As for :func:`assert_symplectic`.
+    order : float
+        Order of q and p, or y, that is asked for.
+    halvings : int, optional
+        How often the step size is halved; by default until round-off is reached.
+
+    Raises
+    ------
+    AssertionError
+        If it is lower, or the errors show none.
+    BadInput
+        As :func:`assert_symplectic`.
+    """
+    __tracebackhide__ = True
+    from daebench.studies.claims import properties
+
+    _assert(lambda: properties.order(positive("order", order), *properties.posed(problem, case, parameters, step), halvings))
+
+
+def _assert(fault: Callable[[], str]) -> None:
+    """Raise AssertionError with the sentence on what is wrong, if there is one."""
+    __tracebackhide__ = True
+    try:
+        sentence = fault()
+    except RunFailed as error:
+        sentence = str(error)
+    except DaebenchError as error:
+        raise error.with_traceback(None) from None
+    if sentence:
+        raise AssertionError(sentence)

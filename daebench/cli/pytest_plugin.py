@@ -36,3 +36,43 @@ def assert_agrees() -> Callable[..., None]:
     from daebench.testing import assert_agrees
 
     return assert_agrees
+
+
+@pytest.fixture(scope="session")
+def assert_symplectic() -> Callable[..., None]:
+    """``assert_symplectic(step, problem)`` asserts that ``step(p, q, h)`` keeps the two-form, or is a Poisson map."""
+    from daebench.testing import assert_symplectic
+
+    return assert_symplectic
+
+
+@pytest.fixture(scope="session")
+def assert_reversible() -> Callable[..., None]:
+    """``assert_reversible(step, problem)`` asserts that steps are undone by turning momenta round, or by steps of -h."""
+    from daebench.testing import assert_reversible
+
+    return assert_reversible
+
+
+@pytest.fixture(scope="session")
+def assert_keeps() -> Callable[..., None]:
+    """``assert_keeps(step, problem, "g", "Gv")`` asserts that constraints, energy or integrals are conserved."""
+    from daebench.testing import assert_keeps
+
+    return assert_keeps
+
+
+@pytest.fixture(scope="session")
+def assert_no_drift() -> Callable[..., None]:
+    """``assert_no_drift(step, problem, t_end=100)`` asserts that the energy error is bounded."""
+    from daebench.testing import assert_no_drift
+
+    return assert_no_drift
+
+
+@pytest.fixture(scope="session")
+def assert_order() -> Callable[..., None]:
+    """``assert_order(step, problem, order)`` asserts the order on a problem that has no certified reference."""
+    from daebench.testing import assert_order
+
+    return assert_order

@@ -24,6 +24,9 @@ UNIT = {"mass": 1, "length": 1, "gravity": 1}
 UP = np.array([0.0, 1.0])
 NAMES = ("assert_agrees", "assert_converges", "assert_solver_converges", "reference_trajectory")
 
+PROPERTIES = ("assert_keeps", "assert_no_drift", "assert_order", "assert_reversible", "assert_symplectic")
+"""Those that hold one property of a code, tested in tests/studies/test_properties.py."""
+
 OUTSIDE = """
 from pathlib import Path
 
@@ -146,7 +149,7 @@ def test_a_failure_shows_lines_of_the_tester_and_none_of_ours(outside):
 
 def test_the_plugin_is_fixtures_and_nothing_else():
     public = {name for name in vars(pytest_plugin) if name.isidentifier() and not name.startswith("_")}
-    assert public == {*NAMES, "Any", "Callable", "pytest"}
+    assert public == {*NAMES, *PROPERTIES, "Any", "Callable", "pytest"}
 
 
 def test_loading_the_plugin_imports_nothing_heavy():

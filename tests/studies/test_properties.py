@@ -1,0 +1,103 @@
+"""Assertions of one property of a code: each passes for a code that has it, and fails with a sentence for one that has not."""
+
+import numpy as np
+import pytest
+
+from daebench.errors import BadInput
+from daebench.testing import assert_keeps, assert_no_drift, assert_order, assert_reversible, assert_symplectic
+
+BALL = {"problem": "spherical_pendulum", "case": "fig1.1"}
+FORCE = np.array([0.0, 0.0, -1.0])
+
+
+def rattle(p, q, h):
+    """One step of RATTLE for a ball on a string, with its multiplier in closed form."""
+    start = p + h / 2 * FORCE
+    moved = q + h * start
+    a, b, c = h * h * (q @ q), -2 * h * (q @ moved), moved @ moved - 1.0
+    half = start - 2 * c / (-b + np.sqrt(b * b - 4 * a * c)) * q
+    end = q + h * half
+    last = half + h / 2 * FORCE
+    return last - end * (end @ last) / (end @ end), end
+
+
+def shake(p, q, h):
+    """The same without the projection of the momenta."""
+    start = p + h / 2 * FORCE
+    moved = q + h * start
+    a, b, c = h * h * (q @ q), -2 * h * (q @ moved), moved @ moved - 1.0
+    half = start - 2 * c / (-b + np.sqrt(b * b - 4 * a * c)) * q
+    return half + h / 2 * FORCE, q + h * half
+
+
+def reduced(p, q, h):
+    """Symplectic Euler on the index-reduced equation."""
+    p = p + h * (FORCE - (p @ p + FORCE @ q) / (q @ q) * q)
+    return p, q + h * p
+
+
+@pytest.fixture(autouse=True)
+def _uncompiled(plain_functions):
+    """Compute without machine code, which would take longer to make than to use."""
+
+
+def test_a_code_that_is_right_passes():
+    assert_symplectic(rattle, **BALL)
+    assert_reversible(rattle, **BALL)
+    assert_keeps(rattle, "spherical_pendulum", "g", "Gv", case="fig1.1")
+    assert_order(rattle, "spherical_pendulum", 2, case="fig1.1", halvings=5)
+    assert_no_drift(rattle, **BALL, h=0.05, t_end=300)
+
+
+def test_a_map_that_is_not_symplectic_is_said_to_be_none():
+    with pytest.raises(AssertionError, match=r"reduced is not symplectic .* 10 steps of 0\.01 have a defect of 2\.78e-07, where rounding"):
+        assert_symplectic(reduced, **BALL)
+
+
+def test_a_map_that_is_not_reversible_is_said_to_be_none():
+    with pytest.raises(AssertionError, match="reduced is not symmetric"):
+        assert_reversible(reduced, **BALL)
+
+
+def test_all_that_is_not_kept_is_named():
+    with pytest.raises(AssertionError) as error:
+        assert_keeps(reduced, "spherical_pendulum", "g", "Gv", case="fig1.1")
+    assert "does not keep g on" in str(error.value)
+    assert "does not keep G H_p on" in str(error.value)
+    assert_keeps(reduced, "spherical_pendulum", "g", case="fig1.1", within=1e-3)
+    with pytest.raises(AssertionError, match="shake does not keep G H_p"):
+        assert_keeps(shake, "spherical_pendulum", "g", "Gv", case="fig1.1")
+    assert_keeps(shake, "spherical_pendulum", "g", case="fig1.1")
+
+
+def test_an_order_that_is_lower_is_told():
+    with pytest.raises(AssertionError, match=r"reduced .* is of order 0\.9\d*, and 2 is asked for"):
+        assert_order(reduced, "spherical_pendulum", 2, case="fig1.1", halvings=5)
+
+
+def test_a_drift_is_told_and_a_run_that_is_too_short_fails():
+    with pytest.raises(AssertionError, match=r"the energy of reduced on spherical_pendulum.* drifts: linear"):
+        assert_no_drift(reduced, **BALL, h=0.01, t_end=100)
+    with pytest.raises(AssertionError, match="cannot be told: fewer than 5 oscillations; run it longer"):
+        assert_no_drift(rattle, **BALL, h=0.01, t_end=5)
+
+
+def test_methods_of_daebench_and_poisson_systems_are_taken_too():
+    assert_symplectic("rattle", **BALL)
+    assert_symplectic(lambda y, h: y, "free_rigid_body")
+    with pytest.raises(AssertionError, match="is not symplectic on free_rigid_body"):
+        assert_symplectic(lambda y, h: np.exp(h) * y, "free_rigid_body")
+
+
+@pytest.mark.parametrize(
+    ("call", "sentence"),
+    [
+        (lambda: assert_keeps(rattle, "spherical_pendulum", "momentum"), "unknown quantity of spherical_pendulum 'momentum'"),
+        (lambda: assert_keeps(rattle, "spherical_pendulum", "L3"), "what rounding makes of L3 is not known"),
+        (lambda: assert_symplectic(lambda p, q, h: p, **BALL), "must return p and q"),
+        (lambda: assert_order(rattle, "spherical_pendulum", -1), "order = -1 must be greater than 0"),
+    ],
+)
+def test_bad_input_is_no_failed_assertion(call, sentence):
+    with pytest.raises(BadInput, match=sentence):
+        call()
