@@ -27,7 +27,7 @@ def check(numbers: Numbers) -> SimpleNamespace:
         total=len(runs),
         failed=int((runs["failure"] != "").sum()),
         tally=tally([summary.winners for summary in summaries.values()]),
-        specifications=sum(len(summary.winners) for summary in summaries.values()),
+        cells=sum(len(summary.winners) for summary in summaries.values()),
         price={name: price([summary.advice for summary in summaries.values()], name) for name in CONSERVED if name != "nothing"},
         callbacks=callbacks(summaries),
         structure=structure(numbers),

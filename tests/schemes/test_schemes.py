@@ -174,8 +174,8 @@ FAULTS = {
     "sign-of-multiplier": ("rattle", "kick - G0.T @ nu / h", "kick + G0.T @ nu / h", "order"),
     "no-tangent": (
         "symplectic_euler",
-        "return p1, q1, (), both(found, settled)",
-        "return p_hat - G0.T @ nu / h, q1, (), both(found, settled)",
+        "return p1, q1, (), both(position_report, settled)",
+        "return p_hat - G0.T @ nu / h, q1, (), both(position_report, settled)",
         "manifold",
     ),
     "weight-of-multiplier": (

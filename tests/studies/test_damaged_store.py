@@ -84,7 +84,7 @@ def test_a_row_that_says_something_else_is_named_and_the_others_stay(whole, tmp_
     first, second, third = sorted(RIGHT)[:3]
     altered(path, "UPDATE rows SET row = replace(row, '7', '8') WHERE key = ?", first)
     altered(path, "UPDATE rows SET took = 1e-3 WHERE key = ?", second)
-    altered(path, "UPDATE rows SET run = 'nothing' WHERE key = ?", third)
+    altered(path, "UPDATE rows SET cell = 'nothing' WHERE key = ?", third)
     with warnings.catch_warnings():
         warnings.simplefilter("default", StoreWarning)
         status, out, err = daebench("export", path, tmp_path / "rows.csv")

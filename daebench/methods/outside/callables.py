@@ -66,7 +66,7 @@ def method_of_callable(code: Any, name: str = "", content: str = "", guard: Guar
     content : str
         Digest of the code.
     guard : callable
-        See :data:`Guard`.
+        Returns a context that turns what goes wrong in a file of the user's own into a RunFailed that names its line.
 
     Raises
     ------

@@ -2,14 +2,16 @@
 
 import contextlib
 import json
+import os
 import queue
+import signal
 import subprocess
 import tempfile
 import threading
 import time
 from collections.abc import Iterator
 from functools import partial
-from typing import IO, Any
+from typing import IO, Any, Self
 
 import numpy as np
 
@@ -53,67 +55,81 @@ def method_of_program(name: str, words: list[str], content: str) -> OutsideMetho
 def _blocks(words: list[str], ivp: Ivp, grid: Grid, request: Request) -> Iterator[Block]:
     steps = outputs(grid)
     limit = time.monotonic() + (request.seconds_limit or SECONDS_LIMIT)
-    with tempfile.TemporaryFile("w+b") as said, _started(words, said) as process:
-        lines = _Lines(process, _question(ivp, grid))
+    with tempfile.TemporaryFile("w+b") as errors, _Program(words, _question(ivp, grid), errors) as program:
         done, rows = 0, list[list[float]]()
         while done + len(rows) < len(steps):
-            line = lines.next(limit)
+            line = program.line(limit)
             if line is None or line.lstrip().startswith("{"):
                 yield _block(steps, done, rows)
-                raise Stopped(f"the program ended after {done + len(rows)} of {len(steps)} states{_ending(process, said, line)}")
+                raise Stopped(f"the program ended after {done + len(rows)} of {len(steps)} states{program.ending(line)}")
             rows.append(_numbers(line, ivp.size))
             if len(rows) == BATCH:
                 yield _block(steps, done, rows)
                 done, rows = done + len(rows), []
-        yield _block(steps, done, rows, _seconds(lines.next(limit), process, said))
-        if (more := lines.next(limit)) is not None:
+        line = program.line(limit)
+        yield _block(steps, done, rows, _seconds(line, program.ending(line)))
+        if (more := program.line(limit)) is not None:
             raise BadInput(f"{words[0]} writes {_quoted(more)} after its seconds; that line must be the last.")
 
 
-@contextlib.contextmanager
-def _started(words: list[str], said: IO[bytes]) -> Iterator["subprocess.Popen[str]"]:
-    """Start the program, and end it whatever happens."""
-    try:
-        process = subprocess.Popen(
-            words, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=said, text=True, encoding="utf-8", errors="replace"
-        )
-    except OSError as error:
-        raise BadInput(f"exec:{words[0]} cannot be started: {error.strerror}; see whether it may be executed.") from None
-    try:
-        yield process
-    finally:
-        process.kill()
-        process.wait()
-        for stream in (process.stdin, process.stdout):
-            with contextlib.suppress(OSError):
-                stream and stream.close()
+class _Program:
+    """A program that runs, asked one question and read line by line beside the run, so that one that hangs can be left.
 
+    Each pipe is used and closed by one thread alone.
+    """
 
-class _Lines:
-    """Lines of a program, read beside the run so that one that hangs can be left."""
-
-    def __init__(self, process: "subprocess.Popen[str]", question: str) -> None:
+    def __init__(self, words: list[str], question: str, errors: IO[bytes]) -> None:
+        self._errors = errors
+        pipes: dict[str, Any] = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "stderr": errors}
+        group = hasattr(os, "killpg")  # a group of its own, so that what it has started is ended with it
+        try:
+            self._process = subprocess.Popen(words, text=True, encoding="utf-8", errors="replace", start_new_session=group, **pipes)
+        except OSError as error:
+            raise BadInput(f"exec:{words[0]} cannot be started: {error.strerror}; see whether it may be executed.") from None
         self._lines: queue.Queue[str | None] = queue.Queue(maxsize=BATCH)
-        self._over = False
-        threading.Thread(target=self._ask, args=(process, question), daemon=True).start()
-        threading.Thread(target=self._read, args=(process,), daemon=True).start()
+        self._left, self._over = threading.Event(), False
+        self._threads = [
+            threading.Thread(target=self._ask, args=(question,), daemon=True),
+            threading.Thread(target=self._read, daemon=True),
+        ]
+        for thread in self._threads:
+            thread.start()
 
-    @staticmethod
-    def _ask(process: "subprocess.Popen[str]", question: str) -> None:
-        assert process.stdin is not None
-        with contextlib.suppress(OSError, ValueError):  # a program that does not read is judged by what it writes
-            process.stdin.write(question + "\n")
-            process.stdin.close()
+    def __enter__(self) -> Self:
+        return self
 
-    def _read(self, process: "subprocess.Popen[str]") -> None:
-        assert process.stdout is not None
-        with contextlib.suppress(OSError, ValueError):  # it is closed where the run has been left
-            while line := process.stdout.readline(LONGEST_LINE):
+    def __exit__(self, *_: object) -> None:
+        """End the program with all that it has started, and wait until its pipes are closed."""
+        self._left.set()
+        with contextlib.suppress(ProcessLookupError):
+            if hasattr(os, "killpg"):
+                os.killpg(self._process.pid, signal.SIGKILL)
+            else:
+                self._process.kill()
+        self._process.wait()
+        for thread in self._threads:
+            thread.join(PATIENCE)
+
+    def _ask(self, question: str) -> None:
+        assert self._process.stdin is not None
+        with contextlib.suppress(OSError), self._process.stdin as pipe:  # a program that does not read is judged by what it writes
+            pipe.write(question + "\n")
+
+    def _read(self) -> None:
+        assert self._process.stdout is not None
+        with self._process.stdout as pipe:
+            while not self._left.is_set() and (line := pipe.readline(LONGEST_LINE)):
                 if line.strip():
-                    self._lines.put(line)
-        self._lines.put(None)
+                    self._put(line)
+        self._put(None)
 
-    def next(self, limit: float) -> str | None:
+    def _put(self, line: str | None) -> None:
+        while not self._left.is_set():
+            with contextlib.suppress(queue.Full):
+                self._lines.put(line, timeout=0.1)
+                return
+
+    def line(self, limit: float) -> str | None:
         """Return the next line that is not empty, None at the end."""
         if self._over:
             return None
@@ -124,6 +140,19 @@ class _Lines:
         self._over = line is None
         return line
 
+    def ending(self, line: str | None) -> str:
+        """Return how the program ended, where it has, and the last line that it wrote on standard error."""
+        try:
+            status = self._process.wait(PATIENCE) if line is None else 0
+        except subprocess.TimeoutExpired:
+            status = 0
+        self._errors.seek(0)
+        last = self._errors.read().decode(errors="replace").strip().rpartition("\n")[2]
+        return (f", with status {status}" if status else "") + (f": {last[:LONGEST]}" if last else "")
+
+
+PATIENCE = 2.0
+"""Seconds that a program which has closed its output, or has been ended, is waited for."""
 
 LONGEST_LINE = 2**24
 """Most characters of a line."""
@@ -152,27 +181,16 @@ def _block(steps: Any, done: int, rows: list[list[float]], seconds: float = 0.0)
     return Block(steps[done : done + len(rows)], np.array(rows, dtype=float).reshape(len(rows), size), seconds)
 
 
-def _seconds(line: str | None, process: "subprocess.Popen[str]", said: IO[bytes]) -> float:
+def _seconds(line: str | None, ending: str) -> float:
     """Return the seconds that a program says its steps took."""
     try:
         seconds = float(json.loads(line or "")["seconds"])
         if not 0.0 <= seconds < float("inf"):
             raise ValueError
     except (ValueError, KeyError, TypeError):
-        what = _quoted(line) if line else f"nothing{_ending(process, said, line)}"
+        what = _quoted(line) if line else f"nothing{ending}"
         raise BadInput(f'after its states the program writes {what}; it must write its seconds, as {{"seconds": 0.25}}.') from None
     return seconds
-
-
-def _ending(process: "subprocess.Popen[str]", said: IO[bytes], line: str | None) -> str:
-    """Return how a program ended, and the last line that it wrote on standard error."""
-    try:
-        status = process.wait(1.0) if line is None else 0
-    except subprocess.TimeoutExpired:
-        status = 0
-    said.seek(0)
-    last = said.read().decode(errors="replace").strip().rpartition("\n")[2]
-    return (f", with status {status}" if status else "") + (f": {last[:LONGEST]}" if last else "")
 
 
 def _quoted(text: str) -> str:
