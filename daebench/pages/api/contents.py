@@ -51,6 +51,7 @@ TASKS = (
             "daebench.methods.outside.callables.method_of_callable",
             "daebench.methods.outside.library.method_of_library",
             "daebench.methods.outside.program.method_of_program",
+            "daebench.methods.outside.method.Stated",
         ),
     ),
     Task(
