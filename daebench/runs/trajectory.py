@@ -31,7 +31,7 @@ class Outcome:
         Names.
     parameters : mapping of str to float
         The problem's run-time parameters.
-    resolution : str
+    knob : str
         "h" or "tol": what the method is steered by.
     value : float
         Step size or tolerance.

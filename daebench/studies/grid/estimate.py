@@ -34,7 +34,7 @@ class Estimate:
     seconds : float
         In one process, s, without compilation.
     like : int
-        Cells that it knows kept ones like, of the same method on the same problem.
+        Runs that are like stored ones, of the same method on the same problem.
     runs : int
         All of them.
     kernels : int
@@ -45,14 +45,14 @@ class Estimate:
 
     seconds: float
     like: int
-    specifications: int
+    runs: int
     kernels: int = 0
     compiling: float = 0.0
 
     def sentence(self, processes: int, where: str) -> str:
         """Return it in words, for so many processes, which are there."""
         whose = f"from kept runs for {self.like} of them, from what is usual for the others"
-        if self.like in (0, self.specifications):
+        if self.like in (0, self.runs):
             whose = "from kept runs of the same methods" if self.like else "from what is usual, for none of these methods was run before"
         total = (self.seconds + self.compiling) / processes
         compiled = (

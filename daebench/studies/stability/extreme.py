@@ -130,7 +130,7 @@ class Extreme:
         Name on the command line, and what it does in one line.
     refusal : callable
         Returns why a problem has no such extreme, as a sentence, or "".
-    runs : callable
+    specifications : callable
         Returns the runs that are known beforehand.
     measure : callable
         Makes the runs, and returns its table.
