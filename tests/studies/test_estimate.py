@@ -84,5 +84,5 @@ def test_where_steps_are_chosen_the_nearest_tolerance_tells(store):
     keep(store, replace(CHOSEN, value=1e-8), 3.0)
     assert estimate([replace(CHOSEN, value=1e-9, t_end=200.0)], store).seconds == pytest.approx(6.0)
     mixed = estimate([CHOSEN, FIXED], store)
-    assert (mixed.like, mixed.specifications) == (1, 2)
+    assert (mixed.like, mixed.runs) == (1, 2)
     assert "for 1 of them" in mixed.sentence(1, "in one process")
