@@ -13,6 +13,7 @@ import pytest
 import daebench as package
 from daebench.diagnostics.derivative import DerivativeWarning
 from daebench.errors import BadInput, LostMotion
+from daebench.methods.fixed_step.base import monitored_errors, monitored_names, output_maxima
 from daebench.methods.names import parse
 from daebench.runs.request import Request
 from daebench.studies.claims.check import check_claims
@@ -190,6 +191,17 @@ def test_a_program_does_what_rattle_does(program):
     assert theirs.maxima_over == "outputs"
 
 
+def test_monitored_errors_are_those_of_their_formulas(mine, random):
+    ivp = package.initial_value_problem(BALL["problem"], BALL["case"])
+    p, q = random.standard_normal((2, 5, 3))
+    errors = monitored_errors(ivp, ("integrals", "manifold", "energy"), p, q)
+    assert monitored_names(("integrals", "manifold", "energy"), ivp) == ["L3", "g", "Gv", "energy"]
+    H, L3 = np.sum(p * p, axis=1) / 2 + q[:, 2], q[:, 0] * p[:, 1] - q[:, 1] * p[:, 0]
+    expected = [L3 - L3[0], np.sum(q * q, axis=1) - 1.0, 2 * np.sum(p * q, axis=1), H - H[0]]
+    assert np.allclose(errors, np.abs(expected).T, rtol=0, atol=1e-14)
+    assert list(output_maxima(ivp, ("energy",), p, q).values()) == [np.abs(errors[:, 3]).max()]
+
+
 def test_a_callable_itself_is_a_method():
     def still(p, q, h):
         return p, q
@@ -262,8 +274,8 @@ def test_what_code_from_outside_cannot_do_is_refused(mine, settings, sentence):
     ("name", "steps", "sentence"),
     [
         ("fails", 7, "./mine.py:fails, line 42: ZeroDivisionError"),
-        ("blows_up", 0, "no longer finite"),
-        ("spoils", 0, "a value is no longer finite"),
+        ("blows_up", 0, "H or a monitored quantity is not finite after this step; use a smaller h"),
+        ("spoils", 0, "a value is no longer finite; use a smaller h"),
     ],
 )
 def test_a_run_that_stops_has_its_states_so_far_and_the_reason(mine, name, steps, sentence):
@@ -285,15 +297,16 @@ def test_a_status_of_a_library_stops_the_run(library):
 @pytest.mark.parametrize(
     ("text", "sentence"),
     [
-        ("exit 3", "ended after 0 of 200 states, with status 3"),
-        ("echo some trouble >&2; exit 1", "with status 1: some trouble"),
-        ("kill -9 $$", "ended after 0 of 200 states, with status -9"),
-        ("yes 1 2 3 4 5 6 | head -3", "ended after 3 of 200 states"),
+        ("exit 3", "stopped after t = 0 (step 0 of 200, h = 0.01): the program ended after 0 of 200 states, with status 3."),
+        ("echo some trouble >&2; exit 1", "with status 1: some trouble."),
+        ("kill -9 $$", "ended after 0 of 200 states, with status -9."),
+        ("yes 1 2 3 4 5 6 | head -3", "stopped after t = 0.03 (step 3 of 200, h = 0.01): the program ended after 3 of 200 states."),
     ],
 )
 def test_a_program_that_dies_is_said_to_have(folder, text, sentence):
-    found = run(script(folder, text))
-    assert sentence in found.failure
+    failure = run(script(folder, text)).failure
+    assert sentence in failure
+    assert failure.count("\n") == 0
 
 
 @pytest.mark.parametrize(

@@ -200,14 +200,41 @@ def monitored_names(watch: Sequence[str], ivp: InitialValueProblem) -> list[str]
     return [name for quantity in watch for name in names[quantity]]
 
 
-def output_maxima(ivp: InitialValueProblem, watch: Sequence[str], *states: Array) -> dict[str, float]:
-    """Return the largest modulus of each monitored error over outputs, given as p and q or y, shape(n, ...), the start first."""
-    maxima: dict[str, Any] = {}
+def monitored_errors(ivp: InitialValueProblem, watch: Sequence[str], *states: Array) -> Array:
+    """Return the modulus of each monitored error along states.
+
+    Parameters
+    ----------
+    ivp : InitialValueProblem
+        The problem with its numbers.
+    watch : sequence of str
+        What is monitored, see :class:`daebench.runs.request.Request`.
+    *states : ndarray, shape(n, ...)
+        p and q, or y, the start first: what is conserved is compared with its value there.
+
+    Returns
+    -------
+    ndarray, shape(n, k)
+        The errors as columns, in the order of :func:`monitored_names`.
+    """
+    columns = [np.empty((len(states[0]), 0))]
     for quantity in watch:
-        names = monitored_names([quantity], ivp)
         if quantity == "manifold":
-            maxima |= {"g": np.max(np.abs(ivp.along("g", states[1]))), "Gv": np.max(np.abs(ivp.along("Gv", *states)))}
-        elif names:
+            columns += [_largest(ivp.along("g", states[1])), _largest(ivp.along("Gv", *states))]
+        elif monitored_names([quantity], ivp):
             values = ivp.along("H" if quantity == "energy" else quantity, *states).reshape(len(states[0]), -1)
-            maxima |= dict(zip(names, np.max(np.abs(values - values[0]), axis=0), strict=True))
-    return {name: float(value) for name, value in maxima.items()}
+            with np.errstate(invalid="ignore"):  # infinite from the start on: the error is NaN, and is reported as such
+                columns.append(np.abs(values - values[0]))
+    return np.concatenate(columns, axis=1)
+
+
+def _largest(values: Array) -> Array:
+    """Return the largest modulus of each row, as a column."""
+    largest: Array = np.max(np.abs(values), axis=1, keepdims=True, initial=0.0)
+    return largest
+
+
+def output_maxima(ivp: InitialValueProblem, watch: Sequence[str], *states: Array) -> dict[str, float]:
+    """Return the largest modulus of each monitored error over outputs; arguments are those of :func:`monitored_errors`."""
+    maxima = np.max(monitored_errors(ivp, watch, *states), axis=0)
+    return dict(zip(monitored_names(watch, ivp), map(float, maxima), strict=True))

@@ -14,7 +14,9 @@ from numpy.typing import NDArray
 
 from daebench.errors import BadInput, RunFailed, unknown
 from daebench.methods.fixed_step.stepping import next_piece
-from daebench.methods.outside.method import Block, OutsideMethod, Stated, Step, Stopped
+from daebench.methods.outside.method import OutsideMethod, Stated, Step
+from daebench.methods.outside.record import Block
+from daebench.methods.solvers.monitor import Stopped
 from daebench.runs.external_state import external_state
 from daebench.runs.grid import Grid
 from daebench.runs.ivp import ConstrainedIvp, Ivp

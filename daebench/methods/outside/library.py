@@ -12,7 +12,9 @@ import numpy as np
 from daebench.compiler.cache import generated
 from daebench.errors import BadInput
 from daebench.methods.fixed_step.stepping import next_piece
-from daebench.methods.outside.method import Block, OutsideMethod, Stopped
+from daebench.methods.outside.method import OutsideMethod
+from daebench.methods.outside.record import Block
+from daebench.methods.solvers.monitor import Stopped
 from daebench.runs.grid import Grid
 from daebench.runs.ivp import Ivp
 from daebench.runs.request import Request

@@ -1,52 +1,19 @@
 """A method from outside as a method: its states are monitored and stored like those of a scheme of daebench."""
 
-import math
-import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from daebench.errors import BadInput, RunFailed
-from daebench.methods.fixed_step.base import monitored_names
+from daebench.methods.outside.record import Blocks, Record
+from daebench.methods.solvers.monitor import Stopped
 from daebench.runs.grid import Grid
 from daebench.runs.ivp import ConstrainedIvp, Ivp, PoissonIvp
 from daebench.runs.request import Request
-from daebench.runs.trajectory import CONSTRAINED, POISSON, Array, PoissonTrajectory, Trajectory
-
-NOT_FINITE = "a value is no longer finite"
-MONITORED_NOT_FINITE = "H or a monitored quantity is not finite after this step"
-SMALLER = "use a smaller h, and see whether the motion has left the domain of H"
-
-
-class Stopped(Exception):
-    """Code from outside cannot go on; the text says why and what to do, as the end of a sentence."""
-
-
-@dataclass(frozen=True)
-class Block:
-    """States after some steps, as code from outside gave them.
-
-    Parameters
-    ----------
-    steps : ndarray of int, shape(k,)
-        Numbers of the steps after which they are.
-    rows : ndarray, shape(k, size)
-        The states: p and q, or y.
-    seconds : float
-        Time that these steps took, s.
-    """
-
-    steps: NDArray[np.int64]
-    rows: Array
-    seconds: float
-
-
-Blocks = Callable[[Ivp, Grid, Request], Iterator[Block]]
-"""Runs the code from the start of a problem over a grid; may end with :class:`Stopped`."""
+from daebench.runs.trajectory import PoissonTrajectory, Trajectory
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -81,7 +48,7 @@ class OutsideMethod:
     name : str
         What it is called in tables: the text by which it was asked for, or the name of the callable.
     blocks : callable
-        See :data:`Blocks`.
+        See :data:`daebench.methods.outside.record.Blocks`.
     content : str
         Digest of the code, which is part of the key of a stored run; "" where there is none, as for a callable.
     every_step : bool
@@ -155,8 +122,8 @@ class OutsideMethod:
         BadInput
             If the request cannot be met, or what the code returns is no state.
         """
-        record = _Record(self, ivp, request, self.grid(ivp, request))
-        outcome = record.outcome()
+        record = Record(self.name, ivp, request, self.grid(ivp, request), every_step=self.every_step)
+        outcome = record.outcome(self.blocks)
         t, rows = record.states()
         if not isinstance(ivp, ConstrainedIvp):
             return PoissonTrajectory(**outcome, t=t, y=rows)
@@ -171,115 +138,3 @@ def _chained(fresh: Callable[[], Step], h: float, steps: int, *vectors: Any) -> 
         result = step(*(vector.copy() for vector in state), h)
         state = tuple(map(np.asarray, result)) if len(state) == 2 else (np.asarray(result),)
     return state if len(state) == 2 else state[0]
-
-
-class _Record:
-    """What a run has given so far: largest errors over all states, and the states that are kept."""
-
-    def __init__(self, method: OutsideMethod, ivp: Ivp, request: Request, grid: Grid) -> None:
-        self.method, self.ivp, self.request, self.grid = method, ivp, request, grid
-        kinds = CONSTRAINED if isinstance(ivp, ConstrainedIvp) else POISSON
-        self.monitored = request.watched(kinds)
-        start = np.concatenate(ivp.start)[None]
-        self.steps, self.rows = [np.zeros(1, dtype=np.int64)], [start]
-        self.last_step, self.last = 0, start[0]
-        self.conserved = self._conserved(start)[0]
-        self.maxima = np.zeros(len(self.conserved))
-        self.seconds, self.failure, self.interrupted = 0.0, "", False
-
-    def _conserved(self, rows: Array) -> Array:
-        """Return the monitored quantities along states, shape(k, number of quantities)."""
-        ivp, columns = self.ivp, [np.empty((len(rows), 0))]
-        vectors = (rows[:, : ivp.d], rows[:, ivp.d :]) if isinstance(ivp, ConstrainedIvp) else (rows,)
-        for kind in self.monitored:
-            if kind == "energy":
-                columns.append(ivp.along("H", *vectors)[:, None])
-            elif kind == "manifold":
-                columns += [_largest(ivp.along("g", vectors[-1])), _largest(ivp.along("Gv", *vectors))]
-            elif getattr(ivp, kind):
-                columns.append(ivp.along(kind, *vectors))
-        return np.concatenate(columns, axis=1)
-
-    def take(self, block: Block) -> None:
-        """Monitor and store a block of states; stop at the first that is not finite."""
-        if not len(block.rows):
-            return
-        count = _finite(block.rows)
-        finite = count == len(block.rows)
-        steps, rows = block.steps[:count], block.rows[:count]
-        values = self._conserved(rows)
-        count = _finite(values)
-        steps, rows, values = steps[:count], rows[:count], values[:count]
-        self.seconds += block.seconds
-        if count:
-            zero = np.array([name in ("g", "Gv") for name in self.names])
-            errors = np.abs(values - np.where(zero, 0.0, self.conserved))
-            self.maxima = np.maximum(self.maxima, errors.max(axis=0))
-            self.last_step, self.last = int(steps[-1]), rows[-1].copy()
-            kept = steps % self.grid.every == 0 if self.grid.every else np.full(count, False)
-            self.steps.append(steps[kept])
-            self.rows.append(rows[kept])
-        if count < len(block.rows):
-            raise Stopped(f"{MONITORED_NOT_FINITE if finite else NOT_FINITE}; {SMALLER}")
-
-    @property
-    def names(self) -> list[str]:
-        """Names of the errors that are monitored."""
-        return monitored_names(self.monitored, self.ivp)
-
-    def _march(self) -> None:
-        limit = time.perf_counter() + (self.request.seconds_limit or math.inf)
-        for block in self.method.blocks(self.ivp, self.grid, self.request):
-            self.take(block)
-            if self.request.progress:
-                self.request.progress(self.last_step / self.grid.steps)
-            if self.last_step < self.grid.steps and time.perf_counter() > limit:
-                raise Stopped(f"the limit of {self.request.seconds_limit:g} s is reached")
-
-    def outcome(self) -> dict[str, Any]:
-        """Run, and return what a trajectory of any kind says of it."""
-        try:
-            self._march()
-        except Stopped as stop:
-            self.failure = self._sentence(str(stop))
-        except KeyboardInterrupt:
-            if not self.request.keep_interrupted:
-                raise
-            self.failure, self.interrupted = self._sentence("interrupted"), True
-        return {
-            "problem": self.ivp.problem,
-            "case": self.ivp.case,
-            "method": self.method.name,
-            "parameters": dict(self.ivp.parameters),
-            "knob": "h",
-            "value": self.grid.h,
-            "steps": self.last_step,
-            "maxima": dict(zip(self.names, map(float, self.maxima), strict=True)),
-            "maxima_over": "steps" if self.method.every_step else "outputs",
-            "seconds": self.seconds,
-            "failure": self.failure or None,
-            "interrupted": self.interrupted,
-        }
-
-    def _sentence(self, why: str) -> str:
-        where = f"stopped at t = {self.last_step * self.grid.h:.9g} (step {self.last_step + 1} of {self.grid.steps}, h = {self.grid.h:g})"
-        return f"{self.method.name} on {self.ivp.problem}, case {self.ivp.case}, {where}: {why.rstrip('.')}."
-
-    def states(self) -> tuple[Array, Array]:
-        """Return the times and the rows of states: the start, those that are kept, and the end."""
-        steps, rows = np.concatenate(self.steps), np.concatenate(self.rows)
-        if steps[-1] != self.last_step:
-            steps, rows = np.append(steps, self.last_step), np.concatenate([rows, self.last[None]])
-        return np.asarray(steps * self.grid.h), rows
-
-
-def _largest(values: Array) -> Array:
-    """Return the largest modulus of each row, as a column."""
-    largest: Array = np.max(np.abs(values), axis=1, keepdims=True, initial=0.0)
-    return largest
-
-
-def _finite(rows: Array) -> int:
-    """Return how many rows there are before the first that is not finite."""
-    broken = np.flatnonzero(~np.isfinite(rows).all(axis=1))
-    return int(broken[0]) if len(broken) else len(rows)

@@ -1,0 +1,144 @@
+"""The record of a run of code from outside: its states as they come, the largest errors over all of them, and why it stopped."""
+
+import math
+import time
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from daebench.methods.fixed_step.base import monitored_errors, monitored_names
+from daebench.methods.fixed_step.stepping import REASONS
+from daebench.methods.solvers.monitor import Stopped
+from daebench.runs.grid import Grid
+from daebench.runs.ivp import ConstrainedIvp, Ivp
+from daebench.runs.request import Request
+from daebench.runs.trajectory import CONSTRAINED, POISSON, Array
+
+NOT_FINITE, (MONITORED_NOT_FINITE, SMALLER) = REASONS[3][0], REASONS[4]
+"""Why a run stops at numbers that are not finite, in a state and in what is monitored, and what to do."""
+
+
+@dataclass(frozen=True)
+class Block:
+    """States after some steps, as code from outside gave them.
+
+    Parameters
+    ----------
+    steps : ndarray of int, shape(k,)
+        Numbers of the steps after which they are.
+    rows : ndarray, shape(k, size)
+        The states: p and q, or y.
+    seconds : float
+        Time that these steps took, s.
+    """
+
+    steps: NDArray[np.int64]
+    rows: Array
+    seconds: float
+
+
+Blocks = Callable[[Ivp, Grid, Request], Iterator[Block]]
+"""Runs the code from the start of a problem over a grid; may end with :class:`daebench.methods.solvers.monitor.Stopped`."""
+
+
+class Record:
+    """What a run has given so far: largest errors over all states, and the states that are kept.
+
+    Parameters
+    ----------
+    name : str
+        Name of the method.
+    ivp, request, grid
+        What is integrated, what is asked for, and the steps that this comes to.
+    every_step : bool
+        Whether there is a state after each step; otherwise at the outputs alone.
+    """
+
+    def __init__(self, name: str, ivp: Ivp, request: Request, grid: Grid, *, every_step: bool) -> None:
+        self.name, self.ivp, self.request, self.grid, self.every_step = name, ivp, request, grid, every_step
+        self.monitored = request.watched(CONSTRAINED if isinstance(ivp, ConstrainedIvp) else POISSON)
+        self.start = np.concatenate(ivp.start)[None]
+        self.steps, self.rows = [np.zeros(1, dtype=np.int64)], [self.start]
+        self.last_step, self.last = 0, self.start[0]
+        self.maxima = np.zeros(len(monitored_names(self.monitored, ivp)))
+        self.seconds, self.failure, self.interrupted = 0.0, "", False
+
+    def outcome(self, blocks: Blocks) -> dict[str, Any]:
+        """Run the code, and return what a trajectory of any kind says of it."""
+        try:
+            self._follow(blocks)
+        except Stopped as stop:
+            self.failure = self._sentence(f"{stop}; {stop.advice}" if stop.advice else str(stop))
+        except KeyboardInterrupt:
+            if not self.request.keep_interrupted:
+                raise
+            self.failure, self.interrupted = self._sentence("interrupted"), True
+        return {
+            "problem": self.ivp.problem,
+            "case": self.ivp.case,
+            "method": self.name,
+            "parameters": dict(self.ivp.parameters),
+            "knob": "h",
+            "value": self.grid.h,
+            "steps": self.last_step,
+            "maxima": dict(zip(monitored_names(self.monitored, self.ivp), map(float, self.maxima), strict=True)),
+            "maxima_over": "steps" if self.every_step else "outputs",
+            "seconds": self.seconds,
+            "failure": self.failure or None,
+            "interrupted": self.interrupted,
+        }
+
+    def states(self) -> tuple[Array, Array]:
+        """Return the times and the rows of states: the start, those that are kept, and the end."""
+        steps, rows = np.concatenate(self.steps), np.concatenate(self.rows)
+        if steps[-1] != self.last_step:
+            steps, rows = np.append(steps, self.last_step), np.concatenate([rows, self.last[None]])
+        return np.asarray(steps * self.grid.h), rows
+
+    def _follow(self, blocks: Blocks) -> None:
+        limit = time.perf_counter() + (self.request.seconds_limit or math.inf)
+        for block in blocks(self.ivp, self.grid, self.request):
+            self._take(block)
+            if self.request.progress:
+                self.request.progress(self.last_step / self.grid.steps)
+            if self.last_step < self.grid.steps and time.perf_counter() > limit:
+                raise Stopped(f"the limit of {self.request.seconds_limit:g} s is reached")
+
+    def _take(self, block: Block) -> None:
+        """Monitor and store a block of states; stop at the first that is not finite."""
+        self.seconds += block.seconds
+        if not len(block.rows):
+            return
+        finite = _finite(block.rows)
+        errors = self._errors(block.rows[:finite])
+        count = _finite(errors)
+        if count:
+            steps, rows = block.steps[:count], block.rows[:count]
+            self.maxima = np.maximum(self.maxima, errors[:count].max(axis=0))
+            self.last_step, self.last = int(steps[-1]), rows[-1].copy()
+            stored = steps % self.grid.every == 0 if self.grid.every else np.full(count, False)
+            self.steps.append(steps[stored])
+            self.rows.append(rows[stored])
+        if count < len(block.rows):
+            raise Stopped(MONITORED_NOT_FINITE if count < finite else NOT_FINITE, advice=SMALLER)
+
+    def _errors(self, rows: Array) -> Array:
+        """Return the monitored errors of states, shape(k, number of errors)."""
+        ends = np.cumsum([len(part) for part in self.ivp.start])[:-1]
+        states = np.split(np.concatenate([self.start, rows]), ends, axis=1)
+        return monitored_errors(self.ivp, self.monitored, *states)[1:]
+
+    def _sentence(self, why: str) -> str:
+        h, done = self.grid.h, self.last_step
+        when, step = ("at", done + 1) if self.every_step else ("after", done)
+        where = f"stopped {when} t = {done * h:.9g} (step {step} of {self.grid.steps}, h = {h:g})"
+        return f"{self.name} on {self.ivp.problem}, case {self.ivp.case}, {where}: {why.rstrip('.')}."
+
+
+def _finite(rows: Array) -> int:
+    """Return how many rows there are before the first that is not finite."""
+    broken = np.flatnonzero(~np.isfinite(rows).all(axis=1))
+    return int(broken[0]) if len(broken) else len(rows)
