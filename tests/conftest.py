@@ -13,6 +13,7 @@ os.environ["DAEBENCH_REFERENCES"] = f"{os.environ['DAEBENCH_CACHE']}/no-referenc
 import uncompiled
 from browser import chromium, looks_right, seen  # noqa: F401  defined once: a process can start one browser
 from ivps import LARGE, ivp, swept
+from outside_code import library, mine, program  # noqa: F401
 from own_files import ORBIT, RING
 
 from daebench.methods.fixed_step.constrained import FixedStep

@@ -4,53 +4,26 @@ import copy
 import inspect
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import AbstractContextManager, contextmanager, nullcontext
-from dataclasses import dataclass, fields
+from contextlib import nullcontext
+from dataclasses import fields
 from functools import partial
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from daebench.errors import BadInput, RunFailed, unknown
-from daebench.methods.fixed_step.stepping import next_piece
+from daebench.errors import BadInput, unknown
+from daebench.methods.fixed_step.stepping import CHUNK_SECONDS
+from daebench.methods.outside.call import CONSTRAINED, POISSON, Code, Guard, Kind
 from daebench.methods.outside.method import OutsideMethod, Stated, Step
 from daebench.methods.outside.record import Block
 from daebench.methods.solvers.monitor import Stopped
-from daebench.runs.external_state import external_state
 from daebench.runs.grid import Grid
 from daebench.runs.ivp import ConstrainedIvp, Ivp
 from daebench.runs.request import Request
 from daebench.runs.trajectory import Array
 
 Steps = NDArray[np.int64]
-
-Guard = Callable[[], AbstractContextManager[None]]
-"""Turns what goes wrong in a file of the user's own into a :class:`RunFailed` that names its line."""
-
-
-@dataclass(frozen=True)
-class Kind:
-    """How callables are called for problems of one kind.
-
-    Parameters
-    ----------
-    step, solve : str
-        How one step, and a whole run, are called.
-    result : str
-        What they return.
-    vectors : int
-        Number of vectors in a state.
-    """
-
-    step: str
-    solve: str
-    result: str
-    vectors: int
-
-
-CONSTRAINED = Kind("step(p, q, h)", "solve(p, q, h, t)", "p and q", 2)
-POISSON = Kind("step(y, h)", "solve(y, h, t)", "y", 1)
 
 
 def method_of_callable(code: Any, name: str = "", content: str = "", guard: Guard = nullcontext) -> OutsideMethod:
@@ -85,7 +58,8 @@ def method_of_callable(code: Any, name: str = "", content: str = "", guard: Guar
     claims = _stated(name, getattr(code, "claims", {}))
     fresh = partial(_fresh, code, remembers)
     blocks = partial(_blocks, fresh, name, taken, guard)
-    return OutsideMethod(name, blocks, content, every_step=taken < 4, step=fresh if taken < 4 else None, claims=claims)
+    step = partial(_mapping, fresh, name, guard) if taken < 4 else None
+    return OutsideMethod(name, blocks, content, every_step=taken < 4, step=step, claims=claims)
 
 
 def _stated(name: str, claims: Any) -> Stated:
@@ -128,77 +102,55 @@ def _arguments(code: Callable[..., Any]) -> int:
 
 def _blocks(fresh: Callable[[], Step], name: str, taken: int, guard: Guard, ivp: Ivp, grid: Grid, request: Request) -> Iterator[Block]:
     kind = CONSTRAINED if isinstance(ivp, ConstrainedIvp) else POISSON
-    with _named(guard):
-        code = fresh()
-    if taken == kind.vectors + 1:
-        yield from _steps(partial(_after_step, code, name, kind, guard), ivp, grid)
-    elif taken == kind.vectors + 2:
-        yield _whole(code, name, kind, guard, ivp, grid)
-    else:
+    if taken not in (kind.vectors + 1, kind.vectors + 2):
         raise BadInput(f"{name} takes {taken} arguments; on {ivp.problem} give {kind.step} that returns {kind.result}, or {kind.solve}.")
+    code = Code(name, fresh, guard)
+    if taken == kind.vectors + 1:
+        yield from _steps(code, kind, ivp, grid)
+    else:
+        yield _whole(code, kind, ivp, grid)
 
 
-@contextmanager
-def _named(guard: Guard) -> Iterator[None]:
-    """Say what goes wrong in code from outside as the reason for which a run stopped."""
-    try:
-        with guard():
-            yield
-    except RunFailed as error:
-        raise Stopped(str(error)) from error
-    except Exception as error:
-        text = " ".join(str(error).split())
-        raise Stopped(f"the code raises {type(error).__name__}{': ' * bool(text)}{text}") from error
-
-
-def _after_step(code: Callable[..., Any], name: str, kind: Kind, guard: Guard, state: Sequence[Array], h: float) -> list[Array]:
-    """Return the state after a step; the callable is given copies, and must leave them as they are."""
-    given = [vector.copy() for vector in state]
-    with _named(guard):
-        result = code(*given, h)
-    changed = any(a.tobytes() != b.tobytes() for a, b in zip(given, state, strict=True))
-    if changed:
-        raise BadInput(f"{name}: {kind.step} changes its arguments; return new arrays, and leave those that it is given as they are.")
-    after: list[Array] = external_state(result, [vector.shape for vector in state], f"{name}: {kind.step} must return {kind.result}")
-    return after
-
-
-def _steps(after: Callable[[Sequence[Array], float], list[Array]], ivp: Ivp, grid: Grid) -> Iterator[Block]:
+def _steps(code: Code, kind: Kind, ivp: Ivp, grid: Grid) -> Iterator[Block]:
     """Take all steps, in blocks of about a fifth of a second."""
     state: Sequence[Array] = ivp.start
-    done, piece = 0, 64
+    done, ended = 0, False
     while done < grid.steps:
-        piece = min(piece, grid.steps - done)
-        rows = np.empty((piece, ivp.size))
-        stopped, count, began = None, piece, time.perf_counter()
-        for k in range(piece):
-            try:
-                state = after(state, grid.h)
-            except Stopped as stop:
-                stopped, count = stop, k
-                break
-            np.concatenate(state, out=rows[k])
-            if not np.isfinite(rows[k]).all():
-                count = k + 1
-                break
-        took = time.perf_counter() - began
-        yield Block(np.arange(done + 1, done + count + 1, dtype=np.int64), rows[:count], took)
-        if stopped is not None:
+        rows, seconds, stopped = list[Array](), 0.0, None
+        until = time.perf_counter() + CHUNK_SECONDS
+        try:
+            while not ended:
+                state, took = code.step(kind, state, grid.h)
+                rows.append(np.concatenate(state))
+                seconds += took
+                ended = done + len(rows) == grid.steps or time.perf_counter() > until or not np.isfinite(rows[-1]).all()
+        except (Stopped, BadInput) as error:
+            stopped = error
+        yield Block(np.arange(done + 1, done + len(rows) + 1, dtype=np.int64), np.array(rows).reshape(len(rows), ivp.size), seconds)
+        if stopped is not None:  # after the states before it, which are not to be lost
             raise stopped
-        done += piece
-        piece = next_piece(piece, took)
+        done, ended = done + len(rows), False
 
 
-def _whole(code: Callable[..., Any], name: str, kind: Kind, guard: Guard, ivp: Ivp, grid: Grid) -> Block:
+def _mapping(fresh: Callable[[], Step], name: str, guard: Guard) -> Step:
+    """Return one step as a map: of real vectors checked as in a run, of complex ones as the code has it."""
+    code = Code(name, fresh, guard)
+
+    def step(*arguments: Any) -> Any:
+        *state, h = arguments
+        if any(map(np.iscomplexobj, state)):
+            return code.of_complex(state, h)
+        after, _ = code.step(CONSTRAINED if len(state) == CONSTRAINED.vectors else POISSON, state, h)
+        return after if len(after) > 1 else after[0]
+
+    return step
+
+
+def _whole(code: Code, kind: Kind, ivp: Ivp, grid: Grid) -> Block:
     """Return what a whole run gives at the outputs."""
     steps = outputs(grid)
-    shapes = [(len(steps), len(vector)) for vector in ivp.start]
-    began = time.perf_counter()
-    with _named(guard):
-        result = code(*(vector.copy() for vector in ivp.start), grid.h, steps * grid.h)
-    took = time.perf_counter() - began
-    parts = external_state(result, shapes, f"{name}: {kind.solve} must return {kind.result} at the {len(steps)} times t")
-    return Block(steps, np.concatenate(parts, axis=1), took)
+    states, seconds = code.solve(kind, ivp.start, grid.h, np.asarray(steps * grid.h))
+    return Block(steps, np.concatenate(states, axis=1), seconds)
 
 
 def outputs(grid: Grid) -> Steps:

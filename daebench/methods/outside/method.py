@@ -94,23 +94,16 @@ class OutsideMethod:
     def flow(self, ivp: Ivp, h: float, steps: int) -> Callable[..., Any]:
         """Return the map of ``steps`` steps, (p, q) -> (p, q) or y -> y, of real states, and of complex ones where the code takes them.
 
-        It raises :class:`RunFailed` where the code cannot go on.
+        Where the code cannot go on from a real state, it raises :class:`RunFailed`; what the code raises of complex ones it raises too.
         """
-        if self.step is not None:
-            return partial(_chained, self.step, h, steps)
+        along = partial(_at_end, self.name, self.blocks, ivp) if self.step is None else partial(_chained, self.step)
 
         def phi(*vectors: Any) -> Any:
-            if any(map(np.iscomplexobj, vectors)):
-                raise TypeError(f"{self.name} takes real numbers alone")
-            names = ("p0", "q0") if len(vectors) == 2 else ("y0",)
-            state: dict[str, Any] = {name: np.array(vector, dtype=float) for name, vector in zip(names, vectors, strict=True)}
-            start = replace(ivp, **state)
             try:
-                for block in self.blocks(start, Grid(h, steps, 0), Request(value=h, steps=steps)):
-                    last = block.rows[-1]
+                return along(h, steps, *vectors)
             except Stopped as stop:
-                raise RunFailed(f"{self.name}: {stop}.") from None
-            return np.split(last, 2) if len(vectors) == 2 else last
+                why = str(stop).rstrip(".")
+                raise RunFailed(f"{why}." if why.startswith(self.name) else f"{self.name}: {why}.") from None
 
         return phi
 
@@ -135,6 +128,18 @@ def _chained(fresh: Callable[[], Step], h: float, steps: int, *vectors: Any) -> 
     """Return what a Python callable makes of a state in so many steps."""
     step, state = fresh(), tuple(np.array(vector) for vector in vectors)
     for _ in range(steps):
-        result = step(*(vector.copy() for vector in state), h)
+        result = step(*state, h)
         state = tuple(map(np.asarray, result)) if len(state) == 2 else (np.asarray(result),)
     return state if len(state) == 2 else state[0]
+
+
+def _at_end(name: str, blocks: Blocks, ivp: Ivp, h: float, steps: int, *vectors: Any) -> Any:
+    """Return where a run that begins at a state is after so many steps."""
+    if any(map(np.iscomplexobj, vectors)):
+        raise TypeError(f"{name} takes real numbers alone")
+    names = ("p0", "q0") if len(vectors) == 2 else ("y0",)
+    start: dict[str, Any] = {name: np.array(vector, dtype=float) for name, vector in zip(names, vectors, strict=True)}
+    end = np.concatenate(list(start.values()))
+    for block in blocks(replace(ivp, **start), Grid(h, steps, 0), Request(value=h, steps=steps)):
+        end = block.rows[-1] if len(block.rows) else end
+    return np.split(end, 2) if len(vectors) == 2 else end

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from daebench.errors import BadInput
 from daebench.methods.fixed_step.base import monitored_errors, monitored_names
 from daebench.methods.fixed_step.stepping import REASONS
 from daebench.methods.solvers.monitor import Stopped
@@ -67,11 +68,18 @@ class Record:
         self.seconds, self.failure, self.interrupted = 0.0, "", False
 
     def outcome(self, blocks: Blocks) -> dict[str, Any]:
-        """Run the code, and return what a trajectory of any kind says of it."""
+        """Run the code, and return what a trajectory of any kind says of it.
+
+        BadInput is raised where already the first thing that the code gives is no state; later, the run has failed, and keeps its states.
+        """
         try:
             self._follow(blocks)
         except Stopped as stop:
             self.failure = self._sentence(f"{stop}; {stop.advice}" if stop.advice else str(stop))
+        except BadInput as error:
+            if not self.last_step:
+                raise
+            self.failure = self._sentence(str(error))
         except KeyboardInterrupt:
             if not self.request.keep_interrupted:
                 raise

@@ -1,0 +1,113 @@
+"""Python code from outside as it is called: timed, and what goes wrong in it named."""
+
+import time
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import AbstractContextManager, contextmanager
+from dataclasses import dataclass
+from typing import Any
+
+from daebench.errors import BadInput, RunFailed
+from daebench.methods.solvers.monitor import Stopped
+from daebench.runs.external_state import external_state
+from daebench.runs.trajectory import Array
+
+Guard = Callable[[], AbstractContextManager[None]]
+"""Turns what goes wrong in a file of the user's own into a :class:`RunFailed` that names its line."""
+
+
+@dataclass(frozen=True)
+class Kind:
+    """How callables are called for problems of one kind.
+
+    Parameters
+    ----------
+    step, solve : str
+        How one step, and a whole run, are called.
+    result : str
+        What they return.
+    vectors : int
+        Number of vectors in a state.
+    """
+
+    step: str
+    solve: str
+    result: str
+    vectors: int
+
+
+CONSTRAINED = Kind("step(p, q, h)", "solve(p, q, h, t)", "p and q", 2)
+POISSON = Kind("step(y, h)", "solve(y, h, t)", "y", 1)
+
+
+class Code:
+    """A callable as it is called in one run.
+
+    Parameters
+    ----------
+    name : str
+        Name of the method.
+    fresh : callable
+        Returns the callable, which remembers nothing yet.
+    guard : callable
+        See :data:`Guard`.
+
+    Raises
+    ------
+    Stopped
+        If there is no callable to be had.
+    """
+
+    def __init__(self, name: str, fresh: Callable[[], Callable[..., Any]], guard: Guard) -> None:
+        self.name, self.guard = name, guard
+        self.callable, _ = self._timed(fresh)
+
+    def step(self, kind: Kind, state: Sequence[Array], h: float) -> tuple[list[Array], float]:
+        """Return the state after a step, and the seconds that the code took for it.
+
+        The callable is given copies, and must leave them as they are. Stopped is raised where it raises something, BadInput where it
+        returns no state.
+        """
+        given = [vector.copy() for vector in state]
+        result, seconds = self._timed(self.callable, *given, h)
+        if any(a.tobytes() != b.tobytes() for a, b in zip(given, state, strict=True)):
+            raise BadInput(
+                f"{self.name}: {kind.step} changes its arguments; return new arrays, and leave those that it is given as they are."
+            )
+        duty = f"{self.name}: {kind.step} must return {kind.result}"
+        return external_state(result, [vector.shape for vector in state], duty), seconds
+
+    def solve(self, kind: Kind, state: Sequence[Array], h: float, t: Array) -> tuple[list[Array], float]:
+        """Return the states of a whole run at the times t, shape(k, ...) each, and the seconds that the code took for it."""
+        result, seconds = self._timed(self.callable, *(vector.copy() for vector in state), h, t)
+        duty = f"{self.name}: {kind.solve} must return {kind.result} at the {len(t)} times t"
+        return external_state(result, [(len(t), len(vector)) for vector in state], duty), seconds
+
+    def of_complex(self, state: Sequence[Any], h: float) -> Any:
+        """Return what one step makes of complex vectors; what the code raises is raised as it is, for it need not take them."""
+        with self.guard():  # for what the code prints, not for what it raises
+            try:
+                return self._clocked(self.callable, *(vector.copy() for vector in state), h)[0]
+            except Exception as error:  # noqa: BLE001 - raised below
+                raised = error
+        raise raised
+
+    def _timed(self, function: Callable[..., Any], *arguments: Any) -> tuple[Any, float]:
+        with self._named():
+            return self._clocked(function, *arguments)
+
+    def _clocked(self, function: Callable[..., Any], *arguments: Any) -> tuple[Any, float]:
+        began = time.perf_counter()
+        result = function(*arguments)
+        return result, time.perf_counter() - began
+
+    @contextmanager
+    def _named(self) -> Iterator[None]:
+        """Say what goes wrong in the code as the reason for which a run stopped."""
+        try:
+            with self.guard():
+                yield
+        except RunFailed as error:
+            raise Stopped(str(error)) from error
+        except Exception as error:
+            text = " ".join(str(error).split())
+            raise Stopped(f"the code raises {type(error).__name__}{': ' * bool(text)}{text}") from error

@@ -1,0 +1,189 @@
+"""What goes wrong with code from outside is one sentence, and the states before it are kept."""
+
+import types
+
+import numpy as np
+import pytest
+from outside_code import BALL, RATTLE, run, script
+
+import daebench as package
+from daebench.errors import BadInput, RunFailed
+from daebench.methods.names import parse
+from daebench.methods.outside import call
+from daebench.methods.outside.callables import method_of_callable
+
+
+@pytest.mark.parametrize(
+    ("method", "sentence"),
+    [
+        ("./mine.py:in_place", "step(p, q, h) changes its arguments"),
+        ("./mine.py:one", "must return p and q, of shape (3,) each; it returned ndarray"),
+        ("./mine.py:of_poisson", "takes 2 arguments; on spherical_pendulum give step(p, q, h)"),
+        ("./mine.py:calls", "is no method: it is a int"),
+        ("./mine.py:nothing", "mine.py has no nothing; it has step, solve"),
+        ("./mine.py:", "'' is no name"),
+        ("./other.py:step", "there is no such file"),
+        ("./mine.so:step", "there is no such file"),
+        ("exec:./nothing", "there is no such program"),
+        ("exec:'", "No closing quotation"),
+    ],
+)
+def test_what_is_no_method_is_refused(mine, daebench, method, sentence):
+    words = ("run", BALL["problem"], "--case", BALL["case"], "--h", 0.01, "--t-end", 1, "--method", method)
+    status, out, err = daebench(*words)
+    assert (status, out) == (2, "")
+    assert sentence in err
+    assert err.count("\n") == 1
+
+
+def test_a_library_without_the_function_is_refused(library, mine):
+    with pytest.raises(BadInput, match="has no function nothing"):
+        run(f"{library}:nothing")
+    (mine / "text.so").write_text("no library")
+    with pytest.raises(BadInput, match="cannot be loaded as a library"):
+        run("./text.so:step")
+
+
+@pytest.mark.parametrize(
+    ("settings", "sentence"),
+    [
+        ({"precision": "float32"}, "computes in float64"),
+        ({"raw": True}, "gives no multipliers of its stages"),
+        ({"compensated": True}, "sums over its steps itself"),
+        ({"options": {"alpha": 1.0}}, "unknown option of ./mine.py:step"),
+        ({"tol": 1e-3, "h": None}, "is steered by a step size h"),
+    ],
+)
+def test_what_code_from_outside_cannot_do_is_refused(mine, settings, sentence):
+    with pytest.raises(BadInput) as error:
+        package.run(**{"problem": "spherical_pendulum", "method": "./mine.py:step", "h": 0.1, "t_end": 1.0} | settings)
+    assert sentence in str(error.value)
+
+
+@pytest.mark.parametrize(
+    ("name", "steps", "sentence"),
+    [
+        ("fails", 7, "./mine.py:fails, line 42: ZeroDivisionError"),
+        ("blows_up", 0, "H or a monitored quantity is not finite after this step; use a smaller h"),
+        ("spoils", 0, "a value is no longer finite; use a smaller h"),
+    ],
+)
+def test_a_run_that_stops_has_its_states_so_far_and_the_reason(mine, name, steps, sentence):
+    with np.errstate(all="ignore"):
+        found = run(f"./mine.py:{name}")
+    assert found.steps == steps
+    assert len(found.t) == steps + 1
+    assert sentence in found.failure
+    assert f"(step {steps + 1} of 200, h = 0.01)" in found.failure
+
+
+def test_a_status_of_a_library_stops_the_run(library):
+    assert run(f"{library}:gives_up").failure is None
+    low = package.run("spherical_pendulum", case="fig1.1", q0=[0, 0, -1.0], p0=[0.1, 0, 0], method=f"{library}:gives_up", h=0.01, t_end=1)
+    assert (low.steps, "returned 7, and not 0" in low.failure) == (0, True)
+
+
+@pytest.mark.parametrize(
+    ("text", "sentence"),
+    [
+        ("exit 3", "stopped after t = 0 (step 0 of 200, h = 0.01): the program ended after 0 of 200 states, with status 3."),
+        ("echo some trouble >&2; exit 1", "with status 1: some trouble."),
+        ("kill -9 $$", "ended after 0 of 200 states, with status -9."),
+        ("yes 1 2 3 4 5 6 | head -3", "stopped after t = 0.03 (step 3 of 200, h = 0.01): the program ended after 3 of 200 states."),
+    ],
+)
+def test_a_program_that_dies_is_said_to_have(folder, text, sentence):
+    failure = run(script(folder, text)).failure
+    assert sentence in failure
+    assert failure.count("\n") == 0
+
+
+@pytest.mark.parametrize(
+    ("text", "sentence"),
+    [
+        ("echo hello", "writes 'hello', which is no state"),
+        ("echo 1 2 3", "writes 3 numbers in a line, '1 2 3'; a state has 6"),
+        ("head -c 1000000 /dev/zero", "which is no state"),
+    ],
+)
+def test_a_program_whose_first_line_is_no_state_is_refused(folder, text, sentence):
+    with pytest.raises(BadInput) as error:
+        run(script(folder, text))
+    assert sentence in str(error.value)
+    assert len(str(error.value)) < 2100
+
+
+def test_a_program_with_numbers_that_are_not_finite_is_a_failure(folder):
+    found = run(script(folder, "yes nan 0 0 0 0 0 | head -200; echo '{\"seconds\": 1}'"))
+    assert "a value is no longer finite" in found.failure
+
+
+def test_a_program_that_hangs_is_left(folder):
+    found = run(script(folder, "sleep 60"), seconds_limit=0.3)
+    assert "within the limit of time" in found.failure
+    assert found.steps == 0
+
+
+@pytest.mark.parametrize(
+    ("name", "sentence"),
+    [
+        ("shrinks", "step(p, q, h) must return p and q, of shape (3,) each; their shapes are (3,) and (2,)."),
+        ("forgets", "step(p, q, h) changes its arguments"),
+    ],
+)
+def test_a_callable_that_goes_wrong_in_mid_run_keeps_its_states(mine, name, sentence):
+    found = run(f"./mine.py:{name}")
+    assert "stopped at t = 0.05 (step 6 of 200, h = 0.01): " in found.failure
+    assert sentence in found.failure
+    assert np.allclose(found.p[:, 0], 0.06 + 0.01 * np.arange(6), rtol=0, atol=1e-15)
+
+
+def _line(end):
+    """Return the number of the one line of the file that ends so."""
+    (number,) = (number for number, line in enumerate(RATTLE.splitlines(), start=1) if line.endswith(end))
+    return number
+
+
+def test_seconds_are_those_of_the_code_alone(monkeypatch):
+    """A step takes a second of this clock, and what is done around it, such as the look at what it returns, a hundred."""
+    clock = types.SimpleNamespace(now=0.0, perf_counter=lambda: clock.now)
+    look = call.external_state
+
+    def looked(*arguments):
+        clock.now += 100.0
+        return look(*arguments)
+
+    def step(p, q, h):
+        clock.now += 1.0
+        return p, q
+
+    def solve(p, q, h, t):
+        clock.now += 7.0
+        return np.tile(p, (len(t), 1)), np.tile(q, (len(t), 1))
+
+    monkeypatch.setattr(call, "time", clock)
+    monkeypatch.setattr(call, "external_state", looked)
+    assert run(step).seconds == 200.0
+    assert run(solve).seconds == 7.0
+
+
+def test_a_map_of_code_that_fails_says_so_of_real_states_and_raises_it_of_complex_ones(mine, library):
+    ivp = package.initial_value_problem(BALL["problem"], BALL["case"])
+    p, q = np.array([0.2, 0.0, 0.0]), np.array([0.0, 0.0, -1.0])
+    for name, sentence in (
+        (f"{library}:gives_up", f"{library}:gives_up: the function of the library returned 7, and not 0."),
+        ("./mine.py:raises", f"./mine.py:raises, line {_line('# raises')}: ValueError: no root; correct the file."),
+    ):
+        with pytest.raises(RunFailed) as error:
+            parse(name).flow(ivp, 0.01, 3)(p, q)
+        assert str(error.value) == sentence
+    with pytest.raises(ValueError, match="no root"):
+        parse("./mine.py:raises").flow(ivp, 0.01, 3)(p + 0j, q)
+    with pytest.raises(BadInput, match="must return p and q"):
+        parse("./mine.py:one").flow(ivp, 0.01, 3)(p, q)
+
+    def broken(p, q, h):
+        raise ValueError("no root")
+
+    with pytest.raises(RunFailed, match="broken: the code raises ValueError: no root"):
+        method_of_callable(broken).flow(ivp, 0.01, 3)(p, q)

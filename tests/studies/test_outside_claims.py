@@ -1,0 +1,122 @@
+"""What code from outside claims is held against what is measured, by complex step or by differences."""
+
+import pytest
+from outside_code import RATTLE
+
+import daebench as package
+from daebench.diagnostics.derivative import DerivativeWarning
+from daebench.errors import BadInput
+from daebench.methods.names import parse
+from daebench.runs.request import Request
+from daebench.studies.claims.check import check_claims
+from daebench.studies.claims.poisson import PoissonBench
+
+CLAIMING = (
+    RATTLE
+    + """
+step.claims = {"order": 2, "symmetric": True, "symplectic": True, "keeps_g": True, "keeps_Gv": True}
+
+def reduced(p, q, h):
+    '''Symplectic Euler on the index-reduced equation.'''
+    force = np.array([0.0, 0.0, -1.0])
+    p = p + h * (force - (p @ p + force @ q) / (q @ q) * q)
+    return p, q + h * p
+
+reduced.claims = {"order": 1, "symplectic": True, "keeps_g": True}
+
+def real(p, q, h):
+    if np.iscomplexobj(p):
+        raise TypeError("real numbers only")
+    return step(p, q, h)
+
+real.claims = step.claims
+
+def drops(p, q, h):
+    return step(np.real(p), np.real(q), h)
+
+drops.claims = step.claims
+"""
+)
+
+
+def findings(name):
+    ivp = package.initial_value_problem("spherical_pendulum", "fig1.1")
+    return {finding.property: finding for finding in check_claims(ivp, parse(name), h=0.01, steps=100, halvings=5)}
+
+
+@pytest.fixture
+def claiming(mine, plain_functions):
+    (mine / "mine.py").write_text(CLAIMING)
+    return mine
+
+
+def test_claims_that_hold_are_found_to(claiming):
+    found = findings("./mine.py:step")
+    assert [found[name].verdict for name in ("order", "symmetric", "symplectic", "keeps g", "keeps G H_p")] == 5 * ["ok"]
+    assert found["keeps H"].verdict == "not claimed"
+    assert found["symplectic"].note == ""
+    assert found["symplectic"].bound < 1e-12
+
+
+def test_claims_that_do_not_hold_are_found_not_to(claiming):
+    found = findings("./mine.py:reduced")
+    assert {name for name, finding in found.items() if finding.verdict == "FALLS SHORT"} == {"symplectic", "keeps g"}
+    assert found["order"].verdict == "ok"
+
+
+@pytest.mark.parametrize("name", ["real", "drops"])
+def test_code_that_does_not_compute_in_complex_numbers_is_measured_by_differences_to_a_stated_floor(claiming, name):
+    with pytest.warns(DerivativeWarning, match="that of differences"):
+        found = findings(f"./mine.py:{name}")
+    assert found["symplectic"].verdict == "ok"
+    assert "by differences, good to" in found["symplectic"].note
+    assert 1e-12 < found["symplectic"].bound < 1e-6
+
+
+def test_a_library_is_measured_without_claims(library, plain_functions):
+    with pytest.warns(DerivativeWarning, match="that of differences"):
+        found = findings(f"{library}:step")
+    assert {finding.verdict for finding in found.values()} == {"not claimed"}
+    assert found["symplectic"].measured < found["symplectic"].bound
+    assert found["symmetric"].measured < 1e-14
+    assert abs(found["order"].measured - 2) < 0.1
+
+
+@pytest.mark.parametrize(
+    ("claims", "sentence"),
+    [
+        ("{'oder': 2}", "unknown claim of ./mine.py:step 'oder'; did you mean order"),
+        ("{'order': 2.5}", "claims['order'] = 2.5 is to be a whole number"),
+        ("{'symplectic': 1}", "claims['symplectic'] = 1 is to be True or False"),
+        ("['order']", "claims is to be a mapping"),
+    ],
+)
+def test_claims_that_are_none_are_refused(mine, claims, sentence):
+    (mine / "mine.py").write_text(f"{RATTLE}\nstep.claims = {claims}\n")
+    with pytest.raises(BadInput) as error:
+        parse("./mine.py:step")
+    assert sentence in str(error.value)
+
+
+MAPS = """
+import numpy as np
+
+def turn(y, h):
+    c, s = np.cos(h * y[2]), np.sin(h * y[2])
+    return np.array([c * y[0] + s * y[1], c * y[1] - s * y[0], y[2]])
+
+def grow(y, h):
+    return np.exp(h) * y
+
+turn.claims = grow.claims = {"symplectic": True, "symmetric": True}
+"""
+
+
+@pytest.mark.parametrize(("name", "verdict"), [("turn", "ok"), ("grow", "FALLS SHORT")])
+def test_a_poisson_map_is_told_from_one_that_is_none(mine, plain_functions, name, verdict):
+    """On the rigid body B is that of the rotations: a turn about an axis is a Poisson map, and growth is none."""
+    (mine / "mine.py").write_text(MAPS)
+    ivp, method = package.initial_value_problem("free_rigid_body"), parse(f"./mine.py:{name}")
+    run = method.solve(ivp, Request(value=0.01, steps=50, watch=("energy", "casimirs", "integrals")))
+    found = {finding.property: finding.verdict for finding in PoissonBench(ivp, method, run).findings()}
+    assert (found["Poisson map"], found["symmetric"]) == (verdict, "ok")
