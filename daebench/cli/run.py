@@ -36,6 +36,10 @@ Watch = Annotated[
     typer.Option("--watch", help="energy; manifold, or casimirs of a Poisson system; integrals; none; if left out, all but integrals."),
 ]
 
+SecondsLimit = Annotated[
+    float | None, typer.Option("--seconds-limit", help="Wall-clock limit, s; the run ends there, with its states so far.")
+]
+
 
 def run(
     problem: Problem,
@@ -62,13 +66,12 @@ def run(
     algebra: Algebra = "",
     anyway: Anyway = False,
     compensated: Compensated = False,
+    seconds_limit: SecondsLimit = None,
     overwrite: Overwrite = False,
     as_json: Json = False,
 ) -> None:
     """Run one method on one problem; exit 1 if it stops early."""
-    from daebench.methods.initial_value_problem import initial_value_problem
     from daebench.methods.run import prepare
-    from daebench.runs.make_ivp import constrained
 
     _check_place(out, raw=raw, overwrite=overwrite)
     with bar(f"{method} on {problem}") as progress:
@@ -77,13 +80,20 @@ def run(
         asked: dict[str, Any] = {"h": h, "tol": tol, "steps": steps, "t_end": t_end, "points": points, "every": every}
         asked |= {"watch": None if watch is None else _monitored(watch), "multipliers": lam, "raw": raw, "progress": progress}
         asked |= {"options": pairs("option", option or []), "compensated": compensated, "precision": precision.value, "anyway": anyway}
-        asked |= {"y0": numbers("--y0", y0), "project": project, "on_singular": on_singular}
+        asked |= {"y0": numbers("--y0", y0), "project": project, "on_singular": on_singular, "seconds_limit": seconds_limit}
         chosen, ivp, request = prepare(problem, method=method, **start, **asked)
         trajectory = chosen.solve(ivp, request)
     _write(out, ivp, request, method, trajectory)
-    given = constrained(initial_value_problem(problem, **start, consistent=False)) if project else None
-    _print(ivp, trajectory, given, compensated=compensated, as_json=as_json)
+    _print(ivp, trajectory, _given(problem, start) if project else None, compensated=compensated, as_json=as_json)
     raise typer.Exit(1 if trajectory.failure else 0)
+
+
+def _given(problem: str, start: dict[str, Any]) -> "ConstrainedIvp":
+    """Return the initial values as they were before they were projected."""
+    from daebench.methods.initial_value_problem import initial_value_problem
+    from daebench.runs.make_ivp import constrained
+
+    return constrained(initial_value_problem(problem, **start, consistent=False))
 
 
 def _write(out: Path | None, ivp: Any, request: "Request", method: str, trajectory: Any) -> None:

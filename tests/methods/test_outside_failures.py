@@ -1,5 +1,8 @@
 """What goes wrong with code from outside is one sentence, and the states before it are kept."""
 
+import json
+import signal
+import time
 import types
 
 import numpy as np
@@ -9,7 +12,7 @@ from outside_code import BALL, RATTLE, run, script
 import daebench as package
 from daebench.errors import BadInput, RunFailed
 from daebench.methods.names import parse
-from daebench.methods.outside import call
+from daebench.methods.outside import call, limit
 from daebench.methods.outside.callables import method_of_callable
 
 
@@ -118,10 +121,32 @@ def test_a_program_with_numbers_that_are_not_finite_is_a_failure(folder):
     assert "a value is no longer finite" in found.failure
 
 
-def test_a_program_that_hangs_is_left(folder):
-    found = run(script(folder, "sleep 60"), seconds_limit=0.3)
-    assert "within the limit of time" in found.failure
-    assert found.steps == 0
+def test_the_command_ends_code_that_hangs_at_the_limit(mine, daebench):
+    words = ("run", BALL["problem"], "--case", BALL["case"], "--h", 0.01, "--t-end", 1, "--method", "./mine.py:hangs")
+    status, out, err = daebench(*words, "--seconds-limit", 0.3, "--json")
+    assert (status, json.loads(out)["steps"], err) == (1, 5, "")
+    assert "the limit of 0.3 s is reached" in json.loads(out)["failure"]
+    assert daebench(*words, "--seconds-limit", 0)[2] == "daebench: seconds_limit = 0 must be greater than 0.\n"
+
+
+@pytest.mark.parametrize(
+    ("text", "states", "sentence"),
+    [
+        ("yes 1 2 3 4 5 6 | head -5; echo hello", 5, "stopped after t = 0.05 (step 5 of 200, h = 0.01): the program writes 'hello'"),
+        ("yes 1 2 3 4 5 6 | head -5; echo 1 2", 5, "writes 2 numbers in a line, '1 2'; a state has 6."),
+        ("yes 1 2 3 4 5 6 | head -5; echo '{\"seconds\": 1}'", 5, "the program ended after 5 of 200 states."),
+        ("yes 1 2 3 4 5 6 | head -200", 200, "it must write its seconds"),
+        ("yes 1 2 3 4 5 6", 200, "it must write its seconds"),
+        ("yes 1 2 3 4 5 6 | head -200; echo '{\"seconds\": -1}'", 200, "it must write its seconds"),
+        ("yes 1 2 3 4 5 6 | head -200; echo '{\"seconds\": 1}'; echo more", 200, "that line must be the last"),
+        ("yes 1 2 3 4 5 6 | head -5; sleep 60", 5, "the limit of 0.5 s is reached; allow more time, or see whether the code hangs."),
+    ],
+)
+def test_what_a_program_wrote_before_it_went_wrong_is_kept(folder, text, states, sentence):
+    found = run(script(folder, text), seconds_limit=0.5)
+    assert sentence in found.failure
+    assert (found.steps, len(found.t)) == (states, states + 1)
+    assert np.array_equal(found.p[1:], np.tile([1.0, 2.0, 3.0], (states, 1)))
 
 
 @pytest.mark.parametrize(
@@ -142,6 +167,40 @@ def _line(end):
     """Return the number of the one line of the file that ends so."""
     (number,) = (number for number, line in enumerate(RATTLE.splitlines(), start=1) if line.endswith(end))
     return number
+
+
+@pytest.mark.parametrize(("name", "steps"), [("hangs", 5), ("hangs_at_once", 0), ("Hanging", 0)])
+def test_a_callable_that_hangs_is_ended_at_the_limit_and_its_line_is_named(mine, name, steps):
+    found = run(f"./mine.py:{name}", seconds_limit=0.3)
+    assert f": ./mine.py:{name}, line {_line(f'# {name}')}: the limit of 0.3 s is reached; allow more time" in found.failure
+    assert (found.steps, len(found.t)) == (steps, steps + 1)
+    assert signal.getitimer(signal.ITIMER_REAL) == (0.0, 0.0)
+
+
+def test_without_a_limit_code_that_gives_no_state_for_long_is_ended(mine, library, folder, monkeypatch):
+    monkeypatch.setattr(limit, "SILENCE", 0.3)
+    for method in ("./mine.py:hangs", f"{library}:hangs", script(folder, "sleep 60")):
+        assert "the code has given no state for 0.3 s; see whether it hangs" in run(method).failure
+
+
+def test_a_library_that_hangs_is_left_and_keeps_its_states(library):
+    found = run(f"{library}:hangs", seconds_limit=0.3)
+    assert "stopped at t = 0.04 (step 5 of 200, h = 0.01): the limit of 0.3 s is reached" in found.failure
+    assert np.allclose(found.p[:, 0], 0.06 + 0.01 * np.arange(5), rtol=0, atol=1e-15)
+
+
+def test_a_timer_that_was_set_before_goes_on_afterwards(mine):
+    rung = []
+    before = signal.signal(signal.SIGALRM, lambda *_: rung.append(1))
+    signal.setitimer(signal.ITIMER_REAL, 0.5)
+    try:
+        assert "the limit of 0.2 s" in run("./mine.py:hangs", seconds_limit=0.2).failure
+        assert 0 < signal.getitimer(signal.ITIMER_REAL)[0] < 0.5
+        time.sleep(0.6)
+    finally:
+        signal.setitimer(signal.ITIMER_REAL, 0.0)
+        signal.signal(signal.SIGALRM, before)
+    assert rung == [1]
 
 
 def test_seconds_are_those_of_the_code_alone(monkeypatch):

@@ -1,4 +1,4 @@
-"""Python code from outside as it is called: timed, and what goes wrong in it named."""
+"""Python code from outside as it is called: timed, ended where it goes on for too long, and what goes wrong in it named."""
 
 import time
 from collections.abc import Callable, Iterator, Sequence
@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from daebench.errors import BadInput, RunFailed
+from daebench.methods.outside.limit import Alarm, Limit, Overdue
 from daebench.methods.solvers.monitor import Stopped
 from daebench.runs.external_state import external_state
 from daebench.runs.trajectory import Array
@@ -50,6 +51,8 @@ class Code:
         Returns the callable, which remembers nothing yet.
     guard : callable
         See :data:`Guard`.
+    limit : Limit
+        The time that the run may take.
 
     Raises
     ------
@@ -57,16 +60,23 @@ class Code:
         If there is no callable to be had.
     """
 
-    def __init__(self, name: str, fresh: Callable[[], Callable[..., Any]], guard: Guard) -> None:
-        self.name, self.guard = name, guard
-        self.callable, _ = self._timed(fresh)
+    def __init__(self, name: str, fresh: Callable[[], Callable[..., Any]], guard: Guard, limit: Limit) -> None:
+        self.name, self.guard, self.limit, self.alarm = name, guard, limit, Alarm()
+        with self.limited():
+            self.callable, _ = self._timed(fresh)
+
+    def limited(self) -> AbstractContextManager[None]:
+        """Return a context in which a call that takes too long is ended."""
+        return self.alarm.after(self.limit.left)
 
     def step(self, kind: Kind, state: Sequence[Array], h: float) -> tuple[list[Array], float]:
         """Return the state after a step, and the seconds that the code took for it.
 
-        The callable is given copies, and must leave them as they are. Stopped is raised where it raises something, BadInput where it
-        returns no state.
+        The callable is given copies, and must leave them as they are. Stopped is raised where it raises something or the time is over,
+        BadInput where it returns no state.
         """
+        if not self.limit.left:
+            raise Stopped(self.limit.over)
         given = [vector.copy() for vector in state]
         result, seconds = self._timed(self.callable, *given, h)
         if any(a.tobytes() != b.tobytes() for a, b in zip(given, state, strict=True)):
@@ -86,19 +96,25 @@ class Code:
         """Return what one step makes of complex vectors; what the code raises is raised as it is, for it need not take them."""
         with self.guard():  # for what the code prints, not for what it raises
             try:
-                return self._clocked(self.callable, *(vector.copy() for vector in state), h)[0]
+                return self._armed(self.callable, *(vector.copy() for vector in state), h)[0]
             except Exception as error:  # noqa: BLE001 - raised below
                 raised = error
         raise raised
 
     def _timed(self, function: Callable[..., Any], *arguments: Any) -> tuple[Any, float]:
         with self._named():
-            return self._clocked(function, *arguments)
+            return self._armed(function, *arguments)
 
-    def _clocked(self, function: Callable[..., Any], *arguments: Any) -> tuple[Any, float]:
+    def _armed(self, function: Callable[..., Any], *arguments: Any) -> tuple[Any, float]:
         began = time.perf_counter()
-        result = function(*arguments)
-        return result, time.perf_counter() - began
+        try:
+            self.alarm.armed = True
+            result = function(*arguments)
+            return result, time.perf_counter() - began
+        except Overdue as overdue:
+            raise RunFailed(self.limit.over).with_traceback(overdue.__traceback__) from None
+        finally:
+            self.alarm.armed = False
 
     @contextmanager
     def _named(self) -> Iterator[None]:

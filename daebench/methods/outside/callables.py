@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from daebench.errors import BadInput, unknown
 from daebench.methods.fixed_step.stepping import CHUNK_SECONDS
 from daebench.methods.outside.call import CONSTRAINED, POISSON, Code, Guard, Kind
+from daebench.methods.outside.limit import Limit
 from daebench.methods.outside.method import OutsideMethod, Stated, Step
 from daebench.methods.outside.record import Block
 from daebench.methods.solvers.monitor import Stopped
@@ -104,7 +105,7 @@ def _blocks(fresh: Callable[[], Step], name: str, taken: int, guard: Guard, ivp:
     kind = CONSTRAINED if isinstance(ivp, ConstrainedIvp) else POISSON
     if taken not in (kind.vectors + 1, kind.vectors + 2):
         raise BadInput(f"{name} takes {taken} arguments; on {ivp.problem} give {kind.step} that returns {kind.result}, or {kind.solve}.")
-    code = Code(name, fresh, guard)
+    code = Code(name, fresh, guard, Limit(request.seconds_limit))
     if taken == kind.vectors + 1:
         yield from _steps(code, kind, ivp, grid)
     else:
@@ -118,14 +119,15 @@ def _steps(code: Code, kind: Kind, ivp: Ivp, grid: Grid) -> Iterator[Block]:
     while done < grid.steps:
         rows, seconds, stopped = list[Array](), 0.0, None
         until = time.perf_counter() + CHUNK_SECONDS
-        try:
-            while not ended:
-                state, took = code.step(kind, state, grid.h)
-                rows.append(np.concatenate(state))
-                seconds += took
-                ended = done + len(rows) == grid.steps or time.perf_counter() > until or not np.isfinite(rows[-1]).all()
-        except (Stopped, BadInput) as error:
-            stopped = error
+        with code.limited():
+            try:
+                while not ended:
+                    state, took = code.step(kind, state, grid.h)
+                    rows.append(np.concatenate(state))
+                    seconds += took
+                    ended = done + len(rows) == grid.steps or time.perf_counter() > until or not np.isfinite(rows[-1]).all()
+            except (Stopped, BadInput) as error:
+                stopped = error
         yield Block(np.arange(done + 1, done + len(rows) + 1, dtype=np.int64), np.array(rows).reshape(len(rows), ivp.size), seconds)
         if stopped is not None:  # after the states before it, which are not to be lost
             raise stopped
@@ -134,13 +136,14 @@ def _steps(code: Code, kind: Kind, ivp: Ivp, grid: Grid) -> Iterator[Block]:
 
 def _mapping(fresh: Callable[[], Step], name: str, guard: Guard) -> Step:
     """Return one step as a map: of real vectors checked as in a run, of complex ones as the code has it."""
-    code = Code(name, fresh, guard)
+    code = Code(name, fresh, guard, Limit(None))
 
     def step(*arguments: Any) -> Any:
         *state, h = arguments
-        if any(map(np.iscomplexobj, state)):
-            return code.of_complex(state, h)
-        after, _ = code.step(CONSTRAINED if len(state) == CONSTRAINED.vectors else POISSON, state, h)
+        with code.limited():
+            if any(map(np.iscomplexobj, state)):
+                return code.of_complex(state, h)
+            after, _ = code.step(CONSTRAINED if len(state) == CONSTRAINED.vectors else POISSON, state, h)
         return after if len(after) > 1 else after[0]
 
     return step
@@ -149,7 +152,8 @@ def _mapping(fresh: Callable[[], Step], name: str, guard: Guard) -> Step:
 def _whole(code: Code, kind: Kind, ivp: Ivp, grid: Grid) -> Block:
     """Return what a whole run gives at the outputs."""
     steps = outputs(grid)
-    states, seconds = code.solve(kind, ivp.start, grid.h, np.asarray(steps * grid.h))
+    with code.limited():
+        states, seconds = code.solve(kind, ivp.start, grid.h, np.asarray(steps * grid.h))
     return Block(steps, np.concatenate(states, axis=1), seconds)
 
 

@@ -12,12 +12,14 @@ import numpy as np
 from daebench.compiler.cache import generated
 from daebench.errors import BadInput
 from daebench.methods.fixed_step.stepping import next_piece
+from daebench.methods.outside.limit import Limit, Worker
 from daebench.methods.outside.method import OutsideMethod
 from daebench.methods.outside.record import Block
 from daebench.methods.solvers.monitor import Stopped
 from daebench.runs.grid import Grid
 from daebench.runs.ivp import Ivp
 from daebench.runs.request import Request
+from daebench.runs.trajectory import Array
 
 LOOP = '''
 """The loop over the steps of a compiled library: a function of C is called by its address."""
@@ -26,15 +28,16 @@ from daebench.compiler.machine_code import njit
 from daebench.methods.outside.address import call{vectors} as call
 
 
-@njit{cached}
-def integrate(address, par, {state}, h, rows):
+@njit({options})
+def integrate(address, par, {state}, h, rows, count):
     data, {data} = par.ctypes.data, {pointers}
     for k in range(len(rows)):
         status = call(address, data, {data}, h)
         if status:
-            return k, status
+            return status
         {store}
-    return len(rows), 0
+        count[0] = k + 1
+    return 0
 '''
 
 
@@ -86,29 +89,38 @@ def _loop(vectors: int) -> types.ModuleType:
             "pointers": ", ".join(f"{name}.ctypes.data" for name in names),
             "store": STORE[vectors],
         }
-        return LOOP.format(vectors=vectors, cached="(cache=True)" if cached else "()", **parts)
+        return LOOP.format(vectors=vectors, options="cache=True, nogil=True" if cached else "nogil=True", **parts)
 
     return generated("library_loop", f"library loop {vectors}", build)
 
 
 def _blocks(address: int, ivp: Ivp, grid: Grid, request: Request) -> Iterator[Block]:
-    state = [np.array(vector, dtype=float) for vector in ivp.start]
-    integrate, par = _loop(len(state)).integrate, np.array(ivp.par)
-    rows = np.empty((0, ivp.size))
-    integrate(address, par, *state, grid.h, rows)  # compiled before the clock runs
-    done, piece = 0, 64
-    while done < grid.steps:
-        piece = min(piece, grid.steps - done, max(1, MOST_NUMBERS // ivp.size))
-        if len(rows) < piece:
-            rows = np.zeros((piece, ivp.size))
+    state, par = [np.array(vector, dtype=float) for vector in ivp.start], np.array(ivp.par)
+    integrate, count = _loop(len(state)).integrate, np.zeros(1, dtype=np.int64)
+
+    def timed(rows: Array) -> tuple[int, float]:
         began = time.perf_counter()
-        count, status = integrate(address, par, *state, grid.h, rows[:piece])
-        took = time.perf_counter() - began
-        yield Block(np.arange(done + 1, done + count + 1, dtype=np.int64), rows[:count], took)
-        if status:
-            raise Stopped(f"the function of the library returned {status}, and not 0")
-        done += piece
-        piece = next_piece(piece, took)
+        status = integrate(address, par, *state, grid.h, rows, count)
+        return status, time.perf_counter() - began
+
+    rows = np.empty((0, ivp.size))
+    timed(rows)  # compiled before the clock runs
+    done, piece, limit = 0, 1, Limit(request.seconds_limit)
+    with Worker() as worker:
+        while done < grid.steps:
+            piece = min(piece, grid.steps - done, max(1, MOST_NUMBERS // ivp.size))
+            rows = rows if len(rows) >= piece else np.zeros((piece, ivp.size))
+            count[0], took, stopped = 0, 0.0, None
+            try:
+                status, took = worker.result(partial(timed, rows[:piece]), limit)
+                stopped = Stopped(f"the function of the library returned {status}, and not 0") if status else None
+            except Stopped as late:  # the thread is left, which still has the rows
+                stopped = late
+            yield Block(np.arange(done + 1, done + count[0] + 1, dtype=np.int64), rows[: count[0]], took)
+            if stopped is not None:  # after the states before it, which are not to be lost
+                raise stopped
+            done += piece
+            piece = next_piece(piece, took)
 
 
 MOST_NUMBERS = 2**18

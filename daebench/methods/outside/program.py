@@ -8,8 +8,7 @@ import signal
 import subprocess
 import tempfile
 import threading
-import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from functools import partial
 from typing import IO, Any, Self
 
@@ -17,15 +16,14 @@ import numpy as np
 
 from daebench.errors import BadInput
 from daebench.methods.outside.callables import outputs
+from daebench.methods.outside.limit import Limit
 from daebench.methods.outside.method import OutsideMethod
 from daebench.methods.outside.record import Block
 from daebench.methods.solvers.monitor import Stopped
 from daebench.runs.grid import Grid
 from daebench.runs.ivp import ConstrainedIvp, Ivp
 from daebench.runs.request import Request
-
-SECONDS_LIMIT = 600.0
-"""Wall-clock limit, s, where none is given."""
+from daebench.runs.trajectory import Array
 
 BATCH = 4096
 """Most rows of a block."""
@@ -55,21 +53,21 @@ def method_of_program(name: str, words: list[str], content: str) -> OutsideMetho
 
 
 def _blocks(words: list[str], ivp: Ivp, grid: Grid, request: Request) -> Iterator[Block]:
-    steps = outputs(grid)
-    limit = time.monotonic() + (request.seconds_limit or SECONDS_LIMIT)
+    steps, limit = outputs(grid), Limit(request.seconds_limit)
     with tempfile.TemporaryFile("w+b") as errors, _Program(words, _question(ivp, grid), errors) as program:
-        done, rows = 0, list[list[float]]()
-        while done + len(rows) < len(steps):
-            line = program.line(limit)
-            if line is None or line.lstrip().startswith("{"):
-                yield _block(steps, done, rows)
-                raise Stopped(f"the program ended after {done + len(rows)} of {len(steps)} states{program.ending(line)}")
-            rows.append(_numbers(line, ivp.size))
-            if len(rows) == BATCH:
-                yield _block(steps, done, rows)
-                done, rows = done + len(rows), []
+        done = 0
+        while done < len(steps):
+            lines = program.lines(min(BATCH, len(steps) - done), limit)
+            rows, fault = _states(lines, ivp.size)
+            done += len(rows)
+            yield Block(steps[done - len(rows) : done], rows, 0.0)
+            if fault:  # after the states before it, which are not to be lost
+                raise BadInput(fault)
+            if len(rows) < len(lines) or not lines:
+                ending = program.ending(ended=not lines)
+                raise Stopped(f"the program ended after {done} of {len(steps)} states{ending}")
         line = program.line(limit)
-        yield _block(steps, done, rows, _seconds(line, program.ending(line)))
+        yield Block(steps[:0], rows[:0], _seconds(line, program.ending(ended=line is None)))
         if (more := program.line(limit)) is not None:
             raise BadInput(f"{words[0]} writes {_quoted(more)} after its seconds; that line must be the last.")
 
@@ -131,21 +129,30 @@ class _Program:
                 self._lines.put(line, timeout=0.1)
                 return
 
-    def line(self, limit: float) -> str | None:
+    def lines(self, most: int, limit: Limit) -> list[str]:
+        """Return the lines that there are, at least one and at most so many; none at the end."""
+        lines = list[str]()
+        while (line := self.line(limit)) is not None:
+            lines.append(line)
+            if len(lines) == most or self._lines.empty():
+                break
+        return lines
+
+    def line(self, limit: Limit) -> str | None:
         """Return the next line that is not empty, None at the end."""
         if self._over:
             return None
         try:
-            line = self._lines.get(timeout=max(0.0, limit - time.monotonic()))
+            line = self._lines.get(timeout=limit.left)
         except queue.Empty:
-            raise Stopped("the program has not written its states within the limit of time; allow more, or see whether it hangs") from None
+            raise Stopped(limit.over) from None
         self._over = line is None
         return line
 
-    def ending(self, line: str | None) -> str:
+    def ending(self, *, ended: bool) -> str:
         """Return how the program ended, where it has, and the last line that it wrote on standard error."""
         try:
-            status = self._process.wait(PATIENCE) if line is None else 0
+            status = self._process.wait(PATIENCE) if ended else 0
         except subprocess.TimeoutExpired:
             status = 0
         self._errors.seek(0)
@@ -167,20 +174,22 @@ def _question(ivp: Ivp, grid: Grid) -> str:
     return json.dumps(about | {"h": grid.h, "steps": grid.steps, "every": grid.every} | start)
 
 
-def _numbers(line: str, size: int) -> list[float]:
-    """Return the numbers of a state; raise :class:`BadInput` where the line has none, or not so many."""
-    try:
-        numbers = [float(word) for word in line.replace(",", " ").split()]
-    except ValueError:
-        raise BadInput(f"the program writes {_quoted(line)}, which is no state: {size} numbers are to be in a line.") from None
-    if len(numbers) != size:
-        raise BadInput(f"the program writes {len(numbers)} numbers in a line, {_quoted(line)}; a state has {size}.")
-    return numbers
-
-
-def _block(steps: Any, done: int, rows: list[list[float]], seconds: float = 0.0) -> Block:
-    size = len(rows[0]) if rows else 0
-    return Block(steps[done : done + len(rows)], np.array(rows, dtype=float).reshape(len(rows), size), seconds)
+def _states(lines: Sequence[str], size: int) -> tuple[Array, str]:
+    """Return the states that lines have up to the first that is none, and why it is none; "" of one of JSON, which ends them."""
+    rows, fault = list[list[float]](), ""
+    for line in lines:
+        if line.lstrip().startswith("{"):
+            break
+        try:
+            numbers = [float(word) for word in line.replace(",", " ").split()]
+        except ValueError:
+            fault = f"the program writes {_quoted(line)}, which is no state: {size} numbers are to be in a line."
+            break
+        if len(numbers) != size:
+            fault = f"the program writes {len(numbers)} numbers in a line, {_quoted(line)}; a state has {size}."
+            break
+        rows.append(numbers)
+    return np.array(rows, dtype=float).reshape(len(rows), size), fault
 
 
 def _seconds(line: str | None, ending: str) -> float:

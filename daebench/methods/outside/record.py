@@ -1,7 +1,5 @@
 """The record of a run of code from outside: its states as they come, the largest errors over all of them, and why it stopped."""
 
-import math
-import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import Any
@@ -107,13 +105,10 @@ class Record:
         return np.asarray(steps * self.grid.h), rows
 
     def _follow(self, blocks: Blocks) -> None:
-        limit = time.perf_counter() + (self.request.seconds_limit or math.inf)
         for block in blocks(self.ivp, self.grid, self.request):
             self._take(block)
             if self.request.progress:
                 self.request.progress(self.last_step / self.grid.steps)
-            if self.last_step < self.grid.steps and time.perf_counter() > limit:
-                raise Stopped(f"the limit of {self.request.seconds_limit:g} s is reached")
 
     def _take(self, block: Block) -> None:
         """Monitor and store a block of states; stop at the first that is not finite."""
