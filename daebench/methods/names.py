@@ -214,13 +214,13 @@ def methods_of(ivp: Ivp, names: Sequence[str], options: Mapping[str, float] | No
 
 
 def _require_kind(ivp: Ivp, names: Sequence[str], anyway: bool) -> None:
-    """Refuse methods that are known, but for the other kind of problems."""
+    """Refuse methods that are known, but for the other kind of problems; code from outside is for either, and is not executed to see."""
     kind = kind_of(ivp)
     other = CONSTRAINED if kind is POISSON else POISSON
     if anyway and kind is CONSTRAINED:
         raise BadInput(f"anyway is for schemes on Poisson systems, and {ivp.problem} is {kind.words}; leave it out.")
     for name in names:
-        if isinstance(name, str) and _known(other, name) and not _known(kind, name):
+        if isinstance(name, str) and not is_outside(name) and _known(other, name) and not _known(kind, name):
             raise BadInput(f"{name} is for {other.plural}, and {ivp.problem} is {kind.words}; daebench list methods has those for both.")
 
 

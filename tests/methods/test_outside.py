@@ -8,7 +8,9 @@ from outside_code import BALL, RATTLE, run, script
 
 import daebench as package
 from daebench.errors import LostMotion
+from daebench.methods import names
 from daebench.methods.fixed_step.base import monitored_errors, monitored_names, output_maxima
+from daebench.methods.names import parse
 from daebench.studies.grid.run_specification import GridRun
 from daebench.studies.grid.specification_key import key_of
 
@@ -110,6 +112,27 @@ def test_a_stored_run_is_of_the_content_of_the_file(mine):
     assert key() == before
     (mine / "mine.py").write_text(RATTLE + "\n# another text\n")
     assert key() != before
+
+
+def test_content_is_that_of_the_file_and_what_it_imports_wherever_they_are(folder):
+    def content(place, text):
+        (folder / place).mkdir(exist_ok=True)
+        (folder / place / "mine.py").write_text("from helper import step\n")
+        (folder / place / "helper.py").write_text(text)
+        return parse(f"{folder / place}/mine.py:step").content
+
+    text = "def step(p, q, h):\n    return p, q\n"
+    first = content("one", text)
+    assert content("two", text) == first
+    assert content("one", text + "# another\n") != first
+
+
+def test_code_from_outside_is_not_executed_to_see_which_kind_of_problem_it_is_for(mine, monkeypatch):
+    monkeypatch.setattr(names, "_known", lambda kind, name: pytest.fail(f"{name} was looked for"))
+    for problem in ("spherical_pendulum", "free_rigid_body"):
+        ivp = package.initial_value_problem(problem)
+        assert names.method_of(ivp, "./mine.py:step").name == "./mine.py:step"
+        assert [method.name for method in names.methods_of(ivp, ["./mine.py:step"])] == ["./mine.py:step"]
 
 
 def test_the_program_is_told_what_is_asked(folder):

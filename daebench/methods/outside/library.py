@@ -75,7 +75,8 @@ def method_of_library(name: str, path: Path, function: str, content: str) -> Out
         address = ctypes.cast(getattr(library, function), ctypes.c_void_p).value
     except AttributeError:
         raise BadInput(f'{name}: {path} has no function {function}; one of C++ is to be declared extern "C".') from None
-    return OutsideMethod(name, partial(_blocks, int(address or 0)), content)
+    assert address is not None  # a function that there is
+    return OutsideMethod(name, partial(_blocks, address), content)
 
 
 def _loop(vectors: int) -> types.ModuleType:

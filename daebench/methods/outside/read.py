@@ -1,13 +1,12 @@
 """Methods from outside by their texts: ``./mine.py:step``, ``./libmine.so:step``, ``exec:./program``. Their code is executed."""
 
-import hashlib
 import re
 import shlex
 import shutil
+from collections.abc import Sequence
 from contextlib import AbstractContextManager
 from functools import partial
 from pathlib import Path
-from typing import Any
 
 from daebench.errors import BadInput, RunFailed
 from daebench.methods.outside.callables import method_of_callable
@@ -16,6 +15,7 @@ from daebench.methods.outside.method import OutsideMethod
 from daebench.methods.outside.program import method_of_program
 from daebench.systems.files import execute
 from daebench.systems.files.imports import importable, imported
+from daebench.systems.files.package import digest_of_files
 
 PROGRAM = "exec:"
 """What comes before a program."""
@@ -46,30 +46,29 @@ def method_from(name: str) -> OutsideMethod:
     """
     if name.startswith(PROGRAM):
         return _program(name)
-    found = FILE.fullmatch(name)
-    assert found is not None
-    path = execute.existing(found["path"], "method", "daebench list methods")
-    if not found["name"].isidentifier():
-        raise BadInput(f"{name}: {found['name']!r} is no name; give the name of a function in {path.name}, as {found['path']}:step.")
-    if found["ending"] != "py":
-        return method_of_library(name, path, found["name"], _digest(path))
-    return _python(name, path, found["name"])
+    place = FILE.fullmatch(name)
+    assert place is not None
+    path, function = execute.existing(place["path"], "method", "daebench list methods"), place["name"]
+    if not function.isidentifier():
+        raise BadInput(f"{name}: {function!r} is no name; give the name of a function in {path.name}, as {place['path']}:step.")
+    if place["ending"] != "py":
+        return method_of_library(name, path, function, _content([path]))
+    return _python(name, path, function)
 
 
-def _python(name: str, path: Path, wanted: str) -> OutsideMethod:
+def _python(name: str, path: Path, function: str) -> OutsideMethod:
     files = [path, *imported(path)]
-    content = _digest(*files)
+    content = _content(files)
 
     def naming(wrong: type[Exception]) -> AbstractContextManager[None]:
         return execute.naming(name, path, lambda: files, wrong)  # type: ignore[arg-type]
 
     with importable(path.parent), naming(BadInput):
         module = execute.executed(path, f"daebench_method_{path.stem}_{content[:16]}")
-    if not hasattr(module, wanted):
-        there = [each for each, value in vars(module).items() if callable(value) and getattr(value, "__module__", "") == module.__name__]
-        raise BadInput(f"{name}: {path.name} has no {wanted}; it has {', '.join(there) or 'no function'}.")
-    code: Any = getattr(module, wanted)
-    return method_of_callable(code, name, content, partial(naming, RunFailed))
+    if not hasattr(module, function):
+        functions = [key for key, value in vars(module).items() if callable(value) and getattr(value, "__module__", "") == module.__name__]
+        raise BadInput(f"{name}: {path.name} has no {function}; it has {', '.join(functions) or 'no function'}.")
+    return method_of_callable(getattr(module, function), name, content, partial(naming, RunFailed))
 
 
 def _program(name: str) -> OutsideMethod:
@@ -81,12 +80,9 @@ def _program(name: str) -> OutsideMethod:
     if program is None:
         raise BadInput(f"{name}: there is no such program that may be executed; give its path, as exec:./program.")
     files = [Path(program), *(path for path in map(Path, words[1:]) if path.is_file())]
-    return method_of_program(name, [program, *words[1:]], _digest(*files))
+    return method_of_program(name, [program, *words[1:]], _content(files))
 
 
-def _digest(*files: Path) -> str:
-    """Return the digest of the texts of files, in this order."""
-    whole = hashlib.sha256()
-    for file in files:
-        whole.update(hashlib.sha256(file.read_bytes()).digest())
-    return whole.hexdigest()
+def _content(files: Sequence[Path]) -> str:
+    """Return the digest of files, which do not count by the folder that they are in."""
+    return digest_of_files((file.name, file) for file in files)
