@@ -3,7 +3,7 @@
 import json
 import keyword
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import sympy as sp
@@ -38,8 +38,46 @@ class Function:
         return list(sp.flatten(self.entries.tolist())) if self.entries.shape else [self.entries[()]]
 
 
+EXPLICIT = {
+    "H": "Hamiltonian",
+    "H_p": "its gradient with respect to p, shape(d,)",
+    "H_q": "its gradient with respect to q, shape(d,)",
+    "H_pp": "its second derivatives, by p in rows and by p in columns, shape(d, d)",
+    "H_qp": "its second derivatives, by q in rows and by p in columns, shape(d, d)",
+    "H_qq": "its second derivatives, by q in rows and by q in columns, shape(d, d)",
+}
+"""What is printed of a constrained problem whose H is an expression, by name."""
+
+OF_MASS = {
+    "M": "mass matrix of H = 1/2 p^T M(q)^-1 p + U(q), shape(d, d)",
+    "M_q": "its derivative with respect to q in the last index, shape(d, d, d)",
+    "U": "potential energy",
+    "U_q": "its gradient, shape(d,)",
+    "U_qq": "its second derivatives, shape(d, d)",
+}
+"""What is printed in place of that where the mass matrix is not diagonal."""
+
+CONSTRAINTS = {
+    "g": "constraints, shape(m,)",
+    "G": "their Jacobian, shape(m, d)",
+    "g_qq": "their second derivatives, shape(m, d, d)",
+}
+"""What is printed of the constraints."""
+
+POISSON = {
+    "H": "Hamiltonian",
+    "H_y": "its gradient, shape(n,)",
+    "H_yy": "its second derivatives, shape(n, n)",
+    "B": "structure matrix, shape(n, n)",
+}
+"""What is printed of a Poisson system."""
+
+DERIVED = {"M_q": ("M", "q"), "g_qq": ("G", "q"), "H_yy": ("H_y", "y")}
+"""What no scheme needs and so no derivation has, as the derivative of a function with respect to one of its arguments."""
+
+
 def functions(derivation: Any) -> list[Function]:
-    """Return the functions of a problem and their first and second derivatives.
+    """Return the functions of a problem and their first and second derivatives, as they are compiled for schemes.
 
     Those of a constrained problem are H, H_p, H_q, H_pp, H_qp, H_qq, g, G and g_qq; where the mass matrix is not diagonal, M, M_q, U,
     U_q and U_qq stand for those of H. Those of a Poisson system are H, H_y, H_yy, B, and the Casimir functions C with C_y.
@@ -49,53 +87,31 @@ def functions(derivation: Any) -> list[Function]:
     BadInput
         If the problem is a lattice, or a chain of so many nodes that its functions are loops.
     """
-    if derivation.states == "poisson":
-        return _poisson(derivation)
-    if not hasattr(derivation, "q"):
-        raise BadInput(f"{derivation.definition.nodes} nodes are too many to write out; take fewer.")
-    q, p = list(derivation.q), list(derivation.p)
-    if derivation.explicit:
-        H = sp.sympify(derivation.H)
-        both = {"p": p, "q": q}
-        found = [Function("H", "Hamiltonian", both, sp.Array(H))]
-        found += [
-            Function(f"H_{name}", f"its gradient with respect to {name}, shape(d,)", both, _gradient(H, x)) for name, x in both.items()
-        ]
-        for first, second in (("p", "p"), ("q", "p"), ("q", "q")):
-            about = f"its second derivatives, by {first} in rows and by {second} in columns, shape(d, d)"
-            found.append(Function(f"H_{first}{second}", about, both, _gradient(_gradient(H, both[first]), both[second])))
-    else:
-        M, U, at = sp.Array(derivation.M.tolist()), sp.sympify(derivation.U), {"q": q}
-        found = [Function("M", "mass matrix of H = 1/2 p^T M(q)^-1 p + U(q), shape(d, d)", at, M)]
-        found += [Function("M_q", "its derivative with respect to q in the last index, shape(d, d, d)", at, _gradient(M, q))]
-        found += [Function("U", "potential energy", at, sp.Array(U)), Function("U_q", "its gradient, shape(d,)", at, _gradient(U, q))]
-        found += [Function("U_qq", "its second derivatives, shape(d, d)", at, _gradient(_gradient(U, q), q))]
-    g = sp.Array(list(derivation.g))
-    found += [Function("g", "constraints, shape(m,)", {"q": q}, g), Function("G", "their Jacobian, shape(m, d)", {"q": q}, _gradient(g, q))]
-    return [*found, Function("g_qq", "their second derivatives, shape(m, d, d)", {"q": q}, _gradient(_gradient(g, q), q))]
+    definition = derivation.definition
+    if hasattr(definition, "sites"):
+        raise BadInput(f"the functions of a lattice of {definition.sites} sites are loops, and are not written out.")
+    if hasattr(definition, "nodes"):
+        raise BadInput(f"{definition.nodes} nodes are too many to write out; take fewer.")
+    if derivation.states == "constrained":
+        contents = (EXPLICIT if derivation.explicit else OF_MASS) | CONSTRAINTS
+        return [_function(derivation, name, about) for name, about in contents.items()]
+    printed_functions = [_function(derivation, name, about) for name, about in POISSON.items()]
+    if definition.casimirs:
+        C = replace(_function(derivation, "casimirs", f"Casimir functions {', '.join(definition.casimirs)}"), name="C")
+        printed_functions += [C, _function(derivation, "C_y", "their gradients, one a row")]
+    return printed_functions
 
 
-def _poisson(derivation: Any) -> list[Function]:
-    system = derivation.definition
-    if hasattr(system, "sites"):
-        raise BadInput(f"the functions of a lattice of {system.sites} sites are loops, and are not written out.")
-    y = list(system.y)
-    H, at = sp.sympify(system.H), {"y": y}
-    found = [Function("H", "Hamiltonian", at, sp.Array(H)), Function("H_y", "its gradient, shape(n,)", at, _gradient(H, y))]
-    found += [Function("H_yy", "its second derivatives, shape(n, n)", at, _gradient(_gradient(H, y), y))]
-    found += [Function("B", "structure matrix, shape(n, n)", at, sp.Array(sp.Matrix(system.B).tolist()))]
-    if system.casimirs:
-        C = sp.Array(list(system.casimirs.values()))
-        found += [Function("C", f"Casimir functions {', '.join(system.casimirs)}", at, C)]
-        found += [Function("C_y", "their gradients, one a row", at, _gradient(C, y))]
-    return found
-
-
-def _gradient(values: Any, x: Sequence[sp.Symbol]) -> sp.NDimArray:
-    """Return the derivatives of an expression or array, the new index last."""
-    values = sp.Array(values)
-    flat = list(sp.flatten(values.tolist())) if values.shape else [values[()]]
-    return sp.Array([sp.diff(entry, symbol) for entry in flat for symbol in x], (*values.shape, len(x)))
+def _function(derivation: Any, name: str, about: str) -> Function:
+    """Return one function of a problem, of which its derivation has the expressions, or those that it is the derivative of."""
+    if name in DERIVED:
+        integral, by = DERIVED[name]
+        function = _function(derivation, integral, about)
+        x = function.arguments[by]
+        entries = [sp.diff(entry, symbol) for entry in function.flat for symbol in x]
+        return replace(function, name=name, entries=sp.Array(entries, (*function.entries.shape, len(x))))
+    arguments, values, shape = derivation.rule(name)
+    return Function(name, about, arguments, sp.Array(list(values), shape))
 
 
 def printed(language: str, problem: str, derivation: Any) -> str:
@@ -140,9 +156,9 @@ def _body(function: Function, parameters: Sequence[sp.Symbol]) -> Body:
     return [(str(plain[symbol]), *where) for symbol, where in place.items()], shared, entries
 
 
-def _c(problem: str, parameters: Mapping[sp.Symbol, float], found: Sequence[Function]) -> str:
+def _c(problem: str, parameters: Mapping[sp.Symbol, float], contents: Sequence[Function]) -> str:
     lines = [f"/* {problem}: {_parameters(parameters)}. Arrays are stored by rows. */", "#include <math.h>", ""]
-    for function in found:
+    for function in contents:
         places, shared, entries = _body(function, list(parameters))
         taken = "".join(f", const double *{name}" for name in function.arguments)
         lines += [f"/* {function.about} */", f"static void {function.name}(const double *par{taken}, double *out)", "{"]
@@ -154,9 +170,9 @@ def _c(problem: str, parameters: Mapping[sp.Symbol, float], found: Sequence[Func
     return "\n".join(lines)
 
 
-def _julia(problem: str, parameters: Mapping[sp.Symbol, float], found: Sequence[Function]) -> str:
+def _julia(problem: str, parameters: Mapping[sp.Symbol, float], contents: Sequence[Function]) -> str:
     lines = [f"# {problem}: {_parameters(parameters)}.", ""]
-    for function in found:
+    for function in contents:
         places, shared, entries = _body(function, list(parameters))
         lines += [f"# {function.about}", f"function {function.name}({', '.join(['par', *function.arguments])})"]
         lines += [f"    {name} = {vector}[{k + 1}]" for name, vector, k in places]
@@ -168,12 +184,12 @@ def _julia(problem: str, parameters: Mapping[sp.Symbol, float], found: Sequence[
     return "\n".join(lines)
 
 
-def _python(problem: str, parameters: Mapping[sp.Symbol, float], found: Sequence[Function]) -> str:
+def _python(problem: str, parameters: Mapping[sp.Symbol, float], contents: Sequence[Function]) -> str:
     from sympy.printing.numpy import NumPyPrinter
 
     code = NumPyPrinter({"fully_qualified_modules": True, "inline": True}).doprint
     lines = [f'"""{problem}: {_parameters(parameters)}."""', "", "import numpy", "", f"par = {list(parameters.values())}", ""]
-    for function in found:
+    for function in contents:
         places, shared, entries = _body(function, list(parameters))
         lines += ["", f"def {function.name}({', '.join(['par', *function.arguments])}):", f'    """{function.about}."""']
         lines += [f"    {name} = {vector}[{k}]" for name, vector, k in places]
@@ -183,9 +199,9 @@ def _python(problem: str, parameters: Mapping[sp.Symbol, float], found: Sequence
     return "\n".join(lines)
 
 
-def _latex(problem: str, parameters: Mapping[sp.Symbol, float], found: Sequence[Function]) -> str:
+def _latex(problem: str, parameters: Mapping[sp.Symbol, float], contents: Sequence[Function]) -> str:
     lines = [f"% {problem}: {_parameters(parameters)}."]
-    for function in found:
+    for function in contents:
         name = f"{function.name[0]}_{{{function.name[2:]}}}" if "_" in function.name else function.name
         value = sp.Matrix(function.flat) if len(function.entries.shape) == 1 else function.entries
         shown = value.tomatrix() if len(function.entries.shape) == 2 else value[()] if not function.entries.shape else value
@@ -193,12 +209,12 @@ def _latex(problem: str, parameters: Mapping[sp.Symbol, float], found: Sequence[
     return "\n".join([*lines, ""])
 
 
-def _json(problem: str, parameters: Mapping[sp.Symbol, float], found: Sequence[Function]) -> str:
+def _json(problem: str, parameters: Mapping[sp.Symbol, float], contents: Sequence[Function]) -> str:
     def text(entries: Any) -> Any:
         return [text(entry) for entry in entries] if isinstance(entries, list) else str(entries)
 
-    values = {f.name: text(f.entries.tolist() if f.entries.shape else f.entries[()]) for f in found}
-    arguments = {name: list(map(str, symbols)) for f in found for name, symbols in f.arguments.items()}
+    values = {f.name: text(f.entries.tolist() if f.entries.shape else f.entries[()]) for f in contents}
+    arguments = {name: list(map(str, symbols)) for f in contents for name, symbols in f.arguments.items()}
     return json.dumps({"problem": problem, "par": {str(k): v for k, v in parameters.items()}, "arguments": arguments, "functions": values})
 
 

@@ -4,6 +4,7 @@ import ctypes
 import json
 import shutil
 import subprocess
+from copy import copy
 
 import numpy as np
 import pytest
@@ -26,11 +27,17 @@ def points(ivp):
         yield {name: vector * (1 + 0.1 * random.random(len(vector))) + 0.01 for name, vector in zip(names, ivp.start, strict=True)}
 
 
+COMPILED = {"C": "casimirs"} | {name: name for name in ("H", "g", "G", "H_p", "H_q", "B", "M")}
+"""Names under which daebench itself computes what is printed, by the names in print."""
+
+
 def expected(ivp, function, point):
-    """Return a function as daebench's own generated code has it, or by differences of such a function."""
-    name, vectors = function.name, [point[each] for each in function.arguments]
-    if name in ("H", "g", "G", "H_p", "H_q", "B", "M"):
-        return np.array(ivp.value(name, *vectors))
+    """Return a function as daebench's own generated code has it, or by differences of such a function; U is H of a body at rest."""
+    name, vectors = function.name, [point[argument] for argument in function.arguments]
+    if name in COMPILED:
+        return np.array(ivp.value(COMPILED[name], *vectors))
+    if name == "U":
+        return np.array(ivp.value("H", np.zeros(ivp.d), *vectors))
     base, order = name.split("_")
     first = {"g_qq": "G"}.get(name, f"{base}_{order[0]}" if len(order) == 2 else base)
     return differences(ivp, first, order[-1], point)
@@ -39,12 +46,12 @@ def expected(ivp, function, point):
 def differences(ivp, first, by, point):
     """Return the derivative of a printed function by Richardson-extrapolated central differences."""
     at, called = dict(point), module(ivp)[first]
-    arguments = next(each for each in functions(ivp.source.derivation) if each.name == first).arguments
+    arguments = next(function for function in functions(ivp.source.derivation) if function.name == first).arguments
 
     def change(k, step):
         moved = dict(at)
         moved[by] = at[by] + step * (np.arange(len(at[by])) == k)
-        return np.asarray(called(ivp.par, *(moved[each] for each in arguments)), dtype=float)
+        return np.asarray(called(ivp.par, *(moved[argument] for argument in arguments)), dtype=float)
 
     columns = []
     for k in range(len(at[by])):
@@ -66,11 +73,9 @@ def test_python_gives_the_numbers_of_daebench_itself(problem):
     assert names["par"] == list(ivp.par)
     for point in points(ivp):
         for function in functions(ivp.source.derivation):
-            got = np.asarray(names[function.name](ivp.par, *(point[each] for each in function.arguments)), dtype=float)
-            if function.name in ("C", "U"):
-                continue
+            got = np.asarray(names[function.name](ivp.par, *(point[argument] for argument in function.arguments)), dtype=float)
             want = expected(ivp, function, point)
-            near = 1e-13 if function.name in ("H", "g", "G", "H_p", "H_q", "B", "M") else 1e-6
+            near = 1e-13 if function.name in {*COMPILED, "U"} else 1e-6
             assert got.shape == want.shape, function.name
             assert np.allclose(got, want, rtol=near, atol=near * max(1.0, np.abs(want).max())), function.name
 
@@ -87,7 +92,7 @@ def test_c_compiles_without_a_warning_and_gives_the_same(problem, tmp_path):
     pointer = ctypes.POINTER(ctypes.c_double)
     for point in points(ivp):
         for function in functions(ivp.source.derivation):
-            given = [np.array(vector, dtype=float) for vector in (ivp.par, *(point[each] for each in function.arguments))]
+            given = [np.array(vector, dtype=float) for vector in (ivp.par, *(point[argument] for argument in function.arguments))]
             out = np.full(max(1, len(function.flat)), np.nan)
             getattr(library, function.name)(*(vector.ctypes.data_as(pointer) for vector in (*given, out)))
             want = np.asarray(names[function.name](*given), dtype=float).ravel()
@@ -95,16 +100,29 @@ def test_c_compiles_without_a_warning_and_gives_the_same(problem, tmp_path):
 
 
 @pytest.mark.skipif(shutil.which("julia") is None, reason="Julia is not installed")
-def test_julia_gives_the_same(tmp_path):
-    ivp = initial_value_problem("double_pendulum", consistent=False)
-    point = next(points(ivp))
+@pytest.mark.parametrize("problem", ["double_pendulum", "four_bar", "free_rigid_body"])
+def test_julia_gives_the_same(problem, tmp_path):
+    ivp = initial_value_problem(problem, consistent=False)
+    point, contents, names = next(points(ivp)), functions(ivp.source.derivation), module(ivp)
+    by_rows = "by_rows(x) = x isa Number ? [float(x)] : float.(vec(permutedims(x, Tuple(ndims(x):-1:1))))\n"
     calls = [
-        f"println(vec({each.name}({[*ivp.par]}, {', '.join(str(point[x].tolist()) for x in each.arguments)})))"
-        for each in functions(ivp.source.derivation)
-        if each.flat
+        f"println(join(by_rows({function.name}({[*ivp.par]}, {', '.join(str(point[x].tolist()) for x in function.arguments)})), ' '))"
+        for function in contents
     ]
-    (tmp_path / "printed.jl").write_text(printed("julia", "double_pendulum", ivp.source.derivation) + "\n".join(calls))
-    subprocess.run(["julia", str(tmp_path / "printed.jl")], check=True)
+    (tmp_path / "printed.jl").write_text(printed("julia", problem, ivp.source.derivation) + by_rows + "\n".join(calls))
+    lines = subprocess.run(["julia", str(tmp_path / "printed.jl")], check=True, capture_output=True, text=True).stdout.splitlines()
+    for function, line in zip(contents, lines, strict=True):
+        want = np.ravel(names[function.name](ivp.par, *(point[argument] for argument in function.arguments)))
+        assert np.allclose([float(word) for word in line.split()], want, rtol=1e-13, atol=1e-13), function.name
+
+
+@pytest.mark.parametrize(("problem", "name"), [("double_pendulum", "H_q"), ("four_bar", "U_q"), ("free_rigid_body", "H_y")])
+def test_what_is_printed_is_what_is_compiled(problem, name):
+    derivation = copy(initial_value_problem(problem, consistent=False).source.derivation)
+    derivation.__dict__[name] = 3 * getattr(derivation, name)  # planted
+    (function,) = (function for function in functions(derivation) if function.name == name)
+    assert function.flat == list(derivation.__dict__[name])
+    assert "3.0*" in derivation.source(name)
 
 
 @pytest.mark.parametrize("problem", PROBLEMS)
@@ -118,11 +136,11 @@ def test_blocks_of_julia_are_closed_and_indices_begin_at_one(problem):
 
 def test_json_is_read_back_as_the_same_expressions():
     derivation = initial_value_problem("double_pendulum", consistent=False).source.derivation
-    found = json.loads(printed("json", "double_pendulum", derivation))
-    assert list(found["par"]) == list(map(str, derivation.parameters))
-    symbols = {str(each): each for each in (*derivation.parameters, *derivation.p, *derivation.q)}
+    text = json.loads(printed("json", "double_pendulum", derivation))
+    assert list(text["par"]) == list(map(str, derivation.parameters))
+    symbols = {str(symbol): symbol for symbol in (*derivation.parameters, *derivation.p, *derivation.q)}
     for function in functions(derivation):
-        value = sp.Array(sp.sympify(found["functions"][function.name], locals=symbols))
+        value = sp.Array(sp.sympify(text["functions"][function.name], locals=symbols))
         entries = sp.flatten(value.tolist()) if value.shape else [value[()]]
         assert all(sp.simplify(a - b) == 0 for a, b in zip(entries, function.flat, strict=True))
 

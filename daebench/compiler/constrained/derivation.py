@@ -223,11 +223,16 @@ class Derivation(Derived):
 
     def source(self, name: str) -> str | None:
         """Return the source of the problem's function of this name, or None if it is no expression of this problem."""
-        rule = self._rules.get(name)
+        rule = self.rule(name)
         if rule is None:
             return None
-        arguments, values, shape = rule()
+        arguments, values, shape = rule
         return codegen.expressions(name, arguments, list(values), shape, self.parameters)
+
+    def rule(self, name: str) -> Rule | None:
+        """Return the arguments, entries and shape of the problem's function of this name, or None if it has no expression."""
+        rule = self._rules.get(name)
+        return None if rule is None else rule()
 
     @cached_property
     def _rules(self) -> dict[str, Callable[[], Rule]]:

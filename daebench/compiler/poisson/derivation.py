@@ -12,7 +12,8 @@ from daebench.compiler.linear.tuples import Values
 from daebench.compiler.poisson.parts import InParts
 from daebench.systems.poisson import PoissonCase, PoissonSystem
 
-Rule = tuple[Sequence[sp.Symbol], Sequence[sp.Expr], tuple[int, ...]]
+Arguments = dict[str, Sequence[sp.Symbol]]
+Rule = tuple[Arguments, Sequence[sp.Expr], tuple[int, ...]]
 
 
 class PoissonDerivation(InParts):
@@ -118,16 +119,22 @@ class PoissonDerivation(InParts):
             )
             tests = " and ".join(f"margin[{i}].real > 0.0" for i in range(len(self.problem.domain)))
             return margins + codegen.function("inside(y, par)", "margin = margins(y, par)", f"return {tests}")
-        rule = self._rules.get(name)
+        rule = self.rule(name)
         if rule is None:
             return None
-        arguments, values, shape = rule()
-        return codegen.expressions(name, {"y": arguments}, list(values), shape, self.parameters)
+        arguments, values, shape = rule
+        return codegen.expressions(name, arguments, list(values), shape, self.parameters)
+
+    def rule(self, name: str) -> Rule | None:
+        """Return the arguments, entries and shape of the system's function of this name, or None if it has no expression."""
+        rule = self._rules.get(name)
+        return None if rule is None else rule()
 
     @cached_property
     def _rules(self) -> dict[str, Callable[[], Rule]]:
         """What each function's arguments, values and shape are; nothing is derived before it is called."""
-        y, n, m, system = self.problem.y, self.n, self.m, self.problem
+        y: Arguments = {"y": list(self.problem.y)}
+        n, m, system = self.n, self.m, self.problem
         u, v = self.y[:m], self.y[m : 2 * m]
         return {
             "H": lambda: (y, [self.H], ()),
@@ -197,5 +204,5 @@ class DarbouxDerivation(PoissonDerivation):
     @cached_property
     def _rules(self) -> dict[str, Callable[[], Rule]]:
         rules = super()._rules
-        z = list(self.y)
+        z: Arguments = {"y": list(self.y)}
         return {name: (lambda rule=rule: (z, *rule()[1:])) for name, rule in rules.items()}  # type: ignore[misc]
