@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from daebench.errors import BadInput
+from daebench.systems.constrained import Case, ConstrainedHamiltonian, coordinates
 from daebench.testing import assert_keeps, assert_no_drift, assert_order, assert_reversible, assert_symplectic
 
 BALL = {"problem": "spherical_pendulum", "case": "fig1.1"}
@@ -36,6 +37,21 @@ def reduced(p, q, h):
     return p, q + h * p
 
 
+def still(p, q, h):
+    return p, q
+
+
+def fails(p, q, h):
+    raise ValueError("no root")
+
+
+def rotating():
+    """Return a point on a circle as a turning observer sees it: turning the momenta round does not reverse the motion."""
+    q, p = coordinates(2)
+    H = (p[0] ** 2 + p[1] ** 2) / 2 + q[0] * p[1] - q[1] * p[0]
+    return ConstrainedHamiltonian(q=q, p=p, H=H, g=[q[0] ** 2 + q[1] ** 2 - 1], cases={"still": Case(q=(1, 0), p=(0, 1))})
+
+
 @pytest.fixture(autouse=True)
 def _uncompiled(plain_functions):
     """Compute without machine code, which would take longer to make than to use."""
@@ -57,6 +73,27 @@ def test_a_map_that_is_not_symplectic_is_said_to_be_none():
 def test_a_map_that_is_not_reversible_is_said_to_be_none():
     with pytest.raises(AssertionError, match="reduced is not symmetric"):
         assert_reversible(reduced, **BALL)
+
+
+def test_a_property_that_cannot_be_told_is_not_said_to_be_missing():
+    seen = set()
+
+    def of_one_motion(p, q, h):
+        if seen and q.tobytes() not in seen:
+            raise ValueError("another motion")
+        p, q = rattle(p, q, h)
+        seen.add(q.tobytes())
+        return p, q
+
+    with pytest.raises(
+        AssertionError, match=r"^whether .*of_one_motion is symplectic on spherical_pendulum, case fig1\.1 cannot be told: "
+    ):
+        assert_symplectic(of_one_motion, **BALL)
+
+
+def test_a_code_that_fails_in_its_run_fails_the_assertion_with_the_reason():
+    with pytest.raises(AssertionError, match=r"fails on spherical_pendulum, case fig1\.1, .*: the code raises ValueError: no root\.$"):
+        assert_symplectic(fails, **BALL)
 
 
 def test_all_that_is_not_kept_is_named():
@@ -95,6 +132,12 @@ def test_methods_of_daebench_and_poisson_systems_are_taken_too():
         (lambda: assert_keeps(rattle, "spherical_pendulum", "momentum"), "unknown quantity of spherical_pendulum 'momentum'"),
         (lambda: assert_keeps(rattle, "spherical_pendulum", "L3"), "what rounding makes of L3 is not known"),
         (lambda: assert_symplectic(lambda p, q, h: p, **BALL), "must return p and q"),
+        (lambda: assert_symplectic(rattle, **BALL, steps=11), "steps = 11 is more than 10, the most over which the defect of a map"),
+        (lambda: assert_reversible(rattle, **BALL, steps=1000), "steps = 1000 is more than 10"),
+        (lambda: assert_reversible(rattle, **BALL, steps=0), "the run has 0 steps"),
+        (lambda: assert_reversible(still, rotating()), r"still cannot be symmetric on problem, case still: H\(-p, q\) is not H\(p, q\)"),
+        (lambda: assert_no_drift(rattle, **BALL, h=0.0), "h = 0 must be greater than 0"),
+        (lambda: assert_no_drift(rattle, **BALL, t_end=np.nan), "t_end = nan must be a finite number"),
         (lambda: assert_order(rattle, "spherical_pendulum", -1), "order = -1 must be greater than 0"),
     ],
 )

@@ -20,7 +20,7 @@ from daebench.reference.solution import reach
 from daebench.runs.ivp import Ivp, PoissonIvp
 from daebench.runs.request import Method, Request
 from daebench.runs.trajectory import CONSTRAINED, POISSON
-from daebench.studies.claims.bench import FALLS_SHORT, NOT_APPLICABLE, NOT_CLAIMED, OK, UNDETERMINED, Finding
+from daebench.studies.claims.bench import FALLS_SHORT, NOT_APPLICABLE, NOT_CLAIMED, OK, UNDETERMINED, Bench, Finding
 from daebench.studies.claims.constrained import ConstrainedBench
 from daebench.studies.claims.poisson import PoissonBench
 from daebench.studies.measurable import PoissonScheme, claimed_order, measured
@@ -112,18 +112,29 @@ def check_claims(
     """
     report = progress or (lambda fraction, label: None)
     fixed = measured(method, ivp, NO_CLAIMS)
-    value = default_step(ivp) if h is None else h
-    request = Request(
-        value=value, steps=steps, every=max(1, steps // MOST_STATES), watch=POISSON if isinstance(ivp, PoissonIvp) else CONSTRAINED
-    )
-    fixed.check(ivp, request)
     report(0.0, f"{fixed.name} on {ivp.problem}, {steps} steps")
-    run = fixed.solve(ivp, request)
+    bench = bench_of(ivp, fixed, default_step(ivp) if h is None else h, steps)
     report(0.2, f"{fixed.name} on {ivp.problem}, defects")
-    bench: Any = PoissonBench if isinstance(ivp, PoissonIvp) else ConstrainedBench
-    exact = bench(ivp, fixed, run.complete()).findings()
+    exact = bench.findings()
     order, _ = order_finding(ivp, fixed, halvings=halvings, began=lambda fraction, label: report(0.4 + 0.6 * fraction, f"order of {label}"))
     return [order, *exact]
+
+
+def bench_of(ivp: Ivp, method: Any, h: float, steps: int) -> Bench[Any, Any]:
+    """Return a method to be measured on an initial value problem, along a run of so many steps with everything monitored.
+
+    Raises
+    ------
+    BadInput
+        If the run cannot be made.
+    RunFailed
+        If it stops early.
+    """
+    watch = POISSON if isinstance(ivp, PoissonIvp) else CONSTRAINED
+    request = Request(value=h, steps=steps, every=max(1, steps // MOST_STATES), watch=watch)
+    method.check(ivp, request)
+    run = method.solve(ivp, request).complete()
+    return PoissonBench(ivp, method, run) if isinstance(ivp, PoissonIvp) else ConstrainedBench(ivp, method, run)
 
 
 def default_step(ivp: Ivp) -> float:

@@ -8,16 +8,14 @@ import numpy as np
 from daebench.diagnostics.energy import BOUNDED, DRIFTS, KEPT
 from daebench.diagnostics.energy_verdict import energy_verdict
 from daebench.diagnostics.order import SLACK
-from daebench.errors import BadInput, require_known
+from daebench.errors import BadInput, positive, require_known
 from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.methods.names import method_of
-from daebench.runs.ivp import ConstrainedIvp, Ivp, PoissonIvp
+from daebench.runs.grid import MOST_STEPS
+from daebench.runs.ivp import Ivp, PoissonIvp
 from daebench.runs.request import Request
-from daebench.runs.trajectory import CONSTRAINED, POISSON
-from daebench.studies.claims.bench import NAMES, Bench, Finding
-from daebench.studies.claims.check import MOST_STATES, order_finding
-from daebench.studies.claims.constrained import ConstrainedBench
-from daebench.studies.claims.poisson import PoissonBench
+from daebench.studies.claims.bench import DEFECT_STEPS, NAMES, NOT_APPLICABLE, Finding
+from daebench.studies.claims.check import bench_of, order_finding
 
 OUTPUTS = 2000
 """States of a run of which it is told whether the energy drifts, about."""
@@ -29,21 +27,13 @@ def posed(problem: Any, case: str | None, parameters: Mapping[str, float] | None
     return ivp, method_of(ivp, method)
 
 
-def _bench(ivp: Ivp, method: Any, h: float, steps: int) -> Bench[Any, Any]:
-    watch = CONSTRAINED if isinstance(ivp, ConstrainedIvp) else POISSON
-    request = Request(value=h, steps=steps, every=max(1, steps // MOST_STATES), watch=watch)
-    method.check(ivp, request)
-    run = method.solve(ivp, request).complete()
-    return ConstrainedBench(ivp, method, run) if isinstance(ivp, ConstrainedIvp) else PoissonBench(ivp, method, run)
-
-
 def defect(name: str, ivp: Ivp, method: Any, h: float, steps: int) -> str:
-    """Return why a map does not have a property, "" where it has: "symplectic", which on a Poisson system is a Poisson map, or "symmetric".
+    """Return why a map does not have a property, or why that cannot be told, "" where it has.
 
     Parameters
     ----------
     name : str
-        The property.
+        "symplectic", which on a Poisson system is a Poisson map, or "symmetric".
     ivp : InitialValueProblem
         The problem with its numbers.
     method : Method
@@ -51,20 +41,27 @@ def defect(name: str, ivp: Ivp, method: Any, h: float, steps: int) -> str:
     h : float
         Step size, s.
     steps : int
-        Steps of the map, at most 10 of them; one step may have a property by accident.
+        Steps of the map, at most 10; one step may have a property by accident.
+
+    Raises
+    ------
+    BadInput
+        If there are more steps, the run cannot be made, or H(-p, q) is not H(p, q), so that nothing is reversed by -p.
     """
-    bench = _bench(ivp, method, h, steps)
-    findings = {finding.property: finding for finding in bench.defects()}
-    finding = findings["Poisson map" if name == "symplectic" and isinstance(ivp, PoissonIvp) else name]
-    return _beyond(finding, f"{method.name} is not {name} on {ivp.problem}, case {ivp.case}: {bench.n} steps of {h:g}")
-
-
-def _beyond(finding: Finding, what: str) -> str:
+    if steps > DEFECT_STEPS:
+        raise BadInput(f"steps = {steps} is more than {DEFECT_STEPS}, the most over which the defect of a map is measured; take fewer.")
+    bench: Any = bench_of(ivp, method, h, steps)
+    of_form = bench.poisson if isinstance(ivp, PoissonIvp) else bench.symplectic
+    finding: Finding = of_form() if name == "symplectic" else bench.symmetric()
+    where = f"on {ivp.problem}, case {ivp.case}"
+    if finding.verdict == NOT_APPLICABLE:
+        raise BadInput(f"{method.name} cannot be {name} {where}: {finding.note}")
     if finding.measured <= finding.bound:
         return ""
     if not np.isfinite(finding.measured):
-        return f"{what} have no defect to measure; {finding.note}"
-    return f"{what} have a defect of {finding.measured:.2e}, where rounding explains {finding.bound:.1e}. {finding.note}".rstrip()
+        return f"whether {method.name} is {name} {where} cannot be told: {finding.note}"
+    defect = f"{bench.n} steps of {h:g} have a defect of {finding.measured:.2e}, where rounding explains {finding.bound:.1e}"
+    return f"{method.name} is not {name} {where}: {defect}. {finding.note}".rstrip()
 
 
 def conserved(names: Sequence[str], ivp: Ivp, method: Any, h: float, steps: int, within: float | None = None) -> str:
@@ -79,7 +76,7 @@ def conserved(names: Sequence[str], ivp: Ivp, method: Any, h: float, steps: int,
     within : float, optional
         Largest error allowed; by default what the rounding of the steps explains.
     """
-    bench = _bench(ivp, method, h, steps)
+    bench = bench_of(ivp, method, h, steps)
     sizes = bench.conserved()
     faults = []
     for name in names:
@@ -106,15 +103,16 @@ def drift(ivp: Ivp, method: Any, h: float, t_end: float) -> str:
     t_end : float
         End of the run, s: many oscillations, for absence of evidence of drift is not absence of drift.
     """
-    request = Request(value=h, t_end=t_end, every=max(1, int(t_end / h / OUTPUTS)))
+    steps = min(positive("t_end", t_end) / positive("h", h), MOST_STEPS)
+    request = Request(value=h, t_end=t_end, every=max(1, int(steps / OUTPUTS)))
     method.check(ivp, request)
-    found = energy_verdict(ivp, method.solve(ivp, request).complete())
+    energy = energy_verdict(ivp, method.solve(ivp, request).complete())
     where = f"{method.name} on {ivp.problem}, case {ivp.case}, h = {h:g}, up to t = {t_end:g}"
-    if found.verdict == DRIFTS:
-        return f"the energy of {where} drifts: {found.law}."
-    return (
-        "" if found.verdict in (KEPT, BOUNDED) else f"whether the energy of {where} drifts cannot be told: {found.reason}; run it longer."
-    )
+    if energy.verdict == DRIFTS:
+        return f"the energy of {where} drifts: {energy.law}."
+    if energy.verdict not in (KEPT, BOUNDED):
+        return f"whether the energy of {where} drifts cannot be told: {energy.reason}; run it longer."
+    return ""
 
 
 def order(asked: float, ivp: Ivp, method: Any, halvings: int | None = None) -> str:
