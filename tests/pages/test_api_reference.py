@@ -115,7 +115,7 @@ def test_the_page_is_the_same_each_time(page, tmp_path):
 
 
 def test_something_public_without_a_docstring_is_named(tree, monkeypatch):
-    monkeypatch.setattr(tree["testing.assert_agrees"], "docstring", None)
+    monkeypatch.setattr(tree["testing.references.assert_agrees"], "docstring", None)
     with pytest.raises(Undocumented, match=r"daebench\.testing\.assert_agrees is public and has no docstring"):
         public(tree)
 
