@@ -14,6 +14,7 @@ import numpy as np
 from daebench.errors import BadInput, DaebenchError
 from daebench.methods.fixed_step.constrained import FixedStep
 from daebench.methods.names import method_of
+from daebench.methods.outside.read import is_outside
 from daebench.runs.ivp import ConstrainedIvp, Ivp
 from daebench.runs.request import Request
 
@@ -32,10 +33,12 @@ def measure(ivp: Ivp, name: str, *, h: float, steps: int, repeat: int, anyway: b
     """Return a method's best time of a step in several runs: bare, monitored, and monitored and counted.
 
     The row has "method", "ns_per_step", "ns_watched" and "ns_counted", in nanoseconds, and "note", which says why there is no number.
-    BadInput is raised if it is not a fixed-step method.
+    BadInput is raised if it is not a fixed-step method of daebench.
     """
     if steps < 1 or repeat < 1:
         raise BadInput(f"steps = {steps} and repeat = {repeat} must be at least 1.")
+    if is_outside(name):
+        raise BadInput(f"{name} is from outside; bench times methods of daebench, and daebench run says how long the steps of {name} take.")
     method = method_of(ivp, name, anyway=anyway)
     if method.knob != "h":
         raise BadInput(f"{name} has no fixed steps; bench measures schemes.")

@@ -97,6 +97,21 @@ def test_its_order_is_measured(mine, plain_functions):
     assert (abs(rows["order"] - 2.0) < 0.1).all()
 
 
+@pytest.mark.parametrize(
+    ("words", "sentence"),
+    [
+        (("bench", "--problem", "spherical_pendulum"), "bench times methods of daebench"),
+        (("precision", "spherical_pendulum"), "precision compares ways to run methods of daebench"),
+    ],
+)
+def test_commands_on_the_arithmetic_of_daebench_refuse_it_and_do_not_execute_it(folder, daebench, words, sentence):
+    (folder / "mine.py").write_text("raise SystemExit(5)\n")
+    status, out, err = daebench(*words, "--methods", "rattle,./mine.py:step" if words[0] == "precision" else "./mine.py:step")
+    assert (status, out, err.count("\n")) == (2, "", 1)
+    assert err.startswith("daebench: ./mine.py:step is from outside")
+    assert sentence in err
+
+
 def test_a_long_run_of_code_from_outside_is_refused(mine, daebench):
     status, out, err = daebench("long", "spherical_pendulum", "--methods", "./mine.py:step", "--h", 0.01, "--steps", 100)
     assert (status, out) == (2, "")

@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING, Any
 
 from daebench.diagnostics.energy import DRIFTS
 from daebench.errors import BadInput
+from daebench.methods.outside.read import is_outside
 from daebench.studies.grid.feasibility import feasible
 from daebench.studies.grid.measure import Row
 from daebench.studies.grid.rows import by_method, error_of, rows_of
@@ -45,13 +46,12 @@ def specifications_of(
 ) -> tuple[list[tuple[str, GridRun]], dict[str, str]]:
     """Return every way to compute with its run, and why some are left out.
 
-    BadInput is raised if a way or a method is unknown, no method has fixed steps, no way can be run, or the reference ends before the runs.
+    BadInput is raised if a way or a method is unknown, a method is from outside, none has fixed steps, no way can be run, or the reference
+    ends before the runs.
     """
     if asked.reference and asked.end > asked.reference.horizon:
         raise BadInput(f"{uncertified(asked)}; take a smaller t_end.")
-    methods = asked.fixed if asked.methods else feasible(asked.ivp, POISSON if asked.poisson else CONSTRAINED)[0]
-    if not methods:
-        raise BadInput("precision is compared for methods with fixed steps, and none is given; give some, for example rattle.")
+    methods = _methods(asked)
     labelled: list[tuple[str, GridRun]] = []
     refused: dict[str, str] = {}
     for method in methods:
@@ -70,6 +70,16 @@ def specifications_of(
     if not labelled:
         raise BadInput(f"none of these ways can be run: {next(iter(refused.values()))}")
     return labelled, refused
+
+
+def _methods(asked: Asked) -> list[str]:
+    """Return the methods that are compared."""
+    for name in filter(is_outside, asked.methods):
+        raise BadInput(f"{name} is from outside, and computes in its own arithmetic; precision compares ways to run methods of daebench.")
+    methods = asked.fixed if asked.methods else feasible(asked.ivp, POISSON if asked.poisson else CONSTRAINED)[0]
+    if not methods:
+        raise BadInput("precision is compared for methods with fixed steps, and none is given; give some, for example rattle.")
+    return methods
 
 
 def _metrics(asked: Asked) -> tuple[str, ...]:
