@@ -44,6 +44,11 @@ def test_a_library_does_what_rattle_does(library, plain_functions):
     assert np.allclose(theirs.q[-1], own.q[-1], rtol=0, atol=1e-13)
 
 
+def test_functions_of_a_library_call_each_other_and_not_that_of_the_same_name_in_the_c_library(library):
+    twice, halved = run(f"{library}:twice", steps=5, t_end=None), run(f"{library}:step", h=0.005, steps=10, every=2, t_end=None)
+    assert np.array_equal(twice.q, halved.q)
+
+
 def test_a_program_does_what_rattle_does(program):
     own, theirs = run("rattle", every=7), run(f"exec:{program}", every=7)
     assert np.array_equal(theirs.t, own.t)
@@ -110,12 +115,6 @@ def test_commands_on_the_arithmetic_of_daebench_refuse_it_and_do_not_execute_it(
     assert (status, out, err.count("\n")) == (2, "", 1)
     assert err.startswith("daebench: ./mine.py:step is from outside")
     assert sentence in err
-
-
-def test_a_long_run_of_code_from_outside_is_refused(mine, daebench):
-    status, out, err = daebench("long", "spherical_pendulum", "--methods", "./mine.py:step", "--h", 0.01, "--steps", 100)
-    assert (status, out) == (2, "")
-    assert "a long run keeps the whole state of a method" in err
 
 
 def test_a_stored_run_is_of_the_content_of_the_file(mine):

@@ -86,6 +86,19 @@ def forgets(p, q, h):
         q *= 2
     return p + [h, 0, 0], q
 
+def reduced(p, q, h):
+    '''Symplectic Euler on the index-reduced equation.'''
+    force = np.array([0.0, 0.0, -1.0])
+    p = p + h * (force - (p @ p + force @ q) / (q @ q) * q)
+    return p, q + h * p
+
+def interrupted(p, q, h):
+    import signal, time
+    for _ in range(3):
+        signal.raise_signal(signal.SIGINT)
+        time.sleep(0.15)
+    while True: pass
+
 def raises(p, q, h):
     raise ValueError("no root")  # raises
 
@@ -109,6 +122,11 @@ int step(const double *par, double *p, double *q, double h)
     return 0;
 }
 int gives_up(const double *par, double *p, double *q, double h) { return q[2] > -0.999 ? 0 : 7; }
+int twice(const double *par, double *p, double *q, double h) { return step(par, p, q, h / 2) || step(par, p, q, h / 2); }
+int fails_late(const double *par, double *p, double *q, double h)
+{
+    return step(par, p, q, h) || q[0] < 0;
+}
 int hangs(const double *par, double *p, double *q, double h)
 {
     volatile double moved = p[0] += h;

@@ -1,6 +1,7 @@
 """A function of a compiled library as a method: ``int step(const double *par, double *p, double *q, double h)``, or with y for p and q."""
 
 import ctypes
+import os
 import time
 import types
 from collections.abc import Iterator
@@ -41,6 +42,9 @@ def integrate(address, par, {state}, h, rows, count):
 '''
 
 
+ITS_OWN = getattr(os, "RTLD_DEEPBIND", 0)
+"""A library's functions call each other by their names, and not what else has that name: glibc has a function ``step``."""
+
 STORE = {
     1: "rows[k] = y",
     2: "rows[k, : len(p)] = p\n        rows[k, len(p) :] = q",
@@ -68,7 +72,7 @@ def method_of_library(name: str, path: Path, function: str, content: str) -> Out
         If the library cannot be loaded, or has no function of this name.
     """
     try:
-        library = ctypes.CDLL(str(path.resolve()))
+        library = ctypes.CDLL(str(path.resolve()), mode=ITS_OWN)
     except OSError as error:
         raise BadInput(f"{name}: {path} cannot be loaded as a library: {error}.") from None
     try:
