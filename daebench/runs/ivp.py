@@ -2,8 +2,8 @@
 
 import types
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
-from typing import Any
+from dataclasses import dataclass, replace
+from typing import Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -34,6 +34,10 @@ class InitialValueProblem:
     @property
     def start(self) -> tuple[Array, ...]:
         """Initial values, in the order in which a state is stored."""
+        raise NotImplementedError
+
+    def at(self, *vectors: Array) -> Self:
+        """Return the same problem with other initial values, in the order of :attr:`start`."""
         raise NotImplementedError
 
     @property
@@ -140,6 +144,11 @@ class ConstrainedIvp(InitialValueProblem):
         """Initial momenta and positions."""
         return self.p0, self.q0
 
+    def at(self, *vectors: Array) -> Self:
+        """Return the same problem with other initial momenta and positions."""
+        p0, q0 = vectors
+        return replace(self, p0=p0, q0=q0)
+
     @property
     def d(self) -> int:
         """Number of positions."""
@@ -167,6 +176,11 @@ class PoissonIvp(InitialValueProblem):
     def start(self) -> tuple[Array, ...]:
         """Initial state."""
         return (self.y0,)
+
+    def at(self, *vectors: Array) -> Self:
+        """Return the same problem with another initial state."""
+        (y0,) = vectors
+        return replace(self, y0=y0)
 
     @property
     def casimirs(self) -> tuple[str, ...]:

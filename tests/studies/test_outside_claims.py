@@ -16,12 +16,6 @@ CLAIMING = (
     + """
 step.claims = {"order": 2, "symmetric": True, "symplectic": True, "keeps_g": True, "keeps_Gv": True}
 
-def reduced(p, q, h):
-    '''Symplectic Euler on the index-reduced equation.'''
-    force = np.array([0.0, 0.0, -1.0])
-    p = p + h * (force - (p @ p + force @ q) / (q @ q) * q)
-    return p, q + h * p
-
 reduced.claims = {"order": 1, "symplectic": True, "keeps_g": True}
 
 def real(p, q, h):

@@ -60,7 +60,7 @@ def method_of_callable(code: Any, name: str = "", content: str = "", guard: Guar
     fresh = partial(_fresh, code, remembers)
     blocks = partial(_blocks, fresh, name, taken, guard)
     step = partial(_mapping, fresh, name, guard) if taken < 4 else None
-    return OutsideMethod(name, blocks, content, every_step=taken < 4, step=step, claims=claims)
+    return OutsideMethod(name, blocks, content, every_step=taken < 4, remembers=remembers, step=step, claims=claims)
 
 
 def _stated(name: str, claims: Any) -> Stated:

@@ -1,7 +1,7 @@
 """A method from outside as a method: its states are monitored and stored like those of a scheme of daebench."""
 
 from collections.abc import Callable
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import partial
 from typing import Any
 
@@ -9,6 +9,7 @@ import numpy as np
 
 from daebench.errors import BadInput, RunFailed
 from daebench.methods.outside.record import Blocks, Record
+from daebench.methods.outside.sampled import SampledRun
 from daebench.methods.solvers.monitor import Stopped
 from daebench.runs.grid import Grid
 from daebench.runs.ivp import ConstrainedIvp, Ivp, PoissonIvp
@@ -53,6 +54,8 @@ class OutsideMethod:
         Digest of the code, which is part of the key of a stored run; "" where there is none, as for a callable.
     every_step : bool
         Whether there is a state after each step; otherwise at the outputs alone.
+    remembers : bool
+        Whether it keeps more from step to step than the state.
     step : callable, optional
         Returns a fresh :data:`Step` of a Python callable, which may compute in complex numbers.
     claims : Stated
@@ -63,6 +66,7 @@ class OutsideMethod:
     blocks: Blocks = field(repr=False)
     content: str = ""
     every_step: bool = True
+    remembers: bool = False
     step: Callable[[], Step] | None = field(default=None, repr=False)
     claims: Stated = Stated()
     knob = "h"
@@ -107,6 +111,13 @@ class OutsideMethod:
 
         return phi
 
+    def begin(self, ivp: Ivp, request: Request, grid: Grid, monitored: tuple[str, ...]) -> SampledRun:
+        """Return a run at its start of which H alone is sampled: of code that has a state after each step, and remembers nothing else."""
+        assert monitored == ("samples",)
+        assert self.every_step
+        assert not self.remembers
+        return SampledRun(self.name, self.blocks, ivp, request, grid)
+
     def solve(self, ivp: Ivp, request: Request) -> Trajectory | PoissonTrajectory:
         """Return the trajectory; where the code stops early, what was computed so far and why.
 
@@ -137,9 +148,8 @@ def _at_end(name: str, blocks: Blocks, ivp: Ivp, h: float, steps: int, *vectors:
     """Return where a run that begins at a state is after so many steps."""
     if any(map(np.iscomplexobj, vectors)):
         raise TypeError(f"{name} takes real numbers alone")
-    names = ("p0", "q0") if len(vectors) == 2 else ("y0",)
-    start: dict[str, Any] = {name: np.array(vector, dtype=float) for name, vector in zip(names, vectors, strict=True)}
-    end = np.concatenate(list(start.values()))
-    for block in blocks(replace(ivp, **start), Grid(h, steps, 0), Request(value=h, steps=steps)):
+    start = ivp.at(*(np.array(vector, dtype=float) for vector in vectors))
+    end = np.concatenate(start.start)
+    for block in blocks(start, Grid(h, steps, 0), Request(value=h, steps=steps)):
         end = block.rows[-1] if len(block.rows) else end
     return np.split(end, 2) if len(vectors) == 2 else end

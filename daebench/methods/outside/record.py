@@ -72,16 +72,14 @@ class Record:
         """
         try:
             self._follow(blocks)
-        except Stopped as stop:
-            self.failure = self._sentence(f"{stop}; {stop.advice}" if stop.advice else str(stop))
-        except BadInput as error:
-            if not self.last_step:
+        except (Stopped, BadInput) as stop:
+            if isinstance(stop, BadInput) and not self.last_step:
                 raise
-            self.failure = self._sentence(str(error))
+            self.failure = self._sentence(stop)
         except KeyboardInterrupt:
             if not self.request.keep_interrupted:
                 raise
-            self.failure, self.interrupted = self._sentence("interrupted"), True
+            self.failure, self.interrupted = self._sentence(Stopped("interrupted")), True
         return {
             "problem": self.ivp.problem,
             "case": self.ivp.case,
@@ -110,14 +108,17 @@ class Record:
             if self.request.progress:
                 self.request.progress(self.last_step / self.grid.steps)
 
+    def _sentence(self, why: Exception) -> str:
+        return stopped_sentence(self.name, self.ivp, self.grid, self.last_step, why, every_step=self.every_step)
+
     def _take(self, block: Block) -> None:
         """Monitor and store a block of states; stop at the first that is not finite."""
         self.seconds += block.seconds
         if not len(block.rows):
             return
-        finite = _finite(block.rows)
-        errors = self._errors(block.rows[:finite])
-        count = _finite(errors)
+        whole = finite(block.rows)
+        errors = self._errors(block.rows[:whole])
+        count = finite(errors)
         if count:
             steps, rows = block.steps[:count], block.rows[:count]
             self.maxima = np.maximum(self.maxima, errors[:count].max(axis=0))
@@ -126,22 +127,23 @@ class Record:
             self.steps.append(steps[stored])
             self.rows.append(rows[stored])
         if count < len(block.rows):
-            raise Stopped(MONITORED_NOT_FINITE if count < finite else NOT_FINITE, advice=SMALLER)
+            raise Stopped(MONITORED_NOT_FINITE if count < whole else NOT_FINITE, advice=SMALLER)
 
     def _errors(self, rows: Array) -> Array:
         """Return the monitored errors of states, shape(k, number of errors)."""
-        ends = np.cumsum([len(part) for part in self.ivp.start])[:-1]
-        states = np.split(np.concatenate([self.start, rows]), ends, axis=1)
+        states = np.split(np.concatenate([self.start, rows]), len(self.ivp.start), axis=1)
         return monitored_errors(self.ivp, self.monitored, *states)[1:]
 
-    def _sentence(self, why: str) -> str:
-        h, done = self.grid.h, self.last_step
-        when, step = ("at", done + 1) if self.every_step else ("after", done)
-        where = f"stopped {when} t = {done * h:.9g} (step {step} of {self.grid.steps}, h = {h:g})"
-        return f"{self.name} on {self.ivp.problem}, case {self.ivp.case}, {where}: {why.rstrip('.')}."
+
+def stopped_sentence(name: str, ivp: Ivp, grid: Grid, done: int, why: Exception, *, every_step: bool = True) -> str:
+    """Return where and why a run stopped after so many steps; where states are known at outputs alone, after which of them."""
+    when, step = ("at", done + 1) if every_step else ("after", done)
+    where = f"stopped {when} t = {done * grid.h:.9g} (step {step} of {grid.steps}, h = {grid.h:g})"
+    advice = f"; {why.advice}" if isinstance(why, Stopped) and why.advice else ""
+    return f"{name} on {ivp.problem}, case {ivp.case}, {where}: {str(why).rstrip('.')}{advice}."
 
 
-def _finite(rows: Array) -> int:
+def finite(rows: Array) -> int:
     """Return how many rows there are before the first that is not finite."""
     broken = np.flatnonzero(~np.isfinite(rows).all(axis=1))
     return int(broken[0]) if len(broken) else len(rows)

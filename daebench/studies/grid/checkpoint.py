@@ -72,8 +72,9 @@ class Checkpoint:
 
 
 def identity(spec: LongRun) -> dict[str, Any]:
-    """Return all that decides the numbers of a run: its fields, its definition with its numbers, and the versions of everything."""
-    return {**spec.plain(), "definition": digest(*defined_by(spec.ivp)), "versions": code_version()}
+    """Return all that decides the numbers of a run: its fields, its definition with its numbers, its code, and all versions."""
+    code = {"code": spec.code} if spec.code else {}
+    return {**spec.plain(), **code, "definition": digest(*defined_by(spec.ivp)), "versions": code_version()}
 
 
 def save(path: Path, who: dict[str, Any], stream: Stream) -> None:
@@ -134,12 +135,14 @@ def _require_same(path: Path, about: dict[str, Any], who: dict[str, Any]) -> Non
     differ = [name for name in who if theirs.get(name) != who[name]]
     if "definition" not in differ:
         differ = [name for name in differ if name != "problem"]  # its file may have been elsewhere
-    named = [name for name in differ if name not in ("definition", "versions")]
+    named = [name for name in differ if name not in ("definition", "code", "versions")]
     if named:
         what = ", ".join(f"{name} = {theirs.get(name)}, not {who[name]}" for name in named)
         raise BadInput(f"{path} is of a run with {what}; {other}.")
     if "definition" in differ:
         raise BadInput(f"{path} is of another definition of {who['problem']}, whose file has changed since; {other}.")
+    if "code" in differ:
+        raise BadInput(f"{path} is of another text of {who['method']}, which has changed since; {other}.")
     if "versions" in differ:
         raise BadInput(f"{path} was made by another version of daebench or of its libraries, which may round differently; {other}.")
 

@@ -3,7 +3,6 @@
 import json
 
 from daebench.errors import BadInput
-from daebench.methods.outside.read import is_outside
 from daebench.runs.machine import machine
 from daebench.studies.grid.against import certified_of
 from daebench.studies.grid.metrics import METRICS
@@ -41,7 +40,7 @@ def key_of(specification: GridRun) -> str:
 def _key(specification: GridRun) -> str:
     name = {"problem": ""} if specification.ivp.source.content else {}
     plain = json.dumps(specification.plain() | {"metrics": sorted(specification.metrics)} | name, sort_keys=True)
-    code = [specification.solver.content] if is_outside(specification.method) else []
+    code = filter(None, [specification.code])
     timed_on = machine() if specification.repeat else ""
     return digest(plain, *defined_by(specification.ivp), made_by(), timed_on, _certificate(specification), *code)
 

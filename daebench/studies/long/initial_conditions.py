@@ -1,7 +1,5 @@
 """The starts of an ensemble: states of the same motion that round differently."""
 
-from dataclasses import replace
-
 import numpy as np
 
 from daebench.diagnostics.consistency import projected
@@ -31,6 +29,5 @@ def start_of(ivp: Ivp, member: int, precision: str) -> Ivp:
     draw = np.random.default_rng(member)
     size = ROUNDINGS * float(np.finfo(precision).eps)
     moved = [x + size * (float(np.max(np.abs(x))) or 1.0) * draw.uniform(-1, 1, len(x)) for x in ivp.start]
-    if isinstance(ivp, PoissonIvp):
-        return replace(ivp, y0=moved[0])
-    return projected(replace(ivp, p0=moved[0], q0=moved[1]))[0]
+    start = ivp.at(*moved)
+    return start if isinstance(start, PoissonIvp) else projected(start)[0]

@@ -58,13 +58,14 @@ class LongRun(RunSpecification):
         Raises
         ------
         BadInput
-            If it chooses its steps itself, or is run above the problem.
+            If it chooses its steps itself, is run above the problem, or is from outside and more than a function of its state.
         """
         method = super().solver
         if method.knob != "h":
             raise BadInput(f"{self.method} chooses its steps itself; a long run takes a method with fixed steps, for example rattle.")
-        if isinstance(method, OutsideMethod):
-            raise BadInput(f"{self.method} is from outside, and a long run keeps the whole state of a method; take one of daebench.")
+        if isinstance(method, OutsideMethod) and (method.remembers or not method.every_step):
+            why = "remembers more than its state" if method.remembers else "gives no state after each step"
+            raise BadInput(f"{self.method} {why}, and a long run goes on from a state; give a function step(p, q, h), or step(y, h).")
         if isinstance(method, Lifted):
             raise BadInput(
                 f"{self.method} keeps its state above the problem, which a long run does not; take a method of the problem itself."

@@ -1,0 +1,138 @@
+"""Long runs of code from outside: samples, checkpoints that go on to the same bits, ensembles, and what is refused."""
+
+import time
+
+import numpy as np
+import pytest
+from outside_code import RATTLE
+
+from daebench.errors import BadInput
+from daebench.methods.outside import limit
+from daebench.studies.grid import interrupts
+from daebench.studies.grid.checkpoint import identity, load, resumed, save
+from daebench.studies.long import blocks
+from daebench.studies.long import run as long_run
+from daebench.studies.long.ensemble import run_member
+from daebench.studies.long.run import LongRun, Stream
+
+STEPS = 500
+
+
+def long_of(method, **settings):
+    return LongRun(**{"problem": "spherical_pendulum", "case": "fig1.2", "method": method, "h": 0.01, "stride": 3} | settings)
+
+
+@pytest.fixture
+def small_blocks(monkeypatch):
+    """Have samples be reduced 32 at a time."""
+    for module in (long_run, blocks):
+        monkeypatch.setattr(module, "BLOCK", 32)
+
+
+@pytest.fixture(params=["./mine.py:step", "libmine.so:step"])
+def spec(request, mine, library):
+    return long_of(request.param.replace("libmine.so", str(library)))
+
+
+def marched(spec, steps=STEPS):
+    stream = Stream(spec, steps)
+    while stream.going:
+        stream.advance()
+    return stream
+
+
+def bits(stream):
+    run = stream.run
+    parts = stream.numbers(), stream.windows.table, stream.blocks.means, run.state_rows[: run.row, 0]
+    return [part.tobytes() for part in parts], run.done, run.left
+
+
+def test_samples_are_those_of_rattle_and_the_state_is_its_own(spec):
+    theirs, own = marched(spec, 90), marched(long_of("rattle"), 90)
+    assert (theirs.run.done, len(theirs.waiting)) == (90, 30)
+    assert np.allclose(theirs.waiting, own.waiting, rtol=0, atol=1e-12)
+    assert np.abs(own.waiting).max() > 1e-5
+    run = spec.solver.solve(spec.ivp, spec.request(90))
+    assert np.array_equal(np.concatenate(theirs.run.state), np.concatenate([run.p[-1], run.q[-1]]))
+
+
+def test_a_run_that_is_left_and_taken_up_again_ends_with_the_same_bits(spec, small_blocks, monkeypatch, random, tmp_path):
+    file, whole = tmp_path / "run.npz", marched(spec)
+    assert (whole.run.failure, whole.run.done) == (None, STEPS)
+    assert whole.windows.samples + whole.run.row == STEPS // spec.stride
+    monkeypatch.setattr(long_run, "next_piece", lambda *_: int(random.integers(1, 60)))
+    stream, left = Stream(spec, STEPS), 0
+    while stream.going:
+        stream.advance()
+        if random.random() < 0.3:
+            save(file, identity(spec), stream)
+            stream, left = Stream(spec, STEPS), left + 1
+            resumed(stream, load(file, identity(spec)))
+    assert left > 3
+    assert bits(stream) == bits(whole)
+
+
+def test_a_run_of_another_text_is_not_gone_on_with(mine, tmp_path):
+    spec, file = long_of("./mine.py:step"), tmp_path / "run.npz"
+    save(file, identity(spec), marched(spec, 9))
+    (mine / "mine.py").write_text(RATTLE + "# another\n")
+    with pytest.raises(BadInput, match=r"run\.npz is of another text of \./mine\.py:step, which has changed since; name another folder"):
+        load(file, identity(spec))
+
+
+def test_a_run_that_goes_wrong_keeps_its_samples_and_says_where(mine, library):
+    late = marched(long_of(f"{library}:fails_late"), STEPS)
+    done = late.run.done
+    assert 0 < done < STEPS
+    assert (
+        f"stopped at t = {done * 0.01:.9g} (step {done + 1} of 500, h = 0.01): the function of the library returned 1" in late.run.failure
+    )
+    assert len(late.waiting) == done // 3
+    shrinking = marched(long_of("./mine.py:shrinks", case="fig1.1", stride=1))
+    assert (shrinking.run.done, len(shrinking.waiting)) == (5, 5)
+    assert "their shapes are (3,) and (2,)." in shrinking.run.failure
+    with pytest.raises(BadInput, match="must return p and q"):
+        marched(long_of("./mine.py:one"))
+    blown = marched(long_of("./mine.py:blows_up", case="fig1.1", stride=1))
+    assert "the energy is beyond 1e+140 at t = 0.01" in blown.run.failure
+
+
+def test_what_hangs_is_ended_by_a_second_interruption_that_comes_later(mine, monkeypatch, tmp_path):
+    monkeypatch.setattr(interrupts, "PATIENCE", 0.2)
+    monkeypatch.setattr(limit, "SILENCE", 5.0)
+    spec, began = long_of("./mine.py:interrupted"), time.monotonic()
+    with pytest.raises(KeyboardInterrupt):
+        run_member(spec, STEPS, tmp_path / "run.npz")
+    assert 0.3 <= time.monotonic() - began < 5.0
+    assert not (tmp_path / "run.npz").exists()
+
+
+WORDS = ("long", "spherical_pendulum", "--case", "fig1.1", "--h", 0.01, "--steps", 10000)
+
+
+def test_the_command_tells_a_drift_from_none_and_goes_on(mine, daebench, tmp_path):
+    words = (*WORDS, "--methods", "./mine.py:step,./mine.py:reduced", "--ensemble", 2, "--workers", 1, "--out", tmp_path)
+    status, out, err = daebench(*words)
+    assert (status, err) == (0, "")
+    first, second = (line for line in out.splitlines() if line.startswith(("bounded", "drifts", "undetermined", "kept")))
+    assert first.startswith("bounded: ")
+    assert second.startswith("drifts: linear")
+    assert sum(1 for _ in tmp_path.glob("checkpoints/*.npz")) == 4
+    status, out, _ = daebench(*words, "--dry-run")
+    assert (status, out.count("2 x 10000 steps, 0 of them to do")) == (0, 2)
+
+
+@pytest.mark.parametrize(
+    ("words", "sentence"),
+    [
+        (("./mine.py:solve",), "./mine.py:solve gives no state after each step, and a long run goes on from a state"),
+        (("./mine.py:Counting",), "./mine.py:Counting remembers more than its state"),
+        (("exec:true",), "exec:true gives no state after each step"),
+        (("./mine.py:step", "--compensated"), "sums over its steps itself"),
+        (("./mine.py:step", "--precision", "float32"), "computes in float64"),
+    ],
+)
+def test_what_has_more_than_a_state_is_refused(mine, daebench, tmp_path, words, sentence):
+    status, out, err = daebench(*WORDS, "--out", tmp_path, "--methods", *words)
+    assert (status, out, err.count("\n")) == (2, "", 1)
+    assert sentence in err
