@@ -1,0 +1,133 @@
+"""Which steps a code agrees with: the scheme it is meant to be, faulty steps, and the schemes of daebench."""
+
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+from functools import partial
+
+import numpy as np
+
+from daebench.errors import DaebenchError
+from daebench.methods.fixed_step.constrained import FixedStep
+from daebench.methods.names import CONSTRAINED, method_of
+from daebench.studies.diagnose.battery import FAILED, STEPS, Battery, Map, map_of, uncompiled
+from daebench.studies.diagnose.faults import FAULTS, Step, Variants
+from daebench.studies.diagnose.mechanics import State
+
+CONFIRMED = 1e-12
+"""Largest deviation of single steps that are the same but for rounding, relative to the largest momentum and position."""
+
+RUN_CONFIRMED = 1e-10
+"""Largest deviation of the states of runs that are the same but for rounding."""
+
+NEAR = 1e-8
+"""Largest deviation that may be put down to the tolerance of an iteration in the code."""
+
+NOT_BY_STEPS = ("loose_tolerance", "baumgarte")
+"""Faults whose steps depend on a number of the code's, which are told otherwise."""
+
+
+@dataclass(frozen=True)
+class Match:
+    """A step that agrees with the code's.
+
+    Parameters
+    ----------
+    fault : str
+        Name in :data:`daebench.studies.diagnose.faults.FAULTS`.
+    variant : str
+        Which of its steps.
+    deviation : float
+        Largest deviation over all steps, relative to the largest momentum and position.
+    """
+
+    fault: str
+    variant: str
+    deviation: float
+
+
+def claimed_deviation(battery: Battery, scheme: FixedStep) -> tuple[float, float]:
+    """Return how far a scheme of daebench is from the code in single steps, and along the run: one run, or a chain of fresh steps."""
+    step = map_of(uncompiled(scheme), battery.mechanics.ivp)
+    runs = chained(step, battery), _whole_run(scheme, battery)
+    return battery.deviation(step), min(_of_run(battery, run) for run in runs)
+
+
+def chained(step: Map, battery: Battery, h: float | None = None) -> Iterator[State]:
+    """Yield the start of a run and the states after each step."""
+    ivp = battery.mechanics.ivp
+    state: State = (ivp.p0, ivp.q0)
+    yield state
+    for _ in range(STEPS + 1):
+        state = step(*state, h or battery.h)
+        yield state
+
+
+def _whole_run(scheme: FixedStep, battery: Battery) -> Iterator[State]:
+    ivp = battery.mechanics.ivp
+    rows, failure = uncompiled(scheme).path(ivp, battery.h, STEPS)(ivp.p0, ivp.q0)
+    for row in np.real(rows):
+        yield row[: ivp.d], row[ivp.d :]
+    if failure:
+        yield np.full(ivp.d, np.nan), np.full(ivp.d, np.nan)
+
+
+def _of_run(battery: Battery, states: Iterator[State], ahead: int = 0) -> float:
+    try:
+        return battery.deviation_of_run(states, ahead)
+    except (DaebenchError, np.linalg.LinAlgError):
+        return FAILED
+
+
+def dictionary_matches(battery: Battery, others: Variants | None = None) -> list[Match]:
+    """Return the faulty steps that are near the code's, those that are the same but for rounding first, in the order of the dictionary.
+
+    Parameters
+    ----------
+    battery : Battery
+        What the code gives.
+    others : dict of str to callable, optional
+        Steps of the fault "baumgarte" with the feedback of the code; by default the whole dictionary.
+    """
+    pairs: Iterable[tuple[str, Variants]] = [("baumgarte", others)] if others else [(x.name, x.variants) for x in FAULTS.values()]
+    matches = [
+        Match(fault, variant, deviation)
+        for fault, variants in pairs
+        if others or fault not in NOT_BY_STEPS
+        for variant, step in variants.items()
+        if (deviation := battery.deviation(step_of(battery, step), NEAR)) <= NEAR
+    ]
+    return sorted(matches, key=lambda match: max(match.deviation, CONFIRMED))
+
+
+def step_of(battery: Battery, variant: Step) -> Map:
+    """Return a step of a variant on the problem of a battery."""
+    return partial(variant, battery.mechanics)
+
+
+def resembled(battery: Battery) -> str:
+    """Return the name of the scheme of daebench that the code agrees with, "" where there is none."""
+    ivp = battery.mechanics.ivp
+    for listed in CONSTRAINED.listed():
+        scheme = method_of(ivp, listed.name)
+        if not isinstance(scheme, FixedStep) or scheme.refusal(ivp):
+            continue
+        if battery.deviation(map_of(uncompiled(scheme), ivp), CONFIRMED) <= CONFIRMED:
+            return scheme.name
+    return ""
+
+
+def shifted(battery: Battery, scheme: FixedStep) -> str:
+    """Return how a run is a step ahead or behind a scheme's, or has steps of another size, "" where it is not."""
+    step = map_of(uncompiled(scheme), battery.mechanics.ivp)
+    ways = {
+        "each state is that of a step later": (1, battery.h),
+        "each state is that of a step before": (-1, battery.h),
+        f"{STEPS} steps are taken in the time of {STEPS - 1}": (0, battery.h * (STEPS - 1) / STEPS),
+        f"{STEPS - 1} steps are taken in the time of {STEPS}": (0, battery.h * STEPS / (STEPS - 1)),
+        f"{STEPS + 1} steps are taken in the time of {STEPS}": (0, battery.h * STEPS / (STEPS + 1)),
+        f"{STEPS} steps are taken in the time of {STEPS + 1}": (0, battery.h * (STEPS + 1) / STEPS),
+    }
+    for way, (ahead, h) in ways.items():
+        if _of_run(battery, chained(step, battery, h), ahead) <= RUN_CONFIRMED:
+            return way
+    return ""

@@ -1,0 +1,214 @@
+"""States from which a code takes its step, chosen so that faults show, and how far another step is from what the code gives."""
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from daebench.diagnostics.consistency import project
+from daebench.errors import BadInput, RunFailed
+from daebench.methods.fixed_step.constrained import FixedStep
+from daebench.methods.outside.method import OutsideMethod
+from daebench.runs.ivp import Array, ConstrainedIvp
+from daebench.runs.request import Request
+from daebench.studies.claims.check import default_step
+from daebench.studies.diagnose.mechanics import Mechanics, State
+
+Map = Callable[[Array, Array, float], State]
+"""Maps p0, q0 and h to p1 and q1."""
+
+APART = 6
+"""Steps between the states of a run from which a step is taken."""
+
+STATES = 5
+"""States of that run."""
+
+LARGE = 40.0
+"""The step in units of :func:`daebench.studies.claims.check.default_step`: large, so that faults are far above rounding."""
+
+STEPS = 12
+"""Steps of the run that is compared."""
+
+REACHED = slice(1, None, 3)
+"""States of the code's own run from which it takes a single step, too: it may have left the manifold there."""
+
+WILD = 100.0
+"""States so many times as large as those of RATTLE are left out."""
+
+REFINEMENTS = 6
+"""How often a step that RATTLE cannot take is halved."""
+
+FAILED = float("inf")
+"""Deviation of a step that has no solution."""
+
+
+@dataclass(frozen=True)
+class Point:
+    """A step of the code.
+
+    Parameters
+    ----------
+    h : float
+        Step size, s.
+    p, q : ndarray, shape(d,)
+        State before it.
+    after : tuple of ndarray
+        Momenta and positions after it.
+    """
+
+    h: float
+    p: Array
+    q: Array
+    after: State
+
+
+@dataclass(frozen=True)
+class Battery:
+    """What a code gives on a problem: single steps from states of the manifold, and a run.
+
+    Parameters
+    ----------
+    mechanics : Mechanics
+        The problem.
+    h : float
+        The larger of the two step sizes, s.
+    points : tuple of Point
+        Single steps, each from a fresh start.
+    rows : ndarray, shape(k, 2 d)
+        States of a run, p and q; fewer than asked for where the code stopped.
+    failures : tuple of str
+        Why the code could not take a step.
+    """
+
+    mechanics: Mechanics
+    h: float
+    points: tuple[Point, ...]
+    rows: Array
+    failures: tuple[str, ...]
+
+    @cached_property
+    def scales(self) -> State:
+        """Largest momentum and position of all states, before a step and after it."""
+        d = self.mechanics.ivp.d
+        momenta = [np.abs(self.rows[:, :d]).max(), *(np.abs([x.p, x.after[0]]).max() for x in self.points)]
+        positions = [np.abs(self.rows[:, d:]).max(), *(np.abs([x.q, x.after[1]]).max() for x in self.points)]
+        return np.array(max(momenta)), np.array(max(positions))
+
+    def distance(self, one: State, other: State) -> float:
+        """Return how far two states are apart, relative to the largest momentum and position."""
+        return max(_largest(a - b) / float(scale or 1.0) for a, b, scale in zip(one, other, self.scales, strict=True))
+
+    def deviation(self, step: Map, enough: float = FAILED) -> float:
+        """Return how far a step is from the code's, the largest over the points; once it is more than enough, no more are asked."""
+        largest = 0.0
+        for point in self.points:
+            largest = max(largest, self.distance(attempted(step, point), point.after))
+            if largest > enough:
+                break
+        return largest
+
+    def deviation_of_run(self, states: Iterator[State], ahead: int = 0) -> float:
+        """Return how far other states are from those of the code's run, after it the same number of steps, or some ahead."""
+        d, largest = self.mechanics.ivp.d, 0.0
+        for k, state in enumerate(states):
+            if 0 < k - ahead < len(self.rows):
+                row = self.rows[k - ahead]
+                largest = max(largest, self.distance(state, (row[:d], row[d:])))
+        return largest
+
+
+def attempted(step: Map, point: Point) -> State:
+    """Return the state after a step, NaN where there is none."""
+    try:
+        with np.errstate(all="ignore"):
+            return step(point.p, point.q, point.h)
+    except (np.linalg.LinAlgError, RunFailed):
+        return np.full_like(point.p, np.nan), np.full_like(point.q, np.nan)
+
+
+def _largest(difference: Array) -> float:
+    largest = float(np.max(np.abs(difference)))
+    return largest if np.isfinite(largest) else FAILED
+
+
+def map_of(method: FixedStep | OutsideMethod, ivp: ConstrainedIvp, steps: int = 1) -> Map:
+    """Return the map of some steps of a method, of real states; it raises RunFailed where the method has no solution."""
+
+    def step(p: Array, q: Array, h: float) -> State:
+        p1, q1 = method.flow(ivp, h, steps)(p, q)
+        return np.real(np.array(p1)).astype(float), np.real(np.array(q1)).astype(float)
+
+    return step
+
+
+def uncompiled(method: FixedStep) -> FixedStep:
+    """Return a scheme that runs as it is written: for a handful of steps compiling takes longer."""
+    return replace(method, compiled=False)
+
+
+def battery(ivp: ConstrainedIvp, code: OutsideMethod, h: float | None = None) -> Battery:
+    """Return what a code gives on a problem.
+
+    Parameters
+    ----------
+    ivp : ConstrainedIvp
+        The problem with its numbers.
+    code : OutsideMethod
+        The code.
+    h : float, optional
+        Step size, s; by default a large one that RATTLE can take.
+
+    Raises
+    ------
+    RunFailed
+        If the code takes none of the steps.
+    """
+    h, states = _states(ivp, h)
+    run = code.solve(ivp, Request(value=h, steps=STEPS, every=1, watch=()))
+    rows = np.concatenate([run.states["p"], run.states["q"]], axis=1)
+    largest = WILD * np.max(np.abs(states))
+    states += [(row[: ivp.d], row[ivp.d :]) for row in rows[REACHED] if np.max(np.abs(row)) <= largest]
+    step, points = map_of(code, ivp), []
+    failures = {run.failure: None} if run.failure else {}
+    for k, (p, q) in enumerate(states):
+        size = h / (1 + k % 2)
+        try:
+            after = step(p, q, size)
+        except RunFailed as failure:
+            failures[str(failure)] = None
+            continue
+        if np.isfinite(after).all():
+            points.append(Point(size, p, q, after))
+    if not points:
+        raise RunFailed(next(iter(failures), f"{code.name} gives no finite state after a step of {h:g} on {ivp.problem}, case {ivp.case}."))
+    return Battery(Mechanics(ivp), h, tuple(points), rows, tuple(failures))
+
+
+def _states(ivp: ConstrainedIvp, h: float | None) -> tuple[float, list[State]]:
+    """Return a step size, and states along a run of RATTLE with it, half of them with other momenta."""
+    rattle = map_of(uncompiled(FixedStep("rattle")), ivp, APART)
+    value = LARGE * default_step(ivp) if h is None else h
+    for _ in range(REFINEMENTS if h is None else 1):
+        try:
+            return value, list(_varied(ivp, _along(rattle, ivp, value)))
+        except RunFailed as failure:
+            reason, value = failure, value / 2
+    raise BadInput(f"RATTLE itself cannot take steps of {2 * value:g} on {ivp.problem}, case {ivp.case}; give a smaller h. ({reason})")
+
+
+def _along(rattle: Map, ivp: ConstrainedIvp, h: float) -> list[State]:
+    states = [(ivp.p0, ivp.q0)]
+    while len(states) < STATES:
+        states.append(rattle(*states[-1], h))
+    return states
+
+
+def _varied(ivp: ConstrainedIvp, states: list[State]) -> Iterator[State]:
+    """Yield states, and each but the first with a momentum added that is as large as those of the run, tangent to the manifold."""
+    draw, size = np.random.default_rng(7), float(np.sqrt(np.mean([p**2 for p, _ in states])))
+    for k, (p, q) in enumerate(states):
+        yield p, q
+        if k:
+            other, *_ = project(ivp, p + size * draw.standard_normal(len(p)), q)
+            yield other, q

@@ -1,0 +1,108 @@
+"""A constrained problem's functions in NumPy, for steps that are written out with a mistake."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from daebench.runs.ivp import Array, ConstrainedIvp
+
+State = tuple[Array, Array]
+"""Momenta and positions."""
+
+ITERATIONS = 200
+"""Most sweeps of an iteration; one that has not settled by then has no solution here."""
+
+SETTLED = 1e-15
+"""Relative size of an increment that ends an iteration."""
+
+STAGNANT = 1e-12
+"""Relative size below which increments that no longer shrink end it too."""
+
+
+@dataclass(frozen=True)
+class Mechanics:
+    """The functions of p and q that a step is made of; all take and return arrays.
+
+    Parameters
+    ----------
+    ivp : ConstrainedIvp
+        The problem with its numbers.
+    """
+
+    ivp: ConstrainedIvp
+
+    def __post_init__(self) -> None:
+        names = ("H_p", "H_q", "H_pp", "mass", "G", "g", "lam")
+        object.__setattr__(self, "_module", self.ivp.functions(*names))
+        object.__setattr__(self, "_par", tuple(map(np.float64, self.ivp.par)))
+
+    def _value(self, name: str, *vectors: Array) -> Array:
+        value = getattr(self._module, name)(*(tuple(vector) for vector in vectors), self._par)  # type: ignore[attr-defined]
+        return np.array(value, dtype=float)
+
+    @property
+    def separable(self) -> bool:
+        """Whether H = 1/2 p^T M^-1 p + U(q) with constant M."""
+        return bool(self.ivp.facts.SEPARABLE)
+
+    def velocity(self, p: Array, q: Array) -> Array:
+        """Return H_p, shape(d,)."""
+        return self._value("H_p", p, q)
+
+    def slope(self, p: Array, q: Array) -> Array:
+        """Return H_q, minus the force, shape(d,)."""
+        return self._value("H_q", p, q)
+
+    def gradient(self, q: Array) -> Array:
+        """Return G, the gradients of the constraints, shape(m, d)."""
+        return self._value("G", q)
+
+    def constraint(self, q: Array) -> Array:
+        """Return g, shape(m,)."""
+        return self._value("g", q)
+
+    def inverse_mass(self, q: Array) -> Array:
+        """Return M^-1, shape(d, d)."""
+        return self._value("H_pp", np.zeros_like(q), q)
+
+    def mass(self, q: Array) -> Array:
+        """Return M, shape(d, d)."""
+        return self._value("mass", np.zeros_like(q), q)
+
+    def reduced_slope(self, p: Array, q: Array, damping: float = 0.0, stiffness: float = 0.0) -> Array:
+        """Return -p' of the index-reduced equations, H_q + G^T lam, lam as in (1.12); damped after Baumgarte by 2 alpha and beta^2."""
+        lam = self._value("lam", p, q)
+        G = self.gradient(q)
+        if damping or stiffness:
+            fed_back = damping * G @ self.velocity(p, q) + stiffness * self.constraint(q)
+            lam = lam + np.linalg.solve(G @ self.inverse_mass(q) @ G.T, fed_back)
+        return self.slope(p, q) + G.T @ lam
+
+
+def settled(change: float, previous: float, x: Array) -> bool:
+    """Return whether an iteration has come to round-off: its increment is below it, or is small and no longer shrinks."""
+    size = float(np.max(np.abs(x)))
+    return change <= SETTLED * size or (change >= previous and change <= STAGNANT * size)
+
+
+def iterated(update: Callable[[Array], Array], x: Array, most: int = ITERATIONS) -> Array:
+    """Return the limit of an iteration; NaN where there is none."""
+    previous = np.inf
+    for _ in range(most):
+        before, x = x, update(x)
+        change = float(np.max(np.abs(x - before)))
+        if not np.isfinite(change):
+            break
+        if settled(change, previous, x):
+            return x
+        previous = change
+    return np.full_like(x, np.nan)
+
+
+def drift(mechanics: Mechanics, p: Array, q: Array, h: float) -> Array:
+    """Return q1 = q + h/2 (H_p(p, q) + H_p(p, q1)), which is q + h M^-1 p where M is constant."""
+    v = mechanics.velocity(p, q)
+    if mechanics.separable:
+        return q + h * v
+    return iterated(lambda q1: q + h / 2 * (v + mechanics.velocity(p, q1)), q + h * v)

@@ -1,0 +1,152 @@
+"""The multipliers that a code's steps imply: whether its step is RATTLE's but for how exactly they are solved for."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from daebench.runs.ivp import Array
+from daebench.studies.diagnose.agreement import CONFIRMED
+from daebench.studies.diagnose.battery import Battery, Map, Point, attempted
+from daebench.studies.diagnose.faults import ended_after
+from daebench.studies.diagnose.kicks import tangent
+from daebench.studies.diagnose.mechanics import Mechanics
+
+MET = 1e-9
+"""Largest distance to the manifold, relative to the largest position, of a position that meets its constraint."""
+
+SWEEPS = 12
+"""Most sweeps that are tried."""
+
+ROUNDING = 1e-14
+"""Largest displacement, relative to the largest position, that is none but for rounding."""
+
+SMALL = (1e-1, 1e-2, 1e-3, 1e-4)
+"""Parts of the step size at which an iteration that ends by a tolerance no longer begins."""
+
+
+@dataclass(frozen=True)
+class Inexact:
+    """How exactly a code whose step has the form of RATTLE's solves for its multipliers.
+
+    Parameters
+    ----------
+    position, velocity : float
+        Largest distance of positions to the manifold and of momenta to its tangent space, relative to the largest position and momentum.
+    fault : str
+        "one_sweep", "loose_tolerance", "one_sweep, loose_tolerance" where it may be either, "" where both constraints are met.
+    about : str
+        What was measured.
+    """
+
+    position: float
+    velocity: float
+    fault: str
+    about: str
+
+
+def inexact(battery: Battery, step: Map) -> Inexact | None:
+    """Return how exactly the multipliers are solved for, None where the step has not the form of RATTLE's.
+
+    It has that form where the impulse that the positions imply is along G(q0)^T, and the rest of the step follows from it, but for a
+    momentum along G(q1)^T that is small.
+
+    Parameters
+    ----------
+    battery : Battery
+        What the code gives.
+    step : callable
+        The code's map.
+    """
+    parts = [_parts(battery, point) for point in battery.points]
+    if any(off > 10 * CONFIRMED for off, _, _ in parts):
+        return None
+    position, velocity = (max(part[k] for part in parts) for k in (1, 2))
+    where = f"positions are off the manifold by {position:.1e} of their size, momenta off its tangent space by {velocity:.1e}"
+    if position <= MET and velocity <= MET:
+        return Inexact(position, velocity, "", where)
+    if position <= MET:
+        return Inexact(position, velocity, "loose_tolerance", where) if velocity <= 1e-2 else None
+    sweeps = _sweeps(battery)
+    if _begins_late(battery, step):
+        return Inexact(position, velocity, "loose_tolerance", f"{where}; where the constraint is nearly met no sweep is made")
+    if not sweeps:
+        return Inexact(position, velocity, "loose_tolerance, one_sweep", where)
+    how, counts = sweeps
+    fault = "one_sweep" if set(counts) == {1} else "loose_tolerance"
+    count = str(counts[0]) if len(set(counts)) == 1 else f"{min(counts)} to {max(counts)}"
+    return Inexact(position, velocity, fault, f"{where}; the steps are those of {count} sweep{'' if count == '1' else 's'}, {how}")
+
+
+def _parts(battery: Battery, point: Point) -> tuple[float, float, float]:
+    """Return how far a step is from RATTLE's with other multipliers, from the manifold, and from its tangent space; all relative."""
+    mechanics, (p1, q1) = battery.mechanics, point.after
+    size_p, size_q = (float(scale) for scale in battery.scales)
+    half, impulse = implied(mechanics, point)
+    kicked = half - point.h / 2 * mechanics.slope(half, q1)
+    beside = max(_beside(mechanics.gradient(point.q), impulse), _beside(mechanics.gradient(q1), p1 - kicked))
+    return beside / size_p, distance(mechanics, q1) / size_q, _largest(p1 - tangent(mechanics, kicked, q1)) / size_p
+
+
+def implied(mechanics: Mechanics, point: Point) -> tuple[Array, Array]:
+    """Return the momentum between the kicks that the drift implies, and the impulse h/2 G^T lam that it lacks."""
+    q1 = point.after[1]
+    W = (mechanics.inverse_mass(point.q) + mechanics.inverse_mass(q1)) / 2
+    half = np.asarray(np.linalg.solve(W, (q1 - point.q) / point.h), dtype=float)
+    return half, point.p - point.h / 2 * mechanics.slope(half, point.q) - half
+
+
+def _beside(G: Array, vector: Array) -> float:
+    """Return the part of a vector that is not along the rows of G."""
+    return _largest(vector - G.T @ np.linalg.lstsq(G.T, vector, rcond=None)[0])
+
+
+def _largest(vector: Array) -> float:
+    largest = float(np.max(np.abs(vector)))
+    return largest if np.isfinite(largest) else np.inf
+
+
+def distance(mechanics: Mechanics, q: Array) -> float:
+    """Return how far a position is from the manifold, the largest component."""
+    G, W = mechanics.gradient(q), mechanics.inverse_mass(q)
+    return _largest(W @ G.T @ np.linalg.solve(G @ W @ G.T, mechanics.constraint(q)))
+
+
+def _sweeps(battery: Battery) -> tuple[str, list[int]] | None:
+    """Return the iteration, and the numbers of its sweeps in each step, with which all positions are reached."""
+    families = [ended_after(count) for count in range(SWEEPS + 1)]
+    for how in families[0]:
+        counts = []
+        for point in battery.points:
+            reached = (k for k, family in enumerate(families) if _reached(battery, point, _map(battery, family[how])))
+            counts.append(next(reached, -1))
+            if counts[-1] < 0:
+                break
+        else:
+            return how, counts
+    return None
+
+
+def _map(battery: Battery, variant: Callable[..., tuple[Array, Array]]) -> Map:
+    return lambda p, q, h: variant(battery.mechanics, p, q, h)
+
+
+def _reached(battery: Battery, point: Point, step: Map) -> bool:
+    return _largest(attempted(step, point)[1] - point.after[1]) <= 10 * CONFIRMED * float(battery.scales[1])
+
+
+def _begins_late(battery: Battery, step: Map) -> bool:
+    """Return whether at small steps the code leaves positions where the drift without a multiplier brought them."""
+    mechanics = battery.mechanics
+    for part in SMALL:
+        for point in battery.points:
+            h = part * point.h
+            small = Point(h, point.p, point.q, attempted(step, Point(h, point.p, point.q, point.after)))
+            _, impulse = implied(mechanics, small)
+            if (
+                _largest(h * mechanics.inverse_mass(point.q) @ impulse)
+                <= 1e-15 * float(battery.scales[1])
+                < distance(mechanics, small.after[1])
+            ):
+                return True
+    return False

@@ -1,0 +1,224 @@
+"""The verdict on a code that is meant to be a scheme: right, wrong and how, or not sure."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+from daebench.errors import BadInput
+from daebench.methods.fixed_step.constrained import FixedStep
+from daebench.methods.initial_value_problem import initial_value_problem
+from daebench.methods.names import method_of
+from daebench.methods.outside.method import OutsideMethod
+from daebench.runs.ivp import ConstrainedIvp
+from daebench.studies.diagnose.agreement import (
+    CONFIRMED,
+    RUN_CONFIRMED,
+    Match,
+    claimed_deviation,
+    dictionary_matches,
+    resembled,
+    shifted,
+    step_of,
+)
+from daebench.studies.diagnose.battery import Battery, battery, map_of
+from daebench.studies.diagnose.faults import FAULTS, baumgarte_variants
+from daebench.studies.diagnose.feedback import Feedback, feedback
+from daebench.studies.diagnose.multipliers import distance, inexact
+
+CORRECT, FAULT, UNSURE = "correct", "fault", "unsure"
+
+TOLERATED = 100.0
+"""Largest deviation of a step in units of the distance at which the code's positions meet the constraint."""
+
+MEANT = ("rattle", "lobatto2")
+"""Schemes to whose step the faults of the dictionary are relative; they are one map."""
+
+
+@dataclass(frozen=True)
+class Diagnosis:
+    """What a code is, as its steps show.
+
+    Parameters
+    ----------
+    method, problem, case, scheme : str
+        The code, the problem it was run on, and the scheme it is meant to be.
+    parameters : mapping of str to float
+        The problem's.
+    h : float
+        The larger step size, s.
+    verdict : str
+        "correct", "fault" or "unsure".
+    faults : tuple of str
+        Names in :data:`daebench.studies.diagnose.faults.FAULTS`, the likeliest first.
+    resembles : str
+        The scheme of daebench whose steps the code's are, where it is not the one it is meant to be.
+    evidence : tuple of str
+        What was measured, as sentences.
+    remedies : tuple of str
+        What to change, for each fault.
+    not_seen : tuple of str
+        Faults that a code may have on other problems, for their steps are the right ones on this problem.
+    """
+
+    method: str
+    problem: str
+    case: str
+    scheme: str
+    parameters: Mapping[str, float]
+    h: float
+    verdict: str
+    faults: tuple[str, ...] = ()
+    resembles: str = ""
+    evidence: tuple[str, ...] = ()
+    remedies: tuple[str, ...] = field(default=())
+    not_seen: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Finding:
+    """A verdict and what it rests on, see :class:`Diagnosis`."""
+
+    verdict: str
+    faults: tuple[str, ...]
+    evidence: tuple[str, ...]
+    resembles: str = ""
+
+
+def diagnose(
+    method: Any,
+    problem: Any,
+    *,
+    case: str | None = None,
+    parameters: Mapping[str, float] | None = None,
+    scheme: str = "rattle",
+    h: float | None = None,
+) -> Diagnosis:
+    """Return what is wrong with a code that is meant to be RATTLE, or another scheme.
+
+    Parameters
+    ----------
+    method : callable or str
+        The code, see :func:`daebench.methods.outside.callables.method_of_callable`, or its place, as ``./mine.py:step``; it is executed.
+    problem : str or ConstrainedHamiltonian
+        The problem that the code solves.
+    case : str, optional
+        Named initial values; by default the problem's first.
+    parameters : mapping of str to float, optional
+        Values of the problem's parameters: those that the code has.
+    scheme : str
+        What the code is meant to be: a fixed-step method.
+    h : float, optional
+        Step size, s; by default a large one, so that faults are far above rounding.
+
+    Raises
+    ------
+    BadInput
+        If a name or number cannot be used, or the problem has no constraints.
+    RunFailed
+        If the code takes none of the steps that it is asked for.
+    """
+    ivp = initial_value_problem(problem, case, parameters)
+    if not isinstance(ivp, ConstrainedIvp) or ivp.arrays:
+        raise BadInput(f"{ivp.problem} is not what the faults are known for; give a constrained problem with few positions.")
+    code, meant = method_of(ivp, method), method_of(ivp, scheme)
+    if not isinstance(code, OutsideMethod):
+        raise BadInput(f"{code.name} is a method of daebench; give code from outside, as ./mine.py:step.")
+    if not isinstance(meant, FixedStep):
+        raise BadInput(f"{scheme} chooses its own steps, and has none to hold a code against; give a fixed-step method, as rattle.")
+    if refusal := meant.refusal(ivp):
+        raise BadInput(refusal)
+    trial = battery(ivp, code, h)
+    finding = _finding(trial, code, meant)
+    return Diagnosis(
+        code.name,
+        ivp.problem,
+        ivp.case,
+        meant.name,
+        dict(ivp.parameters),
+        trial.h,
+        finding.verdict,
+        finding.faults,
+        finding.resembles,
+        (*finding.evidence, *trial.failures),
+        tuple(FAULTS[fault].remedy for fault in finding.faults),
+        _not_seen(trial) if finding.verdict == CORRECT and meant.name in MEANT else (),
+    )
+
+
+def _finding(trial: Battery, code: OutsideMethod, meant: FixedStep) -> Finding:
+    """Return the first verdict that the steps give: agreement, then what their parts show."""
+    single, run = claimed_deviation(trial, meant)
+    if single <= CONFIRMED:
+        return _same_steps(trial, meant, single, run)
+    apart = f"a step differs from that of {meant.name} by {single:.1e} of the size of the state"
+    ours = meant.name in MEANT
+    matches = dictionary_matches(trial) if ours else []
+    exact = [match for match in matches if match.deviation <= CONFIRMED]
+    if exact:
+        return _matched(exact, apart)
+    if name := resembled(trial):
+        return Finding(UNSURE, (), (apart, f"its steps are those of {name}, to {CONFIRMED:g}"), name)
+    step = map_of(code, trial.mechanics.ivp)
+    if not ours:
+        return Finding(UNSURE, (), (apart, f"it agrees with no scheme of daebench; faults are known for {MEANT[0]} alone"))
+    if shown := feedback(trial, step):
+        return _fed_back(trial, shown, apart)
+    if solved := inexact(trial, step):
+        names = tuple(filter(None, solved.fault.split(", ")))
+        verdict = CORRECT if not names else FAULT if len(names) == 1 else UNSURE
+        return Finding(verdict, names, (apart, f"the step has the form of {meant.name}'s: {solved.about}"))
+    if explained := _explained(trial, matches):
+        return _near(explained, apart)
+    return Finding(UNSURE, (), (apart, "it agrees with no step that is known"))
+
+
+def _same_steps(trial: Battery, meant: FixedStep, single: float, run: float) -> Finding:
+    agree = f"single steps agree with those of {meant.name} to {single:.1e}"
+    if run <= RUN_CONFIRMED:
+        return Finding(CORRECT, (), (agree, f"and a run of {len(trial.rows) - 1} steps to {run:.1e}"))
+    if way := shifted(trial, meant):
+        return Finding(FAULT, ("step_off_by_one",), (agree, f"but in a run {way}"))
+    return Finding(UNSURE, (), (agree, f"but a run differs by {run:.1e}: the code remembers something from step to step, or a run fails"))
+
+
+def _matched(matches: Sequence[Match], apart: str) -> Finding:
+    """Return the verdict where steps of the dictionary are the code's but for rounding."""
+    first: dict[str, Match] = {}
+    for match in matches:
+        first.setdefault(match.fault, match)
+    evidence = tuple(f"a step that {_words(match)} agrees with the code's to {match.deviation:.1e}" for match in first.values())
+    return Finding(FAULT if len(first) == 1 else UNSURE, tuple(first), (apart, *evidence))
+
+
+def _words(match: Match) -> str:
+    return f"{FAULTS[match.fault].about} ({match.variant})"
+
+
+def _explained(trial: Battery, matches: Sequence[Match]) -> list[Match]:
+    """Return the matches whose deviation the code's own tolerance explains: that to which its positions meet the constraint."""
+    off = max(distance(trial.mechanics, point.after[1]) for point in trial.points) / float(trial.scales[1])
+    return [match for match in matches if match.deviation <= TOLERATED * (off + CONFIRMED)]
+
+
+def _near(matches: Sequence[Match], apart: str) -> Finding:
+    """Return the verdict where steps of the dictionary are near the code's, which may iterate to a tolerance."""
+    names = tuple(dict.fromkeys(match.fault for match in matches))
+    note = "the rest is put down to the tolerance of the code's own iteration, which its |g| shows"
+    finding = _matched(matches, apart)
+    return Finding(FAULT if len(names) == 1 else UNSURE, names, (*finding.evidence, note))
+
+
+def _fed_back(trial: Battery, shown: Feedback, apart: str) -> Finding:
+    """Return the verdict on a code that integrates index-reduced equations, with feedback or without."""
+    if not (shown.damping or shown.stiffness):
+        limit = f"off the manifold its accelerations are those of the index-reduced equations, to {shown.residual:.1e}"
+        return Finding(FAULT, ("index_reduced",), (apart, limit))
+    law = f"off the manifold its accelerations meet g'' = -{shown.damping:g} g' - {shown.stiffness:g} g, to {shown.residual:.1e}"
+    matches = dictionary_matches(trial, baumgarte_variants(shown.damping, shown.stiffness))
+    return Finding(FAULT, ("baumgarte",), (apart, law, *(f"its steps are those of {x.variant}, to {x.deviation:.1e}" for x in matches[:1])))
+
+
+def _not_seen(trial: Battery) -> tuple[str, ...]:
+    """Return the faults whose steps are the right ones on this problem."""
+    first = {name: next(iter(fault.variants.values())) for name, fault in FAULTS.items()}
+    return tuple(name for name, step in first.items() if trial.deviation(step_of(trial, step), CONFIRMED) <= CONFIRMED)
