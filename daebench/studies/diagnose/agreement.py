@@ -26,6 +26,10 @@ NOT_BY_STEPS = ("loose_tolerance", "baumgarte")
 """Faults whose steps depend on a number of the code's, which are told otherwise."""
 
 
+PROJECTED = "projected_after"
+"""The fault of which no code has steps that leave the manifold."""
+
+
 @dataclass(frozen=True)
 class Match:
     """A step that agrees with the code's.
@@ -88,11 +92,12 @@ def dictionary_matches(battery: Battery, others: Variants | None = None) -> list
     others : dict of str to callable, optional
         Steps of the fault "baumgarte" with the feedback of the code; by default the whole dictionary.
     """
+    off = battery.off_manifold
     pairs: Iterable[tuple[str, Variants]] = [("baumgarte", others)] if others else [(x.name, x.variants) for x in FAULTS.values()]
     matches = [
         Match(fault, variant, deviation)
         for fault, variants in pairs
-        if others or fault not in NOT_BY_STEPS
+        if others or not (fault in NOT_BY_STEPS or (fault == PROJECTED and off > NEAR))
         for variant, step in variants.items()
         if (deviation := battery.deviation(step_of(battery, step), NEAR)) <= NEAR
     ]

@@ -95,6 +95,11 @@ class Battery:
         positions = [np.abs(self.rows[:, d:]).max(), *(np.abs([x.q, x.after[1]]).max() for x in self.points)]
         return np.array(max(momenta)), np.array(max(positions))
 
+    @cached_property
+    def off_manifold(self) -> float:
+        """Largest distance to the manifold of a position after a step, relative to the largest position."""
+        return max(self.mechanics.distance(point.after[1]) for point in self.points) / float(self.scales[1])
+
     def distance(self, one: State, other: State) -> float:
         """Return how far two states are apart, relative to the largest momentum and position."""
         return max(_largest(a - b) / float(scale or 1.0) for a, b, scale in zip(one, other, self.scales, strict=True))

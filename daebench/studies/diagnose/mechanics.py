@@ -79,6 +79,12 @@ class Mechanics:
             lam = lam + np.linalg.solve(G @ self.inverse_mass(q) @ G.T, fed_back)
         return self.slope(p, q) + G.T @ lam
 
+    def distance(self, q: Array) -> float:
+        """Return how far a position is from the manifold, the largest component of a Newton step onto it."""
+        G, W = self.gradient(q), self.inverse_mass(q)
+        distance = float(np.max(np.abs(W @ G.T @ np.linalg.solve(G @ W @ G.T, self.constraint(q)))))
+        return distance if np.isfinite(distance) else np.inf
+
 
 def settled(change: float, previous: float, x: Array) -> bool:
     """Return whether an iteration has come to round-off: its increment is below it, or is small and no longer shrinks."""

@@ -6,7 +6,7 @@ from functools import partial
 import numpy as np
 
 from daebench.runs.ivp import Array
-from daebench.studies.diagnose.mechanics import ITERATIONS, Mechanics, State, drift, iterated, settled
+from daebench.studies.diagnose.mechanics import ITERATIONS, SETTLED, Mechanics, State, drift, iterated, settled
 from daebench.studies.diagnose.positions import MEETING
 
 Slope = Callable[[Array, Array], Array]
@@ -159,7 +159,9 @@ def _one_by_one(mechanics: Mechanics, W: Array, x: Array) -> Array:
     for k in range(mechanics.ivp.m):
         along = W @ mechanics.gradient(x)[k]
         for _ in range(MEETING):
-            x = x - along * mechanics.constraint(x)[k] / (mechanics.gradient(x)[k] @ along)
+            if abs(g := mechanics.constraint(x)[k]) <= SETTLED * np.max(np.abs(x)):
+                break
+            x = x - along * g / (mechanics.gradient(x)[k] @ along)
     return x
 
 

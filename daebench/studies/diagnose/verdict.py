@@ -23,7 +23,7 @@ from daebench.studies.diagnose.agreement import (
 from daebench.studies.diagnose.battery import Battery, battery, map_of
 from daebench.studies.diagnose.faults import FAULTS, baumgarte_variants
 from daebench.studies.diagnose.feedback import Feedback, feedback
-from daebench.studies.diagnose.multipliers import distance, inexact
+from daebench.studies.diagnose.multipliers import inexact
 
 CORRECT, FAULT, UNSURE = "correct", "fault", "unsure"
 
@@ -196,8 +196,7 @@ def _words(match: Match) -> str:
 
 def _explained(trial: Battery, matches: Sequence[Match]) -> list[Match]:
     """Return the matches whose deviation the code's own tolerance explains: that to which its positions meet the constraint."""
-    off = max(distance(trial.mechanics, point.after[1]) for point in trial.points) / float(trial.scales[1])
-    return [match for match in matches if match.deviation <= TOLERATED * (off + CONFIRMED)]
+    return [match for match in matches if match.deviation <= TOLERATED * (trial.off_manifold + CONFIRMED)]
 
 
 def _near(matches: Sequence[Match], apart: str) -> Finding:
