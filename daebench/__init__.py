@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from daebench.runs.trajectory import PoissonTrajectory, Trajectory
     from daebench.studies.claims.check import check
     from daebench.studies.comparison.table import compare
+    from daebench.studies.diagnose.verdict import diagnose
     from daebench.studies.grid.study import Study
     from daebench.studies.orders.study import order
     from daebench.systems.chain import ConstrainedChain
@@ -55,6 +56,7 @@ __all__ = [
     "check",
     "compare",
     "coordinates",
+    "diagnose",
     "initial_value_problem",
     "list_methods",
     "list_problems",
@@ -77,6 +79,7 @@ _HOME = {
     "animation": "pages.animation.animation",
     "check": "studies.claims.check",
     "compare": "studies.comparison.table",
+    "diagnose": "studies.diagnose.verdict",
     "initial_value_problem": "methods.initial_value_problem",
     "order": "studies.orders.study",
 }

@@ -11,6 +11,7 @@ from daebench.cli.archive import archive
 from daebench.cli.bench import bench
 from daebench.cli.check import check
 from daebench.cli.compare import compare
+from daebench.cli.diagnose import diagnose
 from daebench.cli.endings import INTERRUPTED, complain, ending, keep_interrupts
 from daebench.cli.export import export
 from daebench.cli.lesson import lesson
@@ -46,7 +47,24 @@ def top(version: Annotated[bool, typer.Option("--version", help="Print the versi
 
 
 app.command("list")(listing)
-for command in (show, run, compare, order, check, precision, stability, long, animate, report, lesson, bench, export, archive, reproduce):
+for command in (
+    show,
+    run,
+    compare,
+    order,
+    check,
+    diagnose,
+    precision,
+    stability,
+    long,
+    animate,
+    report,
+    lesson,
+    bench,
+    export,
+    archive,
+    reproduce,
+):
     app.command()(command)
 app.command("work-precision")(work_precision)
 app.add_typer(reference, name="reference")

@@ -21,6 +21,7 @@ class What(StrEnum):
     projections = "projections"
     forms = "forms"
     formulations = "formulations"
+    faults = "faults"
     reports = "reports"
     lessons = "lessons"
 
@@ -28,11 +29,11 @@ class What(StrEnum):
 def listing(
     what: Annotated[
         str | None,
-        typer.Argument(help="problems, methods, compositions, projections, forms, formulations, reports, lessons; or everything."),
+        typer.Argument(help="problems, methods, compositions, projections, forms, formulations, faults, reports, lessons; or everything."),
     ] = None,
     as_json: Json = False,
 ) -> None:
-    """List problems, methods and what they can be combined with, formulations, reports and lessons."""
+    """List problems, methods and what they can be combined with, formulations, faults of integrators, reports and lessons."""
     if what is not None and what not in list(What):
         raise unknown("listing", what, list(What))
     chosen = [What(what)] if what else list(What)
@@ -53,10 +54,14 @@ def _rows(what: What) -> list[dict[str, Any]]:
         return _methods()
     if what is What.forms:
         return _forms()
-    if what is What.lessons:
-        return [{"name": name, "about": text} for name, text in catalogue.lessons().items()]
-    if what is What.reports:
-        return [{"name": name, "about": text} for name, text in catalogue.reports().items()]
+    if what is What.faults:
+        from daebench.studies.diagnose.dictionary import FAULTS
+
+        return [{"name": name, "about": f"the code {fault.about}", "remedy": fault.remedy} for name, fault in FAULTS.items()]
+    if what in (What.lessons, What.reports):
+        return [
+            {"name": name, "about": text} for name, text in (catalogue.lessons if what is What.lessons else catalogue.reports)().items()
+        ]
     from daebench.methods.fixed_step.compositions import COMPOSITIONS
     from daebench.methods.fixed_step.parts import PROJECTIONS
     from daebench.methods.formulations.table import FORMULATIONS, POISSON_FORMULATIONS

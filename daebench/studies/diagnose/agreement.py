@@ -10,7 +10,7 @@ from daebench.errors import DaebenchError
 from daebench.methods.fixed_step.constrained import FixedStep
 from daebench.methods.names import CONSTRAINED, method_of
 from daebench.studies.diagnose.battery import FAILED, STEPS, Battery, Map, map_of, uncompiled
-from daebench.studies.diagnose.faults import FAULTS, Step, Variants
+from daebench.studies.diagnose.faulty_steps import FAULTY_STEPS, Step, Variants
 from daebench.studies.diagnose.mechanics import State
 
 CONFIRMED = 1e-12
@@ -22,8 +22,8 @@ RUN_CONFIRMED = 1e-10
 NEAR = 1e-8
 """Largest deviation that may be put down to the tolerance of an iteration in the code."""
 
-NOT_BY_STEPS = ("loose_tolerance", "baumgarte")
-"""Faults whose steps depend on a number of the code's, which are told otherwise."""
+NOT_BY_STEPS = ("one_sweep", "loose_tolerance", "baumgarte")
+"""Faults whose steps depend on numbers of the code, which are told otherwise."""
 
 
 PROJECTED = "projected_after"
@@ -37,7 +37,7 @@ class Match:
     Parameters
     ----------
     fault : str
-        Name in :data:`daebench.studies.diagnose.faults.FAULTS`.
+        Name in :data:`daebench.studies.diagnose.dictionary.FAULTS`.
     variant : str
         Which of its steps.
     deviation : float
@@ -93,7 +93,7 @@ def dictionary_matches(battery: Battery, others: Variants | None = None) -> list
         Steps of the fault "baumgarte" with the feedback of the code; by default the whole dictionary.
     """
     off = battery.off_manifold
-    pairs: Iterable[tuple[str, Variants]] = [("baumgarte", others)] if others else [(x.name, x.variants) for x in FAULTS.values()]
+    pairs: Iterable[tuple[str, Variants]] = [("baumgarte", others)] if others else FAULTY_STEPS.items()
     matches = [
         Match(fault, variant, deviation)
         for fault, variants in pairs

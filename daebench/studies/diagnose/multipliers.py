@@ -8,7 +8,7 @@ import numpy as np
 from daebench.runs.ivp import Array
 from daebench.studies.diagnose.agreement import CONFIRMED
 from daebench.studies.diagnose.battery import STATES, Battery, Map, Point, attempted
-from daebench.studies.diagnose.faults import ended_after
+from daebench.studies.diagnose.faulty_steps import ended_after
 from daebench.studies.diagnose.kicks import tangent
 from daebench.studies.diagnose.mechanics import Mechanics
 
@@ -70,10 +70,9 @@ def inexact(battery: Battery, step: Map) -> Inexact | None:
         return Inexact(position, velocity, "", where)
     if position <= MET:
         return Inexact(position, velocity, "loose_tolerance", where) if velocity <= 1e-2 else None
-    sweeps = _sweeps(battery)
     if _ends_by_tolerance(battery, step):
         return Inexact(position, velocity, "loose_tolerance", f"{where}; how many sweeps are made depends on how far off they are")
-    if not sweeps:
+    if not (sweeps := _sweeps(battery)):
         return Inexact(position, velocity, "loose_tolerance, one_sweep", where)
     how, counts = sweeps
     fault = "one_sweep" if set(counts) == {1} else "loose_tolerance"

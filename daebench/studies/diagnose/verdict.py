@@ -20,8 +20,10 @@ from daebench.studies.diagnose.agreement import (
     shifted,
     step_of,
 )
-from daebench.studies.diagnose.battery import Battery, battery, map_of
-from daebench.studies.diagnose.faults import FAULTS, baumgarte_variants
+from daebench.studies.diagnose.battery import Battery, Map, battery, map_of
+from daebench.studies.diagnose.dictionary import FAULTS
+from daebench.studies.diagnose.effects import measured
+from daebench.studies.diagnose.faulty_steps import FAULTY_STEPS, baumgarte_variants
 from daebench.studies.diagnose.feedback import Feedback, feedback
 from daebench.studies.diagnose.multipliers import inexact
 
@@ -49,7 +51,7 @@ class Diagnosis:
     verdict : str
         "correct", "fault" or "unsure".
     faults : tuple of str
-        Names in :data:`daebench.studies.diagnose.faults.FAULTS`, the likeliest first.
+        Names in :data:`daebench.studies.diagnose.dictionary.FAULTS`, the likeliest first.
     resembles : str
         The scheme of daebench whose steps the code's are, where it is not the one it is meant to be.
     evidence : tuple of str
@@ -58,6 +60,9 @@ class Diagnosis:
         What to change, for each fault.
     not_seen : tuple of str
         Faults that a code may have on other problems, for their steps are the right ones on this problem.
+    measured : mapping of str to float or str
+        Order, defects and largest errors, and the verdict on the energy, see :func:`daebench.studies.diagnose.effects.measured`; empty
+        where they were not asked for.
     """
 
     method: str
@@ -70,8 +75,9 @@ class Diagnosis:
     faults: tuple[str, ...] = ()
     resembles: str = ""
     evidence: tuple[str, ...] = ()
-    remedies: tuple[str, ...] = field(default=())
+    remedies: tuple[str, ...] = ()
     not_seen: tuple[str, ...] = ()
+    measured: Mapping[str, float | str] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -90,8 +96,9 @@ def diagnose(
     *,
     case: str | None = None,
     parameters: Mapping[str, float] | None = None,
-    scheme: str = "rattle",
+    scheme: str | None = None,
     h: float | None = None,
+    measure: bool = True,
 ) -> Diagnosis:
     """Return what is wrong with a code that is meant to be RATTLE, or another scheme.
 
@@ -105,10 +112,12 @@ def diagnose(
         Named initial values; by default the problem's first.
     parameters : mapping of str to float, optional
         Values of the problem's parameters: those that the code has.
-    scheme : str
-        What the code is meant to be: a fixed-step method.
+    scheme : str, optional
+        What the code is meant to be: a fixed-step method. By default RATTLE; a code that is another scheme of daebench is then no fault.
     h : float, optional
         Step size, s; by default a large one, so that faults are far above rounding.
+    measure : bool
+        Whether order and defects of the code are measured, too.
 
     Raises
     ------
@@ -120,7 +129,7 @@ def diagnose(
     ivp = initial_value_problem(problem, case, parameters)
     if not isinstance(ivp, ConstrainedIvp) or ivp.arrays:
         raise BadInput(f"{ivp.problem} is not what the faults are known for; give a constrained problem with few positions.")
-    code, meant = method_of(ivp, method), method_of(ivp, scheme)
+    code, meant = method_of(ivp, method), method_of(ivp, scheme or MEANT[0])
     if not isinstance(code, OutsideMethod):
         raise BadInput(f"{code.name} is a method of daebench; give code from outside, as ./mine.py:step.")
     if not isinstance(meant, FixedStep):
@@ -128,7 +137,7 @@ def diagnose(
     if refusal := meant.refusal(ivp):
         raise BadInput(refusal)
     trial = battery(ivp, code, h)
-    finding = _finding(trial, code, meant)
+    finding = _finding(trial, code, meant, claimed=scheme is not None)
     return Diagnosis(
         code.name,
         ivp.problem,
@@ -142,10 +151,11 @@ def diagnose(
         (*finding.evidence, *trial.failures),
         tuple(FAULTS[fault].remedy for fault in finding.faults),
         _not_seen(trial) if finding.verdict == CORRECT and meant.name in MEANT else (),
+        measured(ivp, code, trial.h) if measure else {},
     )
 
 
-def _finding(trial: Battery, code: OutsideMethod, meant: FixedStep) -> Finding:
+def _finding(trial: Battery, code: OutsideMethod, meant: FixedStep, *, claimed: bool) -> Finding:
     """Return the first verdict that the steps give: agreement, then what their parts show."""
     single, run = claimed_deviation(trial, meant)
     if single <= CONFIRMED:
@@ -154,19 +164,26 @@ def _finding(trial: Battery, code: OutsideMethod, meant: FixedStep) -> Finding:
     ours = meant.name in MEANT
     matches = dictionary_matches(trial) if ours else []
     exact = [match for match in matches if match.deviation <= CONFIRMED]
-    if exact:
+    if exact and claimed:
         return _matched(exact, apart)
     if name := resembled(trial):
-        return Finding(UNSURE, (), (apart, f"its steps are those of {name}, to {CONFIRMED:g}"), name)
-    step = map_of(code, trial.mechanics.ivp)
+        names = tuple(dict.fromkeys(match.fault for match in exact))
+        return Finding(UNSURE, names, (apart, f"its steps are those of {name}, to {CONFIRMED:g}"), name)
+    if exact:
+        return _matched(exact, apart)
     if not ours:
         return Finding(UNSURE, (), (apart, f"it agrees with no scheme of daebench; faults are known for {MEANT[0]} alone"))
+    return _by_parts(trial, map_of(code, trial.mechanics.ivp), matches, apart)
+
+
+def _by_parts(trial: Battery, step: Map, matches: Sequence[Match], apart: str) -> Finding:
+    """Return the verdict on a code that agrees with no step to rounding: what it does off the manifold, and its multipliers."""
     if shown := feedback(trial, step):
         return _fed_back(trial, shown, apart)
     if solved := inexact(trial, step):
         names = tuple(filter(None, solved.fault.split(", ")))
         verdict = CORRECT if not names else FAULT if len(names) == 1 else UNSURE
-        return Finding(verdict, names, (apart, f"the step has the form of {meant.name}'s: {solved.about}"))
+        return Finding(verdict, names, (apart, f"the step has the form of {MEANT[0]}'s: {solved.about}"))
     if explained := _explained(trial, matches):
         return _near(explained, apart)
     return Finding(UNSURE, (), (apart, "it agrees with no step that is known"))
@@ -219,5 +236,5 @@ def _fed_back(trial: Battery, shown: Feedback, apart: str) -> Finding:
 
 def _not_seen(trial: Battery) -> tuple[str, ...]:
     """Return the faults whose steps are the right ones on this problem."""
-    first = {name: next(iter(fault.variants.values())) for name, fault in FAULTS.items()}
+    first = {name: next(iter(variants.values())) for name, variants in FAULTY_STEPS.items()}
     return tuple(name for name, step in first.items() if trial.deviation(step_of(trial, step), CONFIRMED) <= CONFIRMED)

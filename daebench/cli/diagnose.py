@@ -1,0 +1,81 @@
+"""``daebench diagnose``: the mistake in a code that is meant to be RATTLE, or another scheme."""
+
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from daebench.cli.arguments import Case, Json, Param
+from daebench.cli.console import bar, pairs, print_json, printable
+from daebench.errors import BadInput
+
+if TYPE_CHECKING:
+    from daebench.studies.diagnose.verdict import Diagnosis
+
+MEASURED = {
+    "symmetric": "defect of symmetry",
+    "symplectic": "defect of the two-form",
+    "g": "largest |g|",
+    "G H_p": "largest |G H_p|",
+    "H": "largest |H - H0|",
+}
+"""Words for what is measured."""
+
+
+def diagnose(
+    code: Annotated[str, typer.Argument(help="FILE.py:NAME, LIBRARY.so:NAME or exec:PROGRAM; it is executed.")],
+    problem: Annotated[
+        str | None,
+        typer.Option("--problem", help="The problem that the code solves, or the path of its file, which is executed; else it is sought."),
+    ] = None,
+    case: Case = None,
+    param: Param = None,
+    scheme: Annotated[
+        str | None, typer.Option("--as", help="What the code is meant to be; rattle if left out. Faults are known for rattle alone.")
+    ] = None,
+    h: Annotated[float | None, typer.Option("--h", help="Step size; a large one if left out, at which faults show.")] = None,
+    as_json: Json = False,
+) -> None:
+    """Name the mistake in an integrator that is meant to be RATTLE; exit 1 unless it is correct.
+
+    Its steps are held against those of the scheme, of codes with one of 17 known faults, and of the schemes of daebench. A fault is named
+    where they agree to 1e-12, or where the parts of a step show it; where two faults would do, both are named and the verdict is unsure.
+    """
+    from dataclasses import asdict
+
+    from daebench.studies.diagnose.choose import diagnose_somewhere
+    from daebench.studies.diagnose.verdict import CORRECT
+    from daebench.studies.diagnose.verdict import diagnose as diagnosed
+
+    if problem is None and (case is not None or param):
+        raise BadInput(f"{'--case' if case is not None else '--param'} is of a problem; say which, as --problem double_pendulum.")
+    with bar(f"diagnose {code}") as progress:
+        if problem is None:
+            shown = diagnose_somewhere(code, scheme=scheme, h=h, tell=progress)
+        else:
+            shown = diagnosed(code, problem, case=case, parameters=pairs("param", param or []), scheme=scheme, h=h)
+    if as_json:
+        print_json(asdict(shown))
+    else:
+        _print(shown)
+    raise typer.Exit(0 if shown.verdict == CORRECT else 1)
+
+
+def _print(shown: "Diagnosis") -> None:
+    from daebench.studies.diagnose.dictionary import FAULTS
+
+    parameters = ", ".join(f"{name}={value:g}" for name, value in shown.parameters.items())
+    print(f"{shown.method} as {shown.scheme} on {shown.problem}, case {shown.case}, {parameters}, h = {shown.h:g}")
+    names = [*shown.faults, *([f"resembles {shown.resembles}"] if shown.resembles else [])]
+    lines = [f"{shown.verdict}: {', '.join(names)}" if names else shown.verdict]
+    for name, remedy in zip(shown.faults, shown.remedies, strict=True):
+        lines += [f"  {name}: the code {FAULTS[name].about}.", f"    {remedy}"]
+    lines += [f"- {line.rstrip('.')}." for line in shown.evidence]
+    lines += [f"- measured: {', '.join(_measured(name, value) for name, value in shown.measured.items())}."] if shown.measured else []
+    if shown.not_seen:
+        lines.append(f"On this problem these would not show: {', '.join(shown.not_seen)}; try another with --problem.")
+    print(printable("\n".join(lines)))
+
+
+def _measured(name: str, value: float | str) -> str:
+    what = MEASURED.get(name, name)
+    return f"{what} {value}" if isinstance(value, str) else f"{what} {value:.2g}"
