@@ -16,6 +16,12 @@ SMALL = 1e-3
 FITS = 1e-5
 """Largest relative residual of the feedback that is fitted."""
 
+LEFT = 1e-6
+"""Least |g| relative to the size of G and q that is off the manifold."""
+
+BIASED = 1e-11
+"""Largest residual of a bias, relative to the size of G and q."""
+
 
 @dataclass(frozen=True)
 class Feedback:
@@ -95,3 +101,18 @@ def _rates(step: Map, p: Array, q: Array, h: float) -> tuple[Array, Array] | Non
 
 def _largest(values: Array) -> float:
     return float(np.max(np.abs(values)))
+
+
+def bias(battery: Battery) -> float | None:
+    """Return c where velocities are solved for with a bias, G(q0) (q1 - q0) = -c g(q0), as game engines do; None where they are not.
+
+    It shows in steps from states of the code's own run, which has left the manifold.
+    """
+    mechanics = battery.mechanics
+    g = np.concatenate([mechanics.constraint(point.q) for point in battery.points])
+    taken = -np.concatenate([mechanics.gradient(point.q) @ (point.after[1] - point.q) for point in battery.points])
+    size = max(_largest(mechanics.gradient(point.q)) for point in battery.points) * float(battery.scales[1])
+    if _largest(g) < LEFT * size:
+        return None
+    c = float(g @ taken / (g @ g))
+    return c if _largest(taken - c * g) <= BIASED * size and 0 < c < 1 else None

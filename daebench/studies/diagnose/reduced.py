@@ -44,9 +44,11 @@ def position_verlet(mechanics: Mechanics, slope: Slope, p0: Array, q0: Array, h:
 
 
 def symplectic_euler(mechanics: Mechanics, slope: Slope, p0: Array, q0: Array, h: float, *, order: str = "p, q") -> State:
-    """Kick and drift, or drift and kick, the kick with the momentum before it, or that after it ("q, p1")."""
-    if order == "p, q":
+    """Kick and drift, or drift and kick, the kick with the momentum before it, or that after it ("p1, q" and "q, p1")."""
+    if order in ("p, q", "p1, q"):
         p1 = p0 - h * slope(p0, q0)
+        if order == "p1, q":
+            p1 = iterated(lambda p: p0 - h * slope(p, q0), p1)
         return p1, q0 + h * mechanics.velocity(p1, q0)
     q1 = q0 + h * mechanics.velocity(p0, q0)
     if order == "q, p1":
@@ -111,6 +113,7 @@ TABLEAUX: dict[str, Tableau] = {
 
 INTEGRATORS: dict[str, Integrator] = {
     **SYMPLECTIC,
+    "symplectic Euler": partial(symplectic_euler, order="p1, q"),
     "a Taylor step": taylor,
     **{name: partial(runge_kutta, tableau=tableau) for name, tableau in TABLEAUX.items()},
 }

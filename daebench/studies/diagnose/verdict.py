@@ -24,7 +24,7 @@ from daebench.studies.diagnose.battery import Battery, Map, battery, map_of
 from daebench.studies.diagnose.dictionary import FAULTS
 from daebench.studies.diagnose.effects import measured
 from daebench.studies.diagnose.faulty_steps import FAULTY_STEPS, baumgarte_variants
-from daebench.studies.diagnose.feedback import Feedback, feedback
+from daebench.studies.diagnose.feedback import Feedback, bias, feedback
 from daebench.studies.diagnose.multipliers import inexact
 
 CORRECT, FAULT, UNSURE = "correct", "fault", "unsure"
@@ -180,6 +180,9 @@ def _by_parts(trial: Battery, step: Map, matches: Sequence[Match], apart: str) -
     """Return the verdict on a code that agrees with no step to rounding: what it does off the manifold, and its multipliers."""
     if shown := feedback(trial, step):
         return _fed_back(trial, shown, apart)
+    if part := bias(trial):
+        law = f"velocities are solved for with a bias that takes back {part:.4g} of g in each step: G(q0) (q1 - q0) = -{part:.4g} g(q0)"
+        return Finding(FAULT, ("baumgarte",), (apart, law))
     if solved := inexact(trial, step):
         names = tuple(filter(None, solved.fault.split(", ")))
         verdict = CORRECT if not names else FAULT if len(names) == 1 else UNSURE
