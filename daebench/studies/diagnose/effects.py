@@ -6,30 +6,46 @@ from collections.abc import Iterator, Mapping
 from functools import cache
 from importlib.resources import files
 
+import numpy as np
+
+from daebench.diagnostics.derivative import DerivativeWarning
 from daebench.diagnostics.energy_verdict import energy_verdict
-from daebench.errors import DaebenchError
+from daebench.errors import RunFailed
+from daebench.methods.fixed_step.constrained import FixedStep
 from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.methods.outside.callables import method_of_callable
 from daebench.methods.outside.method import OutsideMethod
 from daebench.runs.ivp import Array, ConstrainedIvp
 from daebench.runs.request import Request
-from daebench.studies.claims.check import check_claims, default_step
-from daebench.studies.diagnose.battery import LARGE
+from daebench.studies.claims.check import bench_of, default_step
+from daebench.studies.diagnose.battery import LARGE, map_of, uncompiled
 from daebench.studies.diagnose.faulty_steps import FAULTY_STEPS, Step
 from daebench.studies.diagnose.mechanics import Mechanics, State
 
 PROBLEMS: Mapping[str, Mapping[str, float]] = {
     "double_pendulum": {"mass2": 3.0},
-    "two_bodies_on_sphere": {"mass2": 3.0},
+    "butane": {},
     "slider_crank": {},
 }
 """Problems on which the effects of the faults are kept, and their parameters."""
 
-DEFECTS_AT = 200
+GENTLER = 4.0
+"""Part of the step at which faults show that order and defects are measured with."""
+
+MONITORED = 200
 """Steps of the run along which constraints and energy are monitored."""
 
-OSCILLATIONS_AT = 4000
+WATCHED = 4000
 """Steps of the run of which it is told whether the energy drifts."""
+
+REFERENCE = "lobatto4"
+"""Scheme of order 6 whose motion the order is measured against."""
+
+SPAN = 8
+"""Steps of the longest kind to the end of the motion that the order is read off: short, so that every slope is that of the order."""
+
+REFINEMENTS = (2, 4, 8)
+"""Parts of the step size that the order is read off."""
 
 COLUMNS = ("order", "symmetric", "symplectic", "g", "G H_p", "H", "energy")
 """What is measured."""
@@ -45,40 +61,54 @@ def measured(ivp: ConstrainedIvp, code: OutsideMethod, h: float) -> dict[str, fl
     code : OutsideMethod
         The code.
     h : float
-        Step size, s, of all but the order.
+        Step size, s.
 
     Returns
     -------
     dict
-        order: the slope of the error of q and p over h, the smaller; symmetric and symplectic: defects of 10 steps; g, G H_p and H: largest
-        errors along 200 steps; energy: the verdict of a run of 4000 steps, or why there is none. NaN where a number cannot be measured.
+        order: the slope of the error of q and p over h, the smaller, in a short motion; symmetric and symplectic: defects of 10 steps; g,
+        G H_p and H: largest errors along 200 steps; energy: the verdict on a run of 4000 steps. Where the code stops, "failure" says why.
     """
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore")
+        warnings.simplefilter("ignore", DerivativeWarning)
         try:
-            findings = {x.property.removeprefix("keeps "): x.measured for x in check_claims(ivp, code, h=h, steps=DEFECTS_AT)}
-            run = code.solve(ivp, Request(value=h, steps=OSCILLATIONS_AT, every=2)).complete()
-        except DaebenchError as error:
-            return {"energy": f"failed: {error}"}
-        verdict = energy_verdict(ivp, run)
-    return {name: findings[name] for name in COLUMNS[:-1]} | {"energy": verdict.verdict}
+            values: dict[str, float | str] = {"order": short_order(ivp, code, h)}
+            findings = bench_of(ivp, code, h, MONITORED).findings()
+            values |= {name: x.measured for x in findings if (name := x.property.removeprefix("keeps ")) in COLUMNS}
+            run = code.solve(ivp, Request(value=h, steps=WATCHED, every=2)).complete()
+        except RunFailed as error:
+            return {"failure": str(error)}
+        return values | {"energy": energy_verdict(ivp, run).verdict}
+
+
+def short_order(ivp: ConstrainedIvp, code: OutsideMethod, h: float) -> float:
+    """Return the slope of the error over h at the end of a short motion, of q and p the smaller."""
+    start = ivp.p0, ivp.q0
+    finest = SPAN * max(REFINEMENTS)
+    truth = map_of(uncompiled(FixedStep(REFERENCE)), ivp, finest)(*start, SPAN * h / finest)
+    errors = []
+    for part in REFINEMENTS:
+        end = map_of(code, ivp, SPAN * part)(*start, h / part)
+        errors.append([float(np.linalg.norm(x - y)) for x, y in zip(end, truth, strict=True)])
+    slopes = np.polyfit(np.log(REFINEMENTS), np.log(np.maximum(errors, np.finfo(float).tiny)), 1)[0]
+    return float(np.min(-slopes))
 
 
 def effects(fault: str, problem: str) -> dict[str, float | str]:
     """Return what the common form of a fault does on one of :data:`PROBLEMS`."""
     ivp = initial_value_problem(problem, None, PROBLEMS[problem])
     assert isinstance(ivp, ConstrainedIvp)
-    return measured(ivp, as_method(ivp, next(iter(FAULTY_STEPS[fault].values()))), LARGE * default_step(ivp))
+    return measured(ivp, as_method(ivp, next(iter(FAULTY_STEPS[fault].values())), fault), LARGE / GENTLER * default_step(ivp))
 
 
-def as_method(ivp: ConstrainedIvp, variant: Step) -> OutsideMethod:
+def as_method(ivp: ConstrainedIvp, variant: Step, name: str) -> OutsideMethod:
     """Return a faulty step as a method for a problem; it computes in real numbers."""
     mechanics = Mechanics(ivp)
 
     def step(p: Array, q: Array, h: float) -> State:
         return variant(mechanics, p.real, q.real, h)
 
-    return method_of_callable(step)
+    return method_of_callable(step, name)
 
 
 def table() -> Iterator[dict[str, float | str]]:

@@ -38,7 +38,8 @@ class Mechanics:
         object.__setattr__(self, "_par", tuple(map(np.float64, self.ivp.par)))
 
     def _value(self, name: str, *vectors: Array) -> Array:
-        value = getattr(self._module, name)(*(tuple(vector) for vector in vectors), self._par)  # type: ignore[attr-defined]
+        with np.errstate(all="ignore"):  # states of faulty steps may leave the domain of H
+            value = getattr(self._module, name)(*(tuple(vector) for vector in vectors), self._par)  # type: ignore[attr-defined]
         return np.array(value, dtype=float)
 
     @property

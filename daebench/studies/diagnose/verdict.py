@@ -22,7 +22,7 @@ from daebench.studies.diagnose.agreement import (
 )
 from daebench.studies.diagnose.battery import Battery, Map, battery, map_of
 from daebench.studies.diagnose.dictionary import FAULTS
-from daebench.studies.diagnose.effects import measured
+from daebench.studies.diagnose.effects import GENTLER, measured
 from daebench.studies.diagnose.faulty_steps import FAULTY_STEPS, baumgarte_variants
 from daebench.studies.diagnose.feedback import Feedback, bias, feedback
 from daebench.studies.diagnose.multipliers import inexact
@@ -151,7 +151,7 @@ def diagnose(
         (*finding.evidence, *trial.failures),
         tuple(FAULTS[fault].remedy for fault in finding.faults),
         _not_seen(trial) if finding.verdict == CORRECT and meant.name in MEANT else (),
-        measured(ivp, code, trial.h) if measure else {},
+        measured(ivp, code, trial.h / GENTLER) if measure else {},
     )
 
 
