@@ -29,9 +29,7 @@ def diagnose(
     ] = None,
     case: Case = None,
     param: Param = None,
-    scheme: Annotated[
-        str | None, typer.Option("--as", help="What the code is meant to be; rattle if left out. Faults are known for rattle alone.")
-    ] = None,
+    scheme: Annotated[str, typer.Option("--as", help="What the code is meant to be. Faults are known for rattle alone.")] = "rattle",
     h: Annotated[float | None, typer.Option("--h", help="Step size; a large one if left out, at which faults show.")] = None,
     as_json: Json = False,
 ) -> None:

@@ -20,7 +20,7 @@ Tell = Callable[[float, str], None]
 """Called with the fraction of the problems that have been tried, and the name of the next."""
 
 
-def diagnose_somewhere(method: Any, *, scheme: str | None = None, h: float | None = None, tell: Tell | None = None) -> Diagnosis:
+def diagnose_somewhere(method: Any, *, scheme: str = "rattle", h: float | None = None, tell: Tell | None = None) -> Diagnosis:
     """Return what is wrong with a code, see :func:`daebench.studies.diagnose.verdict.diagnose`, on a problem of the catalogue.
 
     A code that solves one problem is known there, and one that takes many is right only if it is right on all of them.
@@ -53,7 +53,7 @@ def _known(shown: Diagnosis) -> bool:
     return shown.verdict != UNSURE or bool(shown.faults or shown.resembles)
 
 
-def _on_each(method: Any, scheme: str | None, h: float | None, tell: Tell) -> Iterator[Diagnosis]:
+def _on_each(method: Any, scheme: str, h: float | None, tell: Tell) -> Iterator[Diagnosis]:
     names = list(problems("constrained"))
     for k, name in enumerate(names):
         tell(k / len(names), f"{method} on {name}")

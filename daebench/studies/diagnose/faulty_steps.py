@@ -2,7 +2,9 @@
 
 import itertools
 from collections.abc import Callable, Iterator, Mapping
-from functools import partial
+from functools import lru_cache, partial
+
+import numpy as np
 
 from daebench.runs.ivp import Array
 from daebench.studies.diagnose import kicks
@@ -23,6 +25,9 @@ Step = Callable[[Mechanics, Array, Array, float], State]
 
 P_FOR_V = "positions drift with p in place of M^-1 p"
 """A step that shows two faults, and is told as either."""
+
+Point = tuple[float, ...]
+"""A vector that steps with the same beginning are looked up by."""
 
 Variants = dict[str, Step]
 """Steps with one fault, by what distinguishes them."""
@@ -80,10 +85,19 @@ def projected(
     momenta: kicks.Momenta,
 ) -> State:
     """Return a step without constraints, or on the index-reduced equations, then projected."""
-    slope = mechanics.reduced_slope if constrained else mechanics.slope
-    p1, q1 = integrator(mechanics, slope, p, q, h)
-    q1 = nearest(mechanics, q1, gradient=gradient, mass=mass)
+    p1, q1 = _before_projection(mechanics, integrator, constrained, tuple(p), tuple(q), h)
+    q1 = _projected_position(mechanics, tuple(q1), gradient, mass)
     return momenta(mechanics, p1, q1), q1
+
+
+@lru_cache(maxsize=256)
+def _before_projection(mechanics: Mechanics, integrator: Integrator, constrained: bool, p: Point, q: Point, h: float) -> State:
+    return integrator(mechanics, mechanics.reduced_slope if constrained else mechanics.slope, np.array(p), np.array(q), h)
+
+
+@lru_cache(maxsize=2048)
+def _projected_position(mechanics: Mechanics, q: Point, gradient: str, mass: bool) -> Array:
+    return nearest(mechanics, np.array(q), gradient=gradient, mass=mass)
 
 
 def _projected() -> Iterator[tuple[str, Step]]:

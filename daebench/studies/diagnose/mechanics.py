@@ -20,7 +20,7 @@ STAGNANT = 1e-12
 """Relative size below which increments that no longer shrink end it too."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Mechanics:
     """The functions of p and q that a step is made of; all take and return arrays.
 

@@ -96,7 +96,7 @@ def diagnose(
     *,
     case: str | None = None,
     parameters: Mapping[str, float] | None = None,
-    scheme: str | None = None,
+    scheme: str = "rattle",
     h: float | None = None,
     measure: bool = True,
 ) -> Diagnosis:
@@ -112,8 +112,9 @@ def diagnose(
         Named initial values; by default the problem's first.
     parameters : mapping of str to float, optional
         Values of the problem's parameters: those that the code has.
-    scheme : str, optional
-        What the code is meant to be: a fixed-step method. By default RATTLE; a code that is another scheme of daebench is then no fault.
+    scheme : str
+        What the code is meant to be: a fixed-step method. Faults are those of RATTLE; a code that is another scheme of daebench than it is
+        meant to be has none, and the diagnosis says which scheme it resembles.
     h : float, optional
         Step size, s; by default a large one, so that faults are far above rounding.
     measure : bool
@@ -129,7 +130,7 @@ def diagnose(
     ivp = initial_value_problem(problem, case, parameters)
     if not isinstance(ivp, ConstrainedIvp) or ivp.arrays:
         raise BadInput(f"{ivp.problem} is not what the faults are known for; give a constrained problem with few positions.")
-    code, meant = method_of(ivp, method), method_of(ivp, scheme or MEANT[0])
+    code, meant = method_of(ivp, method), method_of(ivp, scheme)
     if not isinstance(code, OutsideMethod):
         raise BadInput(f"{code.name} is a method of daebench; give code from outside, as ./mine.py:step.")
     if not isinstance(meant, FixedStep):
@@ -137,7 +138,7 @@ def diagnose(
     if refusal := meant.refusal(ivp):
         raise BadInput(refusal)
     trial = battery(ivp, code, h)
-    finding = _finding(trial, code, meant, claimed=scheme is not None)
+    finding = _finding(trial, code, meant)
     return Diagnosis(
         code.name,
         ivp.problem,
@@ -155,7 +156,7 @@ def diagnose(
     )
 
 
-def _finding(trial: Battery, code: OutsideMethod, meant: FixedStep, *, claimed: bool) -> Finding:
+def _finding(trial: Battery, code: OutsideMethod, meant: FixedStep) -> Finding:
     """Return the first verdict that the steps give: agreement, then what their parts show."""
     single, run = claimed_deviation(trial, meant)
     if single <= CONFIRMED:
@@ -164,8 +165,6 @@ def _finding(trial: Battery, code: OutsideMethod, meant: FixedStep, *, claimed: 
     ours = meant.name in MEANT
     matches = dictionary_matches(trial) if ours else []
     exact = [match for match in matches if match.deviation <= CONFIRMED]
-    if exact and claimed:
-        return _matched(exact, apart)
     if name := resembled(trial):
         names = tuple(dict.fromkeys(match.fault for match in exact))
         return Finding(UNSURE, names, (apart, f"its steps are those of {name}, to {CONFIRMED:g}"), name)
