@@ -1,0 +1,68 @@
+"""The command ``daebench diagnose``: what it prints, how it exits and what it refuses."""
+
+import json
+from pathlib import Path
+
+import pytest
+
+from daebench.studies.diagnose.dictionary import FAULTS
+
+CODES = Path(__file__).parents[1] / "studies" / "planted" / "double_pendulum_codes.py"
+ON = ("--problem", "double_pendulum", "--param", "mass2=3")
+
+pytestmark = pytest.mark.usefixtures("plain_functions")
+
+
+def test_a_fault_is_named_with_what_to_change_and_exits_1(daebench):
+    status, out, err = daebench("diagnose", f"{CODES}:multiplier_half_1", *ON)
+    assert (status, err) == (1, "")
+    assert "fault: multiplier_half" in out
+    assert FAULTS["multiplier_half"].remedy in out
+    assert "measured: order " in out
+
+
+def test_a_right_code_exits_0_and_what_cannot_show_is_said(daebench):
+    status, out, err = daebench("diagnose", f"{CODES}:correct_1", *ON)
+    assert (status, err) == (0, "")
+    assert "\ncorrect\n" in out
+    assert "would not show: old_force" in out
+
+
+def test_it_is_one_json_object(daebench):
+    status, out, _ = daebench("diagnose", f"{CODES}:full_kick_1", *ON, "--json")
+    shown = json.loads(out)
+    assert (status, shown["verdict"], shown["faults"]) == (1, "fault", ["full_kick"])
+    assert shown["parameters"]["mass2"] == 3
+    assert shown["evidence"]
+    assert abs(shown["measured"]["order"]) < 0.1  # it solves another problem
+
+
+def test_the_faults_are_listed(daebench):
+    status, out, _ = daebench("list", "faults", "--json")
+    assert (status, [row["name"] for row in json.loads(out)["faults"]]) == (0, list(FAULTS))
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        ((f"{CODES}:nothing", *ON), "has no nothing; it has "),
+        (("rattle", *ON), "rattle is a method of daebench; give code from outside"),
+        (("rattle",), "rattle is a method of daebench; give code from outside"),
+        ((f"{CODES}:correct_1", "--param", "mass2=3"), "--param is of a problem; say which"),
+        ((f"{CODES}:correct_1", *ON, "--h", "nan"), "h"),
+        ((f"{CODES}:correct_1", *ON, "--h", "1e6"), "RATTLE itself cannot take steps of 1e+06"),
+        ((f"{CODES}:correct_1", *ON, "--as", "rattel"), "did you mean"),
+    ],
+)
+def test_bad_input_is_one_sentence(daebench, words, message):
+    status, out, err = daebench("diagnose", *words)
+    assert (status, out) == (2, "")
+    assert message in err
+    assert err.count("\n") == 1
+
+
+@pytest.mark.slow
+def test_the_problem_is_sought_where_none_is_given(daebench):
+    status, out, _ = daebench("diagnose", f"{CODES}:multiplier_sign_1", "--json")
+    shown = json.loads(out)
+    assert (status, shown["problem"], shown["faults"]) == (1, "double_pendulum", ["multiplier_sign"])
