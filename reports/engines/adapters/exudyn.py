@@ -1,0 +1,260 @@
+"""EXUDYN: point masses with distance constraints, bars with revolute joints, and its Lie group top; index-2 trapezoid and generalized-alpha."""
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import partial
+from typing import Any
+
+import numpy as np
+
+from daebench.reports.engines.contender import Array, Contender, States, halved, mass_matrix
+from daebench.runs.ivp import ConstrainedIvp
+
+PACKAGE = "exudyn"
+
+SOLVERS = {"index-2 trapezoid": "TrapezoidalIndex2", "generalized-alpha": "GeneralizedAlpha"}
+"""Its implicit solvers."""
+
+RHO = 0.8
+"""Spectral radius of generalized-alpha at infinity; its documentation has 0.5 to 1. From 0.9 on some steps here are not solved."""
+
+NEWTON = {"relativeTolerance": 1e-10, "absoluteTolerance": 1e-12}
+"""Tolerances of Newton's iteration; 1e-8 and 1e-10 if left out. With 1e-12 and 1e-13 it fails now and then."""
+
+SPARSE = 60
+"""Coordinates from which on the sparse solver is taken."""
+
+
+@dataclass
+class System:
+    """A system, the sensors that are read from it, and how their rows are daebench's p and q.
+
+    Parameters
+    ----------
+    mbs : MainSystem
+        The assembled system.
+    sensors : list of int
+        Sensors, which keep what they see.
+    mapped : callable
+        From rows of the sensors, each without its time, to p and q, shape(n, d) each.
+    """
+
+    mbs: Any
+    sensors: list[int]
+    mapped: Callable[[list[Array]], tuple[Array, Array]]
+
+
+def run(pose: Callable[[ConstrainedIvp], System], solver: str, ivp: ConstrainedIvp, h: float, times: Array) -> States:
+    """Run a system from its start to the last of equidistant times; the whole call of the solver is timed."""
+    import exudyn
+
+    exudyn.config.printToConsole = False
+    system, steps = pose(ivp), round(float(times[-1]) / h)
+    settings = exudyn.SimulationSettings()
+    settings.timeIntegration.numberOfSteps, settings.timeIntegration.endTime = steps, float(times[-1])
+    settings.timeIntegration.generalizedAlpha.spectralRadius = RHO
+    settings.timeIntegration.adaptiveStep = False
+    settings.timeIntegration.verboseMode = 0
+    for name, value in NEWTON.items():
+        setattr(settings.timeIntegration.newton, name, value)
+    settings.solutionSettings.writeSolutionToFile = False
+    settings.solutionSettings.sensorsWritePeriod = float(times[0])
+    if system.mbs.systemData.ODE2Size() > SPARSE:
+        settings.linearSolver.solverType = exudyn.LinearSolverType.EigenSparse
+    began = time.perf_counter()
+    system.mbs.SolveDynamic(settings, solverType=getattr(exudyn.DynamicSolverType, solver))
+    seconds = time.perf_counter() - began
+    rows = [system.mbs.GetSensorStoredData(sensor) for sensor in system.sensors]
+    at = np.searchsorted(rows[0][:, 0], times - h / 2)
+    p, q = system.mapped([seen[at, 1:] for seen in rows])
+    return States(p, q, seconds, np.full(len(times), np.nan))
+
+
+def empty() -> tuple[Any, int]:
+    """Return a system and its ground."""
+    import exudyn
+    from exudyn.itemInterface import ObjectGround
+
+    mbs = exudyn.SystemContainer().AddSystem()
+    return mbs, mbs.AddObject(ObjectGround())
+
+
+def watched(mbs: Any, nodes: list[int]) -> list[int]:
+    """Return sensors of the coordinates of nodes, and of their velocities after them."""
+    import exudyn
+    from exudyn.itemInterface import SensorNode
+
+    kinds = (exudyn.OutputVariableType.CoordinatesTotal, exudyn.OutputVariableType.Coordinates_t)
+    return [mbs.AddSensor(SensorNode(nodeNumber=node, storeInternal=True, outputVariableType=kind)) for kind in kinds for node in nodes]
+
+
+def points(ivp: ConstrainedIvp) -> System:
+    """Pose pendulums and chains as point masses, each at a fixed distance from the one before, as its example of the IFToMM pendulum is."""
+    from exudyn.itemInterface import DistanceConstraint, Force, MarkerBodyPosition, MarkerNodePosition, MassPoint2D, NodePoint2D
+
+    mbs, ground = empty()
+    M, gravity = mass_matrix(ivp), ivp.parameters["gravity"]
+    before = mbs.AddMarker(MarkerBodyPosition(bodyNumber=ground, localPosition=[0, 0, 0]))
+    q, v = ivp.q0.reshape(-1, 2), np.linalg.solve(M, ivp.p0).reshape(-1, 2)
+    lengths = np.linalg.norm(np.diff(q, axis=0, prepend=0.0), axis=1)
+    nodes = []
+    for k, length in enumerate(lengths):
+        mass = float(M[2 * k, 2 * k])
+        nodes.append(mbs.AddNode(NodePoint2D(referenceCoordinates=q[k].tolist(), initialVelocities=v[k].tolist())))
+        mbs.AddObject(MassPoint2D(physicsMass=mass, nodeNumber=nodes[-1]))
+        marker = mbs.AddMarker(MarkerNodePosition(nodeNumber=nodes[-1]))
+        mbs.AddObject(DistanceConstraint(markerNumbers=[before, marker], distance=float(length)))
+        mbs.AddLoad(Force(markerNumber=marker, loadVector=[0, -mass * gravity, 0]))
+        before = marker
+    sensors = watched(mbs, nodes)
+    mbs.Assemble()
+    return System(mbs, sensors, lambda rows: (np.hstack(rows[ivp.m :]) @ M, np.hstack(rows[: ivp.m])))
+
+
+def bar(mbs: Any, start: Array, end: Array, v_start: Array, v_end: Array, mass: float, gravity: float) -> tuple[int, int, int]:
+    """Add a uniform bar between two points with given velocities; return its node and the markers of its ends."""
+    from exudyn.itemInterface import LoadMassProportional, MarkerBodyMass, MarkerBodyPosition, NodeRigidBody2D, RigidBody2D
+
+    along, turning = end - start, v_end - v_start
+    length = float(np.linalg.norm(along))
+    place = [*((start + end) / 2), np.arctan2(along[1], along[0])]
+    velocity = [*((v_start + v_end) / 2), (along[0] * turning[1] - along[1] * turning[0]) / length**2]
+    node = mbs.AddNode(NodeRigidBody2D(referenceCoordinates=list(map(float, place)), initialVelocities=list(map(float, velocity))))
+    body = mbs.AddObject(RigidBody2D(nodeNumber=node, physicsMass=mass, physicsInertia=mass * length**2 / 12))
+    mbs.AddLoad(LoadMassProportional(markerNumber=mbs.AddMarker(MarkerBodyMass(bodyNumber=body)), loadVector=[0, -gravity, 0]))
+    ends = [mbs.AddMarker(MarkerBodyPosition(bodyNumber=body, localPosition=[x * length / 2, 0, 0])) for x in (-1, 1)]
+    return node, ends[0], ends[1]
+
+
+def tip(place: Array, velocity: Array, length: float) -> tuple[Array, Array]:
+    """Return where the ends of a bar are, and their velocities, shape(n, 2), from rows of its node."""
+    along = length / 2 * np.column_stack([np.cos(place[:, 2]), np.sin(place[:, 2])])
+    across = length / 2 * velocity[:, 2:] * np.column_stack([-np.sin(place[:, 2]), np.cos(place[:, 2])])
+    return place[:, :2] + along, velocity[:, :2] + across
+
+
+def joined(mbs: Any, pairs: list[tuple[int, int]]) -> None:
+    """Add revolute joints between markers."""
+    from exudyn.itemInterface import RevoluteJoint2D
+
+    for pair in pairs:
+        mbs.AddObject(RevoluteJoint2D(markerNumbers=list(pair)))
+
+
+def slider_crank(ivp: ConstrainedIvp) -> System:
+    """Pose the slider crank of two bars and a point mass on its line."""
+    from exudyn.itemInterface import (
+        CoordinateConstraint,
+        MarkerBodyPosition,
+        MarkerNodeCoordinate,
+        MarkerNodePosition,
+        MassPoint2D,
+        NodePoint2D,
+        NodePointGround,
+    )
+
+    mbs, ground = empty()
+    crank, _, crank_mass, rod_mass, slider_mass, gravity = ivp.par
+    M = mass_matrix(ivp)
+    v = np.linalg.solve(M, ivp.p0)
+    pivot, knee, end = np.zeros(2), ivp.q0[:2], np.array([ivp.q0[2], 0.0])
+    v_knee, v_end = v[:2], np.array([v[2], 0.0])
+    first = bar(mbs, pivot, knee, np.zeros(2), v_knee, crank_mass, gravity)
+    second = bar(mbs, knee, end, v_knee, v_end, rod_mass, gravity)
+    slider = mbs.AddNode(NodePoint2D(referenceCoordinates=end.tolist(), initialVelocities=v_end.tolist()))
+    mbs.AddObject(MassPoint2D(physicsMass=slider_mass, nodeNumber=slider))
+    fixed = mbs.AddMarker(MarkerNodeCoordinate(nodeNumber=mbs.AddNode(NodePointGround()), coordinate=0))
+    line = mbs.AddMarker(MarkerNodeCoordinate(nodeNumber=slider, coordinate=1))
+    mbs.AddObject(CoordinateConstraint(markerNumbers=[fixed, line]))
+    origin = mbs.AddMarker(MarkerBodyPosition(bodyNumber=ground, localPosition=[0, 0, 0]))
+    joined(mbs, [(origin, first[1]), (first[2], second[1]), (second[2], mbs.AddMarker(MarkerNodePosition(nodeNumber=slider)))])
+    sensors = watched(mbs, [first[0], slider])
+    mbs.Assemble()
+
+    def mapped(rows: list[Array]) -> tuple[Array, Array]:
+        x, velocity = tip(rows[0], rows[2], crank)
+        return np.hstack([velocity, rows[3][:, :1]]) @ M, np.hstack([x, rows[1][:, :1]])
+
+    return System(mbs, sensors, mapped)
+
+
+def four_bar(ivp: ConstrainedIvp) -> System:
+    """Pose the linkages of bars with revolute joints, as its example of the IFToMM benchmark is."""
+    from exudyn.itemInterface import MarkerBodyPosition
+
+    mbs, ground = empty()
+    length, mass, gravity = (ivp.parameters[name] for name in ("length", "mass", "gravity"))
+    M = mass_matrix(ivp)
+    ends, speeds = ivp.q0.reshape(-1, 2), np.linalg.solve(M, ivp.p0).reshape(-1, 2)
+    pivots = [np.array([i * length, 0.0]) for i in range(len(ends))]
+    uprights = [bar(mbs, a, b, np.zeros(2), v, mass, gravity) for a, b, v in zip(pivots, ends, speeds, strict=True)]
+    couplers = [bar(mbs, ends[i], ends[i + 1], speeds[i], speeds[i + 1], mass, gravity) for i in range(len(ends) - 1)]
+    grounds = [mbs.AddMarker(MarkerBodyPosition(bodyNumber=ground, localPosition=[*a, 0.0])) for a in pivots]
+    joined(mbs, [(a, upright[1]) for a, upright in zip(grounds, uprights, strict=True)])
+    for i, coupler in enumerate(couplers):
+        joined(mbs, [(uprights[i][2], coupler[1]), (coupler[2], uprights[i + 1][2])])
+    count = len(uprights)
+    sensors = watched(mbs, [upright[0] for upright in uprights])
+    mbs.Assemble()
+
+    def mapped(rows: list[Array]) -> tuple[Array, Array]:
+        tips = [tip(rows[i], rows[count + i], length) for i in range(count)]
+        return np.hstack([v for _, v in tips]) @ M, np.hstack([x for x, _ in tips])
+
+    return System(mbs, sensors, mapped)
+
+
+def top(ivp: ConstrainedIvp) -> System:
+    """Pose the heavy top by its rotation vector on the Lie group, about its fixed point, as its test of the heavy top is by parameters."""
+    import exudyn
+    from exudyn.itemInterface import (
+        CoordinateConstraint,
+        Force,
+        MarkerBodyPosition,
+        MarkerNodeCoordinate,
+        NodePointGround,
+        NodeRigidBodyRotVecLG,
+        ObjectRigidBody,
+        SensorBody,
+    )
+
+    mbs, _ = empty()
+    values = ivp.parameters
+    moments = np.array([values[name] for name in ("I1", "I2", "I3")])
+    y = ivp.p0.reshape(3, 3) - ivp.p0.reshape(3, 3).T
+    omega = np.array([y[2, 1], y[0, 2], y[1, 0]]) / moments
+    node = mbs.AddNode(NodeRigidBodyRotVecLG(referenceCoordinates=[0.0] * 6, initialVelocities=[0.0, 0.0, 0.0, *omega.tolist()]))
+    body = mbs.AddObject(ObjectRigidBody(physicsMass=values["mass"], physicsInertia=[*moments.tolist(), 0, 0, 0], nodeNumber=node))
+    centre = mbs.AddMarker(MarkerBodyPosition(bodyNumber=body, localPosition=[values[name] for name in ("r1", "r2", "r3")]))
+    mbs.AddLoad(Force(markerNumber=centre, loadVector=[0, 0, -values["mass"] * values["gravity"]]))
+    fixed = mbs.AddMarker(MarkerNodeCoordinate(nodeNumber=mbs.AddNode(NodePointGround()), coordinate=0))
+    for axis in range(3):
+        marker = mbs.AddMarker(MarkerNodeCoordinate(nodeNumber=node, coordinate=axis))
+        mbs.AddObject(CoordinateConstraint(markerNumbers=[fixed, marker]))
+    kinds = (exudyn.OutputVariableType.RotationMatrix, exudyn.OutputVariableType.AngularVelocityLocal)
+    sensors = [mbs.AddSensor(SensorBody(bodyNumber=body, storeInternal=True, outputVariableType=kind)) for kind in kinds]
+    mbs.Assemble()
+
+    def mapped(rows: list[Array]) -> tuple[Array, Array]:
+        Q, (wx, wy, wz) = rows[0].reshape(-1, 3, 3), rows[1].T
+        zero = np.zeros_like(wx)
+        hat = np.array([[zero, -wz, wy], [wz, zero, -wx], [-wy, wx, zero]]).transpose(2, 0, 1)
+        return (Q @ hat @ np.diag(moments.sum() / 2 - moments)).reshape(-1, 9), rows[0]
+
+    return System(mbs, sensors, mapped)
+
+
+def contenders() -> list[Contender]:
+    """Return both implicit solvers on every motion that it can express, and explicit Runge-Kutta on the top, which it takes there."""
+    poses = {"pendulum": points, "double": points, "slider": slider_crank, "fourbar": four_bar, "iftomm": four_bar, "chain10": points}
+    steps = {"pendulum": 1 / 16, "double": 1 / 32, "slider": 1 / 32, "fourbar": 1 / 8, "iftomm": 1 / 16, "chain10": 1 / 16}
+    found = [
+        Contender("EXUDYN", setting, motion, "h", halved(steps[motion], 10), partial(run, pose, solver))
+        for motion, pose in poses.items()
+        for setting, solver in SOLVERS.items()
+    ]
+    for setting, solver in SOLVERS.items():
+        found.append(Contender("EXUDYN", setting, "chain100", "h", halved(1 / 16, 6), partial(run, points, solver)))
+        found.append(Contender("EXUDYN", setting, "top", "h", halved(1 / 512, 7), partial(run, top, solver)))
+    return [*found, Contender("EXUDYN", "Lie group RK44", "top", "h", halved(1 / 256, 9), partial(run, top, "RK44"))]

@@ -1,0 +1,255 @@
+"""MuJoCo: trees of hinges in reduced coordinates, and closed loops by soft equality constraints."""
+
+from collections.abc import Callable, Sequence
+from functools import partial
+from typing import Any
+
+import numpy as np
+
+from daebench.reports.engines.contender import Array, Contender, States, halved, mass_matrix, stepped
+from daebench.runs.ivp import ConstrainedIvp
+
+PACKAGE = "mujoco"
+
+MODEL = """<mujoco>
+  <compiler angle="radian"/>
+  <option timestep="{h!r}" integrator="{integrator}" gravity="{gravity}" solver="Newton" tolerance="1e-14" iterations="100"/>
+  <worldbody>{bodies}</worldbody>
+  {rest}
+</mujoco>"""
+"""Any model: no geoms, so that nothing collides; no damping, no armature."""
+
+POINT = 1e-13
+"""Moments of inertia of a point mass of 1 kg, kg m^2; MuJoCo wants more than 0."""
+
+HARD = 'solref="{h2!r} 1" solimp="0.9999 0.9999 0.001 0.5 2"'
+"""The stiffest constraint that its documentation calls safe: a time constant of two steps, critically damped, at the largest impedance."""
+
+SHIPPED = ""
+"""Constraints as they are if nothing is said: solref="0.02 1", solimp="0.9 0.95 0.001 0.5 2"."""
+
+TREE = ("RK4", "implicit", "implicitfast", "Euler")
+"""Its integrators."""
+
+
+def inertial(mass: float, at: str, moment: float) -> str:
+    """Return the inertia of a body in the plane."""
+    return f'<inertial mass="{mass!r}" pos="{at}" diaginertia="{moment!r} {moment!r} {moment!r}"/>'
+
+
+def hinge(at: str = "0 0 0") -> str:
+    """Return a hinge about the normal of the plane."""
+    return f'<joint type="hinge" axis="0 0 1" pos="{at}"/>'
+
+
+def nested(bodies: Sequence[str]) -> str:
+    """Return bodies each of which is the child of the one before."""
+    text = ""
+    for body in reversed(bodies):
+        text = f"<body {body}{text}</body>"
+    return text
+
+
+def links(lengths: Sequence[float], masses: Sequence[float]) -> str:
+    """Return point masses on massless rods, the first hinged at the origin; at joint angles 0 all lie along the first axis."""
+    starts = [0.0, *lengths[:-1]]
+    return nested(
+        [
+            f'pos="{start!r} 0 0">{hinge()}{inertial(mass, f"{length!r} 0 0", POINT)}<site name="s{k}" pos="{length!r} 0 0"/>'
+            for k, (start, length, mass) in enumerate(zip(starts, lengths, masses, strict=True))
+        ]
+    )
+
+
+def bar(name: str, length: float, mass: float, at: str, *, rest: str = "") -> str:
+    """Return a uniform bar from its hinge along its first axis, with a site at its end."""
+    moment = mass * length**2 / 12
+    middle = inertial(mass, f"{length / 2!r} 0 0", moment)
+    return f'<body name="{name}" pos="{at}">{hinge()}{middle}<site name="{name}" pos="{length!r} 0 0"/>{rest}</body>'
+
+
+class Simulation:
+    """A model, its data, and how its sites are daebench's positions.
+
+    Parameters
+    ----------
+    ivp : ConstrainedIvp
+        The problem.
+    h : float
+        Step size, s.
+    integrator : str
+        One of :data:`TREE`.
+    bodies, rest : str
+        The model's bodies, and its equality constraints and tendons.
+    places : sequence of (str, tuple of int)
+        Sites and those of their coordinates that are in q, in order.
+    """
+
+    def __init__(
+        self, ivp: ConstrainedIvp, h: float, integrator: str, bodies: str, rest: str, places: Sequence[tuple[str, tuple[int, ...]]]
+    ) -> None:
+        import mujoco
+
+        self.engine, self.ivp, self.places = mujoco, ivp, places
+        gravity = f"0 {-ivp.parameters['gravity']!r} 0"
+        self.model = mujoco.MjModel.from_xml_string(MODEL.format(h=h, integrator=integrator, gravity=gravity, bodies=bodies, rest=rest))
+        self.data, self.seen = mujoco.MjData(self.model), mujoco.MjData(self.model)
+        self.M = mass_matrix(ivp)
+
+    def advance(self, steps: int) -> None:
+        """Take steps, all within one call of C."""
+        self.engine.mj_step(self.model, self.data, nstep=steps)
+
+    def energy(self) -> float:
+        """Copy the state, so that the run is not touched, and return MuJoCo's energy of it."""
+        self.seen.qpos[:], self.seen.qvel[:] = self.data.qpos, self.data.qvel
+        self.engine.mj_forward(self.model, self.seen)
+        self.engine.mj_energyPos(self.model, self.seen)
+        self.engine.mj_energyVel(self.model, self.seen)
+        return float(self.seen.energy.sum())
+
+    def read(self) -> tuple[Array, Array, float]:
+        """Return p, q and MuJoCo's energy."""
+        energy, q, v = self.energy(), [], []
+        for site, axes in self.places:
+            k = self.model.site(site).id
+            six = np.empty(6)
+            self.engine.mj_objectVelocity(self.model, self.seen, self.engine.mjtObj.mjOBJ_SITE, k, six, 0)
+            q += [self.seen.site_xpos[k][axis] for axis in axes]
+            v += [six[3 + axis] for axis in axes]
+        return self.M @ np.array(v), np.array(q), energy
+
+
+def run(
+    pose: Callable[[ConstrainedIvp, float, str, str], Simulation], integrator: str, softness: str, ivp: ConstrainedIvp, h: float, times: Array
+) -> States:
+    """Run a model as posed, with an integrator, and a softness of its constraints where it has any."""
+    simulation = pose(ivp, h, integrator, softness.format(h2=2 * h))
+    return stepped(simulation.advance, simulation.read, h, times)
+
+
+def hanging(ivp: ConstrainedIvp) -> tuple[list[float], list[float]]:
+    """Return lengths and masses of the pendulums and chains."""
+    values = ivp.parameters
+    if ivp.problem == "double_pendulum":
+        return [values["length1"], values["length2"]], [values["mass1"], values["mass2"]]
+    return [values["length"]] * ivp.m, [values["mass"]] * ivp.m
+
+
+def tree(ivp: ConstrainedIvp, h: float, integrator: str, softness: str) -> Simulation:
+    """Pose pendulums and chains in reduced coordinates: joint angles, and no constraint."""
+    lengths, masses = hanging(ivp)
+    places = [(f"s{k}", (0, 1)) for k in range(ivp.m)]
+    simulation = Simulation(ivp, h, integrator, links(lengths, masses), "", places)
+    rods = np.diff(ivp.q0.reshape(-1, 2), axis=0, prepend=0.0)
+    simulation.data.qpos[:] = np.diff(np.unwrap(np.arctan2(rods[:, 1], rods[:, 0])), prepend=0.0)
+    return simulation
+
+
+def points(ivp: ConstrainedIvp, h: float, integrator: str, softness: str) -> Simulation:
+    """Pose pendulums and chains as points free in the plane, each tied to the one before by a tendon of fixed length."""
+    lengths, masses = hanging(ivp)
+    slides = '<joint type="slide" axis="1 0 0"/><joint type="slide" axis="0 1 0"/>'
+    starts = [f"{x!r} {y!r} 0" for x, y in ivp.q0.reshape(-1, 2).tolist()]
+    bodies = "".join(
+        f'<body pos="{at}">{slides}{inertial(mass, "0 0 0", POINT)}<site name="s{k}"/></body>'
+        for k, (at, mass) in enumerate(zip(starts, masses, strict=True))
+    )
+    names = ["pivot", *(f"s{k}" for k in range(ivp.m))]
+    tendons = "".join(
+        f'<spatial name="t{k}"><site site="{names[k]}"/><site site="{names[k + 1]}"/></spatial>' for k in range(ivp.m)
+    )
+    ties = "".join(f'<tendon tendon1="t{k}" {softness}/>' for k in range(ivp.m))
+    rest = f"<tendon>{tendons}</tendon><equality>{ties}</equality>"
+    return Simulation(ivp, h, integrator, f'<site name="pivot"/>{bodies}', rest, [(f"s{k}", (0, 1)) for k in range(ivp.m)])
+
+
+def slider_crank(ivp: ConstrainedIvp, h: float, integrator: str, softness: str) -> Simulation:
+    """Pose the slider crank: crank and rod a tree of hinges, the slider on its line, and rod and slider connected."""
+    crank, rod, crank_mass, rod_mass, slider_mass, _ = ivp.par
+    second = bar("rod", rod, rod_mass, f"{crank!r} 0 0")
+    slide = f'<joint type="slide" axis="1 0 0"/>{inertial(slider_mass, "0 0 0", 1.0)}<site name="slider"/>'
+    bodies = bar("crank", crank, crank_mass, "0 0 0", rest=second) + f'<body pos="{crank + rod!r} 0 0">{slide}</body>'
+    rest = f'<equality><connect site1="rod" site2="slider" {softness}/></equality>'
+    simulation = Simulation(ivp, h, integrator, bodies, rest, [("crank", (0, 1)), ("slider", (0,))])
+    omega = ivp.value("H_p", ivp.p0, ivp.q0)[1] / crank
+    simulation.data.qvel[:] = [omega, -omega - omega * crank / rod, 0.0]
+    return simulation
+
+
+def four_bar(ivp: ConstrainedIvp, h: float, integrator: str, softness: str) -> Simulation:
+    """Pose the linkages: each upright with its coupler a tree of hinges, and the coupler's end connected to the next upright's."""
+    length, mass = ivp.parameters["length"], ivp.parameters["mass"]
+    count = ivp.d // 2
+    couplers = [bar(f"c{i}", length, mass, f"{length!r} 0 0") if i + 1 < count else "" for i in range(count)]
+    bodies = "".join(bar(f"u{i}", length, mass, f"{i * length!r} 0 0", rest=coupler) for i, coupler in enumerate(couplers))
+    ties = "".join(f'<connect site1="c{i}" site2="u{i + 1}" {softness}/>' for i in range(count - 1))
+    simulation = Simulation(ivp, h, integrator, bodies, f"<equality>{ties}</equality>", [(f"u{i}", (0, 1)) for i in range(count)])
+    x, y = ivp.q0[:2]
+    v = ivp.value("H_p", ivp.p0, ivp.q0)[:2]
+    angle, omega = float(np.arctan2(y, x)), float((x * v[1] - y * v[0]) / length**2)
+    simulation.data.qpos[:] = ([angle, -angle] * count)[:-1]
+    simulation.data.qvel[:] = ([omega, -omega] * count)[:-1]
+    return simulation
+
+
+class Top(Simulation):
+    """The heavy top by its attitude, a rotation matrix in daebench's coordinates."""
+
+    def __init__(self, ivp: ConstrainedIvp, h: float, integrator: str, joint: str, rest: str) -> None:
+        values = ivp.parameters
+        self.moments = np.array([values[name] for name in ("I1", "I2", "I3")])
+        r, mass = np.array([values[name] for name in ("r1", "r2", "r3")]), values["mass"]
+        central = np.diag(self.moments) - mass * (r @ r * np.eye(3) - np.outer(r, r))
+        about = " ".join(map(repr, np.diag(central).tolist()))
+        where = " ".join(map(repr, r.tolist()))
+        body = f'<inertial mass="{mass!r}" pos="{where}" diaginertia="{about}"/><site name="tip"/>'
+        super().__init__(ivp, h, integrator, f'<site name="pivot"/><body name="top">{joint}{body}</body>', rest, [])
+        self.model.opt.gravity[:] = 0, 0, -values["gravity"]
+        P = ivp.p0.reshape(3, 3)
+        y = P - P.T
+        self.data.qvel[-3:] = np.array([y[2, 1], y[0, 2], y[1, 0]]) / self.moments
+
+    def read(self) -> tuple[Array, Array, float]:
+        """Return P = Q hat(omega) D, Q, and MuJoCo's energy; the velocity of a ball is in the axes of the body."""
+        energy = self.energy()
+        Q = self.seen.body("top").xmat.reshape(3, 3)
+        x, y, z = self.seen.qvel[-3:]
+        hat = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
+        P = Q @ hat @ np.diag(self.moments.sum() / 2 - self.moments)
+        return P.ravel(), Q.ravel().copy(), energy
+
+
+def top_on_ball(ivp: ConstrainedIvp, h: float, integrator: str, softness: str) -> Simulation:
+    """Pose the heavy top on a ball joint, without constraints."""
+    return Top(ivp, h, integrator, '<joint type="ball"/>', "")
+
+
+def top_connected(ivp: ConstrainedIvp, h: float, integrator: str, softness: str) -> Simulation:
+    """Pose the heavy top as a free body whose tip is connected to the pivot."""
+    return Top(ivp, h, integrator, "<freejoint/>", f'<equality><connect site1="tip" site2="pivot" {softness}/></equality>')
+
+
+def contenders() -> list[Contender]:
+    """Return reduced coordinates under all integrators, and closed loops as hard as is safe and as shipped."""
+    found = []
+    for motion, first in {"pendulum": 1 / 8, "double": 1 / 32, "chain10": 1 / 16, "chain100": 1 / 64}.items():
+        for integrator in TREE:
+            found.append(_entry(motion, f"hinges, {integrator}", halved(first, 12), tree, integrator, constrained=False))
+        if motion != "chain100":
+            for integrator in ("RK4", "implicitfast"):
+                found.append(_entry(motion, f"tendons, {integrator}", halved(first / 4, 11), points, integrator, HARD))
+    for motion, first, pose in (("slider", 1 / 64, slider_crank), ("fourbar", 1 / 16, four_bar), ("iftomm", 1 / 64, four_bar)):
+        for integrator in ("RK4", "implicitfast"):
+            found.append(_entry(motion, f"connect, {integrator}", halved(first, 12), pose, integrator, HARD))
+        found.append(_entry(motion, "connect as shipped, implicitfast", halved(first, 12), pose, "implicitfast", SHIPPED))
+    for integrator in TREE:
+        found.append(_entry("top", f"ball joint, {integrator}", halved(1 / 512, 11), top_on_ball, integrator, constrained=False))
+    found.append(_entry("top", "free body connected, RK4", halved(1 / 512, 11), top_connected, "RK4", HARD))
+    return found
+
+
+def _entry(
+    motion: str, setting: str, values: tuple[float, ...], pose: Any, integrator: str, softness: str = SHIPPED, *, constrained: bool = True
+) -> Contender:
+    return Contender("MuJoCo", setting, motion, "h", values, partial(run, pose, integrator, softness), constrained)

@@ -1,0 +1,130 @@
+"""A contender: one engine, posing one motion in one way, run at one step size or tolerance, as a method of daebench."""
+
+import time
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from daebench.methods.outside.callables import outputs
+from daebench.methods.outside.method import Block, OutsideMethod, Stopped
+from daebench.runs.grid import Grid
+from daebench.runs.ivp import ConstrainedIvp, Ivp
+from daebench.runs.request import Request
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class States:
+    """What an engine gives of a run, in daebench's coordinates.
+
+    Parameters
+    ----------
+    p, q : ndarray, shape(n, d)
+        Momenta and positions at the times that were asked for.
+    seconds : float
+        Time of the stepping alone: without building the model, and without reading states from it where the engine lets it be left out.
+    energy : ndarray, shape(n,)
+        The engine's own energy there, up to a constant; NaN where it has none.
+    """
+
+    p: Array
+    q: Array
+    seconds: float
+    energy: Array
+
+
+Run = Callable[[ConstrainedIvp, float, Array], States]
+"""From an initial value problem, a step size or tolerance, and ascending times > 0 that are whole numbers of steps, to the states there."""
+
+
+@dataclass(frozen=True)
+class Contender:
+    """One way to run a motion with an engine.
+
+    Parameters
+    ----------
+    engine : str
+        The engine.
+    setting : str
+        How it poses and integrates the motion, in a few words.
+    motion : str
+        Key of the motion.
+    knob : str
+        "h" or "tol".
+    values : tuple of float
+        Step sizes or tolerances, the coarsest first.
+    run : callable
+        See :data:`Run`.
+    constrained : bool
+        Whether the engine has constraints to meet in this pose; in reduced coordinates it has none.
+    """
+
+    engine: str
+    setting: str
+    motion: str
+    knob: str
+    values: tuple[float, ...]
+    run: Run
+    constrained: bool = True
+
+    @property
+    def name(self) -> str:
+        """Engine and setting."""
+        return f"{self.engine}, {self.setting}"
+
+    def method(self, value: float) -> OutsideMethod:
+        """Return the contender with a step size or tolerance as a method whose step is the distance of its outputs."""
+
+        def blocks(ivp: Ivp, grid: Grid, request: Request) -> Iterator[Block]:
+            assert isinstance(ivp, ConstrainedIvp)
+            steps = outputs(grid)
+            try:
+                states = self.run(ivp, value, np.asarray(steps * grid.h))
+            except Exception as error:  # noqa: BLE001 - an engine may raise anything; the row says what
+                raise Stopped(f"{type(error).__name__}: {' '.join(str(error).split())[:300]}") from error
+            yield Block(steps, np.concatenate([states.p, states.q], axis=1), states.seconds)
+
+        return OutsideMethod(self.name, blocks, every_step=False)
+
+
+def stepped(
+    advance: Callable[[int], Any], read: Callable[[], tuple[Array, Array, float]], h: float, times: Array
+) -> States:
+    """Return the states of an engine that is stepped from output to output; only the stepping is timed.
+
+    Parameters
+    ----------
+    advance : callable
+        Takes so many steps of h.
+    read : callable
+        Returns p, q and the engine's own energy.
+    h : float
+        Step size, s.
+    times : ndarray, shape(n,)
+        Times, whole numbers of steps.
+    """
+    seconds, done, rows = 0.0, 0, []
+    for time_ in times:
+        steps = round(float(time_) / h) - done
+        began = time.perf_counter()
+        advance(steps)
+        seconds += time.perf_counter() - began
+        done += steps
+        rows.append(read())
+    p, q, energy = zip(*rows, strict=True)
+    return States(np.array(p), np.array(q), seconds, np.array(energy))
+
+
+def mass_matrix(ivp: ConstrainedIvp) -> Array:
+    """Return M, shape(d, d), of a problem whose H = 1/2 p^T M^-1 p + U(q) has a constant one."""
+    inverse = ivp.along("H_p", np.eye(ivp.d), np.tile(ivp.q0, (ivp.d, 1)))
+    return np.asarray(np.linalg.inv(inverse))
+
+
+def halved(first: float, times: int) -> tuple[float, ...]:
+    """Return a step size and its halves, so many in all."""
+    return tuple(first / 2**k for k in range(times))
