@@ -1,8 +1,8 @@
 """A contender: one engine, posing one motion in one way, run at one step size or tolerance, as a method of daebench."""
 
 import time
-from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -61,6 +61,8 @@ class Contender:
         See :data:`Run`.
     constrained : bool
         Whether the engine has constraints to meet in this pose; in reduced coordinates it has none.
+    variants : mapping of str to callable
+        Free numbers of the setting, in words, and the run with each; the most accurate one is found before ``run`` is taken.
     """
 
     engine: str
@@ -70,6 +72,7 @@ class Contender:
     values: tuple[float, ...]
     run: Run
     constrained: bool = True
+    variants: Mapping[str, Run] = field(default_factory=dict)
 
     @property
     def name(self) -> str:

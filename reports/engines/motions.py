@@ -41,7 +41,7 @@ class Motion:
     about: str
     parameters: MappingProxyType[str, float] = field(default_factory=lambda: MappingProxyType({}))
     spacing: float = 1 / 8
-    budget: float = 0.1
+    budget: float = 0.2
     long: float = 100.0
 
     @cached_property
@@ -74,7 +74,7 @@ MOTIONS = (
         "Chain of 100",
         "hanging, released 0.1 rad from the vertical",
         MappingProxyType({"links": 100}),
-        budget=1.0,
+        budget=2.0,
         long=50.0,
     ),
     Motion("butane", "butane", "tumbling", "Butane", "over the barriers of its torsion, and turning as a whole"),

@@ -60,17 +60,31 @@ def chain(ivp: ConstrainedIvp) -> dict[str, Any]:
     }
 
 
-def run(ivp: ConstrainedIvp, h: float, times: Array) -> States:
-    """Run the constrained leapfrog, with Newton's iteration to round-off and its check of reversibility left on."""
+def begun(ivp: ConstrainedIvp, h: float, p: Array, q: Array) -> tuple[Any, Any, Any]:
+    """Return the system, the constrained leapfrog with Newton's iteration to round-off and its check of reversibility on, and a state."""
     from mici.integrators import ConstrainedLeapfrogIntegrator
     from mici.states import ChainState
 
     posed = system(ivp)
     integrator = ConstrainedLeapfrogIntegrator(posed, step_size=h, projection_solver_kwargs=TIGHT)
-    state = [ChainState(pos=ivp.q0.copy(), mom=ivp.p0.copy(), dir=1)]
+    return posed, integrator, ChainState(pos=np.array(q), mom=np.array(p), dir=1)
 
-    def advance(steps: int) -> None:
-        for _ in range(steps):
+
+def steps(ivp: ConstrainedIvp, p: Array, q: Array, h: float, count: int) -> tuple[Array, Array]:
+    """Return p and q after so many steps."""
+    _, integrator, state = begun(ivp, h, p, q)
+    for _ in range(count):
+        state = integrator.step(state)
+    return state.mom, state.pos
+
+
+def run(ivp: ConstrainedIvp, h: float, times: Array) -> States:
+    """Run the constrained leapfrog."""
+    posed, integrator, start = begun(ivp, h, ivp.p0, ivp.q0)
+    state = [start]
+
+    def advance(count: int) -> None:
+        for _ in range(count):
             state[0] = integrator.step(state[0])
 
     def read() -> tuple[Array, Array, float]:

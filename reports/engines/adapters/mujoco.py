@@ -22,8 +22,11 @@ MODEL = """<mujoco>
 POINT = 1e-13
 """Moments of inertia of a point mass of 1 kg, kg m^2; MuJoCo wants more than 0."""
 
-HARD = 'solref="{h2!r} 1" solimp="0.9999 0.9999 0.001 0.5 2"'
-"""The stiffest constraint that its documentation calls safe: a time constant of two steps, critically damped, at the largest impedance."""
+HARD = 'solref="{constant!r} {ratio!r}" solimp="0.9999 0.9999 0.001 0.5 2"'
+"""Constraints at the largest impedance, with a time constant in steps and a damping ratio that are swept."""
+
+CONSTANTS, RATIOS = (1.0, 1.5, 2.0, 3.0, 4.0, 8.0), (0.5, 1.0, 2.0)
+"""Time constants, in steps, and damping ratios. Its documentation calls 2 and more safe, and clips what is less unless told not to."""
 
 SHIPPED = ""
 """Constraints as they are if nothing is said: solref="0.02 1", solimp="0.9 0.95 0.001 0.5 2"."""
@@ -90,6 +93,7 @@ class Simulation:
     ) -> None:
         import mujoco
 
+        mujoco.set_mju_user_warning(lambda text: None)  # else it writes a file; what it warns of is raised below
         self.engine, self.ivp, self.places = mujoco, ivp, places
         gravity = f"0 {-ivp.parameters['gravity']!r} 0"
         self.model = mujoco.MjModel.from_xml_string(MODEL.format(h=h, integrator=integrator, gravity=gravity, bodies=bodies, rest=rest))
@@ -102,6 +106,8 @@ class Simulation:
 
     def energy(self) -> float:
         """Copy the state, so that the run is not touched, and return MuJoCo's energy of it."""
+        if any(warning.number for warning in self.data.warning):
+            raise ArithmeticError("MuJoCo found a value that is no number or too large, and went back to the start")
         self.seen.qpos[:], self.seen.qvel[:] = self.data.qpos, self.data.qvel
         self.engine.mj_forward(self.model, self.seen)
         self.engine.mj_energyPos(self.model, self.seen)
@@ -120,11 +126,20 @@ class Simulation:
         return self.M @ np.array(v), np.array(q), energy
 
 
-def run(
-    pose: Callable[[ConstrainedIvp, float, str, str], Simulation], integrator: str, softness: str, ivp: ConstrainedIvp, h: float, times: Array
-) -> States:
-    """Run a model as posed, with an integrator, and a softness of its constraints where it has any."""
-    simulation = pose(ivp, h, integrator, softness.format(h2=2 * h))
+Pose = Callable[[ConstrainedIvp, float, str, str], Simulation]
+"""From a problem, a step size, an integrator and the attributes of its constraints to a simulation."""
+
+
+def run(pose: Pose, integrator: str, ivp: ConstrainedIvp, h: float, times: Array) -> States:
+    """Run a model as posed, with an integrator, and constraints as shipped where it has any."""
+    simulation = pose(ivp, h, integrator, SHIPPED)
+    return stepped(simulation.advance, simulation.read, h, times)
+
+
+def run_hard(pose: Pose, integrator: str, constant: float, ratio: float, ivp: ConstrainedIvp, h: float, times: Array) -> States:
+    """Run a model with hard constraints: a time constant of so many steps, and a damping ratio."""
+    simulation = pose(ivp, h, integrator, HARD.format(constant=constant * h, ratio=ratio))
+    simulation.model.opt.disableflags |= int(simulation.engine.mjtDisableBit.mjDSBL_REFSAFE)
     return stepped(simulation.advance, simulation.read, h, times)
 
 
@@ -231,25 +246,26 @@ def top_connected(ivp: ConstrainedIvp, h: float, integrator: str, softness: str)
 
 
 def contenders() -> list[Contender]:
-    """Return reduced coordinates under all integrators, and closed loops as hard as is safe and as shipped."""
-    found = []
+    """Return reduced coordinates under all integrators, and closed loops with constraints that are swept and as shipped."""
+    entries = []
     for motion, first in {"pendulum": 1 / 8, "double": 1 / 32, "chain10": 1 / 16, "chain100": 1 / 64}.items():
-        for integrator in TREE:
-            found.append(_entry(motion, f"hinges, {integrator}", halved(first, 12), tree, integrator, constrained=False))
-        if motion != "chain100":
-            for integrator in ("RK4", "implicitfast"):
-                found.append(_entry(motion, f"tendons, {integrator}", halved(first / 4, 11), points, integrator, HARD))
+        for name in TREE:
+            entries.append(Contender("MuJoCo", f"hinges, {name}", motion, "h", halved(first, 12), partial(run, tree, name), constrained=False))
+    for motion, first in {"pendulum": 1 / 32, "double": 1 / 64, "chain10": 1 / 64}.items():
+        entries += [swept(motion, f"tendons, {name}", first, points, name) for name in ("RK4", "implicitfast")]
     for motion, first, pose in (("slider", 1 / 64, slider_crank), ("fourbar", 1 / 16, four_bar), ("iftomm", 1 / 64, four_bar)):
-        for integrator in ("RK4", "implicitfast"):
-            found.append(_entry(motion, f"connect, {integrator}", halved(first, 12), pose, integrator, HARD))
-        found.append(_entry(motion, "connect as shipped, implicitfast", halved(first, 12), pose, "implicitfast", SHIPPED))
-    for integrator in TREE:
-        found.append(_entry("top", f"ball joint, {integrator}", halved(1 / 512, 11), top_on_ball, integrator, constrained=False))
-    found.append(_entry("top", "free body connected, RK4", halved(1 / 512, 11), top_connected, "RK4", HARD))
-    return found
+        entries += [swept(motion, f"connect, {name}", first, pose, name) for name in ("RK4", "implicitfast")]
+        shipped = partial(run, pose, "implicitfast")
+        entries.append(Contender("MuJoCo", "connect as shipped, implicitfast", motion, "h", halved(first, 12), shipped))
+    for name in TREE:
+        entries.append(Contender("MuJoCo", f"ball, {name}", "top", "h", halved(1 / 512, 11), partial(run, top_on_ball, name), constrained=False))
+    return [*entries, swept("top", "free body connected, RK4", 1 / 512, top_connected, "RK4")]
 
 
-def _entry(
-    motion: str, setting: str, values: tuple[float, ...], pose: Any, integrator: str, softness: str = SHIPPED, *, constrained: bool = True
-) -> Contender:
-    return Contender("MuJoCo", setting, motion, "h", values, partial(run, pose, integrator, softness), constrained)
+def swept(motion: str, setting: str, first: float, pose: Pose, integrator: str) -> Contender:
+    """Return a closed loop with hard constraints, whose time constant and damping ratio are swept."""
+    variants = {
+        f"solref {constant:g} h, {ratio:g}": partial(run_hard, pose, integrator, constant, ratio) for constant in CONSTANTS for ratio in RATIOS
+    }
+    safe = partial(run_hard, pose, integrator, 2.0, 1.0)
+    return Contender("MuJoCo", setting, motion, "h", halved(first, 11), safe, variants=variants)

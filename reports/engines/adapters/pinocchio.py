@@ -15,6 +15,9 @@ PACKAGE = "pinocchio"
 USUAL = 10.0
 """Kp of its example of closed chains, 1/s^2, with Kd = 2 sqrt(Kp): critically damped."""
 
+DECAYS = (1.0, 2.0, 4.0, 8.0, 16.0, 64.0)
+"""Steps within which corrections decay, where Kp is swept."""
+
 PROXIMAL = (1e-12, 1e-10, 20)
 """Accuracy, regularisation and most iterations of the solver of constraints; the example has 1e-8, 1e-10 and 10."""
 
@@ -104,15 +107,22 @@ def run(pose: Callable[[ConstrainedIvp], Robot], method: Callable[[Robot, float,
 
 
 def run_loops(
+    pose: Callable[[ConstrainedIvp, float], Robot], method: Callable[[Robot, float, int], None], ivp: ConstrainedIvp, h: float, times: Array
+) -> States:
+    """Run a robot with closed loops, with the usual gain."""
+    return run(lambda problem: pose(problem, USUAL), method, ivp, h, times)
+
+
+def run_gain(
     pose: Callable[[ConstrainedIvp, float], Robot],
-    gain: Callable[[float], float],
     method: Callable[[Robot, float, int], None],
+    steps: float,
     ivp: ConstrainedIvp,
     h: float,
     times: Array,
 ) -> States:
-    """Run a robot with closed loops, with Baumgarte's gain Kp as a function of h."""
-    return run(lambda problem: pose(problem, gain(h)), method, ivp, h, times)
+    """Run a robot with closed loops, with Kp = 1/(steps h)^2: corrections decay within so many steps."""
+    return run(lambda problem: pose(problem, (steps * h) ** -2), method, ivp, h, times)
 
 
 def placed(x: float, y: float = 0.0) -> Any:
@@ -240,8 +250,9 @@ def contenders() -> list[Contender]:
         found.append(Contender("Pinocchio", f"aba, {name}", "top", "h", halved(1 / 256, 7), partial(run, top, method), constrained=False))
     for motion, pose, first in (("slider", slider_crank, 1 / 32), ("fourbar", four_bar, 1 / 8), ("iftomm", four_bar, 1 / 32)):
         for name, method in methods.items():
-            entry = partial(run_loops, pose, lambda h: USUAL, method)
-            found.append(Contender("Pinocchio", f"loops, Kp = 10, {name}", motion, "h", halved(first, 8), entry))
-        entry = partial(run_loops, pose, lambda h: (1 / (4 * h)) ** 2, rk4)
-        found.append(Contender("Pinocchio", "loops, Kp = 1/(4 h)^2, RK4", motion, "h", halved(first, 8), entry))
+            usual = partial(run_loops, pose, method)
+            found.append(Contender("Pinocchio", f"loops, Kp = 10, {name}", motion, "h", halved(first, 8), usual))
+        gains = {f"Kp = 1/({steps:g} h)^2": partial(run_gain, pose, rk4, steps) for steps in DECAYS}
+        swept = gains["Kp = 1/(4 h)^2"]
+        found.append(Contender("Pinocchio", "loops, Kp swept, RK4", motion, "h", halved(first, 8), swept, variants=gains))
     return found

@@ -1,0 +1,193 @@
+"""Numbers of the report on engines: each contender tuned, swept over step sizes or tolerances, timed, and run for long."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from daebench.diagnostics.energy_verdict import energy_verdict
+from daebench.diagnostics.order import fit_order
+from daebench.methods.names import method_of
+from daebench.pages.report.page import Progress
+from daebench.reports.engines.adapters import ENGINES, Engine
+from daebench.reports.engines.documentation import sentences_of
+from daebench.reports.engines.contender import Contender, halved
+from daebench.reports.engines.motions import BY_KEY, MOTIONS, T_END, Motion
+from daebench.reports.engines.truth import compared, truth
+from daebench.runs.request import Request
+from daebench.runs.trajectory import CONSTRAINED, Trajectory
+
+REPEAT = 3
+"""Runs of which the shortest time is taken."""
+
+BEYOND = 1.0
+"""A sweep ends with the first run that takes so many times the motion's budget."""
+
+OWN = "daebench"
+
+RATTLE, IDA = "rattle", "ida:ggl"
+"""Methods of daebench that stand beside the engines."""
+
+
+@dataclass(frozen=True)
+class Numbers:
+    """What the report says.
+
+    Parameters
+    ----------
+    runs : DataFrame
+        One row a run: motion, engine, setting, variant, constrained, knob, value, error, bound, g, Gv, energy_error, seconds, failure.
+    chosen : DataFrame
+        One row a contender and motion: the most accurate of its runs within the budget, with the energy's verdict and order.
+    tuned : DataFrame
+        One row a variant: its error at one step size, and whether it was taken.
+    sentences : DataFrame
+        One row a sentence of a documentation: engine, place, sentence, measured, holds.
+    engines : tuple of Engine
+        Those that ran.
+    """
+
+    runs: pd.DataFrame
+    chosen: pd.DataFrame
+    tuned: pd.DataFrame
+    sentences: pd.DataFrame
+    engines: tuple[Engine, ...]
+
+
+def own(motions: Sequence[Motion]) -> list[Contender]:
+    """Return daebench's own methods as contenders, which :func:`solved` runs without an adapter."""
+    first = {"top": 1 / 512, "chain100": 1 / 32}
+    entries = []
+    for motion in motions:
+        entries.append(Contender(OWN, RATTLE, motion.key, "h", halved(first.get(motion.key, 1 / 16), 16), _unused))
+        entries.append(Contender(OWN, IDA, motion.key, "tol", tuple(10.0**-k for k in range(3, 13)), _unused))
+    return entries
+
+
+def _unused(*_: Any) -> Any:
+    raise NotImplementedError
+
+
+def solved(contender: Contender, motion: Motion, value: float, t_end: float, *, outputs: bool) -> Trajectory:
+    """Return a run of a contender, with all outputs and monitors, or bare, for its time."""
+    spacing = (max(motion.spacing, value) if contender.knob == "h" else motion.spacing) if outputs else t_end
+    watch = CONSTRAINED if outputs else ()
+    if contender.engine != OWN:
+        run = contender.method(value).solve(motion.ivp, Request(value=spacing, steps=round(t_end / spacing), every=1, watch=watch))
+        assert isinstance(run, Trajectory)
+        return run
+    every = {"every": round(spacing / value)} if contender.knob == "h" else {"points": round(t_end / spacing) + 1}
+    run = method_of(motion.ivp, contender.setting).solve(motion.ivp, Request(value=value, t_end=t_end, watch=watch, count=False, **every))
+    assert isinstance(run, Trajectory)
+    return run
+
+
+def error_of(motion: Motion, run: Trajectory) -> float:
+    """Return the largest deviation of a position at the end, never less than what the truth may be wrong by; NaN of a run that stopped."""
+    if run.failure:
+        return float("nan")
+    known = truth(motion.key)
+    return max(known.bound, float(np.max(np.abs(compared(motion, run.q[-1]) - known.value))))
+
+
+def tuned(contender: Contender) -> tuple[Contender, str, list[dict[str, Any]]]:
+    """Return a contender with the most accurate of its variants at the middle of its step sizes, its name, and what each reached there."""
+    if not contender.variants:
+        return contender, "", []
+    motion, value = BY_KEY[contender.motion], contender.values[len(contender.values) // 2]
+    errors = {
+        name: error_of(motion, solved(replace(contender, run=run), motion, value, T_END, outputs=False)) for name, run in contender.variants.items()
+    }
+    best = min(errors, key=lambda name: (np.isnan(errors[name]), errors[name]))
+    about = {"motion": contender.motion, "engine": contender.engine, "setting": contender.setting, "value": value}
+    rows = [about | {"variant": name, "error": error, "taken": name == best} for name, error in errors.items()]
+    return replace(contender, run=contender.variants[best]), best, rows
+
+
+def swept(contender: Contender, variant: str) -> list[dict[str, Any]]:
+    """Return one row for each step size or tolerance of a contender, until a run takes too long."""
+    motion, rows = BY_KEY[contender.motion], []
+    for value in contender.values:
+        run = solved(contender, motion, value, T_END, outputs=True)
+        row = {
+            "motion": motion.key,
+            "engine": contender.engine,
+            "setting": contender.setting,
+            "variant": variant,
+            "constrained": contender.constrained,
+            "knob": contender.knob,
+            "value": value,
+            "error": error_of(motion, run),
+            "bound": truth(motion.key).bound,
+            **{name: run.maxima.get(name, np.nan) for name in ("g", "Gv")},
+            "energy_error": run.maxima.get("energy", np.nan),
+            "seconds": timed(contender, motion, value) if run.failure is None else np.nan,
+            "failure": run.failure or "",
+        }
+        rows.append(row)
+        if run.seconds > BEYOND * motion.budget:
+            break
+    return rows
+
+
+def timed(contender: Contender, motion: Motion, value: float) -> float:
+    """Return the shortest time of the stepping in some runs that give the end alone."""
+    return min(solved(contender, motion, value, T_END, outputs=False).seconds for _ in range(REPEAT))
+
+
+def at_equal_cost(rows: pd.DataFrame, budget: float) -> pd.Series:
+    """Return the most accurate run within a budget of seconds; where there is none, the cheapest, and where all failed, the last."""
+    done = rows[rows["failure"] == ""]
+    within = done[done["seconds"] <= budget]
+    if len(within):
+        return within.loc[within["error"].idxmin()]
+    return done.loc[done["seconds"].idxmin()] if len(done) else rows.iloc[-1]
+
+
+def summary(contender: Contender, rows: pd.DataFrame) -> dict[str, Any]:
+    """Return the row of a contender: its run at equal cost, the verdict on its energy over the long horizon, and its order."""
+    motion = BY_KEY[contender.motion]
+    row = dict(at_equal_cost(rows, motion.budget))
+    row |= {"order": np.nan, "order_error": np.nan, "verdict": "failed", "law": "", "least": rows["error"].min()}
+    row["within"] = bool(row["seconds"] <= motion.budget)
+    if row["failure"]:
+        return row
+    long = solved(contender, motion, float(row["value"]), motion.long, outputs=True)
+    drift = energy_verdict(motion.ivp, long)
+    row |= {"verdict": drift.verdict, "law": drift.words, "reason": drift.reason}
+    if contender.knob == "h":
+        fit = fit_order(rows["value"], rows["error"], floor=float(rows["bound"].iloc[0]))
+        row |= {"order": fit.slope, "order_error": fit.slope_error}
+    return row
+
+
+def measure(tell: Progress, motions: Sequence[Motion] = MOTIONS, engines: Sequence[Engine] = ENGINES) -> Numbers:
+    """Return the numbers, of engines that are installed.
+
+    Parameters
+    ----------
+    tell : callable
+        Told the fraction that is done, and what is being done.
+    motions : sequence of Motion
+        Motions.
+    engines : sequence of Engine
+        Engines; those that are not installed are left out.
+    """
+    present = tuple(engine for engine in engines if engine.installed)
+    keys = {motion.key for motion in motions}
+    entrants = own(motions) + [entry for engine in present for entry in engine.adapter.contenders() if entry.motion in keys]
+    runs: list[dict[str, Any]] = []
+    chosen, variants = [], []
+    for k, entrant in enumerate(entrants):
+        tell(0.95 * k / len(entrants), f"{entrant.name} on {entrant.motion}")
+        ready, variant, tried = tuned(entrant)
+        rows = swept(ready, variant)
+        runs += rows
+        variants += tried
+        chosen.append(summary(ready, pd.DataFrame(rows)))
+    tell(0.95, "documentation")
+    said = [sentence for engine in present for sentence in sentences_of(engine.name)]
+    frames = (pd.DataFrame(runs), pd.DataFrame(chosen), pd.DataFrame(variants), pd.DataFrame(said))
+    return Numbers(*frames, present)
