@@ -1,1 +1,38 @@
 """Engines against the truth: MuJoCo, EXUDYN, Pinocchio, OpenMM, Mici, jax-md and CasADi on motions whose exact course is known."""
+
+import inspect
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+from daebench.pages.report import Progress, make_page
+from daebench.pages.report.page import constants
+from daebench.reports.engines import claims, motions, truth
+from daebench.reports.engines import numbers as _numbers
+from daebench.reports.engines.adapters import ENGINES
+from daebench.reports.engines.claims import check
+from daebench.reports.engines.figures import draw
+from daebench.reports.engines.numbers import Numbers, measure
+from daebench.reports.engines.tables import at, tables
+
+CONSTANTS = constants(motions, truth, claims, _numbers)
+
+
+def make(out: Path, progress: Progress) -> Path:
+    """Make the report in a folder; return the path of its page, see :func:`daebench.pages.report.make_page`.
+
+    Engines that are not installed are left out, and the page says so; with none at all it has daebench's own methods alone.
+    """
+
+    def content(numbers: Numbers, conclusions: SimpleNamespace) -> dict[str, Any]:
+        return {
+            "c": CONSTANTS,
+            "at": at,
+            "drawn": draw(numbers, out / "figures"),
+            "tables": tables(numbers, out / "tables"),
+            "truths": {first.motion.key: truth.truth(first.motion.key) for first in conclusions.firsts},
+            "all_engines": ENGINES,
+            "code": {engine.name: inspect.getsource(engine.adapter) for engine in numbers.engines},
+        }
+
+    return make_page("engines/page.html", out, "daebench report engines", progress, measure=measure, check=check, content=content)

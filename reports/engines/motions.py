@@ -3,7 +3,6 @@
 from dataclasses import dataclass, field
 from functools import cached_property
 from types import MappingProxyType
-from typing import Any
 
 from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.runs.ivp import ConstrainedIvp
@@ -47,7 +46,8 @@ class Motion:
     @cached_property
     def ivp(self) -> ConstrainedIvp:
         """The initial value problem."""
-        ivp: Any = initial_value_problem(self.problem, self.case, self.parameters)
+        ivp = initial_value_problem(self.problem, self.case, self.parameters)
+        assert isinstance(ivp, ConstrainedIvp)
         return ivp
 
 
@@ -57,7 +57,11 @@ MOTIONS = (
     Motion("slider", "slider_crank", "turning", "Slider crank", "the crank at 8 rad/s, full turns"),
     Motion("fourbar", "four_bar", "swing", "Four-bar linkages", "two in a row, a swing of 0.1 rad, far from singular"),
     Motion(
-        "iftomm", "four_bar", "iftomm", "Four-bar linkages through a singularity", "two in a row, IFToMM benchmark A02: G loses rank twice a turn"
+        "iftomm",
+        "four_bar",
+        "iftomm",
+        "Four-bar linkages through a singularity",
+        "two in a row, IFToMM benchmark A02: G loses rank twice a turn",
     ),
     Motion(
         "chain10",
@@ -78,7 +82,9 @@ MOTIONS = (
         long=50.0,
     ),
     Motion("butane", "butane", "tumbling", "Butane", "over the barriers of its torsion, and turning as a whole"),
-    Motion("top", "rigid_body_rotation", "heavy_top", "Heavy top", "spinning at 150 rad/s about its horizontal axis", spacing=1 / 64, long=20.0),
+    Motion(
+        "top", "rigid_body_rotation", "heavy_top", "Heavy top", "spinning at 150 rad/s about its horizontal axis", spacing=1 / 64, long=20.0
+    ),
 )
 """All motions in the order of the page."""
 

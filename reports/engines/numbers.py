@@ -7,13 +7,14 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from daebench.diagnostics.energy import FAILED
 from daebench.diagnostics.energy_verdict import energy_verdict
 from daebench.diagnostics.order import fit_order
 from daebench.methods.names import method_of
 from daebench.pages.report.page import Progress
 from daebench.reports.engines.adapters import ENGINES, Engine
-from daebench.reports.engines.documentation import sentences_of
 from daebench.reports.engines.contender import Contender, halved
+from daebench.reports.engines.documentation import sentences_of
 from daebench.reports.engines.motions import BY_KEY, MOTIONS, T_END, Motion
 from daebench.reports.engines.truth import compared, truth
 from daebench.runs.request import Request
@@ -78,8 +79,9 @@ def solved(contender: Contender, motion: Motion, value: float, t_end: float, *, 
         run = contender.method(value).solve(motion.ivp, Request(value=spacing, steps=round(t_end / spacing), every=1, watch=watch))
         assert isinstance(run, Trajectory)
         return run
-    every = {"every": round(spacing / value)} if contender.knob == "h" else {"points": round(t_end / spacing) + 1}
-    run = method_of(motion.ivp, contender.setting).solve(motion.ivp, Request(value=value, t_end=t_end, watch=watch, count=False, **every))
+    every, points = (round(spacing / value), None) if contender.knob == "h" else (None, round(t_end / spacing) + 1)
+    request = Request(value=value, t_end=t_end, every=every, points=points, watch=watch, count=False)
+    run = method_of(motion.ivp, contender.setting).solve(motion.ivp, request)
     assert isinstance(run, Trajectory)
     return run
 
@@ -98,7 +100,8 @@ def tuned(contender: Contender) -> tuple[Contender, str, list[dict[str, Any]]]:
         return contender, "", []
     motion, value = BY_KEY[contender.motion], contender.values[len(contender.values) // 2]
     errors = {
-        name: error_of(motion, solved(replace(contender, run=run), motion, value, T_END, outputs=False)) for name, run in contender.variants.items()
+        name: error_of(motion, solved(replace(contender, run=run), motion, value, T_END, outputs=False))
+        for name, run in contender.variants.items()
     }
     best = min(errors, key=lambda name: (np.isnan(errors[name]), errors[name]))
     about = {"motion": contender.motion, "engine": contender.engine, "setting": contender.setting, "value": value}
@@ -137,26 +140,25 @@ def timed(contender: Contender, motion: Motion, value: float) -> float:
     return min(solved(contender, motion, value, T_END, outputs=False).seconds for _ in range(REPEAT))
 
 
-def at_equal_cost(rows: pd.DataFrame, budget: float) -> pd.Series:
+def at_equal_cost(rows: pd.DataFrame, budget: float) -> dict[str, Any]:
     """Return the most accurate run within a budget of seconds; where there is none, the cheapest, and where all failed, the last."""
     done = rows[rows["failure"] == ""]
     within = done[done["seconds"] <= budget]
-    if len(within):
-        return within.loc[within["error"].idxmin()]
-    return done.loc[done["seconds"].idxmin()] if len(done) else rows.iloc[-1]
+    ranked = within.sort_values("error") if len(within) else done.sort_values("seconds") if len(done) else rows.iloc[::-1]
+    return {str(name): value for name, value in ranked.iloc[0].items()}
 
 
 def summary(contender: Contender, rows: pd.DataFrame) -> dict[str, Any]:
     """Return the row of a contender: its run at equal cost, the verdict on its energy over the long horizon, and its order."""
     motion = BY_KEY[contender.motion]
-    row = dict(at_equal_cost(rows, motion.budget))
-    row |= {"order": np.nan, "order_error": np.nan, "verdict": "failed", "law": "", "least": rows["error"].min()}
+    row = at_equal_cost(rows, motion.budget)
+    row |= {"order": np.nan, "order_error": np.nan, "verdict": FAILED, "law": "", "reason": row["failure"], "least": rows["error"].min()}
     row["within"] = bool(row["seconds"] <= motion.budget)
     if row["failure"]:
         return row
     long = solved(contender, motion, float(row["value"]), motion.long, outputs=True)
     drift = energy_verdict(motion.ivp, long)
-    row |= {"verdict": drift.verdict, "law": drift.words, "reason": drift.reason}
+    row |= {"verdict": drift.verdict, "law": drift.words, "reason": long.failure or drift.reason}
     if contender.knob == "h":
         fit = fit_order(rows["value"], rows["error"], floor=float(rows["bound"].iloc[0]))
         row |= {"order": fit.slope, "order_error": fit.slope_error}
@@ -164,7 +166,7 @@ def summary(contender: Contender, rows: pd.DataFrame) -> dict[str, Any]:
 
 
 def measure(tell: Progress, motions: Sequence[Motion] = MOTIONS, engines: Sequence[Engine] = ENGINES) -> Numbers:
-    """Return the numbers, of engines that are installed.
+    """Return the numbers, of engines that are installed; without any of them there are none.
 
     Parameters
     ----------
@@ -176,6 +178,8 @@ def measure(tell: Progress, motions: Sequence[Motion] = MOTIONS, engines: Sequen
         Engines; those that are not installed are left out.
     """
     present = tuple(engine for engine in engines if engine.installed)
+    if not present:
+        return Numbers(*(pd.DataFrame() for _ in range(4)), ())
     keys = {motion.key for motion in motions}
     entrants = own(motions) + [entry for engine in present for entry in engine.adapter.contenders() if entry.motion in keys]
     runs: list[dict[str, Any]] = []

@@ -15,7 +15,7 @@ from daebench.reports.engines.motions import BY_KEY, T_END, Motion
 from daebench.runs.ivp import ConstrainedIvp
 from daebench.runs.request import Request
 
-TOP = "heavy_top_lie_poisson-heavy_top"
+TOP = ("heavy_top_lie_poisson", "heavy_top")
 """Certified reference of the heavy top, in angular momentum and Gamma, the upward vertical, both seen from the body."""
 
 FINE = "rattle/kahan_li8"
@@ -54,8 +54,8 @@ def truth(key: str) -> Truth:
     """Return the truth of a motion at its end."""
     motion, end = BY_KEY[key], np.array([T_END])
     if motion.key == "top":
-        known = states_at(store.find(*TOP.split("-", 1)), end)
-        return Truth(f"certified {TOP}", known.states["y"][0, 3:], float(np.max(known.bound["y"])))
+        known = states_at(store.find(*TOP), end)
+        return Truth(f"certified {'-'.join(TOP)}", known.states["y"][0, 3:], float(np.max(known.bound["y"])))
     if motion.problem == "pendulum_chain":
         return fine(motion.ivp)
     if reference := certified_for(motion.ivp, T_END):
@@ -69,6 +69,7 @@ def fine(ivp: ConstrainedIvp) -> Truth:
     """Return the end of a run of order eight, and as its bound so many times the difference from one with twice the step size."""
     method = method_of(ivp, FINE)
     coarse, finer = (
-        method.solve(ivp, Request(value=h, t_end=T_END, every=0, watch=(), count=False)).complete().q[-1] for h in (FINE_STEP, FINE_STEP / 2)
+        method.solve(ivp, Request(value=h, t_end=T_END, every=0, watch=(), count=False)).complete().q[-1]
+        for h in (FINE_STEP, FINE_STEP / 2)
     )
     return Truth(f"two runs of {FINE}", finer, SAFETY * float(np.max(np.abs(finer - coarse))))

@@ -53,57 +53,58 @@ ENGINES = (
         "mujoco",
         "mujoco",
         "mujoco",
-        "Pendulums, chains and the top need no constraint in its reduced coordinates, and are shown so; they are shown as closed loops too, "
-        "of tendons or a connected body. Slider crank and four-bar linkages are trees closed by <code>connect</code>. Butane is left out: a "
-        "torsion's potential takes a callback at each step.",
+        "pendulums, chains and the top need no constraint in its reduced coordinates, and are shown so; they are shown as closed loops "
+        "too, of tendons or a connected body. Slider crank and four-bar linkages are trees closed by <code>connect</code>. Butane is left "
+        "out: a torsion takes a callback at each step.",
     ),
     Engine(
         "EXUDYN",
         "exudyn",
         "exudyn",
         "exudyn",
-        "Point masses with distance constraints, bars with revolute joints, and a rigid body on the Lie group. Butane is left out: a "
-        "torsion's potential takes a Python function at each step.",
+        "point masses with distance constraints, bars with revolute joints, and a rigid body on the Lie group. Butane is left out: a "
+        "torsion takes a Python function at each step.",
     ),
     Engine(
         "Pinocchio",
         "pinocchio",
         "pinocchio",
         "pin",
-        "It gives accelerations, and the integrator is the user’s: semi-implicit Euler as in its examples, and RK4, both loops in Python. "
-        "Butane is left out: it has no particles.",
+        "it gives accelerations, and the integrator is the user's: semi-implicit Euler as in its examples, and RK4, both loops in Python. "
+        "Pendulums, chains and the top are in reduced coordinates alone. Butane is left out: it has no particles.",
     ),
     Engine(
         "OpenMM",
         "openmm",
         "openmm",
         "openmm",
-        "A constraint may not end at a particle that is held, so that pendulums and chains are halves of molecules mirrored in the pivot, "
-        "exactly the same motion. Bars, sliders and tops are left out: it has no rigid bodies.",
+        "a constraint may not end at a particle that is held, so that pendulums and chains are halves of molecules mirrored in the pivot, "
+        "which is the same motion. Bars, sliders and tops are left out: it has no rigid bodies. So is the chain of 100.",
     ),
-    Engine("Mici", "mici", "mici", "mici", "Any U, g and constant M, as NumPy functions."),
+    Engine("Mici", "mici", "mici", "mici", "any U, g and constant M, as NumPy functions."),
     Engine(
         "jax-md",
         "jax_md",
         "jax_md",
         "jax-md",
-        "It has projections for distance constraints and no integrator that calls them: they are put into the integrator of OpenMM’s "
-        "documentation here, so that these rows speak of the projections in this place. The top is one of its rigid bodies.",
+        "it has projections for distance constraints and no integrator that calls them: they are put into the integrator of OpenMM's "
+        "documentation here, so that these rows speak of the projections in this place, and of no integrator of jax-md. The top is one of "
+        "its rigid bodies. Mechanisms of bars are left out, and the chain of 100.",
     ),
     Engine(
         "CasADi",
         "casadi",
         "casadi",
         "casadi",
-        "The index is reduced by <code>dae_reduce_index</code> where that succeeds (pendulums, slider crank), else by hand with CasADi’s own "
-        "derivatives. Code is interpreted; it could be compiled, where there is a compiler.",
+        "the index is reduced by <code>dae_reduce_index</code> where that succeeds (pendulums, slider crank), else by hand with CasADi's "
+        "own derivatives: it says of the others that structural detection failed. Code is interpreted here; it can be compiled.",
     ),
     Engine(
         "PyChrono",
         "",
         "",
         "",
-        "It is distributed by conda alone: on PyPI <code>pychrono</code> is another package, and <code>projectchrono</code> a reserved name "
+        "it is distributed by conda alone: on PyPI <code>pychrono</code> is another package, and <code>projectchrono</code> a name held "
         "without content. There is no adapter.",
     ),
 )

@@ -1,4 +1,4 @@
-"""EXUDYN: point masses with distance constraints, bars with revolute joints, and its Lie group top; index-2 trapezoid and generalized-alpha."""
+"""EXUDYN: point masses at fixed distances, bars with revolute joints, a top on its Lie group; index-2 trapezoid and generalized-alpha."""
 
 import time
 from collections.abc import Callable
@@ -48,7 +48,7 @@ def run(pose: Callable[[ConstrainedIvp], System], solver: str, radius: float, iv
 
     exudyn.config.printToConsole = False
     system, steps = pose(ivp), round(float(times[-1]) / h)
-    settings = exudyn.SimulationSettings()
+    settings: Any = exudyn.SimulationSettings()
     settings.timeIntegration.numberOfSteps, settings.timeIntegration.endTime = steps, float(times[-1])
     settings.timeIntegration.generalizedAlpha.spectralRadius = radius
     settings.timeIntegration.adaptiveStep = False
@@ -59,9 +59,9 @@ def run(pose: Callable[[ConstrainedIvp], System], solver: str, radius: float, iv
     settings.solutionSettings.sensorsWritePeriod = float(times[0])
     if system.mbs.systemData.ODE2Size() > SPARSE:
         settings.linearSolver.solverType = exudyn.LinearSolverType.EigenSparse
-    began = time.perf_counter()
+    began = time.process_time()
     system.mbs.SolveDynamic(settings, solverType=getattr(exudyn.DynamicSolverType, solver))
-    seconds = time.perf_counter() - began
+    seconds = time.process_time() - began
     rows = [system.mbs.GetSensorStoredData(sensor) for sensor in system.sensors]
     at = np.searchsorted(rows[0][:, 0], times - h / 2)
     p, q = system.mapped([seen[at, 1:] for seen in rows])

@@ -15,6 +15,10 @@ TIGHT = {"tolerance": 1e-12, "max_iters": 2000}
 """Tolerance and most iterations of its constraints; 1e-6 and 150 if left out."""
 
 
+Points = tuple[Array, Array, Array, Array, list[tuple[int, int]], Callable[..., Any]]
+"""Masses, positions, velocities, points that are held, pairs at fixed distances, and the potential."""
+
+
 def doubles() -> Any:
     """Let JAX compute in double precision, on the CPU; return it."""
     import jax
@@ -23,7 +27,7 @@ def doubles() -> Any:
     return jax
 
 
-def molecule(ivp: ConstrainedIvp) -> tuple[Array, Array, Array, Array, list[tuple[int, int]], Callable[[Any], Any]]:
+def molecule(ivp: ConstrainedIvp) -> Points:
     """Return masses, positions, velocities and constraints of butane, and its torsion's potential."""
     import jax.numpy as jnp
 
@@ -40,7 +44,7 @@ def molecule(ivp: ConstrainedIvp) -> tuple[Array, Array, Array, Array, list[tupl
     return np.diag(M)[::3], ivp.q0.reshape(-1, 3), np.linalg.solve(M, ivp.p0).reshape(-1, 3), np.zeros(0), pairs, potential
 
 
-def hanging(ivp: ConstrainedIvp) -> tuple[Array, Array, Array, Array, list[tuple[int, int]], Callable[[Any], Any]]:
+def hanging(ivp: ConstrainedIvp) -> Points:
     """Return the same of a pendulum or chain; its pivot is a point of mass 0, which its constraints leave where it is."""
     import jax.numpy as jnp
 

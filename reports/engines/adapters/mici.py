@@ -14,6 +14,10 @@ TIGHT = {"constraint_tol": 1e-12, "position_tol": 1e-10}
 """Tolerances of its Newton iteration, which is quadratic; 1e-9 and 1e-8 if left out."""
 
 
+REVERSE = 2e-8
+"""Tolerance of its check of reversibility, as it is if nothing is said."""
+
+
 def system(ivp: ConstrainedIvp) -> Any:
     """Return the constrained system, with the density on the manifold itself, so that H has no term of the Gram matrix."""
     from mici.systems import DenseConstrainedEuclideanMetricSystem
@@ -27,7 +31,7 @@ def system(ivp: ConstrainedIvp) -> Any:
 def written_out(ivp: ConstrainedIvp) -> dict[str, Any]:
     """Return U, g and their derivatives as ``daebench show PROBLEM --as python`` prints them."""
     module: dict[str, Any] = {}
-    exec(printed("python", ivp.problem, ivp.source.derivation), module)  # noqa: S102
+    exec(printed("python", ivp.problem, ivp.source.derivation), module)
     par, potential = ivp.par, (np.zeros(ivp.d),) if "U" not in module else ()
     U, U_q = (module["H"], module["H_q"]) if potential else (module["U"], module["U_q"])
     return {
@@ -60,19 +64,19 @@ def chain(ivp: ConstrainedIvp) -> dict[str, Any]:
     }
 
 
-def begun(ivp: ConstrainedIvp, h: float, p: Array, q: Array) -> tuple[Any, Any, Any]:
-    """Return the system, the constrained leapfrog with Newton's iteration to round-off and its check of reversibility on, and a state."""
+def begun(ivp: ConstrainedIvp, h: float, p: Array, q: Array, reverse: float = REVERSE) -> tuple[Any, Any, Any]:
+    """Return the system, the constrained leapfrog with Newton's iteration to round-off, and a state."""
     from mici.integrators import ConstrainedLeapfrogIntegrator
     from mici.states import ChainState
 
     posed = system(ivp)
-    integrator = ConstrainedLeapfrogIntegrator(posed, step_size=h, projection_solver_kwargs=TIGHT)
+    integrator = ConstrainedLeapfrogIntegrator(posed, step_size=h, reverse_check_tol=reverse, projection_solver_kwargs=TIGHT)
     return posed, integrator, ChainState(pos=np.array(q), mom=np.array(p), dir=1)
 
 
 def steps(ivp: ConstrainedIvp, p: Array, q: Array, h: float, count: int) -> tuple[Array, Array]:
-    """Return p and q after so many steps."""
-    _, integrator, state = begun(ivp, h, p, q)
+    """Return p and q after so many steps, without the check, so that they may start beside the manifold."""
+    _, integrator, state = begun(ivp, h, p, q, np.inf)
     for _ in range(count):
         state = integrator.step(state)
     return state.mom, state.pos

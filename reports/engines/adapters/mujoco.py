@@ -2,7 +2,6 @@
 
 from collections.abc import Callable, Sequence
 from functools import partial
-from typing import Any
 
 import numpy as np
 
@@ -163,7 +162,7 @@ def tree(ivp: ConstrainedIvp, h: float, integrator: str, softness: str) -> Simul
 
 def points(ivp: ConstrainedIvp, h: float, integrator: str, softness: str) -> Simulation:
     """Pose pendulums and chains as points free in the plane, each tied to the one before by a tendon of fixed length."""
-    lengths, masses = hanging(ivp)
+    _, masses = hanging(ivp)
     slides = '<joint type="slide" axis="1 0 0"/><joint type="slide" axis="0 1 0"/>'
     starts = [f"{x!r} {y!r} 0" for x, y in ivp.q0.reshape(-1, 2).tolist()]
     bodies = "".join(
@@ -171,9 +170,7 @@ def points(ivp: ConstrainedIvp, h: float, integrator: str, softness: str) -> Sim
         for k, (at, mass) in enumerate(zip(starts, masses, strict=True))
     )
     names = ["pivot", *(f"s{k}" for k in range(ivp.m))]
-    tendons = "".join(
-        f'<spatial name="t{k}"><site site="{names[k]}"/><site site="{names[k + 1]}"/></spatial>' for k in range(ivp.m)
-    )
+    tendons = "".join(f'<spatial name="t{k}"><site site="{names[k]}"/><site site="{names[k + 1]}"/></spatial>' for k in range(ivp.m))
     ties = "".join(f'<tendon tendon1="t{k}" {softness}/>' for k in range(ivp.m))
     rest = f"<tendon>{tendons}</tendon><equality>{ties}</equality>"
     return Simulation(ivp, h, integrator, f'<site name="pivot"/>{bodies}', rest, [(f"s{k}", (0, 1)) for k in range(ivp.m)])
@@ -250,7 +247,9 @@ def contenders() -> list[Contender]:
     entries = []
     for motion, first in {"pendulum": 1 / 8, "double": 1 / 32, "chain10": 1 / 16, "chain100": 1 / 64}.items():
         for name in TREE:
-            entries.append(Contender("MuJoCo", f"hinges, {name}", motion, "h", halved(first, 12), partial(run, tree, name), constrained=False))
+            entries.append(
+                Contender("MuJoCo", f"hinges, {name}", motion, "h", halved(first, 12), partial(run, tree, name), constrained=False)
+            )
     for motion, first in {"pendulum": 1 / 32, "double": 1 / 64, "chain10": 1 / 64}.items():
         entries += [swept(motion, f"tendons, {name}", first, points, name) for name in ("RK4", "implicitfast")]
     for motion, first, pose in (("slider", 1 / 64, slider_crank), ("fourbar", 1 / 16, four_bar), ("iftomm", 1 / 64, four_bar)):
@@ -258,14 +257,18 @@ def contenders() -> list[Contender]:
         shipped = partial(run, pose, "implicitfast")
         entries.append(Contender("MuJoCo", "connect as shipped, implicitfast", motion, "h", halved(first, 12), shipped))
     for name in TREE:
-        entries.append(Contender("MuJoCo", f"ball, {name}", "top", "h", halved(1 / 512, 11), partial(run, top_on_ball, name), constrained=False))
+        entries.append(
+            Contender("MuJoCo", f"ball, {name}", "top", "h", halved(1 / 512, 11), partial(run, top_on_ball, name), constrained=False)
+        )
     return [*entries, swept("top", "free body connected, RK4", 1 / 512, top_connected, "RK4")]
 
 
 def swept(motion: str, setting: str, first: float, pose: Pose, integrator: str) -> Contender:
     """Return a closed loop with hard constraints, whose time constant and damping ratio are swept."""
     variants = {
-        f"solref {constant:g} h, {ratio:g}": partial(run_hard, pose, integrator, constant, ratio) for constant in CONSTANTS for ratio in RATIOS
+        f"solref {constant:g} h, {ratio:g}": partial(run_hard, pose, integrator, constant, ratio)
+        for constant in CONSTANTS
+        for ratio in RATIOS
     }
     safe = partial(run_hard, pose, integrator, 2.0, 1.0)
     return Contender("MuJoCo", setting, motion, "h", halved(first, 11), safe, variants=variants)

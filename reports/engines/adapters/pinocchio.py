@@ -100,7 +100,9 @@ def rk4(robot: Robot, h: float, steps: int) -> None:
         robot.v = v + h / 6 * (a1 + 2 * a2 + 2 * a3 + a4)
 
 
-def run(pose: Callable[[ConstrainedIvp], Robot], method: Callable[[Robot, float, int], None], ivp: ConstrainedIvp, h: float, times: Array) -> States:
+def run(
+    pose: Callable[[ConstrainedIvp], Robot], method: Callable[[Robot, float, int], None], ivp: ConstrainedIvp, h: float, times: Array
+) -> States:
     """Run a robot with an integrator; Pinocchio gives accelerations and has none of its own."""
     robot = pose(ivp)
     return stepped(partial(method, robot, h), robot.state, h, times)
@@ -240,12 +242,14 @@ def top(ivp: ConstrainedIvp) -> Robot:
 
 
 def contenders() -> list[Contender]:
-    """Return reduced coordinates with the example's integrator and with RK4, and closed loops with the usual gain and with one of the step's."""
+    """Return reduced coordinates under both integrators, and closed loops with the usual gain and with one that is swept."""
     methods = {"Euler": euler, "RK4": rk4}
     found = []
     for motion, first, count in (("pendulum", 1 / 8, 8), ("double", 1 / 32, 8), ("chain10", 1 / 16, 8), ("chain100", 1 / 64, 5)):
         for name, method in methods.items():
-            found.append(Contender("Pinocchio", f"aba, {name}", motion, "h", halved(first, count), partial(run, tree, method), constrained=False))
+            found.append(
+                Contender("Pinocchio", f"aba, {name}", motion, "h", halved(first, count), partial(run, tree, method), constrained=False)
+            )
     for name, method in methods.items():
         found.append(Contender("Pinocchio", f"aba, {name}", "top", "h", halved(1 / 256, 7), partial(run, top, method), constrained=False))
     for motion, pose, first in (("slider", slider_crank, 1 / 32), ("fourbar", four_bar, 1 / 8), ("iftomm", four_bar, 1 / 32)):

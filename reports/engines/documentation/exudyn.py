@@ -7,6 +7,7 @@ import numpy as np
 from daebench.diagnostics.order import fit_order
 from daebench.pages.report.words import number
 from daebench.reports.engines.adapters import exudyn as adapter
+from daebench.reports.engines.contender import States
 from daebench.reports.engines.documentation import row
 from daebench.reports.engines.motions import BY_KEY, T_END
 from daebench.reports.engines.truth import compared, truth
@@ -14,7 +15,7 @@ from daebench.reports.engines.truth import compared, truth
 SOLVERS = "DynamicSolverType"
 
 
-def order(key: str, run: partial[adapter.States], steps: tuple[float, ...]) -> float:
+def order(key: str, run: partial[States], steps: tuple[float, ...]) -> float:
     """Return the measured order of a solver on a motion."""
     motion, known = BY_KEY[key], truth(key)
     errors = [float(np.max(np.abs(compared(motion, run(motion.ivp, h, np.array([T_END])).q[-1]) - known.value))) for h in steps]
@@ -26,11 +27,11 @@ def check() -> list[dict[str, str]]:
     fine = tuple(2.0**-k for k in range(7, 12))
     index2 = order("pendulum", partial(adapter.run, adapter.points, "TrapezoidalIndex2", 1.0), fine)
     alpha = order("pendulum", partial(adapter.run, adapter.points, "GeneralizedAlpha", 0.8), fine)
-    rk44 = order("top", partial(adapter.run, adapter.top, "RK44", 1.0), tuple(2.0**-k for k in range(10, 14)))
+    rk44 = order("top", partial(adapter.run, adapter.top, "RK44", 1.0), tuple(2.0**-k for k in range(13, 17)))
     return [
         row(
             SOLVERS,
-            "TrapezoidalIndex2 is Newmark’s method with constraints of index 2. (It names no order; the trapezoidal rule has two.)",
+            "TrapezoidalIndex2 is Newmark's method with constraints of index 2. (It names no order; the trapezoidal rule has two.)",
             f"order {number(index2, 3)} on the pendulum",
             abs(index2 - 2) < 0.1,
         ),

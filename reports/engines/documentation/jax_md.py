@@ -45,10 +45,12 @@ def in_a_step() -> dict[str, str]:
     slope = fit_order(steps, errors, floor=known.bound).slope
     loss = float(ivp.value("H", ivp.p0, ivp.q0) - ivp.value("H", runs[0].p[-1], runs[0].q[-1]))
     sentence = (
-        "It is an analogue of OpenMM’s CCMA, for the positions as they are. (OpenMM’s, within a step, moves them along the bonds at the "
-        "step’s start, as SHAKE and RATTLE do; this one along those at its end, which costs an order and the energy.)"
+        "It is an analogue of OpenMM's CCMA, for the positions as they are. (OpenMM's, within a step, moves them along the bonds at the "
+        "step's start, as SHAKE and RATTLE do; this one along those at its end, which costs an order and the energy.)"
     )
-    words = f"as RATTLE’s projection: order {number(slope, 2)}, energy {number(loss)} J lost of the pendulum by t = 10, h = 2<sup>-13</sup> s"
+    words = (
+        f"as RATTLE's projection: order {number(slope, 2)}, energy {number(loss)} J lost of the pendulum by t = 10, h = 2<sup>-13</sup> s"
+    )
     return row("amber.constraints", sentence, words, PART if abs(slope - 1) < 0.2 and loss > 0 else NOT)
 
 

@@ -5,6 +5,7 @@ import numpy as np
 from daebench.methods.names import method_of
 from daebench.pages.report.words import number
 from daebench.reports.engines.adapters import openmm as adapter
+from daebench.reports.engines.contender import Array
 from daebench.reports.engines.documentation import row
 from daebench.reports.engines.motions import BY_KEY, T_END
 from daebench.runs.request import Request
@@ -21,7 +22,7 @@ def check() -> list[dict[str, str]]:
     return [tolerance(), rattle(), massless(), diamond()]
 
 
-def distances(q: adapter.Array) -> adapter.Array:
+def distances(q: Array) -> Array:
     """Return the distances that are constrained, shape(n, 5)."""
     r = q.reshape(-1, 4, 3)
     return np.stack([np.linalg.norm(r[:, j] - r[:, i], axis=1) for i, j in PAIRS], axis=1)
@@ -72,5 +73,7 @@ def diamond() -> dict[str, str]:
     states = adapter.run(adapter.TOLERANCE, ivp, STEP, np.arange(1, 81) / 8, hint=False)
     bad = np.flatnonzero(~np.isfinite(states.q).all(axis=1))
     words = f"no longer finite at t = {number(float((bad[0] + 1) / 8))}, tolerance 1e-5" if len(bad) else "finite to t = 10"
-    sentence = "Five constraints between four atoms can blow up (issue 3603, open): butane as it stands, without the hint that its rows have."
+    sentence = (
+        "Five constraints between four atoms can blow up (issue 3603, open): butane as it stands, without the hint that its rows have."
+    )
     return row("openmm/openmm, issue 3603", sentence, words, bool(len(bad)))

@@ -1,0 +1,117 @@
+"""Claims of the report on engines: who is how accurate at equal cost, what energies do, and what documentations say, tested on numbers."""
+
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from daebench.pages.report.claims import require
+from daebench.reports.engines.documentation import HOLDS, NOT, PART
+from daebench.reports.engines.motions import BY_KEY
+from daebench.reports.engines.numbers import OWN, RATTLE, Numbers
+
+SAME = 0.02
+"""Codes of one scheme with one step size agree in their errors within this part of them."""
+
+TWINS = (("Mici", "constrained leapfrog"), ("OpenMM", "RATTLE, tolerance 1e-12"))
+"""Settings that are RATTLE by another code."""
+
+ROUNDED = 1e4
+"""Errors so many times above the bound of the truth are those of the scheme, and not of rounding."""
+
+LEVEL = 1e-3
+"""Error for which a time is given."""
+
+
+def check(numbers: Numbers) -> SimpleNamespace:
+    """Return what the page says; the first sentence that does not hold raises ClaimRefuted."""
+    runs, chosen = numbers.runs, numbers.chosen
+    if not numbers.engines:
+        return SimpleNamespace(engines=[], firsts=[], unfinished=[], sentences=counted(numbers.sentences))
+    failed = runs[runs["failure"] != ""]
+    require(failed["error"].isna().all() and failed["seconds"].isna().all(), "failed runs show no number", len(failed))
+    done = runs[runs["failure"] == ""]
+    require((done["error"] >= done["bound"]).all(), "no error is below what the truth may be wrong by", done["error"].min())
+    within = chosen[chosen["within"]]
+    budgets = within["motion"].map(lambda key: BY_KEY[key].budget)
+    require((within["seconds"] <= budgets).all(), "runs at equal cost are within the budget", within["seconds"].max())
+    return SimpleNamespace(
+        engines=[engine.name for engine in numbers.engines],
+        contenders=len(chosen[chosen["engine"] != OWN]),
+        total=len(runs),
+        failed=len(failed),
+        firsts=[first(motion, rows) for motion, rows in chosen.groupby("motion", sort=False)],
+        reduced=against_rattle(chosen, constrained=False),
+        closed=against_rattle(chosen, constrained=True),
+        verdicts=verdicts(chosen),
+        twins=twins(runs),
+        sentences=counted(numbers.sentences),
+        unfinished=unfinished(chosen),
+    )
+
+
+def first(motion: Any, rows: pd.DataFrame) -> SimpleNamespace:
+    """Return the most accurate engine on a motion at equal cost, the most accurate with constraints to meet, and RATTLE beside them."""
+    good = rows[(rows["failure"] == "") & rows["within"]]
+    engines = good[good["engine"] != OWN].sort_values("error")
+    tied = engines[engines["constrained"]]
+    rattle = good[(good["engine"] == OWN) & (good["setting"] == RATTLE)]
+    best = engines.iloc[0] if len(engines) else None
+    closed = tied.iloc[0] if len(tied) else None
+    same = best is not None and closed is not None and best.name == closed.name
+    return SimpleNamespace(
+        motion=BY_KEY[str(motion)],
+        best=best,
+        closed=None if same else closed,
+        rattle=float(rattle["error"].iloc[0]) if len(rattle) else float("nan"),
+    )
+
+
+def against_rattle(chosen: pd.DataFrame, *, constrained: bool) -> SimpleNamespace:
+    """Return on which motions an engine is more accurate than RATTLE at equal cost, in reduced coordinates or with constraints."""
+    won, motions = [], 0
+    for motion, rows in chosen.groupby("motion", sort=False):
+        known = rows[(rows["engine"] == OWN) & (rows["setting"] == RATTLE)]["error"]
+        rivals = rows[(rows["engine"] != OWN) & rows["within"] & (rows["constrained"] == constrained) & (rows["failure"] == "")]
+        if len(known) and len(rivals):
+            motions += 1
+            if rivals["error"].min() < known.iloc[0]:
+                won.append(BY_KEY[str(motion)].title)
+    return SimpleNamespace(motions=motions, won=won)
+
+
+def verdicts(chosen: pd.DataFrame) -> list[tuple[str, int, int]]:
+    """Return how many settings of engines there are by the verdict on their energy, and how many of these have constraints to meet."""
+    engines = chosen[chosen["engine"] != OWN]
+    counts = engines["verdict"].value_counts()
+    return [(str(verdict), int(n), int(engines[engines["verdict"] == verdict]["constrained"].sum())) for verdict, n in counts.items()]
+
+
+def twins(runs: pd.DataFrame) -> SimpleNamespace:
+    """Test that codes of RATTLE agree in their errors with daebench's at the same step sizes; return how well, over how many runs."""
+    own = runs[(runs["engine"] == OWN) & (runs["setting"] == RATTLE)].set_index(["motion", "value"])["error"]
+    names, worst, count = [], 0.0, 0
+    for engine, setting in TWINS:
+        rows = runs[(runs["engine"] == engine) & (runs["setting"] == setting) & (runs["failure"] == "")]
+        theirs = rows[rows["error"] > ROUNDED * rows["bound"]].set_index(["motion", "value"])["error"]
+        both = own.index.intersection(theirs.index)
+        if len(both):
+            names.append(engine)
+            count += len(both)
+            worst = max(worst, float(np.max(np.abs(theirs[both] / own[both] - 1))))
+    require(worst <= SAME, f"RATTLE of {' and '.join(names)} agrees with daebench's", f"a relative difference of {worst:.1e}")
+    return SimpleNamespace(names=names, worst=worst, count=count)
+
+
+def counted(sentences: pd.DataFrame) -> SimpleNamespace:
+    """Return how many sentences of documentations hold, hold in part, and do not."""
+    values = list(sentences["verdict"]) if len(sentences) else []
+    require(set(values) <= {HOLDS, PART, NOT}, "each sentence has a verdict", sorted(set(values)))
+    return SimpleNamespace(total=len(values), holds=values.count(HOLDS), part=values.count(PART), no=values.count(NOT))
+
+
+def unfinished(chosen: pd.DataFrame) -> list[tuple[str, str, str, str]]:
+    """Return the settings of which no run came to its end: engine, setting, motion and why the last did not."""
+    rows = chosen[chosen["failure"] != ""]
+    return [(row["engine"], row["setting"], BY_KEY[row["motion"]].title, row["failure"]) for row in rows.to_dict("records")]

@@ -1,0 +1,53 @@
+"""The picture of the report on engines: error at the end over seconds of stepping, one panel a motion."""
+
+from pathlib import Path
+from typing import Any
+
+import pandas as pd
+
+from daebench.draw.figures import BLACK, QUIET, STROKES, drawing, grid_of_axes, save
+from daebench.reports.engines.adapters import ENGINES
+from daebench.reports.engines.motions import BY_KEY
+from daebench.reports.engines.numbers import OWN, RATTLE, Numbers
+
+COLUMNS = 3
+"""Panels side by side."""
+
+STYLES = {engine.name: stroke for engine, stroke in zip(ENGINES, STROKES, strict=False)}
+"""How engines are drawn."""
+
+
+def draw(numbers: Numbers, folder: Path) -> dict[str, Path]:
+    """Draw errors over seconds into a folder; return the path of the SVG file by stem, none where no engine ran."""
+    if not numbers.engines:
+        return {}
+    runs = numbers.runs[numbers.runs["failure"] == ""]
+    motions = list(dict.fromkeys(runs["motion"]))
+    rows = -(-len(motions) // COLUMNS)
+    with drawing():
+        figure, axes = grid_of_axes(rows, COLUMNS, 1.0 + 2.2 * rows, x="seconds of stepping", y="error at $t$ = 10")
+        for axis in axes.flat[len(motions) :]:
+            axis.set_axis_off()
+        for axis, key in zip(axes.flat, motions, strict=False):
+            panel(axis, runs[runs["motion"] == key])
+            axis.set_title(BY_KEY[key].title)
+            axis.axvline(BY_KEY[key].budget, color=QUIET, linewidth=0.8, linestyle=":")
+        handles = {label: handle for axis in axes.flat for handle, label in zip(*axis.get_legend_handles_labels(), strict=True)}
+        figure.legend(handles.values(), handles.keys(), loc="outside lower center", ncols=5)
+        return {"cost": save(figure, folder, "cost", runs)}
+
+
+def panel(axis: Any, runs: pd.DataFrame) -> None:
+    """Draw the contenders of a motion: engines in their colours, daebench's RATTLE full and its IDA dashed in black."""
+    for (engine, setting), curve in runs.groupby(["engine", "setting"], sort=False):
+        points = curve.sort_values("seconds")
+        if engine == OWN:
+            look = {"color": BLACK, "linestyle": "-" if setting == RATTLE else "--", "linewidth": 1.8, "zorder": 5}
+            label = f"daebench, {setting}"
+        else:
+            stroke = STYLES[str(engine)]
+            tied = bool(curve["constrained"].iloc[0])
+            look = stroke.points() | {"linestyle": "-" if tied else ":", "linewidth": 0.9, "markersize": 3.2}
+            label = str(engine)
+        axis.plot(points["seconds"], points["error"], label=label, **look)
+    axis.set(xscale="log", yscale="log")
