@@ -179,7 +179,7 @@ def measure(tell: Progress, motions: Sequence[Motion] = MOTIONS, engines: Sequen
     """
     present = tuple(engine for engine in engines if engine.installed)
     if not present:
-        return Numbers(*(pd.DataFrame() for _ in range(4)), ())
+        return Numbers(pd.DataFrame(), pd.DataFrame(), pd.DataFrame(), pd.DataFrame(), ())
     keys = {motion.key for motion in motions}
     entrants = own(motions) + [entry for engine in present for entry in engine.adapter.contenders() if entry.motion in keys]
     runs: list[dict[str, Any]] = []

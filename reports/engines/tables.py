@@ -1,5 +1,6 @@
 """The tables of the report on engines."""
 
+import math
 from collections.abc import Mapping
 from functools import partial
 from pathlib import Path
@@ -10,8 +11,9 @@ import pandas as pd
 from markupsafe import Markup
 
 from daebench.draw.figures import save_table
-from daebench.pages.report import MINUS, NONE, number, table
+from daebench.pages.report import MINUS, NONE, count, number, power_of_ten, table
 from daebench.pages.report.tables import Formats, Tabulate, column, text, tiny
+from daebench.pages.report.words import exponent_text
 from daebench.reports.engines.claims import LEVEL
 from daebench.reports.engines.motions import BY_KEY
 from daebench.reports.engines.numbers import OWN, RATTLE, Numbers
@@ -36,8 +38,10 @@ def tables(numbers: Numbers, folder: Path) -> Mapping[str, Tabulate]:
 
 
 def at(row: Mapping[Any, Any]) -> Markup:
-    """Return a step size or tolerance in words."""
-    return Markup("{}&nbsp;=&nbsp;{}").format("h" if row["knob"] == "h" else "tol", number(float(row["value"]), 2))
+    """Return a step size, a power of two, or a tolerance, a power of ten."""
+    if row["knob"] == "h":
+        return Markup("<i>h</i>&nbsp;=&nbsp;2<sup>{}</sup>").format(exponent_text(round(math.log2(float(row["value"])))))
+    return Markup("tol&nbsp;=&nbsp;{}").format(power_of_ten(float(row["value"])))
 
 
 def named(row: Mapping[Any, Any]) -> Markup:
@@ -78,7 +82,7 @@ def motion_table(key: str, chosen: pd.DataFrame, runs: pd.DataFrame, caption: st
     formats: Formats = {"engine": text, "at": text, "error": number, "g": tiny, "Gv": tiny, "energy_error": tiny}
     formats |= {"energy": text, "order": order, "milliseconds": number, "level": number, "times": number}
     headings = {"error": "error<small>at t = 10</small>", "g": "|<i>g</i>|", "Gv": "|<i>G v</i>|", "at": "with"}
-    headings |= {"energy_error": "energy<small>error to t = 10</small>", "energy": f"energy<small>to t = {BY_KEY[key].long:g}</small>"}
+    headings |= {"energy_error": "energy<small>error</small>", "energy": f"energy<small>to t = {BY_KEY[key].long:g}</small>"}
     headings |= {"order": "order<small>measured</small>", "milliseconds": "time<small>ms</small>"}
     headings |= {"level": f"time to 10<sup>{MINUS}3</sup><small>ms</small>", "times": "the same<small>over RATTLE's</small>"}
     return table(f"motion-{key}", shown, formats, headings, caption)
@@ -94,9 +98,14 @@ def long_text(value: str) -> Markup:
     return Markup('<span class="long">{}</span>').format(Markup(value))
 
 
+def phrase(value: str) -> Markup:
+    """Return a few words that may take several lines."""
+    return Markup('<span class="phrase">{}</span>').format(value)
+
+
 def sentences_table(frame: pd.DataFrame, caption: str) -> Markup:
     """Return what documentations say, and what was measured."""
-    formats: Formats = {"engine": text, "place": long_text, "sentence": long_text, "measured": long_text, "verdict": text}
+    formats: Formats = {"engine": text, "place": phrase, "sentence": long_text, "measured": long_text, "verdict": phrase}
     headings = {"place": "where", "sentence": "what it says, in our words"}
     return table("documentation", frame, formats, headings, caption)
 
@@ -120,7 +129,7 @@ def tuned_table(frame: pd.DataFrame, caption: str) -> Markup:
         "error": number,
         "median": number,
     }
-    formats |= {"tried": text, "failed": text}
+    formats |= {"tried": count, "failed": count}
     headings = {
         "value": "h<small>s</small>",
         "variant": "taken",
