@@ -141,7 +141,11 @@ def integrated(ivp: InitialValueProblem, times: ArrayLike, calls: float = np.inf
 
 
 def _ode(ivp: Any) -> Posed:
-    """Return the ODE of a problem: the index-reduced one, HLW (1.18), or a Poisson system as it stands."""
+    """Return the ODE of a problem: the index-reduced one, HLW (1.18), or a Poisson system as it stands; a long chain has none."""
+    if isinstance(ivp, ConstrainedIvp) and ivp.arrays:
+        raise RunFailed(
+            f"the index-reduced equation of {ivp.problem} is not written for so many nodes; take fewer, or finer runs of a method."
+        )
     return pose(ivp, "ode") if isinstance(ivp, ConstrainedIvp) else pose_poisson(ivp, "ode")
 
 

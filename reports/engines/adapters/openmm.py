@@ -19,6 +19,9 @@ TOLERANCE, TIGHT = 1e-5, 1e-12
 ANGSTROM = 0.1
 """One Angstrom, nm; with time in 0.1 ps velocities have the same numbers in both units."""
 
+STRAIGHT = 2
+"""Links from which on CCMA is told that a chain is straight, which ours is nearly; without that its iteration ends before its tolerance."""
+
 MIRRORED = ("planar_pendulum", "double_pendulum", "pendulum_chain")
 """Problems whose pivot is the centre of a mirrored molecule."""
 
@@ -83,6 +86,16 @@ def hinted(bond: float, angle: float) -> Any:
     return force
 
 
+def straight(chain: list[int]) -> Any:
+    """Return an angle of 180 degrees, with no stiffness, at each particle of a chain but the outer ones."""
+    import openmm
+
+    force = openmm.HarmonicAngleForce()
+    for i, j, k in zip(chain, chain[1:], chain[2:], strict=False):
+        force.addAngle(i, j, k, np.pi, 0.0)
+    return force
+
+
 def mirrored(ivp: ConstrainedIvp) -> tuple[Any, Array, Array]:
     """Return a pendulum and its image in the pivot: no constraint may end at a particle that is held, so that the image takes its place.
 
@@ -100,6 +113,8 @@ def mirrored(ivp: ConstrainedIvp) -> tuple[Any, Array, Array]:
             mass = float(M[2 * k, 2 * k])
             field.addParticle(system.addParticle(mass), [sign * mass * gravity])
     system.addForce(field)
+    if n > STRAIGHT:
+        system.addForce(straight([*range(n - 1, -1, -1), *range(n, 2 * n)]))
     for i, j in [(0, n), *((i, i + 1) for i in range(n - 1)), *((n + i, n + i + 1) for i in range(n - 1))]:
         system.addConstraint(i, j, float(np.linalg.norm(r[j] - r[i])))
     v = np.pad(np.linalg.solve(M, ivp.p0).reshape(-1, 2), ((0, 0), (0, 1)))

@@ -59,9 +59,19 @@ class Robot:
     def acceleration(self, q: Array, v: Array) -> Array:
         """Return the accelerations of the joints."""
         if not self.loops:
-            return np.asarray(self.pin.aba(self.model, self.data, q, v, self.tau))
+            return np.array(self.pin.aba(self.model, self.data, q, v, self.tau))  # a copy: what is returned is overwritten by the next call
         arguments = (self.model, self.data, q, v, self.tau, self.loop_models, self.loop_data, self.proximal)
         return np.array(self.pin.constraintDynamics(*arguments))
+
+    def moved(self, x: Array) -> Array:
+        """Return the configuration that is a displacement away."""
+        return np.asarray(self.pin.integrate(self.model, self.q, x))
+
+    def rate(self, x: Array, v: Array) -> Array:
+        """Return the rate of a displacement at which the velocity is v; on hinges and slides they are the same."""
+        if self.model.nq == self.model.nv:
+            return v
+        return np.linalg.solve(self.pin.dIntegrate(self.model, self.q, x, self.pin.ArgumentPosition.ARG1), v)
 
     def state(self) -> tuple[Array, Array, float]:
         """Return p, q and Pinocchio's mechanical energy."""
@@ -85,19 +95,19 @@ def euler(robot: Robot, h: float, steps: int) -> None:
 
 
 def rk4(robot: Robot, h: float, steps: int) -> None:
-    """Take steps of the classical Runge-Kutta method, increments of the configuration added up in the tangent space at the step's start."""
-    a, integrate, model = robot.acceleration, robot.pin.integrate, robot.model
+    """Take steps of the classical Runge-Kutta method, for displacements from the configuration at the step's start (Munthe-Kaas)."""
+    a, moved, rate = robot.acceleration, robot.moved, robot.rate
     for _ in range(steps):
-        q, v = robot.q, robot.v
-        a1 = a(q, v)
-        v2 = v + h / 2 * a1
-        a2 = a(integrate(model, q, h / 2 * v), v2)
-        v3 = v + h / 2 * a2
-        a3 = a(integrate(model, q, h / 2 * v2), v3)
-        v4 = v + h * a3
-        a4 = a(integrate(model, q, h * v3), v4)
-        robot.q = integrate(model, q, h / 6 * (v + 2 * v2 + 2 * v3 + v4))
-        robot.v = v + h / 6 * (a1 + 2 * a2 + 2 * a3 + a4)
+        v1 = robot.v
+        a1, r1 = a(robot.q, v1), v1
+        x2, v2 = h / 2 * r1, v1 + h / 2 * a1
+        a2, r2 = a(moved(x2), v2), rate(x2, v2)
+        x3, v3 = h / 2 * r2, v1 + h / 2 * a2
+        a3, r3 = a(moved(x3), v3), rate(x3, v3)
+        x4, v4 = h * r3, v1 + h * a3
+        a4, r4 = a(moved(x4), v4), rate(x4, v4)
+        robot.q = moved(h / 6 * (r1 + 2 * r2 + 2 * r3 + r4))
+        robot.v = v1 + h / 6 * (a1 + 2 * a2 + 2 * a3 + a4)
 
 
 def run(
