@@ -126,7 +126,7 @@ def swept(contender: Contender, variant: str) -> list[dict[str, Any]]:
             "bound": truth(motion.key).bound,
             **{name: run.maxima.get(name, np.nan) for name in ("g", "Gv")},
             "energy_error": run.maxima.get("energy", np.nan),
-            "seconds": timed(contender, motion, value) if run.failure is None else np.nan,
+            "seconds": timed(contender, motion, value, run),
             "failure": run.failure or "",
         }
         rows.append(row)
@@ -135,8 +135,10 @@ def swept(contender: Contender, variant: str) -> list[dict[str, Any]]:
     return rows
 
 
-def timed(contender: Contender, motion: Motion, value: float) -> float:
-    """Return the shortest time of the stepping in some runs that give the end alone."""
+def timed(contender: Contender, motion: Motion, value: float, run: Trajectory) -> float:
+    """Return the shortest time of the stepping in some runs that give the end alone; that of the run itself where it is far too long."""
+    if run.failure or run.seconds > BEYOND * motion.budget:
+        return float("nan") if run.failure else run.seconds
     return min(solved(contender, motion, value, T_END, outputs=False).seconds for _ in range(REPEAT))
 
 
@@ -156,7 +158,8 @@ def summary(contender: Contender, rows: pd.DataFrame) -> dict[str, Any]:
     row["within"] = bool(row["seconds"] <= motion.budget)
     if row["failure"]:
         return row
-    long = solved(contender, motion, float(row["value"]), motion.long, outputs=True)
+    slow = row["seconds"] > BEYOND * motion.budget
+    long = solved(contender, motion, float(row["value"]), T_END if slow else motion.long, outputs=True)
     drift = energy_verdict(motion.ivp, long)
     row |= {"verdict": drift.verdict, "law": drift.words, "reason": long.failure or drift.reason}
     if contender.knob == "h":

@@ -246,7 +246,7 @@ def contenders() -> list[Contender]:
     """Return both implicit solvers on every motion that it can express, and explicit Runge-Kutta on the top, which it takes there."""
     poses = {"pendulum": points, "double": points, "slider": slider_crank, "fourbar": four_bar, "iftomm": four_bar}
     poses |= {"chain10": points, "chain100": points, "top": top}
-    first = {"double": 1 / 32, "slider": 1 / 32, "fourbar": 1 / 8, "top": 1 / 512}
+    first = {"double": 1 / 32, "slider": 1 / 32, "fourbar": 1 / 8, "top": 1 / 512, "chain100": 1 / 64}
     entries = []
     for motion, pose in poses.items():
         values = halved(first.get(motion, 1 / 16), 10)
