@@ -55,8 +55,8 @@ def run(pose: Callable[[ConstrainedIvp], System], solver: str, radius: float, iv
     settings.timeIntegration.verboseMode = 0
     for name, value in NEWTON.items():
         setattr(settings.timeIntegration.newton, name, value)
-    settings.solutionSettings.writeSolutionToFile = False
-    settings.solutionSettings.sensorsWritePeriod = float(times[0])
+    settings.solution.file.write = False
+    settings.solution.sensors.writePeriod = float(times[0])
     if system.mbs.systemData.ODE2Size() > SPARSE:
         settings.linearSolver.solverType = exudyn.LinearSolverType.EigenSparse
     began = time.process_time()

@@ -1,0 +1,344 @@
+"""The report on engines: adapters pose the same motions, numbers are what they say, and without engines the page says so."""
+
+from dataclasses import replace
+from types import SimpleNamespace
+
+import numpy as np
+import pandas as pd
+import pytest
+from pages import standalone
+from reported import require_refused
+
+from daebench.diagnostics.energy import FAILED
+from daebench.pages.report import build
+from daebench.pages.report.claims import ClaimRefuted
+from daebench.reference.keep.dense_evaluation import states_at
+from daebench.reference.motion import certified_for
+from daebench.reference.solution import integrated
+from daebench.reports import engines
+from daebench.reports.engines import truth as truths
+from daebench.reports.engines.adapters import ENGINES, Engine
+from daebench.reports.engines.claims import check
+from daebench.reports.engines.contender import Contender, States, mass_matrix, stepped
+from daebench.reports.engines.documentation import CHECKED, HOLDS, NOT, PART, sentences_of
+from daebench.reports.engines.motions import BY_KEY, T_END, Motion
+from daebench.reports.engines.numbers import OWN, at_equal_cost, error_of, measure, solved, swept, tuned
+from daebench.reports.engines.tables import tables
+
+pytestmark = pytest.mark.filterwarnings("ignore::DeprecationWarning")
+"""Engines use what Python or NumPy deprecate, and are not ours to mend."""
+
+ADAPTED = [engine for engine in ENGINES if engine.module]
+
+ORDERS = {"RK4": 4, "RK44": 4, "Euler": 1, "implicit": 1, "implicitfast": 1, "connect": 1, "tendons": 1, "shipped": 0, "CCMA": 1}
+"""Orders that settings promise at least, by a word of their names; others have two. What is shipped is another model, with soft loops."""
+
+LOOPS = ("connect", "tendons", "loops")
+"""Settings whose constraints are corrected and not met: energies agree up to what is left of g."""
+
+
+def entries():
+    """Return contenders of engines that are installed, those of Mici in the gate and others where someone has put them."""
+    found = []
+    for engine in ADAPTED:
+        if not engine.installed:
+            found.append(pytest.param(None, id=engine.name, marks=pytest.mark.skip(reason=f"{engine.name} is not installed")))
+            continue
+        for entry in engine.adapter.contenders():
+            if entry.motion != "chain100" and "no hint" not in entry.setting:
+                marks = () if engine.name == "Mici" else pytest.mark.slow
+                found.append(pytest.param(entry, id=f"{entry.name} on {entry.motion}", marks=marks))
+    return found
+
+
+def known_at(motion, t):
+    """Return the positions of a motion at a time near its start."""
+    reference = certified_for(motion.ivp, t)
+    if reference:
+        return states_at(reference, np.array([t])).states["q"][0]
+    if motion.problem == "pendulum_chain":
+        return truths.method_of(motion.ivp, truths.FINE).solve(motion.ivp, truths.Request(value=1 / 512, t_end=t)).complete().q[-1]
+    return integrated(motion.ivp, [t]).states["q"][0]
+
+
+def early(entry, value):
+    """Return the time to which contenders are run here, and the values that go into it as whole steps."""
+    t = 1 / 16 if entry.motion == "top" else 1.0
+    return t, (value if entry.knob == "tol" else min(value, t / 16))
+
+
+def order_of(entry):
+    """Return the order that a setting promises at least, 0 where it promises none."""
+    words = entry.setting.replace(",", "").split()
+    return min([order for word, order in ORDERS.items() if word in words] or [2])
+
+
+@pytest.mark.parametrize("entry", entries())
+def test_an_adapter_poses_the_motion_of_the_problem(entry):
+    """Its error falls with the step as its method says, towards the certified motion: any other model would have a floor."""
+    motion = BY_KEY[entry.motion]
+    t, first = early(entry, entry.values[0])
+    if motion.key == "iftomm":
+        t = 0.5
+    values = [first, first / 4] if entry.knob == "h" else [1e-6, 1e-10]
+    known = known_at(motion, t)
+    coarse, fine = (float(np.max(np.abs(entry.run(motion.ivp, value, np.array([t])).q[-1] - known))) for value in values)
+    if "1e-5" in entry.setting or "1e-6" in entry.setting:
+        assert fine <= max(coarse, 1e-3)
+    elif order := order_of(entry):
+        assert fine <= max(coarse / 4 ** (order - 0.5), 1e-11)
+    assert fine < 0.05
+
+
+@pytest.mark.parametrize("entry", entries())
+def test_the_energy_of_the_engine_is_that_of_daebench_up_to_a_constant(entry):
+    motion = BY_KEY[entry.motion]
+    t, value = early(entry, entry.values[min(3, len(entry.values) - 1)])
+    times = np.array([t / 2, t])
+    states = entry.run(motion.ivp, value, times)
+    assert states.p.shape == states.q.shape == (2, motion.ivp.d)
+    assert states.seconds > 0
+    if np.isnan(states.energy).all():
+        pytest.skip("the engine gives no energy")
+    off = np.ptp(motion.ivp.along("H", states.p, states.q) - states.energy)
+    g = float(np.max(np.abs(motion.ivp.along("g", states.q))))
+    scale = float(np.max(np.abs(motion.ivp.along("H", states.p, states.q)))) + float(np.max(np.abs(states.p @ np.ones(motion.ivp.d)))) + 1
+    assert off <= 1e-9 * scale + (100 * g * scale if entry.setting.split()[0] in LOOPS or "tolerance 1e-5" in entry.setting else 0)
+    if not entry.constrained:
+        assert g < 1e-12 * max(1.0, float(np.max(np.abs(states.q))) ** 2)
+
+
+def test_every_engine_says_what_it_leaves_out():
+    for engine in ENGINES:
+        assert engine.about
+        assert (engine.module == "") == (engine.name == "PyChrono")
+    assert set(CHECKED) <= {engine.name for engine in ENGINES}
+
+
+@pytest.mark.parametrize("engine", ADAPTED, ids=lambda engine: engine.name)
+def test_contenders_are_of_motions_of_the_page_and_from_coarse_to_fine(engine):
+    found = engine.adapter.contenders() if engine.installed else []
+    assert len({(entry.setting, entry.motion) for entry in found}) == len(found)
+    for entry in found:
+        assert entry.engine == engine.name
+        assert entry.motion in BY_KEY
+        assert list(entry.values) == sorted(entry.values, reverse=True)
+
+
+def test_two_fine_runs_of_a_chain_are_within_their_bound_of_the_certified_motion():
+    motion = Motion("chain5", "pendulum_chain", "hanging", "", "")
+    known = truths.fine(motion.ivp)
+    certified = states_at(certified_for(motion.ivp, T_END), np.array([T_END])).states["q"][0]
+    assert np.max(np.abs(known.value - certified)) <= known.bound < 1e-12
+
+
+def test_the_vertical_seen_from_the_top_is_that_of_its_certified_motion():
+    motion, known = BY_KEY["top"], truths.truth("top")
+    assert known.bound < 1e-12
+    q = integrated(motion.ivp, [T_END]).states["q"]
+    assert np.max(np.abs(truths.compared(motion, q[0]) - known.value)) < 1e-6
+
+
+def test_the_mass_matrix_is_that_of_the_problem():
+    for key in ("slider", "fourbar", "butane"):
+        ivp = BY_KEY[key].ivp
+        v = np.linalg.solve(mass_matrix(ivp), ivp.p0 + 1)
+        assert v == pytest.approx(ivp.value("H_p", ivp.p0 + 1, ivp.q0), rel=1e-13)
+
+
+def test_only_the_stepping_is_timed_and_states_are_read_after_whole_steps():
+    taken, seen = [], []
+
+    def read():
+        seen.append(sum(taken))
+        return np.zeros(1), np.full(1, sum(taken)), 0.0
+
+    states = stepped(taken.append, read, 0.25, np.array([0.5, 1.0, 2.0]))
+    assert taken == [2, 2, 4]
+    assert states.q.ravel().tolist() == [2, 4, 8]
+
+
+SMALL = replace(BY_KEY["pendulum"], budget=0.02, long=20.0)
+
+
+def exact(wrong=0.0, cost=1.0, *, fails=False):
+    """Return runs of a made-up engine: the certified motion, a first-order error times ``wrong``, and seconds that grow with the steps."""
+
+    def run(ivp, h, times):
+        if fails:
+            raise ArithmeticError("no steps\nto take")
+        known = states_at(certified_for(ivp, float(times[-1])), np.asarray(times)).states
+        return States(known["p"], known["q"] + wrong * h, cost * 1e-3 / h, np.full(len(times), np.nan))
+
+    return run
+
+
+def contender(run, setting="made up", **more):
+    return Contender("Fake", setting, "pendulum", "h", (1 / 8, 1 / 16, 1 / 32, 1 / 64, 1 / 128), run, **more)
+
+
+@pytest.fixture
+def small(monkeypatch):
+    monkeypatch.setitem(BY_KEY, "pendulum", SMALL)
+    return SMALL
+
+
+def test_a_run_of_an_engine_is_held_against_the_certified_motion(small):
+    run = solved(contender(exact(0.5)), small, 1 / 16, T_END, outputs=True)
+    assert error_of(small, run) == pytest.approx(0.5 / 16, rel=1e-9)
+    assert len(run.t) == 81
+    bare = solved(contender(exact(0.0)), small, 1 / 16, T_END, outputs=False)
+    assert error_of(small, bare) == truths.truth("pendulum").bound
+    assert len(bare.t) == 2
+
+
+def test_an_engine_that_fails_has_a_row_with_its_words(small):
+    rows = swept(contender(exact(fails=True)), "")
+    assert len(rows) == 5
+    assert all(np.isnan(row["error"]) and np.isnan(row["seconds"]) for row in rows)
+    assert "ArithmeticError: no steps to take" in rows[0]["failure"]
+
+
+def test_a_sweep_ends_with_the_first_run_beyond_the_budget_after_three(small):
+    """Seconds are 1e-3/h: 8, 16, 32, 64 ms against a budget of 20."""
+    assert [row["value"] for row in swept(contender(exact()), "")] == [1 / 8, 1 / 16, 1 / 32]
+    assert [row["value"] for row in swept(contender(exact(cost=0.1)), "")] == [1 / 8, 1 / 16, 1 / 32, 1 / 64, 1 / 128]
+    assert [row["value"] for row in swept(contender(exact(cost=20)), "")] == [1 / 8]
+
+
+def test_the_run_at_equal_cost_is_the_most_accurate_within_the_budget():
+    rows = pd.DataFrame(
+        {
+            "error": [0.3, 0.1, 0.2, 1e-9, np.nan],
+            "seconds": [0.01, 0.02, 0.03, 0.5, np.nan],
+            "failure": [""] * 4 + ["it broke"],
+            "n": range(5),
+        }
+    )
+    assert at_equal_cost(rows, 0.1)["n"] == 1
+    assert at_equal_cost(rows, 0.6)["n"] == 3
+    assert at_equal_cost(rows, 1e-3)["n"] == 0
+    assert at_equal_cost(rows[4:], 0.1)["failure"] == "it broke"
+
+
+def test_free_numbers_are_those_of_the_most_accurate_variant(small):
+    variants = {"loose": exact(1.0), "broken": exact(fails=True), "tight": exact(0.01), "looser": exact(2.0)}
+    ready, name, rows = tuned(contender(exact(), variants=variants))
+    assert name == "tight"
+    assert ready.run is variants["tight"]
+    assert [row["taken"] for row in rows] == [False, False, True, False]
+    assert np.isnan(rows[1]["error"])
+
+
+@pytest.fixture(scope="module")
+def numbers():
+    """Return the numbers of a made-up engine of three settings beside daebench's own, on the pendulum with a small budget."""
+    fake = SimpleNamespace(
+        name="Fake",
+        installed=True,
+        module="fake",
+        version="1",
+        about="made up",
+        adapter=SimpleNamespace(
+            contenders=lambda: [
+                contender(exact(1e-6), "exact", constrained=False),
+                contender(exact(0.1), "swept", variants={"a": exact(0.1), "b": exact(0.2)}),
+                contender(exact(fails=True), "broken"),
+            ]
+        ),
+    )
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setitem(BY_KEY, "pendulum", SMALL)
+        found = measure(lambda fraction, doing: None, [SMALL], [fake])
+    said = [
+        {"engine": "Fake", "place": "p", "sentence": f"says {k}", "measured": "m", "verdict": v} for k, v in enumerate((HOLDS, PART, NOT))
+    ]
+    return replace(found, sentences=pd.DataFrame(said))
+
+
+@pytest.mark.slow
+def test_numbers_of_a_made_up_engine(small, numbers, tmp_path):
+    chosen = numbers.chosen.set_index(["engine", "setting"])
+    assert chosen.loc[("Fake", "exact"), "error"] == pytest.approx(1e-6 / 16, rel=1e-6)
+    assert chosen.loc[("Fake", "exact"), "order"] == pytest.approx(1.0, abs=0.01)
+    assert chosen.loc[("Fake", "broken"), "verdict"] == FAILED
+    assert chosen.loc[("Fake", "swept"), "variant"] == "a"
+    assert chosen.loc[(OWN, "rattle"), "order"] == pytest.approx(2.0, abs=0.1)
+    assert chosen.loc[(OWN, "rattle"), "verdict"] == "bounded"
+    assert (numbers.chosen["seconds"][numbers.chosen["within"]] <= small.budget).all()
+    found = check(numbers)
+    assert found.firsts[0].best["setting"] == "exact"
+    assert found.firsts[0].closed["setting"] == "swept"
+    assert found.reduced.won == [] or found.reduced.won == [small.title]
+    assert [row[1] for row in found.unfinished] == ["broken"]
+    assert (found.sentences.holds, found.sentences.part, found.sentences.no) == (1, 1, 1)
+    html = str(tables(numbers, tmp_path)["motion-pendulum"]("A caption"))
+    assert html.count("<tr>") == 1 + len(numbers.chosen)
+    assert "nan" not in html
+    assert len(pd.read_csv(tmp_path / "runs.csv")) == len(numbers.runs)
+
+
+def worse(numbers, **cells):
+    """Return the numbers with cells of the first run changed."""
+    runs = numbers.runs.copy()
+    for name, value in cells.items():
+        runs.loc[runs.index[0], name] = value
+    return replace(numbers, runs=runs)
+
+
+@pytest.mark.slow
+def test_claims_refuse_what_the_numbers_do_not_bear_out(small, numbers, tmp_path, monkeypatch):
+    with pytest.raises(ClaimRefuted, match="failed runs show no number"):
+        check(worse(numbers, failure="it broke"))
+    with pytest.raises(ClaimRefuted, match="below what the truth"):
+        check(worse(numbers, error=1e-30))
+    chosen = numbers.chosen.copy()
+    chosen.loc[chosen["within"].idxmax(), "seconds"] = 1.0
+    with pytest.raises(ClaimRefuted, match="within the budget"):
+        check(replace(numbers, chosen=chosen))
+    twin = numbers.runs[(numbers.runs["engine"] == OWN) & (numbers.runs["setting"] == "rattle")].assign(
+        engine="Mici", setting="constrained leapfrog"
+    )
+    assert check(replace(numbers, runs=pd.concat([numbers.runs, twin], ignore_index=True))).twins.worst == 0
+    off = replace(numbers, runs=pd.concat([numbers.runs, twin.assign(error=1.1 * twin["error"])], ignore_index=True))
+    require_refused(engines, "engines", off, "RATTLE of Mici agrees", tmp_path, monkeypatch)
+
+
+def test_without_engines_the_page_says_so_and_does_not_fail(tmp_path, monkeypatch):
+    monkeypatch.setattr(Engine, "installed", property(lambda engine: False))
+    page = build("engines", tmp_path)
+    text = standalone(page).text
+    assert "No engine is installed here" in text
+    assert text.count("not installed here") == len(ADAPTED)
+    assert "conda alone" in text
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("engine", ADAPTED, ids=lambda engine: engine.name)
+def test_sentences_of_a_documentation_have_a_measurement_and_a_verdict(engine):
+    if not engine.installed:
+        pytest.skip(f"{engine.name} is not installed")
+    rows = sentences_of(engine.name)
+    assert bool(rows) == (engine.name in CHECKED)
+    for row in rows:
+        assert row["verdict"] in (HOLDS, PART, NOT)
+        assert row["sentence"].endswith((".", ")"))
+        assert row["measured"]
+
+
+@pytest.mark.slow
+def test_a_page_of_mici_alone(tmp_path, monkeypatch):
+    pytest.importorskip("mici")
+    (mici,) = (engine for engine in ENGINES if engine.name == "Mici")
+    motion = replace(BY_KEY["pendulum"], budget=0.3, long=20.0)
+    monkeypatch.setattr(engines, "measure", lambda tell: measure(tell, [motion], [mici]))
+    page = build("engines", tmp_path)
+    text = standalone(page, quotes=True).text
+    assert "Mici ran, in 1 pairs" in text
+    assert "RATTLE of Mici agrees with that of daebench" in text
+    assert "constrained leapfrog" in text
+    source = page.read_text(encoding="utf-8")
+    assert "ConstrainedLeapfrogIntegrator(posed, step_size=h" in source
+    frame = pd.read_csv(tmp_path / "engines" / "tables" / "runs.csv")
+    both = frame.pivot_table(index="value", columns="engine", values="error")[["Mici", OWN]].dropna()
+    assert both["Mici"].to_numpy() == pytest.approx(both[OWN].to_numpy(), rel=1e-6)
