@@ -33,6 +33,9 @@ ADAPTED = [engine for engine in ENGINES if engine.module]
 ORDERS = {"RK4": 4, "RK44": 4, "Euler": 1, "implicit": 1, "implicitfast": 1, "connect": 1, "tendons": 1, "shipped": 0, "CCMA": 1}
 """Orders that settings promise at least, by a word of their names; others have two. What is shipped is another model, with soft loops."""
 
+ROUNDED = 1e-9
+"""Errors that orders are not read from: tolerances of iterations inside engines."""
+
 LOOPS = ("connect", "tendons", "loops")
 """Settings whose constraints are corrected and not met: energies agree up to what is left of g."""
 
@@ -80,13 +83,14 @@ def test_an_adapter_poses_the_motion_of_the_problem(entry):
     t, first = early(entry, entry.values[0])
     if motion.key == "iftomm":
         t = 0.5
+    first = first / 16 if order_of(entry) == 1 else first
     values = [first, first / 4] if entry.knob == "h" else [1e-6, 1e-10]
     known = known_at(motion, t)
     coarse, fine = (float(np.max(np.abs(entry.run(motion.ivp, value, np.array([t])).q[-1] - known))) for value in values)
     if "1e-5" in entry.setting or "1e-6" in entry.setting:
         assert fine <= max(coarse, 1e-3)
     elif order := order_of(entry):
-        assert fine <= max(coarse / 4 ** (order - 0.5), 1e-11)
+        assert fine <= max(coarse / 4 ** (0.75 * order), ROUNDED)
     assert fine < 0.05
 
 
@@ -103,7 +107,8 @@ def test_the_energy_of_the_engine_is_that_of_daebench_up_to_a_constant(entry):
     off = np.ptp(motion.ivp.along("H", states.p, states.q) - states.energy)
     g = float(np.max(np.abs(motion.ivp.along("g", states.q))))
     scale = float(np.max(np.abs(motion.ivp.along("H", states.p, states.q)))) + float(np.max(np.abs(states.p @ np.ones(motion.ivp.d)))) + 1
-    assert off <= 1e-9 * scale + (100 * g * scale if entry.setting.split()[0] in LOOPS or "tolerance 1e-5" in entry.setting else 0)
+    loose = "tolerance 1e-5" in entry.setting or any(entry.setting.startswith(word) for word in LOOPS)
+    assert off <= 1e-9 * scale + (100 * g * scale if loose else 0)
     if not entry.constrained:
         assert g < 1e-12 * max(1.0, float(np.max(np.abs(states.q))) ** 2)
 
