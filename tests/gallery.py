@@ -3,10 +3,15 @@
 import shutil
 import sys
 from pathlib import Path
+from zipfile import ZipFile
 
 from PIL import Image
 
+from daebench.methods.catalogue import reports
+from daebench.pages.report import build_stamp
 from daebench.pages.report.archive import write_archive
+from daebench.pages.report.gallery import order
+from daebench.pages.report.index import write_index
 
 PLACE = Path(__file__).parent.parent / "reports" / "gallery"
 SHOWN = {
@@ -16,6 +21,7 @@ SHOWN = {
     "poisson": "poisson/figures/orbits",
     "problems": "problems/figures/scenes",
     "extremes": "extremes/figures/map",
+    "engines": "engines/figures/cost",
 }
 """Pictures of the README: their names there, and where they come from."""
 
@@ -30,10 +36,23 @@ def small(picture, path):
     flat.quantize(COLORS, dither=Image.Dither.NONE).save(path, optimize=True)
 
 
+def restore(out):
+    """Put the pages of reports that a folder has not, as that of the engines, which is made by hand, there from the gallery as it was."""
+    with ZipFile(PLACE / "gallery.zip") as archive:
+        for name in sorted({Path(file).parts[0] for file in archive.namelist()} & set(reports()) - set(order(out))):
+            print(f"{name}: as it was")
+            archive.extractall(out, [file for file in archive.namelist() if file.startswith(f"{name}/")])
+            about = {"title": name, "kind": "report", "about": reports()[name], "command": f"daebench report {name}"}
+            build_stamp.write(out / name, **about, digest="", seconds=0.0)
+    write_index(out, order(out), {})
+
+
 def main(out):
     for name, source in SHOWN.items():
-        small(out / f"{source}.png", PLACE / f"{name}.png")
-        shutil.copy(out / f"{source}.csv", PLACE / f"{name}.csv")
+        if (out / f"{source}.png").is_file():
+            small(out / f"{source}.png", PLACE / f"{name}.png")
+            shutil.copy(out / f"{source}.csv", PLACE / f"{name}.csv")
+    restore(out)
     write_archive(out, PLACE / "gallery.zip")
 
 

@@ -12,9 +12,12 @@ from daebench.pages.report.reports import Report, own
 
 REFERENCE = "reference"
 
+BY_HAND = frozenset({"engines"})
+"""Reports that are made by hand, where what they need is installed: ``daebench report NAME`` puts each into the gallery, all does not."""
+
 
 def pages(command_line: Any) -> list[Report]:
-    """Return all pages, in the order in which they are best read; lessons only where what they need is installed.
+    """Return all pages but those made by hand, in the order in which they are best read; lessons only where what they need is installed.
 
     Parameters
     ----------
@@ -22,7 +25,7 @@ def pages(command_line: Any) -> list[Report]:
         The commands that the page of reference describes.
     """
     notebooks = [] if missing() else map(lesson_page, lessons())
-    by_name = {page.name: page for page in (*map(own, reports()), *notebooks, _reference(command_line))}
+    by_name = {page.name: page for page in (*map(own, sorted(set(reports()) - BY_HAND)), *notebooks, _reference(command_line))}
     return [by_name[name] for name in in_order(by_name)]
 
 

@@ -69,6 +69,17 @@ def test_a_method_by_tolerance_is_held_against_its_own_with_smaller_ones(monkeyp
     assert row["position_error"] == pytest.approx(np.max(np.abs(run.y - circle(run.t))), rel=0.26)
 
 
+def test_a_long_chain_is_held_against_its_own_finer_runs():
+    """Its index-reduced equation is not written for DOP853."""
+    rows = [
+        package.compare("pendulum_chain", case="hanging", parameters={"links": 10}, methods=["rattle"], h=h, t_end=0.5)
+        for h in (1 / 64, 1 / 128)
+    ]
+    coarse, fine = (row.iloc[0] for row in rows)
+    assert coarse["position_reference"] == fine["position_reference"] == "own run with h/4"
+    assert coarse["position_error"] / fine["position_error"] == pytest.approx(4, rel=0.1)
+
+
 def test_where_the_tolerance_cannot_be_smaller_there_is_no_number(monkeypatch):
     monkeypatch.setattr("daebench.studies.comparison.position_error.own_run", lambda ivp, times: own_run(ivp, times, 0))
     (row,) = package.compare(oscillator(), methods=["scipy:RK45"], tol=1e-13, t_end=1.0).to_dict("records")
