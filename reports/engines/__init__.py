@@ -15,19 +15,24 @@ from daebench.reports.engines.figures import draw
 from daebench.reports.engines.numbers import Numbers, measure
 from daebench.reports.engines.tables import at, tables
 
+KEPT = "contenders"
+"""Folder, beside the page, of contenders that have been measured."""
+
 CONSTANTS = constants(motions, truth, claims, _numbers)
 
 
 def make(out: Path, progress: Progress) -> Path:
     """Make the report in a folder; return the path of its page, see :func:`daebench.pages.report.make_page`.
 
-    Engines that are not installed are left out, and the page says so; with none at all it has daebench's own methods alone.
+    Engines that are not installed are left out, and the page says so; with none at all there is nothing to compare. What was measured is
+    kept in the folder: interrupted, it goes on where it stopped when it is called again.
     """
 
     def content(numbers: Numbers, conclusions: SimpleNamespace) -> dict[str, Any]:
         return {
             "c": CONSTANTS,
             "at": at,
+            "kept": KEPT,
             "drawn": draw(numbers, out / "figures"),
             "tables": tables(numbers, out / "tables"),
             "truths": {first.motion.key: truth.truth(first.motion.key) for first in conclusions.firsts},
@@ -35,4 +40,12 @@ def make(out: Path, progress: Progress) -> Path:
             "code": {engine.name: inspect.getsource(engine.adapter) for engine in numbers.engines},
         }
 
-    return make_page("engines/page.html", out, "daebench report engines", progress, measure=measure, check=check, content=content)
+    return make_page(
+        "engines/page.html",
+        out,
+        "daebench report engines",
+        progress,
+        measure=lambda tell: measure(tell, out / KEPT),
+        check=check,
+        content=content,
+    )

@@ -1,7 +1,9 @@
 """Numbers of the report on engines: each contender tuned, swept over step sizes or tolerances, timed, and run for long."""
 
+import sys
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -12,6 +14,7 @@ from daebench.diagnostics.energy_verdict import energy_verdict
 from daebench.diagnostics.order import fit_order
 from daebench.methods.names import method_of
 from daebench.pages.report.page import Progress
+from daebench.reports.engines import kept
 from daebench.reports.engines.adapters import ENGINES, Engine
 from daebench.reports.engines.contender import Contender, halved
 from daebench.reports.engines.documentation import sentences_of
@@ -168,13 +171,38 @@ def summary(contender: Contender, rows: pd.DataFrame) -> dict[str, Any]:
     return row
 
 
-def measure(tell: Progress, motions: Sequence[Motion] = MOTIONS, engines: Sequence[Engine] = ENGINES) -> Numbers:
+def measured(contender: Contender, engine: Engine | None, folder: Path | None) -> dict[str, Any]:
+    """Return what is measured of a contender: its runs, its row at equal cost, and its variants; from a folder where it is kept there."""
+    code = [sys.modules[__name__], *([engine.adapter] if engine else [])]
+    key = kept.key_of(contender, engine.version if engine else "", *code) if folder else ""
+    if folder and (found := kept.read(folder, key)):
+        return found
+    ready, variant, variants = tuned(contender)
+    rows = swept(ready, variant)
+    result = {"rows": rows, "chosen": summary(ready, pd.DataFrame(rows)), "variants": variants}
+    if folder:
+        kept.write(folder, key, result)
+    return result
+
+
+def entrants(motions: Sequence[Motion], engines: Sequence[Engine]) -> list[tuple[Contender, Engine | None]]:
+    """Return all contenders on these motions, daebench's own first, each with its engine."""
+    keys = {motion.key for motion in motions}
+    pairs: list[tuple[Contender, Engine | None]] = [(entry, None) for entry in own(motions)]
+    return pairs + [(entry, engine) for engine in engines for entry in engine.adapter.contenders() if entry.motion in keys]
+
+
+def measure(
+    tell: Progress, folder: Path | None = None, motions: Sequence[Motion] = MOTIONS, engines: Sequence[Engine] = ENGINES
+) -> Numbers:
     """Return the numbers, of engines that are installed; without any of them there are none.
 
     Parameters
     ----------
     tell : callable
         Told the fraction that is done, and what is being done.
+    folder : Path, optional
+        Where contenders are kept that have been measured.
     motions : sequence of Motion
         Motions.
     engines : sequence of Engine
@@ -183,18 +211,12 @@ def measure(tell: Progress, motions: Sequence[Motion] = MOTIONS, engines: Sequen
     present = tuple(engine for engine in engines if engine.installed)
     if not present:
         return Numbers(pd.DataFrame(), pd.DataFrame(), pd.DataFrame(), pd.DataFrame(), ())
-    keys = {motion.key for motion in motions}
-    entrants = own(motions) + [entry for engine in present for entry in engine.adapter.contenders() if entry.motion in keys]
-    runs: list[dict[str, Any]] = []
-    chosen, variants = [], []
-    for k, entrant in enumerate(entrants):
-        tell(0.95 * k / len(entrants), f"{entrant.name} on {entrant.motion}")
-        ready, variant, tried = tuned(entrant)
-        rows = swept(ready, variant)
-        runs += rows
-        variants += tried
-        chosen.append(summary(ready, pd.DataFrame(rows)))
+    pairs, results = entrants(motions, present), []
+    for k, (entrant, engine) in enumerate(pairs):
+        tell(0.95 * k / len(pairs), f"{entrant.name} on {entrant.motion}")
+        results.append(measured(entrant, engine, folder))
     tell(0.95, "documentation")
     said = [sentence for engine in present for sentence in sentences_of(engine.name)]
-    frames = (pd.DataFrame(runs), pd.DataFrame(chosen), pd.DataFrame(variants), pd.DataFrame(said))
-    return Numbers(*frames, present)
+    runs = pd.DataFrame([row for result in results for row in result["rows"]])
+    variants = pd.DataFrame([row for result in results for row in result["variants"]])
+    return Numbers(runs, pd.DataFrame([result["chosen"] for result in results]), variants, pd.DataFrame(said), present)

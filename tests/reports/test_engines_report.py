@@ -254,7 +254,7 @@ def numbers():
     )
     with pytest.MonkeyPatch.context() as patch:
         patch.setitem(BY_KEY, "pendulum", SMALL)
-        found = measure(lambda fraction, doing: None, [SMALL], [fake])
+        found = measure(lambda fraction, doing: None, None, [SMALL], [fake])
     said = [
         {"engine": "Fake", "place": "p", "sentence": f"says {k}", "measured": "m", "verdict": v} for k, v in enumerate((HOLDS, PART, NOT))
     ]
@@ -336,7 +336,7 @@ def test_a_page_of_mici_alone(tmp_path, monkeypatch):
     pytest.importorskip("mici")
     (mici,) = (engine for engine in ENGINES if engine.name == "Mici")
     motion = replace(BY_KEY["pendulum"], budget=0.3, long=20.0)
-    monkeypatch.setattr(engines, "measure", lambda tell: measure(tell, [motion], [mici]))
+    monkeypatch.setattr(engines, "measure", lambda tell, folder: measure(tell, folder, [motion], [mici]))
     page = build("engines", tmp_path)
     text = standalone(page, quotes=True).text
     assert "Mici ran, in 1 pairs" in text
@@ -345,5 +345,12 @@ def test_a_page_of_mici_alone(tmp_path, monkeypatch):
     source = page.read_text(encoding="utf-8")
     assert "ConstrainedLeapfrogIntegrator(posed, step_size=h" in source
     frame = pd.read_csv(tmp_path / "engines" / "tables" / "runs.csv")
+    kept = list((tmp_path / "engines" / engines.KEPT).glob("*.json"))
+    assert len(kept) == 3
+    monkeypatch.setattr("daebench.reports.engines.numbers.swept", lambda *_: pytest.fail("a run"))
+    assert standalone(build("engines", tmp_path), quotes=True).text.count("constrained leapfrog") == text.count("constrained leapfrog")
+    kept[0].write_text("damaged")
+    with pytest.raises(BaseException, match="a run"):
+        build("engines", tmp_path)
     both = frame.pivot_table(index="value", columns="engine", values="error")[["Mici", OWN]].dropna()
     assert both["Mici"].to_numpy() == pytest.approx(both[OWN].to_numpy(), rel=1e-6)
