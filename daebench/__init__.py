@@ -17,8 +17,10 @@ if TYPE_CHECKING:
     from daebench.methods.initial_value_problem import initial_value_problem
     from daebench.methods.run import list_methods, list_problems, run
     from daebench.pages.animation.animation import animation
+    from daebench.pages.certificate.certify import certify
     from daebench.runs.ivp import InitialValueProblem
     from daebench.runs.trajectory import PoissonTrajectory, Trajectory
+    from daebench.studies.certificate.verify import verify_certificate
     from daebench.studies.claims.check import check
     from daebench.studies.comparison.table import compare
     from daebench.studies.diagnose.verdict import diagnose
@@ -53,6 +55,7 @@ __all__ = [
     "Trajectory",
     "animation",
     "as_poisson",
+    "certify",
     "check",
     "compare",
     "coordinates",
@@ -63,6 +66,7 @@ __all__ = [
     "order",
     "run",
     "symplectic_projection",
+    "verify_certificate",
 ]
 
 _HOME = {
@@ -77,11 +81,13 @@ _HOME = {
     "InitialValueProblem": "runs.ivp",
     "Study": "studies.grid.study",
     "animation": "pages.animation.animation",
+    "certify": "pages.certificate.certify",
     "check": "studies.claims.check",
     "compare": "studies.comparison.table",
     "diagnose": "studies.diagnose.verdict",
     "initial_value_problem": "methods.initial_value_problem",
     "order": "studies.orders.study",
+    "verify_certificate": "studies.certificate.verify",
 }
 
 find_renamed_modules()

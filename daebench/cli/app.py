@@ -9,6 +9,8 @@ import typer
 from daebench.cli.animate import animate
 from daebench.cli.archive import archive
 from daebench.cli.bench import bench
+from daebench.cli.certificate import app as certificate
+from daebench.cli.certify import certify
 from daebench.cli.check import check
 from daebench.cli.compare import compare
 from daebench.cli.diagnose import diagnose
@@ -54,6 +56,7 @@ for command in (
     order,
     check,
     diagnose,
+    certify,
     precision,
     stability,
     long,
@@ -68,6 +71,7 @@ for command in (
     app.command()(command)
 app.command("work-precision")(work_precision)
 app.add_typer(reference, name="reference")
+app.add_typer(certificate, name="certificate")
 
 
 def main() -> None:

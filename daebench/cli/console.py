@@ -4,11 +4,12 @@ import json
 import math
 import sys
 import threading
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
 from daebench.errors import BadInput
+from daebench.runs.json_values import plain
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -60,17 +61,6 @@ def method_names(text: str) -> list[str]:
     if not (names := words(text)):
         raise BadInput("--methods names no method; give at least one, for example rattle.")
     return names
-
-
-def plain(value: Any) -> Any:
-    """Return a value as JSON knows it: arrays as lists, what is not finite as null."""
-    if isinstance(value, Mapping):
-        return {str(key): plain(item) for key, item in value.items()}
-    if hasattr(value, "tolist"):
-        return plain(value.tolist())
-    if isinstance(value, list | tuple):
-        return [plain(item) for item in value]
-    return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
 def print_json(value: Any) -> None:

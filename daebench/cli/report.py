@@ -12,20 +12,30 @@ from daebench.errors import BadInput, Interrupted
 if TYPE_CHECKING:
     from daebench.pages.report.gallery import Made
 
-ALL = "all"
+ALL, COURT = "all", "court"
 
 
 def report(
     context: typer.Context,
-    name: Annotated[str, typer.Argument(help="Name of a report, for example index-reduction; the path of a file; or all.")],
+    name: Annotated[str, typer.Argument(help="Name of a report, for example index-reduction; the path of a file; court; or all.")],
+    certificates: Annotated[
+        Path | None, typer.Argument(help="With court: a folder of certificates, each in a folder of its own.", show_default=False)
+    ] = None,
     out: Annotated[Path, typer.Option("--out", help="Folder to write to.")] = Path("output"),
     anew: Annotated[bool, typer.Option("--anew", help="With all: make every page, not only those that are stale.")] = False,
     archive: Annotated[Path | None, typer.Option("--archive", help="With all: put the pages into this ZIP file as well.")] = None,
+    trust: Annotated[bool, typer.Option("--trust", help="With court: execute the code of the certificates: read it first.")] = False,
 ) -> None:
     """Write a report: one HTML page, its figures as SVG and PNG, and every figure's data as CSV; or all pages and an index.
 
-    With all, pages that are as they should be are left alone: interrupted, the same command goes on where it stopped.
+    With all, pages that are as they should be are left alone: interrupted, the same command goes on where it stopped. With court, each
+    certificate of a folder is made again, which takes --trust, and those that are verified become a table of contestants.
     """
+    if name == COURT:
+        _court(certificates, out, trust)
+        return
+    if certificates or trust:
+        raise BadInput(f"{certificates or '--trust'} goes with court; leave it out.")
     if name != ALL and (anew or archive):
         raise BadInput(f"--{'anew' if anew else 'archive'} goes with all; a single report is always made anew.")
     from daebench.runs.files import make_folder
@@ -40,6 +50,19 @@ def report(
     make_folder(out)
     with bar(f"report {name}") as progress:
         page = build(name, out, progress)
+    print(f"written: {page}")
+
+
+def _court(certificates: Path | None, out: Path, trust: bool) -> None:
+    """Verify certificates, and write the page of those that hold."""
+    if certificates is None:
+        raise BadInput("report court needs a folder of certificates, as daebench report court certificates --trust.")
+    from daebench.pages.certificate.court import court
+    from daebench.runs.files import make_folder
+
+    make_folder(out)
+    with bar(f"report {COURT}") as progress:
+        page = court(certificates, out, trust=trust, progress=progress)
     print(f"written: {page}")
 
 

@@ -3,7 +3,6 @@
 import csv
 import hashlib
 import json
-import math
 import os
 import re
 import shutil
@@ -16,6 +15,7 @@ from daebench.errors import BadInput, DaebenchError, unknown
 from daebench.reference.keep.places import NAME, folders, require_name
 from daebench.reference.keep.record import Reference
 from daebench.runs.files import named
+from daebench.runs.json_values import strict
 
 CERTIFICATE = "certificate.json"
 FORMAT = 1
@@ -215,25 +215,14 @@ def _rows(value: Any) -> str:
 
 def _certificate(path: Path) -> dict[str, Any]:
     try:
-        certificate = json.loads(_read(path), parse_constant=_no_number, parse_float=_finite)
+        certificate = strict(_read(path))
         expected, layout, _ = certificate["checksum"], certificate["format"], (certificate["data"]["file"], certificate["name"])
-    except (ValueError, KeyError, TypeError, RecursionError) as error:
+    except (ValueError, KeyError, TypeError) as error:
         raise Damaged(f"{path} is truncated or altered: {error}; {RESTORE}.") from error
     _require(path, "checksum", expected, checksum(certificate))
     if layout != FORMAT:
         raise Damaged(f"{path} has layout {layout}, and this version of daebench reads layout {FORMAT}; build the reference again.")
     return dict(certificate)
-
-
-def _no_number(word: str) -> float:
-    raise ValueError(f"it has {word} in the place of a number")
-
-
-def _finite(digits: str) -> float:
-    """Return a number of a certificate; one beyond double precision is none that was written."""
-    if not math.isfinite(value := float(digits)):
-        _no_number(digits[:40])
-    return value
 
 
 def _require(path: Path, what: str, expected: str, actual: str) -> None:

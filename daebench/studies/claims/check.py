@@ -4,7 +4,7 @@ What is claimed to hold exactly is measured to be zero but for rounding; the bou
 :mod:`daebench.studies.claims.bench`.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
@@ -137,18 +137,23 @@ def bench_of(ivp: Ivp, method: Any, h: float, steps: int) -> Bench[Any, Any]:
     return PoissonBench(ivp, method, run) if isinstance(ivp, PoissonIvp) else ConstrainedBench(ivp, method, run)
 
 
-def default_step(ivp: Ivp) -> float:
+def default_step(ivp: Ivp, parts: float = 16) -> float:
     """Return the step size where none is given, 1, 2 or 5 times a power of ten.
 
-    It is the largest such up to a sixteenth of the mean of the first 64 steps of DOP853 at 1e-13, and up to 1 s.
+    It is the largest such up to a sixteenth, or one of so many parts, of the mean of the first 64 steps of DOP853 at 1e-13, and up to 1 s.
     """
-    most = min(reach(ivp, 64) / 64 / 16, 1.0)
+    most = min(reach(ivp, 64) / 64 / parts, 1.0)
     power = 10.0 ** np.floor(np.log10(most))
     return float(next((digit * power for digit in (5, 2) if digit * power <= most), power))
 
 
 def order_finding(
-    ivp: Ivp, method: FixedStep | PoissonScheme | OutsideMethod, *, halvings: int | None = None, began: Began | None = None
+    ivp: Ivp,
+    method: FixedStep | PoissonScheme | OutsideMethod,
+    *,
+    halvings: int | None = None,
+    counts: Sequence[int] | None = None,
+    began: Began | None = None,
 ) -> tuple[Finding, tuple[Series, ...]]:
     """Return the finding on the order of q and p, or y, and what the study found that it is read off.
 
@@ -161,7 +166,7 @@ def order_finding(
         note = "it is that of the penalised system, whose motion differs from the constrained one by eps^2 whatever h is."
         return Finding("order", claimed, missing, missing, NOT_APPLICABLE, note=note), ()
     try:
-        studied = study(ivp, [method], halvings=halvings, began=began).series
+        studied = study(ivp, [method], halvings=halvings, counts=counts, began=began).series
     except RunFailed as error:
         return Finding("order", claimed, missing, least, UNDETERMINED, note=str(error)), ()
     series = [curve for curve in studied if curve.component in ("q", "p", "y")]

@@ -85,7 +85,7 @@ def write_archive(store: Store, path: Path) -> Archived:
     table = export.frame(rows)
     files = {ROWS: "".join(f"{line}\n" for line in map(as_json, rows)).encode()}
     for name, problem in problems.items():
-        files |= {f"{places[name]}/{near}": file.read_bytes() for near, file in _definition(problem)}
+        files |= {f"{places[name]}/{near}": file.read_bytes() for near, file in definition_files(problem)}
     for reference in _references(row.specification for row in rows if row.specification["problem"] not in moved.values()):
         files |= _certified(reference)
     with tempfile.TemporaryDirectory() as folder:
@@ -131,7 +131,7 @@ def _renamed(row: StoredRow, moved: Mapping[str, str]) -> StoredRow:
     )
 
 
-def _definition(problem: Problem) -> Iterator[tuple[str, Path]]:
+def definition_files(problem: Problem) -> Iterator[tuple[str, Path]]:
     """Give the files of a definition by their names beside the problem file, without what comes with daebench."""
     apart = {file.resolve() for file in own_files()} if not problem.own else set()
     for file in [problem.path] if problem.own else problem.depends_on(problem):

@@ -210,9 +210,14 @@ def digest(*texts: str) -> str:
 @cache
 def made_by() -> str:
     """Return what the numbers of a run depend on besides its definition: this package's code, the libraries and the machine's kind."""
-    code_digest = package.digest_of_files(sorted(_files().items()))
     libraries = (f"{name} {versions().get(name, 'none')}" for name in DECIDING)
-    return "\n".join((toolchain(), code_digest, platform.machine(), *libraries))
+    return "\n".join((toolchain(), code_digest(), platform.machine(), *libraries))
+
+
+@cache
+def code_digest() -> str:
+    """Return the hash of the files of this package that decide numbers."""
+    return package.digest_of_files(sorted(_files().items()))
 
 
 def _files() -> dict[str, Path]:

@@ -98,6 +98,7 @@ def study(
     t_end: float | None = None,
     h: float | None = None,
     halvings: int | None = None,
+    counts: Sequence[int] | None = None,
     began: Began | None = None,
 ) -> OrderStudy:
     """Return the errors and orders of several methods on one initial value problem; all requests are checked before the first run.
@@ -114,6 +115,8 @@ def study(
         Largest step size, s, rounded down to T/(8 n). By default it depends on the order that a method claims.
     halvings : int, optional
         How often it is halved. By default until round-off is reached, see above.
+    counts : sequence of int, optional
+        Steps between common times, coarsest first, in place of ``h`` and ``halvings``: those of a study that is made again.
     began : callable, optional
         Told the fraction done and what is being done.
 
@@ -130,12 +133,12 @@ def study(
     if not chosen:
         raise BadInput("an order study needs at least one method, for example rattle.")
     end = positive("t_end", t_end) if t_end is not None else min(LONGEST, 2.0 ** math.floor(math.log2(reach(ivp, LONG))))
-    sequences = [step_sizes(end, claimed_order(method), h, halvings) for method in chosen]
+    sequences = [list(counts) if counts else step_sizes(end, claimed_order(method), h, halvings) for method in chosen]
     known = reference_solution(ivp, [end * k / COMMON for k in range(1, COMMON + 1)])
     bench: Any = PoissonBench if isinstance(ivp, PoissonIvp) else Bench
     series: list[Series] = []
-    for k, (method, counts) in enumerate(zip(chosen, sequences, strict=True)):
+    for k, (method, sequence) in enumerate(zip(chosen, sequences, strict=True)):
         if began:
             began(k / len(chosen), f"{method.name} on {ivp.problem}")
-        series += bench(ivp, method, known).series(counts, stop=halvings is None)
+        series += bench(ivp, method, known).series(sequence, stop=halvings is None and not counts)
     return OrderStudy(ivp, end, known, tuple(series))

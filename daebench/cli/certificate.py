@@ -1,0 +1,41 @@
+"""``daebench certificate``: what can be done with a certificate that is there."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from daebench.cli.arguments import Json
+from daebench.cli.certify import SecondsLimit
+from daebench.cli.console import bar, print_json, printable
+
+app = typer.Typer(no_args_is_help=True, help="Certificates of codes: see whether what they say is so.")
+
+
+@app.callback()
+def top() -> None:
+    """Certificates of codes: see whether what they say is so."""
+
+
+@app.command()
+def verify(
+    file: Annotated[Path, typer.Argument(help="A certificate that daebench certify wrote, or its folder.")],
+    seconds_limit: SecondsLimit = 300.0,
+    as_json: Json = False,
+) -> None:
+    """Make a certificate again: run the same code on the same problems, and compare; exit 1 if something does not agree.
+
+    First the files of the code are held against their hashes; where one is missing or another, nothing is run. Then THE CODE THAT STANDS
+    BESIDE THE CERTIFICATE IS EXECUTED: read it first, or verify only those of people you trust. Numbers agree to the bit, or within what
+    rounding on another machine makes of them. Times are not compared.
+    """
+    from daebench.studies.certificate.verify import verify_certificate
+
+    with bar(f"verify {file}") as progress:
+        verification = verify_certificate(file, seconds_limit=seconds_limit, progress=progress)
+    if as_json:
+        counts = {"equal": verification.equal, "within": verification.within, "faults": list(verification.faults)}
+        print_json({"file": str(file), "agrees": verification.agrees, "sentence": verification.sentence, **counts})
+    else:
+        print(printable(verification.sentence))
+    raise typer.Exit(0 if verification.agrees else 1)

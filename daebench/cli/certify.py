@@ -1,0 +1,102 @@
+"""``daebench certify``: a code measured, and written down with all that is needed to measure it again."""
+
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from daebench.cli.arguments import Anyway, Free, Json, Param
+from daebench.cli.console import bar, pairs, print_json, printable
+from daebench.errors import BadInput
+
+CLAIMED = {"yes": True, "true": True, "no": False, "false": False}
+"""Words for what holds and what does not."""
+
+SecondsLimit = Annotated[float, typer.Option("--seconds-limit", help="Wall-clock limit on each problem, s.")]
+
+
+def certify(
+    mine: Annotated[
+        str,
+        typer.Argument(
+            metavar="MINE", help="FILE.py:NAME, LIBRARY.so:NAME or exec:PROGRAM, which are executed; or a fixed-step method of daebench."
+        ),
+    ],
+    out: Annotated[Path, typer.Option("--out", help="Folder to write: a new one, or one with a certificate, which is replaced.")],
+    problem: Annotated[
+        list[str] | None, typer.Option("--problem", help="PROBLEM or PROBLEM:CASE, repeatable; three of the catalogue if left out.")
+    ] = None,
+    h: Annotated[float | None, typer.Option("--h", help="Step size of all but the orders; a small part of the motion if left out.")] = None,
+    param: Param = None,
+    claim: Annotated[
+        list[str] | None, typer.Option("--claim", help="What is claimed of the code, as order=2 or symplectic=yes; repeatable.")
+    ] = None,
+    include: Annotated[list[Path] | None, typer.Option("--include", help="Another file that the code reads or loads; repeatable.")] = None,
+    option: Free = None,
+    anyway: Anyway = False,
+    seconds_limit: SecondsLimit = 300.0,
+    as_json: Json = False,
+) -> None:
+    """Certify a code: a page and a JSON certificate of what it was found to do, beside copies of its files.
+
+    Order, symmetry, two-form, constraints, energy and first integrals are measured, claimed or not, and the error against certified
+    references. What the code does not solve is noted; where it solves none of the problems, no certificate is written. Claims that do not
+    hold are in the certificate, and no error. THE CODE IS EXECUTED.
+    """
+    from daebench.pages.certificate.certify import certify as certified
+
+    with bar(f"certify {mine}") as progress:
+        certificate = certified(
+            mine,
+            out=out,
+            problems=problem or [],
+            h=h,
+            parameters=pairs("param", param or []),
+            claims=_claims(claim or []),
+            options=pairs("option", option or []),
+            anyway=anyway,
+            files=include or [],
+            seconds_limit=seconds_limit,
+            progress=progress,
+        )
+    if as_json:
+        print_json({**certificate.content, "written": [str(out / "index.html"), str(out / "certificate.json")]})
+    else:
+        print(printable("\n".join(_said(certificate, out))))
+
+
+def _claims(given: list[str]) -> dict[str, Any]:
+    """Return name=value texts as claims."""
+    claims: dict[str, Any] = {}
+    for text in given:
+        name, equals, value = (part.strip() for part in text.partition("="))
+        if not equals:
+            raise BadInput(f"--claim {text!r} must be of the form name=value, as order=2 or symplectic=yes.")
+        claims[name] = CLAIMED.get(value.lower(), int(value) if value.isdecimal() else value)
+    return claims
+
+
+def _said(certificate: Any, out: Path) -> list[str]:
+    """Return what is said of a certificate: claims, problems, and where it is."""
+    whole = len(certificate.holds) + len(certificate.falls_short) + len(certificate.undetermined)
+    lines = [
+        f"{certificate.method} holds {len(certificate.holds)} of {whole} claims." if whole else f"{certificate.method} states no claims."
+    ]
+    for word, names in (("does not hold", certificate.falls_short), ("not known", certificate.undetermined)):
+        lines += [f"{word}: {', '.join(names)}."] if names else []
+    from daebench.studies.certificate.record import title
+
+    lines += [f"{title(problem)}: {_numbers(problem)}" for problem in certificate.measured]
+    lines += [f"{where}: not measured: {why}" for where, why in certificate.refused.items()]
+    return [*lines, f"written: {out / 'index.html'}, {out / 'certificate.json'}; verify it by: daebench certificate verify {out}"]
+
+
+def _numbers(problem: Any) -> str:
+    """Return the numbers of a problem in a line."""
+    numbers, h = problem["numbers"], problem["setting"]["h"]
+    components = numbers["orders"]["components"].items()
+    orders = ", ".join(f"{name} {'-' if part['order'] is None else format(part['order'], '.3f')}" for name, part in components)
+    energy, error = numbers["energy"], numbers["error"]
+    law = f", {energy['law']}" if energy["law"] else ""
+    off = "unknown" if error["value"] is None else f"{error['value']:.2g}"
+    return f"order {orders}; energy {energy['verdict']}{law}; error {off} up to t = {error['t']:g} with h = {h:g}."

@@ -1,0 +1,1 @@
+"""Certificates as pages: one of a code, and a court of many."""

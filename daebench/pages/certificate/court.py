@@ -1,0 +1,202 @@
+"""A court of certificates: a folder of them becomes a table of contestants, of those alone that can be verified."""
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from markupsafe import Markup
+
+from daebench.draw.figures import curve, drawing, grid_of_axes, legend_below, save
+from daebench.errors import BadInput, DaebenchError
+from daebench.pages.certificate.court_tables import contestants_table, excluded_table
+from daebench.pages.report import build_stamp
+from daebench.pages.report.gallery import put
+from daebench.pages.report.page import Progress, write_page
+from daebench.pages.report.pictures import picture
+from daebench.pages.report.reports import Report
+from daebench.studies.certificate import process
+from daebench.studies.certificate.record import Unverified, code_in, read, title
+from daebench.studies.certificate.verify import Verification, verify_certificate
+
+NAME = "court"
+
+ABOUT = "A table of codes that were certified, of those alone whose certificates hold when they are made again."
+
+
+@dataclass(frozen=True)
+class Excluded:
+    """A file that is no certificate that could be verified.
+
+    Parameters
+    ----------
+    name : str
+        Its path in the folder.
+    why : str
+        The reason, in one sentence.
+    """
+
+    name: str
+    why: str
+
+
+@dataclass(frozen=True)
+class Entry:
+    """A certificate that was verified.
+
+    Parameters
+    ----------
+    name : str
+        The path of its folder, seen from that of the court.
+    verification : Verification
+        What was measured here.
+    """
+
+    name: str
+    verification: Verification
+
+
+def candidates(folder: Path) -> list[Path]:
+    """Return the files that may be certificates: all JSON files of a folder and of the folders in it.
+
+    Parameters
+    ----------
+    folder : Path
+        The folder.
+
+    Raises
+    ------
+    BadInput
+        If there is no such folder, or there are none.
+    """
+    if not folder.is_dir():
+        raise BadInput(f"there is no folder {folder}; give one that has folders of certificates in it.")
+    files = sorted(
+        {*folder.glob("*.json"), *folder.glob("*/*.json")} - {*folder.glob(f"*/{build_stamp.STAMP}"), folder / build_stamp.STAMP}
+    )
+    if not files:
+        raise BadInput(
+            f"{folder} has no certificates; daebench certify writes one into a folder, and {folder} is to have such folders in it."
+        )
+    return files
+
+
+def executed(files: Iterable[Path]) -> list[str]:
+    """Return the codes that would be executed to verify certificates: those that stand beside them."""
+    names = []
+    for file in files:
+        try:
+            certificate = read(file)
+            files_of_problems = any(problem["files"] for problem in certificate.content["problems"])
+            if not code_in(certificate).own or files_of_problems:
+                names.append(f"{certificate.method} of {file.parent.name}")
+        except (BadInput, Unverified):
+            continue
+    return names
+
+
+def court(
+    folder: str | Path, out: str | Path, *, trust: bool = False, seconds_limit: float = process.SECONDS, progress: Progress = process.silent
+) -> Path:
+    """Write the page of a court into ``out/court``, and return its path; every certificate is made again.
+
+    Parameters
+    ----------
+    folder : str or Path
+        A folder of certificates, each in a folder of its own, as :func:`daebench.certify` writes them.
+    out : str or Path
+        Folder for pages.
+    trust : bool
+        Whether code that stands beside the certificates may be executed, as it must be to verify them.
+    seconds_limit : float
+        Wall-clock limit on each problem of each certificate, s.
+    progress : callable
+        Told the fraction done, and what is being done.
+
+    Raises
+    ------
+    BadInput
+        If there is no such folder, it has no certificates, or they have code of their own and ``trust`` is not given.
+    """
+    folder = Path(folder)
+    files = candidates(folder)
+    if (names := executed(files)) and not trust:
+        raise BadInput(f"{folder} has certificates of {', '.join(names)}, whose code would be executed; read it, and add --trust.")
+
+    def make(place: Path, tell: Progress) -> Path:
+        entries, excluded = judged(folder, files, seconds_limit, tell)
+        return _page(place, f"daebench report {NAME} {folder}{' --trust' * bool(names)}", entries, excluded)
+
+    return put(Report(NAME, ABOUT, f"daebench report {NAME} {folder}", make, lambda: files), Path(out), progress)
+
+
+def judged(folder: Path, files: Sequence[Path], seconds_limit: float, progress: Progress) -> tuple[list[Entry], list[Excluded]]:
+    """Return the certificates that were verified, and the files that were not, with why."""
+    entries, excluded = [], []
+    for k, file in enumerate(files):
+        name = file.relative_to(folder).as_posix()
+        progress(k / len(files), name)
+        try:
+            verification = verify_certificate(file, seconds_limit=seconds_limit)
+        except DaebenchError as error:
+            excluded.append(Excluded(name, str(error)))
+            continue
+        if verification.agrees:
+            entries.append(Entry(file.parent.relative_to(folder).as_posix() if file.parent != folder else file.stem, verification))
+        else:
+            excluded.append(Excluded(name, verification.sentence))
+    progress(1.0, "page")
+    return entries, excluded
+
+
+def _page(out: Path, command: str, entries: Sequence[Entry], excluded: Sequence[Excluded]) -> Path:
+    fields = groups(entries)
+    return write_page(
+        (Path(__file__).parent / "court.html").read_text(encoding="utf-8"),
+        out / "index.html",
+        command,
+        entries=entries,
+        excluded=excluded_table(excluded) if excluded else "",
+        left_out=len(excluded),
+        tables=[contestants_table(k, where, rows) for k, (where, rows) in enumerate(fields.items(), 1)],
+        drawn=draw(out, fields) if fields else "",
+        equal=sum(entry.verification.equal for entry in entries),
+        within=sum(entry.verification.within for entry in entries),
+    )
+
+
+Row = tuple[Entry, Any]
+"""A contestant, and a problem as it was measured here."""
+
+
+def groups(entries: Sequence[Entry]) -> dict[str, list[Row]]:
+    """Return contestants by what they can be compared on, a problem with its case, parameters and step size; the one with most is first."""
+    together: dict[str, list[Row]] = {}
+    for entry in entries:
+        for problem in entry.verification.problems:
+            if "refused" not in problem:
+                together.setdefault(f"{title(problem)}, h = {problem['setting']['h']:g}", []).append((entry, problem))
+    return dict(sorted(together.items(), key=lambda pair: -len(pair[1])))
+
+
+def draw(out: Path, fields: dict[str, list[Row]]) -> Markup:
+    """Return the picture of a court: the errors of all contestants over step sizes, on the problem that most of them have."""
+    import pandas as pd
+
+    where, rows = next(iter(fields.items()))
+    parts = []
+    with drawing():
+        figure, axes = grid_of_axes(1, 1, 3.4, x="step size h (s)", y="largest error")
+        for k, (entry, problem) in enumerate(rows):
+            orders = problem["numbers"]["orders"]
+            component = "y" if "y" in orders["errors"] else "q"
+            errors = [float("nan") if error is None else error for error in orders["errors"][component]]
+            axes[0, 0].loglog(orders["h"], errors, label=entry.name, **curve(k))
+            parts.append(pd.DataFrame({"contestant": entry.name, "h": orders["h"], "error": errors}))
+        axes[0, 0].set_title(where.rpartition(", h = ")[0])
+        legend_below(figure, axes[0, 0], 3)
+        svg = save(figure, out / "figures", "errors", pd.concat(parts, ignore_index=True))
+    alt = "Errors over step sizes, a curve for each contestant."
+    return picture(
+        svg, alt, "<b>Errors of the positions, or of the state of a Poisson system, over step sizes,</b> as they were measured here."
+    )

@@ -1,0 +1,74 @@
+"""The tables of a court: contestants on one problem, and what was left out."""
+
+from collections.abc import Sequence
+from typing import Any
+
+import pandas as pd
+from markupsafe import Markup
+
+from daebench.pages.certificate.words import defect, energy, holds, known, order
+from daebench.pages.report.tables import Formats, code, column, table, text
+from daebench.pages.report.words import at_most, number
+
+ROUNDS = 1
+"""Digits of what may be rounding alone."""
+
+
+def contestants_table(k: int, where: str, rows: Sequence[tuple[Any, Any]]) -> Markup:
+    """Return a row for each contestant on one problem with one step size, the most accurate first.
+
+    Parameters
+    ----------
+    k : int
+        Number of the table.
+    where : str
+        The problem and the step size.
+    rows : sequence of tuple
+        Contestants, and the problem as it was measured.
+    """
+    frame = pd.DataFrame([_row(entry, problem) for entry, problem in rows]).sort_values("error", na_position="last", ignore_index=True)
+    for name in ("order", "g"):
+        frame[name] = column(list(frame[name]), frame)
+    formats: Formats = {"name": text, "method": code, "holds": text, "order": text, "error": at_most, "energy": text}
+    formats |= {"size": at_most, "g": text, "defect": _small, "microseconds": number}
+    headings = {"name": "contestant", "method": "code", "holds": "claims<small>that hold</small>", "error": "error<small>largest</small>"}
+    headings |= {
+        "size": "energy error<small>of kinetic energy</small>",
+        "g": "|<i>g</i>|",
+        "defect": "defect of the<small>two-form</small>",
+    }
+    headings |= {"microseconds": "a step<small>µs</small>"}
+    t = rows[0][1]["numbers"]["error"]["t"]
+    caption = Markup("<b>{}.</b> Error: the largest of a coordinate up to t = {:g}. Every number was measured here.").format(where, t)
+    return table(f"contestants-{k}", frame, formats, headings, caption)
+
+
+def _row(entry: Any, problem: Any) -> dict[str, Any]:
+    numbers, certificate = problem["numbers"], entry.verification.certificate
+    return {
+        "name": entry.name,
+        "method": certificate.method,
+        "holds": holds(certificate),
+        "order": order(numbers),
+        "error": known(numbers["error"]["value"]),
+        "energy": energy(numbers),
+        "size": known(numbers["energy"]["size"]),
+        "g": number(known(numbers["kept"].get("g")), ROUNDS),
+        "defect": defect(numbers),
+        "microseconds": 1e6 * known(problem["seconds"]),
+    }
+
+
+def _small(value: float) -> Markup:
+    return number(value, ROUNDS)
+
+
+def excluded_table(excluded: Sequence[Any]) -> Markup:
+    """Return a row for each file that was left out, with why."""
+    frame = pd.DataFrame({"name": [entry.name for entry in excluded], "why": [entry.why for entry in excluded]})
+    caption = "<b>What was left out.</b> Nothing that these files say is in the tables."
+    return table("excluded", frame, {"name": code, "why": _long}, {"name": "file", "why": "why"}, caption)
+
+
+def _long(text: str) -> Markup:
+    return Markup('<span class="long">{}</span>').format(text)

@@ -1,0 +1,81 @@
+"""What is said of a certificate in sentences, each chosen by its numbers."""
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from markupsafe import Markup
+
+from daebench.pages.report.tables import code
+from daebench.pages.report.words import NONE, listing, number, with_error
+from daebench.studies.certificate.record import Certificate
+from daebench.studies.claims.bench import FALLS_SHORT, NOT_APPLICABLE, NOT_CLAIMED, OK, UNDETERMINED
+
+VERDICTS = {
+    OK: "holds",
+    FALLS_SHORT: "does not hold",
+    UNDETERMINED: "undetermined",
+    NOT_APPLICABLE: "not applicable",
+    NOT_CLAIMED: "not claimed",
+}
+"""Verdicts on claims, as a certificate says them."""
+
+TWO_FORMS = ("symplectic", "Poisson map")
+"""Findings that are the defect of the structure, on a constrained problem and on a Poisson system."""
+
+
+def known(value: Any) -> float:
+    """Return a number of a certificate, NaN where it has none."""
+    return float("nan") if value is None else float(value)
+
+
+def order(numbers: Mapping[str, Any]) -> Markup:
+    """Return the order with its standard error: that of the component of the state that has the lower one."""
+    slopes = [part for part in numbers["orders"]["components"].values() if part["order"] is not None]
+    if not slopes:
+        return Markup(NONE)
+    worst = min(slopes, key=lambda part: part["order"])
+    return with_error(worst["order"], known(worst["standard_error"]))
+
+
+def defect(numbers: Mapping[str, Any]) -> float:
+    """Return the defect of the two-form, or of the Poisson structure."""
+    return next((known(numbers["claims"][name]["measured"]) for name in TWO_FORMS if name in numbers["claims"]), float("nan"))
+
+
+def energy(numbers: Mapping[str, Any]) -> str:
+    """Return the verdict on the energy, with the law of what drifts."""
+    law = numbers["energy"]["law"]
+    return str(numbers["energy"]["verdict"]) + (f", {law}" if law else "")
+
+
+def holds(certificate: Certificate) -> str:
+    """Return how many claims hold of those that are stated."""
+    whole = len(certificate.holds) + len(certificate.falls_short) + len(certificate.undetermined)
+    return f"{len(certificate.holds)} of {whole}" if whole else "none stated"
+
+
+def answer(certificate: Certificate) -> Markup:
+    """Return the first sentence of a certificate: how many claims hold, and which do not."""
+    whole = len(certificate.holds) + len(certificate.falls_short) + len(certificate.undetermined)
+    if not whole:
+        return Markup("It states no claims. What it does was measured all the same.")
+    said = Markup("It holds {} of {} claims").format(len(certificate.holds), whole)
+    if certificate.falls_short:
+        said += Markup("; <b>it does not hold:</b> {}").format(listing([code(name) for name in certificate.falls_short]))
+    if certificate.undetermined:
+        said += Markup("; it is not known of {}").format(listing([code(name) for name in certificate.undetermined]))
+    return said + "."
+
+
+def facts(problem: Mapping[str, Any]) -> Markup:
+    """Return the numbers of one problem in a sentence."""
+    numbers, setting = problem["numbers"], problem["setting"]
+    error, drift = numbers["error"], numbers["energy"]
+    parts: Sequence[Markup] = [
+        Markup("order {}").format(slope) if (slope := order(numbers)) != NONE else Markup("no order"),
+        Markup("energy {} up to t = {:g}, its error at most {}").format(energy(numbers), drift["t"], number(known(drift["largest"]))),
+        Markup("error {} up to t = {:g} with h = {:g}").format(number(known(error["value"])), error["t"], setting["h"]),
+    ]
+    if "g" in numbers["kept"]:
+        parts = [*parts, Markup("|<i>g</i>| at most {}").format(number(known(numbers["kept"]["g"]), 1))]
+    return Markup("; ").join(parts) + "."

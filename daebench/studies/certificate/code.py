@@ -1,0 +1,189 @@
+"""The code that a certificate is of: its files, gathered into a folder of their own, and its hash."""
+
+import hashlib
+import inspect
+import os
+import shlex
+import shutil
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path, PurePosixPath
+from typing import Any
+
+from daebench.errors import BadInput
+from daebench.methods.outside.read import FILE, PROGRAM, is_outside
+from daebench.studies.grid.run_specification import code_digest
+from daebench.systems.files.execute import existing
+from daebench.systems.files.imports import imported
+
+LARGEST = 2**28
+"""Most bytes of the files of a code."""
+
+
+@dataclass(frozen=True)
+class Code:
+    """What is run, by an address that is valid in the folder of its files.
+
+    Parameters
+    ----------
+    method : str
+        ``./mine.py:step``, ``./libmine.so:step``, ``exec:./program``, or the name of a method of daebench.
+    files : mapping of str to bytes
+        Its files by their paths in the folder; none of a method of daebench.
+    executable : frozenset of str
+        Those that are started as programs.
+    """
+
+    method: str
+    files: Mapping[str, bytes] = field(default_factory=dict, repr=False)
+    executable: frozenset[str] = frozenset()
+
+    @property
+    def digest(self) -> str:
+        """SHA-256 of the names and contents of the files; of a method of daebench that of the package."""
+        return digest_of(self.files) if self.files else code_digest()
+
+    @property
+    def own(self) -> bool:
+        """Whether it is a method of daebench."""
+        return not self.files
+
+    @property
+    def is_beside(self) -> bool:
+        """Whether the address leads to one of the files, or is a method of daebench."""
+        if not is_outside(self.method):
+            return self.own
+        match = FILE.fullmatch(self.method)
+        if match is not None and not self.method.startswith(PROGRAM):
+            return match["path"].removeprefix("./") in self.files
+        first, *rest = shlex.split(self.method.removeprefix(PROGRAM))
+        by_name = not set(first) & {"/", "\\"}
+        return any(word.removeprefix("./") in self.files for word in rest) if by_name else first.removeprefix("./") in self.executable
+
+    def put(self, folder: Path) -> None:
+        """Write the files into a folder."""
+        put(self.files, folder)
+        for name in self.executable:
+            (folder / name).chmod(0o755)
+
+
+def put(files: Mapping[str, bytes], folder: Path) -> None:
+    """Write files into a folder, by their paths there."""
+    for name, content in files.items():
+        place = folder / name
+        place.parent.mkdir(parents=True, exist_ok=True)
+        place.write_bytes(content)
+
+
+def digest_of(files: Mapping[str, bytes]) -> str:
+    """Return the SHA-256 of the names and contents of files, in the order of their names."""
+    whole = hashlib.sha256()
+    for name, content in sorted(files.items()):
+        whole.update(f"{name} {len(content)}\n".encode() + content)
+    return whole.hexdigest()
+
+
+def is_inside(name: str) -> bool:
+    """Return whether a path leads into a folder, and nowhere else, on every system."""
+    parts = PurePosixPath(name).parts
+    return bool(parts) and ".." not in parts and not name.startswith("/") and not set(name) & {"\\", ":", "\0"}
+
+
+def code_of(method: str | Callable[..., Any], files: Iterable[str | Path] = ()) -> Code:
+    """Return the code at an address with its files, which are read and not executed.
+
+    Parameters
+    ----------
+    method : str or callable
+        ``FILE.py:NAME``, ``LIBRARY.so:NAME``, ``exec:PROGRAM [ARGUMENTS]``, the name of a method of daebench, or a function that is
+        defined at the top of a Python file. Of a Python file the files beside it that it imports are part of the code; of a program
+        those of its arguments that are files.
+    files : iterable of path
+        Other files that the code reads or loads; they are put where they are now, seen from the code.
+
+    Raises
+    ------
+    BadInput
+        If there is no such file or program, or a file cannot be put beside the others.
+    """
+    address = method if isinstance(method, str) else _address(method)
+    others = [existing(str(file), "data", "ls") for file in files]
+    if not is_outside(address):
+        if others:
+            raise BadInput(f"{address} is a method of daebench, and {others[0]} is no part of it; leave the file out.")
+        return Code(address)
+    return _program(address, others) if address.startswith(PROGRAM) else _file(address, others)
+
+
+def _address(code: Callable[..., Any]) -> str:
+    """Return the address of a function of a file."""
+    name = getattr(code, "__qualname__", type(code).__qualname__)
+    try:
+        file = inspect.getsourcefile(code)
+    except TypeError:
+        file = None
+    if file is None or not name.isidentifier() or not Path(file).is_file():
+        raise BadInput(f"{name} is not at the top of a file, and a certificate needs its file; write it into one, and give FILE.py:NAME.")
+    return f"{file}:{name}"
+
+
+def _file(address: str, others: Sequence[Path]) -> Code:
+    """Return the code in a Python file or a library."""
+    match = FILE.fullmatch(address)
+    assert match is not None
+    path = existing(match["path"], "method", "daebench list methods")
+    imports = imported(path.absolute()) if match["ending"] == "py" else []
+    return Code(f"./{path.name}:{match['name']}", _gathered(path, [*imports, *others]))
+
+
+def _program(address: str, others: Sequence[Path]) -> Code:
+    """Return a program with its arguments: what is found on the PATH is called by its name, and is no part of the code."""
+    try:
+        first, *rest = shlex.split(address.removeprefix(PROGRAM))
+    except ValueError as error:
+        raise BadInput(f"{address}: {error or 'no program'}; give a program and its arguments as a shell takes them.") from None
+    found = shutil.which(first)
+    if found is None:
+        raise BadInput(f"{address}: there is no such program that may be executed; give its path, as exec:./program.")
+    arguments = [Path(word) if Path(word).is_file() else None for word in rest]
+    scripts = [path for path in arguments if path is not None]
+    interpreter = _is_on_path(first)
+    if interpreter and not scripts:
+        raise BadInput(f"{address}: {first} is on the PATH, and a certificate needs a file of its own; give its path, as exec:./program.")
+    main = scripts[0] if interpreter else Path(found)
+    near = [file for path in scripts if path.suffix == ".py" for file in imported(path.absolute())]
+    contents = _gathered(main, [*scripts, *near, *others])
+    words = [Path(first).name if interpreter else f"./{main.name}"]
+    words += [word if path is None else f"./{_place(path, main)}" for word, path in zip(rest, arguments, strict=True)]
+    return Code(PROGRAM + shlex.join(words), contents, frozenset() if interpreter else frozenset({main.name}))
+
+
+def _is_on_path(program: str) -> bool:
+    """Return whether a program is found by its name alone: it belongs to the machine, and not to who wrote the code."""
+    by_name = shutil.which(Path(program).name, path=os.environ.get("PATH"))
+    by_path = shutil.which(program)
+    return by_name is not None and by_path is not None and Path(by_name).resolve() == Path(by_path).resolve()
+
+
+def _gathered(main: Path, others: Iterable[Path]) -> dict[str, bytes]:
+    """Return the contents of files by their places beside the first."""
+    contents: dict[str, bytes] = {}
+    paths: dict[str, Path] = {}
+    for path in [main, *others]:
+        name = _place(path, main)
+        if paths.setdefault(name, path.resolve()) != path.resolve():
+            raise BadInput(f"{path} and {paths[name]} would both be put at {name} beside the code; rename one.")
+        try:
+            contents[name] = path.read_bytes()
+        except OSError as error:
+            raise BadInput(f"{path} cannot be read ({error.strerror}); give a file that can.") from error
+    if sum(map(len, contents.values())) > LARGEST:
+        raise BadInput(f"the files of {main} are larger than {LARGEST >> 20} MB; a certificate has a copy of them: leave some out.")
+    return contents
+
+
+def _place(path: Path, main: Path) -> str:
+    """Return the path of a file seen from the folder of the main one, its name alone where it is not in it."""
+    root, path = main.absolute().parent.resolve(), path.absolute()
+    near = path.parent.resolve() / path.name
+    return near.relative_to(root).as_posix() if near.is_relative_to(root) else path.name

@@ -1,0 +1,181 @@
+"""What a certificate says of a code on one problem: claims, orders, errors and the energy, each number with what rounding may make of it.
+
+An order study, three runs and the defects of a few steps are made. Each run is made a second time, from a start that is rounded elsewhere:
+how far a number changes is how well another machine, which rounds elsewhere in every step, can be expected to have it. The rule::
+
+    within = 64 sqrt(N) |x - x'|        N steps of the long run, x' from the start that is rounded elsewhere
+
+for roundings are independent of each other, and 64 of the size of the state are allowed for in each step as in
+:mod:`daebench.studies.claims.bench`. What is to be zero but for rounding is known no better than its bound there, and an energy no better
+than the rounding of its terms.
+"""
+
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from daebench.diagnostics.energy_verdict import energy_scales, energy_verdict, size
+from daebench.diagnostics.integrals import energy_error
+from daebench.errors import DaebenchError
+from daebench.reference.motion import certified_for
+from daebench.runs.ivp import Array, Ivp, PoissonIvp
+from daebench.runs.request import Request
+from daebench.runs.trajectory import CONSTRAINED, POISSON, PoissonTrajectory, Trajectory
+from daebench.studies.certificate import rounding
+from daebench.studies.certificate.convergence import FALLS, contraction, leading, with_convergence
+from daebench.studies.certificate.setting import Setting
+from daebench.studies.claims.bench import Bench
+from daebench.studies.claims.check import MOST_STATES, order_finding
+from daebench.studies.claims.constrained import ConstrainedBench
+from daebench.studies.claims.poisson import PoissonBench
+from daebench.studies.comparison.position_error import PositionError, position_errors
+from daebench.studies.orders.series import Series
+from daebench.studies.orders.step_sizes import COMMON
+
+Run = Trajectory | PoissonTrajectory
+Numbers = dict[str, Any]
+"""Numbers and words by their names, nested, as JSON has them."""
+
+CURVE = 120
+"""Spans of time over which the least and the largest energy error are kept for the picture."""
+
+
+class NotSolved(DaebenchError):
+    """A code runs on a problem, and does not come near its motion however small the steps are."""
+
+
+@dataclass(frozen=True)
+class Measurement:
+    """What was measured of a code on a problem.
+
+    Parameters
+    ----------
+    setting : Setting
+        How it was measured.
+    numbers : dict
+        Numbers and words, as the certificate has them.
+    within : dict
+        How far each number may be off by rounding, of the same shape.
+    elsewhere : dict
+        The same as ``numbers`` from a start that is rounded elsewhere, whose words are as good.
+    seconds : float
+        Wall time of a step, s, the better of two runs.
+    """
+
+    setting: Setting
+    numbers: Numbers
+    within: Numbers
+    elsewhere: Numbers
+    seconds: float
+
+
+@dataclass(frozen=True)
+class _Runs:
+    """The runs of a code on a problem: that of the energy, that of the error, and that along which claims are held."""
+
+    long: Run
+    error: Run
+    checked: Run
+
+
+def measure(ivp: Ivp, method: Any, setting: Setting, *, guessed: bool = False) -> Measurement:
+    """Measure a code on a problem.
+
+    Parameters
+    ----------
+    ivp, method
+        The problem, and the method that the code is.
+    setting : Setting
+        How it is measured.
+    guessed : bool
+        Whether nobody said that the code is for this problem.
+
+    Raises
+    ------
+    RunFailed
+        If a short run stops early.
+    NotSolved
+        If the code is only guessed to be for this problem, and does not converge to its motion.
+    """
+    order, series = order_finding(ivp, method, counts=setting.counts or None)
+    if guessed and contraction(series) > FALLS:
+        raise NotSolved(f"{method.name} does not converge to the motion of {ivp.problem}, case {ivp.case}, but to another one, or none.")
+    setting = replace(setting, counts=tuple(point.steps // COMMON for point in rounding.points(series)))
+    runs = [_runs(start, method, setting) for start in (ivp, rounded(ivp))]
+    bench_of: Any = PoissonBench if isinstance(ivp, PoissonIvp) else ConstrainedBench
+    bench: Bench[Any, Any] = bench_of(ivp, method, runs[0].checked)
+    findings = [with_convergence(order, series), *bench.findings()]
+    numbers, elsewhere = _of_runs(ivp, method, runs)
+    within = rounding.of_runs(numbers, elsewhere, bench, setting.steps)
+    fixed = {"claims": {finding.property: asdict(finding) for finding in findings}, "orders": _orders(series)}
+    within |= {"claims": rounding.of_claims(findings), "orders": rounding.of_orders(series)}
+    seconds = min(run.long.seconds / run.long.steps for run in runs if run.long.steps)
+    return Measurement(setting, numbers | fixed, within, elsewhere | fixed, seconds)
+
+
+def _runs(ivp: Ivp, method: Any, setting: Setting) -> _Runs:
+    watch = POISSON if isinstance(ivp, PoissonIvp) else CONSTRAINED
+    every = max(1, setting.checked_steps // MOST_STATES)
+    checked = method.solve(ivp, Request(value=setting.h, steps=setting.checked_steps, every=every, watch=watch)).complete()
+    error = method.solve(ivp, Request(value=setting.h, steps=setting.error_steps, watch=()))
+    long = method.solve(ivp, Request(value=setting.h, steps=setting.steps, every=setting.every, watch=watch))
+    return _Runs(long, error, checked)
+
+
+def rounded(ivp: Ivp) -> Any:
+    """Return a problem with a start that is rounded elsewhere: its numbers by one unit in the last place, up and down in turn."""
+    start: dict[str, Any] = {}
+    for name, part in zip(("y0",) if isinstance(ivp, PoissonIvp) else ("p0", "q0"), ivp.start, strict=True):
+        directions = np.where(np.arange(len(part)) % 2, -np.inf, np.inf)
+        start[name] = np.where(part == 0, part, np.nextafter(part, directions))
+    return replace(ivp, **start)
+
+
+def _of_runs(ivp: Ivp, method: Any, runs: Sequence[_Runs]) -> list[Numbers]:
+    """Return what is said of each of the runs; errors are against the motion from the problem's own start."""
+    errors = position_errors(ivp, [method] * len(runs), [run.error for run in runs])
+    return [
+        {
+            "error": _error(ivp, run.error, error),
+            "energy": _energy(ivp, run.long),
+            "kept": {name: value for name, value in run.long.maxima.items() if name != "energy"},
+            "curve": curve(run.long.t, energy_error(ivp, run.long)),
+        }
+        for run, error in zip(runs, errors, strict=True)
+    ]
+
+
+def _error(ivp: Ivp, run: Run, error: PositionError) -> Numbers:
+    """Return the error of a run, and what it was taken against, with the digest of a certified reference."""
+    certified = certified_for(ivp, float(run.t[-1]))
+    digest = certified.certificate["data"]["sha256"] if certified else None
+    return {"t": float(run.t[-1]), **asdict(error), "sha256": digest, "failure": run.failure}
+
+
+def _energy(ivp: Ivp, run: Run) -> Numbers:
+    """Return size, verdict and law of the energy error of a run."""
+    drift, largest = energy_verdict(ivp, run), run.maxima["energy"]
+    words = {"verdict": drift.verdict, "law": drift.law, "reason": drift.reason, "failure": run.failure}
+    numbers = {"exponent": drift.exponent, "change_bound": drift.change_bound, "size": size(largest, energy_scales(ivp, run))}
+    return {"t": float(run.t[-1]), "largest": largest, **numbers, **words}
+
+
+def curve(t: Array, error: Array) -> dict[str, list[float]]:
+    """Return the least and the largest of an error over spans of time, and the ends of these."""
+    starts = np.unique(np.linspace(0, len(t), CURVE + 1).astype(int)[:-1])
+    ends = np.append(starts[1:], len(t)) - 1
+    least, largest = np.minimum.reduceat(error, starts), np.maximum.reduceat(error, starts)
+    return {"t": t[ends].tolist(), "least": least.tolist(), "largest": largest.tolist()}
+
+
+def _orders(series: Sequence[Series]) -> Numbers:
+    """Return the orders of the components of a state, and their errors by step size."""
+    state = leading(series)
+    return {
+        "components": {curve.component: {"order": curve.fit.slope, "standard_error": curve.fit.slope_error} for curve in state},
+        "contraction": contraction(series),
+        "h": [point.h for point in rounding.points(series)],
+        "errors": {curve.component: curve.errors for curve in state},
+    }

@@ -1,0 +1,99 @@
+"""How far numbers of a certificate may be off by rounding: trees of the same shape as those of the numbers."""
+
+import math
+from collections.abc import Mapping, Sequence
+from itertools import accumulate
+from typing import Any
+
+from daebench.studies.certificate.convergence import FALLS, leading
+from daebench.studies.claims.bench import ROUNDINGS, Bench, Finding
+from daebench.studies.orders.series import Point, Series
+
+FLOORS = 9.0
+"""What rounding alone decides, as the floor of differences, is known to a factor of ten: it may be off by so many times itself."""
+
+
+def is_number(x: Any) -> bool:
+    """Return whether a value is a number, and no truth value."""
+    return isinstance(x, int | float) and not isinstance(x, bool)
+
+
+def differences(a: Any, b: Any, factor: float) -> Any:
+    """Return so many times the differences of two trees in each of their numbers, and 0 where one has no number."""
+    if isinstance(a, dict):
+        return {key: differences(value, b.get(key) if isinstance(b, dict) else None, factor) for key, value in a.items()}
+    if isinstance(a, list):
+        others = b if isinstance(b, list) and len(b) == len(a) else [None] * len(a)
+        return [differences(value, other, factor) for value, other in zip(a, others, strict=True)]
+    off = abs(a - b) if is_number(a) and is_number(b) else 0.0
+    return factor * off if math.isfinite(off) else 0.0
+
+
+def of_runs(numbers: Mapping[str, Any], elsewhere: Mapping[str, Any], bench: Bench[Any, Any], steps: int) -> dict[str, Any]:
+    """Return how far what is said of runs may be off.
+
+    Parameters
+    ----------
+    numbers, elsewhere : mapping
+        What is said of them, and of those from a start that is rounded elsewhere.
+    bench : Bench
+        Has the sizes of what is conserved.
+    steps : int
+        Steps of the long run.
+    """
+    within: dict[str, Any] = differences(numbers, elsewhere, ROUNDINGS * math.sqrt(steps))
+    sizes = {name: size for name, (_, size) in bench.conserved().items()}
+    for name in within["kept"].keys() & sizes.keys():
+        within["kept"][name] = larger(within["kept"][name], bench.bound(steps, sizes[name]))
+    of_value = bench.bound(1, sizes["energy"])
+    within["curve"] |= {name: _envelope(within["curve"][name], of_value) for name in ("least", "largest")}
+    energy, off = numbers["energy"], within["energy"]
+    off |= {name: max(off[name], of_value) for name in ("largest", "change_bound")}
+    off["size"] = max(off["size"], energy["size"] * of_value / energy["largest"] if energy["largest"] else 0.0)
+    limit = numbers["error"]["bound"]
+    within["error"] |= {"value": larger(within["error"]["value"], limit), "bound": larger(0.0, FLOORS * limit)}
+    return within
+
+
+def _envelope(within: list[float], least: float) -> list[float]:
+    """Return the largest that a bound was up to each time: what rounding has done stays done, though it may be unseen for a moment."""
+    return list(accumulate(within, max, initial=least))[1:]
+
+
+def larger(a: float, b: float) -> float:
+    """Return the larger of two bounds, of which the second may be unknown."""
+    return a if math.isnan(b) else max(a, b)
+
+
+def of_claims(findings: Sequence[Finding]) -> dict[str, dict[str, float]]:
+    """Return how far what is measured of claims may be off.
+
+    What is to be zero, or below a bound, is known to that bound, or where it has none, to the largest of the others; an order to its
+    standard error. Bounds follow from sizes, but for those with a floor of differences in them, or the worst of several defects.
+    """
+    exact = [finding.bound for finding in findings if finding.property != "order"]
+    most = max(filter(math.isfinite, exact), default=0.0)
+    allowed = {}
+    for finding in findings:
+        slope_error = larger(0.0, finding.standard_error)
+        known = slope_error if finding.property == "order" else most if math.isnan(finding.bound) else finding.bound
+        rough = finding.property == "Poisson map" or "by differences" in finding.note
+        limit = FLOORS * finding.bound if rough and math.isfinite(finding.bound) else 2 * slope_error
+        allowed[finding.property] = {"measured": known, "bound": limit, "standard_error": slope_error}
+    return allowed
+
+
+def points(series: Sequence[Series]) -> tuple[Point, ...]:
+    """Return the runs of an order study, coarsest first."""
+    return max((curve.points for curve in leading(series)), key=len, default=())
+
+
+def of_orders(series: Sequence[Series]) -> dict[str, Any]:
+    """Return how far the numbers of an order study may be off: orders by their standard errors, errors by what counts as round-off."""
+    slopes = {curve.component: larger(0.0, curve.fit.slope_error) for curve in leading(series)}
+    return {
+        "components": {name: {"order": slope, "standard_error": slope} for name, slope in slopes.items()},
+        "contraction": FALLS,
+        "h": [0.0] * len(points(series)),
+        "errors": {curve.component: [curve.floor] * len(curve.errors) for curve in leading(series)},
+    }

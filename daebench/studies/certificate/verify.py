@@ -1,0 +1,147 @@
+"""A certificate made again: the same code on the same problems, and whether its numbers are those."""
+
+import tempfile
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from daebench.studies.certificate import process
+from daebench.studies.certificate.agreement import Agreement, Difference, agreement
+from daebench.studies.certificate.code import Code, put
+from daebench.studies.certificate.record import Certificate, code_in, files_in, read, title
+from daebench.studies.grid.run_specification import code_digest
+
+ONCE = ("case", "parameters", "definition", "numbers")
+"""Parts of an answer that a certificate has of each problem, and that are held against it."""
+
+
+def measured(
+    code: Code, tasks: Sequence[Mapping[str, Any]], files: Mapping[str, bytes], seconds: float, progress: process.Progress
+) -> list[dict[str, Any]]:
+    """Return the answers to some tasks of one code, whose files are put into a folder of their own for the time being.
+
+    Parameters
+    ----------
+    code : Code
+        What is run.
+    tasks : sequence of mapping
+        A task for each problem, see :func:`daebench.studies.certificate.process.answer`.
+    files : mapping of str to bytes
+        Problem files.
+    seconds : float
+        Wall-clock limit for each, s.
+    progress : callable
+        Told the fraction done, and what is being done.
+    """
+    with tempfile.TemporaryDirectory(prefix="daebench-") as scratch:
+        code.put(Path(scratch))
+        put(files, Path(scratch))
+        return process.measured([{**task, "method": code.method} for task in tasks], Path(scratch), seconds, progress)
+
+
+@dataclass(frozen=True)
+class Verification:
+    """A certificate beside a new measurement.
+
+    Parameters
+    ----------
+    certificate : Certificate
+        The certificate.
+    problems : tuple of dict
+        Each of its problems as it is now: with numbers, or refused.
+    equal, within : int
+        Numbers that are equal to the bit, and others that agree within what rounding allows.
+    faults : tuple of str
+        What does not agree, a sentence each.
+    """
+
+    certificate: Certificate
+    problems: tuple[Mapping[str, Any], ...] = field(repr=False)
+    equal: int
+    within: int
+    faults: tuple[str, ...]
+
+    @property
+    def agrees(self) -> bool:
+        """Whether everything that can be measured again agrees."""
+        return not self.faults
+
+    @property
+    def sentence(self) -> str:
+        """What became of it, in one sentence."""
+        where = f"{self.certificate.folder / 'x'}"[:-2]
+        numbers = self.equal + self.within
+        if self.agrees:
+            return f"{where} is verified: of its {numbers} numbers {self.equal} are equal to the bit and {self.within} within rounding."
+        more = f", and {len(self.faults) - 1} more do not agree" if len(self.faults) > 1 else ""
+        other = " (it was made by another daebench)" if self.certificate.content["about"].get("daebench") != code_digest() else ""
+        return f"{where} is not verified{other}: {self.faults[0]}{more}."
+
+
+def verify_certificate(
+    path: str | Path, *, seconds_limit: float = process.SECONDS, progress: process.Progress = process.silent
+) -> Verification:
+    """Make a certificate again, and hold its numbers against the new ones.
+
+    **This executes the code that stands beside it.** The files of the code are held against their hashes first, and copied into a folder
+    of their own, where nothing else is. Numbers agree as :func:`daebench.studies.certificate.agreement.agreement` says. Not verified are
+    date, machine, versions and times. The code is run in the same process as what measures it, unless it is a program: a certificate
+    guards against mistakes and altered numbers, and not against code that is written to deceive.
+
+    Parameters
+    ----------
+    path : str or Path
+        The certificate, or the folder that it is in.
+    seconds_limit : float
+        Wall-clock limit on each problem, s.
+    progress : callable
+        Told the fraction done, and what is being done.
+
+    Returns
+    -------
+    Verification
+
+    Raises
+    ------
+    BadInput
+        If there is none.
+    daebench.studies.certificate.record.Unverified
+        If it is damaged or of another version, or its code or a problem file is missing or another one; nothing is run then.
+    """
+    certificate = read(Path(path))
+    code = code_in(certificate)
+    listed = certificate.content["problems"]
+    files = {name: content for problem in listed for name, content in files_in(certificate.folder, problem["files"]).items()}
+    answers = measured(code, [_task(certificate, problem) for problem in listed], files, seconds_limit, progress)
+    agreements = [_held(problem, answer) for problem, answer in zip(listed, answers, strict=True)]
+    faults = tuple(difference.sentence for each in agreements for difference in each.differences)
+    problems = tuple({**problem, **answer} for problem, answer in zip(listed, answers, strict=True))
+    return Verification(certificate, problems, sum(each.equal for each in agreements), sum(each.within for each in agreements), faults)
+
+
+def _task(certificate: Certificate, problem: Mapping[str, Any]) -> dict[str, Any]:
+    """Return what is to be measured again."""
+    content = certificate.content
+    return {
+        **{name: content[name] for name in ("options", "anyway", "claims")},
+        **{name: problem[name] for name in ("problem", "case", "guessed")},
+        "parameters": problem["changed"],
+        "setting": problem.get("setting"),
+        "h": problem["h"],
+    }
+
+
+def _held(problem: Mapping[str, Any], answer: Mapping[str, Any]) -> Agreement:
+    """Return how the numbers of a problem agree with those of an answer; which are there at all is the first question."""
+    where = (title(problem),)
+    if "refused" in answer or "refused" in problem:
+        certified, new = (part.get("refused", "measured") for part in (problem, answer))
+        whole = agreement(certified, new)
+    else:
+        certified, new, elsewhere = (
+            {name: part[name] for name in ONCE} for part in (problem, answer, {**answer, "numbers": answer["elsewhere"]})
+        )
+        whole = agreement(certified, new, {"numbers": answer["within"]}, elsewhere)
+    placed = tuple(Difference((*where, *difference.place), difference.certified, difference.new) for difference in whole.differences)
+    return Agreement(whole.equal, whole.within, placed)
