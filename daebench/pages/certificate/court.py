@@ -1,5 +1,6 @@
 """A court of certificates: a folder of them becomes a table of contestants, of those alone that can be verified."""
 
+import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -179,6 +180,17 @@ def groups(entries: Sequence[Entry]) -> dict[str, list[Row]]:
     return dict(sorted(together.items(), key=lambda pair: -len(pair[1])))
 
 
+SHOWN = 1e3
+"""Errors are shown up to so many times the least of the contestant that is furthest off."""
+
+
+def _top(parts: Sequence[Any]) -> float | None:
+    """Return the largest error that is shown: with large steps some are without measure."""
+    least = [float(part["error"].min()) for part in parts if part["error"].min() > 0]
+    largest = max((float(part["error"].max()) for part in parts), default=math.nan)
+    return SHOWN * max(least) if least and largest > SHOWN * max(least) else None
+
+
 def draw(out: Path, fields: dict[str, list[Row]]) -> Markup:
     """Return the picture of a court: the errors of all contestants over step sizes, on the problem that most of them have."""
     import pandas as pd
@@ -193,6 +205,7 @@ def draw(out: Path, fields: dict[str, list[Row]]) -> Markup:
             errors = [float("nan") if error is None else error for error in orders["errors"][component]]
             axes[0, 0].loglog(orders["h"], errors, label=entry.name, **curve(k))
             parts.append(pd.DataFrame({"contestant": entry.name, "h": orders["h"], "error": errors}))
+        axes[0, 0].set_ylim(top=_top(parts))
         axes[0, 0].set_title(where.rpartition(", h = ")[0])
         legend_below(figure, axes[0, 0], 3)
         svg = save(figure, out / "figures", "errors", pd.concat(parts, ignore_index=True))

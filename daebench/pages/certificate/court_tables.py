@@ -1,5 +1,6 @@
 """The tables of a court: contestants on one problem, and what was left out."""
 
+import math
 from collections.abc import Sequence
 from typing import Any
 
@@ -9,6 +10,7 @@ from markupsafe import Markup
 from daebench.pages.certificate.words import defect, energy, holds, known, order
 from daebench.pages.report.tables import Formats, code, column, table, text
 from daebench.pages.report.words import at_most, number
+from daebench.studies.certificate.record import verdicts
 
 ROUNDS = 1
 """Digits of what may be rounding alone."""
@@ -26,11 +28,11 @@ def contestants_table(k: int, where: str, rows: Sequence[tuple[Any, Any]]) -> Ma
     rows : sequence of tuple
         Contestants, and the problem as it was measured.
     """
-    frame = pd.DataFrame([_row(entry, problem) for entry, problem in rows]).sort_values("error", na_position="last", ignore_index=True)
-    for name in ("order", "g"):
-        frame[name] = column(list(frame[name]), frame)
+    cells = sorted((_row(entry, problem) for entry, problem in rows), key=lambda row: (math.isnan(row["error"]), row["error"]))
+    frame = pd.DataFrame(cells)
+    frame["order"] = column([row["order"] for row in cells], frame)
     formats: Formats = {"name": text, "method": code, "holds": text, "order": text, "error": at_most, "energy": text}
-    formats |= {"size": at_most, "g": text, "defect": _small, "microseconds": number}
+    formats |= {"size": at_most, "g": _small, "defect": _small, "microseconds": number}
     headings = {"name": "contestant", "method": "code", "holds": "claims<small>that hold</small>", "error": "error<small>largest</small>"}
     headings |= {
         "size": "energy error<small>of kinetic energy</small>",
@@ -44,16 +46,16 @@ def contestants_table(k: int, where: str, rows: Sequence[tuple[Any, Any]]) -> Ma
 
 
 def _row(entry: Any, problem: Any) -> dict[str, Any]:
-    numbers, certificate = problem["numbers"], entry.verification.certificate
+    numbers = problem["numbers"]
     return {
         "name": entry.name,
-        "method": certificate.method,
-        "holds": holds(certificate),
+        "method": entry.verification.certificate.method,
+        "holds": holds(verdicts(entry.verification.problems)),
         "order": order(numbers),
         "error": known(numbers["error"]["value"]),
         "energy": energy(numbers),
         "size": known(numbers["energy"]["size"]),
-        "g": number(known(numbers["kept"].get("g")), ROUNDS),
+        "g": known(numbers["kept"].get("g")),
         "defect": defect(numbers),
         "microseconds": 1e6 * known(problem["seconds"]),
     }

@@ -26,7 +26,7 @@ def claims(certificate: Certificate, caption: str) -> Markup:
     frame["measured"] = column([_measured(finding) for finding in findings], frame)
     frame["bound"] = column([_bound(finding) for finding in findings], frame)
     frame["verdict"] = column([_verdict(finding) for finding in findings], frame)
-    formats: Formats = {"property": text, "problem": text, "stated": text, "measured": text, "bound": text, "verdict": text}
+    formats: Formats = dict.fromkeys(("property", "verdict", "stated", "measured", "bound", "problem"), text)
     return table("claims", frame, formats, {}, caption)
 
 
@@ -82,7 +82,7 @@ def conservation(certificate: Certificate, caption: str) -> Markup:
         row = {"problem": title(problem), "energy": known(energy["largest"]), "size": known(energy["size"]), "verdict": verdict(measured)}
         rows.append(row | {"t": f"{energy['t']:g}", "kept": _kept(measured["kept"]), "microseconds": 1e6 * known(times[id(problem)])})
     frame = pd.DataFrame(rows)
-    frame["kept"] = column(list(frame["kept"]), frame)
+    frame["kept"] = column([row["kept"] for row in rows], frame)
     formats: Formats = {
         "problem": text,
         "verdict": text,

@@ -5,8 +5,10 @@ from typing import Any
 
 from markupsafe import Markup
 
+from daebench.diagnostics.energy_verdict import LOST
 from daebench.pages.report.tables import code
-from daebench.pages.report.words import NONE, listing, number, with_error
+from daebench.pages.report.words import NONE, at_most, listing, number, with_error
+from daebench.studies.certificate.convergence import FALLS
 from daebench.studies.certificate.record import Certificate
 from daebench.studies.claims.bench import FALLS_SHORT, NOT_APPLICABLE, NOT_CLAIMED, OK, UNDETERMINED
 
@@ -48,10 +50,10 @@ def energy(numbers: Mapping[str, Any]) -> str:
     return str(numbers["energy"]["verdict"]) + (f", {law}" if law else "")
 
 
-def holds(certificate: Certificate) -> str:
+def holds(verdicts: Mapping[str, Sequence[str]]) -> str:
     """Return how many claims hold of those that are stated."""
-    whole = len(certificate.holds) + len(certificate.falls_short) + len(certificate.undetermined)
-    return f"{len(certificate.holds)} of {whole}" if whole else "none stated"
+    whole = sum(map(len, verdicts.values()))
+    return f"{len(verdicts['holds'])} of {whole}" if whole else "none stated"
 
 
 def answer(certificate: Certificate) -> Markup:
@@ -70,12 +72,19 @@ def answer(certificate: Certificate) -> Markup:
 def facts(problem: Mapping[str, Any]) -> Markup:
     """Return the numbers of one problem in a sentence."""
     numbers, setting = problem["numbers"], problem["setting"]
-    error, drift = numbers["error"], numbers["energy"]
-    parts: Sequence[Markup] = [
-        Markup("order {}").format(slope) if (slope := order(numbers)) != NONE else Markup("no order"),
-        Markup("energy {} up to t = {:g}, its error at most {}").format(energy(numbers), drift["t"], number(known(drift["largest"]))),
+    error, drift, kept = numbers["error"], numbers["energy"], numbers["kept"]
+    parts = [
+        _order(numbers),
+        Markup("energy {} up to t = {:g}, its error at most {}").format(energy(numbers), drift["t"], at_most(known(drift["largest"]))),
+        *([Markup("<b>more than the kinetic energy: the motion is lost</b>")] if known(drift["size"]) > LOST else []),
         Markup("error {} up to t = {:g} with h = {:g}").format(number(known(error["value"])), error["t"], setting["h"]),
+        *([Markup("|<i>g</i>| at most {}").format(at_most(known(kept["g"]), 1))] if "g" in kept else []),
     ]
-    if "g" in numbers["kept"]:
-        parts = [*parts, Markup("|<i>g</i>| at most {}").format(number(known(numbers["kept"]["g"]), 1))]
     return Markup("; ").join(parts) + "."
+
+
+def _order(numbers: Mapping[str, Any]) -> Markup:
+    if known(numbers["orders"]["contraction"]) > FALLS:
+        return Markup("<b>no convergence to the motion</b>")
+    slope = order(numbers)
+    return Markup("order not known") if slope == NONE else Markup("order {}").format(slope)

@@ -139,9 +139,12 @@ def _file(address: str, others: Sequence[Path]) -> Code:
 def _program(address: str, others: Sequence[Path]) -> Code:
     """Return a program with its arguments: what is found on the PATH is called by its name, and is no part of the code."""
     try:
-        first, *rest = shlex.split(address.removeprefix(PROGRAM))
+        words = shlex.split(address.removeprefix(PROGRAM))
     except ValueError as error:
-        raise BadInput(f"{address}: {error or 'no program'}; give a program and its arguments as a shell takes them.") from None
+        raise BadInput(f"{address}: {error}; give a program and its arguments as a shell takes them.") from None
+    if not words:
+        raise BadInput(f"{address} names no program; give its path, as exec:./program.")
+    first, rest = words[0], words[1:]
     found = shutil.which(first)
     if found is None:
         raise BadInput(f"{address}: there is no such program that may be executed; give its path, as exec:./program.")

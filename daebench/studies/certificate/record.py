@@ -201,6 +201,7 @@ def _require_problem(problem: Mapping[str, Any]) -> None:
         return
     setting = problem["setting"]
     _require(set(setting) == {entry.name for entry in fields(Setting)}, "a setting has other names")
+    _require(problem["h"] is None or problem["h"] == setting["h"], "a step size is not the one that was asked for")
     counts = setting["counts"]
     numbers = [setting[name] for name in ("steps", "every", "error_steps", "checked_steps")]
     _require(isinstance(setting["h"], float | int) and setting["h"] > 0, "a step size is not positive")

@@ -12,8 +12,8 @@ from daebench.studies.certificate.code import Code, put
 from daebench.studies.certificate.record import Certificate, code_in, files_in, read, title
 from daebench.studies.grid.run_specification import code_digest
 
-ONCE = ("case", "parameters", "definition", "numbers")
-"""Parts of an answer that a certificate has of each problem, and that are held against it."""
+ONCE = ("case", "parameters", "definition")
+"""Parts of an answer that a certificate has of each problem, and that are held against it besides the numbers."""
 
 
 def measured(
@@ -139,9 +139,7 @@ def _held(problem: Mapping[str, Any], answer: Mapping[str, Any]) -> Agreement:
         certified, new = (part.get("refused", "measured") for part in (problem, answer))
         whole = agreement(certified, new)
     else:
-        certified, new, elsewhere = (
-            {name: part[name] for name in ONCE} for part in (problem, answer, {**answer, "numbers": answer["elsewhere"]})
-        )
-        whole = agreement(certified, new, {"numbers": answer["within"]}, elsewhere)
+        certified, new = ({name: part[name] for name in ONCE} | part["numbers"] for part in (problem, answer))
+        whole = agreement(certified, new, answer["within"], answer["elsewhere"])
     placed = tuple(Difference((*where, *difference.place), difference.certified, difference.new) for difference in whole.differences)
     return Agreement(whole.equal, whole.within, placed)
