@@ -18,6 +18,7 @@ from daebench.studies.certificate.code import code_of, digest_of, put
 from daebench.studies.certificate.make import make
 from daebench.studies.certificate.record import FORMAT, NAME, Unverified, write
 from daebench.studies.certificate.verify import verify_certificate
+from daebench.studies.orders import runs
 
 
 def certified(folder, method, **settings):
@@ -63,6 +64,12 @@ def certificate(whole, tmp_path, monkeypatch):
     return shutil.copytree(whole[0], tmp_path / "certificate")
 
 
+@pytest.fixture
+def patient(codes, monkeypatch):
+    """Have orders be measured as long as they are."""
+    monkeypatch.setattr(runs, "SLOW", 1.0)
+
+
 def rewritten(folder, change):
     """Change the content of a certificate, and have its checksum fit."""
     content = json.loads((folder / NAME).read_text())
@@ -77,14 +84,14 @@ WRONG = {
     "step": set(),
     "shake": {"order", "symmetric", "keeps G H_p"},
     "sign": {"order"},
-    "massless": {"order", "keeps G H_p"},
+    "massless": {"order"},
     "projected": {"order", "symmetric", "symplectic"},
 }
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("mistake", WRONG)
-def test_the_claims_that_a_mistake_breaks_are_the_ones_that_do_not_hold(codes, mistake):
+def test_the_claims_that_a_mistake_breaks_are_the_ones_that_do_not_hold(codes, patient, mistake):
     made = make(f"./ball.py:{mistake}", problems=[contestants.PROBLEM], parameters=contestants.PARAMETERS)
     assert set(made.content["falls_short"]) == WRONG[mistake]
     assert set(made.content["holds"]) == {"order", "symmetric", "symplectic", "keeps g", "keeps G H_p"} - WRONG[mistake]
@@ -92,7 +99,7 @@ def test_the_claims_that_a_mistake_breaks_are_the_ones_that_do_not_hold(codes, m
 
 
 @pytest.mark.slow
-def test_a_poisson_step_is_certified_on_poisson_problems(codes):
+def test_a_poisson_step_is_certified_on_poisson_problems(codes, patient):
     made = make("./rigid.py:step")
     assert [problem["problem"] for problem in made.content["problems"]] == ["free_rigid_body", "lotka_volterra", "heavy_top_lie_poisson"]
     assert [problem["problem"] for problem in made.content["problems"] if "refused" in problem] == [
@@ -120,7 +127,7 @@ def test_the_numbers_are_those_of_a_run(codes):
     made = make("./ball.py:step", problems=[contestants.PROBLEM], parameters=contestants.PARAMETERS, h=0.01)
     (problem,) = made.content["problems"]
     setting, numbers = problem["setting"], problem["numbers"]
-    given = {"case": "fig1.2b", "method": "./ball.py:step", "h": 0.01, "parameters": contestants.PARAMETERS}
+    given = {"case": "fig1.1", "method": "./ball.py:step", "h": 0.01, "parameters": contestants.PARAMETERS}
     run = package.run("spherical_pendulum", steps=setting["steps"], every=1, **given)
     mass, gravity = 2.0, 3.0
     energy = np.sum(run.p**2, axis=1) / (2 * mass) + mass * gravity * run.q[:, 2]
@@ -132,7 +139,7 @@ def test_the_numbers_are_those_of_a_run(codes):
     )
     off = np.abs(run.q[: setting["error_steps"] + 1] - exact.q).max(axis=1)
     assert numbers["error"]["value"] <= off.max() * (1 + 1e-9)
-    assert numbers["error"]["value"] >= off[-1]
+    assert numbers["error"]["value"] >= off[-1] * (1 - 1e-6)
 
 
 # ---- verified again -----------------------------------------------------------------------------------------------------------

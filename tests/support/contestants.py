@@ -78,7 +78,7 @@ def force(q):
 """
 
 PARAMETERS = {"mass": 2.0, "gravity": 3.0}
-PROBLEM = "spherical_pendulum:fig1.2b"
+PROBLEM = "spherical_pendulum:fig1.1"
 
 RIGID = '''"""Euler's equations of a free rigid body by turns about its axes: I = (0.6, 0.8, 1)."""
 

@@ -84,24 +84,27 @@ def make(
         positive("h", h)
     code, changed = code_of(method, files), dict(parameters or {})
     about = {"options": dict(options or {}), "anyway": anyway, "claims": _claims(claims or {})}
+    attempts = []
     for asked in [[_asked(name, k, changed) for k, name in enumerate(problems, 1)]] if problems else _usual(code, changed):
         guessed = not problems and not (code.own or code.method.startswith(PROGRAM))
         settings = {"parameters": changed, "setting": None, "h": h, "guessed": guessed}
         tasks = [{**about, **settings, "problem": one.problem, "case": one.case} for one in asked]
         definitions = {name: content for one in asked for name, content in one.files.items()}
         answers = measured(code, tasks, definitions, positive("seconds_limit", seconds_limit), progress)
+        attempts.append(answers)
         if any("refused" not in answer for answer in answers):
             break
     else:
-        raise _refused(answers)
+        raise _refused(attempts)
     entries = [_entry(one, task, answer) for one, task, answer in zip(asked, tasks, answers, strict=True)]
     whole = {"hash": code.digest, "files": digests(code.files), "executable": sorted(code.executable)}
     content = {"method": code.method, "code": whole, **about, **verdicts(entries), "problems": entries}
     return Made(code, definitions, content | {"about": _about([answer.get("seconds") for answer in answers])})
 
 
-def _refused(answers: Sequence[Mapping[str, Any]]) -> DaebenchError:
-    """Return the error for a code that is measured on no problem: the sentence that says why, and of several what each says."""
+def _refused(attempts: Sequence[Sequence[Mapping[str, Any]]]) -> DaebenchError:
+    """Return the error for a code that is measured on no problem: why, of the first kind of problems on which it could be run at all."""
+    answers = next((answers for answers in attempts if any(answer.get("failed") for answer in answers)), attempts[0])
     sentences = list(dict.fromkeys(str(answer["refused"]) for answer in answers))
     wrong = RunFailed if any(answer.get("failed") for answer in answers) else BadInput
     if len(sentences) == 1:

@@ -151,9 +151,9 @@ def answer(task: Mapping[str, Any]) -> dict[str, Any]:
     Returns
     -------
     dict
-        Or ``refused`` alone: why the code cannot be measured on this problem.
+        Or ``refused``: why the code cannot be measured on this problem, and whether it ``failed``: it was run.
     """
-    from daebench.studies.certificate.measure import measure
+    from daebench.studies.certificate.measure import NotSolved, measure
     from daebench.studies.certificate.setting import Setting, default_setting, posed
 
     try:
@@ -162,7 +162,7 @@ def answer(task: Mapping[str, Any]) -> dict[str, Any]:
         setting = Setting(**{**given, "counts": tuple(given["counts"])}) if given else default_setting(ivp, method, task["h"])
         result = measure(ivp, method, setting, guessed=task["guessed"])
     except DaebenchError as error:
-        return {"refused": str(error), "failed": isinstance(error, RunFailed)}
+        return {"refused": str(error), "failed": isinstance(error, RunFailed | NotSolved)}
     about = {"case": ivp.case, "parameters": dict(ivp.parameters), "definition": ivp.facts.FINGERPRINT}
     parts = {name: value for name, value in vars(result).items() if name != "setting"}
     whole: dict[str, Any] = plain({**about, **parts, "setting": asdict(result.setting)})
