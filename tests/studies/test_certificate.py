@@ -120,6 +120,9 @@ def test_a_code_for_another_problem_is_refused_where_it_was_guessed_and_falls_sh
     named = make("./ball.py:step", problems=["spherical_pendulum:fig1.2"])
     assert "order" in named.content["falls_short"]
     assert "the errors do not fall" in named.content["problems"][0]["numbers"]["claims"]["order"]["note"]
+    silent = make("./ball.py:rattle", problems=["spherical_pendulum:fig1.2"])
+    assert [silent.content[name] for name in ("holds", "falls_short", "undetermined")] == [[], [], []]
+    assert "the errors do not fall" in silent.content["problems"][0]["numbers"]["claims"]["order"]["note"]
 
 
 @pytest.mark.slow

@@ -135,3 +135,35 @@ def measure_briefly(monkeypatch):
     monkeypatch.setattr(runs, "SLOW", 0.05)
     monkeypatch.setattr("daebench.methods.formulations.constrained._module", uncompiled.kept_module)
     monkeypatch.setenv("DAEBENCH_CACHE", os.environ["DAEBENCH_CACHE"])
+
+
+LIBRARY = r"""
+#include <math.h>
+static double dot(const double *a, const double *b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
+int step(const double *par, double *p, double *q, double h)
+{
+    double force[3] = {0, 0, -par[0] * par[2]}, moved[3], end[3];
+    for (int i = 0; i < 3; i++) moved[i] = q[i] + h / par[0] * (p[i] + h / 2 * force[i]);
+    double a = dot(q, q), b = 2 * dot(moved, q), c = dot(moved, moved) - par[1] * par[1];
+    double along = -2 * c / (b + sqrt(b * b - 4 * a * c));
+    for (int i = 0; i < 3; i++) end[i] = moved[i] + along * q[i];
+    for (int i = 0; i < 3; i++) p[i] = (end[i] - q[i]) * par[0] / h + h / 2 * force[i];
+    double off = dot(end, p) / dot(end, end);
+    for (int i = 0; i < 3; i++) { p[i] -= off * end[i]; q[i] = end[i]; }
+    return 0;
+}
+"""
+
+PROGRAM = """#!{python}
+import json, sys, time
+import numpy as np
+from ball import step
+
+asked = json.loads(sys.stdin.readline())
+p, q, began = np.array(asked["p"]), np.array(asked["q"]), time.perf_counter()
+for k in range(1, asked["steps"] + 1):
+    p, q = step(p, q, asked["h"])
+    if k == asked["steps"] or asked["every"] and k % asked["every"] == 0:
+        print(*map(repr, map(float, (*p, *q))))
+print(json.dumps({{"seconds": time.perf_counter() - began}}))
+"""

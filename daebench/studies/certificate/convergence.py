@@ -46,7 +46,8 @@ def with_convergence(order: Finding, series: Sequence[Series]) -> Finding:
     if not contraction(series) > FALLS:
         return order
     note = f"the errors do not fall with the step size: this is the motion of another problem, or of none. {order.note}".rstrip()
-    return replace(order, verdict=FALLS_SHORT if order.verdict == UNDETERMINED else order.verdict, note=note)
+    refuted = order.claimed is not None and order.verdict == UNDETERMINED
+    return replace(order, verdict=FALLS_SHORT if refuted else order.verdict, note=note)
 
 
 def _ratio(curve: Series) -> float:

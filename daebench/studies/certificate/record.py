@@ -98,7 +98,7 @@ def verdicts(problems: Iterable[Mapping[str, Any]]) -> dict[str, list[str]]:
     rank = (OK, UNDETERMINED, FALLS_SHORT)
     for problem in problems:
         for name, finding in problem.get("numbers", {"claims": {}})["claims"].items():
-            if finding["verdict"] in rank:
+            if finding["claimed"] and finding["verdict"] in rank:
                 worst[name] = max(worst.get(name, OK), finding["verdict"], key=rank.index)
     names = {"holds": OK, "falls_short": FALLS_SHORT, "undetermined": UNDETERMINED}
     return {key: [name for name, verdict in worst.items() if verdict == word] for key, word in names.items()}

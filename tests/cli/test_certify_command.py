@@ -1,0 +1,173 @@
+"""``daebench certify``, ``certificate verify`` and ``report court`` as their users call them."""
+
+import json
+import os
+import shutil
+import subprocess
+import sys
+
+import contestants
+import pytest
+
+from daebench.studies.certificate import process
+
+CASE = ("--problem", contestants.PROBLEM, "--param", "mass=2", "--param", "gravity=3")
+
+
+@pytest.fixture
+def codes(tmp_path, monkeypatch):
+    """A folder of codes to work in."""
+    contestants.write_codes(tmp_path)
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+@pytest.fixture
+def brief(codes, monkeypatch):
+    """Have codes be measured in this process, briefly."""
+    contestants.measure_briefly(monkeypatch)
+    return codes
+
+
+def verified(folder):
+    """Verify a certificate in a process of its own; return exit status, standard output and standard error."""
+    command = [sys.executable, "-m", "daebench.cli", "certificate", "verify", str(folder)]
+    ended = subprocess.run(command, capture_output=True, text=True, check=False)
+    return ended.returncode, ended.stdout, ended.stderr
+
+
+@pytest.mark.slow
+def test_a_python_code_is_certified_and_verified_elsewhere(codes, daebench):
+    status, out, err = daebench("certify", "./ball.py:step", *CASE, "--out", "made")
+    assert (status, err) == (0, "")
+    assert "./ball.py:step holds 5 of 5 claims.\n" in out
+    elsewhere = codes / "elsewhere"
+    elsewhere.mkdir()
+    shutil.move(codes / "made", elsewhere / "taken")
+    for name in ("ball.py", "forces.py"):
+        (codes / name).unlink()
+    os.chdir(elsewhere)
+    status, out, err = verified("taken")
+    assert (status, err) == (0, "")
+    assert "are equal to the bit and 0 within rounding" in out
+    text = (elsewhere / "taken" / "certificate.json").read_text()
+    assert str(codes) not in text
+    (elsewhere / "taken" / "code" / "forces.py").write_text(contestants.FORCES.replace("3.0", "3.0000001"))
+    status, out, err = verified("taken/certificate.json")
+    assert (status, out) == (1, "")
+    assert err.count("\n") == 1
+    assert "the SHA-256 of forces.py is" in err
+
+
+@pytest.mark.slow
+def test_a_library_is_certified_with_the_claims_that_are_stated_of_it(codes, daebench):
+    if shutil.which("gcc") is None:
+        pytest.skip("there is no C compiler")
+    (codes / "ball.c").write_text(contestants.LIBRARY)
+    subprocess.run(["gcc", "-O2", "-shared", "-fPIC", "-o", "libball.so", "ball.c", "-lm"], check=True)
+    claims = (
+        "--claim",
+        "order=2",
+        "--claim",
+        "symplectic=yes",
+        "--claim",
+        "symmetric=yes",
+        "--claim",
+        "keeps_g=yes",
+        "--claim",
+        "keeps_Gv=yes",
+    )
+    status, out, err = daebench("certify", "./libball.so:step", *CASE, *claims, "--out", "made", "--json")
+    assert (status, err) == (0, "")
+    certificate = json.loads(out)
+    assert (certificate["falls_short"], certificate["undetermined"]) == ([], [])
+    assert len(certificate["holds"]) == 5
+    assert list(certificate["code"]["files"]) == ["libball.so"]
+    (codes / "libball.so").unlink()
+    assert verified("made")[0] == 0
+
+
+@pytest.mark.slow
+def test_a_program_is_certified(codes, daebench):
+    program = codes / "program"
+    program.write_text(contestants.PROGRAM.format(python=sys.executable))
+    program.chmod(0o755)
+    given = ("--include", "ball.py", "--include", "forces.py", "--claim", "order=2", "--claim", "symplectic=yes")
+    status, out, err = daebench("certify", "exec:./program", *CASE, *given, "--out", "made")
+    assert (status, err) == (0, "")
+    assert "exec:./program holds 2 of 2 claims.\n" in out
+    assert verified("made")[0] == 0
+
+
+@pytest.mark.slow
+def test_a_method_of_daebench_is_certified_by_the_hash_of_the_package(codes, daebench):
+    status, out, err = daebench("certify", "rattle", "--problem", "planar_pendulum:rotating", "--out", "made", "--json")
+    assert (status, err) == (0, "")
+    certificate = json.loads(out)
+    assert certificate["code"]["files"] == {}
+    assert certificate["holds"] == ["order", "symmetric", "symplectic", "keeps g", "keeps G H_p"]
+    assert verified("made")[0] == 0
+
+
+@pytest.mark.slow
+def test_a_problem_file_goes_with_the_certificate(folder, daebench):
+    status, _, err = daebench("certify", "rattle", "--problem", "./ring.py:turning", "--out", "made")
+    assert (status, err) == (0, "")
+    (folder / "ring.py").unlink()
+    assert verified("made")[0] == 0
+    problem = next((folder / "made" / "definitions").rglob("ring.py"))
+    problem.write_text(problem.read_text() + "\n")
+    assert "ring.py is" in verified("made")[2]
+
+
+def test_a_certificate_replaces_another_one_and_nothing_else(brief, daebench):
+    (brief / "full").mkdir()
+    (brief / "full" / "letter.txt").write_text("")
+    status, out, err = daebench("certify", "./ball.py:step", *CASE, "--out", "full")
+    assert (status, out) == (2, "")
+    assert "the folder is not empty, and has no certificate to be replaced" in err
+    assert [path.name for path in (brief / "full").iterdir()] == ["letter.txt"]
+    for name in ("step", "shake"):
+        status, out, err = daebench("certify", f"./ball.py:{name}", *CASE, "--out", "made")
+        assert (status, err) == (0, "")
+    assert json.loads((brief / "made" / "certificate.json").read_text())["method"] == "./ball.py:shake"
+    page = (brief / "made" / "index.html").read_text()
+    assert "it does not hold:" in page
+    assert "<code>symmetric</code>" in page
+    assert "daebench certificate verify certificate.json" in page
+    assert json.loads((brief / "made" / "certificate.json").read_text())["code"]["hash"] in page
+
+
+@pytest.mark.parametrize(
+    ("words", "sentence"),
+    [
+        (("certify", "./ball.py:step"), "--out"),
+        (("certify", "--out", "made"), "MINE"),
+        (("certify", "./nothing.py:step", "--out", "made"), "there is no such file"),
+        (("certify", "./ball.py:step", "--problem", "pendulum", "--out", "made"), "unknown problem"),
+        (("certify", "./ball.py:step", "--claim", "order", "--out", "made"), "must be of the form name=value"),
+        (("certify", "./ball.py:step", "--claim", "order=two", "--out", "made"), "is to be a whole number"),
+        (("certify", "./ball.py:step", "--h", "0", "--out", "made"), "must be greater than 0"),
+        (("certify", "./ball.py:step", "--seconds-limit", "0", "--out", "made"), "must be greater than 0"),
+        (("certify", "./ball.py:step", "--out", "ball.py"), "that is no folder"),
+        (("certificate", "verify", "nothing"), "there is no certificate nothing"),
+        (("report", "court"), "needs a folder of certificates"),
+        (("report", "court", "nothing", "--trust"), "there is no folder nothing"),
+        (("report", "court", ".", "--trust"), "has no certificates"),
+        (("report", "methods", "."), "goes with court; leave it out"),
+        (("report", "methods", "--trust"), "--trust goes with court; leave it out"),
+    ],
+)
+def test_bad_input_is_one_sentence_and_writes_nothing(codes, daebench, monkeypatch, words, sentence):
+    monkeypatch.setattr(process, "measured", lambda *_: pytest.fail("run"))
+    before = sorted(codes.rglob("*"))
+    status, out, err = daebench(*words)
+    assert (status, out, err.count("\n")) == (2, "", 1)
+    assert sentence in err
+    assert [path for path in sorted(codes.rglob("*")) if path.name != "output"] == before
+
+
+def test_help_says_that_code_is_executed(daebench, capsys):
+    for words in (("certify", "--help"), ("certificate", "verify", "--help"), ("report", "--help")):
+        _, out, _ = daebench(*words)
+        assert "execute" in out.lower()

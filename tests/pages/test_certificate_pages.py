@@ -1,0 +1,148 @@
+"""The page of a certificate, and a court of many: it takes what it can verify, and names the rest with why."""
+
+import copy
+import json
+import re
+import shutil
+
+import contestants
+import pytest
+
+from daebench.errors import BadInput
+from daebench.pages.certificate.certify import certify
+from daebench.pages.certificate.court import court, judged
+from daebench.reference.keep.store import checksum
+from daebench.studies.certificate import process
+from daebench.studies.certificate.record import NAME
+
+
+@pytest.fixture(scope="module")
+def made(tmp_path_factory):
+    """Make two certificates once; return their folder, and the answers of the processes by method."""
+    folder = tmp_path_factory.mktemp("codes")
+    contestants.write_codes(folder)
+    answers = {}
+
+    def remembered(tasks, *given):
+        answers[tasks[0]["method"]] = contestants.in_this_process(tasks, *given)
+        return answers[tasks[0]["method"]]
+
+    with pytest.MonkeyPatch.context() as patch:
+        contestants.measure_briefly(patch)
+        patch.chdir(folder)
+        patch.setattr(process, "measured", remembered)
+        for name in ("step", "shake"):
+            certify(f"./ball.py:{name}", problems=[contestants.PROBLEM], parameters=contestants.PARAMETERS, out=f"court/{name}")
+    return folder / "court", answers
+
+
+@pytest.fixture
+def folder(made, tmp_path, monkeypatch):
+    """Return a copy of the folder of certificates; what is measured again is what was measured."""
+    monkeypatch.setattr(process, "measured", lambda tasks, *_: copy.deepcopy(made[1][tasks[0]["method"]]))
+    return shutil.copytree(made[0], tmp_path / "court")
+
+
+def text_of(page):
+    """Return the words of a page, without markup, style and script."""
+    text = re.sub(r"<(style|script|svg).*?</\1>", " ", page.read_text(encoding="utf-8"), flags=re.DOTALL)
+    return re.sub(r"\s+", " ", re.sub(r"<[^>]+>", " ", text))
+
+
+def test_the_page_says_first_what_holds(made):
+    right, wrong = (text_of(made[0] / name / "index.html") for name in ("step", "shake"))
+    assert "Certificate of ./ball.py:step" in right
+    assert re.search(r"It holds \d of 5 claims", right)
+    assert "it does not hold:" in wrong
+    assert "it does not hold:" not in right
+    assert right.index("It holds") < right.index("Claims") < right.index("Numbers") < right.index("The code, and how to verify this")
+    assert json.loads((made[0] / "step" / NAME).read_text())["code"]["hash"] in right
+    for name in ("figures/measured.svg", "figures/measured.csv", "code/ball.py", "code/forces.py"):
+        assert (made[0] / "step" / name).is_file()
+
+
+def rows(page, table):
+    """Return the cells of a table of a page, a tuple a row."""
+    html = page.read_text(encoding="utf-8")
+    body = html[html.index(f'id="table-{table}"') :].partition("<tbody>")[2].partition("</tbody>")[0]
+    cells = (re.findall(r"<t[hd][^>]*>(.*?)</t[hd]>", row) for row in re.findall(r"<tr>(.*?)</tr>", body))
+    return [tuple(re.sub(r"<[^>]+>", "", cell) for cell in row) for row in cells]
+
+
+def changed(folder, source, name, change=None, text=None):
+    """Put a copy of a certificate into a court, changed, with a checksum that fits."""
+    place = shutil.copytree(folder / source, folder / name)
+    if change:
+        content = json.loads((place / NAME).read_text())
+        change(content)
+        content["checksum"] = checksum(content)
+        (place / NAME).write_text(json.dumps(content))
+    if text is not None:
+        (place / NAME).write_text(text)
+    return place
+
+
+def test_a_court_takes_what_it_can_verify_and_names_the_rest(folder, tmp_path):
+    changed(folder, "step", "number", lambda c: c["problems"][0]["numbers"]["error"].update(value=1e-9))
+    changed(folder, "step", "hash", lambda c: c["code"].update(hash="0" * 64))
+    changed(folder, "step", "future", lambda c: c.update(format=2))
+    changed(folder, "step", "foreign", lambda c: c.update(schema="of somebody else"))
+    changed(folder, "step", "garbled", text='{"schema": "daebench cert')
+    changed(folder, "step", "empty", text="")
+    changed(folder, "step", "script", lambda c: c.update(schema="<script>alert(1)</script>"))
+    (changed(folder, "step", "lost") / "code" / "forces.py").unlink()
+    (changed(folder, "step", "edited") / "code" / "ball.py").write_text("raise SystemExit('evil')")
+    (folder / "notes.json").write_text("[1, 2]")
+    page = court(folder, tmp_path / "pages", trust=True)
+    assert page == tmp_path / "pages" / "court" / "index.html"
+    text = text_of(page)
+    assert "2 certificates were verified, and 10 left out" in text
+    reasons = {
+        "number/certificate.json": "value of error of spherical_pendulum",
+        "hash/certificate.json": "it is other code",
+        "future/certificate.json": "was written by a newer daebench",
+        "foreign/certificate.json": "is no certificate of daebench",
+        "garbled/certificate.json": "is no certificate, or is damaged",
+        "empty/certificate.json": "is no certificate, or is damaged",
+        "script/certificate.json": "is no certificate of daebench",
+        "lost/certificate.json": "is missing",
+        "edited/certificate.json": "it is other code",
+        "notes.json": "is no certificate of daebench",
+    }
+    assert {name: why for name, why in reasons.items() if why not in dict(rows(page, "excluded"))[name]} == {}
+    assert [name for name, *_ in rows(page, "contestants-1")] == ["shake", "step"]
+    assert "<script>alert" not in page.read_text(encoding="utf-8")
+
+
+def test_a_court_shows_what_was_measured_and_not_what_a_certificate_says(folder, tmp_path):
+    changed(folder, "step", "boast", lambda c: c["about"].update(seconds_per_step=[1e-12], machine="the best"))
+    entries, excluded = judged(folder, sorted(folder.glob("*/certificate.json")), 60.0, lambda *_: None)
+    assert ([entry.name for entry in entries], excluded) == (["boast", "shake", "step"], [])
+    assert entries[0].verification.problems[0]["seconds"] > 1e-9
+    assert "the best" not in court(folder, tmp_path / "pages", trust=True).read_text(encoding="utf-8")
+
+
+def test_code_is_executed_with_trust_alone(folder, tmp_path, monkeypatch):
+    monkeypatch.setattr(process, "measured", lambda *_: pytest.fail("run"))
+    with pytest.raises(BadInput, match=r"certificates of \./ball\.py:shake of shake, \./ball\.py:step of step, .* add --trust"):
+        court(folder, tmp_path / "pages")
+    assert not (tmp_path / "pages").exists()
+
+
+def test_a_court_of_nothing_that_holds_says_so(folder, tmp_path, monkeypatch):
+    for name in ("step", "shake"):
+        (folder / name / NAME).write_text("{}")
+    text = text_of(court(folder, tmp_path / "pages"))
+    assert "No certificate could be verified, and 2 were left out" in text
+
+
+def test_what_raises_in_a_process_is_no_end_of_a_court(folder, tmp_path, made, monkeypatch):
+    def measured(tasks, *_):
+        if tasks[0]["method"].endswith("shake"):
+            return [{"refused": "./ball.py:shake ends the process that it is run in, by signal 11."}]
+        return copy.deepcopy(made[1][tasks[0]["method"]])
+
+    monkeypatch.setattr(process, "measured", measured)
+    text = text_of(court(folder, tmp_path / "pages", trust=True))
+    assert "1 certificate was verified, and 1 left out" in text
+    assert "by signal 11" in text
