@@ -87,6 +87,28 @@ checkpoints instead, in a folder of their own.""",
         ),
     ),
     Task(
+        "certify-a-code",
+        "Certify a code",
+        """A code from outside, measured on some problems, and written down with all that is needed to measure it again::
+
+    certificate = daebench.certify("./mine.py:step", problems=["double_pendulum:swing"], out="certificate")
+    print(certificate.holds, certificate.falls_short)
+    print(daebench.verify_certificate("certificate").sentence)
+
+To verify a certificate is to execute the code that stands beside it.""",
+        (
+            "daebench.certify",
+            "daebench.verify_certificate",
+            "daebench.pages.certificate.court.court",
+            "daebench.studies.certificate.record.Certificate",
+            "daebench.studies.certificate.record.Unverified",
+            "daebench.studies.certificate.verify.Verification",
+            "daebench.studies.certificate.agreement.agreement",
+            "daebench.studies.certificate.agreement.Agreement",
+            "daebench.studies.certificate.agreement.Difference",
+        ),
+    ),
+    Task(
         "test-your-code",
         "Test your code against certified references",
         "Assertions for the tests of any code; pytest has them as fixtures of the same names.",

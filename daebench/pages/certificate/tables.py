@@ -76,7 +76,7 @@ def _order(component: Mapping[str, Any] | None) -> Markup:
 def conservation(certificate: Certificate, caption: str) -> Markup:
     """Return a row for each problem: the energy of the long run, what else is kept, and the time of a step."""
     times = dict(zip(map(id, certificate.content["problems"]), certificate.content["about"]["seconds_per_step"], strict=True))
-    rows = []
+    rows: list[dict[str, Any]] = []
     for problem in certificate.measured:
         measured, energy = problem["numbers"], problem["numbers"]["energy"]
         row = {"problem": title(problem), "energy": known(energy["largest"]), "size": known(energy["size"]), "verdict": verdict(measured)}
