@@ -58,7 +58,9 @@ def makers(command):
     """Return the earlier commands that write a file or folder which a command reads, in their order, with those that they need."""
     reads = [word for word in shlex.split(command) if word != named_after(command, "--out")]
     before = [(each, named_after(each, "--out")) for each in HERE[: HERE.index(command)]]
-    own = [each for each, made in before if made and any(word == made or word.startswith(made + "/") for word in reads)]
+    own = [
+        each for each, made in before if made and any(f"{word}/".startswith(f"{made}/") or made.startswith(f"{word}/") for word in reads)
+    ]
     return list(dict.fromkeys(needed for each in own for needed in (*makers(each), each)))
 
 

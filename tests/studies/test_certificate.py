@@ -424,6 +424,7 @@ def test_a_function_of_a_file_is_its_address(codes, monkeypatch):
         ("exec:'", {}, "No closing quotation"),
         ("exec:", {}, "names no program"),
         ("exec:sh", {}, "is on the PATH, and a certificate needs a file of its own"),
+        ("./ball.py", {}, "give FILE.py:NAME"),
         ("rattel", {}, "unknown method 'rattel'"),
         ("rattle", {"files": ["ball.py"]}, "leave the file out"),
         ("./ball.py:step", {"files": ["nothing"]}, "there is no such file"),

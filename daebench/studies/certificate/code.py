@@ -13,7 +13,7 @@ from typing import Any
 from daebench.errors import BadInput
 from daebench.methods.outside.read import FILE, PROGRAM, is_outside
 from daebench.studies.grid.run_specification import code_digest
-from daebench.systems.files.execute import existing
+from daebench.systems.files.execute import existing, is_path
 from daebench.systems.files.imports import imported
 
 LARGEST = 2**28
@@ -109,6 +109,8 @@ def code_of(method: str | Callable[..., Any], files: Iterable[str | Path] = ()) 
     address = method if isinstance(method, str) else _address(method)
     others = [existing(str(file), "data", "ls") for file in files]
     if not is_outside(address):
+        if is_path(address):
+            raise BadInput(f"{address} is no code that can be called; give FILE.py:NAME or LIBRARY.so:NAME, or exec:PROGRAM.")
         if others:
             raise BadInput(f"{address} is a method of daebench, and {others[0]} is no part of it; leave the file out.")
         return Code(address)

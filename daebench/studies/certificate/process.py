@@ -120,12 +120,15 @@ class _Process:
         """Return the answer that the process wrote, or why there is none; DaebenchError is raised where that is no fault of the code."""
         if self._process.poll() is None:
             self._end()
-            return {"refused": f"{self._method} is not measured within {self._seconds:g} s; see whether it hangs, or allow more time."}
+            return {
+                "refused": f"{self._method} is not measured within {self._seconds:g} s; see whether it hangs, or allow more time.",
+                "failed": True,
+            }
         self._out.seek(0)
         try:
             result: dict[str, Any] = json.loads(self._out.read())
         except ValueError:
-            return {"refused": f"{self._method} ends the process that it is run in, {self._ending()}."}
+            return {"refused": f"{self._method} ends the process that it is run in, {self._ending()}.", "failed": True}
         if fault := result.get("fault"):
             raise DaebenchError(f"{self._method} could not be measured: {fault}.")
         return result

@@ -99,6 +99,8 @@ def default_setting(ivp: Ivp, method: Any, h: float | None = None) -> Setting:
     usual = default_step(ivp, PARTS)
     step = usual if h is None else h
     method.check(ivp, Request(value=step, steps=1))
+    if step > SHORT * usual:
+        raise BadInput(f"h = {step:g} is larger than the time that is looked at on {ivp.problem}, {SHORT * usual:g}; give a smaller one.")
     shortest = _steps(SHORT * usual, step)
     long = max(shortest, min(_steps(LONG * usual, step), int(SECONDS / _seconds(ivp, method, step, min(STEPS, shortest)))))
     every = max(1, long // OUTPUTS)
