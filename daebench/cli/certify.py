@@ -80,7 +80,9 @@ def _said(certificate: Any, out: Path) -> list[str]:
     """Return what is said of a certificate: claims, problems, and where it is."""
     whole = len(certificate.holds) + len(certificate.falls_short) + len(certificate.undetermined)
     lines = [
-        f"{certificate.method} holds {len(certificate.holds)} of {whole} claims." if whole else f"{certificate.method} states no claims."
+        f"{certificate.method}: {len(certificate.holds)} of {whole} claims hold."
+        if whole
+        else f"{certificate.method}: no claims are stated."
     ]
     for word, names in (("does not hold", certificate.falls_short), ("not known", certificate.undetermined)):
         lines += [f"{word}: {', '.join(names)}."] if names else []

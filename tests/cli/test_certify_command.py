@@ -40,7 +40,7 @@ def verified(folder):
 def test_a_python_code_is_certified_and_verified_elsewhere(codes, daebench):
     status, out, err = daebench("certify", "./ball.py:step", *CASE, "--out", "made")
     assert (status, err) == (0, "")
-    assert "./ball.py:step holds 5 of 5 claims.\n" in out
+    assert "./ball.py:step: 5 of 5 claims hold.\n" in out
     elsewhere = codes / "elsewhere"
     elsewhere.mkdir()
     shutil.move(codes / "made", elsewhere / "taken")
@@ -49,7 +49,7 @@ def test_a_python_code_is_certified_and_verified_elsewhere(codes, daebench):
     os.chdir(elsewhere)
     status, out, err = verified("taken")
     assert (status, err) == (0, "")
-    assert "are equal to the bit and 0 within rounding" in out
+    assert "are equal to the bit, and 0 within rounding" in out
     text = (elsewhere / "taken" / "certificate.json").read_text()
     assert str(codes) not in text
     (elsewhere / "taken" / "code" / "forces.py").write_text(contestants.FORCES.replace("3.0", "3.0000001"))
@@ -95,7 +95,7 @@ def test_a_program_is_certified(codes, daebench):
     given = ("--include", "ball.py", "--include", "forces.py", "--claim", "order=2", "--claim", "symplectic=yes")
     status, out, err = daebench("certify", "exec:./program", *CASE, *given, "--out", "made")
     assert (status, err) == (0, "")
-    assert "exec:./program holds 2 of 2 claims.\n" in out
+    assert "exec:./program: 2 of 2 claims hold.\n" in out
     assert verified("made")[0] == 0
 
 
@@ -132,7 +132,7 @@ def test_a_certificate_replaces_another_one_and_nothing_else(brief, daebench):
         assert (status, err) == (0, "")
     assert json.loads((brief / "made" / "certificate.json").read_text())["method"] == "./ball.py:shake"
     page = (brief / "made" / "index.html").read_text()
-    assert "it does not hold:" in page
+    assert "what does not hold:" in page
     assert "<code>symmetric</code>" in page
     assert "daebench certificate verify certificate.json" in page
     assert json.loads((brief / "made" / "certificate.json").read_text())["code"]["hash"] in page

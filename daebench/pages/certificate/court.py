@@ -139,7 +139,7 @@ def judged(folder: Path, files: Sequence[Path], seconds_limit: float, progress: 
         progress(k / len(files), name)
         try:
             verification = verify_certificate(file, seconds_limit=seconds_limit)
-        except DaebenchError as error:
+        except (DaebenchError, OSError) as error:
             excluded.append(Excluded(name, str(error)))
             continue
         if verification.agrees:
@@ -180,6 +180,11 @@ def groups(entries: Sequence[Entry]) -> dict[str, list[Row]]:
     return dict(sorted(together.items(), key=lambda pair: -len(pair[1])))
 
 
+def label(name: str) -> str:
+    """Return a name as Matplotlib takes it: no formula, and not one of those that a legend leaves out."""
+    return f" {name}".replace("$", r"\$")
+
+
 SHOWN = 1e3
 """Errors are shown up to so many times the least of the contestant that is furthest off."""
 
@@ -203,10 +208,10 @@ def draw(out: Path, fields: dict[str, list[Row]]) -> Markup:
             orders = problem["numbers"]["orders"]
             component = "y" if "y" in orders["errors"] else "q"
             errors = [float("nan") if error is None else error for error in orders["errors"][component]]
-            axes[0, 0].loglog(orders["h"], errors, label=entry.name, **curve(k))
+            axes[0, 0].loglog(orders["h"], errors, label=label(entry.name), **curve(k))
             parts.append(pd.DataFrame({"contestant": entry.name, "h": orders["h"], "error": errors}))
         axes[0, 0].set_ylim(top=_top(parts))
-        axes[0, 0].set_title(where.rpartition(", h = ")[0])
+        axes[0, 0].set_title(label(where.rpartition(", h = ")[0]))
         legend_below(figure, axes[0, 0], 3)
         svg = save(figure, out / "figures", "errors", pd.concat(parts, ignore_index=True))
     alt = "Errors over step sizes, a curve for each contestant."

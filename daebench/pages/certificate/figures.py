@@ -51,7 +51,7 @@ def _errors(axis: Any, problem: Any) -> None:
         axis.loglog(orders["h"], np.array(values, dtype=float), label=f"error of {name}", **curve(k))
     axis.axvline(problem["setting"]["h"], color=QUIET, linewidth=0.8, linestyle=(0, (2, 2)), label="h of all other runs")
     axis.set_ylabel("largest error")
-    axis.set_title(title(problem))
+    axis.set_title(title(problem).replace("$", r"\$"))
 
 
 def _energy(axis: Any, problem: Any) -> None:

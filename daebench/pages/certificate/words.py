@@ -60,12 +60,12 @@ def answer(certificate: Certificate) -> Markup:
     """Return the first sentence of a certificate: how many claims hold, and which do not."""
     whole = len(certificate.holds) + len(certificate.falls_short) + len(certificate.undetermined)
     if not whole:
-        return Markup("It states no claims. What it does was measured all the same.")
-    said = Markup("It holds {} of {} claims").format(len(certificate.holds), whole)
+        return Markup("The code states no claims. What it does was measured all the same.")
+    said = Markup("{} of its {} claims hold").format(len(certificate.holds), whole)
     if certificate.falls_short:
-        said += Markup("; <b>it does not hold:</b> {}").format(listing([code(name) for name in certificate.falls_short]))
+        said += Markup("; <b>what does not hold:</b> {}").format(listing([code(name) for name in certificate.falls_short]))
     if certificate.undetermined:
-        said += Markup("; it is not known of {}").format(listing([code(name) for name in certificate.undetermined]))
+        said += Markup("; what is not known: {}").format(listing([code(name) for name in certificate.undetermined]))
     return said + "."
 
 
@@ -77,7 +77,7 @@ def facts(problem: Mapping[str, Any]) -> Markup:
         _order(numbers),
         Markup("energy {} up to t = {:g}, its error at most {}").format(energy(numbers), drift["t"], at_most(known(drift["largest"]))),
         *([Markup("<b>more than the kinetic energy: the motion is lost</b>")] if known(drift["size"]) > LOST else []),
-        Markup("error {} up to t = {:g} with h = {:g}").format(number(known(error["value"])), error["t"], setting["h"]),
+        Markup("error of a coordinate {} up to t = {:g} with h = {:g}").format(number(known(error["value"])), error["t"], setting["h"]),
         *([Markup("|<i>g</i>| at most {}").format(at_most(known(kept["g"]), 1))] if "g" in kept else []),
     ]
     return Markup("; ").join(parts) + "."

@@ -96,7 +96,7 @@ def _values(place: tuple[str, ...], old: Any, now: Any, most: Any, other: Any) -
     """Give the values of all of them side by side, by the names and numbers that lead to them."""
     if isinstance(old, dict) and isinstance(now, dict):
         for key in dict.fromkeys([*now, *old]):
-            yield from _values((*place, str(key)), *(_part(tree, key) for tree in (old, now, most, other)))
+            yield from _values((*place, str(key)[:80]), *(_part(tree, key) for tree in (old, now, most, other)))
     elif isinstance(old, list) and isinstance(now, list) and len(old) == len(now):
         for k in range(len(now)):
             yield from _values((*place, f"number {k + 1}"), *(_part(tree, k) for tree in (old, now, most, other)))

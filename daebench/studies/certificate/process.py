@@ -20,6 +20,7 @@ from typing import IO, Any, Self
 from daebench.errors import DaebenchError, RunFailed
 from daebench.runs.json_values import plain
 from daebench.studies.grid.schedulers import THREADS, cores
+from daebench.systems.files import package
 
 SECONDS = 300.0
 """Wall-clock limit of a code on one problem, s, where none is given."""
@@ -36,8 +37,8 @@ PAUSE = 0.05
 Progress = Callable[[float, str], None]
 """Told the fraction done, and what is being done."""
 
-COMMAND = (sys.executable, "-P", "-m", "daebench.studies.certificate.process")
-"""How the process is started; the folder of the code is not where it looks for modules."""
+PROGRAM = "import sys; sys.path.append(sys.argv[1]); from daebench.studies.certificate.process import main; main()"
+"""What the process runs: it looks for modules neither where the code is nor where it is asked from, and for daebench where it is here."""
 
 
 def silent(fraction: float, doing: str) -> None:
@@ -91,7 +92,8 @@ class _Process:
         given.seek(0)
         environment = {**os.environ, **dict.fromkeys(THREADS, "1")}
         settings: dict[str, Any] = {"cwd": folder, "env": environment, "start_new_session": hasattr(os, "killpg")}
-        self._process = subprocess.Popen(COMMAND, stdin=given, stdout=self._out, stderr=self._errors, **settings)
+        command = [sys.executable, "-P", "-c", PROGRAM, str(package.folder("daebench").parent.absolute())]
+        self._process = subprocess.Popen(command, stdin=given, stdout=self._out, stderr=self._errors, **settings)
 
     def __enter__(self) -> Self:
         return self
@@ -185,7 +187,3 @@ def main() -> None:
         except Exception as error:  # noqa: BLE001 - whatever it is, the other side has to be told
             result = {"fault": f"{type(error).__name__}: {' '.join(str(error).split())}"}
         json.dump(result, answers, allow_nan=False)
-
-
-if __name__ == "__main__":
-    main()

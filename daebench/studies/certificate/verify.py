@@ -6,10 +6,11 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+from daebench.errors import bounded
 from daebench.studies.certificate import process
 from daebench.studies.certificate.agreement import Agreement, Difference, agreement
 from daebench.studies.certificate.code import Code, put
-from daebench.studies.certificate.record import Certificate, code_in, files_in, read, title
+from daebench.studies.certificate.record import NAME, Certificate, code_in, files_in, read, title
 from daebench.studies.grid.run_specification import code_digest
 
 ONCE = ("case", "parameters", "definition")
@@ -34,7 +35,7 @@ def measured(
     progress : callable
         Told the fraction done, and what is being done.
     """
-    with tempfile.TemporaryDirectory(prefix="daebench-") as scratch:
+    with tempfile.TemporaryDirectory(prefix="daebench-", ignore_cleanup_errors=True) as scratch:
         code.put(Path(scratch))
         put(files, Path(scratch))
         return process.measured([{**task, "method": code.method} for task in tasks], Path(scratch), seconds, progress)
@@ -70,13 +71,13 @@ class Verification:
     @property
     def sentence(self) -> str:
         """What became of it, in one sentence."""
-        where = f"{self.certificate.folder / 'x'}"[:-2]
+        where = str(self.certificate.folder / NAME)
         numbers = self.equal + self.within
         if self.agrees:
-            return f"{where} is verified: of its {numbers} numbers {self.equal} are equal to the bit and {self.within} within rounding."
+            return f"{where} is verified: of its {numbers} numbers {self.equal} are equal to the bit, and {self.within} within rounding."
         more = f", and {len(self.faults) - 1} more do not agree" if len(self.faults) > 1 else ""
         other = " (it was made by another daebench)" if self.certificate.content["about"].get("daebench") != code_digest() else ""
-        return f"{where} is not verified{other}: {self.faults[0]}{more}."
+        return bounded(f"{where} is not verified{other}: {self.faults[0]}{more}.")
 
 
 def verify_certificate(
