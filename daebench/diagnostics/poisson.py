@@ -6,7 +6,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from daebench.diagnostics.derivative import derivative
+from daebench.diagnostics.derivative import Derivative, derivative
+from daebench.runs.trajectory import Array
 
 Map = Callable[[NDArray[Any]], Sequence[Any] | NDArray[Any]]
 """A map y -> y of vectors of shape(n,), real or complex, that leaves its argument unchanged."""
@@ -40,6 +41,10 @@ def poisson_defect(flow: Map, y: ArrayLike, B: Structure) -> float:
         NaN if the map gives one.
     """
     y0 = np.asarray(y, dtype=float)
-    jacobian = derivative(flow, y0, np.eye(len(y0)))
-    carried = jacobian.value @ np.asarray(B(y0), dtype=float) @ jacobian.value.T
+    return structure_change(derivative(flow, y0, np.eye(len(y0))), y0, B)
+
+
+def structure_change(jacobian: Derivative, y: Array, B: Structure) -> float:
+    """Return the same of a map whose derivative along the unit vectors at y is known."""
+    carried = jacobian.value @ np.asarray(B(y), dtype=float) @ jacobian.value.T
     return float(np.max(np.abs(carried - np.asarray(B(jacobian.image), dtype=float))))

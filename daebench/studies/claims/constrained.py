@@ -14,8 +14,11 @@ A method that keeps g = 0 and not G H_p = 0 leaves in the momenta what the round
 or a difference quotient; the size of p is then |p| + |M| |q| / h.
 """
 
+from functools import cached_property
+
 import numpy as np
 
+from daebench.diagnostics.derivative import Derivative
 from daebench.diagnostics.poisson import poisson_defect
 from daebench.diagnostics.reversibility import reversibility_defect
 from daebench.diagnostics.symplecticity import Flow, linearisation, tangent_basis, tangent_map, two_form_change
@@ -60,7 +63,7 @@ class ConstrainedBench(Bench[ConstrainedIvp, Trajectory]):
     def symplectic(self) -> Finding:
         """Return the finding on the two-form on the tangent space of the manifold."""
         try:
-            carried = linearisation(self.flow, self.ivp.p0, self.ivp.q0, self.X)
+            carried = self._linearised
         except (RunFailed, BadInput) as error:
             return finding("symplectic", self.claims.symplectic, NO_BOUND, note=str(error))
         size = 1 + max(self._two_form_size(Z) for Z in (self.X, carried.value))
@@ -99,17 +102,19 @@ class ConstrainedBench(Bench[ConstrainedIvp, Trajectory]):
         H = np.abs(self.ivp.along("H", self.run.p, self.run.q))
         return float(np.max(H + self.v @ self.p + self.H_q @ self.q))
 
-    def _carried(self, X: Array) -> Array:
-        """Return Phi' X, or X where the map has no solution."""
-        try:
-            return tangent_map(self.flow, self.ivp.p0, self.ivp.q0, X)
-        except (RunFailed, BadInput):
-            return X
+    @cached_property
+    def _linearised(self) -> Derivative:
+        """The derivative of the map along the tangent space of the manifold."""
+        return linearisation(self.flow, self.ivp.p0, self.ivp.q0, self.X)
 
     def _state_size(self) -> float:
         x = np.concatenate([self.p, self.q])
         X = self.X if self.claims.on_manifold else np.eye(len(x))
-        return float(np.linalg.norm(x) + np.linalg.norm(np.abs(self._carried(X) @ X.T) @ x))
+        try:
+            carried = self._linearised.value if self.claims.on_manifold else tangent_map(self.flow, self.ivp.p0, self.ivp.q0, X)
+        except (RunFailed, BadInput):  # the map has no solution
+            carried = X
+        return float(np.linalg.norm(x) + np.linalg.norm(np.abs(carried @ X.T) @ x))
 
     def _two_form_size(self, Z: Array) -> float:
         Z_p, Z_q = np.abs(Z[: self.ivp.d]), np.abs(Z[self.ivp.d :])

@@ -15,7 +15,8 @@ from typing import Any
 import numpy as np
 
 from daebench.diagnostics.derivative import STEP, derivative
-from daebench.diagnostics.poisson import Map, poisson_defect
+from daebench.diagnostics.poisson import Map, structure_change
+from daebench.errors import BadInput, RunFailed
 from daebench.runs.ivp import Array, PoissonIvp
 from daebench.runs.trajectory import PoissonTrajectory
 from daebench.studies.claims.bench import NO_BOUND, Bench, Finding, attempted, finding
@@ -63,11 +64,14 @@ class PoissonBench(Bench[PoissonIvp, PoissonTrajectory]):
 
     def _poisson(self, h: float) -> tuple[float, float, str]:
         """Return the Poisson defect of n steps of size h, its bound, and why there is none."""
-        flow, y0 = self.method.flow(self.ivp, h, self.n), self.ivp.y0
-        measured, note = attempted(lambda: poisson_defect(flow, y0, self._structure))
+        y0 = self.ivp.y0
+        try:
+            carried = derivative(self.method.flow(self.ivp, h, self.n), y0, np.eye(len(y0)))
+            measured = structure_change(carried, y0, self._structure)
+        except (RunFailed, BadInput) as error:
+            return NO_BOUND, NO_BOUND, str(error)
         if not np.isfinite(measured):
-            return measured, NO_BOUND, note or "the map is not finite."
-        carried = derivative(flow, y0, np.eye(len(y0)))
+            return measured, NO_BOUND, "the map is not finite."
         D, B = np.abs(carried.value), np.abs(self._structure(y0))
         size = D @ B @ D.T + np.abs(self._structure(carried.image))
         unknown = 4 * len(y0) * carried.floor * float(np.max(D)) ** 2 * float(np.max(B))
