@@ -20,8 +20,10 @@ def external_state(state: Any, shapes: Sequence[tuple[int, ...]], duty: str) -> 
     expected_shape = f"{shapes[0]} each" if len(shapes) > 1 else f"{shapes[0]}"
     try:
         arrays = [np.array(part) for part in (state if len(shapes) > 1 else [state])]
-        if state is None or len(arrays) != len(shapes) or any(map(np.iscomplexobj, arrays)):
+        if state is None or len(arrays) != len(shapes):
             raise TypeError
+        if any(map(np.iscomplexobj, arrays)):
+            raise BadInput(f"{duty}, of shape {expected_shape}; {'they are' if len(shapes) > 1 else 'it is'} complex.")
         arrays = [array.astype(float) for array in arrays]
     except (TypeError, ValueError):
         raise BadInput(f"{duty}, of shape {expected_shape}; it returned {type(state).__name__}.") from None

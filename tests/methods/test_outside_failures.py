@@ -4,6 +4,7 @@ import json
 import signal
 import time
 import types
+from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 import pytest
@@ -12,8 +13,9 @@ from outside_code import BALL, RATTLE, run, script
 import daebench as package
 from daebench.errors import BadInput, RunFailed
 from daebench.methods.names import parse
-from daebench.methods.outside import call, limit
+from daebench.methods.outside import call, callables, limit
 from daebench.methods.outside.callables import method_of_callable
+from daebench.runs.request import Request
 
 
 @pytest.mark.parametrize(
@@ -203,6 +205,29 @@ def test_a_timer_that_was_set_before_goes_on_afterwards(mine):
     assert rung == [1]
 
 
+def test_the_limit_ends_what_is_slow_beside_the_main_thread_too():
+    def slow(p, q, h):
+        time.sleep(0.02)
+        return p, q
+
+    with ThreadPoolExecutor(1) as pool:
+        found = pool.submit(run, slow, seconds_limit=0.1).result()
+    assert "the limit of 0.1 s is reached" in found.failure
+    assert 0 < found.steps < 200
+
+
+def test_nothing_is_ended_but_the_code(monkeypatch):
+    look = call.external_state
+
+    def looked(*arguments):
+        time.sleep(0.3)
+        return look(*arguments)
+
+    monkeypatch.setattr(call, "external_state", looked)
+    found = run(lambda p, q, h: (p, q), seconds_limit=0.2)
+    assert (found.steps, "the limit of 0.2 s is reached" in found.failure) == (1, True)
+
+
 def test_seconds_are_those_of_the_code_alone(monkeypatch):
     """A step takes a second of this clock, and what is done around it, such as the look at what it returns, a hundred."""
     clock = types.SimpleNamespace(now=0.0, perf_counter=lambda: clock.now)
@@ -223,7 +248,65 @@ def test_seconds_are_those_of_the_code_alone(monkeypatch):
     monkeypatch.setattr(call, "time", clock)
     monkeypatch.setattr(call, "external_state", looked)
     assert run(step).seconds == 200.0
+    monkeypatch.setattr(callables, "CHUNK_SECONDS", 0.0)  # a block for each step
+    assert run(step).seconds == 200.0
     assert run(solve).seconds == 7.0
+
+
+def test_an_interruption_keeps_the_states_where_they_are_asked_for(library):
+    def interrupted(p, q, h):
+        if p[0] > 0.105:
+            raise KeyboardInterrupt
+        return p + np.array([h, 0, 0]), q
+
+    run(f"{library}:step")  # compiled before the timer is set
+    before = signal.signal(signal.SIGALRM, signal.default_int_handler)
+    for method, steps in ((interrupted, 5), (f"{library}:hangs", 4)):
+        signal.setitimer(signal.ITIMER_REAL, 1.0 if steps == 4 else 0.0)
+        found = run(method)
+        assert (found.interrupted, found.steps, len(found.t)) == (True, steps, steps + 1)
+        assert found.failure.endswith(f"stopped at t = {steps / 100} (step {steps + 1} of 200, h = 0.01): interrupted.")
+    signal.signal(signal.SIGALRM, before)
+    ivp = package.initial_value_problem(BALL["problem"], BALL["case"])
+    with pytest.raises(KeyboardInterrupt):
+        method_of_callable(interrupted).solve(ivp, Request(value=0.01, steps=200))
+
+
+def test_a_state_of_complex_numbers_is_refused_in_words():
+    with pytest.raises(BadInput, match=r"step\(p, q, h\) must return p and q, of shape \(3,\) each; they are complex\."):
+        run(lambda p, q, h: (p + 0j, q))
+
+
+def test_nothing_is_asked_of_code_once_a_value_is_not_finite():
+    states = []
+
+    def step(p, q, h):
+        states.append(p)
+        return (p, q) if len(states) < 3 else (p * np.nan, q)
+
+    assert run(step).steps == 2
+    assert len(states) == 3
+
+
+def test_arguments_are_copies(mine):
+    def solve(p, q, h, t):
+        p += 1.0
+        return np.tile(p, (len(t), 1)), np.tile(q, (len(t), 1))
+
+    ivp = package.initial_value_problem(BALL["problem"], BALL["case"])
+    start = ivp.p0.copy()
+    assert np.array_equal(method_of_callable(solve).solve(ivp, Request(value=0.01, steps=3)).p[0], start)
+    p = start + 0j
+    parse("./mine.py:in_place").step()(p, ivp.q0 + 0j, 0.01)
+    assert np.array_equal(p, start)
+
+
+@pytest.mark.parametrize("kind", [float, complex])
+def test_what_a_file_prints_goes_to_standard_error(mine, capsys, kind):
+    ivp = package.initial_value_problem(BALL["problem"], BALL["case"])
+    parse("./mine.py:prints").flow(ivp, 0.01, 2)(ivp.p0.astype(kind), ivp.q0.astype(kind))
+    out, err = capsys.readouterr()
+    assert (out, err) == ("", "a step\na step\n")
 
 
 def test_a_map_of_code_that_fails_says_so_of_real_states_and_raises_it_of_complex_ones(mine, library):

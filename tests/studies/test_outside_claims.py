@@ -1,5 +1,7 @@
 """What code from outside claims is held against what is measured, by complex step or by differences."""
 
+from dataclasses import replace
+
 import pytest
 from outside_code import RATTLE
 
@@ -7,9 +9,12 @@ import daebench as package
 from daebench.diagnostics.derivative import DerivativeWarning
 from daebench.errors import BadInput
 from daebench.methods.names import parse
+from daebench.methods.outside.callables import method_of_callable
+from daebench.methods.outside.method import Stated
 from daebench.runs.request import Request
 from daebench.studies.claims.check import check_claims
 from daebench.studies.claims.poisson import PoissonBench
+from daebench.studies.grid.claimed import claimed
 
 CLAIMING = (
     RATTLE
@@ -67,6 +72,16 @@ def test_code_that_does_not_compute_in_complex_numbers_is_measured_by_difference
     assert 1e-12 < found["symplectic"].bound < 1e-6
 
 
+def test_what_it_claims_to_conserve_counts_in_a_study(claiming):
+    ivp = package.initial_value_problem("spherical_pendulum", "fig1.2")
+    assert claimed(ivp, parse("./mine.py:step")) == {"energy", "constraints", "two_form"}
+    assert claimed(ivp, parse("./mine.py:one")) == set()
+    turn = method_of_callable(lambda y, h: y)
+    body = package.initial_value_problem("free_rigid_body")
+    assert claimed(body, turn) == set()
+    assert claimed(body, replace(turn, claims=Stated(symplectic=True))) == {"energy", "two_form"}
+
+
 def test_a_library_is_measured_without_claims(library, plain_functions):
     with pytest.warns(DerivativeWarning, match="that of differences"):
         found = findings(f"{library}:step")
@@ -80,7 +95,9 @@ def test_a_library_is_measured_without_claims(library, plain_functions):
     ("claims", "sentence"),
     [
         ("{'oder': 2}", "unknown claim of ./mine.py:step 'oder'; did you mean order"),
-        ("{'order': 2.5}", "claims['order'] = 2.5 is to be a whole number"),
+        ("{'order': 2.5}", "claims['order'] = 2.5 is to be a whole number greater than 0"),
+        ("{'order': True}", "claims['order'] = True is to be a whole number"),
+        ("{'order': -1}", "claims['order'] = -1 is to be a whole number"),
         ("{'symplectic': 1}", "claims['symplectic'] = 1 is to be True or False"),
         ("['order']", "claims is to be a mapping"),
     ],

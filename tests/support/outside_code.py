@@ -99,6 +99,10 @@ def interrupted(p, q, h):
         time.sleep(0.15)
     while True: pass
 
+def prints(p, q, h):
+    print("a step")
+    return p, q
+
 def raises(p, q, h):
     raise ValueError("no root")  # raises
 

@@ -53,7 +53,8 @@ def method_of_callable(code: Any, name: str = "", content: str = "", guard: Guar
     remembers = not inspect.isroutine(code) and callable(getattr(code, "step", None))
     if not (remembers or callable(code)):
         raise BadInput(f"{name} is no method: it is a {type(code).__name__}; {ADVICE}.")
-    taken = _arguments(code.step if remembers else code) - (remembers and isinstance(code, type))
+    unbound = remembers and isinstance(code, type) and inspect.isfunction(inspect.getattr_static(code, "step"))
+    taken = _arguments(code.step if remembers else code) - unbound
     if not 2 <= taken <= 4:
         raise BadInput(f"{name} takes {taken} argument{'' if taken == 1 else 's'}; {ADVICE}.")
     claims = _stated(name, getattr(code, "claims", {}))
@@ -71,8 +72,10 @@ def _stated(name: str, claims: Any) -> Stated:
     for claim, value in claims.items():
         if claim not in known:
             raise unknown(f"claim of {name}", str(claim), known)
-        if not isinstance(value, int if claim == "order" else bool):
-            raise BadInput(f"{name}: claims[{claim!r}] = {value!r} is to be {'a whole number' if claim == 'order' else 'True or False'}.")
+        if claim == "order" and not (type(value) is int and value > 0):
+            raise BadInput(f"{name}: claims['order'] = {value!r} is to be a whole number greater than 0.")
+        if claim != "order" and not isinstance(value, bool):
+            raise BadInput(f"{name}: claims[{claim!r}] = {value!r} is to be True or False.")
     return Stated(**claims)
 
 
@@ -117,7 +120,8 @@ def _steps(code: Code, kind: Kind, ivp: Ivp, grid: Grid) -> Iterator[Block]:
     state: Sequence[Array] = ivp.start
     done, ended = 0, False
     while done < grid.steps:
-        rows, seconds, stopped = list[Array](), 0.0, None
+        rows, seconds = list[Array](), 0.0
+        stopped: BaseException | None = None
         until = time.perf_counter() + CHUNK_SECONDS
         with code.limited():
             try:
@@ -126,7 +130,7 @@ def _steps(code: Code, kind: Kind, ivp: Ivp, grid: Grid) -> Iterator[Block]:
                     rows.append(np.concatenate(state))
                     seconds += took
                     ended = done + len(rows) == grid.steps or time.perf_counter() > until or not np.isfinite(rows[-1]).all()
-            except (Stopped, BadInput) as error:
+            except (Stopped, BadInput, KeyboardInterrupt) as error:
                 stopped = error
         yield Block(np.arange(done + 1, done + len(rows) + 1, dtype=np.int64), np.array(rows).reshape(len(rows), ivp.size), seconds)
         if stopped is not None:  # after the states before it, which are not to be lost

@@ -42,7 +42,7 @@ def integrate(address, par, {state}, h, rows, count):
 '''
 
 
-ITS_OWN = getattr(os, "RTLD_DEEPBIND", 0)
+OWN_NAMES_FIRST = getattr(os, "RTLD_DEEPBIND", 0)
 """A library's functions call each other by their names, and not what else has that name: glibc has a function ``step``."""
 
 STORE = {
@@ -72,7 +72,7 @@ def method_of_library(name: str, path: Path, function: str, content: str) -> Out
         If the library cannot be loaded, or has no function of this name.
     """
     try:
-        library = ctypes.CDLL(str(path.resolve()), mode=ITS_OWN)
+        library = ctypes.CDLL(str(path.resolve()), mode=OWN_NAMES_FIRST)
     except OSError as error:
         raise BadInput(f"{name}: {path} cannot be loaded as a library: {error}.") from None
     try:
@@ -115,12 +115,13 @@ def _blocks(address: int, ivp: Ivp, grid: Grid, request: Request) -> Iterator[Bl
         while done < grid.steps:
             piece = min(piece, grid.steps - done, max(1, MOST_NUMBERS // ivp.size))
             rows = rows if len(rows) >= piece else np.zeros((piece, ivp.size))
-            count[0], took, stopped = 0, 0.0, None
+            count[0], took = 0, 0.0
+            stopped: BaseException | None = None
             try:
                 status, took = worker.result(partial(timed, rows[:piece]), limit)
                 stopped = Stopped(f"the function of the library returned {status}, and not 0") if status else None
-            except Stopped as late:  # the thread is left, which still has the rows
-                stopped = late
+            except (Stopped, KeyboardInterrupt) as ending:  # the thread is left, which still has the rows
+                stopped = ending
             yield Block(np.arange(done + 1, done + count[0] + 1, dtype=np.int64), rows[: count[0]], took)
             if stopped is not None:  # after the states before it, which are not to be lost
                 raise stopped

@@ -5,7 +5,7 @@ import time
 import numpy as np
 
 from daebench.errors import BadInput
-from daebench.methods.fixed_step.stepping import CHUNK_SECONDS
+from daebench.methods.fixed_step.stepping import next_piece
 from daebench.methods.outside.record import NOT_FINITE, SMALLER, Block, Blocks, finite, stopped_sentence
 from daebench.methods.solvers.monitor import Stopped
 from daebench.runs.grid import Grid
@@ -38,7 +38,7 @@ class SampledRun:
         self.conserved: tuple[float, ...] = (float(self._energies(np.concatenate(ivp.start)[None])[0]),)
         self.state_rows = np.empty((grid.rows, 1))
         self.done, self.row, self.left = 0, 0, grid.every
-        self.seconds = 0.0
+        self.seconds, self._piece = 0.0, 1
         self.failure: str | None = None
         self.passages: list[Passage] = []
 
@@ -52,21 +52,20 @@ class SampledRun:
         self.state, self.conserved = numbers
 
     def piece(self, steps: int) -> float:
-        """Take so many steps, or as many as are left, or fill a fifth of a second; return the seconds that the code took.
+        """Take so many steps, or as many as are left, or as take about a fifth of a second; return the seconds that the code took.
 
         BadInput is raised where already the first step gives no state; later, the run has failed.
         """
-        before, start, until = self.seconds, self.done, time.perf_counter() + CHUNK_SECONDS
-        grid = Grid(self.grid.h, min(steps, self.grid.steps - start), 1)
+        before, start, began = self.seconds, self.done, time.perf_counter()
+        grid = Grid(self.grid.h, min(steps, self._piece, self.grid.steps - start), 1)
         try:
             for block in self.blocks(self.ivp.at(*self.state), grid, self.request):
                 self._sample(block, start)
-                if time.perf_counter() > until:
-                    break
         except (Stopped, BadInput) as stop:
             if isinstance(stop, BadInput) and not self.done:
                 raise
             self.failure = stopped_sentence(self.name, self.ivp, self.grid, self.done, stop)
+        self._piece = next_piece(grid.steps, time.perf_counter() - began)
         return self.seconds - before
 
     def _sample(self, block: Block, start: int) -> None:
