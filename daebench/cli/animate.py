@@ -5,7 +5,21 @@ from typing import Annotated, Any
 
 import typer
 
-from daebench.cli.arguments import Algebra, Anyway, Case, Free, OnSingular, Overwrite, Param, Problem, Project, StepSize, TEnd, Tolerance
+from daebench.cli.arguments import (
+    OUTSIDE,
+    Algebra,
+    Anyway,
+    Case,
+    Free,
+    OnSingular,
+    Overwrite,
+    Param,
+    Problem,
+    Project,
+    StepSize,
+    TEnd,
+    Tolerance,
+)
 from daebench.cli.console import bar, method_names, pairs
 
 Out = Annotated[Path, typer.Option("--out", help="File: .html (a page that plays), .svg, .gif or .mp4; its numbers go to FILE.frames.csv.")]
@@ -13,7 +27,7 @@ Out = Annotated[Path, typer.Option("--out", help="File: .html (a page that plays
 
 def animate(
     problem: Problem,
-    methods: Annotated[str, typer.Option("--methods", help="Names of methods, comma-separated; each has its scene beside the others.")],
+    methods: Annotated[str, typer.Option("--methods", help=f"Names of methods, comma-separated; each has its scene; {OUTSIDE}.")],
     t_end: TEnd,
     out: Out,
     case: Case = None,

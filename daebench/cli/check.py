@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from daebench.cli.arguments import Anyway, Case, Free, Json, Param, Problem
+from daebench.cli.arguments import OUTSIDE, Anyway, Case, Free, Json, Param, Problem
 from daebench.cli.console import Bar, bar, pairs, print_json, print_table
 from daebench.errors import BadInput
 
@@ -18,7 +18,8 @@ if TYPE_CHECKING:
 def check(
     problem: Problem,
     method: Annotated[
-        str | None, typer.Option("--method", help="Name of a fixed-step method, for example rattle; if left out, the problem is checked.")
+        str | None,
+        typer.Option("--method", help=f"Name of a fixed-step method, as rattle; if left out, the problem is checked; {OUTSIDE}."),
     ] = None,
     case: Case = None,
     h: Annotated[float | None, typer.Option("--h", help="Step size of all but the order; a small part of the motion if left out.")] = None,

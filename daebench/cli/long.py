@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from daebench.cli.arguments import Anyway, Case, Compensated, Free, Json, OnSingular, Param, Problem
+from daebench.cli.arguments import OUTSIDE, Anyway, Case, Compensated, Free, Json, OnSingular, Param, Problem
 from daebench.cli.console import bar, method_names, pairs, print_json, print_table
 
 if TYPE_CHECKING:
@@ -20,7 +20,7 @@ LINES = 14
 
 def long(
     problem: Problem,
-    methods: Annotated[str, typer.Option("--methods", "--method", help="Names of fixed-step methods, comma-separated.")],
+    methods: Annotated[str, typer.Option("--methods", "--method", help=f"Names of fixed-step methods, comma-separated; {OUTSIDE}.")],
     h: Annotated[float, typer.Option("--h", help="Step size.")],
     steps: Annotated[float, typer.Option("--steps", help="Number of steps, for example 1e8.")] = 1e8,
     case: Case = None,

@@ -7,6 +7,7 @@ import typer
 
 from daebench.cli.arguments import Json, Problem
 from daebench.cli.console import print_json, print_table, printable
+from daebench.errors import BadInput
 
 EQUATIONS = {
     "constrained": "q' = H_p,  p' = -H_q - G^T lam,  0 = g(q)      HLW (1.9)",
@@ -31,6 +32,8 @@ def show(
     if language is not None:
         from daebench.compiler.printed import printed
 
+        if as_json and language != "json":
+            raise BadInput(f"--as {language} prints code; leave --json out, or give --as json.")
         print(printed(language, ivp.problem, ivp.source.derivation), end="")
         return
     poisson = ivp.facts.KIND == "poisson"

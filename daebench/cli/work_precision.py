@@ -102,6 +102,8 @@ def _tell(table: "pd.DataFrame", error: str, cost: str, left_out: Mapping[str, s
     from daebench.studies.work_precision.study import LEVELS, cheapest
 
     best, references = cheapest(table, error, cost, LEVELS), _references(table, error)
+    uncounted = [str(method) for method, rows in table.groupby("method") if rows[cost].isna().all() and (rows["failure"] == "").any()]
+    left_out = {**left_out, **{method: f"{method}: its work is not counted; give --repeat to rank it by time." for method in uncounted}}
     if json:
         failed = int((table["failure"] != "").sum())
         summary = {"best": best.to_dict("records"), "left_out": left_out, "runs": len(table), "failed": failed, "made_again": again}

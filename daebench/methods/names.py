@@ -18,9 +18,9 @@ what the book calls so on either kind of system. What may stand where is in ``na
 problems.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import cache
-from typing import Any
+from typing import Any, cast
 
 from daebench.errors import BadInput, unknown
 from daebench.methods.fixed_step.constrained import FixedStep
@@ -35,9 +35,13 @@ from daebench.methods.outside.read import is_outside, method_from
 from daebench.runs.ivp import Ivp, PoissonIvp
 from daebench.runs.request import Method
 
+Code = str | Callable[..., Any]
+"""A method: its name, or code from outside."""
+
 __all__ = [
     "CONSTRAINED",
     "POISSON",
+    "Code",
     "Kind",
     "free_numbers",
     "kind_of",
@@ -54,7 +58,7 @@ def kind_of(ivp: Ivp) -> Kind:
 
 
 def parse(
-    name: Any, options: Mapping[str, float] | None = None, *, kind: Kind = CONSTRAINED, compensated: bool = False, anyway: bool = False
+    name: Code, options: Mapping[str, float] | None = None, *, kind: Kind = CONSTRAINED, compensated: bool = False, anyway: bool = False
 ) -> Any:
     """Return the method of this name for problems of a kind.
 
@@ -101,7 +105,7 @@ def parse(
     return FixedStep(scheme, form, parts["composition"], parts["projection"], dict(options or {}), compensated)
 
 
-def _outside(code: Any, options: Mapping[str, float] | None, *, compensated: bool) -> OutsideMethod:
+def _outside(code: Code, options: Mapping[str, float] | None, *, compensated: bool) -> OutsideMethod:
     """Return the method of a callable, or that at a place; it has no options, and sums over its steps itself."""
     method = method_from(code) if isinstance(code, str) else method_of_callable(code)
     _require_options(method.name, options, {})
@@ -152,13 +156,13 @@ def _unknown_scheme(kind: Kind, name: str, form: str, scheme: str, *, alone: boo
 
 
 def several(
-    names: Sequence[str | Method[Any, Any]],
+    names: Sequence[Code | Method[Any, Any]],
     options: Mapping[str, float] | None = None,
     *,
     kind: Kind = CONSTRAINED,
     anyway: bool = False,
 ) -> list[Any]:
-    """Return the methods of these names, each with those of the options that it has; what is a method already stays as it is.
+    """Return the methods of these names, or of code from outside, each with those of the options that it has; a method stays as it is.
 
     Raises
     ------
@@ -166,14 +170,20 @@ def several(
         As :func:`parse`, or if an option is one of none of them.
     """
     values = dict(options or {})
-    known = [free_numbers(parse(name, kind=kind, anyway=anyway)) if isinstance(name, str) else {} for name in names]
+    given = [name if isinstance(name, str) or _is_method(name) else parse(cast(Code, name)) for name in names]
+    known = [free_numbers(parse(name, kind=kind, anyway=anyway)) if isinstance(name, str) else {} for name in given]
     for option in values:
         if not any(option in numbers for numbers in known):
             raise unknown("option of these methods", option, sorted({number for numbers in known for number in numbers}))
     return [
         parse(name, {x: values[x] for x in numbers if x in values}, kind=kind, anyway=anyway) if isinstance(name, str) else name
-        for name, numbers in zip(names, known, strict=True)
+        for name, numbers in zip(given, known, strict=True)
     ]
+
+
+def _is_method(code: Any) -> bool:
+    """Return whether something is a method, and not code that could be one."""
+    return hasattr(code, "knob") and hasattr(code, "refusal")
 
 
 def free_numbers(method: Method[Any, Any]) -> Mapping[str, float]:
@@ -184,7 +194,7 @@ def free_numbers(method: Method[Any, Any]) -> Mapping[str, float]:
 
 def method_of(
     ivp: Ivp,
-    name: Any,
+    name: Code,
     options: Mapping[str, float] | None = None,
     *,
     compensated: bool = False,
@@ -201,7 +211,9 @@ def method_of(
     return parse(name, options, kind=kind_of(ivp), compensated=compensated, anyway=anyway)
 
 
-def methods_of(ivp: Ivp, names: Sequence[str], options: Mapping[str, float] | None = None, *, anyway: bool = False) -> list[Any]:
+def methods_of(
+    ivp: Ivp, names: Sequence[Code | Method[Any, Any]], options: Mapping[str, float] | None = None, *, anyway: bool = False
+) -> list[Any]:
     """Return the methods of these names for problems of this kind, each with those of the options that it has.
 
     Raises
@@ -213,7 +225,7 @@ def methods_of(ivp: Ivp, names: Sequence[str], options: Mapping[str, float] | No
     return several(names, options, kind=kind_of(ivp), anyway=anyway)
 
 
-def _require_kind(ivp: Ivp, names: Sequence[str], anyway: bool) -> None:
+def _require_kind(ivp: Ivp, names: Sequence[Any], anyway: bool) -> None:
     """Refuse methods that are known, but for the other kind of problems; code from outside is for either, and is not executed to see."""
     kind = kind_of(ivp)
     other = CONSTRAINED if kind is POISSON else POISSON

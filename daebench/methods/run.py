@@ -9,7 +9,7 @@ from daebench.errors import BadInput, DaebenchError, LostMotion, positive, real,
 from daebench.methods import names
 from daebench.methods.doubts import doubts
 from daebench.methods.initial_value_problem import initial_value_problem
-from daebench.methods.names import kind_of, method_of
+from daebench.methods.names import Code, kind_of, method_of
 from daebench.runs.ivp import ConstrainedIvp, InitialValueProblem, Ivp, PoissonIvp
 from daebench.runs.request import ON_SINGULAR, Progress, Request, resolution_value
 from daebench.runs.trajectory import CONSTRAINED, POISSON, PoissonTrajectory, Trajectory
@@ -21,9 +21,6 @@ if TYPE_CHECKING:
     from daebench.systems.poisson import PoissonSystem
 
 T = TypeVar("T")
-
-Code = str | Callable[..., Any]
-"""A method: its name, or code from outside."""
 
 
 @overload

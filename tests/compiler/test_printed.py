@@ -154,6 +154,11 @@ def test_the_command_prints_what_the_function_returns(daebench, language):
 
 def test_what_cannot_be_printed_is_refused(daebench):
     assert daebench("show", "planar_pendulum", "--as", "cobol")[2].startswith("daebench: unknown language 'cobol'")
+    assert (
+        daebench("show", "planar_pendulum", "--as", "c", "--json")[2]
+        == "daebench: --as c prints code; leave --json out, or give --as json.\n"
+    )
+    assert daebench("show", "planar_pendulum", "--as", "json", "--json") == daebench("show", "planar_pendulum", "--as", "json")
     status, _, err = daebench("show", "ablowitz_ladik", "--as", "c")
     assert (status, err) == (2, "daebench: the functions of a lattice of 16 sites are loops, and are not written out.\n")
     with pytest.raises(BadInput, match="2000 nodes are too many"):

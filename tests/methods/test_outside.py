@@ -7,10 +7,11 @@ import pytest
 from outside_code import BALL, RATTLE, run, script
 
 import daebench as package
-from daebench.errors import LostMotion
+from daebench.errors import BadInput, LostMotion
 from daebench.methods import names
 from daebench.methods.fixed_step.base import monitored_errors, monitored_names, output_maxima
 from daebench.methods.names import parse
+from daebench.methods.outside import callables
 from daebench.studies.grid.run_specification import GridRun
 from daebench.studies.grid.specification_key import key_of
 
@@ -57,6 +58,15 @@ def test_a_program_does_what_rattle_does(program):
     assert theirs.maxima_over == "outputs"
 
 
+def test_progress_is_told_up_to_the_end(mine, program, monkeypatch):
+    monkeypatch.setattr(callables, "CHUNK_SECONDS", 0.0)
+    told = []
+    run("./mine.py:step", steps=4, t_end=None, progress=told.append)
+    assert told == [0.25, 0.5, 0.75, 1.0]
+    run(f"exec:{program}", progress=told.append)
+    assert told[-1] == 1.0
+
+
 def test_monitored_errors_are_those_of_their_formulas(mine, random):
     ivp = package.initial_value_problem(BALL["problem"], BALL["case"])
     p, q = random.standard_normal((2, 5, 3))
@@ -76,6 +86,39 @@ def test_a_callable_itself_is_a_method():
     assert found.method.endswith("still")
     assert found.maxima == {"energy": 0.0, "g": 0.0, "Gv": 0.0}
     assert np.array_equal(package.run("lotka_volterra", method=lambda y, h: y, h=0.1, t_end=1.0).y[0], [4.0, 2.0])
+
+
+class InPlace:
+    """A step that needs no object, of a class."""
+
+    @staticmethod
+    def step(p, q, h):
+        return p, q
+
+
+def test_a_static_step_of_a_class_takes_three_arguments():
+    assert run(InPlace).steps == 200
+
+
+def test_callables_stand_beside_methods_by_their_names(plain_functions):
+    def still(p, q, h):
+        return p, q
+
+    table = package.compare("spherical_pendulum", case="fig1.1", methods=["rattle", still], h=0.1, t_end=1.0)
+    assert list(table["method"].str.rpartition(".")[2]) == ["rattle", "still"]
+    assert table["energy_error"].iloc[1] == 0
+    orders = package.order("spherical_pendulum", case="fig1.1", methods=[still], t_end=1.0, h=0.1, halvings=2)
+    assert set(orders["component"]) == {"q", "p", "lam"}
+    with pytest.raises(BadInput, match="is no method: it is a int"):
+        package.compare("spherical_pendulum", methods=["rattle", 5], h=0.1, t_end=1.0)
+
+
+def test_work_that_is_not_counted_is_said_not_to_be(mine, daebench, tmp_path, plain_functions):
+    words = ("work-precision", "spherical_pendulum", "--case", "fig1.1", "--methods", "rattle,./mine.py:step", "--h", "0.1,0.05,0.025")
+    status, out, _ = daebench(*words, "--t-end", 1, "--repeat", 0, "--out", tmp_path, "--workers", 1)
+    assert status == 0
+    assert "left out: ./mine.py:step: its work is not counted; give --repeat to rank it by time." in out
+    assert "left out: rattle" not in out
 
 
 def test_a_poisson_system_takes_steps_of_y(mine, library):

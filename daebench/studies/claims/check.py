@@ -14,7 +14,7 @@ from daebench.diagnostics.order import SLACK
 from daebench.errors import RunFailed
 from daebench.methods.fixed_step.constrained import FixedStep
 from daebench.methods.initial_value_problem import initial_value_problem
-from daebench.methods.names import method_of
+from daebench.methods.names import Code, method_of
 from daebench.methods.outside.method import OutsideMethod
 from daebench.reference.solution import reach
 from daebench.runs.ivp import Ivp, PoissonIvp
@@ -46,7 +46,7 @@ NO_CLAIMS = "and makes no claims to check"
 def check(
     problem: "str | ConstrainedHamiltonian | PoissonSystem",
     *,
-    method: str,
+    method: Code,
     case: str | None = None,
     h: float | None = None,
     steps: int = STEPS,
@@ -60,8 +60,8 @@ def check(
     ----------
     problem : str, ConstrainedHamiltonian or PoissonSystem
         Name in the catalogue, the path of a problem file, which is executed, or a definition.
-    method : str
-        Name of a fixed-step method.
+    method : str or callable
+        Name of a fixed-step method, or code from outside.
     case : str, optional
         Named initial values; by default the problem's first.
     h : float, optional

@@ -9,7 +9,7 @@ import pandas as pd
 from daebench.diagnostics.energy_verdict import energy_scales, energy_verdict, size
 from daebench.diagnostics.integrals import casimir_errors, energy_error, integral_errors
 from daebench.methods.initial_value_problem import initial_value_problem
-from daebench.methods.names import methods_of
+from daebench.methods.names import Code, methods_of
 from daebench.methods.run import singular_as
 from daebench.runs.ivp import Ivp, PoissonIvp
 from daebench.runs.request import Request, resolution_value
@@ -39,7 +39,7 @@ LABELS = {
 def compare(
     problem: "str | ConstrainedHamiltonian | PoissonSystem",
     *,
-    methods: Sequence[str],
+    methods: Sequence[Code],
     h: float | None = None,
     t_end: float,
     case: str | None = None,
@@ -56,8 +56,8 @@ def compare(
     ----------
     problem : str, ConstrainedHamiltonian or PoissonSystem
         Name in the catalogue, the path of a problem file, which is executed, or a definition.
-    methods : sequence of str
-        Names in the grammar of :mod:`daebench.methods.names`.
+    methods : sequence of str or callable
+        Names in the grammar of :mod:`daebench.methods.names`, or code from outside.
     h : float, optional
         Step size of the fixed-step methods, s.
     t_end : float

@@ -19,7 +19,7 @@ import pandas as pd
 
 from daebench.errors import BadInput, positive
 from daebench.methods.initial_value_problem import initial_value_problem
-from daebench.methods.names import kind_of, methods_of, several
+from daebench.methods.names import Code, kind_of, methods_of, several
 from daebench.reference.solution import reach, reference_solution
 from daebench.runs.ivp import Ivp, PoissonIvp
 from daebench.runs.request import Method
@@ -42,7 +42,7 @@ Began = Callable[[float, str], None]
 def order(
     problem: "str | ConstrainedHamiltonian | PoissonSystem",
     *,
-    methods: Sequence[str | Method[Any, Any]],
+    methods: Sequence[Code | Method[Any, Any]],
     case: str | None = None,
     t_end: float | None = None,
     h: float | None = None,
@@ -57,8 +57,8 @@ def order(
     ----------
     problem : str, ConstrainedHamiltonian or PoissonSystem
         Name in the catalogue, the path of a problem file, which is executed, or a definition.
-    methods : sequence of str
-        Names of fixed-step methods.
+    methods : sequence of str or callable
+        Fixed-step methods: names, or code from outside.
     case : str, optional
         Named initial values; by default the problem's first.
     t_end : float, optional
@@ -87,13 +87,12 @@ def order(
         If there is no reference to hold the runs against.
     """
     ivp = initial_value_problem(problem, case, parameters)
-    given: Any = methods
-    return study(ivp, methods_of(ivp, given, options, anyway=anyway), t_end=t_end, h=h, halvings=halvings).table()
+    return study(ivp, methods_of(ivp, methods, options, anyway=anyway), t_end=t_end, h=h, halvings=halvings).table()
 
 
 def study(
     ivp: Ivp,
-    methods: Sequence[str | Method[Any, Any]],
+    methods: Sequence[Code | Method[Any, Any]],
     *,
     t_end: float | None = None,
     h: float | None = None,
@@ -107,8 +106,8 @@ def study(
     ----------
     ivp : InitialValueProblem
         A problem with consistent initial values.
-    methods : sequence of str or Method
-        Fixed-step methods, or their names.
+    methods : sequence of str, callable or Method
+        Fixed-step methods, their names, or code from outside.
     t_end : float, optional
         End time T, s; by default the power of two that 256 steps of DOP853 at 1e-13 just reach, at most 1024.
     h : float, optional
@@ -127,9 +126,7 @@ def study(
     RunFailed
         If there is no reference.
     """
-    given: Sequence[Any] = methods
-    parsed = several(given, kind=kind_of(ivp))
-    chosen = [measured(method, ivp, "and has no order in h") for method in parsed]
+    chosen = [measured(method, ivp, "and has no order in h") for method in several(methods, kind=kind_of(ivp))]
     if not chosen:
         raise BadInput("an order study needs at least one method, for example rattle.")
     end = positive("t_end", t_end) if t_end is not None else min(LONGEST, 2.0 ** math.floor(math.log2(reach(ivp, LONG))))
