@@ -20,6 +20,9 @@ TWINS = (("Mici", "constrained leapfrog"), ("OpenMM", "RATTLE, tolerance 1e-12")
 ROUNDED = 1e4
 """Errors so many times above the bound of the truth are those of the scheme, and not of rounding."""
 
+SINGULAR = "iftomm"
+"""Motion that passes a configuration in which G loses rank."""
+
 LEVEL = 1e-3
 """Error for which a time is given."""
 
@@ -48,6 +51,7 @@ def check(numbers: Numbers) -> SimpleNamespace:
         twins=twins(runs),
         sentences=counted(numbers.sentences),
         unfinished=unfinished(chosen),
+        singular=singular(runs),
     )
 
 
@@ -109,6 +113,17 @@ def counted(sentences: pd.DataFrame) -> SimpleNamespace:
     values = list(sentences["verdict"]) if len(sentences) else []
     require(set(values) <= {HOLDS, PART, NOT}, "each sentence has a verdict", sorted(set(values)))
     return SimpleNamespace(total=len(values), holds=values.count(HOLDS), part=values.count(PART), no=values.count(NOT))
+
+
+def singular(runs: pd.DataFrame) -> SimpleNamespace | None:
+    """Return how many runs on the way through the singularity did not come to their end, and how many of RATTLE's; None if there are none."""
+    rows = runs[runs["motion"] == SINGULAR]
+    if not len(rows):
+        return None
+    stopped = rows["failure"] != ""
+    rattle = (rows["engine"] == OWN) & (rows["setting"] == RATTLE)
+    counts = {"failed": int(stopped.sum()), "total": len(rows), "rattle_failed": int((stopped & rattle).sum()), "rattle": int(rattle.sum())}
+    return SimpleNamespace(**counts)
 
 
 def unfinished(chosen: pd.DataFrame) -> list[tuple[str, str, str, str]]:

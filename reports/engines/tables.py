@@ -10,6 +10,7 @@ import numpy as np
 import pandas as pd
 from markupsafe import Markup
 
+from daebench.diagnostics.energy import FAILED
 from daebench.draw.figures import save_table
 from daebench.pages.report import MINUS, NONE, count, number, power_of_ten, table
 from daebench.pages.report.tables import Formats, Tabulate, column, text, tiny
@@ -58,7 +59,9 @@ def time_for(rows: pd.DataFrame, level: float) -> float:
 
 
 def verdict(row: Mapping[Any, Any]) -> str:
-    """Return the verdict on the energy, with its law where it drifts."""
+    """Return the verdict on the energy, with its law where it drifts; of a run that ends after t = 10 alone, that it stops."""
+    if row["verdict"] == FAILED and not row["failure"]:
+        return "stops before"
     return f"{row['verdict']}, {row['law']}" if row["law"] and row["verdict"] == "drifts" else str(row["verdict"])
 
 
