@@ -1,6 +1,7 @@
 """Engines against the truth: MuJoCo, EXUDYN, Pinocchio, OpenMM, Mici, jax-md and CasADi on motions whose exact course is known."""
 
 import inspect
+import os
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -33,6 +34,7 @@ def make(out: Path, progress: Progress) -> Path:
             "c": CONSTANTS,
             "at": at,
             "kept": KEPT,
+            "threads": os.environ.get("OMP_NUM_THREADS", ""),
             "drawn": draw(numbers, out / "figures"),
             "tables": tables(numbers, out / "tables"),
             "truths": {first.motion.key: truth.truth(first.motion.key) for first in conclusions.firsts},
