@@ -58,9 +58,7 @@ def _court(certificates: Path | None, out: Path, trust: bool) -> None:
     if certificates is None:
         raise BadInput("report court needs a folder of certificates, as daebench report court certificates --trust.")
     from daebench.pages.certificate.court import court
-    from daebench.runs.files import make_folder
 
-    make_folder(out)
     with bar(f"report {COURT}") as progress:
         page = court(certificates, out, trust=trust, progress=progress)
     print(f"written: {page}")

@@ -16,7 +16,8 @@ from daebench.studies.certificate import process
 from daebench.studies.certificate.agreement import RELATIVE, agreement
 from daebench.studies.certificate.code import code_of, digest_of, put
 from daebench.studies.certificate.make import make
-from daebench.studies.certificate.record import FORMAT, NAME, Unverified, write
+from daebench.studies.certificate.read import Unverified
+from daebench.studies.certificate.record import FORMAT, NAME, write
 from daebench.studies.certificate.verify import verify_certificate
 from daebench.studies.orders import runs
 

@@ -11,7 +11,8 @@ from daebench.runs.json_values import plain
 from daebench.studies.certificate import process
 from daebench.studies.certificate.code import put
 from daebench.studies.certificate.make import make
-from daebench.studies.certificate.record import NAME, Certificate, Unverified, read, write
+from daebench.studies.certificate.read import Unverified, read
+from daebench.studies.certificate.record import NAME, Certificate, write
 
 
 def certify(

@@ -16,8 +16,10 @@ from daebench.pages.report.gallery import put
 from daebench.pages.report.page import Progress, write_page
 from daebench.pages.report.pictures import picture
 from daebench.pages.report.reports import Report
+from daebench.runs.files import make_folder
 from daebench.studies.certificate import process
-from daebench.studies.certificate.record import Unverified, code_in, read, title
+from daebench.studies.certificate.read import Unverified, code_in, read
+from daebench.studies.certificate.record import title
 from daebench.studies.certificate.verify import Verification, verify_certificate
 
 NAME = "court"
@@ -123,6 +125,7 @@ def court(
     files = candidates(folder)
     if (names := executed(files)) and not trust:
         raise BadInput(f"{folder} has certificates of {', '.join(names)}, whose code would be executed; read it, and add --trust.")
+    make_folder(Path(out))
 
     def make(place: Path, tell: Progress) -> Path:
         entries, excluded = judged(folder, files, seconds_limit, tell)

@@ -10,7 +10,8 @@ from daebench.errors import bounded
 from daebench.studies.certificate import process
 from daebench.studies.certificate.agreement import Agreement, Difference, agreement
 from daebench.studies.certificate.code import Code, put
-from daebench.studies.certificate.record import NAME, Certificate, code_in, files_in, read, title
+from daebench.studies.certificate.read import code_in, files_in, read
+from daebench.studies.certificate.record import NAME, Certificate, title
 from daebench.studies.grid.run_specification import code_digest
 
 ONCE = ("case", "parameters", "definition")
@@ -107,7 +108,7 @@ def verify_certificate(
     ------
     BadInput
         If there is none.
-    daebench.studies.certificate.record.Unverified
+    daebench.studies.certificate.read.Unverified
         If it is damaged or of another version, or its code or a problem file is missing or another one; nothing is run then.
     """
     certificate = read(Path(path))
