@@ -245,6 +245,7 @@ FORMS = {
     "binary": (lambda text: "\x00\x01", "is no certificate, or is damaged"),
     "a list": (lambda text: "[]", "is no certificate of daebench"),
     "deep": (lambda text: "[" * 200_000, "is no certificate, or is damaged"),
+    "nested": (lambda text: edited(text, '"format": 1', '"format": 1, "x": ' + "[" * 900 + "]" * 900), "certificate"),
     "no number": (lambda text: edited(text, '"format": 1', '"format": NaN'), "NaN in the place of a number"),
     "a huge number": (lambda text: edited(text, '"format": 1', '"format": 1e999'), "in the place of a number"),
     "another schema": (lambda text: edited(text, "daebench certificate", "other certificate"), "it says it is 'other certificate'"),
@@ -305,6 +306,37 @@ def test_what_is_put_into_a_certificate_is_refused_before_anything_is_run(certif
         verify_certificate(certificate)
     assert said in str(error.value)
     assert len(str(error.value)) < 600
+
+
+def places_of(tree, place=()):
+    """Give the places of all values in a tree, of lists the first alone."""
+    if place:
+        yield place
+    if isinstance(tree, dict):
+        for key, value in tree.items():
+            yield from places_of(value, (*place, key))
+    elif isinstance(tree, list) and tree:
+        yield from places_of(tree[0], (*place, 0))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("value", [None, "x", -1, 1e300, True, [], {}, [None], {"x": None}], ids=repr)
+def test_whatever_stands_in_the_place_of_a_value_is_a_sentence_or_what_is_not_verified(certificate, value):
+    whole = json.loads((certificate / NAME).read_text())
+    places = [place for place in places_of(whole) if place[-1] not in ("checksum", "format", "schema")]
+    assert len(places) > 100
+    for place in places:
+        content = copy.deepcopy(whole)
+        put_at(content, place, value)
+        rewritten(certificate, lambda old, content=content: (old.clear(), old.update(content)))
+        try:
+            verification = verify_certificate(certificate)
+        except Unverified:
+            continue
+        assert len(verification.sentence) < 2100
+        unseen = place[0] in ("about", "options", "claims", "anyway") or place[-1] in ("changed", "guessed", "h", "note")
+        unseen = unseen or "setting" in place or "changed" in place
+        assert not verification.agrees or unseen or at(whole, place) == value, place
 
 
 def test_other_code_beside_a_certificate_is_refused_before_anything_is_run(certificate, monkeypatch):

@@ -14,6 +14,9 @@ from daebench.studies.certificate.record import FORMAT, NAME, SCHEMA, Certificat
 from daebench.studies.certificate.setting import Setting
 from daebench.systems.files.execute import is_path
 
+LONGEST = 2**24
+"""Most bytes of a certificate."""
+
 MOST_PROBLEMS, MOST_STEPS, MOST_RUNS = 32, 10**8, 64
 """Problems of a certificate, steps of a run, and runs of an order study, at most: a certificate of others is not to keep a machine busy."""
 
@@ -41,15 +44,15 @@ def read(path: Path) -> Certificate:
     if not path.is_file():
         raise BadInput(f"there is no certificate {path}; daebench certify makes one.")
     try:
-        if path.stat().st_size > LARGEST:
-            raise Unverified(f"{path} is larger than {LARGEST >> 20} MB, which no certificate is.")
+        if path.stat().st_size > LONGEST:
+            raise Unverified(f"{path} is larger than {LONGEST >> 20} MB, which no certificate is.")
         content = strict(path.read_bytes().decode("utf-8"))
     except (OSError, ValueError) as error:
         raise Unverified(f"{path} is no certificate, or is damaged: {_words(error)}; get it again from where it came.") from error
-    _require_ours(path, content)
     try:
+        _require_ours(path, content)
         _require_form(content)
-    except (ValueError, KeyError, TypeError, AttributeError) as error:
+    except (ValueError, KeyError, TypeError, AttributeError, RecursionError) as error:
         raise Unverified(f"{path} is not what daebench certify writes: {_words(error)}; make it again.") from error
     return Certificate(path.parent, content)
 
