@@ -116,7 +116,7 @@ def counted(sentences: pd.DataFrame) -> SimpleNamespace:
 
 
 def singular(runs: pd.DataFrame) -> SimpleNamespace | None:
-    """Return how many runs on the way through the singularity did not come to their end, and how many of RATTLE's; None if there are none."""
+    """Return how many runs through the singularity did not come to their end, and how many of RATTLE; None if there are none."""
     rows = runs[runs["motion"] == SINGULAR]
     if not len(rows):
         return None
