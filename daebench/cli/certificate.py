@@ -29,10 +29,17 @@ def verify(
     BESIDE THE CERTIFICATE IS EXECUTED: read it first, or verify only those of people you trust. Numbers agree to the bit, or within what
     rounding on another machine makes of them. Times are not compared.
     """
+    from daebench.studies.certificate.read import Unverified
     from daebench.studies.certificate.verify import verify_certificate
 
-    with bar(f"verify {file}") as progress:
-        verification = verify_certificate(file, seconds_limit=seconds_limit, progress=progress)
+    try:
+        with bar(f"verify {file}") as progress:
+            verification = verify_certificate(file, seconds_limit=seconds_limit, progress=progress)
+    except Unverified as error:
+        if not as_json:
+            raise
+        print_json({"file": str(file), "agrees": False, "sentence": str(error), "equal": 0, "within": 0, "faults": [str(error)]})
+        raise typer.Exit(1) from error
     if as_json:
         counts = {"equal": verification.equal, "within": verification.within, "faults": list(verification.faults)}
         print_json({"file": str(file), "agrees": verification.agrees, "sentence": verification.sentence, **counts})

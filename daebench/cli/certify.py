@@ -17,10 +17,7 @@ SecondsLimit = Annotated[float, typer.Option("--seconds-limit", help="Wall-clock
 
 def certify(
     mine: Annotated[
-        str,
-        typer.Argument(
-            metavar="MINE", help="FILE.py:NAME, LIBRARY.so:NAME or exec:PROGRAM, which are executed; or a fixed-step method of daebench."
-        ),
+        str, typer.Argument(help="FILE.py:NAME, LIBRARY.so:NAME or exec:PROGRAM, which are executed; or a fixed-step method of daebench.")
     ],
     out: Annotated[Path, typer.Option("--out", help="Folder to write: a new one, or one with a certificate, which is replaced.")],
     problem: Annotated[

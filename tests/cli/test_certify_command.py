@@ -142,7 +142,7 @@ def test_a_certificate_replaces_another_one_and_nothing_else(brief, daebench):
     ("words", "sentence"),
     [
         (("certify", "./ball.py:step"), "--out"),
-        (("certify", "--out", "made"), "MINE"),
+        (("certify", "--out", "made"), "mine"),
         (("certify", "./nothing.py:step", "--out", "made"), "there is no such file"),
         (("certify", "./ball.py:step", "--problem", "pendulum", "--out", "made"), "unknown problem"),
         (("certify", "./ball.py:step", "--claim", "order", "--out", "made"), "must be of the form name=value"),
@@ -165,6 +165,17 @@ def test_bad_input_is_one_sentence_and_writes_nothing(codes, daebench, monkeypat
     assert (status, out, err.count("\n")) == (2, "", 1)
     assert sentence in err
     assert sorted(codes.rglob("*")) == before
+
+
+def test_what_is_no_certificate_ends_with_1_in_words_and_as_json(codes, daebench):
+    (codes / "certificate.json").write_text("{}")
+    status, out, err = daebench("certificate", "verify", "certificate.json")
+    assert (status, out) == (1, "")
+    assert err == "daebench: certificate.json is no certificate of daebench.\n"
+    status, out, err = daebench("certificate", "verify", ".", "--json")
+    assert (status, err) == (1, "")
+    answer = json.loads(out)
+    assert (answer["agrees"], answer["sentence"]) == (False, "certificate.json is no certificate of daebench.")
 
 
 def test_help_says_that_code_is_executed(daebench, capsys):
