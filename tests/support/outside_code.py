@@ -112,6 +112,7 @@ def of_poisson(y, h):
 
 LIBRARY = r"""
 #include <math.h>
+#include <unistd.h>
 static double dot(const double *a, const double *b) { return a[0]*b[0] + a[1]*b[1] + a[2]*b[2]; }
 int step(const double *par, double *p, double *q, double h)
 {
@@ -134,7 +135,7 @@ int fails_late(const double *par, double *p, double *q, double h)
 int hangs(const double *par, double *p, double *q, double h)
 {
     volatile double moved = p[0] += h;
-    while (moved > 0.105) {}
+    while (moved > 0.105) sleep(1);  /* the thread is left, and is not to keep a core busy */
     return 0;
 }
 int doubles(const double *par, double *y, double h) { y[0] *= 2; return 0; }
