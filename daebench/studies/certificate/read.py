@@ -87,6 +87,7 @@ def _require_form(content: Mapping[str, Any]) -> None:
     for name in ("options", "claims"):
         _require(isinstance(content[name], dict), f"{name} is no mapping")
     _require_files(code["files"])
+    _require(isinstance(code["executable"], list), "what is executable is no list")
     _require(isinstance(code["hash"], str) and set(code["executable"]) <= set(code["files"]), "the files of the code do not fit")
     _require(
         isinstance(content["problems"], list) and 0 < len(content["problems"]) <= MOST_PROBLEMS, "there are too many problems, or none"
