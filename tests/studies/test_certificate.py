@@ -398,6 +398,12 @@ def test_values_are_equal_within_rounding_or_different(old, new, within, counts)
     assert (outcome.equal, outcome.within, len(outcome.differences)) == counts
 
 
+@pytest.mark.parametrize("elsewhere", [{}, {"x": 1.0}, None])
+@pytest.mark.parametrize(("old", "new"), [({}, {"x": 1.0}), ({}, {"x": "a"}), ({"x": "a"}, {}), ({"x": {}}, {"x": {"y": None}})])
+def test_what_one_side_has_not_agrees_with_nothing(old, new, elsewhere):
+    assert len(agreement(old, new, {}, elsewhere).differences) == 1
+
+
 def test_a_word_may_be_that_of_a_start_that_is_rounded_elsewhere():
     assert not agreement({"x": "bounded"}, {"x": "drifts"}, {}, {"x": "bounded"}).differences
     assert agreement({"x": "kept"}, {"x": "drifts"}, {}, {"x": "bounded"}).differences

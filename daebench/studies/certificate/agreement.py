@@ -14,8 +14,8 @@ RELATIVE = 1e-6
 NUMBER = re.compile(r"[-+]?\d+(\.\d+)?(e[-+]?\d+)?")
 """A number in a sentence; sentences are compared without theirs."""
 
-UNTOLD = "untold"
-"""In the place of a value that is not there."""
+UNTOLD = object()
+"""In the place of a value that is not there; it agrees with nothing."""
 
 
 @dataclass(frozen=True)
@@ -114,9 +114,9 @@ def _same(a: Any, b: Any) -> bool:
     """Return whether two values are the same, sentences but for the numbers in them."""
     if isinstance(a, str) and isinstance(b, str) and " " in a:
         return NUMBER.sub("#", a) == NUMBER.sub("#", b)
-    return type(a) is type(b) and bool(a == b)
+    return a is not UNTOLD and type(a) is type(b) and bool(a == b)
 
 
 def _short(value: Any) -> str:
     """Return a value in a few characters."""
-    return "nothing" if value is None or value == UNTOLD else repr(value)[:120]
+    return "nothing" if value is None or value is UNTOLD else repr(value)[:120]
