@@ -136,7 +136,7 @@ def test_the_numbers_are_those_of_a_run(codes):
     mass, gravity = 2.0, 3.0
     energy = np.sum(run.p**2, axis=1) / (2 * mass) + mass * gravity * run.q[:, 2]
     assert numbers["energy"]["largest"] == pytest.approx(np.abs(energy - energy[0]).max(), rel=1e-9)
-    assert numbers["kept"]["g"] == pytest.approx(np.abs(np.sum(run.q**2, axis=1) - 1.0).max(), abs=1e-15)
+    assert numbers["conserved"]["g"] == pytest.approx(np.abs(np.sum(run.q**2, axis=1) - 1.0).max(), abs=1e-15)
     assert max(numbers["curve"]["largest"]) == pytest.approx((energy - energy[0]).max(), abs=1e-12)
     exact = package.run(
         "spherical_pendulum", steps=100 * setting["error_steps"], every=100, **given | {"h": 1e-4, "method": "rattle/kahan_li8"}
@@ -183,7 +183,7 @@ def test_no_number_can_be_changed_by_a_tenth_without_being_seen_but_what_roundin
     of_rounding = {
         ("claims", name, "measured") for name in ("symmetric", "symplectic", "Poisson in the chart", "keeps g", "keeps G H_p", "keeps L3")
     }
-    of_rounding |= {("kept", name) for name in ("g", "Gv", "L3")} | {("error", "bound"), ("orders", "contraction")}
+    of_rounding |= {("conserved", name) for name in ("g", "Gv", "L3")} | {("error", "bound"), ("orders", "contraction")}
     deviations = {("claims", "order", "standard_error")} | {("orders", "components", name, "standard_error") for name in ("q", "p")}
     assert {place for place in loose if place[0] not in ("orders", "curve")} <= of_rounding | deviations
     assert len(loose) < len(places) / 4
@@ -213,8 +213,8 @@ CHANGES = {
     "a verdict": (lambda c: c["problems"][0]["numbers"]["energy"].update(verdict="kept"), "verdict of energy"),
     "a claim that is not stated": (lambda c: c["problems"][0]["numbers"]["claims"]["keeps H"].update(claimed=True), "claimed of keeps H"),
     "a finding less": (lambda c: c["problems"][0]["numbers"]["claims"].pop("keeps L3"), "keeps L3 of claims"),
-    "a number more": (lambda c: c["problems"][0]["numbers"]["kept"].update(charm=0.0), "charm of kept"),
-    "a number that is a word": (lambda c: c["problems"][0]["numbers"]["kept"].update(g="tiny"), "g of kept"),
+    "a number more": (lambda c: c["problems"][0]["numbers"]["conserved"].update(charm=0.0), "charm of conserved"),
+    "a number that is a word": (lambda c: c["problems"][0]["numbers"]["conserved"].update(g="tiny"), "g of conserved"),
     "a number that is not there": (lambda c: c["problems"][0]["numbers"]["error"].update(value=None), "value of error"),
     "a curve that is shorter": (lambda c: c["problems"][0]["numbers"]["curve"]["t"].pop(), "t of curve"),
     "another reference": (lambda c: c["problems"][0]["numbers"]["error"].update(reference="my own"), "reference of error"),
@@ -425,7 +425,7 @@ def test_the_code_is_the_file_and_what_it_imports_beside_it(codes):
 def test_the_hash_is_of_names_and_contents():
     files = {"a": b"1", "b": b"2"}
     others = [{"a": b"1", "b": b"3"}, {"a": b"1", "c": b"2"}, {"a": b"12", "b": b""}, {"a": b"1"}, {"a": b"2", "b": b"1"}]
-    assert len({digest_of(each) for each in [files, *others]}) == 6
+    assert len({digest_of(contents) for contents in [files, *others]}) == 6
     assert digest_of(dict(reversed(files.items()))) == digest_of(files)
 
 

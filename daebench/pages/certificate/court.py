@@ -91,7 +91,7 @@ def executed(files: Iterable[Path]) -> list[str]:
         try:
             certificate = read(file)
             files_of_problems = any(problem["files"] for problem in certificate.content["problems"])
-            if not code_in(certificate).own or files_of_problems:
+            if not code_in(certificate).of_daebench or files_of_problems:
                 names.append(f"{certificate.method} of {file.parent.name}")
         except (BadInput, Unverified):
             continue

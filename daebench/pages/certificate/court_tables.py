@@ -55,7 +55,7 @@ def _row(entry: Any, problem: Any) -> dict[str, Any]:
         "error": known(numbers["error"]["value"]),
         "energy": energy(numbers),
         "size": known(numbers["energy"]["size"]),
-        "g": known(numbers["kept"].get("g")),
+        "g": known(numbers["conserved"].get("g")),
         "defect": defect(numbers),
         "microseconds": 1e6 * known(problem["seconds"]),
     }

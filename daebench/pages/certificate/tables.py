@@ -80,27 +80,29 @@ def conservation(certificate: Certificate, caption: str) -> Markup:
     for problem in certificate.measured:
         measured, energy = problem["numbers"], problem["numbers"]["energy"]
         row = {"problem": title(problem), "energy": known(energy["largest"]), "size": known(energy["size"]), "verdict": verdict(measured)}
-        rows.append(row | {"t": f"{energy['t']:g}", "kept": _kept(measured["kept"]), "microseconds": 1e6 * known(times[id(problem)])})
+        rows.append(
+            row | {"t": f"{energy['t']:g}", "conserved": _conserved(measured["conserved"]), "microseconds": 1e6 * known(times[id(problem)])}
+        )
     frame = pd.DataFrame(rows)
-    frame["kept"] = column([row["kept"] for row in rows], frame)
+    frame["conserved"] = column([row["conserved"] for row in rows], frame)
     formats: Formats = {
         "problem": text,
         "verdict": text,
         "energy": at_most,
         "size": at_most,
-        "kept": text,
+        "conserved": text,
         "t": text,
         "microseconds": number,
     }
     headings = {"verdict": "energy", "energy": "its error<small>largest</small>", "size": "its size<small>of kinetic energy</small>"}
-    headings |= {"kept": "kept to", "t": "up to t<small>s</small>", "microseconds": "a step<small>µs</small>"}
+    headings |= {"conserved": "kept to", "t": "up to t<small>s</small>", "microseconds": "a step<small>µs</small>"}
     return table("conservation", frame, formats, headings, caption)
 
 
-def _kept(kept: Mapping[str, Any]) -> Markup:
+def _conserved(errors: Mapping[str, Any]) -> Markup:
     """Return the largest errors of constraints, Casimir functions and first integrals."""
     names = {"g": Markup("|<i>g</i>|"), "Gv": Markup("|<i>G v</i>|")}
-    return Markup(", ").join(Markup("{} {}").format(names.get(name, name), number(known(value), 1)) for name, value in kept.items())
+    return Markup(", ").join(Markup("{} {}").format(names.get(name, name), number(known(value), 1)) for name, value in errors.items())
 
 
 def files(certificate: Certificate, caption: str) -> Markup:

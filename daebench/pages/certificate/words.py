@@ -72,13 +72,13 @@ def answer(certificate: Certificate) -> Markup:
 def facts(problem: Mapping[str, Any]) -> Markup:
     """Return the numbers of one problem in a sentence."""
     numbers, setting = problem["numbers"], problem["setting"]
-    error, drift, kept = numbers["error"], numbers["energy"], numbers["kept"]
+    error, drift, conserved = numbers["error"], numbers["energy"], numbers["conserved"]
     parts = [
         _order(numbers),
         Markup("energy {} up to t = {:g}, its error at most {}").format(energy(numbers), drift["t"], at_most(known(drift["largest"]))),
         *([Markup("<b>more than the kinetic energy: the motion is lost</b>")] if known(drift["size"]) > LOST else []),
         Markup("error of a coordinate {} up to t = {:g} with h = {:g}").format(number(known(error["value"])), error["t"], setting["h"]),
-        *([Markup("|<i>g</i>| at most {}").format(at_most(known(kept["g"]), 1))] if "g" in kept else []),
+        *([Markup("|<i>g</i>| at most {}").format(at_most(known(conserved["g"]), 1))] if "g" in conserved else []),
     ]
     return Markup("; ").join(parts) + "."
 

@@ -44,7 +44,7 @@ class Code:
         return digest_of(self.files) if self.files else code_digest()
 
     @property
-    def own(self) -> bool:
+    def of_daebench(self) -> bool:
         """Whether it is a method of daebench."""
         return not self.files
 
@@ -52,7 +52,7 @@ class Code:
     def is_beside(self) -> bool:
         """Whether the address leads to one of the files, or is a method of daebench."""
         if not is_outside(self.method):
-            return self.own
+            return self.of_daebench
         match = FILE.fullmatch(self.method)
         if match is not None and not self.method.startswith(PROGRAM):
             return match["path"].removeprefix("./") in self.files
@@ -147,15 +147,15 @@ def _program(address: str, others: Sequence[Path]) -> Code:
     if not words:
         raise BadInput(f"{address} names no program; give its path, as exec:./program.")
     first, rest = words[0], words[1:]
-    found = shutil.which(first)
-    if found is None:
+    program = shutil.which(first)
+    if program is None:
         raise BadInput(f"{address}: there is no such program that may be executed; give its path, as exec:./program.")
     arguments = [Path(word) if Path(word).is_file() else None for word in rest]
     scripts = [path for path in arguments if path is not None]
     interpreter = _is_on_path(first)
     if interpreter and not scripts:
         raise BadInput(f"{address}: {first} is on the PATH, and a certificate needs a file of its own; give its path, as exec:./program.")
-    main = scripts[0] if interpreter else Path(found)
+    main = scripts[0] if interpreter else Path(program)
     near = [file for path in scripts if path.suffix == ".py" for file in imported(path.absolute())]
     contents = _gathered(main, [*scripts, *near, *others])
     words = [Path(first).name if interpreter else f"./{main.name}"]

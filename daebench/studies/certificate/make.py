@@ -86,7 +86,7 @@ def make(
     about = {"options": dict(options or {}), "anyway": anyway, "claims": _claims(claims or {})}
     attempts = []
     for asked in [[_asked(name, k, changed) for k, name in enumerate(problems, 1)]] if problems else _usual(code, changed):
-        guessed = not problems and not (code.own or code.method.startswith(PROGRAM))
+        guessed = not problems and not (code.of_daebench or code.method.startswith(PROGRAM))
         settings = {"parameters": changed, "setting": None, "h": h, "guessed": guessed}
         tasks = [{**about, **settings, "problem": one.problem, "case": one.case} for one in asked]
         definitions = {name: content for one in asked for name, content in one.files.items()}
@@ -146,10 +146,10 @@ def _asked(name: str, number: int, changed: Mapping[str, float]) -> Asked:
     initial_value_problem(problem, case or None, changed)
     if not is_path(problem):
         return Asked(problem, case or None)
-    found = find_problem(problem)
-    place = f"definitions/{number}-{found.path.stem}"
-    files = {f"{place}/{near}": file.read_bytes() for near, file in definition_files(found)}
-    return Asked(f"./{place}/{found.path.name}", case or None, files)
+    definition = find_problem(problem)
+    place = f"definitions/{number}-{definition.path.stem}"
+    files = {f"{place}/{near}": file.read_bytes() for near, file in definition_files(definition)}
+    return Asked(f"./{place}/{definition.path.name}", case or None, files)
 
 
 def _usual(code: Code, changed: Mapping[str, float]) -> list[list[Asked]]:
@@ -158,7 +158,7 @@ def _usual(code: Code, changed: Mapping[str, float]) -> list[list[Asked]]:
         name = next(iter(changed))
         raise BadInput(f"the parameter {name} belongs to one problem; name that too, as --problem double_pendulum --param {name}=2.")
     kinds = {"constrained": CONSTRAINED, "poisson": POISSON}
-    if code.own:
+    if code.of_daebench:
         kinds = dict([next((pair for pair in kinds.items() if _is_name(code.method, pair[1])), ("constrained", CONSTRAINED))])
     return [[Asked(problem, case) for problem, _, case in (name.partition(":") for name in USUAL[kind])] for kind in kinds]
 

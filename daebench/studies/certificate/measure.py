@@ -140,7 +140,7 @@ def _of_runs(ivp: Ivp, method: Any, runs: Sequence[_Runs]) -> list[Numbers]:
         {
             "error": _error(ivp, run.error, error),
             "energy": _energy(ivp, run.long),
-            "kept": {name: value for name, value in run.long.maxima.items() if name != "energy"},
+            "conserved": {name: value for name, value in run.long.maxima.items() if name != "energy"},
             "curve": curve(run.long.t, energy_error(ivp, run.long)),
         }
         for run, error in zip(runs, errors, strict=True)

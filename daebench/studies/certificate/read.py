@@ -137,7 +137,7 @@ def code_in(certificate: Certificate) -> Code:
     code = Code(certificate.method, files, frozenset(content["executable"]))
     _require_beside(certificate, code)
     if code.digest != certificate.hash:
-        whose = "daebench here is" if code.own else "that of its files is"
+        whose = "daebench here is" if code.of_daebench else "that of its files is"
         raise Unverified(
             f"the hash of the code is {certificate.hash[:64]} in the certificate, and {whose} {code.digest}; it is other code."
         )

@@ -43,8 +43,8 @@ def of_runs(numbers: Mapping[str, Any], elsewhere: Mapping[str, Any], bench: Ben
     """
     within: dict[str, Any] = differences(numbers, elsewhere, ROUNDINGS * math.sqrt(steps))
     sizes = {name: size for name, (_, size) in bench.conserved().items()}
-    for name in within["kept"].keys() & sizes.keys():
-        within["kept"][name] = larger(within["kept"][name], bench.bound(steps, sizes[name]))
+    for name in within["conserved"].keys() & sizes.keys():
+        within["conserved"][name] = larger(within["conserved"][name], bench.bound(steps, sizes[name]))
     of_value = bench.bound(1, sizes["energy"])
     within["curve"] |= {name: _envelope(within["curve"][name], of_value) for name in ("least", "largest")}
     energy, off = numbers["energy"], within["energy"]

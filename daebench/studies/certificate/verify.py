@@ -117,9 +117,10 @@ def verify_certificate(
     files = {name: content for problem in listed for name, content in files_in(certificate.folder, problem["files"]).items()}
     answers = measured(code, [_task(certificate, problem) for problem in listed], files, seconds_limit, progress)
     agreements = [_held(problem, answer) for problem, answer in zip(listed, answers, strict=True)]
-    faults = tuple(difference.sentence for each in agreements for difference in each.differences)
+    faults = tuple(difference.sentence for outcome in agreements for difference in outcome.differences)
     problems = tuple({**problem, **answer} for problem, answer in zip(listed, answers, strict=True))
-    return Verification(certificate, problems, sum(each.equal for each in agreements), sum(each.within for each in agreements), faults)
+    equal, within = (sum(getattr(outcome, name) for outcome in agreements) for name in ("equal", "within"))
+    return Verification(certificate, problems, equal, within, faults)
 
 
 def _task(certificate: Certificate, problem: Mapping[str, Any]) -> dict[str, Any]:
