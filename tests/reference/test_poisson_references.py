@@ -375,7 +375,7 @@ def test_a_whole_run_is_judged_too(reference):
         (lambda y, h: None, r"step must return y, of shape \(2,\); it returned NoneType"),
         (lambda y, h: (y, y), r"step must return y, of shape \(2,\); its shape is \(2, 2\)"),
         (lambda y, h: y[:1], r"step must return y, of shape \(2,\); its shape is \(1,\)"),
-        (lambda y, h: y + 1j, r"step must return y, of shape \(2,\); it returned ndarray"),
+        (lambda y, h: y + 1j, r"step must return y, of shape \(2,\); it is complex"),
     ],
     ids=["nothing", "a pair", "short", "complex"],
 )
