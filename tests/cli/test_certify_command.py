@@ -101,6 +101,7 @@ def test_a_program_is_certified(codes, daebench):
 
 
 @pytest.mark.slow
+@pytest.mark.exhaustive
 def test_a_method_of_daebench_is_certified_by_the_hash_of_the_package(codes, daebench):
     status, out, err = daebench("certify", "rattle", "--problem", "planar_pendulum:rotating", "--out", "made", "--json")
     assert (status, err) == (0, "")
@@ -115,6 +116,7 @@ def test_a_method_of_daebench_is_certified_by_the_hash_of_the_package(codes, dae
 
 
 @pytest.mark.slow
+@pytest.mark.exhaustive
 def test_a_problem_file_goes_with_the_certificate(folder, daebench):
     status, _, err = daebench("certify", "rattle", "--problem", "./ring.py:turning", "--out", "made")
     assert (status, err) == (0, "")

@@ -130,6 +130,8 @@ def test_contenders_are_of_motions_of_the_page_and_from_coarse_to_fine(engine):
         assert list(entry.values) == sorted(entry.values, reverse=True)
 
 
+@pytest.mark.slow
+@pytest.mark.exhaustive
 def test_two_fine_runs_of_a_chain_are_within_their_bound_of_the_certified_motion():
     motion = Motion("chain5", "pendulum_chain", "hanging", "", "")
     known = truths.fine(motion.ivp)
@@ -319,6 +321,7 @@ def test_without_engines_the_page_says_so_and_does_not_fail(tmp_path, monkeypatc
 
 
 @pytest.mark.slow
+@pytest.mark.exhaustive
 @pytest.mark.parametrize("engine", ADAPTED, ids=lambda engine: engine.name)
 def test_sentences_of_a_documentation_have_a_measurement_and_a_verdict(engine):
     if not engine.installed:
@@ -332,6 +335,7 @@ def test_sentences_of_a_documentation_have_a_measurement_and_a_verdict(engine):
 
 
 @pytest.mark.slow
+@pytest.mark.exhaustive
 def test_a_page_of_mici_alone(tmp_path, monkeypatch):
     pytest.importorskip("mici")
     (mici,) = (engine for engine in ENGINES if engine.name == "Mici")
