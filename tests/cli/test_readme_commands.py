@@ -36,8 +36,8 @@ LONG = (
 )
 """Beginnings of commands that take minutes, or need one that does; of those with grids the slow tests ask what they would run."""
 
-STOPS = "daebench run spherical_pendulum --case fig1.2 --method se "
-"""The command of the tour that is to stop."""
+STOPS = ("daebench run spherical_pendulum --case fig1.2 --method se ", "daebench diagnose ./faulty.py:step ")
+"""Beginnings of the commands that end with 1: a run that stops, a fault that is found."""
 
 HERE = [command for command in said.commands() if not command.startswith(tuple(ELSEWHERE))]
 
@@ -77,6 +77,7 @@ def test_a_command_of_the_readme_does_what_it_is_there_for(reader, command):
         done = said.call(each, reader)
         assert done.returncode == (1 if each.startswith(STOPS) else 0), done.stderr
         assert "Traceback" not in done.stderr
+        assert (printed := said.printed_by(each)) is None or printed in done.stdout
         assert (out := named_after(each, "--out")) is None or (reader / out).exists()
 
 
@@ -101,7 +102,7 @@ def test_what_is_compared_with_a_reference_is_no_reference():
 
 
 def test_what_is_not_run_here_is_in_the_readme():
-    for beginning in (*ELSEWHERE, *QUICK, *LONG, STOPS):
+    for beginning in (*ELSEWHERE, *QUICK, *LONG, *STOPS):
         assert any(command.startswith(beginning) for command in said.commands()), beginning
 
 

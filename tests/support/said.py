@@ -10,7 +10,7 @@ from pathlib import Path
 
 from readme import README
 
-FILES = ("bead.py", "body.py", "mine.py", "my_report.py")
+FILES = ("bead.py", "body.py", "mine.py", "faulty.py", "my_report.py")
 """Files that the README shows whole."""
 
 
@@ -40,6 +40,12 @@ def commands():
     """Return the commands of the README's blocks, in their order, but for those below a marker."""
     blocks = re.findall(r"(?<!-->\n)^```sh\n(.*?)^```", README.read_text(encoding="utf-8"), re.MULTILINE | re.DOTALL)
     return [line for each in blocks for line in each.splitlines()]
+
+
+def printed_by(command):
+    """Return what the README shows that a command prints, None where it shows nothing."""
+    shown = re.search(rf"^{re.escape(command)}\n```\n\n```text\n(.*?)^```", README.read_text(encoding="utf-8"), re.MULTILINE | re.DOTALL)
+    return shown and shown[1]
 
 
 def programs():
