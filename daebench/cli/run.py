@@ -24,6 +24,13 @@ MOST_PASSAGES = 6
 """Rank-loss events that are printed; JSON has all."""
 
 
+class Callbacks(StrEnum):
+    """What IDA and CVODE call."""
+
+    native = "native"
+    python = "python"
+
+
 class Precision(StrEnum):
     """Number types of a run."""
 
@@ -67,6 +74,7 @@ def run(
     anyway: Anyway = False,
     compensated: Compensated = False,
     seconds_limit: SecondsLimit = None,
+    callbacks: Annotated[Callbacks, typer.Option("--callbacks", help="What IDA and CVODE call: native or python.")] = Callbacks.native,
     overwrite: Overwrite = False,
     as_json: Json = False,
 ) -> None:
@@ -81,6 +89,7 @@ def run(
         asked |= {"watch": None if watch is None else _monitored(watch), "multipliers": lam, "raw": raw, "progress": progress}
         asked |= {"options": pairs("option", option or []), "compensated": compensated, "precision": precision.value, "anyway": anyway}
         asked |= {"y0": numbers("--y0", y0), "project": project, "on_singular": on_singular, "seconds_limit": seconds_limit}
+        asked["callbacks"] = callbacks.value
         chosen, ivp, request = prepare(problem, method=method, **start, **asked)
         trajectory = chosen.solve(ivp, request)
     _write(out, ivp, request, method, trajectory)

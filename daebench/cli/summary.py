@@ -43,6 +43,7 @@ def summary_of(ivp: Ivp, trajectory: Trajectory | PoissonTrajectory, *, compensa
         "seconds": trajectory.seconds,
         "compile_seconds": trajectory.compile_seconds,
         "callback_seconds": trajectory.callback_seconds,
+        "callbacks": trajectory.callbacks,
         "failure": trajectory.failure,
     }
 

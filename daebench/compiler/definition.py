@@ -20,6 +20,35 @@ ALGEBRAS = ("values", "arrays")
 """How vectors are held: as values in straight-line code, for few unknowns, or as arrays in loops over the nodes of a chain."""
 
 
+@dataclass(frozen=True)
+class Wrapper:
+    """Functions that are written beside those of a generated module, and call them.
+
+    Parameters
+    ----------
+    text : str
+        Their source.
+    roots : tuple of str
+        Names of those that are called from Python.
+    called_back : bool
+        Whether some are called from C, see :data:`daebench.compiler.callbacks.SIGNATURES`.
+    """
+
+    text: str
+    roots: tuple[str, ...]
+    called_back: bool = False
+
+    def decorated(self, *, cached: bool) -> str:
+        """Return their source, handed to numba."""
+        from daebench.compiler.syntax import NONE, decorated
+
+        if not self.called_back:
+            return decorated(self.text, self.roots, cached)
+        from daebench.compiler.callbacks import IMPORTS, SIGNATURES
+
+        return f"{IMPORTS}{decorated(self.text, self.roots, cached, NONE, SIGNATURES)}"
+
+
 @dataclass(frozen=True, eq=False)
 class Source:
     """Where a definition comes from: it is made, and SymPy imported, only when something is derived.
@@ -104,7 +133,7 @@ class Source:
         roots: Sequence[str | tuple[str, str]],
         *,
         form: str = "",
-        wrapper: tuple[str, str] = ("", ""),
+        wrapper: Wrapper | None = None,
         **options: Any,
     ) -> types.ModuleType:
         """Return a generated module of functions of the problem.
@@ -119,20 +148,21 @@ class Source:
             Functions: names of the scheme language, or file and name.
         form : str
             Form of the system.
-        wrapper : (str, str)
-            Name and source of one function more, which calls these; "" for none.
+        wrapper : Wrapper, optional
+            More functions, which call these.
         **options
             As for :class:`daebench.compiler.link.Options`.
         """
 
         def build(cached: bool) -> str:
             from daebench.compiler.link import Linker, Options
-            from daebench.compiler.syntax import LANGUAGE, decorated
+            from daebench.compiler.syntax import LANGUAGE
 
             linker = Linker(self.form(form), Options(form=form, **options))
             module = linker.module(title, [(LANGUAGE, root) if isinstance(root, str) else root for root in roots], cached)
-            name, text = wrapper
-            return f"{module}\n\n{decorated(text, [name], cached) if text and linker.options.compiled else text}"
+            if wrapper is None:
+                return module
+            return f"{module}\n\n{wrapper.decorated(cached=cached) if linker.options.compiled else wrapper.text}"
 
         key = f"{self.key} functions {roots} {form} {wrapper} {sorted(options.items())}"
         return generated(f"{self.problem}_{stem}", key, build)

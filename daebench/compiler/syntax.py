@@ -2,7 +2,10 @@
 
 import ast
 import hashlib
+import inspect
+import types
 from collections.abc import Mapping, Sequence
+from copy import deepcopy
 from functools import cache, reduce
 from types import MappingProxyType
 
@@ -76,21 +79,65 @@ def call(name: str, arguments: Sequence[ast.expr]) -> ast.Call:
     return ast.Call(ast.Name(name, ast.Load()), list(arguments), [])
 
 
-def decorated(body: str, roots: Sequence[str], cached: bool, constants: Mapping[str, str] = MappingProxyType({})) -> str:
+NONE: Mapping[str, str] = MappingProxyType({})
+
+
+def decorated(
+    body: str,
+    roots: Sequence[str],
+    cached: bool,
+    constants: Mapping[str, str] = NONE,
+    callbacks: Mapping[str, str] = NONE,
+    options: str = "",
+) -> str:
     """Hand each function to numba; only the roots are kept on disk, with everything else inside them, and can be called from Python.
+
+    ``callbacks`` are the signatures of those that C calls, ``options`` more options of the compilation of roots.
 
     What wraps a function for Python takes as long to compile as a small function itself. The others are named by their text, and are
     shared with modules in which it is the same, see :func:`daebench.compiler.sharing.shared`; ``constants`` are the texts of what they
     read.
     """
-    tree = ast.parse(body)
+    tree = _apart(ast.parse(body), roots, callbacks)
     functions = {node.name: node for node in tree.body if isinstance(node, ast.FunctionDef)}
-    root_decorator = f"njit(error_model='numpy'{', cache=True' if cached else ''})"
+    options = f"error_model='numpy'{options}{', cache=True' if cached else ''}"
     hashed = cache(lambda name: _hash(functions[name], [hashed(callee) for callee in _names(functions[name], functions)], constants))
-    decorators = {name: root_decorator if name in roots else f"shared({hashed(name)!r})" for name in functions}
+    decorators = {name: f"njit({options})" if name in roots else f"shared({hashed(name)!r})" for name in functions}
+    decorators |= _within(functions, callbacks)
+    decorators |= {name: f"callback({signature!r}, {options})" for name, signature in callbacks.items() if name in functions}
     for name, node in functions.items():
         node.decorator_list = [ast.parse(decorators[name], mode="eval").body]
     return ast.unparse(tree)
+
+
+def imports(module: types.ModuleType) -> str:
+    """Return the import statements at the top of a module, for source that is written with functions of it."""
+    body = ast.parse(inspect.getsource(module)).body
+    return "\n".join(ast.unparse(node) for node in body if isinstance(node, ast.Import | ast.ImportFrom))
+
+
+def _apart(tree: ast.Module, roots: Sequence[str], callbacks: Mapping[str, str]) -> ast.Module:
+    """Let callbacks call copies of the roots: of these nothing need be compiled that wraps them for Python."""
+    functions = {node.name: node for node in tree.body if isinstance(node, ast.FunctionDef)}
+    copies: dict[str, ast.FunctionDef] = {}
+    for name in functions.keys() & callbacks.keys():
+        for node in ast.walk(functions[name]):
+            if isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id in functions.keys() & set(roots):
+                copy = copies.setdefault(node.func.id, deepcopy(functions[node.func.id]))
+                node.func.id = copy.name = f"{functions[node.func.id].name}_within"
+    tree.body += copies.values()
+    return tree
+
+
+def _within(functions: Mapping[str, ast.FunctionDef], callbacks: Mapping[str, str]) -> dict[str, str]:
+    """Return how functions are compiled that callbacks need: those that are called from one place become part of what calls them."""
+    needed, waiting = dict[str, int](), [name for name in callbacks if name in functions]
+    while waiting:
+        calls = (node.func for node in ast.walk(functions[waiting.pop()]) if isinstance(node, ast.Call))
+        for name in [called.id for called in calls if isinstance(called, ast.Name) and called.id in functions]:
+            waiting += [] if name in needed else [name]
+            needed[name] = needed.get(name, 0) + 1
+    return {name: "inlined" if places == 1 else "alone" for name, places in needed.items()}
 
 
 def _names(node: ast.FunctionDef, functions: Mapping[str, ast.FunctionDef]) -> list[str]:

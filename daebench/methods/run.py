@@ -11,7 +11,7 @@ from daebench.methods.doubts import doubts
 from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.methods.names import Code, kind_of, method_of
 from daebench.runs.ivp import ConstrainedIvp, InitialValueProblem, Ivp, PoissonIvp
-from daebench.runs.request import ON_SINGULAR, Progress, Request, resolution_value
+from daebench.runs.request import CALLBACKS, ON_SINGULAR, Progress, Request, resolution_value
 from daebench.runs.trajectory import CONSTRAINED, POISSON, PoissonTrajectory, Trajectory
 
 if TYPE_CHECKING:
@@ -96,6 +96,7 @@ def prepare(
     anyway: bool = False,
     count: bool = True,
     seconds_limit: float | None = None,
+    callbacks: str = "native",
     progress: Progress | None = None,
 ) -> tuple[Any, Ivp, Request]:
     """Return a method of the problem's kind, a consistent initial value problem and a request, all checked: what a run needs.
@@ -148,6 +149,8 @@ def prepare(
         Whether work is counted.
     seconds_limit : float, optional
         Wall-clock limit, s.
+    callbacks : str
+        What IDA and CVODE call: "native", machine code where the libraries of SUNDIALS allow it, or "python".
     progress : callable, optional
         Told the fraction done.
 
@@ -174,6 +177,9 @@ def prepare(
     extent = _extent(t_end=t_end, steps=steps, every=every, points=points, seconds_limit=seconds_limit)
     results: dict[str, Any] = {"watch": _monitored(ivp, watch), "count": count, "multipliers": multipliers, "raw": raw}
     manner: dict[str, Any] = {"precision": precision, "on_singular": on_singular, "progress": progress, "keep_interrupted": True}
+    if callbacks not in CALLBACKS:
+        raise unknown("kind of callbacks", callbacks, CALLBACKS)
+    manner["callbacks"] = callbacks
     request = Request(value=value, **extent, **results, **manner)
     chosen.check(ivp, request)
     return chosen, ivp, request

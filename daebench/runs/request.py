@@ -19,6 +19,13 @@ ON_SINGULAR = {
 """What a run does where G loses rank."""
 
 
+CALLBACKS = {
+    "native": "machine code, where the libraries of SUNDIALS allow it",
+    "python": "Python functions, through scikit-sundae",
+}
+"""What IDA and CVODE call for the equations, and where the loop over their steps is: in machine code, or in Python."""
+
+
 @dataclass(frozen=True)
 class WorkLimit:
     """When a tolerance-driven run is given up: by its work and not by the clock, so that what becomes of it depends on no machine.
@@ -71,6 +78,8 @@ class Request:
         Limit of work of a tolerance-driven method.
     on_singular : str, optional
         What to do where G loses rank: one of :data:`ON_SINGULAR`. The default is what the case declares.
+    callbacks : str
+        What IDA and CVODE call: one of :data:`CALLBACKS`.
     keep_interrupted : bool
         Whether a run that Ctrl-C ends is returned as far as it came, with what its failure says; else the interruption goes on.
     """
@@ -89,6 +98,7 @@ class Request:
     seconds_limit: float | None = None
     work_limit: WorkLimit | None = None
     on_singular: str | None = None
+    callbacks: str = "native"
     keep_interrupted: bool = False
 
     def at_rank_loss(self, ivp: ConstrainedIvp) -> str:

@@ -54,6 +54,8 @@ class Outcome:
         Time until the kernel was ready.
     callback_seconds : float, optional
         Part of ``seconds`` spent in Python callbacks, for solvers that have them.
+    callbacks : str, optional
+        What IDA or CVODE called, see :data:`daebench.runs.request.CALLBACKS`; None of other methods.
     failure : str, optional
         Why the run ended early, as a sentence; None if it is complete.
     interrupted : bool
@@ -75,6 +77,7 @@ class Outcome:
     seconds: float
     compile_seconds: float = 0.0
     callback_seconds: float | None = None
+    callbacks: str | None = None
     failure: str | None = None
     interrupted: bool = False
 

@@ -16,9 +16,9 @@ from daebench.methods.formulations import constrained as posing
 from daebench.methods.formulations.constrained import pose
 from daebench.methods.formulations.table import FORMULATIONS
 from daebench.methods.initial_value_problem import initial_value_problem
-from daebench.methods.solvers.conserved import conservation
 from daebench.methods.solvers.cvode import Cvode
 from daebench.methods.solvers.ida import Ida
+from daebench.methods.solvers.monitored import Monitored
 from daebench.methods.solvers.scipy_ode import ScipyOde
 from daebench.methods.solvers.variants import SCIPY as IMPLICIT
 from daebench.runs.request import Request
@@ -69,13 +69,13 @@ def test_an_ordinary_motion_is_never_stopped_nor_doubted(name, tol):
 def test_the_change_that_is_explained_is_that_of_errors_within_the_tolerance():
     fast = ivp("spherical-fast")
     dae = pose(fast, "ode")
-    found = conservation(dae, 1e-6).explained(dae.y0, 0.1)
+    found = Monitored(dae, 1e-6).explained(dae.y0, 0.1)
     q, v = dae.y0[:3], dae.y0[3:]
     H_q, H_v = np.array([0, 0, 1.0]), v
     expected = 1e-6 * (np.abs(H_q) @ (1 + np.abs(q)) + np.abs(H_v) @ (1 + np.abs(v)))
     assert found[0] == pytest.approx(expected, rel=1e-4)
     assert found[1] == pytest.approx(1e-6 * np.abs(2 * q) @ (1 + np.abs(q)), rel=1e-4)
-    wider = conservation(pose(fast, "index3"), 1e-6).explained(dae.y0, 1e-3)
+    wider = Monitored(pose(fast, "index3"), 1e-6).explained(dae.y0, 1e-3)
     assert wider[0] > 100 * found[0]
 
 

@@ -1,5 +1,6 @@
 """Formulations without numba: the generated source run as it stands, so that sweeps need not compile every pair."""
 
+import re
 import types
 
 from daebench.compiler.link import Linker, Options
@@ -10,13 +11,11 @@ _kept = {}
 
 
 def run(text, name):
-    """Return a module of generated source with ``njit`` and ``shared`` standing for nothing."""
+    """Return a module of generated source with what hands functions to numba standing for nothing."""
     found = types.ModuleType(name)
-    for imported in ("machine_code import njit", "sharing import shared"):
-        text = text.replace(
-            f"from daebench.compiler.{imported}", f"{imported.rpartition(' ')[2]} = lambda *_, **__: lambda function: function"
-        )
-    exec(text, found.__dict__)
+    given = dict.fromkeys(("njit", "shared", "callback"), lambda *_, **__: lambda function: function)
+    found.__dict__.update(given | dict.fromkeys(("alone", "inlined"), lambda function: function))
+    exec(re.sub(r"from daebench\.compiler\.(machine_code|sharing) import .*", "", text), found.__dict__)
     return found
 
 

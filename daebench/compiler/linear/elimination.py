@@ -81,3 +81,11 @@ def finite(health: float, values: Any) -> float:
     for value in values:
         health += 0.0 * value
     return health
+
+
+def finite_matrix(health: float, matrix: Any) -> float:
+    """Return ``health``, or NaN if any entry of a matrix, shape(n, k), is not finite."""
+    for row in matrix:
+        for value in row:
+            health += 0.0 * value
+    return health

@@ -17,13 +17,14 @@ from numpy import absolute, concatenate, empty, inf
 
 
 def source(cached: bool) -> str:
-    """Return the source of a module of ``eliminate`` and ``finite`` of :mod:`daebench.compiler.linear.elimination`, handed to numba."""
+    """Return the source of a module of the functions of :mod:`daebench.compiler.linear.elimination` named below, handed to numba."""
     *body, pivot = lines("elimination", {"UNKNOWNS": "n", "COLUMNS": "a.shape[1]", "INF": "inf"})
     sizes = ["n = A.shape[0]", "a = concatenate((A, B), axis=1)"]
-    texts = [function("eliminate(A, B)", *sizes, *body, "B[:] = a[:, n:]", pivot), inspect.getsource(elimination.finite)]
+    written = function("eliminate(A, B)", *sizes, *body, "B[:] = a[:, n:]", pivot)
+    texts = [written, inspect.getsource(elimination.finite), inspect.getsource(elimination.finite_matrix)]
     decorator = f"@njit(error_model='numpy'{', cache=True' * cached})"
     return "\n\n".join([HEADER, *(f"{decorator}\n{text}" for text in texts)])
 
 
 _MODULE = generated("elimination", "elimination", source)
-eliminate, finite = _MODULE.eliminate, _MODULE.finite
+eliminate, finite, finite_matrix = _MODULE.eliminate, _MODULE.finite, _MODULE.finite_matrix

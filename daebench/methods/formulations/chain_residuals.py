@@ -8,12 +8,16 @@ from functools import cached_property
 import sympy as sp
 
 from daebench.compiler import codegen
+from daebench.compiler.callbacks import ABOVE, JACOBIANS, SIGNATURES
 from daebench.compiler.linear import elimination
 from daebench.compiler.syntax import decorated
 from daebench.methods.formulations import residuals
 from daebench.methods.formulations.chain_equations import PLACES, NodeEquations, variants
 from daebench.methods.formulations.equations import OPTIONS
 from daebench.systems.chain import ConstrainedChain
+
+SCALE = sp.Dummy("cj")
+"""What multiplies the derivatives with respect to y'."""
 
 
 @dataclass(frozen=True)
@@ -60,43 +64,59 @@ class Layout:
         return [(chain.b if name in "qv" else chain.c, starts[name] + i) for name, i in self.order]
 
 
-CALLED = """
+CALLED = f"""
 def residual(t, y, yp, res, par):
     rows(y, yp, res, par)
     return finite(1.0, res)
+
+
+def jacobian(t, y, yp, cj, above, JJ, par):
+    JJ[:] = 0.0
+    rows_y(y, yp, cj, above, JJ, par)
+    return finite_matrix(1.0, JJ)
+
+
+def jacobian_callback(t, cj, y, yp, res, JJ, user, a, b, c):
+    above, entries = int(head(user)[{ABOVE}]), band(user, JJ)
+    return noted(user, {JACOBIANS}, t, jacobian(t, vector(user, y), vector(user, yp), cj, above, entries, numbers(user)))
 """
 
 
 def source(title: str, chain: ConstrainedChain, formulation: str, multipliers: str, *, cached: bool) -> str:
     """Return the source of a formulation's module.
 
-    It has ``residual(t, y, yp, res, par)`` in the order of :class:`Layout`; ``momenta(v, out, par)``, which fills out, shape(d,), with M v;
+    It has ``residual(t, y, yp, res, par)`` in the order of :class:`Layout`; ``jacobian(t, y, yp, cj, above, JJ, par)``, which fills JJ,
+    shape(n, w), with entry (i, j) of dF/dy + cj dF/dy' in place (j, i - j + above); ``momenta(v, out, par)``, which fills out with M v;
     LOWER and UPPER, the widths of the band of its Jacobian below and above the diagonal; NODES; and PLACES and MISSING of the layout.
 
     Parameters are those of :func:`daebench.methods.formulations.residuals.source`, with a chain in place of the derivation; ``ode`` is none
     of the formulations.
     """
     layout = Layout(chain, formulation)
-    parameters = {symbol: f"par[{i}]" for i, symbol in enumerate([*chain.parameters, *OPTIONS.get(formulation, ())])}
-    rows, momenta, ahead = [], [], [0]
+    parameters = {symbol: f"par[{i}]" for i, symbol in enumerate([*chain.parameters, *OPTIONS.get(formulation, ())])} | {SCALE: "cj"}
+    rows, rows_y, momenta, ahead = [], [], [], [0]
     for nodes, of in variants(chain):
         columns, F = _columns(layout, of, multipliers), _rows(layout, of)
         names = {chain.node: "float(k)", **parameters}
         unknowns = {symbol: layout.at(array, index) for symbol, (array, index) in columns.items()}
         rows += _loop(nodes, [layout.at("res", index) for index, _ in F], [row for _, row in F], names | unknowns)
+        rows_y += _loop(nodes, *_entries(layout, columns, F), names | unknowns)
         ahead += [columns[symbol][1] - index for index, row in F for symbol in row.free_symbols & columns.keys()]
         v = {symbol: f"v[{chain.b} * k + {chain.b * place + i}]" for place in PLACES for i, symbol in enumerate(of.unknowns["v", place])}
         momenta += _loop(nodes, [f"out[{chain.b} * k + {i}]" for i in range(chain.b)], list(of.momentum), names | v)
     compiled = [
         inspect.getsource(elimination.finite),
+        inspect.getsource(elimination.finite_matrix),
         codegen.function("rows(y, yp, res, par)", *rows),
+        codegen.function("rows_y(y, yp, cj, above, JJ, par)", *rows_y),
         CALLED,
+        residuals.RESIDUAL_CALLED_BACK,
         codegen.function("momenta(v, out, par)", *momenta),
     ]
     header = residuals.HEADER.format(title=title)
     facts = f"MECHANICAL = True\nLOWER, UPPER = {-min(ahead)}, {max(ahead)}\n"
     facts += f"NODES, MISSING = {chain.nodes}, {layout.missing}\nPLACES = {layout.places}"
-    return "\n\n".join([header, facts, decorated("\n\n".join(compiled), residuals.ROOTS, cached)]) + "\n"
+    return "\n\n".join([header, facts, decorated("\n\n".join(compiled), residuals.ROOTS, cached, callbacks=SIGNATURES)]) + "\n"
 
 
 def _columns(layout: Layout, of: NodeEquations, multipliers: str) -> dict[sp.Symbol, tuple[str, int]]:
@@ -117,6 +137,20 @@ def _rows(layout: Layout, of: NodeEquations) -> list[tuple[int, sp.Expr]]:
         lacking = of.missing if name in layout.forces else 0
         indexed_rows += [(layout.index(name, i + lacking), row) for i, row in enumerate(rows)]
     return indexed_rows
+
+
+def _entries(
+    layout: Layout, columns: Mapping[sp.Symbol, tuple[str, int]], F: Sequence[tuple[int, sp.Expr]]
+) -> tuple[list[str], list[sp.Expr]]:
+    """Return where the entries of the Jacobian in the rows of a node stand, and their expressions."""
+    entries: dict[str, sp.Expr] = {}
+    scale = {"y": sp.Integer(1), "yp": SCALE}
+    for index, row in F:
+        for symbol in row.free_symbols & columns.keys():
+            array, column = columns[symbol]
+            place = f"JJ[{len(layout.order)} * k + {column - layout.missing}, above + {index - column}]"
+            entries[place] = entries.get(place, 0) + scale[array] * sp.diff(row, symbol)
+    return list(entries), list(entries.values())
 
 
 def _loop(nodes: range, targets: Sequence[str], values: Sequence[sp.Expr], names: Mapping[sp.Symbol, str]) -> list[str]:

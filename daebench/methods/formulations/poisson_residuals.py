@@ -5,11 +5,12 @@ import inspect
 import sympy as sp
 
 from daebench.compiler import codegen
+from daebench.compiler.callbacks import SIGNATURES
 from daebench.compiler.lattice.derivation import LatticeDerivation
 from daebench.compiler.linear import elimination
 from daebench.compiler.poisson.derivation import PoissonDerivation
 from daebench.compiler.syntax import decorated
-from daebench.methods.formulations.residuals import DAE, HEADER, IMPLICIT, ROOTS, writer
+from daebench.methods.formulations.residuals import CALLED_BACK, DAE, HEADER, IMPLICIT, ODE_CALLED_BACK, ROOTS, writer
 
 ODE = """
 def rhs(t, y, out, par):
@@ -19,7 +20,7 @@ def rhs(t, y, out, par):
 
 def rhs_jacobian(t, y, JJ, par):
     field_y(y, JJ, par)
-    return finite(1.0, JJ.ravel())
+    return finite_matrix(1.0, JJ)
 """
 
 
@@ -29,7 +30,7 @@ def source(title: str, derivation: PoissonDerivation | LatticeDerivation, formul
     Parameters are those of :func:`daebench.methods.formulations.residuals.source`, with a formulation of
     ``daebench.methods.formulations.table.POISSON_FORMULATIONS``.
     """
-    texts = [inspect.getsource(elimination.finite)]
+    texts = [inspect.getsource(elimination.finite), inspect.getsource(elimination.finite_matrix), CALLED_BACK]
     if isinstance(derivation, LatticeDerivation):
         texts += (
             LatticeRates(derivation.lattice).written()
@@ -38,13 +39,13 @@ def source(title: str, derivation: PoissonDerivation | LatticeDerivation, formul
         )
     else:
         texts += _ode(derivation) if formulation == "ode" else _casimirs(derivation, multipliers)
-    return "\n\n".join([HEADER.format(title=title), decorated("\n\n".join(texts), ROOTS, cached)]) + "\n"
+    return "\n\n".join([HEADER.format(title=title), decorated("\n\n".join(texts), ROOTS, cached, callbacks=SIGNATURES)]) + "\n"
 
 
 def _ode(of: PoissonDerivation) -> list[str]:
     y = list(of.y)
     field = writer("field", {"y": y}, {"out": of.field}, of.parameters)
-    return [field, writer("field_y", {"y": y}, {"JJ": of.field.jacobian(y)}, of.parameters), ODE, IMPLICIT]
+    return [field, writer("field_y", {"y": y}, {"JJ": of.field.jacobian(y)}, of.parameters), ODE, IMPLICIT, ODE_CALLED_BACK]
 
 
 class LatticeRates(LatticeDerivation):
@@ -68,6 +69,7 @@ class LatticeRates(LatticeDerivation):
             codegen.function("field_y(y, JJ, par)", "JJ[:] = 0.0", *slopes),
             ODE,
             IMPLICIT,
+            ODE_CALLED_BACK,
         ]
 
 

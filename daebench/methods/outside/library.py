@@ -26,7 +26,7 @@ LOOP = '''
 """The loop over the steps of a compiled library: a function of C is called by its address."""
 
 from daebench.compiler.machine_code import njit
-from daebench.methods.outside.address import call{vectors} as call
+from daebench.compiler.foreign import call{vectors} as call
 
 
 @njit({options})

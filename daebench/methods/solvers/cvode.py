@@ -19,6 +19,13 @@ class Cvode(OnReducedOde):
     variants = CVODE
 
     def _begin(self, dae: Posed, tol: float, monitor: Monitor) -> Advance:
+        from daebench.methods.solvers.native import run as native  # numba, which a list of methods does without
+
+        family = native.BDF if self.variant == "bdf" else native.ADAMS
+        return native.begin(dae, family, tol, np.full(dae.n, tol), monitor) or self._called_from_python(dae, tol, monitor)
+
+    def _called_from_python(self, dae: Posed, tol: float, monitor: Monitor) -> Advance:
+        """Return how CVODE is advanced by scikit-sundae, which calls Python functions."""
         from sksundae.cvode import CVODE
 
         def right_side(t: float, y: Array, yp: Array) -> None:

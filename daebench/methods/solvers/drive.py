@@ -3,17 +3,18 @@
 import math
 import time
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from daebench.compiler.sharing import uncollected
 from daebench.errors import BadInput
 from daebench.methods.formulations.constrained import Posed
-from daebench.methods.solvers.conserved import conservation
 from daebench.methods.solvers.monitor import Monitor, Stopped
+from daebench.methods.solvers.monitored import Monitored
 from daebench.runs.request import Progress, Request
 
 Array = NDArray[np.float64]
@@ -84,8 +85,24 @@ def check(name: str, request: Request, least: float = TOLERANCES[0]) -> None:
         raise BadInput(f"{name} computes in float64 only, not in {request.precision}.")
 
 
-Advance = Callable[[float], Array]
-"""Returns the unknowns at the next output time, or raises :class:`Stopped`."""
+Advance = Callable[[Array], Iterator[Array]]
+"""Goes through output times, and yields the unknowns there as they come, shape(k, n), some rows at once; or raises :class:`Stopped`."""
+
+
+def one_by_one(advance: Callable[[float], Array], monitor: Monitor) -> Advance:
+    """Return how a solver goes through output times that is asked for one after the other."""
+
+    def outputs(times: Array) -> Iterator[Array]:
+        for t in times:
+            y = advance(float(t))
+            began = time.thread_time()
+            try:
+                monitor.require_inside(y)
+            finally:
+                monitor.aside += time.thread_time() - began
+            yield y[None]
+
+    return outputs
 
 
 @dataclass(frozen=True)
@@ -117,18 +134,20 @@ class _Outputs:
     Y: list[Array]
     seconds: float = 0.0
 
-    def extend(self, advance: Advance, times: Array, monitor: Monitor, progress: Progress | None) -> None:
+    def extend(self, advance: Advance, times: Array, progress: Progress | None) -> None:
         """Go on to each time but the first; the outputs so far stay where the solver stops."""
-        for t in times[1:]:
+        blocks = advance(times[1:])
+        while True:
             cpu = time.thread_time()
             try:
-                y = advance(float(t))
+                rows = next(blocks, None)
             finally:
                 self.seconds += time.thread_time() - cpu
-            monitor.require_inside(y)
-            self.Y.append(y)
+            if rows is None:
+                return
+            self.Y.extend(rows)
             if progress:
-                progress(float(t) / float(times[-1]))
+                progress(float(times[len(self.Y) - 1]) / float(times[-1]))
 
 
 def drive(
@@ -153,17 +172,19 @@ def drive(
     """
     assert request.t_end is not None
     monitor = make_monitor(
-        request.t_end, request.seconds_limit or SECONDS_LIMIT, request.work_limit, posed.outside, conservation(posed, request.value)
+        request.t_end, request.seconds_limit or SECONDS_LIMIT, request.work_limit, posed.outside, Monitored(posed, request.value)
     )
     failure, interrupted, ready = None, False, began
     times = np.linspace(0.0, request.t_end, max(3, request.points or POINTS))
     outputs = _Outputs([posed.y0])
     try:
-        monitor.begin(posed.y0)
-        advance = method._begin(posed, request.value, monitor)
+        monitor.native = request.callbacks == "native"
+        with uncollected():
+            monitor.begin(posed.y0)
+            advance = method._begin(posed, request.value, monitor)
         ready = time.perf_counter()
         monitor.start()
-        outputs.extend(advance, times, monitor, request.progress)
+        outputs.extend(advance, times, request.progress)
     except Stopped as stop:
         t = max(monitor.t, times[len(outputs.Y) - 1]) if stop.t is None else stop.t
         failure = _sentence(method.name, posed, request, t, f"{stop}; {stop.advice or method._advice}")
@@ -197,6 +218,7 @@ def _outcome(posed: Posed, request: Request, monitor: Monitor, seconds: float) -
         "steps": monitor.steps,
         "work": dict(monitor.calls) | {"steps": monitor.steps} if request.count else {},
         "maxima_over": "outputs",
-        "callback_seconds": min(monitor.seconds, seconds),
+        "callback_seconds": min(monitor.seconds, seconds) if monitor.seconds else None,
+        "callbacks": monitor.callbacks,
         "seconds": seconds,
     }

@@ -12,7 +12,7 @@ import numpy as np
 from daebench.compiler.definition import Source
 from daebench.errors import BadInput
 from daebench.methods.formulations.constrained import Posed
-from daebench.methods.solvers.drive import MOST_STEPS, Advance, Array
+from daebench.methods.solvers.drive import MOST_STEPS, Advance, Array, one_by_one
 from daebench.methods.solvers.monitor import Monitor, Stopped
 from daebench.methods.solvers.reduced import OnReducedOde
 from daebench.methods.solvers.variants import HEYOKA
@@ -63,7 +63,7 @@ class HeyokaTaylor(OnReducedOde):
         equations, velocity = _equations(ivp.source, tuple(ivp.parameters.items()))
         start = np.concatenate(ivp.start[::-1])
         series = hy.taylor_adaptive(equations, start, tol=tol, compact_mode=len(start) > COMPACT)
-        return _Along(series, velocity, monitor, hy.taylor_outcome.err_nf_state)
+        return one_by_one(_Along(series, velocity, monitor, hy.taylor_outcome.err_nf_state), monitor)
 
 
 @dataclass(frozen=True)

@@ -89,7 +89,7 @@ class Ida(TreatedMultipliers, OnConstrained):
 
 
 def begin(posed: Posed, tol: float, atol: Array, monitor: Monitor) -> Advance:
-    """Compile what will be called, and return how IDA is advanced from output to output.
+    """Compile what will be called, and return how IDA goes through output times.
 
     Parameters
     ----------
@@ -102,6 +102,13 @@ def begin(posed: Posed, tol: float, atol: Array, monitor: Monitor) -> Advance:
     monitor : Monitor
         Where calls and steps are counted.
     """
+    from daebench.methods.solvers.native import run as native  # numba, which a list of methods does without
+
+    return native.begin(posed, native.IDA, tol, atol, monitor) or _called_from_python(posed, tol, atol, monitor)
+
+
+def _called_from_python(posed: Posed, tol: float, atol: Array, monitor: Monitor) -> Advance:
+    """Return how IDA is advanced by scikit-sundae, which calls Python functions."""
     from sksundae.ida import IDA
 
     def residual(t: float, y: Array, yp: Array, res: Array) -> None:
@@ -127,8 +134,7 @@ def begin(posed: Posed, tol: float, atol: Array, monitor: Monitor) -> Advance:
     _compile(posed)
     solver = IDA(residual, atol=atol[order], eventsfn=every_step, num_events=1, **options)
     solver.init_step(0.0, posed.y0[order], posed.yp0[order])
-    advance = stepwise(solver, monitor)
-    return lambda t: advance(t)[back]
+    return stepwise(solver, monitor, back)
 
 
 def _compile(dae: Posed) -> None:

@@ -69,14 +69,15 @@ def _module(ivp: ConstrainedIvp) -> types.ModuleType:
 def _right_side(ivp: ConstrainedIvp, precision: str) -> Any:
     """Return the compiled function of (y, out, par) that fills out with (q', p') and returns the smallest pivot, NaN if a rate is."""
     from daebench.compiler import codegen
+    from daebench.compiler.definition import Wrapper
 
     d, n = ivp.d, len(ivp.par)
     q, p = (codegen.pack(f"y[{i}]" for i in range(start, start + d)) for start in (0, d))
     lines = [f"dp, dq, pivot = reduced_f({p}, {q}, {codegen.pack(f'par[{k}]' for k in range(n))})"]
     lines += [f"out[{i}], out[{d + i}] = dq[{i}], dp[{i}]" for i in range(d)]
     lines += [f"pivot += 0.0 * abs(out[{i}])" for i in range(2 * d)]
-    wrapper = codegen.function("right_side(y, out, par)", *lines, "return pivot")
+    text = codegen.function("right_side(y, out, par)", *lines, "return pivot")
 
     title = f"Right side of {ivp.problem} by least squares, {precision}."
     options: dict[str, Any] = {"precision": precision, "singular": "least-squares", "compiled": COMPILED}
-    return ivp.source.linked(f"least_squares_{precision}", title, ["f"], wrapper=("right_side", wrapper), **options).right_side
+    return ivp.source.linked(f"least_squares_{precision}", title, ["f"], wrapper=Wrapper(text, ("right_side",)), **options).right_side

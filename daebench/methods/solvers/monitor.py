@@ -3,29 +3,14 @@
 import math
 import time
 from collections.abc import Callable
-from typing import Any
+from typing import Any, NoReturn
 
 import numpy as np
 
 from daebench.compiler.linear.elimination import SINGULAR
-from daebench.methods.solvers.conserved import NAMES, Conservation
+from daebench.methods.solvers.monitored import NAMES, Monitored
+from daebench.methods.solvers.thresholds import COLLAPSE, LEAST, SUDDEN
 from daebench.runs.request import WorkLimit
-
-COLLAPSE = 1e-9
-"""A thousand steps that cover less than this part of the run will not end: the step size has collapsed."""
-
-LEAST = 10.0
-"""So has one below this many spacings of the numbers at t, if it is neither at the very start nor the last: it will not move t at all."""
-
-
-SUDDEN = 100.0
-"""A step that changes what is conserved by so many times as much as the tolerance explains has gone over a singularity.
-
-Over 8 problems of the catalogue with 14 solvers at tolerances from 1e-2 to 1e-11 no step changed it by more than 30 times as much.
-"""
-
-FIRST, TIMED = 64, 8
-"""The first steps are timed all of them, then one in so many: to ask for the CPU time takes as long as to look at a step."""
 
 LEFT = "end the run before, and see whether the motion leaves the domain of H or g there"
 """What to do where H or g has no value."""
@@ -56,7 +41,8 @@ class Stopped(Exception):
 class Monitor:
     """Counts and times what the callbacks do, and stops a run that has gone on for too long.
 
-    ``seconds`` is the time of callbacks; ``aside`` the CPU time of looking at what a solver gave, which is none of the solver's.
+    ``seconds`` is the time of callbacks; ``aside`` the CPU time of looking at what a solver gave, which is none of the solver's. ``native``
+    says whether callbacks of IDA and CVODE are to be machine code, and ``callbacks`` what they are.
 
     Parameters
     ----------
@@ -68,7 +54,7 @@ class Monitor:
         Limit of work.
     outside : callable, optional
         ``outside(y)`` returns what the unknowns have left, as "the domain u > 0", or "".
-    conservation : Conservation, optional
+    monitored : Monitored, optional
         What the run conserves.
     """
 
@@ -78,18 +64,19 @@ class Monitor:
         limit: float,
         work_limit: WorkLimit | None = None,
         outside: Callable[[Any], str] = lambda _: "",
-        conservation: Conservation | None = None,
+        monitored: Monitored | None = None,
     ) -> None:
         self.t_end, self.limit, self.deadline, self.work_limit = t_end, limit, math.inf, work_limit
-        self.outside, self.conservation = outside, conservation
+        self.outside, self.monitored = outside, monitored
         self.calls: dict[str, int] = {}
         self.steps, self.t, self.seconds, self.aside = 0, 0.0, 0.0, 0.0
         self.target = t_end
         self.y: Any = None
-        self.steady = True
-        self._values: tuple[float, ...] = ()
-        self._jumps: list[float] = []
-        self._mark = self._slow_mark = 0.0
+        self.steady = self.native = True
+        self.callbacks: str | None = None
+        self.latest: tuple[float, ...] = ()
+        self.jumps: list[float] = []
+        self.mark = self._slow_mark = 0.0
 
     def start(self) -> None:
         """Let the wall clock run from now."""
@@ -104,10 +91,10 @@ class Monitor:
             If H has no value there.
         """
         self.y = np.array(y)
-        self._values = self.values(self.y)
-        self._jumps = [0.0] * len(self._values)
-        if not math.isfinite(sum(self._values)):
-            raise Stopped(f"{_wrong(self._values)} is not finite at the start", 0.0, "check parameters and initial values")
+        self.latest = self.values(self.y)
+        self.jumps = [0.0] * len(self.latest)
+        if not math.isfinite(sum(self.latest)):
+            raise Stopped(f"{_wrong(self.latest)} is not finite at the start", 0.0, "check parameters and initial values")
 
     def called(self, kind: str, t: float, health: float, began: float) -> None:
         """Take note of one evaluation of the residual, right side or Jacobian at time t, begun at ``began`` on the wall clock.
@@ -121,20 +108,44 @@ class Monitor:
         now = time.perf_counter()
         self.seconds += now - began
         if not health > SINGULAR:
-            self._ill(t, health)
-        if now > self.deadline:
-            raise Stopped(f"the limit of {self.limit:g} s is reached", advice="allow more time, or use a larger tol")
+            self.ill(t, health)
+        self.require_time(now)
         if self.work_limit is not None and kind != "jacobian":
             self._require_work_limit(self.work_limit, kind, t)
+
+    def require_time(self, now: float | None = None) -> None:
+        """Stop where the wall-clock limit is reached.
+
+        Raises
+        ------
+        Stopped
+            If it is.
+        """
+        if (time.perf_counter() if now is None else now) > self.deadline:
+            raise Stopped(f"the limit of {self.limit:g} s is reached", advice="allow more time, or use a larger tol")
 
     def _require_work_limit(self, work_limit: WorkLimit, kind: str, t: float) -> None:
         """Stop where so many calls are too many, or have covered too little."""
         if self.calls[kind] > work_limit.calls:
-            raise Stopped(f"{work_limit.calls} calls of the {kind} were not enough")
+            self.refuse_work(kind, crawling=False)
         if self.calls[kind] % work_limit.slow_calls == 0:
             if t - self._slow_mark < self.t_end / work_limit.slow_part:
-                raise Stopped(f"{work_limit.slow_calls} calls of the {kind} covered less than 1/{work_limit.slow_part} of the run")
+                self.refuse_work(kind, crawling=True)
             self._slow_mark = t
+
+    def refuse_work(self, kind: str, *, crawling: bool) -> NoReturn:
+        """Stop a run that has called a function too often, or often for too little.
+
+        Raises
+        ------
+        Stopped
+            Always.
+        """
+        limit = self.work_limit
+        assert limit is not None
+        if crawling:
+            raise Stopped(f"{limit.slow_calls} calls of the {kind} covered less than 1/{limit.slow_part} of the run")
+        raise Stopped(f"{limit.calls} calls of the {kind} were not enough")
 
     def stepped(self, t: float, y: Any) -> None:
         """Take note of a step that ended at t with the unknowns y, shape(n,).
@@ -144,44 +155,40 @@ class Monitor:
         Stopped
             If the unknowns are where they may not be, before they are kept; or if the step size has collapsed.
         """
-        stride = 1 if self.steps < FIRST else TIMED
-        if self.steps % stride:
-            self._look(t, np.array(y))
-            return
         began = time.thread_time()
         try:
             self._look(t, np.array(y))  # a copy: a solver's own may be read-only, which numba takes for another type
         finally:
-            self.aside += stride * (time.thread_time() - began)
+            self.aside += time.thread_time() - began
 
     def _look(self, t: float, y: Any) -> None:
         """Look at a step, and keep it."""
         self.steps += 1
         values = self.require_inside(y)
         self._require_steady(t, y, values)
-        self._values = values
+        self.latest = values
         h, self.t, self.y = t - self.t, t, y
         if h < LEAST * math.ulp(t) and COLLAPSE * self.t_end < t != self.t_end:
             raise Stopped(f"the step size has collapsed to {h:.1e}")
         if self.steps % 1000 == 0:
-            if t - self._mark < COLLAPSE * self.t_end:
-                raise Stopped(f"the step size has collapsed to {(t - self._mark) / 1000:.1e}")
-            self._mark = t
+            if t - self.mark < COLLAPSE * self.t_end:
+                raise Stopped(f"the step size has collapsed to {(t - self.mark) / 1000:.1e}")
+            self.mark = t
 
     def values(self, y: Any) -> tuple[float, ...]:
-        """Return what is conserved, see :data:`daebench.methods.solvers.conserved.Conserved`."""
-        return self.conservation.values(y) if self.conservation else ()
+        """Return what is conserved, see :meth:`daebench.methods.solvers.monitored.Monitored.values`."""
+        return self.monitored.values(y) if self.monitored else ()
 
     def _require_steady(self, t: float, y: Any, values: tuple[float, ...]) -> None:
         """Stop where H or |G H_p| change more in a step than ever before and far more than the tolerance explains."""
-        law = self.conservation
+        law = self.monitored
         if law is None or not self.steady:
             return
         for k in {0, len(values) - 1}:
-            jump = abs(values[k] - self._values[k])
-            if jump > self._jumps[k]:
-                self._jumps[k] = jump
-                explained = max(law.explained(state, t - self.t)[k] for state in (self.y, y))
+            jump = abs(values[k] - self.latest[k])
+            if jump > self.jumps[k]:
+                self.jumps[k] = jump
+                explained = max(law.explained(state, t - self.t)[-1 if k else 0] for state in (self.y, y))
                 if jump > SUDDEN * explained > 0.0:
                     raise Stopped(
                         f"{NAMES[k]} changes by {jump:.1e} in the step to t = {t:.9g}, {jump / explained:.0f} times as much as the "
@@ -204,7 +211,14 @@ class Monitor:
         return values
 
     @staticmethod
-    def _ill(t: float, health: float) -> None:
+    def ill(t: float, health: float) -> NoReturn:
+        """Stop where an evaluation has a bad health.
+
+        Raises
+        ------
+        Stopped
+            Always.
+        """
         if math.isnan(health):
             raise Stopped(f"a value is no longer finite at t = {t:.9g}")
         why = f"G M^-1 G^T is singular at t = {t:.9g} (relative pivot {health:.1e}), so that the multiplier is not determined"

@@ -1,7 +1,6 @@
 """The monitor of a tolerance-driven run on a constrained problem: it monitors with every step whether G keeps its rank."""
 
 import math
-from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -11,17 +10,8 @@ from daebench.diagnostics.rank import BELIEVED, GO_ON, WITHIN, badly_scaled, upc
 from daebench.methods.formulations.constrained import Dae
 from daebench.methods.solvers.drive import Array
 from daebench.methods.solvers.monitor import Monitor, Stopped
-from daebench.runs.ivp import ConstrainedIvp
+from daebench.methods.solvers.thresholds import AHEAD, CLOSE, UNRESOLVED
 from daebench.runs.trajectory import Passage
-
-AHEAD = 2.0
-"""How many of the last step the loss of rank may be ahead: the next one may be as much larger."""
-
-CLOSE = 1e-3
-"""Part of the largest sigma so far below which the loss is near however short the steps are: solvers shrink them towards it."""
-
-UNRESOLVED = 0.2
-"""Relative change of sigma in a step above which the step is searched for a loss of rank inside."""
 
 INSIDE = 0.1
 """Part of the smaller sigma at the ends of a step that it is below inside, where G loses rank; its square, of the larger one."""
@@ -58,17 +48,11 @@ class RankMonitor(Monitor):
         self.dae, self.mode = dae, mode
         self.steady = mode == "stop"
         self.y = dae.y0.copy()
-        self.par = tuple(map(float, dae.ivp.par))
-        self.measure = self._measure()
         self.sigma = self.largest = self._sigma(self.y)
         self.crossing: Crossing | None = None
         self.told = False
         self.passages: list[Passage] = []
         self.kept, self.stride = [self.y], 1
-
-    def _measure(self) -> Callable[..., float]:
-        """Return the function of (y, par) that gives sigma squared."""
-        return measure(self.dae.ivp, compiled=hasattr(self.dae.residual, "signatures"))
 
     def _look(self, t: float, y: Any) -> None:
         """Look at a step, and at the rank of G in it.
@@ -153,7 +137,8 @@ class RankMonitor(Monitor):
             self.crossing = None
 
     def _sigma(self, y: Array) -> float:
-        return math.sqrt(abs(float(self.measure(y, self.par))))
+        assert self.monitored is not None
+        return math.sqrt(abs(self.monitored.independence(y)))
 
     def _rate(self, y: Array) -> Array:
         """Return q'."""
@@ -186,26 +171,8 @@ class RankMonitor(Monitor):
 class ChainRankMonitor(RankMonitor):
     """A monitor for unknowns that are arrays, without a word on how the force of constraint grew, which takes G as a matrix."""
 
-    def _measure(self) -> Callable[..., float]:
-        d, independence = self.dae.d, self.dae.ivp.functions("independence").independence
-        return lambda y, par: float(independence(y[d : 2 * d], y[:d], par))
-
     def _spike(self, y: Array) -> str:
         return ""
 
     def _keep(self) -> None:
         """Keep nothing: no force is told of."""
-
-
-def measure(ivp: ConstrainedIvp, *, compiled: bool) -> Callable[..., float]:
-    """Return the function of (y, par) that is ``independence`` of ``kernels/rank.py`` for y = (q, v) or (q, p), shape(2 d,)."""
-    from daebench.compiler import codegen
-
-    d = ivp.d
-    p, q = (codegen.pack(f"y[{i}]" for i in range(start, start + d)) for start in (d, 0))
-    wrapper = codegen.function("measured(y, par)", f"return independence({p}, {q}, par)")
-
-    title = f"Rank of G of {ivp.problem}."
-    module = ivp.source.linked("rank", title, ["independence"], wrapper=("measured", wrapper), compiled=compiled, singular=ivp.singular)
-    function: Callable[..., float] = module.measured
-    return function if compiled else np.errstate(all="ignore")(function)

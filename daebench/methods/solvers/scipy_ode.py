@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from daebench.methods.formulations.constrained import Posed, read_only
-from daebench.methods.solvers.drive import MOST_STEPS, Advance, Array
+from daebench.methods.solvers.drive import MOST_STEPS, Advance, Array, one_by_one
 from daebench.methods.solvers.monitor import Monitor, Stopped
 from daebench.methods.solvers.reduced import OnReducedOde
 from daebench.methods.solvers.variants import SCIPY
@@ -75,7 +75,7 @@ def stepwise(solver: Any, monitor: Monitor, whose: str, states: Callable[[Any], 
             raise Stopped(f"a value is no longer finite at t = {t:.9g}")
         return y
 
-    return advance
+    return one_by_one(advance, monitor)
 
 
 def _march(solver: Any, t: float, monitor: Monitor, whose: str) -> None:

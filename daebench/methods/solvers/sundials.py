@@ -8,7 +8,7 @@ from typing import Any, TextIO
 
 import numpy as np
 
-from daebench.methods.solvers.drive import MOST_STEPS, Advance
+from daebench.methods.solvers.drive import MOST_STEPS, Advance, one_by_one
 from daebench.methods.solvers.monitor import Monitor, Stopped
 
 REASONS = {
@@ -20,11 +20,12 @@ REASONS = {
 }
 
 
-def stepwise(solver: Any, monitor: Monitor) -> Advance:
+def stepwise(solver: Any, monitor: Monitor, back: Any = ...) -> Advance:
     """Return how a solver object of scikit-sundae, after ``init_step``, is advanced from output to output.
 
     It keeps its step size, order and history between outputs, and never steps beyond the end. The first step is taken towards
     the end of the run: SUNDIALS chooses its size by the distance to the time that it is asked for, and no output shall decide that.
+    ``back`` puts unknowns into the order of the blocks.
     """
 
     def call(t: float, method: str) -> Any:
@@ -47,9 +48,9 @@ def stepwise(solver: Any, monitor: Monitor) -> Advance:
             raise Stopped(f"SUNDIALS returned before the output at t = {t:.9g}", float(result.t))
         if not np.all(np.isfinite(result.y)):
             raise Stopped(f"a value is no longer finite at t = {t:.9g}")
-        return result.y
+        return result.y[back]
 
-    return advance
+    return one_by_one(advance, monitor)
 
 
 def count_steps(monitor: Monitor, t: float, y: Any) -> None:

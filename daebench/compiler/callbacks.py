@@ -1,0 +1,103 @@
+"""What SUNDIALS calls back: C functions made of generated ones, and the memory that they share with the loop over steps.
+
+SUNDIALS hands every function that it calls the address of one array of doubles. Its first entries are addresses, read as words; then come
+counts and limits, what the monitor of steps keeps, and from ``HEAD`` on the numbers of the problem. Each function returns 0, or -1 where
+the run cannot go on, with the reason in ``WHY``.
+"""
+
+from typing import Any
+
+from numba import carray, farray
+
+from daebench.compiler.foreign import content, real_pointer, word_pointer
+from daebench.compiler.linear.elimination import SINGULAR
+
+VECTOR, MATRIX, ORDER, BEFORE = range(4)
+"""Words: addresses of the functions for the numbers of a vector and of a matrix, of the order of unknowns, and of the state before."""
+
+UNKNOWNS, PARAMETERS, WIDTH, ABOVE = range(4, 8)
+"""How many unknowns and numbers of the problem there are; of a banded matrix how far apart columns are, and where the diagonal is."""
+
+RESIDUALS, JACOBIANS, PROJECTIONS, MOST, SLOW, SPAN, MARK, WHY, HEALTH, WHEN = range(8, 18)
+"""Counts of calls, limits of work as in :class:`daebench.runs.request.WorkLimit`, and why, how and when the run cannot go on."""
+
+TOLERANCE, POSITIONS, STEADY, LAST, SIGMA, LARGEST, EXPLAINED, MODE, CONSERVED, JUMPS, RESULT = *range(18, 27), 29, 32
+"""What is known of steps, and asked, see :mod:`daebench.methods.solvers.look`; the last three begin rows of 3, 3 and 4 numbers."""
+
+STEP, OUTPUT, VALUES, CHANGES = range(4)
+"""Modes of the look: whether nothing is amiss with a step, or with an output; values, or the changes that the tolerance explains."""
+
+HEAD = 36
+"""Where the numbers of the problem begin."""
+
+ILL, SPENT, CRAWLING = 1.0, 2.0, 3.0
+"""Reasons: a value that is not finite or a singular matrix, too many calls, calls that cover too little."""
+
+RESIDUAL = "int32(float64, uintp, uintp, uintp, uintp)"
+JACOBIAN = f"int32(float64, float64, {', '.join(['uintp'] * 8)})"
+RIGHT_SIDE = "int32(float64, uintp, uintp, uintp)"
+RIGHT_SIDE_JACOBIAN = f"int32(float64, {', '.join(['uintp'] * 7)})"
+LOOK = "int32(float64, uintp, uintp)"
+SIGNATURES = {
+    "residual_callback": RESIDUAL,
+    "jacobian_callback": JACOBIAN,
+    "rhs_callback": RIGHT_SIDE,
+    "rhs_jacobian_callback": RIGHT_SIDE_JACOBIAN,
+    "look_callback": LOOK,
+}
+"""C types of what is called, by the name of the function that is generated."""
+
+IMPORTS = """from daebench.compiler.callbacks_compiled import band, head, matrix, noted, numbers, vector
+from daebench.compiler.machine_code import alone, callback, inlined
+"""
+
+
+def head(user: Any) -> Any:
+    """Return the entries of the memory before the numbers of the problem, shape(HEAD,)."""
+    return carray(real_pointer(user), HEAD)
+
+
+def words(user: Any) -> Any:
+    """Return the entries that are addresses, shape(4,)."""
+    return carray(word_pointer(user), 4)
+
+
+def numbers(user: Any) -> Any:
+    """Return the numbers of the problem, shape(k,)."""
+    return carray(real_pointer(user), HEAD + int(head(user)[PARAMETERS]))[HEAD:]
+
+
+def vector(user: Any, v: Any) -> Any:
+    """Return the numbers of a vector of SUNDIALS, shape(n,)."""
+    return carray(real_pointer(content(words(user)[VECTOR], v)), int(head(user)[UNKNOWNS]))
+
+
+def matrix(user: Any, A: Any) -> Any:
+    """Return the entries of a dense matrix of SUNDIALS, shape(n, n)."""
+    n = int(head(user)[UNKNOWNS])
+    return farray(real_pointer(content(words(user)[MATRIX], A)), (n, n))
+
+
+def band(user: Any, A: Any) -> Any:
+    """Return the entries of a banded matrix of SUNDIALS, a row for each of its columns: entry (i, j) is in place j, i - j + ABOVE."""
+    own = head(user)
+    return carray(real_pointer(content(words(user)[MATRIX], A)), (int(own[UNKNOWNS]), int(own[WIDTH])))
+
+
+def noted(user: Any, which: int, t: float, health: float) -> int:
+    """Count one evaluation at time t; return 0, or -1 where its health is bad or a limit of work is reached."""
+    own = head(user)
+    own[which] += 1.0
+    if not health > SINGULAR:
+        own[WHY], own[HEALTH], own[WHEN] = ILL, health, t
+        return -1
+    if which != JACOBIANS:
+        if own[which] > own[MOST]:
+            own[WHY], own[WHEN] = SPENT, t
+            return -1
+        if own[SLOW] > 0.0 and own[which] % own[SLOW] == 0.0:
+            if t - own[MARK] < own[SPAN]:
+                own[WHY], own[WHEN] = CRAWLING, t
+                return -1
+            own[MARK] = t
+    return 0

@@ -1,0 +1,170 @@
+"""A look at steps and outputs of a tolerance-driven run, as functions of its unknowns, see :mod:`daebench.methods.solvers.monitored`.
+
+They are read as text, and compiled with generated functions of one problem into one function that C can call. A step at which nothing is
+amiss is noted in the memory of :mod:`daebench.compiler.callbacks`; all others are left to the monitor of the run, which looks more closely
+and says what it finds: each condition here is one of the monitor's, or holds wherever that does.
+"""
+
+from typing import Any
+
+from numba import carray
+from numpy import isfinite, sqrt
+
+from daebench.compiler.callbacks import (
+    BEFORE,
+    CHANGES,
+    CONSERVED,
+    EXPLAINED,
+    JUMPS,
+    LARGEST,
+    LAST,
+    MODE,
+    ORDER,
+    OUTPUT,
+    POSITIONS,
+    RESULT,
+    SIGMA,
+    STEADY,
+    STEP,
+    TOLERANCE,
+    UNKNOWNS,
+)
+from daebench.compiler.callbacks_compiled import head, words
+from daebench.compiler.foreign import real_pointer, word_pointer
+from daebench.methods.solvers.thresholds import AHEAD, CLOSE, INCREMENT, ROUNDINGS, SUDDEN, UNRESOLVED
+
+SIZE = 0
+"""Number of unknowns that are no multipliers, of the problem at hand."""
+
+
+def conserved(y: Any, par: Any) -> Any:
+    """Return what is constant along a motion, generated for the problem at hand."""
+    raise NotImplementedError
+
+
+def independent(y: Any, par: Any) -> float:
+    """Return the square of what goes to zero where G loses rank, generated for the problem at hand."""
+    raise NotImplementedError
+
+
+def outside(y: Any, par: Any) -> bool:
+    """Return whether the unknowns have left the domain, generated for the problem at hand."""
+    raise NotImplementedError
+
+
+def parameters(user: Any) -> Any:
+    """Return the parameters, a tuple, generated for the problem at hand."""
+    raise NotImplementedError
+
+
+def explained(y: Any, h: float, tolerance: float, positions: int, par: Any) -> Any:
+    """Return the change of the first and of the last conserved value by errors of tol (1 + |y_j|) in all unknowns.
+
+    ``positions`` is the number of positions where velocities are out of the error test, and so uncertain by the error of positions over the
+    step; else 0.
+    """
+    at, moved = conserved(y, par), y.copy()
+    first, last, farthest = ROUNDINGS * abs(at[0]), ROUNDINGS * abs(at[-1]), 0.0
+    for j in range(positions):
+        farthest = max(farthest, abs(y[j]))
+    for j in range(SIZE):
+        length = 1.0 + abs(y[j])
+        error = tolerance * length
+        if 0 < positions <= j:
+            error += tolerance * (1.0 + farthest) / h
+        moved[j] = y[j] + INCREMENT * length
+        other = conserved(moved, par)
+        first += abs(other[0] - at[0]) * error / (INCREMENT * length)
+        last += abs(other[-1] - at[-1]) * error / (INCREMENT * length)
+        moved[j] = y[j]
+    return first, last
+
+
+def at_least_explained(y: Any, tolerance: float, par: Any) -> Any:
+    """Return a part of what ``explained`` gives, from one value in place of one for each unknown: all of these are moved at once.
+
+    The modulus of a sum is at most the sum of moduli, so that no more is returned than there is.
+    """
+    at, moved = conserved(y, par), y.copy()
+    for j in range(SIZE):
+        moved[j] = y[j] + INCREMENT * (1.0 + abs(y[j])) * (1.0 if j % 2 else -1.0)
+    other = conserved(moved, par)
+    return abs(other[0] - at[0]) * tolerance / INCREMENT, abs(other[-1] - at[-1]) * tolerance / INCREMENT
+
+
+def state(user: Any, address: Any) -> Any:
+    """Return unknowns in the order of the blocks, shape(n,), of those at an address."""
+    n, order = int(head(user)[UNKNOWNS]), words(user)[ORDER]
+    values = carray(real_pointer(address), n)
+    if order:
+        places, values = carray(word_pointer(order), n), values.copy()
+        for i in range(n):
+            values[places[i]] = carray(real_pointer(address), n)[i]
+    return values
+
+
+def usual_change(user: Any, t: float, y: Any, values: Any, par: Any) -> bool:
+    """Return whether what is conserved changes no more in a step than before, or than the tolerance explains; note the change."""
+    own = head(user)
+    first, last = abs(values[0] - own[CONSERVED]), abs(values[-1] - own[CONSERVED + len(values) - 1])
+    if first <= own[JUMPS] and last <= own[JUMPS + len(values) - 1]:
+        return True
+    least = at_least_explained(y, own[TOLERANCE], par)
+    if not (first <= SUDDEN * least[0] and last <= SUDDEN * least[1]):
+        h, positions = t - own[LAST], int(own[POSITIONS])
+        before = explained(state(user, words(user)[BEFORE]), h, own[TOLERANCE], positions, par)
+        after = explained(y, h, own[TOLERANCE], positions, par)
+        own[EXPLAINED] += 1.0
+        if not (first <= SUDDEN * max(before[0], after[0]) and last <= SUDDEN * max(before[1], after[1])):
+            return False
+    own[JUMPS], own[JUMPS + len(values) - 1] = max(first, own[JUMPS]), max(last, own[JUMPS + len(values) - 1])
+    return True
+
+
+def usual_rank(own: Any, sigma: float) -> bool:
+    """Return whether G is far from losing rank, and was in the step."""
+    before, largest = own[SIGMA], max(sigma, own[LARGEST])
+    return bool(abs(sigma - before) <= UNRESOLVED * min(sigma, before) and sigma > AHEAD * (before - sigma) and sigma > CLOSE * largest)
+
+
+def finite(values: Any) -> bool:
+    """Return whether all values are finite."""
+    total = 0.0
+    for value in values:
+        total += value
+    return bool(isfinite(total))
+
+
+def usual_step(user: Any, t: float, y: Any, par: Any) -> bool:
+    """Return whether nothing is amiss with a step that ended at t, and note it then."""
+    own, values = head(user), conserved(y, par)
+    if not finite(values) or outside(y, par) or (own[STEADY] > 0.0 and not usual_change(user, t, y, values, par)):
+        return False
+    sigma = sqrt(abs(independent(y, par)))
+    if not usual_rank(own, sigma):
+        return False
+    for k in range(len(values)):
+        own[CONSERVED + k] = values[k]
+    own[SIGMA], own[LARGEST], own[LAST] = sigma, max(sigma, own[LARGEST]), t
+    return True
+
+
+def look_callback(t: float, address: Any, user: Any) -> int:
+    """Do what ``MODE`` asks at time t with the unknowns at an address; return 0, or 1 where something is amiss."""
+    own, y, par = head(user), state(user, address), parameters(user)
+    if own[MODE] == STEP:
+        return 0 if usual_step(user, t, y, par) else 1
+    if own[MODE] == CHANGES:
+        own[RESULT], own[RESULT + 1] = explained(y, t, own[TOLERANCE], int(own[POSITIONS]), par)
+        return 0
+    values = conserved(y, par)
+    if own[MODE] == OUTPUT:
+        return 0 if finite(values) and not outside(y, par) else 1
+    for k in range(len(values)):
+        own[RESULT + k] = values[k]
+    own[RESULT + 3] = independent(y, par)
+    return 0
+
+
+WRITTEN = (explained, at_least_explained, state, usual_change, usual_rank, finite, usual_step, look_callback)
+"""The functions that are the same for all problems."""

@@ -1,0 +1,165 @@
+"""What the monitor of a tolerance-driven run evaluates after each step: generated functions of a solver's unknowns."""
+
+import ctypes
+import inspect
+import types
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from daebench.compiler.syntax import imports
+from daebench.methods.formulations.constrained import Dae, Posed
+
+KERNEL = "daebench.schemes.kernels.conserved"
+
+NAMES = ("H", "|g|", "|G H_p|")
+"""Names of what is conserved."""
+
+MOST_UNKNOWNS = 400
+"""Unknowns up to which it is said by how much a step may change what is conserved: it takes as many values of it."""
+
+ARRAYS = """
+from numpy import absolute, empty
+from {module} import momenta
+
+def conserved(y, par):
+    q, p = y[:{d}], empty({d})
+    momenta(y[{d} : 2 * {d}], p, par)
+    return H(p, q, par), absolute(g(q, par)).sum(), absolute(Gv(p, q, par)).sum()
+"""
+"""Source of the conserved values of a chain, whose momenta are those of its formulation's module."""
+
+
+class Monitored:
+    """What a run conserves, how far a step within the tolerance may change it, and how near G is to losing rank.
+
+    Parameters
+    ----------
+    posed : Posed
+        What is solved. Where its functions are not compiled, these are not either.
+    tol : float
+        Relative and absolute tolerance.
+    """
+
+    def __init__(self, posed: Posed, tol: float) -> None:
+        self.posed, self.tol, self.size = posed, tol, posed.ivp.size
+        self.compiled = hasattr(posed.residual, "signatures")
+        self.count = len(NAMES) if isinstance(posed, Dae) else 1
+        self.positions = posed.ivp.d if isinstance(posed, Dae) and posed.formulation == "index3" else 0
+        self.par = tuple(map(float, posed.ivp.par))
+
+    def values(self, y: Any) -> tuple[float, ...]:
+        """Return what is constant along a motion, at a solver's unknowns y, shape(n,): H, and on constrained problems |g| and |G H_p|."""
+        if self.compiled:
+            return tuple(self._looked("VALUES", 0.0, y)[: self.count])
+        with np.errstate(all="ignore"):
+            return tuple(self.functions.conserved(y, self.par))
+
+    def independence(self, y: Any) -> float:
+        """Return the square of what goes to zero where G loses rank; 1 on Poisson systems."""
+        if self.compiled:
+            return self._looked("VALUES", 0.0, y)[3]
+        with np.errstate(all="ignore"):
+            return float(self.functions.independent(y, self.par))
+
+    def explained(self, y: Any, h: float) -> tuple[float, float]:
+        """Return the change of the first and of the last of the values by errors of tol (1 + |y_j|) in all unknowns.
+
+        Parameters
+        ----------
+        y : ndarray, shape(n,)
+            Unknowns at one end of a step.
+        h : float
+            Size of the step, s.
+
+        Returns
+        -------
+        float, float
+            Infinite where there are too many unknowns.
+        """
+        if self.size > MOST_UNKNOWNS:
+            return float("inf"), float("inf")
+        if self.compiled:
+            first, last = self._looked("CHANGES", h, y)[:2]
+            return first, last
+        with np.errstate(all="ignore"):
+            return tuple(self.functions.explained(y, h, self.tol, self.positions, self.par))
+
+    @cached_property
+    def functions(self) -> types.ModuleType:
+        """The generated module: ``conserved``, ``independent`` and ``explained``, or ``look_callback`` where they are compiled."""
+        from daebench.compiler.definition import Wrapper
+
+        ivp, constrained = self.posed.ivp, isinstance(self.posed, Dae)
+        roots: list[str | tuple[str, str]] = [(KERNEL, self._kernel)]
+        if constrained:
+            roots = ["H", "g", "Gv", "independence"] if ivp.arrays else [*roots, "independence"]
+        elif ivp.facts.DOMAIN:
+            roots.append("inside")
+        wrapper = Wrapper(self._text(), (), called_back=True)
+        options: dict[str, Any] = {"wrapper": wrapper, "compiled": self.compiled, "singular": ivp.singular}
+        return ivp.source.linked("monitored", f"What is monitored of {ivp.problem}.", roots, **options)
+
+    @property
+    def address(self) -> int:
+        """Address of the compiled look at steps and outputs, see :mod:`daebench.methods.solvers.look`."""
+        address: int = self.functions.look_callback.address
+        return address
+
+    @property
+    def _kernel(self) -> str:
+        if not isinstance(self.posed, Dae):
+            return "of_state"
+        return "of_velocities" if self.posed.mechanical else "of_momenta"
+
+    def _text(self) -> str:
+        """Return the source of the functions of unknowns, and with them of the look at steps."""
+        from daebench.compiler.codegen import function, pack  # this imports SymPy, which a list of methods does without
+        from daebench.methods.solvers import look
+
+        posed, ivp, size = self.posed, self.posed.ivp, self.size
+        constrained = isinstance(posed, Dae)
+        ends = ((size // 2, size), (0, size // 2)) if constrained else ((0, size),)
+        vectors = [f"y[{a}:{b}]" if ivp.arrays else pack(f"y[{i}]" for i in range(a, b)) for a, b in ends]
+        state = ", ".join([*vectors, "par"])
+        value = f"conserved_{self._kernel}({state})"
+        texts = [
+            ARRAYS.format(module=posed.module.__name__, d=size // 2)
+            if constrained and ivp.arrays
+            else function("conserved(y, par)", f"return {value if constrained else f'({value},)'}"),
+            function("independent(y, par)", f"return independence({state})" if constrained else "return 1.0"),
+            function("outside(y, par)", f"return not inside({state})" if not constrained and ivp.facts.DOMAIN else "return False"),
+            f"SIZE = {size}",
+        ]
+        if not self.compiled:
+            names = "from typing import Any\nfrom daebench.methods.solvers.thresholds import *"
+            return "\n\n".join([names, *texts, inspect.getsource(look.explained)])
+        par = pack(f"values[{k}]" for k in range(len(ivp.par)))
+        texts.append(function("parameters(user)", "values = numbers(user)", f"return {par}"))
+        return "\n\n".join([imports(look), *texts, *(inspect.getsource(function) for function in look.WRITTEN)])
+
+    def _looked(self, what: str, t: float, y: Any) -> list[float]:
+        """Return what the compiled look gives for unknowns, 4 numbers."""
+        from daebench.compiler import callbacks
+
+        user, state = self._memory, np.ascontiguousarray(y, dtype=float)
+        user[callbacks.MODE] = getattr(callbacks, what)
+        self._call(t, state.ctypes.data, user.ctypes.data)
+        numbers: list[float] = user[callbacks.RESULT : callbacks.RESULT + 4].tolist()
+        return numbers
+
+    @cached_property
+    def _call(self) -> Any:
+        return ctypes.CFUNCTYPE(ctypes.c_int, ctypes.c_double, ctypes.c_void_p, ctypes.c_void_p)(self.address)
+
+    @cached_property
+    def _memory(self) -> Any:
+        """The memory of calls from Python, in which nothing of a run is noted."""
+        from daebench.compiler import callbacks
+
+        user = np.zeros(callbacks.HEAD + len(self.par))
+        user[callbacks.HEAD :] = self.par
+        user[callbacks.UNKNOWNS], user[callbacks.PARAMETERS] = self.posed.n, len(self.par)
+        user[callbacks.TOLERANCE], user[callbacks.POSITIONS] = self.tol, self.positions
+        return user

@@ -1,0 +1,154 @@
+"""The loop over the steps of IDA or CVODE, as functions that are read as text and compiled once."""
+
+import inspect
+import sys
+import types
+from typing import Any
+
+from daebench.compiler.cache import generated
+from daebench.compiler.callbacks import MODE, OUTPUT, STEP
+from daebench.compiler.foreign import cvode_solve, ida_solve, interpolate, look
+
+ONE_STEP = 2
+"""The task of SUNDIALS that is one step."""
+
+ENDED, SUSPICIOUS, OUTSIDE, BUDGET = 0, 1001, 1002, 1003
+"""Why the loop comes back, besides flags of SUNDIALS, which are negative: the end, a step or an output to look at, steps enough."""
+
+COLLAPSED = 2.5e-15
+"""Part of t below which a step is looked at: somewhat more than :data:`daebench.methods.solvers.thresholds.LEAST` spacings of t."""
+
+STEPS, OUTPUTS, SINCE, KEPT, STRIDE = range(5)
+"""What is counted: steps, outputs, steps since the last output, states kept, and steps from one of these to the next."""
+
+
+def advance(
+    ida: bool, calls: Any, mem: Any, vectors: Any, y: Any, t: Any, times: Any, rows: Any, counts: Any, kept: Any, user: Any, budget: int
+) -> int:
+    """Step to the last time, or until something is to be looked at, and fill rows at the times that are passed.
+
+    Parameters
+    ----------
+    ida : bool
+        Whether it is IDA.
+    calls : ndarray, shape(3,)
+        Addresses: of the solver's step and of its interpolation, and of the look at a step or output.
+    mem : int
+        Address of the solver's memory.
+    vectors : ndarray, shape(3,)
+        Vectors of the unknowns, of their rates or, of CVODE, unused, and of the unknowns at an output.
+    y : ndarray, shape(3, n)
+        Numbers of the unknowns, at an output, and before the step.
+    t : ndarray, shape(4,)
+        Times after and before the last step, at the last whole thousand of steps, and the least that a thousand steps are to cover.
+    times : ndarray, shape(k,)
+        Output times; the last is the end.
+    rows : ndarray, shape(k, n)
+        Unknowns there.
+    counts : ndarray, shape(5,)
+        See ``STEPS``.
+    kept : ndarray, shape(l, n)
+        States now and then over the run: every other one is dropped as soon as there are too many.
+    user : ndarray
+        The memory of callbacks.
+    budget : int
+        Most steps.
+    """
+    for _ in range(budget):
+        if not put_out(calls, mem, vectors, y, t, times, rows, counts, user):
+            return OUTSIDE
+        if t[0] >= times[-1]:
+            return ENDED
+        flag = step(ida, calls, mem, vectors, y, t, times[-1])
+        if flag < 0:
+            return flag
+        if not usual(calls, y, t, counts, user):
+            return SUSPICIOUS
+        if counts[STEPS] % counts[STRIDE] == 0:
+            keep(y, kept, counts)
+    if not put_out(calls, mem, vectors, y, t, times, rows, counts, user):
+        return OUTSIDE
+    return ENDED if t[0] >= times[-1] else BUDGET
+
+
+def put_out(calls: Any, mem: Any, vectors: Any, y: Any, t: Any, times: Any, rows: Any, counts: Any, user: Any) -> bool:
+    """Fill rows at the output times that are passed; return False where something is amiss with one."""
+    while counts[OUTPUTS] < len(times) and times[counts[OUTPUTS]] <= t[0]:
+        k = counts[OUTPUTS]
+        interpolate(calls[1], mem, times[k], 0, vectors[2])
+        for i in range(y.shape[1]):
+            rows[k, i] = y[1, i]
+        user[MODE] = OUTPUT
+        if look(calls[2], times[k], y[1].ctypes.data, user.ctypes.data) != 0:
+            return False
+        counts[OUTPUTS], counts[SINCE] = k + 1, 0
+    return True
+
+
+def step(ida: bool, calls: Any, mem: Any, vectors: Any, y: Any, t: Any, end: float) -> int:
+    """Take one step; return the flag of SUNDIALS."""
+    for i in range(y.shape[1]):
+        y[2, i] = y[0, i]
+    t[1] = t[0]
+    if ida:
+        return int(ida_solve(calls[0], mem, end, t.ctypes.data, vectors[0], vectors[1], ONE_STEP))
+    return int(cvode_solve(calls[0], mem, end, vectors[0], t.ctypes.data, ONE_STEP))
+
+
+def usual(calls: Any, y: Any, t: Any, counts: Any, user: Any) -> bool:
+    """Return whether nothing is amiss with a step, and count it then."""
+    thousand = (counts[STEPS] + 1) % 1000 == 0
+    counts[SINCE] += 1
+    user[MODE] = STEP
+    if t[0] - t[1] <= COLLAPSED * t[0] or (thousand and t[0] - t[2] < t[3]):
+        return False
+    if look(calls[2], t[0], y[0].ctypes.data, user.ctypes.data) != 0:
+        return False
+    counts[STEPS] += 1
+    if thousand:
+        t[2] = t[0]
+    return True
+
+
+def keep(y: Any, kept: Any, counts: Any) -> None:
+    """Keep a state; where there are too many, drop every other one."""
+    for i in range(y.shape[1]):
+        kept[counts[KEPT], i] = y[0, i]
+    counts[KEPT] += 1
+    if counts[KEPT] == len(kept):
+        half = (len(kept) + 1) // 2
+        for k in range(half):
+            for i in range(y.shape[1]):
+                kept[k, i] = kept[2 * k, i]
+        counts[KEPT], counts[STRIDE] = half, 2 * counts[STRIDE]
+
+
+def look_again(call: int, t: float, y: Any, user: Any, times: int) -> None:
+    """Look at a step several times."""
+    for _ in range(times):
+        look(call, t, y.ctypes.data, user.ctypes.data)
+
+
+WRITTEN = (advance, put_out, step, usual, keep, look_again)
+"""The functions that are compiled."""
+
+
+def compiled() -> types.ModuleType:
+    """Return the module of ``advance`` and ``look_again``, compiled, and kept with other machine code."""
+
+    def build(cached: bool) -> str:
+        from daebench.compiler.syntax import decorated, imports
+
+        texts = decorated(
+            "\n\n".join(inspect.getsource(function) for function in WRITTEN), ["advance", "look_again"], cached, options=", nogil=True"
+        )
+        names = ("ONE_STEP", "ENDED", "SUSPICIOUS", "OUTSIDE", "BUDGET", "COLLAPSED", "STEPS", "OUTPUTS", "SINCE", "KEPT", "STRIDE")
+        constants = f"from {__name__} import {', '.join(names)}\n{DECORATORS}"
+        return f'"""The loop over the steps of IDA or CVODE."""\n\n{imports(sys.modules[__name__])}\n{constants}\n\n{texts}'
+
+    return generated("sundials_steps", "steps of IDA and CVODE", build)
+
+
+DECORATORS = """from daebench.compiler.machine_code import njit
+from daebench.compiler.sharing import shared
+"""
