@@ -24,9 +24,16 @@ def bench(
     steps: Annotated[int, typer.Option("--steps", help="Steps of one timed run.")] = 300_000,
     repeat: Annotated[int, typer.Option("--repeat", help="Runs, of which the best counts.")] = 7,
     anyway: Anyway = False,
+    solvers: Annotated[
+        bool,
+        typer.Option("--solvers", help="Time IDA instead: compiled callbacks, a program in C, Python callbacks."),
+    ] = False,
     as_json: Json = False,
 ) -> None:
     """Measure nanoseconds per step of fixed-step methods, and seconds to the first step on an empty and on a full cache."""
+    if solvers:
+        _solvers(repeat, as_json=as_json)
+        return
     from daebench.methods.catalogue import schemes
     from daebench.methods.initial_value_problem import initial_value_problem
     from daebench.methods.registry import poisson_registry
@@ -52,6 +59,20 @@ def bench(
         print_json({"problem": problem, "case": ivp.case, "h": h, "steps": steps, "repeat": repeat, "rows": rows})
         return
     print_table(COLUMNS, [[_cell(row.get(column)) for column in COLUMNS] for row in rows])
+
+
+def _solvers(repeat: int, *, as_json: bool) -> None:
+    """Print what IDA takes."""
+    from daebench.studies.solver_timing import measure_solvers
+
+    with bar("bench --solvers"):
+        rows = measure_solvers(repeat=repeat)
+    if as_json:
+        print_json({"problem": "spherical_pendulum", "case": "fig1.2", "method": "ida:index2", "repeat": repeat, "rows": rows})
+        return
+    columns = list(dict.fromkeys(name for row in rows for name in row))
+    heads = [f"{name} ms" if name in ("native", "in_c", "python", "run") else name for name in columns]
+    print_table(heads, [[_cell(row.get(column)) for column in columns] for row in rows])
 
 
 def _cell(value: object) -> str:

@@ -5,11 +5,12 @@ counts and limits, what the monitor of steps keeps, and from ``HEAD`` on the num
 the run cannot go on, with the reason in ``WHY``.
 """
 
+import inspect
 from typing import Any
 
-from numba import carray, farray
+from numba import carray
 
-from daebench.compiler.foreign import content, real_pointer, word_pointer
+from daebench.compiler.foreign import real_pointer
 from daebench.compiler.linear.elimination import SINGULAR
 
 VECTOR, MATRIX, ORDER, BEFORE = range(4)
@@ -47,46 +48,54 @@ SIGNATURES = {
 }
 """C types of what is called, by the name of the function that is generated."""
 
-IMPORTS = """from daebench.compiler.callbacks_compiled import band, head, matrix, noted, numbers, vector
+IMPORTS = """from numba import carray, farray
+from daebench.compiler.callbacks import *
+from daebench.compiler.foreign import numbers_of_matrix, numbers_of_vector, real_pointer, word_pointer
 from daebench.compiler.machine_code import alone, callback, inlined
 """
 
+IMPLICIT = """
+def residual_callback(t, y, yp, res, user):
+    health = residual(t, {vector}(user, y), {n}), {vector}(user, yp), {n}), {vector}(user, res), {n}), {par})
+    return noted(user, RESIDUALS, t, health)
+"""
 
-def head(user: Any) -> Any:
-    """Return the entries of the memory before the numbers of the problem, shape(HEAD,)."""
-    return carray(real_pointer(user), HEAD)
+DENSE = """
+def jacobian_callback(t, cj, y, yp, res, JJ, user, a, b, c):
+    entries = farray(numbers_of_matrix(user, JJ), ({n}, {n}))
+    health = jacobian(t, {vector}(user, y), {n}), {vector}(user, yp), {n}), {vector}(user, res), {n}), cj, entries, {par})
+    return noted(user, JACOBIANS, t, health)
+"""
+
+BANDED = """
+def jacobian_callback(t, cj, y, yp, res, JJ, user, a, b, c):
+    own = carray(real_pointer(user), HEAD)
+    entries = carray(numbers_of_matrix(user, JJ), ({n}, int(own[WIDTH])))
+    health = jacobian(t, {vector}(user, y), {n}), {vector}(user, yp), {n}), cj, int(own[ABOVE]), entries, {par})
+    return noted(user, JACOBIANS, t, health)
+"""
+
+EXPLICIT = """
+def rhs_callback(t, y, out, user):
+    return noted(user, RESIDUALS, t, rhs(t, {vector}(user, y), {n}), {vector}(user, out), {n}), {par}))
 
 
-def words(user: Any) -> Any:
-    """Return the entries that are addresses, shape(4,)."""
-    return carray(word_pointer(user), 4)
+def rhs_jacobian_callback(t, y, out, JJ, user, a, b, c):
+    entries = farray(numbers_of_matrix(user, JJ), ({n}, {n}))
+    return noted(user, JACOBIANS, t, rhs_jacobian(t, {vector}(user, y), {n}), entries, {par}))
+"""
 
 
-def numbers(user: Any) -> Any:
-    """Return the numbers of the problem, shape(k,)."""
-    return carray(real_pointer(user), HEAD + int(head(user)[PARAMETERS]))[HEAD:]
-
-
-def vector(user: Any, v: Any) -> Any:
-    """Return the numbers of a vector of SUNDIALS, shape(n,)."""
-    return carray(real_pointer(content(words(user)[VECTOR], v)), int(head(user)[UNKNOWNS]))
-
-
-def matrix(user: Any, A: Any) -> Any:
-    """Return the entries of a dense matrix of SUNDIALS, shape(n, n)."""
-    n = int(head(user)[UNKNOWNS])
-    return farray(real_pointer(content(words(user)[MATRIX], A)), (n, n))
-
-
-def band(user: Any, A: Any) -> Any:
-    """Return the entries of a banded matrix of SUNDIALS, a row for each of its columns: entry (i, j) is in place j, i - j + ABOVE."""
-    own = head(user)
-    return carray(real_pointer(content(words(user)[MATRIX], A)), (int(own[UNKNOWNS]), int(own[WIDTH])))
+def called_back(n: int, parameters: int, *texts: str) -> str:
+    """Return the source of the C functions of a formulation with n unknowns and so many numbers, of some of the texts above."""
+    par = f"carray(real_pointer(user), HEAD + {parameters})[HEAD:]"
+    parts = {"n": n, "par": par, "vector": "carray(numbers_of_vector"}
+    return "\n\n".join([inspect.getsource(noted), *(text.format(**parts) for text in texts)])
 
 
 def noted(user: Any, which: int, t: float, health: float) -> int:
     """Count one evaluation at time t; return 0, or -1 where its health is bad or a limit of work is reached."""
-    own = head(user)
+    own = carray(real_pointer(user), HEAD)
     own[which] += 1.0
     if not health > SINGULAR:
         own[WHY], own[HEALTH], own[WHEN] = ILL, health, t

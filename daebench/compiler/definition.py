@@ -32,21 +32,27 @@ class Wrapper:
         Names of those that are called from Python.
     called_back : bool
         Whether some are called from C, see :data:`daebench.compiler.callbacks.SIGNATURES`.
+    derived : callable, optional
+        Returns the source of more of them, given the derivation of the problem, which alone decides it.
     """
 
     text: str
     roots: tuple[str, ...]
     called_back: bool = False
+    derived: Callable[[Any], str] | None = field(default=None, repr=False)
 
-    def decorated(self, *, cached: bool) -> str:
-        """Return their source, handed to numba."""
+    def source(self, derivation: Any, *, compiled: bool, cached: bool) -> str:
+        """Return their source, handed to numba where they are to be compiled."""
         from daebench.compiler.syntax import NONE, decorated
 
+        text = f"{self.text}\n\n{self.derived(derivation)}" if self.derived else self.text
+        if not compiled:
+            return text
         if not self.called_back:
-            return decorated(self.text, self.roots, cached)
+            return decorated(text, self.roots, cached)
         from daebench.compiler.callbacks import IMPORTS, SIGNATURES
 
-        return f"{IMPORTS}{decorated(self.text, self.roots, cached, NONE, SIGNATURES)}"
+        return f"{IMPORTS}{decorated(text, self.roots, cached, NONE, SIGNATURES)}"
 
 
 @dataclass(frozen=True, eq=False)
@@ -158,11 +164,12 @@ class Source:
             from daebench.compiler.link import Linker, Options
             from daebench.compiler.syntax import LANGUAGE
 
-            linker = Linker(self.form(form), Options(form=form, **options))
+            derivation = self.form(form)
+            linker = Linker(derivation, Options(form=form, **options))
             module = linker.module(title, [(LANGUAGE, root) if isinstance(root, str) else root for root in roots], cached)
             if wrapper is None:
                 return module
-            return f"{module}\n\n{wrapper.decorated(cached=cached) if linker.options.compiled else wrapper.text}"
+            return f"{module}\n\n{wrapper.source(derivation, compiled=linker.options.compiled, cached=cached)}"
 
         key = f"{self.key} functions {roots} {form} {wrapper} {sorted(options.items())}"
         return generated(f"{self.problem}_{stem}", key, build)

@@ -53,10 +53,29 @@ def call2(typing: Any, address: Any, par: Any, p: Any, q: Any, h: Any) -> Any:
     return _call(INTEGER, POINTER, POINTER, POINTER, REAL)
 
 
+def _content(place: int) -> Any:
+    """Return the lowering of the call of ``double *f(void *)``, whose address is in a place of the memory of callbacks."""
+
+    def codegen(context: Any, builder: Any, signature: Any, values: Any) -> Any:
+        user, container = values
+        word, double = user.type, ir.DoubleType()
+        address = builder.load(builder.gep(builder.inttoptr(user, word.as_pointer()), [ir.Constant(ir.IntType(64), place)]))
+        function = ir.FunctionType(double.as_pointer(), [word])
+        return builder.call(builder.inttoptr(address, function.as_pointer()), [container])
+
+    return types.CPointer(types.float64)(POINTER, POINTER), codegen
+
+
 @intrinsic  # type: ignore[untyped-decorator]
-def content(typing: Any, address: Any, container: Any) -> Any:
-    """Call a function that returns the address of the numbers in a vector or matrix, ``double *f(void *)``."""
-    return _call(POINTER, POINTER)
+def numbers_of_vector(typing: Any, user: Any, vector: Any) -> Any:
+    """Return a pointer to the numbers of a vector of SUNDIALS, by the function whose address is in the first place of the memory."""
+    return _content(0)
+
+
+@intrinsic  # type: ignore[untyped-decorator]
+def numbers_of_matrix(typing: Any, user: Any, matrix: Any) -> Any:
+    """Return a pointer to the numbers of a matrix of SUNDIALS, by the function whose address is in the second place of the memory."""
+    return _content(1)
 
 
 @intrinsic  # type: ignore[untyped-decorator]

@@ -63,19 +63,40 @@ def hand_written(ivp: Ivp, rows: Sequence[dict[str, Any]], *, h: float, steps: i
     measured = {row["method"]: row for row in rows if row["method"] in BY_HAND and not row.get("note")}
     if not isinstance(ivp, ConstrainedIvp) or ivp.problem != "spherical_pendulum" or not measured:
         return []
-    compiler = next((executable for name in ("cc", "gcc", "clang") if (executable := shutil.which(name))), None)
-    if compiler is None:
+    if compiler() is None:
         return [{"method": "C", "note": "no C compiler found"}]
     with tempfile.TemporaryDirectory() as folder:
-        return [_in_turns(compiler, Path(folder), ivp, row, h=h, steps=steps, repeat=repeat) for row in measured.values()]
+        return [_in_turns(Path(folder), ivp, row, h=h, steps=steps, repeat=repeat) for row in measured.values()]
 
 
-def _in_turns(
-    compiler: str, folder: Path, ivp: ConstrainedIvp, row: dict[str, Any], *, h: float, steps: int, repeat: int
-) -> dict[str, Any]:
+def compiler() -> str | None:
+    """Return the path of a C compiler; None where there is none."""
+    return next((executable for name in ("cc", "gcc", "clang") if (executable := shutil.which(name))), None)
+
+
+def built(name: str, folder: Path) -> ctypes.CDLL | None:
+    """Return a C program that is kept beside this file as a library, compiled at -O3; None where there is no compiler.
+
+    Raises
+    ------
+    DaebenchError
+        If it does not compile.
+    """
+    command, library = compiler(), folder / f"{name}.so"
+    if command is None:
+        return None
+    source = Path(__file__).with_name(f"{name}.c")
+    options = ["-O3", "-ffp-contract=off", "-shared", "-fPIC", str(source), "-o", str(library), "-lm"]
+    done = subprocess.run([command, *options], capture_output=True, text=True, check=False)
+    if done.returncode:
+        raise DaebenchError(f"the C program does not compile: {done.stderr.splitlines()[0] if done.stderr else command}.")
+    return ctypes.CDLL(str(library))
+
+
+def _in_turns(folder: Path, ivp: ConstrainedIvp, row: dict[str, Any], *, h: float, steps: int, repeat: int) -> dict[str, Any]:
     """Return the row of the program in C, and note in the kernel's how the two compare."""
     name = row["method"]
-    call = _compiled(compiler, folder, name, ivp, h, steps)
+    call = _compiled(folder, name, ivp, h, steps)
     method, linked, by_hand = FixedStep(name), [], []
     for _ in range(repeat):
         run = method.solve(ivp, Request(value=h, steps=steps, every=0, **VARIANTS["ns_per_step"])).complete()
@@ -83,17 +104,12 @@ def _in_turns(
         by_hand.append(call())
     row["ns_per_step"] = min([row["ns_per_step"], *linked])
     row["note"] = f"{min(linked) / min(by_hand):.3f} times C"
-    return {"method": f"{name} in C", "ns_per_step": min(by_hand), "note": f"{Path(compiler).name} -O3"}
+    return {"method": f"{name} in C", "ns_per_step": min(by_hand), "note": f"{Path(str(compiler())).name} -O3"}
 
 
-def _compiled(compiler: str, folder: Path, name: str, ivp: ConstrainedIvp, h: float, steps: int) -> Callable[[], float]:
+def _compiled(folder: Path, name: str, ivp: ConstrainedIvp, h: float, steps: int) -> Callable[[], float]:
     """Return a call that runs a C program and returns nanoseconds per step."""
-    library = folder / f"{name}.so"
-    source = Path(__file__).with_name(f"{name}.c")
-    done = subprocess.run([compiler, "-O3", "-shared", "-fPIC", str(source), "-o", str(library), "-lm"], capture_output=True, text=True)
-    if done.returncode:
-        raise DaebenchError(f"the C program does not compile: {done.stderr.splitlines()[0] if done.stderr else compiler}.")
-    function = getattr(ctypes.CDLL(str(library)), name)
+    function = getattr(built(name, folder), name)
     function.restype = ctypes.c_long
     function.argtypes = [ctypes.c_void_p, *[ctypes.c_double] * 4, ctypes.c_long, ctypes.POINTER(ctypes.c_long)]
 

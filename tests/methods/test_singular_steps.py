@@ -74,7 +74,7 @@ def test_the_change_that_is_explained_is_that_of_errors_within_the_tolerance():
     H_q, H_v = np.array([0, 0, 1.0]), v
     expected = 1e-6 * (np.abs(H_q) @ (1 + np.abs(q)) + np.abs(H_v) @ (1 + np.abs(v)))
     assert found[0] == pytest.approx(expected, rel=1e-4)
-    assert found[1] == pytest.approx(1e-6 * np.abs(2 * q) @ (1 + np.abs(q)), rel=1e-4)
+    assert found[1] == pytest.approx(1e-6 * (np.abs(2 * v) @ (1 + np.abs(q)) + np.abs(2 * q) @ (1 + np.abs(v))), rel=1e-4)
     wider = Monitored(pose(fast, "index3"), 1e-6).explained(dae.y0, 1e-3)
     assert wider[0] > 100 * found[0]
 

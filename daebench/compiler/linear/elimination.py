@@ -78,14 +78,16 @@ def substitute(a: Any) -> None:
 
 def finite(health: float, values: Any) -> float:
     """Return ``health``, or NaN if any of the values, shape(k,), is not finite."""
+    wrong = False
     for value in values:
-        health += 0.0 * value
-    return health
+        wrong |= value - value != 0.0  # infinite or NaN; no number waits for the one before, as those of a sum do
+    return float("nan") if wrong else health
 
 
 def finite_matrix(health: float, matrix: Any) -> float:
     """Return ``health``, or NaN if any entry of a matrix, shape(n, k), is not finite."""
+    wrong = False
     for row in matrix:
         for value in row:
-            health += 0.0 * value
-    return health
+            wrong |= value - value != 0.0
+    return float("nan") if wrong else health

@@ -7,8 +7,7 @@ from functools import cached_property
 
 import sympy as sp
 
-from daebench.compiler import codegen
-from daebench.compiler.callbacks import ABOVE, JACOBIANS, SIGNATURES
+from daebench.compiler import callbacks, codegen
 from daebench.compiler.linear import elimination
 from daebench.compiler.syntax import decorated
 from daebench.methods.formulations import residuals
@@ -64,7 +63,7 @@ class Layout:
         return [(chain.b if name in "qv" else chain.c, starts[name] + i) for name, i in self.order]
 
 
-CALLED = f"""
+CALLED = """
 def residual(t, y, yp, res, par):
     rows(y, yp, res, par)
     return finite(1.0, res)
@@ -75,10 +74,6 @@ def jacobian(t, y, yp, cj, above, JJ, par):
     rows_y(y, yp, cj, above, JJ, par)
     return finite_matrix(1.0, JJ)
 
-
-def jacobian_callback(t, cj, y, yp, res, JJ, user, a, b, c):
-    above, entries = int(head(user)[{ABOVE}]), band(user, JJ)
-    return noted(user, {JACOBIANS}, t, jacobian(t, vector(user, y), vector(user, yp), cj, above, entries, numbers(user)))
 """
 
 
@@ -94,7 +89,7 @@ def source(title: str, chain: ConstrainedChain, formulation: str, multipliers: s
     """
     layout = Layout(chain, formulation)
     parameters = {symbol: f"par[{i}]" for i, symbol in enumerate([*chain.parameters, *OPTIONS.get(formulation, ())])} | {SCALE: "cj"}
-    rows, rows_y, momenta, ahead = [], [], [], [0]
+    rows, rows_y, ahead = [], [], [0]
     for nodes, of in variants(chain):
         columns, F = _columns(layout, of, multipliers), _rows(layout, of)
         names = {chain.node: "float(k)", **parameters}
@@ -102,21 +97,29 @@ def source(title: str, chain: ConstrainedChain, formulation: str, multipliers: s
         rows += _loop(nodes, [layout.at("res", index) for index, _ in F], [row for _, row in F], names | unknowns)
         rows_y += _loop(nodes, *_entries(layout, columns, F), names | unknowns)
         ahead += [columns[symbol][1] - index for index, row in F for symbol in row.free_symbols & columns.keys()]
-        v = {symbol: f"v[{chain.b} * k + {chain.b * place + i}]" for place in PLACES for i, symbol in enumerate(of.unknowns["v", place])}
-        momenta += _loop(nodes, [f"out[{chain.b} * k + {i}]" for i in range(chain.b)], list(of.momentum), names | v)
     compiled = [
         inspect.getsource(elimination.finite),
         inspect.getsource(elimination.finite_matrix),
         codegen.function("rows(y, yp, res, par)", *rows),
         codegen.function("rows_y(y, yp, cj, above, JJ, par)", *rows_y),
         CALLED,
-        residuals.RESIDUAL_CALLED_BACK,
-        codegen.function("momenta(v, out, par)", *momenta),
+        callbacks.called_back(2 * chain.d + chain.m * len(layout.forces), len(parameters) - 1, callbacks.IMPLICIT, callbacks.BANDED),
+        momenta(chain),
     ]
     header = residuals.HEADER.format(title=title)
     facts = f"MECHANICAL = True\nLOWER, UPPER = {-min(ahead)}, {max(ahead)}\n"
     facts += f"NODES, MISSING = {chain.nodes}, {layout.missing}\nPLACES = {layout.places}"
-    return "\n\n".join([header, facts, decorated("\n\n".join(compiled), residuals.ROOTS, cached, callbacks=SIGNATURES)]) + "\n"
+    return "\n\n".join([header, facts, decorated("\n\n".join(compiled), residuals.ROOTS, cached, callbacks=callbacks.SIGNATURES)]) + "\n"
+
+
+def momenta(chain: ConstrainedChain) -> str:
+    """Return the source of ``momenta(v, out, par)``, which fills out, shape(d,), with M v."""
+    lines = []
+    for nodes, of in variants(chain):
+        names = {chain.node: "float(k)", **{symbol: f"par[{i}]" for i, symbol in enumerate(chain.parameters)}}
+        v = {symbol: f"v[{chain.b} * k + {chain.b * place + i}]" for place in PLACES for i, symbol in enumerate(of.unknowns["v", place])}
+        lines += _loop(nodes, [f"out[{chain.b} * k + {i}]" for i in range(chain.b)], list(of.momentum), names | v)
+    return codegen.function("momenta(v, out, par)", *lines)
 
 
 def _columns(layout: Layout, of: NodeEquations, multipliers: str) -> dict[sp.Symbol, tuple[str, int]]:

@@ -5,12 +5,13 @@ import inspect
 import sympy as sp
 
 from daebench.compiler import codegen
-from daebench.compiler.callbacks import SIGNATURES
+from daebench.compiler.callbacks import DENSE, EXPLICIT, SIGNATURES, called_back
+from daebench.compiler.callbacks import IMPLICIT as IMPLICIT_CALLED_BACK
 from daebench.compiler.lattice.derivation import LatticeDerivation
 from daebench.compiler.linear import elimination
 from daebench.compiler.poisson.derivation import PoissonDerivation
 from daebench.compiler.syntax import decorated
-from daebench.methods.formulations.residuals import CALLED_BACK, DAE, HEADER, IMPLICIT, ODE_CALLED_BACK, ROOTS, writer
+from daebench.methods.formulations.residuals import DAE, HEADER, IMPLICIT, ROOTS, writer
 
 ODE = """
 def rhs(t, y, out, par):
@@ -30,7 +31,7 @@ def source(title: str, derivation: PoissonDerivation | LatticeDerivation, formul
     Parameters are those of :func:`daebench.methods.formulations.residuals.source`, with a formulation of
     ``daebench.methods.formulations.table.POISSON_FORMULATIONS``.
     """
-    texts = [inspect.getsource(elimination.finite), inspect.getsource(elimination.finite_matrix), CALLED_BACK]
+    texts = [inspect.getsource(elimination.finite), inspect.getsource(elimination.finite_matrix)]
     if isinstance(derivation, LatticeDerivation):
         texts += (
             LatticeRates(derivation.lattice).written()
@@ -45,7 +46,17 @@ def source(title: str, derivation: PoissonDerivation | LatticeDerivation, formul
 def _ode(of: PoissonDerivation) -> list[str]:
     y = list(of.y)
     field = writer("field", {"y": y}, {"out": of.field}, of.parameters)
-    return [field, writer("field_y", {"y": y}, {"JJ": of.field.jacobian(y)}, of.parameters), ODE, IMPLICIT, ODE_CALLED_BACK]
+    return [
+        field,
+        writer("field_y", {"y": y}, {"JJ": of.field.jacobian(y)}, of.parameters),
+        ODE,
+        IMPLICIT,
+        _called_back(of.n, len(of.parameters), EXPLICIT),
+    ]
+
+
+def _called_back(n: int, parameters: int, *more: str) -> str:
+    return called_back(n, parameters, IMPLICIT_CALLED_BACK, DENSE, *more)
 
 
 class LatticeRates(LatticeDerivation):
@@ -69,7 +80,7 @@ class LatticeRates(LatticeDerivation):
             codegen.function("field_y(y, JJ, par)", "JJ[:] = 0.0", *slopes),
             ODE,
             IMPLICIT,
-            ODE_CALLED_BACK,
+            _called_back(self.fields * N, len(self.parameters), EXPLICIT),
         ]
 
 
@@ -89,4 +100,4 @@ def _casimirs(of: PoissonDerivation, multipliers: str) -> list[str]:
     F_y = F.jacobian(y) + scale * F.jacobian(yp)
     inputs = {"y": y, "yp": yp}
     rows = writer("rows", inputs, {"res": F}, parameters)
-    return [rows, writer("rows_y", {**inputs, "scale": [scale]}, {"JJ": F_y}, parameters), DAE]
+    return [rows, writer("rows_y", {**inputs, "scale": [scale]}, {"JJ": F_y}, parameters), DAE, _called_back(len(y), len(parameters))]

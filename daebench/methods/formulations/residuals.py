@@ -4,8 +4,7 @@ from collections.abc import Mapping, Sequence
 
 import sympy as sp
 
-from daebench.compiler import codegen
-from daebench.compiler.callbacks import IMPORTS, JACOBIANS, RESIDUALS, SIGNATURES
+from daebench.compiler import callbacks, codegen
 from daebench.compiler.constrained.derivation import Derivation
 from daebench.compiler.syntax import decorated
 from daebench.methods.formulations.equations import OPTIONS, Equations
@@ -50,7 +49,7 @@ from daebench.compiler.sharing import shared
 from numpy import *
 from builtins import abs, max, min
 """
-HEADER += IMPORTS
+HEADER += callbacks.IMPORTS
 
 ROOTS = ("residual", "jacobian", "rhs", "rhs_jacobian", "momenta")
 """Functions that are called from outside: they alone are kept on disk, with everything else inside them."""
@@ -65,27 +64,6 @@ def jacobian(t, y, yp, res, cj, JJ, par):
     scale = (cj,)
     rows_y(y, yp, scale, JJ, par)
     return finite_matrix(1.0, JJ)
-"""
-
-RESIDUAL_CALLED_BACK = f"""
-def residual_callback(t, y, yp, res, user):
-    return noted(user, {RESIDUALS}, t, residual(t, vector(user, y), vector(user, yp), vector(user, res), numbers(user)))
-"""
-
-CALLED_BACK = f"""{RESIDUAL_CALLED_BACK}
-
-def jacobian_callback(t, cj, y, yp, res, JJ, user, a, b, c):
-    entries = matrix(user, JJ)
-    return noted(user, {JACOBIANS}, t, jacobian(t, vector(user, y), vector(user, yp), vector(user, res), cj, entries, numbers(user)))
-"""
-
-ODE_CALLED_BACK = f"""
-def rhs_callback(t, y, out, user):
-    return noted(user, {RESIDUALS}, t, rhs(t, vector(user, y), vector(user, out), numbers(user)))
-
-
-def rhs_jacobian_callback(t, y, out, JJ, user, a, b, c):
-    return noted(user, {JACOBIANS}, t, rhs_jacobian(t, vector(user, y), matrix(user, JJ), numbers(user)))
 """
 
 ODE = """
@@ -161,14 +139,19 @@ def source(title: str, derivation: Derivation, formulation: str, multipliers: st
     ]
     if formulation == "ode":
         outputs = {"E_y": system.jacobian(state), "f_y": equations.slope.jacobian(state), "f_z": equations.slope.jacobian(z)}
-        compiled = [*start, writer("derivatives", {"y": state, "z": list(z)}, outputs, parameters), ODE, IMPLICIT, ODE_CALLED_BACK]
+        compiled = [*start, writer("derivatives", {"y": state, "z": list(z)}, outputs, parameters), ODE, IMPLICIT]
         plain = []
     else:
         compiled, plain = [*_dae(equations, formulation, multipliers, parameters), DAE], start
-    compiled.append(CALLED_BACK)
+    n = len(state) + derivation.m * {"ode": 0, "ggl": 2}.get(formulation, 1)
+    kinds = [callbacks.IMPLICIT, callbacks.DENSE, *[callbacks.EXPLICIT] * (formulation == "ode")]
+    compiled.append(callbacks.called_back(n, len(parameters), *kinds))
     facts = f"K = {len(z)}\nMECHANICAL = {derivation.mechanical}"
     header = HEADER.format(title=title) + "from daebench.compiler.linear.elimination_compiled import eliminate, finite, finite_matrix\n"
-    return "\n\n".join([header, facts, *plain, decorated("\n\n".join(compiled), ROOTS, cached, {"K": str(len(z))}, SIGNATURES)]) + "\n"
+    return (
+        "\n\n".join([header, facts, *plain, decorated("\n\n".join(compiled), ROOTS, cached, {"K": str(len(z))}, callbacks.SIGNATURES)])
+        + "\n"
+    )
 
 
 def _dae(equations: Equations, formulation: str, multipliers: str, parameters: Sequence[sp.Symbol]) -> list[str]:

@@ -15,6 +15,7 @@ from daebench.compiler.callbacks import (
     CHANGES,
     CONSERVED,
     EXPLAINED,
+    HEAD,
     JUMPS,
     LARGEST,
     LAST,
@@ -29,7 +30,6 @@ from daebench.compiler.callbacks import (
     TOLERANCE,
     UNKNOWNS,
 )
-from daebench.compiler.callbacks_compiled import head, words
 from daebench.compiler.foreign import real_pointer, word_pointer
 from daebench.methods.solvers.thresholds import AHEAD, CLOSE, INCREMENT, ROUNDINGS, SUDDEN, UNRESOLVED
 
@@ -94,7 +94,7 @@ def at_least_explained(y: Any, tolerance: float, par: Any) -> Any:
 
 def state(user: Any, address: Any) -> Any:
     """Return unknowns in the order of the blocks, shape(n,), of those at an address."""
-    n, order = int(head(user)[UNKNOWNS]), words(user)[ORDER]
+    n, order = int(carray(real_pointer(user), HEAD)[UNKNOWNS]), carray(word_pointer(user), HEAD)[ORDER]
     values = carray(real_pointer(address), n)
     if order:
         places, values = carray(word_pointer(order), n), values.copy()
@@ -105,14 +105,14 @@ def state(user: Any, address: Any) -> Any:
 
 def usual_change(user: Any, t: float, y: Any, values: Any, par: Any) -> bool:
     """Return whether what is conserved changes no more in a step than before, or than the tolerance explains; note the change."""
-    own = head(user)
+    own = carray(real_pointer(user), HEAD)
     first, last = abs(values[0] - own[CONSERVED]), abs(values[-1] - own[CONSERVED + len(values) - 1])
     if first <= own[JUMPS] and last <= own[JUMPS + len(values) - 1]:
         return True
     least = at_least_explained(y, own[TOLERANCE], par)
     if not (first <= SUDDEN * least[0] and last <= SUDDEN * least[1]):
         h, positions = t - own[LAST], int(own[POSITIONS])
-        before = explained(state(user, words(user)[BEFORE]), h, own[TOLERANCE], positions, par)
+        before = explained(state(user, carray(word_pointer(user), HEAD)[BEFORE]), h, own[TOLERANCE], positions, par)
         after = explained(y, h, own[TOLERANCE], positions, par)
         own[EXPLAINED] += 1.0
         if not (first <= SUDDEN * max(before[0], after[0]) and last <= SUDDEN * max(before[1], after[1])):
@@ -137,7 +137,7 @@ def finite(values: Any) -> bool:
 
 def usual_step(user: Any, t: float, y: Any, par: Any) -> bool:
     """Return whether nothing is amiss with a step that ended at t, and note it then."""
-    own, values = head(user), conserved(y, par)
+    own, values = carray(real_pointer(user), HEAD), conserved(y, par)
     if not finite(values) or outside(y, par) or (own[STEADY] > 0.0 and not usual_change(user, t, y, values, par)):
         return False
     sigma = sqrt(abs(independent(y, par)))
@@ -151,7 +151,7 @@ def usual_step(user: Any, t: float, y: Any, par: Any) -> bool:
 
 def look_callback(t: float, address: Any, user: Any) -> int:
     """Do what ``MODE`` asks at time t with the unknowns at an address; return 0, or 1 where something is amiss."""
-    own, y, par = head(user), state(user, address), parameters(user)
+    own, y, par = carray(real_pointer(user), HEAD), state(user, address), parameters(user)
     if own[MODE] == STEP:
         return 0 if usual_step(user, t, y, par) else 1
     if own[MODE] == CHANGES:

@@ -3,7 +3,7 @@
 import ctypes
 import inspect
 import types
-from functools import cached_property
+from functools import cache, cached_property
 from typing import Any
 
 import numpy as np
@@ -21,14 +21,13 @@ MOST_UNKNOWNS = 400
 
 ARRAYS = """
 from numpy import absolute, empty
-from {module} import momenta
 
 def conserved(y, par):
     q, p = y[:{d}], empty({d})
     momenta(y[{d} : 2 * {d}], p, par)
     return H(p, q, par), absolute(g(q, par)).sum(), absolute(Gv(p, q, par)).sum()
 """
-"""Source of the conserved values of a chain, whose momenta are those of its formulation's module."""
+"""Source of the conserved values of a chain."""
 
 
 class Monitored:
@@ -97,7 +96,7 @@ class Monitored:
             roots = ["H", "g", "Gv", "independence"] if ivp.arrays else [*roots, "independence"]
         elif ivp.facts.DOMAIN:
             roots.append("inside")
-        wrapper = Wrapper(self._text(), (), called_back=True)
+        wrapper = Wrapper(self._text(), (), True, _momenta if constrained and ivp.arrays else None)
         options: dict[str, Any] = {"wrapper": wrapper, "compiled": self.compiled, "singular": ivp.singular}
         return ivp.source.linked("monitored", f"What is monitored of {ivp.problem}.", roots, **options)
 
@@ -115,29 +114,23 @@ class Monitored:
 
     def _text(self) -> str:
         """Return the source of the functions of unknowns, and with them of the look at steps."""
-        from daebench.compiler.codegen import function, pack  # this imports SymPy, which a list of methods does without
-        from daebench.methods.solvers import look
-
         posed, ivp, size = self.posed, self.posed.ivp, self.size
         constrained = isinstance(posed, Dae)
         ends = ((size // 2, size), (0, size // 2)) if constrained else ((0, size),)
-        vectors = [f"y[{a}:{b}]" if ivp.arrays else pack(f"y[{i}]" for i in range(a, b)) for a, b in ends]
+        vectors = [f"y[{a}:{b}]" if ivp.arrays else _tuple("y", range(a, b)) for a, b in ends]
         state = ", ".join([*vectors, "par"])
         value = f"conserved_{self._kernel}({state})"
-        texts = [
-            ARRAYS.format(module=posed.module.__name__, d=size // 2)
-            if constrained and ivp.arrays
-            else function("conserved(y, par)", f"return {value if constrained else f'({value},)'}"),
-            function("independent(y, par)", f"return independence({state})" if constrained else "return 1.0"),
-            function("outside(y, par)", f"return not inside({state})" if not constrained and ivp.facts.DOMAIN else "return False"),
-            f"SIZE = {size}",
-        ]
-        if not self.compiled:
-            names = "from typing import Any\nfrom daebench.methods.solvers.thresholds import *"
-            return "\n\n".join([names, *texts, inspect.getsource(look.explained)])
-        par = pack(f"values[{k}]" for k in range(len(ivp.par)))
-        texts.append(function("parameters(user)", "values = numbers(user)", f"return {par}"))
-        return "\n\n".join([imports(look), *texts, *(inspect.getsource(function) for function in look.WRITTEN)])
+        functions = {
+            "conserved(y, par)": value if constrained else f"({value},)",
+            "independent(y, par)": f"independence({state})" if constrained else "1.0",
+            "outside(y, par)": f"not inside({state})" if not constrained and ivp.facts.DOMAIN else "False",
+            "unpacked(values)": _tuple("values", range(len(ivp.par))),
+            "parameters(user)": f"unpacked(carray(real_pointer(user), HEAD + {len(ivp.par)})[HEAD:])",
+        }
+        texts = {signature: f"def {signature}:\n    return {result}" for signature, result in functions.items()}
+        if constrained and ivp.arrays:
+            texts["conserved(y, par)"] = ARRAYS.format(d=size // 2)
+        return "\n\n".join([_looks(compiled=self.compiled), f"SIZE = {size}", *texts.values()])
 
     def _looked(self, what: str, t: float, y: Any) -> list[float]:
         """Return what the compiled look gives for unknowns, 4 numbers."""
@@ -163,3 +156,25 @@ class Monitored:
         user[callbacks.UNKNOWNS], user[callbacks.PARAMETERS] = self.posed.n, len(self.par)
         user[callbacks.TOLERANCE], user[callbacks.POSITIONS] = self.tol, self.positions
         return user
+
+
+def _momenta(derivation: Any) -> str:
+    """Return the source of the momenta of a chain."""
+    from daebench.methods.formulations.chain_residuals import momenta
+
+    return momenta(derivation.chain)
+
+
+def _tuple(name: str, places: range) -> str:
+    """Return the source of a tuple of entries of an array."""
+    return f"({''.join(f'{name}[{i}], ' for i in places)})"
+
+
+@cache
+def _looks(*, compiled: bool) -> str:
+    """Return the source of what is the same for all problems: the look at steps, or where nothing is compiled what is called of it."""
+    from daebench.methods.solvers import look
+
+    if compiled:
+        return "\n\n".join([imports(look), *(inspect.getsource(function) for function in look.WRITTEN)])
+    return f"from typing import Any\nfrom daebench.methods.solvers.thresholds import *\n\n{inspect.getsource(look.explained)}"

@@ -76,8 +76,8 @@ class Unavailable(Exception):
     """The shared libraries are not there, or are not those that are declared here; the text says which, and why."""
 
 
-def paths(distribution: str = DISTRIBUTION) -> dict[str, str]:
-    """Return the path of each library of SUNDIALS in a wheel, as libsundials_ida-0f.so.7.9.0, libsundials_ida.7.dylib, sundials_ida-0f.dll.
+def paths() -> dict[str, str]:
+    """Return the path of each library of SUNDIALS in the wheel: libsundials_ida-0f.so.7.9.0, libsundials_ida.7.dylib, sundials_ida-0f.dll.
 
     Raises
     ------
@@ -86,9 +86,9 @@ def paths(distribution: str = DISTRIBUTION) -> dict[str, str]:
     """
     pattern = re.compile(r"(?:lib)?sundials_([a-z]+)(?:-[0-9a-f]+)?(?:\.[\d.]+)?\.(?:so(?:\.[\d.]+)?|dylib|dll)")
     try:
-        files = metadata.files(distribution) or []
+        files = metadata.files(DISTRIBUTION) or []
     except metadata.PackageNotFoundError as error:
-        raise Unavailable(f"{distribution} is not installed") from error
+        raise Unavailable(f"{DISTRIBUTION} is not installed") from error
     matches = ((pattern.fullmatch(file.name), file) for file in files)
     return {match[1]: str(file.locate()) for match, file in matches if match}
 

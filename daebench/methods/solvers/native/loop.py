@@ -27,6 +27,8 @@ def advance(
 ) -> int:
     """Step to the last time, or until something is to be looked at, and fill rows at the times that are passed.
 
+    Outputs within a step come before the look at its end, and the last of all after it, as they do with Python callbacks.
+
     Parameters
     ----------
     ida : bool
@@ -55,25 +57,26 @@ def advance(
         Most steps.
     """
     for _ in range(budget):
-        if not put_out(calls, mem, vectors, y, t, times, rows, counts, user):
-            return OUTSIDE
         if t[0] >= times[-1]:
-            return ENDED
+            return ENDED if put_out(calls, mem, vectors, y, len(times), times, rows, counts, user) else OUTSIDE
         flag = step(ida, calls, mem, vectors, y, t, times[-1])
         if flag < 0:
             return flag
+        passed = counts[OUTPUTS]
+        while passed < len(times) - 1 and times[passed] <= t[0]:
+            passed += 1
+        if not put_out(calls, mem, vectors, y, passed, times, rows, counts, user):
+            return OUTSIDE
         if not usual(calls, y, t, counts, user):
             return SUSPICIOUS
         if counts[STEPS] % counts[STRIDE] == 0:
             keep(y, kept, counts)
-    if not put_out(calls, mem, vectors, y, t, times, rows, counts, user):
-        return OUTSIDE
-    return ENDED if t[0] >= times[-1] else BUDGET
+    return BUDGET
 
 
-def put_out(calls: Any, mem: Any, vectors: Any, y: Any, t: Any, times: Any, rows: Any, counts: Any, user: Any) -> bool:
-    """Fill rows at the output times that are passed; return False where something is amiss with one."""
-    while counts[OUTPUTS] < len(times) and times[counts[OUTPUTS]] <= t[0]:
+def put_out(calls: Any, mem: Any, vectors: Any, y: Any, passed: int, times: Any, rows: Any, counts: Any, user: Any) -> bool:
+    """Fill the rows at the output times that are passed, so many of all; return False where something is amiss with one."""
+    while counts[OUTPUTS] < passed:
         k = counts[OUTPUTS]
         interpolate(calls[1], mem, times[k], 0, vectors[2])
         for i in range(y.shape[1]):

@@ -106,10 +106,10 @@ class _Run:
                 began = time.perf_counter()
                 reason = self._advance(times, rows, budget)
                 lasted = time.perf_counter() - began
-                self._settle(reason, rows)
                 if self.counts[loop.OUTPUTS] > given:
                     yield self._in_blocks(rows[given : self.counts[loop.OUTPUTS]])
                     given = self.counts[loop.OUTPUTS]
+                self._settle(reason, rows)
                 if reason == loop.ENDED:
                     return
                 self.monitor.require_time()
@@ -154,7 +154,7 @@ class _Run:
         Stopped
             If the run cannot go on.
         """
-        whole = reason in (loop.ENDED, loop.BUDGET, loop.OUTSIDE)
+        whole = reason in (loop.ENDED, loop.BUDGET)
         self._take_over(self.t[0 if whole else 1], self.solver.y[0 if whole else 2])
         if reason == loop.SUSPICIOUS:
             self.monitor.stepped(float(self.t[0]), self._in_blocks(self.solver.y[0]))

@@ -1,0 +1,280 @@
+"""IDA and CVODE with compiled callbacks do what they do with Python callbacks, and nothing is lost or leaks."""
+
+import os
+import resource
+import signal
+import subprocess
+import sys
+import threading
+import time
+
+import numpy as np
+import pytest
+
+import daebench
+from daebench.methods.formulations.chain import pose_banded
+from daebench.methods.formulations.constrained import pose
+from daebench.methods.initial_value_problem import initial_value_problem
+from daebench.methods.solvers.monitored import Monitored
+from daebench.methods.solvers.native import libraries
+
+FORMULATIONS = ("index3", "index2", "index1", "ggl", "baumgarte", "ode")
+CONSTRAINED = [*(f"ida:{name}" for name in FORMULATIONS), "cvode:adams", "cvode:bdf"]
+POISSON = ("ida:ode", "ida:casimirs", "cvode:adams", "cvode:bdf")
+RUNS = [
+    *(("spherical_pendulum", method) for method in CONSTRAINED),
+    *(("free_rigid_body", method) for method in POISSON),
+    *(("rigid_body_rotation", method) for method in ("ida:index2", "cvode:bdf")),
+]
+
+
+def both(problem, **settings):
+    """Return a run with compiled callbacks, and one with Python callbacks."""
+    return [daebench.run(problem, callbacks=callbacks, **settings) for callbacks in ("native", "python")]
+
+
+def states(run):
+    return np.hstack(list(run.states.values()))
+
+
+def same(native, python):
+    """Assert that two runs have the same steps and calls, and states within 1e-15 of their size."""
+    assert (native.callbacks, python.callbacks) == ("native", "python")
+    assert dict(native.work) == dict(python.work)
+    assert native.failure == python.failure
+    assert np.array_equal(native.t, python.t)
+    assert np.abs(states(native) - states(python)).max() <= 1e-15 * np.abs(states(python)).max()
+
+
+@pytest.mark.parametrize("tol", [1e-5, 1e-11])
+@pytest.mark.parametrize(("problem", "method"), RUNS)
+def test_both_kinds_of_callbacks_give_the_same_run(problem, method, tol):
+    same(*both(problem, method=method, tol=tol, t_end=1.0, points=21))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("problem", ["double_pendulum", "slider_crank", "torus", "pendulum_chain", "butane", "andrews_squeezer"])
+@pytest.mark.parametrize("method", CONSTRAINED)
+def test_both_kinds_of_callbacks_give_the_same_run_on_larger_problems(problem, method):
+    for tol in (1e-6, 1e-10):
+        same(*both(problem, method=method, tol=tol, t_end=0.02 if problem == "andrews_squeezer" else 0.5, points=11))
+
+
+def test_a_native_run_takes_its_time_without_python_callbacks():
+    native, python = both("spherical_pendulum", method="ida:index2", tol=1e-8, t_end=5.0)
+    assert native.callback_seconds is None
+    assert 0 < native.seconds < python.seconds
+    assert 0 < python.callback_seconds < python.seconds
+
+
+ENDINGS = {
+    "rank loss": ("four_bar", {"case": "iftomm", "method": "ida:index2", "tol": 1e-8, "t_end": 3.0}),
+    "lock-up": ("slider_crank", {"case": "turning", "method": "ida:index1", "tol": 1e-6, "t_end": 2.0, "parameters": {"rod": 1.0}}),
+    "blow-up": ("lotka_volterra_3d", {"method": "cvode:bdf", "tol": 1e-8, "t_end": 50.0}),
+    "domain": ("lotka_volterra", {"method": "cvode:adams", "tol": 1e-2, "t_end": 100.0, "y0": [1e-3, 8.0]}),
+    "no cure": ("spherical_pendulum", {"case": "fig1.2", "method": "ida:index3:none", "tol": 1e-6, "t_end": 1.0}),
+    "collapse": ("spherical_pendulum", {"case": "fig1.2", "method": "ida:index2:none", "tol": 1e-10, "t_end": 1.0}),
+}
+
+
+@pytest.mark.parametrize("ending", ENDINGS)
+def test_a_run_ends_in_the_same_way(ending):
+    problem, settings = ENDINGS[ending]
+    same(*both(problem, **settings))
+
+
+def test_what_is_followed_through_a_loss_of_rank_is_the_same():
+    native, python = both("four_bar", case="iftomm", method="ida:ode", tol=1e-9, t_end=3.0, on_singular="continue")
+    same(native, python)
+    assert native.passages
+    for ours, theirs in zip(native.passages, python.passages, strict=True):
+        assert ours.branch == theirs.branch
+        assert ours.t == pytest.approx(theirs.t, rel=1e-9)
+
+
+def test_limits_end_a_native_run_and_keep_what_there_is():
+    run = daebench.run("double_pendulum", method="ida:index2", tol=1e-12, t_end=1e5, points=10_001, seconds_limit=0.3)
+    assert "limit of 0.3 s" in run.failure
+    assert len(run.t) > 5
+
+
+def test_progress_is_told_as_a_native_run_goes_on():
+    told = []
+    daebench.run("double_pendulum", method="ida:index2", tol=1e-10, t_end=200.0, progress=told.append)
+    assert told == sorted(told)
+    assert 0 < told[0] < 0.9
+    assert told[-1] == 1.0
+
+
+@pytest.mark.parametrize("formulation", ["index3", "index2", "index1", "ggl", "baumgarte"])
+@pytest.mark.parametrize("multipliers", ["plain", "derivative"])
+def test_the_band_of_a_chain_is_that_of_differences(formulation, multipliers):
+    ivp = initial_value_problem("pendulum_chain", "hanging", {"links": 6}, algebra="arrays")
+    dae = pose_banded(ivp, formulation, multipliers=multipliers)
+    rng, par = np.random.default_rng(1), dae.par
+    y, yp = dae.y0[dae.order] + 0.1 * rng.standard_normal(dae.n), dae.yp0[dae.order] + 0.1 * rng.standard_normal(dae.n)
+    lower, upper = dae.band
+    entries, cj, h = np.full((dae.n, 2 * lower + upper + 1), np.nan), 7.0, 1e-6
+    above = lower + upper
+    dae.jacobian(0.0, y, yp, cj, above, entries, par)
+    for j in range(dae.n):
+        sides = []
+        for sign in (1, -1):
+            moved, rates, res = y.copy(), yp.copy(), np.empty(dae.n)
+            moved[j] += sign * h
+            rates[j] += sign * h * cj
+            dae.residual(0.0, moved, rates, res, par)
+            sides.append(res)
+        column = (sides[0] - sides[1]) / (2 * h)
+        for i in range(dae.n):
+            inside = -upper <= i - j <= lower
+            assert column[i] == pytest.approx(entries[j, i - j + above] if inside else 0.0, abs=1e-7 * (1 + abs(column[i])))
+
+
+def test_a_long_chain_has_an_analytic_band():
+    native, python = both("pendulum_chain", case="hanging", parameters={"links": 80}, method="ida:index2", tol=1e-8, t_end=0.5, points=5)
+    assert native.work["jacobian"] > 0
+    assert "jacobian" not in python.work
+    assert native.work["residual"] < 0.7 * python.work["residual"]
+    assert np.abs(states(native) - states(python)).max() < 1e-6
+
+
+@pytest.mark.parametrize(
+    ("problem", "formulation"), [("slider_crank", "index3"), ("spherical_pendulum", "ode"), ("rigid_body_rotation", "ggl")]
+)
+def test_what_is_monitored_is_the_same_compiled_and_not(problem, formulation):
+    dae = pose(initial_value_problem(problem, None, None), formulation)
+    compiled, plain = Monitored(dae, 1e-7), Monitored(dae, 1e-7)
+    plain.compiled = False
+    y = dae.y0 + 0.01 * np.random.default_rng(2).standard_normal(dae.n)
+    assert compiled.values(y) == pytest.approx(plain.values(y), rel=1e-13)
+    assert compiled.independence(y) == pytest.approx(plain.independence(y), rel=1e-12)
+    assert compiled.explained(y, 0.1) == pytest.approx(plain.explained(y, 0.1), rel=1e-6)
+
+
+BROKEN = {
+    "not installed": lambda patch: patch.setattr(libraries, "DISTRIBUTION", "no-such-wheel"),
+    "older": lambda patch: patch.setattr(libraries, "VERSIONS", ((8, 0), (9, 0))),
+    "newer": lambda patch: patch.setattr(libraries, "VERSIONS", ((6, 0), (7, 0))),
+    "no file": lambda patch: patch.setattr(libraries, "paths", lambda *_: dict.fromkeys(libraries.FUNCTIONS, "/no/such/file.so")),
+    "one missing": lambda patch: patch.setattr(libraries, "paths", lambda *_: dict.fromkeys(list(libraries.FUNCTIONS)[1:], "")),
+    "no function": lambda patch: patch.setattr(libraries, "FUNCTIONS", {**libraries.FUNCTIONS, "ida": {"IDANothing": "ip"}}),
+}
+"""What may be wrong with the libraries."""
+
+
+@pytest.mark.parametrize("broken", BROKEN)
+def test_where_the_libraries_do_not_fit_python_callbacks_serve(broken, monkeypatch):
+    expected = daebench.run("spherical_pendulum", method="ida:index2", tol=1e-6, t_end=1.0)
+    libraries.functions.cache_clear()
+    BROKEN[broken](monkeypatch)
+    try:
+        with pytest.raises(libraries.Unavailable, match=r"\w"):
+            libraries.functions()
+        run = daebench.run("spherical_pendulum", method="ida:index2", tol=1e-6, t_end=1.0)
+    finally:
+        libraries.functions.cache_clear()
+    assert run.callbacks == "python"
+    assert run.steps == expected.steps
+    assert np.abs(run.q - expected.q).max() < 1e-15
+
+
+def test_paths_are_those_of_all_platforms(monkeypatch):
+    names = ["libsundials_ida-16d992eb.so.7.9.0", "libsundials_core.7.9.0.dylib", "sundials_cvode-0123456789abcdef0123456789abcdef.dll"]
+
+    class File:
+        def __init__(self, name):
+            self.name = name
+
+        def locate(self):
+            return self.name
+
+    monkeypatch.setattr(libraries.metadata, "files", lambda _: [File(name) for name in [*names, "sundials.h", "c_sundials.pxd"]])
+    assert libraries.paths() == dict(zip(("ida", "core", "cvode"), names, strict=True))
+
+
+def test_threads_and_a_forked_process_get_the_same_bits():
+    settings = {"method": "ida:index2", "tol": 1e-9, "t_end": 5.0}
+    expected, runs = daebench.run("double_pendulum", **settings), []
+    threads = [threading.Thread(target=lambda: runs.append(daebench.run("double_pendulum", **settings))) for _ in range(4)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert len(runs) == 4
+    assert all(np.array_equal(run.q, expected.q) for run in runs)
+    if child := os.fork():
+        assert os.waitpid(child, 0)[1] == 0
+    else:
+        os._exit(0 if np.array_equal(daebench.run("double_pendulum", **settings).q, expected.q) else 1)
+
+
+@pytest.mark.parametrize("runs", [400, pytest.param(10_000, marks=pytest.mark.slow)])
+def test_runs_leave_no_memory_behind(runs):
+    def run():
+        daebench.run("spherical_pendulum", method="ida:index2", tol=1e-4, t_end=0.5, points=2)
+        daebench.run("spherical_pendulum", case="fig1.2", method="ida:index3:none", tol=1e-4, t_end=0.5, points=2)
+
+    for _ in range(50):
+        run()
+    before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    for _ in range(runs // 2):
+        run()
+    assert resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before < 4_000  # kB; one solver of this size has 20
+
+
+FAR = "import daebench; daebench.run('double_pendulum', method='ida:index2', tol=1e-12, t_end=1e6, points=3)"
+
+
+def begun(program, *more):
+    """Return a process that has begun to step."""
+    process = subprocess.Popen([sys.executable, "-c", f"print('begun', flush=True); {program}", *more], stdout=subprocess.PIPE, text=True)
+    process.stdout.readline()
+    time.sleep(5.0)
+    assert process.poll() is None
+    return process
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("sent", [signal.SIGTERM, signal.SIGKILL])
+def test_a_process_that_is_killed_in_the_loop_ends(sent):
+    process = begun(FAR)
+    process.send_signal(sent)
+    assert process.wait(5.0) == -sent
+
+
+@pytest.mark.slow
+def test_ctrl_c_ends_the_loop_within_a_tenth_of_a_second():
+    program = f"import signal; signal.signal(signal.SIGINT, signal.default_int_handler); run = {FAR.partition('; ')[2]}; print(run.failure)"
+    process = begun(f"import daebench; {program}")
+    sent = time.perf_counter()
+    process.send_signal(signal.SIGINT)
+    said = process.stdout.readline()
+    assert time.perf_counter() - sent < 1.0  # a tenth, on a machine that does nothing else
+    assert "interrupted" in said
+    process.wait(10.0)
+
+
+STARTED = """
+import daebench
+run = daebench.run("planar_pendulum", method="ida:ggl", tol=1e-8, t_end=1.0)
+print(run.callbacks, run.q[-1].tobytes().hex())
+"""
+
+
+@pytest.mark.slow
+def test_cold_and_warm_processes_and_eight_at_once_agree(tmp_path):
+    environment = {**os.environ, "DAEBENCH_CACHE": str(tmp_path / "cache")}
+
+    def start():
+        return subprocess.Popen([sys.executable, "-c", STARTED], stdout=subprocess.PIPE, text=True, env=environment)
+
+    several = [start() for _ in range(8)]
+    outputs = [process.communicate()[0] for process in several]
+    outputs.append(start().communicate()[0])
+    for path in (tmp_path / "cache").glob("*.code"):
+        path.write_bytes(path.read_bytes()[:-7] + b"another")
+    outputs.append(start().communicate()[0])
+    assert all(process.returncode == 0 for process in several)
+    assert outputs[0].startswith("native ")
+    assert len(set(outputs)) == 1
