@@ -1,6 +1,7 @@
 """The picture of the report on engines: error at the end over seconds of stepping, one panel a motion."""
 
 from pathlib import Path
+from textwrap import fill
 from typing import Any
 
 import pandas as pd
@@ -12,6 +13,9 @@ from daebench.reports.engines.numbers import OWN, RATTLE, Numbers
 
 COLUMNS = 3
 """Panels side by side."""
+
+TITLE = 26
+"""Most letters of a line of a panel's title."""
 
 STYLES = {engine.name: stroke for engine, stroke in zip(ENGINES, STROKES, strict=False)}
 """How engines are drawn."""
@@ -30,7 +34,7 @@ def draw(numbers: Numbers, folder: Path) -> dict[str, Path]:
             axis.set_axis_off()
         for axis, key in zip(axes.flat, motions, strict=False):
             panel(axis, runs[runs["motion"] == key])
-            axis.set_title(BY_KEY[key].title)
+            axis.set_title(fill(BY_KEY[key].title, TITLE))
             axis.axvline(BY_KEY[key].budget, color=QUIET, linewidth=0.8, linestyle=":")
         handles = {label: handle for axis in axes.flat for handle, label in zip(*axis.get_legend_handles_labels(), strict=True)}
         figure.legend(handles.values(), handles.keys(), loc="outside lower center", ncols=5)

@@ -54,8 +54,8 @@ ENGINES = (
         "mujoco",
         "mujoco",
         "pendulums, chains and the top need no constraint in its reduced coordinates, and are shown so; they are shown as closed loops "
-        "too, of tendons or a connected body. Slider crank and four-bar linkages are trees closed by <code>connect</code>. Butane is left "
-        "out: a torsion takes a callback at each step.",
+        "too, of tendons or a connected body. Slider crank and four-bar linkages are trees closed by <code>connect</code>. Left out are "
+        "the chain of 100 as closed loops, and butane, whose torsion takes a callback at each step.",
     ),
     Engine(
         "EXUDYN",
