@@ -150,7 +150,6 @@ def check_ida(ida: pd.DataFrame) -> SimpleNamespace:
     require(off["g"]["index1"] > 100 * off["g"]["index3"], "index 1 drifts off g = 0 while index 3 holds it", off["g"].to_dict())
     require(off["error"]["index3"] > off["error"]["index1"], "index 3 is less accurate than index 1 nevertheless", off["error"].to_dict())
     facts.fast_g = off["g"]
-    facts.callbacks = float(done["callback_seconds"].sum() / done["seconds"].sum())
     return facts
 
 

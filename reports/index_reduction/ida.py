@@ -21,7 +21,7 @@ def measure_ida(tell: Progress) -> pd.DataFrame:
     """Return one row a case, formulation and tolerance.
 
     Columns: case, formulation, tol, error (largest component of the position error over all outputs), g, Gv (largest residuals over
-    them), steps, seconds (CPU), callback_seconds (spent in residual and Jacobian), t_reached, failure (empty if there is none).
+    them), steps, seconds (CPU), t_reached, failure (empty if there is none).
     """
     rows = []
     runs = [(case, formulation, tol) for case in (SLOW, FAST) for formulation in FORMULATIONS for tol in TOLERANCES]
@@ -42,7 +42,6 @@ def measure_ida(tell: Progress) -> pd.DataFrame:
                 "Gv": run.maxima["Gv"],
                 "steps": run.steps,
                 "seconds": run.seconds,
-                "callback_seconds": run.callback_seconds or 0.0,
                 "t_reached": float(run.t[-1]),
                 "failure": run.failure or "",
             }

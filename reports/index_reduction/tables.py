@@ -107,12 +107,10 @@ def ida_table(ida: pd.DataFrame, caption: str) -> Markup:
     shown = shown.assign(
         case=shown["case"].map({SLOW: "slow", FAST: "fast"}),
         formulation=shown["formulation"].map(label),
-        share=shown["callback_seconds"] / shown["seconds"],
         ms=1e3 * shown["seconds"],
     )
     formats: Formats = {"case": text, "formulation": text, "tol": power_of_ten}
     formats |= {"error": number, "g": number, "Gv": number, "steps": count, "ms": lambda value: number(value, 2)}
-    formats |= {"share": lambda value: Markup("{:.0f} %").format(100 * value)}
     headings = {
         "case": "swing",
         "tol": "tolerance",
@@ -120,6 +118,5 @@ def ida_table(ida: pd.DataFrame, caption: str) -> Markup:
         "g": "|<i>g</i>|",
         "Gv": "|<i>G H<sub>p</sub></i>|",
         "ms": "CPU time<small>ms</small>",
-        "share": "callbacks<small>share of it</small>",
     }
     return table("ida", shown, formats, headings, caption)

@@ -29,7 +29,6 @@ def check(numbers: Numbers) -> SimpleNamespace:
         tally=tally([summary.winners for summary in summaries.values()]),
         cells=sum(len(summary.winners) for summary in summaries.values()),
         price={name: price([summary.advice for summary in summaries.values()], name) for name in CONSERVED if name != "nothing"},
-        callbacks=callbacks(summaries),
         structure=structure(numbers),
         uncounted=[str(name) for name, method_runs in runs.groupby("method", sort=False) if method_runs["evaluations"].isna().all()],
     )
@@ -71,35 +70,27 @@ def check_work(work: Work, table: pd.DataFrame) -> SimpleNamespace:
 
 
 def winners(work: Work, table: pd.DataFrame) -> pd.DataFrame:
-    """Return the cheapest method for each accuracy: by time, by evaluations, and by time if Python callbacks took none."""
-    winners_by_cost = {
-        cost: cheapest(table, work.error, cost, LEVELS).set_index("level") for cost in ("seconds", "evaluations", "own_seconds")
-    }
-    joined = (
-        winners_by_cost["seconds"]
-        .join(winners_by_cost["evaluations"].add_suffix("_counted"))
-        .join(winners_by_cost["own_seconds"][["method"]].add_suffix("_own"))
-    )
-    words = dict.fromkeys(("method_counted", "next_counted", "method_own"), "")  # where no method that counts evaluations gets there
+    """Return the cheapest method for each accuracy: by time, and by evaluations."""
+    winners_by_cost = {cost: cheapest(table, work.error, cost, LEVELS).set_index("level") for cost in ("seconds", "evaluations")}
+    joined = winners_by_cost["seconds"].join(winners_by_cost["evaluations"].add_suffix("_counted"))
+    words = dict.fromkeys(("method_counted", "next_counted"), "")  # where no method that counts evaluations gets there
     return joined.rename(columns={"evaluations_counted": "evaluations"}).fillna(words).reset_index()
 
 
 def phrases(frame: pd.DataFrame) -> list[SimpleNamespace]:
     """Return the winners by time in as few phrases as there are changes of the winner.
 
-    Each has first and last level, method, least and most factor to the next, the next methods, and who is first by evaluations and who
-    would be without Python callbacks, where that is another one.
+    Each has first and last level, method, least and most factor to the next, the next methods, and who is first by evaluations, where that
+    is another one.
     """
     stretches = []
     alone = frame["next"] == ""
     for _, rows in frame.groupby(((frame["method"] != frame["method"].shift()) | (alone != alone.shift())).cumsum()):
         method = str(rows["method"].iloc[0])
-        counted, callback_free = (
-            list(dict.fromkeys(rows[name][~rows[name].isin([method, ""])])) for name in ("method_counted", "method_own")
-        )
+        counted = list(dict.fromkeys(rows["method_counted"][~rows["method_counted"].isin([method, ""])]))
         followers = [name for name in dict.fromkeys(rows["next"]) if name]
         span = {"first": rows["level"].iloc[0], "last": rows["level"].iloc[-1], "least": rows["ratio"].min(), "most": rows["ratio"].max()}
-        stretches.append(SimpleNamespace(method=method, next=followers, counted=counted, own=callback_free, **span))
+        stretches.append(SimpleNamespace(method=method, next=followers, counted=counted, **span))
     return stretches
 
 
@@ -140,13 +131,6 @@ def price(frames: list[pd.DataFrame], conserve: str) -> SimpleNamespace:
     dear = [ratio for ratio in ratios if ratio > 1]
     worst = {"median": float(np.median(dear or [np.nan])), "most": max(dear, default=float("nan"))}
     return SimpleNamespace(cases=cases, n=len(ratios), free=len(ratios) - len(dear), **worst)
-
-
-def callbacks(summaries: dict[str, SimpleNamespace]) -> SimpleNamespace:
-    """Return how many winners would be others if Python callbacks took no time."""
-    frames = [summary.winners for summary in summaries.values()]
-    changed = sum(int((frame["method"] != frame["method_own"]).sum()) for frame in frames)
-    return SimpleNamespace(changed=changed)
 
 
 def structure(numbers: Numbers) -> SimpleNamespace:

@@ -128,10 +128,10 @@ CLAIMS = {"verlet": THINGS, "fourth": THINGS}
 
 @pytest.fixture
 def numbers():
-    """Return runs of four methods by power laws: a symplectic pair, a cheap one that drifts, a solver that lives in callbacks."""
+    """Return runs of four methods by power laws: a symplectic pair, a cheap one that drifts, a dear solver."""
     kinds = {"verdict": "drifts", "g": 1e-3}
     parts = [power_law("verlet", 2, 1e-6), power_law("fourth", 4, 5e-6), power_law("drifter", 4, 2e-6, **kinds)]
-    parts += [power_law("solver", 4, 1e-3, knob="tol", **kinds).assign(callback_seconds=0.9995e-3 / H, n_H_p=1 / H)]
+    parts += [power_law("solver", 4, 1e-3, knob="tol", **kinds).assign(n_H_p=1 / H)]
     failed = power_law("fourth", 4, 5e-6).iloc[:1].assign(value=1.0, error_q=np.nan, seconds=np.nan, failure="it stopped.")
     table = with_conserved(with_costs(pd.concat([*parts, failed], ignore_index=True)), DEFECTS, CLAIMS)
     rows = [(PLANTED.key, name, 0.1, name != "drifter", defect) for name, defect in DEFECTS.items()]
@@ -149,14 +149,12 @@ def test_winners_and_prices_are_those_of_the_power_laws(numbers):
     assert winners["ratio"][1e-6] == pytest.approx(2.5, rel=1e-9)
     assert winners["next"][1e-6] == "fourth"
     assert set(winners["method_counted"][winners.index <= 1e-4]) == {"solver"}
-    assert set(winners["method_own"][winners.index <= 1e-4]) == {"solver"}
     assert found.price["energy"].most == pytest.approx(2.5, rel=1e-9)
     assert found.price["energy"].n == 3
     advice = own.advice.set_index(["level", "conserve"])["method"]
     assert advice[1e-6].to_dict() == {"nothing": "drifter", "energy": "fourth", "constraints": "fourth", "two_form": "fourth"}
     assert (found.total, found.failed) == (33, 1)
     assert (found.structure.claiming, found.structure.level, found.structure.others_level) == (2, 2, 0)
-    assert found.callbacks.changed == sum(winners["method"] != winners["method_own"])
     assert set(winners.index) == {level for level in LEVELS if level >= 1e-12}
 
 
@@ -226,7 +224,6 @@ def test_the_page_says_what_the_runs_say(page):
     assert not re.search(r"\b(nan|inf|None|True|False|Markup|undefined)\b|\{\{", text)
     assert f"For |Δq| ≤ 10{MINUS}4 to 10{MINUS}12, drifter is 2.5{THIN}{TIMES} cheaper in time than the next, fourth" in text
     assert "by evaluations solver would come first" in text
-    assert "without Python callbacks solver would" in text
     assert "1 run shows no number" in text
     assert "it stopped." in text
     assert "are not on every motion: other needs what is not there." in text

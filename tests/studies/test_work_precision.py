@@ -74,11 +74,6 @@ def test_a_stage_of_a_fixed_step_counts_as_much_as_a_call_of_a_solver():
     assert table["evaluations"].item() == 4 * run.steps * with_costs(counted("planar_pendulum", n_rhs=1.0))["evaluations"].item()
 
 
-def test_the_own_time_of_a_solver_is_without_its_callbacks():
-    table = with_costs(pd.concat([counted("torus"), counted("torus").assign(callback_seconds=0.5)]))
-    assert table["own_seconds"].tolist() == [2.0, 1.5]
-
-
 def test_the_front_has_the_runs_than_which_none_is_better():
     table = pd.DataFrame(
         {

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from daebench.methods.formulations.constrained import Posed, read_only
+from daebench.methods.formulations.constrained import Posed
 from daebench.methods.solvers.drive import MOST_STEPS, Advance, Array, one_by_one
 from daebench.methods.solvers.monitor import Monitor, Stopped
 from daebench.methods.solvers.reduced import OnReducedOde
@@ -31,19 +31,19 @@ class ScipyOde(OnReducedOde):
 
         def right_side(t: float, y: Array) -> Array:
             began, out = time.perf_counter(), np.empty(dae.n)
-            monitor.called("rhs", t, rhs(t, read_only(y), out, par), began)
+            monitor.called("rhs", t, rhs(t, y, out, par), began)
             return out
 
         def jacobian(t: float, y: Array) -> Array:
             began, JJ = time.perf_counter(), np.empty((dae.n, dae.n))
-            monitor.called("jacobian", t, rhs_jacobian(t, read_only(y), JJ, par), began)
+            monitor.called("jacobian", t, rhs_jacobian(t, y, JJ, par), began)
             return JJ
 
         par, rhs, rhs_jacobian = dae.par, dae.rhs, dae.rhs_jacobian
-        rhs(0.0, read_only(dae.y0), np.empty(dae.n), par)
+        rhs(0.0, dae.y0.copy(), np.empty(dae.n), par)
         options: dict[str, Any] = {"rtol": tol, "atol": tol}
         if SCIPY[self.variant]:
-            rhs_jacobian(0.0, read_only(dae.y0), np.empty((dae.n, dae.n)), par)
+            rhs_jacobian(0.0, dae.y0.copy(), np.empty((dae.n, dae.n)), par)
             options["jac"] = jacobian
         solver = getattr(integrate, self.variant)(right_side, 0.0, dae.y0, monitor.t_end, **options)
         return stepwise(solver, monitor, "SciPy", lambda interpolant: interpolant)

@@ -81,8 +81,7 @@ def draw(out: Path, table: "pd.DataFrame", error: str, label: str, *, stem: str 
     drift in the run with its smallest step size or tolerance says so in the legend. The curves of the other families are in grey behind,
     and the Pareto front of all runs is a black line. A curve ends where an error reaches its own bound, below which nothing is known; a
     dotted line is at the largest of the bounds, and of a finer run, which is not certified, a dashed one over a hatched area. Of what has a
-    sign, its modulus is drawn. The part of the time that a solver spends in Python callbacks, which is not its own, is a line that leads
-    back from each of its points to what it would take without.
+    sign, its modulus is drawn.
 
     The table is that of :func:`daebench.studies.work_precision.study.with_costs`. DaebenchError is raised if there is nothing to draw, see
     :func:`nothing_of`.
@@ -152,5 +151,3 @@ def _curve(axis: Any, k: int, name: str, runs: "pd.DataFrame", error: str, cost:
         zorder=3,
         **style | {"linestyle": "-" if fixed else (0, (4, 1.5)), "linewidth": 1.1},
     )
-    if cost == "seconds" and np.isfinite(runs["callback_seconds"]).any():
-        axis.hlines(runs[error], runs["own_seconds"], runs[cost], color=style["color"], linewidth=0.7)

@@ -120,17 +120,15 @@ def standard(
 
 
 def with_costs(table: "pd.DataFrame") -> "pd.DataFrame":
-    """Return a table with two more columns of costs.
+    """Return a table with one more column of costs.
 
     ``evaluations`` are all counted evaluations of functions of the problem and of their derivatives; a call of the whole right side or
-    residual of a constrained problem counts as :data:`IN_A_CALL`, as a fixed-step method on the same equations has it. ``own_seconds``
-    is the CPU time without that spent in Python callbacks.
+    residual of a constrained problem counts as :data:`IN_A_CALL`, as a fixed-step method on the same equations has it.
     """
     counts = [name for name in table.columns if name.startswith("n_") and name not in NOT_COSTS]
     in_a_call = 1 if isinstance(initial_value_problem(str(table["problem"].iloc[0])), PoissonIvp) else IN_A_CALL
     weights = {name: in_a_call if name in WHOLE else 1 for name in counts}
-    own_seconds = table["seconds"] - table["callback_seconds"].fillna(0.0)
-    return table.assign(evaluations=(table[counts] * weights).sum(axis=1, min_count=1), own_seconds=own_seconds)
+    return table.assign(evaluations=(table[counts] * weights).sum(axis=1, min_count=1))
 
 
 def bound_of(table: "pd.DataFrame", error: str) -> str:
