@@ -143,10 +143,10 @@ def test_rk4_in_c_is_the_same_method(tmp_path):
     source = Path(daebench.__file__).parent / "studies" / "rk4.c"
     subprocess.run(["cc", "-O3", "-Wall", "-Werror", "-shared", "-fPIC", str(source), "-o", str(library), "-lm"], check=True)
     rk4 = ctypes.CDLL(str(library)).rk4
-    rk4.restype, rk4.argtypes = ctypes.c_long, [ctypes.c_void_p, *[ctypes.c_double] * 4, ctypes.c_long]
+    rk4.restype, rk4.argtypes = ctypes.c_long, [ctypes.c_void_p, *[ctypes.c_double] * 4, ctypes.c_long, ctypes.POINTER(ctypes.c_long)]
     where = make_ivp(ivp("spherical-fast").source, "fig1.2b", {"mass": 2.0, "gravity": 9.81})
     state = np.concatenate([where.p0, where.q0])
-    assert rk4(state.ctypes.data, *where.par, 0.01, 100) == 100
+    assert rk4(state.ctypes.data, *where.par, 0.01, 100, ctypes.c_long()) == 100
     found = run("rk4", where, 0.01, 100)
     assert np.abs(state - np.concatenate([found.p[-1], found.q[-1]])).max() < 1e-12
 
