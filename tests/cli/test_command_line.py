@@ -80,8 +80,19 @@ def test_run_on_the_tolerance_driven_side_agrees_with_rattle(daebench):
     _, fine, _ = daebench(*RUN, "--h", 0.0005, "--t-end", 2, "--every", 0, "--json")
     status, out, _ = daebench(*RUN[:-1], "ida:index2", "--tol", 1e-10, "--t-end", 2, "--json")
     assert status == 0
-    assert json.loads(out)["callback_seconds"] <= json.loads(out)["seconds"]
+    assert (json.loads(out)["callbacks"], json.loads(out)["callback_seconds"]) == ("native", None)
     assert np.abs(np.subtract(json.loads(fine)["q"], json.loads(out)["q"])).max() < 1e-6
+    _, slow, _ = daebench(*RUN[:-1], "ida:index2", "--tol", 1e-10, "--t-end", 2, "--callbacks", "python", "--json")
+    assert json.loads(slow)["callbacks"] == "python"
+    assert 0 < json.loads(slow)["callback_seconds"] <= json.loads(slow)["seconds"]
+    assert json.loads(slow)["steps"] == json.loads(out)["steps"]
+
+
+def test_what_is_called_back_is_one_of_two(daebench):
+    status, _, err = daebench(*RUN[:-1], "ida:index2", "--tol", 1e-6, "--t-end", 1, "--callbacks", "rust")
+    assert status != 0
+    assert "native" in err
+    assert "Traceback" not in err
 
 
 def test_raw_multipliers_go_beside_a_csv_and_into_an_npz(daebench, tmp_path):
