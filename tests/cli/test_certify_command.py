@@ -89,6 +89,7 @@ def test_a_library_is_certified_with_the_claims_that_are_stated_of_it(codes, dae
 
 
 @pytest.mark.slow
+@pytest.mark.exhaustive
 def test_a_program_is_certified(codes, daebench):
     program = codes / "program"
     program.write_text(contestants.PROGRAM.format(python=sys.executable))

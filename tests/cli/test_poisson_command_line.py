@@ -15,7 +15,18 @@ from daebench.errors import BadInput
 from daebench.methods.run import prepare
 
 KEYS = {"problem", "case", "parameters", "method", "h", "tol", "steps", "t", "y", "energy", "energy_error", "max_energy_error", "casimirs"}
-KEYS |= {"warnings", "integrals", "maxima_over", "work", "seconds", "compile_seconds", "callback_seconds", "callbacks", "failure", "compensated"}
+KEYS |= {
+    "warnings",
+    "integrals",
+    "maxima_over",
+    "work",
+    "seconds",
+    "compile_seconds",
+    "callback_seconds",
+    "callbacks",
+    "failure",
+    "compensated",
+}
 LOTKA = ("run", "lotka_volterra", "--case", "4,2", "--method", "strang", "--h", "0.1")
 BODY = ("run", "free_rigid_body", "--method", "strang", "--h", "0.1", "--steps", "50")
 

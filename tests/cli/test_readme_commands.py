@@ -33,6 +33,8 @@ LONG = (
     "daebench archive",
     "daebench reproduce",
     "daebench reference verify",
+    "daebench certificate verify",
+    "daebench report court",
 )
 """Beginnings of commands that take minutes, or need one that does; of those with grids the slow tests ask what they would run."""
 

@@ -53,6 +53,7 @@ def test_both_kinds_of_callbacks_give_the_same_run(problem, method, tol):
 
 
 @pytest.mark.slow
+@pytest.mark.exhaustive
 @pytest.mark.parametrize("problem", ["double_pendulum", "slider_crank", "torus", "pendulum_chain", "butane", "andrews_squeezer"])
 @pytest.mark.parametrize("method", CONSTRAINED)
 def test_both_kinds_of_callbacks_give_the_same_run_on_larger_problems(problem, method):
@@ -209,7 +210,7 @@ def test_threads_and_a_forked_process_get_the_same_bits():
         os._exit(0 if np.array_equal(daebench.run("double_pendulum", **settings).q, expected.q) else 1)
 
 
-@pytest.mark.parametrize("runs", [400, pytest.param(10_000, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("runs", [400, pytest.param(10_000, marks=[pytest.mark.slow, pytest.mark.exhaustive])])
 def test_runs_leave_no_memory_behind(runs):
     def run():
         daebench.run("spherical_pendulum", method="ida:index2", tol=1e-4, t_end=0.5, points=2)

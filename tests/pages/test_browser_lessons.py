@@ -16,6 +16,9 @@ pytestmark = pytest.mark.slow
 
 EVERY = sorted(lessons())
 ROOT = Path(__file__).parents[2]
+FEW = ("extremes", "why-symplectic")
+"""Lessons that are served in every run of the tests."""
+
 STARTED = 180.0
 """Seconds in which a lesson has compiled what it needs, on a machine that has nothing of it."""
 
@@ -46,7 +49,7 @@ def live(chromium):
         process.stdout.close()
 
 
-@pytest.mark.parametrize("name", EVERY)
+@pytest.mark.parametrize("name", [name if name in FEW else pytest.param(name, marks=pytest.mark.exhaustive) for name in EVERY])
 def test_a_live_lesson_answers_a_control_with_another_picture(name, live, seen, tmp_path):
     shown = seen(live(name))
     page = shown.page

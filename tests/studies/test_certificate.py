@@ -520,6 +520,7 @@ def test_code_that_ends_its_process_takes_nothing_with_it(tmp_path, name, senten
 
 
 @pytest.mark.slow
+@pytest.mark.exhaustive
 def test_code_that_hangs_is_left(tmp_path, monkeypatch):
     (tmp_path / "ends.py").write_text(ENDS)
     monkeypatch.setattr(process, "ENDING_SECONDS", 0.2)
