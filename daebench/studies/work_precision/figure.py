@@ -4,8 +4,6 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
 from daebench.diagnostics.energy import DRIFTS
 from daebench.draw.figures import BLACK, QUIET, curve, drawing, grid_of_axes, save
 from daebench.errors import DaebenchError
