@@ -88,11 +88,10 @@ def decorated(
     cached: bool,
     constants: Mapping[str, str] = NONE,
     callbacks: Mapping[str, str] = NONE,
-    options: str = "",
 ) -> str:
     """Hand each function to numba; only the roots are kept on disk, with everything else inside them, and can be called from Python.
 
-    ``callbacks`` are the signatures of those that C calls, ``options`` more options of the compilation of roots.
+    ``callbacks`` are the signatures of those that C calls.
 
     What wraps a function for Python takes as long to compile as a small function itself. The others are named by their text, and are
     shared with modules in which it is the same, see :func:`daebench.compiler.sharing.shared`; ``constants`` are the texts of what they
@@ -100,7 +99,7 @@ def decorated(
     """
     tree = _apart(ast.parse(body), roots, callbacks)
     functions = {node.name: node for node in tree.body if isinstance(node, ast.FunctionDef)}
-    options = f"error_model='numpy'{options}{', cache=True' if cached else ''}"
+    options = f"error_model='numpy'{', cache=True' if cached else ''}"
     hashed = cache(lambda name: _hash(functions[name], [hashed(callee) for callee in _names(functions[name], functions)], constants))
     decorators = {name: f"njit({options})" if name in roots else f"shared({hashed(name)!r})" for name in functions}
     decorators |= _within(functions, callbacks)

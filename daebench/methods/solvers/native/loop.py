@@ -18,6 +18,9 @@ ENDED, SUSPICIOUS, OUTSIDE, BUDGET = 0, 1001, 1002, 1003
 COLLAPSED = 2.5e-15
 """Part of t below which a step is looked at: somewhat more than :data:`daebench.methods.solvers.thresholds.LEAST` spacings of t."""
 
+STATE_AT, OUTPUT_AT, TIME_AT, USER_AT = range(3, 7)
+"""Places of addresses, see :func:`advance`."""
+
 STEPS, OUTPUTS, SINCE, KEPT, STRIDE = range(5)
 """What is counted: steps, outputs, steps since the last output, states kept, and steps from one of these to the next."""
 
@@ -33,8 +36,9 @@ def advance(
     ----------
     ida : bool
         Whether it is IDA.
-    calls : ndarray, shape(3,)
-        Addresses: of the solver's step and of its interpolation, and of the look at a step or output.
+    calls : ndarray, shape(7,)
+        Addresses: of the solver's step and of its interpolation, of the look at a step or output, and of what these are given: unknowns,
+        those at an output, the time, and the memory of callbacks. To take them from arrays at each step takes as long as the look.
     mem : int
         Address of the solver's memory.
     vectors : ndarray, shape(3,)
@@ -65,7 +69,7 @@ def advance(
         passed = counts[OUTPUTS]
         while passed < len(times) - 1 and times[passed] <= t[0]:
             passed += 1
-        if not put_out(calls, mem, vectors, y, passed, times, rows, counts, user):
+        if passed > counts[OUTPUTS] and not put_out(calls, mem, vectors, y, passed, times, rows, counts, user):
             return OUTSIDE
         if not usual(calls, y, t, counts, user):
             return SUSPICIOUS
@@ -82,7 +86,7 @@ def put_out(calls: Any, mem: Any, vectors: Any, y: Any, passed: int, times: Any,
         for i in range(y.shape[1]):
             rows[k, i] = y[1, i]
         user[MODE] = OUTPUT
-        if look(calls[2], times[k], y[1].ctypes.data, user.ctypes.data) != 0:
+        if look(calls[2], times[k], calls[OUTPUT_AT], calls[USER_AT]) != 0:
             return False
         counts[OUTPUTS], counts[SINCE] = k + 1, 0
     return True
@@ -94,8 +98,8 @@ def step(ida: bool, calls: Any, mem: Any, vectors: Any, y: Any, t: Any, end: flo
         y[2, i] = y[0, i]
     t[1] = t[0]
     if ida:
-        return int(ida_solve(calls[0], mem, end, t.ctypes.data, vectors[0], vectors[1], ONE_STEP))
-    return int(cvode_solve(calls[0], mem, end, vectors[0], t.ctypes.data, ONE_STEP))
+        return int(ida_solve(calls[0], mem, end, calls[TIME_AT], vectors[0], vectors[1], ONE_STEP))
+    return int(cvode_solve(calls[0], mem, end, vectors[0], calls[TIME_AT], ONE_STEP))
 
 
 def usual(calls: Any, y: Any, t: Any, counts: Any, user: Any) -> bool:
@@ -105,7 +109,7 @@ def usual(calls: Any, y: Any, t: Any, counts: Any, user: Any) -> bool:
     user[MODE] = STEP
     if t[0] - t[1] <= COLLAPSED * t[0] or (thousand and t[0] - t[2] < t[3]):
         return False
-    if look(calls[2], t[0], y[0].ctypes.data, user.ctypes.data) != 0:
+    if look(calls[2], t[0], calls[STATE_AT], calls[USER_AT]) != 0:
         return False
     counts[STEPS] += 1
     if thousand:
@@ -126,10 +130,10 @@ def keep(y: Any, kept: Any, counts: Any) -> None:
         counts[KEPT], counts[STRIDE] = half, 2 * counts[STRIDE]
 
 
-def look_again(call: int, t: float, y: Any, user: Any, times: int) -> None:
-    """Look at a step several times."""
+def look_again(call: Any, t: float, y: Any, user: Any, times: int) -> None:
+    """Look at a step several times; unknowns and memory are given by their addresses."""
     for _ in range(times):
-        look(call, t, y.ctypes.data, user.ctypes.data)
+        look(call, t, y, user)
 
 
 WRITTEN = (advance, put_out, step, usual, keep, look_again)
@@ -140,18 +144,18 @@ def compiled() -> types.ModuleType:
     """Return the module of ``advance`` and ``look_again``, compiled, and kept with other machine code."""
 
     def build(cached: bool) -> str:
-        from daebench.compiler.syntax import decorated, imports
+        from daebench.compiler.syntax import imports
 
-        texts = decorated(
-            "\n\n".join(inspect.getsource(function) for function in WRITTEN), ["advance", "look_again"], cached, options=", nogil=True"
-        )
-        names = ("ONE_STEP", "ENDED", "SUSPICIOUS", "OUTSIDE", "BUDGET", "COLLAPSED", "STEPS", "OUTPUTS", "SINCE", "KEPT", "STRIDE")
-        constants = f"from {__name__} import {', '.join(names)}\n{DECORATORS}"
+        decorator = f"@njit(error_model='numpy', nogil=True{', cache=True' if cached else ''})"
+        roots = {advance: decorator, look_again: decorator}
+        texts = "\n\n".join(f"{roots.get(function, '@inlined')}\n{inspect.getsource(function)}" for function in WRITTEN)
+        flow = "ENDED, SUSPICIOUS, OUTSIDE, BUDGET, COLLAPSED, ONE_STEP, STEPS, OUTPUTS, SINCE, KEPT, STRIDE"
+        names = f"{flow}, STATE_AT, OUTPUT_AT, TIME_AT, USER_AT"
+        constants = f"from {__name__} import {names}\n{DECORATORS}"
         return f'"""The loop over the steps of IDA or CVODE."""\n\n{imports(sys.modules[__name__])}\n{constants}\n\n{texts}'
 
     return generated("sundials_steps", "steps of IDA and CVODE", build)
 
 
-DECORATORS = """from daebench.compiler.machine_code import njit
-from daebench.compiler.sharing import shared
+DECORATORS = """from daebench.compiler.machine_code import inlined, njit
 """

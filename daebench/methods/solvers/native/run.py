@@ -24,8 +24,8 @@ __all__ = ["ADAMS", "BDF", "IDA", "begin"]
 PIECE = 0.02
 """Time after which the loop comes back, s: signals, limits and progress are seen then."""
 
-FEW = 64
-"""Steps of the first piece."""
+FIRST = 20_000
+"""Steps of the first piece, of one unknown; of more unknowns as many fewer."""
 
 LOOKED_AGAIN = 40
 """To tell how long a look takes, one step in so many is looked at again, but no more than so many of them."""
@@ -88,8 +88,9 @@ class _Run:
         if isinstance(self.posed, BandedDae):
             self.order = np.ascontiguousarray(self.posed.order, dtype=np.uint64)
             words[callbacks.ORDER] = self.order.ctypes.data
-        self.calls = np.array([self.solver.step, self.solver.interpolation, law.address], np.uint64)
         self.t, self.counts = np.array([0.0, 0.0, 0.0, COLLAPSE * monitor.t_end]), np.array([0, 0, 0, 1, 1])
+        given = [array.ctypes.data for array in (self.solver.y[0], self.solver.y[1], self.t, self.user)]
+        self.calls = np.array([self.solver.step, self.solver.interpolation, law.address, *given], np.uint64)
         self.kept = np.empty((2 * KEPT + 1, self.posed.n))
         self.kept[0] = self.solver.y[0]
         self.loop = loop.compiled()
@@ -99,7 +100,7 @@ class _Run:
 
     def outputs(self, times: Array) -> Iterator[Array]:
         """Go on to each of these times, and give the unknowns there as they come, some rows at once."""
-        rows, given, budget = np.empty((len(times), self.posed.n)), 0, FEW
+        rows, given, budget = np.empty((len(times), self.posed.n)), 0, max(1, FIRST // self.posed.n)
         with self.solver, self._looks_aside():
             self.solver("SetStopTime", times[-1])
             while True:
@@ -128,12 +129,12 @@ class _Run:
 
     def _price(self, times: int) -> float:
         """Return the CPU time, s, of one look at the state at which the run is, by twice as many of them in place of so many."""
-        user, y = self.user.copy(), self.solver.y[0]
+        user = self.user.copy()
         user[callbacks.MODE], user[callbacks.STEADY] = callbacks.STEP, 0.0
         least = [float("inf")] * 2
         for k in (0, 1) * 3:
             began = time.thread_time()
-            self.loop.look_again(self.calls[2], self.t[0], y, user, (k + 1) * times)
+            self.loop.look_again(self.calls[2], self.t[0], self.calls[loop.STATE_AT], np.uint64(user.ctypes.data), (k + 1) * times)
             least[k] = min(least[k], time.thread_time() - began)
         return max(0.0, least[1] - least[0]) / times
 
@@ -157,6 +158,8 @@ class _Run:
         whole = reason in (loop.ENDED, loop.BUDGET)
         self._take_over(self.t[0 if whole else 1], self.solver.y[0 if whole else 2])
         if reason == loop.SUSPICIOUS:
+            if isinstance(self.monitor, RankMonitor):
+                self.monitor.kept, self.monitor.stride = list(self.kept[: self.counts[loop.KEPT]]), 2**62  # the loop keeps them
             self.monitor.stepped(float(self.t[0]), self._in_blocks(self.solver.y[0]))
             self._hand_over()
         elif reason == loop.OUTSIDE:
@@ -184,10 +187,9 @@ class _Run:
         monitor.latest = tuple(user[callbacks.CONSERVED :][: len(monitor.latest)].tolist())
         monitor.jumps = user[callbacks.JUMPS :][: len(monitor.jumps)].tolist()
         if isinstance(monitor, RankMonitor):
-            monitor.sigma, monitor.stride = float(user[callbacks.SIGMA]), 2**62
+            monitor.sigma = float(user[callbacks.SIGMA])
             if monitor.crossing is None:
                 monitor.largest = float(user[callbacks.LARGEST])
-            monitor.kept = list(self.kept[: self.counts[loop.KEPT]])
 
     def _hand_over(self) -> None:
         """Write what the monitor knows of its last step into the memory of the loop; while it follows a loss of rank it sees every step."""
