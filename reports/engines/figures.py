@@ -1,5 +1,6 @@
 """The picture of the report on engines: error at the end over seconds of stepping, one panel a motion."""
 
+from dataclasses import replace
 from pathlib import Path
 from textwrap import fill
 from typing import Any
@@ -17,7 +18,12 @@ COLUMNS = 3
 TITLE = 26
 """Most letters of a line of a panel's title."""
 
-STYLES = {engine.name: stroke for engine, stroke in zip(ENGINES, STROKES, strict=False)}
+BROWN = "#7a5230"
+"""Colour of the engine that would be black, as daebench's own curves are."""
+
+STYLES = {
+    engine.name: replace(stroke, color=BROWN) if stroke.color == BLACK else stroke for engine, stroke in zip(ENGINES, STROKES, strict=False)
+}
 """How engines are drawn."""
 
 
