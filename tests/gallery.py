@@ -8,6 +8,7 @@ from zipfile import ZipFile
 from PIL import Image
 
 from daebench.methods.catalogue import reports
+from daebench.pages.gallery import pages
 from daebench.pages.report import build_stamp
 from daebench.pages.report.archive import write_archive
 from daebench.pages.report.gallery import order
@@ -37,13 +38,14 @@ def small(picture, path):
 
 
 def restore(out):
-    """Put the pages of reports that a folder has not, as that of the engines, which is made by hand, there from the gallery as it was."""
+    """Put the pages that a folder has not there from the gallery as it was: that of the engines, which is made by hand, or all others."""
+    known = {page.name: {"title": page.name, "kind": page.kind, "about": page.summary, "command": page.command} for page in pages(None)}
     with ZipFile(PLACE / "gallery.zip") as archive:
-        for name in sorted({Path(file).parts[0] for file in archive.namelist()} & set(reports()) - set(order(out))):
+        for name in sorted({Path(file).parts[0] for file in archive.namelist() if "/" in file} - set(order(out))):
             print(f"{name}: as it was")
             archive.extractall(out, [file for file in archive.namelist() if file.startswith(f"{name}/")])
-            about = {"title": name, "kind": "report", "about": reports()[name], "command": f"daebench report {name}"}
-            build_stamp.write(out / name, **about, digest="", seconds=0.0)
+            by_hand = {"title": name, "kind": "report", "about": reports().get(name, ""), "command": f"daebench report {name}"}
+            build_stamp.write(out / name, **known.get(name, by_hand), digest="", seconds=0.0)
     write_index(out, order(out), {})
 
 
