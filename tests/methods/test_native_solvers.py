@@ -228,7 +228,7 @@ FAR = "import daebench; daebench.run('double_pendulum', method='ida:index2', tol
 
 
 def begun(program, *more):
-    """Return a process that has begun to step."""
+    """Return a process that has begun to step, to be used in a ``with`` statement."""
     process = subprocess.Popen([sys.executable, "-c", f"print('begun', flush=True); {program}", *more], stdout=subprocess.PIPE, text=True)
     process.stdout.readline()
     time.sleep(5.0)
@@ -239,17 +239,17 @@ def begun(program, *more):
 @pytest.mark.slow
 @pytest.mark.parametrize("sent", [signal.SIGTERM, signal.SIGKILL])
 def test_a_process_that_is_killed_in_the_loop_ends(sent):
-    process = begun(FAR)
-    process.send_signal(sent)
-    assert process.wait(5.0) == -sent
+    with begun(FAR) as process:
+        process.send_signal(sent)
+        assert process.wait(5.0) == -sent
 
 
 @pytest.mark.slow
 def test_ctrl_c_ends_the_loop():
     program = f"import signal; signal.signal(signal.SIGINT, signal.default_int_handler); run = {FAR.partition('; ')[2]}; print(run.failure)"
-    process = begun(f"import daebench; {program}")
-    process.send_signal(signal.SIGINT)
-    assert "interrupted" in process.communicate(timeout=10.0)[0]
+    with begun(f"import daebench; {program}") as process:
+        process.send_signal(signal.SIGINT)
+        assert "interrupted" in process.communicate(timeout=10.0)[0]
 
 
 STARTED = """
