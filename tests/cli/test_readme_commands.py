@@ -35,6 +35,7 @@ LONG = (
     "daebench reference verify",
     "daebench certificate verify",
     "daebench report court",
+    "daebench order spherical_pendulum --case fig1.1 ",
 )
 """Beginnings of commands that take minutes, or need one that does; of those with grids the slow tests ask what they would run."""
 

@@ -16,7 +16,7 @@ pytestmark = pytest.mark.slow
 
 EVERY = sorted(lessons())
 ROOT = Path(__file__).parents[2]
-FEW = ("extremes", "why-symplectic")
+FEW = ("extremes",)
 """Lessons that are served in every run of the tests."""
 
 STARTED = 180.0
