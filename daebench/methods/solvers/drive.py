@@ -85,6 +85,33 @@ def check(name: str, request: Request, least: float = TOLERANCES[0]) -> None:
         raise BadInput(f"{name} computes in float64 only, not in {request.precision}.")
 
 
+def require_native(what: str, lacking: str, request: Request) -> None:
+    """Refuse, of a request, something of SUNDIALS that scikit-sundae does not pass on.
+
+    Parameters
+    ----------
+    what : str
+        What is asked for, as the beginning of a sentence.
+    lacking : str
+        What scikit-sundae cannot do, as the end of a sentence that begins with it.
+    request : Request
+        The request.
+
+    Raises
+    ------
+    BadInput
+        If callbacks are to be Python functions, or the libraries of SUNDIALS cannot be called.
+    """
+    from daebench.methods.solvers.native.libraries import DISTRIBUTION, Unavailable, functions
+
+    if request.callbacks != "native":
+        raise BadInput(f"{what} needs compiled callbacks, for {DISTRIBUTION} {lacking}; leave out --callbacks {request.callbacks}.")
+    try:
+        functions()
+    except Unavailable as error:
+        raise BadInput(f"{what} calls the libraries of SUNDIALS, and {error}; install {DISTRIBUTION} as a wheel.") from error
+
+
 Advance = Callable[[Array], Iterator[Array]]
 """Goes through output times, and yields the unknowns there as they come, shape(k, n), some rows at once; or raises :class:`Stopped`."""
 

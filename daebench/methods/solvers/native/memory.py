@@ -1,11 +1,13 @@
 """The memory of a solver of SUNDIALS: what it is made of, what is set, and that all of it is given back."""
 
 import ctypes
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from daebench.compiler import callbacks
+from daebench.compiler.machine_code import Callback
 from daebench.methods.formulations.chain import BandedDae
 from daebench.methods.formulations.constrained import Posed
 from daebench.methods.solvers.drive import Array
@@ -13,6 +15,26 @@ from daebench.methods.solvers.native.libraries import Unavailable, address, func
 
 IDA, ADAMS, BDF = 0, 1, 2
 """IDA, and the families of linear multistep methods of CVODE by its own numbers."""
+
+
+@dataclass(frozen=True, eq=False)
+class Settings:
+    """What a solver is told besides its tolerances.
+
+    Parameters
+    ----------
+    projection : Callback, optional
+        What CVODE calls to project a step, and the estimate of its error, see :mod:`daebench.methods.solvers.native.projection`.
+    length : float
+        The length of the initial value problem, which the projection is iterated against.
+    """
+
+    projection: Callback | None = None
+    length: float = 0.0
+
+
+PLAIN = Settings()
+"""Nothing besides."""
 
 NO_LIMIT = 2**31 - 1
 """Most steps in one call, which is one step here."""
@@ -35,6 +57,8 @@ class Solver:
         Absolute tolerances, in the order of the residual.
     user : ndarray
         The memory of callbacks, which begins with the layout of :mod:`daebench.compiler.callbacks`.
+    settings : Settings
+        What is set besides.
 
     Raises
     ------
@@ -42,7 +66,7 @@ class Solver:
         If the libraries are not there, or are not those that are declared.
     """
 
-    def __init__(self, posed: Posed, family: int, tol: float, atol: Array, user: Array) -> None:
+    def __init__(self, posed: Posed, family: int, tol: float, atol: Array, user: Array, settings: Settings = PLAIN) -> None:
         self.functions, self.prefix = functions(), "CVode" if family else "IDA"
         self.context, self.mem, self._held = ctypes.c_void_p(), ctypes.c_void_p(), list[tuple[str, int]]()
         self.order = posed.order if isinstance(posed, BandedDae) else np.arange(posed.n)
@@ -52,6 +76,7 @@ class Solver:
         self.functions["SUNContext_ClearErrHandlers"](self.context)  # nothing is printed: flags say what failed
         try:
             self._make(posed, family, tol)
+            self._set(settings)
         except BaseException:
             self.free()
             raise
@@ -71,6 +96,14 @@ class Solver:
         self("SetLinearSolver", linear, A)
         self("SetJacFn", (module.rhs_jacobian_callback if family else module.jacobian_callback).address)
         self("SetMaxNumSteps", NO_LIMIT)
+
+    def _set(self, settings: Settings) -> None:
+        """Set what there is besides tolerances."""
+        if settings.projection:
+            self.user[callbacks.LENGTH] = settings.length
+            self("SetProjFn", settings.projection.address)
+            self("SetProjErrEst", 1)
+            self("SetProjFrequency", 1)
 
     def _linear_solver(self, posed: Posed, n: int, y: int) -> tuple[int, int]:
         """Return a matrix and a linear solver for it, and write down how the matrix is stored."""

@@ -14,12 +14,12 @@ from daebench.methods.solvers.monitor import Monitor, Stopped
 from daebench.methods.solvers.monitored import MOST_UNKNOWNS
 from daebench.methods.solvers.native import loop
 from daebench.methods.solvers.native.libraries import Unavailable
-from daebench.methods.solvers.native.memory import ADAMS, BDF, IDA, Solver
+from daebench.methods.solvers.native.memory import ADAMS, BDF, IDA, PLAIN, Settings, Solver
 from daebench.methods.solvers.rank_monitor import KEPT, RankMonitor
 from daebench.methods.solvers.sundials import REASONS
 from daebench.methods.solvers.thresholds import COLLAPSE
 
-__all__ = ["ADAMS", "BDF", "IDA", "begin"]
+__all__ = ["ADAMS", "BDF", "IDA", "Settings", "begin"]
 
 PIECE = 0.02
 """Time after which the loop comes back, s: signals, limits and progress are seen then."""
@@ -31,7 +31,7 @@ LOOKED_AGAIN = 40
 """To tell how long a look takes, one step in so many is looked at again, but no more than so many of them."""
 
 
-def begin(posed: Posed, family: int, tol: float, atol: Array, monitor: Monitor) -> Advance | None:
+def begin(posed: Posed, family: int, tol: float, atol: Array, monitor: Monitor, settings: Settings = PLAIN) -> Advance | None:
     """Compile what will be called, and return how the solver is advanced over output times; None where that cannot be, or is not asked for.
 
     Parameters
@@ -46,6 +46,8 @@ def begin(posed: Posed, family: int, tol: float, atol: Array, monitor: Monitor) 
         Absolute tolerances.
     monitor : Monitor
         Where calls and steps are counted.
+    settings : Settings
+        What the solver is told besides.
     """
     law = monitor.monitored
     compiled = law is not None and law.compiled and hasattr(posed.module, "residual_callback")
@@ -53,7 +55,7 @@ def begin(posed: Posed, family: int, tol: float, atol: Array, monitor: Monitor) 
     if not monitor.native or not compiled:
         return None
     try:
-        run = _Run(posed, family, tol, atol, monitor)
+        run = _Run(posed, family, tol, atol, monitor, settings)
     except Unavailable:
         return None
     monitor.callbacks = "native"
@@ -63,12 +65,12 @@ def begin(posed: Posed, family: int, tol: float, atol: Array, monitor: Monitor) 
 class _Run:
     """One run, between the compiled loop and the monitor."""
 
-    def __init__(self, posed: Posed, family: int, tol: float, atol: Array, monitor: Monitor) -> None:
+    def __init__(self, posed: Posed, family: int, tol: float, atol: Array, monitor: Monitor, settings: Settings) -> None:
         self.posed, self.monitor, self.family = posed, monitor, family
         self.user = np.zeros(callbacks.HEAD + len(posed.par))
         self.user[callbacks.HEAD :] = posed.par
         self.user[callbacks.UNKNOWNS], self.user[callbacks.PARAMETERS] = posed.n, len(posed.par)
-        self.solver = Solver(posed, family, tol, atol, self.user)
+        self.solver = Solver(posed, family, tol, atol, self.user, settings)
         try:
             self._prepare()
         except BaseException:
@@ -144,6 +146,7 @@ class _Run:
         state = solver.vectors, solver.y, self.t, times, rows, self.counts, self.kept, self.user
         reason = int(self.loop.advance(not self.family, self.calls, solver.mem.value, *state, budget))
         names = {"rhs" if self.family else "residual": callbacks.RESIDUALS, "jacobian": callbacks.JACOBIANS}
+        names |= {"projection": callbacks.PROJECTIONS}
         self.monitor.calls = {name: int(self.user[place]) for name, place in names.items() if self.user[place]}
         return reason
 
