@@ -14,9 +14,10 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from numba import carray, njit
 
 from daebench.compiler import callbacks
-from daebench.compiler.callbacks_compiled import vector
+from daebench.compiler.foreign import numbers_of_vector
 from daebench.compiler.machine_code import callback
 from daebench.methods.solvers.native import libraries, loop
 from daebench.methods.solvers.native.memory import BDF, PLAIN, Settings, Solver
@@ -38,6 +39,11 @@ PRINTED = """
 """
 TOLERANCES = list(itertools.accumulate([1e-5, *[10.0] * 4], operator.truediv))
 ROWS = [line.split(maxsplit=2) for line in PRINTED.strip().splitlines()]
+
+
+@njit
+def vector(user, v):
+    return carray(numbers_of_vector(user, v), 4)
 
 
 @callback(callbacks.RIGHT_SIDE, error_model="numpy")

@@ -2,7 +2,6 @@
 
 import types
 
-from daebench.compiler.callbacks import LENGTH, PROJECTIONS
 from daebench.compiler.definition import Wrapper
 from daebench.methods.formulations.constrained import Dae
 
@@ -14,10 +13,12 @@ def with_length(values, length):
 
 
 def projection_callback(t, y, correction, epsilon, error, user):
-    own = head(user)
-    own[{PROJECTIONS}] += 1.0
-    y, correction, error = vector(user, y), vector(user, correction), vector(user, error)
-    par = with_length(numbers(user), own[{LENGTH}])
+    own = carray(real_pointer(user), HEAD + {k})
+    own[PROJECTIONS] += 1.0
+    y = carray(numbers_of_vector(user, y), {n})
+    correction = carray(numbers_of_vector(user, correction), {n})
+    error = carray(numbers_of_vector(user, error), {n})
+    par = with_length(own[HEAD:], own[LENGTH])
     {change} = solver_projection_{kernel}({arguments}, par)
     if report[0] != 0:
         return 1
@@ -45,8 +46,8 @@ def _text(d: int, k: int, kernel: str) -> str:
     targets = {"d_w": ("correction", d), "d_q": ("correction", 0), "error_w": ("error", d), "error_q": ("error", 0)}
     return CALLED_BACK.format(
         kernel=kernel,
-        PROJECTIONS=PROJECTIONS,
-        LENGTH=LENGTH,
+        k=k,
+        n=2 * d,
         parameters="".join(f"values[{i}], " for i in range(k)),
         change=", ".join([*targets, "report"]),
         arguments=", ".join(part(array, start) for array in ("y", "error") for start in (d, 0)),
