@@ -97,6 +97,7 @@ def prepare(
     count: bool = True,
     seconds_limit: float | None = None,
     callbacks: str = "native",
+    solver_steps: bool = False,
     progress: Progress | None = None,
 ) -> tuple[Any, Ivp, Request]:
     """Return a method of the problem's kind, a consistent initial value problem and a request, all checked: what a run needs.
@@ -151,6 +152,8 @@ def prepare(
         Wall-clock limit, s.
     callbacks : str
         What IDA and CVODE call: "native", machine code where the libraries of SUNDIALS allow it, or "python".
+    solver_steps : bool
+        Whether it is kept what IDA or CVODE thinks of each of its steps, see :class:`daebench.runs.solver_steps.SolverSteps`.
     progress : callable, optional
         Told the fraction done.
 
@@ -175,7 +178,13 @@ def prepare(
     chosen = method_of(ivp, method, options, compensated=compensated, anyway=anyway)
     value = real(chosen.knob, resolution_value(chosen, h=h, tol=tol))
     extent = _extent(t_end=t_end, steps=steps, every=every, points=points, seconds_limit=seconds_limit)
-    results: dict[str, Any] = {"watch": _monitored(ivp, watch), "count": count, "multipliers": multipliers, "raw": raw}
+    results: dict[str, Any] = {
+        "watch": _monitored(ivp, watch),
+        "count": count,
+        "multipliers": multipliers,
+        "raw": raw,
+        "solver_steps": solver_steps,
+    }
     manner: dict[str, Any] = {"precision": precision, "on_singular": on_singular, "progress": progress, "keep_interrupted": True}
     if callbacks not in CALLBACKS:
         raise unknown("kind of callbacks", callbacks, CALLBACKS)

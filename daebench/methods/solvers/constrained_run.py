@@ -11,7 +11,7 @@ from daebench.errors import BadInput, DaebenchError
 from daebench.methods.fixed_step.base import output_maxima
 from daebench.methods.formulations.chain import BandedDae
 from daebench.methods.formulations.constrained import Dae
-from daebench.methods.solvers.drive import Array, Driven, ToleranceMethod, check, drive
+from daebench.methods.solvers.drive import Array, Driven, ToleranceMethod, check, check_record, drive
 from daebench.methods.solvers.rank_monitor import ChainRankMonitor, RankMonitor
 from daebench.runs.ivp import ConstrainedIvp
 from daebench.runs.request import Request
@@ -24,6 +24,7 @@ class OnConstrained(ToleranceMethod):
     def check(self, ivp: ConstrainedIvp, request: Request) -> None:
         """Accept a request that can be met; raise :class:`BadInput` otherwise."""
         check(self.name, request, self.least)
+        check_record(self, request)
         if refusal := self.refusal(ivp):
             raise BadInput(refusal)
 

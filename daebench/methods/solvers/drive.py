@@ -42,6 +42,11 @@ class ToleranceMethod(ABC):
         """Smallest tolerance that it takes."""
         return TOLERANCES[0]
 
+    @property
+    def tells_steps(self) -> bool:
+        """Whether the solver tells what it thinks of its steps."""
+        return False
+
     @abstractmethod
     def refusal(self, ivp: Any) -> str | None:
         """Return why the method cannot be used on this problem, as a sentence, or None."""
@@ -83,6 +88,15 @@ def check(name: str, request: Request, least: float = TOLERANCES[0]) -> None:
         raise BadInput(f"{name} has no stage multipliers of steps; ask for lam(p, q) instead.")
     if request.precision != "float64":
         raise BadInput(f"{name} computes in float64 only, not in {request.precision}.")
+
+
+def check_record(method: ToleranceMethod, request: Request) -> None:
+    """Refuse a record of steps by a solver that does not tell of them, or does not tell daebench; raise :class:`BadInput`."""
+    if not request.solver_steps:
+        return
+    if not method.tells_steps:
+        raise BadInput(f"{method.name} does not tell what it thinks of its steps, as IDA and CVODE do; ask for no record of them.")
+    require_native("a record of steps", "does not hand on the estimates of their errors", request)
 
 
 def require_native(what: str, lacking: str, request: Request) -> None:
@@ -205,7 +219,7 @@ def drive(
     times = np.linspace(0.0, request.t_end, max(3, request.points or POINTS))
     outputs = _Outputs([posed.y0])
     try:
-        monitor.native = request.callbacks == "native"
+        monitor.native, monitor.recording = request.callbacks == "native", request.solver_steps
         with uncollected():
             monitor.begin(posed.y0)
             advance = method._begin(posed, request.value, monitor)
@@ -247,5 +261,6 @@ def _outcome(posed: Posed, request: Request, monitor: Monitor, seconds: float) -
         "maxima_over": "outputs",
         "callback_seconds": min(monitor.seconds, seconds) if monitor.seconds else None,
         "callbacks": monitor.callbacks,
+        "solver_steps": monitor.recorder.steps() if monitor.recorder else None,
         "seconds": seconds,
     }

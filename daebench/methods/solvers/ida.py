@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 from typing import Any, ClassVar
 
 import numpy as np
+from numpy.typing import NDArray
 
 from daebench.errors import BadInput
 from daebench.methods.formulations.chain import BandedDae, pose_banded, refused
@@ -85,10 +86,10 @@ class Ida(TreatedMultipliers, OnConstrained):
         return self.treatment_advice or "use a larger tol or another formulation, and see whether G keeps its rank"
 
     def _begin(self, dae: Dae, tol: float, monitor: Monitor) -> Advance:
-        return begin(dae, tol, self.tolerances(dae, tol), monitor)
+        return begin(dae, tol, self.tolerances(dae, tol), monitor, self.suppressed(dae))
 
 
-def begin(posed: Posed, tol: float, atol: Array, monitor: Monitor) -> Advance:
+def begin(posed: Posed, tol: float, atol: Array, monitor: Monitor, suppressed: NDArray[np.bool_] | None = None) -> Advance:
     """Compile what will be called, and return how IDA goes through output times.
 
     Parameters
@@ -101,10 +102,13 @@ def begin(posed: Posed, tol: float, atol: Array, monitor: Monitor) -> Advance:
         Absolute tolerances.
     monitor : Monitor
         Where calls and steps are counted.
+    suppressed : ndarray of bool, shape(n,), optional
+        Unknowns that IDA is told to be algebraic, and to leave out of its error test.
     """
     from daebench.methods.solvers.native import run as native  # numba, which a list of methods does without
 
-    return native.begin(posed, native.IDA, tol, atol, monitor) or _called_from_python(posed, tol, atol, monitor)
+    settings = native.PLAIN if suppressed is None else native.Settings(suppressed=suppressed)
+    return native.begin(posed, native.IDA, tol, atol, monitor, settings) or _called_from_python(posed, tol, atol, monitor)
 
 
 def _called_from_python(posed: Posed, tol: float, atol: Array, monitor: Monitor) -> Advance:

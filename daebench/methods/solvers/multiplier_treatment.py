@@ -5,12 +5,13 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
+from numpy.typing import NDArray
 
 from daebench.errors import BadInput, unknown
 from daebench.methods.formulations.constrained import Posed
 from daebench.methods.solvers.drive import Array
 
-TREATMENTS = ("derivative", "atol", "none")
+TREATMENTS = ("derivative", "atol", "none", "suppress")
 
 UNTESTED = 1e20
 """Absolute tolerance of an unknown that is left out of the error test."""
@@ -33,6 +34,7 @@ class TreatedMultipliers:
         If the formulation or the treatment is unknown, or a treatment is asked for on ``ode``.
     """
 
+    tells_steps: ClassVar = True
     formulation: str
     treatment: str | None = None
     kind: ClassVar[str]
@@ -72,8 +74,17 @@ class TreatedMultipliers:
 
     @property
     def untested(self) -> Collection[str]:
-        """Names of the blocks of unknowns that the treatment ``atol`` leaves out of the error test."""
+        """Names of the blocks of unknowns that the treatments ``atol`` and ``suppress`` leave out of the error test."""
         return ("lam", "mu")
+
+    def suppressed(self, posed: Posed) -> NDArray[np.bool_] | None:
+        """Return which unknowns the treatment ``suppress`` declares to be algebraic, shape(n,); None where it is another."""
+        if self.chosen != "suppress":
+            return None
+        suppressed = np.zeros(posed.n, bool)
+        for name in self.untested:
+            suppressed[posed.blocks.get(name, slice(0))] = True
+        return suppressed
 
     def tolerances(self, posed: Posed, tol: float) -> Array:
         """Return the absolute tolerances, shape(n,)."""

@@ -55,4 +55,4 @@ class PoissonIda(TreatedMultipliers, OnPoisson):
         return self.treatment_advice or super()._advice
 
     def _begin(self, dae: PoissonDae, tol: float, monitor: Monitor) -> Advance:
-        return begin(dae, tol, self.tolerances(dae, tol), monitor)
+        return begin(dae, tol, self.tolerances(dae, tol), monitor, self.suppressed(dae))

@@ -5,7 +5,7 @@ import time
 from daebench.errors import BadInput
 from daebench.methods.fixed_step.base import output_maxima
 from daebench.methods.fixed_step.poisson import require_poisson
-from daebench.methods.solvers.drive import ToleranceMethod, check, drive
+from daebench.methods.solvers.drive import ToleranceMethod, check, check_record, drive
 from daebench.runs.ivp import InitialValueProblem, PoissonIvp
 from daebench.runs.request import Request
 from daebench.runs.trajectory import POISSON, PoissonTrajectory
@@ -46,6 +46,7 @@ class OnPoisson(ToleranceMethod):
             raise BadInput(refusal)
         require_poisson(self.name, request)
         check(self.name, request, self.least)
+        check_record(self, request)
 
     def solve(self, ivp: PoissonIvp, request: Request) -> PoissonTrajectory:
         """Return the trajectory; where the solver stops early, the outputs so far and why.

@@ -25,6 +25,7 @@ class ProjectedCvode(OnReducedOde):
     """
 
     solver = "cvode"
+    tells_steps = True
     variants = (PROJECTED,)
 
     @classmethod
