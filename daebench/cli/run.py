@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from daebench.cli import steps_out as steps_files
 from daebench.cli.arguments import Algebra, Anyway, Case, Compensated, Free, Json, Method, OnSingular, Overwrite, Param, Problem, Project
 from daebench.cli.console import bar, numbers, pairs, print_json, words
 from daebench.errors import BadInput
@@ -75,13 +76,16 @@ def run(
     compensated: Compensated = False,
     seconds_limit: SecondsLimit = None,
     callbacks: Annotated[Callbacks, typer.Option("--callbacks", help="What IDA and CVODE call: native or python.")] = Callbacks.native,
+    steps_out: Annotated[
+        Path | None, typer.Option("--steps-out", help="Write what IDA or CVODE thinks of its steps to FILE.csv, and draw it beside.")
+    ] = None,
     overwrite: Overwrite = False,
     as_json: Json = False,
 ) -> None:
     """Run one method on one problem; exit 1 if it stops early."""
     from daebench.methods.run import prepare
 
-    _check_place(out, raw=raw, overwrite=overwrite)
+    _check_place(out, steps_out, raw=raw, overwrite=overwrite)
     with bar(f"{method} on {problem}") as progress:
         start: dict[str, Any] = {"case": case, "parameters": pairs("param", param or []), "algebra": algebra}
         start |= {"q0": numbers("--q0", q0), "p0": numbers("--p0", p0)}
@@ -89,10 +93,17 @@ def run(
         asked |= {"watch": None if watch is None else _monitored(watch), "multipliers": lam, "raw": raw, "progress": progress}
         asked |= {"options": pairs("option", option or []), "compensated": compensated, "precision": precision.value, "anyway": anyway}
         asked |= {"y0": numbers("--y0", y0), "project": project, "on_singular": on_singular, "seconds_limit": seconds_limit}
-        asked["callbacks"] = callbacks.value
+        asked |= {"callbacks": callbacks.value, "solver_steps": steps_out is not None}
         chosen, ivp, request = prepare(problem, method=method, **start, **asked)
+        if steps_out is not None:
+            steps_files.check_size(ivp)
         trajectory = chosen.solve(ivp, request)
-    _write(out, ivp, request, method, trajectory)
+    about = _about(ivp, request, method, trajectory)
+    if out is not None:
+        _write(out, trajectory, about)
+    if steps_out is not None:
+        title = f"{trajectory.method} on {ivp.problem}, case {ivp.case}, tol = {request.value:g}"
+        steps_files.write(steps_out, trajectory.solver_steps, title, about)
     _print(ivp, trajectory, _given(problem, start) if project else None, compensated=compensated, as_json=as_json)
     raise typer.Exit(1 if trajectory.failure else 0)
 
@@ -105,15 +116,19 @@ def _given(problem: str, start: dict[str, Any]) -> "ConstrainedIvp":
     return constrained(initial_value_problem(problem, **start, consistent=False))
 
 
-def _write(out: Path | None, ivp: Any, request: "Request", method: str, trajectory: Any) -> None:
-    """Write a trajectory where there is a place for it, and beside each file how it was made."""
+def _about(ivp: Any, request: "Request", method: str, trajectory: Any) -> dict[str, str]:
+    """Return in words how the files of a run were made."""
+    from daebench.runs import provenance
+
+    about = provenance.made_by(MAKER) | provenance.definition(ivp) | {"Method": method}
+    return about | {"Run": _settings(request, trajectory.steps, trajectory.failure)}
+
+
+def _write(out: Path, trajectory: Any, about: dict[str, str]) -> None:
+    """Write a trajectory, and beside each file how it was made."""
     from daebench.runs import provenance
     from daebench.runs.files import write_trajectory
 
-    if out is None:
-        return
-    about = provenance.made_by(MAKER) | provenance.definition(ivp) | {"Method": method}
-    about["Run"] = _settings(request, trajectory.steps, trajectory.failure)
     for path in write_trajectory(out, trajectory):
         provenance.write_beside(path, about)
 
@@ -138,7 +153,7 @@ def _print(ivp: Any, trajectory: Any, given: "ConstrainedIvp | None", *, compens
         print_summary(summary)
 
 
-def _check_place(out: Path | None, *, raw: bool, overwrite: bool) -> None:
+def _check_place(out: Path | None, steps_out: Path | None, *, raw: bool, overwrite: bool) -> None:
     """Refuse, before the run, files that cannot be written or are another command's."""
     from daebench.runs import provenance
     from daebench.runs.files import check_writable, written
@@ -149,6 +164,10 @@ def _check_place(out: Path | None, *, raw: bool, overwrite: bool) -> None:
         check_writable(out)
         for file in written(out, raw=raw):
             provenance.require_own(file, MAKER, overwrite=overwrite)
+    if steps_out is not None:
+        if out is not None and out.resolve() == steps_out.resolve():
+            raise BadInput(f"--out and --steps-out both name {out}; choose two files.")
+        steps_files.check_place(steps_out, MAKER, overwrite=overwrite)
 
 
 def _settings(request: "Request", steps: int, failure: str | None) -> str:

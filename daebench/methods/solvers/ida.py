@@ -32,17 +32,19 @@ class Ida(TreatedMultipliers, OnConstrained):
     the band is wide: scikit-sundae takes analytic entries of a band in the places of a dense matrix only.
 
     The local error estimate of a multiplier can be hundreds of times that of a velocity: under the plain settings index 3 stops
-    at t = 0 at every tolerance, and index 2 and ``ggl`` collapse to order 1. Two treatments:
+    at t = 0 at every tolerance, and index 2 and ``ggl`` collapse to order 1. Two treatments, and one to compare with:
 
     - ``atol``: an absolute tolerance of 1e20 on lam and mu, for index 3 on v too;
-    - ``derivative``: the unknown is Lam with Lam' = lam, so that the multiplier enters as a derivative.
+    - ``derivative``: the unknown is Lam with Lam' = lam, so that the multiplier enters as a derivative;
+    - ``suppress``: the same unknowns are left out of the error test by IDASetSuppressAlg. Newton's iteration still waits for them to
+      converge within their tolerances, which rounding does not allow at tight ones: at 1e-12 and less runs stop.
 
     Parameters
     ----------
     formulation : str
         One of ``daebench.methods.formulations.table.FORMULATIONS``.
     treatment : str, optional
-        "derivative", "atol" or "none"; by default the better one for the formulation; ``ode`` has no multiplier.
+        "derivative", "atol", "none" or "suppress"; by default the better one for the formulation; ``ode`` has no multiplier.
     options : mapping of str to float, optional
         Free numbers of the formulation, as for :func:`daebench.methods.formulations.constrained.pose`.
 
@@ -64,6 +66,7 @@ class Ida(TreatedMultipliers, OnConstrained):
     def check(self, ivp: ConstrainedIvp, request: Request) -> None:
         """Accept a request that can be met; raise :class:`BadInput` otherwise."""
         super().check(ivp, request)
+        self.check_treatment(request)
         if request.at_rank_loss(ivp) == "least-squares" and self.formulation != "ode":
             raise BadInput(
                 f"{self.name} has the multipliers among its unknowns, which redundant constraints leave undetermined; for least-squares "

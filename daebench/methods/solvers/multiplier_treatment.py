@@ -9,7 +9,8 @@ from numpy.typing import NDArray
 
 from daebench.errors import BadInput, unknown
 from daebench.methods.formulations.constrained import Posed
-from daebench.methods.solvers.drive import Array
+from daebench.methods.solvers.drive import Array, require_native
+from daebench.runs.request import Request
 
 TREATMENTS = ("derivative", "atol", "none", "suppress")
 
@@ -26,7 +27,7 @@ class TreatedMultipliers:
     formulation : str
         One of the formulations of the kind of problem.
     treatment : str, optional
-        "derivative", "atol" or "none"; by default the better one for the formulation; ``ode`` has no multiplier.
+        "derivative", "atol", "none" or "suppress"; by default the better one for the formulation; ``ode`` has no multiplier.
 
     Raises
     ------
@@ -76,6 +77,11 @@ class TreatedMultipliers:
     def untested(self) -> Collection[str]:
         """Names of the blocks of unknowns that the treatments ``atol`` and ``suppress`` leave out of the error test."""
         return ("lam", "mu")
+
+    def check_treatment(self, request: Request) -> None:
+        """Refuse ``suppress`` where SUNDIALS is not called directly; raise :class:`BadInput`."""
+        if self.chosen == "suppress":
+            require_native(self.name, "has no way to suppress unknowns", request)
 
     def suppressed(self, posed: Posed) -> NDArray[np.bool_] | None:
         """Return which unknowns the treatment ``suppress`` declares to be algebraic, shape(n,); None where it is another."""

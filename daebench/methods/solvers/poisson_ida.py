@@ -11,6 +11,7 @@ from daebench.methods.solvers.monitor import Monitor
 from daebench.methods.solvers.multiplier_treatment import TreatedMultipliers
 from daebench.methods.solvers.poisson_run import OnPoisson, refused
 from daebench.runs.ivp import InitialValueProblem, PoissonIvp
+from daebench.runs.request import Request
 
 
 @dataclass(frozen=True)
@@ -24,12 +25,14 @@ class PoissonIda(TreatedMultipliers, OnPoisson):
     - ``atol``: an absolute tolerance of 1e20 on mu;
     - ``derivative``: the unknown is Mu with Mu' = mu, so that the multiplier enters as a derivative.
 
+    A third, ``suppress``, leaves mu out of the error test by IDASetSuppressAlg.
+
     Parameters
     ----------
     formulation : str
         One of ``daebench.methods.formulations.table.POISSON_FORMULATIONS``.
     treatment : str, optional
-        "derivative", "atol" or "none"; by default the better one for the formulation; ``ode`` has no multiplier.
+        "derivative", "atol", "none" or "suppress"; by default the better one for the formulation; ``ode`` has no multiplier.
 
     Raises
     ------
@@ -46,6 +49,11 @@ class PoissonIda(TreatedMultipliers, OnPoisson):
         if wrong := refused(self.name, ivp, dense=True):
             return wrong
         return without_casimirs(ivp) if self.formulation == "casimirs" and not ivp.facts.CASIMIRS else None
+
+    def check(self, ivp: PoissonIvp, request: Request) -> None:
+        """Accept a request that can be met; raise :class:`BadInput` otherwise."""
+        super().check(ivp, request)
+        self.check_treatment(request)
 
     def _posed(self, ivp: PoissonIvp) -> PoissonDae:
         return pose_poisson(ivp, self.formulation, multipliers=self.multipliers)

@@ -21,8 +21,8 @@ MOST_NUMBERS = 50_000_000
 QUESTIONS = ("LastStep", "LastOrder", "NumNonlinSolvIters", "NumErrTestFails", "NumNonlinSolvConvFails", "ErrWeights", "EstLocalErrors")
 """What the solver is asked after each step: a size, four whole numbers, two vectors."""
 
-MOST_ATTEMPTS = 10
-"""After so many failures of the error test IDA gives up."""
+FEWEST_FAILURES, MOST_FAILURES = 3, 10
+"""After so many failures of the error test IDA gives up: as few as it can be told, and as many as it is by default."""
 
 ERROR_TEST_FAILED = -3
 """The flag of a run that ends because the error test fails whatever the step size is."""
@@ -77,15 +77,15 @@ class Recorder:
             raise Stopped(f"{self.rows} steps are recorded, and there is no room for more", advice="end the run before, or record no steps")
 
     def refuse(self, flag: int, y: Array) -> None:
-        """Keep what failed in the error test where IDA gave up, at a state: the last attempt, or all attempts at the first step.
+        """Keep what failed in the error test where IDA gave up, at a state: the last attempt, or attempts at the first step.
 
-        For these it is started again, and told to give up sooner: after the first failure, the second, and so on.
+        For these it is started again, and told to give up sooner: after the third failure, which is the least, the fourth, and so on.
         """
         if not self.recording or self.solver.prefix != "IDA":
             return
         self._keep_noted()
         if self.rows == 0:
-            for most in range(1, MOST_ATTEMPTS + 1):
+            for most in range(FEWEST_FAILURES, MOST_FAILURES + 1):
                 if self.solver.first_step(most) != ERROR_TEST_FAILED:
                     return
                 self._keep_refused(y)
