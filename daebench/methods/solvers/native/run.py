@@ -171,9 +171,9 @@ class _Run:
         Stopped
             If the run cannot go on.
         """
-        self.recorder.take()
         whole = reason in (loop.ENDED, loop.BUDGET)
         self._take_over(self.t[0 if whole else 1], self.solver.y[0 if whole else 2])
+        self.recorder.take()
         if reason == loop.SUSPICIOUS:
             if isinstance(self.monitor, RankMonitor):
                 self.monitor.kept, self.monitor.stride = list(self.kept[: self.counts[loop.KEPT]]), 2**62  # the loop keeps them
