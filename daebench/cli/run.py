@@ -44,6 +44,10 @@ Watch = Annotated[
     typer.Option("--watch", help="energy; manifold, or casimirs of a Poisson system; integrals; none; if left out, all but integrals."),
 ]
 
+StepsOut = Annotated[
+    Path | None, typer.Option("--steps-out", help="Write what IDA or CVODE thinks of its steps to FILE.csv, and draw it beside.")
+]
+
 SecondsLimit = Annotated[
     float | None, typer.Option("--seconds-limit", help="Wall-clock limit, s; the run ends there, with its states so far.")
 ]
@@ -76,9 +80,7 @@ def run(
     compensated: Compensated = False,
     seconds_limit: SecondsLimit = None,
     callbacks: Annotated[Callbacks, typer.Option("--callbacks", help="What IDA and CVODE call: native or python.")] = Callbacks.native,
-    steps_out: Annotated[
-        Path | None, typer.Option("--steps-out", help="Write what IDA or CVODE thinks of its steps to FILE.csv, and draw it beside.")
-    ] = None,
+    steps_out: StepsOut = None,
     overwrite: Overwrite = False,
     as_json: Json = False,
 ) -> None:
@@ -87,25 +89,24 @@ def run(
 
     _check_place(out, steps_out, raw=raw, overwrite=overwrite)
     with bar(f"{method} on {problem}") as progress:
-        start: dict[str, Any] = {"case": case, "parameters": pairs("param", param or []), "algebra": algebra}
-        start |= {"q0": numbers("--q0", q0), "p0": numbers("--p0", p0)}
+        start = _start(case, param, algebra, q0, p0)
         asked: dict[str, Any] = {"h": h, "tol": tol, "steps": steps, "t_end": t_end, "points": points, "every": every}
         asked |= {"watch": None if watch is None else _monitored(watch), "multipliers": lam, "raw": raw, "progress": progress}
         asked |= {"options": pairs("option", option or []), "compensated": compensated, "precision": precision.value, "anyway": anyway}
         asked |= {"y0": numbers("--y0", y0), "project": project, "on_singular": on_singular, "seconds_limit": seconds_limit}
-        asked |= {"callbacks": callbacks.value, "solver_steps": steps_out is not None}
-        chosen, ivp, request = prepare(problem, method=method, **start, **asked)
-        if steps_out is not None:
-            steps_files.check_size(ivp)
+        recorded, called = steps_out is not None, callbacks.value
+        chosen, ivp, request = prepare(problem, method=method, solver_steps=recorded, callbacks=called, **start, **asked)
+        steps_files.check_size(steps_out, ivp)
         trajectory = chosen.solve(ivp, request)
-    about = _about(ivp, request, method, trajectory)
-    if out is not None:
-        _write(out, trajectory, about)
-    if steps_out is not None:
-        title = f"{trajectory.method} on {ivp.problem}, case {ivp.case}, tol = {request.value:g}"
-        steps_files.write(steps_out, trajectory.solver_steps, title, about)
+    _write(out, steps_out, ivp, request, method, trajectory)
     _print(ivp, trajectory, _given(problem, start) if project else None, compensated=compensated, as_json=as_json)
     raise typer.Exit(1 if trajectory.failure else 0)
+
+
+def _start(case: str | None, param: list[str] | None, algebra: str, q0: str | None, p0: str | None) -> dict[str, Any]:
+    """Return what decides an initial value problem, y0 of a Poisson system apart."""
+    chosen: dict[str, Any] = {"case": case, "parameters": pairs("param", param or []), "algebra": algebra}
+    return chosen | {"q0": numbers("--q0", q0), "p0": numbers("--p0", p0)}
 
 
 def _given(problem: str, start: dict[str, Any]) -> "ConstrainedIvp":
@@ -116,20 +117,20 @@ def _given(problem: str, start: dict[str, Any]) -> "ConstrainedIvp":
     return constrained(initial_value_problem(problem, **start, consistent=False))
 
 
-def _about(ivp: Any, request: "Request", method: str, trajectory: Any) -> dict[str, str]:
-    """Return in words how the files of a run were made."""
-    from daebench.runs import provenance
-
-    about = provenance.made_by(MAKER) | provenance.definition(ivp) | {"Method": method}
-    return about | {"Run": _settings(request, trajectory.steps, trajectory.failure)}
-
-
-def _write(out: Path, trajectory: Any, about: dict[str, str]) -> None:
-    """Write a trajectory, and beside each file how it was made."""
+def _write(out: Path | None, steps_out: Path | None, ivp: Any, request: "Request", method: str, trajectory: Any) -> None:
+    """Write a trajectory, and a record of steps, where there are places for them, and beside each file how it was made."""
     from daebench.runs import provenance
     from daebench.runs.files import write_trajectory
 
-    for path in write_trajectory(out, trajectory):
+    if out is None and steps_out is None:
+        return
+    about = provenance.made_by(MAKER) | provenance.definition(ivp) | {"Method": method}
+    about["Run"] = _settings(request, trajectory.steps, trajectory.failure)
+    files = [] if out is None else write_trajectory(out, trajectory)
+    if steps_out is not None:
+        title = f"{trajectory.method} on {ivp.problem}, case {ivp.case}, tol = {request.value:g}"
+        files += steps_files.write(steps_out, trajectory.solver_steps, title)
+    for path in files:
         provenance.write_beside(path, about)
 
 

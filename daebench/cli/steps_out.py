@@ -25,24 +25,22 @@ def check_place(path: Path, maker: str, *, overwrite: bool) -> None:
         provenance.require_own(path.with_suffix(ending), maker, overwrite=overwrite, option=OPTION)
 
 
-def check_size(ivp: Any) -> None:
+def check_size(path: Path | None, ivp: Any) -> None:
     """Refuse, before the run, a table with columns for each of very many unknowns; raise BadInput."""
-    if ivp.size > MOST_UNKNOWNS:
+    if path is not None and ivp.size > MOST_UNKNOWNS:
         raise BadInput(
-            f"{OPTION}: {ivp.problem} has {ivp.size} unknowns, and a table has columns for each of {MOST_UNKNOWNS} at most; in Python "
-            "daebench.run(..., solver_steps=True).solver_steps has the arrays."
+            f"{OPTION} {path}: {ivp.problem} has {ivp.size} unknowns, and a table has columns for each of {MOST_UNKNOWNS} at most; "
+            "in Python daebench.run(..., solver_steps=True).solver_steps has the arrays."
         )
 
 
-def write(path: Path, steps: SolverSteps, title: str, about: dict[str, str]) -> None:
-    """Write FILE.csv, all digits, and FILE.svg and FILE.png beside it, and beside each how it was made."""
+def write(path: Path, steps: SolverSteps, title: str) -> list[Path]:
+    """Write FILE.csv, all digits, and FILE.svg and FILE.png beside it; return what was written."""
     from daebench.draw.figures import save_drawing
     from daebench.draw.solver_steps import draw
-    from daebench.runs import provenance
     from daebench.runs.csv_files import write_numbers
     from daebench.runs.files import atomic
 
     with atomic(path) as scratch:
         write_numbers(scratch, steps.columns)
-    for file in (path, *save_drawing(draw(steps, title), path.parent, path.stem)):
-        provenance.write_beside(file, about)
+    return [path, *save_drawing(draw(steps, title), path.parent, path.stem)]

@@ -65,6 +65,8 @@ def _sizes(ax: Any, x: Array, steps: SolverSteps) -> None:
     if refused.any():
         ax.plot(x[refused], steps.h[refused], linestyle="none", marker="x", color=VERMILION, label="failed in the error test")
         ax.legend(loc="lower left")
+    if not len(x):
+        ax.text(0.5, 0.5, "no step was taken, and no attempt came to the error test", transform=ax.transAxes, ha="center", color=QUIET)
     ax.set(yscale="log", ylabel="step size $h$  [s]")
     ax.minorticks_off()
 

@@ -178,13 +178,8 @@ def prepare(
     chosen = method_of(ivp, method, options, compensated=compensated, anyway=anyway)
     value = real(chosen.knob, resolution_value(chosen, h=h, tol=tol))
     extent = _extent(t_end=t_end, steps=steps, every=every, points=points, seconds_limit=seconds_limit)
-    results: dict[str, Any] = {
-        "watch": _monitored(ivp, watch),
-        "count": count,
-        "multipliers": multipliers,
-        "raw": raw,
-        "solver_steps": solver_steps,
-    }
+    results: dict[str, Any] = {"watch": _monitored(ivp, watch), "count": count, "multipliers": multipliers, "raw": raw}
+    results["solver_steps"] = solver_steps
     manner: dict[str, Any] = {"precision": precision, "on_singular": on_singular, "progress": progress, "keep_interrupted": True}
     if callbacks not in CALLBACKS:
         raise unknown("kind of callbacks", callbacks, CALLBACKS)
