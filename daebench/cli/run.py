@@ -94,8 +94,7 @@ def run(
         asked |= {"watch": None if watch is None else _monitored(watch), "multipliers": lam, "raw": raw, "progress": progress}
         asked |= {"options": pairs("option", option or []), "compensated": compensated, "precision": precision.value, "anyway": anyway}
         asked |= {"y0": numbers("--y0", y0), "project": project, "on_singular": on_singular, "seconds_limit": seconds_limit}
-        recorded, called = steps_out is not None, callbacks.value
-        chosen, ivp, request = prepare(problem, method=method, solver_steps=recorded, callbacks=called, **start, **asked)
+        chosen, ivp, request = prepare(problem, method=method, callbacks=callbacks, solver_steps=steps_out is not None, **start, **asked)
         steps_files.check_size(steps_out, ivp)
         trajectory = chosen.solve(ivp, request)
     _write(out, steps_out, ivp, request, method, trajectory)
