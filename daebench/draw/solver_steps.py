@@ -51,6 +51,9 @@ def draw(steps: SolverSteps, title: str = "") -> "Figure":
         _iterations(axes[2, 0], x, steps)
         _shares(axes[3, 0], x, steps)
         axes[0, 0].set_title(title)
+        if len(x) > 2 * WINDOWS:
+            words = f"lines: the largest of {len(x) // WINDOWS} steps or more; bands: down to the least"
+            axes[0, 0].text(0.99, 0.05, words, transform=axes[0, 0].transAxes, ha="right", color=QUIET)
         if not taken:
             axes[-1, 0].set_xticks(x)
         figure.align_ylabels(axes[:, 0])

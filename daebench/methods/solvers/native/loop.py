@@ -72,8 +72,8 @@ def advance(
         States now and then over the run: every other one is dropped as soon as there are too many.
     user : ndarray
         The memory of callbacks.
-    record : tuple
-        What ``note`` fills, see :class:`daebench.methods.solvers.native.recorder.Recorder`; nothing is noted in a table without rows.
+    record : tuple, optional
+        What ``note`` fills, see :class:`daebench.methods.solvers.native.recorder.Recorder`; None where nothing is to be noted.
     budget : int
         Most steps, of those that are noted no more than the table has rows.
     """
@@ -83,10 +83,9 @@ def advance(
         flag = step(ida, calls, mem, vectors, y, t, times[-1])
         if flag < 0:
             return flag
-        note(mem, y, t, record, counts)
-        passed = counts[OUTPUTS]
-        while passed < len(times) - 1 and times[passed] <= t[0]:
-            passed += 1
+        if record is not None:  # left out of what is compiled where it is None
+            note(mem, y, t, record, counts)
+        passed = passed_by(t[0], times, counts[OUTPUTS])
         if passed > counts[OUTPUTS] and not put_out(calls, mem, vectors, y, passed, times, rows, counts, user):
             return OUTSIDE
         if not usual(calls, y, t, counts, user):
@@ -94,6 +93,14 @@ def advance(
         if counts[STEPS] % counts[STRIDE] == 0:
             keep(y, kept, counts)
     return BUDGET
+
+
+def passed_by(t: float, times: Any, outputs: int) -> int:
+    """Return how many output times but the last have been reached at t, where so many had been before."""
+    passed = outputs
+    while passed < len(times) - 1 and times[passed] <= t:
+        passed += 1
+    return passed
 
 
 def put_out(calls: Any, mem: Any, vectors: Any, y: Any, passed: int, times: Any, rows: Any, counts: Any, user: Any) -> bool:
@@ -149,20 +156,19 @@ def keep(y: Any, kept: Any, counts: Any) -> None:
 
 
 def note(mem: Any, y: Any, t: Any, record: Any, counts: Any) -> None:
-    """Note what the solver thinks of the step that it has taken, if there is a place: t, h, order, counts, unknowns, weights, estimates."""
+    """Note what the solver thinks of the step that it has taken: t, h, order, counts, unknowns, weights, estimates."""
     asked, size, numbers, columns, table = record
-    if len(table) > 0:
-        for k in range(ASKED):
-            ask(asked[k], mem, asked[ASKED + k])
-        row, n = counts[NOTED], y.shape[1]
-        table[row, 0], table[row, 1] = t[0], size[0]
-        for k in range(COUNTED):
-            table[row, 2 + k] = numbers[k]
-        for i in range(n):
-            table[row, COLUMNS + i] = y[0, i]
-            table[row, COLUMNS + n + i] = columns[0, i]
-            table[row, COLUMNS + 2 * n + i] = columns[1, i]
-        counts[NOTED] += 1
+    for k in range(ASKED):
+        ask(asked[k], mem, asked[ASKED + k])
+    row, n = counts[NOTED], y.shape[1]
+    table[row, 0], table[row, 1] = t[0], size[0]
+    for k in range(COUNTED):
+        table[row, 2 + k] = numbers[k]
+    for i in range(n):
+        table[row, COLUMNS + i] = y[0, i]
+        table[row, COLUMNS + n + i] = columns[0, i]
+        table[row, COLUMNS + 2 * n + i] = columns[1, i]
+    counts[NOTED] += 1
 
 
 def look_again(call: Any, t: float, y: Any, user: Any, times: int) -> None:
@@ -171,7 +177,7 @@ def look_again(call: Any, t: float, y: Any, user: Any, times: int) -> None:
         look(call, t, y, user)
 
 
-WRITTEN = (advance, put_out, step, usual, keep, note, look_again)
+WRITTEN = (advance, passed_by, put_out, step, usual, keep, note, look_again)
 """The functions that are compiled."""
 
 

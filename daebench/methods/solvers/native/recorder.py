@@ -29,7 +29,7 @@ ERROR_TEST_FAILED = -3
 
 
 class Recorder:
-    """What the loop fills with steps, or where nothing is recorded the same without a place for any.
+    """What the loop fills with steps.
 
     Parameters
     ----------
@@ -41,26 +41,19 @@ class Recorder:
         The counts of the loop.
     tol : float
         The tolerance.
-    recording : bool
-        Whether anything is recorded.
     """
 
-    def __init__(self, solver: Solver, posed: Posed, counts: Any, tol: float, *, recording: bool) -> None:
-        self.tol = tol
-        self.solver, self.posed, self.counts, self.recording, self.rows = solver, posed, counts, recording, 0
-        n = posed.n if recording else 0
+    def __init__(self, solver: Solver, posed: Posed, counts: Any, tol: float) -> None:
+        self.solver, self.posed, self.counts, self.tol, self.rows = solver, posed, counts, tol, 0
+        n = posed.n
         self._size, self._numbers, self._columns = np.zeros(1), np.zeros(loop.COUNTED, np.int64), np.zeros((2, n))
-        self._table = np.empty((ROWS if recording else 0, loop.COLUMNS + 3 * n))
+        self._table = np.empty((ROWS, loop.COLUMNS + 3 * n))
         addresses = [address(f"{solver.prefix}Get{name}") for name in QUESTIONS]
-        vectors = [solver.vector(column) for column in self._columns] if recording else [0, 0]
+        vectors = [solver.vector(column) for column in self._columns]
         self._places = [self._size.ctypes.data, *(self._numbers[k:].ctypes.data for k in range(loop.COUNTED)), *vectors]
         self.memory = np.array([*addresses, *self._places], np.uint64), self._size, self._numbers, self._columns, self._table
         self._pieces: list[Array] = []
         self._refused = 0
-
-    def budget(self, steps: int) -> int:
-        """Return for how many of so many steps there is a place."""
-        return min(steps, ROWS) if self.recording else steps
 
     def take(self) -> None:
         """Keep what was noted, and make room.
@@ -70,8 +63,6 @@ class Recorder:
         Stopped
             If there is no room for more.
         """
-        if not self.recording:
-            return
         self._keep_noted()
         if self.rows * self._table.shape[1] > MOST_NUMBERS:
             raise Stopped(f"{self.rows} steps are recorded, and there is no room for more", advice="end the run before, or record no steps")
@@ -81,7 +72,7 @@ class Recorder:
 
         For these it is started again, and told to give up sooner: after the third failure, which is the least, the fourth, and so on.
         """
-        if not self.recording or self.solver.prefix != "IDA":
+        if self.solver.prefix != "IDA":
             return
         self._keep_noted()
         if self.rows == 0:
@@ -115,10 +106,8 @@ class Recorder:
         self._pieces.append(rows)
         self.rows += len(rows)
 
-    def steps(self) -> SolverSteps | None:
-        """Return the record; None where nothing was to be recorded."""
-        if not self.recording:
-            return None
+    def steps(self) -> SolverSteps:
+        """Return the record."""
         self._keep_noted()
         table, n = np.concatenate([np.empty((0, self._table.shape[1])), *self._pieces]), self.posed.n
         each_step = np.diff(table[:, 3:6], axis=0, prepend=0.0).astype(np.int64)

@@ -16,7 +16,7 @@ from daebench.methods.solvers.monitored import MOST_UNKNOWNS
 from daebench.methods.solvers.native import loop
 from daebench.methods.solvers.native.libraries import Unavailable
 from daebench.methods.solvers.native.memory import ADAMS, BDF, IDA, PLAIN, Settings, Solver
-from daebench.methods.solvers.native.recorder import Recorder
+from daebench.methods.solvers.native.recorder import ROWS, Recorder
 from daebench.methods.solvers.rank_monitor import KEPT, RankMonitor
 from daebench.methods.solvers.sundials import REASONS
 from daebench.methods.solvers.thresholds import COLLAPSE
@@ -106,7 +106,8 @@ class _Run:
         self.calls = np.array([self.solver.step, self.solver.interpolation, law.address, *given], np.uint64)
         self.kept = np.empty((2 * KEPT + 1, self.posed.n))
         self.kept[0] = self.solver.y[0]
-        monitor.recorder = self.recorder = Recorder(self.solver, self.posed, self.counts, law.tol, recording=monitor.recording)
+        self.recorder = Recorder(self.solver, self.posed, self.counts, law.tol) if monitor.recording else None
+        monitor.recorder = self.recorder
         self.loop = loop.compiled()
         self._hand_over()
         self._advance(np.array([monitor.t_end]), np.empty((1, self.posed.n)), 0)  # compiled before the clock runs
@@ -120,7 +121,7 @@ class _Run:
             self.solver("SetStopTime", self.solver.end)
             while True:
                 began = time.perf_counter()
-                reason = self._advance(times, rows, self.recorder.budget(budget))
+                reason = self._advance(times, rows, min(budget, ROWS) if self.recorder else budget)
                 lasted = time.perf_counter() - began
                 if self.counts[loop.OUTPUTS] > given:
                     yield self._in_blocks(rows[given : self.counts[loop.OUTPUTS]])
@@ -156,8 +157,9 @@ class _Run:
     def _advance(self, times: Array, rows: Array, budget: int) -> int:
         """Let the loop go on; return why it came back, and count what was called."""
         solver = self.solver
-        state = solver.vectors, solver.y, self.t, times, rows, self.counts, self.kept, self.user, self.recorder.memory
-        reason = int(self.loop.advance(not self.family, self.calls, solver.mem.value, *state, budget))
+        record = self.recorder.memory if self.recorder else None
+        state = solver.vectors, solver.y, self.t, times, rows, self.counts, self.kept, self.user
+        reason = int(self.loop.advance(not self.family, self.calls, solver.mem.value, *state, record, budget))
         names = {"rhs" if self.family else "residual": callbacks.RESIDUALS, "jacobian": callbacks.JACOBIANS}
         names |= {"projection": callbacks.PROJECTIONS}
         self.monitor.calls = {name: int(self.user[place]) for name, place in names.items() if self.user[place]}
@@ -173,7 +175,8 @@ class _Run:
         """
         whole = reason in (loop.ENDED, loop.BUDGET)
         self._take_over(self.t[0 if whole else 1], self.solver.y[0 if whole else 2])
-        self.recorder.take()
+        if self.recorder:
+            self.recorder.take()
         if reason == loop.SUSPICIOUS:
             if isinstance(self.monitor, RankMonitor):
                 self.monitor.kept, self.monitor.stride = list(self.kept[: self.counts[loop.KEPT]]), 2**62  # the loop keeps them
@@ -183,7 +186,8 @@ class _Run:
             self.monitor.require_inside(self._in_blocks(rows[self.counts[loop.OUTPUTS]]))
             raise Stopped(f"the unknowns at t = {self.t[0]:.9g} are not where they may be")
         elif reason < 0:
-            self.recorder.refuse(reason, self.solver.y[2].copy())
+            if self.recorder:
+                self.recorder.refuse(reason, self.solver.y[2].copy())
             self._fail(reason)
         elif self.counts[loop.SINCE] > MOST_STEPS:
             raise Stopped(REASONS[-1])
