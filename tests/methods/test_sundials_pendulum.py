@@ -93,11 +93,12 @@ def run(tol, settings):
     module = SimpleNamespace(rhs_callback=right_side, rhs_jacobian_callback=SimpleNamespace(address=None))  # differences, as in the example
     posed = SimpleNamespace(n=n, module=module, y0=np.array([1.0, 0.0, 0.0, 0.0]), yp0=np.zeros(n))
     t, times, rows = np.array([0.0, 0.0, 0.0, 0.0]), np.array([T_END]), np.empty((1, n))
-    counts, kept = np.array([0, 0, 0, 1, 1]), np.empty((129, n))
+    counts, kept = np.array([0, 0, 0, 1, 1, 0]), np.empty((129, n))
     with Solver(posed, BDF, tol, np.full(n, tol), user, settings) as solver:
         solver("SetStopTime", T_END)
-        calls = np.array([solver.step, solver.interpolation, look.address], np.uint64)
-        state = solver.vectors, solver.y, t, times, rows, counts, kept, user
+        given = [array.ctypes.data for array in (solver.y[0], solver.y[1], t, user)]
+        calls = np.array([solver.step, solver.interpolation, look.address, *given], np.uint64)
+        state = solver.vectors, solver.y, t, times, rows, counts, kept, user, None
         reason = loop.compiled().advance(False, calls, solver.mem.value, *state, 10**6)
         assert reason == loop.ENDED
         return rows[0], counted(solver, COUNTS), counts[loop.STEPS]
