@@ -1,10 +1,12 @@
 """``daebench run --steps-out``: what IDA or CVODE thinks of its steps, as a table and a picture."""
 
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from daebench.errors import BadInput
-from daebench.runs.solver_steps import SolverSteps
+
+if TYPE_CHECKING:
+    from daebench.runs.solver_steps import SolverSteps
 
 OPTION = "--steps-out"
 
@@ -34,7 +36,7 @@ def check_size(path: Path | None, ivp: Any) -> None:
         )
 
 
-def write(path: Path, steps: SolverSteps, title: str) -> list[Path]:
+def write(path: Path, steps: "SolverSteps", title: str) -> list[Path]:
     """Write FILE.csv, all digits, and FILE.svg and FILE.png beside it; return what was written."""
     from daebench.draw.figures import save_drawing
     from daebench.draw.solver_steps import draw

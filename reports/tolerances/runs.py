@@ -2,7 +2,7 @@
 
 import re
 from collections.abc import Sequence
-from functools import cache
+from functools import cache, lru_cache
 from itertools import pairwise
 from typing import Any
 
@@ -11,11 +11,12 @@ import numpy as np
 from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.methods.solvers.ida import DEFAULT_TREATMENTS, Ida
 from daebench.methods.solvers.multiplier_treatment import TREATMENTS
-from daebench.reports.tolerances.exact import Exact, exact
+from daebench.reports.tolerances.exact import Exact, exact, refined
 from daebench.runs.ivp import ConstrainedIvp
 from daebench.runs.make_ivp import constrained
 from daebench.runs.request import Request, WorkLimit
 from daebench.runs.trajectory import Trajectory
+from daebench.studies.initial_conditions import neighbour
 
 FAST = "spherical_pendulum-fig1.2"
 IVPS = {
@@ -30,6 +31,11 @@ IVPS = {
 FORMULATIONS = ("index3", "index2", "index1", "ggl")
 TOLERANCES = tuple(float(f"1e-{k}") for k in range(3, 15))
 T_END = 10.0
+STARTS = 64
+"""Starts of each system: that of the case, and neighbours of it."""
+
+NEAR = 0.02
+"""How far neighbours are, relative to the largest position or momentum; see :func:`daebench.studies.initial_conditions.neighbour`."""
 
 WORK_LIMIT = WorkLimit(calls=450_000, slow_calls=20_000, slow_part=150)
 """When a run is given up."""
@@ -72,13 +78,34 @@ def exact_of(name: str, t_end: float) -> Exact:
     return exact(ivp_of(name), t_end)
 
 
-def series(name: str, formulation: str, tolerances: Sequence[float] = TOLERANCES, treatments: Sequence[str] = TREATMENTS) -> list[Row]:
+@lru_cache(maxsize=2)
+def motion(name: str, start: int) -> tuple[ConstrainedIvp, Exact]:
+    """Return an initial value problem and its motion to ``T_END``: start 0 is that of the case, and has a certified reference."""
+    ivp, certified = ivp_of(name), exact_of(name, T_END)
+    if start == 0:
+        return ivp, certified
+    beside = constrained(neighbour(ivp, NEAR, start))
+    return beside, refined(beside, certified.t)
+
+
+def member(name: str, start: int) -> list[Row]:
+    """Return the runs from one start: those of all treatments from that of the case, from others those of the default treatments."""
+    return [
+        row
+        for formulation in FORMULATIONS
+        for row in series(name, start, formulation, TOLERANCES, (DEFAULT_TREATMENTS[formulation],) if start else TREATMENTS)
+    ]
+
+
+def series(name: str, start: int, formulation: str, tolerances: Sequence[float], treatments: Sequence[str]) -> list[Row]:
     """Return one row a treatment and tolerance; those of a treatment know what the next tolerance gives, as a user could.
 
     Parameters
     ----------
     name : str
         Name of a reference.
+    start : int
+        Number of the start.
     formulation : str
         One of ``FORMULATIONS``.
     tolerances : sequence of float
@@ -86,19 +113,22 @@ def series(name: str, formulation: str, tolerances: Sequence[float] = TOLERANCES
     treatments : sequence of str
         Any of :data:`daebench.methods.solvers.multiplier_treatment.TREATMENTS`.
     """
+    ivp, reference = motion(name, start)
     rows = []
     for treatment in treatments:
-        runs = [solve(name, formulation, treatment, tol) for tol in tolerances]
+        runs = [solve(ivp, formulation, treatment, tol, reference) for tol in tolerances]
         estimates = [difference(one, finer) for one, finer in pairwise(runs)]
-        rows += [row(name, formulation, treatment, *pair) for pair in zip(runs, [*estimates, float("nan")], strict=True)]
+        of = {"scene": name, "start": start, "formulation": formulation, "cure": treatment}
+        rows += [of | row(reference, *pair) for pair in zip(runs, [*estimates, float("nan")], strict=True)]
     return rows
 
 
-def solve(name: str, formulation: str, treatment: str, tol: float, t_end: float = T_END) -> Trajectory:
+def solve(ivp: ConstrainedIvp, formulation: str, treatment: str, tol: float, reference: Exact) -> Trajectory:
     """Return the run of IDA, relative and absolute tolerance ``tol``, with output at the times of the reference."""
     work_limit = SHORT_WORK_LIMIT if treatment == "none" else WORK_LIMIT
-    request = Request(value=tol, t_end=t_end, points=len(exact_of(name, t_end).t), watch=("manifold",), work_limit=work_limit)
-    return Ida(formulation, treatment).solve(ivp_of(name), request)
+    t_end, points = float(reference.t[-1]), len(reference.t)
+    request = Request(value=tol, t_end=t_end, points=points, watch=("manifold",), work_limit=work_limit)
+    return Ida(formulation, treatment).solve(ivp, request)
 
 
 def difference(one: Trajectory, other: Trajectory) -> float:
@@ -106,15 +136,9 @@ def difference(one: Trajectory, other: Trajectory) -> float:
     return float("nan") if one.failure or other.failure else float(np.max(np.abs(one.q - other.q)))
 
 
-def row(name: str, formulation: str, treatment: str, run: Trajectory, estimate: float) -> Row:
+def row(reference: Exact, run: Trajectory, estimate: float) -> Row:
     """Return what became of a run: ``error`` is the largest of a component of q at any output, NaN if the run ended early."""
-    reference, problem = exact_of(name, T_END), name.partition("-")
     return {
-        "problem": problem[0],
-        "case": problem[2],
-        "formulation": formulation,
-        "cure": treatment,
-        "default": treatment == DEFAULT_TREATMENTS[formulation],
         "tol": run.value,
         "error": float("nan") if run.failure else float(np.max(np.abs(run.q - reference.q))),
         "estimate": estimate,

@@ -5,6 +5,7 @@ import ctypes
 import numpy as np
 import pytest
 from ivps import ivp
+from leaving import ending
 from oracles import solution
 from planted import plant
 
@@ -66,6 +67,13 @@ def test_outputs_between_steps_are_near_the_manifold_by_the_tolerance():
     trajectory = solved("spherical-fast", 1e-8, points=201)
     assert 1e-12 < trajectory.maxima["g"] < 1e-7
     assert np.array_equal(trajectory.q[-1], solved("spherical-fast", 1e-8).q[-1])
+
+
+def test_a_run_beyond_the_end_of_the_motion_does_not_come_to_its_end():
+    run = parse(NAME).solve(ending("log"), Request(value=1e-6, t_end=6.0))
+    assert run.failure is not None
+    assert np.isfinite(run.q).all()
+    assert all(np.isfinite(value) for value in run.maxima.values())
 
 
 def test_a_planted_fault_leads_off_the_manifold(monkeypatch, tmp_path):
