@@ -7,14 +7,14 @@ from typing import Any
 from daebench.pages.report import Progress, make_page
 from daebench.pages.report.page import constants
 from daebench.reports.index_reduction.figures import label
-from daebench.reports.tolerances import claims, drift, runs
+from daebench.reports.tolerances import claims, drift, exact, projection, runs
 from daebench.reports.tolerances import tables as _tolerances_tables
 from daebench.reports.tolerances.claims import check
 from daebench.reports.tolerances.figures import draw
 from daebench.reports.tolerances.numbers import Numbers, measure
 from daebench.reports.tolerances.tables import sentences, tables
 
-CONSTANTS = constants(claims, drift, runs, _tolerances_tables)
+CONSTANTS = constants(claims, drift, exact, runs, _tolerances_tables)
 
 
 def make(out: Path, progress: Progress) -> Path:
@@ -23,6 +23,7 @@ def make(out: Path, progress: Progress) -> Path:
     def content(numbers: Numbers, conclusions: SimpleNamespace) -> dict[str, Any]:
         return {
             "c": CONSTANTS,
+            "p": constants(projection),
             "drawn": draw(numbers, out / "figures"),
             "tables": tables(numbers, out / "tables"),
             "label": label,

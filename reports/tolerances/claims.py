@@ -8,8 +8,10 @@ import numpy as np
 import pandas as pd
 
 from daebench.pages.report.claims import require
+from daebench.reports.tolerances.bands import typical
 from daebench.reports.tolerances.drift import QUANTITIES, TOL
 from daebench.reports.tolerances.numbers import Numbers
+from daebench.reports.tolerances.projection_claims import check_example, check_projected
 from daebench.reports.tolerances.runs import FAST, FORMULATIONS, IVPS, REACHED
 from daebench.reports.tolerances.tables import WANTED, to_ask
 from daebench.reports.tolerances.treatment_claims import check_treatments
@@ -31,6 +33,9 @@ EXPONENTS: Mapping[str, Mapping[str, float]] = {
 }
 """Powers of time that the text explains."""
 
+MOST = 0.9
+"""Part of the starts that a sentence on most of them takes."""
+
 BAND = 0.5
 """A fitted exponent agrees with a whole number within this."""
 
@@ -40,18 +45,21 @@ BOUNDED = 0.5
 
 def check(numbers: Numbers) -> SimpleNamespace:
     """Return the numbers of the text; the first sentence that does not hold raises ClaimRefuted."""
-    runs = numbers.runs.assign(scene=numbers.runs["problem"] + "-" + numbers.runs["case"])
-    done = runs[runs["default"] & (runs["end"] == REACHED)]
+    default = numbers.runs[numbers.runs["default"]]
+    done, bands = default[default["end"] == REACHED], typical(default)
     return SimpleNamespace(
-        headline=check_headline(runs[runs["default"]], done),
-        tight=check_tight(done[done["tol"] == TIGHT]),
+        headline=check_headline(default, done),
+        tight=check_tight(done[done["tol"] == TIGHT], bands[bands["tol"] == TIGHT]),
+        luck=luck(done, bands),
         floor=check_floor(done),
-        slopes=slopes(done),
-        last=last_decade(done),
-        treatments=check_treatments(runs),
-        cost=check_cost(runs[runs["default"]]),
+        slopes=slopes(bands),
+        last=last_decade(bands),
+        treatments=check_treatments(numbers.runs[numbers.runs["start"] == 0]),
+        cost=check_cost(bands),
         estimate=check_estimate(done),
         laws=check_laws(numbers.laws),
+        projected=check_projected(numbers.projected),
+        example=check_example(numbers.example),
     )
 
 
@@ -60,49 +68,75 @@ def check_headline(default: pd.DataFrame, done: pd.DataFrame) -> SimpleNamespace
     beyond = int(np.sum(done["error"] > done["tol"]))
     require(beyond == len(done), "every position error is larger than its tolerance", f"{beyond} of {len(done)}")
     ratio = done["error"] / done["tol"]
-    useless = done[done["error"] > 1]
     return SimpleNamespace(
         runs=len(default),
         done=len(done),
+        starts=default["start"].nunique(),
         failed=default[default["end"] != REACHED],
         least=ratio.min(),
         median=float(f"{ratio.median():.2g}"),
-        useless=useless,
+        useless=done[done["error"] > 1],
     )
 
 
-def check_tight(rows: pd.DataFrame) -> SimpleNamespace:
-    """Test what is said of the tolerance 1e-12, problem by problem."""
-    errors = rows.pivot(index="scene", columns="formulation", values="error").reindex(list(IVPS))
-    require(errors.notna().all().all(), "every formulation gets to the end at 1e-12", errors.to_dict())
-    require(errors.min().min() > 10 * TIGHT, "at 1e-12 every error is over ten times that", errors.min().min())
-    best, worst = errors.idxmin(axis=1), errors.idxmax(axis=1)
-    require((worst == "index3").all(), "index 3 is the least accurate at 1e-12", worst.to_dict())
-    require(best.isin(["index2", "ggl"]).all(), "index 2 or GGL is the most accurate at 1e-12", best.to_dict())
-    fast = rows[rows["scene"] == FAST].set_index("formulation")
-    off = fast["g"]
+def check_tight(rows: pd.DataFrame, bands: pd.DataFrame) -> SimpleNamespace:
+    """Test what is said of the tolerance 1e-12, problem by problem and start by start."""
+    errors = bands.pivot(index="scene", columns="formulation", values="error").reindex(list(IVPS))
+    require((bands["done"] == 1).all(), "every formulation gets to the end at 1e-12 from every start", bands["done"].min())
+    require(errors.min().min() > 10 * TIGHT, "at 1e-12 every median error is over ten times that", errors.min().min())
+    each = rows.pivot(index=["scene", "start"], columns="formulation", values="error")
+    worst = float(np.mean(each.idxmax(axis=1) == "index3"))
+    best = float(np.mean(each.idxmin(axis=1).isin(["index2", "ggl"])))
+    require(worst > MOST, "index 3 is the least accurate at 1e-12 from most starts", worst)
+    require(best > MOST, "index 2 or GGL is the most accurate at 1e-12 from most starts", best)
+    require((errors.idxmax(axis=1) == "index3").all(), "index 3 is the least accurate in the median", errors.idxmax(axis=1).to_dict())
+    require(errors.idxmin(axis=1).isin(["index2", "ggl"]).all(), "index 2 or GGL is the most accurate in the median", errors.to_dict())
+    off = rows[rows["scene"] == FAST].groupby("formulation")["g"].median()
     require(off["index1"] > 100 * off["index3"], "index 3 stays on the constraint a hundred times closer than index 1", off.to_dict())
     require(
         cell(errors, FAST, "index3") > cell(errors, FAST, "index1"), "index 3 is nevertheless less accurate", errors.loc[FAST].to_dict()
     )
     low, high = errors.min(axis=1), errors.max(axis=1)
-    apart = (errors["index3"] / errors[["index2", "ggl"]].min(axis=1)).rename("ratio")
-    return SimpleNamespace(errors=errors, best=low.min(), best_worst=low.max(), worst=high.max(), worst_best=high.min(), g=off, apart=apart)
+    return SimpleNamespace(
+        errors=errors,
+        best=low.min(),
+        best_worst=low.max(),
+        worst=high.max(),
+        worst_best=high.min(),
+        g=off,
+        share_worst=worst,
+        share_best=best,
+    )
+
+
+def luck(done: pd.DataFrame, bands: pd.DataFrame) -> SimpleNamespace:
+    """Return what a single start hides: how far errors spread, and how far that of the case is from the median."""
+    spread = (bands["high"] / bands["low"])[bands["done"] == 1]
+    keys = ["scene", "formulation", "tol"]
+    one = done[done["start"] == 0].set_index(keys)["error"] / bands.set_index(keys)["error"]
+    one = one.dropna()
+    factor = np.exp(np.abs(np.log(one)))
+    return SimpleNamespace(median=spread.median(), most=spread.max(), factor=factor.max(), astray=float(np.mean(factor > 2)))
 
 
 def check_floor(done: pd.DataFrame) -> SimpleNamespace:
     """Test that no error is smaller than what it is taken against can tell."""
     clear = float((done["error"] / done["floor"]).min())
     require(clear > 10, "every error is over ten times what its reference may be wrong by", f"{clear:.3g}")
-    growth = done.groupby("scene")["amplification"].max().reindex(list(IVPS)).rename(IVPS).sort_values()
+    growth = done[done["start"] == 0].groupby("scene")["amplification"].max().reindex(list(IVPS)).rename(IVPS).sort_values()
     return SimpleNamespace(
-        largest=done["floor"].max(), clear=clear, least_growth=growth.iloc[0], most_growth=growth.iloc[-1], growth=growth
+        largest=done["floor"][done["start"] == 0].max(),
+        beside=done["floor"].max(),
+        clear=clear,
+        least_growth=growth.iloc[0],
+        most_growth=growth.iloc[-1],
+        growth=growth,
     )
 
 
-def slopes(done: pd.DataFrame) -> pd.DataFrame:
+def slopes(bands: pd.DataFrame) -> pd.DataFrame:
     """Test that errors fall more slowly than tolerances; return, by formulation, the least and the largest power over the problems."""
-    small = done[done["error"] < SMALL]
+    small = bands[bands["error"] < SMALL]
     rows = []
     for (formulation, ivp), group in small.groupby(["formulation", "scene"]):
         power = np.polyfit(np.log(group["tol"]), np.log(group["error"]), 1)[0]
@@ -112,19 +146,19 @@ def slopes(done: pd.DataFrame) -> pd.DataFrame:
     return power_ranges
 
 
-def last_decade(done: pd.DataFrame) -> pd.DataFrame:
-    """Return the runs at the tightest tolerance with what they cost, and reach, of those one decade before."""
+def last_decade(bands: pd.DataFrame) -> pd.DataFrame:
+    """Return what the tightest tolerance costs, and reaches, in parts of what one decade before does; medians over the starts."""
     columns = ["residuals", "error"]
-    tols = sorted(done["tol"].unique())
-    end, before = (done[done["tol"] == tol].set_index(["scene", "formulation"])[columns] for tol in tols[:2])
+    tols = sorted(bands["tol"].unique())
+    end, before = (bands[bands["tol"] == tol].set_index(["scene", "formulation"])[columns] for tol in tols[:2])
     ratio = (end / before).dropna().reset_index()
     ordered: pd.DataFrame = ratio.sort_values("residuals", ascending=False)
     return ordered
 
 
-def check_cost(default: pd.DataFrame) -> SimpleNamespace:
+def check_cost(bands: pd.DataFrame) -> SimpleNamespace:
     """Test that index 3 is the dearest way to a given accuracy; return by how much, and where it does not get there."""
-    calls = {key: calls_for(rows, WANTED) for key, rows in default.groupby(["scene", "formulation"])}
+    calls = {key: calls_for(rows, WANTED) for key, rows in bands.groupby(["scene", "formulation"])}
     table = pd.Series(calls).unstack().reindex(list(IVPS))
     require(table.drop(columns="index3").notna().all().all(), f"all but index 3 reach {WANTED:g} m on every system", table.to_dict())
     ratio = table["index3"] / table.min(axis=1)
@@ -146,8 +180,8 @@ def check_estimate(done: pd.DataFrame) -> SimpleNamespace:
     ratio = rows["estimate"] / rows["error"]
     close = int(np.sum((ratio > 1 / CLOSE) & (ratio < CLOSE)))
     require(close > 0.9 * len(ratio), "the estimate is within a factor of two in nine cases of ten", f"{close} of {len(ratio)}")
-    low = rows.loc[ratio == ratio.min()].iloc[0]
-    return SimpleNamespace(n=len(ratio), close=close, least=ratio.min(), most=ratio.max(), median=ratio.median(), low=low)
+    low, high = ratio.quantile(0.01), ratio.quantile(0.99)
+    return SimpleNamespace(n=len(ratio), close=close, low=low, high=high, least=ratio.min(), most=ratio.max(), median=ratio.median())
 
 
 def check_laws(laws: pd.DataFrame) -> SimpleNamespace:

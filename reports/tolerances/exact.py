@@ -33,15 +33,15 @@ class Exact:
         Largest error of any of them: the reference's bound and the rounding.
     amplification : float
         Largest growth of a perturbation of the start up to the last time; NaN where it is not known.
-    p : ndarray, shape(n, d), optional
-        Momenta, where they are known.
+    p : ndarray, shape(n, d)
+        Momenta.
     """
 
     t: Array
     q: Array
     floor: float
     amplification: float
-    p: Array | None = None
+    p: Array
 
 
 def exact(ivp: ConstrainedIvp, t_end: float) -> Exact:
@@ -64,7 +64,7 @@ def exact(ivp: ConstrainedIvp, t_end: float) -> Exact:
     time_mask = reference.t <= t_end
     q = reference.q[time_mask]
     floor = float(np.max(reference.bound["q"][time_mask])) + EPS * float(np.max(np.abs(q)))
-    return Exact(reference.t[time_mask], q, floor, float(np.max(reference.amplification[time_mask])))
+    return Exact(reference.t[time_mask], q, floor, float(np.max(reference.amplification[time_mask])), reference.p[time_mask])
 
 
 def refined(ivp: ConstrainedIvp, t: Array) -> Exact:

@@ -8,14 +8,18 @@ import pandas as pd
 
 from daebench.draw.figures import QUIET, STROKES, drawing, grid_of_axes, legend_below, save
 from daebench.reports.index_reduction.figures import label
+from daebench.reports.tolerances.bands import HIGH, LOW, typical
 from daebench.reports.tolerances.claims import CLOSE, SMALL, law_of
 from daebench.reports.tolerances.drift import TOL, windows
 from daebench.reports.tolerances.numbers import Numbers
+from daebench.reports.tolerances.projection import FIXED, PLAIN, PROJECTED
 from daebench.reports.tolerances.runs import FAST, FORMULATIONS, IVPS, REACHED, STOPPED
 
 STROKE = dict(zip(FORMULATIONS, (STROKES[0], STROKES[3], STROKES[1], STROKES[5]), strict=True))
-TREATMENT_STROKE = {"derivative": STROKES[3], "atol": STROKES[1], "none": STROKES[6]}
-TREATMENT_NAMES = {"derivative": "derivative", "atol": "atol", "none": "plain"}
+TREATMENT_STROKE = {"derivative": STROKES[3], "atol": STROKES[1], "suppress": STROKES[2], "none": STROKES[6]}
+TREATMENT_NAMES = {"derivative": "derivative", "atol": "atol", "suppress": "suppress", "none": "plain"}
+METHOD_STROKE = {PLAIN: STROKES[4], PROJECTED: STROKES[0], FIXED[0]: STROKES[3], FIXED[1]: STROKES[1]}
+METHOD_NAMES = {PLAIN: "CVODE, (1.18)", PROJECTED: "CVODE, projected", FIXED[0]: "RATTLE, as long", FIXED[1]: "RATTLE/Kahan-Li 8, as long"}
 EDGE = (3e1, 1e4)
 """Where runs without a result are marked, above all errors."""
 
@@ -25,14 +29,15 @@ TIME = "time $t$  [s]"
 
 def draw(numbers: Numbers, folder: Path) -> dict[str, Path]:
     """Draw all figures into a folder; return the paths of the SVG files by stem."""
-    runs = numbers.runs.assign(scene=numbers.runs["problem"] + "-" + numbers.runs["case"])
+    runs, bands = numbers.runs, typical(numbers.runs[numbers.runs["default"]])
     with drawing():
         paths = [
-            draw_accuracy(runs, folder),
-            draw_treatments(runs, folder),
+            draw_accuracy(bands, folder),
+            draw_treatments(runs[runs["start"] == 0], folder),
             draw_drift(numbers, folder),
-            draw_cost(runs, folder),
+            draw_cost(bands, folder),
             draw_estimate(runs, folder),
+            draw_projected(numbers.projected, folder),
         ]
     return {path.stem: path for path in paths}
 
@@ -42,22 +47,38 @@ def shown(rows: pd.DataFrame) -> "pd.Series[float]":
     return rows["error"].clip(lower=rows["floor"])
 
 
-def draw_accuracy(runs: pd.DataFrame, folder: Path) -> Path:
-    """Draw the error reached against the tolerance asked for: a panel a problem, a curve a formulation with its default treatment."""
-    default = runs[runs["default"]]
+def draw_accuracy(bands: pd.DataFrame, folder: Path) -> Path:
+    """Draw the error reached against the tolerance asked for: a panel a problem, a band over the starts for each formulation."""
     figure, axes = grid_of_axes(2, 3, 5.4, x=ASKED, y=ERROR, sharex=True, sharey=True)
     for ax, (ivp, title) in zip(axes.flat, IVPS.items(), strict=False):
-        diagonal(ax, default["tol"])
+        diagonal(ax, bands["tol"])
         for k, (formulation, stroke) in enumerate(STROKE.items()):
-            rows = default[(default["scene"] == ivp) & (default["formulation"] == formulation)]
-            ax.plot(rows["tol"], shown(rows), label=label(formulation), **stroke.points())
-            mark_ends(ax, rows, stroke.color, k, len(STROKE))
+            rows = bands[(bands["scene"] == ivp) & (bands["formulation"] == formulation)]
+            ax.fill_between(rows["tol"], rows["low"], rows["high"], color=stroke.color, alpha=0.22, linewidth=0)
+            ax.plot(rows["tol"], rows["error"], label=label(formulation), **stroke.points())
+            mark_losses(ax, rows, stroke.color, k, len(STROKE))
         finish(ax, title)
     axes[0, 0].text(1e-9, 4e-10, "error = tolerance", color=QUIET, fontsize=7.5, rotation=34, rotation_mode="anchor", va="top")
     axes[0, 2].tick_params(labelbottom=True)
     axes[0, 2].set_xlabel(ASKED)
     explain(axes[1, 2], axes[0, 0])
-    return save(figure, folder, "accuracy", default.drop(columns="scene"))
+    return save(figure, folder, "accuracy", bands)
+
+
+def mark_losses(ax: Any, rows: pd.DataFrame, color: str, k: int, of: int) -> None:
+    """Mark, at the upper edge, tolerances at which some starts have no result, with the part that has none."""
+    y = EDGE[0] * (EDGE[1] / EDGE[0]) ** ((k + 0.5) / of)
+    for tol, done in rows.loc[rows["done"] < 1, ["tol", "done"]].to_numpy():
+        ax.plot(tol, y, linestyle="none", marker="x", markersize=4, markeredgewidth=1.2, color=color)
+        ax.text(
+            tol * (0.5 if tol > 1e-8 else 2),
+            y,
+            f"{100 * (1 - done):.0f} %",
+            color=color,
+            fontsize=6.5,
+            va="center",
+            ha="right" if tol > 1e-8 else "left",
+        )
 
 
 def diagonal(ax: Any, tolerances: "pd.Series[float]") -> None:
@@ -87,10 +108,10 @@ def explain(ax: Any, source: Any) -> None:
     """Turn a panel into the legend of the others."""
     ax.axis("off")
     handles, labels = source.get_legend_handles_labels()
-    stops = [ax.plot([], [], linestyle="none", marker=marker, color="black", markeredgewidth=1.4)[0] for marker in "x+"]
-    line = ax.plot([], [], color=QUIET)[0]
-    texts = [*labels, "error = tolerance", "no result: IDA stopped", "no result: given up"]
-    ax.legend([*handles, line, *stops], texts, loc="center left", labelspacing=0.7)
+    lost = ax.plot([], [], linestyle="none", marker="x", color="black", markeredgewidth=1.2)[0]
+    line, band = ax.plot([], [], color=QUIET)[0], ax.fill_between([], [], color="black", alpha=0.22, linewidth=0)
+    texts = [*labels, "error = tolerance", f"{100 * LOW:.0f} to {100 * HIGH:.0f} % of the starts", "no result, part of the starts"]
+    ax.legend([*handles, line, band, lost], texts, loc="center left", labelspacing=0.7)
 
 
 def draw_treatments(runs: pd.DataFrame, folder: Path) -> Path:
@@ -106,8 +127,8 @@ def draw_treatments(runs: pd.DataFrame, folder: Path) -> Path:
         finish(ax, label(formulation))
     handles, labels = axes[0, 0].get_legend_handles_labels()
     stops = [axes[0, 0].plot([], [], linestyle="none", marker=marker, color="black", markeredgewidth=1.4)[0] for marker in "x+"]
-    figure.legend([*handles, *stops], [*labels, "IDA stopped", "given up"], loc="outside lower center", ncols=5, columnspacing=1.4)
-    return save(figure, folder, "cures", fast.drop(columns="scene"))
+    figure.legend([*handles, *stops], [*labels, "IDA stopped", "given up"], loc="outside lower center", ncols=6, columnspacing=1.2)
+    return save(figure, folder, "cures", fast)
 
 
 def draw_drift(numbers: Numbers, folder: Path) -> Path:
@@ -139,23 +160,46 @@ def draw_drift(numbers: Numbers, folder: Path) -> Path:
     return save(figure, folder, "drift", pd.concat(frames, ignore_index=True))
 
 
-def draw_cost(runs: pd.DataFrame, folder: Path) -> Path:
-    """Draw the residual calls that an error costs: one panel for each problem."""
-    done = runs[runs["default"] & (runs["end"] == REACHED)]
+def draw_cost(bands: pd.DataFrame, folder: Path) -> Path:
+    """Draw the residual calls that an error costs, medians over the starts: one panel for each problem."""
+    done = bands[bands["error"].notna()]
     figure, axes = grid_of_axes(2, 3, 5.2, x=ERROR, y="calls of the residual", sharex=True, sharey=True)
     for ax, (ivp, title) in zip(axes.flat, IVPS.items(), strict=False):
         for formulation, stroke in STROKE.items():
             rows = done[(done["scene"] == ivp) & (done["formulation"] == formulation)]
-            ax.plot(shown(rows), rows["residuals"], label=label(formulation), **stroke.points())
+            ax.plot(rows["error"], rows["residuals"], label=label(formulation), **stroke.points())
         ax.set(xscale="log", yscale="log", title=title, xlim=(2e1, 1e-13))
         ax.set_xticks([1e0, 1e-3, 1e-6, 1e-9, 1e-12])
         ax.minorticks_off()
+    legend_panel(axes, ERROR)
+    return save(figure, folder, "cost", done)
+
+
+def legend_panel(axes: Any, x: str) -> None:
+    """Turn the last of six panels into the legend of the others, and label the axis above it."""
     axes[0, 2].tick_params(labelbottom=True)
-    axes[0, 2].set_xlabel(ERROR)
+    axes[0, 2].set_xlabel(x)
     axes[1, 2].axis("off")
     axes[1, 2].legend(*axes[0, 0].get_legend_handles_labels(), loc="center left", labelspacing=0.8)
-    columns = ["problem", "case", "formulation", "cure", "tol", "error", "steps", "residuals", "jacobians"]
-    return save(figure, folder, "cost", done[columns])
+
+
+def draw_projected(rows: pd.DataFrame, folder: Path) -> Path:
+    """Draw the error against the time it took: CVODE with and without projected steps, and RATTLE for the time of the former."""
+    figure, axes = grid_of_axes(2, 3, 5.4, x="time of the run  [ms]", y=ERROR, sharex=True, sharey=True)
+    frames = []
+    for ax, (ivp, title) in zip(axes.flat, IVPS.items(), strict=False):
+        for method, stroke in METHOD_STROKE.items():
+            groups = rows[(rows["scene"] == ivp) & (rows["method"] == method)].groupby("tol")
+            errors = groups["error"].quantile(np.array([LOW, 0.5, HIGH])).unstack().set_axis(["low", "error", "high"], axis=1)
+            frame = errors.assign(seconds=groups["seconds"].median(), scene=ivp, method=method).reset_index()
+            ax.fill_between(1e3 * frame["seconds"], frame["low"], frame["high"], color=stroke.color, alpha=0.22, linewidth=0)
+            ax.plot(1e3 * frame["seconds"], frame["error"], label=METHOD_NAMES[method], **stroke.points())
+            frames.append(frame)
+        ax.set(xscale="log", yscale="log", title=title)
+        ax.set_yticks([1e-15, 1e-12, 1e-9, 1e-6, 1e-3, 1e0])
+        ax.minorticks_off()
+    legend_panel(axes, "time of the run  [ms]")
+    return save(figure, folder, "projected", pd.concat(frames, ignore_index=True))
 
 
 def draw_estimate(runs: pd.DataFrame, folder: Path) -> Path:
@@ -171,10 +215,10 @@ def draw_estimate(runs: pd.DataFrame, folder: Path) -> Path:
             formulation_runs["error"],
             formulation_runs["estimate"] / formulation_runs["error"],
             label=label(formulation),
-            **stroke.points() | {"linestyle": "none"},
+            **stroke.points() | {"linestyle": "none", "markersize": 2.0, "alpha": 0.35, "rasterized": True},
         )
     ax.set(xscale="log", yscale="log", xlabel=f"true error: {ERROR}", ylabel="estimate / true error", xlim=(2e-1, 1e-12))
-    ax.set_yticks([0.2, 0.5, 1, 2, 5], ["0.2", "0.5", "1", "2", "5"])
+    ax.set_yticks([0.01, 0.1, 0.5, 1, 2, 10], ["0.01", "0.1", "0.5", "1", "2", "10"])
     ax.minorticks_off()
     figure.legend(loc="outside lower center", ncols=4)
-    return save(figure, folder, "estimate", rows[["problem", "case", "formulation", "cure", "tol", "error", "estimate"]])
+    return save(figure, folder, "estimate", rows[["scene", "start", "formulation", "tol", "error", "estimate"]])

@@ -6,8 +6,12 @@ import pandas as pd
 
 from daebench.pages.report import Progress
 from daebench.pages.report.two_processes import Job, computed
+from daebench.reports.tolerances import projection
 from daebench.reports.tolerances.drift import RUNS, T_LONG, drift_run, laws
-from daebench.reports.tolerances.runs import FAST, FORMULATIONS, IVPS, exact_of, series
+from daebench.reports.tolerances.runs import FAST, IVPS, STARTS, exact_of, member
+
+LONG_PART = 0.85
+"""Part of the time that is not timed."""
 
 
 @dataclass(frozen=True)
@@ -17,29 +21,41 @@ class Numbers:
     Parameters
     ----------
     runs : DataFrame
-        One row a run to t = 10, see :func:`daebench.reports.tolerances.runs.row`, by problem, formulation, treatment and tolerance.
+        One row a run to t = 10, see :func:`daebench.reports.tolerances.runs.row`, by problem, start, formulation, treatment and tolerance.
     drift : DataFrame
         The long runs below one another: formulation, tol, t, g, energy, error.
     laws : DataFrame
         Fitted powers of time: formulation, tol, quantity, exponent, error, factor, windows.
+    projected : DataFrame
+        CVODE with projected steps beside others, see :func:`daebench.reports.tolerances.projection.compared`.
+    example : DataFrame
+        SUNDIALS' example of a projected pendulum, see :func:`daebench.reports.tolerances.projection.example`.
     """
 
     runs: pd.DataFrame
     drift: pd.DataFrame
     laws: pd.DataFrame
+    projected: pd.DataFrame
+    example: pd.DataFrame
 
 
 def measure(tell: Progress) -> Numbers:
     """Return the numbers; ``tell`` is told the fraction done and what was done.
 
-    The dearest problems come first, so that both cores end at about the same time.
+    The dearest problems come first, so that both cores end at about the same time. What is timed comes last, and alone.
     """
-    tables: list[Job] = [(series, (name, formulation)) for name in reversed(IVPS) for formulation in FORMULATIONS]
+    members: list[Job] = [(member, (name, start)) for name in reversed(IVPS) for start in range(STARTS)]
     long: list[Job] = [(drift_run, run) for run in RUNS]
     exact_of(FAST, T_LONG)  # a reference that is missing is found out before anything is computed
-    results = dict(computed([*tables, *long], tell, "IDA"))
-    in_order = sorted(tables, key=lambda job: list(IVPS).index(job[1][0]))
+    results = dict(computed([*members, *long], lambda part, what: tell(LONG_PART * part, what), "IDA"))
+    in_order = sorted(members, key=lambda job: list(IVPS).index(job[1][0]))
     runs = pd.DataFrame([row for job in in_order for row in results[job]])
     drift = [results[job] for job in long]
     fitted = [row for run in drift for row in laws(run, exact_of(FAST, T_LONG).floor)]
-    return Numbers(runs, pd.concat(drift, ignore_index=True), pd.DataFrame(fitted))
+    timed = []
+    for k, name in enumerate(IVPS):
+        tell(LONG_PART + (1 - LONG_PART) * k / len(IVPS), f"CVODE with projected steps, {IVPS[name]}")
+        timed += [row for start in range(projection.STARTS) for row in projection.compared(name, start)]
+    tell(1.0, "CVODE with projected steps, the example of SUNDIALS")
+    frames = runs, pd.concat(drift, ignore_index=True), pd.DataFrame(fitted), pd.DataFrame(timed), pd.DataFrame(projection.example())
+    return Numbers(*frames)

@@ -34,7 +34,7 @@ T_END = 10.0
 STARTS = 64
 """Starts of each system: that of the case, and neighbours of it."""
 
-NEAR = 0.02
+NEAR = 0.01
 """How far neighbours are, relative to the largest position or momentum; see :func:`daebench.studies.initial_conditions.neighbour`."""
 
 WORK_LIMIT = WorkLimit(calls=450_000, slow_calls=20_000, slow_part=150)
@@ -119,6 +119,7 @@ def series(name: str, start: int, formulation: str, tolerances: Sequence[float],
         runs = [solve(ivp, formulation, treatment, tol, reference) for tol in tolerances]
         estimates = [difference(one, finer) for one, finer in pairwise(runs)]
         of = {"scene": name, "start": start, "formulation": formulation, "cure": treatment}
+        of["default"] = treatment == DEFAULT_TREATMENTS[formulation]
         rows += [of | row(reference, *pair) for pair in zip(runs, [*estimates, float("nan")], strict=True)]
     return rows
 

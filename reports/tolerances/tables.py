@@ -13,8 +13,10 @@ from daebench.draw.figures import save_table
 from daebench.pages.report import NONE, count, listing, number, power_of_ten, table, with_error
 from daebench.pages.report.tables import Formats, Tabulate, text
 from daebench.reports.index_reduction.figures import label
+from daebench.reports.tolerances.bands import typical
 from daebench.reports.tolerances.drift import QUANTITIES
 from daebench.reports.tolerances.numbers import Numbers
+from daebench.reports.tolerances.projection import PROJECTED
 from daebench.reports.tolerances.runs import FORMULATIONS, IN_WORDS, IVPS, KINDS, REACHED
 
 SHOWN_TOLERANCES = (1e-6, 1e-9, 1e-12)
@@ -24,18 +26,13 @@ WANTED = 1e-6
 
 def tables(numbers: Numbers, folder: Path) -> Mapping[str, Tabulate]:
     """Write the tables as CSV into a folder, all columns and rows, and return functions from a caption to HTML, by name."""
-    runs = numbers.runs.assign(scene=numbers.runs["problem"] + "-" + numbers.runs["case"])
-    data = {"runs": numbers.runs, "laws": numbers.laws, "reached": reached(runs), "ends": ends(runs)}
+    runs = numbers.runs
+    data = {"runs": runs, "laws": numbers.laws, "reached": reached(runs), "ends": ends(runs[runs["start"] == 0])}
+    data |= {"projected": numbers.projected, "example": numbers.example}
     for stem, frame in data.items():
         save_table(folder / f"{stem}.csv", frame)
-    makers = {"reached": reached_table, "ends": ends_table, "laws": laws_table}
+    makers = {"reached": reached_table, "ends": ends_table, "laws": laws_table, "example": example_table}
     return {name: partial(make, data[name]) for name, make in makers.items()}
-
-
-def at(rows: pd.DataFrame, tol: float) -> float:
-    """Return the error at a tolerance, NaN if there is none."""
-    errors = rows["error"][rows["tol"] == tol]
-    return float(errors.iloc[0]) if len(errors) else float("nan")
 
 
 def to_ask(rows: pd.DataFrame, wanted: float) -> float:
@@ -50,36 +47,65 @@ def to_ask(rows: pd.DataFrame, wanted: float) -> float:
 
 def reached(runs: pd.DataFrame) -> pd.DataFrame:
     """Return one row for each problem and formulation, default treatments: errors at chosen tolerances, and what to ask for."""
-    rows = []
+    bands, rows = typical(runs[runs["default"]]), list[dict[str, Any]]()
     for ivp, name in IVPS.items():
         for formulation in FORMULATIONS:
-            default_runs = runs[(runs["scene"] == ivp) & (runs["formulation"] == formulation) & runs["default"]]
-            errors = {f"error_{tol:.0e}": at(default_runs, tol) for tol in SHOWN_TOLERANCES}
-            last = default_runs[default_runs["error"].notna()].sort_values("error").iloc[0]
-            rows.append(
-                {"scene": name, "formulation": label(formulation)}
-                | errors
-                | {
-                    "ask": to_ask(default_runs, WANTED),
-                    "best": last["error"],
-                    "best_tol": last["tol"],
-                    "amplification": default_runs["amplification"].iloc[0],
-                }
-            )
+            chosen = bands[(bands["scene"] == ivp) & (bands["formulation"] == formulation)].set_index("tol")
+            row: dict[str, Any] = {"scene": name, "formulation": label(formulation)}
+            for tol in SHOWN_TOLERANCES:
+                row |= {f"{what}_{tol:.0e}": float(chosen[what].get(tol, np.nan)) for what in ("error", "low", "high")}
+            best = chosen["error"].dropna().sort_values()
+            rows.append(row | {"ask": to_ask(chosen.reset_index(), WANTED), "best": best.iloc[0], "best_tol": best.index[0]})
     return pd.DataFrame(rows)
 
 
 def reached_table(frame: pd.DataFrame, caption: str) -> Markup:
-    """Return what was reached, problem by problem."""
+    """Return what was reached, problem by problem: medians, and deciles below them."""
     first = frame["scene"] != frame["scene"].shift()
-    shown = frame.assign(scene=frame["scene"].where(first, ""))
-    errors = [f"error_{tol:.0e}" for tol in SHOWN_TOLERANCES]
-    formats: Formats = {"scene": text, "formulation": text}
-    formats |= dict.fromkeys(errors, number) | {"ask": power, "best": number, "best_tol": power}
+    shown = pd.DataFrame({"scene": frame["scene"].where(first, ""), "formulation": frame["formulation"]}, dtype=object)
     headings = {"scene": "problem", "ask": f"ask for<small>to get {power_of_ten(WANTED)} m</small>", "best": "best<small>of all, m</small>"}
-    headings |= {"best_tol": "at<small>tolerance</small>"}
-    headings |= {name: f"error at<small>{power_of_ten(tol)}, m</small>" for name, tol in zip(errors, SHOWN_TOLERANCES, strict=True)}
-    return table("reached", shown, formats, headings, caption)
+    for tol in SHOWN_TOLERANCES:
+        columns = [frame[f"{what}_{tol:.0e}"] for what in ("error", "low", "high")]
+        cells = [_with_deciles(*values) for values in zip(*columns, strict=True)]
+        shown[f"error_{tol:.0e}"] = pd.Series(cells, dtype=object)  # text that is HTML must not become a string of pandas
+        headings[f"error_{tol:.0e}"] = f"error at<small>{power_of_ten(tol)}, m</small>"
+    shown[["ask", "best", "best_tol"]] = frame[["ask", "best", "best_tol"]]
+    formats: Formats = dict.fromkeys(map(str, shown), text)
+    formats |= {"ask": power, "best": number, "best_tol": power}
+    return table("reached", shown, formats, headings | {"best_tol": "at<small>tolerance</small>"}, caption)
+
+
+def _with_deciles(error: float, low: float, high: float) -> Markup:
+    """Return a median with the deciles in small below it; a dash for what is not finite."""
+    parts = [number(value, 2) if np.isfinite(value) else Markup(NONE) for value in (error, low, high)]
+    return Markup("{}<br><small>{} to {}</small>").format(*parts)
+
+
+def example_table(frame: pd.DataFrame, caption: str) -> Markup:
+    """Return SUNDIALS' example of a projected pendulum: what SUNDIALS prints, and what HLW (1.18) gives."""
+    shown = frame.assign(method=["projected" if method == PROJECTED else "not" for method in frame["method"]])
+    first = shown["tol"] != shown["tol"].shift()
+    powers = [power_of_ten(tol) if new else "" for tol, new in zip(shown["tol"], first, strict=True)]
+    shown = shown.assign(tol=pd.Series(powers, dtype=object))
+    formats: Formats = {"tol": text, "method": text, "printed_error": number, "error": number}
+    formats |= {"printed_g": zero_or_number, "g": zero_or_number, "printed_steps": count, "steps": count}
+    headings = {
+        "tol": "tolerance",
+        "method": "steps",
+        "printed_error": "error<small>SUNDIALS, m</small>",
+        "error": "error<small>(1.18), m</small>",
+    }
+    headings |= {
+        "printed_g": "||<i>q</i>|²&thinsp;&minus;&thinsp;1|<small>SUNDIALS</small>",
+        "g": "||<i>q</i>|²&thinsp;&minus;&thinsp;1|<small>(1.18)</small>",
+    }
+    headings |= {"printed_steps": "number<small>SUNDIALS</small>", "steps": "number<small>(1.18)</small>"}
+    return table("example", shown[list(formats)], formats, headings, caption)
+
+
+def zero_or_number(value: float) -> Markup:
+    """Return a number, a zero as such."""
+    return number(value) if value else Markup("0")
 
 
 def power(value: float) -> Markup:
@@ -92,7 +118,7 @@ def ends(runs: pd.DataFrame) -> pd.DataFrame:
     names = (REACHED, *KINDS.values(), "other")
     rows = []
     for formulation in FORMULATIONS:
-        for treatment in ("none", "atol", "derivative"):
+        for treatment in ("none", "atol", "derivative", "suppress"):
             treated_runs = runs[(runs["formulation"] == formulation) & (runs["cure"] == treatment)]
             good = treated_runs[treated_runs["end"] == REACHED]
             counts = {name: int(np.sum(treated_runs["end"] == name)) for name in names}
@@ -148,15 +174,17 @@ def laws_table(laws: pd.DataFrame, caption: str) -> Markup:
 
 
 def sentences(failed: pd.DataFrame) -> Markup:
-    """Return runs that ended early, in words: which, where and why."""
-    phrases = [
-        Markup("{} on the {} at tolerance {} (at t = {} {})").format(
-            label(str(row["formulation"])),
-            IVPS[str(row["scene"])],
-            power_of_ten(row["tol"]),
-            number(row["t_reached"], 3),
-            IN_WORDS[str(row["end"])],
+    """Return runs that ended early, in words: from how many starts, which, and why."""
+    phrases = []
+    for (formulation, scene, tol, end), rows in failed.groupby(["formulation", "scene", "tol", "end"], sort=False):
+        phrases.append(
+            Markup("{} on the {} at tolerance {} from {} {} ({})").format(
+                label(str(formulation)),
+                IVPS[str(scene)],
+                power_of_ten(float(str(tol))),
+                len(rows),
+                "start" if len(rows) == 1 else "starts",
+                IN_WORDS[str(end)],
+            )
         )
-        for row in failed.to_dict("records")
-    ]
     return listing(phrases)

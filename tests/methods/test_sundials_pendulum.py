@@ -15,6 +15,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from numba import carray, njit
+from published import CVPENDULUM
 
 from daebench.compiler import callbacks
 from daebench.compiler.foreign import numbers_of_vector
@@ -25,20 +26,7 @@ from daebench.methods.solvers.native.memory import BDF, PLAIN, Settings, Solver
 GRAVITY = 13.750371636040745654980191559621114395801712
 T_END = 30.0
 
-PRINTED = """
-1e-5 YES  2.53e-06  2.25e-03  1.80e-04  8.01e-02  |  0.00e+00  |   1421     1663+96         96 ( 24)     |    0   11
-1e-5 NO   5.61e-01  8.98e-01  4.26e+00  2.10e+00  |  6.19e-04  |   1549     1757+112       114 ( 28)     |    0   40
-1e-6 YES  1.07e-07  4.64e-04  9.25e-06  1.99e-02  |  0.00e+00  |   2089     2336+140       120 ( 35)     |    0    5
-1e-6 NO   1.68e-03  5.74e-02  5.77e-02  1.00e+00  |  7.05e-05  |   2221     2502+156       167 ( 39)     |    0   39
-1e-7 YES  3.04e-09  7.79e-05  2.73e-07  3.51e-03  |  2.22e-16  |   3013     3293+204       170 ( 51)     |    0    5
-1e-7 NO   2.58e-04  3.45e-02  1.61e-02  1.11e+00  |  6.77e-04  |   3236     3526+228       202 ( 57)     |    0   38
-1e-8 YES  9.43e-11  1.37e-05  8.22e-09  5.99e-04  |  0.00e+00  |   4295     4728+292       236 ( 73)     |    0    6
-1e-8 NO   9.55e-06  8.52e-03  3.38e-04  1.95e-01  |  5.35e-05  |   4600     4962+312       260 ( 78)     |    0   16
-1e-9 YES  1.60e-12  1.79e-06  1.39e-10  7.79e-05  |  1.11e-16  |   6542     7056+436       346 (109)     |    0    5
-1e-9 NO   1.39e-06  1.70e-03  1.12e-04  3.90e-02  |  5.67e-06  |   6661     7123+448       348 (112)     |    0    2
-"""
 TOLERANCES = list(itertools.accumulate([1e-5, *[10.0] * 4], operator.truediv))
-ROWS = [line.split(maxsplit=2) for line in PRINTED.strip().splitlines()]
 
 
 @njit
@@ -104,7 +92,7 @@ def run(tol, settings):
         return rows[0], counted(solver, COUNTS), counts[loop.STEPS]
 
 
-@pytest.mark.parametrize(("tol", "projected", "printed"), ROWS, ids=[" ".join(row[:2]) for row in ROWS])
+@pytest.mark.parametrize(("tol", "projected", "printed"), CVPENDULUM, ids=[" ".join(row[:2]) for row in CVPENDULUM])
 def test_every_printed_digit_of_the_example_of_sundials(tol, projected, printed):
     exact = min(TOLERANCES, key=lambda value: abs(value - float(tol)))
     y, counters, steps = run(exact, Settings(projection=projection) if projected == "YES" else PLAIN)

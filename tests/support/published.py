@@ -11,3 +11,19 @@ _COARSE, _FINE = np.array([0.3284552, 0.9445195]), np.array([0.32845738, 0.94451
 
 FOUR_BAR_B0 = (4 * _FINE - _COARSE) / 3
 """B_0 of the four-bar linkage, case iftomm, at t = 10 s, by a program of second order with steps of 2.5e-4 and 1.25e-4, extrapolated."""
+
+
+_CVPENDULUM = """
+1e-5 YES  2.53e-06  2.25e-03  1.80e-04  8.01e-02  |  0.00e+00  |   1421     1663+96         96 ( 24)     |    0   11
+1e-5 NO   5.61e-01  8.98e-01  4.26e+00  2.10e+00  |  6.19e-04  |   1549     1757+112       114 ( 28)     |    0   40
+1e-6 YES  1.07e-07  4.64e-04  9.25e-06  1.99e-02  |  0.00e+00  |   2089     2336+140       120 ( 35)     |    0    5
+1e-6 NO   1.68e-03  5.74e-02  5.77e-02  1.00e+00  |  7.05e-05  |   2221     2502+156       167 ( 39)     |    0   39
+1e-7 YES  3.04e-09  7.79e-05  2.73e-07  3.51e-03  |  2.22e-16  |   3013     3293+204       170 ( 51)     |    0    5
+1e-7 NO   2.58e-04  3.45e-02  1.61e-02  1.11e+00  |  6.77e-04  |   3236     3526+228       202 ( 57)     |    0   38
+1e-8 YES  9.43e-11  1.37e-05  8.22e-09  5.99e-04  |  0.00e+00  |   4295     4728+292       236 ( 73)     |    0    6
+1e-8 NO   9.55e-06  8.52e-03  3.38e-04  1.95e-01  |  5.35e-05  |   4600     4962+312       260 ( 78)     |    0   16
+1e-9 YES  1.60e-12  1.79e-06  1.39e-10  7.79e-05  |  1.11e-16  |   6542     7056+436       346 (109)     |    0    5
+1e-9 NO   1.39e-06  1.70e-03  1.12e-04  3.90e-02  |  5.67e-06  |   6661     7123+448       348 (112)     |    0    2
+"""
+CVPENDULUM = [line.split(maxsplit=2) for line in _CVPENDULUM.strip().splitlines()]
+"""What SUNDIALS 7.5.0 prints in cvPendulum_dns.out: tolerance, whether steps are projected, and the line that follows."""

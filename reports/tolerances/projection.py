@@ -1,0 +1,113 @@
+"""CVODE with projected steps beside CVODE without, and RATTLE for the same time; and SUNDIALS' own example of a projected pendulum."""
+
+from typing import Any
+
+import numpy as np
+
+from daebench.methods.initial_value_problem import initial_value_problem
+from daebench.methods.names import parse
+from daebench.reports.tolerances.exact import Exact
+from daebench.reports.tolerances.runs import FAST, motion
+from daebench.runs.ivp import ConstrainedIvp
+from daebench.runs.make_ivp import constrained
+from daebench.runs.request import Request
+from daebench.runs.trajectory import Trajectory
+
+PLAIN, PROJECTED = "cvode:bdf", "cvode:bdf:projected"
+FIXED = ("rattle", "rattle/kahan_li8")
+"""What is given the time that CVODE with projected steps took."""
+
+TOLERANCES = (1e-4, 1e-6, 1e-8, 1e-10, 1e-12)
+STARTS = 16
+"""Starts of each system."""
+
+STEPS = 20_000
+"""Steps by which a fixed-step method is timed first."""
+
+REPEATS = 3
+"""Of so many runs the shortest time is taken."""
+
+EXAMPLE = {"gravity": 13.750371636040745}
+"""Of the example of SUNDIALS: the pendulum that has period 2 if it falls from the horizontal."""
+
+EXAMPLE_END = 30.0
+EXAMPLE_TOLERANCES = (1e-5, 1e-6, 1e-7, 1e-8, 1e-9)
+
+PRINTED = {
+    (1e-5, PROJECTED): (2.25e-3, 0.0, 1421),
+    (1e-5, PLAIN): (8.98e-1, 6.19e-4, 1549),
+    (1e-6, PROJECTED): (4.64e-4, 0.0, 2089),
+    (1e-6, PLAIN): (5.74e-2, 7.05e-5, 2221),
+    (1e-7, PROJECTED): (7.79e-5, 2.22e-16, 3013),
+    (1e-7, PLAIN): (3.45e-2, 6.77e-4, 3236),
+    (1e-8, PROJECTED): (1.37e-5, 0.0, 4295),
+    (1e-8, PLAIN): (8.52e-3, 5.35e-5, 4600),
+    (1e-9, PROJECTED): (1.79e-6, 1.11e-16, 6542),
+    (1e-9, PLAIN): (1.70e-3, 5.67e-6, 6661),
+}
+"""What cvPendulum_dns of SUNDIALS 7.5.0 prints by tolerance and method: the larger error of x and y, | x^2 + y^2 - 1 |, steps."""
+
+Row = dict[str, Any]
+
+
+def compared(name: str, start: int) -> list[Row]:
+    """Return a row a tolerance and method, from one start: error, seconds and steps; run while nothing else is, for it is timed."""
+    ivp, reference = motion(name, start)
+    paces = {method: pace(ivp, method, reference) for method in FIXED}
+    rows: list[Row] = []
+    for tol in TOLERANCES:
+        request = Request(value=tol, t_end=float(reference.t[-1]), points=len(reference.t), watch=())
+        solved = {method: fastest(ivp, method, request) for method in (PLAIN, PROJECTED)}
+        budget = solved[PROJECTED].seconds
+        solved |= {method: in_time(ivp, method, reference, budget / paces[method]) for method in FIXED}
+        of = {"scene": name, "start": start, "tol": tol}
+        rows += [of | {"method": method} | outcome(name, run, reference) for method, run in solved.items()]
+    return rows
+
+
+def fastest(ivp: ConstrainedIvp, method: str, request: Request) -> Trajectory:
+    """Return the run that took the least time of a few that are the same."""
+    runs: list[Trajectory] = [parse(method).solve(ivp, request).complete() for _ in range(REPEATS)]
+    return min(runs, key=lambda run: run.seconds)
+
+
+def pace(ivp: ConstrainedIvp, method: str, reference: Exact) -> float:
+    """Return the time that a step takes, s."""
+    t_end = float(reference.t[-1])
+    run = fastest(ivp, method, Request(value=t_end / STEPS, steps=STEPS, every=STEPS, watch=()))
+    return run.seconds / STEPS
+
+
+def in_time(ivp: ConstrainedIvp, method: str, reference: Exact, steps: float) -> Trajectory:
+    """Return a run of about so many steps that has states at the times of the reference."""
+    outputs = len(reference.t) - 1
+    between = max(1, round(steps / outputs))
+    return fastest(ivp, method, Request(value=float(reference.t[1]) / between, steps=between * outputs, every=between, watch=()))
+
+
+def outcome(name: str, run: Trajectory, reference: Exact) -> Row:
+    """Return the error of a run and its price; on the spherical pendulum what became of speed and angular velocity, too."""
+    row = {"error": float(np.max(np.abs(run.q - reference.q))), "seconds": run.seconds, "steps": run.steps, "floor": reference.floor}
+    if name != FAST:
+        return row | {"speed": float("nan"), "turning": float("nan")}
+    speed, true_speed = (np.linalg.norm(p[-1]) for p in (run.p, reference.p))
+    turning, true_turning = (speed_of_turning(q[-1], p[-1]) for q, p in ((run.q, run.p), (reference.q, reference.p)))
+    return row | {"speed": float(speed / true_speed - 1), "turning": float(turning / true_turning - 1)}
+
+
+def speed_of_turning(q: Any, v: Any) -> float:
+    """Return by what angle a second a position turns about the origin, |q x v| / |q|^2."""
+    return float(np.linalg.norm(np.cross(q, v)) / (q @ q))
+
+
+def example() -> list[Row]:
+    """Return a row a tolerance and method on the pendulum of SUNDIALS' example: what SUNDIALS prints, and what HLW (1.18) gives here."""
+    ivp = constrained(initial_value_problem("planar_pendulum", "horizontal", parameters=EXAMPLE, q0=(1.0, 0.0), p0=(0.0, 0.0)))
+    rows = []
+    for tol in EXAMPLE_TOLERANCES:
+        for method in (PROJECTED, PLAIN):
+            run = parse(method).solve(ivp, Request(value=tol, t_end=EXAMPLE_END, points=2, watch=())).complete()
+            error, g = float(np.max(np.abs(run.q[-1] - ivp.q0))), float(abs(run.q[-1] @ run.q[-1] - 1))
+            printed = dict(zip(("printed_error", "printed_g", "printed_steps"), PRINTED[tol, method], strict=True))
+            rows.append({"tol": tol, "method": method} | printed | {"error": error, "g": g, "steps": run.steps})
+    return rows
