@@ -43,6 +43,11 @@ Watch = Annotated[
     typer.Option("--watch", help="energy; manifold, or casimirs of a Poisson system; integrals; none; if left out, all but integrals."),
 ]
 
+Sensitivities = Annotated[
+    str | None,
+    typer.Option("--sensitivities", help="Differentiate q and p, or y, by these parameters and initial values: gravity,q0, say."),
+]
+
 SecondsLimit = Annotated[
     float | None, typer.Option("--seconds-limit", help="Wall-clock limit, s; the run ends there, with its states so far.")
 ]
@@ -73,14 +78,13 @@ def run(
     algebra: Algebra = "",
     anyway: Anyway = False,
     compensated: Compensated = False,
+    sensitivities: Sensitivities = None,
     seconds_limit: SecondsLimit = None,
     callbacks: Annotated[Callbacks, typer.Option("--callbacks", help="What IDA and CVODE call: native or python.")] = Callbacks.native,
     overwrite: Overwrite = False,
     as_json: Json = False,
 ) -> None:
     """Run one method on one problem; exit 1 if it stops early."""
-    from daebench.methods.run import prepare
-
     _check_place(out, raw=raw, overwrite=overwrite)
     with bar(f"{method} on {problem}") as progress:
         start: dict[str, Any] = {"case": case, "parameters": pairs("param", param or []), "algebra": algebra}
@@ -89,12 +93,19 @@ def run(
         asked |= {"watch": None if watch is None else _monitored(watch), "multipliers": lam, "raw": raw, "progress": progress}
         asked |= {"options": pairs("option", option or []), "compensated": compensated, "precision": precision.value, "anyway": anyway}
         asked |= {"y0": numbers("--y0", y0), "project": project, "on_singular": on_singular, "seconds_limit": seconds_limit}
-        asked["callbacks"] = callbacks.value
-        chosen, ivp, request = prepare(problem, method=method, **start, **asked)
-        trajectory = chosen.solve(ivp, request)
+        asked |= {"callbacks": callbacks.value, "sensitivities": words(sensitivities or "")}
+        ivp, request, trajectory = _solved(problem, method=method, **start, **asked)
     _write(out, ivp, request, method, trajectory)
     _print(ivp, trajectory, _given(problem, start) if project else None, compensated=compensated, as_json=as_json)
     raise typer.Exit(1 if trajectory.failure else 0)
+
+
+def _solved(problem: str, **settings: Any) -> tuple[Any, "Request", Any]:
+    """Return the initial value problem, what was asked for, and the trajectory."""
+    from daebench.methods.run import prepare
+
+    method, ivp, request = prepare(problem, **settings)
+    return ivp, request, method.solve(ivp, request)
 
 
 def _given(problem: str, start: dict[str, Any]) -> "ConstrainedIvp":

@@ -19,6 +19,7 @@ from daebench.compiler.operators import Lowering
 from daebench.compiler.syntax import (
     LANGUAGE,
     LANGUAGES,
+    ON_DUAL,
     RUN_TIME,
     SourceFile,
     TypedLiterals,
@@ -51,6 +52,10 @@ from builtins import abs, max, min
 """
 
 
+DUAL = f"from daebench.compiler.dual.nested import {', '.join(ON_DUAL)}"
+"""What a module of dual numbers imports."""
+
+
 @dataclass(frozen=True, kw_only=True)
 class Options:
     """What a module is linked for.
@@ -80,6 +85,8 @@ class Options:
         are solved that way besides.
     sweeps, roundings : int and float
         Sweeps after which Newton's iteration is ended, 0 for convergence, and increments, in roundings, that end it.
+    directions : int
+        Number of directions in which derivatives are carried along, by dual numbers of float64; 0 for none.
     """
 
     precision: str = "float64"
@@ -95,6 +102,7 @@ class Options:
     singular: str = ""
     sweeps: int = 0
     roundings: float = ROUNDINGS
+    directions: int = 0
 
 
 @cache
@@ -123,7 +131,7 @@ class Linker:
 
     def __init__(self, derivation: Derivation, options: Options, scheme: str | None = None) -> None:
         self.derivation, self.options, self.scheme = derivation, options, scheme
-        target = Target(options.precision, options.compiled, options.stages, options.singular == "least-squares")
+        target = Target(options.precision, options.compiled, options.stages, options.singular == "least-squares", options.directions)
         self.algebra = derivation.algebra(target)
         self.algebraic = cache(self.algebra.source)
         self.kinds = derivation.work
@@ -140,8 +148,10 @@ class Linker:
             "AGAIN": 2 if options.precision == "complex128" and options.roundings == ROUNDINGS else 1,
             "ITERATIONS_ASKED": options.sweeps,
             "ROUNDINGS": options.roundings,
+            "TANGENTS": options.directions > 0,
         }
         self.monitored = derivation.monitored(options.watch, len(self.kinds) if options.count else 0, options.stage_multipliers)
+        self.monitored.dual = options.directions > 0
         self.files: dict[str, SourceFile] = {}
         if scheme:
             self.constants["MULTISTEP"] = "start" in self.file(scheme).functions
@@ -153,6 +163,11 @@ class Linker:
         """Return the source of a module with these functions, each given as (file, name), and all that they need."""
         names = [self.resolve(file, name) for file, name in roots]
         body = "\n\n".join(self.emitted.values())
+        if self.options.directions:
+            from daebench.compiler.dual import entries
+
+            text, names = entries.source(names)
+            body = f"{body}\n\n{text}"
         if self.options.precision == "float32":
             body = ast.unparse(TypedLiterals().visit(ast.parse(body)))
         lines = [HEADER.format(title=title), f"EPS = {PRECISIONS[self.options.precision]}"]
@@ -166,7 +181,9 @@ class Linker:
         if self.options.compiled:
             constants = dict(line.split(" = ", 1) for line in lines[1:])
             lines.insert(1, "from daebench.compiler.sharing import shared\nfrom daebench.compiler.machine_code import njit\n")
-            body = decorated(body, names, cached, constants)
+            body = decorated(body, names, cached, constants, inlined=self.options.directions > 0)
+        if self.options.directions:
+            lines.insert(1, DUAL)
         return "\n".join([*lines, "\n", body, ""])
 
     def file(self, module: str) -> SourceFile:
@@ -211,6 +228,8 @@ class Linker:
             return name
         if module != LANGUAGE:
             return self.function(module, name, {})
+        if name in ON_DUAL:
+            return name
         if filling := self.filled(name):
             return self.function(*filling, {})
         if name not in self.emitted:
@@ -244,7 +263,7 @@ class Linker:
 
     def takes_par(self, module: str, name: str) -> bool:
         """Whether calls of this function hand on the problem's parameters."""
-        return module != LANGUAGE or (self.algebraic(name) is None and name not in _PLAIN)
+        return module != LANGUAGE or (self.algebraic(name) is None and name not in (*_PLAIN, *ON_DUAL))
 
     def work_of(self, emitted: str, name: str) -> list[int]:
         """Return what one call of this function counts for, Newton's iterations apart."""
@@ -292,6 +311,14 @@ class _Specialise(Unroller):
         if module == LANGUAGE and name in RUN_TIME:
             return ast.parse(RUN_TIME[name].format(len(self.linker.derivation.parameters)), mode="eval").body
         return node if module == LANGUAGE else self.linker.file(module).literals.get(name, node)
+
+    def visit_If(self, node: ast.If) -> ast.stmt | list[ast.stmt]:
+        """Settle a branch on a constant of the language; visit any other."""
+        if isinstance(node.test, ast.Name) and isinstance(test := self.visit_Name(node.test), ast.Constant):
+            return self.visited(node.body if test.value else node.orelse)
+        visited = self.generic_visit(node)
+        assert isinstance(visited, ast.If)
+        return visited
 
     def counts(self, name: str) -> bool:
         """Whether a name stands for the number of stages or of constraints."""
@@ -346,7 +373,7 @@ class _Specialise(Unroller):
         for position, argument in enumerate(arguments):
             if function is not None and (parameter := parameters_of(function)[position]) in slots:
                 assert isinstance(argument, ast.Name)
-                bound[parameter] = self.linker.resolve(*self._target(argument.id))
+                bound[parameter] = self.bound.get(argument.id) or self.linker.resolve(*self._target(argument.id))
             else:
                 handed.append(self.visit(argument))
         return bound, handed

@@ -80,6 +80,8 @@ class Request:
         What to do where G loses rank: one of :data:`ON_SINGULAR`. The default is what the case declares.
     callbacks : str
         What IDA and CVODE call: one of :data:`CALLBACKS`.
+    sensitivities : tuple of str
+        Parameters and initial values by which the states are differentiated.
     keep_interrupted : bool
         Whether a run that Ctrl-C ends is returned as far as it came, with what its failure says; else the interruption goes on.
     """
@@ -99,6 +101,7 @@ class Request:
     work_limit: WorkLimit | None = None
     on_singular: str | None = None
     callbacks: str = "native"
+    sensitivities: tuple[str, ...] = ()
     keep_interrupted: bool = False
 
     def at_rank_loss(self, ivp: ConstrainedIvp) -> str:

@@ -3,6 +3,7 @@
 import types
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from functools import cached_property
 from typing import Any, ClassVar, Generic, TypeVar
 
@@ -13,7 +14,9 @@ from daebench.compiler.cache import generated
 from daebench.errors import BadInput, RunFailed
 from daebench.methods.fixed_step.complex_step import complex_run
 from daebench.methods.fixed_step.compositions import weights_of
+from daebench.methods.fixed_step.dual_kernel import DualKernel, seeds
 from daebench.methods.fixed_step.stepping import Linked, Run
+from daebench.runs.directions import directions, number_of_directions, require_names
 from daebench.runs.grid import Grid
 from daebench.runs.ivp import InitialValueProblem
 from daebench.runs.request import Request
@@ -89,11 +92,20 @@ class FixedStepMethod(ABC, Generic[Ivp, Result]):
         return np.array(weights_of(self.composition), dtype=float)
 
     def kernel(
-        self, ivp: Ivp, precision: str, watch: tuple[str, ...], *, count: bool, stage_multipliers: bool = False, singular: str = "stop"
+        self,
+        ivp: Ivp,
+        precision: str,
+        watch: tuple[str, ...],
+        *,
+        count: bool,
+        stage_multipliers: bool = False,
+        singular: str = "stop",
+        directions: int = 0,
     ) -> types.ModuleType:
         """Return the generated module of this method and problem; other numbers of the same structure share it."""
         structure: dict[str, Any] = {"precision": precision, "watch": watch, "count": count, "compiled": self.compiled, "form": self.form}
         structure |= {"composed": bool(self.composition), **self._structure(stage_multipliers=stage_multipliers, singular=singular)}
+        structure |= {"directions": directions} if directions else {}
 
         def build(cached: bool) -> str:
             from daebench.compiler.link import Linker, Options
@@ -102,7 +114,7 @@ class FixedStepMethod(ABC, Generic[Ivp, Result]):
             remembers = linker.constants["MULTISTEP"] or self.compensated
             return linker.module(f"{self.name} on {ivp.problem}, {precision}.", [*LOOP, INITIALISE] if remembers else LOOP, cached)
 
-        file = f"{self.scheme_module.rpartition('.')[2]}{structure.get('stages', '')}"
+        file = f"{self.scheme_module.rpartition('.')[2]}{structure.get('stages', '')}{f'_dual{directions}' if directions else ''}"
         key = f"{ivp.source.key} {self.scheme_module} {self.splitting} {sorted(structure.items())}"
         return generated(f"{ivp.problem}_{self.form}_{file}_{precision}", key, build)
 
@@ -144,7 +156,37 @@ class FixedStepMethod(ABC, Generic[Ivp, Result]):
         if refusal := self.refusal(ivp):
             raise BadInput(refusal)
         self._require(ivp, request)
-        return Grid.fixed_step(self.name, request, ivp.size)
+        directions = self._number_of_directions(ivp, request)
+        return Grid.fixed_step(self.name, request, ivp.size * (1 + directions))
+
+    def _number_of_directions(self, ivp: Ivp, request: Request) -> int:
+        """Return in how many directions a run is differentiated; raise :class:`BadInput` where that cannot be done."""
+        if not request.sensitivities:
+            return 0
+        require_names(ivp, request.sensitivities)
+        why = ""
+        if request.precision != "float64":
+            why = f"{request.precision} has too few digits for them; use float64"
+        elif ivp.arrays:
+            why = f"the vectors of {ivp.problem} are arrays; take fewer of its bodies or sites"
+        elif not self.compiled:
+            why = "its kernel is not compiled; let it be"
+        if why:
+            raise BadInput(f"{self.name} on {ivp.problem} has no sensitivities to give: {why}.")
+        return number_of_directions(ivp, request.sensitivities)
+
+    def _differentiated(self, ivp: Ivp, request: Request, grid: Grid, kernel: types.ModuleType) -> Linked:
+        """Return the scheme linked to a problem, with its derivatives where they are asked for."""
+        linked = self._linked(ivp, kernel, grid.h)
+        if not request.sensitivities:
+            return linked
+        chosen = directions(ivp, request.sensitivities)
+        begin = seeds(ivp, chosen, lambda moved: self._coordinates(moved)[0], len(linked.par) - len(ivp.par))
+        return replace(linked, kernel=DualKernel(kernel, begin, grid.rows, chosen))
+
+    def _sensitivities(self, run: Run, n: int, **parts: slice) -> Mapping[str, Mapping[str, Array]]:
+        """Return the derivatives of a run's n states, where they are asked for; ``parts`` are the places of q and p, or y, in a state."""
+        return run.kernel.sensitivities(run.row, n, parts) if isinstance(run.kernel, DualKernel) else {}
 
     def flow(self, ivp: Ivp, h: float, steps: int) -> Callable[..., Any]:
         """Return the map of ``steps`` steps for complex states, exact to first order in the imaginary part.

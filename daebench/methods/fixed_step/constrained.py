@@ -13,6 +13,7 @@ from daebench.methods.fixed_step.parts import Parts
 from daebench.methods.fixed_step.rank_loss import RankRun
 from daebench.methods.fixed_step.stage_multipliers import stage_multipliers
 from daebench.methods.fixed_step.stepping import REASONS, SIMPLIFIED, Run
+from daebench.runs.directions import number_of_directions
 from daebench.runs.grid import Grid
 from daebench.runs.ivp import ConstrainedIvp
 from daebench.runs.request import Method, Request
@@ -116,6 +117,7 @@ class FixedStep(Parts, FixedStepMethod[ConstrainedIvp, Trajectory]):
             lam=run.ivp.along("lam", p, q) if request.multipliers else None,
             raw=stage_multipliers(self.member.multipliers(), run.multipliers(), run.grid.h, m) if request.raw else {},
             passages=tuple(run.passages),
+            sensitivities=self._sensitivities(run, len(t), q=slice(d, 2 * d), p=slice(d)),
         )
 
     def begin(self, ivp: ConstrainedIvp, request: Request, grid: Grid, monitored: tuple[str, ...]) -> Run:
@@ -123,10 +125,12 @@ class FixedStep(Parts, FixedStepMethod[ConstrainedIvp, Trajectory]):
         began = time.perf_counter()
         mode = self.on_singular(ivp, request)
         ivp = replace(ivp, on_singular=mode)
-        kernel = self.kernel(ivp, request.precision, monitored, count=request.count, stage_multipliers=request.raw, singular=mode)
+        more: dict[str, Any] = {"stage_multipliers": request.raw, "singular": mode}
+        more["directions"] = number_of_directions(ivp, request.sensitivities)
+        kernel = self.kernel(ivp, request.precision, monitored, count=request.count, **more)
         made: Callable[..., Run] = partial(RankRun, mode) if mode else Run
         return made(
-            self._linked(ivp, kernel, grid.h),
+            self._differentiated(ivp, request, grid, kernel),
             ivp,
             request,
             grid,

@@ -14,6 +14,7 @@ from daebench.methods.fixed_step.compositions import COMPOSITIONS
 from daebench.methods.fixed_step.forms import POISSON_FORMS
 from daebench.methods.fixed_step.stepping import REASONS, Run
 from daebench.methods.registry import poisson_registry
+from daebench.runs.directions import number_of_directions
 from daebench.runs.grid import Grid
 from daebench.runs.ivp import InitialValueProblem, PoissonIvp
 from daebench.runs.request import Request
@@ -156,13 +157,15 @@ class PoissonStep(FixedStepMethod[PoissonIvp, PoissonTrajectory]):
         """Return the trajectory; where the scheme stops early, what was computed so far and why."""
         run = self.begin(ivp, request, self.grid(ivp, request), request.watched(POISSON))
         outcome, (t, y) = run.outcome(), run.states()
-        return PoissonTrajectory(**outcome, t=t, y=y)
+        return PoissonTrajectory(**outcome, t=t, y=y, sensitivities=self._sensitivities(run, len(t), y=slice(ivp.size)))
 
     def begin(self, ivp: PoissonIvp, request: Request, grid: Grid, monitored: tuple[str, ...]) -> Run:
         """Return a run at its start; see :meth:`FixedStepMethod.begin`."""
         began = time.perf_counter()
-        kernel = self.kernel(ivp, request.precision, monitored, count=request.count)
-        return Run(self._linked(ivp, kernel, grid.h), ivp, request, grid, names=monitored_names(monitored, ivp), began=began)
+        directions = number_of_directions(ivp, request.sensitivities)
+        kernel = self.kernel(ivp, request.precision, monitored, count=request.count, directions=directions)
+        linked = self._differentiated(ivp, request, grid, kernel)
+        return Run(linked, ivp, request, grid, names=monitored_names(monitored, ivp), began=began)
 
 
 def require_poisson(name: str, request: Request) -> None:
@@ -178,7 +181,7 @@ def coordinates(ivp: PoissonIvp) -> tuple[Callable[[Any], Any], Callable[[Any], 
     """Return the maps into the canonical coordinates of a system and back, for real and complex states."""
     title = f"Canonical coordinates of {ivp.problem}."
     module = ivp.source.linked("darboux", title, ["canonical", "chart"], form="darboux", compiled=ivp.arrays)
-    par = tuple(map(np.float64, ivp.par))
+    par = tuple(np.complex128(x) if isinstance(x, complex) else np.float64(x) for x in ivp.par)
 
     def called(function: Callable[..., Any]) -> Callable[[Any], Any]:
         def call(y: Any) -> Any:
