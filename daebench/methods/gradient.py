@@ -20,6 +20,13 @@ QUOTIENT = 2.0**-17
 """Step of that quotient, relative to the states."""
 
 
+States = Sequence[NDArray[Any]]
+"""q and p, or y, at the output times, each shape(n, d)."""
+
+Functional = Callable[[States], Any]
+"""A number made of states, real or complex."""
+
+
 @dataclass(frozen=True, kw_only=True)
 class Gradient:
     """The value of a functional and its derivatives.
@@ -87,58 +94,72 @@ def gradient(functional: Callable[..., Any], problem: Any, *, sensitivities: Seq
         raise BadInput("a gradient needs something to differentiate by; give sensitivities, as ['gravity', 'q0'].")
     trajectory = run(problem, sensitivities=sensitivities, **settings).complete()
     parts = [name for name in trajectory.states if name != "lam"]
-    shape = trajectory.states[parts[0]].shape
-
-    def of_states(x: NDArray[Any]) -> Any:
-        number = np.asarray(functional(trajectory.t, *(rows.reshape(shape) for rows in np.split(x, len(parts)))))
-        if number.shape:
-            raise BadInput(f"the functional returns an array of shape {number.shape}; it must return a number.")
-        return number
-
-    x = np.concatenate([trajectory.states[name].ravel() for name in parts])
-    columns = {
-        name: np.concatenate([by[part].reshape(x.size // len(parts), -1) for part in parts])
-        for name, by in trajectory.sensitivities.items()
-    }
-    value, slopes = _value_and_slopes(of_states, x, np.concatenate(list(columns.values()), axis=1), len(parts))
-    ends = np.cumsum([column.shape[1] for column in columns.values()])[:-1]
-    derivatives: dict[str, float | Array] = {}
-    for name, slope in zip(columns, np.split(slopes, ends), strict=True):
-        derivatives[name] = float(slope[0]) if trajectory.sensitivities[name][parts[0]].ndim == 2 else slope
+    directions = {name: _directions([by[part] for part in parts]) for name, by in trajectory.sensitivities.items()}
+    value, slopes = _value_and_slopes(
+        lambda states: _number(functional(trajectory.t, *states)),
+        [trajectory.states[part] for part in parts],
+        [direction for several in directions.values() for direction in several],
+    )
+    ends = np.cumsum([len(several) for several in directions.values()])[:-1]
+    derivatives: dict[str, float | Array] = dict(zip(directions, np.split(slopes, ends), strict=True))
+    derivatives |= {name: float(slopes[0]) for name, slopes in derivatives.items() if name in trajectory.parameters}  # type: ignore[index]
     return Gradient(value=value, derivatives=derivatives, trajectory=trajectory)
 
 
-def _value_and_slopes(phi: Callable[[NDArray[Any]], Any], x: Array, X: Array, parts: int) -> tuple[float, Array]:
-    """Return phi(x) and phi'(x) X, shape(k,), by complex step, or as :func:`derivative` has it where a difference quotient disagrees."""
-    value = phi(x)
+def _directions(by: Sequence[Array]) -> list[States]:
+    """Return derivatives by one number each, given those of q and p by one or several."""
+    if by[0].ndim == 2:
+        return [by]
+    return [[rows[:, :, j] for rows in by] for j in range(by[0].shape[2])]
+
+
+def _number(value: Any) -> Any:
+    """Return what a functional has returned, where that is a number."""
+    if np.shape(value):
+        raise BadInput(f"the functional returns an array of shape {np.shape(value)}; it must return a number.")
+    return value
+
+
+def _value_and_slopes(phi: Functional, states: States, directions: Sequence[States]) -> tuple[float, Array]:
+    """Return the value of a functional of states and its derivatives, by complex step.
+
+    Where a difference quotient contradicts they are as :func:`daebench.diagnostics.derivative.derivative` has them.
+    """
+    value = float(np.real(phi(states)))
     if not np.isfinite(value):
         raise BadInput(f"the functional is {value} on this run; it must return a finite number.")
-    slopes = _by_complex_step(phi, x, X)
-    if slopes is None or not _confirmed(phi, x, X, slopes, float(np.real(value))):
-        slopes = derivative(phi, x, X, parts).value.ravel()
+    slopes = _by_complex_step(phi, states, directions)
+    if slopes is None or not _confirmed(phi, states, directions, slopes, value):
+        flat, ends = np.concatenate([rows.ravel() for rows in states]), np.cumsum([rows.size for rows in states])[:-1]
+        shape, X = states[0].shape, np.array([np.concatenate([rows.ravel() for rows in direction]) for direction in directions]).T
+        slopes = derivative(lambda x: phi([part.reshape(shape) for part in np.split(x, ends)]), flat, X, len(states)).value.ravel()
     if not np.all(np.isfinite(slopes)):
         raise BadInput("the derivative of the functional is not finite on this run; see where its functions are smooth.")
-    return float(np.real(value)), slopes
+    return value, slopes
 
 
-def _by_complex_step(phi: Callable[[NDArray[Any]], Any], x: Array, X: Array) -> Array | None:
-    """Return phi'(x) X by complex step; None where phi does not take complex numbers."""
+def _by_complex_step(phi: Functional, states: States, directions: Sequence[States]) -> Array | None:
+    """Return the derivatives of a functional by complex step; None where it does not take complex numbers."""
+    slopes = []
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", np.exceptions.ComplexWarning)  # what is dropped is seen by its effect
-            return np.array([np.imag(phi(x + 1j * STEP * direction)) for direction in X.T], dtype=float) / STEP
+            for direction in directions:
+                slopes.append(np.imag(phi([x + 1j * (STEP * dx) for x, dx in zip(states, direction, strict=True)])) / STEP)
     except DaebenchError:
         raise
     except Exception:  # noqa: BLE001 - whatever code of the user's own makes of complex numbers
         return None
+    return np.array(slopes, dtype=float)
 
 
-def _confirmed(phi: Callable[[NDArray[Any]], Any], x: Array, X: Array, slopes: Array, value: float) -> bool:
-    """Return whether a quotient of differences along one combination of the directions agrees with slopes."""
-    weights = np.cos(1.0 + np.arange(X.shape[1])) / np.maximum(np.max(np.abs(X), axis=0), np.finfo(float).tiny)
-    along = X @ weights
-    step = QUOTIENT * float(np.max(np.abs(x), initial=0.0)) or QUOTIENT
-    forth, back = (float(np.real(phi(x + sign * step * along))) for sign in (1.0, -1.0))
-    quotient, slope = (forth - back) / (2.0 * step), float(slopes @ weights)
+def _confirmed(phi: Functional, states: States, directions: Sequence[States], slopes: Array, value: float) -> bool:
+    """Return whether a difference quotient along one combination of the directions agrees with slopes."""
+    sizes = [max(float(np.max(np.abs(dx), initial=0.0)) for dx in direction) for direction in directions]
+    weights = [np.cos(1.0 + k) / (size or 1.0) for k, size in enumerate(sizes)]
+    along = [sum((w * direction[i] for w, direction in zip(weights, directions, strict=True)), 0.0 * x) for i, x in enumerate(states)]
+    step = QUOTIENT * max(float(np.max(np.abs(x), initial=0.0)) for x in states) or QUOTIENT
+    forth, back = (float(np.real(phi([x + sign * step * dx for x, dx in zip(states, along, strict=True)]))) for sign in (1.0, -1.0))
+    quotient, terms = (forth - back) / (2.0 * step), slopes * np.array(weights)
     rounding = 8.0 * float(np.finfo(float).eps) * abs(value) / step
-    return abs(quotient - slope) <= AGREED * float(np.abs(slopes * weights).sum()) + rounding
+    return abs(quotient - float(terms.sum())) <= AGREED * float(np.abs(terms).sum()) + rounding

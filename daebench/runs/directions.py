@@ -55,12 +55,12 @@ class Directions:
         Parameters
         ----------
         rows : ndarray, shape(n, size, k)
-            Derivatives of states.
+            Derivatives of states in the scaled directions; they are overwritten, and the results are parts of them.
         parts : mapping of str to slice
             Where the parts of a state are in it.
         """
-        true = rows / self.units
-        return {name: {part: true[:, place, columns].copy() for part, place in parts.items()} for name, columns in self.columns.items()}
+        rows /= self.units
+        return {name: {part: rows[:, place, columns] for part, place in parts.items()} for name, columns in self.columns.items()}
 
 
 def known_names(ivp: InitialValueProblem) -> tuple[str, ...]:

@@ -135,15 +135,23 @@ def power(x: Any, y: Any) -> Any:
 
 
 def _extreme(function: Any, first: Callable[[Any, Any], Any]) -> None:
-    """Give a minimum or a maximum a meaning for numbers of which one is dual at least; ``first`` is numba's own choice of two values."""
+    """Give a minimum or a maximum a meaning for numbers of which one is dual at least; ``first`` is numba's own choice of two values.
+
+    Kernels take them of sizes alone, and so the derivatives are those of the dual number where the other is real: changes of q are measured
+    against max(LENGTH, |q|), and those of dq against |dq|.
+    """
     chosen = register_jitable(first)
 
     @overload(function, strict=False)  # type: ignore[untyped-decorator]
     def typed(x: Any, y: Any, *others: Any) -> Any:
         if others and any(isinstance(number, Dual) for number in (x, y, *others)):
             return lambda x, y, *others: function(function(x, y), *others)
-        if isinstance(x, Dual) or isinstance(y, Dual):
-            return lambda x, y, *others: dual_like(x, y) if chosen(value(x), value(y)) else dual_like(y, x)
+        if isinstance(x, Dual) and isinstance(y, Dual):
+            return lambda x, y, *others: x if chosen(value(x), value(y)) else y
+        if isinstance(x, Dual):
+            return lambda x, y, *others: chained(function(value(x), y), 1.0, x)
+        if isinstance(y, Dual):
+            return lambda x, y, *others: chained(function(x, value(y)), 1.0, y)
         return None
 
 

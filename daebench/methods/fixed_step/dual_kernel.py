@@ -78,8 +78,9 @@ class DualKernel:
 
     def __init__(self, module: types.ModuleType, begin: Seeds, rows: int, chosen: Directions) -> None:
         self.module, self.x, self.par, self.memory = module, begin.x, begin.par, ()
-        self.chosen, self.start, self.end = chosen, chosen.start, chosen.start
-        self.rows = np.zeros((rows, *chosen.start.shape))
+        self.chosen, self.end = chosen, chosen.start
+        self.rows = np.zeros((rows + 2, *chosen.start.shape))
+        self.rows[0] = chosen.start
         if hasattr(module, "initialise_dual"):
             self.initialise = self._initialise
 
@@ -93,11 +94,11 @@ class DualKernel:
     def integrate(self, x: Any, memory: Any, *loop: Any) -> Any:
         """Take steps as ``integrate`` of a generated module does, and store the derivatives of a state where the state is."""
         *progress, states, stage_lams, par = loop
-        outputs = (states, self.rows[len(self.rows) - len(states) :])
+        outputs = (states, self.rows[len(self.rows) - 1 - len(states) : -1])
         result, (self.x, self.memory, end) = self.module.integrate_dual(
             x, memory, *progress, outputs, stage_lams, par, self.x, self.memory, self.par
         )
-        self.end = np.array(end).reshape(self.start.shape)
+        self.end = np.array(end).reshape(self.end.shape)
         return result
 
     def sensitivities(self, stored: int, n: int, parts: Mapping[str, slice]) -> dict[str, dict[str, Array]]:
@@ -105,5 +106,6 @@ class DualKernel:
 
         The states are the start, those that were stored, and the end where that is not one of them.
         """
-        rows = np.concatenate([self.start[None], self.rows[:stored], *[self.end[None]] * (n - stored - 1)])
+        rows = self.rows[:n]
+        rows[stored + 1 :] = self.end
         return self.chosen.results(rows, parts)
