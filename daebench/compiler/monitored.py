@@ -88,7 +88,7 @@ class State(NamedTuple):
     def differentiated(self, output: str, vectors: Sequence[tuple[str, int]]) -> list[str]:
         """Return lines that write the derivatives of vectors of dual numbers, given by source and length, into a row of an output."""
         entries = [f"{vector}[{i}]" for vector, length in vectors for i in range(length)]
-        return [f"put({output}, row, {place}, {entry})" for place, entry in enumerate(entries)]
+        return [f"spread({output}, row, {place}, {entry})" for place, entry in enumerate(entries)]
 
     def largest(self, quantity: Quantity) -> str:
         """Return the source of the largest modulus of a quantity's values; of values in an array it is NaN if any is."""
@@ -121,14 +121,14 @@ class Monitored:
 
     Attributes
     ----------
-    dual : bool
+    tangents : bool
         Whether states and parameters are dual numbers: values are monitored, and ``states`` has two outputs, the second for derivatives.
     """
 
     def __init__(
         self, quantities: Quantities, state: State, names: Sequence[str], kinds: int, stage_multipliers: int = 0, *, guarded: bool = False
     ) -> None:
-        self.dual = False
+        self.tangents = False
         self.kinds = range(kinds)
         H = quantities["energy"][0].call
         self.guard = H if guarded and "energy" not in names else ""
@@ -161,8 +161,8 @@ class Monitored:
         """Return the source of the function of this name, or None if it is none of these."""
         errors = range(len(self.errors))
         larger = "x[{i}] if x[{i}] != x[{i}] or x[{i}] >= y[{i}] else y[{i}]"
-        plain = ["x, par = values(x), values(par)"] * self.dual
-        stored = [*self.differentiated, "states, x, stage_lam = states[0], values(x), values(stage_lam)"] * self.dual + self.stored
+        plain = ["x, par = values(x), values(par)"] * self.tangents
+        stored = [*self.differentiated, "states, x, stage_lam = states[0], values(x), values(stage_lam)"] * self.tangents + self.stored
         bodies = {
             "conserved_quantities(x, par)": [*plain, "return " + pack(self.conserved)],
             "monitored_errors(x, first, par)": [*plain, "return " + pack(self.errors)],

@@ -13,22 +13,6 @@ LANGUAGE = "daebench.schemes.kernels.language"
 LANGUAGES = (LANGUAGE, "daebench.schemes.kernels.poisson_language", "daebench.schemes.kernels.spaces")
 """The files that declare what the linker fills in; what they declare is one set of names."""
 
-ON_DUAL = (
-    "at_rest",
-    "finite_tangents",
-    "lifted",
-    "modulus",
-    "put",
-    "select",
-    "take",
-    "tangents",
-    "unsettled",
-    "value",
-    "values",
-    "with_tangents",
-)
-"""Functions of dual numbers, see ``daebench/compiler/dual/nested.py``."""
-
 RUN_TIME = {"DATA": "par[{0}]", "FORM_DATA": "par[{0} + 1]", "LENGTH": "par[{0} + 2][0]", "RATE": "par[{0} + 2][1]"}
 """Where run-time data stand behind the problem's parameters, of which there are so many."""
 

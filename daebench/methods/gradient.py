@@ -140,12 +140,15 @@ def _value_and_slopes(phi: Functional, states: States, directions: Sequence[Stat
 
 def _by_complex_step(phi: Functional, states: States, directions: Sequence[States]) -> Array | None:
     """Return the derivatives of a functional by complex step; None where it does not take complex numbers."""
-    slopes = []
+    slopes, moved = [], [x.astype(complex) for x in states]
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", np.exceptions.ComplexWarning)  # what is dropped is seen by its effect
             for direction in directions:
-                slopes.append(np.imag(phi([x + 1j * (STEP * dx) for x, dx in zip(states, direction, strict=True)])) / STEP)
+                for z, x, dx in zip(moved, states, direction, strict=True):
+                    z.real = x  # whatever a functional may have written there
+                    np.multiply(dx, STEP, out=z.imag)
+                slopes.append(np.imag(phi(moved)) / STEP)
     except DaebenchError:
         raise
     except Exception:  # noqa: BLE001 - whatever code of the user's own makes of complex numbers

@@ -54,13 +54,18 @@ class Directions:
 
         Parameters
         ----------
-        rows : ndarray, shape(n, size, k)
+        rows : ndarray, shape(k, n, size)
             Derivatives of states in the scaled directions; they are overwritten, and the results are parts of them.
         parts : mapping of str to slice
             Where the parts of a state are in it.
         """
-        rows /= self.units
-        return {name: {part: rows[:, place, columns] for part, place in parts.items()} for name, columns in self.columns.items()}
+        for row, unit in zip(rows, self.units, strict=True):
+            row /= unit
+        along = {
+            name: np.moveaxis(rows[columns], 0, -1) if isinstance(columns, slice) else rows[columns]
+            for name, columns in self.columns.items()
+        }
+        return {name: {part: by[:, place] for part, place in parts.items()} for name, by in along.items()}
 
 
 def known_names(ivp: InitialValueProblem) -> tuple[str, ...]:
@@ -68,10 +73,14 @@ def known_names(ivp: InitialValueProblem) -> tuple[str, ...]:
     return (*ivp.parameters, *STARTS[ivp.facts.KIND])
 
 
-def number_of_directions(ivp: InitialValueProblem, names: Sequence[str]) -> int:
-    """Return how many directions names stand for: one for a parameter, one for each entry of an initial value."""
+def width(ivp: InitialValueProblem, names: Sequence[str]) -> int:
+    """Return how many directions are carried for names: 1, 2, or 4, 8, 12, ..., as vectors of the processor are wide.
+
+    A parameter takes one direction, an initial value one for each of its entries; what is left over stays zero.
+    """
     sizes = dict(zip(STARTS[ivp.facts.KIND], map(len, ivp.start), strict=True))
-    return sum(sizes.get(name, 1) for name in names)
+    needed = sum(sizes.get(name, 1) for name in names)
+    return needed if needed < 3 else -(-needed // 4) * 4
 
 
 def require_names(ivp: InitialValueProblem, names: Sequence[str]) -> None:
@@ -98,7 +107,7 @@ def directions(ivp: InitialValueProblem, names: Sequence[str]) -> Directions:
     ends = np.cumsum([0, *map(len, ivp.start)])
     place = {name: slice(int(ends[i]), int(ends[i + 1])) for i, name in enumerate(starts)}
     columns: dict[str, int | slice] = {}
-    k, size = number_of_directions(ivp, names), int(ends[-1])
+    k, size = width(ivp, names), int(ends[-1])
     par, start, units = np.zeros((len(ivp.par), k)), np.zeros((size, k)), np.ones(k)
     following, first = _following(ivp, starts), 0
     for name in names:

@@ -5,10 +5,12 @@ import importlib
 
 import numpy as np
 import pytest
+from differentiated import complex_runs
 
 import daebench
 from daebench.diagnostics.derivative import DerivativeWarning
 from daebench.errors import BadInput, RunFailed
+from daebench.runs.directions import STEP
 
 SWING = {"problem": "planar_pendulum", "case": "horizontal", "method": "rattle", "h": 0.05, "steps": 60}
 
@@ -28,6 +30,25 @@ def test_the_gradient_of_an_integral_is_what_differences_of_runs_tend_to():
         forth, back = (daebench.run(**SWING, parameters={name: 1 + s}, project=True) for s in (1e-5, -1e-5))
         quotient = (action(forth.t, forth.q, forth.p) - action(back.t, back.q, back.p)) / 2e-5
         assert abs(found.derivatives[name] - quotient) < 1e-8
+
+
+LONG = [
+    ("spherical_pendulum", "fig1.2", 0.01, ["mass", "length", "gravity"]),
+    ("slider_crank", "turning", 0.005, ["crank", "rod", "slider_mass", "gravity"]),
+]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("problem", "case", "h", "names"), LONG, ids=[row[0] for row in LONG])
+def test_the_gradient_over_a_hundred_thousand_steps_is_that_of_complex_step(problem, case, h, names):
+    """Complex numbers round values otherwise, and the motion makes 1e-10 to 1e-9 of that: hence the scale, of what is added up."""
+    settings = {"case": case, "method": "rattle", "h": h, "steps": 100_000, "every": 1}
+    found = daebench.gradient(lambda t, q, p: np.trapezoid(q[:, -1], t) / t[-1], problem, sensitivities=names, **settings)
+    t = found.trajectory.t
+    for name, rows in zip(names, complex_runs(problem, names, **settings), strict=True):
+        slopes = rows[:, -1].imag / STEP
+        expected, size = (np.trapezoid(values, t) / t[-1] for values in (slopes, np.abs(slopes)))
+        assert abs(found.derivatives[name] - expected) < min(1e-12 * size, 1e-9 * abs(expected))
 
 
 def test_the_gradient_by_initial_values_is_a_vector_along_the_manifold():

@@ -107,6 +107,29 @@ def test_a_start_that_leaves_the_manifold_is_put_back_on_it_and_the_run_stays_th
     assert np.abs(np.einsum("ni,ni->n", dq, run.p) + np.einsum("ni,ni->n", run.q, dp)).max() < ROUND_OFF * 1e3
 
 
+@pytest.mark.parametrize("name", ["crank", "q0", "p0"])
+def test_derivatives_at_the_start_are_those_of_starts_that_are_projected(name):
+    """The oracle is the iteration of ``project``, for starts and parameters on either side."""
+    where = {"problem": "slider_crank", "case": "turning"}
+    ivp = daebench.initial_value_problem(**where)
+
+    def start(**changed):
+        moved = daebench.initial_value_problem(**where, **changed, project=True)
+        return np.concatenate([moved.p0, moved.q0])
+
+    def quotient(changed):
+        one, two = ((start(**changed(s)) - start(**changed(-s))) / (2 * s) for s in (1e-4, 2e-4))
+        return (4 * one - two) / 3
+
+    if name == "crank":
+        slopes = [quotient(lambda s: {"parameters": {"crank": ivp.parameters["crank"] + s}})]
+    else:
+        values = getattr(ivp, name)
+        slopes = [quotient(lambda s, unit=unit: {name: values + s * unit}) for unit in np.eye(len(values))]
+    run = daebench.run(**where, method="rattle", h=0.01, steps=1, sensitivities=[name])
+    assert np.abs(derivatives(run)[0] - np.array(slopes).T).max() < 1e-9
+
+
 def test_parameters_in_the_expressions_of_a_start_are_differentiated():
     a, gamma = sp.symbols("steepness gravity", positive=True)
     q, p = sp.symbols("q1:3", real=True), sp.symbols("p1:3", real=True)

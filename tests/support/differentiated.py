@@ -23,18 +23,23 @@ def derivatives(trajectory):
     return np.concatenate([np.concatenate(column, axis=1) for column in columns], axis=2)
 
 
-def by_complex_step(problem, names, *, h, steps, **settings):
-    """Return the derivatives of the state at the end of a run, shape(size, k)."""
+def complex_runs(problem, names, *, h, steps, every, **settings):
+    """Yield the states of a run, shape(n, size), with their derivative in one direction after the other as the imaginary part."""
     method, ivp, _ = prepare(problem, h=h, steps=steps, **settings)
     chosen = directions(ivp, names)
     ends = np.cumsum([len(vector) for vector in ivp.start])[:-1]
     linked = method._linked(ivp, method.kernel(ivp, "complex128", (), count=False, singular=""), h)
-    columns = []
-    for par, start in zip(chosen.par.T, chosen.start.T, strict=True):
+    needed = sum(1 if isinstance(columns, int) else columns.stop - columns.start for columns in chosen.columns.values())
+    for par, start, unit in list(zip(chosen.par.T, chosen.start.T, chosen.units, strict=True))[:needed]:
         moved = moved_by(ivp, par)
         linked = replace(linked, par=(*moved.par, *linked.par[len(ivp.par) :]), enter=method._coordinates(moved)[0])
-        vectors = np.split(np.concatenate(ivp.start) + 1j * STEP * start, ends)
-        _, rows, failure = complex_run(linked, ivp, _complex_state(linked, vectors), h, steps, every=steps)
+        begin = np.concatenate(ivp.start) + 1j * STEP * start
+        _, rows, failure = complex_run(linked, ivp, _complex_state(linked, np.split(begin, ends)), h, steps, every=every)
         assert failure is None
-        columns.append(rows[-1].imag / STEP)
-    return np.array(columns).T / chosen.units
+        rows = np.concatenate([begin[None], rows])
+        yield rows.real + 1j * rows.imag / unit
+
+
+def by_complex_step(problem, names, *, steps, **settings):
+    """Return the derivatives of the state at the end of a run, shape(size, k)."""
+    return np.array([rows[-1].imag / STEP for rows in complex_runs(problem, names, steps=steps, every=steps, **settings)]).T

@@ -3,9 +3,6 @@
 The functions are put into generated modules as they stand here; what they call is what the module has under these names.
 """
 
-import ast
-import inspect
-from collections.abc import Callable, Sequence
 from typing import Any
 
 from daebench.compiler.dual.nested import lifted, tangents, values
@@ -43,18 +40,3 @@ def initialise_dual(x: Any, h: float, par: Any, dx: Any, dpar: Any) -> Any:
     """Return what ``initialise`` returns, and the derivatives of the memory."""
     memory, report = initialise(lifted(x, dx), h, lifted(par, dpar))  # type: ignore[call-arg]
     return values(memory), values(report), tangents(memory)
-
-
-ENTRIES: dict[str, Callable[..., Any]] = {"integrate": integrate_dual, "initialise": initialise_dual}
-"""Functions that stand for those of these names."""
-
-
-def source(roots: Sequence[str]) -> tuple[str, list[str]]:
-    """Return the source of the functions that stand for some of the roots of a module, and the names of its roots with these."""
-    modules = [ast.parse(inspect.getsource(ENTRIES[name])) for name in roots if name in ENTRIES]
-    for node in (node for module in modules for node in ast.walk(module)):
-        if isinstance(node, ast.FunctionDef):
-            node.returns = None
-        elif isinstance(node, ast.arg):
-            node.annotation = None
-    return "\n\n".join(map(ast.unparse, modules)), [ENTRIES[name].__name__ if name in ENTRIES else name for name in roots]

@@ -20,6 +20,7 @@ __all__ = [
     "modulus",
     "put",
     "select",
+    "spread",
     "take",
     "tangents",
     "unsettled",
@@ -51,18 +52,18 @@ def tangents(x: Any) -> Any:
     """Return the derivatives of the numbers in a nested tuple: k of them in a tuple in the place of each, or None."""
 
 
-def _each(function: str, arguments: str, of: types.BaseTuple) -> Any:
+def _itemwise(function: str, arguments: str, of: types.BaseTuple) -> Any:
     """Return a function of nested tuples that calls itself for each item."""
     items = "".join(f"{function}({', '.join(f'{name}[{i}]' for name in arguments.split(', '))}), " for i in range(len(of)))
     namespace: dict[str, Any] = {}
-    exec(f"def each({arguments}):\n    return ({items})", globals(), namespace)
-    return namespace["each"]
+    exec(f"def itemwise({arguments}):\n    return ({items})", globals(), namespace)
+    return namespace["itemwise"]
 
 
 @overload(values, strict=False)  # type: ignore[untyped-decorator]
 def _values(x: Any) -> Any:
     if isinstance(x, types.BaseTuple):
-        return _each("values", "x", x)
+        return _itemwise("values", "x", x)
     return (lambda x: value(x)) if isinstance(x, Dual) else (lambda x: x)
 
 
@@ -71,21 +72,21 @@ def _lifted(x: Any, dx: Any) -> Any:
     if isinstance(dx, types.NoneType):
         return lambda x, dx: x
     if isinstance(x, types.BaseTuple):
-        return _each("lifted", "x, dx", x)
+        return _itemwise("lifted", "x, dx", x)
     return lambda x, dx: _dual(x, dx)
 
 
 @overload(with_tangents, strict=False)  # type: ignore[untyped-decorator]
 def _with_tangents(x: Any, y: Any) -> Any:
     if isinstance(y, types.BaseTuple):
-        return _each("with_tangents", "x, y", y)
+        return _itemwise("with_tangents", "x, y", y)
     return (lambda x, y: _with(value(x), y)) if isinstance(y, Dual) else (lambda x, y: x)
 
 
 @overload(tangents, strict=False)  # type: ignore[untyped-decorator]
 def _tangents(x: Any) -> Any:
     if isinstance(x, types.BaseTuple):
-        return _each("tangents", "x", x)
+        return _itemwise("tangents", "x", x)
     return (lambda x: _tuple(x)) if isinstance(x, Dual) else (lambda x: None)
 
 
@@ -141,6 +142,21 @@ def put(typingctx: Any, array: Any, i: Any, j: Any, x: Any) -> Any:
         number = split(context, builder, sig.args[3], args[3])[1]
         if number is not None:
             builder.store(number, _place(context, builder, sig.args[0], args[:3], number.type.count)).align = 8
+        return context.get_dummy_value()
+
+    return types.none(array, types.intp, types.intp, x), lowered
+
+
+@intrinsic  # type: ignore[untyped-decorator]
+def spread(typingctx: Any, array: Any, i: Any, j: Any, x: Any) -> Any:
+    """Write the derivatives of a dual number into an array at [0, i, j], [1, i, j] and so on; those of a real one are not written."""
+
+    def lowered(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+        number, of = split(context, builder, sig.args[3], args[3])[1], sig.args[0]
+        for c in range(number.type.count if number is not None else 0):
+            place = [context.get_constant(types.intp, c), *args[1:3]]
+            pointer = cgutils.get_item_pointer(context, builder, of, context.make_array(of)(context, builder, args[0]), place)
+            builder.store(builder.extract_element(number, ir.Constant(INT32, c)), pointer)
         return context.get_dummy_value()
 
     return types.none(array, types.intp, types.intp, x), lowered

@@ -16,7 +16,7 @@ from daebench.methods.fixed_step.complex_step import complex_run
 from daebench.methods.fixed_step.compositions import weights_of
 from daebench.methods.fixed_step.dual_kernel import DualKernel, seeds
 from daebench.methods.fixed_step.stepping import Linked, Run
-from daebench.runs.directions import directions, number_of_directions, require_names
+from daebench.runs.directions import directions, require_names, width
 from daebench.runs.grid import Grid
 from daebench.runs.ivp import InitialValueProblem
 from daebench.runs.request import Request
@@ -100,12 +100,10 @@ class FixedStepMethod(ABC, Generic[Ivp, Result]):
         count: bool,
         stage_multipliers: bool = False,
         singular: str = "stop",
-        directions: int = 0,
     ) -> types.ModuleType:
         """Return the generated module of this method and problem; other numbers of the same structure share it."""
         structure: dict[str, Any] = {"precision": precision, "watch": watch, "count": count, "compiled": self.compiled, "form": self.form}
         structure |= {"composed": bool(self.composition), **self._structure(stage_multipliers=stage_multipliers, singular=singular)}
-        structure |= {"directions": directions} if directions else {}
 
         def build(cached: bool) -> str:
             from daebench.compiler.link import Linker, Options
@@ -114,7 +112,7 @@ class FixedStepMethod(ABC, Generic[Ivp, Result]):
             remembers = linker.constants["MULTISTEP"] or self.compensated
             return linker.module(f"{self.name} on {ivp.problem}, {precision}.", [*LOOP, INITIALISE] if remembers else LOOP, cached)
 
-        file = f"{self.scheme_module.rpartition('.')[2]}{structure.get('stages', '')}{f'_dual{directions}' if directions else ''}"
+        file = f"{self.scheme_module.rpartition('.')[2]}{structure.get('stages', '')}"
         key = f"{ivp.source.key} {self.scheme_module} {self.splitting} {sorted(structure.items())}"
         return generated(f"{ivp.problem}_{self.form}_{file}_{precision}", key, build)
 
@@ -156,13 +154,13 @@ class FixedStepMethod(ABC, Generic[Ivp, Result]):
         if refusal := self.refusal(ivp):
             raise BadInput(refusal)
         self._require(ivp, request)
-        directions = self._number_of_directions(ivp, request)
-        return Grid.fixed_step(self.name, request, ivp.size * (1 + directions))
+        self._require_differentiable(ivp, request)
+        return Grid.fixed_step(self.name, request, ivp.size * (1 + width(ivp, request.sensitivities)))
 
-    def _number_of_directions(self, ivp: Ivp, request: Request) -> int:
-        """Return in how many directions a run is differentiated; raise :class:`BadInput` where that cannot be done."""
+    def _require_differentiable(self, ivp: Ivp, request: Request) -> None:
+        """Accept what a run is to be differentiated by; raise :class:`BadInput` where that cannot be done."""
         if not request.sensitivities:
-            return 0
+            return
         require_names(ivp, request.sensitivities)
         why = ""
         if request.precision != "float64":
@@ -173,7 +171,10 @@ class FixedStepMethod(ABC, Generic[Ivp, Result]):
             why = "its kernel is not compiled; let it be"
         if why:
             raise BadInput(f"{self.name} on {ivp.problem} has no sensitivities to give: {why}.")
-        return number_of_directions(ivp, request.sensitivities)
+
+    def _number(self, ivp: Ivp, request: Request) -> str:
+        """Return the number type of a run, as :class:`daebench.compiler.link.Options` takes it."""
+        return f"dual{width(ivp, request.sensitivities)}" if request.sensitivities else request.precision
 
     def _differentiated(self, ivp: Ivp, request: Request, grid: Grid, kernel: types.ModuleType) -> Linked:
         """Return the scheme linked to a problem, with its derivatives where they are asked for."""

@@ -13,7 +13,6 @@ from daebench.methods.fixed_step.parts import Parts
 from daebench.methods.fixed_step.rank_loss import RankRun
 from daebench.methods.fixed_step.stage_multipliers import stage_multipliers
 from daebench.methods.fixed_step.stepping import REASONS, SIMPLIFIED, Run
-from daebench.runs.directions import number_of_directions
 from daebench.runs.grid import Grid
 from daebench.runs.ivp import ConstrainedIvp
 from daebench.runs.request import Method, Request
@@ -125,9 +124,8 @@ class FixedStep(Parts, FixedStepMethod[ConstrainedIvp, Trajectory]):
         began = time.perf_counter()
         mode = self.on_singular(ivp, request)
         ivp = replace(ivp, on_singular=mode)
-        more: dict[str, Any] = {"stage_multipliers": request.raw, "singular": mode}
-        more["directions"] = number_of_directions(ivp, request.sensitivities)
-        kernel = self.kernel(ivp, request.precision, monitored, count=request.count, **more)
+        number = self._number(ivp, request)
+        kernel = self.kernel(ivp, number, monitored, count=request.count, stage_multipliers=request.raw, singular=mode)
         made: Callable[..., Run] = partial(RankRun, mode) if mode else Run
         return made(
             self._differentiated(ivp, request, grid, kernel),

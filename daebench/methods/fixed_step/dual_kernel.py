@@ -79,8 +79,9 @@ class DualKernel:
     def __init__(self, module: types.ModuleType, begin: Seeds, rows: int, chosen: Directions) -> None:
         self.module, self.x, self.par, self.memory = module, begin.x, begin.par, ()
         self.chosen, self.end = chosen, chosen.start
-        self.rows = np.zeros((rows + 2, *chosen.start.shape))
-        self.rows[0] = chosen.start
+        size, k = chosen.start.shape
+        self.rows = np.zeros((k, rows + 2, size))
+        self.rows[:, 0] = chosen.start.T
         if hasattr(module, "initialise_dual"):
             self.initialise = self._initialise
 
@@ -94,7 +95,8 @@ class DualKernel:
     def integrate(self, x: Any, memory: Any, *loop: Any) -> Any:
         """Take steps as ``integrate`` of a generated module does, and store the derivatives of a state where the state is."""
         *progress, states, stage_lams, par = loop
-        outputs = (states, self.rows[len(self.rows) - 1 - len(states) : -1])
+        last = self.rows.shape[1] - 1
+        outputs = (states, self.rows[:, last - len(states) : last])
         result, (self.x, self.memory, end) = self.module.integrate_dual(
             x, memory, *progress, outputs, stage_lams, par, self.x, self.memory, self.par
         )
@@ -106,6 +108,6 @@ class DualKernel:
 
         The states are the start, those that were stored, and the end where that is not one of them.
         """
-        rows = self.rows[:n]
-        rows[stored + 1 :] = self.end
+        rows = self.rows[:, :n]
+        rows[:, stored + 1 :] = self.end.T[:, None]
         return self.chosen.results(rows, parts)

@@ -14,7 +14,6 @@ from daebench.methods.fixed_step.compositions import COMPOSITIONS
 from daebench.methods.fixed_step.forms import POISSON_FORMS
 from daebench.methods.fixed_step.stepping import REASONS, Run
 from daebench.methods.registry import poisson_registry
-from daebench.runs.directions import number_of_directions
 from daebench.runs.grid import Grid
 from daebench.runs.ivp import InitialValueProblem, PoissonIvp
 from daebench.runs.request import Request
@@ -162,8 +161,7 @@ class PoissonStep(FixedStepMethod[PoissonIvp, PoissonTrajectory]):
     def begin(self, ivp: PoissonIvp, request: Request, grid: Grid, monitored: tuple[str, ...]) -> Run:
         """Return a run at its start; see :meth:`FixedStepMethod.begin`."""
         began = time.perf_counter()
-        directions = number_of_directions(ivp, request.sensitivities)
-        kernel = self.kernel(ivp, request.precision, monitored, count=request.count, directions=directions)
+        kernel = self.kernel(ivp, self._number(ivp, request), monitored, count=request.count)
         linked = self._differentiated(ivp, request, grid, kernel)
         return Run(linked, ivp, request, grid, names=monitored_names(monitored, ivp), began=began)
 
