@@ -35,6 +35,17 @@ def run(
 ) -> Trajectory | PoissonTrajectory:
     """Return the trajectory of one method on one problem: with states q and p, or y on a Poisson system.
 
+    With ``sensitivities`` it has their derivatives by parameters and initial values::
+
+        >>> import daebench
+        >>> swing = daebench.run(
+        ...     "planar_pendulum", case="horizontal", method="rattle", h=0.01, t_end=1, sensitivities=["gravity", "q0"]
+        ... )
+        >>> swing.sensitivities["gravity"]["q"].shape, swing.sensitivities["q0"]["q"].shape
+        ((101, 2), (101, 2, 2))
+        >>> swing.sensitivities["gravity"]["q"][-1].round(4).tolist()
+        [-0.2321, -0.429]
+
     Parameters
     ----------
     problem : str, ConstrainedHamiltonian, PoissonSystem or InitialValueProblem
@@ -103,14 +114,15 @@ def prepare(
 ) -> tuple[Any, Ivp, Request]:
     """Return a method of the problem's kind, a consistent initial value problem and a request, all checked: what a run needs.
 
-    ``sensitivities`` are the derivatives of the steps that are computed, of a fixed-step scheme. A start with the numbers of its case moves
-    with a parameter as the case says, another stays where it is; and so moved, or in the direction of one of its own entries, it is put
-    back on the manifold as ``project`` does it, positions first::
+    ``sensitivities`` are derivatives of a fixed-step scheme's own steps, exact to rounding. An initial value can be changed on the manifold
+    alone: where its entry q0_j, p0_j or a parameter a is changed, the start is put back as ``project`` does it, positions first, and what
+    is taken is the derivative of that::
 
         dq -> dq - M^-1 G^T W^-1 dg,       dg = G dq + g_a da,                 W = G M^-1 G^T
         dp -> dp - G^T W^-1 dv,            dv = d(G H_p), by dp, dq and da
 
-    so that dq/dq0_j is the derivative in the direction that is left of q0_j on the manifold.
+    A change along the manifold is left as it is by this, and one along the normal, dq = M^-1 G^T nu, has no effect. A start with the
+    numbers of its case is changed with a parameter as the case says, another stays where it is before it is put back.
 
     Parameters
     ----------

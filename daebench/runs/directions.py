@@ -44,10 +44,11 @@ class Directions:
     start: Array
     units: Array
 
-    @property
-    def k(self) -> int:
-        """Number of directions."""
-        return len(self.units)
+    def widened(self, k: int) -> "Directions":
+        """Return the same with directions of zeros behind, k in all."""
+        more = k - len(self.units)
+        par, start = (np.pad(columns, ((0, 0), (0, more))) for columns in (self.par, self.start))
+        return replace(self, par=par, start=start, units=np.pad(self.units, (0, more), constant_values=1.0))
 
     def results(self, rows: Array, parts: Mapping[str, slice]) -> dict[str, dict[str, Array]]:
         """Return derivatives of states by name of what they are taken by, and of the part.
@@ -73,14 +74,10 @@ def known_names(ivp: InitialValueProblem) -> tuple[str, ...]:
     return (*ivp.parameters, *STARTS[ivp.facts.KIND])
 
 
-def width(ivp: InitialValueProblem, names: Sequence[str]) -> int:
-    """Return how many directions are carried for names: 1, 2, or 4, 8, 12, ..., as vectors of the processor are wide.
-
-    A parameter takes one direction, an initial value one for each of its entries; what is left over stays zero.
-    """
+def number_of_directions(ivp: InitialValueProblem, names: Sequence[str]) -> int:
+    """Return how many directions names stand for: one for a parameter, one for each entry of an initial value."""
     sizes = dict(zip(STARTS[ivp.facts.KIND], map(len, ivp.start), strict=True))
-    needed = sum(sizes.get(name, 1) for name in names)
-    return needed if needed < 3 else -(-needed // 4) * 4
+    return sum(sizes.get(name, 1) for name in names)
 
 
 def require_names(ivp: InitialValueProblem, names: Sequence[str]) -> None:
@@ -104,20 +101,19 @@ def directions(ivp: InitialValueProblem, names: Sequence[str]) -> Directions:
     which leaves what is tangent to the manifold as it is.
     """
     starts = dict(zip(STARTS[ivp.facts.KIND], ivp.start, strict=True))
-    ends = np.cumsum([0, *map(len, ivp.start)])
-    place = {name: slice(int(ends[i]), int(ends[i + 1])) for i, name in enumerate(starts)}
+    ends = np.cumsum([len(vector) for vector in ivp.start])
+    place = {name: slice(int(end) - len(starts[name]), int(end)) for name, end in zip(starts, ends, strict=True)}
+    k, size, first = number_of_directions(ivp, names), int(ends[-1]), 0
     columns: dict[str, int | slice] = {}
-    k, size = width(ivp, names), int(ends[-1])
     par, start, units = np.zeros((len(ivp.par), k)), np.zeros((size, k)), np.ones(k)
-    following, first = _following(ivp, starts), 0
+    following = _following(ivp, starts)
     for name in names:
+        last = first + len(starts.get(name, [0]))
+        columns[name] = slice(first, last) if name in starts else first
+        units[first:last] = _unit(starts[name] if name in starts else ivp.parameters[name])
         if name in starts:
-            last = first + len(starts[name])
-            columns[name], units[first:last] = slice(first, last), _unit(starts[name])
             start[place[name], first:last] = np.diag(units[first:last])
         else:
-            last = first + 1
-            columns[name], units[first] = first, _unit(ivp.parameters[name])
             par[list(ivp.parameters).index(name), first] = units[first]
             for vector, moved in following(name).items():
                 start[place[vector], first] = units[first] * moved

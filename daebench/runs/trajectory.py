@@ -61,9 +61,9 @@ class Outcome:
     interrupted : bool
         Whether it was the person at the keyboard who ended it.
     sensitivities : mapping of str to mapping of str to ndarray
-        Derivatives of the states at the output times, where they were asked for, by what they are taken by and by the name of the state:
-        dq/da of a parameter a is ``sensitivities["a"]["q"]``, shape(n, d), and dq_i/dq0_j is ``sensitivities["q0"]["q"][:, i, j]``. They
-        are those of the computed steps, exact to rounding; see :func:`daebench.methods.run.prepare` for how a start moves.
+        Derivatives of the states at the output times, where they were asked for, by the name of a parameter or initial value and by that
+        of the states: dq/da is ``sensitivities["a"]["q"]``, shape(n, d), and dq_i/dq0_j is ``sensitivities["q0"]["q"][:, i, j]``.
+        :func:`daebench.methods.run.prepare` says how a start is changed on the manifold.
     """
 
     problem: str

@@ -29,8 +29,7 @@ def complex_runs(problem, names, *, h, steps, every, **settings):
     chosen = directions(ivp, names)
     ends = np.cumsum([len(vector) for vector in ivp.start])[:-1]
     linked = method._linked(ivp, method.kernel(ivp, "complex128", (), count=False, singular=""), h)
-    needed = sum(1 if isinstance(columns, int) else columns.stop - columns.start for columns in chosen.columns.values())
-    for par, start, unit in list(zip(chosen.par.T, chosen.start.T, chosen.units, strict=True))[:needed]:
+    for par, start, unit in zip(chosen.par.T, chosen.start.T, chosen.units, strict=True):
         moved = moved_by(ivp, par)
         linked = replace(linked, par=(*moved.par, *linked.par[len(ivp.par) :]), enter=method._coordinates(moved)[0])
         begin = np.concatenate(ivp.start) + 1j * STEP * start

@@ -14,9 +14,9 @@ from daebench.compiler.cache import generated
 from daebench.errors import BadInput, RunFailed
 from daebench.methods.fixed_step.complex_step import complex_run
 from daebench.methods.fixed_step.compositions import weights_of
-from daebench.methods.fixed_step.dual_kernel import DualKernel, seeds
+from daebench.methods.fixed_step.dual_kernel import DualKernel, seeds, width
 from daebench.methods.fixed_step.stepping import Linked, Run
-from daebench.runs.directions import directions, require_names, width
+from daebench.runs.directions import directions, require_names
 from daebench.runs.grid import Grid
 from daebench.runs.ivp import InitialValueProblem
 from daebench.runs.request import Request
@@ -181,7 +181,7 @@ class FixedStepMethod(ABC, Generic[Ivp, Result]):
         linked = self._linked(ivp, kernel, grid.h)
         if not request.sensitivities:
             return linked
-        chosen = directions(ivp, request.sensitivities)
+        chosen = directions(ivp, request.sensitivities).widened(width(ivp, request.sensitivities))
         begin = seeds(ivp, chosen, lambda moved: self._coordinates(moved)[0], len(linked.par) - len(ivp.par))
         return replace(linked, kernel=DualKernel(kernel, begin, grid.rows, chosen))
 

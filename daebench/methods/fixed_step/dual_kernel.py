@@ -1,13 +1,13 @@
 """A scheme with the derivatives of its steps: the discrete tangent, by dual numbers."""
 
 import types
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
-from daebench.runs.directions import STEP, Directions, imaginary, moved_by
+from daebench.runs.directions import STEP, Directions, imaginary, moved_by, number_of_directions
 from daebench.runs.ivp import InitialValueProblem
 from daebench.runs.trajectory import Array
 
@@ -26,6 +26,12 @@ class Seeds:
 
     x: Any
     par: tuple[Any, ...]
+
+
+def width(ivp: InitialValueProblem, names: Sequence[str]) -> int:
+    """Return in how many directions a kernel carries derivatives: 1, 2, or 4, 8, 12, ..., as vectors of the processor are wide."""
+    needed = number_of_directions(ivp, names)
+    return needed if needed < 3 else -(-needed // 4) * 4
 
 
 def seeds(ivp: InitialValueProblem, chosen: Directions, enter: Any, data: int) -> Seeds:

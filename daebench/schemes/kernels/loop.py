@@ -55,13 +55,10 @@ def first(x: State) -> tuple[Number, ...]:
     return conserved_quantities(output(x))
 
 
-def checked(x: State, report: Report) -> Report:
-    """Return a report, which says so where the state that a step ended in, or its derivatives, are not finite."""
-    if report[0] == OK and not state_norm(x) < INF:
-        return NOT_FINITE, INF, report[2], report[3]
-    if TANGENTS:  # noqa: SIM102 - settled when the kernel is linked
-        if report[0] == OK and not finite_tangents(state_norm(x)):
-            return UNSETTLED, INF, report[2], report[3]
+def differentiable(x: State, report: Report) -> Report:
+    """Return a report, which says so where the derivatives of the state that a step ended in are not finite."""
+    if report[0] == OK and not finite_tangents(state_norm(x)):
+        return UNSETTLED, INF, report[2], report[3]
     return report
 
 
@@ -95,7 +92,10 @@ def integrate(
         stepped = report[0]
         x1, report = after_step(x1, report)
         work = plus_work(work, report[3])
-        report = checked(x1, report)
+        if report[0] == OK and not state_norm(x1) < INF:
+            report = (NOT_FINITE, INF, report[2], report[3])
+        if TANGENTS:
+            report = differentiable(x1, report)
         y = output(x1)
         larger = worst(maxima, monitored_errors(y, conserved))
         if report[0] == OK and not total(larger) + defined(y) < INF:

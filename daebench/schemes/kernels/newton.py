@@ -52,8 +52,6 @@ def newton(update: Callable[..., tuple[X, Number, Number, Number, Number]], x: X
     derivative it goes on for as many iterations again, so that the derivative is as converged as the value. A relative pivot at
     round-off, anything that is not finite, or 100 iterations without an end stop it with a status that says so.
 
-    Where numbers are dual, further sweeps follow until their derivatives have settled, see :func:`differentiated`.
-
     A study of what that buys may ask for another number of roundings than 4, or for so many iterations and no more; derivatives are then
     those of what was done.
     """
@@ -74,10 +72,9 @@ def newton(update: Callable[..., tuple[X, Number, Number, Number, Number]], x: X
                 return x, (NOT_CONVERGED, residual, pivot, tally(update, iteration))
             last = size
         if iteration == until:
-            report = (OK, residual, pivot, tally(update, iteration))
-            if TANGENTS:
-                return differentiated(update, x, data, size, report)
-            return x, report
+            if TANGENTS:  # settled when the kernel is linked
+                return differentiated(update, x, data, size, (OK, residual, pivot, tally(update, iteration)))
+            return x, (OK, residual, pivot, tally(update, iteration))
     return x, (NOT_CONVERGED, residual, pivot, tally(update, 2 * ITERATIONS))
 
 
@@ -86,7 +83,8 @@ def differentiated(
 ) -> tuple[X, Report]:
     """Return the solution x with its derivatives, and a report; ``size`` is that of the last increment.
 
-    The derivatives have been carried through the iteration that led to x. They are those of its limit after sweeps with the values held::
+    Where numbers are dual, derivatives have been carried through the iteration that led to x. They are those of its limit after further
+    sweeps, with the values held::
 
         dx -> U_x dx + U_data ddata,      x = U(x, data)
 
