@@ -14,6 +14,7 @@ from daebench.systems.renamed_modules import find_renamed_modules
 if TYPE_CHECKING:
     from daebench.diagnostics.submanifold import as_poisson, symplectic_projection
     from daebench.errors import BadInput, DaebenchError, InconsistentStart, InvalidProblem, RunFailed
+    from daebench.methods.gradient import Gradient, gradient
     from daebench.methods.initial_value_problem import initial_value_problem
     from daebench.methods.run import list_methods, list_problems, run
     from daebench.pages.animation.animation import animation
@@ -39,6 +40,7 @@ __all__ = [
     "ConstrainedHamiltonian",
     "DaebenchError",
     "DarbouxMap",
+    "Gradient",
     "InconsistentStart",
     "InitialValueProblem",
     "InvalidProblem",
@@ -60,6 +62,7 @@ __all__ = [
     "compare",
     "coordinates",
     "diagnose",
+    "gradient",
     "initial_value_problem",
     "list_methods",
     "list_problems",
@@ -76,6 +79,7 @@ _HOME = {
     **dict.fromkeys(("DarbouxMap", "Lift", "Part", "PoissonCase", "PoissonSystem"), "systems.poisson"),
     **dict.fromkeys(("PoissonTrajectory", "Trajectory"), "runs.trajectory"),
     **dict.fromkeys(("as_poisson", "symplectic_projection"), "diagnostics.submanifold"),
+    **dict.fromkeys(("Gradient", "gradient"), "methods.gradient"),
     "ConstrainedChain": "systems.chain",
     "PoissonLattice": "systems.lattice",
     "InitialValueProblem": "runs.ivp",

@@ -6,6 +6,7 @@ import typer
 
 from daebench.cli.arguments import Algebra, Anyway, Case, Json, Param
 from daebench.cli.console import bar, pairs, print_json, print_table, words
+from daebench.errors import BadInput
 
 COLUMNS = ("method", "ns_per_step", "ns_watched", "ns_counted", "cold_seconds", "warm_seconds", "note")
 STARTS = 3
@@ -28,11 +29,15 @@ def bench(
         bool,
         typer.Option("--solvers", help="Time IDA instead: compiled callbacks, a program in C, Python callbacks."),
     ] = False,
+    gradients: Annotated[
+        bool,
+        typer.Option("--gradients", help="Time gradients of a functional of RATTLE instead, beside the runs alone."),
+    ] = False,
     as_json: Json = False,
 ) -> None:
     """Measure nanoseconds per step of fixed-step methods, and seconds to the first step on an empty and on a full cache."""
-    if solvers:
-        _solvers(repeat, as_json=as_json)
+    if solvers or gradients:
+        _instead(solvers=solvers, gradients=gradients, steps=steps, repeat=repeat, as_json=as_json)
         return
     from daebench.methods.catalogue import schemes
     from daebench.methods.initial_value_problem import initial_value_problem
@@ -59,6 +64,29 @@ def bench(
         print_json({"problem": problem, "case": ivp.case, "h": h, "steps": steps, "repeat": repeat, "rows": rows})
         return
     print_table(COLUMNS, [[_cell(row.get(column)) for column in COLUMNS] for row in rows])
+
+
+def _instead(*, solvers: bool, gradients: bool, steps: int, repeat: int, as_json: bool) -> None:
+    """Measure solvers or gradients in place of steps."""
+    if solvers and gradients:
+        raise BadInput("--solvers and --gradients are two measurements; ask for one at a time.")
+    if solvers:
+        _solvers(repeat, as_json=as_json)
+    else:
+        _gradients(steps, repeat, as_json=as_json)
+
+
+def _gradients(steps: int, repeat: int, *, as_json: bool) -> None:
+    """Print what gradients take."""
+    from daebench.studies.gradient_timing import measure_gradients
+
+    with bar("bench --gradients"):
+        rows = measure_gradients(steps=steps, repeat=repeat)
+    if as_json:
+        print_json({"method": "rattle", "steps": steps, "repeat": repeat, "rows": rows})
+        return
+    heads = [f"{name} ms" if name in ("run", "gradient") else name for name in rows[0]]
+    print_table(heads, [[_cell(value) for value in row.values()] for row in rows])
 
 
 def _solvers(repeat: int, *, as_json: bool) -> None:

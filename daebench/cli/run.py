@@ -48,6 +48,11 @@ StepsOut = Annotated[
     Path | None, typer.Option("--steps-out", help="Write what IDA or CVODE thinks of its steps to FILE.csv, and draw it beside.")
 ]
 
+Sensitivities = Annotated[
+    str | None,
+    typer.Option("--sensitivities", help="Differentiate q and p, or y, by these parameters and initial values: gravity,q0, say."),
+]
+
 SecondsLimit = Annotated[
     float | None, typer.Option("--seconds-limit", help="Wall-clock limit, s; the run ends there, with its states so far.")
 ]
@@ -78,6 +83,7 @@ def run(
     algebra: Algebra = "",
     anyway: Anyway = False,
     compensated: Compensated = False,
+    sensitivities: Sensitivities = None,
     seconds_limit: SecondsLimit = None,
     callbacks: Annotated[Callbacks, typer.Option("--callbacks", help="What IDA and CVODE call: native or python.")] = Callbacks.native,
     steps_out: StepsOut = None,
@@ -85,8 +91,6 @@ def run(
     as_json: Json = False,
 ) -> None:
     """Run one method on one problem; exit 1 if it stops early."""
-    from daebench.methods.run import prepare
-
     _check_place(out, steps_out, raw=raw, overwrite=overwrite)
     with bar(f"{method} on {problem}") as progress:
         start = _start(case, param, algebra, q0, p0)
@@ -94,9 +98,8 @@ def run(
         asked |= {"watch": None if watch is None else _monitored(watch), "multipliers": lam, "raw": raw, "progress": progress}
         asked |= {"options": pairs("option", option or []), "compensated": compensated, "precision": precision.value, "anyway": anyway}
         asked |= {"y0": numbers("--y0", y0), "project": project, "on_singular": on_singular, "seconds_limit": seconds_limit}
-        chosen, ivp, request = prepare(problem, method=method, callbacks=callbacks, solver_steps=steps_out is not None, **start, **asked)
-        steps_files.check_size(steps_out, ivp)
-        trajectory = chosen.solve(ivp, request)
+        asked |= {"callbacks": callbacks.value, "sensitivities": words(sensitivities or "")}
+        ivp, request, trajectory = _solved(problem, steps_out, method=method, **start, **asked)
     _write(out, steps_out, ivp, request, method, trajectory)
     _print(ivp, trajectory, _given(problem, start) if project else None, compensated=compensated, as_json=as_json)
     raise typer.Exit(1 if trajectory.failure else 0)
@@ -106,6 +109,15 @@ def _start(case: str | None, param: list[str] | None, algebra: str, q0: str | No
     """Return what decides an initial value problem, y0 of a Poisson system apart."""
     chosen: dict[str, Any] = {"case": case, "parameters": pairs("param", param or []), "algebra": algebra}
     return chosen | {"q0": numbers("--q0", q0), "p0": numbers("--p0", p0)}
+
+
+def _solved(problem: str, steps_out: Path | None, **settings: Any) -> tuple[Any, "Request", Any]:
+    """Return the initial value problem, what was asked for, and the trajectory."""
+    from daebench.methods.run import prepare
+
+    method, ivp, request = prepare(problem, solver_steps=steps_out is not None, **settings)
+    steps_files.check_size(steps_out, ivp)
+    return ivp, request, method.solve(ivp, request)
 
 
 def _given(problem: str, start: dict[str, Any]) -> "ConstrainedIvp":

@@ -34,6 +34,7 @@ def summary_of(ivp: Ivp, trajectory: Trajectory | PoissonTrajectory, *, compensa
             if isinstance(trajectory, PoissonTrajectory)
             else {"q": state[1], "p": state[0], "lam": ivp.value("lam", *state)}
         ),
+        "sensitivities": {name: {part: rows[-1] for part, rows in by.items()} for name, by in trajectory.sensitivities.items()} or None,
         "energy": energy,
         "energy_error": energy - start,
         "max_energy_error": energy_error,
@@ -68,10 +69,21 @@ def moved(given: ConstrainedIvp, ivp: Ivp) -> dict[str, float]:
 
 def print_summary(summary: Mapping[str, Any]) -> None:
     """Print a summary as a table, without what is missing or empty, and below it the warnings."""
-    shown = {name: value for name, value in summary.items() if name != "warnings"}
+    shown = {name: value for name, value in summary.items() if name not in ("warnings", "sensitivities")}
+    shown |= _derivatives(summary.get("sensitivities") or {})
     print_table(["", ""], [[name, _text(value)] for name, value in shown.items() if value is not None and _text(value)])
     for warning in summary.get("warnings", ()):
         print(f"Warning: {warning}")
+
+
+def _derivatives(sensitivities: Mapping[str, Mapping[str, Any]]) -> dict[str, Any]:
+    """Return derivatives by one number each, as dq/dgravity and dq/dq0_1."""
+    shown: dict[str, Any] = {}
+    for name, by in sensitivities.items():
+        for part, values in by.items():
+            columns = {name: values} if values.ndim == 1 else {f"{name}_{j + 1}": values[:, j] for j in range(values.shape[1])}
+            shown |= {f"d{part}/d{number}": column for number, column in columns.items()}
+    return shown
 
 
 def _text(value: Any) -> str:

@@ -15,6 +15,7 @@ from daebench.compiler import codegen
 from daebench.compiler.constrained.derivation import Derivation
 from daebench.compiler.declared import Declarations
 from daebench.compiler.linear.elimination_source import Target
+from daebench.compiler.number_types import number_type
 from daebench.compiler.operators import Lowering
 from daebench.compiler.syntax import (
     LANGUAGE,
@@ -31,9 +32,8 @@ from daebench.compiler.syntax import (
 from daebench.compiler.unroll import Unroller
 from daebench.errors import InvalidProblem
 from daebench.schemes.kernels.language import ROUNDINGS
-from daebench.systems.files.package import folder
+from daebench.systems.files.package import text_of
 
-PACKAGE = folder("daebench")
 _WORK = {name: name for name in ("H_p", "H_q", "g", "G")}
 _WORK |= dict.fromkeys(("H_pp", "H_qp", "H_qq", "Gv_p", "Gv_q", "curvature", "a_p"), "second")
 _WORK |= dict.fromkeys(("solve", "solve_d", "solve_dm", "solve_dd", "solve_2m"), "solve")
@@ -42,7 +42,6 @@ _WORK |= dict.fromkeys(("solve_stages", "solve_stages_but_one", "solve_stages_tw
 _WORK |= dict.fromkeys(("solve_stages_twice_d", "solve_2d"), "solve") | {"K_y": "H_q", "two_form": "second"}
 _UNCOUNTED = ("rows",)  # M^-1 on rows of G: part of the algebra, whatever it is composed of
 _PLAIN = ("worst", "total", "no_work", "plus_work")
-PRECISIONS = {"float64": "2.220446049250313e-16", "float32": "numpy.float32(1.1920929e-07)", "complex128": "2.220446049250313e-16"}
 HEADER = """\"\"\"{title}\"\"\"
 
 import numpy
@@ -58,7 +57,7 @@ class Options:
     Parameters
     ----------
     precision : str
-        "float64", "float32" or "complex128".
+        Number type, see :func:`daebench.compiler.number_types.number_type`: "float64", "float32", "complex128" or "dual4".
     watch : tuple of str
         Any of "energy", "manifold", "integrals": what the loop takes the maximum error of; or "samples": that it stores H and no states.
     count : bool
@@ -98,14 +97,9 @@ class Options:
 
 
 @cache
-def _text(module: str) -> str:
-    return PACKAGE.joinpath(*module.split(".")[1:]).with_suffix(".py").read_text(encoding="utf-8")
-
-
-@cache
 def _declared(module: str) -> SourceFile:
     """Return a file of the scheme language as syntax: what it declares is the same for every problem."""
-    return SourceFile(module, _text(module), {})
+    return SourceFile(module, text_of(module), {})
 
 
 class Linker:
@@ -123,7 +117,8 @@ class Linker:
 
     def __init__(self, derivation: Derivation, options: Options, scheme: str | None = None) -> None:
         self.derivation, self.options, self.scheme = derivation, options, scheme
-        target = Target(options.precision, options.compiled, options.stages, options.singular == "least-squares")
+        self.number = number_type(options.precision)
+        target = Target(self.number.dtype, options.compiled, options.stages, options.singular == "least-squares", self.number.directions)
         self.algebra = derivation.algebra(target)
         self.algebraic = cache(self.algebra.source)
         self.kinds = derivation.work
@@ -137,11 +132,13 @@ class Linker:
             "STAGES": options.stages,
             "RANK_WATCHED": bool(options.singular),
             "SINGLE": derivation.constants.get("SINGLE", derivation.constants.get("CONSTRAINTS") == 1),
-            "AGAIN": 2 if options.precision == "complex128" and options.roundings == ROUNDINGS else 1,
+            "AGAIN": self.number.again if options.roundings == ROUNDINGS else 1,
             "ITERATIONS_ASKED": options.sweeps,
             "ROUNDINGS": options.roundings,
+            "TANGENTS": self.number.directions > 0,
         }
         self.monitored = derivation.monitored(options.watch, len(self.kinds) if options.count else 0, options.stage_multipliers)
+        self.monitored.tangents = self.number.directions > 0
         self.files: dict[str, SourceFile] = {}
         if scheme:
             self.constants["MULTISTEP"] = "start" in self.file(scheme).functions
@@ -151,28 +148,28 @@ class Linker:
 
     def module(self, title: str, roots: Sequence[tuple[str, str]], cached: bool) -> str:
         """Return the source of a module with these functions, each given as (file, name), and all that they need."""
-        names = [self.resolve(file, name) for file, name in roots]
-        body = "\n\n".join(self.emitted.values())
-        if self.options.precision == "float32":
+        stand_ins, names = self.number.entries([self.resolve(file, name) for file, name in roots])
+        body, single = "\n\n".join([*self.emitted.values(), *stand_ins]), self.number.dtype == "float32"
+        if single:
             body = ast.unparse(TypedLiterals().visit(ast.parse(body)))
-        lines = [HEADER.format(title=title), f"EPS = {PRECISIONS[self.options.precision]}"]
-        lines.append("INF = " + ("numpy.float32(numpy.inf)" if self.options.precision == "float32" else "numpy.inf"))
+        lines = [HEADER.format(title=title), f"EPS = {self.number.eps}"]
+        lines.append("INF = " + ("numpy.float32(numpy.inf)" if single else "numpy.inf"))
         if self.tracer:
-            real = "float32" if self.options.precision == "float32" else "float64"
-            lines += [f"DTYPE = numpy.{self.options.precision}", f"REAL = numpy.{real}", "ZERO = DTYPE(0)"]
+            lines += [f"DTYPE = numpy.{self.number.dtype}", f"REAL = numpy.{'float32' if single else 'float64'}", "ZERO = DTYPE(0)"]
         if self.scheme:
             lines += [f"EACH_{name.upper()} = {self.work.get(name, [])}" for name in ("one_step", "after_step", "initialise")]
         lines.append(f"ELEMENTWISE = {self.algebra.elementwise and 'def solve' not in body and 'def _solve' not in body}")
         if self.options.compiled:
             constants = dict(line.split(" = ", 1) for line in lines[1:])
             lines.insert(1, "from daebench.compiler.sharing import shared\nfrom daebench.compiler.machine_code import njit\n")
-            body = decorated(body, names, cached, constants)
+            body = decorated(body, names, cached, constants, inlined=self.number.directions > 0)
+        lines[1:1] = self.number.imports
         return "\n".join([*lines, "\n", body, ""])
 
     def file(self, module: str) -> SourceFile:
         """Return a source file as syntax."""
         if module not in self.files:
-            self.files[module] = SourceFile(module, _text(module), self.constants)
+            self.files[module] = SourceFile(module, text_of(module), self.constants)
         return self.files[module]
 
     def lowered(self, module: str, name: str) -> ast.FunctionDef:
@@ -211,6 +208,8 @@ class Linker:
             return name
         if module != LANGUAGE:
             return self.function(module, name, {})
+        if name in self.number.functions:
+            return name
         if filling := self.filled(name):
             return self.function(*filling, {})
         if name not in self.emitted:
@@ -244,7 +243,7 @@ class Linker:
 
     def takes_par(self, module: str, name: str) -> bool:
         """Whether calls of this function hand on the problem's parameters."""
-        return module != LANGUAGE or (self.algebraic(name) is None and name not in _PLAIN)
+        return module != LANGUAGE or (self.algebraic(name) is None and name not in (*_PLAIN, *self.number.functions))
 
     def work_of(self, emitted: str, name: str) -> list[int]:
         """Return what one call of this function counts for, Newton's iterations apart."""
@@ -292,6 +291,14 @@ class _Specialise(Unroller):
         if module == LANGUAGE and name in RUN_TIME:
             return ast.parse(RUN_TIME[name].format(len(self.linker.derivation.parameters)), mode="eval").body
         return node if module == LANGUAGE else self.linker.file(module).literals.get(name, node)
+
+    def visit_If(self, node: ast.If) -> ast.stmt | list[ast.stmt]:
+        """Settle a branch on a constant of the language; visit any other."""
+        if isinstance(node.test, ast.Name) and isinstance(test := self.visit_Name(node.test), ast.Constant):
+            return self.visited(node.body if test.value else node.orelse)
+        visited = self.generic_visit(node)
+        assert isinstance(visited, ast.If)
+        return visited
 
     def counts(self, name: str) -> bool:
         """Whether a name stands for the number of stages or of constraints."""
@@ -346,7 +353,7 @@ class _Specialise(Unroller):
         for position, argument in enumerate(arguments):
             if function is not None and (parameter := parameters_of(function)[position]) in slots:
                 assert isinstance(argument, ast.Name)
-                bound[parameter] = self.linker.resolve(*self._target(argument.id))
+                bound[parameter] = self.bound.get(argument.id) or self.linker.resolve(*self._target(argument.id))
             else:
                 handed.append(self.visit(argument))
         return bound, handed

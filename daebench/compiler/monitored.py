@@ -85,6 +85,11 @@ class State(NamedTuple):
             return [f"{output}[row, {start}:{start + length}] = {vector}" for start, vector, length in places]
         return [f"{output}[row, {start + i}] = {vector}[{i}]" for start, vector, length in places for i in range(length)]
 
+    def differentiated(self, output: str, vectors: Sequence[tuple[str, int]]) -> list[str]:
+        """Return lines that write the derivatives of vectors of dual numbers, given by source and length, into a row of an output."""
+        entries = [f"{vector}[{i}]" for vector, length in vectors for i in range(length)]
+        return [f"spread({output}, row, {place}, {entry})" for place, entry in enumerate(entries)]
+
     def largest(self, quantity: Quantity) -> str:
         """Return the source of the largest modulus of a quantity's values; of values in an array it is NaN if any is."""
         if self.arrays:
@@ -113,11 +118,17 @@ class Monitored:
         Number of stage multipliers of a step that are stored, each shape(m,); 0 to store none.
     guarded : bool
         Whether H may have no value where the forces have one, see :mod:`daebench.compiler.domain`.
+
+    Attributes
+    ----------
+    tangents : bool
+        Whether states and parameters are dual numbers: values are monitored, and ``states`` has two outputs, the second for derivatives.
     """
 
     def __init__(
         self, quantities: Quantities, state: State, names: Sequence[str], kinds: int, stage_multipliers: int = 0, *, guarded: bool = False
     ) -> None:
+        self.tangents = False
         self.kinds = range(kinds)
         H = quantities["energy"][0].call
         self.guard = H if guarded and "energy" not in names else ""
@@ -132,6 +143,7 @@ class Monitored:
         self.stored = state.stored("states", state.vectors) + state.stored(
             "stage_lams", [(f"stage_lam[{k}]", state.multipliers) for k in range(stage_multipliers)]
         )
+        self.differentiated = state.differentiated("states[1]", state.vectors)
         if "samples" in names:
             self.conserved, self.stored = [H], [f"states[row, 0] = {H}"]
 
@@ -149,14 +161,16 @@ class Monitored:
         """Return the source of the function of this name, or None if it is none of these."""
         errors = range(len(self.errors))
         larger = "x[{i}] if x[{i}] != x[{i}] or x[{i}] >= y[{i}] else y[{i}]"
+        plain = ["x, par = values(x), values(par)"] * self.tangents
+        stored = [*self.differentiated, "states, x, stage_lam = states[0], values(x), values(stage_lam)"] * self.tangents + self.stored
         bodies = {
-            "conserved_quantities(x, par)": ["return " + pack(self.conserved)],
-            "monitored_errors(x, first, par)": ["return " + pack(self.errors)],
-            "store(states, stage_lams, row, x, stage_lam, par)": self.stored,
+            "conserved_quantities(x, par)": [*plain, "return " + pack(self.conserved)],
+            "monitored_errors(x, first, par)": [*plain, "return " + pack(self.errors)],
+            "store(states, stage_lams, row, x, stage_lam, par)": stored,
             "largest(x)": LARGEST,
             "worst(x, y)": ["return " + pack(larger.format(i=i) for i in errors)],
             "total(x)": ["return " + (" + ".join(f"x[{i}]" for i in errors) or "0.0")],
-            "defined(x, par)": [f"return abs(0.0 * {self.guard})" if self.guard else "return 0.0"],
+            "defined(x, par)": [*plain, f"return abs(0.0 * {self.guard})" if self.guard else "return 0.0"],
             "no_work()": ["return " + pack("0" for _ in self.kinds)],
             "plus_work(x, y)": ["return " + pack(f"x[{i}] + y[{i}]" for i in self.kinds)],
         }

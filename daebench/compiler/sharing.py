@@ -9,7 +9,7 @@ from typing import Any
 _MADE: dict[str, Any] = {}
 
 
-def shared(text: str) -> Callable[[Callable[..., Any]], Any]:
+def shared(text: str, *, inlined: bool = False) -> Callable[[Callable[..., Any]], Any]:
     """Return the decorator of a function that only other functions of generated modules call.
 
     Modules of one problem, or of one scheme, have most of their functions in common. Those of the same text are one function here, which
@@ -22,16 +22,20 @@ def shared(text: str) -> Callable[[Callable[..., Any]], Any]:
     ----------
     text : str
         Hash of its text, of the texts of all that it calls, and of the constants that it reads.
+    inlined : bool
+        Whether it is put into what calls it, however long it is: of dual numbers calls cost more than what is computed.
     """
     from numba import njit
 
     def made(function: Any) -> Any:
-        if text not in _MADE:
-            name = f"{function.__name__}_{text}"
+        key = f"{text}_inlined" if inlined else text
+        if key not in _MADE:
+            name = f"{function.__name__}_{key}"
             clone = FunctionType(function.__code__, {**function.__globals__, "__name__": __name__}, name)
             clone.__module__, clone.__qualname__ = __name__, name
-            _MADE[text] = njit(error_model="numpy", no_cpython_wrapper=True, no_cfunc_wrapper=True)(clone)
-        return _MADE[text]
+            options = {"forceinline": True} if inlined else {}
+            _MADE[key] = njit(error_model="numpy", no_cpython_wrapper=True, no_cfunc_wrapper=True, **options)(clone)
+        return _MADE[key]
 
     return made
 

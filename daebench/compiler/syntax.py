@@ -4,7 +4,7 @@ import ast
 import hashlib
 import inspect
 import types
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from copy import deepcopy
 from functools import cache, reduce
 from types import MappingProxyType
@@ -88,6 +88,8 @@ def decorated(
     cached: bool,
     constants: Mapping[str, str] = NONE,
     callbacks: Mapping[str, str] = NONE,
+    *,
+    inlined: bool = False,
 ) -> str:
     """Hand each function to numba; only the roots are kept on disk, with everything else inside them, and can be called from Python.
 
@@ -95,13 +97,18 @@ def decorated(
 
     What wraps a function for Python takes as long to compile as a small function itself. The others are named by their text, and are
     shared with modules in which it is the same, see :func:`daebench.compiler.sharing.shared`; ``constants`` are the texts of what they
-    read.
+    read. With ``inlined`` those of at most :data:`INLINED` operations, with all that they call, are put into what calls them, where LLVM
+    would call some.
     """
     tree = _apart(ast.parse(body), roots, callbacks)
     functions = {node.name: node for node in tree.body if isinstance(node, ast.FunctionDef)}
     options = f"error_model='numpy'{', cache=True' if cached else ''}"
     hashed = cache(lambda name: _hash(functions[name], [hashed(callee) for callee in _names(functions[name], functions)], constants))
-    decorators = {name: f"njit({options})" if name in roots else f"shared({hashed(name)!r})" for name in functions}
+    size = cache(lambda name: _operations(functions[name], lambda called: size(called) if called in functions else 0))
+    short = {name for name in functions if inlined and size(name) <= INLINED}
+    decorators = {
+        name: f"njit({options})" if name in roots else f"shared({hashed(name)!r}{', inlined=True' * (name in short)})" for name in functions
+    }
     decorators |= _within(functions, callbacks)
     decorators |= {name: f"callback({signature!r}, {options})" for name, signature in callbacks.items() if name in functions}
     for name, node in functions.items():
@@ -137,6 +144,16 @@ def _within(functions: Mapping[str, ast.FunctionDef], callbacks: Mapping[str, st
             waiting += [] if name in needed else [name]
             needed[name] = needed.get(name, 0) + 1
     return {name: "inlined" if places == 1 else "alone" for name, places in needed.items()}
+
+
+INLINED = 2000
+"""Operations of the longest function that is put into what calls it."""
+
+
+def _operations(node: ast.FunctionDef, size: Callable[[str], int]) -> int:
+    """Return the number of operations of a function, with those of the functions that it calls, of so many each."""
+    calls = [n.func.id for n in ast.walk(node) if isinstance(n, ast.Call) and isinstance(n.func, ast.Name)]
+    return sum(isinstance(n, ast.BinOp | ast.UnaryOp | ast.Compare | ast.Call) for n in ast.walk(node)) + sum(map(size, calls))
 
 
 def _names(node: ast.FunctionDef, functions: Mapping[str, ast.FunctionDef]) -> list[str]:

@@ -10,6 +10,7 @@ from daebench.methods import names
 from daebench.methods.doubts import doubts
 from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.methods.names import Code, kind_of, method_of
+from daebench.methods.sensitivities import require_differentiable
 from daebench.runs.ivp import ConstrainedIvp, InitialValueProblem, Ivp, PoissonIvp
 from daebench.runs.request import CALLBACKS, ON_SINGULAR, Progress, Request, resolution_value
 from daebench.runs.trajectory import CONSTRAINED, POISSON, PoissonTrajectory, Trajectory
@@ -33,6 +34,17 @@ def run(
     problem: "str | ConstrainedHamiltonian | PoissonSystem | InitialValueProblem", *, method: Code, **settings: Any
 ) -> Trajectory | PoissonTrajectory:
     """Return the trajectory of one method on one problem: with states q and p, or y on a Poisson system.
+
+    With ``sensitivities`` it has their derivatives by parameters and initial values::
+
+        >>> import daebench
+        >>> swing = daebench.run(
+        ...     "planar_pendulum", case="horizontal", method="rattle", h=0.01, t_end=1, sensitivities=["gravity", "q0"]
+        ... )
+        >>> swing.sensitivities["gravity"]["q"].shape, swing.sensitivities["q0"]["q"].shape
+        ((101, 2), (101, 2, 2))
+        >>> swing.sensitivities["gravity"]["q"][-1].round(4).tolist()
+        [-0.2321, -0.429]
 
     Parameters
     ----------
@@ -91,6 +103,7 @@ def prepare(
     multipliers: bool = False,
     raw: bool = False,
     compensated: bool = False,
+    sensitivities: Sequence[str] = (),
     on_singular: str | None = None,
     algebra: str = "",
     anyway: bool = False,
@@ -101,6 +114,16 @@ def prepare(
     progress: Progress | None = None,
 ) -> tuple[Any, Ivp, Request]:
     """Return a method of the problem's kind, a consistent initial value problem and a request, all checked: what a run needs.
+
+    ``sensitivities`` are derivatives of a fixed-step scheme's own steps, exact to rounding. An initial value can be changed on the manifold
+    alone: where its entry q0_j, p0_j or a parameter a is changed, the start is put back as ``project`` does it, positions first, and what
+    is taken is the derivative of that::
+
+        dq -> dq - M^-1 G^T W^-1 dg,       dg = G dq + g_a da,                 W = G M^-1 G^T
+        dp -> dp - G^T W^-1 dv,            dv = d(G H_p), by dp, dq and da
+
+    A change along the manifold is left as it is by this, and one along the normal, dq = M^-1 G^T nu, has no effect. A start with the
+    numbers of its case is changed with a parameter as the case says, another stays where it is before it is put back.
 
     Parameters
     ----------
@@ -140,6 +163,9 @@ def prepare(
     compensated : bool
         Whether a fixed-step method compensates its sums over steps for rounding, HLW VIII.5: over 1e7 steps of rattle/kahan_li8 or
         lobatto5 the energy wanders 7 to 40 times less, for 0 to 40 % more time.
+    sensitivities : sequence of str
+        Parameters of the problem and initial values, "q0", "p0" or "y0", by which the states are differentiated, see
+        :attr:`daebench.runs.trajectory.Outcome.sensitivities`.
     on_singular : str, optional
         What to do where G loses rank: "stop", "continue" or "least-squares"; by default what the case declares.
     algebra : str
@@ -173,25 +199,27 @@ def prepare(
     InconsistentStart
         If the initial values are off the manifold and are not to be projected.
     """
-    _require_precision(precision)
+    _require_manner(precision, callbacks)
     ivp = singular_as(initial_value_problem(problem, case, parameters, p0=p0, q0=q0, y0=y0, project=project, algebra=algebra), on_singular)
     chosen = method_of(ivp, method, options, compensated=compensated, anyway=anyway)
     value = real(chosen.knob, resolution_value(chosen, h=h, tol=tol))
     extent = _extent(t_end=t_end, steps=steps, every=every, points=points, seconds_limit=seconds_limit)
     results: dict[str, Any] = {"watch": _monitored(ivp, watch), "count": count, "multipliers": multipliers, "raw": raw}
     results["solver_steps"] = solver_steps
+    results["sensitivities"] = (sensitivities,) if isinstance(sensitivities, str) else tuple(sensitivities)
     manner: dict[str, Any] = {"precision": precision, "on_singular": on_singular, "progress": progress, "keep_interrupted": True}
-    if callbacks not in CALLBACKS:
-        raise unknown("kind of callbacks", callbacks, CALLBACKS)
-    manner["callbacks"] = callbacks
-    request = Request(value=value, **extent, **results, **manner)
+    request = Request(value=value, **extent, **results, **manner, callbacks=callbacks)
+    require_differentiable(chosen, ivp, request.sensitivities, problem)
     chosen.check(ivp, request)
     return chosen, ivp, request
 
 
-def _require_precision(precision: str) -> None:
+def _require_manner(precision: str, callbacks: str) -> None:
+    """Refuse a number type or a kind of callbacks that there is not."""
     if precision not in ("float64", "float32"):
         raise BadInput(f"unknown precision {precision!r}; it is float64 or float32.")
+    if callbacks not in CALLBACKS:
+        raise unknown("kind of callbacks", callbacks, CALLBACKS)
 
 
 def _extent(*, seconds_limit: float | None, t_end: float | None, **counts: int | None) -> dict[str, Any]:

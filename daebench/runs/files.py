@@ -111,11 +111,26 @@ AnyTrajectory = Trajectory | PoissonTrajectory
 
 
 def columns(trajectory: AnyTrajectory) -> dict[str, Array]:
-    """Return a trajectory's columns by name: t, then q1, ..., p1, ..., and lam1, ... where it has multipliers, or y1, ..."""
+    """Return a trajectory's columns by name: t, then q1, ..., p1, ..., and lam1, ... where it has multipliers, or y1, ...
+
+    Sensitivities follow, as dq1_dgravity and dq1_dq0_1.
+    """
     arrays = {"t": trajectory.t}
     for name, rows in trajectory.states.items():
         arrays |= {f"{name}{i + 1}": rows[:, i] for i in range(rows.shape[1])}
+    for part, by, rows in derivatives(trajectory):
+        arrays |= {f"d{part}{i + 1}_d{by}": rows[:, i] for i in range(rows.shape[1])}
     return arrays
+
+
+def derivatives(trajectory: AnyTrajectory) -> Iterator[tuple[str, str, Array]]:
+    """Return each derivative of states by one number: name of the states, of the number, and rows of shape(n, d)."""
+    for name, parts in trajectory.sensitivities.items():
+        for part, rows in parts.items():
+            if rows.ndim == 2:
+                yield part, name, rows
+            else:
+                yield from ((part, f"{name}_{j + 1}", rows[:, :, j]) for j in range(rows.shape[2]))
 
 
 def _csv(path: Path, trajectory: AnyTrajectory) -> None:
@@ -126,6 +141,8 @@ def _npz(path: Path, trajectory: AnyTrajectory) -> None:
     arrays = {"t": trajectory.t, **trajectory.states}
     for name, (t, values) in _stage_multipliers(trajectory).items():
         arrays |= {f"raw_{name}": values, f"raw_{name}_t": t}
+    for name, parts in trajectory.sensitivities.items():
+        arrays |= {f"d{part}_d{name}": rows for part, rows in parts.items()}
     with path.open("wb") as file:  # a name would be given the ending .npz where it ends in .NPZ
         np.savez_compressed(file, **arrays)  # type: ignore[arg-type]
 

@@ -91,7 +91,7 @@ class InitialValueProblem:
         """Return one of the problem's functions of (p, q), or of q, at one point."""
         with np.errstate(all="ignore"):
             points = (np.asarray(x) if self.arrays else tuple(map(_number, x)) for x in arguments)
-            return np.array(getattr(self.functions(name), name)(*points, tuple(map(np.float64, self.par))))
+            return np.array(getattr(self.functions(name), name)(*points, tuple(map(_number, self.par))))
 
     def along(self, name: str, *arguments: Array) -> Array:
         """Return one of the problem's functions along rows of states.

@@ -42,7 +42,7 @@ def functions(ivp: ConstrainedIvp) -> types.ModuleType:
 
 def enter(ivp: ConstrainedIvp) -> Map:
     """Return the map (p, q) -> (eta, xi) of an initial value problem; it raises :class:`BadInput` where the chart is singular."""
-    inverse, par = functions(ivp).inverse_chart, tuple(map(np.float64, ivp.par))
+    inverse, par = functions(ivp).inverse_chart, _numbers(ivp.par)
 
     def into(p: Any, q: Any) -> State:
         with np.errstate(all="ignore"):
@@ -56,7 +56,7 @@ def enter(ivp: ConstrainedIvp) -> Map:
 
 def leave(ivp: ConstrainedIvp) -> Map:
     """Return the map chi: (eta, xi) -> (p, q) of an initial value problem."""
-    chi, par = functions(ivp).chart, tuple(map(np.float64, ivp.par))
+    chi, par = functions(ivp).chart, _numbers(ivp.par)
     return lambda eta, xi: chi(_numbers(eta), _numbers(xi), par)
 
 

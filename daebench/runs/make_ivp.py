@@ -45,7 +45,7 @@ def make_ivp(
     if case not in facts.CASES and not free:
         raise unknown(f"case of {source.problem}", case, facts.CASES)
     values_of = _parameters(source, {} if free else facts.CASES[case]["parameters"], parameters or {})
-    declared = () if free else _case_start(facts, case, values_of)
+    declared = () if free else case_start(facts, case, values_of)
     start = [declared[k] if (values := given.get(name)) is None else initial_values(name, values, facts) for k, name in enumerate(names)]
     for name, array in zip(names, start, strict=True):
         if not np.all(np.isfinite(array)):
@@ -83,7 +83,8 @@ def _in_domain(ivp: PoissonIvp) -> PoissonIvp:
     return ivp
 
 
-def _case_start(facts: types.ModuleType, case: str, values: Mapping[str, float]) -> tuple[Array, ...]:
+def case_start(facts: types.ModuleType, case: str, values: Mapping[str, float]) -> tuple[Array, ...]:
+    """Return the initial values of a case at some values of the parameters: p and q, or y."""
     with np.errstate(all="ignore"):
         start = facts.INITIAL[case](tuple(map(np.float64, values.values())))
     return tuple(np.array(x, dtype=float) for x in (start if np.ndim(start) > 1 else (start,)))

@@ -82,6 +82,8 @@ class Request:
         What IDA and CVODE call: one of :data:`CALLBACKS`.
     solver_steps : bool
         Whether it is wanted what IDA or CVODE thinks of each of its steps, see :class:`daebench.runs.solver_steps.SolverSteps`.
+    sensitivities : tuple of str
+        Parameters and initial values by which the states are differentiated.
     keep_interrupted : bool
         Whether a run that Ctrl-C ends is returned as far as it came, with what its failure says; else the interruption goes on.
     """
@@ -102,6 +104,7 @@ class Request:
     on_singular: str | None = None
     callbacks: str = "native"
     solver_steps: bool = False
+    sensitivities: tuple[str, ...] = ()
     keep_interrupted: bool = False
 
     def at_rank_loss(self, ivp: ConstrainedIvp) -> str:

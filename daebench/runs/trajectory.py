@@ -63,6 +63,10 @@ class Outcome:
         Why the run ended early, as a sentence; None if it is complete.
     interrupted : bool
         Whether it was the person at the keyboard who ended it.
+    sensitivities : mapping of str to mapping of str to ndarray
+        Derivatives of the states at the output times, where they were asked for, by the name of a parameter or initial value and by that
+        of the states: dq/da is ``sensitivities["a"]["q"]``, shape(n, d), and dq_i/dq0_j is ``sensitivities["q0"]["q"][:, i, j]``.
+        :func:`daebench.methods.run.prepare` says how a start is changed on the manifold.
     """
 
     problem: str
@@ -84,6 +88,7 @@ class Outcome:
     solver_steps: SolverSteps | None = None
     failure: str | None = None
     interrupted: bool = False
+    sensitivities: Mapping[str, Mapping[str, Array]] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         """Make a run with a number that is not finite a failure, whichever method it is of: the last of all checks."""
@@ -95,6 +100,11 @@ class Outcome:
         """Return which number is not finite, and when, as a sentence without an end; None if all are."""
         numbers = {name: (self.t, rows) for name, rows in self.states.items()}
         numbers |= {f"the stage multiplier {name}": multipliers for name, multipliers in self._stage_multipliers.items()}
+        numbers |= {
+            f"d{part}/d{name}": (self.t, rows.reshape(len(rows), -1))
+            for name, by in self.sensitivities.items()
+            for part, rows in by.items()
+        }
         for name, (t, rows) in numbers.items():
             wrong = np.flatnonzero(~np.isfinite(rows).all(axis=1))
             if len(wrong):

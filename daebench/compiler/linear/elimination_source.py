@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 from daebench.compiler.codegen import function, pack
+from daebench.compiler.linear.dual_solvers import derivatives_written_out, eliminating_dual
 from daebench.compiler.linear.kernels import array_solver
 
 UNROLLED = 10
@@ -26,21 +27,26 @@ class Target(NamedTuple):
         Number of stages of the scheme.
     least_squares : bool
         Whether systems of constraints are solved by least squares, which leave out what is dependent.
+    directions : int
+        Number of directions in which numbers carry derivatives.
     """
 
     dtype: str
     compiled: bool
     stages: int
     least_squares: bool
+    directions: int = 0
 
 
 def eliminating(name: str, n: int, target: Target, rows: int = 0) -> str:
     """Source of elimination with so many extra right sides, unrolled or not by its size."""
-    return solver(name, n, rows) if n * (n + rows) <= UNROLLED_ENTRIES else large_solver(name, n, target, rows)
+    return solver(name, n, target, rows) if n * (n + rows) <= UNROLLED_ENTRIES else large_solver(name, n, target, rows)
 
 
 def large_solver(name: str, n: int, target: Target, rows: int = 0) -> str:
     """Source of elimination for many unknowns: in loops that are soon compiled, or by rows where they are not compiled at all."""
+    if target.directions:
+        return eliminating_dual(name, n, target.directions, rows)
     if target.compiled:
         return array_solver("elimination", name, n, target.dtype, rows)
     return f"from daebench.compiler.linear.elimination import solve_rows\n\n\n{array_solver('', name, n, target.dtype, rows)}"
@@ -65,7 +71,7 @@ def blocked(name: str, blocks: Sequence[Sequence[int]], target: Target, rows: in
     return inner + function(f"{name}(A, b{', X' * bool(rows)})", *lines, f"return {', '.join(outputs)}")
 
 
-def solver(name: str, n: int, rows: int = 0) -> str:
+def solver(name: str, n: int, target: Target, rows: int = 0) -> str:
     """Source of Gaussian elimination with scaled partial pivoting, unrolled.
 
     ``name(A, b)`` returns x and the smallest relative pivot; with extra right sides ``name(A, b, X)`` returns x, the solutions for
@@ -73,14 +79,14 @@ def solver(name: str, n: int, rows: int = 0) -> str:
     share that cancellation has left, and scaling rows or columns (masses between 1e-8 and 1e8, say) does not change it. For a matrix
     of one entry nothing can cancel: its relative pivot is 1, or 0 if it is 0.
     """
-    N, extra = range(n), range(rows)
-    sides = ["x", *(f"y{r}_" for r in extra)]
-    lines = [f"a{i}_{j} = A[{i}][{j}]" for i in N for j in N] + [f"x{i} = b[{i}]" for i in N]
-    lines += [f"y{r}_{i} = X[{r}][{i}]" for r in extra for i in N]
+    N, extra, dual = range(n), range(rows), target.directions > 0
+    sides, read = ["x", *(f"y{r}_" for r in extra)], ("value({})" if dual else "{}").format
+    lines = [f"a{i}_{j} = {read(f'A[{i}][{j}]')}" for i in N for j in N] + [f"x{i} = {read(f'b[{i}]')}" for i in N]
+    lines += [f"y{r}_{i} = {read(f'X[{r}][{i}]')}" for r in extra for i in N]
     lines += [f"s{i}_{j} = abs(a{i}_{j})" for i in N for j in N] if n > 1 else []
     lines += [f"scale{i} = " + _largest([f"s{i}_{j}" for j in N]) for i in N] if n > 1 else []
     for k in N:
-        lines += _elimination(k, n, sides)
+        lines += _elimination(k, n, sides, noted=dual)
     for k in reversed(N):
         for side in sides:
             lines += [f"{side}{k} = {side}{k} - a{k}_{j} * {side}{j}" for j in range(k + 1, n)]
@@ -90,6 +96,7 @@ def solver(name: str, n: int, rows: int = 0) -> str:
     else:
         lines.append("pivot = abs(a0_0) / s0_0 if s0_0 > 0.0 else 0.0")
         lines += [f"pivot = min(pivot, abs(a{k}_{k}) / s{k}_{k} if s{k}_{k} > 0.0 else 0.0)" for k in N if k]
+    lines += derivatives_written_out(n, rows) if dual else []
     solution = pack(f"x{i}" for i in N)
     if not extra:
         return function(f"{name}(A, b)", *lines, f"return {solution}, pivot")
@@ -101,16 +108,22 @@ def _largest(items: Sequence[str]) -> str:
     return items[0] if len(items) == 1 else f"max({', '.join(items)})"
 
 
-def _elimination(k: int, n: int, sides: Sequence[str]) -> list[str]:
-    """Source of step k: the largest of the column's rest is swapped up to the pivot's place, then what is below it eliminated."""
+def _elimination(k: int, n: int, sides: Sequence[str], *, noted: bool) -> list[str]:
+    """Source of step k: the largest of the column's rest is swapped up to the pivot's place, then what is below it eliminated.
+
+    Exchanges and factors are noted where derivatives follow by them.
+    """
     lines = []
     names = [f"{matrix}{{0}}_{j}" for matrix in "as" for j in range(k, n)] + [f"{side}{{0}}" for side in (*sides, "scale")]
     for i in range(k + 1, n):
         upper, lower = (", ".join(x.format(r) for x in names) for r in (k, i))
-        lines.append(f"if abs(a{i}_{k}) * scale{k} > abs(a{k}_{k}) * scale{i}: {upper}, {lower} = {lower}, {upper}")
+        test = f"abs(a{i}_{k}) * scale{k} > abs(a{k}_{k}) * scale{i}"
+        lines += [f"c{k}_{i} = {test}"] if noted else []
+        lines.append(f"if {f'c{k}_{i}' if noted else test}: {upper}, {lower} = {lower}, {upper}")
     for i in range(k + 1, n):
-        lines.append(f"f = a{i}_{k} / a{k}_{k}")
-        lines += [f"a{i}_{j} = a{i}_{j} - f * a{k}_{j}" for j in range(k + 1, n)]
-        lines += [f"s{i}_{j} = s{i}_{j} + abs(f) * s{k}_{j}" for j in range(k + 1, n)]
-        lines += [f"{side}{i} = {side}{i} - f * {side}{k}" for side in sides]
+        f = f"f{k}_{i}" if noted else "f"
+        lines.append(f"{f} = a{i}_{k} / a{k}_{k}")
+        lines += [f"a{i}_{j} = a{i}_{j} - {f} * a{k}_{j}" for j in range(k + 1, n)]
+        lines += [f"s{i}_{j} = s{i}_{j} + abs({f}) * s{k}_{j}" for j in range(k + 1, n)]
+        lines += [f"{side}{i} = {side}{i} - {f} * {side}{k}" for side in sides]
     return lines

@@ -7,7 +7,7 @@ import ast
 from collections.abc import Mapping, Sequence
 
 from daebench.compiler.codegen import function, pack
-from daebench.systems.files.package import folder
+from daebench.systems.files.package import text_of
 
 DEPENDENT = {"float64": "4e-11", "float32": "2e-05", "complex128": "4e-11"}
 """What least squares take for dependent: eps^(2/3) of the number type. Of G M^-1 G^T that is the square of an angle."""
@@ -37,8 +37,9 @@ class _Settled(ast.NodeTransformer):
 
 def lines(file: str, constants: Mapping[str, str], name: str = "solve") -> list[str]:
     """Return the lines of a function of a file with these sources of constants; the last line of ``solve`` returns the pivot."""
-    text = folder("daebench").joinpath("schemes", "kernels", f"{file}.py").read_text(encoding="utf-8")
-    functions = {node.name: node for node in ast.parse(text).body if isinstance(node, ast.FunctionDef)}
+    functions = {
+        node.name: node for node in ast.parse(text_of(f"daebench.schemes.kernels.{file}")).body if isinstance(node, ast.FunctionDef)
+    }
     settled = _Settled(functions, constants).visit(functions[name])
     return "\n".join(map(ast.unparse, settled.body)).splitlines()
 

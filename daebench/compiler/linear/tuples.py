@@ -6,6 +6,7 @@ Structural zeros of G are left out of every product that has a Jacobian of const
 from collections.abc import Callable, Sequence
 
 from daebench.compiler.codegen import function, pack
+from daebench.compiler.linear.dual_solvers import least_squares_dual
 from daebench.compiler.linear.elimination_source import UNROLLED, Target, blocked, eliminating, large_solver, solver
 from daebench.compiler.linear.kernels import array_solver
 
@@ -76,6 +77,7 @@ class Values:
         """Operations that return a vector, a multiplier or a number."""
         d, m, columns = range(self.d), range(self.m), self._columns
         rows = [[a for a in m if self.structure[a][i]] for i in d]
+        modulus = "modulus" if self.target.directions else "abs"
 
         def vector(signature: str, entry: str, over: range) -> Callable[[], str]:
             return lambda: function(signature, "return " + pack(entry.format(i=i) for i in over))
@@ -88,8 +90,8 @@ class Values:
             "zero_m": vector("zero_m(q)", "0.0 * q[0]", m),
             "dot": lambda: function("dot(x, y)", "return " + _sum([f"x[{i}] * y[{i}]" for i in d])),
             "dot_moduli": lambda: function("dot_moduli(x, y)", "return " + _sum([f"abs(x[{i}] * y[{i}])" for i in d])),
-            "norm": lambda: function("norm(x)", "return " + _sum([f"abs(x[{i}])" for i in d])),
-            "norm_m": lambda: function("norm_m(x)", "return " + _sum([f"abs(x[{i}])" for i in m])),
+            "norm": lambda: function("norm(x)", "return " + _sum([f"{modulus}(x[{i}])" for i in d])),
+            "norm_m": lambda: function("norm_m(x)", "return " + _sum([f"{modulus}(x[{i}])" for i in m])),
             "mul": lambda: function("mul(X, v)", "return " + pack(_sum([f"X[{a}][{i}] * v[{i}]" for i in columns[a]]) for a in m)),
             "mul_full": lambda: function("mul_full(X, v)", "return " + pack(_sum([f"X[{a}][{i}] * v[{i}]" for i in d]) for a in m)),
             "mul_T": lambda: function("mul_T(X, y)", "return " + pack(_sum([f"X[{a}][{i}] * y[{a}]" for a in rows[i]]) for i in d)),
@@ -143,7 +145,7 @@ class Values:
     def _solvers(self) -> dict[str, Callable[[], str]]:
         """Solutions of linear systems."""
         return {
-            "solve": lambda: self._of_constraints("solve", self.m) or solver("solve", self.m),
+            "solve": lambda: self._of_constraints("solve", self.m) or solver("solve", self.m, self.target),
             "solve_d": lambda: eliminating("solve_d", self.d, self.target),
             "solve_dm": lambda: eliminating("solve_dm", self.d, self.target, self.m),
             "solve_dd": lambda: eliminating("solve_dd", self.d, self.target, self.d),
@@ -160,7 +162,11 @@ class Values:
 
     def _of_constraints(self, name: str, n: int) -> str:
         """Source of the least-squares solution of a system of n unknown multipliers where that is asked for, and there can be any."""
-        return array_solver("least_squares", name, n, self.target.dtype) if self.target.least_squares and n > 1 else ""
+        if not self.target.least_squares or n == 1:
+            return ""
+        if self.target.directions:
+            return least_squares_dual(name, n, self.target.directions)
+        return array_solver("least_squares", name, n, self.target.dtype)
 
     def _solve_blocks(self, name: str, blocks: int, size: int) -> str:
         """Source of name(B, b): sum_j B[i][j] x[j] = b[i] for so many blocks of one size."""
@@ -170,12 +176,12 @@ class Values:
         parts = pack(pack(f"z[{i * size + k}]" for k in range(size)) for i in range(blocks))
         main = function(f"{name}(B, b)", f"z, pivot = _{name}({whole}, {right})", f"return {parts}, pivot")
         inner = self._of_constraints(f"_{name}", n) if size == self.m else ""
-        inner = inner or (solver(f"_{name}", n) if n <= UNROLLED else large_solver(f"_{name}", n, self.target))
+        inner = inner or (solver(f"_{name}", n, self.target) if n <= UNROLLED else large_solver(f"_{name}", n, self.target))
         return inner + main
 
     def _solve_2d(self) -> str:
         """Source of solve_2d(A, b): A (x, y) = b for two halves of the size of a state's."""
-        return solver("_solve_2d", 2 * self.d) + function("solve_2d(A, b)", "z, pivot = _solve_2d(A, b)", _halves(self.d))
+        return solver("_solve_2d", 2 * self.d, self.target) + function("solve_2d(A, b)", "z, pivot = _solve_2d(A, b)", _halves(self.d))
 
     def _solve_2m(self) -> str:
         """Source of solve_2m(A, B, C, D, b, c): the block system [[A, B], [C, D]] (x, y) = (b, c)."""
@@ -184,4 +190,4 @@ class Values:
         whole = pack(pack(f"{blocks[i // m, j // m]}[{i % m}][{j % m}]" for j in range(2 * m)) for i in range(2 * m))
         right = pack([f"b[{i}]" for i in range(m)] + [f"c[{i}]" for i in range(m)])
         main = function("solve_2m(A, B, C, D, b, c)", f"z, pivot = _solve_2m({whole}, {right})", _halves(m))
-        return (self._of_constraints("_solve_2m", 2 * m) or solver("_solve_2m", 2 * m)) + main
+        return (self._of_constraints("_solve_2m", 2 * m) or solver("_solve_2m", 2 * m, self.target)) + main

@@ -3,6 +3,7 @@
 import types
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from functools import cached_property
 from typing import Any, ClassVar, Generic, TypeVar
 
@@ -13,7 +14,9 @@ from daebench.compiler.cache import generated
 from daebench.errors import BadInput, RunFailed
 from daebench.methods.fixed_step.complex_step import complex_run
 from daebench.methods.fixed_step.compositions import weights_of
+from daebench.methods.fixed_step.dual_kernel import DualKernel, seeds, width
 from daebench.methods.fixed_step.stepping import Linked, Run
+from daebench.runs.directions import directions, require_names
 from daebench.runs.grid import Grid
 from daebench.runs.ivp import InitialValueProblem
 from daebench.runs.request import Request
@@ -89,7 +92,14 @@ class FixedStepMethod(ABC, Generic[Ivp, Result]):
         return np.array(weights_of(self.composition), dtype=float)
 
     def kernel(
-        self, ivp: Ivp, precision: str, watch: tuple[str, ...], *, count: bool, stage_multipliers: bool = False, singular: str = "stop"
+        self,
+        ivp: Ivp,
+        precision: str,
+        watch: tuple[str, ...],
+        *,
+        count: bool,
+        stage_multipliers: bool = False,
+        singular: str = "stop",
     ) -> types.ModuleType:
         """Return the generated module of this method and problem; other numbers of the same structure share it."""
         structure: dict[str, Any] = {"precision": precision, "watch": watch, "count": count, "compiled": self.compiled, "form": self.form}
@@ -144,7 +154,40 @@ class FixedStepMethod(ABC, Generic[Ivp, Result]):
         if refusal := self.refusal(ivp):
             raise BadInput(refusal)
         self._require(ivp, request)
-        return Grid.fixed_step(self.name, request, ivp.size)
+        self._require_differentiable(ivp, request)
+        return Grid.fixed_step(self.name, request, ivp.size * (1 + width(ivp, request.sensitivities)))
+
+    def _require_differentiable(self, ivp: Ivp, request: Request) -> None:
+        """Accept what a run is to be differentiated by; raise :class:`BadInput` where that cannot be done."""
+        if not request.sensitivities:
+            return
+        require_names(ivp, request.sensitivities)
+        why = ""
+        if request.precision != "float64":
+            why = f"{request.precision} has too few digits for them; use float64"
+        elif ivp.arrays:
+            why = f"the vectors of {ivp.problem} are arrays; take fewer of its bodies or sites"
+        elif not self.compiled:
+            why = "its kernel is not compiled; let it be"
+        if why:
+            raise BadInput(f"{self.name} on {ivp.problem} has no sensitivities to give: {why}.")
+
+    def _number(self, ivp: Ivp, request: Request) -> str:
+        """Return the number type of a run, as :class:`daebench.compiler.link.Options` takes it."""
+        return f"dual{width(ivp, request.sensitivities)}" if request.sensitivities else request.precision
+
+    def _differentiated(self, ivp: Ivp, request: Request, grid: Grid, kernel: types.ModuleType) -> Linked:
+        """Return the scheme linked to a problem, with its derivatives where they are asked for."""
+        linked = self._linked(ivp, kernel, grid.h)
+        if not request.sensitivities:
+            return linked
+        chosen = directions(ivp, request.sensitivities).widened(width(ivp, request.sensitivities))
+        begin = seeds(ivp, chosen, lambda moved: self._coordinates(moved)[0], len(linked.par) - len(ivp.par))
+        return replace(linked, kernel=DualKernel(kernel, begin, grid.rows, chosen))
+
+    def _sensitivities(self, run: Run, n: int, **parts: slice) -> Mapping[str, Mapping[str, Array]]:
+        """Return the derivatives of a run's n states, where they are asked for; ``parts`` are the places of q and p, or y, in a state."""
+        return run.kernel.sensitivities(run.row, n, parts) if isinstance(run.kernel, DualKernel) else {}
 
     def flow(self, ivp: Ivp, h: float, steps: int) -> Callable[..., Any]:
         """Return the map of ``steps`` steps for complex states, exact to first order in the imaginary part.

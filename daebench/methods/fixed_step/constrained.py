@@ -116,6 +116,7 @@ class FixedStep(Parts, FixedStepMethod[ConstrainedIvp, Trajectory]):
             lam=run.ivp.along("lam", p, q) if request.multipliers else None,
             raw=stage_multipliers(self.member.multipliers(), run.multipliers(), run.grid.h, m) if request.raw else {},
             passages=tuple(run.passages),
+            sensitivities=self._sensitivities(run, len(t), q=slice(d, 2 * d), p=slice(d)),
         )
 
     def begin(self, ivp: ConstrainedIvp, request: Request, grid: Grid, monitored: tuple[str, ...]) -> Run:
@@ -123,10 +124,11 @@ class FixedStep(Parts, FixedStepMethod[ConstrainedIvp, Trajectory]):
         began = time.perf_counter()
         mode = self.on_singular(ivp, request)
         ivp = replace(ivp, on_singular=mode)
-        kernel = self.kernel(ivp, request.precision, monitored, count=request.count, stage_multipliers=request.raw, singular=mode)
+        number = self._number(ivp, request)
+        kernel = self.kernel(ivp, number, monitored, count=request.count, stage_multipliers=request.raw, singular=mode)
         made: Callable[..., Run] = partial(RankRun, mode) if mode else Run
         return made(
-            self._linked(ivp, kernel, grid.h),
+            self._differentiated(ivp, request, grid, kernel),
             ivp,
             request,
             grid,

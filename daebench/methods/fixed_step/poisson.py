@@ -156,13 +156,14 @@ class PoissonStep(FixedStepMethod[PoissonIvp, PoissonTrajectory]):
         """Return the trajectory; where the scheme stops early, what was computed so far and why."""
         run = self.begin(ivp, request, self.grid(ivp, request), request.watched(POISSON))
         outcome, (t, y) = run.outcome(), run.states()
-        return PoissonTrajectory(**outcome, t=t, y=y)
+        return PoissonTrajectory(**outcome, t=t, y=y, sensitivities=self._sensitivities(run, len(t), y=slice(ivp.size)))
 
     def begin(self, ivp: PoissonIvp, request: Request, grid: Grid, monitored: tuple[str, ...]) -> Run:
         """Return a run at its start; see :meth:`FixedStepMethod.begin`."""
         began = time.perf_counter()
-        kernel = self.kernel(ivp, request.precision, monitored, count=request.count)
-        return Run(self._linked(ivp, kernel, grid.h), ivp, request, grid, names=monitored_names(monitored, ivp), began=began)
+        kernel = self.kernel(ivp, self._number(ivp, request), monitored, count=request.count)
+        linked = self._differentiated(ivp, request, grid, kernel)
+        return Run(linked, ivp, request, grid, names=monitored_names(monitored, ivp), began=began)
 
 
 def require_poisson(name: str, request: Request) -> None:
@@ -178,7 +179,7 @@ def coordinates(ivp: PoissonIvp) -> tuple[Callable[[Any], Any], Callable[[Any], 
     """Return the maps into the canonical coordinates of a system and back, for real and complex states."""
     title = f"Canonical coordinates of {ivp.problem}."
     module = ivp.source.linked("darboux", title, ["canonical", "chart"], form="darboux", compiled=ivp.arrays)
-    par = tuple(map(np.float64, ivp.par))
+    par = tuple(np.complex128(x) if isinstance(x, complex) else np.float64(x) for x in ivp.par)
 
     def called(function: Callable[..., Any]) -> Callable[[Any], Any]:
         def call(y: Any) -> Any:

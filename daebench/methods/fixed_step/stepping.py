@@ -1,7 +1,6 @@
 """A run of a linked scheme: the compiled loop called piece by piece, so that it can be monitored and interrupted."""
 
 import time
-import types
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
@@ -35,6 +34,10 @@ REASONS = {
         "the constraints could not be met one at a time within the tolerance in {relaxations} rounds, residual {residual:.2e}",
         "use a smaller h or a larger tolerance",
     ),
+    8: (
+        "the derivatives of the states are no longer finite, or did not settle in {sweeps} sweeps",
+        "take a shorter run, for derivatives of an unstable motion grow without bound, or leave out the sensitivities",
+    ),
 }
 """Why a scheme stopped, and what to do, by the status of its report."""
 
@@ -56,7 +59,7 @@ class Linked:
     ----------
     name : str
         Name in the grammar of methods.
-    kernel : module
+    kernel : module or DualKernel
         The generated module, whose ``integrate`` is that of :mod:`daebench.schemes.kernels.loop`.
     par : tuple
         Run-time data: the problem's parameters, the scheme's numbers, the form's numbers.
@@ -75,7 +78,7 @@ class Linked:
     """
 
     name: str
-    kernel: types.ModuleType
+    kernel: Any
     par: tuple[Any, ...]
     weights: Array
     compiled: bool

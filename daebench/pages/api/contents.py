@@ -34,6 +34,8 @@ TASKS = (
         (
             "daebench.run",
             "daebench.methods.run.prepare",
+            "daebench.gradient",
+            "daebench.Gradient",
             "daebench.compare",
             "daebench.order",
             "daebench.check",

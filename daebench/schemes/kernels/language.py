@@ -76,6 +76,9 @@ CONSTRAINTS: int = 1
 AGAIN: int = 1
 """Newton's iterations are done this many times over: 2 when derivatives are carried in the imaginary part."""
 
+TANGENTS: bool = False
+"""Numbers are dual and carry derivatives in several directions, see ``daebench/compiler/dual``."""
+
 ITERATIONS_ASKED: int = 0
 """Sweeps after which Newton's iteration is ended whether it has converged or not; 0: it is not."""
 
@@ -241,7 +244,11 @@ def norm(x: Multiplier) -> Number: ...
 @overload
 def norm(x: Half) -> Number: ...
 def norm(x: Any) -> Any:
-    """Sum of moduli; unlike the largest modulus it cannot hide a NaN."""
+    """Sum of moduli; unlike the largest modulus it cannot hide a NaN.
+
+    It is what increments are measured by, and nothing else: of dual numbers it has the sums of the derivatives' moduli besides, which are
+    not its derivative.
+    """
 
 
 def multiplier(entries: Iterable[Number]) -> Multiplier:
@@ -309,6 +316,22 @@ def no_work() -> Any:
 
 def plus_work(x: Any, y: Any) -> Any:
     """Sum of two amounts of work."""
+
+
+def with_tangents(x: Any, y: Any) -> Any:
+    """The values of x with the derivatives of y."""
+
+
+def unsettled(size: Number, scale: Number, last: Number) -> Number:
+    """What a sweep has changed derivatives by, less than nothing where they have settled; ``last`` is the same of the sweep before it."""
+
+
+def at_rest(last: Number) -> bool:
+    """Whether derivatives have settled in every direction, by what ``unsettled`` returned."""
+
+
+def finite_tangents(size: Number) -> bool:
+    """Whether the derivatives that a norm has are finite."""
 
 
 def step(p0: Vector, q0: Vector, h: Number) -> Any:

@@ -9,9 +9,11 @@ from typing import Any
 from daebench.schemes.kernels.language import (
     COMPOSED,
     INF,
+    TANGENTS,
     after_step,
     conserved_quantities,
     defined,
+    finite_tangents,
     monitored_errors,
     no_work,
     one_step,
@@ -22,7 +24,7 @@ from daebench.schemes.kernels.language import (
     total,
     worst,
 )
-from daebench.schemes.kernels.newton import NOT_FINITE, OK
+from daebench.schemes.kernels.newton import NOT_FINITE, OK, UNSETTLED
 from daebench.schemes.kernels.rank import RANK_LOST, lost, measured, recalled
 from daebench.schemes.kernels.spaces import Data, Number, Report, State
 
@@ -51,6 +53,13 @@ else:
 def first(x: State) -> tuple[Number, ...]:
     """Return the conserved quantities that the run monitors, at the start."""
     return conserved_quantities(output(x))
+
+
+def differentiable(x: State, report: Report) -> Report:
+    """Return a report, which says so where the derivatives of the state that a step ended in are not finite."""
+    if report[0] == OK and not finite_tangents(state_norm(x)):
+        return UNSETTLED, INF, report[2], report[3]
+    return report
 
 
 def integrate(
@@ -85,6 +94,8 @@ def integrate(
         work = plus_work(work, report[3])
         if report[0] == OK and not state_norm(x1) < INF:
             report = (NOT_FINITE, INF, report[2], report[3])
+        if TANGENTS:
+            report = differentiable(x1, report)
         y = output(x1)
         larger = worst(maxima, monitored_errors(y, conserved))
         if report[0] == OK and not total(larger) + defined(y) < INF:

@@ -3,7 +3,20 @@
 from collections.abc import Callable
 from typing import Any, TypeVar
 
-from daebench.schemes.kernels.language import AGAIN, EPS, INF, ITERATIONS_ASKED, ROUNDINGS, no_work, plus_work, tally
+from daebench.schemes.kernels.language import (
+    AGAIN,
+    EPS,
+    INF,
+    ITERATIONS_ASKED,
+    ROUNDINGS,
+    TANGENTS,
+    at_rest,
+    no_work,
+    plus_work,
+    tally,
+    unsettled,
+    with_tangents,
+)
 from daebench.schemes.kernels.spaces import Number, Report
 
 X = TypeVar("X")
@@ -11,6 +24,7 @@ OK = 0
 NOT_CONVERGED = 1
 SINGULAR = 2
 NOT_FINITE = 3
+UNSETTLED = 8
 ITERATIONS = 100
 
 
@@ -58,8 +72,33 @@ def newton(update: Callable[..., tuple[X, Number, Number, Number, Number]], x: X
                 return x, (NOT_CONVERGED, residual, pivot, tally(update, iteration))
             last = size
         if iteration == until:
+            if TANGENTS:  # settled when the kernel is linked
+                return differentiated(update, x, data, size, (OK, residual, pivot, tally(update, iteration)))
             return x, (OK, residual, pivot, tally(update, iteration))
     return x, (NOT_CONVERGED, residual, pivot, tally(update, 2 * ITERATIONS))
+
+
+def differentiated(
+    update: Callable[..., tuple[X, Number, Number, Number, Number]], x: X, data: Any, size: Number, report: Report
+) -> tuple[X, Report]:
+    """Return the solution x with its derivatives, and a report; ``size`` is that of the last increment.
+
+    Where numbers are dual, derivatives have been carried through the iteration that led to x. They are those of its limit after further
+    sweeps, with the values held::
+
+        dx -> U_x dx + U_data ddata,      x = U(x, data)
+
+    Where U is Newton's with its whole matrix U_x is zero up to rounding and the second sweep changes nothing; where it leaves out
+    derivatives, dx converges as x has. Sweeps are not counted as work.
+    """
+    last = size
+    for _ in range(ITERATIONS):
+        x1, size, scale, _, _ = update(x, data)
+        x = with_tangents(x, x1)
+        last = unsettled(size, scale, last)
+        if at_rest(last):
+            return x, report
+    return x, (UNSETTLED, report[1], report[2], report[3])
 
 
 def linear(pivot: Number, residual: Number) -> Report:

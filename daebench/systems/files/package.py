@@ -20,6 +20,12 @@ def folder(package: str) -> Path:
 
 
 @cache
+def text_of(module: str) -> str:
+    """Return the source of a module of daebench, which is read and not imported."""
+    return folder("daebench").joinpath(*module.split(".")[1:]).with_suffix(".py").read_text(encoding="utf-8")
+
+
+@cache
 def digest_of_packages(*names: str) -> str:
     """Return the hash of the names and contents of all Python files in packages of daebench, those in folders below included."""
     package = folder("daebench")

@@ -1,0 +1,99 @@
+"""Source of linear solvers for dual numbers: values are solved for as of float64, and derivatives follow with the same matrix.
+
+::
+
+A x = b,      A dx = db - dA x
+"""
+
+from collections.abc import Sequence
+
+from daebench.compiler.codegen import function, pack
+from daebench.compiler.linear.kernels import array_solver, lines
+
+REMAINDERS = [
+    "for side in range({sides}):",
+    "    for i in range({n}):",
+    "        for j in range({n}):",
+    "            for c in range({k}):",
+    "                w[i, {right} + {k} * side + c] -= w[i, {k} * j + c] * a[j, {n} + side]",
+]
+"""db - dA x of each right side, given dA and db in ``w``, from its columns 0 and ``right`` on, and x in ``a``."""
+
+PRODUCTS = [
+    "for i in range({n}):",
+    "    for j in range({n}):",
+    "        for c in range({width}):",
+    "            w[i, {right} + {width} + c] += a[i, {n} + {sides} + j] * w[j, {right} + c]",
+]
+"""dx, behind the remainders, with the inverse of A in ``a``."""
+
+
+def _sides(rows: int) -> list[str]:
+    """Names of the right sides."""
+    return ["b", *(f"X[{r}]" for r in range(rows))]
+
+
+def _moved(n: int, k: int, sides: Sequence[str], lines_of: Sequence[str]) -> list[str]:
+    """Source of an array ``w`` of derivatives of A, of right sides, and of zeros; and of lines for it."""
+    right, width = n * k, k * len(sides)
+    return [
+        f"w = numpy.zeros(({n}, {right + 2 * width}))",
+        *(f"put(w, {i}, {k * j}, A[{i}][{j}])" for i in range(n) for j in range(n)),
+        *(f"put(w, {i}, {right + k * s}, {side}[{i}])" for s, side in enumerate(sides) for i in range(n)),
+        *(line.format(n=n, k=k, sides=len(sides), right=right, width=width) for line in lines_of),
+    ]
+
+
+def eliminating_dual(name: str, n: int, k: int, rows: int = 0) -> str:
+    """Source of ``name(A, b)``, or ``name(A, b, X)`` with so many rows of X, by elimination in loops, for k directions."""
+    sides = _sides(rows)
+    *body, pivot = lines("elimination", {"UNKNOWNS": str(n), "COLUMNS": str(2 * n + len(sides))})
+    column = n * k + k * len(sides)
+    first, *others = (pack(f"take(w, {i}, {column + k * s}, a[{i}, {n + s}], {k})" for i in range(n)) for s in range(len(sides)))
+    return function(
+        f"{name}(A, b{', X' * bool(rows)})",
+        f"a = numpy.zeros(({n}, {2 * n + len(sides)}))",
+        *(f"a[{i}, {j}] = value(A[{i}][{j}])" for i in range(n) for j in range(n)),
+        *(f"a[{i}, {n + s}] = value({side}[{i}])" for s, side in enumerate(sides) for i in range(n)),
+        *(f"a[{i}, {n + len(sides) + i}] = 1.0" for i in range(n)),
+        *body,
+        *_moved(n, k, sides, [*REMAINDERS, *PRODUCTS]),
+        f"return {', '.join([first, *([pack(others)] if rows else []), pivot.removeprefix('return ')])}",
+    )
+
+
+def least_squares_dual(name: str, n: int, k: int) -> str:
+    """Source of ``name(A, b)`` by least squares, for k directions.
+
+    What the null space of A adds to the derivatives of x is left out. It is that of constraints that depend on others, and no force depends
+    on it.
+    """
+    return array_solver("least_squares", f"_{name}_values", n, "float64") + function(
+        f"{name}(A, b)",
+        "A_ = values(A)",
+        f"x_, smallest = _{name}_values(A_, values(b))",
+        f"a = numpy.empty(({n}, {n + 1}))",
+        *(f"a[{i}, {n}] = x_[{i}]" for i in range(n)),
+        *_moved(n, k, ["b"], REMAINDERS),
+        f"for c in range({n * k}, {n * k + k}):",
+        f"    y_, _ = _{name}_values(A_, {pack(f'w[{i}, c]' for i in range(n))})",
+        *(f"    w[{i}, c] = y_[{i}]" for i in range(n)),
+        f"return {pack(f'take(w, {i}, {n * k}, x_[{i}], {k})' for i in range(n))}, smallest",
+    )
+
+
+def derivatives_written_out(n: int, rows: int = 0) -> list[str]:
+    """Source of the derivatives of the solutions of an elimination that is written out, by the exchanges and factors that it has noted."""
+    N = range(n)
+    made = []
+    for s, side in enumerate(_sides(rows)):
+        x = f"y{s - 1}_" if s else "x"
+        made += [f"r{i} = {side}[{i}] - ({' + '.join(f'A[{i}][{j}] * {x}{j}' for j in N)})" for i in N]
+        for k in N:
+            made += [f"r{k}, r{i} = select(c{k}_{i}, r{i}, r{k}), select(c{k}_{i}, r{k}, r{i})" for i in range(k + 1, n)]
+            made += [f"r{i} = r{i} - f{k}_{i} * r{k}" for i in range(k + 1, n)]
+        for k in reversed(N):
+            made += [f"r{k} = r{k} - a{k}_{j} * r{j}" for j in range(k + 1, n)]
+            made.append(f"r{k} = r{k} / a{k}_{k}")
+        made += [f"{x}{i} = with_tangents({x}{i}, r{i})" for i in N]
+    return made

@@ -1,0 +1,119 @@
+"""A scheme with the derivatives of its steps: the discrete tangent, by dual numbers."""
+
+import types
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from daebench.runs.directions import STEP, Directions, imaginary, moved_by, number_of_directions
+from daebench.runs.ivp import InitialValueProblem
+from daebench.runs.trajectory import Array
+
+
+@dataclass(frozen=True)
+class Seeds:
+    """Derivatives that a run begins with, as a kernel takes them: k of them in a tuple for each number, or None.
+
+    Parameters
+    ----------
+    x : tuple
+        Those of the state that the scheme computes in.
+    par : tuple
+        Those of the run-time data.
+    """
+
+    x: Any
+    par: tuple[Any, ...]
+
+
+def width(ivp: InitialValueProblem, names: Sequence[str]) -> int:
+    """Return in how many directions a kernel carries derivatives: 1, 2, or 4, 8, 12, ..., as vectors of the processor are wide."""
+    needed = number_of_directions(ivp, names)
+    return needed if needed < 3 else -(-needed // 4) * 4
+
+
+def seeds(ivp: InitialValueProblem, chosen: Directions, enter: Any, data: int) -> Seeds:
+    """Return the derivatives that a run begins with.
+
+    Parameters
+    ----------
+    ivp : InitialValueProblem
+        The problem with its numbers.
+    chosen : Directions
+        The directions.
+    enter : callable
+        ``enter(ivp)`` returns the map from the vectors of a start to the state that the scheme computes in, for complex numbers too.
+    data : int
+        Number of run-time data that are no parameters of the problem.
+    """
+    ends = np.cumsum([len(vector) for vector in ivp.start])[:-1]
+    start = np.concatenate(ivp.start)
+    columns = []
+    for par, moved in zip(chosen.par.T, chosen.start.T, strict=True):
+        vectors = np.split(start + 1j * STEP * moved, ends)
+        columns.append(enter(moved_by(ivp, par))(vectors))
+    form = enter(ivp)(ivp.start)
+    if np.ndim(form[0]) == 0:
+        x: Any = _entries(np.array([imaginary(column) for column in columns]))
+    else:
+        x = tuple(_entries(np.array([imaginary(column[i]) for column in columns])) for i in range(len(form)))
+    return Seeds(x, (*(tuple(map(float, row)) if np.any(row) else None for row in chosen.par), *[None] * data))
+
+
+def _entries(columns: Array) -> tuple[tuple[float, ...], ...]:
+    """Return the derivatives of each number, given those of all numbers in each direction."""
+    return tuple(tuple(map(float, row)) for row in columns.T)
+
+
+class DualKernel:
+    """A generated module of dual numbers, called as one of real numbers is: it keeps the derivatives from call to call.
+
+    Parameters
+    ----------
+    module : module
+        The generated module.
+    begin : Seeds
+        Derivatives of state and run-time data at the start.
+    rows : int
+        Number of states that are stored.
+    chosen : Directions
+        The directions.
+    """
+
+    def __init__(self, module: types.ModuleType, begin: Seeds, rows: int, chosen: Directions) -> None:
+        self.module, self.x, self.par, self.memory = module, begin.x, begin.par, ()
+        self.chosen, self.end = chosen, chosen.start
+        size, k = chosen.start.shape
+        self.rows = np.zeros((k, rows + 2, size))
+        self.rows[:, 0] = chosen.start.T
+        if hasattr(module, "initialise_dual"):
+            self.initialise = self._initialise
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self.module, name)
+
+    def _initialise(self, x: Any, h: float, par: Any) -> Any:
+        memory, report, self.memory = self.module.initialise_dual(x, h, par, self.x, self.par)
+        return memory, report
+
+    def integrate(self, x: Any, memory: Any, *loop: Any) -> Any:
+        """Take steps as ``integrate`` of a generated module does, and store the derivatives of a state where the state is."""
+        *progress, states, stage_lams, par = loop
+        last = self.rows.shape[1] - 1
+        outputs = (states, self.rows[:, last - len(states) : last])
+        result, (self.x, self.memory, end) = self.module.integrate_dual(
+            x, memory, *progress, outputs, stage_lams, par, self.x, self.memory, self.par
+        )
+        self.end = np.array(end).reshape(self.end.shape)
+        return result
+
+    def sensitivities(self, stored: int, n: int, parts: Mapping[str, slice]) -> dict[str, dict[str, Array]]:
+        """Return the derivatives of n states, by name of what they are taken by and of the part; ``parts`` has their places in a state.
+
+        The states are the start, those that were stored, and the end where that is not one of them.
+        """
+        rows = self.rows[:, :n]
+        rows[:, stored + 1 :] = self.end.T[:, None]
+        return self.chosen.results(rows, parts)

@@ -1,0 +1,45 @@
+"""Which derivatives of a run can be had: by which names, and of which methods."""
+
+import os
+from collections.abc import Sequence
+from typing import Any
+
+from daebench.errors import BadInput
+from daebench.methods.catalogue import find_problem
+from daebench.methods.fixed_step.base import FixedStepMethod
+from daebench.runs.directions import require_names
+from daebench.runs.ivp import InitialValueProblem
+from daebench.runs.request import Method
+
+
+def require_differentiable(method: Method[Any, Any], ivp: InitialValueProblem, names: Sequence[str], problem: Any) -> None:
+    """Accept what a run is to be differentiated by.
+
+    Parameters
+    ----------
+    method : Method
+        The method.
+    ivp : InitialValueProblem
+        The problem with its numbers.
+    names : sequence of str
+        Names of parameters and of initial values.
+    problem : str, PathLike or object
+        The problem as it was given.
+
+    Raises
+    ------
+    BadInput
+        If a name is unknown, is that of a whole number which decides the structure of the problem, or is given twice; or if the method is
+        no fixed-step scheme of daebench.
+    """
+    if not names:
+        return
+    structure = find_problem(os.fspath(problem)).structure if isinstance(problem, str | os.PathLike) else {}
+    for name in names:
+        if name in structure:
+            raise BadInput(f"{name} of {ivp.problem} is a whole number, and nothing can be differentiated by it; leave it out.")
+    require_names(ivp, names)
+    if not isinstance(method, FixedStepMethod):
+        raise BadInput(
+            f"{method.name} has no sensitivities to give: they are derivatives of the steps of a scheme of daebench; use one, rattle say."
+        )

@@ -1,0 +1,193 @@
+"""Directions in which a run is differentiated: parameters of the problem, and initial values, which stay on the manifold."""
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from daebench.compiler.cache import generated
+from daebench.errors import BadInput, unknown
+from daebench.runs.ivp import ConstrainedIvp, InitialValueProblem
+from daebench.runs.make_ivp import case_start
+from daebench.runs.trajectory import Array
+
+STEP = 1e-30
+"""Imaginary step: its square is nothing, so that derivatives have no error of truncation or cancellation."""
+
+SAME = 1e-12
+"""A start that differs from that of its case by no more than this part of it is the case's."""
+
+STARTS = {"constrained": ("p0", "q0"), "poisson": ("y0",)}
+"""Names of initial values, in the order in which a state is stored."""
+
+
+@dataclass(frozen=True)
+class Directions:
+    """Derivatives of parameters and start in k directions.
+
+    Parameters
+    ----------
+    columns : mapping of str to int or slice
+        Which directions are those of a name.
+    par : ndarray, shape(parameters, k)
+        Derivatives of the parameters.
+    start : ndarray, shape(size, k)
+        Derivatives of the start, in the order in which a state is stored.
+    units : ndarray, shape(k,)
+        What each direction is a multiple of, powers of two: directions are scaled so that they move a problem by as much as it is large.
+    """
+
+    columns: Mapping[str, int | slice]
+    par: Array
+    start: Array
+    units: Array
+
+    def widened(self, k: int) -> "Directions":
+        """Return the same with directions of zeros behind, k in all."""
+        more = k - len(self.units)
+        par, start = (np.pad(columns, ((0, 0), (0, more))) for columns in (self.par, self.start))
+        return replace(self, par=par, start=start, units=np.pad(self.units, (0, more), constant_values=1.0))
+
+    def results(self, rows: Array, parts: Mapping[str, slice]) -> dict[str, dict[str, Array]]:
+        """Return derivatives of states by name of what they are taken by, and of the part.
+
+        Parameters
+        ----------
+        rows : ndarray, shape(k, n, size)
+            Derivatives of states in the scaled directions; they are overwritten, and the results are parts of them.
+        parts : mapping of str to slice
+            Where the parts of a state are in it.
+        """
+        for row, unit in zip(rows, self.units, strict=True):
+            row /= unit
+        along = {
+            name: np.moveaxis(rows[columns], 0, -1) if isinstance(columns, slice) else rows[columns]
+            for name, columns in self.columns.items()
+        }
+        return {name: {part: by[:, place] for part, place in parts.items()} for name, by in along.items()}
+
+
+def known_names(ivp: InitialValueProblem) -> tuple[str, ...]:
+    """Return all names by which a run can be differentiated: parameters, then initial values."""
+    return (*ivp.parameters, *STARTS[ivp.facts.KIND])
+
+
+def number_of_directions(ivp: InitialValueProblem, names: Sequence[str]) -> int:
+    """Return how many directions names stand for: one for a parameter, one for each entry of an initial value."""
+    sizes = dict(zip(STARTS[ivp.facts.KIND], map(len, ivp.start), strict=True))
+    return sum(sizes.get(name, 1) for name in names)
+
+
+def require_names(ivp: InitialValueProblem, names: Sequence[str]) -> None:
+    """Accept names by which a run can be differentiated; raise :class:`BadInput` for one that is unknown, or given twice."""
+    for name in names:
+        if name not in known_names(ivp):
+            raise unknown(f"parameter or initial value of {ivp.problem} to differentiate by", name, known_names(ivp))
+    if twice := [name for name in names if list(names).count(name) > 1]:
+        raise BadInput(f"{twice[0]} is given twice; differentiate by it once.")
+
+
+def directions(ivp: InitialValueProblem, names: Sequence[str]) -> Directions:
+    """Return the directions of some parameters and initial values.
+
+    A start with the numbers of its case moves with the parameters as the case says; another does not. In each direction the start moved is
+    put back on the manifold as ``--project`` does it, positions first::
+
+        dq -> dq - M^-1 G^T W^-1 dg,       dg = g_q dq + g_par dpar,           W = G M^-1 G^T
+        dp -> dp - G^T W^-1 dv,            dv = (G H_p)_p dp + (G H_p)_q dq + (G H_p)_par dpar
+
+    which leaves what is tangent to the manifold as it is.
+    """
+    starts = dict(zip(STARTS[ivp.facts.KIND], ivp.start, strict=True))
+    ends = np.cumsum([len(vector) for vector in ivp.start])
+    place = {name: slice(int(end) - len(starts[name]), int(end)) for name, end in zip(starts, ends, strict=True)}
+    k, size, first = number_of_directions(ivp, names), int(ends[-1]), 0
+    columns: dict[str, int | slice] = {}
+    par, start, units = np.zeros((len(ivp.par), k)), np.zeros((size, k)), np.ones(k)
+    following = _following(ivp, starts)
+    for name in names:
+        last = first + len(starts.get(name, [0]))
+        columns[name] = slice(first, last) if name in starts else first
+        units[first:last] = _unit(starts[name] if name in starts else ivp.parameters[name])
+        if name in starts:
+            start[place[name], first:last] = np.diag(units[first:last])
+        else:
+            par[list(ivp.parameters).index(name), first] = units[first]
+            for vector, moved in following(name).items():
+                start[place[vector], first] = units[first] * moved
+        first = last
+    if isinstance(ivp, ConstrainedIvp):
+        start = np.array([_tangent(ivp, *pair) for pair in zip(par.T, start.T, strict=True)]).reshape(k, size).T
+    return Directions(columns, par, start, units)
+
+
+def moved_by(ivp: InitialValueProblem, par: Array) -> InitialValueProblem:
+    """Return a problem with parameters whose imaginary part is a change of so much."""
+    values = (value + 1j * STEP * change if change else value for value, change in zip(ivp.par, par, strict=True))
+    return replace(ivp, parameters=dict(zip(ivp.parameters, values, strict=True)))
+
+
+def imaginary(x: Any) -> Array:
+    """Return the change that imaginary parts carry."""
+    return np.imag(np.asarray(x)).astype(float) / STEP
+
+
+def _unit(x: Any) -> float:
+    """Return the power of two next to the largest modulus of numbers; 1 where they are zero."""
+    largest = float(np.max(np.abs(x), initial=0.0))
+    return float(2.0 ** math.frexp(largest)[1]) if largest > 0 and math.isfinite(largest) else 1.0
+
+
+def _following(ivp: InitialValueProblem, starts: Mapping[str, Array]) -> Callable[[str], dict[str, Array]]:
+    """Return the derivatives of those initial values that are the case's by a parameter."""
+    if ivp.case not in ivp.facts.CASES:
+        return lambda name: {}
+    declared = dict(zip(starts, case_start(ivp.facts, ivp.case, ivp.parameters), strict=True))
+    own = [name for name, values in starts.items() if np.allclose(values, declared[name], rtol=0.0, atol=SAME * _unit(values))]
+
+    def following(name: str) -> dict[str, Array]:
+        rows = dict(zip(starts, start_by_parameters(ivp), strict=True))
+        index = list(ivp.parameters).index(name)
+        return {vector: rows[vector][:, index] for vector in own}
+
+    return following
+
+
+def start_by_parameters(ivp: InitialValueProblem) -> tuple[Array, ...]:
+    """Return the derivatives of a case's initial values by all parameters, p and q, or y; each shape(d, parameters)."""
+    names = STARTS[ivp.facts.KIND]
+
+    def build(cached: bool) -> str:
+        import sympy as sp
+
+        from daebench.compiler import codegen
+
+        derivation = ivp.source.derivation
+        case, symbols = derivation.definition.cases[ivp.case], derivation.parameters
+        lines = [f'"""Initial values of {ivp.problem} by its parameters."""', "import numpy", "from numpy import *"]
+        for name in names:
+            values = [sp.sympify(value) for value in getattr(case, name[0])]
+            entries = [value.diff(symbol) for value in values for symbol in symbols]
+            lines.append(codegen.expressions(f"{name}_by_par", {}, entries, (len(values), len(symbols)), symbols))
+        return "\n".join(lines)
+
+    module = generated(f"{ivp.problem}_start_by_par", f"{ivp.source.key} {ivp.case} start by parameters", build)
+    par = tuple(map(np.float64, ivp.par))
+    return tuple(np.array(getattr(module, f"{name}_by_par")(par), dtype=float) for name in names)
+
+
+def _tangent(ivp: ConstrainedIvp, par: Array, start: Array) -> Array:
+    """Return a change of the start that keeps it on the manifold when the parameters are changed."""
+    moved, dp, dq = moved_by(ivp, par), *np.split(start, 2)
+    G, by_mass = ivp.value("G", ivp.q0), ivp.value("H_pp", ivp.p0, ivp.q0)
+    W = G @ by_mass @ G.T
+    dq = dq - by_mass @ G.T @ _solved(W, imaginary(moved.value("g", ivp.q0 + 1j * STEP * dq)))
+    change = imaginary(moved.value("Gv", ivp.p0 + 1j * STEP * dp, ivp.q0 + 1j * STEP * dq))
+    return np.concatenate([dp - G.T @ _solved(W, change), dq])
+
+
+def _solved(W: Array, b: Array) -> Array:
+    """Return W^-1 b, of least norm where constraints are redundant."""
+    return np.asarray(np.linalg.lstsq(W, b, rcond=None)[0], dtype=float)
