@@ -1,6 +1,6 @@
 """``daebench bench``: time per step and time to the first step, best of several, beside hand-written C where there is a compiler."""
 
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
@@ -39,31 +39,37 @@ def bench(
     if solvers or gradients:
         _instead(solvers=solvers, gradients=gradients, steps=steps, repeat=repeat, as_json=as_json)
         return
-    from daebench.methods.catalogue import schemes
     from daebench.methods.initial_value_problem import initial_value_problem
+
+    more: dict[str, Any] = {"parameters": pairs("param", param or []), "algebra": algebra, "anyway": anyway}
+    ivp = initial_value_problem(problem, case, more["parameters"], algebra=algebra)
+    rows = _steps(problem, ivp, methods, h, steps, repeat, more)
+    if as_json:
+        print_json({"problem": problem, "case": ivp.case, "h": h, "steps": steps, "repeat": repeat, "rows": rows})
+        return
+    print_table(COLUMNS, [[_cell(row.get(column)) for column in COLUMNS] for row in rows])
+
+
+def _steps(problem: str, ivp: Any, methods: str | None, h: float, steps: int, repeat: int, more: dict[str, Any]) -> list[dict[str, Any]]:
+    """Return a row a method, and those of programs in C and of numba alone."""
+    from daebench.methods.catalogue import schemes
     from daebench.methods.registry import poisson_registry
     from daebench.studies.start_up import first_step, numba_alone
     from daebench.studies.timing import hand_written, measure
 
-    given = pairs("param", param or [])
-    ivp = initial_value_problem(problem, case, given, algebra=algebra)
     registry = schemes() if ivp.facts.KIND == "constrained" else poisson_registry()
     names = words(methods) if methods else list(registry)
     rows = []
     with bar("bench") as progress:
         for k, name in enumerate(names):
             progress(k / len(names), name)
-            row = measure(ivp, name, h=h, steps=steps, repeat=repeat, anyway=anyway)
+            row = measure(ivp, name, h=h, steps=steps, repeat=repeat, anyway=more["anyway"])
             if "ns_per_step" in row:
-                more = {"parameters": given, "algebra": algebra, "anyway": anyway}
                 row["cold_seconds"], row["warm_seconds"] = first_step(problem, ivp.case, name, h, repeat=STARTS, **more)
             rows.append(row)
         rows += hand_written(ivp, rows, h=h, steps=steps, repeat=repeat)
         rows.append({"method": "numba alone", "warm_seconds": numba_alone(repeat=STARTS)})
-    if as_json:
-        print_json({"problem": problem, "case": ivp.case, "h": h, "steps": steps, "repeat": repeat, "rows": rows})
-        return
-    print_table(COLUMNS, [[_cell(row.get(column)) for column in COLUMNS] for row in rows])
+    return rows
 
 
 def _instead(*, solvers: bool, gradients: bool, steps: int, repeat: int, as_json: bool) -> None:
