@@ -24,6 +24,7 @@ KEYS |= {
     "compile_seconds",
     "callback_seconds",
     "callbacks",
+    "sensitivities",
     "failure",
     "compensated",
 }

@@ -43,7 +43,8 @@ def test_files_have_the_derivatives_at_all_times(daebench, printed, tmp_path):
     for ending in ("csv", "npz"):
         assert daebench(*RUN, *NAMES, "--every", 5, "--out", tmp_path / f"run.{ending}")[0] == 0
     table = np.genfromtxt(tmp_path / "run.csv", delimiter=",", names=True)
-    arrays = np.load(tmp_path / "run.npz")
+    with np.load(tmp_path / "run.npz") as stored:
+        arrays = dict(stored)
     assert len(table) == 5
     assert arrays["dq_dq0"].shape == (5, 2, 2)
     assert np.array_equal(table["dq1_dgravity"], arrays["dq_dgravity"][:, 0])

@@ -52,6 +52,38 @@ def test_its_steps_are_counted_and_what_it_does_not_tell_is_not_zero():
 
 
 @needs_heyoka
+@pytest.mark.parametrize("points", [3, 201, 4001])
+def test_what_is_timed_takes_the_steps_that_are_looked_at_and_gives_the_same_outputs(points, monkeypatch):
+    timed, once_more = [], heyoka_ode._Along._once_more
+
+    class Told:
+        """An integrator that keeps what it gave."""
+
+        def __init__(self, series):
+            object.__setattr__(self, "series", series)
+
+        def __getattr__(self, name):
+            return getattr(self.series, name)
+
+        def __setattr__(self, name, value):
+            setattr(self.series, name, value)
+
+        def propagate_grid(self, grid):
+            timed.append(self.series.propagate_grid(grid))
+
+    def told(along, times):
+        along.series = Told(along.series)
+        once_more(along, times)
+
+    monkeypatch.setattr(heyoka_ode._Along, "_once_more", told)
+    found = run("spherical_pendulum", "fig1.2", 10.0, points=points).complete()
+    *_, steps, _, outputs = timed[0]
+    assert steps + 1 == found.steps
+    assert np.allclose(outputs[1:, :3], found.q[len(found.q) - len(outputs) + 1 :], rtol=0, atol=1e-14)
+    assert found.seconds > 0
+
+
+@needs_heyoka
 def test_a_start_whose_last_coefficients_vanish_is_left_by_a_short_step():
     # from rest, u = -t^2/2 + c t^6 + ...: at order 16, which 1e-13 asks for, the coefficients of t^15 and t^16 are those of no variable
     u, w = sp.symbols("u w", real=True)

@@ -1,7 +1,7 @@
 """Taylor series in double precision by heyoka, on the index-reduced ODE: the peer to beat where motion is smooth."""
 
 import time
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from functools import lru_cache
 from importlib.util import find_spec
@@ -12,7 +12,7 @@ import numpy as np
 from daebench.compiler.definition import Source
 from daebench.errors import BadInput
 from daebench.methods.formulations.constrained import Posed
-from daebench.methods.solvers.drive import MOST_STEPS, Advance, Array, one_by_one
+from daebench.methods.solvers.drive import MOST_STEPS, Advance, Array
 from daebench.methods.solvers.monitor import Monitor, Stopped
 from daebench.methods.solvers.reduced import OnReducedOde
 from daebench.methods.solvers.variants import HEYOKA
@@ -26,6 +26,9 @@ if TYPE_CHECKING:
 FIRST = 1e-3
 """Part of the run that the first step is at most: heyoka takes steps from the last two coefficients, which may vanish where it starts."""
 
+PIECES = 20
+"""Pieces of a run after each of which its progress is told."""
+
 COMPACT = 8
 """Unknowns above which loops are compiled in place of straight lines, which run in half the time: with 12, these compile for 20 s."""
 
@@ -33,7 +36,8 @@ COMPACT = 8
 class HeyokaTaylor(OnReducedOde):
     """Taylor series of the order that a tolerance asks for; what it evaluates inside is not told, and not counted.
 
-    Outputs are read from the series of the steps that pass them.
+    Outputs are read from the series of the steps that pass them. The run is made twice: step by step, to look at each, and then in one
+    piece by heyoka alone, as its users run it, which is what is timed.
     """
 
     solver = "heyoka"
@@ -63,7 +67,7 @@ class HeyokaTaylor(OnReducedOde):
         equations, velocity = _equations(ivp.source, tuple(ivp.parameters.items()))
         start = np.concatenate(ivp.start[::-1])
         series = hy.taylor_adaptive(equations, start, tol=tol, compact_mode=len(start) > COMPACT)
-        return one_by_one(_Along(series, velocity, monitor, hy.taylor_outcome.err_nf_state), monitor)
+        return _Along(series, velocity, monitor, hy.taylor_outcome.err_nf_state).outputs
 
 
 @dataclass(frozen=True)
@@ -99,27 +103,59 @@ class _Along:
 
     def __init__(self, series: Any, velocity: Any, monitor: Monitor, failed: object) -> None:
         self.series, self.velocity, self.monitor, self.failed = series, velocity, monitor, failed
+        self.start = np.array(series.state)
 
-    def __call__(self, t: float) -> Array:
-        while self.monitor.t < t:
-            self._step()
-        return self._unknowns(self.series.update_d_output(t))
+    def outputs(self, times: Array) -> Iterator[Array]:
+        """Give the unknowns at each of these times, and go through them once more by heyoka alone, which is what is timed.
+
+        A step of heyoka takes less time than to ask for it from Python.
+        """
+        given, monitor, began = 0, self.monitor, time.thread_time()
+        for piece in np.array_split(times, min(PIECES, len(times))):
+            aside = monitor.aside
+            rows, stop = self._looked_at(piece)
+            given += len(rows)
+            monitor.aside = aside + time.thread_time() - began
+            yield np.array(rows)
+            began = time.thread_time()
+            if stop:
+                self._once_more(times[:given])
+                raise stop
+        self._once_more(times)
+
+    def _looked_at(self, times: Array) -> tuple[list[Array], Stopped | None]:
+        """Return the unknowns at these times, each step on the way looked at, as far as the run comes; and why it stops."""
+        monitor, rows = self.monitor, list[Array]()
+        try:
+            for t in map(float, times):
+                while monitor.t < t:
+                    self._step()
+                y = self._unknowns(self.series.update_d_output(t))
+                monitor.require_inside(y)
+                rows.append(y)
+        except Stopped as stop:
+            return rows, stop
+        return rows, None
+
+    def _once_more(self, times: Array) -> None:
+        """Propagate over the times in one piece, from the start to where the run has come."""
+        series, monitor = self.series, self.monitor
+        if not monitor.steps:
+            return
+        began = time.thread_time()
+        series.time, series.state[:] = 0.0, self.start
+        series.step(max_delta_t=FIRST * monitor.t_end)
+        grid = np.concatenate([[series.time], times[times > series.time]])
+        monitor.aside += time.thread_time() - began  # one step is left out with the making of the grid
+        series.propagate_grid(grid)
 
     def _step(self) -> None:
-        """Make a step; what is done with it after that is none of heyoka's time, and would take longer than the step."""
+        """Make a step, and look at it."""
         series, monitor = self.series, self.monitor
         outcome, _ = series.step(max_delta_t=monitor.t_end - monitor.t if monitor.steps else FIRST * monitor.t_end, write_tc=True)
-        began, aside = time.thread_time(), monitor.aside
-        try:
-            self._taken(outcome)
-        finally:
-            monitor.aside = aside + time.thread_time() - began
-
-    def _taken(self, outcome: Any) -> None:
-        monitor = self.monitor
         if outcome == self.failed:
             raise Stopped(f"a value is no longer finite after t = {monitor.t:.9g}", monitor.t)
-        monitor.stepped(float(self.series.time), self._unknowns(self.series.state))
+        monitor.stepped(float(series.time), self._unknowns(series.state))
         if time.perf_counter() > monitor.deadline:
             raise Stopped(f"the limit of {monitor.limit:g} s is reached", advice="allow more time, or use a larger tol")
         if monitor.steps >= MOST_STEPS:

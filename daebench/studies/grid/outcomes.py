@@ -46,7 +46,7 @@ TOLD = {
     "G loses rank": RANK_LOST,
     **{REASONS[status][0].split(" in {")[0].split(", residual")[0]: NO_SOLUTION for status in (1, 5)},
     REASONS[2][0].split(", residual")[0]: SINGULAR,
-    **{REASONS[status][0]: BLOWN_UP for status in (3, 4)},
+    **{REASONS[status][0].split(", or did")[0]: BLOWN_UP for status in (3, 4, 8)},
 }
 """What the sentence of a failure begins its reason with, and the word for it."""
 
