@@ -1,5 +1,6 @@
 """What all tests share: a cache directory of their own, the problems that every scheme is swept over, and the command line."""
 
+import gc
 import os
 import sys
 import tempfile
@@ -12,7 +13,7 @@ os.environ["DAEBENCH_REFERENCES"] = f"{os.environ['DAEBENCH_CACHE']}/no-referenc
 
 import uncompiled
 from browser import chromium, looks_right, seen  # noqa: F401  defined once: a process can start one browser
-from ivps import LARGE, ivp, swept
+from ivps import LARGE, LARGEST, ivp, swept
 from outside_code import library, mine, program  # noqa: F401
 from own_files import ORBIT, RING
 
@@ -23,10 +24,25 @@ MANY_STAGES = ("lobatto5", "lobatto6", "gauss4", "radau3_ggl", "radau3_index2")
 """Schemes whose systems are so large that a few steps of them on a large problem, run as Python, take longest of all."""
 
 
+UNCOLLECTED = 50_000
+"""Objects that may be made before Python looks for cycles among the youngest: compiling makes millions that live, and few cycles."""
+
+
+def pytest_collection_finish():
+    gc.collect()
+    gc.freeze()
+    gc.set_threshold(UNCOLLECTED, 20, 20)
+
+
+OF_EACH_KIND = ("symplectic_euler", "rattle", "lobatto3", "gauss2", "radau2_ggl", "energy_momentum")
+"""One scheme of each algebra: projections, stages with multipliers, stages of the reduced equation, both, and a mean gradient."""
+
+
 def pytest_collection_modifyitems(items):
     for item in items:
-        given = getattr(item, "callspec", None)
-        if given and given.params.get("each_ivp") in LARGE and given.params.get("method") in MANY_STAGES:
+        given = item.callspec.params if hasattr(item, "callspec") else {}
+        place, method = given.get("each_ivp"), given.get("method")
+        if (method in MANY_STAGES and place in LARGE) or (method not in (None, *OF_EACH_KIND) and place in LARGEST):
             item.add_marker(pytest.mark.exhaustive)
 
 

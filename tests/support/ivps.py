@@ -63,6 +63,9 @@ That of the spherical pendulum is spherical-slow.
 LARGE = ("andrews_squeezer", "butane", "rigid_body_rotation")
 """Problems of so many unknowns that a sweep over all schemes takes minutes, run as Python: they are swept among the slow tests."""
 
+LARGEST = ("andrews_squeezer", "butane")
+"""Those of them that the gate sweeps over a scheme of each kind only."""
+
 
 def swept(names=IVPS):
     """Return parameters of a test that is swept over initial value problems of these names."""
