@@ -10,7 +10,6 @@ import uncompiled
 from daebench.compiler.definition import source_of
 from daebench.errors import BadInput, DaebenchError
 from daebench.methods import names
-from daebench.methods.formulations import chain_residuals
 from daebench.methods.formulations.chain import pose_banded
 from daebench.methods.formulations.constrained import pose
 from daebench.methods.initial_value_problem import initial_value_problem
@@ -77,18 +76,11 @@ def both(which):
     return tuple(make_ivp(source_of(chain, "short", algebra), case) for algebra in ("arrays", "values"))
 
 
-@cache
-def interpreted(source, formulation, multipliers):
-    """Return the generated module of a chain's formulation without numba."""
-    text = chain_residuals.source("Uncompiled.", source.derivation.chain, formulation, multipliers, cached=False)
-    return uncompiled.run(text, f"{source.problem}_{formulation}")
-
-
 @pytest.fixture
 def few(monkeypatch):
     """Have formulations of short chains run uncompiled, in loops over nodes and written out."""
     monkeypatch.setattr("daebench.methods.formulations.constrained._module", uncompiled.kept_module)
-    monkeypatch.setattr("daebench.methods.formulations.chain._module", lambda ivp, *how: interpreted(ivp.source, *how))
+    monkeypatch.setattr("daebench.methods.formulations.chain._module", uncompiled.kept_chain_module)
     monkeypatch.setattr("daebench.runs.ivp.InitialValueProblem.functions", uncompiled.kept_functions)
 
 
@@ -141,7 +133,7 @@ def test_band_is_as_wide_as_the_jacobian_of_the_system_written_out_and_no_wider(
 
 @pytest.mark.parametrize("formulation", FORMULATIONS, ids=str)
 def test_width_of_the_band_does_not_depend_on_the_length_of_the_chain(posed, formulation):
-    long = interpreted(source_of(pendulum_chain.problem(links=400), "long", "arrays"), formulation, FORMULATIONS[formulation])
+    long = uncompiled.chain_module(source_of(pendulum_chain.problem(links=400), "long", "arrays"), formulation, FORMULATIONS[formulation])
     assert posed("pendulums", formulation)[0].band == (long.LOWER, long.UPPER)
 
 

@@ -2,10 +2,11 @@
 
 import re
 import types
+from functools import cache
 
 from daebench.compiler.link import Linker, Options
 from daebench.compiler.syntax import LANGUAGE
-from daebench.methods.formulations import residuals
+from daebench.methods.formulations import chain_residuals, residuals
 
 _kept = {}
 
@@ -31,6 +32,18 @@ def kept_module(ivp, formulation, multipliers):
     if key not in _kept:
         _kept[key] = module(ivp, formulation, multipliers)
     return _kept[key]
+
+
+@cache
+def chain_module(source, formulation, multipliers):
+    """Return the generated module of a formulation of a chain, in loops over nodes, without numba."""
+    text = chain_residuals.source("Uncompiled.", source.derivation.chain, formulation, multipliers, cached=False)
+    return run(text, f"{source.problem}_{formulation}")
+
+
+def kept_chain_module(ivp, formulation, multipliers):
+    """As ``chain_module``; in place of ``formulations.chain._module``."""
+    return chain_module(ivp.source, formulation, multipliers)
 
 
 def kept_functions(ivp, *names):
