@@ -52,6 +52,7 @@ def methods():
     lines += [f"| `ida:{name}` | {about} | 1-5 | no | no | {STAYS[name]} | SUNDIALS IDA |" for name, about in FORMULATIONS.items()]
     lines += [
         "| `cvode:adams` `cvode:bdf` | (1.18) | 1-12, 1-5 | no | no | neither | SUNDIALS CVODE |",
+        "| `cvode:bdf:projected` | (1.18) | 1-5 | no | no | g = 0, G H_p = 0 at the ends of its steps | SUNDIALS CVODE, CVodeSetProjFn |",
         "| `scipy:DOP853` `scipy:Radau` ... | (1.18) | 8, 5, ... | no | no | neither | SciPy |",
         "| `heyoka:taylor` | (1.18) | by tolerance | no | no | neither | heyoka (extra `peers`) |",
         "| `solve_dae:Radau` | as `ida:index2` | 5 | no | no | G H_p = 0 to tolerance | solve_dae (extra `peers`) |",

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from daebench.cli import steps_out as steps_files
 from daebench.cli.arguments import Algebra, Anyway, Case, Compensated, Free, Json, Method, OnSingular, Overwrite, Param, Problem, Project
 from daebench.cli.console import bar, numbers, pairs, print_json, words
 from daebench.errors import BadInput
@@ -41,6 +42,10 @@ class Precision(StrEnum):
 Watch = Annotated[
     str | None,
     typer.Option("--watch", help="energy; manifold, or casimirs of a Poisson system; integrals; none; if left out, all but integrals."),
+]
+
+StepsOut = Annotated[
+    Path | None, typer.Option("--steps-out", help="Write what IDA or CVODE thinks of its steps to FILE.csv, and draw it beside.")
 ]
 
 Sensitivities = Annotated[
@@ -81,30 +86,37 @@ def run(
     sensitivities: Sensitivities = None,
     seconds_limit: SecondsLimit = None,
     callbacks: Annotated[Callbacks, typer.Option("--callbacks", help="What IDA and CVODE call: native or python.")] = Callbacks.native,
+    steps_out: StepsOut = None,
     overwrite: Overwrite = False,
     as_json: Json = False,
 ) -> None:
     """Run one method on one problem; exit 1 if it stops early."""
-    _check_place(out, raw=raw, overwrite=overwrite)
+    _check_place(out, steps_out, raw=raw, overwrite=overwrite)
     with bar(f"{method} on {problem}") as progress:
-        start: dict[str, Any] = {"case": case, "parameters": pairs("param", param or []), "algebra": algebra}
-        start |= {"q0": numbers("--q0", q0), "p0": numbers("--p0", p0)}
+        start = _start(case, param, algebra, q0, p0)
         asked: dict[str, Any] = {"h": h, "tol": tol, "steps": steps, "t_end": t_end, "points": points, "every": every}
         asked |= {"watch": None if watch is None else _monitored(watch), "multipliers": lam, "raw": raw, "progress": progress}
         asked |= {"options": pairs("option", option or []), "compensated": compensated, "precision": precision.value, "anyway": anyway}
         asked |= {"y0": numbers("--y0", y0), "project": project, "on_singular": on_singular, "seconds_limit": seconds_limit}
-        asked |= {"callbacks": callbacks.value, "sensitivities": words(sensitivities or "")}
-        ivp, request, trajectory = _solved(problem, method=method, **start, **asked)
-    _write(out, ivp, request, method, trajectory)
+        asked |= {"callbacks": callbacks.value, "solver_steps": steps_out is not None, "sensitivities": words(sensitivities or "")}
+        ivp, request, trajectory = _solved(steps_out, problem, method=method, **start, **asked)
+    _write(out, steps_out, ivp, request, method, trajectory)
     _print(ivp, trajectory, _given(problem, start) if project else None, compensated=compensated, as_json=as_json)
     raise typer.Exit(1 if trajectory.failure else 0)
 
 
-def _solved(problem: str, **settings: Any) -> tuple[Any, "Request", Any]:
+def _start(case: str | None, param: list[str] | None, algebra: str, q0: str | None, p0: str | None) -> dict[str, Any]:
+    """Return what decides an initial value problem, y0 of a Poisson system apart."""
+    chosen: dict[str, Any] = {"case": case, "parameters": pairs("param", param or []), "algebra": algebra}
+    return chosen | {"q0": numbers("--q0", q0), "p0": numbers("--p0", p0)}
+
+
+def _solved(steps_out: Path | None, problem: str, **settings: Any) -> tuple[Any, "Request", Any]:
     """Return the initial value problem, what was asked for, and the trajectory."""
     from daebench.methods.run import prepare
 
     method, ivp, request = prepare(problem, **settings)
+    steps_files.check_size(steps_out, ivp)
     return ivp, request, method.solve(ivp, request)
 
 
@@ -116,16 +128,20 @@ def _given(problem: str, start: dict[str, Any]) -> "ConstrainedIvp":
     return constrained(initial_value_problem(problem, **start, consistent=False))
 
 
-def _write(out: Path | None, ivp: Any, request: "Request", method: str, trajectory: Any) -> None:
-    """Write a trajectory where there is a place for it, and beside each file how it was made."""
+def _write(out: Path | None, steps_out: Path | None, ivp: Any, request: "Request", method: str, trajectory: Any) -> None:
+    """Write a trajectory, and a record of steps, where there are places for them, and beside each file how it was made."""
     from daebench.runs import provenance
     from daebench.runs.files import write_trajectory
 
-    if out is None:
+    if out is None and steps_out is None:
         return
     about = provenance.made_by(MAKER) | provenance.definition(ivp) | {"Method": method}
     about["Run"] = _settings(request, trajectory.steps, trajectory.failure)
-    for path in write_trajectory(out, trajectory):
+    files = [] if out is None else write_trajectory(out, trajectory)
+    if steps_out is not None:
+        title = f"{trajectory.method} on {ivp.problem}, case {ivp.case}, tol = {request.value:g}"
+        files += steps_files.write(steps_out, trajectory.solver_steps, title)
+    for path in files:
         provenance.write_beside(path, about)
 
 
@@ -149,7 +165,7 @@ def _print(ivp: Any, trajectory: Any, given: "ConstrainedIvp | None", *, compens
         print_summary(summary)
 
 
-def _check_place(out: Path | None, *, raw: bool, overwrite: bool) -> None:
+def _check_place(out: Path | None, steps_out: Path | None, *, raw: bool, overwrite: bool) -> None:
     """Refuse, before the run, files that cannot be written or are another command's."""
     from daebench.runs import provenance
     from daebench.runs.files import check_writable, written
@@ -160,6 +176,10 @@ def _check_place(out: Path | None, *, raw: bool, overwrite: bool) -> None:
         check_writable(out)
         for file in written(out, raw=raw):
             provenance.require_own(file, MAKER, overwrite=overwrite)
+    if steps_out is not None:
+        if out is not None and out.resolve() == steps_out.resolve():
+            raise BadInput(f"--out and --steps-out both name {out}; choose two files.")
+        steps_files.check_place(steps_out, MAKER, overwrite=overwrite)
 
 
 def _settings(request: "Request", steps: int, failure: str | None) -> str:

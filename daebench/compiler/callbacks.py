@@ -28,7 +28,10 @@ TOLERANCE, POSITIONS, STEADY, LAST, SIGMA, LARGEST, EXPLAINED, MODE, CONSERVED, 
 STEP, OUTPUT, VALUES, CHANGES = range(4)
 """Modes of the look: whether nothing is amiss with a step, or with an output; values, or the changes that the tolerance explains."""
 
-HEAD = 36
+LENGTH = 36
+"""The length of the initial value problem, see :mod:`daebench.runs.scales`."""
+
+HEAD = 37
 """Where the numbers of the problem begin."""
 
 ILL, SPENT, CRAWLING = 1.0, 2.0, 3.0
@@ -39,12 +42,14 @@ JACOBIAN = f"int32(float64, float64, {', '.join(['uintp'] * 8)})"
 RIGHT_SIDE = "int32(float64, uintp, uintp, uintp)"
 RIGHT_SIDE_JACOBIAN = f"int32(float64, {', '.join(['uintp'] * 7)})"
 LOOK = "int32(float64, uintp, uintp)"
+PROJECTION = "int32(float64, uintp, uintp, float64, uintp, uintp)"
 SIGNATURES = {
     "residual_callback": RESIDUAL,
     "jacobian_callback": JACOBIAN,
     "rhs_callback": RIGHT_SIDE,
     "rhs_jacobian_callback": RIGHT_SIDE_JACOBIAN,
     "look_callback": LOOK,
+    "projection_callback": PROJECTION,
 }
 """C types of what is called, by the name of the function that is generated."""
 

@@ -97,6 +97,12 @@ def interpolate(typing: Any, address: Any, mem: Any, t: Any, order: Any, y: Any)
 
 
 @intrinsic  # type: ignore[untyped-decorator]
+def ask(typing: Any, address: Any, mem: Any, place: Any) -> Any:
+    """Call ``int IDAGetLastStep(void *mem, double *h)``, or another function that tells one thing of a solver."""
+    return _call(INTEGER, POINTER, POINTER)
+
+
+@intrinsic  # type: ignore[untyped-decorator]
 def look(typing: Any, address: Any, t: Any, y: Any, user: Any) -> Any:
     """Call ``int look(double t, double *y, void *user)``."""
     return _call(INTEGER, REAL, POINTER, POINTER)

@@ -205,12 +205,20 @@ def save(figure: "Figure", directory: Path, stem: str, data: "pd.DataFrame | Map
         The numbers that are shown, by column.
     """
     directory.mkdir(parents=True, exist_ok=True)
-    with drawing():
-        for ending, settings in (("svg", {"metadata": {"Date": None, "Creator": None}}), ("png", {"dpi": DPI})):
-            with atomic(directory / f"{stem}.{ending}") as scratch:
-                figure.savefig(scratch, format=ending, **settings)
+    path, _ = save_drawing(figure, directory, stem)
     save_table(directory / f"{stem}.csv", data)
-    return directory / f"{stem}.svg"
+    return path
+
+
+def save_drawing(figure: "Figure", directory: Path, stem: str) -> tuple[Path, Path]:
+    """Write ``stem.svg`` and ``stem.png`` into a folder that is there, each whole or not at all; return their paths."""
+    paths = directory / f"{stem}.svg", directory / f"{stem}.png"
+    with drawing():
+        settings: Any = {".svg": {"metadata": {"Date": None, "Creator": None}}, ".png": {"dpi": DPI}}
+        for path in paths:
+            with atomic(path) as scratch:
+                figure.savefig(scratch, format=path.suffix[1:], **settings[path.suffix])
+    return paths
 
 
 def save_table(path: Path, data: "pd.DataFrame | Mapping[str, Any]") -> None:

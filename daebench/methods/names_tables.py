@@ -100,6 +100,15 @@ def _cvode(variant: str, options: Options | None) -> "Method[Any, Any]":
     return Cvode(variant)
 
 
+def _projected_or_not(variant: str, options: Options | None) -> "Method[Any, Any]":
+    family, colon, manner = variant.partition(":")
+    if not colon:
+        return _cvode(variant, options)
+    from daebench.methods.solvers.projected import ProjectedCvode
+
+    return ProjectedCvode.of(family, manner)
+
+
 def _scipy(variant: str, options: Options | None) -> "Method[Any, Any]":
     from daebench.methods.solvers.scipy_ode import ScipyOde
 
@@ -135,7 +144,13 @@ ON_ODE: Mapping[str, tuple[Solver, Collection[str]]] = {
 def _constrained_methods() -> list[Listed]:
     fixed = [Listed(name, "h", member.claims.system, member.options) for name, (_, member) in sorted(registry().items())]
     solvers = [Listed(f"ida:{name}", "tol", name, solver_numbers(f"ida:{name}")) for name in FORMULATIONS]
-    return [*fixed, *solvers, *_on_ode("ode"), Listed("solve_dae:Radau", "tol", "index2")]
+    return [
+        *fixed,
+        *solvers,
+        *_on_ode("ode"),
+        Listed(f"cvode:{variants.PROJECTED}", "tol", "ode"),
+        Listed("solve_dae:Radau", "tol", "index2"),
+    ]
 
 
 def _poisson_methods() -> list[Listed]:
@@ -154,6 +169,7 @@ CONSTRAINED = Kind(
     solvers={
         "ida": _ida,
         **{name: solver for name, (solver, _) in ON_ODE.items()},
+        "cvode": _projected_or_not,
         "solve_dae": _solve_dae,
     },
     forms={name: form.about for name, form in FORMS.items()},

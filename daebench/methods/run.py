@@ -110,13 +110,17 @@ def prepare(
     count: bool = True,
     seconds_limit: float | None = None,
     callbacks: str = "native",
+    solver_steps: bool = False,
     progress: Progress | None = None,
 ) -> tuple[Any, Ivp, Request]:
     """Return a method of the problem's kind, a consistent initial value problem and a request, all checked: what a run needs.
 
-    ``sensitivities`` are derivatives of a fixed-step scheme's own steps, exact to rounding. An initial value can be changed on the manifold
-    alone: where its entry q0_j, p0_j or a parameter a is changed, the start is put back as ``project`` does it, positions first, and what
-    is taken is the derivative of that::
+    ``sensitivities`` are derivatives of a fixed-step scheme's own steps, exact to rounding. IDA solves the variational equations
+    F_y s + F_y' s' + F_a da = 0 with its formulation F(y, y', a) = 0: it has (1 + k) n unknowns in k directions, and derivatives are in its
+    error test.
+
+    An initial value can be changed on the manifold alone. Where its entry q0_j or p0_j or a parameter a is changed, the start is put back
+    as ``project`` does it, positions first, and what is taken is the derivative of that::
 
         dq -> dq - M^-1 G^T W^-1 dg,       dg = G dq + g_a da,                 W = G M^-1 G^T
         dp -> dp - G^T W^-1 dv,            dv = d(G H_p), by dp, dq and da
@@ -177,6 +181,8 @@ def prepare(
         Wall-clock limit, s.
     callbacks : str
         What IDA and CVODE call: "native", machine code where the libraries of SUNDIALS allow it, or "python".
+    solver_steps : bool
+        Whether it is kept what IDA or CVODE thinks of each of its steps, see :class:`daebench.runs.solver_steps.SolverSteps`.
     progress : callable, optional
         Told the fraction done.
 
@@ -202,6 +208,7 @@ def prepare(
     value = real(chosen.knob, resolution_value(chosen, h=h, tol=tol))
     extent = _extent(t_end=t_end, steps=steps, every=every, points=points, seconds_limit=seconds_limit)
     results: dict[str, Any] = {"watch": _monitored(ivp, watch), "count": count, "multipliers": multipliers, "raw": raw}
+    results["solver_steps"] = solver_steps
     results["sensitivities"] = (sensitivities,) if isinstance(sensitivities, str) else tuple(sensitivities)
     manner: dict[str, Any] = {"precision": precision, "on_singular": on_singular, "progress": progress, "keep_interrupted": True}
     request = Request(value=value, **extent, **results, **manner, callbacks=callbacks)

@@ -84,7 +84,7 @@ def write_rows(path: Path, header: Iterable[str], rows: Iterable[Sequence[str]])
         writer.writerows(map(text_cell, row) for row in rows)
 
 
-def write_numbers(path: Path, columns: Mapping[str, NDArray[np.float64]]) -> None:
+def write_numbers(path: Path, columns: Mapping[str, NDArray[np.float64] | NDArray[np.int64]]) -> None:
     """Write columns of numbers under their names, with the decimal digits that survive the round trip."""
     header = ",".join(map(text_cell, columns))
     np.savetxt(path, np.column_stack(list(columns.values())), fmt="%.17g", delimiter=",", header=header, comments="")

@@ -44,11 +44,13 @@ class Grid:
         ------
         BadInput
             If h is not a finite positive number, neither or both of steps and t_end are given, there is less than one step,
-            points are asked for, or the states to be kept do not fit into memory.
+            points or a record of a solver's steps are asked for, or the states to be kept do not fit into memory.
         """
         h = positive("h", request.value)
         if request.points is not None:
             raise BadInput(f"points are for tolerance-driven methods; {name} has fixed steps, so say with every which of them to keep.")
+        if request.solver_steps:
+            raise BadInput(f"{name} has fixed steps and no estimates of their errors, as IDA and CVODE have; ask for no record of them.")
         if (request.steps is None) == (request.t_end is None):
             raise BadInput(f"{name} needs either a number of steps or an end time, and not both.")
         steps = request.steps if request.steps is not None else _whole_steps(positive("t_end", request.t_end), h)

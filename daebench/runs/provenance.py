@@ -85,7 +85,7 @@ def made_by(command: str) -> dict[str, str]:
     return {MAKER.strip(": "): command}
 
 
-def require_own(path: Path, command: str, *, overwrite: bool) -> None:
+def require_own(path: Path, command: str, *, overwrite: bool, option: str = "--out") -> None:
     """Accept an output file that is new, or that the same command made before, as the text beside it says.
 
     BadInput is raised if another command made it, or nothing says who did, unless any file may be replaced by ``overwrite``.
@@ -95,7 +95,7 @@ def require_own(path: Path, command: str, *, overwrite: bool) -> None:
     maker = _maker(path.with_name(f"{path.name}.txt"))
     if maker != command:
         whose = f"{maker} made it" if maker else f"nothing beside it says that {command} made it"
-        raise BadInput(f"--out {path}: the file is there, and {whose}; choose another name, or add --overwrite to replace it.")
+        raise BadInput(f"{option} {path}: the file is there, and {whose}; choose another name, or add --overwrite to replace it.")
 
 
 def _maker(beside: Path) -> str:

@@ -80,6 +80,8 @@ class Request:
         What to do where G loses rank: one of :data:`ON_SINGULAR`. The default is what the case declares.
     callbacks : str
         What IDA and CVODE call: one of :data:`CALLBACKS`.
+    solver_steps : bool
+        Whether it is wanted what IDA or CVODE thinks of each of its steps, see :class:`daebench.runs.solver_steps.SolverSteps`.
     sensitivities : tuple of str
         Parameters and initial values by which the states are differentiated.
     keep_interrupted : bool
@@ -101,6 +103,7 @@ class Request:
     work_limit: WorkLimit | None = None
     on_singular: str | None = None
     callbacks: str = "native"
+    solver_steps: bool = False
     sensitivities: tuple[str, ...] = ()
     keep_interrupted: bool = False
 

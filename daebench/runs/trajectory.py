@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from daebench.errors import RunFailed
+from daebench.runs.solver_steps import SolverSteps
 
 Array = NDArray[np.float64]
 
@@ -56,6 +57,8 @@ class Outcome:
         Part of ``seconds`` spent in Python callbacks, for solvers that have them.
     callbacks : str, optional
         What IDA or CVODE called, see :data:`daebench.runs.request.CALLBACKS`; None of other methods.
+    solver_steps : SolverSteps, optional
+        What IDA or CVODE thinks of its steps, where it was asked for.
     failure : str, optional
         Why the run ended early, as a sentence; None if it is complete.
     interrupted : bool
@@ -82,6 +85,7 @@ class Outcome:
     compile_seconds: float = 0.0
     callback_seconds: float | None = None
     callbacks: str | None = None
+    solver_steps: SolverSteps | None = None
     failure: str | None = None
     interrupted: bool = False
     sensitivities: Mapping[str, Mapping[str, Array]] = field(default_factory=dict)

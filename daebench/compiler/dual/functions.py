@@ -159,7 +159,7 @@ _extreme(max, lambda x, y: x > y)
 _extreme(min, lambda x, y: x < y)
 
 
-@overload_attribute(Dual, "real")  # type: ignore[untyped-decorator]
+@overload_attribute(Dual, "real", strict=False)  # type: ignore[untyped-decorator]
 def real(x: Any) -> Any:
     """Return the value, as a complex number does."""
     return lambda x: value(x)

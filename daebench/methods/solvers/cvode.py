@@ -16,6 +16,7 @@ class Cvode(OnReducedOde):
     """CVODE, "adams" (orders 1 to 12) or "bdf" (orders 1 to 5), with a dense linear solver."""
 
     solver = "cvode"
+    tells_steps = True
     variants = CVODE
 
     def _begin(self, dae: Posed, tol: float, monitor: Monitor) -> Advance:

@@ -5,7 +5,7 @@ import time
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,9 +28,13 @@ MOST_STEPS = 10_000_000
 
 
 class ToleranceMethod(ABC):
-    """A method that is steered by a tolerance: it poses a problem, and a solver is driven from output to output."""
+    """A method that is steered by a tolerance: it poses a problem, and a solver is driven from output to output.
+
+    ``differentiable`` says whether it solves variational equations too.
+    """
 
     knob = "tol"
+    differentiable: ClassVar[bool] = False
 
     @property
     @abstractmethod
@@ -41,6 +45,11 @@ class ToleranceMethod(ABC):
     def least(self) -> float:
         """Smallest tolerance that it takes."""
         return TOLERANCES[0]
+
+    @property
+    def tells_steps(self) -> bool:
+        """Whether the solver tells what it thinks of its steps."""
+        return False
 
     @abstractmethod
     def refusal(self, ivp: Any) -> str | None:
@@ -83,6 +92,44 @@ def check(name: str, request: Request, least: float = TOLERANCES[0]) -> None:
         raise BadInput(f"{name} has no stage multipliers of steps; ask for lam(p, q) instead.")
     if request.precision != "float64":
         raise BadInput(f"{name} computes in float64 only, not in {request.precision}.")
+
+
+def check_record(method: ToleranceMethod, request: Request) -> None:
+    """Refuse a record of steps by a solver that does not tell of them, or does not tell daebench; raise :class:`BadInput`."""
+    if not request.solver_steps:
+        return
+    if not method.tells_steps:
+        raise BadInput(f"{method.name} does not tell what it thinks of its steps, as IDA and CVODE do; ask for no record of them.")
+    if request.sensitivities:
+        raise BadInput("a record of steps is of the states alone; ask for sensitivities in another run.")
+    require_native("a record of steps", "does not hand on the estimates of their errors", request)
+
+
+def require_native(what: str, lacking: str, request: Request) -> None:
+    """Refuse, of a request, something of SUNDIALS that scikit-sundae does not pass on.
+
+    Parameters
+    ----------
+    what : str
+        What is asked for, as the beginning of a sentence.
+    lacking : str
+        What scikit-sundae cannot do, as the end of a sentence that begins with it.
+    request : Request
+        The request.
+
+    Raises
+    ------
+    BadInput
+        If callbacks are to be Python functions, or the libraries of SUNDIALS cannot be called.
+    """
+    from daebench.methods.solvers.native.libraries import DISTRIBUTION, Unavailable, functions
+
+    if request.callbacks != "native":
+        raise BadInput(f"{what} needs compiled callbacks, for {DISTRIBUTION} {lacking}; leave out --callbacks {request.callbacks}.")
+    try:
+        functions()
+    except Unavailable as error:
+        raise BadInput(f"{what} calls the libraries of SUNDIALS, and {error}; install {DISTRIBUTION} as a wheel.") from error
 
 
 Advance = Callable[[Array], Iterator[Array]]
@@ -178,7 +225,7 @@ def drive(
     times = np.linspace(0.0, request.t_end, max(3, request.points or POINTS))
     outputs = _Outputs([posed.y0])
     try:
-        monitor.native = request.callbacks == "native"
+        monitor.native, monitor.recording = request.callbacks == "native", request.solver_steps
         with uncollected():
             monitor.begin(posed.y0)
             advance = method._begin(posed, request.value, monitor)
@@ -220,5 +267,6 @@ def _outcome(posed: Posed, request: Request, monitor: Monitor, seconds: float) -
         "maxima_over": "outputs",
         "callback_seconds": min(monitor.seconds, seconds) if monitor.seconds else None,
         "callbacks": monitor.callbacks,
+        "solver_steps": monitor.recorder.steps() if monitor.recorder else None,
         "seconds": seconds,
     }

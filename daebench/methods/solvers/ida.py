@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 from typing import Any, ClassVar
 
 import numpy as np
+from numpy.typing import NDArray
 
 from daebench.errors import BadInput
 from daebench.methods.formulations.chain import BandedDae, pose_banded, refused
@@ -17,6 +18,7 @@ from daebench.methods.solvers.least_squares import reduced
 from daebench.methods.solvers.monitor import Monitor
 from daebench.methods.solvers.multiplier_treatment import TreatedMultipliers
 from daebench.methods.solvers.sundials import count_steps, stepwise
+from daebench.runs.directions import require_tuples
 from daebench.runs.ivp import ConstrainedIvp
 from daebench.runs.request import Request
 
@@ -30,18 +32,23 @@ class Ida(TreatedMultipliers, OnConstrained):
     On long chains the linear solver is that of banded matrices, and the Jacobian IDA's own difference quotient, of as many residuals as
     the band is wide: scikit-sundae takes analytic entries of a band in the places of a dense matrix only.
 
+    Derivatives in k directions are k n unknowns more, whose errors are tested too; the matrix of Newton's iteration is that of (1 + k) n
+    unknowns, which is factorised as a whole.
+
     The local error estimate of a multiplier can be hundreds of times that of a velocity: under the plain settings index 3 stops
-    at t = 0 at every tolerance, and index 2 and ``ggl`` collapse to order 1. Two treatments:
+    at t = 0 at every tolerance, and index 2 and ``ggl`` collapse to order 1. Two treatments, and one to compare with:
 
     - ``atol``: an absolute tolerance of 1e20 on lam and mu, for index 3 on v too;
-    - ``derivative``: the unknown is Lam with Lam' = lam, so that the multiplier enters as a derivative.
+    - ``derivative``: the unknown is Lam with Lam' = lam, so that the multiplier enters as a derivative;
+    - ``suppress``: the same unknowns are left out of the error test by IDASetSuppressAlg. Newton's iteration still waits for them to
+      converge within their tolerances, which rounding does not allow at tight ones: at 1e-12 and less runs stop.
 
     Parameters
     ----------
     formulation : str
         One of ``daebench.methods.formulations.table.FORMULATIONS``.
     treatment : str, optional
-        "derivative", "atol" or "none"; by default the better one for the formulation; ``ode`` has no multiplier.
+        "derivative", "atol", "none" or "suppress"; by default the better one for the formulation; ``ode`` has no multiplier.
     options : mapping of str to float, optional
         Free numbers of the formulation, as for :func:`daebench.methods.formulations.constrained.pose`.
 
@@ -51,6 +58,7 @@ class Ida(TreatedMultipliers, OnConstrained):
         If the formulation or the treatment is unknown, or a treatment is asked for on ``ode``.
     """
 
+    differentiable: ClassVar = True
     options: Mapping[str, float] | None = field(default=None, hash=False)
     kind: ClassVar = "formulation"
     formulations: ClassVar = FORMULATIONS
@@ -63,6 +71,11 @@ class Ida(TreatedMultipliers, OnConstrained):
     def check(self, ivp: ConstrainedIvp, request: Request) -> None:
         """Accept a request that can be met; raise :class:`BadInput` otherwise."""
         super().check(ivp, request)
+        self.check_treatment(request)
+        if request.sensitivities:
+            require_tuples(self.name, ivp)
+            if self.formulation == "ode":
+                raise BadInput(f"{self.name} has no sensitivities to give, for it has no equations for lam; use ida:index1.")
         if request.at_rank_loss(ivp) == "least-squares" and self.formulation != "ode":
             raise BadInput(
                 f"{self.name} has the multipliers among its unknowns, which redundant constraints leave undetermined; for least-squares "
@@ -85,10 +98,10 @@ class Ida(TreatedMultipliers, OnConstrained):
         return self.treatment_advice or "use a larger tol or another formulation, and see whether G keeps its rank"
 
     def _begin(self, dae: Dae, tol: float, monitor: Monitor) -> Advance:
-        return begin(dae, tol, self.tolerances(dae, tol), monitor)
+        return begin(dae, tol, self.tolerances(dae, tol), monitor, self.suppressed(dae))
 
 
-def begin(posed: Posed, tol: float, atol: Array, monitor: Monitor) -> Advance:
+def begin(posed: Posed, tol: float, atol: Array, monitor: Monitor, suppressed: NDArray[np.bool_] | None = None) -> Advance:
     """Compile what will be called, and return how IDA goes through output times.
 
     Parameters
@@ -101,10 +114,13 @@ def begin(posed: Posed, tol: float, atol: Array, monitor: Monitor) -> Advance:
         Absolute tolerances.
     monitor : Monitor
         Where calls and steps are counted.
+    suppressed : ndarray of bool, shape(n,), optional
+        Unknowns that IDA is told to be algebraic, and to leave out of its error test.
     """
     from daebench.methods.solvers.native import run as native  # numba, which a list of methods does without
 
-    return native.begin(posed, native.IDA, tol, atol, monitor) or _called_from_python(posed, tol, atol, monitor)
+    settings = native.PLAIN if suppressed is None else native.Settings(suppressed=suppressed)
+    return native.begin(posed, native.IDA, tol, atol, monitor, settings) or _called_from_python(posed, tol, atol, monitor)
 
 
 def _called_from_python(posed: Posed, tol: float, atol: Array, monitor: Monitor) -> Advance:

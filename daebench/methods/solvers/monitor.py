@@ -42,7 +42,8 @@ class Monitor:
     """Counts and times what the callbacks do, and stops a run that has gone on for too long.
 
     ``seconds`` is the time of callbacks; ``aside`` the CPU time of looking at what a solver gave, which is none of the solver's. ``native``
-    says whether callbacks of IDA and CVODE are to be machine code, and ``callbacks`` what they are.
+    says whether callbacks of IDA and CVODE are to be machine code, and ``callbacks`` what they are; ``recording`` says whether their steps
+    are to be recorded, and ``recorder`` has them.
 
     Parameters
     ----------
@@ -73,6 +74,8 @@ class Monitor:
         self.target = t_end
         self.y: Any = None
         self.steady = self.native = True
+        self.recording = False
+        self.recorder: Any = None
         self.callbacks: str | None = None
         self.latest: tuple[float, ...] = ()
         self.jumps: list[float] = []

@@ -5,12 +5,14 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
+from numpy.typing import NDArray
 
 from daebench.errors import BadInput, unknown
 from daebench.methods.formulations.constrained import Posed
-from daebench.methods.solvers.drive import Array
+from daebench.methods.solvers.drive import Array, require_native
+from daebench.runs.request import Request
 
-TREATMENTS = ("derivative", "atol", "none")
+TREATMENTS = ("derivative", "atol", "none", "suppress")
 
 UNTESTED = 1e20
 """Absolute tolerance of an unknown that is left out of the error test."""
@@ -25,7 +27,7 @@ class TreatedMultipliers:
     formulation : str
         One of the formulations of the kind of problem.
     treatment : str, optional
-        "derivative", "atol" or "none"; by default the better one for the formulation; ``ode`` has no multiplier.
+        "derivative", "atol", "none" or "suppress"; by default the better one for the formulation; ``ode`` has no multiplier.
 
     Raises
     ------
@@ -33,6 +35,7 @@ class TreatedMultipliers:
         If the formulation or the treatment is unknown, or a treatment is asked for on ``ode``.
     """
 
+    tells_steps: ClassVar = True
     formulation: str
     treatment: str | None = None
     kind: ClassVar[str]
@@ -72,13 +75,25 @@ class TreatedMultipliers:
 
     @property
     def untested(self) -> Collection[str]:
-        """Names of the blocks of unknowns that the treatment ``atol`` leaves out of the error test."""
+        """Names of the blocks of unknowns that the treatments ``atol`` and ``suppress`` leave out of the error test."""
         return ("lam", "mu")
+
+    def check_treatment(self, request: Request) -> None:
+        """Refuse ``suppress`` where SUNDIALS is not called directly; raise :class:`BadInput`."""
+        if self.chosen == "suppress":
+            require_native(self.name, "has no way to suppress unknowns", request)
+
+    def suppressed(self, posed: Posed) -> NDArray[np.bool_] | None:
+        """Return which unknowns the treatment ``suppress`` declares to be algebraic, shape(n,); None where it is another."""
+        return self._left_out(posed) if self.chosen == "suppress" else None
 
     def tolerances(self, posed: Posed, tol: float) -> Array:
         """Return the absolute tolerances, shape(n,)."""
-        atol = np.full(posed.n, tol)
-        if self.chosen == "atol":
-            for name in self.untested:
-                atol[posed.blocks.get(name, slice(0))] = UNTESTED
-        return atol
+        return np.where(self._left_out(posed) & (self.chosen == "atol"), UNTESTED, tol)
+
+    def _left_out(self, posed: Posed) -> NDArray[np.bool_]:
+        """Return which unknowns are in :attr:`untested`, shape(n,): derivatives as what they are derivatives of."""
+        left_out = np.zeros((posed.copies, posed.n // posed.copies), bool)
+        for name in self.untested:
+            left_out[:, posed.blocks.get(name, slice(0))] = True
+        return left_out.ravel()

@@ -10,7 +10,9 @@ from daebench.methods.solvers.ida import begin
 from daebench.methods.solvers.monitor import Monitor
 from daebench.methods.solvers.multiplier_treatment import TreatedMultipliers
 from daebench.methods.solvers.poisson_run import OnPoisson, refused
+from daebench.runs.directions import require_tuples
 from daebench.runs.ivp import InitialValueProblem, PoissonIvp
+from daebench.runs.request import Request
 
 
 @dataclass(frozen=True)
@@ -24,12 +26,14 @@ class PoissonIda(TreatedMultipliers, OnPoisson):
     - ``atol``: an absolute tolerance of 1e20 on mu;
     - ``derivative``: the unknown is Mu with Mu' = mu, so that the multiplier enters as a derivative.
 
+    A third, ``suppress``, leaves mu out of the error test by IDASetSuppressAlg.
+
     Parameters
     ----------
     formulation : str
         One of ``daebench.methods.formulations.table.POISSON_FORMULATIONS``.
     treatment : str, optional
-        "derivative", "atol" or "none"; by default the better one for the formulation; ``ode`` has no multiplier.
+        "derivative", "atol", "none" or "suppress"; by default the better one for the formulation; ``ode`` has no multiplier.
 
     Raises
     ------
@@ -37,6 +41,7 @@ class PoissonIda(TreatedMultipliers, OnPoisson):
         If the formulation or the treatment is unknown, or a treatment is asked for on ``ode``.
     """
 
+    differentiable: ClassVar = True
     kind: ClassVar = "formulation of Poisson systems"
     formulations: ClassVar = POISSON_FORMULATIONS
     default_treatments: ClassVar = {"casimirs": "derivative", "ode": "none"}
@@ -47,6 +52,13 @@ class PoissonIda(TreatedMultipliers, OnPoisson):
             return wrong
         return without_casimirs(ivp) if self.formulation == "casimirs" and not ivp.facts.CASIMIRS else None
 
+    def check(self, ivp: PoissonIvp, request: Request) -> None:
+        """Accept a request that can be met; raise :class:`BadInput` otherwise."""
+        super().check(ivp, request)
+        self.check_treatment(request)
+        if request.sensitivities:
+            require_tuples(self.name, ivp)
+
     def _posed(self, ivp: PoissonIvp) -> PoissonDae:
         return pose_poisson(ivp, self.formulation, multipliers=self.multipliers)
 
@@ -55,4 +67,4 @@ class PoissonIda(TreatedMultipliers, OnPoisson):
         return self.treatment_advice or super()._advice
 
     def _begin(self, dae: PoissonDae, tol: float, monitor: Monitor) -> Advance:
-        return begin(dae, tol, self.tolerances(dae, tol), monitor)
+        return begin(dae, tol, self.tolerances(dae, tol), monitor, self.suppressed(dae))

@@ -32,6 +32,11 @@ class PoissonOde(OnPoisson):
         return refused(self.name, ivp, dense=self.solver.dense) or self.solver.lacks(ivp)
 
     @property
+    def tells_steps(self) -> bool:
+        """Whether the solver tells what it thinks of its steps."""
+        return self.solver.tells_steps
+
+    @property
     def least(self) -> float:
         """Smallest tolerance that the solver takes."""
         return self.solver.least

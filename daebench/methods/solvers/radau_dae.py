@@ -24,6 +24,7 @@ class RadauDae(Ida):
     it soon stops, on ``ggl`` it stopped on double_pendulum at 1e-8 and 1e-9, and on ``index1`` it loses spherical_pendulum at 1e-3.
     """
 
+    tells_steps: ClassVar = False
     formulation: str = "index2"
     least: ClassVar[float] = ScipyOde.least
 

@@ -16,6 +16,7 @@ REASONS = {
     -2: "the tolerance is too small for double precision",
     -3: "the local error test failed too often, or with the smallest step",
     -4: "Newton's iteration failed too often, or with the smallest step",
+    -31: "the projection onto the constraints failed too often, or with the smallest step",
     -22: "SUNDIALS says that one of its inputs is invalid",
 }
 

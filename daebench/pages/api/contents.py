@@ -51,6 +51,8 @@ TASKS = (
             "daebench.PoissonTrajectory",
             "daebench.runs.trajectory.Outcome",
             "daebench.runs.trajectory.Passage",
+            "daebench.runs.solver_steps.SolverSteps",
+            "daebench.draw.solver_steps.draw",
             "daebench.runs.request",
             "daebench.methods.names",
             "daebench.methods.outside.callables.method_of_callable",

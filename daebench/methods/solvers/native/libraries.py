@@ -35,7 +35,10 @@ BOTH = {
     "GetDky": "ipdip",
     "GetLastOrder": "ipp",
     "GetLastStep": "ipp",
+    "GetCurrentStep": "ipp",
     "GetNumNonlinSolvIters": "ipp",
+    "GetNumErrTestFails": "ipp",
+    "GetNumNonlinSolvConvFails": "ipp",
     "GetErrWeights": "ipp",
     "GetEstLocalErrors": "ipp",
 }
@@ -64,7 +67,8 @@ FUNCTIONS: Mapping[str, Mapping[str, str]] = {
     "sunlinsoldense": {"SUNLinSol_Dense": "pppp"},
     "sunlinsolband": {"SUNLinSol_Band": "pppp"},
     "ida": {f"IDA{name}": kinds for name, kinds in BOTH.items()}
-    | {"IDACreate": "pp", "IDASolve": "ipdpppi", "IDASetId": "ipp", "IDASetSuppressAlg": "ipi"},
+    | {"IDACreate": "pp", "IDAReInit": "ipdpp", "IDASolve": "ipdpppi"}
+    | {"IDASetId": "ipp", "IDASetSuppressAlg": "ipi", "IDASetMaxErrTestFails": "ipi"},
     "cvode": {f"CVode{name}": kinds for name, kinds in BOTH.items()}
     | {"CVodeCreate": "pip", "CVodeInit": "ippdp", "CVode": "ipdppi"}
     | {"CVodeSetProjFn": "ipp", "CVodeSetProjErrEst": "ipi", "CVodeSetProjFrequency": "ipl"},

@@ -7,7 +7,7 @@ from typing import Any
 
 from daebench.compiler.cache import generated
 from daebench.compiler.callbacks import MODE, OUTPUT, STEP
-from daebench.compiler.foreign import cvode_solve, ida_solve, interpolate, look
+from daebench.compiler.foreign import ask, cvode_solve, ida_solve, interpolate, look
 
 ONE_STEP = 2
 """The task of SUNDIALS that is one step."""
@@ -21,12 +21,27 @@ COLLAPSED = 2.5e-15
 STATE_AT, OUTPUT_AT, TIME_AT, USER_AT = range(3, 7)
 """Places of addresses, see :func:`advance`."""
 
-STEPS, OUTPUTS, SINCE, KEPT, STRIDE = range(5)
-"""What is counted: steps, outputs, steps since the last output, states kept, and steps from one of these to the next."""
+STEPS, OUTPUTS, SINCE, KEPT, STRIDE, NOTED = range(6)
+"""What is counted: steps, outputs, steps since the last output, states kept, steps from one of these to the next, and steps noted."""
+
+ASKED, COUNTED, COLUMNS = 7, 4, 6
+"""Of what is noted of a step: questions to the solver, whole numbers among the answers, and numbers before those of the unknowns."""
 
 
 def advance(
-    ida: bool, calls: Any, mem: Any, vectors: Any, y: Any, t: Any, times: Any, rows: Any, counts: Any, kept: Any, user: Any, budget: int
+    ida: bool,
+    calls: Any,
+    mem: Any,
+    vectors: Any,
+    y: Any,
+    t: Any,
+    times: Any,
+    rows: Any,
+    counts: Any,
+    kept: Any,
+    user: Any,
+    record: Any,
+    budget: int,
 ) -> int:
     """Step to the last time, or until something is to be looked at, and fill rows at the times that are passed.
 
@@ -51,14 +66,16 @@ def advance(
         Output times; the last is the end.
     rows : ndarray, shape(k, n)
         Unknowns there.
-    counts : ndarray, shape(5,)
+    counts : ndarray, shape(6,)
         See ``STEPS``.
     kept : ndarray, shape(l, n)
         States now and then over the run: every other one is dropped as soon as there are too many.
     user : ndarray
         The memory of callbacks.
+    record : tuple
+        What ``note`` fills, see :class:`daebench.methods.solvers.native.recorder.Recorder`; nothing is noted in a table without rows.
     budget : int
-        Most steps.
+        Most steps, of those that are noted no more than the table has rows.
     """
     for _ in range(budget):
         if t[0] >= times[-1]:
@@ -66,6 +83,7 @@ def advance(
         flag = step(ida, calls, mem, vectors, y, t, times[-1])
         if flag < 0:
             return flag
+        note(mem, y, t, record, counts)
         passed = counts[OUTPUTS]
         while passed < len(times) - 1 and times[passed] <= t[0]:
             passed += 1
@@ -130,13 +148,30 @@ def keep(y: Any, kept: Any, counts: Any) -> None:
         counts[KEPT], counts[STRIDE] = half, 2 * counts[STRIDE]
 
 
+def note(mem: Any, y: Any, t: Any, record: Any, counts: Any) -> None:
+    """Note what the solver thinks of the step that it has taken, if there is a place: t, h, order, counts, unknowns, weights, estimates."""
+    asked, size, numbers, columns, table = record
+    if len(table) > 0:
+        for k in range(ASKED):
+            ask(asked[k], mem, asked[ASKED + k])
+        row, n = counts[NOTED], y.shape[1]
+        table[row, 0], table[row, 1] = t[0], size[0]
+        for k in range(COUNTED):
+            table[row, 2 + k] = numbers[k]
+        for i in range(n):
+            table[row, COLUMNS + i] = y[0, i]
+            table[row, COLUMNS + n + i] = columns[0, i]
+            table[row, COLUMNS + 2 * n + i] = columns[1, i]
+        counts[NOTED] += 1
+
+
 def look_again(call: Any, t: float, y: Any, user: Any, times: int) -> None:
     """Look at a step several times; unknowns and memory are given by their addresses."""
     for _ in range(times):
         look(call, t, y, user)
 
 
-WRITTEN = (advance, put_out, step, usual, keep, look_again)
+WRITTEN = (advance, put_out, step, usual, keep, note, look_again)
 """The functions that are compiled."""
 
 
@@ -150,7 +185,7 @@ def compiled() -> types.ModuleType:
         roots = {advance: decorator, look_again: decorator}
         texts = "\n\n".join(f"{roots.get(function, '@inlined')}\n{inspect.getsource(function)}" for function in WRITTEN)
         flow = "ENDED, SUSPICIOUS, OUTSIDE, BUDGET, COLLAPSED, ONE_STEP, STEPS, OUTPUTS, SINCE, KEPT, STRIDE"
-        names = f"{flow}, STATE_AT, OUTPUT_AT, TIME_AT, USER_AT"
+        names = f"{flow}, STATE_AT, OUTPUT_AT, TIME_AT, USER_AT, NOTED, ASKED, COUNTED, COLUMNS"
         constants = f"from {__name__} import {names}\n{DECORATORS}"
         return f'"""The loop over the steps of IDA or CVODE."""\n\n{imports(sys.modules[__name__])}\n{constants}\n\n{texts}'
 

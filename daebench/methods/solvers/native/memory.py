@@ -1,18 +1,45 @@
 """The memory of a solver of SUNDIALS: what it is made of, what is set, and that all of it is given back."""
 
 import ctypes
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from daebench.compiler import callbacks
+from daebench.compiler.machine_code import Callback
 from daebench.methods.formulations.chain import BandedDae
 from daebench.methods.formulations.constrained import Posed
 from daebench.methods.solvers.drive import Array
+from daebench.methods.solvers.multiplier_treatment import UNTESTED
 from daebench.methods.solvers.native.libraries import Unavailable, address, functions
 
 IDA, ADAMS, BDF = 0, 1, 2
 """IDA, and the families of linear multistep methods of CVODE by its own numbers."""
+
+
+@dataclass(frozen=True, eq=False)
+class Settings:
+    """What a solver is told besides its tolerances.
+
+    Parameters
+    ----------
+    projection : Callback, optional
+        What CVODE calls to project a step, and the estimate of its error, see :mod:`daebench.methods.solvers.native.projection`.
+    length : float
+        The length of the initial value problem, which the projection is iterated against.
+    suppressed : ndarray of bool, shape(n,), optional
+        Which unknowns IDA is told to be algebraic, and to leave out of the error test.
+    """
+
+    projection: Callback | None = None
+    length: float = 0.0
+    suppressed: NDArray[np.bool_] | None = None
+
+
+PLAIN = Settings()
+"""Nothing besides."""
 
 NO_LIMIT = 2**31 - 1
 """Most steps in one call, which is one step here."""
@@ -35,6 +62,8 @@ class Solver:
         Absolute tolerances, in the order of the residual.
     user : ndarray
         The memory of callbacks, which begins with the layout of :mod:`daebench.compiler.callbacks`.
+    settings : Settings
+        What is set besides.
 
     Raises
     ------
@@ -42,16 +71,19 @@ class Solver:
         If the libraries are not there, or are not those that are declared.
     """
 
-    def __init__(self, posed: Posed, family: int, tol: float, atol: Array, user: Array) -> None:
+    def __init__(self, posed: Posed, family: int, tol: float, atol: Array, user: Array, settings: Settings = PLAIN) -> None:
         self.functions, self.prefix = functions(), "CVode" if family else "IDA"
         self.context, self.mem, self._held = ctypes.c_void_p(), ctypes.c_void_p(), list[tuple[str, int]]()
         self.order = posed.order if isinstance(posed, BandedDae) else np.arange(posed.n)
         self.y = np.empty((3, posed.n))
-        self.y[:], self.yp, self.atol, self.user = posed.y0[self.order], posed.yp0[self.order].copy(), atol[self.order].copy(), user
+        self.end = 0.0
+        self.start = posed.y0[self.order], posed.yp0[self.order]
+        self.y[:], self.yp, self.atol, self.user = self.start[0], self.start[1].copy(), atol[self.order].copy(), user
         self.functions["SUNContext_Create"](0, ctypes.addressof(self.context))
         self.functions["SUNContext_ClearErrHandlers"](self.context)  # nothing is printed: flags say what failed
         try:
             self._make(posed, family, tol)
+            self._set(settings, atol)
         except BaseException:
             self.free()
             raise
@@ -71,6 +103,20 @@ class Solver:
         self("SetLinearSolver", linear, A)
         self("SetJacFn", (module.rhs_jacobian_callback if family else module.jacobian_callback).address)
         self("SetMaxNumSteps", NO_LIMIT)
+
+    def _set(self, settings: Settings, atol: Array) -> None:
+        """Set what there is besides tolerances."""
+        if settings.projection:
+            self.user[callbacks.LENGTH] = settings.length
+            self("SetProjFn", settings.projection.address)
+            self("SetProjErrEst", 1)
+            self("SetProjFrequency", 1)
+        self.tested = atol < UNTESTED
+        if settings.suppressed is not None:
+            self.tested &= ~settings.suppressed
+            self._differential = np.where(settings.suppressed, 0.0, 1.0)[self.order]
+            self("SetId", self.vector(self._differential))
+            self("SetSuppressAlg", 1)
 
     def _linear_solver(self, posed: Posed, n: int, y: int) -> tuple[int, int]:
         """Return a matrix and a linear solver for it, and write down how the matrix is stored."""
@@ -108,6 +154,23 @@ class Solver:
         flag = self.functions[self.prefix + name](self.mem, *arguments)
         if flag < 0:
             raise Unavailable(f"{self.prefix}{name} of SUNDIALS returned {flag}")
+
+    def first_step(self, most_failures: int) -> int:
+        """Return the flag of the first step of IDA, taken once more, with so many failures of the error test allowed.
+
+        What the memory of callbacks counts stays as it is.
+        """
+        memory = self.user.copy()
+        self.y[:], self.yp[:] = self.start
+        self.user[callbacks.MOST], self.user[callbacks.SLOW] = np.inf, 0.0
+        y, yp, t = int(self.vectors[0]), int(self.vectors[1]), ctypes.c_double()
+        try:
+            self("ReInit", 0.0, y, yp)
+            self("SetMaxErrTestFails", most_failures)
+            self("SetStopTime", self.end)
+            return int(self.functions["IDASolve"](self.mem, self.end, ctypes.addressof(t), y, yp, 2))
+        finally:
+            self.user[:] = memory
 
     @property
     def step(self) -> int:

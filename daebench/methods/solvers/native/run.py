@@ -7,6 +7,7 @@ from contextlib import contextmanager
 import numpy as np
 
 from daebench.compiler import callbacks
+from daebench.errors import BadInput
 from daebench.methods.formulations.chain import BandedDae
 from daebench.methods.formulations.constrained import Posed
 from daebench.methods.solvers.drive import MOST_STEPS, Advance, Array
@@ -14,12 +15,13 @@ from daebench.methods.solvers.monitor import Monitor, Stopped
 from daebench.methods.solvers.monitored import MOST_UNKNOWNS
 from daebench.methods.solvers.native import loop
 from daebench.methods.solvers.native.libraries import Unavailable
-from daebench.methods.solvers.native.memory import ADAMS, BDF, IDA, Solver
+from daebench.methods.solvers.native.memory import ADAMS, BDF, IDA, PLAIN, Settings, Solver
+from daebench.methods.solvers.native.recorder import Recorder
 from daebench.methods.solvers.rank_monitor import KEPT, RankMonitor
 from daebench.methods.solvers.sundials import REASONS
 from daebench.methods.solvers.thresholds import COLLAPSE
 
-__all__ = ["ADAMS", "BDF", "IDA", "begin"]
+__all__ = ["ADAMS", "BDF", "IDA", "PLAIN", "Settings", "begin"]
 
 PIECE = 0.02
 """Time after which the loop comes back, s: signals, limits and progress are seen then."""
@@ -31,7 +33,7 @@ LOOKED_AGAIN = 40
 """To tell how long a look takes, one step in so many is looked at again, but no more than so many of them."""
 
 
-def begin(posed: Posed, family: int, tol: float, atol: Array, monitor: Monitor) -> Advance | None:
+def begin(posed: Posed, family: int, tol: float, atol: Array, monitor: Monitor, settings: Settings = PLAIN) -> Advance | None:
     """Compile what will be called, and return how the solver is advanced over output times; None where that cannot be, or is not asked for.
 
     Parameters
@@ -46,29 +48,40 @@ def begin(posed: Posed, family: int, tol: float, atol: Array, monitor: Monitor) 
         Absolute tolerances.
     monitor : Monitor
         Where calls and steps are counted.
+    settings : Settings
+        What the solver is told besides.
+
+    Raises
+    ------
+    BadInput
+        If something is asked for that there is with compiled callbacks alone, and these cannot be.
     """
     law = monitor.monitored
     compiled = law is not None and law.compiled and hasattr(posed.module, "residual_callback")
     monitor.callbacks = "python"
-    if not monitor.native or not compiled:
-        return None
+    why = "they are not compiled where constraints may be redundant"
     try:
-        run = _Run(posed, family, tol, atol, monitor)
-    except Unavailable:
-        return None
-    monitor.callbacks = "native"
-    return run.outputs
+        if monitor.native and compiled:
+            run = _Run(posed, family, tol, atol, monitor, settings)
+            monitor.callbacks = "native"
+            return run.outputs
+    except Unavailable as error:
+        why = str(error)
+    if monitor.recording or settings is not PLAIN:
+        what = "a record of its steps" if monitor.recording else "this method"
+        raise BadInput(f"{what} needs compiled callbacks, and on {posed.ivp.problem} {why}; leave it out, or use another method.")
+    return None
 
 
 class _Run:
     """One run, between the compiled loop and the monitor."""
 
-    def __init__(self, posed: Posed, family: int, tol: float, atol: Array, monitor: Monitor) -> None:
+    def __init__(self, posed: Posed, family: int, tol: float, atol: Array, monitor: Monitor, settings: Settings) -> None:
         self.posed, self.monitor, self.family = posed, monitor, family
         self.user = np.zeros(callbacks.HEAD + len(posed.par))
         self.user[callbacks.HEAD :] = posed.par
         self.user[callbacks.UNKNOWNS], self.user[callbacks.PARAMETERS] = posed.n, len(posed.par)
-        self.solver = Solver(posed, family, tol, atol, self.user)
+        self.solver = Solver(posed, family, tol, atol, self.user, settings)
         try:
             self._prepare()
         except BaseException:
@@ -88,11 +101,12 @@ class _Run:
         if isinstance(self.posed, BandedDae):
             self.order = np.ascontiguousarray(self.posed.order, dtype=np.uint64)
             words[callbacks.ORDER] = self.order.ctypes.data
-        self.t, self.counts = np.array([0.0, 0.0, 0.0, COLLAPSE * monitor.t_end]), np.array([0, 0, 0, 1, 1])
+        self.t, self.counts = np.array([0.0, 0.0, 0.0, COLLAPSE * monitor.t_end]), np.array([0, 0, 0, 1, 1, 0])
         given = [array.ctypes.data for array in (self.solver.y[0], self.solver.y[1], self.t, self.user)]
         self.calls = np.array([self.solver.step, self.solver.interpolation, law.address, *given], np.uint64)
         self.kept = np.empty((2 * KEPT + 1, self.posed.n))
         self.kept[0] = self.solver.y[0]
+        monitor.recorder = self.recorder = Recorder(self.solver, self.posed, self.counts, law.tol, recording=monitor.recording)
         self.loop = loop.compiled()
         self._hand_over()
         self._advance(np.array([monitor.t_end]), np.empty((1, self.posed.n)), 0)  # compiled before the clock runs
@@ -102,10 +116,11 @@ class _Run:
         """Go on to each of these times, and give the unknowns there as they come, some rows at once."""
         rows, given, budget = np.empty((len(times), self.posed.n)), 0, max(1, FIRST // self.posed.n)
         with self.solver, self._looks_aside():
-            self.solver("SetStopTime", times[-1])
+            self.solver.end = float(times[-1])
+            self.solver("SetStopTime", self.solver.end)
             while True:
                 began = time.perf_counter()
-                reason = self._advance(times, rows, budget)
+                reason = self._advance(times, rows, self.recorder.budget(budget))
                 lasted = time.perf_counter() - began
                 if self.counts[loop.OUTPUTS] > given:
                     yield self._in_blocks(rows[given : self.counts[loop.OUTPUTS]])
@@ -141,9 +156,10 @@ class _Run:
     def _advance(self, times: Array, rows: Array, budget: int) -> int:
         """Let the loop go on; return why it came back, and count what was called."""
         solver = self.solver
-        state = solver.vectors, solver.y, self.t, times, rows, self.counts, self.kept, self.user
+        state = solver.vectors, solver.y, self.t, times, rows, self.counts, self.kept, self.user, self.recorder.memory
         reason = int(self.loop.advance(not self.family, self.calls, solver.mem.value, *state, budget))
         names = {"rhs" if self.family else "residual": callbacks.RESIDUALS, "jacobian": callbacks.JACOBIANS}
+        names |= {"projection": callbacks.PROJECTIONS}
         self.monitor.calls = {name: int(self.user[place]) for name, place in names.items() if self.user[place]}
         return reason
 
@@ -157,6 +173,7 @@ class _Run:
         """
         whole = reason in (loop.ENDED, loop.BUDGET)
         self._take_over(self.t[0 if whole else 1], self.solver.y[0 if whole else 2])
+        self.recorder.take()
         if reason == loop.SUSPICIOUS:
             if isinstance(self.monitor, RankMonitor):
                 self.monitor.kept, self.monitor.stride = list(self.kept[: self.counts[loop.KEPT]]), 2**62  # the loop keeps them
@@ -166,6 +183,7 @@ class _Run:
             self.monitor.require_inside(self._in_blocks(rows[self.counts[loop.OUTPUTS]]))
             raise Stopped(f"the unknowns at t = {self.t[0]:.9g} are not where they may be")
         elif reason < 0:
+            self.recorder.refuse(reason, self.solver.y[2].copy())
             self._fail(reason)
         elif self.counts[loop.SINCE] > MOST_STEPS:
             raise Stopped(REASONS[-1])

@@ -1,0 +1,46 @@
+"""``daebench run --steps-out``: what IDA or CVODE thinks of its steps, as a table and a picture."""
+
+from pathlib import Path
+from typing import Any
+
+from daebench.errors import BadInput
+from daebench.runs.solver_steps import SolverSteps
+
+OPTION = "--steps-out"
+
+ENDINGS = (".csv", ".svg", ".png")
+
+MOST_UNKNOWNS = 400
+"""Unknowns of which a table has columns; in Python there is no limit."""
+
+
+def check_place(path: Path, maker: str, *, overwrite: bool) -> None:
+    """Refuse, before the run, files that cannot be written or are another command's; raise BadInput."""
+    from daebench.runs import files, provenance
+
+    if path.suffix.lower() != ENDINGS[0]:
+        raise BadInput(f"{OPTION} {path}: the file must end in {ENDINGS[0]}.")
+    for ending in ENDINGS:
+        files.check_place(path.with_suffix(ending), OPTION)
+        provenance.require_own(path.with_suffix(ending), maker, overwrite=overwrite, option=OPTION)
+
+
+def check_size(path: Path | None, ivp: Any) -> None:
+    """Refuse, before the run, a table with columns for each of very many unknowns; raise BadInput."""
+    if path is not None and ivp.size > MOST_UNKNOWNS:
+        raise BadInput(
+            f"{OPTION} {path}: {ivp.problem} has {ivp.size} unknowns, and a table has columns for each of {MOST_UNKNOWNS} at most; "
+            "in Python daebench.run(..., solver_steps=True).solver_steps has the arrays."
+        )
+
+
+def write(path: Path, steps: SolverSteps, title: str) -> list[Path]:
+    """Write FILE.csv, all digits, and FILE.svg and FILE.png beside it; return what was written."""
+    from daebench.draw.figures import save_drawing
+    from daebench.draw.solver_steps import draw
+    from daebench.runs.csv_files import write_numbers
+    from daebench.runs.files import atomic
+
+    with atomic(path) as scratch:
+        write_numbers(scratch, steps.columns)
+    return [path, *save_drawing(draw(steps, title), path.parent, path.stem)]

@@ -1,0 +1,73 @@
+"""``daebench run --steps-out``: a table with all digits, a picture, how they were made, and what is refused."""
+
+import numpy as np
+import pytest
+
+import daebench as package
+
+RUN = ("run", "planar_pendulum", "--case", "horizontal", "--method", "ida:index2", "--tol", "1e-5", "--t-end", 2)
+
+
+@pytest.fixture(autouse=True)
+def here(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def test_table_and_picture_are_written_beside_each_other(daebench, here):
+    assert daebench(*RUN, "--steps-out", "steps.csv", "--out", "run.csv")[0] == 0
+    table = np.genfromtxt("steps.csv", delimiter=",", names=True)
+    steps = package.run("planar_pendulum", case="horizontal", method="ida:index2", tol=1e-5, t_end=2.0, solver_steps=True).solver_steps
+    for name, column in steps.columns.items():
+        assert np.array_equal(table[name], column)
+    assert {"t", "h", "order", "iterations", "share_Lam", "q2", "estimate_v1", "weight_Lam1"} <= set(table.dtype.names)
+    assert (here / "steps.png").read_bytes().startswith(b"\x89PNG")
+    assert "<svg" in (here / "steps.svg").read_text()
+    for ending in ("csv", "svg", "png"):
+        text = (here / f"steps.{ending}.txt").read_text()
+        assert "Made by: daebench run" in text
+        assert "Method: ida:index2" in text
+
+
+def test_a_run_that_fails_at_its_start_has_its_attempts_drawn(daebench, here):
+    command = ("run", "spherical_pendulum", "--case", "fig1.2", "--method", "ida:index3:none", "--tol", "1e-3", "--t-end", 1)
+    assert daebench(*command, "--steps-out", "steps.csv")[0] == 1
+    assert set(np.genfromtxt("steps.csv", delimiter=",", names=True)["accepted"]) == {0.0}
+    assert (here / "steps.png").exists()
+
+
+def test_no_step_at_all_makes_an_empty_table(daebench, here):
+    command = ("run", "spherical_pendulum", "--case", "fig1.2", "--method", "ida:index3:none", "--tol", "1e-9", "--t-end", 1)
+    assert daebench(*command, "--steps-out", "steps.csv")[0] == 1
+    assert len((here / "steps.csv").read_text().splitlines()) == 1
+    assert (here / "steps.png").exists()
+
+
+REFUSED = {
+    "ending": (("--steps-out", "steps.npz"), "--steps-out steps.npz: the file must end in .csv."),
+    "folder": (("--steps-out", "no/steps.csv"), "--steps-out no/steps.csv: there is no folder no; make it first."),
+    "twice": (("--steps-out", "a.csv", "--out", "a.csv"), "--out and --steps-out both name a.csv; choose two files."),
+    "python": (("--steps-out", "a.csv", "--callbacks", "python"), "a record of steps needs compiled callbacks"),
+    "size": (("--steps-out", "a.csv", "--method", "ida:index1", "--param", "links=500"), "pendulum_chain has 2000 unknowns"),
+}
+
+
+@pytest.mark.parametrize("what", REFUSED)
+def test_bad_requests_are_refused_before_the_run(daebench, here, what):
+    more, says = REFUSED[what]
+    command = ("run", "pendulum_chain", "--method", "ida:index1", "--tol", "1e-5", "--t-end", 2) if what == "size" else RUN
+    status, _, error = daebench(*command, *more)
+    assert status == 2
+    assert says in error
+    assert not list(here.iterdir())
+
+
+@pytest.mark.parametrize("ending", ["csv", "svg", "png"])
+def test_the_file_of_somebody_else_is_kept(daebench, here, ending):
+    (here / f"steps.{ending}").write_text("mine")
+    status, _, error = daebench(*RUN, "--steps-out", "steps.csv")
+    assert status == 2
+    assert f"--steps-out steps.{ending}: the file is there" in error
+    assert (here / f"steps.{ending}").read_text() == "mine"
+    assert daebench(*RUN, "--steps-out", "steps.csv", "--overwrite")[0] == 0
+    assert daebench(*RUN, "--steps-out", "steps.csv")[0] == 0

@@ -1,0 +1,120 @@
+"""CVODE with projected steps: on the manifold at their ends, as accurate as asked, counted, and refused where it cannot be."""
+
+import ctypes
+
+import numpy as np
+import pytest
+from ivps import ivp
+from oracles import solution
+from planted import plant
+
+from daebench.errors import BadInput
+from daebench.methods.initial_value_problem import initial_value_problem
+from daebench.methods.names import method_of, parse
+from daebench.methods.run import list_methods, run
+from daebench.methods.solvers.native import libraries, memory
+from daebench.methods.solvers.native import projection as called_back
+from daebench.runs.request import Request
+
+NAME = "cvode:bdf:projected"
+T_END = 2.0
+ROUNDING = 1e-15
+KINDS = {"spherical-fast": 1e-3, "coupled-rods": 1e-4, "relativistic": 1e-4}
+"""Problems in velocities, with a diagonal mass matrix and a full one, and in momenta; with errors allowed at a tolerance of 1e-7."""
+
+
+def solved(name, tol, method=NAME, points=2):
+    return parse(method).solve(ivp(name), Request(value=tol, t_end=T_END, points=points)).complete()
+
+
+def off_manifold(name, trajectory):
+    """Return |g| and |G H_p| at the end, which is the end of a step, relative to |G| |q| and |G| |v|."""
+    where, p, q = ivp(name), tuple(trajectory.p[-1]), tuple(trajectory.q[-1])
+    G, v = np.abs(where.value("G", q)), np.abs(where.value("H_p", p, q))
+    return max(np.abs(where.value("g", q)) / (G @ np.abs(q))), max(np.abs(where.value("Gv", p, q)) / (G @ v))
+
+
+@pytest.mark.parametrize("name", KINDS)
+def test_steps_end_on_the_manifold_and_follow_the_motion_written_by_hand(name):
+    coarse, fine = (solved(name, tol) for tol in (1e-4, 1e-7))
+    q, p = solution(name, T_END)
+    errors = [max(np.abs(run.q[-1] - q).max(), np.abs(run.p[-1] - p).max()) for run in (coarse, fine)]
+    assert errors[1] < min(KINDS[name], 0.1 * errors[0])
+    assert max(*off_manifold(name, coarse), *off_manifold(name, fine)) < ROUNDING
+    assert max(off_manifold(name, solved(name, 1e-4, "cvode:bdf"))) > 1e6 * ROUNDING
+
+
+def test_projections_are_counted_as_cvode_counts_them(monkeypatch):
+    counters, free = [], memory.Solver.free
+
+    def counted(solver):
+        if solver.mem:
+            number = ctypes.c_long()
+            if ctypes.CDLL(libraries.paths()["cvode"]).CVodeGetNumProjEvals(solver.mem, ctypes.byref(number)) == 0:
+                counters.append(number.value)
+        free(solver)
+
+    monkeypatch.setattr(memory.Solver, "free", counted)
+    trajectory = solved("spherical-fast", 1e-6)
+    assert counters == [trajectory.work["projection"]]
+    assert trajectory.work["projection"] >= trajectory.steps > 0
+    assert (trajectory.method, trajectory.callbacks) == (NAME, "native")
+    assert "projection" not in solved("spherical-fast", 1e-6, "cvode:bdf").work
+
+
+def test_outputs_between_steps_are_near_the_manifold_by_the_tolerance():
+    trajectory = solved("spherical-fast", 1e-8, points=201)
+    assert 1e-12 < trajectory.maxima["g"] < 1e-7
+    assert np.array_equal(trajectory.q[-1], solved("spherical-fast", 1e-8).q[-1])
+
+
+def test_a_planted_fault_leads_off_the_manifold(monkeypatch, tmp_path):
+    plant(monkeypatch, tmp_path, "schemes.kernels.solver_projection", "return dv, dq, error_v", "return 0 * dv, dq, error_v")
+    trajectory = parse(NAME).solve(ivp("spherical-fast"), Request(value=1e-4, t_end=T_END, points=2))
+    assert trajectory.failure or max(off_manifold("spherical-fast", trajectory)) > 1e6 * ROUNDING
+
+
+def test_an_error_estimate_that_is_not_projected_takes_other_steps(monkeypatch, tmp_path):
+    right = solved("spherical-fast", 1e-6)
+    plant(monkeypatch, tmp_path, "schemes.kernels.solver_projection", "error_v + off_v, error_q + off_q", "error_v, error_q")
+    assert solved("spherical-fast", 1e-6).steps > right.steps
+
+
+def test_a_projection_that_fails_ends_the_run_with_a_reason(monkeypatch, tmp_path):
+    monkeypatch.setenv("DAEBENCH_CACHE", str(tmp_path))
+    monkeypatch.setattr(called_back, "CALLED_BACK", called_back.CALLED_BACK.replace("report[0] != 0", "True"))
+    trajectory = parse(NAME).solve(ivp("spherical-fast"), Request(value=1e-6, t_end=T_END))
+    assert "stopped at t = 0 of 2 (tol = 1e-06): the projection onto the constraints failed too often" in trajectory.failure
+    assert np.array_equal(trajectory.q, [ivp("spherical-fast").q0])
+
+
+REFUSED = {
+    "adams": ({"method": "cvode:adams:projected"}, "projects steps of BDF alone, not of adams; use cvode:bdf:projected"),
+    "family": ({"method": "cvode:bfd:projected"}, "unknown method of cvode 'bfd'; did you mean bdf"),
+    "manner": ({"method": "cvode:bdf:project"}, "unknown treatment of cvode's steps 'project'; did you mean projected"),
+    "python": ({"callbacks": "python"}, "needs compiled callbacks, for scikit-sundae has no way to project steps; leave out"),
+    "least squares": ({"on_singular": "least-squares"}, "projects onto independent constraints"),
+    "poisson": ({"problem": "lotka_volterra"}, "is for constrained problems, and lotka_volterra is a Poisson system"),
+    "chain": ({"problem": "pendulum_chain", "parameters": {"links": 20}}, "joins all 20 nodes of pendulum_chain"),
+}
+
+
+@pytest.mark.parametrize(("settings", "says"), REFUSED.values(), ids=REFUSED)
+def test_what_cannot_be_projected_is_refused(settings, says):
+    with pytest.raises(BadInput, match=says):
+        run(**{"problem": "planar_pendulum", "method": NAME, "tol": 1e-6, "t_end": 1.0, **settings})
+
+
+def test_it_is_refused_where_the_libraries_are_not_there(monkeypatch):
+    def missing():
+        raise libraries.Unavailable("scikit-sundae has no shared library of SUNDIALS for cvode")
+
+    monkeypatch.setattr(libraries, "functions", missing)
+    with pytest.raises(BadInput, match=r"calls the libraries of SUNDIALS, and scikit-sundae has no .* for cvode; install"):
+        run("planar_pendulum", method=NAME, tol=1e-6, t_end=1.0)
+
+
+def test_it_is_listed_for_constrained_problems_alone():
+    methods = list_methods()
+    assert methods["kind"][methods["method"] == NAME].tolist() == ["constrained"]
+    assert method_of(initial_value_problem("planar_pendulum"), NAME).name == NAME
