@@ -8,17 +8,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from daebench.diagnostics.derivative import STEP, derivative
+from daebench.diagnostics.derivative import ALLOWED, NEAR, ROUGH, STEP, derivative
 from daebench.errors import BadInput, DaebenchError
 from daebench.methods.run import run
 from daebench.runs.trajectory import Array, PoissonTrajectory, Trajectory
-
-AGREED = 1e-4
-"""A complex step that differs from a difference quotient by less than this part of it is that of a function which takes complex numbers."""
-
-QUOTIENT = 2.0**-17
-"""Step of that quotient, relative to the states."""
-
 
 States = Sequence[NDArray[Any]]
 """q and p, or y, at the output times, each shape(n, d)."""
@@ -60,7 +53,7 @@ def gradient(functional: Callable[..., Any], problem: Any, *, sensitivities: Seq
         >>> round(fall.value, 4), round(fall.derivatives["gravity"], 4)
         (-0.4758, -0.429)
 
-    The derivatives are those of the numbers that the method computes: the discrete tangent of its steps, and the chain rule. J is
+    The derivatives of the states are those of the run, see :func:`daebench.methods.run.prepare`; the rest is the chain rule. J is
     differentiated by complex step, so it should be made of functions that are smooth and take complex numbers, as NumPy's arithmetic does
     and ``abs`` does not; where a difference quotient contradicts, differences are taken, and a warning says to how many digits.
 
@@ -157,12 +150,12 @@ def _by_complex_step(phi: Functional, states: States, directions: Sequence[State
 
 
 def _confirmed(phi: Functional, states: States, directions: Sequence[States], slopes: Array, value: float) -> bool:
-    """Return whether a difference quotient along one combination of the directions agrees with slopes."""
+    """Return whether a difference quotient along one combination of the directions agrees with slopes, as far as it can tell."""
     sizes = [max(float(np.max(np.abs(dx), initial=0.0)) for dx in direction) for direction in directions]
     weights = [np.cos(1.0 + k) / (size or 1.0) for k, size in enumerate(sizes)]
     along = [sum((w * direction[i] for w, direction in zip(weights, directions, strict=True)), 0.0 * x) for i, x in enumerate(states)]
-    step = QUOTIENT * max(float(np.max(np.abs(x), initial=0.0)) for x in states) or QUOTIENT
+    step = NEAR * max(float(np.max(np.abs(x), initial=0.0)) for x in states) or NEAR
     forth, back = (float(np.real(phi([x + sign * step * dx for x, dx in zip(states, along, strict=True)]))) for sign in (1.0, -1.0))
     quotient, terms = (forth - back) / (2.0 * step), slopes * np.array(weights)
-    rounding = 8.0 * float(np.finfo(float).eps) * abs(value) / step
-    return abs(quotient - float(terms.sum())) <= AGREED * float(np.abs(terms).sum()) + rounding
+    rounding = ALLOWED * float(np.finfo(float).eps) * abs(value) / step
+    return abs(quotient - float(terms.sum())) <= ROUGH * float(np.abs(terms).sum()) + rounding

@@ -115,9 +115,12 @@ def prepare(
 ) -> tuple[Any, Ivp, Request]:
     """Return a method of the problem's kind, a consistent initial value problem and a request, all checked: what a run needs.
 
-    ``sensitivities`` are derivatives of a fixed-step scheme's own steps, exact to rounding. An initial value can be changed on the manifold
-    alone: where its entry q0_j, p0_j or a parameter a is changed, the start is put back as ``project`` does it, positions first, and what
-    is taken is the derivative of that::
+    ``sensitivities`` are derivatives of a fixed-step scheme's own steps, exact to rounding. IDA solves the variational equations
+    F_y s + F_y' s' + F_a da = 0 with its formulation F(y, y', a) = 0: it has (1 + k) n unknowns in k directions, and derivatives are in its
+    error test.
+
+    An initial value can be changed on the manifold alone. Where its entry q0_j or p0_j or a parameter a is changed, the start is put back
+    as ``project`` does it, positions first, and what is taken is the derivative of that::
 
         dq -> dq - M^-1 G^T W^-1 dg,       dg = G dq + g_a da,                 W = G M^-1 G^T
         dp -> dp - G^T W^-1 dv,            dv = d(G H_p), by dp, dq and da

@@ -6,7 +6,6 @@ from typing import Any
 
 from daebench.errors import BadInput
 from daebench.methods.catalogue import find_problem
-from daebench.methods.fixed_step.base import FixedStepMethod
 from daebench.runs.directions import require_names
 from daebench.runs.ivp import InitialValueProblem
 from daebench.runs.request import Method
@@ -30,7 +29,7 @@ def require_differentiable(method: Method[Any, Any], ivp: InitialValueProblem, n
     ------
     BadInput
         If a name is unknown, is that of a whole number which decides the structure of the problem, or is given twice; or if the method is
-        no fixed-step scheme of daebench.
+        neither a fixed-step scheme of daebench nor IDA.
     """
     if not names:
         return
@@ -39,7 +38,8 @@ def require_differentiable(method: Method[Any, Any], ivp: InitialValueProblem, n
         if name in structure:
             raise BadInput(f"{name} of {ivp.problem} is a whole number, and nothing can be differentiated by it; leave it out.")
     require_names(ivp, names)
-    if not isinstance(method, FixedStepMethod):
+    if not getattr(method, "differentiable", False):
         raise BadInput(
-            f"{method.name} has no sensitivities to give: they are derivatives of the steps of a scheme of daebench; use one, rattle say."
+            f"{method.name} has no sensitivities to give; schemes of daebench have those of their steps, as rattle, and ida:index2 solves "
+            "variational equations."
         )

@@ -11,10 +11,8 @@ from daebench.compiler.cache import generated
 from daebench.errors import BadInput, unknown
 from daebench.runs.ivp import ConstrainedIvp, InitialValueProblem
 from daebench.runs.make_ivp import case_start
+from daebench.runs.scales import STEP as STEP
 from daebench.runs.trajectory import Array
-
-STEP = 1e-30
-"""Imaginary step: its square is nothing, so that derivatives have no error of truncation or cancellation."""
 
 SAME = 1e-12
 """A start that differs from that of its case by no more than this part of it is the case's."""
@@ -87,6 +85,13 @@ def require_names(ivp: InitialValueProblem, names: Sequence[str]) -> None:
             raise unknown(f"parameter or initial value of {ivp.problem} to differentiate by", name, known_names(ivp))
     if twice := [name for name in names if list(names).count(name) > 1]:
         raise BadInput(f"{twice[0]} is given twice; differentiate by it once.")
+
+
+def require_tuples(method: str, ivp: InitialValueProblem) -> None:
+    """Accept a problem whose vectors are tuples of numbers; raise :class:`BadInput` where they are arrays, for a method of this name."""
+    if ivp.arrays:
+        why = f"the vectors of {ivp.problem} are arrays; take fewer of its bodies or sites"
+        raise BadInput(f"{method} on {ivp.problem} has no sensitivities to give: {why}.")
 
 
 def directions(ivp: InitialValueProblem, names: Sequence[str]) -> Directions:

@@ -109,7 +109,7 @@ class InitialValueProblem:
         """
         module = self.functions(name)
         call = getattr(module, name)
-        par = tuple(map(np.float64, self.par))
+        par = tuple(map(_number, self.par))
         with np.errstate(all="ignore"):
             if not module.ELEMENTWISE:
                 vector = np.asarray if self.arrays else tuple
@@ -201,4 +201,4 @@ def _stacked(values: Any, n: int) -> Array:
     """Return nested tuples of columns as one array with the rows first."""
     if isinstance(values, tuple):
         return np.stack([_stacked(value, n) for value in values], axis=1) if values else np.empty((n, 0))
-    return np.broadcast_to(np.asarray(values, dtype=float), (n,)).copy()
+    return np.broadcast_to(np.asarray(values, dtype=np.result_type(float, np.asarray(values))), (n,)).copy()

@@ -16,7 +16,7 @@ from daebench.methods.fixed_step.complex_step import complex_run
 from daebench.methods.fixed_step.compositions import weights_of
 from daebench.methods.fixed_step.dual_kernel import DualKernel, seeds, width
 from daebench.methods.fixed_step.stepping import Linked, Run
-from daebench.runs.directions import directions, require_names
+from daebench.runs.directions import directions, require_names, require_tuples
 from daebench.runs.grid import Grid
 from daebench.runs.ivp import InitialValueProblem
 from daebench.runs.request import Request
@@ -36,6 +36,7 @@ class FixedStepMethod(ABC, Generic[Ivp, Result]):
     """A scheme run with constant step size; problems of each kind add a run, and how they enter and leave the scheme's state."""
 
     knob = "h"
+    differentiable: ClassVar[bool] = True
     counted: ClassVar[tuple[str, ...]]
     form: str
     composition: str
@@ -162,14 +163,9 @@ class FixedStepMethod(ABC, Generic[Ivp, Result]):
         if not request.sensitivities:
             return
         require_names(ivp, request.sensitivities)
-        why = ""
-        if request.precision != "float64":
-            why = f"{request.precision} has too few digits for them; use float64"
-        elif ivp.arrays:
-            why = f"the vectors of {ivp.problem} are arrays; take fewer of its bodies or sites"
-        elif not self.compiled:
-            why = "its kernel is not compiled; let it be"
-        if why:
+        require_tuples(self.name, ivp)
+        if request.precision != "float64" or not self.compiled:
+            why = f"{request.precision} has too few digits for them; use float64" if self.compiled else "they need a compiled kernel"
             raise BadInput(f"{self.name} on {ivp.problem} has no sensitivities to give: {why}.")
 
     def _number(self, ivp: Ivp, request: Request) -> str:

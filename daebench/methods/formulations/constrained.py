@@ -53,6 +53,11 @@ class Posed:
         return len(self.y0)
 
     @property
+    def copies(self) -> int:
+        """How many times the blocks follow each other: more than once where derivatives of the unknowns are unknowns too."""
+        return 1
+
+    @property
     def residual(self) -> Kernel:
         """Compiled ``residual(t, y, yp, res, par)``: fills res, shape(n,), with F.
 

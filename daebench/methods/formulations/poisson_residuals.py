@@ -11,7 +11,7 @@ from daebench.compiler.lattice.derivation import LatticeDerivation
 from daebench.compiler.linear import elimination
 from daebench.compiler.poisson.derivation import PoissonDerivation
 from daebench.compiler.syntax import decorated
-from daebench.methods.formulations.residuals import DAE, HEADER, IMPLICIT, ROOTS, writer
+from daebench.methods.formulations.residuals import HEADER, IMPLICIT, ROOTS, implicit, writer
 
 ODE = """
 def rhs(t, y, out, par):
@@ -25,7 +25,15 @@ def rhs_jacobian(t, y, JJ, par):
 """
 
 
-def source(title: str, derivation: PoissonDerivation | LatticeDerivation, formulation: str, multipliers: str, *, cached: bool) -> str:
+def source(
+    title: str,
+    derivation: PoissonDerivation | LatticeDerivation,
+    formulation: str,
+    multipliers: str,
+    *,
+    cached: bool,
+    directions: int = 0,
+) -> str:
     """Return the source of a formulation's module: ``residual`` and ``jacobian``, for ``ode`` also ``rhs`` and ``rhs_jacobian``.
 
     Parameters are those of :func:`daebench.methods.formulations.residuals.source`, with a formulation of
@@ -36,11 +44,29 @@ def source(title: str, derivation: PoissonDerivation | LatticeDerivation, formul
         texts += (
             LatticeRates(derivation.lattice).written()
             if formulation == "ode"
-            else _casimirs(PoissonDerivation(derivation.problem), multipliers)
+            else _plain(PoissonDerivation(derivation.problem), formulation, multipliers)
         )
     else:
-        texts += _ode(derivation) if formulation == "ode" else _casimirs(derivation, multipliers)
+        texts += _varied(derivation, formulation, multipliers, directions) if directions else _plain(derivation, formulation, multipliers)
     return "\n\n".join([HEADER.format(title=title), decorated("\n\n".join(texts), ROOTS, cached, callbacks=SIGNATURES)]) + "\n"
+
+
+def _plain(of: PoissonDerivation, formulation: str, multipliers: str) -> list[str]:
+    """Return the functions of a formulation."""
+    if formulation == "ode":
+        return _ode(of)
+    F, y, yp, parameters = _casimirs(of, multipliers)
+    return [*implicit(F, y, yp, parameters), _called_back(len(y), len(parameters))]
+
+
+def _varied(of: PoissonDerivation, formulation: str, multipliers: str, k: int) -> list[str]:
+    """Return the functions of a formulation with its variations in k directions."""
+    if formulation == "ode":
+        rates = [sp.Dummy(real=True) for _ in range(of.n)]
+        F, y, yp, parameters = sp.Matrix(rates) - of.field, list(of.y), rates, list(of.parameters)
+    else:
+        F, y, yp, parameters = _casimirs(of, multipliers)
+    return [*implicit(F, y, yp, parameters, k), _called_back(len(y) * (1 + k), len(parameters) * (1 + k))]
 
 
 def _ode(of: PoissonDerivation) -> list[str]:
@@ -84,8 +110,8 @@ class LatticeRates(LatticeDerivation):
         ]
 
 
-def _casimirs(of: PoissonDerivation, multipliers: str) -> list[str]:
-    """Return the writers of the rows F and of dF/dy + scale dF/dy'; the values that the Casimir functions keep end ``par``.
+def _casimirs(of: PoissonDerivation, multipliers: str) -> tuple[sp.Matrix, list[sp.Symbol], list[sp.Symbol], list[sp.Symbol]]:
+    """Return the rows F(y, y', a), y, y' and a, which the values end that the Casimir functions keep.
 
     ::
 
@@ -96,8 +122,4 @@ def _casimirs(of: PoissonDerivation, multipliers: str) -> list[str]:
     F = sp.Matrix([sp.Matrix(rates) - of.field - of.C_y.T * sp.Matrix(mu), C - sp.Matrix(c)])
     y = [*of.y, *(mu if multipliers == "plain" else others)]
     yp = [*rates, *(others if multipliers == "plain" else mu)]
-    scale, parameters = sp.Dummy("scale"), [*of.parameters, *c]
-    F_y = F.jacobian(y) + scale * F.jacobian(yp)
-    inputs = {"y": y, "yp": yp}
-    rows = writer("rows", inputs, {"res": F}, parameters)
-    return [rows, writer("rows_y", {**inputs, "scale": [scale]}, {"JJ": F_y}, parameters), DAE, _called_back(len(y), len(parameters))]
+    return F, y, yp, [*of.parameters, *c]

@@ -66,6 +66,30 @@ def jacobian(t, y, yp, res, cj, JJ, par):
     return finite_matrix(1.0, JJ)
 """
 
+VARIED = """
+def residual(t, y, yp, res, par):
+    numbers = par[:{parameters}]
+    rows(y[:{n}], yp[:{n}], res[:{n}], numbers)
+    for c in range(1, {k} + 1):
+        s, change = slice(c * {n}, (c + 1) * {n}), par[c * {parameters} : (c + 1) * {parameters}]
+        variation(y[:{n}], yp[:{n}], y[s], yp[s], change, res[s], numbers)
+    return finite(1.0, res)
+
+
+def jacobian(t, y, yp, res, cj, JJ, par):
+    scale = (cj,)
+    JJ[:] = 0.0
+    rows_y(y[:{n}], yp[:{n}], scale, JJ[:{n}, :{n}], par[:{parameters}])
+    for c in range({n}, {n} * ({k} + 1), {n}):
+        JJ[c : c + {n}, c : c + {n}] = JJ[:{n}, :{n}]
+    return finite_matrix(1.0, JJ)
+"""
+"""The same of unknowns that are followed by their derivatives in k directions, and numbers by theirs.
+
+The Jacobian is that of the unknowns, k + 1 times: what it leaves out, the second derivatives below the diagonal, delays the convergence of
+derivatives in Newton's iteration until that of the unknowns.
+"""
+
 ODE = """
 def rhs(t, y, out, par):
     A, b = empty((K, K)), empty((K, 1))
@@ -109,7 +133,7 @@ def jacobian(t, y, yp, res, cj, JJ, par):
 """
 
 
-def source(title: str, derivation: Derivation, formulation: str, multipliers: str, *, cached: bool) -> str:
+def source(title: str, derivation: Derivation, formulation: str, multipliers: str, *, cached: bool, directions: int = 0) -> str:
     """Return the source of a formulation's module.
 
     It has ``residual`` and ``jacobian`` (for ``ode`` also ``rhs`` and ``rhs_jacobian``) handed to numba; ``system`` and
@@ -127,6 +151,8 @@ def source(title: str, derivation: Derivation, formulation: str, multipliers: st
         "plain" or "derivative".
     cached : bool
         Whether numba may keep its machine code beside the file.
+    directions : int
+        Number of directions in which the unknowns are differentiated; none of ``ode``.
     """
     equations = Equations(derivation)
     parameters = [*derivation.parameters, *OPTIONS.get(formulation, ())]
@@ -142,10 +168,10 @@ def source(title: str, derivation: Derivation, formulation: str, multipliers: st
         compiled = [*start, writer("derivatives", {"y": state, "z": list(z)}, outputs, parameters), ODE, IMPLICIT]
         plain = []
     else:
-        compiled, plain = [*_dae(equations, formulation, multipliers, parameters), DAE], start
+        compiled, plain = implicit(*_unknowns(equations, formulation, multipliers), parameters, directions), start
     n = len(state) + derivation.m * {"ode": 0, "ggl": 2}.get(formulation, 1)
     kinds = [callbacks.IMPLICIT, callbacks.DENSE, *[callbacks.EXPLICIT] * (formulation == "ode")]
-    compiled.append(callbacks.called_back(n, len(parameters), *kinds))
+    compiled.append(callbacks.called_back(n * (1 + directions), len(parameters) * (1 + directions), *kinds))
     facts = f"K = {len(z)}\nMECHANICAL = {derivation.mechanical}"
     header = HEADER.format(title=title) + "from daebench.compiler.linear.elimination_compiled import eliminate, finite, finite_matrix\n"
     return (
@@ -154,16 +180,33 @@ def source(title: str, derivation: Derivation, formulation: str, multipliers: st
     )
 
 
-def _dae(equations: Equations, formulation: str, multipliers: str, parameters: Sequence[sp.Symbol]) -> list[str]:
-    """Return the writers of the rows F(y, y') and of dF/dy + scale dF/dy'."""
+def _unknowns(equations: Equations, formulation: str, multipliers: str) -> tuple[sp.Matrix, list[sp.Symbol], list[sp.Symbol]]:
+    """Return the rows F(y, y'), y and y'."""
     forces = [*equations.of.lam, *(equations.mu if formulation == "ggl" else [])]
     others = [sp.Dummy() for _ in forces]
     y = [*equations.of.q, *equations.w, *(forces if multipliers == "plain" else others)]
     yp = [*equations.q_rate, *equations.w_rate, *(others if multipliers == "plain" else forces)]
-    F, scale = equations.rows(formulation), sp.Dummy("scale")
-    inputs = {"y": y, "yp": yp}
-    F_y = F.jacobian(y) + scale * F.jacobian(yp)
-    return [
+    return equations.rows(formulation), y, yp
+
+
+def implicit(
+    F: sp.Matrix, y: Sequence[sp.Symbol], yp: Sequence[sp.Symbol], parameters: Sequence[sp.Symbol], directions: int = 0
+) -> list[str]:
+    """Return the source of ``residual`` and ``jacobian`` of the rows F(y, y', a), and of so many of their variations.
+
+    ::
+
+        F_y s + F_y' s' + F_a da,      of the change da of the parameters a
+    """
+    inputs, scale = {"y": y, "yp": yp}, sp.Dummy("scale")
+    F_y, F_yp = F.jacobian(y), F.jacobian(yp)
+    writers = [
         writer("rows", inputs, {"res": F}, parameters),
-        writer("rows_y", {**inputs, "scale": [scale]}, {"JJ": F_y}, parameters),
+        writer("rows_y", {**inputs, "scale": [scale]}, {"JJ": F_y + scale * F_yp}, parameters),
     ]
+    if not directions:
+        return [*writers, DAE]
+    s, sp_, da = ([sp.Dummy() for _ in symbols] for symbols in (y, yp, parameters))
+    V = F_y * sp.Matrix(s) + F_yp * sp.Matrix(sp_) + F.jacobian(parameters) * sp.Matrix(da)
+    text = VARIED.format(n=len(y), k=directions, parameters=len(parameters))
+    return [*writers, writer("variation", {**inputs, "s": s, "sp": sp_, "da": da}, {"res": V}, parameters), text]

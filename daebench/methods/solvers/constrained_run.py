@@ -11,8 +11,10 @@ from daebench.errors import BadInput, DaebenchError
 from daebench.methods.fixed_step.base import output_maxima
 from daebench.methods.formulations.chain import BandedDae
 from daebench.methods.formulations.constrained import Dae
+from daebench.methods.formulations.variation import VariedDae, varied
 from daebench.methods.solvers.drive import Array, Driven, ToleranceMethod, check, check_record, drive
 from daebench.methods.solvers.rank_monitor import ChainRankMonitor, RankMonitor
+from daebench.runs.directions import directions
 from daebench.runs.ivp import ConstrainedIvp
 from daebench.runs.request import Request
 from daebench.runs.trajectory import CONSTRAINED, Passage, Trajectory
@@ -47,6 +49,8 @@ class OnConstrained(ToleranceMethod):
             where = f"{self.name} cannot start on {ivp.problem}, case {ivp.case}"
             raise DaebenchError(f"{where}: G M^-1 G^T is singular there; {why}; {REDUNDANT}.")
         dae = self._posed(ivp)
+        if request.sensitivities:
+            dae = varied(dae, directions(ivp, request.sensitivities))
         monitors: list[RankMonitor] = []
 
         def make_monitor(*settings: Any) -> RankMonitor:
@@ -76,6 +80,7 @@ def _trajectory(dae: Dae, request: Request, run: Driven, passages: tuple[Passage
         maxima=output_maxima(ivp, monitored, p, q),
         pivot=_smallest_pivot(ivp, p, q) if "manifold" in monitored else None,
         passages=passages,
+        sensitivities=dae.sensitivities(run.Y[selection]) if isinstance(dae, VariedDae) else {},
     )
 
 

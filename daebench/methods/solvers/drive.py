@@ -5,7 +5,7 @@ import time
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,9 +28,13 @@ MOST_STEPS = 10_000_000
 
 
 class ToleranceMethod(ABC):
-    """A method that is steered by a tolerance: it poses a problem, and a solver is driven from output to output."""
+    """A method that is steered by a tolerance: it poses a problem, and a solver is driven from output to output.
+
+    ``differentiable`` says whether it solves variational equations too.
+    """
 
     knob = "tol"
+    differentiable: ClassVar[bool] = False
 
     @property
     @abstractmethod
@@ -96,6 +100,8 @@ def check_record(method: ToleranceMethod, request: Request) -> None:
         return
     if not method.tells_steps:
         raise BadInput(f"{method.name} does not tell what it thinks of its steps, as IDA and CVODE do; ask for no record of them.")
+    if request.sensitivities:
+        raise BadInput("a record of steps is of the states alone; ask for sensitivities in another run.")
     require_native("a record of steps", "does not hand on the estimates of their errors", request)
 
 

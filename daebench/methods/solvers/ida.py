@@ -18,6 +18,7 @@ from daebench.methods.solvers.least_squares import reduced
 from daebench.methods.solvers.monitor import Monitor
 from daebench.methods.solvers.multiplier_treatment import TreatedMultipliers
 from daebench.methods.solvers.sundials import count_steps, stepwise
+from daebench.runs.directions import require_tuples
 from daebench.runs.ivp import ConstrainedIvp
 from daebench.runs.request import Request
 
@@ -30,6 +31,9 @@ class Ida(TreatedMultipliers, OnConstrained):
 
     On long chains the linear solver is that of banded matrices, and the Jacobian IDA's own difference quotient, of as many residuals as
     the band is wide: scikit-sundae takes analytic entries of a band in the places of a dense matrix only.
+
+    Derivatives in k directions are k n unknowns more, whose errors are tested too; the matrix of Newton's iteration is that of (1 + k) n
+    unknowns, which is factorised as a whole.
 
     The local error estimate of a multiplier can be hundreds of times that of a velocity: under the plain settings index 3 stops
     at t = 0 at every tolerance, and index 2 and ``ggl`` collapse to order 1. Two treatments, and one to compare with:
@@ -54,6 +58,7 @@ class Ida(TreatedMultipliers, OnConstrained):
         If the formulation or the treatment is unknown, or a treatment is asked for on ``ode``.
     """
 
+    differentiable: ClassVar = True
     options: Mapping[str, float] | None = field(default=None, hash=False)
     kind: ClassVar = "formulation"
     formulations: ClassVar = FORMULATIONS
@@ -67,6 +72,10 @@ class Ida(TreatedMultipliers, OnConstrained):
         """Accept a request that can be met; raise :class:`BadInput` otherwise."""
         super().check(ivp, request)
         self.check_treatment(request)
+        if request.sensitivities:
+            require_tuples(self.name, ivp)
+            if self.formulation == "ode":
+                raise BadInput(f"{self.name} has no sensitivities to give, for it has no equations for lam; use ida:index1.")
         if request.at_rank_loss(ivp) == "least-squares" and self.formulation != "ode":
             raise BadInput(
                 f"{self.name} has the multipliers among its unknowns, which redundant constraints leave undetermined; for least-squares "

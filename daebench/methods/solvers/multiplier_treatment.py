@@ -85,17 +85,15 @@ class TreatedMultipliers:
 
     def suppressed(self, posed: Posed) -> NDArray[np.bool_] | None:
         """Return which unknowns the treatment ``suppress`` declares to be algebraic, shape(n,); None where it is another."""
-        if self.chosen != "suppress":
-            return None
-        suppressed = np.zeros(posed.n, bool)
-        for name in self.untested:
-            suppressed[posed.blocks.get(name, slice(0))] = True
-        return suppressed
+        return self._left_out(posed) if self.chosen == "suppress" else None
 
     def tolerances(self, posed: Posed, tol: float) -> Array:
         """Return the absolute tolerances, shape(n,)."""
-        atol = np.full(posed.n, tol)
-        if self.chosen == "atol":
-            for name in self.untested:
-                atol[posed.blocks.get(name, slice(0))] = UNTESTED
-        return atol
+        return np.where(self._left_out(posed) & (self.chosen == "atol"), UNTESTED, tol)
+
+    def _left_out(self, posed: Posed) -> NDArray[np.bool_]:
+        """Return which unknowns are in :attr:`untested`, shape(n,): derivatives as what they are derivatives of."""
+        left_out = np.zeros((posed.copies, posed.n // posed.copies), bool)
+        for name in self.untested:
+            left_out[:, posed.blocks.get(name, slice(0))] = True
+        return left_out.ravel()

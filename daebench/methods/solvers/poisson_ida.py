@@ -10,6 +10,7 @@ from daebench.methods.solvers.ida import begin
 from daebench.methods.solvers.monitor import Monitor
 from daebench.methods.solvers.multiplier_treatment import TreatedMultipliers
 from daebench.methods.solvers.poisson_run import OnPoisson, refused
+from daebench.runs.directions import require_tuples
 from daebench.runs.ivp import InitialValueProblem, PoissonIvp
 from daebench.runs.request import Request
 
@@ -40,6 +41,7 @@ class PoissonIda(TreatedMultipliers, OnPoisson):
         If the formulation or the treatment is unknown, or a treatment is asked for on ``ode``.
     """
 
+    differentiable: ClassVar = True
     kind: ClassVar = "formulation of Poisson systems"
     formulations: ClassVar = POISSON_FORMULATIONS
     default_treatments: ClassVar = {"casimirs": "derivative", "ode": "none"}
@@ -54,6 +56,8 @@ class PoissonIda(TreatedMultipliers, OnPoisson):
         """Accept a request that can be met; raise :class:`BadInput` otherwise."""
         super().check(ivp, request)
         self.check_treatment(request)
+        if request.sensitivities:
+            require_tuples(self.name, ivp)
 
     def _posed(self, ivp: PoissonIvp) -> PoissonDae:
         return pose_poisson(ivp, self.formulation, multipliers=self.multipliers)

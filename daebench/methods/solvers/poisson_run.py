@@ -5,7 +5,9 @@ import time
 from daebench.errors import BadInput
 from daebench.methods.fixed_step.base import output_maxima
 from daebench.methods.fixed_step.poisson import require_poisson
+from daebench.methods.formulations.variation import VariedPoisson, varied_poisson
 from daebench.methods.solvers.drive import ToleranceMethod, check, check_record, drive
+from daebench.runs.directions import directions
 from daebench.runs.ivp import InitialValueProblem, PoissonIvp
 from daebench.runs.request import Request
 from daebench.runs.trajectory import POISSON, PoissonTrajectory
@@ -61,7 +63,10 @@ class OnPoisson(ToleranceMethod):
         began = time.perf_counter()
         self.check(ivp, request)
         dae = self._posed(ivp)
+        if request.sensitivities:
+            dae = varied_poisson(dae, directions(ivp, request.sensitivities))
         run = drive(self, dae, request, began=began)
         y = dae.states(run.Y)
         maxima = output_maxima(ivp, request.watched(POISSON), y)
-        return PoissonTrajectory(**run.outcome, t=run.t[run.kept], y=y[run.kept], maxima=maxima)
+        sensitivities = dae.sensitivities(run.Y[run.kept]) if isinstance(dae, VariedPoisson) else {}
+        return PoissonTrajectory(**run.outcome, t=run.t[run.kept], y=y[run.kept], maxima=maxima, sensitivities=sensitivities)

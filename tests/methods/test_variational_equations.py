@@ -1,0 +1,85 @@
+"""Derivatives by the variational equations that IDA solves: against a closed form, and against the tangent of fine steps."""
+
+import numpy as np
+import pytest
+from differentiated import derivatives
+from swinging import errors_of_swing, released
+
+import daebench
+
+SWING = {"problem": "planar_pendulum", "case": "horizontal", **released(1.0), "t_end": 5, "points": 6}
+
+
+FORMULATIONS = ["index2", *(pytest.param(name, marks=pytest.mark.slow) for name in ("index1", "ggl", "baumgarte"))]
+
+
+@pytest.mark.parametrize("formulation", FORMULATIONS)
+def test_derivatives_of_a_pendulum_are_those_of_its_closed_form(formulation):
+    run = daebench.run(**SWING, method=f"ida:{formulation}", tol=1e-12, sensitivities=["gravity", "q0"])
+    assert run.failure is None
+    assert errors_of_swing(run, 1.0).max() < 1e-8
+
+
+def test_errors_of_derivatives_follow_the_tolerance():
+    """Derivatives are in the error test: with the tolerance their errors fall as those of the states do."""
+    runs = [daebench.run(**SWING, method="ida:index2", tol=tol, sensitivities=["gravity", "q0"]) for tol in (1e-5, 1e-8, 1e-11)]
+    coarse, middle, fine = (errors_of_swing(run, 1.0).max() for run in runs)
+    assert fine < 1e-3 * middle * 10 < 1e-5 * coarse * 10
+    plain = daebench.run(**SWING, method="ida:index2", tol=1e-8)
+    assert runs[1].steps > plain.steps
+
+
+def test_python_callbacks_take_the_same_steps():
+    settings = {**SWING, "method": "ida:index2", "tol": 1e-9, "sensitivities": ["gravity", "q0"]}
+    native, python = (daebench.run(**settings, callbacks=callbacks) for callbacks in ("native", "python"))
+    assert (native.steps, native.work) == (python.steps, python.work)
+    assert np.abs(derivatives(native) - derivatives(python)).max() < 1e-14
+
+
+CONSTRAINED = [
+    ("slider_crank", "turning", "ida:index2", ["crank", "slider_mass", "q0", "p0"]),
+    ("double_pendulum", "swing", "ida:index1", ["mass1", "length2", "gravity"]),
+    ("spherical_pendulum", "fig1.2", "ida:ggl", ["mass", "length", "p0"]),
+    ("torus", "trough", "ida:baumgarte", ["radius", "q0"]),
+    ("spherical_pendulum", "fig1.2", "ida:index3", ["gravity", "length"]),
+]
+
+
+def differences_from_fine_steps(problem, case, method, names, scheme, h):
+    """Return the largest differences of derivatives from those of a scheme of order 8, relative to their size, at times up to 1."""
+    settings = {"problem": problem, "case": case, "sensitivities": names, "t_end": 1}
+    run = daebench.run(**settings, method=method, tol=1e-12, points=5)
+    fine = daebench.run(**settings, method=scheme, h=h, every=round(0.25 / h))
+    assert run.failure is fine.failure is None
+    assert list(run.sensitivities) == list(fine.sensitivities)
+    found, expected = derivatives(run), derivatives(fine)
+    assert np.array_equal(found[0], expected[0])
+    return np.abs(found - expected).max() / np.abs(expected).max()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("problem", "case", "method", "names"), CONSTRAINED, ids=[f"{row[0]}-{row[2][4:]}" for row in CONSTRAINED])
+def test_derivatives_are_those_of_fine_steps(problem, case, method, names):
+    assert differences_from_fine_steps(problem, case, method, names, "rattle/kahan_li8", 0.005) < 1e-8
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("place", ["stretched-M", "stretched-H"])
+def test_a_mass_matrix_that_moves_and_momenta_as_unknowns_are_differentiated(place, get_ivp):
+    where = get_ivp(place)
+    assert differences_from_fine_steps(where, None, "ida:index2", [*where.parameters, "q0", "p0"], "lobatto4", 0.005) < 1e-8
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("formulation", ["ode", "casimirs"])
+def test_poisson_systems_are_differentiated_and_so_are_the_values_that_are_kept(formulation):
+    names = ["I1", "y0"]
+    assert differences_from_fine_steps("free_rigid_body", None, f"ida:{formulation}", names, "strang/kahan_li8", 0.01) < 1e-9
+
+
+def test_the_end_alone_has_the_derivatives_of_start_and_end():
+    settings = {**SWING, "method": "ida:index2", "tol": 1e-9, "sensitivities": ["gravity", "q0"]}
+    whole, end = daebench.run(**settings), daebench.run(**settings | {"points": 2})
+    assert end.t.tolist() == [0.0, 5.0]
+    assert derivatives(end).shape == (2, 4, 3)
+    assert np.abs(derivatives(end) - derivatives(whole)[[0, -1]]).max() < 1e-7
