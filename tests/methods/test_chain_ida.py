@@ -177,6 +177,7 @@ def test_two_hundred_links_swing_as_rattle_has_them(formulation):
 
 
 @pytest.mark.slow
+@pytest.mark.exhaustive
 def test_steps_of_a_thousand_links_are_about_those_of_a_hundred():
     # the unknowns' increments in IDA's difference quotients must not drown in round-off, which grows with the positions
     request = Request(value=1e-6, t_end=0.2, points=3)

@@ -40,7 +40,10 @@ LONG = [
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("problem", "case", "h", "names"), LONG, ids=[row[0] for row in LONG])
+@pytest.mark.parametrize(
+    ("problem", "case", "h", "names"),
+    [pytest.param(*row, id=row[0], marks=[pytest.mark.exhaustive] * i) for i, row in enumerate(LONG)],
+)
 def test_the_gradient_over_a_hundred_thousand_steps_is_that_of_complex_step(problem, case, h, names):
     """Complex numbers round values otherwise, and the motion makes 1e-10 to 1e-9 of that: hence the scale, of what is added up."""
     settings = {"case": case, "method": "rattle", "h": h, "steps": 100_000, "every": 1}

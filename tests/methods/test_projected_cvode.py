@@ -35,7 +35,9 @@ def off_manifold(name, trajectory):
     return max(np.abs(where.value("g", q)) / (G @ np.abs(q))), max(np.abs(where.value("Gv", p, q)) / (G @ v))
 
 
-@pytest.mark.parametrize("name", KINDS)
+@pytest.mark.parametrize(
+    "name", [pytest.param(name, marks=[pytest.mark.slow, pytest.mark.exhaustive] if name == "coupled-rods" else ()) for name in KINDS]
+)
 def test_steps_end_on_the_manifold_and_follow_the_motion_written_by_hand(name):
     coarse, fine = (solved(name, tol) for tol in (1e-4, 1e-7))
     q, p = solution(name, T_END)

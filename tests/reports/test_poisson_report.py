@@ -399,6 +399,7 @@ def test_the_figures_show_numbers_that_are_beside_them(numbers, tmp_path):
 
 
 @pytest.mark.slow
+@pytest.mark.exhaustive
 def test_the_whole_report_is_made_and_its_page_loads_nothing(tmp_path, looks_right):
     told = []
     page = build("poisson", tmp_path, lambda fraction, label: told.append(fraction))

@@ -25,6 +25,13 @@ from daebench.runs.request import Request
 DEFAULT_TREATMENTS = {"index3": "atol", "index2": "derivative", "index1": "atol", "ggl": "derivative", "baumgarte": "atol", "ode": "none"}
 
 
+UNDIFFERENTIATED = {
+    "ode": "it has no equations for lam",
+    "index3": "its error test has positions alone, and passes derivatives that are wrong",
+}
+"""Formulations whose variational equations are not solved, and why."""
+
+
 @dataclass(frozen=True)
 class Ida(TreatedMultipliers, OnConstrained):
     """IDA, variable-order BDF in double precision, with the analytic Jacobian and a dense linear solver.
@@ -74,8 +81,8 @@ class Ida(TreatedMultipliers, OnConstrained):
         self.check_treatment(request)
         if request.sensitivities:
             require_tuples(self.name, ivp)
-            if self.formulation == "ode":
-                raise BadInput(f"{self.name} has no sensitivities to give, for it has no equations for lam; use ida:index1.")
+            if self.formulation in UNDIFFERENTIATED:
+                raise BadInput(f"{self.name} has no sensitivities to give, for {UNDIFFERENTIATED[self.formulation]}; use ida:index2.")
         if request.at_rank_loss(ivp) == "least-squares" and self.formulation != "ode":
             raise BadInput(
                 f"{self.name} has the multipliers among its unknowns, which redundant constraints leave undetermined; for least-squares "
