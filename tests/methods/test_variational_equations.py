@@ -63,6 +63,17 @@ def test_derivatives_are_those_of_fine_steps(problem, case, method, names):
 
 
 @pytest.mark.slow
+def test_index_3_takes_not_many_more_steps_for_derivatives_and_is_as_far_off_as_in_the_states():
+    """Without second derivatives in Newton's iteration it would take some hundred times as many, and be wrong in the first digit."""
+    settings = {"problem": "spherical_pendulum", "case": "fig1.2", "t_end": 1}
+    plain, run = (daebench.run(**settings, method="ida:index3", tol=1e-10, points=5, sensitivities=s) for s in ((), ("gravity", "length")))
+    fine = daebench.run(**settings, method="rattle/kahan_li8", h=0.005, every=50, sensitivities=("gravity", "length"))
+    assert run.steps < 2 * plain.steps
+    off, expected = np.abs(derivatives(run) - derivatives(fine)).max(), np.abs(derivatives(fine)).max()
+    assert off / expected < 1e-5
+
+
+@pytest.mark.slow
 @pytest.mark.parametrize("place", [pytest.param("stretched-M", marks=pytest.mark.exhaustive), "stretched-H"])
 def test_a_mass_matrix_that_moves_and_momenta_as_unknowns_are_differentiated(place, get_ivp):
     where = get_ivp(place)
