@@ -9,6 +9,9 @@ from daebench.cli.console import bar, pairs, print_json, print_table, words
 from daebench.errors import BadInput
 
 COLUMNS = ("method", "ns_per_step", "ns_watched", "ns_counted", "cold_seconds", "warm_seconds", "note")
+Solvers = Annotated[bool, typer.Option("--solvers", help="Time IDA instead: compiled callbacks, a program in C, Python callbacks.")]
+Gradients = Annotated[bool, typer.Option("--gradients", help="Time gradients of runs of RATTLE instead, beside the runs alone.")]
+
 STARTS = 3
 """Fresh processes of which the best counts."""
 
@@ -25,14 +28,8 @@ def bench(
     steps: Annotated[int, typer.Option("--steps", help="Steps of one timed run.")] = 300_000,
     repeat: Annotated[int, typer.Option("--repeat", help="Runs, of which the best counts.")] = 7,
     anyway: Anyway = False,
-    solvers: Annotated[
-        bool,
-        typer.Option("--solvers", help="Time IDA instead: compiled callbacks, a program in C, Python callbacks."),
-    ] = False,
-    gradients: Annotated[
-        bool,
-        typer.Option("--gradients", help="Time gradients of a functional of RATTLE instead, beside the runs alone."),
-    ] = False,
+    solvers: Solvers = False,
+    gradients: Gradients = False,
     as_json: Json = False,
 ) -> None:
     """Measure nanoseconds per step of fixed-step methods, and seconds to the first step on an empty and on a full cache."""

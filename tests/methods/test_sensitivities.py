@@ -289,7 +289,6 @@ REFUSED = [
     ({"problem": "pendulum_chain", "case": None, "sensitivities": ["links"]}, "links of pendulum_chain is a whole number"),
     ({"method": "cvode:bdf", "h": None, "steps": None, "tol": 1e-8, "t_end": 1}, "cvode:bdf has no sensitivities to give; schemes of"),
     ({"method": "ida:ode", "h": None, "steps": None, "tol": 1e-8, "t_end": 1}, "it has no equations for lam; use ida:index2"),
-    ({"method": "ida:index3", "h": None, "steps": None, "tol": 1e-8, "t_end": 1}, "and passes derivatives that are wrong; use"),
     ({"method": lambda p, q, h: (p, q)}, "has no sensitivities to give"),
     ({"problem": "pendulum_chain", "case": None, "parameters": {"links": 20}}, "are arrays; take fewer of its bodies or sites"),
     ({"precision": "float32"}, "float32 has too few digits"),

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from differentiated import derivatives
+from differentiated import derivatives, states
 from swinging import errors_of_swing, released
 
 import daebench
@@ -60,6 +60,20 @@ def differences_from_fine_steps(problem, case, method, names, scheme, h):
 @pytest.mark.parametrize(("problem", "case", "method", "names"), CONSTRAINED, ids=[f"{row[0]}-{row[2][4:]}" for row in CONSTRAINED])
 def test_derivatives_are_those_of_fine_steps(problem, case, method, names):
     assert differences_from_fine_steps(problem, case, method, names, "rattle/kahan_li8", 0.005) < 1e-8
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("tol", [1e-7, 1e-10])
+def test_derivatives_at_index_3_are_as_far_off_as_its_states(tol):
+    """With blocks on the diagonal of Newton's matrix alone it takes 800 times as many steps at 1e-10, and no digit is right."""
+    settings = {"problem": "spherical_pendulum", "case": "fig1.2", "t_end": 1}
+    plain, run = (daebench.run(**settings, method="ida:index3", tol=tol, points=5, sensitivities=s) for s in ((), ("gravity", "length")))
+    fine = daebench.run(**settings, method="rattle/kahan_li8", h=0.005, every=50, sensitivities=("gravity", "length"))
+    off, states_off = (
+        np.abs(a - b).max() / np.abs(b).max() for a, b in ((derivatives(run), derivatives(fine)), (states(run), states(fine)))
+    )
+    assert off < 10 * states_off
+    assert run.steps < 2 * plain.steps
 
 
 @pytest.mark.slow

@@ -10,6 +10,7 @@ from numba import types
 from numba.core import cgutils
 from numba.extending import intrinsic, overload
 
+from daebench.compiler.codegen import pack
 from daebench.compiler.dual.functions import modulus, value
 from daebench.compiler.dual.number import INT32, Dual, constant, joined, split, times
 
@@ -28,6 +29,9 @@ __all__ = [
     "values",
     "with_tangents",
 ]
+
+MOST_ITEMS = 30
+"""Items up to which Python makes a tuple at once; numba does not know how it makes longer ones."""
 
 SETTLED = 16 * 2.0**-52
 """Derivatives have settled where a sweep changes them by no more than this part of them."""
@@ -54,9 +58,10 @@ def tangents(x: Any) -> Any:
 
 def _itemwise(function: str, arguments: str, of: types.BaseTuple) -> Any:
     """Return a function of nested tuples that calls itself for each item."""
-    items = "".join(f"{function}({', '.join(f'{name}[{i}]' for name in arguments.split(', '))}), " for i in range(len(of)))
+    items = [f"{function}({', '.join(f'{name}[{i}]' for name in arguments.split(', '))})" for i in range(len(of))]
+    parts = [pack(items[k : k + MOST_ITEMS]) for k in range(0, len(items), MOST_ITEMS)]
     namespace: dict[str, Any] = {}
-    exec(f"def itemwise({arguments}):\n    return ({items})", globals(), namespace)
+    exec(f"def itemwise({arguments}):\n    return {' + '.join(parts) or '()'}", globals(), namespace)
     return namespace["itemwise"]
 
 

@@ -25,13 +25,6 @@ from daebench.runs.request import Request
 DEFAULT_TREATMENTS = {"index3": "atol", "index2": "derivative", "index1": "atol", "ggl": "derivative", "baumgarte": "atol", "ode": "none"}
 
 
-UNDIFFERENTIATED = {
-    "ode": "it has no equations for lam",
-    "index3": "its error test has positions alone, and passes derivatives that are wrong",
-}
-"""Formulations whose variational equations are not solved, and why."""
-
-
 @dataclass(frozen=True)
 class Ida(TreatedMultipliers, OnConstrained):
     """IDA, variable-order BDF in double precision, with the analytic Jacobian and a dense linear solver.
@@ -39,8 +32,8 @@ class Ida(TreatedMultipliers, OnConstrained):
     On long chains the linear solver is that of banded matrices, and the Jacobian IDA's own difference quotient, of as many residuals as
     the band is wide: scikit-sundae takes analytic entries of a band in the places of a dense matrix only.
 
-    Derivatives in k directions are k n unknowns more, whose errors are tested too; the matrix of Newton's iteration is that of (1 + k) n
-    unknowns, which is factorised as a whole.
+    Derivatives in k directions are k n unknowns more, whose errors are tested as those of the unknowns are; the matrix of Newton's
+    iteration, with second derivatives of the equations in it, is factorised as a whole.
 
     The local error estimate of a multiplier can be hundreds of times that of a velocity: under the plain settings index 3 stops
     at t = 0 at every tolerance, and index 2 and ``ggl`` collapse to order 1. Two treatments, and one to compare with:
@@ -81,8 +74,8 @@ class Ida(TreatedMultipliers, OnConstrained):
         self.check_treatment(request)
         if request.sensitivities:
             require_tuples(self.name, ivp)
-            if self.formulation in UNDIFFERENTIATED:
-                raise BadInput(f"{self.name} has no sensitivities to give, for {UNDIFFERENTIATED[self.formulation]}; use ida:index2.")
+            if self.formulation == "ode":
+                raise BadInput(f"{self.name} has no sensitivities to give, for it has no equations for lam; use ida:index2.")
         if request.at_rank_loss(ivp) == "least-squares" and self.formulation != "ode":
             raise BadInput(
                 f"{self.name} has the multipliers among its unknowns, which redundant constraints leave undetermined; for least-squares "
