@@ -95,9 +95,9 @@ def test_the_report_in_the_readme_is_written(tmp_path, plain_functions, uncompil
 
 
 def test_the_digits_that_ida_is_said_to_reach_are_those_of_the_picture_below():
-    """The CSV of the picture of tolerances: each formulation as it comes, at the tightest tolerance, all lengths being 1 m."""
+    """The CSV of the picture of tolerances: medians of each formulation at the tightest tolerance, all lengths being 1 m."""
     table = pd.read_csv(ROOT / "reports" / "gallery" / "tolerances.csv")
-    errors = table[(table["tol"] == 1e-14) & table["default"] & (table["end"] == "reached")]["error"]
+    errors = table["error"][(table["tol"] == 1e-14) & (table["done"] > 0.5)]
     assert len(errors) >= 16
     said_digits = re.search(r"At a tolerance of 1e-14 IDA reaches (\d+) to (\d+) digits", README.read_text(encoding="utf-8"))
     assert [int(-math.log10(each)) for each in (errors.max(), errors.min())] == [int(each) for each in said_digits.groups()]
