@@ -14,6 +14,7 @@ from functools import cache
 from daebench.compiler import codegen
 from daebench.compiler.constrained.derivation import Derivation
 from daebench.compiler.declared import Declarations
+from daebench.compiler.lanes.branches import straightened
 from daebench.compiler.linear.elimination_source import Target
 from daebench.compiler.number_types import number_type
 from daebench.compiler.operators import Lowering
@@ -57,7 +58,7 @@ class Options:
     Parameters
     ----------
     precision : str
-        Number type, see :func:`daebench.compiler.number_types.number_type`: "float64", "float32", "complex128" or "dual4".
+        Number type, see :func:`daebench.compiler.number_types.number_type`: "float64", "float32", "complex128", "dual4" or "lanes8".
     watch : tuple of str
         Any of "energy", "manifold", "integrals": what the loop takes the maximum error of; or "samples": that it stores H and no states.
     count : bool
@@ -132,6 +133,7 @@ class Linker:
             "STAGES": options.stages,
             "RANK_WATCHED": bool(options.singular),
             "SINGLE": derivation.constants.get("SINGLE", derivation.constants.get("CONSTRAINTS") == 1),
+            "ONCE": self.number.lanes > 0 and not options.sweeps,
             "AGAIN": self.number.again if options.roundings == ROUNDINGS else 1,
             "ITERATIONS_ASKED": options.sweeps,
             "ROUNDINGS": options.roundings,
@@ -149,20 +151,25 @@ class Linker:
     def module(self, title: str, roots: Sequence[tuple[str, str]], cached: bool) -> str:
         """Return the source of a module with these functions, each given as (file, name), and all that they need."""
         stand_ins, names = self.number.entries([self.resolve(file, name) for file, name in roots])
-        body, single = "\n\n".join([*self.emitted.values(), *stand_ins]), self.number.dtype == "float32"
+        body, single = "\n\n".join(self.emitted.values()), self.number.dtype == "float32"
+        columns = self.number.kind == "columns" and self.algebra.elementwise and "solve_rows(" not in body
+        body = "\n\n".join([straightened(body) if self.number.lanes or columns else body, *stand_ins])
         if single:
             body = ast.unparse(TypedLiterals().visit(ast.parse(body)))
         lines = [HEADER.format(title=title), f"EPS = {self.number.eps}"]
         lines.append("INF = " + ("numpy.float32(numpy.inf)" if single else "numpy.inf"))
         if self.tracer:
             lines += [f"DTYPE = numpy.{self.number.dtype}", f"REAL = numpy.{'float32' if single else 'float64'}", "ZERO = DTYPE(0)"]
+        if self.number.lanes:
+            lines.append(f"LANES = {self.number.lanes}")
         if self.scheme:
             lines += [f"EACH_{name.upper()} = {self.work.get(name, [])}" for name in ("one_step", "after_step", "initialise")]
-        lines.append(f"ELEMENTWISE = {self.algebra.elementwise and 'def solve' not in body and 'def _solve' not in body}")
+        elementwise = columns or (self.algebra.elementwise and "def solve" not in body and "def _solve" not in body)
+        lines.append(f"ELEMENTWISE = {elementwise}")
         if self.options.compiled:
             constants = dict(line.split(" = ", 1) for line in lines[1:])
             lines.insert(1, "from daebench.compiler.sharing import shared\nfrom daebench.compiler.machine_code import njit\n")
-            body = decorated(body, names, cached, constants, inlined=self.number.directions > 0)
+            body = decorated(body, names, cached, constants, inlined=self.number.width > 0, threaded=self.number.lanes > 0)
         lines[1:1] = self.number.imports
         return "\n".join([*lines, "\n", body, ""])
 

@@ -90,6 +90,7 @@ def decorated(
     callbacks: Mapping[str, str] = NONE,
     *,
     inlined: bool = False,
+    threaded: bool = False,
 ) -> str:
     """Hand each function to numba; only the roots are kept on disk, with everything else inside them, and can be called from Python.
 
@@ -98,11 +99,11 @@ def decorated(
     What wraps a function for Python takes as long to compile as a small function itself. The others are named by their text, and are
     shared with modules in which it is the same, see :func:`daebench.compiler.sharing.shared`; ``constants`` are the texts of what they
     read. With ``inlined`` those of at most :data:`INLINED` operations, with all that they call, are put into what calls them, where LLVM
-    would call some.
+    would call some. With ``threaded`` the roots let other threads run meanwhile.
     """
     tree = _apart(ast.parse(body), roots, callbacks)
     functions = {node.name: node for node in tree.body if isinstance(node, ast.FunctionDef)}
-    options = f"error_model='numpy'{', cache=True' if cached else ''}"
+    options = f"error_model='numpy'{', cache=True' * cached}{', nogil=True' * threaded}"
     hashed = cache(lambda name: _hash(functions[name], [hashed(callee) for callee in _names(functions[name], functions)], constants))
     size = cache(lambda name: _operations(functions[name], lambda called: size(called) if called in functions else 0))
     short = {name for name in functions if inlined and size(name) <= INLINED}
@@ -157,8 +158,10 @@ def _operations(node: ast.FunctionDef, size: Callable[[str], int]) -> int:
 
 
 def _names(node: ast.FunctionDef, functions: Mapping[str, ast.FunctionDef]) -> list[str]:
-    """Return which of some functions a function calls."""
-    return sorted({n.func.id for n in ast.walk(node) if isinstance(n, ast.Call) and isinstance(n.func, ast.Name)} & set(functions))
+    """Return which of some functions a function calls, or has the result of in lanes, see :func:`daebench.compiler.lanes.nested.absent`."""
+    calls = [n for n in ast.walk(node) if isinstance(n, ast.Call) and isinstance(n.func, ast.Name)]
+    absent = [n.args[0] for n in calls if isinstance(n.func, ast.Name) and n.func.id == "absent"]
+    return sorted({n.id for n in (*(n.func for n in calls), *absent) if isinstance(n, ast.Name)} & set(functions))
 
 
 def _hash(node: ast.FunctionDef, called: Sequence[str], constants: Mapping[str, str]) -> str:

@@ -1,5 +1,7 @@
 """Whether every step goes where the velocities lead: the equations of a step have more than one solution, and Newton may find another."""
 
+from typing import Any
+
 import numpy as np
 
 from daebench.runs.trajectory import Array
@@ -8,7 +10,7 @@ WRONG = 0.5
 """Jump from which on a step is not the one that continues the motion; a turn by theta in one step, resolved, gives theta^2/12."""
 
 
-def largest_jump(t: Array, q: Array, v: Array) -> float:
+def largest_jump(t: Array, q: Array, v: Array) -> Any:
     """Return how far a step ends from where the velocities at its two ends lead, at most, in steps of the largest velocity.
 
     ::
@@ -22,16 +24,25 @@ def largest_jump(t: Array, q: Array, v: Array) -> float:
     ----------
     t : ndarray, shape(n,)
         Times of all steps, s.
-    q, v : ndarray, shape(n, d)
-        Positions and velocities.
+    q, v : ndarray, shape(n, ..., d)
+        Positions and velocities of one motion, or of several.
 
     Returns
     -------
-    float
+    float or ndarray, shape(...)
         0 for a motion that rests.
     """
-    h = np.diff(t)
-    off = np.linalg.norm(np.diff(q, axis=0) - h[:, None] * (v[:-1] + v[1:]) / 2, axis=1)
-    speed = np.linalg.norm(v, axis=1)
-    way = float(np.max(h * np.maximum(speed[:-1], speed[1:])))
-    return float(np.max(off)) / way if way > 0 else 0.0
+    off, way = jump_and_way(t, q, v)
+    return np.divide(off, way, out=np.zeros_like(way), where=way > 0)[()]
+
+
+def jump_and_way(t: Array, q: Array, v: Array) -> tuple[Array, Array]:
+    """Return the two maxima whose ratio :func:`largest_jump` is, shape(...)."""
+    h = np.diff(t).reshape(-1, *[1] * (q.ndim - 2))
+    off = _length(q[1:] - q[:-1] - h[..., None] * (v[:-1] + v[1:]) / 2)
+    speed = _length(v)
+    return np.max(off, axis=0), np.asarray(np.max(h * np.maximum(speed[:-1], speed[1:]), axis=0))
+
+
+def _length(vectors: Array) -> Array:
+    return np.asarray(np.sqrt(np.sum(vectors * vectors, axis=-1)))

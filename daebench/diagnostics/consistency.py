@@ -4,10 +4,10 @@ from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from daebench.diagnostics.manifold import residual_scales
-from daebench.diagnostics.metric import least_displacement
+from daebench.diagnostics.nearest import ITERATIONS, nearest
 from daebench.errors import BadInput, InconsistentStart
 from daebench.runs.ivp import Array, ConstrainedIvp
 from daebench.runs.scales import constrained_scales
@@ -16,12 +16,6 @@ Conditions = Callable[[Array], tuple[Array, Array]]
 
 TOLERANCE = 1e-12
 """Largest residual of a consistent start, relative to what a relative change of one in p and q would make of it."""
-
-MET = 1e-10
-"""Largest relative residual of conditions that a converged iteration has met."""
-
-ITERATIONS = 100
-"""Most sweeps of a projection."""
 
 
 def consistency(ivp: ConstrainedIvp) -> tuple[float, float]:
@@ -157,25 +151,17 @@ def _metric(ivp: ConstrainedIvp, p: Array, q: Array) -> tuple[Array, Array]:
 
 
 def _nearest(what: str, conditions: Conditions, x0: Array, W: Array, least: float = 0.0) -> Array:
-    """Return the x nearest to x0 in the metric W^-1 that meets the conditions, which are given with their Jacobian at x.
+    """Return the x nearest to x0 in the metric W^-1 that meets the conditions, which are given with their Jacobian at x."""
 
-    Increments are measured against the largest coordinate at x0 or at x, or against ``least`` where that is more.
-    """
-    eps = float(np.finfo(float).eps)
-    dx, previous, least = np.zeros_like(x0), np.inf, max(least, float(np.max(np.abs(x0))))
-    for _ in range(ITERATIONS):
-        residual, C = conditions(x0 + dx)
-        new = least_displacement(C[None], W[None], (C @ dx - residual)[None])[0]
-        increment, size = float(np.max(np.abs(new - dx))), max(least, float(np.max(np.abs(x0 + new))))
-        dx = new
-        stalled = increment >= previous and increment <= 1e4 * eps * size
-        if (increment <= 4 * eps * size or stalled) and np.all(np.abs(residual) <= MET * size * np.sum(np.abs(C), axis=1)):
-            return np.asarray(x0 + dx, dtype=float)
-        if not np.isfinite(increment):
-            break
-        previous = increment
+    def of_one(x: Array, rows: NDArray[np.intp]) -> tuple[Array, Array]:
+        residual, C = conditions(x[0])
+        return residual[None], C[None]
+
+    x, increment, met = nearest(of_one, x0[None], W[None], np.array([least]))
+    if met[0]:
+        return np.asarray(x[0], dtype=float)
     raise BadInput(
         f"the {what} cannot be projected onto the constraints: after {ITERATIONS} iterations at most, "
-        f"the last increment is {increment:.3g}; "
+        f"the last increment is {increment[0]:.3g}; "
         "give initial values nearer to consistent ones."
     )

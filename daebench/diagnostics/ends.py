@@ -1,6 +1,10 @@
-"""Changes of an error at the ends of the time, where they are too fast for windows, and a bound on all that windows may hide."""
+"""Changes of errors at the ends of the time, where they are too fast for windows, and a bound on all that windows may hide."""
+
+from dataclasses import dataclass
+from typing import Any, Self
 
 import numpy as np
+from numpy.typing import NDArray
 
 from daebench.diagnostics.secular import Secular
 from daebench.runs.trajectory import Array
@@ -21,8 +25,29 @@ SAMPLES = 16
 """Fewest samples of a mean at an end."""
 
 
-def change_bound(u: Array, error: Array, means: Array, swings: int) -> float:
-    """Return an upper bound on the change of the mean.
+@dataclass(frozen=True)
+class Windows:
+    """What is taken of the window means of m errors: how many there are, and their range with both ends of the time, shape(m,)."""
+
+    count: NDArray[np.int64]
+    least: Array
+    most: Array
+
+    @classmethod
+    def none(cls, m: int) -> Self:
+        """Return a place for those of m errors."""
+        return cls(np.zeros(m, dtype=np.int64), np.empty(m), np.empty(m))
+
+    def put(self, members: NDArray[np.int64], means: Array) -> None:
+        """Take the window means of some, shape(members, windows)."""
+        ends = means[:, 0] - 2 * (means[:, 1] - means[:, 0]), means[:, -1] + 2 * (means[:, -1] - means[:, -2])
+        self.count[members] = means.shape[1]
+        self.least[members] = np.minimum.reduce([np.min(means, axis=1), *ends])
+        self.most[members] = np.maximum.reduce([np.max(means, axis=1), *ends])
+
+
+def change_bound(u: Array, error: Array, windows: Windows, swings: NDArray[np.int64]) -> Array:
+    """Return an upper bound on the change of the mean of each error, shape(m,).
 
     It is a quarter more than the range of the window means, carried on to both ends of the time by twice their last differences, and of
     the plain means over two oscillations at either end where these are shorter than a window. Where oscillations and windows are few,
@@ -30,61 +55,104 @@ def change_bound(u: Array, error: Array, means: Array, swings: int) -> float:
 
     Parameters
     ----------
-    u, error : ndarray, shape(n,)
-        Times, scaled to 0 ... 1, and errors.
-    means : ndarray, shape(windows,)
-        Window means.
-    swings : int
-        Number of oscillations.
+    u : ndarray, shape(n,)
+        Times, scaled to 0 ... 1.
+    error : ndarray, shape(m, n)
+        Errors, a row each.
+    windows : Windows
+        What is taken of their window means.
+    swings : ndarray of int, shape(m,)
+        Numbers of oscillations.
     """
-    ends = [means[0] - 2 * (means[1] - means[0]), means[-1] + 2 * (means[-1] - means[-2])]
-    length = 2 / max(swings, 1)
-    if length < 2 / (len(means) + 1):
-        short = max(length, SAMPLES / len(u))
-        ends += [float(np.mean(error[u <= short])), float(np.mean(error[u >= 1 - short]))]
-    unlike = _unlike(error, swings) if 0 < swings < PERIODIC and len(means) < ENOUGH else 0.0
-    return MARGIN * float(np.ptp(np.concatenate([means, ends]))) + unlike
+    length = 2 / np.maximum(swings, 1)
+    shorter = length < 2 / (windows.count + 1)
+    at_start, at_end = _plain_means(u, error, np.maximum(length, SAMPLES / len(u)))
+    ends = [np.where(shorter, mean, windows.least) for mean in (at_start, at_end)]
+    least, most = (extreme.reduce([bound, *ends]) for extreme, bound in ((np.minimum, windows.least), (np.maximum, windows.most)))
+    bound = MARGIN * (most - least)
+    few = np.flatnonzero((swings > 0) & (swings < PERIODIC) & (windows.count < ENOUGH))
+    if len(few):
+        bound[few] += _unlike(error[few], swings[few])
+    return np.asarray(bound)
 
 
-def _unlike(error: Array, swings: int) -> float:
-    """Return by how much the first and the last period of an oscillation differ from their neighbours, at most."""
-    n = len(error)
-    lags = np.unique(np.linspace(0.6, 1.6, 60) * n / swings).astype(int)
-    lags = lags[(lags > 0) & (lags < n // 2)]
-    if not len(lags):
-        return float(np.ptp(error))
-    lag = min(lags, key=lambda k: float(np.mean((error[k:] - error[:-k]) ** 2)))
-    apart = np.abs(error[lag:] - error[:-lag])
-    return float(max(np.max(apart[:lag]), np.max(apart[-lag:])))
+def _plain_means(u: Array, error: Array, length: Array) -> tuple[Array, Array]:
+    """Return the means of each error over a length at the start of the time and at its end."""
+    sums, rows = np.cumsum(error, axis=1), np.arange(len(error))
+    first, last = np.searchsorted(u, length, side="right"), np.searchsorted(u, 1 - length)
+    return sums[rows, first - 1] / first, (sums[:, -1] - sums[rows, last - 1] * (last > 0)) / (len(u) - last)
 
 
-def edge_change(u: Array, error: Array, noise: float) -> Secular | None:
-    """Return the change of an error whose first value is far from all that are later, or its last from all that are earlier.
+def _unlike(error: Array, swings: NDArray[np.int64]) -> Array:
+    """Return by how much the first and the last period of each oscillation differ from their neighbours, at most, shape(m,)."""
+    n = error.shape[1]
+    lag = _periods(error, swings)
+    k = np.arange(np.max(lag))
+    first = np.take_along_axis(error, np.minimum(k + lag[:, None], n - 1), axis=1) - error[:, : len(k)]
+    last = error[:, n - len(k) :] - np.take_along_axis(error, np.maximum(np.arange(n - len(k), n) - lag[:, None], 0), axis=1)
+    within = k < lag[:, None]
+    apart = np.maximum(np.abs(first), np.abs(last[:, ::-1]))
+    return np.asarray(np.where(lag > 0, np.max(apart, axis=1, where=within, initial=0.0), np.ptp(error, axis=1)))
+
+
+def _periods(error: Array, swings: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Return after how many samples each oscillation is most like itself, near its mean period, shape(m,); 0 where that is too long."""
+    n = error.shape[1]
+    likeness = np.full((len(error), n // 2), np.inf)
+    differences = _mean_squares(error)
+    for count in np.unique(swings).tolist():
+        lags = np.unique(np.linspace(0.6, 1.6, 60) * n / count).astype(int)
+        lags = lags[(lags > 0) & (lags < n // 2)]
+        rows = np.flatnonzero(swings == count)[:, None]
+        likeness[rows, lags] = differences[rows, lags]
+    likeness[:, 0] = np.finfo(float).max
+    return np.asarray(np.argmin(likeness, axis=1))
+
+
+def _mean_squares(error: Array) -> Array:
+    """Return the mean squares of the differences of values that are 0, 1, 2, ... samples apart, up to half of them, shape(m, n // 2)."""
+    from scipy.fft import next_fast_len
+
+    n = error.shape[1]
+    length = next_fast_len(n + n // 2, real=True)  # products of values up to n/2 apart meet no others
+    transform = np.fft.rfft(error, length)
+    correlated = np.fft.irfft(transform.real**2 + transform.imag**2, length)[:, : n // 2]
+    squares = np.cumsum(error**2, axis=1)
+    both = squares[:, ::-1][:, : n // 2] + squares[:, -1:] - np.pad(squares[:, : n // 2 - 1], ((0, 0), (1, 0)))
+    return np.asarray((both - 2 * correlated) / np.arange(n, n - n // 2, -1))
+
+
+def edge_changes(u: Array, error: Array, noise: Array) -> tuple[NDArray[Any], Secular]:
+    """Return which errors have a first value far from all that are later, or a last one far from all that are earlier, and their changes.
 
     Far is beyond their range by more than the range. Such a change is over within an eighth of the time, or begins there.
 
     Parameters
     ----------
-    u, error : ndarray, shape(n,)
-        Times, scaled to 0 ... 1, and errors.
-    noise : float
-        Round-off of one value.
+    u : ndarray, shape(n,)
+        Times, scaled to 0 ... 1.
+    error : ndarray, shape(m, n)
+        Errors, a row each.
+    noise : ndarray, shape(m,)
+        Round-off of one value of each.
 
     Returns
     -------
-    Secular or None
-        None if there is none.
+    members : ndarray of int, shape(k,)
+        Which errors have one.
+    changes : Secular
+        Those of these k.
     """
-    late, early = error[u > EDGE], error[u < 1 - EDGE]
-    if _outside(error[0], late, noise):
-        change = float(np.mean(late) - error[0])
-        return Secular("saturated", 2 / EDGE, change, abs(change), 0.0, 0.0, 0.0)
-    if _outside(error[-1], early, noise):
-        change = float(error[-1] - np.mean(early))
-        return Secular("exponential", 2 / EDGE, change, abs(change), 0.0, 0.0, 0.0)
-    return None
+    late, early = error[:, np.searchsorted(u, EDGE, side="right") :], error[:, : np.searchsorted(u, 1 - EDGE)]
+    first = _outside(error[:, 0], late, noise)
+    last = _outside(error[:, -1], early, noise) & ~first
+    members = np.flatnonzero(first | last)
+    at_first, zero = first[members], np.zeros(len(members))
+    change = np.where(at_first, np.mean(late[members], axis=1) - error[members, 0], error[members, -1] - np.mean(early[members], axis=1))
+    law = np.where(at_first, "saturated", "exponential")
+    return members, Secular(law, np.full(len(members), 2 / EDGE), change, np.abs(change), zero, zero, zero)
 
 
-def _outside(value: float, others: Array, noise: float) -> bool:
-    least, most = float(np.min(others)), float(np.max(others))
-    return max(least - value, value - most) > most - least + noise
+def _outside(value: Array, others: Array, noise: Array) -> NDArray[np.bool_]:
+    least, most = np.min(others, axis=1), np.max(others, axis=1)
+    return np.asarray(np.maximum(least - value, value - most) > most - least + noise)

@@ -1,12 +1,13 @@
 """Energy drift: the secular part of the error of a conserved quantity, seen under an oscillation that may be far larger."""
 
 from dataclasses import dataclass, replace
+from typing import Self
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from daebench.diagnostics.growth import growth_exponent
-from daebench.diagnostics.trend import RED, Trend, trend
+from daebench.diagnostics.trend import RED, Trend, trends
 from daebench.errors import BadInput
 from daebench.runs.trajectory import Array
 
@@ -35,6 +36,9 @@ VERDICTS = {
 }
 """Verdicts on an error, and what they say."""
 
+
+SAMPLES_AT_ONCE, FEWEST_AT_ONCE = 2**17, 64
+"""Errors are judged in parts of about so many samples, which stay in the processor's cache, and of so many errors at least."""
 
 LAWS = ("linear", "power", "exponential", "saturated", "step", "irregular", "growing scatter")
 """Laws of drifts."""
@@ -142,39 +146,94 @@ def energy_drift(
     t, error = np.asarray(t, dtype=float), np.asarray(error, dtype=float)
     if t.ndim != 1 or t.shape != error.shape:
         raise BadInput(f"a drift needs one error for each time; the shapes are {error.shape} and {t.shape}.")
-    if failure or not np.all(np.isfinite(t)) or not np.all(np.isfinite(error)):
-        return Drift(FAILED, failure or "a value is not finite")
-    if np.any(np.diff(t) <= 0):
-        raise BadInput("a drift needs increasing times; these do not increase.")
-    largest = float(np.max(np.abs(error), initial=0.0))
-    conserved = largest <= max(resolution, ROUNDED * eps * steps**0.5 * scale)
-    if len(t) < SHORTEST:
+    if failure:
+        return Drift(FAILED, failure)
+    judged = _Judged.of(t, error[None], np.array([resolution]), np.array([scale]), steps, eps)
+    verdict = str(judged.verdicts[0])
+    if verdict == FAILED:
+        return Drift(FAILED, "a value is not finite")
+    if judged.trends is None:
         reason = f"too short: {len(t)} samples, and a drift is read from {SHORTEST}"
-        return Drift(KEPT, change_bound=2 * largest) if conserved else Drift(UNDETERMINED, reason)
-    return _judged(t, error, largest or 1.0, resolution, conserved)
+        return Drift(KEPT, change_bound=2 * float(judged.largest[0])) if verdict == KEPT else Drift(UNDETERMINED, reason)
+    return _drift(t, error, verdict, judged.trends.one(0), float(judged.sizes[0]), resolution)
 
 
-def _judged(t: Array, error: Array, size: float, resolution: float, conserved: bool) -> Drift:
-    """Return the verdict on an error of the given size, by which it is divided so that no square overflows."""
+def energy_verdicts(t: Array, errors: Array, *, resolution: Array, scale: Array, steps: int, eps: float = 2.0**-52) -> NDArray[np.str_]:
+    """Return the verdict on each of m errors at the same times, as :func:`energy_drift` gives it for one, shape(m,).
+
+    Parameters
+    ----------
+    t : ndarray, shape(n,)
+        Times, increasing and about equally spaced.
+    errors : ndarray, shape(m, n)
+        Errors from the start, a row each.
+    resolution, scale : ndarray, shape(m,)
+        Round-off of one value, and size of the numbers whose rounding makes the error.
+    steps : int
+        Number of steps.
+    eps : float
+        Machine epsilon of the number type of the runs.
+
+    Returns
+    -------
+    ndarray of str, shape(m,)
+        Words of :data:`VERDICTS`.
+
+    Raises
+    ------
+    BadInput
+        If t does not increase.
+    """
+    at_once = max(FEWEST_AT_ONCE, SAMPLES_AT_ONCE // len(t))
+    parts = [slice(k, k + at_once) for k in range(0, len(errors), at_once)]
+    return np.concatenate([_Judged.of(t, errors[part], resolution[part], scale[part], steps, eps).verdicts for part in parts])
+
+
+@dataclass(frozen=True)
+class _Judged:
+    """The verdicts on m errors, and what they rest on: the largest modulus of each, by which it is divided so that no square overflows."""
+
+    verdicts: NDArray[np.str_]
+    largest: Array
+    trends: Trend | None
+
+    @property
+    def sizes(self) -> Array:
+        return np.where(self.largest > 0, self.largest, 1.0)
+
+    @classmethod
+    def of(cls, t: Array, errors: Array, resolution: Array, scale: Array, steps: int, eps: float) -> Self:
+        finite = np.asarray(np.isfinite(errors).all(axis=1) & np.all(np.isfinite(t)))
+        if np.all(np.isfinite(t)) and np.any(np.diff(t) <= 0):
+            raise BadInput("a drift needs increasing times; these do not increase.")
+        errors = errors if finite.all() else np.where(finite[:, None], errors, 0.0)
+        largest = np.max(np.abs(errors), axis=1, initial=0.0)
+        verdicts = np.select([~finite, largest <= np.maximum(resolution, ROUNDED * eps * steps**0.5 * scale)], [FAILED, KEPT], UNDETERMINED)
+        if len(t) < SHORTEST or not finite.any():
+            return cls(verdicts, largest, None)
+        sizes = np.where(largest > 0, largest, 1.0)
+        mean = trends(t, errors / sizes[:, None], np.maximum(resolution / sizes, 8 * float(np.finfo(float).eps)))
+        told = np.where(mean.drifts, DRIFTS, np.where(mean.reason == "", BOUNDED, UNDETERMINED))
+        return cls(np.where(verdicts == UNDETERMINED, told, verdicts), largest, mean)
+
+
+def _drift(t: Array, error: Array, verdict: str, mean_trend: Trend, size: float, resolution: float) -> Drift:
+    """Return the verdict on an error of the given size with its numbers."""
     error, resolution = error / size, resolution / size
     slope, slope_error = _line(t, error)
-    mean_trend = trend(t, error, max(resolution, 8 * float(np.finfo(float).eps)))
-    level = float(np.mean(error[-max(1, len(error) // 8) :]))
     drift = Drift(
-        BOUNDED,
+        verdict,
+        reason=mean_trend.reason if verdict == UNDETERMINED else "",
         change=size * mean_trend.secular.change,
         change_bound=size * mean_trend.bound,
-        level=size * level,
+        level=size * float(np.mean(error[-max(1, len(error) // 8) :])),
         slope=size * slope,
         slope_error=size * slope_error,
     )
-    if conserved:
-        return replace(drift, verdict=KEPT)
-    if mean_trend.drifts:
-        exponent, exponent_error = (NAN, NAN) if mean_trend.spreads else growth_exponent(t, error, resolution=resolution)
-        law = law_of(mean_trend, exponent, exponent_error)
-        return replace(drift, verdict=DRIFTS, law=law, exponent=exponent, exponent_error=exponent_error)
-    return replace(drift, verdict=UNDETERMINED, reason=mean_trend.reason) if mean_trend.reason else drift
+    if verdict != DRIFTS:
+        return drift
+    exponent, exponent_error = (NAN, NAN) if mean_trend.spreads else growth_exponent(t, error, resolution=resolution)
+    return replace(drift, law=law_of(mean_trend, exponent, exponent_error), exponent=exponent, exponent_error=exponent_error)
 
 
 def law_of(mean_trend: Trend, exponent: float = NAN, exponent_error: float = NAN) -> str:

@@ -1,6 +1,7 @@
 """The verdict on the energy of a run, and the size of its error."""
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -15,18 +16,37 @@ LOST = 1.0
 
 @dataclass(frozen=True)
 class EnergyScales:
-    """Energies along a run, in the unit of H.
+    """Energies along a run, in the unit of H; along several runs an entry for each, shape(m,).
 
     Parameters
     ----------
-    kinetic : float
+    kinetic : float or ndarray
         Mean kinetic energy p^T H_p / 2; of a Poisson system the mean |H|.
-    most : float
+    most : float or ndarray
         The largest of kinetic and potential energy, max(|T|, |U|), along the run; of a Poisson system the largest |H|.
     """
 
-    kinetic: float
-    most: float
+    kinetic: Any
+    most: Any
+
+    def resolution(self, H0: Any, eps: float) -> Any:
+        """Return the round-off of one value of the energy, with its value at the start."""
+        return eps * np.maximum(np.abs(H0), self.most)
+
+
+def scales_along(kinetic: Array, *energies: Array) -> EnergyScales:
+    """Return the mean of the kinetic energy, and the largest of it and of other energies, along runs; infinite values are left out.
+
+    Parameters
+    ----------
+    kinetic, *energies : ndarray, shape(..., n)
+        Energies at n times, a row for each run.
+    """
+    moduli = [np.abs(energy) for energy in (kinetic, *energies)]
+    finite = [np.isfinite(x) for x in moduli]
+    kept = [x if good.all() else np.where(good, x, 0.0) for x, good in zip(moduli, finite, strict=True)]
+    mean = np.sum(kept[0], axis=-1) / np.maximum(np.count_nonzero(finite[0], axis=-1), 1)
+    return EnergyScales(mean, np.maximum.reduce([np.max(x, axis=-1) for x in kept]))
 
 
 def energy_scales(ivp: InitialValueProblem, run: Trajectory | PoissonTrajectory) -> EnergyScales:
@@ -40,12 +60,11 @@ def energy_scales(ivp: InitialValueProblem, run: Trajectory | PoissonTrajectory)
         A run on it.
     """
     if isinstance(run, PoissonTrajectory):
-        H = np.abs(np.asarray(ivp.along("H", run.y), dtype=float))
-        return EnergyScales(float(np.mean(_finite(H))), float(np.max(_finite(H))))
-    T = np.sum(run.p * np.asarray(ivp.along("H_p", run.p, run.q), dtype=float), axis=1) / 2
-    U = np.asarray(ivp.along("H", run.p, run.q), dtype=float) - T
-    T, U = _finite(np.abs(T)), _finite(np.abs(U))
-    return EnergyScales(float(np.mean(T)), float(max(np.max(T), np.max(U))))
+        scales = scales_along(np.asarray(ivp.along("H", run.y), dtype=float))
+    else:
+        T = np.sum(run.p * np.asarray(ivp.along("H_p", run.p, run.q), dtype=float), axis=1) / 2
+        scales = scales_along(T, np.asarray(ivp.along("H", run.p, run.q), dtype=float) - T)
+    return EnergyScales(float(scales.kinetic), float(scales.most))
 
 
 def energy_verdict(ivp: InitialValueProblem, run: Trajectory | PoissonTrajectory) -> Drift:
@@ -60,18 +79,13 @@ def energy_verdict(ivp: InitialValueProblem, run: Trajectory | PoissonTrajectory
     """
     states = run.y if isinstance(run, PoissonTrajectory) else run.q
     eps = float(np.finfo(states.dtype).eps)
-    scale = energy_scales(ivp, run).most
-    resolution = eps * max(abs(float(ivp.value("H", *ivp.start))), scale)
+    scales = energy_scales(ivp, run)
+    resolution = float(scales.resolution(float(ivp.value("H", *ivp.start)), eps))
     error, failure = energy_error(ivp, run), run.failure or ""
-    return energy_drift(run.t, error, resolution=resolution, scale=scale, steps=run.steps, eps=eps, failure=failure)
+    return energy_drift(run.t, error, resolution=resolution, scale=scales.most, steps=run.steps, eps=eps, failure=failure)
 
 
-def size(error: float, scales: EnergyScales) -> float:
-    """Return an energy error in parts of the mean kinetic energy; above :data:`LOST` the motion is lost."""
-    return error / scales.kinetic if scales.kinetic > 0 else (0.0 if error == 0 else float("inf"))
-
-
-def _finite(values: Array) -> Array:
-    """Return the values that are finite, or 0 where none is."""
-    finite = values[np.isfinite(values)]
-    return finite if len(finite) else np.zeros(1)
+def size(error: Any, scales: EnergyScales) -> Any:
+    """Return an energy error, or several, in parts of the mean kinetic energy; above :data:`LOST` the motion is lost."""
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return np.where(scales.kinetic > 0, error / np.asarray(scales.kinetic), np.where(error == 0, 0.0, np.inf))[()]

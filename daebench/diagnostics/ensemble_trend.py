@@ -33,8 +33,8 @@ def ensemble_trend(t: Array, error: Array, noise: float) -> Trend:
     """
     mean = np.mean(error, axis=0)
     mean_trend = trend(t, mean, noise)
-    means = window_means((t - t[0]) / (t[-1] - t[0]), error.T, MOST)
-    standard_error = float(np.sqrt(np.mean(np.var(means, axis=1, ddof=1)) / len(error)))
+    means = window_means((t - t[0]) / (t[-1] - t[0]), error, MOST)
+    standard_error = float(np.sqrt(np.mean(np.var(means, axis=0, ddof=1)) / len(error)))
     if mean_trend.spreads:
         return (
             mean_trend

@@ -1,6 +1,9 @@
-"""The oscillations of an error: how many there are, and whether its samples resolve them."""
+"""The oscillations of errors: how many there are, and whether their samples resolve them."""
+
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from daebench.runs.trajectory import Array
 
@@ -14,62 +17,83 @@ PEAKED = 10.0
 """Kurtosis beyond which an error is a train of peaks; that of Gaussian noise is 3."""
 
 
-def oscillations(residual: Array) -> int:
-    """Return how often an error without its secular part swings about its mean.
+def centred(series: Array) -> Array:
+    """Return series less their means, shape(..., n)."""
+    return np.asarray(series - np.mean(series, axis=-1, keepdims=True))
+
+
+def products(a: Array, b: Array) -> Any:
+    """Return the sums of products of series along their samples, shape(...), each to the bit as if it were alone."""
+    return np.einsum("...n,...n->...", a, b)
+
+
+def oscillations(residual: Array) -> NDArray[np.int64]:
+    """Return how often each error without its secular part swings about its mean, shape(m,).
 
     A swing is a passage from below the mean to a quarter of the standard deviation above it, or the same upside down where that is more:
     narrow peaks hardly move the mean.
 
     Parameters
     ----------
-    residual : ndarray, shape(n,)
-        The error less its secular part.
+    residual : ndarray, shape(m, n)
+        The errors less their secular parts, a row each.
     """
-    r = residual - np.mean(residual)
-    level = 0.25 * float(np.std(r))
-    return max(_passages(r, level), _passages(-r, level)) if level > 0 else 0
+    r = centred(residual)
+    level = 0.25 * np.sqrt(products(r, r) / r.shape[-1])
+    return np.where(level > 0, np.maximum(_passages(r > level[:, None], r < 0), _passages(r < -level[:, None], r > 0)), 0)
 
 
-def _passages(r: Array, level: float) -> int:
-    side = np.where(r > level, 1, np.where(r < 0, -1, 0))
-    side = side[side != 0]
-    return int(np.sum((side[1:] > 0) & (side[:-1] < 0)))
+def _passages(above: NDArray[np.bool_], below: NDArray[np.bool_]) -> NDArray[np.int64]:
+    """Return how often rows go from below to above, whatever is between."""
+    either = above | below
+    side = above[either]
+    ends = np.cumsum(np.count_nonzero(either, axis=1))
+    up = np.flatnonzero(side[1:] & ~side[:-1]) + 1
+    row = np.searchsorted(ends, up, side="right")
+    within = np.searchsorted(ends, up - 1, side="right") == row  # the last sample of one row is no neighbour of the next row's first
+    return np.bincount(row[within], minlength=len(ends))
 
 
-def aliased(residual: Array) -> bool:
-    """Return whether an error is an oscillation, or a train of peaks, that its samples do not resolve.
+def aliased(residual: Array) -> NDArray[np.bool_]:
+    """Return which errors are oscillations, or trains of peaks, that their samples do not resolve, shape(m,).
 
     Neighbours among samples of a resolved oscillation are alike. Noise is not, nor an oscillation with fewer than about five samples a
     period; what tells them apart is a line in the spectrum, or peaks of single samples, neither of which noise has.
 
     Parameters
     ----------
-    residual : ndarray, shape(n,)
-        The error less its secular part, at equidistant times.
+    residual : ndarray, shape(m, n)
+        The errors less their secular parts, at equidistant times, a row each.
     """
-    r = residual - np.mean(residual)
-    squares = float(r @ r)
-    if squares == 0 or float(r[1:] @ r[:-1]) > UNRESOLVED * squares:
-        return False
-    power = np.abs(np.fft.rfft(r * np.hanning(len(r)))) ** 2
-    around = np.convolve(power, np.ones(3), "same")
-    high = float(np.max(around[len(r) // 5 :]))
-    return bool(high > LINE * np.sum(power) or np.mean(r**4) * len(r) ** 2 > PEAKED * squares**2)
+    r = centred(residual)
+    squares = products(r, r)
+    unlike = (squares > 0) & (products(r[:, 1:], r[:, :-1]) <= UNRESOLVED * squares)
+    unlike[unlike] = _lined(r[unlike], squares[unlike])
+    return np.asarray(unlike)
 
 
-def rough(residual: Array) -> bool:
-    """Return whether an error is made of steps that know nothing of each other, as a random walk is: of an oscillation the steps are alike.
+def _lined(r: Array, squares: Array) -> NDArray[np.bool_]:
+    """Return which series of mean zero have a line at a high frequency in their spectrum, or peaks."""
+    n = r.shape[-1]
+    power = np.abs(np.fft.rfft(r * np.hanning(n))) ** 2
+    around = np.pad(power, ((0, 0), (1, 1)))
+    high = np.max((around[:, :-2] + power + around[:, 2:])[:, n // 5 :], axis=1)
+    return np.asarray((high > LINE * np.sum(power, axis=1)) | (np.mean(r**4, axis=1) * n**2 > PEAKED * squares**2))
+
+
+def rough(residual: Array) -> NDArray[np.bool_]:
+    """Return which errors are made of steps that know nothing of each other, as a random walk is: of an oscillation the steps are alike.
 
     Parameters
     ----------
-    residual : ndarray, shape(n,)
-        The error less its secular part.
+    residual : ndarray, shape(m, n)
+        The errors less their secular parts, a row each.
     """
-    r = residual - np.mean(residual)
-    return correlation(r) > 0.9 and abs(correlation(np.diff(r))) < 0.3
+    r = centred(residual)
+    return np.asarray((correlation(r) > 0.9) & (np.abs(correlation(np.diff(r))) < 0.3))
 
 
-def correlation(r: Array) -> float:
-    """Return the correlation of neighbouring values of a series of mean zero, shape(n,); 0 where all of them are zero."""
-    squares = float(r @ r)
-    return float(r[1:] @ r[:-1]) / squares if squares > 0 else 0.0
+def correlation(r: Array) -> Array:
+    """Return the correlation of neighbouring values of series of mean zero, shape(..., n); 0 where all of them are zero."""
+    squares = products(r, r)
+    return np.asarray(np.divide(products(r[..., 1:], r[..., :-1]), squares, out=np.zeros_like(squares), where=squares > 0))

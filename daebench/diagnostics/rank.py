@@ -1,11 +1,14 @@
 """The rank of G: which constraints depend on others at the start, and where it is lost along a motion."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from daebench.runs.ivp import Array, ConstrainedIvp
+from daebench.runs.members import Members
 
 DEPENDENT = 1e-9
 """Sine of the angle between a row of G and the span of others, in the metric M^-1, below which it is taken for dependent."""
@@ -21,6 +24,9 @@ WITHIN = 3
 
 AFTER_FAILURE = 5
 """Steps in which it is looked for after a step that could not be done."""
+
+SUSPECT = 1e-6
+"""Root of what is measured below which constraints are compared; of dependent ones it is at most about 1e-8."""
 
 BELIEVED = 1 / 3
 """Part of the present root of what is measured that it may be, at most, where a line says that it is zero."""
@@ -133,15 +139,60 @@ def upcoming_loss(ivp: ConstrainedIvp, p: Array, q: Array, h: float, within: int
     if beyond_comparison(ivp):
         return None
     v = ivp.value("H_p", p, q)
+    t = float(_zero_ahead(lambda t: np.sqrt(np.abs(ivp.value("independence", p, q + t * v))), h, within))
+    return None if math.isnan(t) else t
 
-    def sigma(t: float) -> float:
-        return math.sqrt(abs(float(ivp.value("independence", p, q + t * v))))
 
+def upcoming_losses(members: Members, p: Array, q: Array, within: int) -> Array:
+    """Return the same time for each member of an ensemble, shape(n,), to the bit; NaN where there is none.
+
+    Parameters
+    ----------
+    members : Members
+        The members.
+    p, q : ndarray, shape(n, d)
+        A state of each.
+    within : int
+        Number of steps.
+    """
+    if beyond_comparison(members.ivp):  # type: ignore[arg-type]
+        return np.full(len(members), np.nan)
+    with np.errstate(all="ignore"):
+        v, h = members.along("H_p", p, q), np.broadcast_to(members.h, len(members))
+        return _zero_ahead(lambda t: np.sqrt(np.abs(members.along("independence", p, q + t[:, None] * v))), h, within)
+
+
+def _zero_ahead(sigma: Callable[[Any], Any], h: Any, within: int) -> Array:
+    """Return when a line through sigma(-h) and sigma(0) is zero, where sigma falls faster and faster and is small there; else NaN."""
     s = [sigma(k * h) for k in (-2, -1, 0)]
-    if not s[0] > s[1] > s[2] or not s[2] <= within * (s[1] - s[2]):
-        return None
-    t = h * s[2] / (s[1] - s[2])
-    return t if sigma(t) <= BELIEVED * s[2] else None
+    with np.errstate(all="ignore"):
+        falls = (s[0] > s[1]) & (s[1] > s[2]) & (s[2] <= within * (s[1] - s[2]))
+        t = np.where(falls, h * s[2] / (s[1] - s[2]), np.nan)
+    return np.where(sigma(t) <= BELIEVED * s[2], t, np.nan) if np.any(falls) else t
+
+
+def may_lose_rank(members: Members) -> NDArray[np.bool_]:
+    """Return at which members of an ensemble :func:`dependence` may find something, or :func:`upcoming_loss` within :data:`WITHIN` steps.
+
+    Nothing is missed; of others there are a few at most.
+
+    Parameters
+    ----------
+    members : Members
+        Members whose starts are looked at.
+
+    Returns
+    -------
+    ndarray of bool, shape(n,)
+    """
+    if isinstance(members.ivp, ConstrainedIvp) and beyond_comparison(members.ivp):
+        return np.zeros(len(members), dtype=bool)
+    p, q = members.start
+    with np.errstate(all="ignore"):
+        one_step = np.reshape(members.h, (-1, 1)) * members.along("H_p", p, q)
+        here, before = (np.sqrt(np.abs(members.along("independence", p, x))) for x in (q, q - one_step))
+        suspect = ~(here > SUSPECT * np.maximum(before, 1.0))
+    return np.asarray(suspect | ~np.isnan(upcoming_losses(members, p, q, WITHIN)))
 
 
 def badly_scaled(ivp: ConstrainedIvp, p: Array, q: Array, t: float) -> str:

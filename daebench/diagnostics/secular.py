@@ -1,11 +1,12 @@
-"""The secular part of an error: of the monotone shapes that drifts have, the one that fits its window means best."""
+"""The secular parts of errors: of the monotone shapes that drifts have, the one that fits the window means of each best."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields, replace
 from functools import lru_cache
+from typing import Any, Self
 
 import numpy as np
 
-from daebench.diagnostics.oscillations import correlation
+from daebench.diagnostics.oscillations import centred, correlation, products
 from daebench.diagnostics.window_means import window_means
 from daebench.runs.trajectory import Array
 
@@ -22,38 +23,54 @@ BETTER = 0.7
 POINTS = 2048
 """Points over which shapes are averaged."""
 
+CANCELLED = 1e-6
+"""Part of the sum of squares below which what a shape leaves of it is no longer taken as a difference."""
+
 
 @dataclass(frozen=True)
 class Secular:
-    """A monotone shape, fitted to window means.
+    """Monotone shapes, fitted to the window means of m errors; of one error each entry is a number.
 
     Parameters
     ----------
-    law : str
+    law : ndarray of str, shape(m,)
         "power", "exponential", "saturated" or "step".
-    number : float
+    number : ndarray, shape(m,)
         Exponent of t, rate times the whole time, or place of the step as a part of the whole time.
-    change : float
+    change : ndarray, shape(m,)
         Its change from the start of the time to the end.
-    seen : float
+    seen : ndarray, shape(m,)
         Modulus of its change from the first window to the last.
-    scatter : float
+    scatter : ndarray, shape(m,)
         Standard deviation of the window means about it.
-    neighbours, increments : float
+    neighbours, increments : ndarray, shape(m,)
         Correlations of neighbouring residuals, and of neighbouring differences of residuals.
     """
 
-    law: str
-    number: float
-    change: float
-    seen: float
-    scatter: float
-    neighbours: float
-    increments: float
+    law: Any
+    number: Any
+    change: Any
+    seen: Any
+    scatter: Any
+    neighbours: Any
+    increments: Any
 
     def along(self, u: Array) -> Array:
-        """Return it at times u, scaled to 0 ... 1; it is 0 at the start."""
-        return self.change * shape(self.law, self.number, u)
+        """Return them at times u, scaled to 0 ... 1, shape(m, n); they are 0 at the start."""
+        rows = np.empty((len(self.law), len(u)))
+        for law, number in set(zip(self.law.tolist(), self.number.tolist(), strict=True)):
+            members = (self.law == law) & (self.number == number)
+            rows[members] = np.multiply.outer(self.change[members], shape(law, number, u))
+        return rows
+
+    def one(self, i: int) -> Self:
+        """Return that of one error."""
+        return replace(self, **{field.name: getattr(self, field.name)[i].item() for field in fields(self)})
+
+    def put(self, members: Any, others: Self) -> None:
+        """Put others in the place of some."""
+        for field in fields(self):
+            getattr(self, field.name)[members] = getattr(others, field.name)
 
 
 def shape(law: str, number: float, u: Array) -> Array:
@@ -71,33 +88,42 @@ def shape(law: str, number: float, u: Array) -> Array:
     return np.asarray(np.expm1(rate * u) / np.expm1(rate))
 
 
+LAWS = np.array(["power"] * len(POWERS) + ["exponential"] * len(RATES) + ["saturated"] * len(RATES) + ["step"] * STEPS)
+NUMBERS = np.array([*POWERS, *RATES, *RATES, *((k + 1) / (STEPS + 1) for k in range(STEPS))])
+"""The shapes, powers first."""
+
+
 @lru_cache(maxsize=64)
-def _shapes(windows: int) -> tuple[tuple[tuple[str, float], ...], Array]:
-    """Return the shapes, powers first, and their means over windows, shape(windows, shapes)."""
-    steps = [("step", (k + 1) / (STEPS + 1)) for k in range(STEPS)]
-    names = [("power", x) for x in POWERS] + [(law, x) for law in ("exponential", "saturated") for x in RATES] + steps
+def _shapes(windows: int) -> tuple[Array, Array, Array]:
+    """Return the means of shapes over windows, shape(windows, shapes), the same less their means, and the sums of squares of these."""
     u = (np.arange(POINTS) + 0.5) / POINTS
-    return tuple(names), window_means(u, np.column_stack([shape(*name, u) for name in names]), windows)
+    columns = window_means(u, np.array([shape(str(law), float(x), u) for law, x in zip(LAWS, NUMBERS, strict=True)]), windows).T
+    shifted = columns - np.mean(columns, axis=0)
+    return columns, shifted, np.sum(shifted**2, axis=0)
 
 
 def secular(means: Array) -> Secular:
-    """Return the shape that fits window means best, by least squares.
+    """Return the shapes that fit window means best, by least squares.
 
     Parameters
     ----------
-    means : ndarray, shape(windows,)
-        Tapered means over windows, see :func:`daebench.diagnostics.window_means.window_means`; at least four.
+    means : ndarray, shape(m, windows)
+        Tapered means over windows, see :func:`daebench.diagnostics.window_means.window_means`, a row for each error; at least four.
     """
-    names, columns = _shapes(len(means))
-    centred, m = columns - np.mean(columns, axis=0), means - np.mean(means)
-    factors = m @ centred / np.sum(centred**2, axis=0)
-    misfits = np.sum((m[:, None] - centred * factors) ** 2, axis=0)
-    best, power = int(np.argmin(misfits)), int(np.argmin(misfits[: len(POWERS)]))
-    best = best if misfits[best] < BETTER * misfits[power] else power
-    residual = m - centred[:, best] * factors[best]
-    scatter = float(np.sqrt(misfits[best] / (len(m) - 3)))
-    seen = float(np.ptp(columns[:, best] * factors[best]))
-    return Secular(*names[best], float(factors[best]), seen, scatter, correlation(residual), correlation(np.diff(residual)))
+    columns, shifted, squares = _shapes(means.shape[1])
+    m = centred(means)
+    factors = np.einsum("mw,ws->ms", m, shifted) / squares
+    misfits = products(m, m)[:, None] - factors**2 * squares
+    for k in np.flatnonzero(np.min(misfits, axis=1) < CANCELLED * products(m, m)):
+        misfits[k] = np.sum((m[k, :, None] - shifted * factors[k]) ** 2, axis=0)
+    rows = np.arange(len(m))
+    best, power = np.argmin(misfits, axis=1), np.argmin(misfits[:, : len(POWERS)], axis=1)
+    best = np.where(misfits[rows, best] < BETTER * misfits[rows, power], best, power)
+    factor = factors[rows, best]
+    residual = m - shifted.T[best] * factor[:, None]
+    scatter = np.sqrt(products(residual, residual) / (m.shape[1] - 3))
+    seen = np.ptp(columns.T[best] * factor[:, None], axis=1)
+    return Secular(LAWS[best], NUMBERS[best], factor, seen, scatter, correlation(residual), correlation(np.diff(residual)))
 
 
 def factors(means: Array, best: Secular) -> Array:
@@ -105,12 +131,13 @@ def factors(means: Array, best: Secular) -> Array:
 
     Parameters
     ----------
-    means : ndarray, shape(windows, members)
-        Window means, a column each.
+    means : ndarray, shape(members, windows)
+        Window means, a row each.
     best : Secular
-        The shape.
+        The shape of one error.
     """
-    names, columns = _shapes(len(means))
-    fitted = columns[:, names.index((best.law, best.number))] if (best.law, best.number) in names else np.linspace(0, 1, len(means))
-    centred = fitted - np.mean(fitted)
-    return np.asarray(centred @ means / float(centred @ centred), dtype=float)
+    columns = _shapes(means.shape[1])[0]
+    same = np.flatnonzero((best.law == LAWS) & (best.number == NUMBERS))
+    fitted = columns[:, same[0]] if len(same) else np.linspace(0, 1, means.shape[1])
+    shifted = fitted - np.mean(fitted)
+    return np.asarray(means @ shifted / float(shifted @ shifted), dtype=float)

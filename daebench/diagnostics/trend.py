@@ -1,11 +1,13 @@
-"""Whether the mean of an error changes, told from its window means, their scatter and the number of oscillations seen."""
+"""Whether the means of errors change, told from their window means, the scatter of these and the number of oscillations seen."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields, replace
 from itertools import pairwise
+from typing import Any, Self
 
 import numpy as np
+from numpy.typing import NDArray
 
-from daebench.diagnostics.ends import ENOUGH, change_bound, edge_change
+from daebench.diagnostics.ends import ENOUGH, Windows, change_bound, edge_changes
 from daebench.diagnostics.oscillations import aliased, oscillations, rough
 from daebench.diagnostics.secular import Secular, secular
 from daebench.diagnostics.window_means import MOST, leakage, smooth, window_count, window_means
@@ -30,6 +32,9 @@ RED = 0.25
 SPREADING = 4.0
 """The scatter of an error grows where it grows by this factor from the first quarter of the time to the last."""
 
+LEAST_WINDOWS = 4
+"""Fewest windows to which shapes are fitted."""
+
 
 ALIASED = "aliased output: the oscillation has fewer than five outputs a period, so that a slow change may be its alias"
 WALKS = "a single random walk, or what looks like one: an ensemble tells it"
@@ -39,99 +44,139 @@ SHORT = "too short: window means scatter as much as the error"
 
 @dataclass(frozen=True)
 class Trend:
-    """How the mean of an error changes over the time, in the error's unit.
+    """How the means of m errors change over the time, in the errors' unit; of one error each entry is one.
 
     Parameters
     ----------
     secular : Secular
-        The shape that fits best.
-    drifts : bool
+        The shapes that fit best.
+    drifts : ndarray of bool, shape(m,)
         Whether the mean changes by more than the scatter of window means, or the oscillation grows.
-    bound : float
+    bound : ndarray, shape(m,)
         Upper bound on the modulus of the change.
-    reason : str
+    reason : ndarray of str, shape(m,)
         Why neither a drift nor boundedness is told; "" where one is.
-    spreads : bool
+    spreads : ndarray of bool, shape(m,)
         Whether it is the oscillation that grows.
     """
 
     secular: Secular
-    drifts: bool
-    bound: float
-    reason: str = ""
-    spreads: bool = False
+    drifts: Any
+    bound: Any
+    reason: Any
+    spreads: Any
+
+    def one(self, i: int) -> Self:
+        """Return that of one error."""
+        numbers = {field.name: getattr(self, field.name)[i] for field in fields(self)[1:]}
+        return replace(self, secular=self.secular.one(i), **{name: np.asarray(x).item() for name, x in numbers.items()})
+
+
+@dataclass(frozen=True)
+class _Residuals:
+    """Errors less their secular parts, and the oscillations in them: swings of the whole, and those that are faster than windows."""
+
+    rows: Array
+    swings: NDArray[np.int64]
+    ripples: NDArray[np.int64]
+    ripple_range: Array
 
 
 def trend(t: Array, error: Array, noise: float) -> Trend:
-    """Return how the mean of an error changes.
+    """Return how the mean of one error changes, see :func:`trends`."""
+    return trends(t, error[None], np.array([noise])).one(0)
+
+
+def trends(t: Array, error: Array, noise: Array) -> Trend:
+    """Return how the mean of each error changes; what is told of one does not depend on the others, to the bit.
 
     Parameters
     ----------
-    t, error : ndarray, shape(n,)
-        Times, increasing and about equally spaced, and errors of modulus at most about 1, finite; n is at least 32.
-    noise : float
-        Round-off of one value.
+    t : ndarray, shape(n,)
+        Times, increasing and about equally spaced; n is at least 32.
+    error : ndarray, shape(m, n)
+        Errors of modulus at most about 1, finite, a row each.
+    noise : ndarray, shape(m,)
+        Round-off of one value of each.
     """
     u = (t - t[0]) / (t[-1] - t[0])
     coarse = secular(window_means(u, error, MOST))
-    residual = error - coarse.along(u)
-    swings = oscillations(residual)
-    ripple = residual - smooth(u, residual)
-    ripples = oscillations(ripple)
-    windows = window_count(ripples)
-    means = window_means(u, error, windows if windows >= 4 else MOST)
-    secular_part = secular(means) if windows >= WINDOWS else coarse
-    left = leakage(2 * ripples / (len(means) + 1)) * float(np.ptp(ripple)) / 2 if windows >= WINDOWS else 0.0
-    bound = change_bound(u, error, means, swings) + 2 * left
-    edge = edge_change(u, error, noise)
-    if edge:
-        return Trend(edge, True, max(bound, abs(edge.change)))
-    if secular_part.seen > max(noise, _threshold(secular_part, windows, residual) * secular_part.scatter, LEFT * left):
-        if aliased(residual) and secular_part.seen < np.ptp(residual):
-            return Trend(secular_part, False, bound, ALIASED)
-        return Trend(secular_part, True, max(bound, abs(secular_part.change)))
-    if swings >= OSCILLATIONS and _spreads(residual, noise):
-        return Trend(secular_part, True, bound, spreads=True)
-    return Trend(secular_part, False, bound, _doubt(error, residual, secular_part, bound, swings, noise))
+    residuals = _residuals(u, error - coarse.along(u))
+    windows = window_count(residuals.ripples)
+    part, bound, left = _by_windows(u, error, coarse, residuals, windows)
+    changed = part.seen > np.maximum.reduce([noise, _thresholds(part, windows, residuals.rows) * part.scatter, LEFT * left])
+    alias = changed.copy()
+    alias[changed] = aliased(residuals.rows[changed]) & (part.seen < np.ptp(residuals.rows, axis=1))[changed]
+    drifts = changed & ~alias
+    spreads = ~changed & (residuals.swings >= OSCILLATIONS) & _spreads(residuals.rows, noise)
+    bound = np.where(drifts, np.maximum(bound, np.abs(part.change)), bound)
+    reason = np.where(alias, ALIASED, "").astype(object)
+    open_ = np.flatnonzero(~changed & ~spreads)
+    reason[open_] = _doubts(error, residuals, part, bound, noise, open_)
+    edges, edge = edge_changes(u, error, noise)
+    part.put(edges, edge)
+    bound[edges] = np.maximum(bound[edges], np.abs(edge.change))
+    drifts = drifts | spreads
+    drifts[edges], spreads[edges], reason[edges] = True, False, ""
+    return Trend(part, drifts, bound, reason, spreads)
+
+
+def _residuals(u: Array, rows: Array) -> _Residuals:
+    ripple = rows - smooth(u, rows)
+    return _Residuals(rows, oscillations(rows), oscillations(ripple), np.ptp(ripple, axis=1))
+
+
+def _by_windows(u: Array, error: Array, coarse: Secular, residuals: _Residuals, windows: NDArray[np.int64]) -> tuple[Secular, Array, Array]:
+    """Return what takes as many windows as an error has: its secular part, the bound on its change, and what its windows leave."""
+    part = replace(coarse, **{field.name: getattr(coarse, field.name).copy() for field in fields(coarse)})
+    counts, left, taken = np.where(windows >= LEAST_WINDOWS, windows, MOST), np.zeros(len(error)), Windows.none(len(error))
+    for count in np.unique(counts).tolist():
+        members = np.flatnonzero(counts == count)
+        means = window_means(u, error[members], count)
+        taken.put(members, means)
+        known = windows[members] >= WINDOWS
+        if known.any():
+            part.put(members[known], secular(means[known]))
+    known = windows >= WINDOWS
+    left[known] = leakage(2 * residuals.ripples[known] / (counts[known] + 1)) * residuals.ripple_range[known] / 2
+    return part, change_bound(u, error, taken, residuals.swings) + 2 * left, left
 
 
 def beyond(secular_part: Secular) -> bool:
     """Return whether a change is beyond what noise in the window means makes of none."""
-    return secular_part.seen > NOISE * secular_part.scatter
+    return bool(secular_part.seen > NOISE * secular_part.scatter)
 
 
-def _threshold(secular_part: Secular, windows: int, residual: Array) -> float:
-    """Return how many standard deviations of the window means a drift has to be beyond."""
-    if _wanders(secular_part, windows) or (windows < MOST and rough(residual)):
-        return WALK
-    if windows < WINDOWS:
-        return NO_WINDOWS
-    if windows < ENOUGH:
-        return FEW_WINDOWS
-    return SLOW if secular_part.neighbours > RED else NOISE
+def _thresholds(part: Secular, windows: NDArray[np.int64], residual: Array) -> Array:
+    """Return how many standard deviations of the window means drifts have to be beyond."""
+    walks = _wanders(part, windows)
+    asked = ~walks & (windows < MOST)
+    walks[asked] = rough(residual[asked])
+    choices = [walks, windows < WINDOWS, windows < ENOUGH, part.neighbours > RED]
+    return np.select(choices, [WALK, NO_WINDOWS, FEW_WINDOWS, SLOW], NOISE)
 
 
-def _wanders(secular_part: Secular, windows: int) -> bool:
+def _wanders(part: Secular, windows: Any) -> NDArray[np.bool_]:
     """Return whether window means wander: neighbours are alike, as of a slow oscillation, but their differences are not."""
-    alike = RED if windows >= MOST or windows < WINDOWS else RED / 5
-    return secular_part.neighbours > alike and secular_part.increments < secular_part.neighbours - 0.1
+    alike = np.where((windows >= MOST) | (windows < WINDOWS), RED, RED / 5)
+    return np.asarray((part.neighbours > alike) & (part.increments < part.neighbours - 0.1))
 
 
-def _spreads(residual: Array, noise: float) -> bool:
-    quarters = [float(np.std(part)) for part in np.array_split(residual, 4)]
-    grows = quarters[3] > noise and quarters[3] > SPREADING * quarters[0]
-    return grows and all(a < b for a, b in pairwise(quarters))
+def _spreads(residual: Array, noise: Array) -> NDArray[np.bool_]:
+    quarters = [np.std(quarter, axis=1) for quarter in np.array_split(residual, 4, axis=1)]
+    grows = (quarters[3] > noise) & (quarters[3] > SPREADING * quarters[0])
+    return np.asarray(np.logical_and.reduce([grows, *(a < b for a, b in pairwise(quarters))]))
 
 
-def _doubt(error: Array, residual: Array, secular_part: Secular, bound: float, swings: int, noise: float) -> str:
-    """Return why an error that does not drift is not known to be bounded either; "" if it is."""
-    whole = float(np.ptp(error))
-    if whole <= noise:
-        return ""
-    if bound >= whole and (rough(residual) or (swings >= OSCILLATIONS and _wanders(secular_part, MOST))):
-        return WALKS
-    if swings < OSCILLATIONS:
-        return FEW
-    if bound < whole:
-        return ""
-    return ALIASED if aliased(residual) else SHORT
+def _doubts(error: Array, residuals: _Residuals, part: Secular, bound: Array, noise: Array, members: NDArray[np.int64]) -> Any:
+    """Return why some errors that do not drift are not known to be bounded either; "" where they are."""
+    whole, bound, swings = np.ptp(error[members], axis=1), bound[members], residuals.swings[members]
+    unbound = bound >= whole
+    walks = unbound & (swings >= OSCILLATIONS) & _wanders(part, MOST)[members]
+    asked = unbound & ~walks
+    walks[asked] = rough(residuals.rows[members[asked]])
+    alias = unbound & ~walks & (swings >= OSCILLATIONS)
+    alias[alias] = aliased(residuals.rows[members[alias]])
+    choices = [whole <= noise[members], walks, swings < OSCILLATIONS, ~unbound, alias]
+    reasons = np.array(["", WALKS, FEW, "", ALIASED, SHORT], dtype=object)
+    return np.asarray(reasons[np.select(choices, range(5), 5)])

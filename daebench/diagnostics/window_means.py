@@ -1,6 +1,7 @@
 """Means of an error over windows, in which the oscillation averages out and the secular part remains."""
 
 import numpy as np
+from numpy.typing import NDArray
 
 from daebench.runs.trajectory import Array
 
@@ -11,9 +12,9 @@ PERIODS = 2.0
 """Periods of the oscillation in a window: a tapered mean leaves at most 3 parts in 100 of it."""
 
 
-def window_count(oscillations: int) -> int:
-    """Return how many windows, each overlapping the next by half, hold two periods of the oscillation each."""
-    return min(MOST, int(2 * oscillations / PERIODS) - 1)
+def window_count(oscillations: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Return how many windows, each overlapping the next by half, hold two periods of each oscillation."""
+    return np.minimum(MOST, (2 * oscillations / PERIODS).astype(np.int64) - 1)
 
 
 def window_means(u: Array, values: Array, windows: int) -> Array:
@@ -30,29 +31,31 @@ def window_means(u: Array, values: Array, windows: int) -> Array:
     ----------
     u : ndarray, shape(n,)
         Times, scaled to 0 ... 1.
-    values : ndarray, shape(n,) or shape(n, m)
-        Errors, one column each.
+    values : ndarray, shape(..., n)
+        Errors, a row each.
     windows : int
         How many.
 
     Returns
     -------
-    ndarray, shape(windows,) or shape(windows, m)
+    ndarray, shape(..., windows)
     """
     length = 2.0 / (windows + 1)
     bounds = np.searchsorted(u, 0.5 * length * np.arange(windows + 2))
     bounds[-1] = len(u)
-    means = []
-    for k in range(windows):
-        part = slice(bounds[k], max(bounds[k + 2], bounds[k] + 1))
-        taper = np.sin(np.pi * (u[part] / length - 0.5 * k)) ** 2 + 1e-12
-        means.append(taper @ values[part] / np.sum(taper))
-    return np.array(means)
+    means = np.empty((*values.shape[:-1], windows))
+    for first, taper in ((0, np.sin), (1, np.cos)):  # every other window begins where the last but one ends
+        starts, end = bounds[first:windows:2], bounds[first + 2 : windows + 2 : 2][-1]
+        weights = taper(np.pi / length * u[:end]) ** 2 + 1e-12
+        means[..., first::2] = np.add.reduceat(values[..., :end] * weights, starts, axis=-1) / np.add.reduceat(weights, starts)
+    return means
 
 
-def leakage(periods: float) -> float:
+def leakage(periods: Array) -> Array:
     """Return 1 / (pi x (x^2 - 1)), the part of an oscillation that the mean over a window of x of its periods leaves, at most."""
-    return min(1.0, 1 / (np.pi * periods * (periods**2 - 1))) if periods > 1 else 1.0
+    several = np.maximum(periods, 1.0)
+    with np.errstate(divide="ignore"):
+        return np.asarray(np.minimum(1.0, 1 / (np.pi * several * (several**2 - 1))))
 
 
 def smooth(u: Array, values: Array) -> Array:
@@ -60,10 +63,12 @@ def smooth(u: Array, values: Array) -> Array:
 
     Parameters
     ----------
-    u, values : ndarray, shape(n,)
-        Times, scaled to 0 ... 1, and errors.
+    u : ndarray, shape(n,)
+        Times, scaled to 0 ... 1.
+    values : ndarray, shape(m, n)
+        Errors, a row each.
     """
     from scipy.interpolate import CubicSpline
 
     middles = np.arange(1, MOST + 1) / (MOST + 1)
-    return np.asarray(CubicSpline(middles, window_means(u, values, MOST))(u))
+    return np.ascontiguousarray(CubicSpline(middles, window_means(u, values, MOST), axis=-1)(u))

@@ -63,7 +63,7 @@ class Grid:
         if not 0 <= every <= MOST_STEPS:
             raise BadInput(f"every = {_short(every)} must be a number of steps up to 2^53, or 0 to keep the end alone.")
         grid = cls(h, steps, every)
-        _require_memory(grid, size)
+        require_memory(grid, size)
         return grid
 
 
@@ -73,7 +73,7 @@ def _whole_steps(t_end: float, h: float) -> int:
     return math.floor(ratio + max(1e-9, 4 * EPS * ratio)) if math.isfinite(ratio) else MOST_STEPS + 1
 
 
-def _require_memory(grid: Grid, size: int) -> None:
+def require_memory(grid: Grid, size: int) -> None:
     """Refuse a grid whose states, copied once for output, do not fit into the memory that is free."""
     need = 2 * 8 * (size + 1) * grid.rows
     free = _free_memory()

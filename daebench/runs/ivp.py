@@ -115,7 +115,7 @@ class InitialValueProblem:
                 vector = np.asarray if self.arrays else tuple
                 return np.array([call(*map(vector, row), par) for row in zip(*arguments, strict=True)])
             columns = call(*(tuple(x.T) for x in arguments), par)
-            return _stacked(columns, len(arguments[0]))
+            return stacked(columns, arguments[0].shape[:-1])
 
 
 @dataclass(frozen=True)
@@ -197,8 +197,14 @@ def _number(x: Any) -> Any:
     return np.complex128(x) if isinstance(x, complex) else np.float64(x)
 
 
-def _stacked(values: Any, n: int) -> Array:
-    """Return nested tuples of columns as one array with the rows first."""
+def stacked(values: Any, rows: tuple[int, ...]) -> Array:
+    """Return nested tuples of numbers, each an array with an entry for each of so many rows or the same for all, with the rows first.
+
+    In memory the components of several rows of rows are apart, as those functions of them take them.
+    """
     if isinstance(values, tuple):
-        return np.stack([_stacked(value, n) for value in values], axis=1) if values else np.empty((n, 0))
-    return np.broadcast_to(np.asarray(values, dtype=np.result_type(float, np.asarray(values))), (n,)).copy()
+        parts = [stacked(value, rows) for value in values]
+        if not parts:
+            return np.empty((*rows, 0))
+        return np.stack(parts, axis=1) if len(rows) == 1 else np.moveaxis(np.stack(parts), 0, len(rows))
+    return np.broadcast_to(np.asarray(values, dtype=np.result_type(float, np.asarray(values))), rows).copy()

@@ -7,6 +7,11 @@ from functools import cache
 from pathlib import Path
 
 
+def cores() -> int:
+    """Return how many cores this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
 @cache
 def machine() -> str:
     """Return the processor and the operating system in words; no name by which the machine is known to others."""

@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 
 from daebench.runs.ivp import Array, ConstrainedIvp, PoissonIvp
+from daebench.runs.members import Members
 
 Leave = Callable[..., Any]
 """The map from the coordinates that a scheme computes in to those of the problem."""
@@ -53,6 +54,56 @@ def constrained_scales(ivp: ConstrainedIvp, h: float, *, rated: bool) -> tuple[f
         length = max(size, min(first, radius) if radius else first, min(radius, FLAT * max(size, first)) / SLACK)
         rate = _finite(max(v / length, np.sqrt(a / length))) if rated and length > 0 else 0.0
     return length, float(rate)
+
+
+def constrained_scales_of(members: Members, *, rated: bool) -> tuple[Array, Array]:
+    """Return the length and the rate of each member, to the bit those of :func:`constrained_scales`, shape(n,)."""
+    p0, q0 = members.start
+    with np.errstate(all="ignore"):
+        v, a = _largest_of(members.along("H_p", p0, q0)), _largest_of(_acceleration_of(members))
+        size, first = _largest_of(q0), _finite_of(members.h * v + members.h * members.h * a)
+        extent = np.where(first > size, first, size)
+        radius = np.where(first + size == 0, 0.0, _radius_of(members, extent))
+        reached = np.where(radius != 0, np.minimum(first, radius), first)
+        length = np.maximum(size, np.maximum(reached, np.minimum(radius, FLAT * extent) / SLACK))
+        rate = _finite_of(np.maximum(v / length, np.sqrt(a / length))) if rated else np.zeros(len(members))
+    return length, np.where(length > 0, rate, 0.0)
+
+
+def _acceleration_of(members: Members) -> Array:
+    p0, q0 = members.start
+    gradient = members.along("H_q", p0, q0)
+    if members.ivp.facts.QUADRATIC:
+        return members.along("H_p", gradient, q0)
+    return np.stack([matrix @ row for matrix, row in zip(members.along("H_pp", p0, q0), gradient, strict=True)])
+
+
+def _radius_of(members: Members, extent: Array) -> Array:
+    q0 = members.start[1]
+    here, there = members.along("G", q0), members.along("G", q0 + extent[:, None] * np.cos(1.0 + np.arange(q0.shape[1])))
+    slope, turn = np.abs(here).sum(axis=2), np.abs(there - here).sum(axis=2)
+    radii = np.where((turn > 0) & np.isfinite(slope / turn), extent[:, None] * slope / turn, np.inf)
+    least = radii.min(axis=1, initial=np.inf)
+    return np.where(np.isfinite(least), least, 0.0)
+
+
+def _largest_of(rows: Array) -> Array:
+    moduli = np.abs(rows)
+    largest: Array = np.where(np.isfinite(moduli), moduli, 0.0).max(axis=1, initial=0.0)
+    return largest
+
+
+def _finite_of(x: Array) -> Array:
+    return np.where(np.isfinite(x), x, 0.0)
+
+
+def poisson_scales_of(members: Members) -> tuple[Array, Array]:
+    """Return the same of each member as :func:`poisson_scales`, shape(n,)."""
+    (y0,) = members.start
+    size = _largest_of(y0)
+    if not np.all(np.any(y0, axis=1)):
+        size = np.where(np.any(y0, axis=1), size, _finite_of(members.h * _largest_of(members.along("field", y0))))
+    return size, np.zeros(len(members))
 
 
 def poisson_scales(ivp: PoissonIvp, h: float) -> tuple[float, float]:

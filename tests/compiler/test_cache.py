@@ -134,7 +134,7 @@ print(module.root(x if x.imag else x.real))
 """
 
 
-@pytest.mark.parametrize("processes", [2, pytest.param(8, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("processes", [2, pytest.param(8, marks=[pytest.mark.slow, pytest.mark.exhaustive])])
 def test_processes_that_compile_for_two_types_at_once_do_not_spoil_each_other(tmp_path, processes):
     words = ["3", "3j"] * (processes // 2)
     for _ in ("cold", "warm"):

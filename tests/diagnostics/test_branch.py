@@ -32,3 +32,9 @@ def test_a_motion_that_turns_back_is_no_other_branch():
 
 def test_a_motion_that_rests_has_no_jump():
     assert largest_jump(np.arange(5.0), np.ones((5, 2)), np.zeros((5, 2))) == 0.0
+
+
+def test_several_motions_have_the_jumps_that_each_has_alone():
+    t, *one = turning(0.05)
+    several = [np.stack([x, turning(2.0)[k + 1], x[::-1]], axis=1) for k, x in enumerate(one)]
+    assert largest_jump(t, *several).tolist() == [largest_jump(t, *(x[:, i] for x in several)) for i in range(3)]

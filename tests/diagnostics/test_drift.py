@@ -4,10 +4,11 @@ import numpy as np
 import pytest
 
 from daebench.compiler.definition import source_of
-from daebench.diagnostics.energy import energy_drift
+from daebench.diagnostics.energy import energy_drift, energy_verdicts
 from daebench.diagnostics.growth import growth_exponent
 from daebench.diagnostics.integrals import energy_error, integral_errors
 from daebench.diagnostics.manifold import manifold_drift
+from daebench.diagnostics.trend import trend, trends
 from daebench.errors import BadInput
 from daebench.problems import planar_pendulum
 from daebench.runs.make_ivp import make_ivp
@@ -32,6 +33,7 @@ def trajectory_of(ivp, t, p, q):
 
 # ---- energy --------------------------------------------------------------------------------------------------------------
 
+EPS = 2.0**-52
 T = np.linspace(0, 1e4, 100_001)
 OSCILLATION = 1e-3 * np.sin(T + 0.3) * (1 + 0.2 * np.cos(2 * T))
 
@@ -42,6 +44,37 @@ def test_a_linear_drift_is_seen_under_an_oscillation_a_hundred_thousand_times_la
     assert drift.law == "linear"
     assert abs(drift.slope - slope) < 3 * drift.slope_error < 0.1 * abs(slope)
     assert abs(drift.exponent - 1) < 3 * drift.exponent_error
+
+
+def several_errors(random, m=60, n=700):
+    """Return times and errors that are kept, bounded, drift, wander, spread, are aliased, and are not finite."""
+    t = np.linspace(0, 10, n)
+    frequency, phase = np.geomspace(0.2, 300, m)[:, None], random.uniform(0, 6, (m, 1))
+    errors = np.sin(frequency * t + phase) * random.uniform(0.01, 1, (m, 1)) + random.uniform(-1, 1, (m, 1)) ** 5 * (t / 10) ** 2
+    errors[::7] = np.cumsum(random.standard_normal((len(errors[::7]), n)), axis=1)
+    errors[3::7] *= np.exp(t / 2)
+    errors[5] *= 1e-16
+    errors[6, n // 2] = np.nan
+    return t, errors
+
+
+@pytest.mark.parametrize("n", [20, 33, 700, 2049])
+def test_errors_judged_together_have_the_verdicts_that_each_has_alone(random, n):
+    t, errors = several_errors(random, n=n)
+    scale = np.ones(len(errors))
+    verdicts = energy_verdicts(t, errors, resolution=0.1 * EPS * scale, scale=scale, steps=n)
+    alone = [energy_drift(t, error, resolution=0.1 * EPS, scale=1.0, steps=n).verdict for error in errors]
+    assert verdicts.tolist() == alone
+    assert {"kept", "failed", "undetermined"} <= set(alone)
+    assert n < 100 or {"bounded", "drifts"} <= set(alone)
+
+
+def test_what_is_told_of_an_error_does_not_depend_on_those_beside_it(random):
+    t, errors = several_errors(random)
+    errors = np.nan_to_num(errors / np.nanmax(np.abs(errors), axis=1, keepdims=True))
+    noise = np.full(len(errors), 1e-15)
+    together = trends(t, errors, noise)
+    assert [repr(together.one(i)) for i in range(len(errors))] == [repr(trend(t, error, 1e-15)) for error in errors]
 
 
 @pytest.mark.parametrize("alpha", [0.5, 1.0, 2.0, 3.0], ids=lambda alpha: f"t^{alpha}")

@@ -8,6 +8,8 @@ from fuzzed import called, command_lines, commands, problem_files, require_well_
 from hypothesis import HealthCheck, Phase, given, settings
 from hypothesis import strategies as st
 
+from daebench.studies import ensemble_timing
+
 EXAMPLES = 500
 """In the gate, command lines and problem files together; ten times as many where it is exhaustive."""
 
@@ -20,7 +22,12 @@ SHARE = -(-(EXAMPLES - FILES) // len(NAMES))
 
 @pytest.fixture
 def short(folder, uncompiled_schemes, plain_functions, references, monkeypatch):
-    """A folder with problem files and a table, where schemes and equations run as Python: most calls are too short to compile for."""
+    """A folder with problem files and a table, where schemes and equations run as Python: most calls are too short to compile for.
+
+    What ``bench --ensemble`` times are kernels, which are left out.
+    """
+    monkeypatch.setattr(ensemble_timing, "_row", lambda problem, *_, **__: {"problem": problem})
+    monkeypatch.setattr(ensemble_timing, "measure_heyoka", lambda **_: None)
     (folder / "rows.csv").write_text("t,q1,q2,p1,p2\n0,1,0,0,0\n")
     return folder
 

@@ -10,6 +10,7 @@ import time
 
 import numpy as np
 import pytest
+import uncompiled
 
 import daebench
 from daebench.methods.formulations.chain import pose_banded
@@ -24,8 +25,11 @@ POISSON = ("ida:ode", "ida:casimirs", "cvode:adams", "cvode:bdf")
 RUNS = [
     *(("spherical_pendulum", method) for method in CONSTRAINED),
     *(("free_rigid_body", method) for method in POISSON),
-    *(("rigid_body_rotation", method) for method in ("ida:index2", "cvode:bdf")),
+    *(("slider_crank", method) for method in ("ida:index2", "cvode:bdf")),
 ]
+
+
+LARGER = ["double_pendulum", "slider_crank", "torus", "pendulum_chain", "rigid_body_rotation", "butane", "andrews_squeezer"]
 
 
 def both(problem, **settings):
@@ -54,7 +58,7 @@ def test_both_kinds_of_callbacks_give_the_same_run(problem, method, tol):
 
 @pytest.mark.slow
 @pytest.mark.exhaustive
-@pytest.mark.parametrize("problem", ["double_pendulum", "slider_crank", "torus", "pendulum_chain", "butane", "andrews_squeezer"])
+@pytest.mark.parametrize("problem", LARGER)
 @pytest.mark.parametrize("method", CONSTRAINED)
 def test_both_kinds_of_callbacks_give_the_same_run_on_larger_problems(problem, method):
     for tol in (1e-6, 1e-10):
@@ -68,8 +72,11 @@ def test_a_native_run_has_no_time_in_python_callbacks():
     assert 0 < python.callback_seconds < python.seconds
 
 
+LINKAGE = {"case": "iftomm", "parameters": {"bars": 1}, "t_end": 3.0}
+"""One linkage, which goes through losses of rank."""
+
 ENDINGS = {
-    "rank loss": ("four_bar", {"case": "iftomm", "method": "ida:index2", "tol": 1e-8, "t_end": 3.0}),
+    "rank loss": ("four_bar", LINKAGE | {"method": "ida:index2", "tol": 1e-8}),
     "lock-up": ("slider_crank", {"case": "turning", "method": "ida:index1", "tol": 1e-6, "t_end": 2.0, "parameters": {"rod": 1.0}}),
     "blow-up": ("lotka_volterra_3d", {"method": "cvode:bdf", "tol": 1e-8, "t_end": 50.0}),
     "domain": ("lotka_volterra", {"method": "cvode:adams", "tol": 1e-2, "t_end": 100.0, "y0": [1e-3, 8.0]}),
@@ -85,7 +92,7 @@ def test_a_run_ends_in_the_same_way(ending):
 
 
 def test_what_is_followed_through_a_loss_of_rank_is_the_same():
-    native, python = both("four_bar", case="iftomm", method="ida:ode", tol=1e-9, t_end=3.0, on_singular="continue")
+    native, python = both("four_bar", **LINKAGE, method="ida:ode", tol=1e-9, on_singular="continue")
     same(native, python)
     assert native.passages
     for ours, theirs in zip(native.passages, python.passages, strict=True):
@@ -109,7 +116,8 @@ def test_progress_is_told_as_a_native_run_goes_on():
 
 @pytest.mark.parametrize("formulation", ["index3", "index2", "index1", "ggl", "baumgarte"])
 @pytest.mark.parametrize("multipliers", ["plain", "derivative"])
-def test_the_band_of_a_chain_is_that_of_differences(formulation, multipliers):
+def test_the_band_of_a_chain_is_that_of_differences(formulation, multipliers, monkeypatch):
+    monkeypatch.setattr("daebench.methods.formulations.chain._module", uncompiled.kept_chain_module)
     ivp = initial_value_problem("pendulum_chain", "hanging", {"links": 6}, algebra="arrays")
     dae = pose_banded(ivp, formulation, multipliers=multipliers)
     rng, par = np.random.default_rng(1), dae.par
@@ -141,7 +149,7 @@ def test_a_long_chain_has_an_analytic_band():
 
 
 @pytest.mark.parametrize(
-    ("problem", "formulation"), [("slider_crank", "index3"), ("spherical_pendulum", "ode"), ("rigid_body_rotation", "ggl")]
+    ("problem", "formulation"), [("slider_crank", "index3"), ("spherical_pendulum", "ode"), ("double_pendulum", "ggl")]
 )
 def test_what_is_monitored_is_the_same_compiled_and_not(problem, formulation):
     dae = pose(initial_value_problem(problem, None, None), formulation)
@@ -260,13 +268,13 @@ print(run.callbacks, run.q[-1].tobytes().hex())
 
 
 @pytest.mark.slow
-def test_cold_and_warm_processes_and_eight_at_once_agree(tmp_path):
+def test_cold_and_warm_processes_and_three_at_once_agree(tmp_path):
     environment = {**os.environ, "DAEBENCH_CACHE": str(tmp_path / "cache")}
 
     def start():
         return subprocess.Popen([sys.executable, "-c", STARTED], stdout=subprocess.PIPE, text=True, env=environment)
 
-    several = [start() for _ in range(8)]
+    several = [start() for _ in range(3)]
     outputs = [process.communicate()[0] for process in several]
     outputs.append(start().communicate()[0])
     for path in (tmp_path / "cache").glob("*.code"):

@@ -79,6 +79,7 @@ def test_a_run_beyond_the_end_of_the_motion_does_not_come_to_its_end():
 
 
 def test_a_planted_fault_leads_off_the_manifold(monkeypatch, tmp_path):
+    assert max(off_manifold("spherical-fast", solved("spherical-fast", 1e-4))) < ROUNDING
     plant(monkeypatch, tmp_path, "schemes.kernels.solver_projection", "return dv, dq, error_v", "return 0 * dv, dq, error_v")
     trajectory = parse(NAME).solve(ivp("spherical-fast"), Request(value=1e-4, t_end=T_END, points=2))
     assert trajectory.failure or max(off_manifold("spherical-fast", trajectory)) > 1e6 * ROUNDING

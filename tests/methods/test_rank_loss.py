@@ -8,7 +8,6 @@ from itertools import pairwise
 import definitions
 import numpy as np
 import pytest
-import sympy as sp
 from runs import method
 
 from daebench.compiler.definition import source_of
@@ -23,7 +22,6 @@ from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.methods.names import parse
 from daebench.runs.make_ivp import make_ivp
 from daebench.runs.request import Request
-from daebench.systems.constrained import Case, ConstrainedHamiltonian, coordinates
 
 FIXED = ("rattle", "symplectic_euler", "shake", "lobatto3", "radau2_index2", "radau3_ggl", "se", "rk4", "energy_momentum", "rk4+proj")
 
@@ -140,14 +138,7 @@ def test_a_loss_of_rank_in_the_first_steps_is_noticed_too(lock_up, reference):
 
 
 def bowed(d):
-    """A bead on the curve x y = d: it passes the crossing of the axes at the distance sqrt(2 d), and for d = 0 loses the rank of G."""
-    q, p = coordinates(2)
-    delta = sp.Symbol("delta", real=True)
-    start = {"q": (-1, -delta), "p": (1, -delta)}
-    problem = ConstrainedHamiltonian(
-        q=q, p=p, M=sp.eye(2), U=sp.Integer(0), g=[q[0] * q[1] - delta], parameters={delta: d}, cases={"in": Case(**start)}
-    )
-    return make_ivp(source_of(problem, "bowed"), "in")
+    return make_ivp(source_of(definitions.bowed(d), "bowed"), "in")
 
 
 @pytest.mark.parametrize(("delta", "lost"), [(0.0, True), (0.02, False)], ids=["crossing", "resolved"])

@@ -151,8 +151,12 @@ def test_rk4_in_c_is_the_same_method(tmp_path):
     assert np.abs(state - np.concatenate([found.p[-1], found.q[-1]])).max() < 1e-12
 
 
+PARTS_OF_NAMES = ("midpoint+symproj", "stiff:midpoint", "local:midpoint", "baumgarte:rk4")
+"""A projection, and the forms."""
+
+
 @pytest.mark.slow
-@pytest.mark.parametrize("name", ["gauss2", "midpoint+symproj", "stiff:midpoint", "local:midpoint", "baumgarte:rk4"])
+@pytest.mark.parametrize("name", [pytest.param("gauss2", marks=pytest.mark.exhaustive), *PARTS_OF_NAMES])
 def test_machine_code_does_what_the_files_say(name):
     where, request = ivp("spherical-fast"), Request(value=0.005, steps=40, watch=("energy", "manifold", "integrals"))
     fast, slow = (replace(parse(name), compiled=compiled).solve(where, request).complete() for compiled in (True, False))

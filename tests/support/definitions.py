@@ -125,3 +125,13 @@ def rotation_matrix():
         },
         kinetic_flow=rotation(q, p, c=c),
     )
+
+
+def bowed(d):
+    """A bead on the curve x y = d: it passes the crossing of the axes at the distance sqrt(2 d), and for d = 0 loses the rank of G."""
+    q, p = coordinates(2)
+    delta = sp.Symbol("delta", real=True)
+    start = {"q": (-1, -delta), "p": (1, -delta)}
+    return ConstrainedHamiltonian(
+        q=q, p=p, M=sp.eye(2), U=sp.Integer(0), g=[q[0] * q[1] - delta], parameters={delta: d}, cases={"in": Case(**start)}
+    )

@@ -28,7 +28,7 @@ def complex_runs(problem, names, *, h, steps, every, **settings):
     method, ivp, _ = prepare(problem, h=h, steps=steps, **settings)
     chosen = directions(ivp, names)
     ends = np.cumsum([len(vector) for vector in ivp.start])[:-1]
-    linked = method._linked(ivp, method.kernel(ivp, "complex128", (), count=False, singular=""), h)
+    linked = method.linked(ivp, method.kernel(ivp, "complex128", (), count=False, singular=""), h)
     for par, start, unit in zip(chosen.par.T, chosen.start.T, chosen.units, strict=True):
         moved = moved_by(ivp, par)
         linked = replace(linked, par=(*moved.par, *linked.par[len(ivp.par) :]), enter=method._coordinates(moved)[0])

@@ -12,15 +12,26 @@ HEADER = '''"""Gaussian elimination."""
 from typing import Any
 
 from daebench.compiler.machine_code import njit
-from numpy import absolute, concatenate, empty, inf
+from numpy import absolute, empty, inf
 '''
+
+BOTH = (
+    "n, sides = B.shape",
+    "a = empty((n, n + sides))",
+    "for i in range(n):",
+    "    for j in range(n):",
+    "        a[i, j] = A[i, j]",
+    "    for j in range(sides):",
+    "        a[i, n + j] = B[i, j]",
+)
+BACK = ("for i in range(n):", "    for j in range(sides):", "        B[i, j] = a[i, n + j]")
+"""A and B into one matrix, and X back: entry by entry, for what raises where slices differ in shape takes numba as long as all the rest."""
 
 
 def source(cached: bool) -> str:
     """Return the source of a module of the functions of :mod:`daebench.compiler.linear.elimination` named below, handed to numba."""
     *body, pivot = lines("elimination", {"UNKNOWNS": "n", "COLUMNS": "a.shape[1]", "INF": "inf"})
-    sizes = ["n = A.shape[0]", "a = concatenate((A, B), axis=1)"]
-    written = function("eliminate(A, B)", *sizes, *body, "B[:] = a[:, n:]", pivot)
+    written = function("eliminate(A, B)", *BOTH, *body, *BACK, pivot)
     texts = [written, inspect.getsource(elimination.finite), inspect.getsource(elimination.finite_matrix)]
     decorator = f"@njit(error_model='numpy'{', cache=True' * cached})"
     return "\n\n".join([HEADER, *(f"{decorator}\n{text}" for text in texts)])

@@ -117,7 +117,8 @@ class FixedStepMethod(ABC, Generic[Ivp, Result]):
         key = f"{ivp.source.key} {self.scheme_module} {self.splitting} {sorted(structure.items())}"
         return generated(f"{ivp.problem}_{self.form}_{file}_{precision}", key, build)
 
-    def _linked(self, ivp: Ivp, kernel: types.ModuleType, h: float) -> Linked:
+    def linked(self, ivp: Ivp, kernel: types.ModuleType, h: float) -> Linked:
+        """Return the scheme linked to a problem with its numbers, to run with a kernel."""
         enter, leave = self._coordinates(ivp)
         return Linked(
             self.name,
@@ -174,7 +175,7 @@ class FixedStepMethod(ABC, Generic[Ivp, Result]):
 
     def _differentiated(self, ivp: Ivp, request: Request, grid: Grid, kernel: types.ModuleType) -> Linked:
         """Return the scheme linked to a problem, with its derivatives where they are asked for."""
-        linked = self._linked(ivp, kernel, grid.h)
+        linked = self.linked(ivp, kernel, grid.h)
         if not request.sensitivities:
             return linked
         chosen = directions(ivp, request.sensitivities).widened(width(ivp, request.sensitivities))
@@ -190,7 +191,7 @@ class FixedStepMethod(ABC, Generic[Ivp, Result]):
 
         The map is (p, q) -> (p, q), or y -> y, and raises :class:`RunFailed` where the scheme has no solution.
         """
-        linked = self._linked(ivp, self.kernel(ivp, "complex128", (), count=False, singular=""), h)
+        linked = self.linked(ivp, self.kernel(ivp, "complex128", (), count=False, singular=""), h)
         leave = self._coordinates(ivp)[1]
 
         def phi(*vectors: Sequence[complex]) -> Any:
@@ -207,7 +208,7 @@ class FixedStepMethod(ABC, Generic[Ivp, Result]):
 
         It gives rows (p, q), or y, and why there are fewer than ``steps`` more, or None.
         """
-        linked = self._linked(ivp, self.kernel(ivp, "complex128", (), count=False, singular=""), h)
+        linked = self.linked(ivp, self.kernel(ivp, "complex128", (), count=False, singular=""), h)
 
         def along(*vectors: Sequence[complex]) -> tuple[NDArray[np.complex128], str | None]:
             _, rows, failure = complex_run(linked, ivp, _complex_state(linked, vectors), h, steps, every=1)

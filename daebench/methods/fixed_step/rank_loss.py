@@ -10,6 +10,7 @@ from daebench.diagnostics.rank import AFTER_FAILURE, GO_ON, HEAVIER, REDUNDANT, 
 from daebench.methods.fixed_step.stepping import Run
 from daebench.runs.ivp import ConstrainedIvp
 from daebench.runs.trajectory import Array
+from daebench.schemes.kernels.rank import RANK_LOST
 
 
 class RankRun(Run):
@@ -36,6 +37,7 @@ class RankRun(Run):
         why = dependence(self.ivp) if self.mode != "least-squares" and not self.kernel.ELEMENTWISE else None
         super()._prepare()
         if why:
+            self.status = RANK_LOST
             self.failure = self._stopped(f"G M^-1 G^T is singular at the start, where {why}; {REDUNDANT}")
         elif self.failure is None and (t := self._upcoming(WITHIN)) is not None:
             self._lose_rank(t)
@@ -45,9 +47,9 @@ class RankRun(Run):
         t = upcoming_loss(self.ivp, *self._state(), self.grid.h, within)
         return None if t is None else self.done * self.grid.h + t
 
-    def _sentence(self, report: Sequence[Any], tried: int) -> str:
+    def sentence(self, report: Sequence[Any], tried: int) -> str:
         """Return why the run stopped; where G is about to lose rank, that is why."""
-        sentence = super()._sentence(report, tried)
+        sentence = super().sentence(report, tried)
         t = self._upcoming(AFTER_FAILURE)
         if t is not None and (light := badly_scaled(self.ivp, *self._state(), t - self.done * self.grid.h)):
             return f"{sentence[:-1]}; {light}."
@@ -58,6 +60,7 @@ class RankRun(Run):
         pivots = [float(pivot) for pivot in self.pivots[:0:-1]]
         if t is None:
             t = self._ahead + zero_of([(self.done - 1) * self.grid.h, self.done * self.grid.h], pivots)
+        self.status = RANK_LOST if self.mode == "stop" else 0
         if light := badly_scaled(self.ivp, *self._state(), t - self.done * self.grid.h):
             if self.mode == "stop":
                 near = f"G M^-1 G^T is nearly singular at about t = {t:.9g}, within the next steps of h = {self.grid.h:g}"

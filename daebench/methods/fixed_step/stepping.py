@@ -12,6 +12,7 @@ from daebench.runs.grid import Grid
 from daebench.runs.ivp import InitialValueProblem
 from daebench.runs.request import Request
 from daebench.runs.trajectory import Array, Passage
+from daebench.schemes.kernels.loop import ERROR_NOT_FINITE
 from daebench.schemes.kernels.newton import ITERATIONS
 from daebench.schemes.kernels.rank import RANK_LOST
 from daebench.schemes.kernels.relax import ROUNDS
@@ -43,6 +44,18 @@ REASONS = {
 
 ITS_OWN = "this is the limit of the iteration, which leaves out derivatives, and not necessarily that of the equations"
 """Of which limit it is that a simplified iteration does not converge."""
+
+IN_SHORT = {
+    1: "no convergence",
+    2: "singular matrix",
+    3: "not finite",
+    4: "H not finite",
+    5: "constraints not met",
+    6: "left the domain",
+    RANK_LOST: "G loses rank",
+    8: "derivatives not finite",
+}
+"""The same in two or three words, for tables and pictures of many runs."""
 
 SIMPLIFIED = REASONS | {1: (REASONS[1][0], f"{REASONS[1][1]}; {ITS_OWN}")}
 """The same of a scheme whose iteration leaves out derivatives."""
@@ -147,6 +160,7 @@ class Run:
         self.work = np.zeros(len(linked.work), dtype=np.int64)
         self.seconds = 0.0
         self.failure: str | None = None
+        self.status = 0
         self.rank_lost, self.rank_pending = False, False
         self.passages: list[Passage] = []
         self.interrupted = False
@@ -177,7 +191,7 @@ class Run:
             self.memory = self.state(memory)
             self.work += self._tally(self.kernel.EACH_INITIALISE, 1) + self._tally(report[3], 1)
         if report[0]:
-            self.failure = self._sentence(report, 0)
+            self.status, self.failure = int(report[0]), self.sentence(report, 0)
         self._call(0)
 
     def _no_pivots(self) -> Any:
@@ -195,7 +209,8 @@ class Run:
     def _tally(self, counts: Sequence[int], times: int) -> Any:
         return times * np.array(counts, dtype=np.int64) if self.request.count and len(counts) else np.zeros_like(self.work)
 
-    def _sentence(self, report: Sequence[Any], tried: int) -> str:
+    def sentence(self, report: Sequence[Any], tried: int) -> str:
+        """Return why a step could not be done, given its report and how many substeps were tried."""
         return self.linked.failure(self.ivp, self.grid.h, self.done, self.grid.steps, tried, report)
 
     @property
@@ -229,7 +244,7 @@ class Run:
         self.work += self._tally(self.kernel.EACH_AFTER_STEP, done + failed)
         self.seconds += took
         if failed:
-            self.failure = self._sentence(report, tried)
+            self.status, self.failure = int(report[0]), self.sentence(report, tried)
         return took
 
     def piece(self, steps: int) -> float:
@@ -270,7 +285,7 @@ class Run:
                 raise
             self.failure, self.interrupted = self._stopped("interrupted"), True
         if self.failure is None and "energy" not in self.names and not np.isfinite(self._energy()):
-            self.failure = self._stopped(f"H is not finite there; {self.linked.reasons[4][1]}")
+            self.status, self.failure = ERROR_NOT_FINITE, self._stopped(f"H is not finite there; {self.linked.reasons[4][1]}")
         ivp, request = self.ivp, self.request
         return {
             "problem": ivp.problem,

@@ -82,14 +82,17 @@ def jacobian(t, y, yp, res, cj, JJ, par):
     rows_y(y[:{n}], yp[:{n}], scale, JJ[:{n}, :{n}], numbers)
     for c in range(1, {k} + 1):
         s, da = slice(c * {n}, (c + 1) * {n}), par[c * {parameters} : (c + 1) * {parameters}]
-        JJ[s, s] = JJ[:{n}, :{n}]
+        for i in range({n}):
+            for j in range({n}):
+                JJ[c * {n} + i, c * {n} + j] = JJ[i, j]
         variation_y(y[:{n}], yp[:{n}], y[s], yp[s], da, scale, JJ[s, :{n}], numbers)
     return finite_matrix(1.0, JJ)
 """
 """The same of unknowns that are followed by their derivatives in k directions, and numbers by theirs.
 
 Without the blocks of ``variation_y`` what Newton's iteration leaves of y, times a second derivative, would be an error of derivatives: at
-index 3 IDA takes it for one of the step, and at a tolerance of 1e-10 some six hundred times as many steps.
+index 3 IDA takes it for one of the step, and at a tolerance of 1e-10 some six hundred times as many steps. Blocks on the diagonal are
+copied entry by entry: what raises where slices differ in shape takes numba several seconds.
 """
 
 ODE = """

@@ -70,6 +70,11 @@ class HeyokaTaylor(OnReducedOde):
         return _Along(series, velocity, monitor, hy.taylor_outcome.err_nf_state).outputs
 
 
+def equations_of(ivp: InitialValueProblem) -> "Equations":
+    """Return the variables and rates of an initial value problem as heyoka takes them, positions before momenta."""
+    return _equations(ivp.source, tuple(ivp.parameters.items()))[0]
+
+
 @dataclass(frozen=True)
 class _Exact:
     """A problem in exact numbers, each the decimal that its double stands for."""

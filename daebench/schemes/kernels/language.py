@@ -79,6 +79,9 @@ AGAIN: int = 1
 TANGENTS: bool = False
 """Numbers are dual and carry derivatives in several directions, see ``daebench/compiler/dual``."""
 
+ONCE: bool = False
+"""Newton's iterations end as soon as they have converged, and are written so that several runs at once have little to select."""
+
 ITERATIONS_ASKED: int = 0
 """Sweeps after which Newton's iteration is ended whether it has converged or not; 0: it is not."""
 

@@ -1,0 +1,505 @@
+"""Functions rewritten so that several runs go through them at once: where these would branch apart, values are selected.
+
+What a generated function does under a test that runs may answer differently it does for all of them, and assigns by ``select``. An
+iteration goes on until all runs have returned, and what a run has returned changes no more. Tests of numbers that all runs have in common,
+such as the number of steps, stay branches. So ::
+
+    for iteration in range(1, 100):                    live, left = True, False
+        x, size = update(x)                            for iteration in range(1, 100):
+        if size < EPS:                         ->          new = update(x)
+            return x, 0                                    x, size = select(live, new[0], x), new[1]
+    return x, 1                                            now = live & (size < EPS)
+                                                           live, left = live & negated(now), left | now
+                                                           if not anyof(live):
+                                                               break
+                                                       return select(live, (x, 1), (x, 0))
+
+Loops over steps note the results of runs that return in memory: these are the few that have failed.
+"""
+
+import ast
+import copy
+from collections.abc import Iterator, Sequence
+
+from daebench.errors import InvalidProblem
+
+COMMON = frozenset({"steps", "left", "every", "weights", "states", "stage_lams", "row"})
+"""Parameters that all runs have in common."""
+
+STEPPING = ("integrate", "advance")
+"""Functions whose loops take steps: what a run that has returned goes on with is NaN there, for which no iteration goes on."""
+
+MOVED = ("x", "x1")
+"""What these go on with."""
+
+
+def straightened(source: str) -> str:
+    """Return the source of functions, each rewritten for several runs at once."""
+    module = ast.parse(source)
+    module.body = [_Straight(node).function() if isinstance(node, ast.FunctionDef) else node for node in module.body]
+    return ast.unparse(ast.fix_missing_locations(module))
+
+
+def _name(name: str) -> ast.Name:
+    return ast.Name(name, ast.Load())
+
+
+def _call(function: str, *arguments: ast.expr) -> ast.Call:
+    return ast.Call(_name(function), list(arguments), [])
+
+
+def _assign(target: str, value: ast.expr) -> ast.Assign:
+    return ast.Assign([ast.Name(target, ast.Store())], value)
+
+
+def _both(a: ast.expr | None, b: ast.expr) -> ast.expr:
+    return b if a is None else ast.BinOp(a, ast.BitAnd(), b)
+
+
+def names(node: ast.AST | Sequence[ast.AST], *, stored: bool = False) -> set[str]:
+    """Return the names that are read in a piece of source, or that are assigned."""
+    nodes = [node] if isinstance(node, ast.AST) else node
+    context = ast.Store if stored else ast.Load
+    return {n.id for part in nodes for n in ast.walk(part) if isinstance(n, ast.Name) and isinstance(n.ctx, context)}
+
+
+class _Common:
+    """Which names of a function hold what all runs have in common."""
+
+    def __init__(self, node: ast.FunctionDef) -> None:
+        parameters = {argument.arg for argument in node.args.args}
+        self.different = parameters - COMMON
+        self.assigned = names(node.body, stored=True)
+        before = -1
+        while len(self.different) != before:
+            before = len(self.different)
+            self._statements(node.body, apart=False)
+
+    def __call__(self, node: ast.expr) -> bool:
+        """Whether an expression has the same value for all runs."""
+        calls = {n.func.id for n in ast.walk(node) if isinstance(n, ast.Call) and isinstance(n.func, ast.Name)}
+        return not (names(node) & self.different) and calls <= {"len", "range"}
+
+    def _statements(self, body: Sequence[ast.stmt], *, apart: bool) -> None:
+        for node in body:
+            if isinstance(node, ast.If):
+                inside = apart or not self(node.test)
+                self._statements(node.body, apart=inside)
+                self._statements(node.orelse, apart=inside)
+            elif isinstance(node, ast.For):
+                self._assigned(node.target, node.iter, apart)
+                self._statements(node.body, apart=apart)
+            elif isinstance(node, ast.Assign):
+                self._assigned(node.targets[0], node.value, apart)
+            elif isinstance(node, ast.AugAssign):
+                self._assigned(node.target, node.value, apart)
+
+    def _assigned(self, target: ast.expr, value: ast.expr, apart: bool) -> None:
+        if isinstance(target, ast.Tuple) and isinstance(value, ast.Tuple):
+            for item, part in zip(target.elts, value.elts, strict=True):
+                self._assigned(item, part, apart)
+        elif apart or not self(value):
+            self.different |= names(target, stored=True)
+
+
+class _Renamed(ast.NodeTransformer):
+    """Puts an expression in the place of a name."""
+
+    def __init__(self, name: str, value: str | ast.expr) -> None:
+        self.name, self.value = name, value
+
+    def visit_Name(self, node: ast.Name) -> ast.expr:
+        """Put it there where the name is read."""
+        if node.id != self.name or not isinstance(node.ctx, ast.Load):
+            return node
+        return _name(self.value) if isinstance(self.value, str) else copy.deepcopy(self.value)
+
+
+def _insert_derived(loop: ast.For) -> None:
+    """Put what a variable of a loop is computed from in its place, where it is a function of others, as the status of a solve is.
+
+    In a branch that is taken once it is then computed once, and the other variables are all that need be kept.
+    """
+    stored = [n for n in ast.walk(loop) if isinstance(n, ast.Name) and isinstance(n.ctx, ast.Store)]
+    blocks: list[list[ast.stmt]] = [loop.body, *(n.body for n in ast.walk(loop) if isinstance(n, ast.If))]
+    for block in blocks:
+        for line in list(block):
+            if not (
+                isinstance(line, ast.Assign) and isinstance(line.targets[0], ast.Name) and isinstance(line.value, ast.Call | ast.Tuple)
+            ):
+                continue
+            name, read = line.targets[0].id, names(line.value)
+            plain = all(isinstance(n, ast.Name | ast.Constant | ast.Call | ast.Tuple | ast.Load) for n in ast.walk(line.value))
+            changed = any(n.id in read and n.lineno > line.lineno for n in stored)
+            if plain and not changed and sum(n.id == name for n in stored) == 1:
+                block.remove(line)
+                _Renamed(name, line.value).visit(loop)
+
+
+def _carried(head: Sequence[ast.stmt], tail: Sequence[ast.stmt], wanted: set[str]) -> list[str]:
+    """Return what wanted variables of an iteration are computed from in its head, and its tail makes for the next one.
+
+    There is nothing where a variable of the head is itself carried from one iteration to the next.
+    """
+    assigned: set[str] = set()
+    sources: dict[str, set[str]] = {}
+    for line in head:
+        if isinstance(line, ast.Assign):
+            if names(line.value) & names(head, stored=True) - assigned:
+                return []
+            assigned |= names(line.targets[0], stored=True)
+            sources |= dict.fromkeys(names(line.targets[0], stored=True), names(line.value))
+    before: set[str] = set()
+    while before != wanted:
+        before, wanted = wanted, wanted.union(*(sources.get(name, set()) for name in wanted))
+    made = names(tail, stored=True)
+    return [] if made & assigned else sorted(wanted & made)
+
+
+class _Straight(ast.NodeTransformer):
+    """Rewrites one function."""
+
+    def __init__(self, node: ast.FunctionDef) -> None:
+        self.node, self.common = node, _Common(node)
+        self.defined = {argument.arg for argument in node.args.args}
+        self.loops: list[ast.For] = []
+        self.stepping = node.name in STEPPING
+        self.arrays: set[str] = set()
+        self.kept: set[str] = set()
+        self.iterates = False
+        self.exits: list[tuple[str, ast.expr]] = []
+        self.counter = 0
+        self.noted = self._notes(node.body, apart=False)
+
+    def function(self) -> ast.FunctionDef:
+        """Return the function."""
+        if ast.get_docstring(self.node) is not None:
+            self.node.body = self.node.body[1:]
+        *body, last = self.node.body
+        if not self.noted:
+            self.node.body = self._block(self.node.body, None)
+            return self.node
+        if not isinstance(last, ast.Return):
+            raise InvalidProblem(f"{self.node.name} ends without a return, which several runs at once cannot.")
+        self.last = last
+        lines = [_assign("live", ast.Constant(True)), *self._block(body, None)]
+        assert last.value is not None
+        self.node.body = [*lines, *self._result(self.visit(last.value)), ast.Return(_name("value_"))]
+        return self.node
+
+    def _notes(self, body: Sequence[ast.stmt], *, apart: bool) -> bool:
+        """Whether runs may return at different places."""
+        for node in body:
+            if isinstance(node, ast.Return) and apart:
+                return True
+            if isinstance(node, ast.If):
+                inside = apart or not self.common(node.test)
+                if self._notes(node.body, apart=inside) or self._notes(node.orelse, apart=inside):
+                    return True
+            elif isinstance(node, ast.For) and self._notes(node.body, apart=apart):
+                return True
+        return False
+
+    def _block(self, body: Sequence[ast.stmt], mask: str | None) -> list[ast.stmt]:
+        return [line for node in body for line in self._statement(node, mask)]
+
+    def _statement(self, node: ast.stmt, mask: str | None) -> list[ast.stmt]:
+        rules = {ast.Return: self._return, ast.If: self._if, ast.For: self._for, ast.Assign: self._assignment, ast.AugAssign: self._changed}
+        for kind, rule in rules.items():
+            if isinstance(node, kind):
+                lines: list[ast.stmt] = rule(node, mask)  # type: ignore[operator]
+                return lines
+        if isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant):
+            return [node]
+        if isinstance(node, ast.Expr) and mask is None:
+            return [ast.Expr(self.visit(node.value))]
+        raise InvalidProblem(f"{self.node.name}: {ast.unparse(node)} cannot be done for several runs at once.")
+
+    def _fresh(self, name: str) -> str:
+        self.counter += 1
+        return f"{name}{self.counter}_"
+
+    # ---- returns ---------------------------------------------------------------------------------------------------------
+
+    def _return(self, node: ast.Return, mask: str | None) -> list[ast.stmt]:
+        assert node.value is not None
+        if not self.noted:
+            return [ast.Return(self.visit(node.value))]
+        now = self._fresh("now")
+        line = _assign(now, _both(_name("live"), _name(mask)) if mask else _name("live"))
+        gone = _assign("live", _both(_name("live"), _call("negated", _name(now))))
+        if not self.loops:
+            value = self._fresh("exit")
+            self.exits.append((now, _name(value)))
+            return [line, _assign(value, self.visit(node.value)), gone]
+        if not self.stepping:
+            place = self._fresh("left")
+            self.exits.append((place, self.visit(copy.deepcopy(node.value))))
+            return [line, gone, _assign(place, ast.BinOp(_name(place), ast.BitOr(), _name(now)))]
+        spoilt = [name for name in MOVED if name in self.defined]
+        inside = [
+            ast.Expr(_call("note", _name("result"), _name(now), self.visit(node.value))),
+            gone,
+            self._leave(),
+            *(_assign(name, _call("spoiled", _name("live"), _name(name))) for name in spoilt),
+        ]
+        return [line, ast.If(_call("anyof", _name(now)), inside, [])]
+
+    @staticmethod
+    def _leave() -> ast.stmt:
+        return ast.If(ast.UnaryOp(ast.Not(), _call("anyof", _name("live"))), [ast.Break()], [])
+
+    def _result(self, last: ast.expr) -> list[ast.stmt]:
+        """Return what gives ``value_`` the last result, and in runs that returned elsewhere that of the place where they did.
+
+        Most runs return from iterations, but come to the end of what has none.
+        """
+        if self.stepping:
+            returned: ast.expr = _call("recall", _name("result"))
+        else:
+            (_, returned), *others = reversed(self.exits)
+            for place, value in others:
+                returned = _call("select", _name(place), value, returned)
+        if self.iterates:
+            few: list[ast.stmt] = [_assign("value_", _call("select", _name("live"), last, _name("value_")))]
+            return [_assign("value_", returned), ast.If(_call("anyof", _name("live")), few, [])]
+        few = [_assign("value_", _call("select", _name("live"), _name("value_"), returned))]
+        return [_assign("value_", last), ast.If(_call("anyof", _call("negated", _name("live"))), few, [])]
+
+    # ---- branches and loops ----------------------------------------------------------------------------------------------
+
+    def _if(self, node: ast.If, mask: str | None) -> list[ast.stmt]:
+        if self.common(node.test):
+            return [ast.If(self.visit(node.test), self._block(node.body, mask) or [ast.Pass()], self._block(node.orelse, mask))]
+        test, inside = self._fresh("test"), self._fresh("mask")
+        lines: list[ast.stmt] = [_assign(test, self.visit(node.test))]
+        lines.append(_assign(inside, _both(_name(mask) if mask else None, _name(test))))
+        lines += self._where(inside, node.body, rare=self._of_status(node))
+        if node.orelse:
+            other = self._fresh("mask")
+            lines.append(_assign(other, _both(_name(mask) if mask else None, _call("negated", _name(test)))))
+            lines += self._where(other, node.orelse)
+        return lines
+
+    def _of_status(self, node: ast.If) -> bool:
+        """Whether a test asks for the status of a report, as what is done about failures does, and makes no new variables."""
+        asked = any(
+            isinstance(part, ast.Compare) and isinstance(part.ops[0], ast.Eq | ast.NotEq) and isinstance(part.comparators[0], ast.Constant)
+            for part in ast.walk(node.test)
+        )
+        plain = all(isinstance(line, ast.Assign) for line in node.body)
+        return asked and plain and not node.orelse and names(node.body, stored=True) <= self.defined
+
+    def _where(self, mask: str, body: Sequence[ast.stmt], *, rare: bool = False) -> list[ast.stmt]:
+        """Return statements under a mask; they are left out where there is nothing to do, if that is rare or there are loops."""
+        lines = self._block(body, mask)
+        loops = any(isinstance(n, ast.For) for node in body for n in ast.walk(node))
+        return [ast.If(_call("anyof", _name(mask)), lines, [])] if loops or rare else lines
+
+    def _for(self, node: ast.For, mask: str | None) -> list[ast.stmt]:
+        if not self.common(node.iter):
+            raise InvalidProblem(f"{self.node.name} loops over {ast.unparse(node.iter)}, which differs from run to run.")
+        if self._notes([node], apart=mask is not None):
+            if self.loops or mask:
+                raise InvalidProblem(f"{self.node.name} returns from a loop within a loop or a branch, which several runs at once cannot.")
+            return self._stepping_loop(node) if self.stepping else self._frozen_loop(node)
+        self.defined |= names(node.target, stored=True)
+        return [ast.For(node.target, node.iter, self._block(node.body, mask), [])]
+
+    def _stepping_loop(self, node: ast.For) -> list[ast.stmt]:
+        """Return a loop over steps, in which results of runs that return are noted in memory: they are few."""
+        assert self.last.value is not None
+        lines = self._placed(node, names(self.last.value))
+        lines.append(_assign("result", _call("held", self.visit(copy.deepcopy(self.last.value)), _name("LANES"))))
+        self.loops.append(node)
+        lines.append(ast.For(node.target, node.iter, self._block(node.body, None), []))
+        self.loops.pop()
+        return lines
+
+    def _frozen_loop(self, node: ast.For) -> list[ast.stmt]:
+        """Return an iteration, in which what is returned changes no more once a run has returned.
+
+        Where all of it is computed anew in each iteration, from variables that are assigned after the last test, it is these that change
+        no more: then all that is computed from them is what it was.
+        """
+        node = copy.deepcopy(node)
+        _insert_derived(node)
+        self.iterates = True
+        returned = names([part.value for part in ast.walk(node) if isinstance(part, ast.Return) and part.value])
+        index = next(iter(names(node.target, stored=True)))
+        tail = 1 + max(k for k, line in enumerate(node.body) if any(isinstance(n, ast.Return) for n in ast.walk(line)))
+        frozen = _carried(node.body[:tail], node.body[tail:], returned - {index})
+        used = (returned & names(node, stored=True)) - {index}
+        lines = self._placed(node, used)
+        self.loops.append(node)
+        self.kept = set() if frozen else used
+        count, before = f"{index}_reached_", len(self.exits)
+        body = [_assign(count, _call("select", _name("live"), _name(index), _name(count))), *self._block(node.body[:tail], None)]
+        body += self._frozen_tail(node.body[tail:], frozen) if frozen else [*self._block(node.body[tail:], None), self._leave()]
+        self.loops.pop()
+        self.kept = set()
+        after: list[ast.stmt] = []
+        for k in range(before, len(self.exits)):
+            place, value = self.exits[k]
+            lines.append(_assign(place, ast.Constant(False)))
+            after.append(_assign(f"{place}value", _Renamed(index, count).visit(value)))
+            self.exits[k] = place, _name(f"{place}value")
+        return [*lines, _assign(count, ast.Constant(0)), ast.For(node.target, node.iter, body, []), *after]
+
+    def _frozen_tail(self, tail: Sequence[ast.stmt], frozen: Sequence[str]) -> list[ast.stmt]:
+        """Return the end of an iteration, which takes old values back where runs have returned.
+
+        Mostly all of them return at once. So this is a branch, for which the next iteration need not wait.
+        """
+        old = [_assign(f"{name}_old_", _name(name)) for name in frozen]
+        back = [_assign(name, _call("select", _name("live"), _name(name), _name(f"{name}_old_"))) for name in frozen]
+        gone = _call("anyof", _call("negated", _name("live")))
+        return [*old, *self._block(tail, None), ast.If(gone, [self._leave(), *back], [])]
+
+    def _placed(self, node: ast.For, wanted: set[str]) -> list[ast.stmt]:
+        """Return what gives wanted variables that are assigned in a loop alone a form before it: zeros."""
+        missing = wanted & (names(node, stored=True) - self.defined)
+        index = names(node.target, stored=True)
+        self.defined |= index
+        lines: list[ast.stmt] = [_assign(name, ast.Constant(0)) for name in sorted(index)]
+        for line in node.body:
+            if not (isinstance(line, ast.Assign) and missing & names(line.targets[0], stored=True)):
+                continue
+            if isinstance(line.value, ast.Compare | ast.BoolOp):
+                assert isinstance(line.targets[0], ast.Name)
+                lines.append(_assign(line.targets[0].id, ast.Constant(False)))
+                self.defined.add(line.targets[0].id)
+                continue
+            assert isinstance(line.value, ast.Call)
+            target = copy.deepcopy(line.targets[0])
+            for part in ast.walk(target):
+                if isinstance(part, ast.Name) and part.id not in missing:
+                    part.id = "_"
+            arguments = ast.Tuple([self.visit(copy.deepcopy(a)) for a in line.value.args], ast.Load())
+            lines.append(ast.Assign([target], _call("absent", line.value.func, arguments)))
+            self.defined |= missing & names(line.targets[0], stored=True)
+            missing -= names(line.targets[0], stored=True)
+        return lines
+
+    # ---- assignments -----------------------------------------------------------------------------------------------------
+
+    def _assignment(self, node: ast.Assign, mask: str | None) -> list[ast.stmt]:
+        (target,) = node.targets
+        if isinstance(target, ast.Name) and (made := self._array(target.id, node.value)):
+            return [_assign(target.id, made)]
+        if isinstance(target, ast.Subscript):
+            return [self._stored(target, self.visit(node.value), mask)]
+        old = names(target, stored=True) & self.defined if mask else names(target, stored=True) & self.kept
+        mask = mask or ("live" if old else None)
+        self.defined |= names(target, stored=True)
+        if not old and not any(isinstance(part, ast.Subscript) for part in ast.walk(target)):
+            return [ast.Assign([target], self.visit(node.value))]
+        return list(self._selected(mask, target, self.visit(node.value), old))
+
+    def _array(self, name: str, value: ast.expr) -> ast.expr | None:
+        """Return what makes an array of lanes where a function makes an array of numbers, with a last axis for the lanes."""
+        function = ast.unparse(value.func) if isinstance(value, ast.Call) else ""
+        if function not in ("numpy.empty", "empty", "absolute"):
+            return None
+        assert isinstance(value, ast.Call)
+        self.arrays.add(name)
+        if function == "absolute":
+            return value
+        shape = value.args[0].elts if isinstance(value.args[0], ast.Tuple) else [value.args[0], ast.Constant(1)]
+        return _call("empty", ast.Tuple([*shape, _name("LANES")], ast.Load()))
+
+    def _selected(self, mask: str | None, target: ast.expr, value: ast.expr, old: set[str]) -> Iterator[ast.stmt]:
+        """Return what assigns a value, or the values of a tuple, in the place of old ones where a mask is true."""
+        pairs = list(zip(target.elts, value.elts, strict=True)) if isinstance(target, ast.Tuple) and isinstance(value, ast.Tuple) else []
+        pairs = pairs or [(target, value)]
+        temporary = [self._fresh("new") for _ in pairs]
+        for name, (_, part) in zip(temporary, pairs, strict=True):
+            yield _assign(name, part)
+        for name, (item, _) in zip(temporary, pairs, strict=True):
+            yield from self._leaf(mask, item, _name(name), old)
+
+    def _leaf(self, mask: str | None, target: ast.expr, value: ast.expr, old: set[str]) -> Iterator[ast.stmt]:
+        if isinstance(target, ast.Tuple):
+            for i, item in enumerate(target.elts):
+                yield from self._leaf(mask, item, ast.Subscript(value, ast.Constant(i), ast.Load()), old)
+            return
+        if isinstance(target, ast.Subscript):
+            yield self._stored(target, value, mask)
+            return
+        assert isinstance(target, ast.Name)
+        yield _assign(target.id, _call("select", _name(mask), value, _name(target.id)) if mask and target.id in old else value)
+
+    def _changed(self, node: ast.AugAssign, mask: str | None) -> list[ast.stmt]:
+        """Write ``x += y`` as ``x = x + y``."""
+        load = copy.deepcopy(node.target)
+        load.ctx = ast.Load()
+        return self._assignment(ast.Assign([node.target], ast.BinOp(load, node.op, node.value)), mask)
+
+    def _stored(self, target: ast.Subscript, value: ast.expr, mask: str | None) -> ast.stmt:
+        """Write lanes into an array."""
+        assert isinstance(target.value, ast.Name)
+        places = self._places(target)
+        if target.value.id in self.arrays:
+            value = value if mask is None else _call("select", _name(mask), value, _call("entry_of", target.value, *places, _name("LANES")))
+        elif mask or not isinstance(target.slice, ast.Tuple):
+            raise InvalidProblem(f"{self.node.name} writes {ast.unparse(target)}, which several runs at once cannot.")
+        return ast.Expr(_call("put", target.value, *places, value))
+
+    def _places(self, node: ast.Subscript) -> list[ast.expr]:
+        """Return row and column that an entry of an array is in."""
+        indices = node.slice.elts if isinstance(node.slice, ast.Tuple) else [node.slice, ast.Constant(0)]
+        return [self.visit(copy.deepcopy(index)) for index in indices]
+
+    # ---- expressions -----------------------------------------------------------------------------------------------------
+
+    def visit_IfExp(self, node: ast.IfExp) -> ast.expr:
+        """Select where runs may differ."""
+        if self.common(node.test):
+            self.generic_visit(node)
+            return node
+        return _call("select", self.visit(node.test), self.visit(node.body), self.visit(node.orelse))
+
+    def visit_BoolOp(self, node: ast.BoolOp) -> ast.expr:
+        """Evaluate both sides."""
+        if self.common(node):
+            return node
+        first, *others = map(self.visit, node.values)
+        for other in others:
+            first = ast.BinOp(first, ast.BitAnd() if isinstance(node.op, ast.And) else ast.BitOr(), other)
+        return first  # type: ignore[no-any-return]
+
+    def visit_UnaryOp(self, node: ast.UnaryOp) -> ast.expr:
+        """Negate lane by lane."""
+        operand = self.visit(node.operand)
+        if isinstance(node.op, ast.Not) and not self.common(node.operand):
+            return _call("negated", operand)
+        return ast.UnaryOp(node.op, operand)
+
+    def visit_Compare(self, node: ast.Compare) -> ast.expr:
+        """Accept comparisons of two numbers."""
+        if len(node.ops) > 1:
+            raise InvalidProblem(f"{self.node.name} compares {ast.unparse(node)}; compare two numbers at a time.")
+        self.generic_visit(node)
+        return node
+
+    def visit_Attribute(self, node: ast.Attribute) -> ast.expr:
+        """Take numbers for real: there are no others in lanes."""
+        return self.visit(node.value) if node.attr == "real" else node
+
+    def visit_Subscript(self, node: ast.Subscript) -> ast.expr:
+        """Read lanes from an array."""
+        if isinstance(node.value, ast.Name) and node.value.id in self.arrays:
+            return _call("entry_of", node.value, *self._places(node), _name("LANES"))
+        self.generic_visit(node)
+        return node
+
+    def visit_Call(self, node: ast.Call) -> ast.expr:
+        """Leave truth values what they are."""
+        if isinstance(node.func, ast.Name) and node.func.id == "bool":
+            return self.visit(node.args[0])  # type: ignore[no-any-return]
+        if isinstance(node.func, ast.Attribute) and node.func.attr == "max":
+            row = node.func.value
+            assert isinstance(row, ast.Subscript)
+            return _call("largest", row.value, row.slice, _name("LANES"))
+        node.args = [self.visit(argument) for argument in node.args]
+        return node

@@ -1,0 +1,123 @@
+"""What is called of a module of lanes: runs are in the columns of arrays, and are taken from there block by block.
+
+The functions are put into generated modules as they stand here; what they call is what the module has under these names. They have in
+common, for N runs, padded to whole blocks:
+
+- ``x``, or ``forms`` of state, conserved quantities, maxima and pivots: nested tuples of numbers that tell nothing but their form;
+- ``h``, ``par``: step size, and parameters with run-time data; an integer stands for a row of ``rows``, any other number for itself;
+- ``numbers``, shape(., N): a row for each number of the state, then from the rows ``places`` on of what is conserved, of maxima, of pivots,
+  of a report's residual, and of a memory;
+- ``counts``, shape(., N): status, steps done, substeps tried in the last step, and work;
+- ``begin``, ``end``: columns of the first run and behind the last one, multiples of LANES.
+"""
+
+from typing import Any
+
+from daebench.compiler.lanes.nested import absent, anyof, length_of, mixed, put_all, spoiled, take_all
+from daebench.schemes.kernels.language import initialise, plus_work
+from daebench.schemes.kernels.loop import first, integrate
+
+LANES: int = 8
+"""Number of runs in a block."""
+
+REMEMBERS: bool = False
+"""Whether the scheme remembers anything from step to step."""
+
+STATUS = 0
+DONE = 1
+TRIED = 2
+WORK = 3
+"""Rows of ``counts``, the last one the first of several."""
+
+CONSERVED = 0
+MAXIMA = 1
+PIVOTS = 2
+RESIDUAL = 3
+MEMORY = 4
+"""Entries of ``places``."""
+
+if REMEMBERS:
+
+    def memory_form(x: Any, h: Any, par: Any) -> Any:
+        """Return something of the form of what the scheme remembers."""
+        return absent(initialise, (x, h, par))[0]
+
+else:
+
+    def memory_form(x: Any, h: Any, par: Any) -> Any:
+        """Return what a scheme has that remembers nothing."""
+        return ()
+
+
+def first_lanes(x: Any, h: Any, par: Any, numbers: Any, rows: Any, counts: Any, places: Any, begin: int, end: int) -> Any:
+    """Put what is conserved into ``numbers``."""
+    for b in range(begin, end, LANES):
+        live = take_all(0, counts, STATUS, b, LANES) == 0
+        state, number = take_all(x, numbers, 0, b, LANES), mixed(par, rows, b, LANES)
+        put_all(numbers, places[CONSERVED], b, live, first(state, number))  # type: ignore[call-arg]
+
+
+def initialise_lanes(x: Any, h: Any, par: Any, numbers: Any, rows: Any, counts: Any, places: Any, begin: int, end: int) -> Any:
+    """Put what a scheme remembers, and the reports of its first memory, into ``numbers`` and ``counts``; return the length of a memory.
+
+    Nothing is done where there are too few rows for it.
+    """
+    length = 0
+    for b in range(begin, end, LANES):
+        live = take_all(0, counts, STATUS, b, LANES) == 0
+        state, size, number = take_all(x, numbers, 0, b, LANES), mixed(h, rows, b, LANES), mixed(par, rows, b, LANES)
+        memory, report = initialise(state, size, number)  # type: ignore[call-arg]
+        length = length_of(memory)
+        if places[MEMORY] + length > len(numbers):
+            return length
+        put_all(numbers, places[MEMORY], b, live, memory)
+        put_all(numbers, places[RESIDUAL], b, live, report[1])
+        put_all(counts, WORK, b, live, report[3])
+        put_all(counts, STATUS, b, live, report[0])
+    return length
+
+
+def integrate_lanes(
+    forms: Any,
+    h: Any,
+    weights: Any,
+    steps: int,
+    left: int,
+    every: int,
+    par: Any,
+    numbers: Any,
+    rows: Any,
+    counts: Any,
+    states: Any,
+    places: Any,
+    begin: int,
+    end: int,
+) -> None:
+    """Take so many steps of each run that is live, from what is in ``numbers``, and put there what comes out."""
+    for b in range(begin, end, LANES):
+        live = take_all(0, counts, STATUS, b, LANES) == 0
+        if anyof(live):
+            number, size = mixed(par, rows, b, LANES), mixed(h, rows, b, LANES)
+            state = spoiled(live, take_all(forms[0], numbers, 0, b, LANES))
+            result = integrate(  # type: ignore[call-arg]
+                state,
+                take_all(memory_form(state, size, number), numbers, places[MEMORY], b, LANES),
+                take_all(forms[1], numbers, places[CONSERVED], b, LANES),
+                take_all(forms[2], numbers, places[MAXIMA], b, LANES),
+                take_all(forms[3], numbers, places[PIVOTS], b, LANES),
+                size,
+                weights,
+                steps,
+                left,
+                every,
+                (states, b),
+                (states, b),
+                number,
+            )
+            put_all(numbers, 0, b, live, result[0])
+            put_all(numbers, places[MEMORY], b, live, result[1])
+            put_all(numbers, places[MAXIMA], b, live, result[2])
+            put_all(numbers, places[PIVOTS], b, live, result[3])
+            put_all(numbers, places[RESIDUAL], b, live, result[9][1])
+            before = take_all((0, 0, 0, result[7]), counts, STATUS, b, LANES)
+            put_all(counts, STATUS, b, live, (result[9][0], before[DONE] + result[4], result[8], plus_work(before[WORK], result[7])))

@@ -1,0 +1,363 @@
+"""Lanes in nested tuples, as states and reports are held: selected, and read from and written to arrays.
+
+Arrays have a column for each run: lane w of a block that begins at column b is column b + w.
+"""
+
+from typing import Any
+
+from llvmlite import ir
+from numba import types
+from numba.core import cgutils
+from numba.core.datamodel.models import PrimitiveModel
+from numba.extending import intrinsic, overload, register_model
+
+from daebench.compiler.lanes import functions as _functions  # noqa: F401 - gives functions a meaning for lanes
+from daebench.compiler.lanes.number import INT32, SCALAR, Lanes, common, element, repeated, vector, width_of
+
+__all__ = [
+    "absent",
+    "anyof",
+    "entry_of",
+    "held",
+    "largest",
+    "length_of",
+    "mixed",
+    "negated",
+    "note",
+    "put",
+    "put_all",
+    "recall",
+    "select",
+    "spoiled",
+    "take_all",
+]
+
+
+def _merged(first: Any, x: Any, y: Any) -> Any:
+    """Return the type of what is x or y, lane by lane where ``first`` is lanes."""
+    if isinstance(x, types.BaseTuple):
+        return types.Tuple(tuple(_merged(first, a, b) for a, b in zip(x, y, strict=True)))
+    if not isinstance(x, (Lanes, *SCALAR)):
+        return x
+    width = width_of([first, x, y])
+    return Lanes(common([x, y]), width) if width else common([x, y])
+
+
+@intrinsic  # type: ignore[untyped-decorator]
+def select(typingctx: Any, first: Any, x: Any, y: Any) -> Any:
+    """Return x where the truth value ``first`` is true, else y, for each number in nested tuples of the same form."""
+
+    def chosen(context: Any, builder: Any, test: Any, of: Any, x: tuple[Any, Any], y: tuple[Any, Any]) -> Any:
+        (kind_x, a), (kind_y, b) = x, y
+        if isinstance(of, types.BaseTuple):
+            items = [
+                chosen(
+                    context,
+                    builder,
+                    test,
+                    part,
+                    (tuple(kind_x)[i], builder.extract_value(a, i)),
+                    (tuple(kind_y)[i], builder.extract_value(b, i)),
+                )
+                for i, part in enumerate(of)
+            ]
+            return context.make_tuple(builder, of, items)
+        if not isinstance(of, (Lanes, *SCALAR)):
+            return a
+        return builder.select(test, context.cast(builder, a, kind_x, of), context.cast(builder, b, kind_y, of))
+
+    def lowered(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+        return chosen(context, builder, args[0], sig.return_type, (x, args[1]), (y, args[2]))
+
+    return _merged(first, x, y)(first, x, y), lowered
+
+
+@intrinsic  # type: ignore[untyped-decorator]
+def anyof(typingctx: Any, truths: Any) -> Any:
+    """Return whether a truth value is true in any lane."""
+
+    def lowered(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+        if not isinstance(truths, Lanes):
+            return args[0]
+        bits = ir.IntType(truths.width)
+        return builder.icmp_unsigned("!=", builder.bitcast(args[0], bits), ir.Constant(bits, 0))
+
+    return types.boolean(truths), lowered
+
+
+@intrinsic  # type: ignore[untyped-decorator]
+def negated(typingctx: Any, truths: Any) -> Any:
+    """Return whether a truth value is false, lane by lane."""
+    of = truths if isinstance(truths, Lanes) else types.boolean
+    return of(of), lambda context, builder, sig, args: builder.not_(args[0])
+
+
+@intrinsic  # type: ignore[untyped-decorator]
+def absent(typingctx: Any, function: Any, arguments: Any) -> Any:
+    """Return zeros in the place of what a function returns, which is not called."""
+    of = typingctx.resolve_function_type(function, tuple(arguments), {}).return_type
+    return of(function, arguments), lambda context, builder, sig, args: context.get_constant_null(sig.return_type)
+
+
+@intrinsic  # type: ignore[untyped-decorator]
+def spoiled(typingctx: Any, live: Any, x: Any) -> Any:
+    """Return numbers with NaN in the lanes that are not live, so that nothing is iterated for these."""
+
+    def rule(builder: Any, mask: Any, of: Any, a: Any) -> Any:
+        if isinstance(of, types.BaseTuple):
+            for i, part in enumerate(of):
+                a = builder.insert_value(a, rule(builder, mask, part, builder.extract_value(a, i)), i)
+            return a
+        if not isinstance(of, Lanes) or of.dtype != types.float64:
+            return a
+        return builder.select(mask, a, repeated(of, float("nan")))
+
+    return x(live, x), lambda context, builder, sig, args: rule(builder, args[0], x, args[1])
+
+
+class Slot(types.Type):  # type: ignore[misc]
+    """The type of a place in memory for nested tuples of a type."""
+
+    def __init__(self, of: Any) -> None:
+        self.of = of
+        super().__init__(name=f"Slot({of})")
+
+
+@register_model(Slot)
+class SlotModel(PrimitiveModel):  # type: ignore[misc]
+    """A place is its address."""
+
+    def __init__(self, dmm: Any, fe_type: Slot) -> None:
+        super().__init__(dmm, fe_type, dmm.lookup(fe_type.of).get_value_type().as_pointer())
+
+
+def _seen(builder: Any, place: Any) -> None:
+    """Let LLVM take a place in memory for read and written here, lest it hold the content in registers."""
+    function = ir.FunctionType(ir.VoidType(), [place.type])
+    builder.call(ir.InlineAsm(function, "", "r,~{memory}", side_effect=True), [place])
+
+
+@intrinsic(prefer_literal=True)  # type: ignore[untyped-decorator]
+def held(typingctx: Any, like: Any, width: Any) -> Any:
+    """Return a place in memory for nested tuples of the form of ``like``, whose numbers are lanes there."""
+
+    def form(of: Any) -> Any:
+        if isinstance(of, types.BaseTuple):
+            return types.Tuple(tuple(map(form, of)))
+        return Lanes(element(of), width.literal_value) if isinstance(of, (Lanes, *SCALAR)) else of
+
+    def lowered(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+        place = cgutils.alloca_once(builder, context.get_value_type(sig.return_type.of), zfill=False)
+        _seen(builder, place)
+        return place
+
+    return Slot(form(like))(like, width), lowered
+
+
+@intrinsic  # type: ignore[untyped-decorator]
+def note(typingctx: Any, slot: Any, first: Any, x: Any) -> Any:
+    """Write nested tuples into a place in memory, in the lanes where ``first`` is true."""
+
+    def lowered(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+        def written(of: Any, kind: Any, value: Any, path: tuple[int, ...]) -> None:
+            if isinstance(of, types.BaseTuple):
+                for i, (part, part_kind) in enumerate(zip(of, kind, strict=True)):
+                    written(part, part_kind, builder.extract_value(value, i), (*path, i))
+            elif isinstance(of, Lanes):
+                place = cgutils.gep_inbounds(builder, args[0], 0, *path)
+                new = context.cast(builder, value, kind, of)
+                builder.store(builder.select(mask, new, builder.load(place)), place)
+
+        mask = args[1] if isinstance(first, Lanes) else context.cast(builder, args[1], first, types.boolean)
+        written(slot.of, x, args[2], ())
+        _seen(builder, args[0])
+        return context.get_dummy_value()
+
+    return types.none(slot, first, x), lowered
+
+
+@intrinsic  # type: ignore[untyped-decorator]
+def recall(typingctx: Any, slot: Any) -> Any:
+    """Return the nested tuples that are in a place in memory."""
+    return slot.of(slot), lambda context, builder, sig, args: builder.load(args[0])
+
+
+def leaves(of: Any) -> int:
+    """Return how many numbers there are in nested tuples of a type."""
+    return sum(map(leaves, of)) if isinstance(of, types.BaseTuple) else 1
+
+
+@intrinsic  # type: ignore[untyped-decorator]
+def length_of(typingctx: Any, x: Any) -> Any:
+    """Return how many numbers there are in nested tuples."""
+    return types.intp(x), lambda context, builder, sig, args: context.get_constant(types.intp, leaves(x))
+
+
+def _address(context: Any, builder: Any, of: Any, array: Any, indices: Any, lanes: Lanes) -> Any:
+    """Return the address of lanes in an array, given the array's type and all indices of the first of them."""
+    struct = context.make_array(of)(context, builder, array)
+    return builder.bitcast(cgutils.get_item_pointer(context, builder, of, struct, indices), vector(lanes).as_pointer())
+
+
+def _read(builder: Any, address: Any) -> Any:
+    value = builder.load(address)
+    value.align = 8
+    return value
+
+
+@intrinsic(prefer_literal=True)  # type: ignore[untyped-decorator]
+def take_all(typingctx: Any, like: Any, array: Any, row: Any, column: Any, width: Any) -> Any:
+    """Return nested tuples of the form of ``like``, whose numbers are read from rows of an array, one row a number."""
+    lanes = Lanes(array.dtype, width.literal_value)
+
+    def form(of: Any) -> Any:
+        return types.Tuple(tuple(map(form, of))) if isinstance(of, types.BaseTuple) else lanes
+
+    def lowered(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+        first, b = context.cast(builder, args[2], row, types.intp), context.cast(builder, args[3], column, types.intp)
+
+        def made(of: Any, place: int) -> Any:
+            if not isinstance(of, types.BaseTuple):
+                at = builder.add(first, context.get_constant(types.intp, place))
+                return _read(builder, _address(context, builder, array, args[1], [at, b], lanes))
+            places = [place + sum(map(leaves, tuple(of)[:i])) for i in range(len(of))]
+            return context.make_tuple(builder, of, [made(part, at) for part, at in zip(of, places, strict=True)])
+
+        return made(sig.return_type, 0)
+
+    return form(like)(like, array, row, column, width), lowered
+
+
+@intrinsic  # type: ignore[untyped-decorator]
+def put_all(typingctx: Any, array: Any, row: Any, column: Any, live: Any, x: Any) -> Any:
+    """Write the numbers of nested tuples into rows of an array, in the lanes that are live."""
+    lanes = Lanes(array.dtype, live.width)
+
+    def lowered(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+        first, b = context.cast(builder, args[1], row, types.intp), context.cast(builder, args[2], column, types.intp)
+
+        def written(of: Any, a: Any, place: int) -> None:
+            if isinstance(of, types.BaseTuple):
+                for i, part in enumerate(of):
+                    written(part, builder.extract_value(a, i), place + sum(map(leaves, tuple(of)[:i])))
+                return
+            at = builder.add(first, context.get_constant(types.intp, place))
+            address = _address(context, builder, array, args[0], [at, b], lanes)
+            new = builder.select(args[3], context.cast(builder, a, of, lanes), _read(builder, address))
+            builder.store(new, address).align = 8
+
+        written(x, args[4], 0)
+        return context.get_dummy_value()
+
+    return types.none(array, row, column, live, x), lowered
+
+
+@intrinsic(prefer_literal=True)  # type: ignore[untyped-decorator]
+def mixed(typingctx: Any, x: Any, array: Any, column: Any, width: Any) -> Any:
+    """Return nested tuples in which an integer stands for a row of an array, which is read, and other numbers for themselves."""
+    lanes = Lanes(array.dtype, width.literal_value)
+
+    def form(of: Any) -> Any:
+        if isinstance(of, types.BaseTuple):
+            return types.Tuple(tuple(map(form, of)))
+        return lanes if isinstance(of, types.Integer) else of
+
+    def lowered(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+        b = context.cast(builder, args[2], column, types.intp)
+
+        def made(of: Any, a: Any, result: Any) -> Any:
+            if isinstance(of, types.BaseTuple):
+                items = [made(part, builder.extract_value(a, i), tuple(result)[i]) for i, part in enumerate(of)]
+                return context.make_tuple(builder, result, items)
+            if not isinstance(of, types.Integer):
+                return a
+            return _read(builder, _address(context, builder, array, args[1], [context.cast(builder, a, of, types.intp), b], lanes))
+
+        return made(x, args[0], sig.return_type)
+
+    return form(x)(x, array, column, width), lowered
+
+
+def _each_address(context: Any, builder: Any, sig: Any, args: Any, lanes: Lanes) -> list[Any]:
+    """Return the address of each lane at [row, place] of an array with a last axis for the lanes, given array, row and place."""
+    struct = context.make_array(sig.args[0])(context, builder, args[0])
+    addresses = []
+    for lane in range(lanes.width):
+        at = ir.Constant(INT32, lane)
+        indices = [
+            builder.extract_element(x, at) if isinstance(of, Lanes) else context.cast(builder, x, of, types.intp)
+            for of, x in zip(sig.args[1:3], args[1:3], strict=True)
+        ]
+        indices.append(context.get_constant(types.intp, lane))
+        addresses.append(cgutils.get_item_pointer(context, builder, sig.args[0], struct, indices))
+    return addresses
+
+
+@intrinsic(prefer_literal=True)  # type: ignore[untyped-decorator]
+def entry_of(typingctx: Any, array: Any, row: Any, place: Any, width: Any) -> Any:
+    """Return the lanes at [row, place] of an array, where row and place may be lanes themselves."""
+    lanes = Lanes(array.dtype, width.literal_value)
+
+    def lowered(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+        if not width_of([row, place]):
+            indices = [context.cast(builder, x, of, types.intp) for of, x in ((row, args[1]), (place, args[2]))]
+            return _read(builder, _address(context, builder, array, args[0], [*indices, context.get_constant(types.intp, 0)], lanes))
+        result = ir.Constant(vector(lanes), ir.Undefined)
+        for lane, address in enumerate(_each_address(context, builder, sig, args, lanes)):
+            result = builder.insert_element(result, builder.load(address), ir.Constant(INT32, lane))
+        return result
+
+    return lanes(array, row, place, width), lowered
+
+
+@intrinsic  # type: ignore[untyped-decorator]
+def _put(typingctx: Any, array: Any, row: Any, place: Any, column: Any, x: Any) -> Any:
+    """Write lanes into an array at [row, place, column] and what is behind it; where row or place are lanes, from column 0 on."""
+    lanes = Lanes(array.dtype, width_of([x, row, place]))
+
+    def lowered(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+        value = context.cast(builder, args[4], x, lanes)
+        if width_of([row, place]):
+            for lane, address in enumerate(_each_address(context, builder, sig, args, lanes)):
+                builder.store(builder.extract_element(value, ir.Constant(INT32, lane)), address)
+            return context.get_dummy_value()
+        indices = [context.cast(builder, y, of, types.intp) for of, y in zip((row, place, column), args[1:4], strict=True)]
+        builder.store(value, _address(context, builder, array, args[0], indices, lanes)).align = 8
+        return context.get_dummy_value()
+
+    return types.none(array, row, place, column, x), lowered
+
+
+def put(array: Any, row: Any, place: Any, x: Any) -> None:
+    """Write lanes into an array whose last axis they are, or into columns of (array, column)."""
+
+
+@overload(put, strict=False)  # type: ignore[untyped-decorator]
+def _putting(array: Any, row: Any, place: Any, x: Any) -> Any:
+    if isinstance(array, types.BaseTuple):
+        return lambda array, row, place, x: _put(array[0], row, place, array[1], x)
+    if isinstance(x, Lanes):
+        return lambda array, row, place, x: _put(array, row, place, 0, x)
+
+    def same(array: Any, row: Any, place: Any, x: Any) -> None:
+        array[row, place, :] = x
+
+    return same
+
+
+def largest(array: Any, row: Any, width: Any) -> Any:
+    """Return the largest number of a row in each lane; NaN where any is."""
+
+
+@overload(largest, strict=False, prefer_literal=True)  # type: ignore[untyped-decorator]
+def _largest(array: Any, row: Any, width: Any) -> Any:
+    lanes = width.literal_value
+
+    def along(array: Any, row: Any, width: Any) -> Any:
+        most = entry_of(array, row, 0, lanes)
+        for j in range(1, array.shape[1]):
+            x = entry_of(array, row, j, lanes)
+            most = select((most == most) & ((x != x) | (x > most)), x, most)
+        return most
+
+    return along

@@ -1,0 +1,220 @@
+"""Members of an ensemble in lanes: the compiled loop called block by block and piece by piece, on several cores."""
+
+import threading
+import time
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from daebench.compiler.lanes.entries import DONE, MEMORY, PIVOTS, RESIDUAL, STATUS, TRIED, WORK
+from daebench.compiler.sharing import uncollected
+from daebench.methods.fixed_step.stepping import Linked, next_piece
+from daebench.runs.grid import Grid
+from daebench.runs.members import Members
+from daebench.runs.trajectory import Array
+from daebench.schemes.kernels.rank import RANK_LOST
+
+ABSENT = -1
+"""Status of a column that has no member."""
+
+REFUSED = -2
+"""Status of a member that was not begun."""
+
+PARTS = 4
+"""Parts that the blocks of a core are divided into, so that none waits long for another."""
+
+Form = Any
+"""A nested tuple of numbers that tells nothing but its form."""
+
+
+def flat(x: Any) -> list[float]:
+    """Return the numbers of a nested tuple, or of arrays, one after another."""
+    return [number for part in x for number in flat(part)] if np.ndim(x) or isinstance(x, tuple) else [float(x)]
+
+
+def form_of(x: Any) -> Form:
+    """Return a nested tuple of zeros."""
+    return tuple(map(form_of, x)) if np.ndim(x) or isinstance(x, tuple) else 0.0
+
+
+def nested(form: Form, numbers: Any) -> Any:
+    """Return a nested tuple of a form with the numbers that an iterator gives."""
+    return tuple(nested(part, numbers) for part in form) if isinstance(form, tuple) else float(next(numbers))
+
+
+@dataclass(frozen=True)
+class Carried:
+    """The forms of what goes from one step into the next.
+
+    Parameters
+    ----------
+    x, pivots : nested tuple
+        State, and what is recalled of pivots.
+    conserved, maxima : int
+        Numbers of conserved quantities and of errors that are monitored.
+    """
+
+    x: Form
+    pivots: Form
+    conserved: int
+    maxima: int
+
+    @property
+    def forms(self) -> tuple[Form, Form, Form, Form]:
+        """State, conserved quantities, maxima and pivots."""
+        return self.x, (0.0,) * self.conserved, (0.0,) * self.maxima, self.pivots
+
+
+class LaneRun:
+    """The runs of all members.
+
+    Parameters
+    ----------
+    linked : Linked
+        The scheme, whose kernel is a module of lanes.
+    members : Members
+        What is run.
+    scales : (ndarray, ndarray), each shape(n,)
+        Length and rate of each member.
+    states : ndarray, shape(n, k)
+        What the scheme computes in at the start; a member with a number that is not finite is not begun.
+    carried : Carried
+        What goes from step to step.
+    grid : Grid
+        The steps, of whatever size.
+    rows : ndarray, shape(rows, c, columns)
+        Where states are stored, with columns for whole blocks.
+    lanes : int
+        Number of lanes that the kernel is made for.
+    """
+
+    def __init__(
+        self,
+        linked: Linked,
+        members: Members,
+        scales: tuple[Array, Array],
+        states: Array,
+        carried: Carried,
+        grid: Grid,
+        rows: Array,
+        *,
+        lanes: int,
+    ) -> None:
+        self.linked, self.kernel, self.carried, self.grid, self.lanes = linked, linked.kernel, carried, grid, lanes
+        self.n = len(members)
+        self.columns = rows.shape[2]
+        self.seconds = 0.0
+        self._stop = threading.Event()
+        self._share(members, scales)
+        self._place(states)
+        self.states = rows
+
+    def _share(self, members: Members, scales: tuple[Array, Array]) -> None:
+        """Make rows of what differs from member to member, and put their numbers in its place among the parameters."""
+        rows: list[Array] = [scales[0]]
+
+        def placed(value: Any) -> Any:
+            if isinstance(value, tuple):
+                return tuple(map(placed, value))
+            if np.ndim(value) == 0:
+                return float(value)
+            rows.append(value)
+            return len(rows) - 1
+
+        scale = (0, placed(scales[1]) if np.any(scales[1]) else 0.0)
+        data = self.linked.par[len(members.par) : -1]
+        self.par = (*map(placed, members.par), *map(placed, data), scale)
+        self.h = placed(members.h)
+        self.rows = np.array([np.pad(row, (0, self.columns - self.n), mode="edge") for row in rows])
+
+    def _place(self, states: Array) -> None:
+        """Put the start of each member into its column."""
+        carried, size = self.carried, states.shape[1]
+        recalled = [np.inf, *[0.0] * (len(flat(carried.pivots)) - 1)]
+        self.places = tuple(np.cumsum([size, carried.conserved, carried.maxima, len(recalled), 1]).tolist())
+        self.numbers = np.zeros((self.places[MEMORY] + 2 * size, self.columns))
+        self.numbers[:size, : self.n] = states.T
+        self.numbers[self.places[PIVOTS] : self.places[RESIDUAL]] = np.array(recalled)[:, None]
+        self.counts = np.zeros((WORK + len(self.linked.work), self.columns), dtype=np.int64)
+        self.counts[STATUS] = ABSENT
+        self.counts[STATUS, : self.n] = np.where(np.all(np.isfinite(states), axis=1), 0, REFUSED)
+
+    def begin(self) -> None:
+        """Make the conserved quantities and the first memories, and have the loop compiled."""
+        start = (self.carried.x, self.h, self.par, self.numbers, self.rows, self.counts, self.places, 0)
+        with np.errstate(all="ignore"), uncollected():
+            if hasattr(self.kernel, "initialise_lanes"):
+                more = self.places[MEMORY] + self.kernel.initialise_lanes(*start, self.columns) - len(self.numbers)
+                if more > 0:
+                    self.numbers = np.concatenate([self.numbers, np.zeros((more, self.columns))])
+                    start = (*start[:3], self.numbers, *start[4:])
+                    self.kernel.initialise_lanes(*start, self.columns)
+            self.kernel.first_lanes(*start, self.columns)
+            self._call(0, 0, 0, 0)
+
+    def _call(self, steps: int, done: int, begin: int, end: int) -> None:
+        """Take steps of the members in some columns, of which so many are done."""
+        every = self.grid.every
+        left, row = (every - done % every, done // every) if every else (-1, 0)
+        arrays = self.numbers, self.rows, self.counts, self.states[row:], self.places
+        self.kernel.integrate_lanes(self.carried.forms, self.h, self.linked.weights, steps, left, every, self.par, *arrays, begin, end)
+
+    def march(self, threads: int, progress: Callable[[float], None] | None = None) -> None:
+        """Take all steps of all members, on so many cores."""
+        blocks = self.columns // self.lanes
+        parts = np.unique(np.linspace(0, blocks, min(blocks, threads * PARTS if threads > 1 else 1) + 1).astype(int)) * self.lanes
+        done = np.zeros(len(parts) - 1)
+
+        def part(k: int) -> float:
+            def told(steps: int) -> None:
+                done[k] = steps
+                if progress:
+                    progress(float(done.mean()) / self.grid.steps)
+
+            return self._part(int(parts[k]), int(parts[k + 1]), told)
+
+        if threads == 1:
+            self.seconds += sum(map(part, range(len(done))))
+            return
+        with ThreadPoolExecutor(threads) as pool:
+            try:
+                self.seconds += sum(pool.map(part, range(len(done))))
+            except BaseException:
+                self._stop.set()
+                raise
+
+    def _part(self, begin: int, end: int, told: Callable[[int], None]) -> float:
+        """Take all steps of the members in some columns; return the CPU time."""
+        done, piece, seconds = 0, 64, 0.0
+        while done < self.grid.steps and not self._stop.is_set() and np.any(self.counts[STATUS, begin:end] == 0):
+            steps, began = min(piece, self.grid.steps - done), time.thread_time()
+            self._call(steps, done, begin, end)
+            took = time.thread_time() - began
+            done, seconds, piece = done + steps, seconds + took, next_piece(piece, took)
+            told(done)
+        return seconds
+
+    # ---- what comes out --------------------------------------------------------------------------------------------------
+
+    def column(self, i: int) -> dict[str, Any]:
+        """Return what one member carries, as nested tuples of numbers: state, memory, conserved quantities, maxima and pivots."""
+        numbers = iter(self.numbers[:, i].tolist())
+        names = ("x", "conserved", "maxima", "pivots")
+        made = {name: nested(form, numbers) for name, form in zip(names, self.carried.forms, strict=True)}
+        return made | {"report": (int(self.counts[STATUS, i]), next(numbers), 0.0, ())}
+
+    def work(self) -> Any:
+        """Return the work of each member, shape(kinds, n)."""
+        status, done, tried = (self.counts[k, : self.n] for k in (STATUS, DONE, TRIED))
+        failed = (status > 0) & (status != RANK_LOST)
+        substeps = done * max(1, len(self.linked.weights)) + failed * np.abs(tried)
+        begun = status != REFUSED
+        counted = self.counts[WORK:, : self.n].copy()
+        for name, times in (("ONE_STEP", substeps), ("AFTER_STEP", done + failed), ("INITIALISE", begun)):
+            each = np.array(getattr(self.kernel, f"EACH_{name}"), dtype=np.int64)
+            if len(each):
+                counted += np.multiply.outer(each, times)
+        return counted

@@ -1,0 +1,133 @@
+"""The members of an ensemble: one problem with many starts, parameters and step sizes."""
+
+import types
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from daebench.compiler.cache import generated
+from daebench.errors import BadInput, positive
+from daebench.runs.ivp import Array, InitialValueProblem, stacked
+
+
+@dataclass(frozen=True)
+class Members:
+    """Many initial value problems of one definition, each with a step size.
+
+    Parameters
+    ----------
+    ivp : InitialValueProblem
+        The problem, with the parameters that all have in common.
+    start : tuple of ndarray, each shape(n, d)
+        Initial values, in the order of :attr:`daebench.runs.ivp.InitialValueProblem.start`, a row for each member.
+    h : float or ndarray, shape(n,)
+        Step size of all, or of each, s.
+    parameters : mapping of str to ndarray, shape(n,)
+        Parameters that differ from member to member.
+    """
+
+    ivp: InitialValueProblem
+    start: tuple[Array, ...]
+    h: Any
+    parameters: Mapping[str, Array]
+
+    def __len__(self) -> int:
+        """Return the number of members."""
+        return len(self.start[0])
+
+    @property
+    def par(self) -> tuple[Any, ...]:
+        """Run-time parameters as kernels take them: a number that all have in common, or an array."""
+        return tuple(self.parameters.get(name, value) for name, value in self.ivp.parameters.items())
+
+    def step_size(self, i: int) -> float:
+        """Return the step size of a member, s."""
+        return float(self.h if np.ndim(self.h) == 0 else self.h[i])
+
+    def member(self, i: int) -> InitialValueProblem:
+        """Return the initial value problem of a member."""
+        numbers = dict(self.ivp.parameters) | {name: float(values[i]) for name, values in self.parameters.items()}
+        return replace(self.ivp.at(*(vectors[i] for vectors in self.start)), parameters=numbers)
+
+    def some(self, rows: Any) -> "Members":
+        """Return some of the members, by their numbers."""
+        h = self.h if np.ndim(self.h) == 0 else self.h[rows]
+        start = tuple(vectors[rows] for vectors in self.start)
+        return Members(self.ivp, start, h, {name: values[rows] for name, values in self.parameters.items()})
+
+    def functions(self, name: str) -> types.ModuleType:
+        """Return a module of one of the problem's functions, which takes arrays with an entry for each member where that can be done."""
+        ivp = self.ivp
+
+        def build(cached: bool) -> str:
+            from daebench.compiler.link import Linker, Options
+            from daebench.compiler.syntax import LANGUAGE
+
+            linker = Linker(ivp.source.derivation, Options(precision="columns", compiled=False, singular=ivp.singular))
+            return linker.module(f"{name} of {ivp.problem}.", [(LANGUAGE, name)], cached)
+
+        return generated(f"{ivp.problem}_{name}_columns", f"{ivp.source.key} columns {name} {ivp.singular}", build)
+
+    def along(self, name: str, *arguments: Array) -> Array:
+        """Return one of the problem's functions for each member, with its parameters.
+
+        Parameters
+        ----------
+        name : str
+            Name in ``kernels/language.py`` or ``kernels/composed.py``.
+        arguments : ndarray, shape(..., n, d)
+            Vectors of each member, in rows.
+
+        Returns
+        -------
+        ndarray, shape(..., n, ...)
+        """
+        rows = arguments[0].shape[:-1]
+        if not self.ivp.arrays:
+            module = self.functions(name)
+            if module.ELEMENTWISE:
+                with np.errstate(all="ignore"):
+                    values = getattr(module, name)(
+                        *(tuple(np.moveaxis(x, -1, 0)) for x in arguments),
+                        tuple(np.asarray(x, dtype=float) if np.ndim(x) else np.float64(x) for x in self.par),
+                    )
+                return stacked(values, rows)
+        problems = [self.member(i) for i in range(len(self))]
+        points = zip(*(x.reshape(-1, x.shape[-1]) for x in arguments), strict=True)
+        values = np.array([problems[k % len(self)].value(name, *point) for k, point in enumerate(points)])
+        return values.reshape(*rows, *values.shape[1:])
+
+
+def members(ivp: InitialValueProblem, start: tuple[Any, ...], h: Any, parameters: Mapping[str, Any]) -> Members:
+    """Return members whose numbers are as they must be.
+
+    Raises
+    ------
+    BadInput
+        If shapes do not fit, a step size is not a finite positive number, or a parameter is unknown or has no finite values.
+    """
+    arrays = tuple(np.ascontiguousarray(vectors, dtype=float) for vectors in start)
+    lengths = [len(vector) for vector in ivp.start]
+    n = len(arrays[0]) if arrays and arrays[0].ndim == 2 else 0
+    if [array.shape for array in arrays] != [(n, length) for length in lengths] or not n:
+        wanted = " and ".join(f"(n, {length})" for length in lengths)
+        given = " and ".join(str(array.shape) for array in arrays)
+        raise BadInput(f"starts of {ivp.problem} are arrays of shape {wanted} with a row for each member; these are of shape {given}.")
+    sizes = positive("h", h) if np.ndim(h) == 0 else _of_each("h", h, n)
+    if np.ndim(sizes) and not np.all(sizes > 0):
+        raise BadInput("each h must be greater than 0.")
+    numbers = {}
+    for name, values in parameters.items():
+        if name not in ivp.parameters:
+            raise BadInput(f"{ivp.problem} has no parameter {name!r}; it has {', '.join(ivp.parameters)}.")
+        numbers[name] = _of_each(name, values, n)
+    return Members(ivp, arrays, sizes, numbers)
+
+
+def _of_each(name: str, values: Any, n: int) -> Array:
+    array = np.array(values, dtype=float)
+    if array.shape != (n,) or not np.all(np.isfinite(array)):
+        raise BadInput(f"{name} must be one number, or {n} finite ones, one for each member.")
+    return array

@@ -1,0 +1,142 @@
+"""Lanes: their arithmetic against that of doubles, and functions rewritten without branches against the functions themselves."""
+
+import inspect
+import textwrap
+
+import numpy as np
+import pytest
+from numba import njit
+
+from daebench.compiler.columns import nested as columns
+from daebench.compiler.lanes import branches, nested
+from daebench.compiler.linear.kernels import array_solver
+from daebench.errors import InvalidProblem
+
+W = 4
+SPECIAL = np.array([0.0, -0.0, 1.0, -2.5, np.inf, -np.inf, np.nan, 5e-324, 1e308, 3.0, 0.1, -7.0])
+
+
+def mixture(x, y, z):
+    """Something of everything that kernels do with numbers."""
+    first = x + y * z - x / y
+    second = max(x, y, z) - min(x, y, 2.0) + abs(-z) ** 0.5
+    third = np.sqrt(abs(x)) + np.sin(y) * np.exp(-abs(z)) + 2 * x
+    return first, second, third, max(y, x), min(z, 1.0), x**3.0
+
+
+def placed(function, forms, results):
+    """Return a compiled function that reads W runs from an array, calls another and writes what it returns into a second array."""
+    called = njit(error_model="numpy")(function)
+    names = {name: getattr(nested, name) for name in nested.__all__} | {"called": called, "forms": forms, "W": W}
+    text = """
+    def call(numbers, output, counts):
+        live = take_all(0, counts, 0, 0, W) == 0
+        put_all(output, 0, 0, live, called(*take_all(forms, numbers, 0, 0, W)))
+    """
+    exec(textwrap.dedent(text), names)
+    compiled = njit(error_model="numpy")(names["call"])
+
+    def run(numbers):
+        output = np.empty((results, W))
+        compiled(np.ascontiguousarray(numbers), output, np.zeros((1, W), dtype=np.int64))
+        return output
+
+    return run
+
+
+def test_each_lane_computes_what_a_double_does_to_the_bit():
+    alone, together = njit(error_model="numpy")(mixture), placed(mixture, (0.0, 0.0, 0.0), 6)
+    rng = np.random.default_rng(0)
+    for turn in range(60):
+        numbers = rng.standard_normal((3, W)) if turn % 2 else rng.choice(SPECIAL, (3, W))
+        expected = np.array([alone(*map(float, column)) for column in numbers.T]).T
+        assert np.array_equal(together(numbers), expected, equal_nan=True)
+        assert np.array_equal(np.signbit(together(numbers)[3:5]), np.signbit(expected[3:5]))
+
+
+def exchanged(x, y, z):
+    if abs(x) < abs(y):
+        x, y = y, x
+        z = z + 1.0
+    elif z > 0.0:
+        x = 2.0 * x
+    else:
+        y = y - 1.0
+    return x, y, z if x == x and not z < 0.0 else -z
+
+
+def judged(x, y, z):
+    if not x < 1.0:
+        return 3.0, x
+    if y > z or y < -1.0:
+        z = z - y
+        return 2.0, z
+    return 0.0 if z < 5.0 else 1.0, z
+
+
+def iterated(x, y, z):
+    last, change = 1e300, 1e300
+    for k in range(1, 20):
+        x = 0.5 * (x + y / x)
+        change = abs(x * x - y)
+        if not change < 1e10:
+            return 3.0, x, change + k
+        if change <= 1e-12 * y or (change >= last and change < 1e-9):
+            return 0.0, x, change + k
+        last = change
+    return 1.0, x, last
+
+
+FUNCTIONS = {"exchanged": exchanged, "judged": judged, "iterated": iterated}
+
+
+def rewritten(function):
+    namespace = {name: getattr(columns, name) for name in columns.__all__}
+    exec(branches.straightened(textwrap.dedent(inspect.getsource(function))), namespace)
+    return namespace[function.__name__]
+
+
+@pytest.mark.parametrize("name", FUNCTIONS)
+def test_a_function_without_branches_returns_what_each_run_would(name):
+    function = FUNCTIONS[name]
+    together, rng = rewritten(function), np.random.default_rng(1)
+    numbers = rng.choice([-3.0, -1.0, -0.25, 0.0, 0.5, 1.0, 2.0, 7.0, np.nan], (3, 400))
+    with np.errstate(all="ignore"):
+        results = np.array(together(*numbers))
+        expected = np.array([function(*column) for column in numbers.T]).T
+    assert np.array_equal(results, expected, equal_nan=True)
+    assert len(np.unique(results[0])) > 2
+
+
+def test_what_cannot_be_done_for_several_runs_at_once_is_refused():
+    def looped(x):
+        for _ in range(int(x)):
+            x = x + 1.0
+        return x
+
+    with pytest.raises(InvalidProblem, match=r"loops over range\(int\(x\)\), which differs from run to run"):
+        rewritten(looped)
+
+
+def test_elimination_in_loops_takes_the_same_pivots_in_each_lane():
+    n, rows = 5, 1
+    source = array_solver("elimination", "solve", n, "float64", rows)
+    around = {"numpy": np, "INF": np.inf, "absolute": np.absolute, "empty": np.empty, "LANES": W}
+    alone, together = dict(around), around | {name: getattr(nested, name) for name in nested.__all__}
+    exec(source, alone)
+    exec(branches.straightened(source), together)
+    vector = (0.0,) * n
+    call, run = njit(error_model="numpy")(alone["solve"]), placed(together["solve"], ((vector,) * n, vector, (vector,)), 2 * n + 1)
+    rng, singular = np.random.default_rng(2), 0
+    for turn in range(40):
+        numbers = rng.standard_normal((n * n + 2 * n, W)) * 10.0 ** rng.integers(-6, 6, (n * n + 2 * n, 1))
+        numbers = np.sign(numbers) * (np.abs(numbers) > 0.7) if turn % 3 == 0 else numbers
+        results = run(numbers)
+        for lane in range(W):
+            entries = list(map(float, numbers[:, lane]))
+            A = tuple(tuple(entries[i * n : i * n + n]) for i in range(n))
+            b, X = tuple(entries[n * n : n * n + n]), (tuple(entries[n * n + n :]),)
+            x, y, pivot = call(A, b, X)
+            assert np.array_equal(results[:, lane], [*x, *y[0], pivot], equal_nan=True)
+            singular += not pivot > 0
+    assert 10 < singular < 60

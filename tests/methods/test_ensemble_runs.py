@@ -1,0 +1,174 @@
+"""Members of an ensemble in lanes: each to the bit a run of its own, whatever becomes of the others."""
+
+import definitions
+import numpy as np
+import pytest
+from ivps import ivp
+from memberwise import differences, moving, request
+
+from daebench.compiler.definition import source_of
+from daebench.errors import BadInput
+from daebench.methods.ensemble.run import run_members
+from daebench.methods.initial_value_problem import initial_value_problem
+from daebench.methods.names import method_of
+from daebench.methods.registry import poisson_registry, registry
+from daebench.runs.make_ivp import make_ivp
+from daebench.runs.members import members
+
+LANES = 4
+FEW = {"lanes": LANES, "threads": 1}
+
+
+def swung(n, h=0.01):
+    """Return a method and n members on one pendulum, each with its step size and gravity; the tests here share their kernel."""
+    where = ivp("planar")
+    return method_of(where, "rattle"), members(where, moving(where, n), np.broadcast_to(h, n), {"gravity": np.linspace(0.5, 2.0, n)})
+
+
+def test_members_with_parameters_and_steps_of_their_own_have_the_bits_of_runs_of_their_own():
+    sizes = 0.01 * (1 + np.random.default_rng(3).random(11))
+    method, some = swung(11, h=sizes)
+    asked = request(60, every=7)
+    run = run_members(method, some, asked, **FEW)
+    assert run.lanes == LANES
+    assert run.states.shape == (10, 11, 4)
+    assert run.t.shape == (10, 11)
+    assert run.index.tolist() == [0, 7, 14, 21, 28, 35, 42, 49, 56, 60]
+    assert len(np.unique(run.ends[:, 0])) == 11
+    assert differences(method, some, asked, run) == []
+
+
+def test_members_that_fail_keep_their_last_state_and_their_reason_and_the_others_go_on():
+    sizes = np.where(np.arange(10) % 3 == 1, 5.0, 0.01)
+    method, some = swung(10, h=sizes)
+    some.start[0][6] = [np.nan, 0.0]
+    asked = request(60, every=20)
+    run = run_members(method, some, asked, **FEW)
+    assert run.failed.tolist() == [1, 4, 6, 7]
+    assert "a value is no longer finite" in run.failure(6)
+    assert run.steps[6] == 0
+    assert np.all(np.isnan(run.states[1:, 6]))
+    assert differences(method, some, asked, run) == []
+    assert run.failure(1).startswith("rattle on planar_pendulum")
+    assert run.failure(0) is None
+
+
+def test_vectors_of_failures_end_early():
+    """Each would take years otherwise."""
+    method, some = swung(2 * LANES, h=50.0)
+    run = run_members(method, some, request(10**13), **FEW)
+    assert run.failed.tolist() == list(range(2 * LANES))
+    assert run.steps.max() < 1000
+
+
+def test_results_do_not_depend_on_lanes_threads_and_neighbours():
+    method, some = swung(13, h=np.where(np.arange(13) == 5, 5.0, 0.01))
+    asked = request(300, every=50)
+    runs = [run_members(method, some, asked, lanes=lanes, threads=threads) for lanes, threads in ((4, 1), (4, 3), (8, 2), (1, 1))]
+    for run in runs[1:]:
+        assert np.array_equal(run.states, runs[0].states, equal_nan=True)
+        assert np.array_equal(run.ends, runs[0].ends)
+        assert np.array_equal(run.steps, runs[0].steps)
+        assert all(np.array_equal(run.maxima[name], runs[0].maxima[name]) for name in run.maxima)
+        assert all(np.array_equal(run.work[name], runs[0].work[name]) for name in run.work)
+        assert run.failure(5) == runs[0].failure(5)
+    few = {"gravity": some.parameters["gravity"][7:10]}
+    part = members(some.ivp, tuple(vectors[7:10] for vectors in some.start), some.h[7:10], few)
+    assert np.array_equal(run_members(method, part, asked, **FEW).ends, runs[0].ends[7:10])
+
+
+@pytest.mark.parametrize("mode", ["stop", "continue"])
+def test_a_member_whose_G_loses_rank_goes_on_as_its_own_run_does(mode):
+    """Beads on x y = delta: G loses rank where delta is 0, sooner or later by their speed, and one bead is about to lose it."""
+    where = make_ivp(source_of(definitions.bowed(0.0), "bowed"), "in")
+    method = method_of(where, "rattle")
+    delta = np.array([0.0, 0.02, 0.0, 0.0, 0.05])
+    x, speed = np.array([-1.0, -1.0, -1.0, -0.05, -1.0]), np.array([1.0, 1.0, 1.3, 1.0, 0.9])
+    q = np.stack([x, delta / x], axis=1)
+    start = (speed[:, None] * np.stack([np.ones(5), -delta / x**2], axis=1), q)
+    some = members(where, start, 0.0303, {"delta": delta})
+    asked = request(45, every=10, on_singular=mode)
+    run = run_members(method, some, asked, **FEW)
+    assert differences(method, some, asked, run) == []
+    assert run.failed.tolist() == ([0, 2, 3] if mode == "stop" else [])
+    assert all("G loses rank at about t" in run.failure(i) for i in run.failed)
+
+
+def test_a_member_that_leaves_its_domain_says_so():
+    where = initial_value_problem("lotka_volterra", None, None)
+    method = method_of(where, "rk4", anyway=True)
+    some = members(where, moving(where, 5), np.array([0.01, 3.0, 0.02, 5.0, 0.1]), {})
+    asked = request(40)
+    run = run_members(method, some, asked, **FEW)
+    assert {1, 3} <= set(run.failed.tolist())
+    assert 0 not in run.failed
+    assert differences(method, some, asked, run) == []
+
+
+def test_starts_that_do_not_fit_are_refused_in_one_sentence():
+    where = ivp("planar")
+    start = moving(where, 3)
+    with pytest.raises(BadInput, match=r"shape \(n, 2\) and \(n, 2\) with a row for each member; these are of shape \(3, 2\) and \(2, 2\)"):
+        members(where, (start[0], start[1][:2]), 0.01, {})
+    with pytest.raises(BadInput, match="each h must be greater than 0"):
+        members(where, start, np.array([0.1, -0.1, 0.1]), {})
+    with pytest.raises(BadInput, match="mass must be one number, or 3 finite ones"):
+        members(where, start, 0.1, {"mass": [1.0, np.inf, 1.0]})
+    with pytest.raises(BadInput, match="has no parameter 'weight'"):
+        members(where, start, 0.1, {"weight": [1.0, 2.0, 1.0]})
+
+
+def test_states_that_do_not_fit_into_memory_are_refused():
+    method, some = swung(1000)
+    with pytest.raises(BadInput, match="are free"):
+        run_members(method, some, request(10**9, every=1), **FEW)
+
+
+OTHERS = ("rattle/suzuki4", "se+proj", "rk4+symproj", "midpoint/suzuki4+proj", "baumgarte:rk4", "stiff:midpoint", "local:gauss2")
+
+KINDS = {"lobatto3", "gauss2", "generalized_alpha", "radau2_ggl", "rattle/suzuki4", "rk4+symproj", "stiff:midpoint"}
+KINDS |= {"strang", "symplectic_euler", "slider_crank", "torus"}
+"""One of each kind; the others are held against runs of their own where tests are exhaustive."""
+
+
+def kinds(names, *more):
+    """Return names as parameters, of which one of each kind is tested with the slow tests."""
+    return [pytest.param(name, *more, id=name, marks=[] if name in KINDS else pytest.mark.exhaustive) for name in names]
+
+
+PAIRS = [*kinds(registry(), "double_pendulum"), *kinds(OTHERS, "spherical_pendulum")]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("name", "place"), PAIRS)
+def test_every_scheme_has_the_bits_of_its_own_run(name, place):
+    where = ivp(place)
+    method = method_of(where, name)
+    if why := method.refusal(where):
+        pytest.skip(why)
+    some = members(where, moving(where, 5), 0.01, {})
+    asked = request(60, every=20)
+    assert differences(method, some, asked, run_members(method, some, asked, **FEW)) == []
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", kinds([*poisson_registry(), "strang/suzuki4"]))
+@pytest.mark.parametrize("place", ["lotka_volterra", "free_rigid_body"])
+def test_every_poisson_scheme_has_the_bits_of_its_own_run(name, place):
+    where = initial_value_problem(place, None, None)
+    method = method_of(where, name, anyway=True)
+    if why := method.refusal(where):
+        pytest.skip(why)
+    some = members(where, moving(where, 5), 0.02, {})
+    asked = request(60, every=20)
+    assert differences(method, some, asked, run_members(method, some, asked, **FEW)) == []
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("place", kinds(["slider_crank", "andrews_squeezer", "torus", "butane", "relativistic", "stretched-M"]))
+def test_every_kind_of_problem_has_the_bits_of_its_own_run(place):
+    where = ivp(place)
+    method = method_of(where, "rattle")
+    some = members(where, moving(where, 5), 0.001, {})
+    asked = request(60, every=20, watch=("energy", "manifold", "integrals"))
+    assert differences(method, some, asked, run_members(method, some, asked, **FEW)) == []
