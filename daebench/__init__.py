@@ -25,6 +25,8 @@ if TYPE_CHECKING:
     from daebench.studies.claims.check import check
     from daebench.studies.comparison.table import compare
     from daebench.studies.diagnose.verdict import diagnose
+    from daebench.studies.ensemble.result import Ensemble
+    from daebench.studies.ensemble.run import ensemble
     from daebench.studies.grid.study import Study
     from daebench.studies.orders.study import order
     from daebench.systems.chain import ConstrainedChain
@@ -40,6 +42,7 @@ __all__ = [
     "ConstrainedHamiltonian",
     "DaebenchError",
     "DarbouxMap",
+    "Ensemble",
     "Gradient",
     "InconsistentStart",
     "InitialValueProblem",
@@ -62,6 +65,7 @@ __all__ = [
     "compare",
     "coordinates",
     "diagnose",
+    "ensemble",
     "gradient",
     "initial_value_problem",
     "list_methods",
@@ -81,6 +85,7 @@ _HOME = {
     **dict.fromkeys(("as_poisson", "symplectic_projection"), "diagnostics.submanifold"),
     **dict.fromkeys(("Gradient", "gradient"), "methods.gradient"),
     "ConstrainedChain": "systems.chain",
+    "Ensemble": "studies.ensemble.result",
     "PoissonLattice": "systems.lattice",
     "InitialValueProblem": "runs.ivp",
     "Study": "studies.grid.study",
@@ -89,6 +94,7 @@ _HOME = {
     "check": "studies.claims.check",
     "compare": "studies.comparison.table",
     "diagnose": "studies.diagnose.verdict",
+    "ensemble": "studies.ensemble.run",
     "initial_value_problem": "methods.initial_value_problem",
     "order": "studies.orders.study",
     "verify_certificate": "studies.certificate.verify",

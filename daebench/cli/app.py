@@ -15,6 +15,7 @@ from daebench.cli.check import check
 from daebench.cli.compare import compare
 from daebench.cli.diagnose import diagnose
 from daebench.cli.endings import INTERRUPTED, complain, ending, keep_interrupts
+from daebench.cli.ensemble import ensemble
 from daebench.cli.export import export
 from daebench.cli.lesson import lesson
 from daebench.cli.listing import listing
@@ -52,6 +53,7 @@ app.command("list")(listing)
 for command in (
     show,
     run,
+    ensemble,
     compare,
     order,
     check,

@@ -5,12 +5,16 @@ from typing import Annotated, Any
 import typer
 
 from daebench.cli.arguments import Algebra, Anyway, Case, Json, Param
+from daebench.cli.benchmarks import MEASUREMENTS, cell
 from daebench.cli.console import bar, pairs, print_json, print_table, words
 from daebench.errors import BadInput
 
 COLUMNS = ("method", "ns_per_step", "ns_watched", "ns_counted", "cold_seconds", "warm_seconds", "note")
 Solvers = Annotated[bool, typer.Option("--solvers", help="Time IDA instead: compiled callbacks, a program in C, Python callbacks.")]
 Gradients = Annotated[bool, typer.Option("--gradients", help="Time gradients of runs of RATTLE instead, beside the runs alone.")]
+Ensemble = Annotated[
+    bool, typer.Option("--ensemble", help="Time members of an ensemble instead: in lanes, alone, a program in C, heyoka in batches.")
+]
 
 STARTS = 3
 """Fresh processes of which the best counts."""
@@ -30,11 +34,15 @@ def bench(
     anyway: Anyway = False,
     solvers: Solvers = False,
     gradients: Gradients = False,
+    ensemble: Ensemble = False,
     as_json: Json = False,
 ) -> None:
     """Measure nanoseconds per step of fixed-step methods, and seconds to the first step on an empty and on a full cache."""
-    if solvers or gradients:
-        _instead(solvers=solvers, gradients=gradients, steps=steps, repeat=repeat, as_json=as_json)
+    others = {"--solvers": solvers, "--gradients": gradients, "--ensemble": ensemble}
+    if asked := [name for name, wanted in others.items() if wanted]:
+        if len(asked) > 1:
+            raise BadInput(f"{' and '.join(asked)} are several measurements; ask for one at a time.")
+        MEASUREMENTS[asked[0]](steps, repeat, as_json=as_json)
         return
     from daebench.methods.initial_value_problem import initial_value_problem
 
@@ -44,7 +52,7 @@ def bench(
     if as_json:
         print_json({"problem": problem, "case": ivp.case, "h": h, "steps": steps, "repeat": repeat, "rows": rows})
         return
-    print_table(COLUMNS, [[_cell(row.get(column)) for column in COLUMNS] for row in rows])
+    print_table(COLUMNS, [[cell(row.get(column)) for column in COLUMNS] for row in rows])
 
 
 def _steps(problem: str, ivp: Any, methods: str | None, h: float, steps: int, repeat: int, more: dict[str, Any]) -> list[dict[str, Any]]:
@@ -67,46 +75,3 @@ def _steps(problem: str, ivp: Any, methods: str | None, h: float, steps: int, re
         rows += hand_written(ivp, rows, h=h, steps=steps, repeat=repeat)
         rows.append({"method": "numba alone", "warm_seconds": numba_alone(repeat=STARTS)})
     return rows
-
-
-def _instead(*, solvers: bool, gradients: bool, steps: int, repeat: int, as_json: bool) -> None:
-    """Measure solvers or gradients in place of steps."""
-    if solvers and gradients:
-        raise BadInput("--solvers and --gradients are two measurements; ask for one at a time.")
-    if solvers:
-        _solvers(repeat, as_json=as_json)
-    else:
-        _gradients(steps, repeat, as_json=as_json)
-
-
-def _gradients(steps: int, repeat: int, *, as_json: bool) -> None:
-    """Print what gradients take."""
-    from daebench.studies.gradient_timing import measure_gradients
-
-    with bar("bench --gradients"):
-        rows = measure_gradients(steps=steps, repeat=repeat)
-    if as_json:
-        print_json({"method": "rattle", "steps": steps, "repeat": repeat, "rows": rows})
-        return
-    heads = [f"{name} ms" if name in ("run", "gradient") else name for name in rows[0]]
-    print_table(heads, [[_cell(value) for value in row.values()] for row in rows])
-
-
-def _solvers(repeat: int, *, as_json: bool) -> None:
-    """Print what IDA takes."""
-    from daebench.studies.solver_timing import measure_solvers
-
-    with bar("bench --solvers"):
-        rows = measure_solvers(repeat=repeat)
-    if as_json:
-        print_json({"problem": "spherical_pendulum", "case": "fig1.2", "method": "ida:index2", "repeat": repeat, "rows": rows})
-        return
-    columns = list(dict.fromkeys(name for row in rows for name in row))
-    heads = [f"{name} ms" if name in ("native", "in_c", "python", "run") else name for name in columns]
-    print_table(heads, [[_cell(row.get(column)) for column in columns] for row in rows])
-
-
-def _cell(value: object) -> str:
-    if value is None:
-        return ""
-    return f"{value:.4g}" if isinstance(value, float) else str(value)

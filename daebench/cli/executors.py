@@ -65,7 +65,7 @@ class Executors:
         """How many processes of this machine compute; None where those of a cluster do."""
         if self.scheduler is not None:
             return None
-        from daebench.studies.grid.schedulers import cores
+        from daebench.runs.machine import cores
 
         return 1 if self._alone else self.workers or cores()
 

@@ -44,7 +44,8 @@ def plan(specifications: "Sequence[GridRun]", store: "Store", executors: Executo
     from daebench.studies.grid.specification_key import key_of
 
     missing = [specification for specification in specifications if key_of(specification) not in store]
-    counts = f"{len(specifications)} runs, {len(specifications) - len(missing)} of them kept in {store.path}, {len(missing)} to make"
+    runs, new = (sum(specification.count for specification in some) for some in (specifications, missing))
+    counts = f"{runs} runs, {runs - new} of them kept in {store.path}, {new} to make"
     count = executors.processes
     where = "in one process" if count == 1 else f"on {count} processes" if count else "in one process, and less on those of the cluster"
     time = f": {estimate(missing, store).sentence(count or 1, where)}" if missing else ""
@@ -55,7 +56,9 @@ def outdated(specifications: "Sequence[GridRun]", store: "Store") -> str:
     """Return how many kept runs of a study are of no use any more and will be made again, as a sentence; "" if none."""
     from daebench.studies.grid.specification_key import key_of
 
-    count = store.outdated({key_of(specification): specification.plain() for specification in specifications})
+    keys = {key_of(specification): specification for specification in specifications}
+    outdated_keys = store.outdated({key: specification.plain() for key, specification in keys.items()})
+    count = sum(keys[key].count for key in outdated_keys)
     verb = "run is" if count == 1 else "runs are"
     return f"{count} kept {verb} of another version of daebench, of a library or of the problem, and made again." if count else ""
 

@@ -132,7 +132,7 @@ def _whole(steps: float) -> int:
 def _at_once(workers: int | None, members: int) -> int:
     """Return how many processes run side by side."""
     from daebench.errors import BadInput
-    from daebench.studies.grid.schedulers import cores
+    from daebench.runs.machine import cores
 
     if workers is not None and workers < 1:
         raise BadInput(f"--workers {workers} must be at least 1.")

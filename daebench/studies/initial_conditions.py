@@ -3,10 +3,10 @@
 import numpy as np
 
 from daebench.diagnostics.consistency import projected
-from daebench.runs.ivp import Ivp, PoissonIvp
+from daebench.runs.ivp import Array, InitialValueProblem, Ivp, PoissonIvp
 
 
-def neighbour(ivp: Ivp, size: float, seed: int) -> Ivp:
+def neighbour(ivp: Ivp, size: float, seed: int | list[int]) -> Ivp:
     """Return the initial value problem at a random start nearby, on the manifold.
 
     Each coordinate is changed by size xi s, those that are zero among them, and the start projected back onto the manifold: xi is random
@@ -18,7 +18,7 @@ def neighbour(ivp: Ivp, size: float, seed: int) -> Ivp:
         The initial value problem.
     size : float
         Relative size of the change, before it is projected.
-    seed : int
+    seed : int or list of int
         Seeds the change.
 
     Raises
@@ -26,7 +26,26 @@ def neighbour(ivp: Ivp, size: float, seed: int) -> Ivp:
     BadInput
         If the start cannot be projected, as where vectors are arrays.
     """
-    draw = np.random.default_rng(seed)
-    moved = [x + size * (float(np.max(np.abs(x))) or 1.0) * draw.uniform(-1, 1, len(x)) for x in ivp.start]
-    start = ivp.at(*moved)
+    moved = beside(ivp, size, np.random.default_rng(seed).uniform(-1, 1, (1, ivp.size)))
+    start = ivp.at(*(rows[0] for rows in moved))
     return start if isinstance(start, PoissonIvp) else projected(start)[0]
+
+
+def beside(ivp: InitialValueProblem, size: float, xi: Array) -> tuple[Array, ...]:
+    """Return initial values beside that of a problem, off the manifold: each coordinate changed by size xi s, as :func:`neighbour` has it.
+
+    Parameters
+    ----------
+    ivp : InitialValueProblem
+        The problem.
+    size : float
+        Relative size of the change.
+    xi : ndarray, shape(n, N)
+        Changes of all N coordinates of a start, in the order in which a state is stored, a row for each start.
+
+    Returns
+    -------
+    tuple of ndarray, each shape(n, d)
+    """
+    parts = np.split(xi, np.cumsum([len(x) for x in ivp.start])[:-1], axis=1)
+    return tuple(x + size * (float(np.max(np.abs(x))) or 1.0) * part for x, part in zip(ivp.start, parts, strict=True))

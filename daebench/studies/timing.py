@@ -107,6 +107,13 @@ def _in_turns(folder: Path, ivp: ConstrainedIvp, row: dict[str, Any], *, h: floa
     return {"method": f"{name} in C", "ns_per_step": min(by_hand), "note": f"{Path(str(compiler())).name} -O3"}
 
 
+def by_hand(folder: Path, name: str, ivp: ConstrainedIvp, h: float, steps: int) -> Callable[[], float] | None:
+    """Return a call that runs a C program and returns nanoseconds per step; None where there is no program, or no compiler."""
+    if name not in BY_HAND or ivp.problem != "spherical_pendulum" or compiler() is None:
+        return None
+    return _compiled(folder, name, ivp, h, steps)
+
+
 def _compiled(folder: Path, name: str, ivp: ConstrainedIvp, h: float, steps: int) -> Callable[[], float]:
     """Return a call that runs a C program and returns nanoseconds per step."""
     function = getattr(built(name, folder), name)

@@ -375,9 +375,10 @@ def test_a_problem_that_does_not_fit_is_refused_with_a_sentence(name, place):
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize("place", ["planar", pytest.param("double-pendulum", marks=pytest.mark.exhaustive)])
 @pytest.mark.parametrize("name", NEW)
-def test_machine_code_gives_the_same_and_keeps_float32(name):
-    where = ivp("double-pendulum")
+def test_machine_code_gives_the_same_and_keeps_float32(name, place):
+    where = ivp(place)
     fast, plain = (run(name, where, 0.002, 40, compiled=compiled) for compiled in (True, False))
     assert fast.work == plain.work
     assert np.abs(fast.q - plain.q).max() < 1e-13

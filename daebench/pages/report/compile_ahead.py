@@ -4,7 +4,8 @@ from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import wait
 from contextlib import contextmanager
 
-from daebench.studies.grid.schedulers import cores, local_processes
+from daebench.runs.machine import cores
+from daebench.studies.grid.schedulers import local_processes
 
 
 @contextmanager

@@ -7,7 +7,8 @@ from functools import partial
 from typing import Any
 
 from daebench.pages.report.page import Progress
-from daebench.studies.grid.schedulers import cores, local_processes
+from daebench.runs.machine import cores
+from daebench.studies.grid.schedulers import local_processes
 
 Job = tuple[Callable[..., Any], tuple[Any, ...]]
 """A function of a module, and its arguments."""

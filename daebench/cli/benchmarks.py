@@ -1,0 +1,60 @@
+"""What ``daebench bench`` measures in place of steps, and how it prints that."""
+
+from collections.abc import Callable
+from types import MappingProxyType
+
+from daebench.cli.console import bar, print_json, print_table
+
+
+def solvers(steps: int, repeat: int, *, as_json: bool) -> None:
+    """Print what IDA takes."""
+    from daebench.studies.solver_timing import measure_solvers
+
+    with bar("bench --solvers"):
+        rows = measure_solvers(repeat=repeat)
+    if as_json:
+        print_json({"problem": "spherical_pendulum", "case": "fig1.2", "method": "ida:index2", "repeat": repeat, "rows": rows})
+        return
+    columns = list(dict.fromkeys(name for row in rows for name in row))
+    heads = [f"{name} ms" if name in ("native", "in_c", "python", "run") else name for name in columns]
+    print_table(heads, [[cell(row.get(column)) for column in columns] for row in rows])
+
+
+def gradients(steps: int, repeat: int, *, as_json: bool) -> None:
+    """Print what gradients take."""
+    from daebench.studies.gradient_timing import measure_gradients
+
+    with bar("bench --gradients"):
+        rows = measure_gradients(steps=steps, repeat=repeat)
+    if as_json:
+        print_json({"method": "rattle", "steps": steps, "repeat": repeat, "rows": rows})
+        return
+    heads = [f"{name} ms" if name in ("run", "gradient") else name for name in rows[0]]
+    print_table(heads, [[cell(value) for value in row.values()] for row in rows])
+
+
+def ensembles(steps: int, repeat: int, *, as_json: bool) -> None:
+    """Print what a step of a member takes."""
+    from daebench.studies.ensemble_timing import measure_ensembles, measure_heyoka
+
+    with bar("bench --ensemble"):
+        rows, heyoka = measure_ensembles(steps=steps, repeat=repeat), measure_heyoka(repeat=repeat)
+    if as_json:
+        print_json({"steps": steps, "repeat": repeat, "rows": rows, "heyoka_ms_to_t_100": heyoka})
+        return
+    print_table(list(rows[0]), [[cell(value) for value in row.values()] for row in rows])
+    if heyoka:
+        print_table(["heyoka, ms a trajectory", *heyoka], [["spherical_pendulum, fig1.2, to t = 100", *map(cell, heyoka.values())]])
+
+
+def cell(value: object) -> str:
+    """Return a value as it is printed."""
+    if value is None:
+        return ""
+    return f"{value:.4g}" if isinstance(value, float) else str(value)
+
+
+MEASUREMENTS: MappingProxyType[str, Callable[..., None]] = MappingProxyType(
+    {"--solvers": solvers, "--gradients": gradients, "--ensemble": ensembles}
+)
+"""By the option that asks for them."""

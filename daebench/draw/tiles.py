@@ -1,0 +1,64 @@
+"""Maps of classes over a grid, drawn as few areas: tiles of one class are joined, so that a map of many tiles stays a small drawing."""
+
+from collections.abc import Iterator, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+
+def edges(centres: Array) -> Array:
+    """Return the edges of tiles with these centres, equally far from neighbours in the logarithm, shape(n + 1,)."""
+    logs = np.log(centres)
+    if len(logs) == 1:
+        return np.asarray(np.exp([logs[0] - 0.5, logs[0] + 0.5]))
+    middle = (logs[1:] + logs[:-1]) / 2
+    return np.asarray(np.exp([2 * logs[0] - middle[0], *middle, 2 * logs[-1] - middle[-1]]))
+
+
+def fill(axis: Any, across: Array, up: Array, classes: NDArray[np.int64], colours: Sequence[str]) -> None:
+    """Colour the tiles of a grid by their class.
+
+    Each colour is an area below those of all later classes, so that no gaps are seen between neighbours.
+
+    Parameters
+    ----------
+    axis : Axes
+        Where they are drawn.
+    across, up : ndarray, shape(columns + 1,) and shape(rows + 1,)
+        Edges of the tiles.
+    classes : ndarray of int, shape(rows, columns)
+        Number of the colour of each.
+    colours : sequence of str
+        Colours of the classes.
+    """
+    from matplotlib.patches import PathPatch
+    from matplotlib.path import Path
+
+    for k in np.unique(classes).tolist():
+        boxes = np.array(list(rectangles(classes >= k)))
+        x, y = across[boxes[:, 2:]], up[boxes[:, :2]]
+        corners = np.stack([x[:, [0, 1, 1, 0, 0]], y[:, [0, 0, 1, 1, 0]]], axis=2)
+        codes = [Path.MOVETO, Path.LINETO, Path.LINETO, Path.LINETO, Path.CLOSEPOLY]
+        area = Path(corners.reshape(-1, 2), np.tile(np.array(codes, dtype=np.uint8), len(boxes)))
+        axis.add_patch(PathPatch(area, facecolor=colours[k], edgecolor="none", linewidth=0))
+    axis.set(xlim=(across[0], across[-1]), ylim=(up[0], up[-1]))
+
+
+def rectangles(mask: NDArray[np.bool_]) -> Iterator[tuple[int, int, int, int]]:
+    """Give rectangles that make up an area of tiles: first row, row behind the last, first column, column behind the last.
+
+    Tiles side by side in a row are joined, and then what is of the same columns in rows one above the other.
+    """
+    sides = np.diff(np.pad(mask, ((0, 0), (1, 1))).astype(np.int8), axis=1)
+    begun: dict[tuple[int, int], int] = {}
+    for row, line in enumerate(sides):
+        runs = set(zip(np.flatnonzero(line > 0).tolist(), np.flatnonzero(line < 0).tolist(), strict=True))
+        for run in sorted(begun.keys() - runs):
+            yield begun.pop(run), row, *run
+        for run in runs - begun.keys():
+            begun[run] = row
+    for run, row in sorted(begun.items()):
+        yield row, len(mask), *run

@@ -1,0 +1,1 @@
+"""Declared distributions of the starts of an ensemble, one file a distribution."""

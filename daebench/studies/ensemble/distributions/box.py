@@ -1,0 +1,119 @@
+"""Boxes: bounds of coordinates by name, q1, p2 or y1."""
+
+import math
+import re
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from daebench.errors import BadInput, unknown
+from daebench.runs.ivp import Array, InitialValueProblem, PoissonIvp
+
+Bounds = Mapping[str, tuple[float, float]]
+"""Lower and upper bound of a coordinate or parameter by its name."""
+
+
+def coordinates(ivp: InitialValueProblem) -> dict[str, tuple[int, int]]:
+    """Return the names of the coordinates of a start, each with its place: which vector, and which component."""
+    letters = "y" if isinstance(ivp, PoissonIvp) else "pq"
+    return {f"{letter}{i + 1}": (k, i) for k, letter in enumerate(letters) for i in range(len(ivp.start[k]))}
+
+
+def bounds_of(name: str, given: Any, *, infinite: bool = False) -> tuple[float, float]:
+    """Return a lower and an upper bound as two numbers.
+
+    Raises
+    ------
+    BadInput
+        If they are not two numbers, the lower first.
+    """
+    try:
+        lo, hi = (float(value) for value in given)
+    except (TypeError, ValueError):
+        raise BadInput(f"the bounds of {name} are {given!r}; give two numbers, (lo, hi).") from None
+    if math.isnan(lo + hi) and not (infinite and math.isinf(lo) and math.isinf(hi)):
+        raise BadInput(f"the bounds of {name} are {given!r}; give two numbers, (lo, hi).")
+    if not infinite and not (math.isfinite(lo) and math.isfinite(hi)):
+        raise BadInput(f"the bounds of {name}, {lo:g} and {hi:g}, must be finite.")
+    if not lo < hi:
+        raise BadInput(f"the lower bound of {name}, {lo:g}, must be less than the upper one, {hi:g}.")
+    return lo, hi
+
+
+def box_of(ivp: InitialValueProblem, box: Bounds, allowed: str) -> tuple[tuple[Array, Array], ...]:
+    """Return lower and upper bounds of each vector of a start, infinite where a coordinate is not named.
+
+    Parameters
+    ----------
+    ivp : InitialValueProblem
+        The problem.
+    box : mapping of str to (float, float)
+        Bounds by the names of coordinates.
+    allowed : str
+        Letters of coordinates that may be bounded.
+
+    Raises
+    ------
+    BadInput
+        If a name is unknown, or bounds are no bounds.
+    """
+    places = coordinates(ivp)
+    vectors = tuple((np.full(len(vector), -np.inf), np.full(len(vector), np.inf)) for vector in ivp.start)
+    for name, given in box.items():
+        if name not in places or name[0] not in allowed:
+            raise unknown(f"coordinate of {ivp.problem} in a box", name, [place for place in places if place[0] in allowed])
+        k, i = places[name]
+        vectors[k][0][i], vectors[k][1][i] = bounds_of(name, given, infinite=True)
+    return vectors
+
+
+def require_bounded(ivp: InitialValueProblem, bounds: tuple[Array, Array], letter: str, why: str) -> None:
+    """Refuse a vector of which a component has no finite bounds.
+
+    Raises
+    ------
+    BadInput
+        With the components' names.
+    """
+    free = [f"{letter}{i + 1}" for i in np.flatnonzero(~np.isfinite(bounds[0]) | ~np.isfinite(bounds[1]))]
+    if free:
+        raise BadInput(f"a box in the states of {ivp.problem} needs finite bounds of {', '.join(free)}: {why}.")
+
+
+def excess(x: Array, bounds: tuple[Array, Array]) -> Array:
+    """Return how far states are outside of their bounds: the sum over components, each relative to the width where that is finite.
+
+    Parameters
+    ----------
+    x : ndarray, shape(d, n)
+        States.
+    bounds : (ndarray, ndarray), each shape(d,)
+        Lower and upper bounds, some of them infinite.
+    """
+    total = np.zeros(x.shape[1])
+    for row, lo, hi in zip(x, *bounds, strict=True):
+        if np.isfinite(lo) or np.isfinite(hi):
+            width = hi - lo if np.isfinite(hi - lo) else 1.0
+            total += (np.maximum(lo - row, 0.0) + np.maximum(row - hi, 0.0)) / width
+    return total
+
+
+def in_words(box: Bounds) -> str:
+    """Return bounds as words, ``-1 <= p1 <= 1``; an infinite one is left out."""
+    parts = []
+    for name in sorted(box, key=_natural):
+        lo, hi = (float(value) for value in box[name])
+        parts.append(
+            f"{lo:g} <= {name} <= {hi:g}"
+            if math.isfinite(lo) and math.isfinite(hi)
+            else f"{name} >= {lo:g}"
+            if math.isfinite(lo)
+            else f"{name} <= {hi:g}"
+        )
+    return " and ".join(parts)
+
+
+def _natural(name: str) -> tuple[str, int]:
+    match = re.fullmatch(r"(\D+)(\d+)", name)
+    return (match[1], int(match[2])) if match else (name, 0)

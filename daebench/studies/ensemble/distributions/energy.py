@@ -1,0 +1,127 @@
+"""Starts of one energy, distributed by the Liouville measure on the energy surface in the constraint manifold."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+
+from daebench.diagnostics.projected_members import project_members, require_projected
+from daebench.errors import BadInput, real
+from daebench.runs.ivp import Array, InitialValueProblem
+from daebench.studies.ensemble.distributions.box import Bounds, box_of, excess, in_words
+from daebench.studies.ensemble.distributions.energy_surface import EnergyCurve, Reachable
+from daebench.studies.ensemble.distributions.linear import Rows
+from daebench.studies.ensemble.distributions.mechanics import Mechanics, mechanics_of
+from daebench.studies.ensemble.distributions.search import Positions, searched
+from daebench.studies.ensemble.distributions.settle import explored, settled
+from daebench.studies.ensemble.distributions.starts import Starts, copies, differing, of_case
+from daebench.studies.ensemble.distributions.walk import LevelSet
+
+
+@dataclass(frozen=True)
+class Energy:
+    """The Liouville measure at fixed energy.
+
+    ::
+
+        det(G M^-1 G^T) delta(g(q)) delta(G M^-1 p) delta(H(p, q) - E) dq dp,      H = p^T M^-1 p / 2 + U
+
+    The flow of the problem preserves it. Positions have the density (E - U)^(k/2 - 1), k = d - m, with respect to the surface measure of
+    {g = 0} in the metric M(q), and momenta are uniform on the sphere p^T M^-1 p = 2 (E - U) in the plane G M^-1 p = 0, in the metric M^-1:
+    T. Lelièvre, M. Rousset, G. Stoltz, Langevin dynamics with constraints and computation of free energy differences, Math. Comp. 81
+    (2012), 2071-2125. Positions are drawn by random walks, one for each member, see :mod:`daebench.studies.ensemble.distributions.walk`.
+    With k = 1
+    their density has no bound where the motion turns back; the walk is then on the curve of (q, s) with s^2 / 2 + U = E, see
+    :class:`daebench.studies.ensemble.distributions.energy_surface.EnergyCurve`.
+
+    What a walk does not reach is not drawn: of a manifold in several pieces, such as the two assemblies of a linkage, only that in which
+    the start of the problem lies, but for pieces so near to each other that a step goes from one to the other; likewise of positions that
+    a barrier of potential energy parts. Momenta have either sign, also where the motion never turns back.
+
+    Parameters
+    ----------
+    E : float, optional
+        Energy; the default is that of the problem's start.
+    box : mapping of str to (float, float)
+        Bounds of positions, by the names q1, q2, ...
+    """
+
+    E: float | None = None
+    box: Bounds = field(default_factory=dict)
+
+    def draw(self, ivp: InitialValueProblem, n: int | None, h: Any, parameters: Mapping[str, Any] | None = None, seed: int = 0) -> Starts:
+        """Return n members with starts of this energy, each the same however many there are.
+
+        Raises
+        ------
+        BadInput
+            If the problem is a Poisson system or its H is not quadratic in p, no position has so little potential energy, or the walk does
+            not settle.
+        """
+        some = copies(ivp, n, h, parameters, seed)
+        mechanics_of(some, "energy")
+        mechanics = Mechanics(require_projected(project_members(some), "the energy surface"))
+        E = real("E", self.E) if self.E is not None else float(ivp.value("H", *ivp.start))
+        where = f" in {in_words(self.box)}" if self.box else ""
+        what = f"the Liouville measure of {of_case(ivp)}, at the energy {E:.6g}{where}"
+        surface = _Surface(mechanics, E, box_of(ivp, self.box, "q")[1], seed, what)
+        walk = settled(surface.part, surface.first(), [seed, 2], what)
+        q = walk.x[: mechanics.d].T
+        projected = project_members(replace(some, start=(np.zeros_like(q), q)))
+        some = surface.with_momenta(require_projected(projected, "the energy surface").start[1])
+        return Starts(some, f"{what}{differing(some)}; {walk.in_words}; seed {seed}.", walk.measured | {"E": E})
+
+
+@dataclass(frozen=True)
+class _Surface:
+    """The positions of one energy in a box, of all members."""
+
+    mechanics: Mechanics
+    E: float
+    bounds: tuple[Array, Array]
+    seed: int
+    what: str
+    scale: dict[str, float] = field(default_factory=dict)
+
+    def part(self, rows: Rows) -> LevelSet:
+        """Return the manifolds of some members, and the density on them."""
+        reachable = Reachable(self.mechanics.some(rows), self.E, self.bounds)
+        return EnergyCurve(reachable, self.scale["w"]) if self.scale else reachable
+
+    def first(self) -> Array:
+        """Return where the walks begin."""
+        q = self._position()
+        if self.mechanics.k > 1:
+            return q
+        flat = Reachable(self.mechanics, self.E, self.bounds, flat=True)
+        cloud, rows = explored(lambda rows: replace(flat, mechanics=flat.mechanics.some(rows)), q, [self.seed, 1], self.what)
+        fastest = float(np.max(self.E - self.mechanics.U(cloud, rows)))
+        self.scale["w"] = float(np.sqrt(max(fastest, 0.0) / np.sum(np.var(cloud, axis=1))))
+        return np.concatenate([q, [np.sqrt(2 * np.maximum(self.E - self.mechanics.U(q), 0.0)) / self.scale["w"]]])
+
+    def _position(self) -> Array:
+        """Return a position of each member with no more potential energy than E."""
+        mechanics, manifold = self.mechanics, Positions(self.mechanics)
+        q, _, lost = searched(manifold, mechanics.members.start[1].T, lambda q, rows: excess(q, self.bounds), [self.seed, 3])
+        if np.any(lost):
+            raise BadInput(
+                f"no position of {self.what} was found: {np.sum(lost)} of {q.shape[1]} searches ended outside; give a larger box."
+            )
+
+        def above(q: Array, rows: Rows) -> Array:
+            return np.where(excess(q, self.bounds) > 0, np.inf, mechanics.U(q, rows) - self.E)
+
+        q, least, lost = searched(manifold, q, above, [self.seed, 4])
+        if np.any(lost):
+            raise BadInput(
+                f"no start of {self.what} was found: the least potential energy that {np.sum(lost)} of {q.shape[1]} searches came to is "
+                f"{self.E + np.max(least[lost]):.6g}; give a larger E."
+            )
+        return q
+
+    def with_momenta(self, q: Array) -> Any:
+        """Return members at these positions with momenta of the energy."""
+        noise = np.random.default_rng([self.seed, 5]).standard_normal(q.shape)
+        p = self.mechanics.with_energy(q.T, self.E - self.mechanics.U(q.T), noise.T)
+        return replace(self.mechanics.members, start=(np.ascontiguousarray(p.T), q))

@@ -1,0 +1,132 @@
+"""What a constrained problem is at many positions at once: manifold, metric, potential energy, and the momenta of an energy."""
+
+from typing import Any
+
+import numpy as np
+
+from daebench.diagnostics.rank import dependence
+from daebench.errors import BadInput
+from daebench.runs.ivp import Array, ConstrainedIvp, InitialValueProblem
+from daebench.runs.members import Members
+from daebench.studies.ensemble.distributions.linear import Rows, gram, log_det, product, solved, times, transposed_times
+
+
+class Mechanics:
+    """A problem with H = (p - a)^T M^-1 (p - a) / 2 + U at positions of all members; a(q) is 0 but for magnetic forces.
+
+    Positions are arrays of shape(d, n), and the last axis of every result is that of the members. Functions that do not depend on
+    positions, such as a mass matrix that is constant, are not told apart.
+
+    Parameters
+    ----------
+    members : Members
+        Members, for their parameters and their number.
+    """
+
+    def __init__(self, members: Members) -> None:
+        self.members = members
+        self.ivp: Any = members.ivp
+        self.d, self.k = int(self.ivp.facts.D), int(self.ivp.facts.D) - int(self.ivp.facts.M)
+        self.explicit = bool(self.ivp.facts.EXPLICIT)
+        self._par: tuple[Any, ...] = tuple(np.asarray(x, dtype=float) if np.ndim(x) else np.float64(x) for x in members.par)
+        p, q = members.start
+        self._calls: dict[str, Any] = {}
+        self.plain = not np.any(members.along("H_p", np.zeros_like(p), q))
+
+    def some(self, rows: Rows) -> "Mechanics":
+        """Return that of some of the members, by their numbers."""
+        return Mechanics(self.members.some(rows))
+
+    def value(self, name: str, *arguments: Array, rows: Rows | None = None) -> Array:
+        """Return one of the problem's functions at states of all members, or of some by their numbers, shape(..., n)."""
+        if name not in self._calls:
+            module = self.members.functions(name)
+            self._calls[name] = getattr(module, name) if module.ELEMENTWISE else None
+        call, n = self._calls[name], arguments[0].shape[1]
+        if call is None:
+            some = self.members if rows is None else self.members.some(rows)
+            return np.moveaxis(some.along(name, *(x.T for x in arguments)), 0, -1)
+        par = self._par if rows is None else tuple(x[rows] if np.ndim(x) else x for x in self._par)
+        return _filled(call(*(tuple(x) for x in arguments), par), n)
+
+    def shift(self, q: Array, rows: Rows | None = None) -> Array:
+        """Return the momentum a(q) at which the velocity is zero."""
+        zero = np.zeros_like(q)
+        if self.plain:
+            return zero
+        return -times(self.value("mass", zero, q, rows=rows), self.value("H_p", zero, q, rows=rows))
+
+    def inverse(self, q: Array, rows: Rows | None = None) -> Array:
+        """Return M(q)^-1."""
+        return self.value("H_pp", np.zeros_like(q), q, rows=rows)
+
+    def U(self, q: Array, rows: Rows | None = None) -> Array:
+        """Return the potential energy H(a, q)."""
+        return self.value("H", self.shift(q, rows), q, rows=rows) if self.explicit else self.value("U", q, rows=rows)
+
+    def U_q(self, q: Array, rows: Rows | None = None) -> Array:
+        """Return the gradient of the potential energy."""
+        return self.value("H_q", self.shift(q, rows), q, rows=rows) if self.explicit else self.value("U_q", q, rows=rows)
+
+    def volume(self, q: Array, G: Array, rows: Rows | None = None) -> Array:
+        """Return log( det M det(G M^-1 G^T) ) / 2.
+
+        Less log( det(G G^T) ) / 2 it is the logarithm of the density of the surface measure of {g = 0} in the metric M with respect to the
+        Euclidean one.
+        """
+        inverse = self.inverse(q, rows)
+        return np.asarray((log_det(gram(product(G, inverse), G)) - log_det(inverse)) / 2, dtype=float)
+
+    def with_energy(self, q: Array, kinetic: Array, noise: Array) -> Array:
+        """Return momenta of these kinetic energies on the manifold, uniform on the sphere in the metric M^-1, from normal noise."""
+        G, inverse, M = self.value("G", q), self.inverse(q), self.value("mass", np.zeros_like(q), q)
+        root = np.asarray(np.linalg.cholesky(np.moveaxis(M, -1, 0)), dtype=float)
+        z = times(np.moveaxis(root, 0, -1), noise)
+        rows = product(G, inverse)
+        for _ in range(2):  # once more for what rounding has left
+            z = z - transposed_times(G, solved(gram(rows, G), times(rows, z)))
+        length = np.sqrt(np.sum(z * times(inverse, z), axis=0))
+        return np.asarray(self.shift(q) + z * (np.sqrt(2 * np.maximum(kinetic, 0.0)) / length), dtype=float)
+
+
+def _filled(value: Any, n: int) -> Array:
+    """Return nested tuples of columns, some of which are numbers, as one array with the columns last."""
+    if not isinstance(value, tuple):
+        return np.broadcast_to(np.asarray(value, dtype=float), (n,))
+    if not isinstance(value[0], tuple):
+        filled = np.empty((len(value), n))
+        for i, entry in enumerate(value):
+            filled[i] = entry
+        return filled
+    return np.stack([_filled(entry, n) for entry in value])
+
+
+def mechanics_of(members: Members, measure: str) -> Mechanics:
+    """Return what the members of an ensemble are at many positions.
+
+    Raises
+    ------
+    BadInput
+        If the problem has no such measure: it is a Poisson system, H is not quadratic in p, vectors are arrays, G has lost rank at the
+        start, or there are as many constraints as positions.
+    """
+    ivp = constrained(members.ivp, measure)
+    if ivp.arrays:
+        raise BadInput(f"starts of {ivp.problem} with {ivp.facts.NODES} nodes cannot be drawn by {measure}; take fewer nodes.")
+    if not ivp.facts.QUADRATIC:
+        raise BadInput(f"{measure} takes H that is quadratic in p, and that of {ivp.problem} is not; draw a neighbourhood or a grid.")
+    if ivp.m >= ivp.d:
+        raise BadInput(f"{ivp.problem} has as many constraints as positions, and so a single configuration: there is nothing to draw.")
+    if lost := dependence(ivp):
+        raise BadInput(f"{measure} has no density on {ivp.problem}, case {ivp.case}: {lost}; remove what is redundant, or start elsewhere.")
+    return Mechanics(members)
+
+
+def constrained(ivp: InitialValueProblem, measure: str) -> ConstrainedIvp:
+    """Return an initial value problem as that of a constrained problem; raise :class:`BadInput` where it is a Poisson system's."""
+    if not isinstance(ivp, ConstrainedIvp):
+        raise BadInput(
+            f"{measure} is a distribution on a constraint manifold, and {ivp.problem} is a Poisson system, which has none; draw liouville, "
+            "uniform in a box of y, or a neighbourhood."
+        )
+    return ivp

@@ -1,0 +1,192 @@
+"""What an ensemble says: errors of all members along the run, their quantiles, and who stopped and why."""
+
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from daebench.methods.ensemble.result import EnsembleRun
+from daebench.runs.ivp import ConstrainedIvp, PoissonIvp
+from daebench.runs.trajectory import Array
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+LEVELS = (0.05, 0.25, 0.5, 0.75, 0.95)
+"""Quantiles that tables and pictures have."""
+
+
+@dataclass(frozen=True)
+class Ensemble:
+    """The runs of n members, with N steps each, of which k states of c numbers are stored.
+
+    Parameters
+    ----------
+    run : EnsembleRun
+        States, ends, maxima, failures and times of all members.
+    starts : str
+        What the starts are drawn from, as a sentence.
+    seed : int
+        Seeds them.
+    """
+
+    run: EnsembleRun
+    starts: str
+    seed: int
+
+    @property
+    def ivp(self) -> Any:
+        """The problem, with the parameters that all members have in common."""
+        return self.run.members.ivp
+
+    @property
+    def t(self) -> Array:
+        """Times of the stored states, s, shape(k,), or shape(k, n) where members have their own step sizes."""
+        return self.run.t
+
+    @property
+    def y(self) -> Array:
+        """States, shape(k, n, c): y, or (p, q); NaN where a member had stopped before."""
+        return self.run.states
+
+    @property
+    def p(self) -> Array:
+        """Momenta of a constrained problem, shape(k, n, d)."""
+        return self._part(0)
+
+    @property
+    def q(self) -> Array:
+        """Positions of a constrained problem, shape(k, n, d)."""
+        return self._part(1)
+
+    def _part(self, k: int) -> Array:
+        if isinstance(self.ivp, PoissonIvp):
+            raise AttributeError(f"{self.ivp.problem} is a Poisson system, which has states y.")
+        d = self.ivp.d
+        return self.run.states[:, :, k * d : (k + 1) * d]
+
+    def along(self, name: str) -> Array:
+        """Return a function of the state for each stored state of each member, shape(k, n, ...).
+
+        Parameters
+        ----------
+        name : str
+            "H", "g", "Gv", "casimirs" or another name of ``daebench/schemes/kernels/language.py``; of "g" the positions alone are given.
+        """
+        lengths = np.cumsum([len(vector) for vector in self.ivp.start])[:-1]
+        members, rows = self.run.members, []
+        for states in self.run.states:
+            vectors = np.split(states, lengths, axis=1)
+            rows.append(members.along(name, *(vectors[1:] if name == "g" else vectors)))
+        return np.array(rows)
+
+    @cached_property
+    def energy_errors(self) -> Array:
+        """H - H0, in the unit of H, shape(k, n)."""
+        energies = self.along("H")
+        errors: Array = energies - energies[0]
+        return errors
+
+    @cached_property
+    def constraint_errors(self) -> Array:
+        """Largest modulus of g, or of the changes of the Casimirs of a Poisson system that has some, shape(k, n)."""
+        values = self.along(self.kept)
+        errors: Array = np.max(np.abs(values - values[0] if self.kept == "casimirs" else values), axis=2)
+        return errors
+
+    @cached_property
+    def spread(self) -> Array:
+        """Distance of positions, or of y, from their mean over the members that go on, as a root of the mean square, shape(k,)."""
+        x = self.q if isinstance(self.ivp, ConstrainedIvp) else self.run.states
+        with np.errstate(all="ignore"):
+            mean = np.nanmean(x, axis=1, keepdims=True)
+            distance: Array = np.sqrt(np.nanmean(np.sum((x - mean) ** 2, axis=2), axis=1))
+        return distance
+
+    def quantiles(self, values: Array, levels: Sequence[float] = LEVELS) -> Array:
+        """Return quantiles over the members that go on, shape(levels, ...), of numbers of shape(..., n); NaN where there is none."""
+        numbers = np.where(np.isfinite(values), values, np.nan)
+        some = np.any(np.isfinite(numbers), axis=-1)
+        numbers = np.where(some[..., None], numbers, 0.0)
+        result: Array = np.where(some, np.nanquantile(numbers, levels, axis=-1), np.nan)
+        return result
+
+    @property
+    def reasons(self) -> dict[str, int]:
+        """How many members stopped early, by reason in two or three words."""
+        return dict(Counter(self.run.reason(int(i)) for i in self.run.failed).most_common())
+
+    @property
+    def bands(self) -> "pd.DataFrame":
+        """Quantiles along the run, a row a stored state: of H - H0, of |g| or the Casimirs; the spread, and how many go on."""
+        import pandas as pd
+
+        t = self.t if self.t.ndim == 1 else self.t.mean(axis=1)
+        table = {"t": t, "members": np.count_nonzero(np.isfinite(self.energy_errors), axis=1)}
+        shown = {"energy": self.energy_errors} | ({self.kept: self.constraint_errors} if self.kept else {})
+        for name, errors in shown.items():
+            quantiles = self.quantiles(errors)
+            table |= {f"{name}_q{100 * level:02.0f}": row for level, row in zip(LEVELS, quantiles, strict=True)}
+        return pd.DataFrame(table | {"spread": self.spread})
+
+    @property
+    def kept(self) -> str:
+        """What the structure of the problem keeps, beside the energy: "g", "casimirs", or "" for a Poisson system that has none."""
+        if isinstance(self.ivp, PoissonIvp):
+            return "casimirs" if self.ivp.casimirs else ""
+        return "g"
+
+    def members(self, states: Array) -> dict[str, Any]:
+        """Return a table of states, a row a member: q1, ... p1, ... or y1, ..., with what differs from member to member."""
+        some, ivp = self.run.members, self.ivp
+        h = np.broadcast_to(some.h, (len(some),))
+        table = {"member": np.arange(len(some)), "h": h} | {name: np.asarray(values) for name, values in some.parameters.items()}
+        if isinstance(ivp, PoissonIvp):
+            return table | {f"y{j + 1}": states[:, j] for j in range(ivp.size)}
+        q = {f"q{j + 1}": states[:, ivp.d + j] for j in range(ivp.d)}
+        return table | q | {f"p{j + 1}": states[:, j] for j in range(ivp.d)}
+
+    @property
+    def start_table(self) -> "pd.DataFrame":
+        """Starts, a row a member."""
+        import pandas as pd
+
+        return pd.DataFrame(self.members(self.run.states[0]))
+
+    @property
+    def end_table(self) -> "pd.DataFrame":
+        """Last good states, a row a member, with steps and time until there, monitored maxima, and why it stopped if it did."""
+        import pandas as pd
+
+        run = self.run
+        table = self.members(run.ends) | {"steps": run.steps, "t": run.steps * np.broadcast_to(run.members.h, (len(run.members),))}
+        table |= {f"max_{name}": values for name, values in run.maxima.items()}
+        return pd.DataFrame(table | {"failure": [run.reason(i) for i in range(len(run.members))]})
+
+    def summary(self) -> dict[str, Any]:
+        """Return what an ensemble says of itself, for people and for JSON."""
+        run, ivp = self.run, self.ivp
+        h = np.asarray(run.members.h)
+        maxima = {name: dict(zip(map(str, LEVELS), self.quantiles(values).tolist(), strict=True)) for name, values in run.maxima.items()}
+        return {
+            "problem": ivp.problem,
+            "case": ivp.case,
+            "parameters": dict(ivp.parameters),
+            "varied": {name: [float(np.min(x)), float(np.max(x))] for name, x in run.members.parameters.items()},
+            "method": run.method,
+            "h": float(h) if h.ndim == 0 else [float(h.min()), float(h.max())],
+            "starts": self.starts,
+            "seed": self.seed,
+            "members": len(run.members),
+            "steps": int(run.index[-1]),
+            "t": float(np.max(run.index[-1] * h)),
+            "failed": len(run.failed),
+            "failures": self.reasons,
+            "quantiles": maxima,
+            "seconds": run.seconds,
+            "compile_seconds": run.compile_seconds,
+            "lanes": run.lanes,
+        }

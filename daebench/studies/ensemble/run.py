@@ -1,0 +1,127 @@
+"""``daebench.ensemble``: one fixed-step method on many starts at once."""
+
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+from daebench.errors import BadInput, whole
+from daebench.methods.ensemble.run import run_members
+from daebench.methods.fixed_step.base import FixedStepMethod
+from daebench.methods.initial_value_problem import initial_value_problem
+from daebench.methods.names import method_of
+from daebench.methods.run import prepare
+from daebench.runs.grid import require_memory
+from daebench.runs.request import Progress
+from daebench.studies.ensemble.distributions.draw import distribution_of, draw_starts
+from daebench.studies.ensemble.distributions.grid import Grid
+from daebench.studies.ensemble.result import Ensemble
+
+if TYPE_CHECKING:
+    from daebench.runs.ivp import InitialValueProblem
+    from daebench.studies.ensemble.distributions.starts import Distribution
+    from daebench.systems.constrained import ConstrainedHamiltonian
+    from daebench.systems.poisson import PoissonSystem
+
+MEMBERS = 1024
+"""Members of an ensemble, where their number is not said."""
+
+POINTS = 101
+"""States of each member that are stored, about, the start among them."""
+
+
+def ensemble(
+    problem: "str | ConstrainedHamiltonian | PoissonSystem | InitialValueProblem",
+    *,
+    method: str,
+    h: float | None = None,
+    members: int | None = None,
+    t_end: float | None = None,
+    steps: int | None = None,
+    starts: "str | Distribution" = "neighbourhood",
+    drawn: Mapping[str, Any] | None = None,
+    vary: Mapping[str, tuple[float, float]] | None = None,
+    seed: int = 0,
+    points: int = POINTS,
+    lanes: int | None = None,
+    threads: int | None = None,
+    progress: Progress | None = None,
+    **settings: Any,
+) -> Ensemble:
+    """Return the runs of one fixed-step method from many starts, each to the bit what a run of its own would be.
+
+    Several members are run at once in the vectors of each core. One that fails keeps its last good state and the reason, and the others
+    go on::
+
+        >>> import daebench
+        >>> swings = daebench.ensemble("spherical_pendulum", case="fig1.2", method="rattle", h=0.01, t_end=1, members=64)
+        >>> swings.q.shape
+        (101, 64, 3)
+        >>> len(swings.run.failed)
+        0
+        >>> bool(swings.run.maxima["g"].max() < 1e-14)
+        True
+
+    Parameters
+    ----------
+    problem : str, ConstrainedHamiltonian, PoissonSystem or InitialValueProblem
+        Name in the catalogue, the path of a problem file, which is executed, a definition, or an initial value problem.
+    method : str
+        Name of a fixed-step method, as "rattle" or "lobatto3/suzuki4".
+    h : float, optional
+        Step size, s, where it is not in a grid.
+    members : int, optional
+        Number of starts; :data:`MEMBERS` if left out, but for a grid, which has its own.
+    t_end : float, optional
+        End time, s.
+    steps : int, optional
+        Number of steps, in its place.
+    starts : str or Distribution
+        What the starts are drawn from: "neighbourhood" of the case, "liouville" or "energy" for the measure that the flow preserves, in a
+        box or at one energy, or "grid", see :func:`daebench.studies.ensemble.distributions.draw.draw_starts`.
+    drawn : mapping of str, optional
+        Settings of these: ``size``, ``box``, ``E``, ``values``.
+    vary : mapping of str to (float, float), optional
+        Parameters that differ from member to member, each uniform between two values.
+    seed : int
+        Seeds starts and parameters.
+    points : int
+        States of each member that are stored, about.
+    lanes : int, optional
+        Members at once on one core, 1 for one after another; what the processor does best if left out.
+    threads : int, optional
+        Number of cores; all that there are if left out.
+    progress : callable, optional
+        Told the fraction done.
+    **settings
+        Of :func:`daebench.methods.run.prepare`: ``case``, ``parameters``, ``options``, ``watch``, ``on_singular``, ``compensated``,
+        ``anyway``, ``count``.
+
+    Returns
+    -------
+    Ensemble
+
+    Raises
+    ------
+    BadInput
+        If the request cannot be met, the method has no fixed steps, there is no member, or states do not fit into memory.
+    """
+    if whole("points", points) < 1:
+        raise BadInput(f"points = {points} must be at least 1: the start and the end.")
+    distribution = distribution_of(starts, drawn or {})
+    sizes = distribution.values.get("h") if isinstance(distribution, Grid) else None
+    if sizes is not None and (h is not None or steps is None):
+        raise BadInput("with h in the grid give a number of steps, and no other h: members then end at times of their own.")
+    settings = {"count": False} | settings
+    where = initial_value_problem(problem, settings.pop("case", None), settings.pop("parameters", None))
+    if not isinstance(method_of(where, method, settings.get("options"), anyway=settings.get("anyway", False)), FixedStepMethod):
+        raise BadInput(f"{method} has no fixed steps of daebench's own, which ensembles take; choose one as rattle.")
+    largest = h if sizes is None else float(max(sizes))
+    solver, ivp, request = prepare(where, method=method, h=largest, t_end=t_end, steps=steps, every=0, progress=progress, **settings)
+    grid = solver.grid(ivp, request)
+    every = max(1, grid.steps // (points - 1)) if points > 1 else 0
+    if members is None:
+        members = distribution.size if isinstance(distribution, Grid) else MEMBERS
+    require_memory(replace(grid, every=every), ivp.size * max(1, whole("members", members)))
+    made = draw_starts(ivp, distribution, members=members, h=h, vary=vary, seed=seed)
+    asked = replace(request, t_end=None, steps=grid.steps, every=every)
+    return Ensemble(run_members(solver, made.members, asked, lanes=lanes, threads=threads), made.about, seed)

@@ -1,0 +1,146 @@
+"""Members of an ensemble in lanes beside the same kernel for one run, a program in C, and heyoka's batch mode, taking turns."""
+
+import tempfile
+import time
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from daebench.errors import BadInput, DaebenchError
+from daebench.methods.ensemble.run import run_members
+from daebench.methods.ensemble.width import WIDTHS, best_width
+from daebench.methods.initial_value_problem import initial_value_problem
+from daebench.methods.names import method_of
+from daebench.runs.ivp import ConstrainedIvp, Ivp
+from daebench.runs.machine import cores
+from daebench.runs.members import Members, members
+from daebench.runs.request import Request
+from daebench.studies.timing import by_hand
+
+CASES = (
+    ("spherical_pendulum", "fig1.2", "rattle", 0.01),
+    ("spherical_pendulum", "fig1.2", "lobatto3", 0.02),
+    ("double_pendulum", "horizontal", "rattle", 0.001),
+    ("slider_crank", "swing", "rattle", 0.001),
+    ("free_rigid_body", None, "strang", 0.01),
+)
+"""What is timed: problem, case, method and step size."""
+
+MEMBERS, MANY, SPREAD = 64, 4096, 0.01
+"""Members of a timed run, those of an ensemble whose beginning is timed, and how much their momenta or states differ."""
+
+T_END, TOLERANCE = 100.0, 1e-15
+"""End, s, and tolerance of the runs of heyoka."""
+
+BARE: dict[str, Any] = {"every": 0, "watch": (), "count": False}
+
+
+def measure_ensembles(*, steps: int, repeat: int) -> list[dict[str, Any]]:
+    """Return times of a step and member, a row for each of :data:`CASES`.
+
+    Parameters
+    ----------
+    steps : int
+        Steps of one timed run of a kernel for one run; members in lanes take a quarter of them.
+    repeat : int
+        Runs of each, in turns, of which the best counts.
+
+    Returns
+    -------
+    list of dict
+        "problem", "method"; nanoseconds of CPU time per step "alone", "in_c", and by the number of lanes "lanes4" and so on; "best", the
+        number of lanes that is chosen here; ratios "over_alone" and "over_c" for these lanes; "threads", how many times faster all cores
+        are than one; "begin_ms", wall time until 4096 members with a compiled kernel have begun, ms.
+
+    Raises
+    ------
+    BadInput
+        If there is nothing to repeat.
+    """
+    if steps < 1 or repeat < 1:
+        raise BadInput(f"steps = {steps} and repeat = {repeat} must be at least 1.")
+    with tempfile.TemporaryDirectory() as folder:
+        return [_row(*case, steps=steps, repeat=repeat, folder=Path(folder)) for case in CASES]
+
+
+def spread(ivp: Ivp, n: int) -> tuple[Any, ...]:
+    """Return n starts whose momenta, or states, are longer than those of a problem by up to :data:`SPREAD`."""
+    first, *others = ivp.start
+    factors = 1 + SPREAD * np.random.default_rng(0).random((n, 1))
+    return (factors * first, *(np.repeat(vector[None], n, axis=0) for vector in others))
+
+
+def _row(problem: str, case: str | None, name: str, h: float, *, steps: int, repeat: int, folder: Path) -> dict[str, Any]:
+    ivp = initial_value_problem(problem, case, None)
+    method, some = method_of(ivp, name), members(ivp, spread(ivp, MEMBERS), h, {})
+    in_c = by_hand(folder, name, ivp, h, steps) if isinstance(ivp, ConstrainedIvp) else None
+    times: dict[str, list[float]] = {"alone": [], "in_c": [], **{f"lanes{lanes}": [] for lanes in WIDTHS}, "threads": []}
+    for _ in range(repeat):
+        run = method.solve(ivp, Request(value=h, steps=steps, **BARE)).complete()
+        times["alone"].append(1e9 * run.seconds / steps)
+        times["in_c"] += [in_c()] if in_c else []
+        for lanes in WIDTHS:
+            times[f"lanes{lanes}"].append(_per_step(method, some, max(1, steps // 4), lanes, 1))
+        times["threads"].append(_per_step(method, some, max(1, steps // 4), best_width(), cores(), wall=True))
+    least = {what: min(values) if values else None for what, values in times.items()}
+    chosen, threads = least[f"lanes{best_width()}"], least.pop("threads")
+    assert chosen
+    assert threads
+    return {"problem": problem, "method": name, **least, "best": best_width()} | {
+        "over_alone": (least["alone"] or np.nan) / chosen,
+        "over_c": least["in_c"] / chosen if least["in_c"] else None,
+        "threads": chosen / threads,
+        "begin_ms": 1e3 * min(_begun(method, members(ivp, spread(ivp, MANY), h, {})) for _ in range(repeat)),
+    }
+
+
+def _per_step(method: Any, some: Members, steps: int, lanes: int, threads: int, *, wall: bool = False) -> float:
+    """Return nanoseconds of CPU time, or of wall time, per step and member."""
+    began = time.perf_counter()
+    run = run_members(method, some, Request(value=1.0, steps=steps, **BARE), lanes=lanes, threads=threads)
+    seconds = time.perf_counter() - began - run.compile_seconds if wall else run.seconds
+    if len(run.failed):
+        raise DaebenchError(f"a member cannot be timed: {run.failure(int(run.failed[0]))}")
+    return 1e9 * seconds / steps / len(some)
+
+
+def _begun(method: Any, many: Members) -> float:
+    """Return the wall time of an ensemble of one step, s."""
+    began = time.perf_counter()
+    run_members(method, many, Request(value=1.0, steps=1, **BARE), threads=1)
+    return time.perf_counter() - began
+
+
+def measure_heyoka(*, repeat: int) -> dict[str, Any] | None:
+    """Return milliseconds a trajectory of heyoka to t = 100 s on the spherical pendulum, case fig1.2, alone and in batches.
+
+    None where heyoka is not installed.
+    """
+    if find_spec("heyoka") is None:
+        return None
+    import heyoka as hy
+
+    from daebench.methods.solvers.heyoka_ode import equations_of
+
+    ivp = initial_value_problem("spherical_pendulum", "fig1.2", None)
+    batch = hy.recommended_simd_size()
+    momenta, positions = spread(ivp, batch)
+    start = np.ascontiguousarray(np.concatenate([positions, momenta], axis=1).T)
+    single = hy.taylor_adaptive(equations_of(ivp), start[:, 0].copy(), tol=TOLERANCE)
+    several = hy.taylor_adaptive_batch(equations_of(ivp), start.copy(), tol=TOLERANCE)
+    times: dict[str, list[float]] = {"alone": [], "in_batches": []}
+    for _ in range(repeat):
+        single.time, single.state[:] = 0.0, start[:, 0]
+        times["alone"].append(_spent(lambda: single.propagate_until(T_END)))
+        several.set_time(0.0)
+        several.state[:] = start
+        times["in_batches"].append(_spent(lambda: several.propagate_until(T_END)) / batch)
+    return {"batch": batch} | {what: 1e3 * min(values) for what, values in times.items()}
+
+
+def _spent(call: Any) -> float:
+    began = time.thread_time()
+    call()
+    return time.thread_time() - began

@@ -1,0 +1,82 @@
+"""``daebench ensemble``: what it prints and writes, and what it refuses."""
+
+import csv
+import json
+
+import numpy as np
+import pytest
+
+RUN = ("ensemble", "planar_pendulum", "--case", "horizontal", "--method", "rattle", "--h", 0.1, "--t-end", 5, "--members", 12)
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    return tmp_path_factory.mktemp("ensemble")
+
+
+@pytest.fixture
+def printed(daebench, folder):
+    """Return what an ensemble prints as JSON, and the folder that it writes."""
+    status, out, _ = daebench(*RUN, "--points", 6, "--out", folder, "--json")
+    assert status == 0
+    return json.loads(out)
+
+
+def test_json_has_numbers_and_quantiles(printed):
+    assert (printed["members"], printed["steps"], printed["failed"]) == (12, 50, 0)
+    assert printed["lanes"] > 1
+    energy = list(printed["quantiles"]["energy"].values())
+    assert list(printed["quantiles"]["energy"]) == ["0.05", "0.25", "0.5", "0.75", "0.95"]
+    assert energy == sorted(energy)
+    assert "neighbourhood" in printed["starts"]
+
+
+def test_files_have_a_row_a_member(printed, folder):
+    with (folder / "starts.csv").open(encoding="utf-8") as file:
+        starts = list(csv.DictReader(file))
+    with (folder / "ends.csv").open(encoding="utf-8") as file:
+        ends = list(csv.DictReader(file))
+    assert len(starts) == len(ends) == 12
+    assert list(starts[0]) == ["member", "h", "q1", "q2", "p1", "p2"]
+    assert {"steps", "t", "max_energy", "max_g", "failure"} <= set(ends[0])
+    radii = [np.hypot(float(row["q1"]), float(row["q2"])) for row in (*starts, *ends)]
+    assert np.allclose(radii, 1.0, rtol=0, atol=1e-14)
+    assert all(row["failure"] == "" for row in ends)
+    assert {path.name for path in folder.iterdir()} >= {"bands.svg", "bands.png", "bands.csv", "starts.csv.txt", "ends.csv.txt"}
+
+
+def test_members_that_stop_end_it_with_1_and_are_named(daebench):
+    status, out, _ = daebench(*RUN[:6], "--h", 4, "--steps", 5, "--members", 6)
+    assert status == 1
+    assert "no convergence" in out
+    assert "member 0: rattle on planar_pendulum, case horizontal, stopped at t = 0" in out
+
+
+def test_files_of_others_are_not_replaced(daebench, tmp_path):
+    (tmp_path / "ends.csv").write_text("mine\n", encoding="utf-8")
+    status, _, err = daebench(*RUN, "--out", tmp_path)
+    assert status == 2
+    assert "ends.csv: the file is there" in err
+    assert (tmp_path / "ends.csv").read_text(encoding="utf-8") == "mine\n"
+
+
+@pytest.mark.parametrize(
+    ("more", "sentence"),
+    [
+        (("--members", 0), "members = 0 must be at least 1"),
+        (("--points", 0), "points = 0 must be at least 1"),
+        (("--param", "mas=1"), "did you mean mass?"),
+        (("--size", "-1"), "size"),
+        (("--starts", "energy", "--size", "0.1"), "unknown setting of energy 'size'"),
+        (("--starts", "energy", "--energy", "-5"), "give a larger E"),
+        (("--vary", "gravity=1"), "must be of the form name=lo:hi."),
+        (("--grid", "gravity=1:2"), "must be of the form name=lo:hi:number."),
+        (("--grid", "gravity=1:2:2.5"), "must be a whole number of values"),
+        (("--vary", "gravty=1:2"), "did you mean gravity?"),
+    ],
+)
+def test_bad_input_is_one_sentence(daebench, more, sentence):
+    status, out, err = daebench(*RUN, *more)
+    assert (status, out) == (2, "")
+    assert sentence in err
+    assert len(err.strip().splitlines()) == 1
