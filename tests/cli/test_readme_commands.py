@@ -34,6 +34,7 @@ LONG = (
     "daebench reproduce",
     "daebench reference verify",
     "daebench certificate verify",
+    "daebench certify ./mine.py:step ",
     "daebench report court",
     "daebench order spherical_pendulum --case fig1.1 ",
 )

@@ -268,7 +268,9 @@ def test_a_start_that_is_off_by_rounding_is_projected_first(kind):
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    ("case", "t_end"), [("fig1.1", 3), ("fig1.2", 1), pytest.param("fig1.2b", 1, marks=pytest.mark.exhaustive)], ids=SPHERICAL
+    ("case", "t_end"),
+    [("fig1.1", 3), *(pytest.param(case, 1, marks=pytest.mark.exhaustive) for case in ("fig1.2", "fig1.2b"))],
+    ids=SPHERICAL,
 )
 def test_the_spherical_closed_form_agrees_with_taylor_series_in_spherical_angles(case, t_end):
     with mp.workdps(30):

@@ -5,11 +5,15 @@ import json
 import numpy as np
 import pandas as pd
 import pytest
+from matplotlib.colors import to_rgb
 
-from daebench.errors import BadInput
+from daebench.diagnostics.energy import VERDICTS
+from daebench.errors import BadInput, Interrupted
 from daebench.methods.fixed_step.stepping import ITS_OWN
 from daebench.methods.names import parse
 from daebench.studies.grid.outcomes import OUTCOMES, SIZED
+from daebench.studies.grid.runs import runs_of
+from daebench.studies.grid.store import opened
 from daebench.studies.stability import lost_motion, outcome_map, parameter_range, penalty, round_off, step_limit
 from daebench.studies.stability.extreme import Asked
 from daebench.studies.stability.study import EXTREMES, chosen
@@ -48,29 +52,69 @@ def test_a_map_counts_what_is_fine():
     assert none == ["one: 0 of 2 runs are fine; most of the others: lost (2)."]
 
 
-def test_every_outcome_has_a_colour_by_its_size_or_one_of_its_own():
-    assert set(outcome_map.LETTERS) == set(OUTCOMES) - set(SIZED)
-    letters = [letter for _, letter in outcome_map.LETTERS.values()]
-    assert len({*letters, *outcome_map.TRENDS.values()}) == len(letters) + len(outcome_map.TRENDS)
+def test_every_outcome_and_every_trend_has_a_colour():
+    assert set(outcome_map.COLOURS) == set(OUTCOMES) - set(SIZED)
+    assert set(outcome_map.TRENDS) == {*VERDICTS, ""} - {"failed"}
+    upper = [*outcome_map.SIZE_COLOURS, *outcome_map.COLOURS.values()]
+    assert len(set(upper)) == len(upper) == len(outcome_map.SIZES) + 1 + len(outcome_map.COLOURS)
 
 
-def test_a_map_is_coloured_by_size_and_has_letters_for_trends(tmp_path, monkeypatch):
-    """A run of rk4+proj 100 times as accurate as one of RATTLE has the lighter colour, and its drift is a letter."""
-    from matplotlib.axes import Axes
+def test_sizes_of_energy_errors_go_from_light_to_dark():
+    lightness = [np.mean(to_rgb(colour)) for colour in outcome_map.SIZE_COLOURS]
+    assert lightness == sorted(lightness, reverse=True)
+    assert outcome_map._ranges()[-2:] == ["0.1 to 1", "above 1: lost"]
 
-    written, drawn = [], []
-    text, tiles = Axes.text, Axes.pcolormesh
-    monkeypatch.setattr(Axes, "text", lambda self, x, y, s, **k: written.append((self.get_title(), s)) or text(self, x, y, s, **k))
-    monkeypatch.setattr(Axes, "pcolormesh", lambda self, x, y, c, **k: drawn.append(tiles(self, x, y, c, **k)) or drawn[-1])
+
+def test_a_map_is_coloured_by_size_and_outcome_and_the_one_below_by_trend(tmp_path, monkeypatch):
+    """A run of rk4+proj 100 times as accurate as one of RATTLE has a lighter colour, and its drift is seen below."""
+    drawn = []
+    monkeypatch.setattr(outcome_map, "fill", lambda axis, *grid: drawn.append((axis.get_title(), *grid)))
     rows = [("rattle", 0.1, "fine", "bounded", 1e-3), ("rattle", 0.2, "lost", "undetermined", 3.0)]
     rows += [("rk4+proj", 0.1, "fine", "drifts", 1e-5), ("rk4+proj", 0.2, "no solution", "", np.nan)]
-    table = pd.DataFrame(rows, columns=["method", "value", "outcome", "trend", "size"]).assign(varied=1.0, parameter="gravity")
-    outcome_map.draw(tmp_path, "map", table)
-    assert [letter for _, letter in written] == ["", "?", "d", "n"]
-    of_rattle, _, of_rk4, *_ = drawn
-    lightness = [float(np.mean(each.to_rgba(each.get_array())[0, 0, :3])) for each in (of_rattle, of_rk4)]
-    assert lightness[1] > lightness[0]
-    assert np.ma.getmaskarray(of_rk4.get_array()).tolist() == [[False, True]]
+    table = pd.DataFrame(rows, columns=["method", "value", "outcome", "trend", "size"])
+    table = table.assign(varied=1.0, parameter="gravity", problem="made up", case="one", steps=1)
+    path = outcome_map.draw(tmp_path, "map", table)
+    colours = [[[grid[3][k] for k in line] for line in grid[2]] for _, *grid in ((None, *each[1:]) for each in drawn)]
+    size, word, trend = outcome_map.SIZE_COLOURS, outcome_map.COLOURS, outcome_map.TRENDS
+    assert colours[0] == [[size[3], size[6]]]
+    assert colours[1] == [[trend["bounded"], trend["undetermined"]]]
+    assert colours[2] == [[size[2], word["no solution"]]]
+    assert colours[3] == [[trend["drifts"], trend[""]]]
+    assert "<image" not in path.read_text(encoding="utf-8")
+    assert pd.read_csv(tmp_path / "map.csv")["outcome"].tolist() == [row[2] for row in rows]
+
+
+def test_a_map_has_256_by_256_runs_where_these_are_made_together_and_few_where_they_are_not(tmp_path):
+    together = outcome_map.specifications(Asked(problem="planar_pendulum", methods=("rattle",)))
+    assert (len(together), {some.count for some in together}) == (256, {256})
+    assert {some.varied for some in together} == {"gravity"}
+    assert [round(10 / some.value) for some in (together[0], together[-1])] == [16, 2048]
+    step = tmp_path / "mine.py"
+    step.write_text("def step(p, q, h):\n    return p, q\n")
+    alone = outcome_map.specifications(Asked(problem="planar_pendulum", methods=(f"{step}:step",)))
+    assert (len(alone), {some.count for some in alone}) == (15 * 17, {1})
+    given = Asked(problem="planar_pendulum", methods=("rattle", f"{step}:step"), h=(0.1, 0.2), parameters={"gravity": (1.0, 2.0, 3.0)})
+    assert [some.count for some in outcome_map.specifications(given)] == [3, 3, *[1] * 6]
+
+
+@pytest.mark.usefixtures("uncompiled_schemes")
+def test_a_map_that_is_interrupted_keeps_its_pieces_and_goes_on_to_the_same_rows(tmp_path):
+    asked = Asked(problem="planar_pendulum", methods=("rattle",), t_end=4.0, h=(0.5, 0.25, 0.1), parameters={"gravity": (1.0, 9.0)})
+    with opened(tmp_path / "whole.db") as store:
+        whole = outcome_map.measure(asked, runs_of(store))
+
+    def stop(done, of, specification):
+        if done == 2:
+            raise KeyboardInterrupt
+
+    with pytest.raises(Interrupted, match="4 runs are kept"), opened(tmp_path / "s.db") as store:
+        outcome_map.measure(asked, runs_of(store, tell=stop))
+    made = []
+    with opened(tmp_path / "s.db") as store:
+        pd.testing.assert_frame_equal(
+            outcome_map.measure(asked, runs_of(store, tell=lambda done, of, specification: made.append(specification.value))), whole
+        )
+    assert made == [0.1]
 
 
 def test_a_range_tells_where_a_method_is_not_fine():

@@ -3,6 +3,7 @@
 import math
 from dataclasses import replace
 
+import numpy as np
 import pandas as pd
 import pytest
 
@@ -62,7 +63,7 @@ def test_an_accurate_run_that_drifts_is_fine_and_its_trend_is_told_apart():
 
 @pytest.mark.parametrize("word", sorted(set(OUTCOMES) - {"fine", "coarse", "lost"}))
 def test_a_run_that_came_to_no_end_on_the_manifold_has_no_trend(word, monkeypatch):
-    monkeypatch.setattr("daebench.studies.grid.outcomes.outcome_of", lambda specification, row: word)
+    monkeypatch.setattr("daebench.studies.grid.outcomes.outcomes_of", lambda rows, scales: np.array([word], dtype=object))
     specification = GridRun(metrics=("energy", "manifold"), parameters=(("gravity", 1.0),), **RUNS["fine"])
     row = {"energy_size": 1.0, "energy_scale": 1.0, "energy_error": 1.0, "energy_verdict": "drifts"}
     assert varied_runs([specification], "gravity", lambda specifications: pd.DataFrame([row]))["trend"].tolist() == [""]

@@ -31,6 +31,7 @@ from daebench.studies.grid.schedulers import dask_cluster
 from daebench.studies.grid.specification_key import key_of, require_possible
 from daebench.studies.grid.store import LAYOUT, Store, StoredRow, StoreFull, opened
 from daebench.studies.grid.study import Study
+from daebench.studies.initial_conditions import neighbour
 from daebench.systems.files import package as package_files
 
 PENDULUM = {"problem": "planar_pendulum", "cases": ["rotating"], "t_end": 4.0}
@@ -68,6 +69,36 @@ def kept(key, row, specification=(), maker=""):
 
 
 # ---- the grid
+
+
+def test_starts_are_an_axis_and_each_run_is_that_from_its_start(store):
+    found = study(methods=["rattle", "ida:index2"], values={"h": [1 / 16], "tol": [1e-6]}, starts=range(3), spread=0.02, metrics=["energy"])
+    table = found.table(store)
+    assert table["start"].tolist() == [0, 1, 2, 0, 1, 2]
+    ivp = one().ivp
+    for row in table.itertuples():
+        where = neighbour(ivp, 0.02, row.start) if row.start else ivp
+        value = {"h": row.value} if row.method == "rattle" else {"tol": row.value}
+        run = api.run(where, method=row.method, t_end=row.t_end, **value)
+        assert run.steps == row.steps
+        if row.method == "rattle":
+            assert row.energy_error == run.maxima["energy"]
+    assert len(set(table["energy_error"])) == 6
+    assert len({key_of(run) for run in found.specifications()}) == 6
+    assert len({key_of(run) for run in study(values={"h": [1 / 16]}, starts=[1], spread=0.01).specifications()}) == 1
+    assert key_of(one(start=1, spread=0.01)) != key_of(one(start=1, spread=0.02))
+
+
+def test_errors_from_other_starts_are_not_taken_against_the_reference_of_the_case(store):
+    table = study(values={"h": [1 / 64]}, starts=[0, 1], spread=0.05, metrics=["q"]).table(store)
+    assert table["error_q"].max() < 1e-2
+    assert len(set(table["error_q"])) == 2
+
+
+@pytest.mark.parametrize("starts", [[-1], [0.5], []])
+def test_starts_that_are_none_are_refused(starts):
+    with pytest.raises(BadInput, match="starts of a study"):
+        study(starts=starts)
 
 
 def test_a_grid_is_every_method_with_its_own_values_on_every_case_and_parameter():
@@ -457,9 +488,9 @@ def test_rows_of_other_versions_are_told_from_those_of_other_cells(store, monkey
     monkeypatch.setattr(specifications, "made_by", lambda: "another version")
     monkeypatch.setattr("daebench.studies.grid.specification_key.made_by", lambda: "another version")
     wanted = {key_of(each): each.plain() for each in study(values={"h": [1 / 32, 1 / 64]}).specifications()}
-    assert store.outdated(wanted) == 1
+    assert len(store.outdated(wanted)) == 1
     study(values={"h": [1 / 32, 1 / 64]}).table(store)
-    assert (store.outdated(wanted), len(store)) == (0, 4)
+    assert (store.outdated(wanted), len(store)) == ([], 4)
 
 
 def test_a_full_disk_keeps_what_there_is(store):

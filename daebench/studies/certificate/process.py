@@ -19,7 +19,8 @@ from typing import IO, Any, Self
 
 from daebench.errors import DaebenchError, RunFailed
 from daebench.runs.json_values import plain
-from daebench.studies.grid.schedulers import THREADS, cores
+from daebench.runs.machine import cores
+from daebench.studies.grid.schedulers import THREADS
 from daebench.systems.files import package
 
 SECONDS = 300.0

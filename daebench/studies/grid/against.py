@@ -10,9 +10,7 @@ from daebench.reference.keep import store
 from daebench.reference.keep.record import Reference
 from daebench.reference.motion import OwnRun, certified_for, own_run
 from daebench.runs.trajectory import Array
-from daebench.studies.grid.run_specification import OUTPUTS, GridRun, ivp_of
-
-Parameters = tuple[tuple[str, float], ...]
+from daebench.studies.grid.run_specification import OUTPUTS, GridRun, Where, ivp_of
 
 OWN = "own finer run"
 """How the words begin for what is not certified and no closed form."""
@@ -33,20 +31,12 @@ def usual_end(reference: Reference | None) -> float:
 
 def certified_of(specification: GridRun) -> Reference | None:
     """Return the certified reference of a run: of its definition, case and parameters, and up to its end; None if there is none."""
-    return _certified(
-        store.find, specification.problem, specification.case, specification.parameters, specification.on_singular, specification.t_end
-    )
+    return _certified(store.find, specification.where, specification.t_end)
 
 
 def own_of(specification: GridRun, times: Array) -> OwnRun:
     """Return a finer run at these times, see :func:`daebench.reference.motion.own_run`, which raises RunFailed if there is none."""
-    return _own(
-        specification.problem,
-        specification.case,
-        specification.parameters,
-        specification.on_singular,
-        np.ascontiguousarray(times, dtype=float).tobytes(),
-    )
+    return _own(specification.where, np.ascontiguousarray(times, dtype=float).tobytes())
 
 
 def require_reference(specification: GridRun, what: str) -> None:
@@ -60,15 +50,13 @@ def require_reference(specification: GridRun, what: str) -> None:
 
 
 @lru_cache(maxsize=64)
-def _certified(
-    find: Callable[..., Reference], problem: str, case: str, parameters: Parameters, on_singular: str, t_end: float
-) -> Reference | None:
-    return certified_for(ivp_of(problem, case, parameters, on_singular), t_end)
+def _certified(find: Callable[..., Reference], where: Where, t_end: float) -> Reference | None:
+    return certified_for(ivp_of(*where), t_end)
 
 
 @lru_cache(maxsize=64)
-def _own(problem: str, case: str, parameters: Parameters, on_singular: str, times: bytes) -> OwnRun:
-    return own_run(ivp_of(problem, case, parameters, on_singular), np.frombuffer(times))
+def _own(where: Where, times: bytes) -> OwnRun:
+    return own_run(ivp_of(*where), np.frombuffer(times))
 
 
 @lru_cache(maxsize=32)

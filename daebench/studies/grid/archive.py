@@ -30,7 +30,8 @@ from daebench.runs.machine import machine
 from daebench.studies.grid import archive_figure, export
 from daebench.studies.grid.against import reference_of
 from daebench.studies.grid.metrics import METRICS
-from daebench.studies.grid.run_specification import GridRun, code_version
+from daebench.studies.grid.parameter_runs import specification_of
+from daebench.studies.grid.run_specification import code_version
 from daebench.studies.grid.specification_key import key_of
 from daebench.studies.grid.store import Store, StoredRow, as_json
 from daebench.systems.files.execute import is_path
@@ -117,7 +118,7 @@ def _write(path: Path, files: Mapping[str, bytes], own: Sequence[str]) -> None:
 def _current(rows: Sequence[StoredRow]) -> tuple[list[StoredRow], int]:
     """Return the rows whose definition is still there, and how many others there are; those of other versions are not told apart."""
     here = code_version()
-    current = [row for row in rows if row.maker != here or key_of(GridRun.of_plain(row.specification)) == row.key]
+    current = [row for row in rows if row.maker != here or key_of(specification_of(row.specification)) == row.key]
     return current, len(rows) - len(current)
 
 
@@ -143,7 +144,7 @@ def _references(specifications: Iterable[Mapping[str, Any]]) -> list[Reference]:
     """Return the references that errors are measured against."""
     asked = {
         (specification.problem, specification.case)
-        for specification in map(GridRun.of_plain, specifications)
+        for specification in map(specification_of, specifications)
         if any(METRICS[name].certified for name in specification.metrics if name in METRICS)
     }
     references = []

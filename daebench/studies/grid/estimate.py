@@ -3,13 +3,19 @@
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 from daebench.runs.ivp import PoissonIvp
+from daebench.studies.grid.parameter_rows import made_together
+from daebench.studies.grid.parameter_runs import ParameterRuns, specification_of
 from daebench.studies.grid.run_specification import GridRun, code_version
 from daebench.studies.grid.store import Store
 
 STEP_SECONDS = 1e-6
 """What a fixed step usually costs: between 1e-7 for RATTLE on a pendulum and 1e-5 for long compositions on large problems."""
+
+MEMBER_STEP_SECONDS = 3e-7
+"""What a fixed step of a member of an ensemble usually costs, with all that is looked at after it."""
 
 TOLERANCE_SECONDS = 0.005
 """What a second of motion usually costs a tolerance-driven method, between 1e-3 and 0.05."""
@@ -63,37 +69,54 @@ class Estimate:
 
 def estimate(specifications: Sequence[GridRun], store: Store) -> Estimate:
     """Return about how long runs will take, by what the store has of their methods on their problem."""
-    stored: dict[tuple[str, str], list[GridRun]] = {}
+    stored: dict[tuple[Any, ...], list[GridRun]] = {}
     took: dict[GridRun, float] = {}
     compiled: set[GridRun] = set()
     for stored_row in store.all():
-        if stored_row.row.get("failure"):
+        if stored_row.row.get("failure") and isinstance(stored_row.row["failure"], str):
             continue  # one that failed soon tells nothing of another that does not
-        specification = GridRun.of_plain(stored_row.specification)
+        specification = specification_of(stored_row.specification)
         if stored_row.maker == code_version():
             compiled.add(_kind(specification))
-        stored.setdefault((specification.problem, specification.method), []).append(specification)
+        stored.setdefault(_like(specification), []).append(specification)
         took[specification] = stored_row.took
-    resolutions: dict[tuple[str, str], str] = {}
+    usual: dict[tuple[Any, ...], tuple[str, float]] = {}
     seconds, like = 0.0, 0
     for specification in specifications:
-        others = stored.get((specification.problem, specification.method), [])
-        if (specification.problem, specification.method) not in resolutions:
-            resolutions[specification.problem, specification.method] = specification.solver.knob
-        resolution = resolutions[specification.problem, specification.method]
-        usual = STEP_SECONDS if resolution == "h" else TOLERANCE_SECONDS
-        rate = min((took[other] / _work(other, resolution) for other in _nearest(specification, resolution, others)), default=usual)
+        others = stored.get(_like(specification), [])
+        if _like(specification) not in usual:
+            usual[_like(specification)] = _usual(specification)
+        resolution, rate = usual[_like(specification)]
+        rate = min((took[other] / _work(other, resolution) for other in _nearest(specification, resolution, others)), default=rate)
         seconds += max(LEAST_SECONDS, rate * _work(specification, resolution))
-        like += bool(others)
+        like += bool(others) * specification.count
     missing = {_kind(specification): specification for specification in specifications if _kind(specification) not in compiled}
     kernels = [(specification, _kernels(specification)) for specification in missing.values()]
     compiling = sum(count * _compile_seconds(specification) for specification, count in kernels)
-    return Estimate(seconds, like, len(specifications), sum(count for _, count in kernels), compiling)
+    return Estimate(
+        seconds, like, sum(specification.count for specification in specifications), sum(count for _, count in kernels), compiling
+    )
+
+
+def _like(specification: GridRun) -> tuple[Any, ...]:
+    """Return what runs have in common whose times are in proportion to their work."""
+    return type(specification), specification.problem, specification.method
+
+
+def _usual(specification: GridRun) -> tuple[str, float]:
+    """Return what a method is steered by, and what a step, or a second of motion, usually costs."""
+    solver = specification.solver
+    if solver.knob != "h":
+        return solver.knob, TOLERANCE_SECONDS
+    together = isinstance(specification, ParameterRuns) and made_together(solver, specification.ivp)
+    return "h", MEMBER_STEP_SECONDS if together else STEP_SECONDS
 
 
 def _kind(specification: GridRun) -> GridRun:
     """Return the run without what compiles nothing anew: numbers, outputs and metrics."""
     plain = replace(specification, value=1.0, t_end=1.0, parameters=(), options=(), outputs=0, metrics=(), case="", calls=0, beside=False)
+    if isinstance(plain, ParameterRuns):
+        plain = replace(plain, varied="", values=())
     return replace(plain, repeat=min(1, max(0, specification.repeat)))
 
 
@@ -120,7 +143,11 @@ def _nearest(specification: GridRun, resolution: str, others: Sequence[GridRun])
 
 def _work(specification: GridRun, resolution: str) -> float:
     """Return to what the time of a run is taken as proportional: its runs times their steps, or their length where steps are chosen."""
-    return (1 + max(0, specification.repeat)) * (specification.t_end / specification.value if resolution == "h" else specification.t_end)
+    return (
+        specification.count
+        * (1 + max(0, specification.repeat))
+        * (specification.t_end / specification.value if resolution == "h" else specification.t_end)
+    )
 
 
 def duration(seconds: float) -> str:

@@ -1,6 +1,6 @@
 """All rows of a store as one table in a file, for other programs."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 from daebench.errors import BadInput
 from daebench.runs.csv_files import write_frame
 from daebench.runs.files import atomic, check_place
+from daebench.studies.grid.parameter_runs import ParameterRuns, specification_of
 from daebench.studies.grid.run_specification import code_version
 from daebench.studies.grid.store import Store, StoredRow
 
@@ -46,7 +47,8 @@ def frame(rows: Sequence[StoredRow]) -> "pd.DataFrame":
     """Return rows as a table, see :func:`table_of`."""
     import pandas as pd
 
-    return pd.DataFrame(map(_flat, rows)).sort_values(["problem", "case", "method", "value", "key"], ignore_index=True)
+    flat_rows = [flat for stored in rows for flat in _flat(stored)]
+    return pd.DataFrame(flat_rows).sort_values(["problem", "case", "method", "value", "key"], ignore_index=True)
 
 
 def described(table: "pd.DataFrame") -> dict[str, str]:
@@ -71,8 +73,10 @@ def write(table: "pd.DataFrame", path: Path) -> None:
             table.to_parquet(scratch, index=False, engine="pyarrow")
 
 
-def _flat(stored: StoredRow) -> dict[str, Any]:
-    """Return a row with the fields of its run; lists of names are words, and of pairs, which the row has as columns, left out."""
-    specification = {name: value for name, value in stored.specification.items() if name not in ("parameters", "options")}
-    specification["metrics"] = " ".join(specification["metrics"])
-    return {**specification, **stored.row, "key": stored.key, "maker": stored.maker, "took": stored.took}
+def _flat(stored: StoredRow) -> Iterator[dict[str, Any]]:
+    """Give a row, or those of runs in a parameter, with the fields of its run; metrics are words, and pairs, which rows have, left out."""
+    run = specification_of(stored.specification)
+    fields = {name: value for name, value in stored.specification.items() if name not in ("parameters", "options", "varied", "values")}
+    fields["metrics"] = " ".join(fields["metrics"])
+    for row in run.rows(stored.row) if isinstance(run, ParameterRuns) else (stored.row,):
+        yield {**fields, **row, "key": stored.key, "maker": stored.maker, "took": stored.took}

@@ -7,6 +7,8 @@ from typing import Any
 from daebench.errors import DaebenchError
 from daebench.runs.request import Request
 from daebench.studies.grid.metrics import Measured, metrics_of
+from daebench.studies.grid.parameter_rows import parameter_row
+from daebench.studies.grid.parameter_runs import ParameterRuns
 from daebench.studies.grid.run_specification import GridRun, code_version
 from daebench.studies.grid.store import StoredRow
 
@@ -26,7 +28,9 @@ def stored_row(key: str, specification: GridRun) -> StoredRow:
 
 
 def row_of(specification: GridRun) -> Row:
-    """Return the row of a run: what :func:`measured_row` gives, and the time where it is asked for."""
+    """Return the row of a run: what :func:`measured_row` gives, and the time where it is asked for; or that of runs in a parameter."""
+    if isinstance(specification, ParameterRuns):
+        return parameter_row(specification, measured_row)
     row = measured_row(specification)
     return with_time(specification, row) if specification.repeat else row
 
@@ -52,6 +56,7 @@ def measured_row(specification: GridRun) -> Row:
         "sweeps": specification.sweeps,
         "newton": specification.newton,
         "t_end": specification.t_end,
+        **({"start": specification.start} if specification.spread else {}),
     }
     metrics = metrics_of(specification.metrics)
     row |= {column: NAN for metric in metrics for column in metric.columns}

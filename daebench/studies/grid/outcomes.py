@@ -1,16 +1,20 @@
 """What became of a run, in one word, by the size of its error; the trend of its energy is told apart."""
 
-import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from functools import lru_cache
 from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
 
 from daebench.diagnostics.branch import WRONG
 from daebench.diagnostics.manifold import residual_scales
+from daebench.errors import DaebenchError
 from daebench.methods.fixed_step.stepping import REASONS
-from daebench.runs.ivp import PoissonIvp
+from daebench.runs.ivp import Array, PoissonIvp
 from daebench.studies.grid.measure import Row
-from daebench.studies.grid.rows import rows_of
-from daebench.studies.grid.run_specification import GridRun
+from daebench.studies.grid.parameter_runs import ParameterRuns
+from daebench.studies.grid.run_specification import GridRun, ivp_of
 from daebench.studies.grid.runs import Runs
 
 if TYPE_CHECKING:
@@ -42,6 +46,30 @@ LARGE, ALL = 0.1, 1.0
 FAR = 1e-3
 """Relative residual of constraints from which on a state is off the manifold."""
 
+COLUMNS = (
+    "problem",
+    "case",
+    "method",
+    "value",
+    "parameter",
+    "varied",
+    "steps",
+    "failure",
+    "energy_error",
+    "energy_size",
+    "energy_scale",
+    "energy_verdict",
+    "g",
+    "jump",
+    "outcome",
+    "size",
+    "trend",
+)
+"""Columns of a table of runs in a parameter."""
+
+ENERGY = ("energy_size", "energy_error", "energy_scale")
+"""Columns that the size of the energy error is taken from."""
+
 TOLD = {
     "G loses rank": RANK_LOST,
     **{REASONS[status][0].split(" in {")[0].split(", residual")[0]: NO_SOLUTION for status in (1, 5)},
@@ -57,36 +85,83 @@ def varied_runs(specifications: Sequence[GridRun], parameter: str, runs: Runs) -
     The trend is the verdict on the energy, "" of a run that did not come to its end on the manifold; varied is the parameter's value.
     """
     table = runs(specifications)
-    rows = rows_of(table)
-    outcomes = [outcome_of(specification, row) for specification, row in zip(specifications, rows, strict=True)]
-    trends = [str(row["energy_verdict"]) if word in SIZED else "" for word, row in zip(outcomes, rows, strict=True)]
-    more: dict[str, Any] = {
-        "size": [size_of(row) for row in rows],
-        "trend": trends,
-        "varied": [dict(specification.parameters)[parameter] for specification in specifications],
-    }
-    return table.assign(outcome=outcomes, parameter=parameter, **more)
+    varied = [dict(specification.parameters)[parameter] for specification in specifications]
+    return _judged(table.assign(parameter=parameter, varied=varied), [_scale_of(specification) for specification in specifications])
 
 
-def size_of(row: Row) -> float:
-    """Return the energy error over the mean kinetic energy, or over the energy's scale where that is not known."""
-    size = float(row.get("energy_size", float("nan")))
-    return size if math.isfinite(size) else float(row["energy_error"] / row["energy_scale"])
+def parameter_table(specifications: Sequence[ParameterRuns], runs: Runs) -> "pd.DataFrame":
+    """Return the same of runs in a parameter, a row each, with :data:`COLUMNS` alone."""
+    import pandas as pd
+
+    parts: dict[str, list[Any]] = {name: [] for name in COLUMNS[:-3]}
+    scales: list[float] = []
+    columns = {name: column.tolist() for name, column in runs(specifications).items()}
+    for k, some in enumerate(specifications):
+        common = {"problem": some.problem, "case": some.case, "method": some.method, "value": some.value, "parameter": some.varied}
+        for name, part in parts.items():
+            part += [common[name]] * some.count if name in common else some.values if name == "varied" else _column(columns, name, k, some)
+        scales += [_scale(some.problem, some.case, ((some.varied, value),)) for value in some.values]
+    return _judged(pd.DataFrame(parts), scales)[list(COLUMNS)]
+
+
+def _column(columns: Mapping[Any, list[Any]], name: str, k: int, some: ParameterRuns) -> list[Any]:
+    return list(columns[name][k]) if name in some.columns else [float("nan")] * some.count
+
+
+def _judged(table: "pd.DataFrame", scales: Sequence[float]) -> "pd.DataFrame":
+    """Return a table with the columns "outcome", "size" and "trend"."""
+    outcomes, sizes = outcomes_of(table, np.array(scales)), sizes_of(table)
+    return table.assign(outcome=outcomes, size=sizes, trend=np.where(np.isin(outcomes, SIZED), table["energy_verdict"], ""))
+
+
+def sizes_of(rows: "Mapping[str, Any] | pd.DataFrame") -> Array:
+    """Return energy errors over mean kinetic energies, or over the energies' scales where those are not known, shape(n,)."""
+    size, error, scale = (np.asarray(rows[name], dtype=float) for name in ENERGY)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return np.where(np.isfinite(size), size, error / scale)
+
+
+def outcomes_of(rows: "Mapping[str, Any] | pd.DataFrame", scales: Array) -> NDArray[Any]:
+    """Return which of :data:`OUTCOMES` each row tells of, shape(n,).
+
+    Parameters
+    ----------
+    rows : mapping of str to array_like, shape(n,)
+        Columns: "failure", and of the metrics "energy", on a constrained problem "manifold", and "jump" where the other branch is to be
+        told.
+    scales : ndarray, shape(n,)
+        By how much g changes where all positions change by one part, NaN on a Poisson system.
+    """
+    failures = np.asarray(rows["failure"], dtype=object)
+    words = np.array([_word_of(failure) for failure in failures], dtype=object)
+    size, nothing = sizes_of(rows), np.zeros(len(failures))
+    g = np.asarray(rows["g"], dtype=float) if "g" in rows else nothing
+    off = ~np.isnan(scales) & ~(g <= FAR * np.where(scales != 0, scales, 1.0))
+    jump = np.asarray(rows["jump"], dtype=float) if "jump" in rows else nothing
+    choices = [words != "", off, jump > WRONG, ~(size <= ALL), size > LARGE]
+    return np.select(choices, [words, OFF, OTHER, LOST, COARSE], FINE)
 
 
 def outcome_of(specification: GridRun, row: Row) -> str:
-    """Return which of :data:`OUTCOMES` a row tells of.
+    """Return which of :data:`OUTCOMES` the row of a run tells of, see :func:`outcomes_of`."""
+    rows = {name: [value] for name, value in row.items()} | {name: [row.get(name, float("nan"))] for name in ENERGY}
+    return str(outcomes_of(rows, np.array([_scale_of(specification)]))[0])
 
-    Of the metrics it needs "energy", and on a constrained problem "manifold"; "jump" where the other branch is to be told.
-    """
-    if row["failure"]:
-        return next((word for text, word in TOLD.items() if text in row["failure"]), STOPPED)
-    ivp = specification.ivp
-    if not isinstance(ivp, PoissonIvp):
-        scale = residual_scales(ivp, ivp.p0, ivp.q0)[0]
-        if not row["g"] <= FAR * (scale or 1.0):
-            return OFF
-    if row.get("jump", 0.0) > WRONG:
-        return OTHER
-    size = size_of(row)
-    return LOST if not size <= ALL else COARSE if size > LARGE else FINE
+
+def _word_of(failure: str) -> str:
+    """Return the word for why a run failed; "" where it did not."""
+    return next((word for text, word in TOLD.items() if text in failure), STOPPED) if failure else ""
+
+
+def _scale_of(specification: GridRun) -> float:
+    return _scale(specification.problem, specification.case, specification.parameters)
+
+
+@lru_cache(maxsize=4096)
+def _scale(problem: str, case: str, parameters: tuple[tuple[str, float], ...]) -> float:
+    """Return by how much g changes where all positions change by one part; NaN where there is no g, or no start."""
+    try:
+        ivp = ivp_of(problem, case, parameters, "")
+    except DaebenchError:
+        return float("nan")  # the run has failed, and says so
+    return float("nan") if isinstance(ivp, PoissonIvp) else residual_scales(ivp, ivp.p0, ivp.q0)[0]

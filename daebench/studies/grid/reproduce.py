@@ -15,6 +15,7 @@ from typing import Any
 from daebench.errors import BadInput
 from daebench.studies.grid.archive import FORMAT, MANIFEST, ROWS
 from daebench.studies.grid.measure import row_of
+from daebench.studies.grid.parameter_runs import specification_of
 from daebench.studies.grid.run_specification import GridRun
 from daebench.studies.grid.store import StoredRow, of_json
 from daebench.systems.files.execute import is_path
@@ -156,7 +157,7 @@ def unpacked(archive: Archive) -> Iterator[list[tuple[StoredRow, GridRun]]]:
 
 
 def _specification(row: StoredRow, folder: Path, problem_files: Sequence[str]) -> GridRun:
-    specification = GridRun.of_plain(row.specification)
+    specification = specification_of(row.specification)
     return replace(specification, problem=str(folder / specification.problem)) if specification.problem in problem_files else specification
 
 
@@ -171,7 +172,7 @@ def reproduced(
         for done, (row, specification) in enumerate(runs, 1):
             made = row_of(replace(specification, repeat=min(specification.repeat, 1)))
             comparison = compared(row.row, made, rtol=rtol, atol=atol)
-            yield replace(comparison, specification=GridRun.of_plain(row.specification))
+            yield replace(comparison, specification=specification_of(row.specification))
             tell(done / len(runs))
 
 
@@ -182,13 +183,19 @@ def compared(archived: Mapping[str, Any], new: Mapping[str, Any], *, rtol: float
     for name in archived:
         if name in UNTOLD:
             continue
-        old, now = archived[name], new.get(name)
-        word = _verdict(name, old, now, rtol, atol)
-        ahead = (EQUAL, WITHIN, DIFFERS).index(word) - (EQUAL, WITHIN, DIFFERS).index(worst.verdict)
-        candidate = Reproduced(nobody, word, name, old, now)
-        if ahead > 0 or (ahead == 0 and word != EQUAL and candidate.difference > worst.difference):
-            worst = candidate
+        for old, now in _entries(archived[name], new.get(name)):
+            word = _verdict(name, old, now, rtol, atol)
+            ahead = (EQUAL, WITHIN, DIFFERS).index(word) - (EQUAL, WITHIN, DIFFERS).index(worst.verdict)
+            candidate = Reproduced(nobody, word, name, old, now)
+            if ahead > 0 or (ahead == 0 and word != EQUAL and candidate.difference > worst.difference):
+                worst = candidate
     return worst
+
+
+def _entries(old: Any, now: Any) -> list[tuple[Any, Any]]:
+    """Return what is held against each other: two values, or those of two lists."""
+    lists = isinstance(old, list) and isinstance(now, list) and len(old) == len(now)
+    return list(zip(old, now, strict=True)) if lists else [(old, now)]
 
 
 def _verdict(name: str, old: Any, now: Any, rtol: float, atol: float) -> str:
@@ -196,7 +203,7 @@ def _verdict(name: str, old: Any, now: Any, rtol: float, atol: float) -> str:
         return EQUAL
     if name == "failure":
         return WITHIN if bool(old) == bool(now) else DIFFERS
-    if isinstance(old, str | bool | None) or isinstance(now, str | bool | None):
+    if isinstance(old, str | bool | list | None) or isinstance(now, str | bool | list | None):
         return DIFFERS
     if name.startswith("n_") or name == "steps":
         return WITHIN

@@ -21,6 +21,7 @@ from daebench.runs.ivp import Ivp
 from daebench.runs.provenance import versions
 from daebench.runs.request import Request, WorkLimit
 from daebench.schemes.kernels.language import ROUNDINGS
+from daebench.studies.initial_conditions import neighbour
 from daebench.systems.files import package
 from daebench.systems.renamed import OldAttribute, renamed_here
 
@@ -31,7 +32,7 @@ SHOWING = ("cli", "draw", "pages", "reports")
 """Folders of this package that only choose runs and show what they gave; so do files of figures."""
 
 COLUMNS = frozenset(
-    {"problem", "case", "method", "knob", "value", "precision", "compensated", "sweeps", "newton", "t_end"}
+    {"problem", "case", "method", "knob", "value", "precision", "compensated", "sweeps", "newton", "t_end", "start"}
     | {
         "reference",
         "steps",
@@ -133,6 +134,10 @@ class GridRun(RunSpecification):
         Calls of the right side or residual after which a tolerance-driven run is given up; 0 for never.
     beside : bool
         Whether it is timed while others may run beside it, on this machine or a cluster: such times are no times of a run alone.
+    start : int
+        Number of its start: 0 is that of the case, others are neighbours of it, seeded by their number.
+    spread : float
+        How far neighbours are, see :func:`daebench.studies.initial_conditions.neighbour`; 0 where all runs start as the case says.
     """
 
     value: float
@@ -144,6 +149,18 @@ class GridRun(RunSpecification):
     newton: float = 0.0
     calls: int = 0
     beside: bool = False
+    start: int = 0
+    spread: float = 0.0
+
+    @property
+    def ivp(self) -> Ivp:
+        """The problem with its numbers."""
+        return ivp_of(*self.where)
+
+    @property
+    def where(self) -> "Where":
+        """What decides its initial value problem."""
+        return self.problem, self.case, self.parameters, self.on_singular, self.start, self.spread if self.start else 0.0
 
     @property
     def solver(self) -> Any:
@@ -168,6 +185,11 @@ class GridRun(RunSpecification):
         return Request(value=self.value, t_end=self.t_end, precision=self.precision, every=every, points=points, work_limit=work_limit)
 
     @property
+    def count(self) -> int:
+        """How many runs it is."""
+        return 1
+
+    @property
     def _every(self) -> int:
         steps = self.t_end / self.value if self.value > 0 else 0.0
         return max(1, int(steps / self.outputs + 0.5)) if steps < 1e15 else 1
@@ -186,10 +208,17 @@ class GridRun(RunSpecification):
         return replace(self, value=value)
 
 
+Where = tuple[str, str, tuple[tuple[str, float], ...], str, int, float]
+"""What decides an initial value problem: problem, case, parameters, what is done where G loses rank, number of its start, and spread."""
+
+
 @lru_cache(maxsize=64)
-def ivp_of(problem: str, case: str, parameters: tuple[tuple[str, float], ...], on_singular: str) -> Ivp:
+def ivp_of(
+    problem: str, case: str, parameters: tuple[tuple[str, float], ...], on_singular: str, start: int = 0, spread: float = 0.0
+) -> Ivp:
     """Return a problem with its numbers from plain values; the last ones that were asked for are at hand."""
-    return singular_as(initial_value_problem(problem, case, dict(parameters)), on_singular or None)
+    ivp = singular_as(initial_value_problem(problem, case, dict(parameters)), on_singular or None)
+    return neighbour(ivp, spread, start) if start else ivp
 
 
 def defined_by(ivp: Ivp) -> tuple[str, ...]:

@@ -30,6 +30,7 @@ from importlib.util import find_spec
 from multiprocessing.context import BaseContext
 
 from daebench.errors import BadInput
+from daebench.runs.machine import cores
 from daebench.studies.grid.tls import NO_TLS, Tls, security
 
 THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
@@ -82,11 +83,6 @@ def local_processes(workers: int | None = None) -> Iterator[Executor]:
                 os.environ.pop(name, None)
             else:
                 os.environ[name] = value
-
-
-def cores() -> int:
-    """Return how many cores this process may use."""
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 def _context() -> BaseContext:

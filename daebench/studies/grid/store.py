@@ -171,6 +171,11 @@ class Store:
     def __len__(self) -> int:
         return int(self._base.execute("SELECT count(*) FROM rows").fetchone()[0])
 
+    @property
+    def runs(self) -> int:
+        """Number of runs, of which a row may have several."""
+        return sum(len(json.loads(cell).get("values", [None])) for (cell,) in self._base.execute("SELECT cell FROM rows"))
+
     def get(self, key: str) -> dict[str, Any] | None:
         """Return the row of a key, or None.
 
@@ -209,14 +214,14 @@ class Store:
         for key, specification, row, code_version, took in self._base.execute("SELECT key, cell, row, maker, took FROM rows"):
             yield StoredRow(key, json.loads(specification), _read(row), code_version, took)
 
-    def outdated(self, wanted: Mapping[str, Mapping[str, Any]]) -> int:
-        """Return how many runs, by their keys, are kept under another key alone: made by other versions, or of a changed definition."""
+    def outdated(self, wanted: Mapping[str, Mapping[str, Any]]) -> list[str]:
+        """Return the keys of runs that are kept under another key alone: made by other versions, or of a changed definition."""
         asked = {_text(specification): key for key, specification in wanted.items()}
         keys_by_specification: dict[str, set[str]] = {}
         for key, specification in self._base.execute("SELECT key, cell FROM rows"):
             if specification in asked:
                 keys_by_specification.setdefault(specification, set()).add(key)
-        return sum(asked[specification] not in keys for specification, keys in keys_by_specification.items())
+        return [asked[specification] for specification, keys in keys_by_specification.items() if asked[specification] not in keys]
 
 
 def as_json(stored: StoredRow) -> str:
@@ -270,7 +275,7 @@ def opened(path: Path) -> Iterator[Store]:
         try:
             yield store
         except KeyboardInterrupt as stop:
-            raise Interrupted(f"interrupted; {len(store)} runs are kept in {path}: run again to go on.") from stop
+            raise Interrupted(f"interrupted; {store.runs} runs are kept in {path}: run again to go on.") from stop
 
 
 def _digest(*columns: object) -> str:
@@ -304,13 +309,21 @@ def _written(row: Mapping[str, Any]) -> str:
 
 
 def _word(value: Any) -> Any:
+    if isinstance(value, list):
+        return list(map(_word, value))
     if isinstance(value, float) and not math.isfinite(value):
         return {"number": repr(value)}
     return value
 
 
 def _read(text: str) -> dict[str, Any]:
-    return {name: float(value["number"]) if isinstance(value, dict) else value for name, value in json.loads(text).items()}
+    return {name: _value(word) for name, word in json.loads(text).items()}
+
+
+def _value(word: Any) -> Any:
+    if isinstance(word, list):
+        return list(map(_value, word))
+    return float(word["number"]) if isinstance(word, dict) else word
 
 
 Kept = StoredRow  # the name of the release before; it goes with the next one

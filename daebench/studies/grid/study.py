@@ -58,6 +58,11 @@ class Study:
         Whether schemes may run where they are no Poisson integrators.
     on_singular : str
         What is done where G loses rank; "" for what the case says.
+    starts : sequence of int
+        Numbers of starts: 0 is that of the case, others are random ones beside it, see
+        :func:`daebench.studies.initial_conditions.neighbour`, which they seed.
+    spread : float
+        How far those are, relative to the largest position or momentum.
 
     Raises
     ------
@@ -80,17 +85,22 @@ class Study:
     beside: bool = False
     anyway: bool = False
     on_singular: str = ""
+    starts: Sequence[int] = (0,)
+    spread: float = 0.01
 
     def __post_init__(self) -> None:
         positive("t_end", self.t_end)
+        positive("spread", self.spread)
         if whole("repeat", self.repeat) < 0:
             raise BadInput(f"repeat = {self.repeat} must be 0 or more.")
         metrics_of(self.metrics)
-        axes: dict[str, Sequence[object]] = {name: getattr(self, name) for name in ("methods", "cases", "metrics", "precisions")}
+        axes: dict[str, Sequence[object]] = {name: getattr(self, name) for name in ("methods", "cases", "metrics", "precisions", "starts")}
         axes |= {f"values of {name}": axis for name, axis in (*self.values.items(), *self.parameters.items())}
         for name, values in axes.items():
             if isinstance(values, str) or not isinstance(values, Sequence | range):
                 raise BadInput(f"{name} of a study must be several, in a list, not {values!r}.")
+            if name == "starts" and any(not isinstance(k, int) or k < 0 for k in values):
+                raise BadInput(f"starts of a study are numbers 0, 1, 2, ..., not {list(values)!r}.")
             if len(set(values)) < len(values):
                 twice = next(value for k, value in enumerate(values) if value in values[:k])
                 raise BadInput(f"{name} of a study has {twice!r} twice; leave one out.")
@@ -136,8 +146,8 @@ class Study:
             raise BadInput(f"values of {', '.join(sorted(useless))} are of no use to {', '.join(self.methods)}; leave them out.")
         grids = [[(name, float(x)) for x in values] for name, values in self.parameters.items()]
         options = [self._options_of(ivp, solver) for solver in solvers]
-        for case, given, (name, method_options, values), precision in product(
-            self.cases or [ivp.case], product(*grids), zip(self.methods, options, resolutions, strict=True), self.precisions
+        for case, given, (name, method_options, values), precision, start in product(
+            self.cases or [ivp.case], product(*grids), zip(self.methods, options, resolutions, strict=True), self.precisions, self.starts
         ):
             for value in values:
                 yield GridRun(
@@ -155,6 +165,8 @@ class Study:
                     repeat=self.repeat,
                     calls=self.calls,
                     beside=self.beside and self.repeat > 0,
+                    start=int(start),
+                    spread=float(self.spread) if any(self.starts) else 0.0,
                     **computed_in(precision),
                 )
 

@@ -1,25 +1,37 @@
 """What becomes of runs over step size and a parameter: how large their energy errors are, where they drift, and how methods break."""
 
+from collections.abc import Mapping, Sequence
+from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
-from daebench.draw.figures import drawing, grid_of_axes, save
-from daebench.studies.grid.outcomes import ALL, FINE, OUTCOMES, SIZED, varied_runs
+from daebench.draw.figures import QUIET, VERMILION, drawing, grid_of_axes, save
+from daebench.draw.tiles import edges, fill
+from daebench.methods.names import method_of
+from daebench.studies.grid.outcomes import ALL, FINE, LARGE, OUTCOMES, SIZED, parameter_table
+from daebench.studies.grid.parameter_rows import made_together
+from daebench.studies.grid.parameter_runs import ParameterRuns
 from daebench.studies.grid.rows import by_method
-from daebench.studies.grid.run_specification import GridRun
 from daebench.studies.grid.runs import Runs
 from daebench.studies.stability.extreme import Asked
 
 if TYPE_CHECKING:
     import pandas as pd
 
-STEPS = tuple(2.0 ** (k / 2) for k in range(8, 23))
-"""Steps of the runs, where no step sizes are given: from 16 on, too few to see a drift, to 2048."""
+FEWEST_STEPS, MOST_STEPS = 16, 2048
+"""Steps of the runs, where no step sizes are given: from too few to see a drift on."""
 
-FACTORS = tuple(10.0 ** (k / 4) for k in range(-8, 9))
-"""Factors of the parameter's own value, where none are given."""
+RANGE = 100.0
+"""The parameter goes from one part in so many of its own value to so many times that, where no values are given."""
+
+SIDE = 256
+"""Step sizes, and values of the parameter, of a map whose runs are made together, as members of ensembles."""
+
+FEW_STEPS, FEW_VALUES = 15, 17
+"""The same of a map whose runs are made one by one."""
 
 FIRST = ("gravity", "strength", "stiffness")
 """Parameters that are varied rather than others."""
@@ -27,28 +39,28 @@ FIRST = ("gravity", "strength", "stiffness")
 METHODS = 6
 """Methods of the standard set that are mapped, for a picture that can be read."""
 
-SMALLEST = 1e-8
-"""Energy errors below this are drawn alike, as those above all of the kinetic energy are."""
+SIZES = (1e-8, 1e-6, 1e-4, 1e-2, LARGE, ALL)
+"""Energy errors between which colours change, in parts of the mean kinetic energy."""
 
-SIZES, LOST_COLOUR = "YlOrBr", "#3d1700"
-"""Colours of energy errors, from small to large, and of those that are larger than the kinetic energy."""
+SIZE_COLOURS = ("#ffffe5", "#fff1b3", "#fed976", "#fe9929", "#d95f0e", "#993404", "#3d1700")
+"""Colours of energy errors, from small to those that are larger than the kinetic energy."""
 
-DARK = 1e-2
-"""Energy error from which on its colour is so dark that letters are white."""
-
-TRENDS = {"drifts": "d", "undetermined": "?"}
-"""Letters of the verdicts on the energy of runs that came to their end; what is kept or bounded has none."""
-
-LETTERS = {
-    "off the manifold": ("#cc79a7", "m"),
-    "wrong branch": ("#0072b2", "w"),
-    "no solution": ("#56b4e9", "n"),
-    "singular": ("#009e73", "s"),
-    "rank lost": ("#767676", "r"),
-    "blown up": ("#000000", "b"),
-    "stopped": ("#ffffff", "x"),
+COLOURS = {
+    "off the manifold": "#cc79a7",
+    "wrong branch": "#0072b2",
+    "no solution": "#56b4e9",
+    "singular": "#009e73",
+    "rank lost": "#767676",
+    "blown up": "#000000",
+    "stopped": "#ffffff",
 }
-"""Colour and letter of each outcome that has no size."""
+"""Colour of each outcome that has no size."""
+
+TRENDS = {"kept": "#1b7837", "bounded": "#d9f0d3", "undetermined": "#9e9e9e", "drifts": VERMILION, "": "#ffffff"}
+"""Colours of the verdicts on the energy; white is what did not come to its end on the manifold."""
+
+WRITTEN = ["problem", "case", "method", "value", "parameter", "varied", "steps", "outcome", "size", "trend"]
+"""Columns that are written beside the picture; the store has the others."""
 
 
 def parameter_of(asked: Asked) -> str:
@@ -63,29 +75,42 @@ def refusal(asked: Asked) -> str:
         return "none of these methods has fixed steps"
     if not parameter_of(asked):
         return f"{asked.problem} has no parameter that could be varied"
-    given = asked.parameters.get(parameter_of(asked), FACTORS)
+    given = asked.parameters.get(parameter_of(asked), (1.0,))
     if min(given) <= 0 or len(set(given)) < len(given) or len(set(asked.h)) < len(asked.h):
         return "its axes are logarithmic, and take values greater than 0, each once"
     return ""
 
 
-def specifications(asked: Asked) -> list[GridRun]:
-    """Return the runs."""
+def together(asked: Asked, method: str) -> bool:
+    """Return whether the runs of a method are made together, as members of ensembles, so that there may be many."""
+    return made_together(method_of(asked.ivp, method, anyway=asked.poisson), asked.ivp)
+
+
+def _spaced(first: float, last: float, n: int) -> list[float]:
+    values: list[float] = np.geomspace(first, last, n).tolist()
+    return values
+
+
+def specifications(asked: Asked) -> list[ParameterRuns]:
+    """Return the runs, those with one step size in one piece where they are made together."""
     name = parameter_of(asked)
-    values = asked.parameters.get(name) or [asked.ivp.parameters[name] * factor for factor in FACTORS]
-    steps = asked.h or [asked.end / n for n in STEPS]
     metrics = ("energy",) if asked.poisson else ("energy", "manifold", "jump")
-    return [
-        asked.specification(method, h, metrics, parameters=((name, float(value)),), outputs=int(asked.end / h + 1))
-        for method in (asked.fixed if asked.methods else asked.fixed[:METHODS])
-        for value in values
-        for h in steps
-    ]
+    pieces = []
+    for method in asked.fixed if asked.methods else asked.fixed[:METHODS]:
+        at_once = together(asked, method)
+        across, up = (SIDE, SIDE) if at_once else (FEW_STEPS, FEW_VALUES)
+        own = asked.ivp.parameters[name]
+        values = tuple(map(float, asked.parameters.get(name) or _spaced(own / RANGE, own * RANGE, up)))
+        for h in asked.h or [asked.end / n for n in _spaced(FEWEST_STEPS, MOST_STEPS, across)]:
+            for some in [values] if at_once else [(value,) for value in values]:
+                fields = vars(asked.specification(method, h, metrics, outputs=int(asked.end / h + 1)))
+                pieces.append(ParameterRuns(**fields, varied=name, values=some))
+    return pieces
 
 
 def measure(asked: Asked, runs: Runs) -> "pd.DataFrame":
-    """Return one row a run, with the columns "outcome", "size" and "trend"."""
-    return varied_runs(specifications(asked), parameter_of(asked), runs)
+    """Return one row a run, with its outcome, the size of its energy error and the trend of that."""
+    return parameter_table(specifications(asked), runs)
 
 
 def says(table: "pd.DataFrame") -> list[str]:
@@ -102,73 +127,66 @@ def says(table: "pd.DataFrame") -> list[str]:
 
 
 def draw(out: Path, stem: str, table: "pd.DataFrame") -> Path:
-    """Draw a map for each method, step size across and parameter up: colours are sizes of the energy error, letters its trend."""
-    methods = list(dict.fromkeys(table["method"]))
+    """Draw two maps for each method, step size across and parameter up: what became of runs, and below it the trend of their energy."""
+    methods = by_method(table)
     columns = min(3, len(methods))
-    lines = -(-len(methods) // columns)
+    lines = 2 * -(-len(methods) // columns)
     with drawing():
-        figure, axes = grid_of_axes(lines, columns, 1.1 + 2.1 * lines, sharex=True, sharey=True)
-        for k, axis in enumerate(axes.flat):
-            if k < len(methods):
-                tiles = _map(axis, table[table["method"] == methods[k]], methods[k])
-            else:
-                axis.set_visible(False)
-        for axis in axes[-1]:
-            axis.set_xlabel("step size h [s]")
+        figure, axes = grid_of_axes(lines, columns, 1.2 + 1.75 * lines, sharex=True, sharey=True)
+        for axis in axes.flat:
+            axis.set_visible(False)
+        for k, (method, rows) in enumerate(methods):
+            above, below = axes[2 * (k // columns), k % columns], axes[2 * (k // columns) + 1, k % columns]
+            _maps(above, below, method, rows)
         for axis in axes[:, 0]:
             axis.set_ylabel(str(table["parameter"].iloc[0]))
-        bar = figure.colorbar(tiles, ax=axes, label="energy error / mean kinetic energy", extend="both", aspect=30, pad=0.01)
-        bar.solids.set(rasterized=False, edgecolor="face")  # type: ignore[union-attr]  # an image would be data: in a page
-        figure.legend(handles=_patches(table), loc="outside lower center", ncols=4, handlelength=1.2)
-        return save(figure, out, stem, table)
+        for axis in axes[-1]:
+            axis.set_xlabel("step size h [s]")
+        _legends(figure, table)
+        return save(figure, out, stem, table[WRITTEN])
 
 
-def _patches(table: "pd.DataFrame") -> list[Any]:
-    """Return the keys of the trends, and of the outcomes that have no size, as far as they are there."""
+def _maps(above: Any, below: Any, method: str, rows: "pd.DataFrame") -> None:
+    """Draw the two maps of a method."""
+    grid = {name: rows.pivot(index="varied", columns="value", values=name) for name in ("outcome", "size", "trend")}
+    across, up = (edges(axis.to_numpy(dtype=float)) for axis in (grid["outcome"].columns, grid["outcome"].index))
+    words, sizes = grid["outcome"].to_numpy(dtype=object), grid["size"].to_numpy(dtype=float)
+    others = {word: len(SIZE_COLOURS) + k for k, word in enumerate(COLOURS)}
+    classes = np.where(np.isin(words, SIZED), np.searchsorted(SIZES, sizes, side="right"), _numbers(words, others))
+    fill(above, across, up, classes, [*SIZE_COLOURS, *COLOURS.values()])
+    trends = _numbers(grid["trend"].to_numpy(dtype=object), {word: k for k, word in enumerate(TRENDS)})
+    fill(below, across, up, trends, list(TRENDS.values()))
+    few = "" if words.size >= SIDE**2 else f" ({words.shape[1]} x {words.shape[0]})"
+    above.set_title(f"{method}{few}")
+    for axis in (above, below):
+        axis.set(xscale="log", yscale="log", visible=True)
+        axis.grid(visible=False)
+
+
+def _numbers(words: NDArray[Any], numbers: Mapping[str, int]) -> NDArray[np.int64]:
+    """Return the number of each word, -1 of one that has none."""
+    return np.select([words == word for word in numbers], list(numbers.values()), -1).astype(np.int64)
+
+
+def _legends(figure: Any, table: "pd.DataFrame") -> None:
+    """Name the colours of outcomes and of trends, as far as they are there."""
+    seen = [word for word in OUTCOMES if word in COLOURS and (table["outcome"] == word).any()]
+    outcomes = [*zip(SIZE_COLOURS, _ranges(), strict=True), *((COLOURS[word], word) for word in seen)]
+    trends = [(colour, word) for word, colour in TRENDS.items() if word and (table["trend"] == word).any()]
+    settings: dict[str, Any] = {"handlelength": 1.2, "columnspacing": 1.2, "title_fontsize": 8.5}
+    title = "upper maps: energy error / mean kinetic energy, and what became of the other runs"
+    figure.legend(handles=_patches(outcomes), loc="outside upper center", ncols=5, title=title, **settings)
+    title = "lower maps: trend of the energy error; white: no end on the manifold"
+    figure.legend(handles=_patches(trends), loc="outside lower center", ncols=len(TRENDS), title=title, **settings)
+
+
+def _ranges() -> list[str]:
+    """Return what the colours of energy errors say."""
+    powers = [f"$10^{{{round(np.log10(size))}}}$" if size < LARGE else f"{size:g}" for size in SIZES]
+    return [f"below {powers[0]}", *(f"{a} to {b}" for a, b in pairwise(powers)), f"above {powers[-1]}: lost"]
+
+
+def _patches(named: Sequence[tuple[str, str]]) -> list[Any]:
     from matplotlib.patches import Patch
 
-    grey: dict[str, Any] = {"facecolor": "none", "edgecolor": "#767676"}
-    trends = [Patch(**grey, label=f"{letter}  energy {word}") for word, letter in TRENDS.items() if (table["trend"] == word).any()]
-    seen = [word for word in OUTCOMES if word in LETTERS and (table["outcome"] == word).any()]
-    return [*trends, *(Patch(**grey | {"facecolor": LETTERS[word][0]}, label=f"{LETTERS[word][1]}  {word}") for word in seen)]
-
-
-def _map(axis: Any, rows: "pd.DataFrame", title: str) -> Any:
-    """Draw one map; return the tiles that are coloured by size."""
-    from matplotlib import colormaps
-    from matplotlib.colors import ListedColormap, LogNorm
-
-    words = list(LETTERS)
-    outcomes, sizes, trends = (rows.pivot(index="varied", columns="value", values=name) for name in ("outcome", "size", "trend"))
-    across, up = _edges(outcomes.columns.to_numpy(dtype=float)), _edges(outcomes.index.to_numpy(dtype=float))
-    sized = outcomes.isin(SIZED).to_numpy()
-    look = {"edgecolors": "white", "linewidth": 0.2, "rasterized": False}
-    scale = colormaps[SIZES].with_extremes(over=LOST_COLOUR)
-    errors = np.ma.masked_where(~sized, np.maximum(sizes.to_numpy(dtype=float), SMALLEST / 10))
-    tiles = axis.pcolormesh(across, up, errors, cmap=scale, norm=LogNorm(SMALLEST, ALL), **look)
-    numbers = np.array([[words.index(word) if word in words else 0 for word in line] for line in outcomes.to_numpy()])
-    colours = ListedColormap([colour for colour, _ in LETTERS.values()])
-    axis.pcolormesh(across, up, np.ma.masked_where(sized, numbers), cmap=colours, vmin=-0.5, vmax=len(words) - 0.5, **look)
-    for j, value in enumerate(outcomes.index):
-        for k, h in enumerate(outcomes.columns):
-            _letter(axis, float(str(h)), float(str(value)), str(outcomes.iloc[j, k]), str(trends.iloc[j, k]), float(str(sizes.iloc[j, k])))
-    axis.set(xscale="log", yscale="log")
-    axis.set_title(title)
-    axis.grid(visible=False)
-    return tiles
-
-
-def _letter(axis: Any, h: float, value: float, word: str, trend: str, size: float) -> None:
-    """Write the letter of a tile: of its trend where it has a size, else of its outcome."""
-    letter = TRENDS.get(trend, "") if word in SIZED else LETTERS[word][1]
-    dark = word in ("blown up", "wrong branch", "rank lost") or (word in SIZED and size > DARK)
-    axis.text(h, value, letter, fontsize=4.5, ha="center", va="center", color="white" if dark else "black")
-
-
-def _edges(values: np.ndarray) -> np.ndarray:
-    """Return the edges of tiles with these centres, equally far from neighbours in the logarithm."""
-    logs = np.log(values)
-    if len(logs) == 1:
-        return np.asarray(np.exp([logs[0] - 0.5, logs[0] + 0.5]))
-    middle = (logs[1:] + logs[:-1]) / 2
-    return np.asarray(np.exp([2 * logs[0] - middle[0], *middle, 2 * logs[-1] - middle[-1]]))
+    return [Patch(facecolor=colour, edgecolor=QUIET, linewidth=0.5, label=label) for colour, label in named]

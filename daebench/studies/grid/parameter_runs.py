@@ -1,0 +1,67 @@
+"""Runs that differ in a parameter alone, as one piece of a study: made together, and kept as one row of a store with lists."""
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from daebench.errors import BadInput
+from daebench.studies.grid.run_specification import GridRun
+
+MEASURED = {"energy": ("energy_error", "energy_size", "energy_scale", "energy_verdict"), "manifold": ("g", "Gv"), "jump": ("jump",)}
+"""What is measured of them, by the name of the metric, and the columns of it that are kept."""
+
+ALWAYS = ("steps", "failure")
+"""Columns that are kept in any case."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class ParameterRuns(GridRun):
+    """Runs of one method with one step size over values of a parameter.
+
+    Parameters
+    ----------
+    varied : str
+        Name of the parameter.
+    values : tuple of float
+        Its values, one for each run.
+
+    Raises
+    ------
+    BadInput
+        If a metric is none of :data:`MEASURED`.
+    """
+
+    varied: str
+    values: tuple[float, ...]
+
+    def __post_init__(self) -> None:
+        if others := set(self.metrics) - set(MEASURED):
+            raise BadInput(f"{', '.join(sorted(others))} of runs that are made together is not measured; there are {', '.join(MEASURED)}.")
+
+    @property
+    def count(self) -> int:
+        """How many runs these are."""
+        return len(self.values)
+
+    @property
+    def columns(self) -> tuple[str, ...]:
+        """Names of the columns with an entry for each run."""
+        return (*ALWAYS, *(name for metric in self.metrics for name in MEASURED[metric]))
+
+    def run(self, i: int) -> GridRun:
+        """Return one of the runs by itself."""
+        fields = {name: value for name, value in vars(self).items() if name in GridRun.__dataclass_fields__}
+        return GridRun(**fields | {"parameters": (*self.parameters, (self.varied, self.values[i]))})
+
+    def rows(self, row: Mapping[str, Any]) -> Iterator[dict[str, Any]]:
+        """Give the row of each run, of what was computed for all of them."""
+        common = {name: value for name, value in row.items() if name not in self.columns}
+        for i, value in enumerate(self.values):
+            yield {**common, self.varied: value, **{name: row[name][i] for name in self.columns}}
+
+
+def specification_of(given: Mapping[str, Any]) -> GridRun:
+    """Return a run, or several in a parameter, with the fields that :meth:`GridRun.plain` gives; raise BadInput if there are others."""
+    if "varied" not in given:
+        return GridRun.of_plain(given)
+    return ParameterRuns.of_plain({**given, "values": tuple(map(float, given["values"]))})
