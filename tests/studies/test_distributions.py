@@ -212,7 +212,7 @@ def test_an_ensemble_of_one_energy_has_the_same_distribution_after_a_run_and_one
     first = draw_starts(ivp, "energy", members=N, h=0.01, seed=1)
     other = np.concatenate(draw_starts(ivp, "energy", members=N, h=0.01, seed=2).members.start, axis=1)
     assert least(after(ivp, first, 150), other) > CHANCE
-    monkeypatch.setattr(Mechanics, "volume", lambda self, q, G, rows=None: 3 * q[1])
+    monkeypatch.setattr(Mechanics, "volume", lambda self, q, G, rows=None: q[1])
     wrong = [draw_starts(ivp, "energy", members=N, h=0.01, seed=seed) for seed in (1, 2)]
     assert least(after(ivp, wrong[0], 150), np.concatenate(wrong[1].members.start, axis=1)) < 1e-6
 
