@@ -1,11 +1,14 @@
 """Ensembles: what is stored and measured of members, held against runs of their own and against numbers that are known."""
 
+from collections import Counter
+
 import definitions
 import numpy as np
 import pytest
 
 import daebench
 from daebench.compiler.definition import source_of
+from daebench.diagnostics.energy_verdict import energy_verdict
 from daebench.errors import BadInput
 from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.runs.make_ivp import make_ivp
@@ -63,6 +66,23 @@ def test_spread_and_quantiles_are_those_of_the_definitions(swings):
     table = swings.bands
     assert table["energy_q50"].iloc[-1] == pytest.approx(np.median(swings.energy_errors[-1]), rel=1e-14)
     assert table["members"].tolist() == [12] * 11
+
+
+@pytest.mark.usefixtures("uncompiled_schemes")
+@pytest.mark.filterwarnings("ignore::daebench.errors.LostMotion")
+def test_verdicts_are_those_of_each_member_by_itself():
+    """Of a step that is too large for some, with starts of one energy: swings, turns, and one that is too fast."""
+    where = initial_value_problem("planar_pendulum", "horizontal")
+    angles, speeds = np.array([0.5, 1.5, 3.0, 0.1, 1.0]), np.array([0.0, 0.5, 4.0, 0.0, 40.0])
+    q = np.stack([np.sin(angles), -np.cos(angles)], axis=1)
+    p = speeds[:, None] * np.stack([np.cos(angles), np.sin(angles)], axis=1)
+    for method in ("rk4", "rattle"):
+        some = daebench.ensemble(where, method=method, h=0.3, steps=400, points=401, starts=Given(p, q, h=0.3), lanes=1)
+        problems = [some.run.members.member(i) for i in range(5)]
+        expected = [energy_verdict(ivp, daebench.run(ivp, method=method, h=0.3, steps=400)).verdict for ivp in problems]
+        assert some.verdicts.tolist() == expected
+        assert len(set(expected)) > 1
+        assert some.summary()["verdicts"] == dict(Counter(expected))
 
 
 def test_members_that_stop_are_counted_by_reason_and_leave_the_statistics():

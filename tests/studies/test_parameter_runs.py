@@ -8,6 +8,7 @@ import pytest
 
 from daebench.errors import BadInput
 from daebench.runs.members import members
+from daebench.studies.ensemble import energies
 from daebench.studies.grid import parameter_rows
 from daebench.studies.grid.estimate import estimate
 from daebench.studies.grid.export import frame
@@ -104,8 +105,8 @@ def test_a_number_of_another_member_is_seen(monkeypatch, column):
 def test_parts_that_fit_into_memory_have_the_same_rows(monkeypatch):
     (some,) = over_steps("rattle", (80,))
     whole = row_of(some)
-    for name, number in (("NUMBERS", 80 * 6 * 5), ("AT_ONCE", 50)):
-        monkeypatch.setattr(parameter_rows, name, number)
+    for module, name, number in ((parameter_rows, "NUMBERS", 80 * 6 * 5), (energies, "AT_ONCE", 50)):
+        monkeypatch.setattr(module, name, number)
         assert as_json(StoredRow("", some.plain(), row_of(some), "", 0.0)) == as_json(StoredRow("", some.plain(), whole, "", 0.0))
 
 

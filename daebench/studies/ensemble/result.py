@@ -7,10 +7,13 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
+from daebench.diagnostics.energy import FAILED
 from daebench.methods.ensemble.result import EnsembleRun
 from daebench.runs.ivp import ConstrainedIvp, PoissonIvp
 from daebench.runs.trajectory import Array
+from daebench.studies.ensemble.energies import ended_members, member_energies
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -106,6 +109,15 @@ class Ensemble:
             distance: Array = np.sqrt(np.nanmean(np.sum((x - mean) ** 2, axis=2), axis=1))
         return distance
 
+    @cached_property
+    def verdicts(self) -> NDArray[np.str_]:
+        """Verdict on the energy of each member, shape(n,), see :func:`daebench.diagnostics.energy.energy_drift`."""
+        words = np.full(len(self.run.members), FAILED, dtype="U12")
+        ended = ended_members(self.run)
+        if len(ended):
+            words[ended] = member_energies(self.run, ended)["energy_verdict"]
+        return words
+
     def quantiles(self, values: Array, levels: Sequence[float] = LEVELS) -> Array:
         """Return quantiles over the members that go on, shape(levels, ...), of numbers of shape(..., n); NaN where there is none."""
         numbers = np.where(np.isfinite(values), values, np.nan)
@@ -185,6 +197,7 @@ class Ensemble:
             "t": float(np.max(run.index[-1] * h)),
             "failed": len(run.failed),
             "failures": self.reasons,
+            "verdicts": dict(Counter(self.verdicts.tolist()).most_common()),
             "quantiles": maxima,
             "seconds": run.seconds,
             "compile_seconds": run.compile_seconds,

@@ -2,33 +2,26 @@
 
 from collections.abc import Callable, Iterator
 from contextlib import suppress
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from daebench.diagnostics.branch import jump_and_way
-from daebench.diagnostics.energy import energy_verdicts
-from daebench.diagnostics.energy_verdict import scales_along, size
 from daebench.errors import DaebenchError
 from daebench.methods.ensemble.result import EnsembleRun
 from daebench.methods.ensemble.run import run_members
 from daebench.methods.fixed_step.base import FixedStepMethod
 from daebench.runs.ivp import Array, Ivp, PoissonIvp
-from daebench.runs.members import Members, members
+from daebench.runs.members import members
 from daebench.runs.request import Request
+from daebench.studies.ensemble.energies import along_members, ended_members, energy_columns
 from daebench.studies.grid.parameter_runs import ParameterRuns
 from daebench.studies.grid.run_specification import FEWEST, GridRun, Where, ivp_of
 
 NUMBERS = 2**22
 """Numbers of states that are in memory at a time."""
-
-AT_ONCE = 2**14
-"""States of which functions are computed at a time."""
-
-EPS = 2.0**-52
 
 NAN = float("nan")
 
@@ -81,7 +74,7 @@ def _ensembles(specification: ParameterRuns) -> Iterator[tuple[Indices, Row]]:
         values = np.array(specification.values)[which]
         run = run_members(solver, members(begun.ivp, start, grid.h, {specification.varied: values}), asked, threads=1)
         yield which[run.failed], _stopped(specification, run)
-        if len(ended := _ended(run)):
+        if len(ended := ended_members(run)):
             with np.errstate(all="ignore"):  # a run that has lost its motion may have squares beyond all numbers
                 columns = _measured(specification, run, ended)
             yield which[ended], columns
@@ -120,67 +113,17 @@ def _stopped(specification: ParameterRuns, run: EnsembleRun) -> Row:
     return nothing | {"steps": run.steps[run.failed].tolist(), "failure": [run.failure(int(i)) for i in run.failed]}
 
 
-def _ended(run: EnsembleRun) -> Indices:
-    """Return the members that came to their end with numbers that are all finite."""
-    finite = np.isfinite(run.states).all(axis=(0, 2)) & np.logical_and.reduce([np.isfinite(x) for x in run.maxima.values()])
-    return np.flatnonzero((run.status == 0) & finite)
-
-
 def _measured(specification: ParameterRuns, run: EnsembleRun, ended: Indices) -> Row:
     """Return the columns of runs that came to their end."""
-    some = run.members
-    some = replace(some, start=tuple(x[ended] for x in some.start), parameters={k: x[ended] for k, x in some.parameters.items()})
+    some = run.members.some(ended)
     t, states = run.t, np.take(run.states.transpose(0, 2, 1), ended, axis=2).transpose(0, 2, 1)
     columns: Row = {"steps": run.steps[ended].tolist(), "failure": [""] * len(ended)}
-    along = _along(some, t, states)
+    along = along_members(some, t, states)
     if "energy" in specification.metrics:
-        columns |= _energy(t, along, run.maxima["energy"][ended], int(run.index[-1]))
+        columns |= energy_columns(t, along, run.maxima["energy"][ended], int(run.index[-1]))
     if "manifold" in specification.metrics:
         columns |= {name: run.maxima[name][ended].tolist() for name in ("g", "Gv")}
     if "jump" in specification.metrics:
         every_step = len(t) > run.index[-1] and not isinstance(some.ivp, PoissonIvp)
         columns["jump"] = along.jump.tolist() if every_step else [NAN] * len(ended)
     return columns
-
-
-@dataclass(frozen=True)
-class _Along:
-    """What is computed of members along their runs: H and the kinetic energy, shape(members, n), and the largest jump of each."""
-
-    H: Array
-    T: Array | None
-    jump: Array
-
-
-def _along(some: Members, t: Array, states: Array) -> _Along:
-    """Return what is computed of members along their states, shape(n, members, c), a few times after another, which stay in the cache."""
-    n, m, _ = states.shape
-    H, T = np.empty((2, n, m))
-    off, way = np.zeros((2, m))
-    poisson = isinstance(some.ivp, PoissonIvp)
-    ends = np.cumsum([x.shape[1] for x in some.start])[:-1]
-    length = max(2, AT_ONCE // m)
-    for k in range(0, n, length):
-        vectors = np.split(states[k : k + length + 1], ends, axis=2)
-        H[k : k + length + 1] = some.along("H", *vectors)
-        if not poisson:
-            v = some.along("H_p", *vectors)
-            T[k : k + length + 1] = np.sum(vectors[0] * v, axis=2) / 2
-            if len(v) > 1:
-                of_part = jump_and_way(t[k : k + length + 1], vectors[-1], v)
-                off, way = np.maximum(off, of_part[0]), np.maximum(way, of_part[1])
-    jump = np.divide(off, way, out=np.zeros_like(way), where=way > 0)
-    return _Along(np.ascontiguousarray(H.T), None if poisson else np.ascontiguousarray(T.T), jump)
-
-
-def _energy(t: Array, along: _Along, largest: Array, steps: int) -> Row:
-    """Return the columns of the energy: its largest error, that over the mean kinetic energy, and the verdict on its trend."""
-    scales = scales_along(along.H) if along.T is None else scales_along(along.T, along.H - along.T)
-    resolution = scales.resolution(along.H[:, 0], EPS)
-    verdicts = energy_verdicts(t, along.H - along.H[:, :1], resolution=resolution, scale=scales.most, steps=steps)
-    return {
-        "energy_error": largest.tolist(),
-        "energy_size": size(largest, scales).tolist(),
-        "energy_scale": (np.max(np.abs(along.H), axis=1) if along.T is None else 2 * np.max(np.abs(along.T), axis=1)).tolist(),
-        "energy_verdict": verdicts.tolist(),
-    }

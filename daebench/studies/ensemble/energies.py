@@ -1,0 +1,76 @@
+"""Energies of the members of an ensemble along their runs, and the verdict on each."""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from daebench.diagnostics.branch import jump_and_way
+from daebench.diagnostics.energy import energy_verdicts
+from daebench.diagnostics.energy_verdict import scales_along, size
+from daebench.methods.ensemble.result import EnsembleRun
+from daebench.runs.ivp import Array, PoissonIvp
+from daebench.runs.members import Members
+
+AT_ONCE = 2**14
+"""States of which functions are computed at a time."""
+
+EPS = 2.0**-52
+
+
+def ended_members(run: EnsembleRun) -> NDArray[np.int64]:
+    """Return the members that came to their end with numbers that are all finite."""
+    finite = np.isfinite(run.states).all(axis=(0, 2)) & np.logical_and.reduce([np.isfinite(x) for x in run.maxima.values()])
+    return np.flatnonzero((run.status == 0) & finite)
+
+
+@dataclass(frozen=True)
+class Along:
+    """What is computed of members along their runs: H and the kinetic energy, shape(members, n), and the largest jump of each."""
+
+    H: Array
+    T: Array | None
+    jump: Array
+
+
+def along_members(some: Members, t: Array, states: Array) -> Along:
+    """Return what is computed of members along their states, shape(n, members, c), a few times after another, which stay in the cache."""
+    n, m, _ = states.shape
+    H, T = np.empty((2, n, m))
+    off, way = np.zeros((2, m))
+    poisson = isinstance(some.ivp, PoissonIvp)
+    ends = np.cumsum([x.shape[1] for x in some.start])[:-1]
+    length = max(2, AT_ONCE // m)
+    for k in range(0, n, length):
+        vectors = np.split(states[k : k + length + 1], ends, axis=2)
+        H[k : k + length + 1] = some.along("H", *vectors)
+        if not poisson:
+            v = some.along("H_p", *vectors)
+            T[k : k + length + 1] = np.sum(vectors[0] * v, axis=2) / 2
+            if len(v) > 1:
+                of_part = jump_and_way(t[k : k + length + 1], vectors[-1], v)
+                off, way = np.maximum(off, of_part[0]), np.maximum(way, of_part[1])
+    jump = np.divide(off, way, out=np.zeros_like(way), where=way > 0)
+    return Along(np.ascontiguousarray(H.T), None if poisson else np.ascontiguousarray(T.T), jump)
+
+
+def energy_columns(t: Array, along: Along, largest: Array, steps: int) -> dict[str, Any]:
+    """Return the columns of the energy: its largest error, that over the mean kinetic energy, and the verdict on its trend."""
+    scales = scales_along(along.H) if along.T is None else scales_along(along.T, along.H - along.T)
+    resolution = scales.resolution(along.H[:, 0], EPS)
+    verdicts = energy_verdicts(t, along.H - along.H[:, :1], resolution=resolution, scale=scales.most, steps=steps)
+    return {
+        "energy_error": largest.tolist(),
+        "energy_size": size(largest, scales).tolist(),
+        "energy_scale": (np.max(np.abs(along.H), axis=1) if along.T is None else 2 * np.max(np.abs(along.T), axis=1)).tolist(),
+        "energy_verdict": verdicts.tolist(),
+    }
+
+
+def member_energies(run: EnsembleRun, some: NDArray[np.int64]) -> dict[str, Any]:
+    """Return the same of some members of an ensemble, by their numbers."""
+    states = np.take(run.states.transpose(0, 2, 1), some, axis=2).transpose(0, 2, 1)
+    t = run.t if run.t.ndim == 1 else run.t.mean(axis=1)
+    steps = int(run.index[-1])
+    return energy_columns(t, along_members(run.members.some(some), t, states), run.maxima["energy"][some], steps)
