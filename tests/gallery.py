@@ -23,6 +23,7 @@ SHOWN = {
     "problems": "problems/figures/scenes",
     "extremes": "extremes/figures/map",
     "engines": "engines/figures/cost",
+    "ensembles": "ensembles/figures/errors",
 }
 """Pictures of the README: their names there, and where they come from."""
 

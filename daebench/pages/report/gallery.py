@@ -18,6 +18,7 @@ SECONDS = {
     "poisson": 40,
     "problems": 100,
     "work-precision": 300,
+    "ensembles": 100,
     "extremes": 100,
     "lesson-why-symplectic": 20,
     "lesson-shake-to-lobatto": 20,

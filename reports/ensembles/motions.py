@@ -1,0 +1,60 @@
+"""The motions of the report on ensembles, and the methods that run on them."""
+
+from dataclasses import dataclass
+
+METHODS = ("rattle", "rattle/suzuki4", "rattle/kahan_li8", "lobatto3", "rk4")
+"""Methods with fixed steps; the first is what prices are measured in."""
+
+STRUCTURED = METHODS[:4]
+"""Those that are symplectic on the manifold, so that their energy does not drift as long as the step is small."""
+
+FRACTIONS = (1, 2, 4)
+"""By what the largest step is divided: three prices, each twice the one before."""
+
+MIDDLE = FRACTIONS[1]
+"""The one of which pictures and sentences are, where they are of one."""
+
+STARTS = 1024
+"""Starts of each motion: that of the case, and others of the same energy."""
+
+SEED = 1
+"""Seeds them."""
+
+
+@dataclass(frozen=True)
+class Motion:
+    """A problem and a case, whose energy all starts have.
+
+    Parameters
+    ----------
+    problem, case : str
+        Names in the catalogue.
+    title : str
+        What it is called on the page.
+    h : float
+        Largest step of the first method, s; others have steps of the same price.
+    t_end : float
+        End, s.
+    """
+
+    problem: str
+    case: str
+    title: str
+    h: float
+    t_end: float
+
+    @property
+    def key(self) -> str:
+        """Name in tables."""
+        return f"{self.problem} {self.case}"
+
+
+MOTIONS = (
+    Motion("spherical_pendulum", "fig1.2", "fast spherical pendulum", 0.02, 20.0),
+    Motion("double_pendulum", "horizontal", "double pendulum", 0.01, 20.0),
+    Motion("double_spherical_pendulum", "swing", "double spherical pendulum", 0.02, 20.0),
+    Motion("torus", "through_hole", "point on a torus", 0.04, 40.0),
+    Motion("ellipsoid_geodesic", "round_short", "geodesic on an ellipsoid", 0.04, 40.0),
+    Motion("slider_crank", "turning", "slider crank", 0.002, 10.0),
+    Motion("two_bodies_on_sphere", "gni", "two bodies on a sphere", 0.01, 20.0),
+)

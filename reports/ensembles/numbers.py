@@ -1,0 +1,115 @@
+"""What the report on ensembles measures: runs from many starts of one energy, at equal prices, and what a start costs."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any, cast
+
+import numpy as np
+import pandas as pd
+
+from daebench.methods.ensemble.run import run_members
+from daebench.methods.initial_value_problem import initial_value_problem
+from daebench.methods.names import method_of
+from daebench.pages.report import Progress
+from daebench.reports.ensembles.motions import FRACTIONS, METHODS, MOTIONS, SEED, STARTS, Motion
+from daebench.runs.ivp import Ivp
+from daebench.runs.members import Members
+from daebench.runs.request import Request
+from daebench.studies.ensemble.distributions.draw import draw_starts
+from daebench.studies.ensemble.energies import ended_members, member_energies
+from daebench.studies.ensemble.result import Ensemble
+
+OUTPUTS = 400
+"""States of each run from which the verdict on its energy is read, about."""
+
+REPEAT, TIMED = 3, 200
+"""Runs that are timed, of which the best counts, and steps of each."""
+
+
+@dataclass(frozen=True)
+class Numbers:
+    """What was measured.
+
+    Parameters
+    ----------
+    motions : sequence of Motion
+        The motions.
+    runs : DataFrame
+        One row a run: motion, method, price (by what the largest step is divided), h, start (0 is that of the case), size (largest energy
+        error over the mean kinetic energy, infinite where the run stopped), verdict on its energy, and failure in short.
+    prices : DataFrame
+        One row a motion and method: ns of CPU time a step from one start of many, "together", and times of the first method's, "ratio".
+    alone : DataFrame
+        One row a motion: ns a step of the first method, "together" and "alone"; how many starts take the time of one.
+    starts : mapping of str to str
+        By motion, what its starts are drawn from.
+    """
+
+    motions: Sequence[Motion]
+    runs: pd.DataFrame
+    prices: pd.DataFrame
+    alone: pd.DataFrame
+    starts: dict[str, str]
+
+
+def measure(tell: Progress, motions: Sequence[Motion] = MOTIONS, starts: int = STARTS) -> Numbers:
+    """Return the numbers."""
+    runs, prices, alone, about = [], [], [], {}
+    for k, motion in enumerate(motions):
+        tell(k / len(motions), motion.title)
+        some, about[motion.key] = drawn(motion, starts)
+        ratios = priced(motion, some)
+        prices.append(ratios)
+        alone.append(by_itself(motion, some, float(ratios["together"].iloc[0])))
+        for method, ratio in zip(ratios["method"], ratios["ratio"], strict=True):
+            runs += [measured(motion, some, method, fraction, ratio) for fraction in FRACTIONS]
+    return Numbers(motions, pd.concat(runs, ignore_index=True), pd.concat(prices, ignore_index=True), pd.DataFrame(alone), about)
+
+
+def drawn(motion: Motion, starts: int) -> tuple[Members, str]:
+    """Return the start of the case and others of its energy, and what these are drawn from."""
+    ivp = initial_value_problem(motion.problem, motion.case)
+    made = draw_starts(ivp, "energy", members=starts - 1, h=motion.h, seed=SEED)
+    both = zip(ivp.start, made.members.start, strict=True)
+    return replace(made.members, start=tuple(np.concatenate([[own], others]) for own, others in both)), made.about
+
+
+def priced(motion: Motion, some: Members) -> pd.DataFrame:
+    """Return what a step of each method costs, and how many times as long its steps are so that it costs what the first one does."""
+    together = [nanoseconds(some, method, {}) for method in METHODS]
+    ratios = [max(1, round(time / together[0])) for time in together]
+    return pd.DataFrame({"motion": motion.key, "method": METHODS, "together": together, "ratio": ratios})
+
+
+def nanoseconds(some: Members, method: str, settings: dict[str, Any]) -> float:
+    """Return the CPU time of a step and start, ns."""
+    h = float(some.h)
+    asked = Request(value=h, steps=TIMED, every=0, watch=(), count=False)
+    runs = [run_members(method_of(cast("Ivp", some.ivp), method), some, asked, threads=1, **settings) for _ in range(REPEAT)]
+    return 1e9 * min(float(run.seconds / run.steps.sum()) for run in runs)
+
+
+def by_itself(motion: Motion, some: Members, together: float) -> dict[str, object]:
+    """Return what a step of the first method costs from one start of many, and by itself."""
+    alone = nanoseconds(some.some(np.arange(min(len(some), 64))), METHODS[0], {"lanes": 1})
+    return {"motion": motion.key, "together": together, "alone": alone, "starts": alone / together}
+
+
+def measured(motion: Motion, some: Members, method: str, fraction: int, ratio: int) -> pd.DataFrame:
+    """Return the rows of the runs of a method from all starts."""
+    h = ratio * motion.h / fraction
+    steps = int(motion.t_end / h + 1e-9)
+    asked = Request(value=h, steps=steps, every=max(1, steps // OUTPUTS), count=False)
+    run = run_members(method_of(cast("Ivp", some.ivp), method), replace(some, h=h), asked)
+    sizes, ended = np.full(len(some), np.inf), ended_members(run)
+    if len(ended):
+        with np.errstate(all="ignore"):  # a motion that is lost may have squares beyond all numbers
+            found = np.array(member_energies(run, ended)["energy_size"], dtype=float)
+        sizes[ended] = np.where(np.isfinite(found), found, np.inf)
+    ensemble = Ensemble(run, "", SEED)
+    with np.errstate(all="ignore"):
+        verdicts = ensemble.verdicts
+    return pd.DataFrame(
+        {"motion": motion.key, "method": method, "price": fraction, "h": h, "start": np.arange(len(some)), "size": sizes}
+        | {"verdict": verdicts, "failure": [run.reason(i) for i in range(len(some))]}
+    )
