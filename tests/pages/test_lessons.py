@@ -46,7 +46,7 @@ def test_a_lesson_tells_only_what_holds(name):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", EVERY)
+@pytest.mark.parametrize("name", [EVERY[0], *(pytest.param(name, marks=pytest.mark.exhaustive) for name in EVERY[1:])])
 def test_a_notebook_is_a_plain_script_too(name):
     file = ROOT / "reports" / "lessons" / f"{name.replace('-', '_')}.py"
     said = subprocess.run([sys.executable, file], capture_output=True, text=True, check=True, cwd=ROOT).stdout
