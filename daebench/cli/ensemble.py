@@ -29,6 +29,10 @@ Starts = Annotated[
     typer.Option("--starts", help="The neighbourhood of the case, the liouville measure in a --box, the same at one energy, or a --grid."),
 ]
 
+Size = Annotated[float | None, typer.Option("--size", help="Relative size of the neighbourhood [0.01].")]
+Box = Annotated[list[str] | None, typer.Option("--box", help="Bounds of a coordinate, q1=-1:1; repeatable.")]
+Energy = Annotated[float | None, typer.Option("--energy", help="Energy of the starts; that of the case if left out.")]
+
 MAKER = "daebench ensemble"
 """Who made a file, as the text beside it says."""
 
@@ -41,9 +45,9 @@ def ensemble(
     steps: Annotated[int | None, typer.Option("--steps", help="Number of steps, in its place.")] = None,
     members: Annotated[int | None, typer.Option("--members", help="Number of starts [1024]; a grid has its own.")] = None,
     starts: Starts = Distribution.neighbourhood,
-    size: Annotated[float | None, typer.Option("--size", help="Relative size of the neighbourhood [0.01].")] = None,
-    box: Annotated[list[str] | None, typer.Option("--box", help="Bounds of a coordinate, q1=-1:1; repeatable.")] = None,
-    energy: Annotated[float | None, typer.Option("--energy", help="Energy of the starts; that of the case if left out.")] = None,
+    size: Size = None,
+    box: Box = None,
+    energy: Energy = None,
     grid: Annotated[list[str] | None, typer.Option("--grid", help="Values of a parameter, coordinate or h, name=5:15:64.")] = None,
     vary: Annotated[list[str] | None, typer.Option("--vary", help="Bounds of a parameter that is drawn, gravity=5:15.")] = None,
     case: Case = None,
@@ -62,9 +66,9 @@ def ensemble(
     from daebench.studies.ensemble.run import ensemble as made
 
     _check_place(out, overwrite=overwrite)
-    drawn = {"size": size, "box": _bounds("--box", box), "E": energy, "values": _values(grid)}
+    drawn = {"size": size, "box": bounds("--box", box), "E": energy, "values": _values(grid)}
     with bar(f"{method} on {problem}") as progress:
-        asked: dict[str, Any] = {"starts": "grid" if grid else starts.value, "vary": _bounds("--vary", vary)}
+        asked: dict[str, Any] = {"starts": "grid" if grid else starts.value, "vary": bounds("--vary", vary)}
         asked |= {"drawn": {name: value for name, value in drawn.items() if value is not None}}
         asked |= {"h": h, "t_end": t_end, "steps": steps, "members": members, "seed": seed, "points": points}
         asked |= {"case": case, "parameters": pairs("param", param or []), "options": pairs("option", option or [])}
@@ -79,7 +83,7 @@ def ensemble(
     raise typer.Exit(1 if summary["failed"] else 0)
 
 
-def _bounds(option: str, given: list[str] | None) -> dict[str, tuple[float, float]] | None:
+def bounds(option: str, given: list[str] | None) -> dict[str, tuple[float, float]] | None:
     """Return bounds by name, given as name=lo:hi."""
     return {name: (lo, hi) for name, (lo, hi) in _ranges(option, given, 2).items()} or None
 

@@ -2,15 +2,17 @@
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from daebench.cli import arguments
 from daebench.cli.console import numbers, pairs, print_frame, print_json, words
+from daebench.cli.ensemble import Box, Distribution, Energy, Size, Starts, bounds
 from daebench.cli.executors import Executors
 from daebench.cli.grids import study_runs
-from daebench.errors import DaebenchError
+from daebench.cli.work_precision_starts import FromStarts, from_starts
+from daebench.errors import BadInput, DaebenchError
 from daebench.studies.grid.tls import Tls
 
 DEFECT = "defect"
@@ -30,6 +32,14 @@ Error = Annotated[
     typer.Option("--error", help="Column that is drawn against costs; error_q, or error_y, if left out. defect: of the two-form."),
 ]
 
+Ensemble = Annotated[
+    int | None,
+    typer.Option("--ensemble", help="Number of starts in place of one: bands of errors, and in how many of them a method is the cheapest."),
+]
+SolverStarts = Annotated[
+    int, typer.Option("--solver-starts", help="How many of them methods get whose starts are run one by one: solvers, by tolerance.")
+]
+
 
 def work_precision(
     problem: arguments.Problem,
@@ -40,6 +50,13 @@ def work_precision(
     t_end: arguments.StudyTEnd = None,
     param: arguments.Param = None,
     error: Error = None,
+    ensemble: Ensemble = None,
+    solver_starts: SolverStarts = 16,
+    starts: Starts = Distribution.neighbourhood,
+    size: Size = None,
+    box: Box = None,
+    energy: Energy = None,
+    seed: Annotated[int, typer.Option("--seed", help="Seeds the starts of --ensemble.")] = 0,
     repeat: arguments.Repeat = 3,
     store: arguments.Store = None,
     out: Annotated[Path, typer.Option("--out", help="Folder for table and picture.")] = Path("output/work-precision"),
@@ -57,33 +74,58 @@ def work_precision(
     Errors are against the certified reference where it has these parameters and reaches the end, else against the closed form or a finer
     run, which is said with its bound.
 
+    With --ensemble methods run from many starts, drawn as --starts says, and errors are against runs of heyoka's batch mode, or where it
+    is not installed of a composition of order 8 with a third of the least step size.
+
     Runs are timed one at a time, the best of several after one that warms up; without times they are made side by side. heyoka's Taylor
     series (heyoka:taylor) and solve_dae's Radau method (solve_dae:Radau) take part where their packages are installed (extra peers).
     """
-    from daebench.studies.work_precision.study import standard, with_costs
+    from daebench.studies.work_precision.study import standard
 
     tls = Tls(tls_ca_file, tls_cert, tls_key)
     executors = Executors(timed=repeat > 0, workers=workers, scheduler=scheduler, tls=tls, side_by_side=side_by_side)
-    study, left_out = standard(
-        problem,
-        case=case,
-        methods=words(methods) if methods else None,
-        h=numbers("--h", h),
-        tol=numbers("--tol", tol),
-        t_end=t_end,
-        parameters=pairs("param", param or []),
-        repeat=repeat,
-        beside=executors.beside,
-        also=(DEFECT,) if error == DEFECT else (),
-    )
-    error = _column(error, study)
+    asked: dict[str, Any] = {"case": case, "methods": words(methods) if methods else None, "repeat": repeat, "beside": executors.beside}
+    asked |= {"h": numbers("--h", h), "tol": numbers("--tol", tol), "t_end": t_end, "parameters": pairs("param", param or [])}
+    study, left_out = standard(problem, **asked, also=(DEFECT,) if error == DEFECT else ())
+    where: dict[str, Any] = {"store": store, "out": out, "executors": executors, "dry_run": dry_run, "json": json, "left_out": left_out}
+    settings = {"size": size, "box": bounds("--box", box), "E": energy}
+    if ensemble is not None:
+        from_starts(FromStarts(ensemble, solver_starts, starts.value, seed, settings), study, _column(error, study), **where)
+        return
+    _refuse_of_no_use(settings, starts)
+    _from_one_start(study, _column(error, study), **where)
+
+
+def _from_one_start(
+    study: "Study",
+    error: str,
+    left_out: Mapping[str, str],
+    store: Path | None,
+    out: Path,
+    executors: Executors,
+    *,
+    dry_run: bool,
+    json: bool,
+) -> None:
+    """Make the runs from the start of the case, write table and picture, and print who is the cheapest."""
+    from daebench.studies.work_precision.study import with_costs
+
     specifications = study.specifications()
-    with study_runs(specifications, store, out, executors, f"work against precision on {problem}", dry_run=dry_run) as (runs, again):
+    label = f"work against precision on {study.problem}"
+    with study_runs(specifications, store, out, executors, label, dry_run=dry_run) as (runs, again):
         table = with_costs(runs(specifications))
     path = _drawn(out, table, error)
-    _tell(table, error, "seconds" if repeat else "evaluations", left_out, again, json=json)
+    _tell(table, error, "seconds" if study.repeat else "evaluations", left_out, again, json=json)
     if not json:
         print(f"written: {out / 'work_precision.csv'}, {path}")
+
+
+def _refuse_of_no_use(settings: Mapping[str, object], starts: Distribution) -> None:
+    """Refuse settings of starts where there is one start."""
+    given = ["--energy" if name == "E" else f"--{name}" for name, value in settings.items() if value is not None]
+    given += ["--starts"] if starts != Distribution.neighbourhood else []
+    if given:
+        raise BadInput(f"{', '.join(given)} is for many starts; give their number with --ensemble.")
 
 
 def _drawn(out: Path, table: "pd.DataFrame", error: str) -> Path:

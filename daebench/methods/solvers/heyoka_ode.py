@@ -66,8 +66,13 @@ class HeyokaTaylor(OnReducedOde):
         ivp = dae.ivp
         equations, velocity = _equations(ivp.source, tuple(ivp.parameters.items()))
         start = np.concatenate(ivp.start[::-1])
-        series = hy.taylor_adaptive(equations, start, tol=tol, compact_mode=len(start) > COMPACT)
+        series = hy.taylor_adaptive(equations, start, tol=tol, compact_mode=compact(len(start)))
         return _Along(series, velocity, monitor, hy.taylor_outcome.err_nf_state).outputs
+
+
+def compact(unknowns: int) -> bool:
+    """Return whether equations with so many unknowns are compiled as loops, see :data:`COMPACT`."""
+    return unknowns > COMPACT
 
 
 def equations_of(ivp: InitialValueProblem) -> "Equations":

@@ -2,13 +2,14 @@
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 from daebench.runs.ivp import PoissonIvp
 from daebench.studies.grid.parameter_rows import made_together
 from daebench.studies.grid.parameter_runs import ParameterRuns, specification_of
 from daebench.studies.grid.run_specification import GridRun, code_version
+from daebench.studies.grid.start_runs import StartRuns
 from daebench.studies.grid.store import Store
 
 STEP_SECONDS = 1e-6
@@ -77,7 +78,7 @@ def estimate(specifications: Sequence[GridRun], store: Store) -> Estimate:
             continue  # one that failed soon tells nothing of another that does not
         specification = specification_of(stored_row.specification)
         if stored_row.maker == code_version():
-            compiled.add(_kind(specification))
+            compiled.add(specification.of_any_kind())
         stored.setdefault(_like(specification), []).append(specification)
         took[specification] = stored_row.took
     usual: dict[tuple[Any, ...], tuple[str, float]] = {}
@@ -90,7 +91,8 @@ def estimate(specifications: Sequence[GridRun], store: Store) -> Estimate:
         rate = min((took[other] / _work(other, resolution) for other in _nearest(specification, resolution, others)), default=rate)
         seconds += max(LEAST_SECONDS, rate * _work(specification, resolution))
         like += bool(others) * specification.count
-    missing = {_kind(specification): specification for specification in specifications if _kind(specification) not in compiled}
+    kinds = {specification.of_any_kind(): specification for specification in specifications}
+    missing = {kind: specification for kind, specification in kinds.items() if kind not in compiled}
     kernels = [(specification, _kernels(specification)) for specification in missing.values()]
     compiling = sum(count * _compile_seconds(specification) for specification, count in kernels)
     return Estimate(
@@ -108,16 +110,8 @@ def _usual(specification: GridRun) -> tuple[str, float]:
     solver = specification.solver
     if solver.knob != "h":
         return solver.knob, TOLERANCE_SECONDS
-    together = isinstance(specification, ParameterRuns) and made_together(solver, specification.ivp)
+    together = isinstance(specification, ParameterRuns | StartRuns) and made_together(solver, specification.ivp)
     return "h", MEMBER_STEP_SECONDS if together else STEP_SECONDS
-
-
-def _kind(specification: GridRun) -> GridRun:
-    """Return the run without what compiles nothing anew: numbers, outputs and metrics."""
-    plain = replace(specification, value=1.0, t_end=1.0, parameters=(), options=(), outputs=0, metrics=(), case="", calls=0, beside=False)
-    if isinstance(plain, ParameterRuns):
-        plain = replace(plain, varied="", values=())
-    return replace(plain, repeat=min(1, max(0, specification.repeat)))
 
 
 def _kernels(specification: GridRun) -> int:

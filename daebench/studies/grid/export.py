@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 from daebench.errors import BadInput
 from daebench.runs.csv_files import write_frame
 from daebench.runs.files import atomic, check_place
-from daebench.studies.grid.parameter_runs import ParameterRuns, specification_of
+from daebench.studies.grid.parameter_runs import specification_of
 from daebench.studies.grid.run_specification import code_version
 from daebench.studies.grid.store import Store, StoredRow
 
@@ -74,9 +74,9 @@ def write(table: "pd.DataFrame", path: Path) -> None:
 
 
 def _flat(stored: StoredRow) -> Iterator[dict[str, Any]]:
-    """Give a row, or those of runs in a parameter, with the fields of its run; metrics are words, and pairs, which rows have, left out."""
+    """Give a row, or those of several runs, with the fields of its run; metrics are words, and pairs, which rows have, left out."""
     run = specification_of(stored.specification)
     fields = {name: value for name, value in stored.specification.items() if name not in ("parameters", "options", "varied", "values")}
     fields["metrics"] = " ".join(fields["metrics"])
-    for row in run.rows(stored.row) if isinstance(run, ParameterRuns) else (stored.row,):
+    for row in run.rows(stored.row):
         yield {**fields, **row, "key": stored.key, "maker": stored.maker, "took": stored.took}

@@ -5,11 +5,14 @@ from dataclasses import replace
 from typing import Any
 
 from daebench.errors import DaebenchError
+from daebench.runs.ivp import InitialValueProblem
 from daebench.runs.request import Request
 from daebench.studies.grid.metrics import Measured, metrics_of
 from daebench.studies.grid.parameter_rows import parameter_row
 from daebench.studies.grid.parameter_runs import ParameterRuns
 from daebench.studies.grid.run_specification import GridRun, code_version
+from daebench.studies.grid.start_rows import start_row
+from daebench.studies.grid.start_runs import StartRuns
 from daebench.studies.grid.store import StoredRow
 
 NAN = float("nan")
@@ -28,9 +31,11 @@ def stored_row(key: str, specification: GridRun) -> StoredRow:
 
 
 def row_of(specification: GridRun) -> Row:
-    """Return the row of a run: what :func:`measured_row` gives, and the time where it is asked for; or that of runs in a parameter."""
+    """Return the row of a run: what :func:`measured_row` gives, and the time where it is asked for; or that of several runs."""
     if isinstance(specification, ParameterRuns):
         return parameter_row(specification, measured_row)
+    if isinstance(specification, StartRuns):
+        return start_row(specification, timed)
     row = measured_row(specification)
     return with_time(specification, row) if specification.repeat else row
 
@@ -87,12 +92,12 @@ def with_time(specification: GridRun, row: Row) -> Row:
     if row["failure"]:
         return row
     try:
-        return row | _timed(specification, specification.solver)
+        return row | timed(specification, specification.solver, specification.ivp)
     except DaebenchError as error:
         return row | {"failure": str(error)}
 
 
-def _timed(specification: GridRun, solver: Any) -> Row:
+def timed(specification: GridRun, solver: Any, ivp: InitialValueProblem) -> Row:
     """Return the least time of several runs that watch and keep nothing, of one if it is long; the run that was looked at has warmed up.
 
     Of a run by tolerance it returns the work as well: solvers count their calls in any case, and each output that DOP853 interpolates
@@ -100,7 +105,7 @@ def _timed(specification: GridRun, solver: Any) -> Row:
     """
     request, best = timed_request(specification, solver.knob), None
     for _ in range(specification.repeat):
-        run = solver.solve(specification.ivp, request)
+        run = solver.solve(ivp, request)
         if run.failure is None and (best is None or run.seconds < best.seconds):
             best = run
         if run.seconds > LONG:

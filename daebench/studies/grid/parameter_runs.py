@@ -1,11 +1,12 @@
 """Runs that differ in a parameter alone, as one piece of a study: made together, and kept as one row of a store with lists."""
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
-from typing import Any
+from dataclasses import dataclass, replace
+from typing import Any, Self
 
 from daebench.errors import BadInput
 from daebench.studies.grid.run_specification import GridRun
+from daebench.studies.grid.start_runs import StartRuns
 
 MEASURED = {"energy": ("energy_error", "energy_size", "energy_scale", "energy_verdict"), "manifold": ("g", "Gv"), "jump": ("jump",)}
 """What is measured of them, by the name of the metric, and the columns of it that are kept."""
@@ -48,6 +49,10 @@ class ParameterRuns(GridRun):
         """Names of the columns with an entry for each run."""
         return (*ALWAYS, *(name for metric in self.metrics for name in MEASURED[metric]))
 
+    def of_any_kind(self) -> Self:
+        """Return the runs without what compiles nothing anew."""
+        return replace(super().of_any_kind(), varied="", values=())
+
     def run(self, i: int) -> GridRun:
         """Return one of the runs by itself."""
         fields = {name: value for name, value in vars(self).items() if name in GridRun.__dataclass_fields__}
@@ -61,7 +66,9 @@ class ParameterRuns(GridRun):
 
 
 def specification_of(given: Mapping[str, Any]) -> GridRun:
-    """Return a run, or several in a parameter, with the fields that :meth:`GridRun.plain` gives; raise BadInput if there are others."""
+    """Return a run, or several, with the fields that :meth:`GridRun.plain` gives; raise BadInput if there are others."""
+    if "distribution" in given:
+        return StartRuns.of_plain(given)
     if "varied" not in given:
         return GridRun.of_plain(given)
     return ParameterRuns.of_plain({**given, "values": tuple(map(float, given["values"]))})

@@ -23,7 +23,7 @@ from daebench.systems.files.execute import is_path
 EQUAL, WITHIN, DIFFERS = "equal to the bit", "within", "differs"
 """What is said of a run."""
 
-UNTOLD = frozenset({"problem", "seconds", "callback_seconds"})
+UNTOLD = frozenset({"problem", "seconds", "seconds_least", "seconds_most", "callback_seconds"})
 """Columns that are not compared: times are of another machine or another hour, and a problem file is elsewhere."""
 
 LARGEST = 2**31

@@ -2,11 +2,11 @@
 
 import hashlib
 import platform
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, fields, replace
 from functools import cache, lru_cache
 from pathlib import Path
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 
@@ -202,6 +202,15 @@ class GridRun(RunSpecification):
             raise BadInput(f"a run has no {', '.join(sorted(extra))}; this store is of another version.")
         pairs = {name: tuple((str(k), float(v)) for k, v in given[name]) for name in ("parameters", "options") if name in given}
         return cls(**{**given, **pairs, "metrics": tuple(given["metrics"])})
+
+    def rows(self, row: Mapping[str, Any]) -> Iterator[Mapping[str, Any]]:
+        """Give the row of each run that it is, of the stored row."""
+        yield row
+
+    def of_any_kind(self) -> Self:
+        """Return the run without what compiles nothing anew: numbers, outputs and metrics."""
+        nothing: dict[str, Any] = {"parameters": (), "options": (), "metrics": (), "case": "", "outputs": 0, "calls": 0, "beside": False}
+        return replace(self, value=1.0, t_end=1.0, repeat=min(1, max(0, self.repeat)), **nothing)
 
     def at(self, value: float) -> "GridRun":
         """Return the same run with another step size or tolerance."""

@@ -4,12 +4,13 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from daebench.errors import BadInput
 from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.methods.names import methods_of
 from daebench.reference.motion import certified_for
-from daebench.runs.ivp import PoissonIvp
+from daebench.runs.ivp import Array, PoissonIvp
 from daebench.studies.grid.against import usual_end
 from daebench.studies.grid.feasibility import feasible
 from daebench.studies.grid.rows import by_method
@@ -180,17 +181,32 @@ def cheapest(table: "pd.DataFrame", error: str, cost: str, levels: Sequence[floa
 
 def _cost_at(runs: "pd.DataFrame", error: str, cost: str, level: float) -> tuple[float, float] | None:
     """Return what an accuracy costs by one method, and the step size or tolerance that reaches it; None if it is not reached."""
-    errors = at_least(runs, error)
-    good = runs.assign(found=errors)[np.isfinite(errors) & np.isfinite(runs[cost]) & (runs[cost] > 0)].sort_values(cost)
-    best: tuple[float, float] | None = None
-    before: tuple[float, float] | None = None
-    for accuracy, price, value in zip(good["found"], good[cost], good["value"], strict=True):
-        if accuracy <= level:
-            at = float(price)
-            if before and before[0] > level > accuracy > 0:
-                share = np.log(before[0] / level) / np.log(before[0] / accuracy)
-                at = float(before[1] * (price / before[1]) ** share)
-            best = at, float(value)
-            break
-        before = float(accuracy), float(price)
-    return best
+    errors, costs = (np.array(column, dtype=float)[:, None] for column in (at_least(runs, error), runs[cost]))
+    (price,), (run,) = interpolated(errors, costs, level) if len(runs) else ([np.inf], [0])
+    return (float(price), float(runs["value"].iloc[run])) if np.isfinite(price) else None
+
+
+def interpolated(errors: Array, costs: Array, level: float) -> tuple[Array, NDArray[np.int64]]:
+    """Return what an accuracy costs in each of n curves, infinite where it is not reached, and the number of the run that reaches it.
+
+    Between two runs, one above the accuracy and one below it, log cost is taken as linear in log error; runs without a finite error or a
+    cost are left out.
+
+    Parameters
+    ----------
+    errors, costs : ndarray, shape(m, n)
+        Those of m runs of each curve.
+    level : float
+        The accuracy.
+    """
+    usable = np.isfinite(errors) & np.isfinite(costs) & (costs > 0)
+    order = np.argsort(np.where(usable, costs, np.inf), axis=0, kind="stable")
+    error, cost, good = (np.take_along_axis(rows, order, axis=0) for rows in (errors, costs, usable))
+    reached: NDArray[np.bool_] = np.logical_and(good, error <= np.float64(level))
+    here, curve = np.argmax(reached, axis=0), np.arange(errors.shape[1])
+    last = np.maximum(here - 1, 0)
+    above, below, less, more = error[last, curve], error[here, curve], cost[last, curve], cost[here, curve]
+    with np.errstate(all="ignore"):
+        between = less * (more / less) ** (np.log(above / level) / np.log(above / below))
+    at = np.where((here > 0) & (above > level) & (level > below) & (below > 0), between, more)
+    return np.where(reached.any(axis=0), at, np.inf), order[here, curve]

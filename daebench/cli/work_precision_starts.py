@@ -1,0 +1,154 @@
+"""``daebench work-precision --ensemble``: what accuracy costs over many starts, and who is the cheapest in how many of them."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from daebench.cli.console import print_json, print_table
+from daebench.cli.executors import Executors
+from daebench.cli.grids import study_runs
+from daebench.errors import BadInput
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+    from daebench.studies.grid.start_runs import StartRuns
+    from daebench.studies.grid.study import Study
+    from daebench.studies.work_precision.starts import Curves
+
+STEM = "work_precision_starts"
+"""Name of the picture and of its table."""
+
+PRICES = (
+    "prices are CPU times of runs of one start at a time: with fixed steps the median over a few starts, else those of each start; "
+    "errors of fixed steps are those of the same runs made many at a time"
+)
+"""What methods are ranked by."""
+
+
+@dataclass(frozen=True)
+class FromStarts:
+    """What is asked of many starts.
+
+    Parameters
+    ----------
+    members, solver_members : int
+        Numbers of starts of methods with fixed steps, and of others.
+    distribution : str
+        What they are drawn from.
+    settings : mapping of str
+        Settings of the distribution; those that are None are left out.
+    seed : int
+        Seeds them.
+    """
+
+    members: int
+    solver_members: int
+    distribution: str
+    seed: int
+    settings: Mapping[str, Any] = field(default_factory=dict)
+
+    def runs(self, study: "Study") -> "list[StartRuns]":
+        """Return the runs."""
+        from daebench.studies.work_precision.starts import runs_from_starts
+
+        settings = {name: value for name, value in self.settings.items() if value is not None}
+        given: dict[str, Any] = {"distribution": self.distribution, "settings": settings, "seed": self.seed}
+        return runs_from_starts(study, members=self.members, solver_members=self.solver_members, **given)
+
+
+def from_starts(
+    asked: FromStarts,
+    study: "Study",
+    error: str,
+    left_out: Mapping[str, str],
+    store: Path | None,
+    out: Path,
+    executors: Executors,
+    *,
+    dry_run: bool,
+    json: bool,
+) -> None:
+    """Make the runs, write the picture and tables, and print who is the cheapest."""
+    from daebench.draw.figures import save_table
+    from daebench.studies.work_precision.band_figure import bands, draw_bands
+    from daebench.studies.work_precision.figure import families
+    from daebench.studies.work_precision.starts import curves_of
+    from daebench.studies.work_precision.winners import sentences, winners
+
+    specifications = asked.runs(study)
+    if error.removeprefix("error_") not in specifications[0].metrics:
+        known = ", ".join(f"error_{name}" for name in specifications[0].metrics)
+        raise BadInput(f"over many starts errors are {known}; {error} is of one start, without --ensemble.")
+    with study_runs(specifications, store, out, executors, f"work against precision on {study.problem}", dry_run=dry_run) as (runs, again):
+        table = runs(specifications)
+    curves = curves_of(table, error)
+    ranks, quantiles = winners(curves), bands(curves)
+    save_table(out / "winners.csv", ranks)
+    label = error.replace("_", " of ").replace("error", "largest error")
+    path = draw_bands(out, quantiles, families(table), label, sentences(ranks), STEM)
+    failures = {some.method: int(some.failed.sum()) for some in curves if some.failed.any()}
+    summary = {"runs": sum(run.count for run in specifications), "failed": sum(failures.values()), "failures": failures}
+    summary |= {"made_again": again, "left_out": dict(left_out)} | _about(specifications, table, curves)
+    if json:
+        records = {"winners": ranks.to_dict("records"), "bands": quantiles.to_dict("records"), "sentences": sentences(ranks)}
+        print_json({"ensemble": asked.members, "solver_starts": min(asked.members, asked.solver_members), **records, **summary})
+        return
+    _tell(ranks, summary, error)
+    print(f"written: {out / 'winners.csv'}, {path}")
+
+
+def _about(specifications: "list[StartRuns]", table: "pd.DataFrame", curves: "list[Curves]") -> dict[str, Any]:
+    """Return what starts, references and prices are."""
+    import numpy as np
+
+    from daebench.studies.grid.start_rows import starts_of
+
+    bound = max(curves, key=lambda some: some.starts).bound
+    known = bound[np.isfinite(bound)]
+    worst = {"median": float(np.median(known)), "most": float(np.max(known))} if len(known) else {}
+    starts = starts_of(max(specifications, key=lambda run: run.count))
+    return {
+        "starts": starts.about,
+        "t_end": specifications[0].t_end,
+        "reference": str(table["reference"].iloc[0]),
+        "reference_error": {**worst, "members_without": int(len(bound) - len(known))},
+        "prices": PRICES,
+    }
+
+
+def _tell(ranks: "pd.DataFrame", summary: Mapping[str, Any], error: str) -> None:
+    """Print who is the cheapest, the table, and what starts, references and prices are."""
+    from daebench.studies.work_precision.winners import sentences
+
+    for sentence in sentences(ranks):
+        print(sentence)
+    columns = ["level", "method", "price [s]", "cheapest [%]", "of", "next", "before next [%]", "starts", "next costs, times"]
+    print_table(columns, [_row(row) for row in ranks.to_dict("records")], f"methods for {error}, with intervals of 95 % over starts")
+    print(f"starts: {summary['starts']}")
+    errors = summary["reference_error"]
+    worst = f"{errors['median']:.1e} in the median, {errors['most']:.1e} at most" if "median" in errors else "unknown"
+    without = f"; {errors['members_without']} starts have none" if errors["members_without"] else ""
+    print(f"errors are against: {summary['reference']}, which may be wrong by {worst}{without}")
+    print(f"{PRICES}.")
+    if summary["failed"]:
+        named = ", ".join(f"{count} of {method}" for method, count in summary["failures"].items())
+        print(f"{summary['failed']} of {summary['runs']} runs stopped early and reach no accuracy: {named}.")
+    for why in summary["left_out"].values():
+        print(f"left out: {why}")
+    if summary["made_again"]:
+        print(summary["made_again"])
+
+
+def _row(row: Mapping[Any, Any]) -> list[str]:
+    """Return a row of the table in words."""
+    head = [f"{row['level']:.0e}", row["method"], f"{row['price']:.3g}", _interval(row, "cheapest", 100), str(row["of"])]
+    if not row["next"]:
+        return [*head, "", "", "", ""]
+    return [*head, row["next"], _interval(row, "before", 100), f"{row['starts']:.0f}", _interval(row, "ratio", 1)]
+
+
+def _interval(row: Mapping[Any, Any], name: str, unit: float) -> str:
+    value, low, high = (f"{unit * row[key]:.3g}" for key in (name, f"{name}_low", f"{name}_high"))
+    return f"{value} [{low}, {high}]"

@@ -1,0 +1,89 @@
+"""Members of an ensemble by heyoka's batch mode: Taylor series of as many at once as a vector of the processor has numbers."""
+
+from typing import Any
+
+import numpy as np
+
+from daebench.errors import BadInput
+from daebench.methods.names import method_of
+from daebench.methods.solvers.heyoka_ode import FIRST, compact, equations_of
+from daebench.runs.ivp import Array, InitialValueProblem
+from daebench.runs.members import Members
+
+MOST_STEPS = 100_000
+"""Steps after which a member is given up."""
+
+
+def refusal(members: Members) -> str | None:
+    """Return why members cannot be run by heyoka's batch mode, as a sentence, or None."""
+    if members.parameters:
+        return f"heyoka's equations have the numbers of parameters in them, and {', '.join(members.parameters)} differ between members."
+    ivp: Any = members.ivp
+    why: str | None = method_of(ivp, "heyoka:taylor").refusal(ivp)
+    return why
+
+
+def batch_of(ivp: InitialValueProblem, tol: float) -> Any:
+    """Return heyoka's integrator of a batch, ``taylor_adaptive_batch``, of the size that it recommends for this processor.
+
+    Its unknowns are q and p, or y; large problems are compiled as loops, as :data:`daebench.methods.solvers.heyoka_ode.COMPACT` says.
+    """
+    import heyoka as hy
+
+    zeros = np.zeros((ivp.size, hy.recommended_simd_size()))
+    return hy.taylor_adaptive_batch(equations_of(ivp), zeros, tol=tol, compact_mode=compact(ivp.size))
+
+
+def in_batches(members: Members, times: Array, tol: float) -> Array:
+    """Return the states of all members at these times, each with steps of its own.
+
+    A batch in which a member comes to no finite number ends there; its members are then run one by one, as batches of equal ones.
+
+    Parameters
+    ----------
+    members : Members
+        What is run; their step sizes are not looked at.
+    times : ndarray, shape(k,)
+        Times, s, ascending from 0.
+    tol : float
+        Tolerance, relative and absolute.
+
+    Returns
+    -------
+    ndarray, shape(k, n, c)
+        States as (p, q) or y, NaN from where a member comes to no finite number, or takes more than :data:`MOST_STEPS` steps.
+
+    Raises
+    ------
+    BadInput
+        If heyoka is not installed, or cannot take the problem, or parameters differ from member to member.
+    """
+    if why := refusal(members):
+        raise BadInput(why)
+    batch, n = batch_of(members.ivp, tol), len(members)
+    start = np.concatenate(members.start[::-1], axis=1)
+    rows = np.full((len(times), n, members.ivp.size), np.nan)
+    for k in range(0, n, batch.batch_size):
+        some = np.minimum(np.arange(k, k + batch.batch_size), n - 1)
+        states = _propagated(batch, start[some], times)
+        if not np.all(np.isfinite(states)):
+            states = np.stack([_propagated(batch, start[np.full_like(some, i)], times)[:, 0] for i in some], axis=1)
+        rows[:, some] = states
+    parts = np.split(rows, np.cumsum([vectors.shape[1] for vectors in members.start[::-1]])[:-1], axis=2)
+    return np.concatenate(parts[::-1], axis=2)  # heyoka has q before p
+
+
+def _propagated(batch: Any, start: Array, times: Array) -> Array:
+    """Return the states of a batch at these times, shape(k, batch, c), from its starts, shape(batch, c)."""
+    size = batch.batch_size
+    batch.set_time(0.0)
+    batch.state[:] = start.T
+    batch.step(np.full(size, FIRST * times[-1]))  # a start at which coefficients vanish is left by a short step
+    grid = np.repeat(times[:, None], size, axis=1)
+    grid[0] = batch.time
+    with np.errstate(all="ignore"):
+        states = np.asarray(batch.propagate_grid(grid, max_steps=MOST_STEPS)[1])
+    rows = np.full((len(times), size, start.shape[1]), np.nan)
+    rows[: len(states)] = states.transpose(0, 2, 1)
+    rows[0] = start
+    return rows

@@ -1,0 +1,117 @@
+"""The picture of a work-precision study over many starts: bands of errors against time, and in words who is the cheapest."""
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from textwrap import fill
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from daebench.draw.figures import QUIET, curve, drawing, grid_of_axes, save
+from daebench.errors import DaebenchError
+from daebench.studies.work_precision.figure import COSTS, HIGHEST, MARGIN, OTHERS
+from daebench.studies.work_precision.starts import Curves
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+QUANTILES = (0.05, 0.25, 0.5, 0.75, 0.95)
+"""Quantiles of errors over starts."""
+
+BANDS = (("q05", "q95", 0.18), ("q25", "q75", 0.3))
+"""Bands: their quantiles, and how dark they are."""
+
+LETTERS = 125
+"""Letters of a line of the title."""
+
+
+def bands(curves: Sequence[Curves]) -> "pd.DataFrame":
+    """Return quantiles of errors over starts, a row each of method and step size or tolerance.
+
+    Columns are method, knob, value, starts, failed, the number of runs that stopped early, whose errors count as infinite; seconds, the
+    median; q05 to q95, errors of which each is at least the bound of its reference; and reference and reference_q95, the median of these
+    bounds and their quantile.
+    """
+    import pandas as pd
+
+    rows = []
+    for some in curves:
+        reference, high = np.quantile(some.bound, (0.5, 0.95), method="inverted_cdf")
+        for k, value in enumerate(some.values):
+            spent = some.seconds[k][np.isfinite(some.seconds[k])]
+            row = {"method": some.method, "knob": some.knob, "value": value, "starts": some.starts, "failed": some.failed[k]}
+            row |= {"seconds": np.median(spent) if len(spent) else np.nan}
+            levels = np.quantile(some.errors[k], QUANTILES, method="inverted_cdf")
+            row |= {f"q{100 * level:02.0f}": x for level, x in zip(QUANTILES, levels, strict=True)}
+            rows.append(row | {"reference": reference, "reference_q95": high})
+    return pd.DataFrame(rows)
+
+
+def draw_bands(out: Path, table: "pd.DataFrame", families: Mapping[str, list[str]], label: str, title: Sequence[str], stem: str) -> Path:
+    """Write ``STEM.svg``, PNG and CSV into a folder; return the path of the SVG.
+
+    A panel has one family; bands are the middle 90 % and 50 % of starts, lines the medians, those of other families grey. The area in
+    which the references of 5 % of the starts or more are no better is hatched, and the median of their errors dotted; a line ends there.
+
+    Parameters
+    ----------
+    out : Path
+        Folder.
+    table : DataFrame
+        That of :func:`bands`.
+    families : mapping of str to list of str
+        Methods of each panel.
+    label : str
+        Label of errors.
+    title : sequence of str
+        Sentences of the title: the answer.
+    stem : str
+        Name of the files without ending.
+
+    Raises
+    ------
+    DaebenchError
+        If there is nothing to draw.
+    """
+    floor, high = (float(table[name].max()) for name in ("reference", "reference_q95"))
+    shown = table[(table["q50"] > table["reference"]) & np.isfinite(table["q50"]) & (table["seconds"] > 0)]
+    if shown.empty:
+        raise DaebenchError(f"there is nothing to draw: no method has an error above that of its reference, {floor:.1e}, and a time.")
+    columns = min(2, len(families))
+    rows = -(-len(families) // columns)
+    with drawing():
+        shared: Any = {"sharex": True, "sharey": True}
+        height = 0.8 + 0.2 * len(title) + 2.9 * rows
+        figure, axes = grid_of_axes(rows, columns, height, x=COSTS["seconds"], y=label, **shared)
+        for axis, (family, names) in zip(axes.flat, families.items(), strict=False):
+            axis.set(xscale="log", yscale="log", title=family.replace("\n", " "))
+            _panel(axis, shown, names)
+        bottom = min(floor, float(shown["q05"].min())) / MARGIN
+        axes[0, 0].set_ylim(bottom, min(HIGHEST, MARGIN * float(shown["q95"].max())))
+        for axis in axes.flat[: len(families)]:
+            if np.isfinite(high):
+                axis.axhspan(bottom, high, facecolor="none", edgecolor=OTHERS, hatch="///", linewidth=0.0, zorder=0)
+            axis.axhline(floor, color=QUIET, linestyle=":", linewidth=1.0, label="error of references")
+            axis.tick_params(labelbottom=True)
+            axis.legend(loc="upper right", fontsize=7, handlelength=2.0, labelspacing=0.25, borderaxespad=0.1)
+        for axis in axes.flat[len(families) :]:
+            axis.set_visible(False)
+        figure.suptitle("\n".join(fill(sentence, LETTERS, subsequent_indent="   ") for sentence in title), fontsize=8, x=0.02, ha="left")
+        return save(figure, out, stem, table)
+
+
+def _panel(axis: Any, table: "pd.DataFrame", names: Sequence[str]) -> None:
+    """Draw the bands of a family, and the medians of all others."""
+    curves = {str(name): rows.sort_values("value", ascending=False) for name, rows in table.groupby("method", sort=False)}
+    for name, rows in curves.items():
+        if name not in names:
+            axis.plot(rows["seconds"], rows["q50"], color=OTHERS, linewidth=0.7, zorder=1)
+    for k, name in enumerate(name for name in names if name in curves):
+        rows, style = curves[name], curve(k)
+        for low, high, alpha in BANDS:
+            top = rows[high].clip(upper=HIGHEST * MARGIN)
+            axis.fill_between(rows["seconds"], rows[low], top, color=style["color"], alpha=alpha, linewidth=0, zorder=2)
+        fixed = (rows["knob"] == "h").all()
+        label = f"{name} ({rows['starts'].iloc[0]})"
+        line = {"linestyle": "-" if fixed else (0, (4, 1.5)), "linewidth": 1.1, "markersize": 3.5}
+        axis.plot(rows["seconds"], rows["q50"], label=label, zorder=3, **style | line)

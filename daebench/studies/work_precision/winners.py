@@ -1,0 +1,144 @@
+"""Which method is the cheapest for an accuracy, counted over many starts."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from daebench.runs.trajectory import Array
+from daebench.studies.work_precision.intervals import Estimate, median, share
+from daebench.studies.work_precision.starts import Curves
+from daebench.studies.work_precision.study import interpolated
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+LEVELS = (1e-3, 1e-6, 1e-9)
+"""Accuracies for which methods are ranked."""
+
+
+@dataclass(frozen=True)
+class Level:
+    """What an accuracy costs by all methods.
+
+    Parameters
+    ----------
+    level : float
+        The accuracy.
+    prices : mapping of str to ndarray, shape(n,)
+        What it costs by a method from each of its starts, the first of all, s: by interpolation in this start's curve, infinite where
+        it is not reached.
+    known : ndarray of bool, shape(n,)
+        Starts whose reference is that good; the others are not compared.
+    """
+
+    level: float
+    prices: dict[str, Array]
+    known: NDArray[np.bool_]
+
+    def of(self, *methods: str) -> tuple[Array, ...]:
+        """Return the prices of some methods from the starts that all of them have, which are compared and which one of them reaches."""
+        n = min(len(self.prices[method]) for method in methods)
+        prices = np.array([self.prices[method][:n] for method in methods])
+        return tuple(prices[:, self.known[:n] & np.isfinite(prices).any(axis=0)])
+
+    def before(self, method: str, other: str) -> tuple[Estimate, Estimate]:
+        """Return in which share of starts a method is cheaper than another, ties by halves, and by which factor in the median."""
+        first, second = self.of(method, other)
+        with np.errstate(divide="ignore"):
+            factors = second / first
+        return share(float(np.sum(first < second) + np.sum(first == second) / 2), len(first)), median(factors)
+
+    @property
+    def ranked(self) -> list[str]:
+        """Methods by the median price of their own starts, without those that do not reach the accuracy from half of these."""
+        medians = {name: self.median(name).value for name in self.prices}
+        return sorted((name for name, price in medians.items() if np.isfinite(price)), key=medians.__getitem__)
+
+    def median(self, method: str) -> Estimate:
+        """Return the median price of a method from its own starts, s."""
+        prices = self.prices[method]
+        return median(prices[self.known[: len(prices)]])
+
+
+def level_of(curves: Sequence[Curves], level: float) -> Level:
+    """Return what an accuracy costs by all methods."""
+    prices = {some.method: interpolated(some.errors, some.seconds, level)[0] for some in curves}
+    longest = max(curves, key=lambda some: some.starts)
+    return Level(level, prices, longest.bound <= level)
+
+
+def winners(curves: Sequence[Curves], levels: Sequence[float] = LEVELS) -> "pd.DataFrame":
+    """Return for each accuracy the methods, the cheapest first, and in how many starts each is before the next.
+
+    Parameters
+    ----------
+    curves : sequence of Curves
+        Those of each method.
+    levels : sequence of float
+        Accuracies.
+
+    Returns
+    -------
+    DataFrame
+        A row each of accuracy and method, ranked by the median price from the starts that a method has: level, method, price, that
+        median, s; cheapest, the share of the starts that all methods have in which no other is cheaper, and of, their number; next, the
+        next method; before, the share of starts in which it is cheaper than the next, and starts, the number of those, which both have;
+        ratio, the median of the price of the next over its own; scatter, by which part the times of the two differ from one timed start
+        to another; and left_out, how many starts are not compared for the error of their reference. price, cheapest, before and ratio
+        have intervals, ..._low and ..._high, see :mod:`daebench.studies.work_precision.intervals`: these are over starts, at prices as
+        they were measured.
+    """
+    import pandas as pd
+
+    rows: list[dict[str, Any]] = []
+    scatter = {some.method: some.scatter for some in curves}
+    for level in levels:
+        at = level_of(curves, level)
+        names = at.ranked
+        shared = dict(zip(names, at.of(*names), strict=True)) if names else {}
+        least = np.min(list(shared.values()), axis=0) if shared else np.empty(0)
+        for name, following in pairwise([*names, ""]):
+            row = {"level": level, "method": name, **at.median(name).columns("price")}
+            row |= share(float(np.sum(shared[name] == least)), len(least)).columns("cheapest")
+            row |= {"of": len(least), "next": following, "left_out": int(np.sum(~at.known))}
+            if following:
+                before, ratio = at.before(name, following)
+                row |= {**before.columns("before"), "starts": before.starts, **ratio.columns("ratio")}
+                row["scatter"] = max(scatter[name], scatter[following])
+            rows.append(row)
+    columns = ["level", "method", "price", "cheapest", "of", "next", "before", "starts", "ratio", "scatter", "left_out"]
+    table = pd.DataFrame(rows)
+    return table.reindex(columns=[*columns, *(name for name in table.columns if name not in columns)])
+
+
+def sentences(table: "pd.DataFrame") -> list[str]:
+    """Return who is the cheapest for each accuracy, in how many starts, and by how much, as sentences.
+
+    Where this compares fewer starts than others do, the first of these is said too. A factor that the times scatter by decides nothing,
+    which is said.
+    """
+    said = []
+    for level, rows in table.groupby("level", sort=False):
+        compared = rows[rows["starts"] > 0]
+        at = f"{level:.0e}".replace("e-0", "e-")
+        if compared.empty:
+            said.append(f"{at}: {rows['method'].iloc[0]}; no other method reaches it from more than half of the starts")
+            continue
+        first, most = compared.iloc[0], compared.iloc[int(compared["starts"].argmax())]
+        said += [f"{at}: {_before(row)}" for row in (first, most)[: 1 + (first["starts"] < most["starts"])]]
+        if first["left_out"]:
+            said.append(f"{at}: {first['left_out']} starts are not compared, whose references are not that good")
+    return said
+
+
+def _before(row: "pd.Series[Any]") -> str:
+    """Return how a method is before the next, in words."""
+    shares = [f"{100 * row[name]:.3g}" for name in ("before", "before_low", "before_high")]
+    words = f"{row['method']} before {row['next']} in {shares[0]} % of {row['starts']:.0f} starts [{shares[1]} to {shares[2]}]"
+    words += f", which costs {row['ratio']:.3g} times as much [{row['ratio_low']:.3g} to {row['ratio_high']:.3g}]"
+    within = 1 / (1 + row["scatter"]) <= row["ratio"] <= 1 + row["scatter"]
+    return f"{words}: undecided, for times scatter by {100 * row['scatter']:.2g} %" if within else words
