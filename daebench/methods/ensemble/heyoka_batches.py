@@ -51,7 +51,7 @@ def in_batches(members: Members, times: Array, tol: float) -> Array:
     Returns
     -------
     ndarray, shape(k, n, c)
-        States as (p, q) or y, NaN from where a member comes to no finite number, or takes more than :data:`MOST_STEPS` steps.
+        States as (p, q) or y, NaN from where a member comes to no finite number, or takes more than 100 000 steps.
 
     Raises
     ------
