@@ -11,7 +11,7 @@ from daebench.cli.console import numbers, pairs, print_frame, print_json, words
 from daebench.cli.ensemble import Box, Distribution, Energy, Size, Starts, bounds
 from daebench.cli.executors import Executors
 from daebench.cli.grids import study_runs
-from daebench.cli.work_precision_starts import FromStarts, from_starts
+from daebench.cli.work_precision_starts import FromStarts, from_starts, without_slow
 from daebench.errors import BadInput, DaebenchError
 from daebench.studies.grid.tls import Tls
 
@@ -90,6 +90,7 @@ def work_precision(
     where: dict[str, Any] = {"store": store, "out": out, "executors": executors, "dry_run": dry_run, "json": json, "left_out": left_out}
     settings = {"size": size, "box": bounds("--box", box), "E": energy}
     if ensemble is not None:
+        study = study if methods else without_slow(study, left_out)
         from_starts(FromStarts(ensemble, solver_starts, starts.value, seed, settings), study, _column(error, study), **where)
         return
     _refuse_of_no_use(settings, starts)

@@ -1,7 +1,7 @@
 """``daebench work-precision --ensemble``: what accuracy costs over many starts, and who is the cheapest in how many of them."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -16,6 +16,9 @@ if TYPE_CHECKING:
     from daebench.studies.grid.start_runs import StartRuns
     from daebench.studies.grid.study import Study
     from daebench.studies.work_precision.starts import Curves
+
+SLOW = ("scipy:Radau", "solve_dae:Radau")
+"""Methods in Python that take seconds a run: from many starts they are run where they are asked for."""
 
 STEM = "work_precision_starts"
 """Name of the picture and of its table."""
@@ -56,6 +59,13 @@ class FromStarts:
         settings = {name: value for name, value in self.settings.items() if value is not None}
         given: dict[str, Any] = {"distribution": self.distribution, "settings": settings, "seed": self.seed}
         return runs_from_starts(study, members=self.members, solver_members=self.solver_members, **given)
+
+
+def without_slow(study: "Study", left_out: dict[str, str]) -> "Study":
+    """Return a study without the methods of :data:`SLOW`, and note why these are left out."""
+    why = "{0}: it takes seconds a run, which is long from many starts; name it in --methods to have it."
+    left_out |= {name: why.format(name) for name in study.methods if name in SLOW}
+    return replace(study, methods=[name for name in study.methods if name not in SLOW])
 
 
 def from_starts(

@@ -122,14 +122,15 @@ def measure_heyoka(*, repeat: int) -> dict[str, Any] | None:
         return None
     import heyoka as hy
 
+    from daebench.methods.ensemble.heyoka_batches import batch_of
     from daebench.methods.solvers.heyoka_ode import equations_of
 
     ivp = initial_value_problem("spherical_pendulum", "fig1.2", None)
-    batch = hy.recommended_simd_size()
+    several = batch_of(ivp, TOLERANCE)
+    batch = several.batch_size
     momenta, positions = spread(ivp, batch)
     start = np.ascontiguousarray(np.concatenate([positions, momenta], axis=1).T)
     single = hy.taylor_adaptive(equations_of(ivp), start[:, 0].copy(), tol=TOLERANCE)
-    several = hy.taylor_adaptive_batch(equations_of(ivp), start.copy(), tol=TOLERANCE)
     times: dict[str, list[float]] = {"alone": [], "in_batches": []}
     for _ in range(repeat):
         single.time, single.state[:] = 0.0, start[:, 0]

@@ -8,6 +8,7 @@ import pandas as pd
 import pytest
 from scipy.stats import binom
 
+from daebench.cli.work_precision_starts import SLOW, without_slow
 from daebench.errors import BadInput
 from daebench.methods import run as api
 from daebench.methods.ensemble import heyoka_batches
@@ -266,6 +267,14 @@ def test_the_command_says_who_is_cheapest_in_how_many_starts(daebench, tmp_path)
     assert said["sentences"][0] in out
     assert "prices are CPU times of runs of one start at a time" in out
     assert {"work_precision_starts.png", "work_precision_starts.svg", "winners.csv"} <= {file.name for file in (tmp_path / "out").iterdir()}
+
+
+def test_solvers_in_python_are_left_out_unless_they_are_named():
+    study, left_out = standard("planar_pendulum", case="rotating", repeat=1)
+    kept = without_slow(study, left_out)
+    assert "scipy:Radau" in study.methods
+    assert set(study.methods) - set(kept.methods) == {name for name in SLOW if name in study.methods}
+    assert "name it in --methods" in left_out["scipy:Radau"]
 
 
 @pytest.mark.parametrize(

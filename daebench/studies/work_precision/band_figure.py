@@ -21,6 +21,9 @@ QUANTILES = (0.05, 0.25, 0.5, 0.75, 0.95)
 BANDS = (("q05", "q95", 0.18), ("q25", "q75", 0.3))
 """Bands: their quantiles, and how dark they are."""
 
+ROOM = 15.0
+"""Factor between the largest time and the frame, for the legend."""
+
 LETTERS = 125
 """Letters of a line of the title."""
 
@@ -73,7 +76,8 @@ def draw_bands(out: Path, table: "pd.DataFrame", families: Mapping[str, list[str
     DaebenchError
         If there is nothing to draw.
     """
-    floor, high = (float(table[name].max()) for name in ("reference", "reference_q95"))
+    most = table.iloc[int(table["starts"].argmax())]
+    floor, high = float(most["reference"]), float(most["reference_q95"])
     shown = table[(table["q50"] > table["reference"]) & np.isfinite(table["q50"]) & (table["seconds"] > 0)]
     if shown.empty:
         raise DaebenchError(f"there is nothing to draw: no method has an error above that of its reference, {floor:.1e}, and a time.")
@@ -87,6 +91,7 @@ def draw_bands(out: Path, table: "pd.DataFrame", families: Mapping[str, list[str
             axis.set(xscale="log", yscale="log", title=family.replace("\n", " "))
             _panel(axis, shown, names)
         bottom = min(floor, float(shown["q05"].min())) / MARGIN
+        axes[0, 0].set_xlim(right=ROOM * float(shown["seconds"].max()))
         axes[0, 0].set_ylim(bottom, min(HIGHEST, MARGIN * float(shown["q95"].max())))
         for axis in axes.flat[: len(families)]:
             if np.isfinite(high):
